@@ -1,0 +1,17 @@
+"""The one exception for bad input, raised by every package and shown by the command line as one line."""
+
+import difflib
+from collections.abc import Iterable
+
+
+class InputError(ValueError):
+    """Bad input from the user: the message names the file, row or key, the value, what is allowed and what to do."""
+
+
+def unknown(kind: str, name: object, allowed: Iterable[str]) -> str:
+    """Say that a name is not known, suggest the nearest known one and list them all."""
+    names = sorted(allowed)
+    by_lower_case = {known.lower(): known for known in reversed(names)}
+    close = difflib.get_close_matches(str(name).lower(), list(by_lower_case), n=1)
+    hint = f"did you mean {by_lower_case[close[0]]!r}? " if close else ""
+    return f"unknown {kind} {str(name)!r}; {hint}known: {', '.join(names) or 'none'}"
