@@ -1,0 +1,135 @@
+"""Read and write bicycles: packaged or own TOML files, and the flat ``key: value`` YAML of neighbouring projects."""
+
+import math
+import tomllib
+from collections.abc import Mapping
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Any
+
+from bicycle.parameters import Bicycle
+from tyre.errors import InputError, unknown
+from tyre.paths import data_root
+
+TOP_KEYS = ("description", "source", "values", "sd")
+
+
+def available_bicycles() -> tuple[str, ...]:
+    """Names of the packaged bicycles, sorted."""
+    return tuple(sorted(f.name.removesuffix(".toml") for f in _folder().iterdir() if f.name.endswith(".toml")))
+
+
+def load_bicycle(name_or_path: str | Path) -> Bicycle:
+    """A packaged bicycle by name, or one from a ``.toml``, ``.yml``, ``.yaml`` or ``.txt`` file.
+
+    A TOML file has ``description``, ``source``, a table ``[values]`` with Meijaard's keys (SI, lam in rad) and
+    optionally ``[sd]``. A YAML or text file is flat, one ``key: value`` a line; ``value +/- sd`` is understood.
+
+    Raises
+    ------
+    InputError
+        No such bicycle or file, unreadable text, or a parameter set that is not a bicycle.
+    """
+    path = Path(name_or_path)
+    if path.suffix.lower() in (".toml", ".yml", ".yaml", ".txt"):
+        if not path.is_file():
+            raise InputError(f"{path}: no such bicycle file; packaged bicycles: {', '.join(available_bicycles())}")
+        return parse_toml(path) if path.suffix.lower() == ".toml" else parse_flat(path)
+    if str(name_or_path) not in available_bicycles():
+        raise InputError(f"{unknown('bicycle', name_or_path, available_bicycles())}; or give a .toml or .yaml file")
+    return parse_toml(_folder().joinpath(f"{name_or_path}.toml"))
+
+
+def parse_toml(path: Traversable) -> Bicycle:
+    """Read one TOML bicycle file."""
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: not a TOML file: {error}") from error
+    for key in content:
+        if key not in TOP_KEYS:
+            raise InputError(f"{path}: {unknown('key', key, TOP_KEYS)}")
+    if not isinstance(content.get("values"), dict):
+        raise InputError(f"{path}: the table [values] with the bicycle's parameters is missing")
+    return _named(path, content["values"], content.get("sd", {}), content)
+
+
+def parse_flat(path: Path) -> Bicycle:
+    """Read ``key: value`` or ``key = value`` lines; ``value +/- sd`` gives a standard deviation too.
+
+    A speed ``v``, which the neighbouring projects store with a bicycle, is left out and said so in the warnings.
+    """
+    import yaml
+
+    text = path.read_text(encoding="utf-8", errors="replace")
+    if path.suffix.lower() == ".txt":
+        text = text.replace("=", ": ")
+    try:
+        node = yaml.compose(text, Loader=yaml.SafeLoader)
+    except yaml.YAMLError as error:
+        raise InputError(f"{path}: not a YAML file: {' '.join(str(error).split())}") from error
+    if isinstance(node, yaml.MappingNode) and [key.value for key, _ in node.value] == ["values"]:
+        node = node.value[0][1]  # the nested form of the same projects
+    if not isinstance(node, yaml.MappingNode):
+        raise InputError(f"{path}: expected one 'key: value' a line, for example 'w: 1.02'")
+    values: dict[str, float] = {}
+    sd: dict[str, float] = {}
+    notes: list[str] = []
+    for key_node, value_node in node.value:
+        key, where = key_node.value, f"{path}, line {key_node.start_mark.line + 1}"
+        if key in values:
+            raise InputError(f"{where}: {key} is given twice; keep one")
+        number, _, spread = str(value_node.value).replace("+/-", "±").partition("±")
+        if key == "v":
+            notes.append(
+                f"{where}: the speed v = {number.strip()} m/s is not a property of the bicycle and is not used"
+            )
+            continue
+        values[key] = _number(where, key, number)
+        if spread:
+            sd[key] = _number(where, key, spread)
+    return _named(path, values, sd, {}, tuple(notes))
+
+
+def to_toml(bicycle: Bicycle) -> str:
+    """The bicycle as the text of a TOML file that :func:`load_bicycle` reads back exactly."""
+    import tomli_w
+
+    content: dict[str, Any] = {"description": bicycle.description, "source": bicycle.source}
+    content["values"] = dict(bicycle.values)
+    if bicycle.sd:
+        content["sd"] = dict(bicycle.sd)
+    return tomli_w.dumps(content)
+
+
+def to_yaml(bicycle: Bicycle) -> str:
+    """The values as flat ``key: value`` YAML (the neighbouring projects' form); standard deviations are left out."""
+    return "".join(f"{key}: {value!r}\n" for key, value in bicycle.values.items())
+
+
+def _folder() -> Traversable:
+    return data_root().joinpath("bicycles")
+
+
+def _number(where: str, key: str, text: str) -> float:
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise InputError(f"{where}: {key} = {text.strip()!r} is not a finite number")
+    return number
+
+
+def _named(
+    path: Traversable,
+    values: Mapping[str, Any],
+    sd: Mapping[str, Any],
+    extra: Mapping[str, Any],
+    notes: tuple[str, ...] = (),
+) -> Bicycle:
+    name = path.name.rsplit(".", 1)[0]
+    try:
+        return Bicycle(name, values, sd, str(extra.get("description", "")), str(extra.get("source", "")), notes)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error

@@ -1,0 +1,99 @@
+"""Small lateral motion of a chain of rigid bodies: displacement rows, mass matrix and second-order heights.
+
+Axes: x forward, y right, z down, origin at the rear contact. Every hinge axis and mass centre lies in the plane
+of symmetry, so to first order a body moves laterally and turns about x and z only, linearly in the coordinates
+``[y, psi, lean, frame joints..., steer]`` (physics after Meijaard et al. 2007, appendix B, generalised to more
+joints). The functions use plain arithmetic, so that they serve sympy expressions and floats alike.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Scalar = Any  # a float or a sympy expression
+Row = NDArray[Any]  # shape (2 + number of joints,), dtype object or float
+
+
+@dataclass(frozen=True)
+class Body:
+    """A rigid body: mass, mass centre (x, z) and inertia-tensor entries about it (Ixz as Meijaard tabulates it).
+
+    ``spin_inertia`` and ``radius`` are those of a rolling wheel, zero spin inertia otherwise.
+    """
+
+    name: str
+    mass: Scalar
+    x: Scalar
+    z: Scalar
+    Ixx: Scalar
+    Izz: Scalar
+    Ixz: Scalar = 0
+    spin_inertia: Scalar = 0
+    radius: Scalar = 1
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A hinge with axis (axis_x, 0, axis_z) through (x, 0, z) that carries the named bodies."""
+
+    name: str
+    axis_x: Scalar
+    axis_z: Scalar
+    x: Scalar
+    z: Scalar
+    carries: frozenset[str]
+
+    def lever(self, x: Scalar, z: Scalar) -> Scalar:
+        """Lateral displacement of the carried point (x, z) per radian, m/rad: (axis x arm) . y."""
+        return self.axis_z * (x - self.x) - self.axis_x * (z - self.z)
+
+
+def displacement_row(joints: Sequence[Joint], body: str, x: Scalar, z: Scalar) -> Row:
+    """Lateral displacement of a point of a body per coordinate ``[y, psi, joints...]``."""
+    return np.array([1, x] + [joint.lever(x, z) if body in joint.carries else 0 for joint in joints])
+
+
+def lean_row(joints: Sequence[Joint], body: str) -> Row:
+    """Small rotation of a body about x per coordinate."""
+    return np.array([0, 0] + [joint.axis_x if body in joint.carries else 0 for joint in joints])
+
+
+def yaw_row(joints: Sequence[Joint], body: str) -> Row:
+    """Small rotation of a body about z per coordinate."""
+    return np.array([0, 1] + [joint.axis_z if body in joint.carries else 0 for joint in joints])
+
+
+def mass_matrix(bodies: Iterable[Body], joints: Sequence[Joint]) -> NDArray[Any]:
+    """Kinetic-energy form in the rates of ``[y, psi, joints...]``: sum m yy' + Ixx xx' + Izz zz' + Ixz (xz' + zx')."""
+    total: Any = 0
+    for body in bodies:
+        y = displacement_row(joints, body.name, body.x, body.z)
+        tx, tz = lean_row(joints, body.name), yaw_row(joints, body.name)
+        total = total + (
+            body.mass * np.outer(y, y)
+            + body.Ixx * np.outer(tx, tx)
+            + body.Izz * np.outer(tz, tz)
+            + body.Ixz * (np.outer(tx, tz) + np.outer(tz, tx))
+        )
+    return np.asarray(total)
+
+
+def height_hessian(joints: Sequence[Joint], body: str, x: Scalar, z: Scalar) -> NDArray[Any]:
+    """Second derivatives of the z coordinate (down) of a point of a body in the joint angles.
+
+    Rotations are composed from the ground outward in the order of ``joints``; pitch is held at zero. Turning about an
+    outer joint first displaces the point sideways by its lever, and an inner joint then lowers it by axis_x times that.
+    """
+    n = len(joints)
+    hessian = np.array([[0] * n] * n, dtype=object)
+    for k, outer in enumerate(joints):
+        if body not in outer.carries:
+            continue
+        lever = outer.lever(x, z)
+        for j in range(k + 1):
+            if body in joints[j].carries:
+                hessian[j, k] = hessian[k, j] = joints[j].axis_x * lever
+    return hessian

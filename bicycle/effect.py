@@ -1,0 +1,196 @@
+"""What an effect is: declared parameters, what it needs of the model, and ``apply``."""
+
+import importlib
+import math
+import pkgutil
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import sympy as sp
+
+from tyre.errors import InputError, unknown
+
+if TYPE_CHECKING:
+    from bicycle.derivation import ModelBuilder, Wheel
+
+WHEELS = ("rear", "front")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A physical parameter of an effect.
+
+    Attributes
+    ----------
+    name, unit, description : str
+        Key of model files, SI unit, one phrase.
+    bounds : (float, float)
+        Physically possible values, ends included; anything else is refused.
+    typical : (float, float)
+        Range that occurs on bicycles: sliders, sweeps and prior widths use it.
+    default : float or str, optional
+        Value when none is given; a string names the bicycle parameter it equals. None: it must be given.
+    neutral : float, optional
+        Value at which the effect vanishes (may be infinite).
+    per_wheel : bool
+        One value for each wheel, written ``{rear = .., front = ..}`` or one number for both.
+    """
+
+    name: str
+    unit: str
+    description: str
+    bounds: tuple[float, float]
+    typical: tuple[float, float]
+    default: float | str | None = None
+    neutral: float | None = None
+    per_wheel: bool = False
+
+    def entries(self) -> tuple[str, ...]:
+        """``name``, or ``name.rear`` and ``name.front``."""
+        return tuple(f"{self.name}.{wheel}" for wheel in WHEELS) if self.per_wheel else (self.name,)
+
+
+@dataclass(frozen=True)
+class PerWheel:
+    """A rear and a front value; indexed by a wheel of the model or by ``rear`` / ``front``."""
+
+    rear: Any
+    front: Any
+
+    def __getitem__(self, wheel: "Wheel | str") -> Any:
+        name = wheel if isinstance(wheel, str) else wheel.name
+        return {"rear": self.rear, "front": self.front}[name]
+
+
+class Effect:
+    """A physical effect beyond the rigid bicycle: subclass it in one file of ``bicycle/effects`` and it is found.
+
+    Class attributes
+    ----------------
+    parameters : tuple of Parameter
+    slot : str, optional
+        Effects with the same slot exclude each other (``contact law``).
+    requires, provides : tuple of str
+        Needs that another effect must provide, for example ``tyre force``; ``why`` explains a missing one.
+    source, signature : str
+        Literature, and what one sees in the modes when the effect is there.
+
+    ``self.<parameter>`` is a number in a model's effect and a symbol inside ``apply``.
+    """
+
+    identifier: ClassVar[str]
+    parameters: ClassVar[tuple[Parameter, ...]] = ()
+    slot: ClassVar[str | None] = None
+    requires: ClassVar[tuple[str, ...]] = ()
+    provides: ClassVar[tuple[str, ...]] = ()
+    why: ClassVar[str] = ""
+    source: ClassVar[str] = ""
+    signature: ClassVar[str] = ""
+
+    def __init_subclass__(cls) -> None:
+        if "identifier" not in cls.__dict__:
+            cls.identifier = cls.__module__.rsplit(".", 1)[-1]
+
+    def __init__(self, **given: Any) -> None:
+        """Check and store the parameters; see ``parameters`` of the class for names, units and bounds."""
+        self._given: dict[str, float] = {}
+        known = {parameter.name: parameter for parameter in self.parameters}
+        for name in given:
+            if name not in known:
+                raise InputError(f"effect {self.identifier!r}: {unknown('parameter', name, known)}")
+        for parameter in self.parameters:
+            value = given.get(parameter.name, parameter.default)
+            if value is None:
+                raise InputError(
+                    f"effect {self.identifier!r}: missing parameter {parameter.name!r} ({parameter.description}, "
+                    f"{parameter.unit}{', one value or {rear, front}' if parameter.per_wheel else ''})"
+                )
+            if isinstance(value, str) and parameter.name not in given:
+                continue  # equals a bicycle parameter, filled in when the bicycle is known
+            self._store(parameter, value)
+
+    def _store(self, parameter: Parameter, value: Any) -> None:
+        where = f"effect {self.identifier!r}: {parameter.name}"
+        if parameter.per_wheel:
+            if isinstance(value, PerWheel):
+                value = {"rear": value.rear, "front": value.front}
+            if not isinstance(value, Mapping):
+                value = {"rear": value, "front": value}
+            if set(value) != set(WHEELS):
+                raise InputError(
+                    f"{where} has the keys {', '.join(map(str, value)) or 'none'}; give rear and front, or one number"
+                )
+            numbers = {f"{parameter.name}.{wheel}": value[wheel] for wheel in WHEELS}
+        else:
+            if isinstance(value, Mapping):
+                raise InputError(f"{where} is one number for the bicycle, not a table of rear and front")
+            numbers = {parameter.name: value}
+        low, high = parameter.bounds
+        for key, number in numbers.items():
+            if isinstance(number, bool) or not isinstance(number, int | float) or math.isnan(number):
+                raise InputError(f"effect {self.identifier!r}: {key} = {number!r} must be a number ({parameter.unit})")
+            if not (low <= number <= high) or (math.isinf(number) and number != parameter.neutral):
+                raise InputError(
+                    f"effect {self.identifier!r}: {key} = {number:g} {parameter.unit} is outside {low:g} .. {high:g}"
+                )
+            self._given[key] = float(number)
+        if parameter.per_wheel:
+            setattr(self, parameter.name, PerWheel(*(float(value[wheel]) for wheel in WHEELS)))
+        else:
+            setattr(self, parameter.name, float(value))
+
+    def values(self, bicycle: Mapping[str, float]) -> dict[str, float]:
+        """Every parameter as ``identifier.name[.wheel]`` -> SI value; defaults tied to the bicycle are filled in."""
+        filled = {}
+        for parameter in self.parameters:
+            for key in parameter.entries():
+                tied = str(parameter.default)
+                filled[f"{self.identifier}.{key}"] = self._given[key] if key in self._given else bicycle[tied]
+        return filled
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(f'{k}={v:g}' for k, v in self._given.items())})"
+
+    @classmethod
+    def symbolic(cls) -> "Effect":
+        """The same effect with a symbol for every parameter, as ``apply`` needs it."""
+        twin = cls.__new__(cls)
+        for parameter in cls.parameters:
+            symbols = [sp.Symbol(f"{cls.identifier}.{key}", real=True) for key in parameter.entries()]
+            setattr(twin, parameter.name, PerWheel(*symbols) if parameter.per_wheel else symbols[0])
+        return twin
+
+    def check(self, bicycle: Mapping[str, float]) -> None:
+        """Refuse values that only together with the bicycle make no sense (overridden where needed)."""
+
+    def apply(self, model: "ModelBuilder") -> None:
+        """Add the effect to the symbolic model."""
+        raise NotImplementedError
+
+
+@cache
+def registry() -> Mapping[str, type[Effect]]:
+    """Every effect of ``bicycle.effects`` by identifier, sorted."""
+    package = importlib.import_module("bicycle.effects")
+    found: dict[str, type[Effect]] = {}
+    for module in pkgutil.iter_modules(package.__path__):
+        found.update((effect.identifier, effect) for effect in _effects_of(f"{package.__name__}.{module.name}"))
+    return MappingProxyType(dict(sorted(found.items())))
+
+
+def _effects_of(module_name: str) -> Iterator[type[Effect]]:
+    module = importlib.import_module(module_name)
+    for thing in vars(module).values():
+        if isinstance(thing, type) and issubclass(thing, Effect) and thing.__module__ == module_name:
+            yield thing
+
+
+def effect_class(identifier: str) -> type[Effect]:
+    """Look an effect up by identifier; InputError lists the known ones."""
+    known = registry()
+    if identifier not in known:
+        raise InputError(unknown("effect", identifier, known))
+    return known[identifier]

@@ -1,0 +1,45 @@
+"""The measured transient tyre: side force that builds up over a relaxation length."""
+
+import math
+from typing import Any
+
+from bicycle.derivation import ModelBuilder, Wheel
+from bicycle.effect import Effect, Parameter
+
+
+class RelaxationLength(Effect):
+    """First-order side force, (lambda/v) dF/dt + F = C alpha + camber force, regular at v = 0.
+
+    Written as dF/dt = -(C/lambda) s - (v/lambda) (F - camber force): C/lambda is the lateral stiffness K_y of the
+    standing tyre. A compliance 1/K_w in series (rim, spokes) lengthens lambda to C (1/K_y + 1/K_w).
+    Source: Dell'Orto, Ballo, Mastinu & Gobbi, eq. 1 and 3; Pacejka, Tire and Vehicle Dynamics, ch. 7.
+    """
+
+    slot = "contact law"
+    provides = ("contact force", "tyre force", "lagged force")
+    parameters = (
+        Parameter(
+            "cornering_stiffness", "N/rad", "slope of the side force at zero slip",
+            bounds=(0.0, math.inf), typical=(2000.0, 12000.0), per_wheel=True,
+        ),
+        Parameter(
+            "relaxation_length", "m", "travelled distance in which 63 % of the side force builds up",
+            bounds=(1e-6, math.inf), typical=(0.05, 0.25), per_wheel=True,
+        ),
+    )  # fmt: skip
+    source = "Dell'Orto, Ballo, Mastinu & Gobbi, eq. 1 and 3; Pacejka, Tire and Vehicle Dynamics, ch. 7"
+    signature = "wobble appears and loses damping as the relaxation length grows"
+    holds_contact = False
+    cornering_stiffness: Any
+    relaxation_length: Any
+
+    def apply(self, model: ModelBuilder) -> None:
+        model.contact_law = self
+
+    def side_force(self, model: ModelBuilder, wheel: Wheel) -> Any:
+        stiffness = self.cornering_stiffness[wheel]
+        length = self.relaxation_length[wheel] + stiffness * wheel.series_compliance
+        force = model.add_state(f"{wheel.name}_side_force")
+        target = force - wheel.lagged_camber_force
+        model.states[force] = -stiffness / length * wheel.slip_velocity - model.speed / length * target
+        return force + wheel.direct_camber_force

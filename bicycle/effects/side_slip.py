@@ -1,0 +1,35 @@
+"""The static tyre: side force proportional to the slip angle."""
+
+import math
+from typing import Any
+
+from bicycle.derivation import ModelBuilder, Wheel
+from bicycle.effect import Effect, Parameter
+
+
+class SideSlip(Effect):
+    """Side force without lag, F = C alpha + camber force, alpha = -s / v (s: slip velocity of the contact).
+
+    Singular at v = 0. Source: Pacejka, Tire and Vehicle Dynamics, ch. 1.
+    """
+
+    slot = "contact law"
+    provides = ("contact force", "tyre force")
+    parameters = (
+        Parameter(
+            "cornering_stiffness", "N/rad", "slope of the side force at zero slip",
+            bounds=(0.0, math.inf), typical=(2000.0, 12000.0), per_wheel=True,
+        ),
+    )  # fmt: skip
+    source = "Pacejka, Tire and Vehicle Dynamics, ch. 1"
+    signature = "weave loses damping at low cornering stiffness; the contacts slip sideways at a rate C / (m v)"
+    holds_contact = False
+    cornering_stiffness: Any
+
+    def apply(self, model: ModelBuilder) -> None:
+        model.contact_law = self
+
+    def side_force(self, model: ModelBuilder, wheel: Wheel) -> Any:
+        slip_angle = -wheel.slip_velocity / model.speed
+        camber_force = wheel.lagged_camber_force + wheel.direct_camber_force
+        return self.cornering_stiffness[wheel] * slip_angle + camber_force

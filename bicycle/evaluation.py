@@ -1,0 +1,116 @@
+"""From symbols to numbers: one fast function per set of effects, kept in memory, for one bicycle or for many."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import Any
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from bicycle.derivation import SymbolicModel, derive
+from bicycle.effect import Effect
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Matrices:
+    """Numbers of E x' = F(v) x + B(v) u, y = C(v) x for parameters of any common shape ``(...)``.
+
+    ``mass`` has shape (..., n, n); the polynomials map a power of v to (..., n, n), (..., n, inputs) and
+    (..., outputs, n); ``static_loads`` (..., 2) in N, rear first.
+    """
+
+    mass: Array
+    dynamics: Mapping[int, Array]
+    input_matrix: Mapping[int, Array]
+    output_matrix: Mapping[int, Array]
+    static_loads: Array
+
+
+class Evaluator:
+    """Evaluates the matrices of one symbolic model; made once per effect set by :func:`evaluator`."""
+
+    def __init__(self, symbolic: SymbolicModel) -> None:
+        self.symbolic = symbolic
+        self._arguments = [_symbol(name) for name in symbolic.parameters] + list(symbolic.switches)
+        self._blocks: list[tuple[str, int, tuple[int, int], list[tuple[int, int]]]] = []
+        entries: list[Any] = []
+        for kind, power, matrix in self._symbolic_blocks():
+            places = [(i, j) for i in range(matrix.rows) for j in range(matrix.cols) if matrix[i, j] != 0]
+            self._blocks.append((kind, power, matrix.shape, places))
+            entries += [matrix[place] for place in places]
+        self._entries = entries
+        self._function = sp.lambdify(self._arguments, entries, modules="numpy", cse=True)
+        self._switch_function = sp.lambdify(
+            [_symbol(name) for name in symbolic.parameters], list(symbolic.switches.values()), modules="numpy"
+        )
+
+    def __call__(self, values: Mapping[str, Any], indicators: tuple[Any, ...] = ()) -> Matrices:
+        """Evaluate at parameters (floats or arrays that broadcast); ``indicators`` are the 0/1 of the switches."""
+        arguments = [np.asarray(values[name], float) for name in self.symbolic.parameters]
+        arguments += [np.asarray(value, float) for value in indicators]
+        return self._fill(self._function(*arguments), np.broadcast_shapes(*(a.shape for a in arguments)))
+
+    def switch_speeds(self, values: Mapping[str, float]) -> tuple[float, ...]:
+        """Speeds (m/s) at which the equations change, in the order of the indicators."""
+        return tuple(float(s) for s in self._switch_function(*(values[name] for name in self.symbolic.parameters)))
+
+    def derivative(
+        self,
+        key: str,
+        values: Mapping[str, Any],
+        indicators: tuple[Any, ...] = (),
+        *,
+        along: Mapping[str, float] | None = None,
+    ) -> Matrices:
+        """Derivative of every matrix with respect to the parameter ``key`` (SI units per unit of the parameter)."""
+        function = self._derivatives(key)
+        arguments = [np.asarray(values[name], float) for name in self.symbolic.parameters]
+        arguments += [np.asarray(value, float) for value in indicators]
+        return self._fill(function(*arguments), np.broadcast_shapes(*(a.shape for a in arguments)))
+
+    @cached_property
+    def _derivative_cache(self) -> dict[str, Any]:
+        return {}
+
+    def _derivatives(self, key: str) -> Any:
+        if key not in self._derivative_cache:
+            symbol = _symbol(key)
+            slopes = [sp.diff(entry, symbol) for entry in self._entries]
+            self._derivative_cache[key] = sp.lambdify(self._arguments, slopes, modules="numpy", cse=True)
+        return self._derivative_cache[key]
+
+    def _symbolic_blocks(self) -> list[tuple[str, int, Any]]:
+        model = self.symbolic
+        blocks = [("mass", 0, model.mass), ("static_loads", 0, sp.Matrix([list(model.static_loads)]))]
+        for kind in ("dynamics", "input_matrix", "output_matrix"):
+            blocks += [(kind, power, matrix) for power, matrix in getattr(model, kind).coefficients.items()]
+        return blocks
+
+    def _fill(self, numbers: list[Any], shape: tuple[int, ...]) -> Matrices:
+        single: dict[str, Array] = {}
+        polynomials: dict[str, dict[int, Array]] = {"dynamics": {}, "input_matrix": {}, "output_matrix": {}}
+        position = 0
+        for kind, power, (rows, columns), places in self._blocks:
+            matrix = np.zeros((*shape, rows, columns))
+            for i, j in places:
+                matrix[..., i, j] = numbers[position]
+                position += 1
+            if kind in polynomials:
+                polynomials[kind][power] = matrix
+            else:
+                single[kind] = matrix
+        return Matrices(single["mass"], **polynomials, static_loads=single["static_loads"][..., 0, :])
+
+
+def _symbol(name: str) -> Any:
+    return sp.Symbol(name, real=True)
+
+
+@cache
+def evaluator(effects: tuple[type[Effect], ...]) -> Evaluator:
+    """The evaluator of a set of effects: derived at the first call (about a second), then kept in memory."""
+    return Evaluator(derive(effects))

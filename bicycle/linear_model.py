@@ -1,0 +1,160 @@
+"""The linear model with numbers: E x' = F(v) x + B(v) u, y = C(v) x + D(v) u, with names, units and validity."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bicycle.evaluation import Matrices
+from tyre.errors import InputError, unknown
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SpeedRange:
+    """The matrices that hold for lower < v <= upper (m/s); most models have a single range from 0 to infinity."""
+
+    lower: float
+    upper: float
+    matrices: Matrices
+
+
+@dataclass(frozen=True)
+class LinearModel:
+    """Lateral dynamics of one bicycle as a descriptor system, a Laurent polynomial in the forward speed v.
+
+    Attributes
+    ----------
+    states, inputs, outputs : tuple of str
+        Names; angles in rad, rates in rad/s, ``rear_lateral_velocity`` in m/s, side forces in N, torques in N m.
+    ranges : tuple of SpeedRange
+        One, or several where a controller switches at a speed.
+    scale : ndarray, shape (n,)
+        Fixed powers of two: ``state = scale * scaled state``. Forces in newtons next to angles in radians would cost
+        slow modes their last digits.
+    parameters : mapping
+        Every bicycle and effect parameter, ``effect.name[.wheel]``, SI.
+    static_loads : (float, float)
+        Vertical load of the rear and front wheel at rest, N.
+    warnings : tuple of str
+        What a reader of a result must be told.
+    """
+
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    ranges: tuple[SpeedRange, ...]
+    scale: Array
+    parameters: Mapping[str, float]
+    static_loads: tuple[float, float]
+    effects: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = field(default=())
+
+    @property
+    def order(self) -> int:
+        """Number of states."""
+        return len(self.states)
+
+    @property
+    def singular_at_rest(self) -> bool:
+        """True where the model divides by the speed (side slip without relaxation)."""
+        return any(-1 in piece.matrices.dynamics for piece in self.ranges)
+
+    @cached_property
+    def coefficients(self) -> tuple[Mapping[int, Array], ...]:
+        """For each speed range: power of v -> coefficient of the scaled state matrix, shape (n, n).
+
+        A(v) = sum over k of v^k A_k has the eigenvalues of the model; its states are the model's divided by ``scale``.
+        """
+        return tuple(
+            {
+                power: np.linalg.solve(piece.matrices.mass, matrix * self.scale) / self.scale[:, None]
+                for power, matrix in piece.matrices.dynamics.items()
+            }
+            for piece in self.ranges
+        )
+
+    def check_speeds(self, speeds: ArrayLike) -> Array:
+        """Speeds as an array (m/s); refuses negative, non-finite and, for a model singular at rest, zero speeds.
+
+        Raises
+        ------
+        InputError
+            Naming the first speed that is not allowed.
+        """
+        v = np.asarray(speeds, float)
+        bad = ~np.isfinite(v) | (v < 0)
+        if bad.any():
+            raise InputError(f"speed {v[bad].flat[0]:g} m/s is not allowed; give finite speeds >= 0 m/s")
+        if self.singular_at_rest and (v == 0).any():
+            raise InputError(
+                "speed 0 m/s is not allowed with side_slip: slip without relaxation is singular at rest; "
+                "give speeds > 0 or use relaxation_length"
+            )
+        return v
+
+    def state_matrix(self, speeds: ArrayLike) -> Array:
+        """Scaled state matrices at speeds (...,) in m/s, shape (..., n, n); eigenvalues in 1/s are the model's own."""
+        v = self.check_speeds(speeds)
+        total = np.zeros((*v.shape, self.order, self.order))
+        for piece, coefficients in zip(self.ranges, self.coefficients, strict=True):
+            inside = (v > piece.lower) & (v <= piece.upper) if piece.lower > 0 else v <= piece.upper
+            if inside.all():
+                return _polynomial(coefficients, v)
+            total[inside] = _polynomial(coefficients, v[inside])
+        return total
+
+    def eigenvalues(self, speeds: ArrayLike) -> NDArray[np.complex128]:
+        """Eigenvalues (1/s) at speeds (...,), shape (..., n), sorted by real then imaginary part."""
+        return np.sort_complex(np.linalg.eigvals(self.state_matrix(speeds)).astype(complex))
+
+    def matrices_at(self, speed: float) -> tuple[Array, Array, Array]:
+        """State, input and output matrix (A, B, C) in physical units at one speed (m/s); D is zero."""
+        v = float(self.check_speeds(speed))
+        piece = next(p for p in self.ranges if v <= p.upper)
+        m = piece.matrices
+        state = np.linalg.solve(m.mass, _polynomial(m.dynamics, np.asarray(v)))
+        inputs = np.linalg.solve(m.mass, _polynomial(m.input_matrix, np.asarray(v)))
+        return np.asarray(state, float), np.asarray(inputs, float), _polynomial(m.output_matrix, np.asarray(v))
+
+    def to_control(
+        self,
+        speed: float,
+        *,
+        inputs: Sequence[str] = ("steer_torque", "lean_torque"),
+        outputs: Sequence[str] | None = None,
+    ) -> Any:
+        """Return the model at one speed (m/s) as a ``control.StateSpace`` with the model's names.
+
+        Raises
+        ------
+        InputError
+            An input or output that the model does not have.
+        """
+        import control
+
+        chosen = tuple(self.outputs) if outputs is None else tuple(outputs)
+        state, input_matrix, output_matrix = self.matrices_at(speed)
+        columns = [_position(name, self.inputs, "input") for name in inputs]
+        rows = [_position(name, self.outputs, "output") for name in chosen]
+        return control.StateSpace(
+            state, input_matrix[:, columns], output_matrix[rows], 0,
+            states=list(self.states), inputs=list(inputs), outputs=list(chosen), name=f"bicycle at {speed:g} m/s",
+        )  # fmt: skip
+
+
+def _polynomial(coefficients: Mapping[int, Array], v: Array) -> Array:
+    total: Any = 0.0
+    for power, matrix in coefficients.items():
+        total = total + np.power(v, float(power))[..., None, None] * matrix
+    return np.array(total)
+
+
+def _position(name: str, names: tuple[str, ...], what: str) -> int:
+    if name not in names:
+        raise InputError(unknown(what, name, names))
+    return names.index(name)

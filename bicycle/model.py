@@ -1,0 +1,131 @@
+"""A model = a bicycle and a set of effects; ``linear_model`` puts the numbers in."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from bicycle.effect import Effect, effect_class
+from bicycle.evaluation import Evaluator, evaluator
+from bicycle.linear_model import LinearModel, SpeedRange
+from bicycle.parameters import Bicycle
+from tyre.errors import InputError
+
+DEFAULT_CONTACT = "no_slip"
+
+
+@dataclass(frozen=True)
+class Model:
+    """A bicycle with effects. Without a contact law the wheels roll without slip (the Whipple bicycle).
+
+    Raises
+    ------
+    InputError
+        Two effects exclude each other, or one needs what no other provides.
+    """
+
+    bicycle: Bicycle
+    effects: tuple[Effect, ...] = ()
+    notes: tuple[str, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        effects = tuple(self.effects)
+        if not any(effect.slot == "contact law" for effect in effects):
+            effects = (effect_class(DEFAULT_CONTACT)(), *effects)
+        check_compatible(effects)
+        for effect in effects:
+            effect.check(self.bicycle.values)
+        object.__setattr__(self, "effects", tuple(sorted(effects, key=lambda effect: effect.identifier)))
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Every bicycle and effect parameter (SI), ``effect.name[.wheel]``."""
+        values = dict(self.bicycle.values)
+        for effect in self.effects:
+            values |= effect.values(self.bicycle.values)
+        return values
+
+    @property
+    def evaluator(self) -> Evaluator:
+        """The function that turns parameters into matrices, shared by all models with these effects."""
+        return evaluator(tuple(type(effect) for effect in self.effects))
+
+    def with_effect(self, effect: Effect) -> "Model":
+        """The same model with one more effect; a contact law takes the place of the one there was."""
+        kept = tuple(
+            other
+            for other in self.effects
+            if type(other) is not type(effect) and (effect.slot is None or other.slot != effect.slot)
+        )
+        return Model(self.bicycle, (*kept, effect), self.notes)
+
+    def linear_model(self) -> LinearModel:
+        """Build the numeric model.
+
+        Raises
+        ------
+        InputError
+            The mass matrix is not positive definite.
+        """
+        return linear_model(self.evaluator, self.parameters, self)
+
+
+def linear_model(evaluate: Evaluator, values: Mapping[str, float], model: Model) -> LinearModel:
+    """Numbers for one parameter set; a model whose equations switch at a speed gets one range on each side."""
+    switches = evaluate.switch_speeds(values)
+    borders = sorted({0.0, *(speed for speed in switches if speed > 0), math.inf})
+    ranges = []
+    for lower, upper in pairwise(borders):
+        indicators = tuple(float(upper <= speed) for speed in switches)
+        ranges.append(SpeedRange(lower, upper, evaluate(values, indicators)))
+    first = ranges[0].matrices
+    symmetric = (first.mass + first.mass.T) / 2
+    smallest = np.linalg.eigvalsh(symmetric)[0]
+    if smallest <= 0:
+        raise InputError(
+            f"bicycle {model.bicycle.name!r} with {', '.join(e.identifier for e in model.effects)}: the mass matrix is "
+            f"not positive definite (smallest eigenvalue {smallest:.4g}); check masses and moments of inertia"
+        )
+    symbolic = evaluate.symbolic
+    rear, front = (float(load) for load in first.static_loads)
+    return LinearModel(
+        states=symbolic.states,
+        inputs=symbolic.inputs,
+        outputs=symbolic.outputs,
+        ranges=tuple(ranges),
+        scale=_state_scale(symbolic.states, rear + front),
+        parameters=dict(values),
+        static_loads=(rear, front),
+        effects=tuple(effect.identifier for effect in model.effects),
+        warnings=(*model.bicycle.warnings, *model.notes),
+    )
+
+
+def check_compatible(effects: tuple[Effect, ...]) -> None:
+    """Refuse double-booked slots, repeated effects and unmet needs, naming both sides."""
+    slots: dict[str, Effect] = {}
+    provided = {thing for effect in effects for thing in effect.provides}
+    for number, effect in enumerate(effects):
+        if any(type(effect) is type(other) for other in effects[:number]):
+            raise InputError(f"effect {effect.identifier!r} is given twice")
+        if effect.slot is not None and effect.slot in slots:
+            raise InputError(
+                f"effects {slots[effect.slot].identifier!r} and {effect.identifier!r} exclude each other: "
+                f"both are the {effect.slot} of the model; keep one"
+            )
+        if effect.slot is not None:
+            slots[effect.slot] = effect
+        for need in effect.requires:
+            if need not in provided:
+                raise InputError(
+                    f"effect {effect.identifier!r} needs a {need}, which no other effect gives: {effect.why}"
+                )
+
+
+def _state_scale(states: tuple[str, ...], weight: float) -> Any:
+    """Force and moment states in units of the nearest power of two to the weight; everything else in SI."""
+    force_unit = 2.0 ** round(math.log2(weight))
+    return np.array([force_unit if name.endswith(("_force", "_moment")) else 1.0 for name in states])

@@ -1,0 +1,129 @@
+"""Model files: one TOML with a bicycle and a table per effect; tyre values may come from a measured tyre."""
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from bicycle.bicycle_file import load_bicycle
+from bicycle.effect import WHEELS, Effect, effect_class
+from bicycle.model import Model
+from bicycle.parameters import Bicycle
+from tyre import TyreMap
+from tyre.errors import InputError, unknown
+from tyre.properties import TyreProperties
+
+TOP_KEYS = ("bicycle", "effects", "description")
+TYRE_KEYS = ("tyre", "surface", "pressure_bar")
+PASCAL_PER_BAR = 1e5
+
+
+def read_model(path: str | Path) -> Model:
+    """Read a model file.
+
+    Raises
+    ------
+    InputError
+        No such file, not TOML, an unknown key, or values that make no bicycle, effect or combination.
+    """
+    path = Path(path)
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise InputError(f"{path}: no such model file") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: not a TOML file: {error}") from error
+    try:
+        return build_model(content, folder=path.parent)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def build_model(content: Mapping[str, Any], *, folder: Path = Path()) -> Model:
+    """Build a model from the content of a model file; files it names are relative to ``folder``."""
+    for key in content:
+        if key not in TOP_KEYS:
+            raise InputError(unknown("key", key, TOP_KEYS))
+    if "bicycle" not in content:
+        raise InputError("the key 'bicycle' is missing: give a packaged bicycle, a file, or a table of parameters")
+    bicycle = _bicycle(content["bicycle"], folder)
+    tables = content.get("effects", {})
+    if not isinstance(tables, Mapping) or not all(isinstance(table, Mapping) for table in tables.values()):
+        raise InputError("effects are tables: write [effects.NAME] and the parameters below it")
+    effects: list[Effect] = []
+    notes: list[str] = []
+    for identifier, table in tables.items():
+        kind = effect_class(identifier)
+        if any(key in table for key in TYRE_KEYS):
+            table, found = from_tyre(kind, table, bicycle)
+            notes += found
+        effects.append(kind(**table))
+    return Model(bicycle, tuple(effects), tuple(notes))
+
+
+def from_tyre(kind: type[Effect], table: Mapping[str, Any], bicycle: Bicycle) -> tuple[dict[str, Any], list[str]]:
+    """Replace ``tyre``, ``surface``, ``pressure_bar`` by the tyre's values at the static wheel loads.
+
+    Returns
+    -------
+    table : dict
+        The table with ``cornering_stiffness`` and, where the effect has it, ``relaxation_length`` per wheel.
+    notes : list of str
+        What must be told: extrapolation beyond the measured loads or pressures, borrowed values.
+    """
+    if kind.slot != "contact law" or not kind.parameters:
+        raise InputError(f"effect {kind.identifier!r} does not take a tyre; only side_slip and relaxation_length do")
+    filled = [p.name for p in kind.parameters if p.name in ("cornering_stiffness", "relaxation_length")]
+    for name in filled:
+        if name in table:
+            raise InputError(
+                f"effect {kind.identifier!r}: give either tyre, surface and pressure_bar or {name}, not both"
+            )
+    properties = wheel_tyres(
+        tyre=_need(kind, table, "tyre"), surface=table.get("surface", "flat"),
+        pressure_bar=_need(kind, table, "pressure_bar"), bicycle=bicycle,
+    )  # fmt: skip
+    rest = {key: value for key, value in table.items() if key not in TYRE_KEYS}
+    for name in filled:
+        rest[name] = {wheel: getattr(p, name) for wheel, p in properties.items()}
+    notes = []
+    for wheel, p in properties.items():
+        condition = f"{wheel} wheel: {p.tyre} on {p.surface} at {p.load:.0f} N and {p.pressure / PASCAL_PER_BAR:g} bar"
+        if not p.inside:
+            notes.append(f"{condition} is extrapolated beyond the measured loads or pressures")
+        notes += [f"{condition}: {note}" for note in p.notes]
+    return rest, notes
+
+
+def wheel_tyres(*, tyre: Any, surface: Any, pressure_bar: Any, bicycle: Bicycle) -> dict[str, TyreProperties]:
+    """Measured tyre properties at each wheel's static load; every argument is one value or {rear, front}."""
+    choices = {}
+    for name, value in (("tyre", tyre), ("surface", surface), ("pressure_bar", pressure_bar)):
+        per_wheel = value if isinstance(value, Mapping) else dict.fromkeys(WHEELS, value)
+        if set(per_wheel) != set(WHEELS):
+            raise InputError(f"{name} has the keys {', '.join(map(str, per_wheel))}; give rear and front, or one value")
+        choices[name] = per_wheel
+    found = {}
+    for wheel, load in zip(WHEELS, bicycle.static_loads, strict=True):
+        pressure = choices["pressure_bar"][wheel]
+        if isinstance(pressure, bool) or not isinstance(pressure, int | float):
+            raise InputError(f"pressure_bar = {pressure!r} must be a number in bar")
+        tyre_map = TyreMap.load(choices["tyre"][wheel], surface=choices["surface"][wheel])
+        found[wheel] = tyre_map.at(load=load, pressure=pressure * PASCAL_PER_BAR)
+    return found
+
+
+def _need(kind: type[Effect], table: Mapping[str, Any], key: str) -> Any:
+    if key not in table:
+        raise InputError(
+            f"effect {kind.identifier!r}: {key} is missing; a measured tyre needs tyre and pressure_bar (and surface)"
+        )
+    return table[key]
+
+
+def _bicycle(given: Any, folder: Path) -> Bicycle:
+    if isinstance(given, Mapping):
+        return Bicycle("bicycle of the model file", given)
+    if not isinstance(given, str):
+        raise InputError(f"bicycle = {given!r} must be a name, a file or a table of parameters")
+    return load_bicycle(folder / given if (folder / given).is_file() else given)

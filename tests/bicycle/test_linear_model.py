@@ -1,0 +1,159 @@
+"""The numeric model: names, limits of validity, inputs and outputs, conversion to control."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bicycle import Model, effect_class, load_bicycle
+from tyre.errors import InputError
+
+RELAXATION = {"cornering_stiffness": {"rear": 6302.5, "front": 6016.1}, "relaxation_length": 0.12}
+
+
+@pytest.fixture(scope="module")
+def whipple():
+    return Model(load_bicycle("benchmark")).linear_model()
+
+
+@pytest.fixture(scope="module")
+def tyred():
+    return Model(load_bicycle("benchmark"), (effect_class("relaxation_length")(**RELAXATION),)).linear_model()
+
+
+@pytest.fixture(scope="module")
+def slipping():
+    slip = effect_class("side_slip")(cornering_stiffness=6000.0)
+    return Model(load_bicycle("benchmark"), (slip,)).linear_model()
+
+
+def test_state_matrix_is_linear_in_speed_with_relaxation(tyred):
+    low, middle, high = tyred.state_matrix([2.0, 5.0, 8.0])
+    assert np.allclose(middle, (low + high) / 2, rtol=1e-12, atol=1e-12)
+    assert set(tyred.coefficients[0]) == {0, 1}
+
+
+def test_slip_without_relaxation_is_refused_at_rest(slipping):
+    with pytest.raises(InputError, match="speed 0 m/s is not allowed with side_slip"):
+        slipping.eigenvalues([0.0, 1.0])
+
+
+@pytest.mark.parametrize("speed", [-1.0, np.nan, np.inf])
+def test_speeds_that_make_no_sense_are_refused(whipple, speed):
+    with pytest.raises(InputError, match="give finite speeds >= 0"):
+        whipple.state_matrix([1.0, speed])
+
+
+def test_scaling_of_forces_leaves_the_eigenvalues_alone(tyred):
+    state, _, _ = tyred.matrices_at(5.0)
+    assert np.allclose(np.sort_complex(np.linalg.eigvals(state)), tyred.eigenvalues(5.0), rtol=1e-10)
+    assert set(np.log2(tyred.scale) % 1) == {0.0}
+
+
+def test_eigenvalues_keep_the_shape_of_the_speeds_and_are_sorted(tyred):
+    speeds = np.array([[1.0, 9.0, 4.0], [3.0, 2.0, 30.0]])
+    values = tyred.eigenvalues(speeds)
+    assert values.shape == (2, 3, 8)
+    assert (np.diff(values.real, axis=-1) >= 0).all()
+    assert (values[1, 2] == tyred.eigenvalues(30.0)).all()
+
+
+def test_control_carries_names_and_poles(tyred):
+    system = tyred.to_control(6.0)
+    assert system.input_labels == ["steer_torque", "lean_torque"]
+    assert system.state_labels == list(tyred.states)
+    assert system.output_labels == list(tyred.outputs)
+    assert np.allclose(np.sort_complex(system.poles()), tyred.eigenvalues(6.0), rtol=1e-9)
+
+
+def test_control_selects_by_name_and_refuses_unknown_names(tyred):
+    system = tyred.to_control(6.0, inputs=["rear_slip"], outputs=["yaw_rate", "lean"])
+    assert (system.ninputs, system.noutputs) == (1, 2)
+    with pytest.raises(InputError, match="unknown input 'torque'; .*known: "):
+        tyred.to_control(6.0, inputs=["torque"])
+    with pytest.raises(InputError, match="unknown output 'yawrate'; did you mean 'yaw_rate'"):
+        tyred.to_control(6.0, outputs=["yawrate"])
+
+
+def test_steady_turn_of_the_whipple_bicycle_obeys_its_rolling_constraint(whipple):
+    # yaw rate = (v steer + trail rate) cos(lam) / w (Meijaard et al. 2007, eq. for yaw rate)
+    _, _, outputs = whipple.matrices_at(7.0)
+    row = outputs[whipple.outputs.index("yaw_rate")]
+    cos = np.cos(np.pi / 10)
+    expected = {"steer": 7.0 * cos / 1.02, "steer_rate": 0.08 * cos / 1.02, "lean": 0.0, "lean_rate": 0.0}
+    assert dict(zip(whipple.states, row, strict=True)) == pytest.approx(expected)
+
+
+def test_imposed_slip_pushes_towards_the_slip(tyred):
+    # steady side force of a tyre held straight: F = C alpha, so dF/dt = (v/lambda) C alpha from rest
+    _, inputs, _ = tyred.matrices_at(4.0)
+    rate = inputs[tyred.states.index("rear_side_force"), tyred.inputs.index("rear_slip")]
+    assert rate == pytest.approx(4.0 / 0.12 * 6302.5)
+
+
+def test_a_right_lean_pushes_the_tyre_right():
+    camber = effect_class("camber_thrust")(camber_stiffness=400.0)
+    model = Model(load_bicycle("benchmark"), (effect_class("relaxation_length")(**RELAXATION), camber)).linear_model()
+    state, _, _ = model.matrices_at(5.0)
+    gain = state[model.states.index("rear_side_force"), model.states.index("lean")]
+    assert gain == pytest.approx(5.0 / 0.12 * 400.0)
+    without, _, _ = Model(load_bicycle("benchmark"), model_effects()).linear_model().matrices_at(5.0)
+    assert without[model.states.index("rear_side_force"), model.states.index("lean")] == 0
+
+
+def model_effects():
+    return (effect_class("relaxation_length")(**RELAXATION),)
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    length=st.floats(0.1, 10.0), mass=st.floats(0.1, 10.0), time=st.floats(0.1, 10.0),
+    speed=st.floats(0.5, 20.0), damping=st.floats(0.0, 3.0),
+)  # fmt: skip
+def test_units_do_not_matter(length, mass, time, speed, damping):
+    factor = {
+        "m": length, "kg": mass, "kg m^2": mass * length**2, "rad": 1.0, "m/s^2": length / time**2,
+        "N/rad": mass * length / time**2, "N m s/rad": mass * length**2 / time, "1": 1.0,
+    }  # fmt: skip
+    from bicycle.parameters import UNITS, Bicycle
+
+    values = load_bicycle("benchmark").values
+    scaled = Bicycle("scaled", {key: values[key] * factor[UNITS[key]] for key in UNITS})
+
+    def build(bicycle, unit):
+        force, moment = factor["N/rad"] if unit else 1.0, factor["N m s/rad"] if unit else 1.0
+        return Model(
+            bicycle,
+            (
+                effect_class("relaxation_length")(
+                    cornering_stiffness=6000.0 * force, relaxation_length=0.1 * (length if unit else 1.0)
+                ),
+                effect_class("camber_thrust")(camber_stiffness=300.0 * force, lag_share=0.7),
+                effect_class("pneumatic_trail")(trail=min(0.02 * (length if unit else 1.0), 0.2)),
+                effect_class("steer_damper")(damping=damping * moment),
+            ),
+        ).linear_model()
+
+    plain = build(load_bicycle("benchmark"), False).eigenvalues(speed)
+    other = build(scaled, True).eigenvalues(speed * length / time) * time
+    distance = np.abs(plain[:, None] - other[None]).min(axis=1)
+    assert (distance <= 1e-7 * np.maximum(np.abs(plain), 1)).all()
+
+
+def test_incompatible_effects_are_refused_by_name():
+    bicycle = load_bicycle("benchmark")
+    slip = effect_class("side_slip")(cornering_stiffness=6000.0)
+    with pytest.raises(InputError, match="'side_slip' exclude each other: both are the contact law"):
+        Model(bicycle, (*model_effects(), slip))
+    with pytest.raises(InputError, match="'camber_thrust' needs a tyre force.*under no_slip"):
+        Model(bicycle, (effect_class("camber_thrust")(camber_stiffness=300.0),))
+    with pytest.raises(InputError, match="'side_slip' is given twice"):
+        Model(bicycle, (slip, slip))
+
+
+def test_with_effect_replaces_a_contact_law_and_adds_others():
+    model = Model(load_bicycle("benchmark"), model_effects())
+    damped = model.with_effect(effect_class("steer_damper")(damping=1.0))
+    assert [e.identifier for e in damped.effects] == ["relaxation_length", "steer_damper"]
+    slipping = damped.with_effect(effect_class("side_slip")(cornering_stiffness=6000.0))
+    assert [e.identifier for e in slipping.effects] == ["side_slip", "steer_damper"]

@@ -1,0 +1,163 @@
+"""Model files: bicycles, effects, measured tyres at the static loads, and what is refused."""
+
+import json
+
+import pytest
+
+from bicycle import load_bicycle
+from bicycle.model_file import build_model, read_model
+from studies.cli import main
+from tyre.errors import InputError
+
+TYRE = {"tyre": "Tyre1", "pressure_bar": 5.5}
+
+
+def test_tyre_values_come_from_the_map_at_the_static_loads():
+    model = build_model({"bicycle": "pista_rider_drops", "effects": {"relaxation_length": TYRE}})
+    values = model.parameters
+    # Dell'Orto et al., tables 2 and 6, 5.5 bar: 106.4 N/deg, 100.9 mm at 340 N and 114.8 N/deg, 108.9 mm at 490 N;
+    # the wheels carry 345 and 457 N, between them
+    per_radian = 57.29577951308232
+    assert 106.4 * per_radian < values["relaxation_length.cornering_stiffness.front"] < 111.7 * per_radian
+    assert 111.7 * per_radian < values["relaxation_length.cornering_stiffness.rear"] < 114.8 * per_radian
+    assert 0.1009 < values["relaxation_length.relaxation_length.front"] < 0.1060
+    assert 0.1060 < values["relaxation_length.relaxation_length.rear"] < 0.1089
+    assert not any("extrapolated" in note for note in model.linear_model().warnings)
+
+
+def test_tyre_surface_and_pressure_may_differ_between_the_wheels():
+    mixed = {
+        "tyre": {"rear": "Tyre3", "front": "Tyre1"},
+        "surface": {"rear": "flat", "front": "drum"},
+        "pressure_bar": {"rear": 7.5, "front": 3.5},
+    }
+    model = build_model({"bicycle": "pista_rider_drops", "effects": {"relaxation_length": mixed}})
+    lengths = model.effects[0].relaxation_length
+    assert lengths.rear > 0.145  # Tyre3, 7.5 bar: 145.8 mm at 400 N, 163.3 mm at 490 N (table 9)
+    assert 0.1186 <= lengths.front < 0.1231  # Tyre1, drum, 3.5 bar: 118.6 mm at 340 N, 123.1 mm at 400 N (table 7)
+
+
+def test_extrapolation_is_said():
+    model = build_model({"bicycle": "benchmark", "effects": {"side_slip": TYRE}})
+    assert sum("extrapolated beyond the measured" in note for note in model.linear_model().warnings) == 2
+
+
+def test_bicycle_as_table_and_as_file_next_to_the_model(tmp_path):
+    values = dict(load_bicycle("benchmark").values)
+    (tmp_path / "mine.yml").write_text("".join(f"{k}: {v}\n" for k, v in values.items()))
+    (tmp_path / "model.toml").write_text('bicycle = "mine.yml"\n')
+    assert dict(read_model(tmp_path / "model.toml").bicycle.values) == values
+    assert dict(build_model({"bicycle": values}).bicycle.values) == values
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ({}, "the key 'bicycle' is missing"),
+        ({"bicycle": 3}, "bicycle = 3 must be a name, a file or a table"),
+        ({"bicycle": "benchmark", "effect": {}}, "unknown key 'effect'; did you mean 'effects'"),
+        ({"bicycle": "benchmark", "effects": {"side_slip": 1}}, "effects are tables"),
+        ({"bicycle": "benchmark", "effects": {"sideslip": {}}}, "unknown effect 'sideslip'; did you mean 'side_slip'"),
+        ({"bicycle": "benchmark", "effects": {"side_slip": {}}}, "missing parameter 'cornering_stiffness'"),
+        ({"bicycle": "benchmark", "effects": {"side_slip": {"tyre": "Tyre1"}}}, "pressure_bar is missing"),
+        ({"bicycle": "benchmark", "effects": {"side_slip": {"pressure_bar": 5.5}}}, "tyre is missing"),
+        ({"bicycle": "benchmark", "effects": {"steer_damper": TYRE}}, "'steer_damper' does not take a tyre"),
+        (
+            {"bicycle": "benchmark", "effects": {"side_slip": {**TYRE, "cornering_stiffness": 1.0}}},
+            "give either tyre, surface and pressure_bar or cornering_stiffness, not both",
+        ),
+        ({"bicycle": "benchmark", "effects": {"side_slip": {**TYRE, "pressure_bar": "5"}}}, "pressure_bar = '5' must"),
+        ({"bicycle": "benchmark", "effects": {"side_slip": {**TYRE, "surface": {"rear": "flat"}}}}, "surface has the"),
+        ({"bicycle": "benchmark", "effects": {"side_slip": {**TYRE, "tyre": "Tyre9"}}}, "Tyre9"),
+        ({"bicycle": "benchmark", "effects": {"side_slip": {**TYRE, "surface": "gravel"}}}, "gravel"),
+    ],
+)
+def test_refused_models(content, words):
+    with pytest.raises(InputError, match=words):
+        build_model(content)
+
+
+def test_unreadable_model_files(tmp_path):
+    with pytest.raises(InputError, match="no such model file"):
+        read_model(tmp_path / "absent.toml")
+    (tmp_path / "bad.toml").write_text("bicycle = ")
+    with pytest.raises(InputError, match="not a TOML file"):
+        read_model(tmp_path / "bad.toml")
+    (tmp_path / "worse.toml").write_text('bicycle = "benchmark"\n[effects.steer_damper]\ndamping = -1.0\n')
+    with pytest.raises(
+        InputError, match=r"worse.toml: effect 'steer_damper': damping = -1 N m s/rad is outside 0 .. inf"
+    ):
+        read_model(tmp_path / "worse.toml")
+
+
+def run(capsys, *arguments):
+    main([str(argument) for argument in arguments])
+    return capsys.readouterr()
+
+
+@pytest.fixture
+def whipple(tmp_path):
+    path = tmp_path / "whipple.toml"
+    path.write_text('bicycle = "benchmark"\n')
+    return path
+
+
+def test_modes_command_writes_the_published_eigenvalues(whipple, capsys):
+    out = json.loads(run(capsys, "modes", whipple, "--speeds", "4:6:1", "--json", "-").out)
+    assert out["speeds_m_s"] == [4.0, 5.0, 6.0]
+    assert out["states"] == ["lean_rate", "steer_rate", "lean", "steer"]
+    # Meijaard et al. (2007), table 2, 5 m/s
+    assert out["modes"]["weave"][1] == [pytest.approx([-0.77534188219585, 4.46486771378823], abs=1e-10)]
+    assert out["modes"]["capsize"][1] == [pytest.approx([-0.32286642900409, 0.0], abs=1e-10)]
+    assert out["modes"]["castering"][1] == [pytest.approx([-14.0783896927982, 0.0], abs=1e-10)]
+    assert [row == sorted(row) for row in out["eigenvalues"]] == [True] * 3
+    assert [(c["mode"], c["kind"], c["direction"]) for c in out["critical_speeds"]] == [
+        ("weave", "oscillatory", "stabilising"),
+        ("capsize", "real", "destabilising"),
+    ]
+
+
+def test_critical_command_prints_and_writes(whipple, capsys, tmp_path):
+    shown = run(capsys, "critical", whipple, "--json", tmp_path / "c.json")
+    assert "4.292383" in shown.out
+    assert "6.024262" in shown.out
+    found = json.loads((tmp_path / "c.json").read_text())["critical_speeds"]
+    # Meijaard et al. (2007): weave and capsize speed
+    assert [c["speed_m_s"] for c in found] == pytest.approx([4.29238253634111, 6.02426201538837], abs=1e-10)
+    short = json.loads(run(capsys, "critical", whipple, "--max-speed", "5", "--json", "-").out)
+    assert len(short["critical_speeds"]) == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["modes", "{model}", "--speeds", "fast"], "give start:stop:step"),
+        (["modes", "{model}", "--speeds", "0:20"], "give start:stop:step"),
+        (["modes", "{model}", "--speeds", "0:inf:1"], "give start:stop:step"),
+        (["modes", "{model}", "--speeds", "0:20:0"], "the step must be positive"),
+        (["modes", "{model}", "--speeds", "0:2000:0.001"], "are more than 1000000"),
+        (["modes", "{model}", "--speeds=-1,2"], "speed -1 m/s is not allowed"),
+        (["modes", "absent.toml", "--speeds", "1"], "no such model file"),
+        (["modes", "{model}"], "Missing option '--speeds'"),
+        (["mode", "{model}"], "No such command 'mode'"),
+        (["critical", "{model}", "--max-speed", "-1"], "max"),
+        (["modes", "{model}", "--speeds", "1", "--json", "{folder}/absent/x.json"], "No such file"),
+    ],
+)
+def test_bad_use_ends_with_one_line_and_exit_code_2(arguments, words, whipple, capsys):
+    filled = [a.format(model=whipple, folder=whipple.parent) for a in arguments]
+    with pytest.raises(SystemExit) as stop:
+        main(filled)
+    shown = capsys.readouterr()
+    assert stop.value.code == 2
+    assert words in shown.err
+    assert shown.err.count("\n") == 1
+    assert "Traceback" not in shown.err
+
+
+def test_speed_zero_is_refused_for_slip_without_relaxation(tmp_path, capsys):
+    path = tmp_path / "slip.toml"
+    path.write_text('bicycle = "benchmark"\n[effects.side_slip]\ncornering_stiffness = 6000.0\n')
+    with pytest.raises(SystemExit):
+        main(["modes", str(path), "--speeds", "0:2:1"])
+    assert "speed 0 m/s is not allowed with side_slip" in capsys.readouterr().err
