@@ -1,0 +1,202 @@
+"""Reading and writing tyre tables: units, derived stiffness, sharing, round trip, and what is said about bad files."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tyre import InputError, MeasuredTable
+from tyre.table_io import read_folder, read_table, write_table
+from tyre.tables import common_lateral_stiffness
+
+CSV = """load_N,pressure_bar,cornering_stiffness_N_per_deg,relaxation_length_mm
+300,4,90.0,100.0
+500,4,110.0,120.0
+"""
+TOML = 'tyre = "mine"\nsurface = "flat"\nsource = "my lab"\n'
+
+
+def put(folder: Path, csv_text: str = CSV, toml_text: str = TOML, name: str = "mine") -> Path:
+    (folder / f"{name}.csv").write_text(csv_text)
+    (folder / f"{name}.toml").write_text(toml_text)
+    return folder / f"{name}.csv"
+
+
+def test_units_and_derived_lateral_stiffness(tmp_path: Path) -> None:
+    table = read_table(put(tmp_path, toml_text=TOML + "relaxation_length_sd_mm = 3\n"))
+    np.testing.assert_allclose(table.load, [300, 500])
+    np.testing.assert_allclose(table.pressure, [4e5, 4e5])
+    # 90 N/deg = 5156.62 N/rad; over 0.1 m = 51566.2 N/m; 3 mm of 100 mm = 3 %
+    assert table.cornering_stiffness[0] == pytest.approx(5156.6202, rel=1e-7)
+    assert table.lateral_stiffness[0] == pytest.approx(51566.202, rel=1e-7)
+    assert table.lateral_stiffness_sd[0] == pytest.approx(0.03 * 51566.202, rel=1e-7)
+    assert table.cornering_stiffness_sd is None
+
+
+def test_lateral_stiffness_column_and_standard_deviations(tmp_path: Path) -> None:
+    text = (
+        "load_N,pressure_bar,cornering_stiffness_N_per_deg,cornering_stiffness_sd_N_per_deg,"
+        "lateral_stiffness_N_per_mm,lateral_stiffness_sd_N_per_mm\n300,4,90,1.8,50,2\n"
+    )
+    table = read_table(put(tmp_path, csv_text=text).with_suffix(".toml"))
+    assert table.relaxation_length[0] == pytest.approx(5156.6202 / 50e3, rel=1e-7)
+    assert table.cornering_stiffness_sd is not None
+    assert table.cornering_stiffness_sd[0] == pytest.approx(0.02 * 5156.6202, rel=1e-7)
+    assert table.lateral_stiffness_sd[0] == pytest.approx(2000)
+
+
+def test_round_trip(tmp_path: Path) -> None:
+    table = MeasuredTable(
+        tyre="T",
+        surface="drum",
+        load=np.array([333.3, 444.4]),
+        pressure=np.array([3.1e5, 3.1e5]),
+        cornering_stiffness=np.array([5000.1, 6000.2]),
+        cornering_stiffness_sd=np.array([50.5, 60.25]),
+        lateral_stiffness=np.array([50001.0, 60002.0]),
+        lateral_stiffness_sd=np.array([1001.0, 1202.0]),
+        lateral_stiffness_shared_over=("load",),
+        resolution=(5.7, 1e-4),
+        source="a lab",
+        description="a tyre",
+        notes=("one", "two"),
+        synthetic=True,
+        drum_diameter=2.6,
+        width=0.026,
+    )
+    write_table(table, tmp_path / "T.csv")
+    back = read_table(tmp_path / "T.csv")
+    for name in ("load", "pressure", "cornering_stiffness", "cornering_stiffness_sd", "lateral_stiffness"):
+        np.testing.assert_allclose(getattr(back, name), getattr(table, name), rtol=1e-14)
+    np.testing.assert_allclose(back.lateral_stiffness_sd, table.lateral_stiffness_sd, rtol=1e-14)
+    assert back.resolution == pytest.approx(table.resolution, rel=1e-14)
+    for name in ("tyre", "surface", "lateral_stiffness_shared_over", "source", "description", "notes", "synthetic"):
+        assert getattr(back, name) == getattr(table, name)
+    assert (back.drum_diameter, back.width) == pytest.approx((2.6, 0.026), rel=1e-14)
+
+
+SHARED = (
+    'lateral_stiffness_shared_over = ["load"]\n'
+    "[resolution]\ncornering_stiffness_N_per_deg = 0.1\nrelaxation_length_mm = 0.1\n"
+)
+
+
+def test_shared_stiffness_has_a_common_interval(tmp_path: Path) -> None:
+    text = CSV.replace("110.0,120.0", "108.0,120.0")  # 90/100 = 108/120
+    common = common_lateral_stiffness([read_table(put(tmp_path, csv_text=text, toml_text=TOML + SHARED))])
+    ((low, high),) = common.values()
+    assert low < np.degrees(0.9) * 1e3 < high
+    # the tighter of the two conditions: (108 -+ 0.05) N/deg over (120 +- 0.05) mm
+    assert high - low == pytest.approx(2 * np.degrees(0.9) * 1e3 * (0.05 / 108 + 0.05 / 120), rel=1e-3)
+
+
+def test_packaged_tables_share_as_declared() -> None:
+    tables = read_folder()
+    assert sum(2 * table.load.size for table in tables) == 72
+    common = common_lateral_stiffness(tables)
+    assert sorted(common) == [(3.5e5,), (5.5e5,), (7.5e5,)]
+
+
+def test_shared_stiffness_that_disagrees_is_refused(tmp_path: Path) -> None:
+    table = read_table(put(tmp_path, toml_text=TOML + SHARED))
+    with pytest.raises(InputError, match=r"mine on flat: the lateral stiffness at 500 N, 4 bar, 52\.52 N/mm, differs"):
+        common_lateral_stiffness([table])
+
+
+@pytest.mark.parametrize(
+    ("csv_text", "message"),
+    [
+        ("", "column 'load_N' is missing"),
+        (CSV.replace("load_N", "load_n"), r"unknown column 'load_n' \(did you mean 'load_N'\?\)"),
+        (CSV.replace("pressure_bar", "load_N"), "column 'load_N' appears twice"),
+        (
+            CSV.replace(",relaxation_length_mm", "").replace(",100.0", "").replace(",120.0", ""),
+            "give one of the columns",
+        ),
+        (CSV.splitlines()[0], "no conditions below the column names"),
+        (CSV.replace(",100.0", ""), "row 2: 3 cells under 4 columns"),
+        (CSV.replace("110.0", "11o.0"), "row 3: cornering_stiffness_N_per_deg is '11o.0', which is not a number"),
+        (CSV.replace("110.0", "-110.0"), "row 3: cornering_stiffness_N_per_deg is -110.0; it must be finite and > 0"),
+        (CSV.replace("110.0", "nan"), "row 3: cornering_stiffness_N_per_deg is nan; it must be finite and > 0"),
+        (CSV.replace("500,4", "300,4"), "300 N at 4 bar appears twice"),
+    ],
+)
+def test_bad_csv(tmp_path: Path, csv_text: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        read_table(put(tmp_path, csv_text=csv_text))
+
+
+@pytest.mark.parametrize(
+    ("toml_text", "message"),
+    [
+        ("tyre = ", "mine.toml: not valid TOML"),
+        (TOML + "notez = []\n", r"unknown key 'notez' \(did you mean 'notes'\?\)"),
+        (TOML + 'synthetic = "no"\n', "synthetic = 'no' has the wrong type"),
+        (TOML + "width_mm = -26\n", "width_mm = -26; it must be finite and > 0"),
+        (TOML + "relaxation_length_sd_mm = true\n", "relaxation_length_sd_mm = True has the wrong type"),
+        (TOML.replace('source = "my lab"', ""), "key 'source' is missing"),
+        (TOML + "notes = [1]\n", "notes holds 1; only strings are allowed"),
+        (TOML + "[resolution]\nrelaxation_length_m = 0.1\n", "unknown key 'resolution.relaxation_length_m'"),
+        (
+            TOML + "[resolution]\nrelaxation_length_mm = 0\n",
+            "resolution.relaxation_length_mm = 0; it must be finite and > 0",
+        ),
+        (TOML + "[resolution]\nrelaxation_length_mm = 0.1\n", r"\[resolution\] needs both"),
+        (TOML.replace("flat", "road"), "mine on road: surface is 'road'; allowed are 'flat', 'drum'"),
+        (
+            TOML + 'lateral_stiffness_shared_over = ["loads"]\n',
+            "lateral_stiffness_shared_over has 'loads'; allowed are",
+        ),
+    ],
+)
+def test_bad_sidecar(tmp_path: Path, toml_text: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        read_table(put(tmp_path, toml_text=toml_text))
+
+
+def test_contradicting_standard_deviations(tmp_path: Path) -> None:
+    with_sd = CSV.replace("relaxation_length_mm", "relaxation_length_mm,relaxation_length_sd_mm")
+    with_sd = with_sd.replace("100.0", "100.0,3").replace("120.0", "120.0,3")
+    with pytest.raises(InputError, match="relaxation_length_sd_mm stands in the table and in its sidecar; keep one"):
+        read_table(put(tmp_path, with_sd, TOML + "relaxation_length_sd_mm = 3\n"))
+    both = with_sd.replace("relaxation_length_sd_mm", "relaxation_length_sd_mm,lateral_stiffness_sd_N_per_mm")
+    both = both.replace(".0,3", ".0,3,1")
+    with pytest.raises(InputError, match="standard deviations of relaxation length and lateral stiffness; keep one"):
+        read_table(put(tmp_path, both))
+    stiffness = CSV.replace("relaxation_length_mm", "lateral_stiffness_N_per_mm")
+    with pytest.raises(InputError, match="but the column relaxation_length_mm is not there"):
+        read_table(put(tmp_path, stiffness, TOML + "relaxation_length_sd_mm = 3\n"))
+
+
+def test_missing_files_and_wrong_endings(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no such tyre table"):
+        read_table(tmp_path / "nothing.csv")
+    with pytest.raises(InputError, match="give the path of either"):
+        read_table(tmp_path / "nothing.xlsx")
+    put(tmp_path).with_suffix(".toml").unlink()
+    with pytest.raises(InputError, match=r"its sidecar mine\.toml is missing"):
+        read_table(tmp_path / "mine.csv")
+    with pytest.raises(InputError, match="no such folder of tyre tables"):
+        read_folder(tmp_path / "nowhere")
+    with pytest.raises(InputError, match=r"is written as \.csv"):
+        write_table(read_folder()[0], tmp_path / "x.toml")
+
+
+def test_arrays_must_fit_and_be_positive() -> None:
+    good = {
+        "tyre": "T",
+        "surface": "flat",
+        "load": np.array([300.0, 400.0]),
+        "pressure": np.array([4e5, 4e5]),
+        "cornering_stiffness": np.array([5e3, 6e3]),
+        "lateral_stiffness": np.array([5e4, 5e4]),
+        "lateral_stiffness_sd": np.array([1e3, 1e3]),
+    }
+    with pytest.raises(InputError, match=r"lateral_stiffness has shape \(1,\); every column needs the shape of load"):
+        MeasuredTable(**(good | {"lateral_stiffness": np.array([5e4])}))
+    with pytest.raises(InputError, match="lateral_stiffness_sd of condition 2 is -1; it must be finite and >= 0"):
+        MeasuredTable(**(good | {"lateral_stiffness_sd": np.array([1e3, -1.0])}))
+    with pytest.raises(InputError, match="load of condition 1 is 0; it must be finite and > 0"):
+        MeasuredTable(**(good | {"load": np.array([0.0, 400.0])}))
+    with pytest.raises(ValueError, match="read-only"):
+        MeasuredTable(**good).load[0] = 1.0
