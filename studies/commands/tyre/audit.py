@@ -1,0 +1,45 @@
+"""``velotyre tyre audit``: the paper's claims against the values of its own tables."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command(name="audit", short_help="The paper's claims against its own tables.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    default=Path("out"),
+    show_default=True,
+    help="Folder for paper_audit.csv and paper_audit.md, or one .csv or .md file.",
+)
+@click.option("--json", "json_file", type=click.Path(allow_dash=True), help="Write JSON to a file, or - for stdout.")
+def command(out: Path, json_file: str | None) -> None:
+    """Test every quantitative claim of the tyre paper on the values of its own tables.
+
+    Prints claim, value of the text, value from the tables and verdict (holds, partly, fails), and writes the same with
+    remarks as CSV and Markdown.
+    """
+    import json
+
+    from tabulate import tabulate
+
+    from tyre import audit
+
+    findings = audit.audit()
+    files = audit.write(findings, out)
+    records = audit.as_records(findings)
+    if json_file == "-":
+        click.echo(json.dumps({"claims": records}, indent=2))
+        return
+    if json_file:
+        Path(json_file).write_text(json.dumps({"claims": records}, indent=2) + "\n", encoding="utf-8")
+    rows = [
+        [record["section"], record["claim"], record["text"], record["computed"], record["verdict"]]
+        for record in records
+    ]
+    headers = ["section", "claim of the text", "text", "from the tables", "verdict"]
+    click.echo(
+        tabulate(rows, headers=headers, maxcolwidths=[8, 44, 16, 44, None], tablefmt="simple", disable_numparse=True)
+    )
+    click.echo(f"\n{audit.summary(findings)}; written to {', '.join(file.as_posix() for file in files)}")
