@@ -69,7 +69,7 @@ def from_tyre(kind: type[Effect], table: Mapping[str, Any], bicycle: Bicycle) ->
     table : dict
         The table with ``cornering_stiffness`` and, where the effect has it, ``relaxation_length`` per wheel.
     notes : list of str
-        What must be told: extrapolation beyond the measured loads or pressures, borrowed values.
+        Which wheel's tyre is extrapolated beyond the measured loads or pressures.
     """
     if kind.slot != "contact law" or not kind.parameters:
         raise InputError(f"effect {kind.identifier!r} does not take a tyre; only side_slip and relaxation_length do")
@@ -86,12 +86,12 @@ def from_tyre(kind: type[Effect], table: Mapping[str, Any], bicycle: Bicycle) ->
     rest = {key: value for key, value in table.items() if key not in TYRE_KEYS}
     for name in filled:
         rest[name] = {wheel: getattr(p, name) for wheel, p in properties.items()}
-    notes = []
-    for wheel, p in properties.items():
-        condition = f"{wheel} wheel: {p.tyre} on {p.surface} at {p.load:.0f} N and {p.pressure / PASCAL_PER_BAR:g} bar"
-        if not p.inside:
-            notes.append(f"{condition} is extrapolated beyond the measured loads or pressures")
-        notes += [f"{condition}: {note}" for note in p.notes]
+    notes = [
+        f"{wheel} wheel: {p.tyre} on {p.surface} at {p.load:.0f} N and {p.pressure / PASCAL_PER_BAR:g} bar "
+        "is extrapolated beyond the measured loads or pressures"
+        for wheel, p in properties.items()
+        if not p.inside
+    ]
     return rest, notes
 
 

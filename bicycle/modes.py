@@ -1,0 +1,152 @@
+"""The modes of a model along speed: every eigenvalue in exactly one named branch.
+
+>>> from bicycle import Model, load_bicycle
+>>> found = modes(Model(load_bicycle("benchmark")).linear_model(), [4.0, 5.0])
+>>> found.frequency("weave").round(3), found.damping_ratio("weave").round(3)
+(array([0.49 , 0.711]), array([-0.133,  0.171]))
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bicycle.linear_model import LinearModel
+from bicycle.mode_events import ModeEvent
+from bicycle.mode_shapes import ModeShape, mode_shape
+from bicycle.tracker import Tracker
+from bicycle.tracking import Array, Complex
+from tyre.errors import InputError
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Eigenvalues along speed, tracked and named.
+
+    Attributes
+    ----------
+    speeds : ndarray, shape (m,)
+        In the order they were asked for, m/s.
+    eigenvalues : ndarray, shape (m, n)
+        1/s, at each speed sorted by real then imaginary part.
+    branches : mapping of str to ndarray, shape (m, 2)
+        Name -> values at each speed: one with im > 0 for a pair, two real ones after it has split (the larger first),
+        NaN where there is none. Where a pair is made of halves of two modes, their identity is lost, there and
+        farther from the anchor speed: the roots of both are then listed under the joint name, "capsize+weave"
+        (which may need more than two columns).
+    events : tuple of ModeEvent
+        Real roots that merge to a pair or come from one, modes that exchange character, jumps at a switch speed.
+    anchor : float
+        Speed at which the names were given, m/s.
+    """
+
+    speeds: Array
+    eigenvalues: Complex
+    branches: Mapping[str, Complex]
+    events: tuple[ModeEvent, ...]
+    anchor: float
+    model: LinearModel = field(repr=False)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the modes that occur."""
+        return tuple(self.branches)
+
+    def branch(self, name: str) -> Complex:
+        """Values (m, 2) of one mode.
+
+        Raises
+        ------
+        InputError
+            The model has no such mode.
+        """
+        if name not in self.branches:
+            raise InputError(f"unknown mode {name!r}; this model has {', '.join(self.branches)}")
+        return self.branches[name]
+
+    def frequency(self, name: str) -> Array:
+        """Damped frequency Im/(2 pi) in Hz, shape (m,); 0 where the roots are real, NaN where there is no such mode."""
+        return np.asarray(self.branch(name)[:, 0].imag / (2 * np.pi))
+
+    def damping_ratio(self, name: str) -> Array:
+        """Damping ratio, shape (m,).
+
+        -Re/|lambda| of a pair, -(a + b) / (2 sqrt(a b)) of two real roots of one sign (above 1 in size), otherwise
+        (one real root, roots of both signs, no such mode) NaN.
+        """
+        first, second = self.branch(name)[:, :2].T
+        with np.errstate(invalid="ignore", divide="ignore"):
+            overdamped = -(first + second).real / (2 * np.sqrt(np.maximum((first * second).real, 0)))
+            ratio = np.where(first.imag > 0, -first.real / np.abs(first), overdamped)
+        return np.where(np.isfinite(ratio), ratio, np.nan)
+
+    def shape(self, name: str) -> ModeShape:
+        """Magnitude and phase of lean, steer, yaw and lateral motion (of the first value of a branch)."""
+        return mode_shape(self.model, self.speeds, self.branch(name)[:, 0])
+
+    def to_dict(self) -> dict[str, list[list[list[float]] | None]]:
+        """JSON form: name -> for each speed a list of [re, im] in 1/s, or None where the mode is not there."""
+        return {
+            name: [[[z.real, z.imag] for z in row[~np.isnan(row)].tolist()] or None for row in values]
+            for name, values in self.branches.items()
+        }
+
+
+def modes(model: LinearModel, speeds: ArrayLike) -> Modes:
+    """Eigenvalues, tracked and named, at speeds in any order.
+
+    Names are given at an anchor speed that depends on the model alone and carried up and down by tracking, so what a
+    root is called at one speed does not depend on the other speeds asked for.
+
+    Parameters
+    ----------
+    model : LinearModel
+    speeds : array_like, shape (m,)
+        Forward speeds, m/s.
+
+    Raises
+    ------
+    InputError
+        No speeds, or a speed that the model does not allow.
+    """
+    v = np.atleast_1d(model.check_speeds(speeds))
+    if v.ndim != 1 or not v.size:
+        raise InputError(f"speeds have shape {v.shape}; give one or more speeds in a row")
+    tracker = Tracker.over(model, float(v.min()), float(v.max()))
+    ordered = tracker.ordered(v)
+    index, labels = tracker.labels(v, ordered)
+    events = tuple(event for event in tracker.events if v.min() <= event.speed <= v.max())
+    return Modes(
+        v, np.sort_complex(ordered), _branches(ordered, index, labels, tracker.naming.names), events,
+        tracker.naming.anchor, model,
+    )  # fmt: skip
+
+
+def _branches(
+    ordered: Complex, index: NDArray[np.intp], labels: Sequence[tuple[str, ...]], names: Sequence[str]
+) -> dict[str, Complex]:
+    shown = np.where(ordered.imag < 0, np.nan, ordered)  # a pair is shown by its upper half
+    every = sorted({*names, *(name for case in labels for name in case)}, key=_rank)
+    found = {name: np.full((len(ordered), 2), np.nan, complex) for name in every}
+    for k, case in enumerate(labels):
+        rows = np.flatnonzero(index == k)
+        for name in set(case):
+            columns = np.flatnonzero([label == name for label in case])
+            values = shown[rows[:, None], columns]
+            order = np.lexsort((-values.real, -values.imag), axis=1)  # pairs, then real roots; NaN last
+            values = np.take_along_axis(values, order, 1)
+            wanted = max(2, int((~np.isnan(values)).sum(1).max()))
+            if found[name].shape[1] < wanted:
+                padding = np.full((len(ordered), wanted - found[name].shape[1]), np.nan, complex)
+                found[name] = np.hstack([found[name], padding])
+            width = min(values.shape[1], wanted)
+            found[name][rows, :width] = values[:, :width]
+    return found
+
+
+ORDER = ("weave", "wobble", "capsize", "castering", "rear_tyre", "front_compliance", "rider")
+
+
+def _rank(name: str) -> tuple[int, int, str]:
+    return name.count("+"), ORDER.index(name) if name in ORDER else len(ORDER), name

@@ -1,0 +1,67 @@
+"""What the commands share: reading a list of speeds, printing tables, writing JSON."""
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+from numpy.typing import NDArray
+
+from tyre.errors import InputError
+
+MOST_SPEEDS = 1_000_000
+
+
+def parse_speeds(text: str) -> NDArray[np.float64]:
+    """Speeds in m/s from ``start:stop:step`` (both ends included) or ``v1,v2,...``.
+
+    Raises
+    ------
+    InputError
+        Text that is neither, a step that is not positive, or more than a million speeds.
+    """
+    how = f"speeds {text!r}: give start:stop:step, for example 0:20:0.5, or a list such as 2,5,8 (m/s)"
+    parts = text.split(":")
+    try:
+        numbers = [float(part) for part in (parts if len(parts) > 1 else text.split(","))]
+    except ValueError as error:
+        raise InputError(how) from error
+    if not all(math.isfinite(number) for number in numbers):
+        raise InputError(how)
+    if len(parts) == 1:
+        return np.array(numbers)
+    if len(parts) != 3:
+        raise InputError(how)
+    start, stop, step = numbers
+    if step <= 0 or stop < start:
+        raise InputError(f"speeds {text!r}: the step must be positive and stop >= start")
+    count = math.floor((stop - start) / step * (1 + 1e-12) + 1e-9) + 1
+    if count > MOST_SPEEDS:
+        raise InputError(f"speeds {text!r}: {count} speeds are more than {MOST_SPEEDS}; take a larger step")
+    return np.round(start + step * np.arange(count), 12)
+
+
+def write_json(content: Mapping[str, Any], target: str) -> None:
+    """Write JSON to a file, or to standard output when the target is ``-``."""
+    text = json.dumps(content, indent=1, allow_nan=False)
+    if target == "-":
+        click.echo(text)
+    else:
+        Path(target).write_text(text + "\n", encoding="utf-8")
+
+
+def print_table(rows: Sequence[Sequence[Any]], headers: Sequence[str]) -> None:
+    """Print a table; numbers with four digits, text as it is, missing values as a dash."""
+    from tabulate import tabulate
+
+    cells = [[f"{cell:.4g}" if isinstance(cell, float) else cell for cell in row] for row in rows]
+    click.echo(tabulate(cells, headers=headers, missingval="-", disable_numparse=True))
+
+
+def print_warnings(warnings: Sequence[str]) -> None:
+    """Print the warnings of a model to standard error."""
+    for warning in warnings:
+        click.echo(f"warning: {warning}", err=True)

@@ -1,0 +1,63 @@
+"""Models and bicycles shared by the tests of the dynamics."""
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bicycle import Bicycle, LinearModel, Model, available_bicycles, effect_class, load_bicycle
+from bicycle.evaluation import Matrices
+from bicycle.linear_model import SpeedRange
+from tyre.errors import InputError
+
+
+def _tyred(bicycle: Bicycle | str = "benchmark", **effects: dict[str, Any]) -> LinearModel:
+    chosen = load_bicycle(bicycle) if isinstance(bicycle, str) else bicycle
+    return Model(chosen, tuple(effect_class(name)(**table) for name, table in effects.items())).linear_model()
+
+
+@pytest.fixture
+def tyred() -> Callable[..., LinearModel]:
+    """Build the model of a bicycle (name or object) with effects given as keyword tables."""
+    return _tyred
+
+
+@pytest.fixture
+def synthetic() -> Callable[..., LinearModel]:
+    """Build a model whose state matrix is sum v^k A_k, for matrices with known eigenvalues; g = w = 1 by default."""
+
+    def build(*pieces: dict[int, Any], borders: tuple[float, ...] = (), unit: float = 3.0) -> LinearModel:
+        n = len(next(iter(pieces[0].values())))
+        edges = (0.0, *borders, np.inf)
+        ranges = tuple(
+            SpeedRange(
+                low, high, Matrices(np.eye(n), {k: np.array(a, float) for k, a in piece.items()}, {}, {}, np.ones(2))
+            )
+            for low, high, piece in zip(edges[:-1], edges[1:], pieces, strict=True)
+        )
+        states = tuple(f"state_{k}" for k in range(n))
+        return LinearModel(states, (), (), ranges, np.ones(n), {"g": unit, "w": unit}, (1.0, 1.0))
+
+    return build
+
+
+@pytest.fixture
+def random_bicycles() -> Callable[[int, int], Iterator[Bicycle]]:
+    """Bicycles around the packaged ones: every parameter off by up to 15 %, kept where they are physical."""
+
+    def draw(count: int, seed: int) -> Iterator[Bicycle]:
+        rng = np.random.default_rng(seed)
+        bases = [load_bicycle(name) for name in available_bicycles()]
+        made = 0
+        while made < count:
+            base = bases[made % len(bases)]
+            changed = {k: v * (1 + rng.uniform(-0.15, 0.15)) for k, v in base.values.items() if k != "g"}
+            try:
+                bicycle = base.replace(**changed)
+            except InputError:
+                continue
+            made += 1
+            yield bicycle
+
+    return draw

@@ -1,0 +1,198 @@
+"""Named modes: complete, the same whatever else is asked, and what the literature calls them."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import linear_sum_assignment
+
+from bicycle import Bicycle, Model, effect_class, load_bicycle
+from bicycle.modes import modes
+from tyre.errors import InputError
+
+C_110 = 110 * 180 / np.pi  # N/rad, a tyre of 110 N/deg
+RELAXED = {"cornering_stiffness": C_110, "relaxation_length": 0.12}
+FLEXIBLE = {"stiffness": 3000.0, "damping": 15.0, "joint_x": 0.8, "joint_z": -0.85}
+EFFECTS = [
+    {},
+    {"side_slip": {"cornering_stiffness": C_110}},
+    {"relaxation_length": RELAXED},
+    {"relaxation_length": RELAXED, "camber_thrust": {"camber_stiffness": 400.0}, "pneumatic_trail": {"trail": 0.02}},
+    {"relaxation_length": RELAXED, "front_compliance": FLEXIBLE},
+]
+
+
+def all_values(found):
+    """Every eigenvalue that the branches hold at each speed, pairs as two."""
+    rows = []
+    for row in np.hstack(list(found.branches.values())):
+        shown = row[~np.isnan(row)]
+        assert (shown.imag >= 0).all()
+        rows.append(np.concatenate([shown, shown[shown.imag > 0].conj()]))
+    return rows
+
+
+def largest_mismatch(a, b):
+    distance = np.abs(np.subtract.outer(a, b))
+    return distance[linear_sum_assignment(distance)].max()
+
+
+@pytest.mark.parametrize("effects", EFFECTS, ids=lambda e: "+".join(e) or "no_slip")
+def test_random_bicycles_no_root_lost_or_doubled_and_names_do_not_depend_on_the_grid(tyred, random_bicycles, effects):
+    """Five effect sets times 40 bicycles; a ten times finer, shuffled grid gives the same names."""
+    rng = np.random.default_rng(1)
+    coarse = np.linspace(0.5, 30.0, 30)
+    fine = np.linspace(0.5, 30.0, 291)
+    for bicycle in random_bicycles(40, len(effects)):
+        model = tyred(bicycle, **effects)
+        found = modes(model, coarse)
+        for values, held in zip(found.eigenvalues, all_values(found), strict=True):
+            assert len(held) == model.order, bicycle.name
+            assert largest_mismatch(values, held) <= 1e-9 * np.abs(values).max(), bicycle.name
+        order = rng.permutation(len(fine))
+        again = modes(model, fine[order])
+        back = np.argsort(order)[::10]
+        assert set(found.branches) <= set(again.branches)
+        for name, values in again.branches.items():
+            here = values[back]
+            if name not in found.branches:
+                assert np.isnan(here).all()
+            else:
+                width = min(here.shape[1], found.branches[name].shape[1])
+                np.testing.assert_allclose(here[:, :width], found.branches[name][:, :width], rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("effects", "names"),
+    [
+        (EFFECTS[0], {"weave", "capsize", "castering"}),
+        (EFFECTS[2], {"weave", "wobble", "capsize", "castering", "rear_tyre"}),
+        (EFFECTS[4], {"weave", "wobble", "capsize", "castering", "rear_tyre", "front_compliance"}),
+    ],
+    ids=["no_slip", "relaxation", "compliance"],
+)
+def test_names_of_the_benchmark_and_of_a_ridden_track_bicycle(tyred, effects, names):
+    for bicycle in ("benchmark", "pista_rider_drops"):
+        found = modes(tyred(bicycle, **effects), [4.0, 8.0, 12.0])
+        assert set(found.branches) == names, bicycle
+        assert all(not np.isnan(values[:, 0]).any() for values in found.branches.values())
+
+
+def test_frequencies_are_those_of_the_field(tyred):
+    """Weave 1-4 Hz, wobble 4-10 Hz with a compliant front and about 10 Hz with a rigid one."""
+    flexible = modes(tyred(**EFFECTS[4]), np.linspace(6, 12, 13))
+    assert ((flexible.frequency("wobble") > 4) & (flexible.frequency("wobble") < 10)).all()
+    assert ((flexible.frequency("weave") > 0.5) & (flexible.frequency("weave") < 4)).all()
+    rigid = modes(tyred(**EFFECTS[2]), [25.0, 30.0])
+    np.testing.assert_allclose(rigid.frequency("wobble"), 10.0, atol=1.5)
+
+
+def test_wobble_turns_about_the_steer_axis_and_capsize_leans(tyred):
+    found = modes(tyred(**EFFECTS[2]), [25.0])
+    wobble, capsize = found.shape("wobble").magnitude, found.shape("capsize").magnitude
+    assert wobble["steer"][0] == 1.0
+    assert wobble["lean"][0] < 0.2
+    assert capsize["lean"][0] > 10 * capsize["steer"][0]
+
+
+def test_shape_satisfies_the_kinematics_of_rolling(tyred):
+    """Without slip the rear contact follows its heading: dy/dt = v psi; and the front one too."""
+    bicycle = load_bicycle("benchmark")
+    found = modes(tyred(), [5.0])
+    root = found.branch("weave")[0, 0]
+    lean, steer, yaw, lateral = found.shape("weave").phasors[0]
+    assert root * lateral == pytest.approx(5.0 * yaw, rel=1e-9)
+    tilt = np.cos(bicycle["lam"])
+    assert root * yaw == pytest.approx((5.0 * steer + root * bicycle["c"] * steer) * tilt / bicycle["w"], rel=1e-9)
+    assert np.angle(lean) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_frequency_and_damping_follow_from_the_roots(tyred):
+    found = modes(tyred(), [0.5, 5.0])
+    real, imaginary = -0.77534188219585, 4.46486771378823  # Meijaard et al. (2007), 5 m/s
+    assert found.frequency("weave")[1] == pytest.approx(imaginary / (2 * np.pi), rel=1e-12)
+    assert found.damping_ratio("weave")[1] == pytest.approx(-real / np.hypot(real, imaginary), rel=1e-11)
+    assert found.frequency("weave")[0] == 0.0
+    assert found.damping_ratio("weave")[0] < -1.0  # two unstable real roots
+    assert np.isnan(found.damping_ratio("capsize")).all()
+
+
+def test_json_form_has_one_value_of_a_pair_and_two_after_the_split(tyred):
+    found = modes(tyred(), [0.0, 5.0]).to_dict()
+    assert len(found["weave"][0]) == 2
+    assert [len(found["weave"][1]), len(found["capsize"][1])] == [1, 1]
+    assert found["weave"][1][0][1] > 0
+    assert json.loads(json.dumps(found)) == found
+
+
+def test_identity_that_is_lost_is_said(tyred):
+    """With much trail a root of weave and capsize meet: below, both are listed under the joint name, null before."""
+    effects = {"relaxation_length": RELAXED, "pneumatic_trail": {"trail": 0.018}}
+    found = modes(tyred(**effects), [2.0, 6.0])
+    assert found.to_dict()["capsize"][0] is None
+    assert found.to_dict()["weave"][0] is None
+    assert len(found.to_dict()["capsize+weave"][0]) == 2  # a pair and a real root
+    assert found.to_dict()["capsize+weave"][1] is None
+
+
+def test_pairs_that_exchange_character_are_recorded(tyred):
+    """At low speed the mostly lateral pair of the rear tyre is the one that becomes wobble at high speed."""
+    found = modes(tyred(**EFFECTS[2]), [1.0, 25.0])
+    exchange = [event for event in found.events if event.kind == "exchange"]
+    assert exchange[0].modes == ("rear_tyre", "wobble")
+    assert "exchange character" in str(exchange[0])
+
+
+def test_switching_controller_keeps_names_and_continuity(tyred):
+    """Steer assist fades to nothing at its fade speed, so roots are continuous there and equal Whipple's above."""
+    assisted = modes(tyred(steer_assist={"gain": 8.0, "fade_speed": 5.0}), [4.999999, 5.000001, 8.0])
+    plain = modes(tyred(), [4.999999, 5.000001, 8.0])
+    for name in ("weave", "capsize", "castering"):
+        np.testing.assert_allclose(assisted.branch(name)[1:, 0], plain.branch(name)[1:, 0], rtol=1e-12)
+        assert abs(assisted.branch(name)[0, 0] - assisted.branch(name)[1, 0]) < 1e-4
+    assert [event for event in assisted.events if event.kind == "switch"] == []
+
+
+def test_extra_states_get_other_names(tyred):
+    aligned = {"aligning_moment": {"aligning_stiffness": 60.0, "relaxation_length": 0.12}}
+    found = modes(tyred(relaxation_length=RELAXED, **aligned), [8.0])
+    assert {"other_1", "other_2"} <= set(found.branches)
+
+
+def test_errors_name_the_problem(tyred):
+    model = tyred()
+    with pytest.raises(InputError, match="unknown mode 'wobble'; this model has weave, capsize, castering"):
+        modes(model, [5.0]).frequency("wobble")
+    with pytest.raises(InputError, match=r"speeds have shape \(0,\); give one or more speeds"):
+        modes(model, [])
+    with pytest.raises(InputError, match="speed -1 m/s is not allowed"):
+        modes(model, [-1.0])
+
+
+DIMENSIONS = {  # powers of length, mass, time of Meijaard's parameters; all inertias are m l^2
+    "w": (1, 0, 0), "c": (1, 0, 0), "lam": (0, 0, 0), "g": (1, 0, -2),
+    "rR": (1, 0, 0), "rF": (1, 0, 0), "xB": (1, 0, 0), "zB": (1, 0, 0), "xH": (1, 0, 0), "zH": (1, 0, 0),
+    "mR": (0, 1, 0), "mB": (0, 1, 0), "mH": (0, 1, 0), "mF": (0, 1, 0),
+}  # fmt: skip
+
+
+@settings(max_examples=15, deadline=None)
+@given(length=st.floats(0.2, 5.0), mass=st.floats(0.1, 10.0), time=st.floats(0.2, 5.0))
+def test_other_units_of_length_mass_and_time_change_nothing_physical(length, mass, time):
+    def factor(a, b, c):
+        return length**a * mass**b * time**c
+
+    bicycle = load_bicycle("benchmark")
+    values = {key: x * factor(*DIMENSIONS.get(key, (2, 1, 0))) for key, x in bicycle.values.items()}
+    force, lengths = factor(1, 1, -2), factor(1, 0, 0)
+    relaxation = effect_class("relaxation_length")
+    given_tyre = {"cornering_stiffness": C_110, "relaxation_length": 0.12}
+    scaled_tyre = {"cornering_stiffness": C_110 * force, "relaxation_length": 0.12 * lengths}
+    v = np.array([1.0, 5.0, 12.0, 25.0])
+    found = modes(Model(bicycle, (relaxation(**given_tyre),)).linear_model(), v)
+    other = modes(Model(Bicycle("scaled", values), (relaxation(**scaled_tyre),)).linear_model(), v * length / time)
+    assert found.branches.keys() == other.branches.keys()
+    for name, roots in found.branches.items():
+        np.testing.assert_allclose(other.branches[name] * time, roots, rtol=1e-8, atol=1e-8)

@@ -1,0 +1,102 @@
+"""Tracking on matrices whose eigenvalues are known functions of speed."""
+
+import numpy as np
+import pytest
+from scipy.linalg import block_diag
+
+from bicycle.tracking import grid, track
+
+
+def rotated(*blocks_by_power, seed=0):
+    """The same blocks for every power of v, seen in other coordinates."""
+    n = len(block_diag(*blocks_by_power[0]))
+    turn = np.linalg.qr(np.random.default_rng(seed).normal(size=(n, n)))[0]
+    return {power: turn @ block_diag(*blocks) @ turn.T for power, blocks in enumerate(blocks_by_power)}
+
+
+def pair(real, frequency):
+    return np.array([[real, -frequency], [frequency, real]])
+
+
+def followed(model, speeds, low=0.0, high=30.0):
+    stretches, meetings = track(model, low, high)
+    v = np.asarray(speeds, float)
+    values = model.eigenvalues(v)
+    (stretch,) = stretches
+    return np.take_along_axis(values, stretch.follow(v, values), 1), meetings, stretch
+
+
+def branch_through(ordered, value):
+    """Column whose first row is nearest to a value."""
+    return ordered[:, np.abs(ordered[0] - value).argmin()]
+
+
+SPEEDS = np.array([0.0, 0.4, 7.0, 9.99, 10.01, 12.0, 20.0])
+
+
+def test_pairs_that_cross_in_frequency_keep_their_own_root(synthetic):
+    """-1 + i (4 + v) and -3 + i (24 - v) have the same frequency at v = 10, where any sorting swaps them."""
+    model = synthetic(rotated((pair(-1, 4), pair(-3, 24)), (pair(0, 1), pair(0, -1))))
+    ordered, meetings, _ = followed(model, SPEEDS, high=22.0)
+    np.testing.assert_allclose(branch_through(ordered, -1 + 4j), -1 + 1j * (4 + SPEEDS), atol=1e-10)
+    np.testing.assert_allclose(branch_through(ordered, -3 + 24j), -3 + 1j * (24 - SPEEDS), atol=1e-10)
+    assert meetings == ()
+
+
+def test_independent_real_roots_cross_without_exchanging(synthetic):
+    """-v and -5 are eigenvalues of unconnected parts: they pass through each other at 5."""
+    model = synthetic(rotated(([[0]], [[-5]]), ([[-1]], [[0]])))
+    ordered, meetings, _ = followed(model, [0.0, 4.9, 5.1, 30.0])
+    np.testing.assert_allclose(branch_through(ordered, 0.0), [0, -4.9, -5.1, -30], atol=1e-10)
+    assert meetings == ()
+
+
+def test_coupled_real_roots_veer_and_keep_their_order(synthetic):
+    """The symmetric coupling of 0.05 opens a gap of 0.1 at v = 5: continuous roots do not cross."""
+    model = synthetic({0: [[0, 0.05], [0.05, -5]], 1: [[-1, 0], [0, 0]]})
+    ordered, _, _ = followed(model, [0.0, 4.0, 6.0, 30.0])
+    assert (ordered[:, 0] != ordered[:, 1]).all()
+    upper = branch_through(ordered, 0.0)
+    assert (upper == ordered.max(1)).all()
+
+
+@pytest.mark.parametrize(("sign", "kind"), [(1.0, "split"), (-1.0, "merge")])
+def test_the_speed_where_real_roots_meet(synthetic, sign, kind):
+    """s + sign (v - 7) = x^2 + 2 x: roots -1 +- sqrt(sign (v - 7)) meet at v = 7 in -1."""
+    model = synthetic({0: [[-2, -7 * sign - 1], [1, 0]], 1: [[0, sign], [0, 0]]})
+    ordered, meetings, _ = followed(model, [6.999, 7.001])
+    (meeting,) = meetings
+    assert meeting.kind == kind
+    assert meeting.speed == pytest.approx(7.0, abs=1e-11)
+    assert meeting.eigenvalue == pytest.approx(-1.0, abs=1e-7)
+    upper = np.sqrt(sign * (np.array([6.999, 7.001]) - 7) + 0j) - 1
+    column = ordered[:, ordered[0].imag.argmax() if sign > 0 else ordered[0].real.argmax()]
+    np.testing.assert_allclose(column, upper, atol=1e-9)
+
+
+def test_identical_roots_cost_nothing(synthetic):
+    """Two equal roots -2 v at all speeds (two wheels with one relaxation length) are not refined without end."""
+    model = synthetic(rotated(([[0]], [[0]], pair(-1, 9)), ([[-2]], [[-2]], pair(0, 0.1))))
+    _, meetings, stretch = followed(model, [1.0])
+    assert len(stretch.speeds) < 400
+    assert meetings == ()
+
+
+def test_roots_are_matched_across_a_switch(synthetic):
+    """At v = 4 another pair of matrices holds: the roots -1 and -9 become -1.5 and -8."""
+    model = synthetic({0: [[-1, 0], [0, -9]]}, {0: [[-8, 0], [0, -1.5]]}, borders=(4.0,))
+    (below, above), _ = track(model, 0.0, 10.0)
+    for before, after in ((-1, -1.5), (-9, -8)):
+        column = np.abs(below.values[-1] - before).argmin()
+        assert above.values[0, column] == pytest.approx(after)
+    assert below.speeds[-1] == above.speeds[0] == 4.0
+
+
+def test_the_grid_is_one_sequence_whatever_is_covered():
+    wide, narrow = grid(0.0, 60.0, 3.0, singular=False), grid(2.0, 5.0, 3.0, singular=False)
+    assert np.isin(narrow, wide).all()
+    assert narrow[0] <= 2.0
+    assert narrow[-1] >= 5.0
+    deep, shallow = grid(1e-3, 10.0, 3.0, singular=True), grid(0.01, 10.0, 3.0, singular=True)
+    assert np.isin(shallow, deep).all()
+    assert 0 < deep[0] <= 1e-3
