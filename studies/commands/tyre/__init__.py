@@ -1,1 +1,1 @@
-"""``velotyre tyre ...``: from rig recordings and measured tables to tyre properties."""
+"""From rig recordings and measured tables to tyre properties."""

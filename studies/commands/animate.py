@@ -1,0 +1,49 @@
+"""``velotyre animate``: a mode of the bicycle as a film and as phasors."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command(help="Film one mode of MODEL.toml (side, rear and top view) and draw its phasors beside the film.")
+@click.argument("model_file", metavar="MODEL.toml")
+@click.option("--mode", required=True, help="weave, wobble, capsize, castering ... as velotyre modes lists them.")
+@click.option("--speed", type=float, required=True, help="m/s.")
+@click.option("--out", "target", metavar="FILE", type=click.Path(path_type=Path), required=True, help=".gif or .mp4")
+@click.option("--amplitude", type=float, default=12.0, show_default=True, help="Largest angle shown, degrees.")
+@click.option("--seconds", type=float, default=3.0, show_default=True, help="Length of the film.")
+def command(model_file: str, mode: str, speed: float, target: Path, amplitude: float, seconds: float) -> None:
+    import math
+
+    import numpy as np
+
+    from bicycle.model_file import read_model
+    from bicycle.modes import modes
+    from studies.animation import FRAMES_PER_SECOND, animate, check_film
+    from studies.modal_motion import modal_motion
+    from studies.mode_shapes import describe, draw_mode_shapes
+    from studies.output import print_warnings
+    from tyre.errors import InputError
+
+    check_film(target)
+    if not 0 < amplitude <= 45:
+        raise InputError(f"amplitude = {amplitude:g} degrees is outside 0 .. 45 (0 excluded)")
+    if not 0.2 <= seconds <= 60:
+        raise InputError(f"seconds = {seconds:g} is outside 0.2 .. 60")
+    model = read_model(model_file)
+    found = modes(model.linear_model(), [speed])
+    root = complex(found.branch(mode)[0, 0])
+    if np.isnan(root):
+        there = [name for name in found.names if not np.isnan(found.branch(name)[0, 0])]
+        raise InputError(f"there is no {mode} at {speed:g} m/s; there are {', '.join(there)}")
+    frames = max(2, round(seconds * FRAMES_PER_SECOND))
+    motion = modal_motion(model.linear_model(), speed=speed, eigenvalue=root, amplitude=math.radians(amplitude), frames=frames)
+    lasts = float(motion.time[-1] - motion.time[0]) * frames / (frames - 1)
+    pace = f"{seconds / lasts:.3g} times slower" if lasts < seconds else f"{lasts / seconds:.3g} times faster"
+    title = f"{mode.replace('_', ' ').capitalize()} of {model.bicycle.name} at {speed:g} m/s: {describe(root)}"
+    shown = "amplitude held constant" if root.imag else "growth as it is"
+    animate(model, motion, target, title=f"{title}\nlargest angle {amplitude:g}°, {shown}, {pace} than real")
+    phasors = target.with_name(f"{target.stem}_phasors")
+    draw_mode_shapes(found, phasors, names=(mode,))
+    print_warnings(model.linear_model().warnings)
+    click.echo(f"{target} and {phasors.name}.png, .svg")

@@ -1,0 +1,44 @@
+"""``velotyre diagnose``: find where simulation and measurement disagree and name the missing effect."""
+
+import click
+
+
+@click.command(help="Find where simulation and MEASUREMENT.toml disagree, and name the missing effect.")
+@click.argument("measurement_file", metavar="MEASUREMENT.toml")
+@click.option("--out", "folder", metavar="DIR", help="Write the report (Markdown, HTML, figures) there.")
+@click.option("--without", metavar="EFFECT", multiple=True, help="Do not try this effect; may be repeated.")
+@click.option("--json", "json_file", metavar="FILE", help="Write the verdict as JSON; - is standard output.")
+def command(measurement_file: str, folder: str | None, without: tuple[str, ...], json_file: str | None) -> None:
+    from pathlib import Path
+
+    from studies.missing_effect import diagnose, read_measurement
+    from studies.output import print_table, print_warnings, write_json
+
+    found = diagnose(read_measurement(measurement_file), without=without, progress=True)
+    verdict = found.verdict
+    if folder:
+        from studies.missing_effect.report import write_report
+
+        write_report(found, Path(folder))
+    if json_file:
+        write_json(verdict.to_dict(), json_file)
+    if json_file == "-":
+        return
+    chi2 = verdict.chi2
+    click.echo(f"verdict: {verdict.verdict}")
+    rows = [
+        [e.identifier, name, value, sd] for e in verdict.effects for name, (value, sd) in e.parameters.items()
+    ]  # fmt: skip
+    if rows:
+        print_table(rows, ["effect", "parameter", "value (SI)", "1 sd"])
+    if len(verdict.equivalent) > 1:
+        click.echo(f"cannot be told apart: {', '.join(verdict.equivalent)}")
+    for advice in verdict.separating_measurements[:3]:
+        click.echo(f"measure next: {advice.what} (separates by {advice.gain:.1f} sd)")
+    click.echo(
+        f"chi^2 of {chi2['n']} numbers: base model {chi2['nominal']:.1f}, parameters adjusted {chi2['nuisance_only']:.1f}, "
+        f"final {chi2['final']:.1f} (p = {verdict.goodness_of_fit_p:.2g})"
+    )
+    for what, value, smaller in verdict.mimics[:3]:
+        click.echo(f"would mimic the rest: {what} = {value:.3g} (chi^2 {smaller:.1f})")
+    print_warnings(verdict.warnings)

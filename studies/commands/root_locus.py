@@ -1,0 +1,56 @@
+"""``velotyre root-locus``: eigenvalues of a model as any one of its parameters runs through a range."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command(help="Root locus of MODEL.toml in a parameter: figure, CSV and the values where a mode becomes (un)stable.")
+@click.argument("model_file", metavar="MODEL.toml")
+@click.option(
+    "--parameter", required=True, metavar="KEY",
+    help="speed, a bicycle key (IFyy), effect.parameter[.rear|.front], or pressure_bar, load_N of a measured tyre.",
+)  # fmt: skip
+@click.option("--range", "span", required=True, metavar="START:STOP[:STEP]", help="Values of the parameter, SI or bar.")
+@click.option("--speed", type=float, help="m/s, unless the speed is the parameter.")
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, help="Folder for the results.")
+@click.option("--max-frequency", type=click.FloatRange(min=0, min_open=True), help="Show up to this frequency, Hz.")
+@click.option("--json", "json_file", metavar="FILE", help="Write the crossings as JSON; - is standard output.")
+def command(
+    model_file: str, parameter: str, span: str, speed: float | None, out: Path, max_frequency: float | None,
+    json_file: str | None,
+) -> None:  # fmt: skip
+    import math
+
+    from bicycle.model_file import read_model
+    from studies.figure_root_locus import draw_root_locus
+    from studies.output import print_table, print_warnings, write_json
+    from studies.parameter_path import parameter_path
+    from studies.root_locus import parse_range, root_locus
+    from tyre.errors import InputError
+
+    if parameter == "speed" and speed is not None:
+        raise InputError(f"--speed {speed:g} is given, but the speed is the parameter; leave --speed out")
+    values = parse_range(span)
+    path = parameter_path(model_file, parameter, speed=speed)
+    locus = root_locus(path, values)
+    model = read_model(model_file)
+    out.mkdir(parents=True, exist_ok=True)
+    locus.frame().to_csv(out / "root_locus.csv", index=False, lineterminator="\n")
+    where = f"{model.bicycle.name}, {'speed' if speed is None else parameter} {values[0]:g} to {values[-1]:g} {path.unit}"
+    where += "" if speed is None else f", at {speed:g} m/s"
+    draw_root_locus(locus, out / "root_locus", title=where, max_frequency=max_frequency)
+    if json_file:
+        found = [
+            {"value": c.value, "mode": c.mode, "frequency_rad_s": c.frequency, "destabilising": c.destabilising}
+            for c in locus.crossings
+        ]
+        write_json({"parameter": parameter, "unit": path.unit, "speed_m_s": speed, "crossings": found}, json_file)
+    if json_file != "-":
+        rows = [
+            [f"{c.value:.6g}", c.mode, c.frequency / (2 * math.pi), "destabilising" if c.destabilising else "stabilising"]
+            for c in locus.crossings
+        ]
+        print_table(rows, [f"{parameter} {path.unit}", "mode", "frequency Hz", "as it grows"])
+        beyond = [] if locus.inside.all() else ["part of the range lies beyond the measured loads or pressures"]
+        print_warnings([*model.linear_model().warnings, *beyond])

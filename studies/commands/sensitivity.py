@@ -1,0 +1,65 @@
+"""``velotyre sensitivity``: which parameters move a mode most, each per one standard deviation."""
+
+import click
+
+
+@click.command(help="Rank the parameters of MODEL.toml by what one standard deviation does to a mode.")
+@click.argument("model_file", metavar="MODEL.toml")
+@click.option("--mode", required=True, help="Name of the mode, as velotyre modes shows it.")
+@click.option("--speed", required=True, type=float, help="Forward speed, m/s.")
+@click.option("--sd", multiple=True, metavar="KEY=SD", help="Standard deviation of a parameter, SI; may be repeated.")
+@click.option("--max-speed", default=40.0, show_default=True, help="Search critical speeds up to this speed, m/s.")
+@click.option("--top", default=15, show_default=True, type=click.IntRange(1), help="Rows of the table and the figure.")
+@click.option("--out", metavar="DIR", help="Write sensitivity.csv and the tornado figure there.")
+@click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
+def command(
+    model_file: str, mode: str, speed: float, sd: tuple[str, ...], max_speed: float, top: int,
+    out: str | None, json_file: str | None,
+) -> None:  # fmt: skip
+    from pathlib import Path
+
+    from bicycle.model_file import read_model
+    from studies.output import print_table, print_warnings, write_json
+    from studies.ranking import rank, record
+
+    model = read_model(model_file)
+    ranking = rank(model, mode=mode, speed=speed, given_sd=dict(map(_deviation, sd)), max_speed=max_speed)
+    if json_file:
+        write_json(record(ranking), json_file)
+    if out:
+        import pandas as pd
+
+        from studies.tornado import draw_tornado
+
+        folder = Path(out)
+        folder.mkdir(parents=True, exist_ok=True)
+        rows = [
+            {**row, **{f"change_of_{v:.4f}_m_s": c for v, c in zip(ranking.critical_speeds, moved, strict=True)}}
+            for row in record(ranking)["parameters"]
+            for moved in [row.pop("critical_speed_changes_m_s")]
+        ]
+        pd.DataFrame(rows).to_csv(folder / "sensitivity.csv", index=False)
+        draw_tornado(ranking, folder / "tornado", top=top)
+    if json_file != "-":
+        z = ranking.eigenvalue
+        click.echo(f"{mode} at {speed:g} m/s: {z.real:.4g} + {z.imag:.4g}i 1/s; changes for +1 standard deviation each")
+        if ranking.meeting:
+            click.echo("two real roots meet here: the eigenvalue is their mean")
+        shown = [
+            [c.parameter, c.value, c.unit, c.sd, c.origin, c.growth, c.frequency, *c.critical]
+            for c in ranking.changes[:top]
+        ]
+        moved = [f"{v:.3f} m/s moves by" for v in ranking.critical_speeds]
+        print_table(shown, ["parameter", "value", "unit", "sd", "sd from", "growth 1/s", "frequency Hz", *moved])
+        click.echo(f"all {len(ranking.changes)} parameters together: {ranking.total:.4g} 1/s (independent)")
+        print_warnings(model.linear_model().warnings)
+
+
+def _deviation(text: str) -> tuple[str, float]:
+    from tyre.errors import InputError
+
+    key, _, number = text.partition("=")
+    try:
+        return key, float(number)
+    except ValueError as error:
+        raise InputError(f"--sd {text!r}: give KEY=SD, for example c=0.002, in SI units") from error

@@ -1,0 +1,52 @@
+"""``velotyre sweep``: many bicycles, tyres and speeds at once, on this machine or a cluster."""
+
+import click
+
+
+@click.command(help="Compute the sweep that SWEEP.toml describes; run again to continue an interrupted one.")
+@click.argument("sweep_file", metavar="SWEEP.toml")
+@click.option("--out", required=True, metavar="RESULT", help="Result: a .zarr folder, or a .nc file (netCDF).")
+@click.option("--workers", type=click.IntRange(1), help="Threads of this process; default: one.")
+@click.option("--processes", type=click.IntRange(1), help="Processes of this machine (better for named modes).")
+@click.option("--scheduler", metavar="ADDRESS", help="Address of a dask.distributed scheduler, e.g. tcp://host:8786.")
+@click.option("--json", "json_file", metavar="FILE", help="Write what was computed as JSON; - is standard output.")
+def command(
+    sweep_file: str, out: str, workers: int | None, processes: int | None, scheduler: str | None, json_file: str | None
+) -> None:
+    from importlib.util import find_spec
+
+    from studies.output import print_warnings, write_json
+    from studies.sweep import run_sweep
+    from studies.sweep_engines import in_loop, in_processes, in_threads, on_cluster
+    from studies.sweep_file import read_sweep
+    from tyre.errors import InputError
+
+    for module in (
+        "zarr",
+        "xarray",
+        *(["distributed"] if scheduler else []),
+        *(["netCDF4"] if out.endswith(".nc") else []),
+    ):
+        if not find_spec(module):
+            raise InputError(f"{module} is not installed; install it with pip install 'velotyre[sweeps]'")
+    chosen = [engine for engine in (workers, processes, scheduler) if engine]
+    if len(chosen) > 1:
+        raise InputError("give one of --workers, --processes and --scheduler")
+    engine = in_loop()
+    if workers:
+        engine = in_threads(workers)
+    elif processes:
+        engine = in_processes(processes)
+    elif scheduler:
+        engine = on_cluster(scheduler)
+    sweep = read_sweep(sweep_file)
+    result = run_sweep(sweep, out, engine=engine, progress=True)
+    record = {
+        "result": result.as_posix(), "fingerprint": sweep.fingerprint, "bicycles": sweep.items,
+        "points": sweep.items * sweep.points_per_item, "outputs": list(sweep.outputs),
+    }  # fmt: skip
+    if json_file:
+        write_json(record, json_file)
+    if json_file != "-":
+        click.echo(f"{record['bicycles']} bicycles, {record['points']} points: {record['result']}")
+    print_warnings(sweep.nominal.linear_model().warnings)
