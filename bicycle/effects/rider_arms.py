@@ -1,0 +1,40 @@
+"""Hands on the handlebar."""
+
+import math
+from typing import Any
+
+from bicycle.derivation import ModelBuilder
+from bicycle.effect import Effect, Parameter
+
+
+class RiderArms(Effect):
+    """Arms as a moment of inertia, a spring and a damper between the rear frame and the steering.
+
+    The inertia moves with the steer angle only. Source: Schwab, Meijaard & Kooijman (2012), Vehicle System
+    Dynamics 50; Klinger et al. (2014), Vehicle System Dynamics 52 (wobble, hands on and off).
+    """
+
+    parameters = (
+        Parameter(
+            "inertia", "kg m^2", "of the arms about the steer axis",
+            bounds=(0.0, math.inf), typical=(0.05, 0.4), default=0.1, neutral=0.0,
+        ),
+        Parameter(
+            "stiffness", "N m/rad", "of the arms against steering",
+            bounds=(0.0, math.inf), typical=(0.0, 30.0), default=5.0, neutral=0.0,
+        ),
+        Parameter(
+            "damping", "N m s/rad", "of the arms against steering",
+            bounds=(0.0, math.inf), typical=(0.2, 3.0), default=1.0, neutral=0.0,
+        ),
+    )  # fmt: skip
+    source = "Schwab, Meijaard & Kooijman (2012), Vehicle System Dynamics 50; Klinger et al. (2014), ibid. 52"
+    signature = "wobble falls in frequency and gains damping; the weave speed rises"
+    inertia: Any
+    stiffness: Any
+    damping: Any
+
+    def apply(self, model: ModelBuilder) -> None:
+        steer = model.steer
+        model.add_inertia(steer, self.inertia)
+        model.add_torque(steer, -self.stiffness * steer.angle - self.damping * steer.rate)

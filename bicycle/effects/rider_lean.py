@@ -1,0 +1,76 @@
+"""Upper body that sways against the frame."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from bicycle.chain import Body
+from bicycle.derivation import ModelBuilder
+from bicycle.effect import Effect, Parameter
+from tyre.errors import InputError
+
+ANY = (-math.inf, math.inf)
+
+
+class RiderLean(Effect):
+    """A body taken out of the rear frame and put back on a sprung, damped hinge along x at height joint_z.
+
+    The rear frame of the bicycle must contain the body; inertias are about the body's mass centre.
+    Source: Schwab, Meijaard & Kooijman (2012), Vehicle System Dynamics 50.
+    """
+
+    parameters = (
+        Parameter("mass", "kg", "of the moving body", bounds=(0.0, math.inf), typical=(20.0, 60.0)),
+        Parameter("x", "m", "mass centre", bounds=ANY, typical=(0.2, 0.6)),
+        Parameter("z", "m", "mass centre, z down", bounds=ANY, typical=(-1.5, -1.0)),
+        Parameter("Ixx", "kg m^2", "moment of inertia", bounds=(0.0, math.inf), typical=(0.5, 5.0)),
+        Parameter("Izz", "kg m^2", "checked; a hinge along x hides it", bounds=(0.0, math.inf), typical=(0.3, 3.0)),
+        Parameter("Ixz", "kg m^2", "tensor entry", bounds=ANY, typical=(-0.3, 0.3), default=0.0),
+        Parameter("joint_z", "m", "height of the hinge, z down", bounds=ANY, typical=(-1.1, -0.7)),
+        Parameter(
+            "stiffness", "N m/rad", "of the hinge",
+            bounds=(0.0, math.inf), typical=(500.0, 3000.0), default=1500.0, neutral=math.inf,
+        ),
+        Parameter("damping", "N m s/rad", "of the hinge", bounds=(0.0, math.inf), typical=(10.0, 150.0), default=60.0),
+    )  # fmt: skip
+    source = "Schwab, Meijaard & Kooijman (2012), Vehicle System Dynamics 50; Doria & Tognazzo (2014), IMechE C 228"
+    signature = "adds a rider mode at 1-3 Hz; weave changes frequency and damping where the two come close"
+    mass: Any
+    x: Any
+    z: Any
+    Ixx: Any
+    Izz: Any
+    Ixz: Any
+    joint_z: Any
+    stiffness: Any
+    damping: Any
+
+    def check(self, bicycle: Mapping[str, float]) -> None:
+        where, rest = f"effect {self.identifier!r}", bicycle["mB"] - self.mass
+        if math.isinf(self.stiffness):
+            raise InputError(f"{where}: an infinite stiffness is the rigid bicycle; leave it out")
+        if rest <= 0:
+            raise InputError(
+                f"{where}: mass = {self.mass:g} kg leaves {rest:g} kg of the rear frame (mB = {bicycle['mB']:g} kg); "
+                "the rear frame must contain the moving body"
+            )
+        x, z, reduced = bicycle["xB"] - self.x, bicycle["zB"] - self.z, bicycle["mB"] * self.mass / rest
+        frame = np.array([[bicycle["IBxx"], bicycle["IBxz"]], [bicycle["IBxz"], bicycle["IBzz"]]])
+        body = np.array([[self.Ixx, self.Ixz], [self.Ixz, self.Izz]])
+        rest_of_frame = frame - body - reduced * np.array([[z * z, -x * z], [-x * z, x * x]])
+        for what, inertia in (("the moving body", body), ("what remains of the rear frame", rest_of_frame)):
+            smallest = np.linalg.eigvalsh(inertia)[0]
+            if smallest < -1e-12 * np.trace(frame):
+                raise InputError(
+                    f"{where}: {what} has a negative principal inertia {smallest:.4g} kg m^2 in the x-z plane; "
+                    "check mass, x, z, Ixx, Izz, Ixz against the rear frame (IBxx, IBzz, IBxz)"
+                )
+
+    def apply(self, model: ModelBuilder) -> None:
+        shape = (self.x, self.z, self.Ixx, self.Izz, self.Ixz)
+        model.add_body(Body("rider", self.mass, *shape))
+        model.add_body(Body("rider in the rear frame", -self.mass, *shape[:2], *(-inertia for inertia in shape[2:])))
+        sway = model.add_joint(self.identifier, axis=(1, 0), point=(0, self.joint_z), carries={"rider"})
+        model.add_torque(sway, -self.stiffness * sway.angle - self.damping * sway.rate)

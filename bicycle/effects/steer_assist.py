@@ -1,0 +1,40 @@
+"""Balance assist by a motor on the steering."""
+
+import math
+from typing import Any
+
+from bicycle.derivation import ModelBuilder
+from bicycle.effect import Effect, Parameter
+
+
+class SteerAssist(Effect):
+    """Steer torque gain (fade_speed - v) d(lean)/dt below the fade speed, lean_gain (v - fade_speed) lean above it.
+
+    The torque acts between rear frame and steering and steers into the fall for positive gains.
+    Source: Schwab, Kooijman & Meijaard (2008), Some recent developments in bicycle dynamics and control.
+    """
+
+    parameters = (
+        Parameter(
+            "gain", "N s^2/rad", "torque per lean rate and per m/s below the fade speed",
+            bounds=(-math.inf, math.inf), typical=(0.0, 20.0), default=5.0, neutral=0.0,
+        ),
+        Parameter(
+            "fade_speed", "m/s", "speed at which the assist vanishes and changes over",
+            bounds=(0.0, math.inf), typical=(3.0, 8.0), default=5.0,
+        ),
+        Parameter(
+            "lean_gain", "N s/rad", "torque per lean angle and per m/s above the fade speed",
+            bounds=(-math.inf, math.inf), typical=(0.0, 5.0), default=0.0, neutral=0.0,
+        ),
+    )  # fmt: skip
+    source = "Schwab, Kooijman & Meijaard (2008), 4th European Conference on Structural Control, St. Petersburg"
+    signature = "weave becomes stable at low speed, capsize above the fade speed; equations change at the fade speed"
+    gain: Any
+    fade_speed: Any
+    lean_gain: Any
+
+    def apply(self, model: ModelBuilder) -> None:
+        below, excess = model.below(self.fade_speed), model.speed - self.fade_speed
+        model.add_torque(model.steer, -below * self.gain * excess * model.lean.rate)
+        model.add_torque(model.steer, (1 - below) * self.lean_gain * excess * model.lean.angle)
