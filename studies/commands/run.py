@@ -1,0 +1,20 @@
+"""``velotyre run``: the main study, from measured tyres to figures, tables and a report."""
+
+import click
+
+
+@click.command(help="Measured tyres on a bicycle: modes, critical speeds, figures, tables and a report.")
+@click.option("--out", default="out", show_default=True, help="Folder to write into.")
+@click.option("--bicycle", default="pista_rider_drops", show_default=True, help="A packaged bicycle, or a file.")
+def command(out: str, bicycle: str) -> None:
+    from pathlib import Path
+
+    from studies.main_study_cases import Settings
+    from studies.main_study_output import run_and_write
+
+    folder = Path(out)
+    settings = Settings.of(bicycle)
+    report = run_and_write(settings, folder)
+    for warning in settings.bicycle.warnings:
+        click.echo(f"warning: {warning}", err=True)
+    click.echo(f"report: {report.as_posix()}")

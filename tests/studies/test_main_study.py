@@ -1,0 +1,288 @@
+"""The main study: what it computes, against independent paths; what it writes; what it refuses."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from bicycle.bicycle_file import load_bicycle
+from bicycle.critical import critical_speeds
+from bicycle.effect import effect_class
+from bicycle.model import Model
+from bicycle.parameters import Bicycle
+from studies import main_study
+from studies.cli import main
+from studies.figure_headline import draw_bands
+from studies.main_study import DAMPING, count_steps, named_speeds, run_study
+from studies.main_study_cases import Settings, Setup, build, tyre_cases
+from studies.main_study_solve import Crossing, damping_ratio, nearest, unstable_bands
+from studies.main_study_tables import tables
+
+DEGREE = np.pi / 180
+
+
+@pytest.fixture(scope="module")
+def study():
+    settings = Settings(load_bicycle("pista_rider_drops"), speeds=np.linspace(0, 30, 13), max_speed=40.0)
+    told = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(main_study, "tyre_cases", lambda b: [c for c in tyre_cases(b) if c.tyre != "Tyre3"])
+        found = run_study(settings, told.append)
+        assert len(told) == count_steps(settings)
+    return found
+
+
+@pytest.fixture(scope="module")
+def heavy():
+    """A bicycle whose wheel loads lie outside the measured ones."""
+    settings = Settings(load_bicycle("benchmark"), speeds=np.linspace(0, 30, 4), camber_shares=(0.0,), max_speed=30.0)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(main_study, "tyre_cases", one_tyre)
+        return run_study(settings)
+
+
+def one_tyre(bicycle):
+    return [case for case in tyre_cases(bicycle) if case.name == "Tyre3 flat"]
+
+
+def at_measured_loads(rear: float, front: float) -> Bicycle:
+    """The default bicycle with mass and place of the rear frame chosen for these static loads (N)."""
+    bicycle = load_bicycle("pista_rider_drops")
+    v = dict(bicycle.values)
+    total = (rear + front) / v["g"]
+    others = v["mR"] + v["mH"] + v["mF"]
+    v["xB"] = (front / v["g"] * v["w"] - v["mH"] * v["xH"] - v["mF"] * v["w"]) / (total - others)
+    v["mB"] = total - others
+    return Bicycle("at measured loads", v)
+
+
+def test_tyre_values_at_measured_conditions_are_the_papers():
+    cases = {(c.name, c.pressure_bar): c for c in tyre_cases(at_measured_loads(490.0, 340.0))}
+    printed = {  # Dell'Orto et al., Tables 2-9: N/deg and mm, rear at 490 N, front at 340 N
+        ("Tyre1 flat", 3.5): (110.7, 140.9, 105.3, 134.0),
+        ("Tyre1 drum", 7.5): (100.8, 76.8, 80.5, 61.3),
+        ("Tyre2 flat", 5.5): (107.9, 82.1, 88.8, 121.1),
+        ("Tyre3 flat", 3.5): (120.0, 198.5, 103.6, 187.3),
+    }
+    for key, numbers in printed.items():
+        case = cases[key]
+        rear_c, rear_length, front_c, front_length = case.contact
+        found = (rear_c * DEGREE, rear_length * 1e3, front_c * DEGREE, front_length * 1e3)
+        assert found == pytest.approx(numbers, abs=0.051)
+        assert case.rear.origin == case.front.origin == "measured"
+        assert np.sqrt(np.diag(case.covariance)) == pytest.approx([0, 3e-3, 0, 3e-3], abs=2e-4)
+
+
+@pytest.mark.parametrize(("length", "speed"), [(0.089, 37.8), (0.141, 34.5), (0.200, 30.4)])
+def test_rigid_wobble_onset_of_the_benchmark_bicycle(length, speed):
+    """Computed once by an independent formulation, C = 110 N/deg on both wheels, no camber thrust."""
+    settings = Settings(load_bicycle("benchmark"))
+    stiffness = 110 / DEGREE
+    model = build(settings.bicycle, Setup(None, 0.0), [stiffness, length, stiffness, length])
+    found = named_speeds(critical_speeds(model))
+    assert found["wobble unstable above"] == pytest.approx(speed, abs=0.05)
+
+
+def test_model_is_the_one_put_together_by_hand(study):
+    setup, case = study.settings.setups[-1], study.cases[0]
+    front, bicycle = setup.front, study.settings.bicycle
+    v, (rear_load, front_load) = bicycle.values, bicycle.static_loads
+    by_hand = Model(
+        bicycle,
+        (
+            effect_class("relaxation_length")(
+                cornering_stiffness={"rear": case.contact[0], "front": case.contact[2]},
+                relaxation_length={"rear": case.contact[1], "front": case.contact[3]},
+            ),
+            effect_class("camber_thrust")(camber_stiffness={"rear": 0.8 * rear_load, "front": 0.8 * front_load}),
+            effect_class("front_compliance")(
+                stiffness=front.stiffness, damping=front.damping, axis_tilt=v["lam"], joint_z=-front.joint_height,
+                joint_x=v["w"] + v["c"] - front.joint_height * np.tan(v["lam"]),
+            ),
+        ),
+    ).linear_model()  # fmt: skip
+    assert build(bicycle, setup, case.contact).eigenvalues(7.0) == pytest.approx(by_hand.eigenvalues(7.0))
+
+
+def unstable_above_3_hz(model, speed) -> int:
+    values = model.eigenvalues(speed)
+    return int(((values.real > 0) & (values.imag > 3 * 2 * np.pi)).sum())
+
+
+def test_band_edges_are_where_the_eigenvalues_lose_and_regain_stability(study):
+    setup = study.settings.setups[-1]
+    for result in study.of(setup):
+        model = build(study.settings.bicycle, setup, result.case.contact)
+        (band,) = result.bands("wobble")
+        for edge, inside in ((band.start, 0.01), (band.end, -0.01)):
+            assert unstable_above_3_hz(model, edge.speed + inside) == 1
+            assert unstable_above_3_hz(model, edge.speed - inside) == 0
+
+
+def test_parts_of_a_change_by_varying_one_and_holding_the_other(study):
+    setup = study.settings.setups[-1]
+    decomposition = study.decomposition(setup, "Tyre1 drum")
+    high, low = decomposition.higher.contact, decomposition.lower.contact
+    change = decomposition.change("wobble stable above")
+
+    def last_edge(contact) -> float:
+        model = build(study.settings.bicycle, setup, contact)
+        inside, outside = 12.0, 40.0
+        for _ in range(40):
+            middle = (inside + outside) / 2
+            inside, outside = (middle, outside) if unstable_above_3_hz(model, middle) else (inside, middle)
+        return inside
+
+    before = last_edge(high)
+    assert change.before == pytest.approx(before, abs=1e-6)
+    assert change.length_part == pytest.approx(last_edge([high[0], low[1], high[2], low[3]]) - before, abs=1e-6)
+    assert change.stiffness_part == pytest.approx(last_edge([low[0], high[1], low[2], high[3]]) - before, abs=1e-6)
+    assert change.total == pytest.approx(last_edge(low) - before, abs=1e-6)
+    assert change.stiffness_part + change.length_part + change.interaction == pytest.approx(change.total)
+
+
+def test_capsize_speed_does_not_depend_on_the_relaxation_length(study):
+    for decomposition in study.decompositions:
+        change = decomposition.change("capsize unstable above")
+        assert abs(change.length_part) < 1e-8
+        assert abs(change.stiffness_part) > 1e-4
+
+
+def test_damping_decomposition_ends_at_the_damping_of_the_results(study):
+    for setup in study.settings.setups:
+        for name in study.names:
+            low, high = study.of(setup, name)[0], study.of(setup, name)[-1]
+            for mode in ("wobble", "weave"):
+                change = study.decomposition(setup, name).change(mode, DAMPING)
+                assert change.before == pytest.approx(high.damping[mode].value)
+                assert change.after == pytest.approx(low.damping[mode].value)
+
+
+@pytest.mark.parametrize("name", ["Tyre1 flat", "Tyre2 flat"])
+def test_uncertainty_against_monte_carlo(study, name):
+    setup = study.settings.setups[-1]
+    result = study.of(setup, name)[1]
+    case, speed = result.case, study.settings.report_speed
+    end = result.bands("wobble")[0].end
+    random = np.random.default_rng(7)
+    samples = random.multivariate_normal(case.contact, case.covariance, 400)
+    around = end.speed + np.linspace(-4, 4, 17) * end.sd
+    start = nearest(build(study.settings.bicycle, setup, case.contact), speed, complex(*_wobble(result)))
+    damping, ends = [], []
+    for contact in samples:
+        model = build(study.settings.bicycle, setup, contact)
+        damping.append(damping_ratio(nearest(model, speed, start)))
+        values = model.eigenvalues(around)
+        real = np.take_along_axis(
+            values, np.argmin(np.abs(values - 2j * np.pi * end.frequency_hz), axis=1)[:, None], 1
+        ).real
+        ends.append(np.interp(0.0, -real[:, 0], around))
+    assert result.damping["wobble"].sd == pytest.approx(np.std(damping), rel=0.12)
+    assert end.sd == pytest.approx(np.std(ends), rel=0.12)
+    assert end.speed == pytest.approx(np.mean(ends), abs=0.3 * end.sd)
+
+
+def _wobble(result):
+    value = result.modes.branch("wobble")[-1, 0]
+    return value.real, value.imag
+
+
+def test_camber_thrust_is_shown_without_and_with(study):
+    assert [(s.front_name, s.camber_share) for s in study.settings.setups] == [
+        ("rigid", 0.0), ("rigid", 0.8), ("flexible", 0.0), ("flexible", 0.8)
+    ]  # fmt: skip
+    assert all(("assumed" in s.label) == (s.camber_share > 0 or s.front is not None) for s in study.settings.setups)
+
+
+def test_bands_open_at_both_ends():
+    def crossing(speed, direction):
+        return Crossing("weave", "oscillatory", direction, speed, 0.1, 1.0)
+
+    first, second, third = crossing(4.0, "stabilising"), crossing(9.0, "destabilising"), crossing(5.0, "destabilising")
+    assert [(b.start, b.end) for b in unstable_bands([second, first], "weave")] == [(None, first), (second, None)]
+    assert unstable_bands([first], "wobble") == []
+    assert [(b.start, b.end) for b in unstable_bands([third], "weave")] == [(third, None)]
+
+
+def test_tables_are_tidy_and_agree(study):
+    found = tables(study)
+    assert list(found) == [
+        "tyre_properties", "eigenvalues", "damping_ratios", "critical_speeds", "decomposition_damping_ratio",
+        "decomposition_critical_speed", "other_fronts",
+    ]  # fmt: skip
+    assert len(found["tyre_properties"]) == 2 * 9
+    assert {"load_N", "relaxation_length_mm", "cornering_stiffness_N_per_deg", "origin"} < set(found["tyre_properties"])
+    assert {"speed_m_s", "real_1_per_s", "imaginary_rad_per_s", "frequency_Hz"} < set(found["eigenvalues"])
+    parts = found["decomposition_critical_speed"]
+    summed = parts[[c for c in parts if c.endswith("part_m_s")]].sum(axis=1) + parts["interaction_m_s"]
+    assert summed.to_numpy() == pytest.approx(parts["total_change_m_s"].to_numpy())
+    assert not found["critical_speeds"]["extrapolated"].any()
+
+
+def test_every_eigenvalue_is_in_the_table_once(study):
+    table = tables(study)["eigenvalues"]
+    case, setup = study.cases[4], study.settings.setups[2]
+    mine = table[
+        (table["tyre"] == case.tyre) & (table["surface"] == case.surface) & (table["pressure_bar"] == case.pressure_bar)
+        & (table["front"] == setup.front_name) & (table["camber_stiffness_over_load_per_rad"] == setup.camber_share)
+        & (table["speed_m_s"] == 10.0)
+    ]  # fmt: skip
+    upper = build(study.settings.bicycle, setup, case.contact).eigenvalues(10.0)
+    upper = np.sort_complex(upper[upper.imag >= 0])
+    found = np.sort_complex(mine["real_1_per_s"].to_numpy() + 1j * mine["imaginary_rad_per_s"].to_numpy())
+    assert found == pytest.approx(upper, rel=1e-9)
+
+
+def test_extrapolated_tyre_values_are_marked_in_tables_and_figure(heavy):
+    from matplotlib.figure import Figure
+
+    assert all(case.extrapolated for case in heavy.cases)
+    for name, table in tables(heavy).items():
+        if name == "tyre_properties":
+            assert (table["origin"] == "extrapolated").all()
+        else:
+            assert table["extrapolated"].all(), name
+    axes = Figure().add_subplot()
+    draw_bands(axes, heavy, heavy.settings.setups[-1])
+    assert any("extrapolated" in text.get_text() for text in axes.texts)
+
+
+def test_no_unstable_wobble_is_said_in_the_figure(heavy):
+    from matplotlib.figure import Figure
+
+    axes = Figure().add_subplot()
+    draw_bands(axes, heavy, heavy.settings.setups[-1])
+    without = sum(not r.bands("wobble") for r in heavy.of(heavy.settings.setups[-1]))
+    assert sum("no unstable wobble" in text.get_text() for text in axes.texts) == without
+
+
+def test_run_writes_figures_tables_and_report(tmp_path, monkeypatch, capsys):
+    from studies import plotting
+
+    monkeypatch.setattr(plotting, "STYLE", {**plotting.STYLE, "savefig.dpi": 20})
+    monkeypatch.setattr(plotting, "FORMATS", ("png",))  # both are tested with the paper's figures
+    quick = Settings(load_bicycle("pista_rider_drops"), np.linspace(0, 30, 5), camber_shares=(0.8,), max_speed=35.0)
+    monkeypatch.setattr(Settings, "of", classmethod(lambda cls, name: quick))
+    monkeypatch.setattr(main_study, "tyre_cases", one_tyre)
+    main(["run", "--out", str(tmp_path / "new" / "out")])
+    captured = capsys.readouterr()
+    assert captured.out == f"report: {(tmp_path / 'new' / 'out' / 'report.html').as_posix()}\n"
+    assert "velotyre run: 100%" in captured.err
+    names = {file.name for file in (tmp_path / "new" / "out").iterdir()}
+    figures = {
+        "headline", "wobble_bands", "damping_ratio", "critical_speeds", "eigenvalues_1", "root_locus_2",
+        *(f"paper_fig{n:02d}" for n in (1, 5, 6, 9, 10, 11, 12, 13, 14)),
+    }  # fmt: skip
+    assert {f"{name}.png" for name in figures} < names
+    assert {"report.md", "report.html", "eigenvalues.csv", "critical_speeds.csv"} < names
+    table = pd.read_csv(tmp_path / "new" / "out" / "critical_speeds.csv")
+    assert set(table["mode"]) >= {"wobble", "weave", "capsize"}
+
+
+def test_unknown_bicycle_is_refused_in_one_line(capsys, tmp_path):
+    with pytest.raises(SystemExit) as stop:
+        main(["run", "--bicycle", "benchmrk", "--out", str(tmp_path)])
+    assert stop.value.code == 2
+    error = capsys.readouterr().err
+    assert error.startswith("velotyre: unknown bicycle 'benchmrk'; did you mean 'benchmark'?")
+    assert error.count("\n") == 1
+    assert not list(tmp_path.iterdir())
