@@ -12,6 +12,7 @@ class PneumaticTrail(Effect):
     Under no_slip F is the constraint force. Source: Pacejka, Tire and Vehicle Dynamics, ch. 3.
     """
 
+    slot = "aligning moment"
     requires = ("contact force",)
     why = "the aligning moment needs a side force"
     parameters = (

@@ -1,0 +1,83 @@
+"""The page of an effect, generated from its declaration: nothing about an effect is written twice."""
+
+import inspect
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from bicycle.effect import Effect, Parameter, registry
+
+COLUMNS = ("parameter", "unit", "meaning", "typical", "allowed", "default", "vanishes at")
+
+
+def describe(effect: type[Effect]) -> str:
+    """Markdown page of an effect: what it adds, its parameters with units, what it needs, signature and source."""
+    lines = [f"# {effect.identifier}", "", inspect.getdoc(effect) or "", ""]
+    if effect.parameters:
+        lines += [_row(COLUMNS), _row(["---"] * len(COLUMNS))]
+        lines += [_row(_cells(parameter)) for parameter in effect.parameters] + [""]
+        if any(parameter.per_wheel for parameter in effect.parameters):
+            lines += ["r/f: one value per wheel, `{rear = .., front = ..}`, or one number for both.", ""]
+    else:
+        lines += ["No parameters.", ""]
+    facts = {
+        "Exclusive as": effect.slot,
+        "Needs": ", ".join(effect.requires) + (f" ({effect.why})" if effect.why else "") if effect.requires else None,
+        "Provides": ", ".join(effect.provides),
+        "What one sees": effect.signature,
+        "Source": effect.source,
+    }
+    lines += [f"- {name}: {fact}" for name, fact in facts.items() if fact]
+    return "\n".join(lines) + "\n"
+
+
+def record(effect: type[Effect]) -> dict[str, Any]:
+    """The declaration as JSON-ready data; infinite bounds and neutral values are the strings ``inf`` and ``-inf``."""
+    return {
+        "identifier": effect.identifier,
+        "description": inspect.getdoc(effect),
+        "parameters": [
+            {
+                "name": parameter.name,
+                "unit": parameter.unit,
+                "description": parameter.description,
+                "per_wheel": parameter.per_wheel,
+                "bounds": [_plain(bound) for bound in parameter.bounds],
+                "typical": list(parameter.typical),
+                "default": parameter.default,
+                "neutral": _plain(parameter.neutral),
+            }
+            for parameter in effect.parameters
+        ],
+        "slot": effect.slot,
+        "requires": list(effect.requires),
+        "provides": list(effect.provides),
+        "signature": effect.signature,
+        "source": effect.source,
+    }
+
+
+def records() -> Mapping[str, dict[str, Any]]:
+    """Return :func:`record` of every effect, by identifier."""
+    return {identifier: record(effect) for identifier, effect in registry().items()}
+
+
+def _plain(number: float | None) -> float | str | None:
+    return str(number) if number is not None and math.isinf(number) else number
+
+
+def _cells(p: Parameter) -> list[str]:
+    default = "must be given" if p.default is None else p.default if isinstance(p.default, str) else f"{p.default:g}"
+    return [
+        f"`{p.name}`" + (" r/f" if p.per_wheel else ""),
+        p.unit,
+        p.description,
+        f"{p.typical[0]:g} .. {p.typical[1]:g}",
+        f"{p.bounds[0]:g} .. {p.bounds[1]:g}",
+        default,
+        "-" if p.neutral is None else f"{p.neutral:g}",
+    ]
+
+
+def _row(cells: Any) -> str:
+    return "| " + " | ".join(cells) + " |"

@@ -1,0 +1,37 @@
+"""``velotyre effects``: the physical effects a model can have, generated from their declarations."""
+
+import click
+
+
+@click.command(help="List the physical effects, or show the page of one.")
+@click.argument("identifier", required=False)
+@click.option("--json", "json_file", metavar="FILE", help="Write the declarations as JSON; - is standard output.")
+def command(identifier: str | None, json_file: str | None) -> None:
+    from bicycle.effect import effect_class, registry
+    from bicycle.effect_docs import describe, record, records
+    from studies.output import print_table, write_json
+
+    chosen = effect_class(identifier) if identifier else None
+    if json_file:
+        write_json(record(chosen) if chosen else {"effects": records()}, json_file)
+    if json_file == "-":
+        return
+    if chosen:
+        click.echo(describe(chosen), nl=False)
+        return
+    rows = []
+    for effect in registry().values():
+        first, *more = effect.parameters or (None,)
+        needs = ", ".join(effect.requires) or None
+        rows.append([effect.identifier, *_shown(first), needs, effect.source])
+        rows += [["", *_shown(parameter), "", ""] for parameter in more]
+    print_table(rows, ["effect", "parameter", "unit", "typical", "needs", "source"])
+
+
+def _shown(parameter: object) -> list[str | None]:
+    from bicycle.effect import Parameter
+
+    if not isinstance(parameter, Parameter):
+        return [None, None, None]
+    low, high = parameter.typical
+    return [parameter.name + (" r/f" if parameter.per_wheel else ""), parameter.unit, f"{low:g} .. {high:g}"]

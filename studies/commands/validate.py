@@ -1,0 +1,83 @@
+"""``velotyre validate NAME``: one sub-command per module of ``studies.validations``."""
+
+import inspect
+import json
+import pkgutil
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import click
+
+
+class ValidationGroup(click.Group):
+    """A click group whose commands are the modules of ``studies.validations``, imported when asked for."""
+
+    def __init__(self, package: str, **settings: Any) -> None:
+        super().__init__(**settings)
+        self.package = package
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names of the validations, sorted."""
+        found = pkgutil.iter_modules(import_module(self.package).__path__)
+        return sorted(module.name.replace("_", "-") for module in found if not module.name.startswith("_"))
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Build the command of a validation from the signature of its ``run``; ``_`` and ``-`` are alike."""
+        name = cmd_name.replace("_", "-")
+        if name not in self.list_commands(ctx):
+            return None
+        return _command(name, import_module(f"{self.package}.{name.replace('-', '_')}"))
+
+
+def _command(name: str, module: ModuleType) -> click.Command:
+    options: list[click.Parameter] = [
+        click.Option(
+            ["--out"],
+            type=click.Path(path_type=Path),
+            default=Path("out/validation"),
+            show_default=True,
+            help="Folder for the result.",
+        ),
+        click.Option(
+            ["--json", "json_file"],
+            type=click.Path(path_type=Path, allow_dash=True),
+            help="Write the result here too (- = stdout).",
+        ),
+    ]
+    for parameter in inspect.signature(module.run).parameters.values():
+        if parameter.name == "out":
+            continue
+        flag = "--" + parameter.name.replace("_", "-")
+        if parameter.default is inspect.Parameter.empty:
+            options.append(click.Option([flag], type=int, required=True))
+        elif isinstance(parameter.default, bool):
+            options.append(click.Option([f"{flag}/--no{flag[1:]}"], default=parameter.default, show_default=True))
+        else:
+            options.append(
+                click.Option([flag], type=type(parameter.default), default=parameter.default, show_default=True)
+            )
+
+    def callback(out: Path, json_file: Path | None, **settings: Any) -> None:
+        out.mkdir(parents=True, exist_ok=True)
+        result = module.run(out=out, **settings)
+        text = json.dumps(result, indent=1, allow_nan=False) + "\n"
+        path = out / f"{name.replace('-', '_')}.json"
+        path.write_text(text, encoding="utf-8")
+        to_stdout = json_file is not None and str(json_file) == "-"
+        if json_file is not None:
+            if to_stdout:
+                click.echo(text, nl=False)
+            else:
+                json_file.write_text(text, encoding="utf-8")
+        click.echo(f"{name}: result in {path}", err=to_stdout)
+
+    return click.Command(name, params=options, callback=callback, help=inspect.cleandoc(module.__doc__ or name))
+
+
+command = ValidationGroup(
+    "studies.validations",
+    name="validate",
+    help="Check velotyre against known truth: studies that take over half a minute, with a seed and a JSON result.",
+)

@@ -1,0 +1,94 @@
+"""``velotyre sensitivity``: ranked table, CSV, figure and JSON of one mode."""
+
+import json
+import math
+
+import pandas as pd
+import pytest
+
+from studies.cli import main
+
+MODEL = """
+bicycle = "benchmark"
+[effects.relaxation_length]
+cornering_stiffness = {rear = 6300.0, front = 6020.0}
+relaxation_length = 0.1
+[effects.front_compliance]
+joint_x = 0.8
+joint_z = -0.85
+"""
+
+
+@pytest.fixture
+def model_file(tmp_path):
+    path = tmp_path / "model.toml"
+    path.write_text(MODEL)
+    return str(path)
+
+
+def run(capsys, *arguments: str) -> str:
+    main(["sensitivity", *arguments])
+    return capsys.readouterr().out
+
+
+def test_json_is_ranked_with_the_origin_of_every_deviation(model_file, capsys):
+    shown = json.loads(run(capsys, model_file, "--mode", "wobble", "--speed", "8", "--sd", "c=0.002", "--json", "-"))
+    rows = {row["parameter"]: row for row in shown["parameters"]}
+    sizes = [abs(row["growth_rate_change_1_s"]) for row in shown["parameters"]]
+    assert sizes == sorted(sizes, reverse=True)
+    assert shown["total_growth_rate_change_1_s"] == pytest.approx(math.hypot(*sizes))
+    assert (rows["c"]["sd"], rows["c"]["sd_origin"]) == (0.002, "given")
+    assert (rows["g"]["sd"], rows["g"]["sd_origin"]) == (0.0, "constant")
+    damping = rows["front_compliance.damping"]
+    assert (damping["sd"], damping["sd_origin"], damping["unit"]) == (0.75, "assumed 5%", "N m s/rad")
+    assert damping["growth_rate_change_1_s"] < 0
+    # a band of wobble: more damping begins it later and ends it earlier
+    begin, end = damping["critical_speed_changes_m_s"]
+    assert begin > 0 > end
+
+
+def test_a_deviation_doubles_its_change(model_file, capsys):
+    changes = []
+    for sd in ("0.001", "0.002"):
+        shown = json.loads(run(capsys, model_file, "--mode", "weave", "--speed", "8", "--sd", f"c={sd}", "--json", "-"))
+        changes += [row["growth_rate_change_1_s"] for row in shown["parameters"] if row["parameter"] == "c"]
+    assert changes[1] == pytest.approx(2 * changes[0])
+
+
+def test_table_csv_and_figure(model_file, tmp_path, capsys):
+    out = tmp_path / "out"
+    shown = run(capsys, model_file, "--mode", "wobble", "--speed", "8", "--top", "6", "--out", str(out))
+    assert shown.startswith("wobble at 8 m/s: ")
+    assert "all 32 parameters together: " in shown
+    assert "front_compliance.joint_z" in shown
+    table = pd.read_csv(out / "sensitivity.csv")
+    assert len(table) == 32
+    assert {"sd", "growth_rate_change_1_s", "frequency_change_Hz"} < set(table.columns)
+    assert (out / "tornado.png").read_bytes()[:4] == b"\x89PNG"
+    assert b"<svg" in (out / "tornado.svg").read_bytes()
+
+
+def test_deviations_of_the_bicycle_file_are_used(tmp_path, capsys):
+    path = tmp_path / "model.toml"
+    path.write_text('bicycle = "rigid_rider"\n')
+    shown = json.loads(run(capsys, str(path), "--mode", "capsize", "--speed", "6", "--json", "-"))
+    assert {"bicycle file"} <= {row["sd_origin"] for row in shown["parameters"]}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--mode", "wobbel", "--speed", "8"), "at 8 m/s: unknown mode 'wobbel'; did you mean 'wobble'?"),
+        (("--mode", "wobble", "--speed", "-1"), "speed -1 m/s is not allowed"),
+        (("--mode", "wobble", "--speed", "8", "--sd", "c"), "--sd 'c': give KEY=SD"),
+        (("--mode", "wobble", "--speed", "8", "--sd", "cc=1"), "unknown parameter 'cc'; did you mean 'c'?"),
+        (("--mode", "wobble", "--speed", "8", "--sd", "c=-1"), "standard deviation of c is -1.0; it must be finite"),
+    ],
+)
+def test_bad_input_ends_with_one_line(model_file, capsys, arguments, words):
+    with pytest.raises(SystemExit) as stop:
+        main(["sensitivity", model_file, *arguments])
+    assert stop.value.code == 2
+    shown = capsys.readouterr().err
+    assert words in shown
+    assert shown.count("\n") == 1
