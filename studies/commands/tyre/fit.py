@@ -1,0 +1,86 @@
+"""``velotyre tyre fit``: a folder of rig recordings to cornering stiffness, lateral stiffness and relaxation length."""
+
+from pathlib import Path
+
+import click
+
+from tyre.errors import InputError
+
+
+@click.command()
+@click.argument("folder", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
+@click.option(
+    "--json", "json_file", type=click.Path(path_type=Path, allow_dash=True), help="Write JSON here (- = stdout)."
+)
+@click.option("--skip-bad", is_flag=True, help="Leave out files that cannot be used, and list them.")
+@click.option("--jobs", type=click.IntRange(min=1), help="Worker processes (default: one per processor).")
+@click.option("--force-calibration", default=0.3, show_default=True, help="Standard uncertainty of the force gain, %.")
+@click.option("--slip-calibration", default=0.3, show_default=True, help="Standard uncertainty of the slip gain, %.")
+@click.option("--gauge-calibration", default=0.2, show_default=True, help="Standard uncertainty of the dial gauges, %.")
+@click.option(
+    "--repeatability", default=1.0, show_default=True, help="Scatter of one recording where there are no repeats, %."
+)
+@click.option("--wheel-radius", default=0.34, show_default=True, help="Radius of wheel and tyre, m.")
+@click.option("--every-residual", is_flag=True, help="Draw the residuals of every recording, not only of the worst.")
+@click.option("--no-lag-correction", is_flag=True, help="Fit sweeps without taking out the lag (for comparison).")
+def command(
+    folder: Path,
+    out: Path,
+    json_file: Path | None,
+    skip_bad: bool,
+    jobs: int | None,
+    force_calibration: float,
+    slip_calibration: float,
+    gauge_calibration: float,
+    repeatability: float,
+    wheel_radius: float,
+    every_residual: bool,
+    no_lag_correction: bool,
+) -> None:
+    """Fit all recordings in FOLDER (.csv with .toml sidecar, .tdx) and write tables, maps, .tir files and figures.
+
+    Results of single files are kept in OUT/cache, so an interrupted run goes on where it was.
+    """
+    import json
+
+    from tyre.campaign import fit_campaign
+    from tyre.campaign_recording import FitSettings
+    from tyre.campaign_report import write_campaign
+    from tyre.estimate import Calibration
+
+    if not 0.05 <= wheel_radius <= 1.0:
+        raise InputError(f"--wheel-radius {wheel_radius:g} m must be from 0.05 to 1 m")
+    settings = FitSettings(
+        calibration=Calibration(
+            force=force_calibration / 100.0,
+            slip=slip_calibration / 100.0,
+            displacement=gauge_calibration / 100.0,
+            repeatability=repeatability / 100.0,
+        ),
+        lag_correction=not no_lag_correction,
+    )
+    campaign = fit_campaign(
+        folder,
+        settings=settings,
+        cache_folder=out / "cache",
+        exclude=out,
+        skip_bad=skip_bad,
+        jobs=jobs,
+        wheel_radius=wheel_radius,
+    )
+    for name, reason in campaign.skipped.items():
+        click.echo(f"skipped {name}: {reason}", err=True)
+    written = write_campaign(campaign, out, wheel_radius=wheel_radius, every_recording=every_residual)
+    to_stdout = json_file is not None and str(json_file) == "-"
+    if json_file is not None:
+        text = json.dumps(campaign.as_json(), indent=1, allow_nan=False) + "\n"
+        if to_stdout:
+            click.echo(text, nl=False)
+        else:
+            json_file.write_text(text, encoding="utf-8")
+    click.echo(
+        f"{len(campaign.conditions)} conditions, {len(campaign.skipped)} files skipped; "
+        f"{len(written)} files in {out}, see {out / 'report.md'}",
+        err=to_stdout,
+    )

@@ -1,0 +1,97 @@
+"""``velotyre tyre simulate`` and ``velotyre tyre fit`` as a user calls them."""
+
+import json
+
+import pytest
+
+from studies.cli import main
+
+SMALL = ["--loads", "400", "--pressures", "5", "--rates", "4", "--sweeps", "1", "--pulls", "1"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("campaign")
+    main(["tyre", "simulate", str(place), "--seed", "7", *SMALL, "--axes", "SAE", "--format", "mixed"])
+    return place
+
+
+def _fails(capsys, arguments):
+    with pytest.raises(SystemExit) as stop:
+        main(arguments)
+    assert stop.value.code == 2
+    return capsys.readouterr().err
+
+
+def test_simulate_writes_recordings_and_truth(folder):
+    assert sorted(path.suffix for path in folder.iterdir()) == [".csv", ".json", ".tdx", ".toml"]
+    truth = json.loads((folder / "truth.json").read_text())
+    assert truth["synthetic"] is True
+    assert truth["seed"] == 7
+    assert "synthetic = true" in next(folder.glob("*.toml")).read_text()
+
+
+def test_fit_writes_json_to_file_and_stdout(folder, tmp_path, capsys):
+    main(
+        [
+            "tyre",
+            "fit",
+            str(folder),
+            "--out",
+            str(tmp_path / "a"),
+            "--json",
+            str(tmp_path / "c.json"),
+            "--jobs",
+            "1",
+            "--every-residual",
+        ]
+    )
+    assert len(list((tmp_path / "a" / "figures" / "residuals").glob("*.png"))) == 2
+    assert "1 conditions, 0 files skipped" in capsys.readouterr().out
+    main(["tyre", "fit", str(folder), "--out", str(tmp_path / "a"), "--json", "-", "--jobs", "1"])
+    printed = json.loads(capsys.readouterr().out)
+    assert printed == json.loads((tmp_path / "c.json").read_text())
+    truth = json.loads((folder / "truth.json").read_text())["conditions"][0]
+    (condition,) = printed["conditions"]
+    for name in ("cornering_stiffness_N_per_rad", "lateral_stiffness_N_per_m", "relaxation_length_m"):
+        low, high = condition[name]["ci95"]
+        assert low < truth[name] < high
+
+
+def test_skip_bad_lists_the_file(folder, tmp_path, capsys):
+    main(["tyre", "simulate", str(tmp_path / "rig"), "--seed", "8", *SMALL])
+    bad = tmp_path / "rig" / "bad.tdx"
+    bad.write_text("no TYDEX here\n")
+    capsys.readouterr()
+    error = _fails(capsys, ["tyre", "fit", str(tmp_path / "rig"), "--out", str(tmp_path / "out"), "--jobs", "1"])
+    assert "bad.tdx" in error
+    assert error.count("\n") == 1
+    main(["tyre", "fit", str(tmp_path / "rig"), "--out", str(tmp_path / "out"), "--jobs", "1", "--skip-bad"])
+    printed = capsys.readouterr()
+    assert "skipped bad.tdx" in printed.err
+    assert "## Skipped files (1)" in (tmp_path / "out" / "report.md").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--loads", "340;400"], "must be numbers separated by commas"),
+        (["--rates", "0"], "rates must be positive, got 0"),
+        (["--axes", "iso"], "is not one of ISO, SAE, adapted SAE"),
+        (["--effect", "nois:white=2"], "did you mean 'noise'"),
+        (["--effect", "noise:white=loud"], "must be numbers separated by commas"),
+        (["--without", "rig_fricton"], "did you mean 'rig_friction'"),
+        (["--sweeps", "0", "--pulls", "0"], "one must be positive"),
+    ],
+)
+def test_simulate_refuses_nonsense(tmp_path, capsys, arguments, words):
+    assert words in _fails(capsys, ["tyre", "simulate", str(tmp_path / "x"), "--seed", "1", *arguments])
+
+
+def test_fit_refuses_nonsense(tmp_path, capsys):
+    missing = ["tyre", "fit", str(tmp_path / "none"), "--out", str(tmp_path / "o")]
+    assert "no such folder" in _fails(capsys, missing)
+    assert "must be from 0.05 to 1 m" in _fails(capsys, [*missing, "--wheel-radius", "7"])
+    assert "force = -0.01 must be a relative standard uncertainty" in _fails(
+        capsys, [*missing, "--force-calibration", "-1"]
+    )

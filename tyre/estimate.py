@@ -1,0 +1,82 @@
+"""A measured value with its standard uncertainty, degrees of freedom and 95 % interval (GUM)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One value, its standard uncertainty and the effective degrees of freedom behind that uncertainty.
+
+    The 95 % interval is ``value -+ t(0.975, dof) sd``: few repeats give a wide one (GUM, JCGM 100:2008, annex G).
+    """
+
+    value: float
+    sd: float
+    dof: float = np.inf
+
+    @property
+    def ci95(self) -> tuple[float, float]:
+        """Lower and upper end of the 95 % interval."""
+        half = float(stats.t.ppf(0.975, self.dof)) * self.sd
+        return self.value - half, self.value + half
+
+    def covers(self, truth: float) -> bool:
+        """Whether the 95 % interval holds ``truth``."""
+        low, high = self.ci95
+        return low <= truth <= high
+
+    def scaled(self, factor: float) -> "Estimate":
+        """The same in another unit: ``factor`` times the value."""
+        return Estimate(factor * self.value, abs(factor) * self.sd, self.dof)
+
+    def as_json(self) -> dict[str, object]:
+        """``{"value", "sd", "ci95": [lo, hi]}``."""
+        return {"value": self.value, "sd": self.sd, "ci95": list(self.ci95)}
+
+
+def combine_uncertainties(parts: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Root sum of squares of independent parts, with the Welch-Satterthwaite degrees of freedom.
+
+    Parameters
+    ----------
+    parts : sequence of (sd, dof)
+        Standard uncertainties in the same unit; ``inf`` for a part known from a certificate.
+
+    Returns
+    -------
+    sd, dof : float
+        dof = sd^4 / sum(sd_i^4 / dof_i) (JCGM 100:2008, eq. G.2b); never below 1.
+    """
+    total = float(np.sqrt(sum(sd**2 for sd, _ in parts)))
+    spent = sum(sd**4 / dof for sd, dof in parts if np.isfinite(dof))
+    return total, (np.inf if spent == 0.0 else max(1.0, total**4 / spent))
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What the rig's certificates leave open: relative standard uncertainties common to a whole campaign.
+
+    They do not average out over repeats, so every interval contains them. ``force`` is the gain of the side-force
+    cell, ``slip`` that of the slip-angle sensor, ``displacement`` that of the dial gauges. ``repeatability`` is
+    the relative standard deviation assumed for one recording (tyre remounted, warm or cold) where a campaign holds
+    no repeats to measure it: a stated floor, so that one sweep never claims the precision of its residuals.
+    """
+
+    force: float = 0.003
+    slip: float = 0.003
+    displacement: float = 0.002
+    repeatability: float = 0.01
+
+    def __post_init__(self) -> None:
+        from tyre.errors import InputError
+
+        for name in ("force", "slip", "displacement", "repeatability"):
+            value = getattr(self, name)
+            if not 0.0 <= value < 0.5:
+                raise InputError(
+                    f"calibration: {name} = {value:g} must be a relative standard uncertainty from 0 to 0.5"
+                )
