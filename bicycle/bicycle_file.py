@@ -7,7 +7,7 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
-from bicycle.parameters import Bicycle
+from bicycle.parameters import UNITS, UNUSED, Bicycle
 from tyre.errors import InputError, unknown
 from tyre.paths import data_root
 
@@ -43,7 +43,7 @@ def load_bicycle(name_or_path: str | Path) -> Bicycle:
 def parse_toml(path: Traversable) -> Bicycle:
     """Read one TOML bicycle file."""
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not a TOML file: {error}") from error
     for key in content:
@@ -51,6 +51,8 @@ def parse_toml(path: Traversable) -> Bicycle:
             raise InputError(f"{path}: {unknown('key', key, TOP_KEYS)}")
     if not isinstance(content.get("values"), dict):
         raise InputError(f"{path}: the table [values] with the bicycle's parameters is missing")
+    if not isinstance(content.get("sd", {}), dict):
+        raise InputError(f"{path}: sd = {content['sd']!r} must be a table [sd] of standard deviations")
     return _named(path, content["values"], content.get("sd", {}), content)
 
 
@@ -61,7 +63,7 @@ def parse_flat(path: Path) -> Bicycle:
     """
     import yaml
 
-    text = path.read_text(encoding="utf-8", errors="replace")
+    text = path.read_text(encoding="utf-8-sig", errors="replace")
     if path.suffix.lower() == ".txt":
         text = text.replace("=", ": ")
     try:
@@ -76,7 +78,10 @@ def parse_flat(path: Path) -> Bicycle:
     sd: dict[str, float] = {}
     notes: list[str] = []
     for key_node, value_node in node.value:
-        key, where = key_node.value, f"{path}, line {key_node.start_mark.line + 1}"
+        where = f"{path}, line {key_node.start_mark.line + 1}"
+        if not isinstance(key_node, yaml.ScalarNode) or not isinstance(value_node, yaml.ScalarNode):
+            raise InputError(f"{where}: expected one 'key: value' a line, found a nested value")
+        key = key_node.value
         if key in values:
             raise InputError(f"{where}: {key} is given twice; keep one")
         number, _, spread = str(value_node.value).replace("+/-", "±").partition("±")
@@ -85,6 +90,8 @@ def parse_flat(path: Path) -> Bicycle:
                 f"{where}: the speed v = {number.strip()} m/s is not a property of the bicycle and is not used"
             )
             continue
+        if key not in UNITS and key not in UNUSED:
+            raise InputError(f"{where}: {unknown('key', key, [*UNITS, *UNUSED])}")
         values[key] = _number(where, key, number)
         if spread:
             sd[key] = _number(where, key, spread)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import sympy as sp
 
-from tyre.errors import InputError, unknown
+from tyre.errors import InputError, is_number, shown, unknown
 
 if TYPE_CHECKING:
     from bicycle.derivation import ModelBuilder, Wheel
@@ -130,11 +130,12 @@ class Effect:
             numbers = {parameter.name: value}
         low, high = parameter.bounds
         for key, number in numbers.items():
-            if isinstance(number, bool) or not isinstance(number, int | float) or math.isnan(number):
-                raise InputError(f"effect {self.identifier!r}: {key} = {number!r} must be a number ({parameter.unit})")
+            unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+            if not is_number(number) or math.isnan(number):
+                raise InputError(f"effect {self.identifier!r}: {key} = {shown(number)} must be a number{unit}")
             if not (low <= number <= high) or (math.isinf(number) and number != parameter.neutral):
                 raise InputError(
-                    f"effect {self.identifier!r}: {key} = {number:g} {parameter.unit} is outside {low:g} .. {high:g}"
+                    f"effect {self.identifier!r}: {key} = {number:g}{unit} is outside {low:g} .. {high:g}{unit}"
                 )
             self._given[key] = float(number)
         if parameter.per_wheel:

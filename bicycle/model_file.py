@@ -10,12 +10,13 @@ from bicycle.effect import WHEELS, Effect, effect_class
 from bicycle.model import Model
 from bicycle.parameters import Bicycle
 from tyre import TyreMap
-from tyre.errors import InputError, unknown
+from tyre.errors import InputError, is_number, shown, unknown
 from tyre.properties import TyreProperties
 
 TOP_KEYS = ("bicycle", "effects", "description")
 TYRE_KEYS = ("tyre", "surface", "pressure_bar")
 PASCAL_PER_BAR = 1e5
+MOST_BAR = 20.0  # no bicycle tyre holds more; a pressure in kPa or Pa is caught here
 
 
 def read_model(path: str | Path) -> Model:
@@ -28,7 +29,7 @@ def read_model(path: str | Path) -> Model:
     """
     path = Path(path)
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except FileNotFoundError as error:
         raise InputError(f"{path}: no such model file") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
@@ -69,7 +70,7 @@ def from_tyre(kind: type[Effect], table: Mapping[str, Any], bicycle: Bicycle) ->
     table : dict
         The table with ``cornering_stiffness`` and, where the effect has it, ``relaxation_length`` per wheel.
     notes : list of str
-        Which wheel's tyre is extrapolated beyond the measured loads or pressures.
+        What must be told of each wheel's tyre: assumptions, borrowed values, misfit, extrapolation.
     """
     if kind.slot != "contact law" or not kind.parameters:
         raise InputError(f"effect {kind.identifier!r} does not take a tyre; only side_slip and relaxation_length do")
@@ -87,10 +88,10 @@ def from_tyre(kind: type[Effect], table: Mapping[str, Any], bicycle: Bicycle) ->
     for name in filled:
         rest[name] = {wheel: getattr(p, name) for wheel, p in properties.items()}
     notes = [
-        f"{wheel} wheel: {p.tyre} on {p.surface} at {p.load:.0f} N and {p.pressure / PASCAL_PER_BAR:g} bar "
-        "is extrapolated beyond the measured loads or pressures"
+        f"{wheel} wheel, {p.tyre} on {p.surface} at {p.load:.0f} N and {p.pressure / PASCAL_PER_BAR:g} bar "
+        f"({p.origin}): {note}"
         for wheel, p in properties.items()
-        if not p.inside
+        for note in p.notes
     ]
     return rest, notes
 
@@ -106,8 +107,14 @@ def wheel_tyres(*, tyre: Any, surface: Any, pressure_bar: Any, bicycle: Bicycle)
     found = {}
     for wheel, load in zip(WHEELS, bicycle.static_loads, strict=True):
         pressure = choices["pressure_bar"][wheel]
-        if isinstance(pressure, bool) or not isinstance(pressure, int | float):
-            raise InputError(f"pressure_bar = {pressure!r} must be a number in bar")
+        if not is_number(pressure) or not 0 < pressure <= MOST_BAR:
+            raise InputError(
+                f"pressure_bar = {shown(pressure)} of the {wheel} wheel must be a number above 0 "
+                f"and up to {MOST_BAR:g} bar"
+            )
+        for key in ("tyre", "surface"):
+            if not isinstance(choices[key][wheel], str):
+                raise InputError(f"{key} = {choices[key][wheel]!r} of the {wheel} wheel must be a name in quotes")
         tyre_map = TyreMap.load(choices["tyre"][wheel], surface=choices["surface"][wheel])
         found[wheel] = tyre_map.at(load=load, pressure=pressure * PASCAL_PER_BAR)
     return found

@@ -8,7 +8,7 @@ from types import MappingProxyType
 import numpy as np
 
 from bicycle.chain import Body, Joint, mass_matrix
-from tyre.errors import InputError, unknown
+from tyre.errors import InputError, is_number, shown, unknown
 
 UNITS: Mapping[str, str] = MappingProxyType(
     {
@@ -109,8 +109,8 @@ def _checked(name: str, given: Mapping[str, float], *, complete: bool) -> dict[s
         )
     values = {}
     for key, value in given.items():
-        if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not math.isfinite(value):
-            raise InputError(f"bicycle {name!r}: {key} = {value!r} must be a finite number in SI units")
+        if not is_number(value) or not math.isfinite(value):
+            raise InputError(f"bicycle {name!r}: {key} = {shown(value)} must be a finite number in SI units")
         if not complete and value < 0:
             raise InputError(f"bicycle {name!r}: the standard deviation of {key} is {value!r}; it must be >= 0")
         values[key] = float(value)
@@ -177,6 +177,12 @@ def _oddities(bicycle: Bicycle) -> list[str]:
             found.append(
                 f"the principal inertias of the {part} ({low:.4g}, {p[yy]:.4g}, {high:.4g} kg m^2) violate the "
                 "triangle inequality: no rigid body has them (measurement error?)"
+            )
+    for part, key, mass in (("rear frame", "zB", "mB"), ("front frame", "zH", "mH")):
+        if p[key] > 0 and p[mass] > 0:
+            found.append(
+                f"the mass centre of the {part} lies below the ground ({key} = {p[key]:g} m): z points down, so "
+                "heights are negative (wrong sign?)"
             )
     for wheel, xx, yy, mass in (("rear", "IRxx", "IRyy", "mR"), ("front", "IFxx", "IFyy", "mF")):
         if p[mass] == 0 and p[yy] > 0:

@@ -40,8 +40,11 @@ def parse_speeds(text: str) -> NDArray[np.float64]:
         raise InputError(f"speeds {text!r}: the step must be positive and stop >= start")
     count = math.floor((stop - start) / step * (1 + 1e-12) + 1e-9) + 1
     if count > MOST_SPEEDS:
-        raise InputError(f"speeds {text!r}: {count} speeds are more than {MOST_SPEEDS}; take a larger step")
-    return np.round(start + step * np.arange(count), 12)
+        raise InputError(f"speeds {text!r}: {count:.3g} speeds are more than {MOST_SPEEDS}; take a larger step")
+    speeds = start + step * np.arange(count)
+    if stop - speeds[-1] > 1e-9 * step:
+        speeds = np.append(speeds, stop)
+    return np.round(speeds, 12)
 
 
 def write_json(content: Mapping[str, Any], target: str) -> None:
@@ -49,8 +52,13 @@ def write_json(content: Mapping[str, Any], target: str) -> None:
     text = json.dumps(content, indent=1, allow_nan=False)
     if target == "-":
         click.echo(text)
-    else:
+        return
+    if not target or "\0" in target:
+        raise InputError(f"--json {target!r} is no file name; give a file, or - for standard output")
+    try:
         Path(target).write_text(text + "\n", encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{target}: cannot write the result: {error.strerror}") from error
 
 
 def print_table(rows: Sequence[Sequence[Any]], headers: Sequence[str]) -> None:
@@ -59,6 +67,12 @@ def print_table(rows: Sequence[Sequence[Any]], headers: Sequence[str]) -> None:
 
     cells = [[f"{cell:.4g}" if isinstance(cell, float) else cell for cell in row] for row in rows]
     click.echo(tabulate(cells, headers=headers, missingval="-", disable_numparse=True))
+
+
+def print_critical(critical: Sequence[Any]) -> None:
+    """Print critical speeds (:class:`bicycle.critical.CriticalSpeed`), one a row."""
+    rows = [[f"{c.speed:.6f}", c.mode, c.kind, c.frequency / (2 * math.pi), c.direction] for c in critical]
+    print_table(rows, ["critical speed m/s", "mode", "kind", "frequency Hz", "as speed grows"])
 
 
 def print_warnings(warnings: Sequence[str]) -> None:

@@ -1,7 +1,9 @@
 """The one exception for bad input, raised by every package and shown by the command line as one line."""
 
 import difflib
+import numbers
 from collections.abc import Iterable
+from typing import Any
 
 
 class InputError(ValueError):
@@ -15,3 +17,20 @@ def unknown(kind: str, name: object, allowed: Iterable[str]) -> str:
     close = difflib.get_close_matches(str(name).lower(), list(by_lower_case), n=1)
     hint = f"did you mean {by_lower_case[close[0]]!r}? " if close else ""
     return f"unknown {kind} {str(name)!r}; {hint}known: {', '.join(names) or 'none'}"
+
+
+def is_number(value: Any) -> bool:
+    """Whether a value from a file is a real number that a float can hold (True and False are not)."""
+    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+        return False
+    try:
+        float(value)
+    except OverflowError:
+        return False
+    return True
+
+
+def shown(value: object) -> str:
+    """A value from a file as a message shows it, cut where it is long."""
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -31,6 +31,8 @@ class TyreProperties:
         Of (cornering stiffness, lateral stiffness, relaxation length), SI units.
     origin : {"measured", "interpolated", "extrapolated"}
         How the values came about at this load and pressure.
+    lateral_stiffness_origin : str
+        How the lateral stiffness of the table came about where no pull test on this surface measured it.
     notes : tuple of str
         What a reader of a result must be told (an assumption, a borrowed stiffness, a misfit).
     """
@@ -45,6 +47,7 @@ class TyreProperties:
     covariance: NDArray[np.float64] = field(repr=False)
     origin: Origin
     notes: tuple[str, ...] = ()
+    lateral_stiffness_origin: str = "measured"
 
     @property
     def inside(self) -> bool:

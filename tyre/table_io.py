@@ -7,6 +7,7 @@ CSV columns, one row per condition (comma separated, decimal point):
 - optional: the same names with ``_sd`` before the unit, e.g. ``cornering_stiffness_sd_N_per_deg``.
 
 Sidecar keys: ``tyre``, ``surface`` (``flat`` or ``drum``), ``source``; optional ``description``, ``synthetic``,
+``lateral_stiffness_origin`` (in words, where no pull test on this surface measured it),
 ``notes``, ``width_mm``, ``drum_diameter_m``, ``relaxation_length_sd_mm`` (one standard deviation for every row),
 ``lateral_stiffness_shared_over`` (of ``load``, ``pressure``, ``surface``: conditions that differ only in these got
 their lateral stiffness from the same pull tests, so its error is common to them) and ``[resolution]`` (one unit of the
@@ -87,7 +88,7 @@ def write_table(table: MeasuredTable, path: str | Path) -> None:
         columns["cornering_stiffness_sd_N_per_deg"] = np.radians(table.cornering_stiffness_sd)
     keys: dict[str, Any] = {"tyre": table.tyre, "surface": table.surface, "source": table.source or "not stated"}
     keys |= {"description": table.description} if table.description else {}
-    keys |= {"synthetic": table.synthetic}
+    keys |= {"lateral_stiffness_origin": table.lateral_stiffness_origin, "synthetic": table.synthetic}
     keys |= {"notes": list(table.notes)} if table.notes else {}
     keys |= {"width_mm": table.width * 1e3} if table.width is not None else {}
     keys |= {"drum_diameter_m": table.drum_diameter} if table.drum_diameter is not None else {}
@@ -157,6 +158,7 @@ def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
         ),
         source=keys["source"],
         description=keys.get("description", ""),
+        lateral_stiffness_origin=keys.get("lateral_stiffness_origin", "measured"),
         notes=tuple(keys.get("notes", ())),
         synthetic=keys.get("synthetic", False),
         drum_diameter=keys.get("drum_diameter_m"),

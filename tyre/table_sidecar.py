@@ -19,6 +19,7 @@ _KEYS: dict[str, type | tuple[type, ...]] = {
     "drum_diameter_m": (int, float),
     "relaxation_length_sd_mm": (int, float),
     "lateral_stiffness_shared_over": list,
+    "lateral_stiffness_origin": str,
     "resolution": dict,
 }
 _RESOLUTION_KEYS = ("cornering_stiffness_N_per_deg", "relaxation_length_mm")

@@ -40,6 +40,8 @@ class MeasuredTable:
         Where the numbers come from, and what the tyre is.
     notes : tuple of str
         What a reader of any value must be told.
+    lateral_stiffness_origin : str
+        How the lateral stiffness came about, in words, where it was not measured in a pull test on this surface.
     synthetic : bool
         True where no rig measured this.
     drum_diameter, width : float or None
@@ -59,6 +61,7 @@ class MeasuredTable:
     source: str = ""
     description: str = ""
     notes: tuple[str, ...] = ()
+    lateral_stiffness_origin: str = "measured"
     synthetic: bool = False
     drum_diameter: float | None = None
     width: float | None = None

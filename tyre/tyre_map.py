@@ -243,6 +243,7 @@ class TyreMap:
                     covariance=covariance[3 * row : 3 * row + 3, 3 * row : 3 * row + 3].copy(),
                     origin=origin,
                     notes=condition_notes(self, origin),
+                    lateral_stiffness_origin=self.measured.lateral_stiffness_origin,
                 )
             )
         return tuple(properties), covariance

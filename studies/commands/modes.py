@@ -11,18 +11,22 @@ import click
 def command(model_file: str, speeds: str, max_speed: float, json_file: str | None) -> None:
     from bicycle.model_file import read_model
     from studies.analysis import analyse, record
-    from studies.output import parse_speeds, print_table, print_warnings, write_json
+    from studies.output import parse_speeds, print_critical, print_table, print_warnings, write_json
 
     model = read_model(model_file).linear_model()
     found, critical = analyse(model, parse_speeds(speeds), max_speed=max_speed)
     assert found is not None  # parse_speeds gives at least one speed
-    if json_file:
+    if json_file is not None:
         write_json(record(model, found, critical), json_file)
     if json_file != "-":
         rows = []
         for speed, *values in zip(found.speeds, *found.to_dict().values(), strict=True):
             rows.append([speed, *(" ".join(_number(*z) for z in value or []) or None for value in values)])
         print_table(rows, ["speed m/s", *(f"{name} 1/s" for name in found.to_dict())])
+        click.echo()
+        print_critical(critical)
+        for event in found.events:
+            click.echo(str(event))
         print_warnings(model.warnings)
 
 

@@ -85,6 +85,7 @@ def test_unused_pitch_inertias_are_optional():
         ({"mB": math.nan}, "mB = nan must be a finite number"),
         ({"mB": "85"}, "mB = '85' must be a finite number"),
         ({"mB": True}, "mB = True must be a finite number"),
+        ({"mB": 10**400}, "mB = 1000.*\\.\\.\\. must be a finite number"),
         ({"IBxX": 1.0}, "unknown key 'IBxX'; did you mean 'IBxx'"),
     ],
 )
@@ -115,6 +116,7 @@ def test_oddities_are_warned_about():
     assert "violate the triangle inequality" in load_bicycle("browser").warnings[0]
     massless = bicycle(mR=0.0, IRxx=0.0)
     assert any("spin inertia IRyy = 0.12 kg m^2 but no mass" in text for text in massless.warnings)
+    assert "lies below the ground (zB = 0.5 m)" in bicycle(zB=0.5).warnings[0]
     assert any("front wheel violates the triangle" in text for text in bicycle(IFxx=0.1).warnings)
 
 
@@ -123,6 +125,9 @@ def test_oddities_are_warned_about():
     [
         ("b.toml", "values = 3", r"table \[values\] with the bicycle's parameters is missing"),
         ("b.toml", "w = ", "not a TOML file"),
+        ("b.toml", "sd = 3\n[values]\nw = 1.0", "sd = 3 must be a table"),
+        ("b.yml", "w: [1.0, 2.0]\n", "line 1: expected one 'key: value' a line, found a nested value"),
+        ("b.yml", "[1, 2]: 3\n", "found a nested value"),
         ("b.toml", "wheels = 2", "unknown key 'wheels'"),
         ("b.yml", "just words", "expected one 'key: value' a line"),
         ("b.yml", "w: 1.0\nw: 1.1\n", "line 2: w is given twice"),

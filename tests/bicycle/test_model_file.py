@@ -7,6 +7,7 @@ import pytest
 from bicycle import load_bicycle
 from bicycle.model_file import build_model, read_model
 from studies.cli import main
+from studies.output import parse_speeds
 from tyre.errors import InputError
 
 TYRE = {"tyre": "Tyre1", "pressure_bar": 5.5}
@@ -39,7 +40,12 @@ def test_tyre_surface_and_pressure_may_differ_between_the_wheels():
 
 def test_extrapolation_is_said():
     model = build_model({"bicycle": "benchmark", "effects": {"side_slip": TYRE}})
-    assert sum("extrapolated beyond the measured" in note for note in model.linear_model().warnings) == 2
+    said = [
+        note for note in model.linear_model().warnings if "cornering stiffness extrapolated beyond the measured" in note
+    ]
+    assert len(said) == 2
+    assert said[0].startswith("rear wheel, Tyre1 on flat at 613 N and 5.5 bar (extrapolated)")
+    assert "340-490 N and 3.5-7.5 bar" in said[0]
 
 
 def test_bicycle_as_table_and_as_file_next_to_the_model(tmp_path):
@@ -66,8 +72,22 @@ def test_bicycle_as_table_and_as_file_next_to_the_model(tmp_path):
             {"bicycle": "benchmark", "effects": {"side_slip": {**TYRE, "cornering_stiffness": 1.0}}},
             "give either tyre, surface and pressure_bar or cornering_stiffness, not both",
         ),
-        ({"bicycle": "benchmark", "effects": {"side_slip": {**TYRE, "pressure_bar": "5"}}}, "pressure_bar = '5' must"),
+        (
+            {"bicycle": "benchmark", "effects": {"side_slip": {**TYRE, "pressure_bar": "5"}}},
+            "pressure_bar = '5' of the rear wheel must be a number above 0 and up to 20 bar",
+        ),
         ({"bicycle": "benchmark", "effects": {"side_slip": {**TYRE, "surface": {"rear": "flat"}}}}, "surface has the"),
+        (
+            {"bicycle": "benchmark", "effects": {"side_slip": {**TYRE, "pressure_bar": 550000}}},
+            "pressure_bar = 550000 of",
+        ),
+        ({"bicycle": "benchmark", "effects": {"side_slip": {**TYRE, "pressure_bar": 10**400}}}, "pressure_bar = 10"),
+        ({"bicycle": "benchmark", "effects": {"side_slip": {**TYRE, "tyre": 1}}}, "tyre = 1 of the rear wheel must be"),
+        ({"bicycle": "benchmark", "effects": {"side_slip": {**TYRE, "surface": ["flat"]}}}, "must be a name in quotes"),
+        (
+            {"bicycle": "benchmark", "effects": {"side_slip": {"cornering_stiffness": 10**400}}},
+            "must be a number N/rad",
+        ),
         ({"bicycle": "benchmark", "effects": {"side_slip": {**TYRE, "tyre": "Tyre9"}}}, "Tyre9"),
         ({"bicycle": "benchmark", "effects": {"side_slip": {**TYRE, "surface": "gravel"}}}, "gravel"),
     ],
@@ -135,6 +155,7 @@ def test_critical_command_prints_and_writes(whipple, capsys, tmp_path):
         (["modes", "{model}", "--speeds", "0:20"], "give start:stop:step"),
         (["modes", "{model}", "--speeds", "0:inf:1"], "give start:stop:step"),
         (["modes", "{model}", "--speeds", "0:20:0"], "the step must be positive"),
+        (["modes", "{model}", "--speeds", "1", "--json", ""], "'' is no file name"),
         (["modes", "{model}", "--speeds", "0:2000:0.001"], "are more than 1000000"),
         (["modes", "{model}", "--speeds=-1,2"], "speed -1 m/s is not allowed"),
         (["modes", "absent.toml", "--speeds", "1"], "no such model file"),
@@ -153,6 +174,12 @@ def test_bad_use_ends_with_one_line_and_exit_code_2(arguments, words, whipple, c
     assert words in shown.err
     assert shown.err.count("\n") == 1
     assert "Traceback" not in shown.err
+
+
+def test_both_ends_of_a_speed_range_are_included():
+    assert parse_speeds("0:1:0.25").tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
+    assert parse_speeds("0:1:0.3").tolist() == [0.0, 0.3, 0.6, 0.9, 1.0]
+    assert parse_speeds("5:5:1").tolist() == [5.0]
 
 
 def test_speed_zero_is_refused_for_slip_without_relaxation(tmp_path, capsys):
