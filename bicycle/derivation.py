@@ -266,7 +266,7 @@ class ModelBuilder:
 
 @dataclass(frozen=True)
 class SymbolicModel:
-    """E x' = F(v) x + B(v) u and y = C(v) x with symbolic entries; see :mod:`bicycle.evaluation` for numbers."""
+    """E x' = F(v) x + B(v) u and y = C(v) x + D(v) u with symbolic entries; see :mod:`bicycle.evaluation` for numbers."""
 
     states: tuple[str, ...]
     inputs: tuple[str, ...]
@@ -276,6 +276,7 @@ class SymbolicModel:
     dynamics: SpeedPolynomial
     input_matrix: SpeedPolynomial
     output_matrix: SpeedPolynomial
+    feedthrough: SpeedPolynomial
     static_loads: tuple[Expression, Expression]
     switches: dict[Expression, Expression]
 
@@ -301,6 +302,7 @@ def _assemble(
     e = sp.eye(n)
     e[:n_fast, :n_fast] = mass
     rows = sp.Matrix([*right, *angle_rates, *extra_rates])
+    shown = sp.Matrix(list(outputs.values()))
     return SymbolicModel(
         states=tuple(map(str, motion)),
         inputs=tuple(map(str, inputs)),
@@ -309,7 +311,8 @@ def _assemble(
         mass=e,
         dynamics=SpeedPolynomial.of_linear(rows, motion, model.speed),
         input_matrix=SpeedPolynomial.of_linear(rows, inputs, model.speed),
-        output_matrix=SpeedPolynomial.of_linear(sp.Matrix(list(outputs.values())), motion, model.speed),
+        output_matrix=SpeedPolynomial.of_linear(shown, motion, model.speed),
+        feedthrough=SpeedPolynomial.of_linear(shown, inputs, model.speed),
         static_loads=tuple(model._loads.values()),  # type: ignore[arg-type]
         switches=model.switches,
     )

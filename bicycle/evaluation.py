@@ -1,7 +1,7 @@
 """From symbols to numbers: one fast function per set of effects, kept in memory, for one bicycle or for many."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import Any
 
@@ -13,14 +13,15 @@ from bicycle.derivation import SymbolicModel, derive
 from bicycle.effect import Effect
 
 Array = NDArray[np.float64]
+POLYNOMIALS = ("dynamics", "input_matrix", "output_matrix", "feedthrough")
 
 
 @dataclass(frozen=True)
 class Matrices:
-    """Numbers of E x' = F(v) x + B(v) u, y = C(v) x for parameters of any common shape ``(...)``.
+    """Numbers of E x' = F(v) x + B(v) u, y = C(v) x + D(v) u for parameters of any common shape ``(...)``.
 
-    ``mass`` has shape (..., n, n); the polynomials map a power of v to (..., n, n), (..., n, inputs) and
-    (..., outputs, n); ``static_loads`` (..., 2) in N, rear first.
+    ``mass`` has shape (..., n, n); the polynomials map a power of v to (..., n, n), (..., n, inputs),
+    (..., outputs, n) and (..., outputs, inputs); ``static_loads`` (..., 2) in N, rear first.
     """
 
     mass: Array
@@ -28,6 +29,7 @@ class Matrices:
     input_matrix: Mapping[int, Array]
     output_matrix: Mapping[int, Array]
     static_loads: Array
+    feedthrough: Mapping[int, Array] = field(default_factory=dict)
 
 
 class Evaluator:
@@ -86,13 +88,13 @@ class Evaluator:
     def _symbolic_blocks(self) -> list[tuple[str, int, Any]]:
         model = self.symbolic
         blocks = [("mass", 0, model.mass), ("static_loads", 0, sp.Matrix([list(model.static_loads)]))]
-        for kind in ("dynamics", "input_matrix", "output_matrix"):
+        for kind in POLYNOMIALS:
             blocks += [(kind, power, matrix) for power, matrix in getattr(model, kind).coefficients.items()]
         return blocks
 
     def _fill(self, numbers: list[Any], shape: tuple[int, ...]) -> Matrices:
         single: dict[str, Array] = {}
-        polynomials: dict[str, dict[int, Array]] = {"dynamics": {}, "input_matrix": {}, "output_matrix": {}}
+        polynomials: dict[str, dict[int, Array]] = {kind: {} for kind in POLYNOMIALS}
         position = 0
         for kind, power, (rows, columns), places in self._blocks:
             matrix = np.zeros((*shape, rows, columns))

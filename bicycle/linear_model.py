@@ -113,13 +113,21 @@ class LinearModel:
         return np.sort_complex(np.linalg.eigvals(self.state_matrix(speeds)).astype(complex))
 
     def matrices_at(self, speed: float) -> tuple[Array, Array, Array]:
-        """State, input and output matrix (A, B, C) in physical units at one speed (m/s); D is zero."""
-        v = float(self.check_speeds(speed))
-        piece = next(p for p in self.ranges if v <= p.upper)
-        m = piece.matrices
+        """State, input and output matrix (A, B, C) in physical units at one speed (m/s); D is :meth:`feedthrough`."""
+        m, v = self._matrices(speed)
         state = np.linalg.solve(m.mass, _polynomial(m.dynamics, np.asarray(v)))
         inputs = np.linalg.solve(m.mass, _polynomial(m.input_matrix, np.asarray(v)))
         return np.asarray(state, float), np.asarray(inputs, float), _polynomial(m.output_matrix, np.asarray(v))
+
+    def feedthrough(self, speed: float) -> Array:
+        """Direct gain D of inputs on outputs at one speed: an imposed slip acts at once on a force without lag."""
+        m, v = self._matrices(speed)
+        direct = np.zeros((len(self.outputs), len(self.inputs)))
+        return direct + _polynomial(m.feedthrough, np.asarray(v))
+
+    def _matrices(self, speed: float) -> tuple[Matrices, float]:
+        v = float(self.check_speeds(speed))
+        return next(piece.matrices for piece in self.ranges if v <= piece.upper), v
 
     def to_control(
         self,
@@ -142,7 +150,7 @@ class LinearModel:
         columns = [_position(name, self.inputs, "input") for name in inputs]
         rows = [_position(name, self.outputs, "output") for name in chosen]
         return control.StateSpace(
-            state, input_matrix[:, columns], output_matrix[rows], 0,
+            state, input_matrix[:, columns], output_matrix[rows], self.feedthrough(speed)[np.ix_(rows, columns)],
             states=list(self.states), inputs=list(inputs), outputs=list(chosen), name=f"bicycle at {speed:g} m/s",
         )  # fmt: skip
 

@@ -31,19 +31,20 @@ def command(model_file: str, mode: str, speed: float, target: Path, amplitude: f
     if not 0.2 <= seconds <= 60:
         raise InputError(f"seconds = {seconds:g} is outside 0.2 .. 60")
     model = read_model(model_file)
-    found = modes(model.linear_model(), [speed])
+    linear = model.linear_model()
+    found = modes(linear, [speed])
     root = complex(found.branch(mode)[0, 0])
     if np.isnan(root):
         there = [name for name in found.names if not np.isnan(found.branch(name)[0, 0])]
         raise InputError(f"there is no {mode} at {speed:g} m/s; there are {', '.join(there)}")
     frames = max(2, round(seconds * FRAMES_PER_SECOND))
-    motion = modal_motion(model.linear_model(), speed=speed, eigenvalue=root, amplitude=math.radians(amplitude), frames=frames)
+    motion = modal_motion(linear, speed=speed, eigenvalue=root, amplitude=math.radians(amplitude), frames=frames)
     lasts = float(motion.time[-1] - motion.time[0]) * frames / (frames - 1)
     pace = f"{seconds / lasts:.3g} times slower" if lasts < seconds else f"{lasts / seconds:.3g} times faster"
     title = f"{mode.replace('_', ' ').capitalize()} of {model.bicycle.name} at {speed:g} m/s: {describe(root)}"
-    shown = "amplitude held constant" if root.imag else "growth as it is"
+    shown = "amplitude held constant" if root.imag else "growth or decay as it is"
     animate(model, motion, target, title=f"{title}\nlargest angle {amplitude:g}°, {shown}, {pace} than real")
     phasors = target.with_name(f"{target.stem}_phasors")
     draw_mode_shapes(found, phasors, names=(mode,))
-    print_warnings(model.linear_model().warnings)
+    print_warnings(linear.warnings)
     click.echo(f"{target} and {phasors.name}.png, .svg")

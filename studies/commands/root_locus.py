@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 
-@click.command(help="Root locus of MODEL.toml in a parameter: figure, CSV and the values where a mode becomes (un)stable.")
+@click.command(help="Root locus of MODEL.toml in a parameter: figure, CSV, and where a mode becomes (un)stable.")
 @click.argument("model_file", metavar="MODEL.toml")
 @click.option(
     "--parameter", required=True, metavar="KEY",
@@ -37,7 +37,7 @@ def command(
     model = read_model(model_file)
     out.mkdir(parents=True, exist_ok=True)
     locus.frame().to_csv(out / "root_locus.csv", index=False, lineterminator="\n")
-    where = f"{model.bicycle.name}, {'speed' if speed is None else parameter} {values[0]:g} to {values[-1]:g} {path.unit}"
+    where = f"{model.bicycle.name}, {parameter} {values[0]:g} to {values[-1]:g} {path.unit}"
     where += "" if speed is None else f", at {speed:g} m/s"
     draw_root_locus(locus, out / "root_locus", title=where, max_frequency=max_frequency)
     if json_file:
@@ -47,9 +47,9 @@ def command(
         ]
         write_json({"parameter": parameter, "unit": path.unit, "speed_m_s": speed, "crossings": found}, json_file)
     if json_file != "-":
+        effect = ("stabilising", "destabilising")
         rows = [
-            [f"{c.value:.6g}", c.mode, c.frequency / (2 * math.pi), "destabilising" if c.destabilising else "stabilising"]
-            for c in locus.crossings
+            [f"{c.value:.6g}", c.mode, c.frequency / (2 * math.pi), effect[c.destabilising]] for c in locus.crossings
         ]
         print_table(rows, [f"{parameter} {path.unit}", "mode", "frequency Hz", "as it grows"])
         beyond = [] if locus.inside.all() else ["part of the range lies beyond the measured loads or pressures"]

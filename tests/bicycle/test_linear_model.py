@@ -157,3 +157,10 @@ def test_with_effect_replaces_a_contact_law_and_adds_others():
     assert [e.identifier for e in damped.effects] == ["relaxation_length", "steer_damper"]
     slipping = damped.with_effect(effect_class("side_slip")(cornering_stiffness=6000.0))
     assert [e.identifier for e in slipping.effects] == ["side_slip", "steer_damper"]
+
+
+def test_imposed_slip_acts_at_once_without_relaxation_and_not_at_all_with_it(slipping, tyred):
+    # side slip: F = C alpha with C = 6000 N/rad, so the direct gain is C; a relaxing tyre has none
+    direct = slipping.to_control(5.0, inputs=["rear_slip"], outputs=["rear_side_force", "lean"]).D
+    assert direct[:, 0].tolist() == pytest.approx([6000.0, 0.0])
+    assert not tyred.to_control(5.0, inputs=["rear_slip"], outputs=["rear_side_force"]).D.any()

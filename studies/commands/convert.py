@@ -1,0 +1,27 @@
+"""``velotyre convert``: a bicycle's parameters from one file format to another."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command(help="Write BICYCLE (packaged name, .toml, .yml, .yaml or .txt) as TOML or flat YAML.")
+@click.argument("bicycle")
+@click.option("--to", "target", required=True, metavar="FILE", type=click.Path(path_type=Path), help=".toml or .yml")
+@click.option("--force", is_flag=True, help="Overwrite an existing file.")
+def command(bicycle: str, target: Path, force: bool) -> None:
+    from bicycle.bicycle_file import load_bicycle, to_toml, to_yaml
+    from studies.output import print_warnings
+    from tyre.errors import InputError
+
+    writers = {".toml": to_toml, ".yml": to_yaml, ".yaml": to_yaml}
+    if target.suffix.lower() not in writers:
+        raise InputError(f"{target}: the ending {target.suffix!r} is not known; write {', '.join(writers)}")
+    if target.exists() and not force:
+        raise InputError(f"{target} exists; give --force to overwrite it or another name")
+    found = load_bicycle(bicycle)
+    target.write_text(writers[target.suffix.lower()](found), encoding="utf-8")
+    lost = found.sd and target.suffix.lower() != ".toml"
+    notes = ["flat YAML holds no standard deviations; write .toml to keep them"] if lost else []
+    print_warnings([*found.warnings, *notes])
+    click.echo(f"{target}: {found.name}, {len(found.values)} parameters")

@@ -1,0 +1,82 @@
+"""``velotyre simulate``: time histories of a model at one speed, linear and with Magic Formula tyres."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command(help="Time history of MODEL.toml from initial states and inputs: CSV and figures.")
+@click.argument("model_file", metavar="MODEL.toml")
+@click.option("--speed", type=float, required=True, help="m/s.")
+@click.option("--duration", type=float, default=5.0, show_default=True, help="s.")
+@click.option("--step", "sample", type=float, default=0.005, show_default=True, help="Time between samples, s.")
+@click.option("--initial", default="", help="States at the start, SI: lean=0.02,steer_rate=0.1")
+@click.option(
+    "--input", "inputs", multiple=True, metavar="SPEC",
+    help="steer_torque:step:0.5@1, lateral_force:pulse:50@1+0.2, rear_slip:doublet:0.02@1+0.5, steer_torque:file:T.csv",
+)  # fmt: skip
+@click.option("--frequency-response", metavar="INPUT", help="Also gain and phase from this input, 0.05 to 20 Hz.")
+@click.option("--nonlinear", is_flag=True, help="Also with Magic Formula tyres, limited by the wheel loads.")
+@click.option("--friction", type=float, default=0.8, show_default=True, help="Peak side force over load, D.")
+@click.option("--shape-factor", type=float, default=1.3, show_default=True, help="C of the Magic Formula.")
+@click.option("--curvature-factor", type=float, default=0.0, show_default=True, help="E of the Magic Formula.")
+@click.option("--offset", type=float, default=0.0, show_default=True, help="Side force over load without slip, Sv.")
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, help="Folder for the results.")
+def command(
+    model_file: str, speed: float, duration: float, sample: float, initial: str, inputs: tuple[str, ...],
+    frequency_response: str | None, nonlinear: bool, friction: float, shape_factor: float, curvature_factor: float,
+    offset: float, out: Path,
+) -> None:  # fmt: skip
+    import math
+
+    import numpy as np
+
+    from bicycle.model_file import read_model
+    from bicycle.nonlinear import MagicTyre, nonlinear_model
+    from bicycle.responses import frequency_response as gains
+    from bicycle.responses import respond
+    from studies.figure_response import draw_frequency_response, draw_responses
+    from studies.output import print_warnings
+    from studies.simulation_options import parse_initial, parse_inputs
+    from tyre.errors import InputError
+
+    for name, value in (("duration", duration), ("step", sample)):
+        if not (math.isfinite(value) and value > 0):
+            raise InputError(f"{name} = {value:g} s must be positive")
+    if duration / sample > 1e6:
+        raise InputError(f"{duration / sample:.0f} samples are more than a million; take a larger step")
+    model = read_model(model_file)
+    linear = model.linear_model()
+    time = np.arange(math.floor(duration / sample * (1 + 1e-12)) + 1) * sample
+    start, histories = parse_initial(initial), parse_inputs(inputs)
+    if not (start or histories or frequency_response or (nonlinear and offset)):
+        raise InputError("nothing moves the bicycle; give --initial or --input, such as --initial lean=0.02")
+
+    responses = {}
+    if start or histories or offset:
+        responses["linear"] = respond(linear, speed=speed, time=time, initial=start, inputs=histories)
+    if nonlinear:
+        tyre = MagicTyre(friction, shape_factor, curvature_factor, offset)
+        system = nonlinear_model(model, speed=speed, rear=tyre, front=tyre)
+        responses["Magic Formula"] = system.simulate(time=time, initial=start, inputs=histories)
+    spectrum = None
+    if frequency_response:
+        frequencies = 2 * np.pi * np.geomspace(0.05, 20.0, 400)
+        spectrum = gains(linear, speed=speed, input=frequency_response, frequency=frequencies)
+
+    out.mkdir(parents=True, exist_ok=True)
+    title = f"{model.bicycle.name} at {speed:g} m/s"
+    for label, response in responses.items():
+        response.to_csv(out / f"response_{label.lower().replace(' ', '_')}.csv")
+    if responses:
+        draw_responses(responses, out / "response", title=title)
+    if spectrum is not None:
+        spectrum.frame().to_csv(out / "frequency_response.csv", index=False, lineterminator="\n")
+        title = f"{title}: {spectrum.input.replace('_', ' ')}"
+        draw_frequency_response(spectrum, out / "frequency_response", title=title)
+    notes = []
+    if spectrum is not None and linear.eigenvalues(speed).real.max() > 0:
+        notes = ["unstable at this speed: the frequency response only shows if something else holds the bicycle"]
+    notes += [f"{label}: {text}" for label, response in responses.items() for text in response.warnings]
+    print_warnings([*linear.warnings, *notes])
+    click.echo(f"{out}: {', '.join(sorted(path.name for path in out.iterdir()))}")

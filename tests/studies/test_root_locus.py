@@ -1,0 +1,200 @@
+"""Root loci: every root in one continuous named branch, crossings at published values, refused input."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from bicycle import Model, effect_class, load_bicycle
+from bicycle.model_file import read_model
+from studies.cli import main
+from studies.parameter_path import parameter_path, with_value
+from studies.root_locus import parse_range, root_locus
+from tyre.errors import InputError
+
+RIGID = """bicycle = "benchmark"
+[effects.relaxation_length]
+cornering_stiffness = 6302.535746439056  # 110 N/deg
+relaxation_length = {rear = 0.141, front = 0.141}
+"""
+SOFT = RIGID + "[effects.front_compliance]\njoint_x = 0.8\njoint_z = -0.85\n"
+MEASURED = """bicycle = "pista_rider_drops"
+[effects.relaxation_length]
+tyre = "Tyre1"
+pressure_bar = {rear = 7.5, front = 5.5}
+[effects.front_compliance]
+joint_x = 0.8
+joint_z = -0.85
+"""
+
+
+@pytest.fixture
+def file(tmp_path):
+    def write(text):
+        (tmp_path / "m.toml").write_text(text)
+        return tmp_path / "m.toml"
+
+    return write
+
+
+def crossings(locus, mode):
+    return [(c.value, c.destabilising) for c in locus.crossings if c.mode == mode]
+
+
+def test_speed_locus_of_the_whipple_bicycle_crosses_where_published(file):
+    # Meijaard et al. (2007): weave speed 4.29238253634111 m/s, capsize speed 6.02426201538837 m/s
+    locus = root_locus(parameter_path(file('bicycle = "benchmark"'), "speed", speed=None), parse_range("0:10:0.25"))
+    assert crossings(locus, "weave") == [(pytest.approx(4.29238253634111, rel=1e-11), False)]
+    assert crossings(locus, "capsize") == [(pytest.approx(6.02426201538837, rel=1e-11), True)]
+    assert len(locus.crossings) == 2
+
+
+@pytest.mark.parametrize(("speed", "length"), [(37.8, 0.089), (34.5, 0.141), (30.4, 0.200)])
+def test_relaxation_length_that_makes_wobble_unstable(file, speed, length):
+    # wobble onset of the benchmark bicycle with 110 N/deg, to the 0.1 m/s printed, from a separate derivation of the
+    # equations of motion; 0.1 m/s is 1.5 mm
+    path = parameter_path(file(RIGID), "relaxation_length.relaxation_length", speed=speed)
+    locus = root_locus(path, parse_range("0.06:0.25"))
+    assert crossings(locus, "wobble") == [(pytest.approx(length, abs=1.0e-3), True)]
+
+
+@pytest.mark.parametrize(
+    ("key", "span"),
+    [
+        ("IFyy", "0.05:0.5"), ("lam", "0.1:0.6"), ("relaxation_length.cornering_stiffness.front", "2000:12000"),
+        ("front_compliance.stiffness", "300:10000"), ("front_compliance.damping", "0:40"), ("speed", "0.5:25"),
+    ],
+)  # fmt: skip
+def test_every_root_is_in_one_continuous_branch(file, key, span):
+    path = parameter_path(file(SOFT), key, speed=None if key == "speed" else 7.0)
+    locus = root_locus(path, parse_range(span))
+    model = read_model(file(SOFT))
+    for k in (0, len(locus.values) // 3, -1):
+        value = float(locus.values[k])
+        expected = (
+            model.linear_model().eigenvalues(value) if key == "speed"
+            else with_value(model, key, value).linear_model().eigenvalues(7.0)
+        )  # fmt: skip
+        found = np.sort_complex(locus.eigenvalues[k])
+        assert np.allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+    step = np.abs(np.diff(locus.eigenvalues, axis=0)).max(axis=1)
+    fine = np.abs(locus.eigenvalues).max()
+    assert step.max() < 0.05 * fine
+    for name in ("weave", "wobble"):
+        assert locus.names.count(name) == 2
+
+
+def test_a_parameter_that_does_not_matter_leaves_the_roots_alone(file):
+    text = RIGID + "[effects.steer_damper]\ndamping = 0.0\n[effects.steer_assist]\ngain = 3.0\nfade_speed = 6.0\n"
+    path = parameter_path(file(text), "steer_assist.lean_gain", speed=5.0)  # acts above the fade speed only
+    locus = root_locus(path, parse_range("0:3:0.5"))
+    assert np.ptp(locus.eigenvalues, axis=0).max() < 1e-9
+    faded = root_locus(parameter_path(file(text), "steer_assist.fade_speed", speed=5.0), np.array([3.0, 4.0, 4.5]))
+    plain = read_model(file(RIGID)).linear_model().eigenvalues(5.0)
+    assert np.allclose(np.sort_complex(faded.eigenvalues[0]), plain, atol=1e-9)
+
+
+def test_pressure_of_a_measured_tyre(file):
+    path = parameter_path(file(MEASURED), "pressure_bar.front", speed=6.0)
+    assert path.base == 5.5
+    locus = root_locus(path, parse_range("3:9:0.5"))
+    text = MEASURED.replace("front = 5.5", "front = 7.0")
+    expected = read_model(file(text)).linear_model().eigenvalues(6.0)
+    found = locus.eigenvalues[np.searchsorted(locus.values, 7.0)]
+    assert np.allclose(np.sort_complex(found), expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+    measured = (locus.values >= 3.5) & (locus.values <= 7.5)
+    assert not locus.inside[~measured].any()
+    rear, _ = read_model(file(MEASURED)).bicycle.static_loads
+    heavier = parameter_path(file(MEASURED), "load_N", speed=6.0)
+    assert np.isnan(heavier.base)
+    one = parameter_path(file(MEASURED), "load_N.rear", speed=6.0)
+    assert one.base == pytest.approx(rear)
+    same = np.linalg.eigvals(one.matrices(np.array([rear]))[0])
+    here = read_model(file(MEASURED)).linear_model().eigenvalues(6.0)
+    assert np.allclose(np.sort_complex(same), here, rtol=0, atol=1e-9 * np.abs(here).max())
+
+
+def test_tied_defaults_follow_the_bicycle(file):
+    # the axis of front_compliance is perpendicular to the steer axis, whatever its tilt
+    path = parameter_path(file(SOFT), "lam", speed=5.0)
+    effects = (
+        effect_class("relaxation_length")(cornering_stiffness=6302.535746439056, relaxation_length=0.141),
+        effect_class("front_compliance")(joint_x=0.8, joint_z=-0.85, axis_tilt=0.4),
+    )
+    expected = Model(load_bicycle("benchmark").replace(lam=0.4), effects).linear_model().eigenvalues(5.0)
+    found = np.sort_complex(np.linalg.eigvals(path.matrices(np.array([0.4]))[0]))
+    assert np.allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+
+
+def test_command_writes_figure_table_and_crossings(file, tmp_path, capsys):
+    out = tmp_path / "out"
+    main(["root-locus", str(file(SOFT)), "--parameter", "front_compliance.stiffness", "--range", "500:9000:500",
+          "--speed", "7", "--out", str(out), "--json", str(tmp_path / "c.json")])  # fmt: skip
+    assert {path.name for path in out.iterdir()} == {"root_locus.csv", "root_locus.png", "root_locus.svg"}
+    table = pd.read_csv(out / "root_locus.csv")
+    assert sorted(set(table["front_compliance.stiffness_N_m_rad"])) == list(range(500, 9001, 500))
+    assert {"mode", "real_1_s", "imaginary_rad_s", "frequency_Hz", "damping_ratio"} < set(table.columns)
+    record = json.loads((tmp_path / "c.json").read_text())
+    assert (record["unit"], record["speed_m_s"]) == ("N m/rad", 7.0)
+    assert [c["mode"] for c in record["crossings"]] == ["wobble"] * len(record["crossings"])
+    assert "as it grows" in capsys.readouterr().out
+
+
+def test_command_says_where_the_tyre_is_extrapolated(file, tmp_path, capsys):
+    main(["root-locus", str(file(MEASURED)), "--parameter", "pressure_bar", "--range", "6:9:0.5", "--speed", "7",
+          "--out", str(tmp_path / "out"), "--max-frequency", "12"])  # fmt: skip
+    assert "part of the range lies beyond the measured loads or pressures" in capsys.readouterr().err
+    assert not pd.read_csv(tmp_path / "out" / "root_locus.csv")["tyre_inside_measured_range"].all()
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "span", "speed", "words"),
+    [
+        (SOFT, "front_compliance.stifness", "1:2", 7.0, "unknown parameter 'front_compliance.stifness'; did you mean"),
+        (SOFT, "steer_damper.damping", "0:2", 7.0, "unknown parameter 'steer_damper.damping'"),
+        (SOFT, "front_compliance.stiffness", "-5:2", 7.0, "stiffness = -5 N m/rad is outside 0 .. inf"),
+        (SOFT, "w", "-1:2", 7.0, "w = -1 m must be positive"),
+        (SOFT, "IFyy", "0:1", None, "parameter 'IFyy': give the --speed"),
+        (SOFT, "IFyy", "0:1", -2.0, "speed -2 m/s is not allowed"),
+        (SOFT, "speed", "-1:1", None, "speed -1 m/s is not allowed"),
+        (SOFT, "pressure_bar", "3:9", 7.0, "pressure_bar needs a measured tyre in the model file"),
+        (MEASURED, "pressure_bar.left", "3:9", 7.0, "parameter 'pressure_bar.left': unknown wheel 'left'"),
+        (MEASURED, "load_N", "-3:9", 7.0, "load is -3 N; it must be finite and > 0"),
+        (SOFT, "IFyy", "1", 7.0, "range '1': give start:stop or start:stop:step"),
+        (SOFT, "IFyy", "a:b", 7.0, "range 'a:b': give start:stop or start:stop:step"),
+        (SOFT, "IFyy", "1:0", 7.0, "range '1:0': give start:stop or start:stop:step with start < stop"),
+        (SOFT, "IFyy", "0:1:0", 7.0, "range '0:1:0': give start:stop"),
+        (SOFT, "IFyy", "0:1:1e-7", 7.0, "10000000 values are more than 100000; take a larger step"),
+    ],
+)
+def test_refused_loci(file, text, key, span, speed, words):
+    with pytest.raises(InputError) as error:
+        root_locus(parameter_path(file(text), key, speed=speed), parse_range(span))
+    assert words in str(error.value)
+
+
+def test_mass_matrix_within_the_range_is_checked(file):
+    path = parameter_path(file(SOFT), "IHxz", speed=5.0)
+    with pytest.raises(InputError, match="IHxz = 30: the mass matrix is not positive definite; take another range"):
+        path.matrices(np.array([0.0, 30.0]))
+
+
+def test_speed_as_parameter_and_as_option_is_refused(file, tmp_path, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(
+            [
+                "root-locus",
+                str(file(SOFT)),
+                "--parameter",
+                "speed",
+                "--range",
+                "1:9",
+                "--speed",
+                "5",
+                "--out",
+                str(tmp_path),
+            ]
+        )
+    assert stop.value.code == 2
+    assert "--speed 5 is given, but the speed is the parameter; leave --speed out" in capsys.readouterr().err
