@@ -87,12 +87,12 @@ def from_tyre(kind: type[Effect], table: Mapping[str, Any], bicycle: Bicycle) ->
     rest = {key: value for key, value in table.items() if key not in TYRE_KEYS}
     for name in filled:
         rest[name] = {wheel: getattr(p, name) for wheel, p in properties.items()}
-    notes = [
-        f"{wheel} wheel, {p.tyre} on {p.surface} at {p.load:.0f} N and {p.pressure / PASCAL_PER_BAR:g} bar "
-        f"({p.origin}): {note}"
-        for wheel, p in properties.items()
-        for note in p.notes
-    ]
+    said: dict[tuple[str, str, str], list[str]] = {}
+    for wheel, p in properties.items():
+        condition = f"{wheel} {p.load:.0f} N, {p.pressure / PASCAL_PER_BAR:g} bar, {p.origin}"
+        for note in p.notes:
+            said.setdefault((p.tyre, p.surface, note), []).append(condition)
+    notes = [f"{name} on {surface} ({'; '.join(at)}): {note}" for (name, surface, note), at in said.items()]
     return rest, notes
 
 
