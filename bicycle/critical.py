@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.bialternate import bialternate_sum, singular_speeds
+from bicycle.computable import check_trackable
 from bicycle.linear_model import LinearModel
 from bicycle.tracker import Tracker
 from bicycle.tracking import Array, Complex, eigen, laurent
@@ -69,10 +70,11 @@ def critical_speeds(model: LinearModel, max_speed: float = 60.0) -> tuple[Critic
     Raises
     ------
     InputError
-        ``max_speed`` is not a positive finite number.
+        ``max_speed`` is not a positive finite number or too high to be tracked, or the model is too stiff.
     """
     if not (np.isfinite(max_speed) and max_speed > 0):
         raise InputError(f"max_speed = {max_speed!r} m/s is not allowed; give a finite speed > 0 m/s")
+    check_trackable(model, np.array([max_speed]), "max_speed")
     rest = REST * float(np.sqrt(model.parameters["g"] * model.parameters["w"]))
     found: list[Crossing] = []
     for piece, coefficients in zip(model.ranges, model.coefficients, strict=True):

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.mode_names import MARK, Naming, state_shares
-from bicycle.tracking import Meeting, Stretch
+from bicycle.tracking import Array, Complex, Meeting, Stretch
 
 SAME_ROOT = 1e-6  # of the largest root: a smaller jump at a switch speed is none
 CLEARLY = 1.2  # how much better the other's role must be played to speak of an exchange
@@ -42,36 +42,49 @@ def mode_events(
     states: tuple[str, ...], stretches: Sequence[Stretch], meetings: Sequence[Meeting], naming: Naming
 ) -> tuple[ModeEvent, ...]:
     """All events of tracked branches, by speed."""
-    events = [
-        ModeEvent(m.speed, m.kind, tuple(dict.fromkeys(sorted(naming.names[i] for i in m.branches))), m.eigenvalue)
-        for m in meetings
-    ]
+    speeds = np.concatenate([s.speeds for s in stretches])
+    events = [ModeEvent(m.speed, m.kind, _met(m, speeds, naming), m.eigenvalue) for m in meetings]
+    start = 0
     for below, above in pairwise(stretches):
+        start += len(below.speeds)
         jump = np.abs(above.values[0] - below.values[-1]) > SAME_ROOT * np.abs(below.values[-1]).max()
         if jump.any():
-            jumped = sorted({naming.names[i] for i in np.flatnonzero(jump)})
+            label = naming.labels[naming.cases[start - 1]]
+            jumped = sorted({name for i in np.flatnonzero(jump) for name in label[i]})
             events.append(ModeEvent(float(above.speeds[0]), "switch", tuple(jumped)))
     return tuple(sorted(events + _exchanges(states, stretches, naming), key=lambda e: (e.speed, e.kind, e.modes)))
 
 
+def _met(meeting: Meeting, speeds: Array, naming: Naming) -> tuple[str, ...]:
+    """Names of the two real roots, next to where they meet."""
+    left = int(np.searchsorted(speeds, meeting.speed, side="right")) - 1
+    at = left if meeting.kind == "merge" else min(left + 1, len(speeds) - 1)
+    label = naming.labels[naming.cases[at]]
+    return tuple(sorted({name for i in meeting.branches for name in label[i]}))
+
+
 def _exchanges(states: tuple[str, ...], stretches: Sequence[Stretch], naming: Naming) -> list[ModeEvent]:
-    """Pairs that, going away from the anchor, play each other's role better than their own."""
+    """Where two pairs begin to play each other's role better than their own, or their own again."""
     speeds = np.concatenate([s.speeds for s in stretches])
     values = np.concatenate([s.values for s in stretches])
     share = state_shares(states, np.concatenate([s.participation for s in stretches]))
-    start = int(np.abs(speeds - naming.anchor).argmin())
-    pairs = [i for i in np.flatnonzero(values[start].imag > 0) if naming.names[i] in MARK]
+    at = {name: _branch_of(name, values, naming) for name in MARK}
+    names = [name for name, branch in at.items() if (branch >= 0).any()]
+    rows = np.arange(len(speeds))
     found = []
-    for number, i in enumerate(pairs):
-        for j in pairs[:number]:
-            mine, yours = share[MARK[naming.names[i]]], share[MARK[naming.names[j]]]
-            swapped = (mine[:, j] > CLEARLY * mine[:, i]) & (yours[:, i] > CLEARLY * yours[:, j])
-            swapped &= (values[:, i].imag != 0) & (values[:, j].imag != 0)
-            names = tuple(sorted((naming.names[i], naming.names[j])))
-            for away in (_changes(swapped[start:]) + start, start - _changes(swapped[start::-1])):
-                found += [ModeEvent(float(speeds[k]), "exchange", names) for k in away]
+    for number, a in enumerate(names):
+        for b in names[:number]:
+            i, j = at[a], at[b]
+            mine, yours = share[MARK[a]], share[MARK[b]]
+            own = (mine[rows, i] > CLEARLY * mine[rows, j]) & (yours[rows, j] > CLEARLY * yours[rows, i])
+            swapped = (mine[rows, j] > CLEARLY * mine[rows, i]) & (yours[rows, i] > CLEARLY * yours[rows, j])
+            clear = np.flatnonzero((own | swapped) & (i >= 0) & (j >= 0))
+            changed = np.flatnonzero(np.diff(swapped[clear].astype(int)))
+            found += [ModeEvent(float(speeds[clear[k + 1]]), "exchange", tuple(sorted((a, b)))) for k in changed]
     return found
 
 
-def _changes(flags: NDArray[np.bool_]) -> NDArray[np.intp]:
-    return np.asarray(np.flatnonzero(flags[1:] & ~flags[:-1]) + 1)
+def _branch_of(name: str, values: Complex, naming: Naming) -> NDArray[np.intp]:
+    """At each node the branch that is the upper half of the pair ``name``, -1 where there is none."""
+    own = np.array([[label == (name,) for label in case] for case in naming.labels])[naming.cases] & (values.imag > 0)
+    return np.asarray(np.where(own.any(1), own.argmax(1), -1))

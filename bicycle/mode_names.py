@@ -1,81 +1,39 @@
-"""Which tracked branch is weave, wobble, capsize ...: decided by participation factors, at an anchor speed.
+"""Which root is weave, wobble, capsize ...: decided where the modes are plain, then carried along speed.
 
-The participation of a state in a mode is left times right eigenvector; it has no unit and does not depend on the
-scaling of the states. Speeds are judged in units of sqrt(g w), so that names do not depend on the system of units.
+At low riding speed the four roots of lean and steer (weave, capsize, castering) are the slowest of all, because a
+tyre that hardly moves forward is a stiff spring: there, at the anchor speed, they are named by size and by the
+participation of lean, steer and yaw. The pairs that remain are named by the participation of the front assembly, the
+rear tyre and the other joints, averaged over a range of speed. Participation (left times right eigenvector) has no
+unit and speeds are judged in units of sqrt(g w), so that names do not depend on the system of units.
 Roles after Sharp (1971), Meijaard et al. (2007) and Pacejka, Tire and Vehicle Dynamics, ch. 11.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from bicycle.linear_model import LinearModel
+from bicycle.mode_regions import Regions, mates, regions
 from bicycle.tracking import Array, Complex, Stretch
 
-WALKING = 1.5  # in units of sqrt(g w): about 4.7 m/s, above walking speed
-RIDING = 4.0  # about 12.5 m/s: weave, capsize, castering and rider are plain below it
-FAST = 8.0  # about 25 m/s: the wobble of a rigid front is plain only near it
+LOWEST = 0.3  # of sqrt(g w), about 1 m/s: always tracked from here (from rest where a model allows it)
+SLOW, QUICK = 0.7, 3.0  # about 2 to 9 m/s: the anchor lies between
+WALKING, FAST = 1.5, 8.0  # about 5 to 25 m/s: the roles of tyres and joints are judged between
+HIGHEST = 20.0  # about 60 m/s: always tracked up to here
+MOSTLY = 0.5  # a root of lean, steer and yaw has at least this share of them
 FAINT = 0.02  # a role played with less than this share earns no name
+OVERDAMPED = 0.3  # wobble is an oscillation: steering by a real root counts so much
 
-
-@dataclass(frozen=True)
-class Naming:
-    """``names[i]`` of branch i; two branches that are a pair at the ``anchor`` speed share a name."""
-
-    names: tuple[str, ...]
-    anchor: float
-
-
-def window(model: LinearModel) -> tuple[float, float]:
-    """Speeds in which modes are judged, in the model's unit of speed."""
-    unit = float(np.sqrt(model.parameters["g"] * model.parameters["w"]))
-    return WALKING * unit, FAST * unit
-
-
-def name_branches(model: LinearModel, stretches: Sequence[Stretch]) -> Naming:
-    """Name every branch; those without a role are other_1, other_2 ... from slow to fast."""
-    low, high = window(model)
-    v = np.concatenate([s.speeds for s in stretches])
-    keep = (v >= low) & (v <= high)
-    speeds = v[keep]
-    values = np.concatenate([s.values for s in stretches])[keep]
-    share = state_shares(model.states, np.concatenate([s.participation for s in stretches])[keep])
-    evidence = _evidence(values, share, speeds <= low * RIDING / WALKING)
-
-    best, k = (-1.0, -1.0), 0
-    units: list[tuple[int, ...]] = []
-    taken: dict[int, str] = {}
-    for node, row in enumerate(values):
-        found = _units(row)
-        score = _scores(found, evidence)
-        rows, columns = linear_sum_assignment(-score)
-        merit = (round(float(score[rows, columns].sum()), 9), _separation(row, found))
-        if merit > best:
-            best, k, units = merit, node, found
-            taken = {int(u): ROLES[r][0] for r, u in zip(rows, columns, strict=True) if score[r, u] > 0}
-    others = sorted(
-        (u for u in range(len(units)) if u not in taken), key=lambda u: float(np.abs(values[k, units[u][0]]))
-    )
-    labels = taken | {u: f"other_{number}" for number, u in enumerate(others, 1)}
-    label_of = {branch: labels[u] for u, unit in enumerate(units) for branch in unit}
-    return Naming(tuple(label_of[branch] for branch in range(values.shape[1])), float(speeds[k]))
-
-
-ROLES: tuple[tuple[str, float, tuple[str, ...]], ...] = (
-    # name, how much its proper place counts, forms it can have
-    ("weave", 5.0, ("pair",)),
-    ("capsize", 5.0, ("real",)),
-    ("wobble", 4.0, ("pair",)),
-    ("rider", 3.0, ("pair", "real")),
-    ("castering", 2.0, ("real",)),
-    ("front_compliance", 1.0, ("pair", "real")),
-    ("rear_tyre", 1.0, ("pair", "real")),
+CORE = ("weave", "capsize", "castering")
+ROLES: tuple[tuple[str, float, tuple[str, ...]], ...] = (  # name, weight, groups of states that mark it
+    ("wobble", 4.0, ("steer",)),
+    ("rider", 3.0, ("rider",)),
+    ("front_compliance", 1.0, ("compliance", "front")),
+    ("rear_tyre", 1.0, ("rear",)),
 )
-
 MARK = {
     "weave": "lean", "capsize": "lean", "wobble": "steer", "castering": "steer", "rider": "rider",
     "front_compliance": "compliance", "rear_tyre": "rear",
@@ -83,6 +41,48 @@ MARK = {
 """The group of states that marks each role."""
 
 Shares = dict[str, Array]  # (m, n) each: share of a group of states in each branch
+
+
+@dataclass(frozen=True)
+class Naming:
+    """``labels[cases[k]][i]``: names of branch i at node k of the track; several where identity is lost.
+
+    ``names`` are all that the model has, each plain at the ``anchor`` speed.
+    """
+
+    names: tuple[str, ...]
+    labels: tuple[tuple[tuple[str, ...], ...], ...]
+    cases: NDArray[np.intp]
+    anchor: float
+
+
+def window(model: LinearModel) -> tuple[float, float]:
+    """Speeds that are always tracked, in the model's unit of speed."""
+    unit = speed_unit(model)
+    return (LOWEST * unit if model.singular_at_rest else 0.0), HIGHEST * unit
+
+
+def speed_unit(model: LinearModel) -> float:
+    """sqrt(g w), about 3 m/s."""
+    return float(np.sqrt(model.parameters["g"] * model.parameters["w"]))
+
+
+def name_branches(model: LinearModel, stretches: Sequence[Stretch]) -> Naming:
+    """Name every branch at every node; those without a role are other_1, other_2 ... from slow to fast."""
+    unit = speed_unit(model)
+    speeds = np.concatenate([s.speeds for s in stretches])
+    values = np.concatenate([s.values for s in stretches])
+    share = state_shares(model.states, np.concatenate([s.participation for s in stretches]))
+
+    anchor, core = _anchor(speeds / unit, values, share)
+    modes = _modes(speeds, values, share, anchor, core)
+    kinds = tuple(name if name in CORE else "" for name, _ in modes)
+    low, high = window(model)
+    found = regions(speeds, values, tuple(unit for _, unit in modes), kinds.index("castering") if "castering" in kinds
+                    else -1, anchor, (low, high))  # fmt: skip
+    names = _roles(speeds / unit, values, share, modes, found, anchor)
+    labels = tuple(tuple(tuple(sorted(names[m] for m in label)) for label in case) for case in found.labels)
+    return Naming(tuple(sorted(names)), labels, found.cases, float(speeds[anchor]))
 
 
 def state_shares(states: tuple[str, ...], participation: Array) -> Shares:
@@ -98,55 +98,100 @@ def state_shares(states: tuple[str, ...], participation: Array) -> Shares:
     }
 
 
-def _evidence(values: Complex, share: Shares, riding: NDArray[np.bool_]) -> Shares:
-    """For each role the share (n,) with which a branch plays it where it plays it best."""
-    pair, real = values.imag != 0, values.imag == 0
-    frequency = np.where(pair & (share["rider"] < 0.5), np.abs(values.imag), np.inf)
-    lowest = pair & (frequency == frequency.min(1, keepdims=True))
-    mainly_steer = np.all([share["steer"] >= other for other in share.values()], axis=0)
-    everywhere = np.ones_like(pair)
-    front = share["compliance"] + share["front"]
-
-    def clearest(where: NDArray[np.bool_], what: Any) -> Array:
-        return np.asarray(np.where(where, what, 0.0).max(0, initial=0.0))
-
-    return {
-        "weave": (lowest & riding[:, None]).sum(0) / max(riding.sum(), 1),
-        "capsize": clearest(real & riding[:, None], share["lean"]),
-        "wobble": clearest(pair, share["steer"]),
-        "rider": clearest(riding[:, None], share["rider"]),
-        "castering": clearest(real & (values.real < 0) & riding[:, None] & mainly_steer, share["steer"]),
-        "front_compliance": clearest(everywhere, front) * bool(share["compliance"].any()),
-        "rear_tyre": clearest(everywhere, share["rear"]) * bool(share["rear"].any()),
-    }
+def units_of(values: Complex) -> list[tuple[int, ...]]:
+    """Pairs and single real roots (of the branches at one speed) as tuples of branches, slow first."""
+    mate = mates(values[None])[0]
+    return [
+        (int(i),) if mate[i] == i else (int(i), int(mate[i]))
+        for i in np.argsort(np.abs(values), kind="stable")
+        if mate[i] == i or values[i].imag > 0
+    ]
 
 
-def _units(values: Complex) -> list[tuple[int, ...]]:
-    """Pairs and single real roots as tuples of branches, slow first."""
-    units: list[tuple[int, ...]] = []
-    for i in np.argsort(np.abs(values), kind="stable"):
-        if values[i].imag == 0:
-            units.append((int(i),))
-        elif values[i].imag > 0:
-            units.append((int(i), int(np.flatnonzero(values == values[i].conj())[0])))
-    return units
+def _anchor(speeds: Array, values: Complex, share: Shares) -> tuple[int, dict[str, tuple[int, ...]]]:
+    """Node at which weave, capsize and castering are plainest, and their branches there."""
+    best: tuple[float, float] = (-1.0, -1.0)
+    at, core = int(np.abs(speeds - WALKING).argmin()), {}
+    for k in np.flatnonzero((speeds >= SLOW) & (speeds <= QUICK)):
+        found = _core(values[k], {group: part[k] for group, part in share.items()})
+        merit = (float(len(found)), round(_plainness(values[k], found), 9))
+        if merit > best:
+            best, at, core = merit, int(k), found
+    return at, core
 
 
-def _scores(units: list[tuple[int, ...]], evidence: Shares) -> Array:
-    """Score (roles, units): how well the branches of a unit play each role; a pair that is whole counts twice."""
-    score = np.zeros((len(ROLES), len(units)))
-    for r, (name, weight, forms) in enumerate(ROLES):
-        for u, unit in enumerate(units):
-            played = evidence[name][list(unit)]
-            if ("pair" if len(unit) == 2 else "real") in forms and played.mean() >= FAINT:
-                score[r, u] = weight * played.sum()
-    return score
+def _core(values: Complex, share: dict[str, Array]) -> dict[str, tuple[int, ...]]:
+    """The slowest pair and the two slowest real roots of lean, steer and yaw."""
+    moving = share["lean"] + share["steer"] + share["yaw"]
+    units = [unit for unit in units_of(values) if moving[unit[0]] >= MOSTLY]
+    found = {"weave": unit for unit in [u for u in units if len(u) == 2][:1]}
+    reals = [unit for unit in units if len(unit) == 1][:2]
+    if len(reals) == 2:
+        leaning = [share["lean"][i] / (share["lean"][i] + share["steer"][i] + 1e-300) for (i,) in reals]
+        found["capsize"], found["castering"] = reals if leaning[0] >= leaning[1] else reals[::-1]
+    return found
 
 
-def _separation(values: Complex, units: list[tuple[int, ...]]) -> float:
-    """Smallest distance of two modes over their size."""
-    root = values[[unit[0] for unit in units]]
-    gap = np.abs(root[:, None] - root) / (np.abs(root[:, None]) + np.abs(root) + 1e-300)
-    pair = np.array([len(unit) == 2 for unit in units])
-    gap[np.diag_indices(len(root))] = np.where(pair, np.abs(root.imag) / (np.abs(root) + 1e-300), 1.0)
-    return float(gap.min())
+def _plainness(values: Complex, core: dict[str, tuple[int, ...]]) -> float:
+    """How far the core is from meeting: among itself, of the pair with itself, and with the next faster mode."""
+    root = np.array([values[unit[0]] for unit in core.values()])
+    rest = np.delete(values, [i for unit in core.values() for i in unit])
+    gaps = [abs(a - b) / (abs(a) + abs(b) + 1e-300) for k, a in enumerate(root) for b in [*root[:k], *rest]]
+    gaps += [abs(a.imag) / abs(a) for a in root if a.imag]
+    return min(gaps, default=0.0)
+
+
+Mode = tuple[str, tuple[int, ...]]
+
+
+def _modes(
+    speeds: Array, values: Complex, share: Shares, anchor: int, core: dict[str, tuple[int, ...]]
+) -> list[Mode]:
+    """The core and everything else at the anchor; real roots that are a pair at another speed are one mode."""
+    named = {i for unit in core.values() for i in unit}
+    units = [unit for unit in units_of(values[anchor]) if not named & set(unit)]
+    single = [unit[0] for unit in units if len(unit) == 1]
+    mate = mates(values)
+    distance = np.abs(speeds - speeds[anchor])
+    meet = sorted(
+        (float(distance[mate[:, i] == j].min()), i, j)
+        for number, i in enumerate(single) for j in single[:number] if (mate[:, i] == j).any()
+    )  # fmt: skip
+    riders = [i for i in single if share["rider"][anchor, i] > MOSTLY]
+    meet += [(np.inf, i, j) for i, j in zip(riders[1::2], riders[::2], strict=False)]
+    joined: set[int] = set()
+    for _, i, j in meet:
+        if not joined & {i, j}:
+            joined |= {i, j}
+            units.append((j, i))
+    units = [unit for unit in units if len(unit) == 2 or unit[0] not in joined]
+    units.sort(key=lambda unit: float(np.abs(values[anchor, unit[0]])))
+    return [*core.items(), *(("", unit) for unit in units)]
+
+
+def _roles(
+    speeds: Array, values: Complex, share: Shares, modes: list[Mode], found: Regions, anchor: int
+) -> list[str]:
+    """Name the modes of tyres and joints by their mean share over a range of speed."""
+    weight = np.gradient(speeds) * ((speeds >= WALKING) & (speeds <= FAST))
+    own = np.array([[[label == (m,) for label in case] for m in range(len(modes))] for case in found.labels])
+    weight = weight[:, None, None] * own[found.cases]  # (nodes, modes, branches)
+    total = weight.sum((0, 2)) + 1e-300
+    form = np.where(values.imag != 0, 1.0, OVERDAMPED)
+    played = np.zeros((len(ROLES), len(modes)))
+    for r, (_, factor, groups) in enumerate(ROLES):
+        if not share[groups[0]].any():
+            continue
+        part = sum(share[group] for group in groups) * (form if groups == ("steer",) else 1.0)
+        mean = np.einsum("kmi,ki->m", weight, part) / total
+        played[r] = factor * np.where(mean >= FAINT, mean, 0.0)
+    names = [name for name, _ in modes]
+    free = [m for m, name in enumerate(names) if not name]
+    rows, columns = linear_sum_assignment(-played[:, free])
+    for r, column in zip(rows, columns, strict=True):
+        if played[r, free[column]] > 0:
+            names[free[column]] = ROLES[r][0]
+    others = [m for m in free if not names[m]]
+    for number, m in enumerate(others, 1):
+        names[m] = f"other_{number}"
+    return names

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bicycle.computable import check_trackable
 from bicycle.linear_model import LinearModel
 from bicycle.mode_events import ModeEvent
 from bicycle.mode_shapes import ModeShape, mode_shape
@@ -32,9 +33,9 @@ class Modes:
         1/s, at each speed sorted by real then imaginary part.
     branches : mapping of str to ndarray, shape (m, 2)
         Name -> values at each speed: one with im > 0 for a pair, two real ones after it has split (the larger first),
-        NaN where there is none. Where a pair is made of halves of two modes, their identity is lost, there and
-        farther from the anchor speed: the roots of both are then listed under the joint name, "capsize+weave"
-        (which may need more than two columns).
+        NaN where there is none. Around speeds at which halves of two modes meet, their identity is lost: the roots of
+        both are then listed under the joint name, "capsize+weave" (which may need more than two columns). It is given
+        back where the roots are again as many pairs and single real roots as the modes.
     events : tuple of ModeEvent
         Real roots that merge to a pair or come from one, modes that exchange character, jumps at a switch speed.
     anchor : float
@@ -97,7 +98,8 @@ def modes(model: LinearModel, speeds: ArrayLike) -> Modes:
     """Eigenvalues, tracked and named, at speeds in any order.
 
     Names are given at an anchor speed that depends on the model alone and carried up and down by tracking, so what a
-    root is called at one speed does not depend on the other speeds asked for.
+    root is called at one speed does not depend on the other speeds asked for. The pair that castering and a tyre's
+    single real root form without relaxation (side_slip) is called wobble, and there is no castering then.
 
     Parameters
     ----------
@@ -108,11 +110,13 @@ def modes(model: LinearModel, speeds: ArrayLike) -> Modes:
     Raises
     ------
     InputError
-        No speeds, or a speed that the model does not allow.
+        No speeds, a speed that the model does not allow or that is too high (or, for a model singular at rest, too
+        low) to be tracked, or a model too stiff to be computed.
     """
     v = np.atleast_1d(model.check_speeds(speeds))
     if v.ndim != 1 or not v.size:
         raise InputError(f"speeds have shape {v.shape}; give one or more speeds in a row")
+    check_trackable(model, v)
     tracker = Tracker.over(model, float(v.min()), float(v.max()))
     ordered = tracker.ordered(v)
     index, labels = tracker.labels(v, ordered)

@@ -1,7 +1,6 @@
 """A model tracked and named once: answers at any speeds inside, whatever else is asked."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +8,7 @@ from numpy.typing import NDArray
 from bicycle.linear_model import LinearModel
 from bicycle.mode_events import ModeEvent, mode_events
 from bicycle.mode_names import Naming, name_branches, window
+from bicycle.mode_regions import mates
 from bicycle.tracking import Array, Complex, Stretch, settle, track
 
 
@@ -23,7 +23,7 @@ class Tracker:
 
     @classmethod
     def over(cls, model: LinearModel, lowest: float, highest: float) -> "Tracker":
-        """Track from ``lowest`` to ``highest`` and through the window of speeds where names are given."""
+        """Track from ``lowest`` to ``highest`` and through the speeds at which names are given."""
         low, high = window(model)
         stretches, meetings = track(model, min(lowest, low), max(highest, high))
         naming = name_branches(model, stretches)
@@ -38,23 +38,25 @@ class Tracker:
 
     def labels(self, speeds: Array, ordered: Complex) -> tuple[NDArray[np.intp], tuple[tuple[str, ...], ...]]:
         """Names of the branches at each speed: an index (m,) into a tuple of name tuples."""
-        mixed = np.zeros((len(speeds), len(self._modes), len(self._modes)), bool)
-        at_end = self._mixed_outward
-        for (part, stretch), nodes in zip(self._parts(speeds), at_end, strict=True):
-            right = np.clip(np.searchsorted(stretch.speeds, speeds[part]), 0, len(stretch.speeds) - 1)
-            left = np.clip(np.searchsorted(stretch.speeds, speeds[part], side="right") - 1, 0, len(stretch.speeds) - 1)
-            mixed[part] = nodes[np.where(speeds[part] >= self.naming.anchor, left, right)]
-        mixed |= self._mixed(ordered)
-        cases, index = np.unique(mixed.reshape(len(speeds), -1), axis=0, return_inverse=True)
-        return index.reshape(-1), tuple(self._joint_names(case.reshape(mixed.shape[1:])) for case in cases)
+        index = np.empty(len(speeds), np.intp)
+        start = 0
+        mate = mates(ordered)
+        for part, stretch in self._parts(speeds):
+            nodes = np.arange(start, start + len(stretch.speeds))
+            right = nodes[np.clip(np.searchsorted(stretch.speeds, speeds[part]), 0, len(nodes) - 1)]
+            left = nodes[np.clip(np.searchsorted(stretch.speeds, speeds[part], side="right") - 1, 0, len(nodes) - 1)]
+            up = speeds[part] >= self.naming.anchor
+            inner, outer = np.where(up, left, right), np.where(up, right, left)
+            like_outer = (mate[part] == mates(self._values[outer])).all(1)
+            index[part] = self.naming.cases[np.where(like_outer, outer, inner)]
+            start += len(stretch.speeds)
+        # next to a meeting neither node need have the pairs of this speed: a pair has one name
+        key, inverse = np.unique(np.column_stack([index, mate]), axis=0, return_inverse=True)
+        return inverse.reshape(-1), tuple(_joint(self.naming.labels[case[0]], case[1:]) for case in key)
 
-    @cached_property
-    def _modes(self) -> tuple[str, ...]:
-        return tuple(dict.fromkeys(sorted(self.naming.names)))
-
-    @cached_property
-    def _mode_of(self) -> NDArray[np.intp]:
-        return np.array([self._modes.index(name) for name in self.naming.names])
+    @property
+    def _values(self) -> Complex:
+        return np.concatenate([s.values for s in self.stretches])
 
     def _parts(self, speeds: Array) -> list[tuple[NDArray[np.intp], Stretch]]:
         """Which speeds lie in which stretch; a switch speed belongs to the range below it."""
@@ -63,28 +65,6 @@ class Tracker:
         at = np.searchsorted(uppers, speeds) - first
         return [(np.flatnonzero(at == k), stretch) for k, stretch in enumerate(self.stretches)]
 
-    def _mixed(self, ordered: Complex) -> NDArray[np.bool_]:
-        """Which modes (m, modes, modes) share a pair."""
-        count = len(self._modes)
-        mixed = np.zeros((len(ordered), count, count), bool)
-        k, i, j = np.nonzero((ordered[:, :, None] == ordered[:, None, :].conj()) & (ordered.imag != 0)[:, :, None])
-        a, b = self._mode_of[i], self._mode_of[j]
-        mixed[k[a != b], a[a != b], b[a != b]] = True
-        return mixed
 
-    @cached_property
-    def _mixed_outward(self) -> list[NDArray[np.bool_]]:
-        """The same at every node, with what was lost between it and the anchor."""
-        speeds = np.concatenate([s.speeds for s in self.stretches])
-        mixed = self._mixed(np.concatenate([s.values for s in self.stretches]))
-        above = speeds >= self.naming.anchor
-        mixed[above] = np.logical_or.accumulate(mixed[above])
-        mixed[~above] = np.logical_or.accumulate(mixed[~above][::-1])[::-1]
-        return np.split(mixed, np.cumsum([len(s.speeds) for s in self.stretches])[:-1])
-
-    def _joint_names(self, mixed: NDArray[np.bool_]) -> tuple[str, ...]:
-        joined = mixed | np.eye(len(mixed), dtype=bool)
-        for _ in range(len(mixed)):
-            joined = joined @ joined
-        joint = ["+".join(np.array(self._modes)[row]) for row in joined]
-        return tuple(joint[mode] for mode in self._mode_of)
+def _joint(label: tuple[tuple[str, ...], ...], mate: NDArray[np.intp]) -> tuple[str, ...]:
+    return tuple("+".join(sorted({*label[i], *label[int(j)]})) for i, j in enumerate(mate))

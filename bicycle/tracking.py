@@ -1,8 +1,8 @@
 """Follow every eigenvalue continuously along speed, on a grid of its own that is refined where roots come close.
 
 Consecutive speeds are matched by where the roots are heading (eigenvalues and their slopes from both sides) and by the
-bi-orthogonal modal assurance criterion |u_i(a) x_j(b)| |u_j(b) x_i(a)|; where the two disagree, a rival comes near or
-real roots change their number or order, the step is halved. Real roots that meet leave as a pair: across the last,
+bi-orthogonal modal assurance criterion ``|u_i(a) x_j(b)| |u_j(b) x_i(a)|``; where the two disagree, a rival comes near
+or real roots change their number or order, the step is halved. Real roots that meet leave as a pair: across the last,
 tiny step sum and product of the two are continuous although eigenvectors are not, so they are matched as a set, the
 larger real root with the upper half of the pair. What is asked at other speeds never changes the grid, hence an answer
 does not depend on its neighbours.

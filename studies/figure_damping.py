@@ -5,7 +5,7 @@ from typing import Any
 
 from studies.main_study import Study
 from studies.main_study_solve import COMPARED_MODES, Result
-from studies.plotting import drawing, extrapolated_note, hatch_extrapolated, look
+from studies.plotting import UNSTABLE, drawing, extrapolated_note, hatch_extrapolated, look
 
 
 def draw_damping(study: Study, target: Path) -> Path:
@@ -53,5 +53,5 @@ def _same_scale(panels: list[Any]) -> None:
     high = max(axes.get_ylim()[1] for axes in panels)
     for axes in panels:
         if low < 0:
-            axes.axhspan(low, min(0.0, high), color="#f6dedb", zorder=0)
+            axes.axhspan(low, min(0.0, high), color=UNSTABLE, zorder=0)
         axes.set_ylim(low, high)

@@ -6,36 +6,70 @@ from typing import Any
 from studies.main_study import Change, Study
 from studies.main_study_cases import Setup
 from studies.main_study_solve import Crossing, Result
-from studies.plotting import EXTRAPOLATED_HATCH, drawing, look
+from studies.plotting import EXTRAPOLATED, drawing, look
 
 WOBBLE, WEAVE = "wobble", "weave"
 EDGES = (("begins", f"{WOBBLE} unstable above"), ("ends", f"{WOBBLE} stable above"))
 PARTS = ("relaxation length", "cornering stiffness", "interaction")
 GROUP_GAP = 0.9
+THICK = 0.54
+LIFT, MARK_DROP = 0.08, 0.38  # bars sit above the middle of a row, weave's circles below them
+NOWHERE = "no unstable wobble in any case"
 
 
 def draw_headline(study: Study, setups: list[Setup], target: Path) -> Path:
-    """A row per setup. Left: bands of unstable wobble; right: how lower pressure moves their two edges, and why."""
-    with drawing(target, width=11.5, height=0.9 + 4.9 * len(setups)) as canvas:
-        grid = canvas.subplots(len(setups), 2, squeeze=False, gridspec_kw={"width_ratios": (1.7, 1)}, sharex="col")
-        for (bands, parts), setup in zip(grid, setups, strict=True):
-            draw_bands(bands, study, setup)
-            draw_parts(parts, study, setup)
-        title = f"Where the bicycle {study.settings.bicycle.name} wobbles, by measured tyre and pressure"
-        canvas.suptitle(title, x=0.01, ha="left", fontsize=13, fontweight="bold")
+    """A row per setup. Left: bands of unstable wobble; right: how lower pressure moves their two edges, and why.
+
+    The right side is left out where no band has an edge at both pressures.
+    """
+    explained = [setup for setup in setups if changes(study, setup)]
+    columns = 2 if explained else 1
+    size = {"width": 11.5, "height": 0.9 + 4.9 * len(setups)} if explained else {"width": 8.5, "height": 4.6 * len(setups)}
+    with drawing(target, **size) as canvas:
+        ratios = {"width_ratios": (1.7, 1)[:columns]}
+        grid = canvas.subplots(len(setups), columns, squeeze=False, gridspec_kw=ratios, sharex="col")
+        for row, setup in zip(grid, setups, strict=True):
+            draw_bands(row[0], study, setup)
+            if setup in explained:
+                draw_parts(row[1], study, setup)
+            elif explained:
+                row[1].set_axis_off()
+            for axes in row:
+                axes.tick_params(labelbottom=True)
+        canvas.suptitle(title(study, setups), x=0.01, ha="left", fontsize=13 if explained else 11, fontweight="bold")
     return target
+
+
+def title(study: Study, setups: list[Setup]) -> str:
+    """What is shown, on which bicycle, and that the front is assumed."""
+    front = ", with an assumed flexible front" if all(setup.front for setup in setups) else ""
+    found = any(result.bands(WOBBLE) for setup in setups for result in study.of(setup))
+    what = "Where wobble is unstable, by measured tyre" if found else "No unstable wobble on any measured tyre"
+    return f"{what}: {study.settings.bicycle.name}{front}"
+
+
+def changes(study: Study, setup: Setup) -> list[Change]:
+    """Every change of an edge of an unstable band that can be split into its parts."""
+    found = [study.decomposition(setup, name) for name in study.names]
+    return [change for d in found if d for _, key in EDGES if (change := d.change(key))]
 
 
 def draw_bands(axes: Any, study: Study, setup: Setup) -> None:
     """Bars from onset to end of unstable wobble; the shaded ends are one standard deviation of the tyre data."""
     height, ticks = 0.0, {}
-    bands = [band for r in study.of(setup) for band in r.bands(WOBBLE)]
+    results = study.of(setup)
+    bands = [band for r in results for band in r.bands(WOBBLE)]
     edges = [c.speed + c.sd for band in bands for c in (band.start, band.end) if c]
     limit = min(max([study.settings.speeds[-1], *(edge * 1.06 for edge in edges)]), study.settings.max_speed)
     for number, name in enumerate(study.names):
-        axes.text(0.004 * limit, height - 0.62, name, fontweight="bold", va="center")
+        axes.text(0.004 * limit, height - 0.64, name, fontweight="bold", va="center")
         for result in study.of(setup, name):
-            _bar(axes, result, height, look(number).colour, limit)
+            if result.case.extrapolated:
+                axes.axhspan(height - 0.5, height + 0.5, facecolor="none", linewidth=0, zorder=0, **EXTRAPOLATED)
+            _bar(axes, result, height - LIFT, look(number).colour, limit, alone=bool(bands))
+            for crossing in result.crossings:
+                if crossing.mode == WEAVE and crossing.speed < limit:
+                    _weave_mark(axes, crossing, height + (MARK_DROP if bands else 0))
             ticks[height] = f"{result.case.pressure_bar:g} bar"
             height += 1
         height += GROUP_GAP
@@ -43,42 +77,50 @@ def draw_bands(axes: Any, study: Study, setup: Setup) -> None:
     axes.set(xlim=(0, limit), ylim=(height - GROUP_GAP - 0.4, -1.0), xlabel="Speed, m/s")
     axes.grid(visible=False, axis="y")
     axes.tick_params(axis="y", length=0)
-    axes.set_title(f"Unstable wobble: {setup.label}", fontsize=9)
-    extrapolated = any(r.case.extrapolated for r in study.of(setup))
-    extrapolated = any(r.case.extrapolated for r in study.of(setup))
-    axes.text(
-        0.0, -0.12, "pale ends: ± one standard deviation of the tyre data; circles: weave becomes stable (hollow), "
-        "unstable (filled)" + ("\ncrossed: tyre values extrapolated" if extrapolated else ""),
-        transform=axes.transAxes, ha="left", va="top", fontsize=7.5, color="0.3",
-    )  # fmt: skip
+    axes.set_title(f"{'Unstable wobble' if bands else NOWHERE.capitalize()}: {setup.label}", fontsize=9)
+    axes.text(0.0, -0.12, caption(results, limit, banded=bool(bands)), transform=axes.transAxes, ha="left", va="top",
+              fontsize=7.5, color="0.3")  # fmt: skip
 
 
-def _bar(axes: Any, result: Result, height: float, colour: str, limit: float) -> None:
-    hatch = EXTRAPOLATED_HATCH if result.case.extrapolated else None
+def caption(results: list[Result], limit: float, *, banded: bool) -> str:
+    """Explains the marks that are there, and no others."""
+    weave = [c for r in results for c in r.crossings if c.mode == WEAVE and c.speed < limit]
+    circles = [
+        words for words, there in (
+            ("stable (hollow)", any(not c.destabilising for c in weave)),
+            ("unstable (filled)", any(c.destabilising for c in weave)),
+        ) if there
+    ]  # fmt: skip
+    parts = [
+        "pale ends: ± one standard deviation of the tyre data" if banded else "",
+        f"circles: weave becomes {', '.join(circles)}" if circles else "",
+        "hatched: tyre values extrapolated" if any(r.case.extrapolated for r in results) else "",
+    ]
+    return "; ".join(part for part in parts if part)
+
+
+def _bar(axes: Any, result: Result, height: float, colour: str, limit: float, *, alone: bool) -> None:
+    """One case; where other cases have a band, one without says so."""
     bands = result.bands(WOBBLE)
     for band in bands:
         low = band.start.speed if band.start else 0.0
         high = band.end.speed if band.end else limit
-        axes.barh(height, high - low, left=low, height=0.62, color=colour, alpha=0.85, hatch=hatch, edgecolor="white",
-                  linewidth=0)  # fmt: skip
+        axes.barh(height, high - low, left=low, height=THICK, color=colour, alpha=0.85, linewidth=0)
         for edge, align, shift in ((band.start, "right", -3), (band.end, "left", 3)):
             if edge:
-                axes.barh(height, 2 * edge.sd, left=edge.speed - edge.sd, height=0.62, color="white", alpha=0.55)
-                axes.barh(height, 2 * edge.sd, left=edge.speed - edge.sd, height=0.62, color=colour, alpha=0.25)
+                sides = {"left": edge.speed - edge.sd, "height": THICK, "linewidth": 0}
+                axes.barh(height, 2 * edge.sd, color="white", alpha=0.55, **sides)
+                axes.barh(height, 2 * edge.sd, color=colour, alpha=0.25, **sides)
                 outside = edge.speed + (edge.sd if shift > 0 else -edge.sd)
                 axes.annotate(f"{edge.speed:.1f}", (outside, height), (shift, 0), textcoords="offset points", ha=align,
                               va="center", fontsize=8.5)  # fmt: skip
-    if not bands:
-        words = "no unstable wobble" + (" (extrapolated)" if result.case.extrapolated else "")
-        axes.text(0.35 * limit, height, words, va="center", fontsize=8.5, color="0.35", style="italic")
-    for crossing in result.crossings:
-        if crossing.mode == WEAVE and crossing.speed < limit:
-            _weave_mark(axes, crossing, height)
+    if alone and not bands:
+        axes.text(0.35 * limit, height, "no unstable wobble", va="center", fontsize=8.5, color="0.35", style="italic")
 
 
 def _weave_mark(axes: Any, crossing: Crossing, height: float) -> None:
     face = "black" if crossing.destabilising else "white"
-    axes.plot(crossing.speed, height + 0.31, "o", color="black", markerfacecolor=face, markersize=4, zorder=4)
+    axes.plot(crossing.speed, height, "o", color="black", markerfacecolor=face, markersize=3.8, zorder=4)
 
 
 def draw_parts(axes: Any, study: Study, setup: Setup) -> None:
@@ -95,8 +137,9 @@ def draw_parts(axes: Any, study: Study, setup: Setup) -> None:
             change = found.change(key) if found else None
             ticks[height] = what
             if found and change:
-                hatch = EXTRAPOLATED_HATCH if found.higher.extrapolated or found.lower.extrapolated else None
-                reached = _stack(axes, change, height, look(number).colour, hatch)
+                if found.higher.extrapolated or found.lower.extrapolated:
+                    axes.axhspan(height - 0.5, height + 0.5, facecolor="none", linewidth=0, zorder=0, **EXTRAPOLATED)
+                reached = _stack(axes, change, height, look(number).colour)
                 low, high = min(low, reached[0]), max(high, reached[1])
                 pressures.add(f"{found.higher.pressure_bar:g} to {found.lower.pressure_bar:g} bar")
             else:
@@ -112,25 +155,17 @@ def draw_parts(axes: Any, study: Study, setup: Setup) -> None:
     )
     axes.grid(visible=False, axis="y")
     axes.tick_params(axis="y", length=0)
-    axes.set_title("Why: from " + " and ".join(sorted(pressures)) if pressures else "Why", fontsize=9.5)
+    axes.set_title("Why: change from " + " and ".join(sorted(pressures)), fontsize=9)
     handles = [Patch(label=part, **style) for part, style in zip(PARTS, _part_styles("0.35"), strict=True)]
-    axes.legend(
-        handles=handles,
-        loc="upper center",
-        bbox_to_anchor=(0.45, -0.1),
-        ncols=len(PARTS),
-        fontsize=8,
-        columnspacing=1.0,
-    )
+    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.45, -0.1), ncols=len(PARTS), fontsize=8,
+                columnspacing=1.0)  # fmt: skip
 
 
-def _stack(axes: Any, change: Change, height: float, colour: str, hatch: str | None) -> tuple[float, float]:
+def _stack(axes: Any, change: Change, height: float, colour: str) -> tuple[float, float]:
     """Draw one stacked bar and the total; returns how far it reaches to both sides, m/s."""
     ends = {True: 0.0, False: 0.0}
     values = (change.length_part, change.stiffness_part, change.interaction)
     for value, style in zip(values, _part_styles(colour), strict=True):
-        if hatch:
-            style["hatch"] = hatch
         axes.barh(height, value, left=ends[value > 0], height=0.62, **style)
         ends[value > 0] += value
     side = change.total > 0
@@ -140,9 +175,9 @@ def _stack(axes: Any, change: Change, height: float, colour: str, hatch: str | N
 
 
 def _part_styles(colour: str) -> list[dict[str, Any]]:
-    """Full colour, outlined white, and grey: apart in print too."""
+    """Full colour, dotted white, and grey: apart in print too, and from the hatching of extrapolated values."""
     return [
         {"facecolor": colour, "edgecolor": colour, "linewidth": 0.8},
-        {"facecolor": "white", "edgecolor": colour, "linewidth": 1.0, "hatch": "////"},
+        {"facecolor": "white", "edgecolor": colour, "linewidth": 1.0, "hatch": "...."},
         {"facecolor": "0.75", "edgecolor": "0.5", "linewidth": 0.8},
     ]

@@ -6,8 +6,9 @@ from pathlib import Path
 
 from studies.figure_critical_speeds import draw_critical_speeds
 from studies.figure_damping import draw_damping
-from studies.figure_eigenvalues import draw_eigenvalues, draw_root_locus
+from studies.figure_eigenvalues import draw_eigenvalues
 from studies.figure_headline import draw_headline
+from studies.figure_speed_locus import draw_speed_locus
 from studies.main_study import Study, count_steps, run_study
 from studies.main_study_cases import Settings
 from studies.main_study_tables import write_tables
@@ -50,5 +51,5 @@ def drawings(settings: Settings, folder: Path) -> list[Callable[[Study], Path]]:
     ]
     for number, setup in enumerate(settings.setups, 1):
         draws.append(partial(draw_eigenvalues, setup=setup, target=folder / f"eigenvalues_{number}"))
-        draws.append(partial(draw_root_locus, setup=setup, target=folder / f"root_locus_{number}"))
+        draws.append(partial(draw_speed_locus, setup=setup, target=folder / f"root_locus_{number}"))
     return draws

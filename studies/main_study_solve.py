@@ -60,8 +60,14 @@ class Result:
     damping: dict[str, Uncertain]  # mode -> damping ratio at the report speed; missing where it is no oscillation
 
     def bands(self, mode: str) -> list[Band]:
-        """Unstable speed bands of a mode."""
-        return unstable_bands(self.crossings, mode)
+        """Unstable speed bands of a mode; one without edges where it is unstable and never crosses."""
+        found = unstable_bands(self.crossings, mode)
+        value = self.modes.branches[mode][-1, 0].real if mode in self.modes.branches else np.nan
+        return found or ([Band(None, None)] if value > 0 and not self.crossed(mode) else [])
+
+    def crossed(self, mode: str) -> bool:
+        """Whether a mode has a critical speed."""
+        return any(c.mode == mode for c in self.crossings)
 
     def first(self, mode: str, direction: str) -> float | None:
         """Lowest critical speed (m/s) of a mode in one direction."""

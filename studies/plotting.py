@@ -3,7 +3,7 @@
 Figures are made without pyplot, so that nothing depends on a display or on global state.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import MappingProxyType
@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 
 FORMATS = ("png", "svg")
 GREY = "0.45"
-EXTRAPOLATED_HATCH = "xxxx"
+UNSTABLE = "#f6dedb"  # background of what is unstable
+EXTRAPOLATED: Mapping[str, Any] = MappingProxyType({"hatch": "//", "edgecolor": "0.82"})
 STYLE: Mapping[str, Any] = MappingProxyType(
     {
         "axes.axisbelow": True,
@@ -57,7 +58,7 @@ LOOKS = (
     Look("#3b7d4f", (0, (3, 1, 1, 1, 1, 1)), "v"),
     Look("#8f6bb0", (0, (7, 2)), "P"),
     Look("#6b6b6b", (0, (2, 2)), "X"),
-    Look("#000000", "-", "."),
+    Look("#000000", "-", "*"),
 )
 MODE_LOOKS: Mapping[str, Look] = MappingProxyType(
     {
@@ -67,6 +68,7 @@ MODE_LOOKS: Mapping[str, Look] = MappingProxyType(
         )
     }
 )
+OTHER_MARKERS = ("*", "<", ">", "p", "h", "d")  # modes beyond those with a name
 
 
 def look(number: int) -> Look:
@@ -75,8 +77,39 @@ def look(number: int) -> Look:
 
 
 def mode_look(name: str) -> Look:
-    """The look of a named mode, the same in all figures."""
-    return MODE_LOOKS.get(name, LOOKS[-1])
+    """The look of a named mode, the same in all figures; a joint name has the look of its first mode.
+
+    Modes ``other_1``, ``other_2``, ... differ by marker.
+    """
+    first = name.split("+")[0]
+    if first in MODE_LOOKS:
+        return MODE_LOOKS[first]
+    number = first.rpartition("_")[2]
+    return LOOKS[-1]._replace(marker=OTHER_MARKERS[(int(number) - 1 if number.isdigit() else 0) % len(OTHER_MARKERS)])
+
+
+def mode_marker(name: str) -> dict[str, Any]:
+    """Marker keywords of a mode: filled; under a joint name in the colours of the other modes it may be."""
+    own, *others = (mode_look(part).colour for part in name.split("+"))
+    return {
+        "marker": mode_look(name).marker, "markerfacecolor": others[0] if others else own,
+        "markeredgecolor": others[-1] if len(others) > 1 else own, "markeredgewidth": 1.4 if others else 0.8,
+    }  # fmt: skip
+
+
+def mode_words(name: str) -> str:
+    """A mode's name as a figure writes it; a joint name says that its parts are no longer told apart."""
+    return " or ".join(part.replace("_", " ") for part in name.split("+"))
+
+
+def legend_columns(labels: Sequence[str], *, width: float) -> int:
+    """How many columns of a legend under a figure of some width (inches) fit."""
+    room = [0.068 * len(label) + 0.6 for label in labels]
+    for columns in range(len(labels), 1, -1):
+        rows = -(-len(labels) // columns)  # a legend is filled column by column
+        if sum(max(room[start : start + rows]) for start in range(0, len(room), rows)) < width:
+            return columns
+    return 1
 
 
 @contextmanager
@@ -102,7 +135,7 @@ def pressure_shade(number: int, count: int) -> str:
 def hatch_extrapolated(axes: Any, extrapolated: bool) -> None:
     """Hatch the background of axes whose content rests on extrapolated tyre values."""
     if extrapolated:
-        axes.patch.set(hatch="//", edgecolor="0.82")
+        axes.patch.set(**EXTRAPOLATED)
 
 
 def extrapolated_note(extrapolated: bool) -> str:

@@ -11,8 +11,13 @@ def command(out: str, bicycle: str) -> None:
 
     from studies.main_study_cases import Settings
     from studies.main_study_output import run_and_write
+    from tyre.errors import InputError
 
+    if not out.strip() or "\0" in out:
+        raise InputError(f"--out {out!r} is no folder name; give a folder to write into, for example out")
     folder = Path(out)
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"--out {out!r} is a file; give a folder to write into, for example out")
     settings = Settings.of(bicycle)
     report = run_and_write(settings, folder)
     for warning in settings.bicycle.warnings:

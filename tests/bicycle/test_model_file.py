@@ -40,12 +40,16 @@ def test_tyre_surface_and_pressure_may_differ_between_the_wheels():
 
 def test_extrapolation_is_said():
     model = build_model({"bicycle": "benchmark", "effects": {"side_slip": TYRE}})
-    said = [
-        note for note in model.linear_model().warnings if "cornering stiffness extrapolated beyond the measured" in note
-    ]
-    assert len(said) == 2
-    assert said[0].startswith("rear wheel, Tyre1 on flat at 613 N and 5.5 bar (extrapolated)")
-    assert "340-490 N and 3.5-7.5 bar" in said[0]
+    words = "cornering stiffness extrapolated beyond the measured 340-490 N and 3.5-7.5 bar"
+    said = [note for note in model.linear_model().warnings if words in note]
+    assert len(said) == 1
+    assert said[0].startswith("Tyre1 on flat (rear 613 N, 5.5 bar, extrapolated; front 309 N, 5.5 bar, extrapolated): ")
+
+
+def test_a_borrowed_lateral_stiffness_is_said():
+    drum = {"tyre": "Tyre1", "surface": "drum", "pressure_bar": 5.5}
+    model = build_model({"bicycle": "pista_rider_drops", "effects": {"relaxation_length": drum}})
+    assert any("lateral stiffness on the drum is the flat-track value" in note for note in model.notes)
 
 
 def test_bicycle_as_table_and_as_file_next_to_the_model(tmp_path):
