@@ -24,8 +24,8 @@ def draw_headline(study: Study, setups: list[Setup], target: Path) -> Path:
     """
     explained = [setup for setup in setups if changes(study, setup)]
     columns = 2 if explained else 1
-    size = {"width": 11.5, "height": 0.9 + 4.9 * len(setups)} if explained else {"width": 8.5, "height": 4.6 * len(setups)}
-    with drawing(target, **size) as canvas:
+    width, height = (11.5, 0.9 + 4.9 * len(setups)) if explained else (8.5, 4.6 * len(setups))
+    with drawing(target, width=width, height=height) as canvas:
         ratios = {"width_ratios": (1.7, 1)[:columns]}
         grid = canvas.subplots(len(setups), columns, squeeze=False, gridspec_kw=ratios, sharex="col")
         for row, setup in zip(grid, setups, strict=True):
@@ -62,7 +62,8 @@ def draw_bands(axes: Any, study: Study, setup: Setup) -> None:
     edges = [c.speed + c.sd for band in bands for c in (band.start, band.end) if c]
     limit = min(max([study.settings.speeds[-1], *(edge * 1.06 for edge in edges)]), study.settings.max_speed)
     for number, name in enumerate(study.names):
-        axes.text(0.004 * limit, height - 0.64, name, fontweight="bold", va="center")
+        axes.text(0.004 * limit, height - 0.64, name, fontweight="bold", va="center",
+                  bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})  # fmt: skip
         for result in study.of(setup, name):
             if result.case.extrapolated:
                 axes.axhspan(height - 0.5, height + 0.5, facecolor="none", linewidth=0, zorder=0, **EXTRAPOLATED)

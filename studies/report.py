@@ -10,15 +10,7 @@ import numpy as np
 from studies.main_study import CRITICAL, DAMPING, Study
 from studies.main_study_cases import TyreCase
 from studies.main_study_solve import Band, Result
-from studies.report_words import (
-    camber_words,
-    damping_summary,
-    flexible_summary,
-    plain_range,
-    rigid_summary,
-    signed,
-    weave_summary,
-)
+from studies.report_words import camber_words, label, plain_range, printed, signed, summary, tyre_changes
 
 
 def write_report(study: Study, folder: Path, *, paper_figures: Sequence[str]) -> tuple[Path, Path]:
@@ -40,20 +32,17 @@ def write_report(study: Study, folder: Path, *, paper_figures: Sequence[str]) ->
 def context(study: Study) -> dict[str, Any]:
     """What the template shows."""
     settings = study.settings
-    rigid, flexible = settings.setups[len(settings.camber_shares) - 1], settings.setups[-1]
+    flexible = settings.setups[-1]
     front = settings.front
     return {
-        "bicycle": settings.bicycle, "loads": settings.bicycle.static_loads, "setup_label": flexible.label,
+        "bicycle": settings.bicycle, "loads": settings.bicycle.static_loads, "setup_label": label(flexible),
         "speeds": f"modes from {settings.speeds[0]:g} to {settings.speeds[-1]:g} m/s, "
                   f"critical speeds up to {settings.max_speed:g} m/s",
         "report_speed": f"{settings.report_speed:g}",
-        "summary": [
-            *flexible_summary(study, flexible), rigid_summary(study, rigid),
-            *weave_summary(study, flexible), *damping_summary(study, [rigid, flexible]),
-        ],
+        "tyre_changes": tyre_changes(study), "summary": summary(study),
         "band_table": band_table(study.of(flexible), settings.max_speed),
-        "critical_parts": parts_table(study, CRITICAL, "m/s", ".2f"),
-        "damping_parts": parts_table(study, DAMPING, "1", ".4f"),
+        "critical_parts": parts_table(study, CRITICAL, ", m/s", 3),
+        "damping_parts": parts_table(study, DAMPING, "", 5),
         "camber": camber_words(study),
         "camber_assumed": " and ".join(f"{share:g} × load per radian" for share in settings.camber_shares if share),
         "front": f"a hinge across the steer axis, {front.joint_height:g} m above the ground, stiffness "
@@ -80,29 +69,16 @@ def band_table(results: list[Result], max_speed: float) -> str:
     )
 
 
-def parts_table(study: Study, quantity: str, unit: str, digits: str) -> str:
-    """Decomposition of the last setup as a table."""
+def parts_table(study: Study, quantity: str, unit: str, digits: int) -> str:
+    """Decomposition of the last setup as a table; the printed numbers of a row add up."""
     rows = []
     for d in (d for d in study.decompositions if d.setup == study.settings.setups[-1]):
         for c in (c for c in d.changes if c.quantity == quantity):
-            numbers = (c.before, c.after)
-            parts = (c.total, c.length_part, c.stiffness_part, c.interaction)
-            rows.append(
-                [d.higher.name, c.name, f"{d.higher.pressure_bar:g} → {d.lower.pressure_bar:g}"]
-                + [f"{x:{digits}}" for x in numbers] + [signed(x, digits) for x in parts]
-            )  # fmt: skip
-    head = [
-        "tyre",
-        "what",
-        "bar",
-        f"before, {unit}",
-        f"after, {unit}",
-        "total",
-        "relaxation length",
-        "C",
-        "interaction",
-    ]
-    return _table(rows, head) if rows else "No tyre has the same critical speeds at both pressures."
+            before, after, *parts = printed(c, digits)
+            bars = f"{d.higher.pressure_bar:g} → {d.lower.pressure_bar:g}"
+            rows.append([d.higher.name, c.name, bars, f"{before}", f"{after}", *map(signed, parts)])
+    head = ["tyre", "what", "bar", f"before{unit}", f"after{unit}", "total", "relaxation length", "C", "interaction"]
+    return _table(rows, head) if rows else "No tyre has the same quantities at both pressures."
 
 
 def alternatives_table(study: Study) -> str:
@@ -119,7 +95,10 @@ def alternatives_table(study: Study) -> str:
 def alternatives_intro(study: Study) -> str:
     """Which tyre and camber thrust the table of other fronts is for."""
     case, share = study.alternatives[0].case, study.settings.camber_shares[-1]
-    return f"For {case.name}, camber thrust {share:g} × load, from the first onset to the last end of unstable wobble:"
+    return (
+        f"For {case.name} with a flexible front and camber thrust {share:g} × load, from the first onset to the last "
+        "end of unstable wobble:"
+    )
 
 
 def tyre_table(cases: Iterable[TyreCase]) -> str:
@@ -161,7 +140,8 @@ def assumed(study: Study) -> list[str]:
             for share in shares
         ),
         "Stiffness, damping and place of the flexible front; rigid front otherwise.",
-        "A rigid rider without hands on the bar; no aligning moment, no aerodynamic drag, no wheel compliance.",
+        "The rear frame with whatever it carries is one rigid body and nothing holds the handlebar.",
+        "No aligning moment, no aerodynamic drag, no wheel compliance.",
         "The laboratory's rim was stiff; a spoked wheel in series would lengthen the relaxation length.",
         *(f"Warning of the bicycle's data: {warning}" for warning in study.settings.bicycle.warnings),
     ]  # fmt: skip

@@ -1,113 +1,190 @@
-"""Sentences of the report, put together from numbers: no claim is written that the results do not make."""
+"""Sentences of the report, put together from numbers: no claim is written that the results do not make.
+
+Sentences about a setup stand under its name (:func:`summary`); what does not depend on the setup stands apart.
+"""
 
 from collections.abc import Sequence
+from decimal import Decimal
+from typing import Any, NamedTuple
 
 from studies.main_study import CRITICAL, DAMPING, Change, Decomposition, Study
-from studies.main_study_cases import Setup
-from studies.main_study_solve import COMPARED_MODES
+from studies.main_study_cases import Setup, TyreCase
+from studies.main_study_solve import COMPARED_MODES, Result
 
 EDGES = {"wobble unstable above": "begins", "wobble stable above": "ends"}
+DESCRIBED = (*COMPARED_MODES, "capsize")
 
 
-def flexible_summary(study: Study, setup: Setup) -> list[str]:
-    """What lower pressure does to the unstable wobble of each tyre, and by which part."""
+class Printed(NamedTuple):
+    """A change in rounded numbers that add up: total = after - before = length + stiffness + interaction."""
+
+    before: Decimal
+    after: Decimal
+    total: Decimal
+    length: Decimal
+    stiffness: Decimal
+    interaction: Decimal
+
+
+class Group(NamedTuple):
+    """What holds in one setup; ``label`` names it."""
+
+    label: str
+    lines: list[str]
+
+
+def printed(change: Change, digits: int) -> Printed:
+    """Round the ends and the two parts to ``digits`` places; the total and the interaction follow from these."""
+    numbers = (change.before, change.after, change.length_part, change.stiffness_part)
+    before, after, length, stiffness = (round(Decimal(number), digits) for number in numbers)
+    total = after - before
+    return Printed(before, after, total, length, stiffness, total - length - stiffness)
+
+
+def tyre_changes(study: Study) -> list[str]:
+    """What lower pressure does to each tyre at the wheel loads; the same in all setups."""
     lines = []
-    for name in study.names:
-        d = study.decomposition(setup, name)
-        if d is None:
-            continue
+    for d in (d for d in study.decompositions if d.setup == study.settings.setups[-1]):
+        wheels = (("rear", d.higher.rear, d.lower.rear), ("front", d.higher.front, d.lower.front))
         lengths = " and ".join(
             f"from {1e3 * high.relaxation_length:.0f} to {1e3 * low.relaxation_length:.0f} mm ({wheel})"
-            for wheel, high, low in (("rear", d.higher.rear, d.lower.rear), ("front", d.higher.front, d.lower.front))
+            for wheel, high, low in wheels
         )
-        edges = [f"{EDGES[c.name]} at {c.after:.1f} instead of {c.before:.1f} m/s ({parts(c)})" for c in _edges(d)]
-        effect = f"unstable wobble {' and '.join(edges)}" if edges else _without_edges(study, setup, name)
-        lines.append(
-            f"{name}, {d.higher.pressure_bar:g} to {d.lower.pressure_bar:g} bar: the relaxation length goes {lengths}; "
-            f"{effect}."
+        lines.append(f"{d.higher.name}, from {pressures([d])}: the relaxation length goes {lengths}.")
+    return lines
+
+
+def summary(study: Study) -> list[Group]:
+    """Wobble, weave and damping in every setup, the one of the headline first."""
+    *others, headline = study.settings.setups
+    return [
+        Group(
+            label(setup),
+            [*wobble_words(study, setup), *weave_words(study, setup), *other_modes(study, setup),
+             *damping_words(study, setup)],
         )
-    changes = [c for d in study.decompositions if d.setup == setup for c in _edges(d)]
+        for setup in (headline, *others)
+    ]  # fmt: skip
+
+
+def label(setup: Setup) -> str:
+    """The setup as a heading."""
+    return setup.label[0].upper() + setup.label[1:]
+
+
+def pressures(decompositions: Sequence[Decomposition]) -> str:
+    """``7.5 to 3.5 bar``, or several such."""
+    said = dict.fromkeys(f"{d.higher.pressure_bar:g} to {d.lower.pressure_bar:g} bar" for d in decompositions)
+    return " or ".join(said)
+
+
+def wobble_words(study: Study, setup: Setup) -> list[str]:
+    """Where wobble is unstable in a setup, and how lower pressure moves that."""
+    results, highest = study.of(setup), study.settings.max_speed
+    unstable = [r for r in results if r.bands("wobble")]
+    if not unstable:
+        return [f"Wobble is not unstable at any speed up to {highest:g} m/s, in any of {len(results)} cases."]
+    cases = f"{len(unstable)} of {len(results)} cases"
+    lines = [f"Wobble is unstable somewhere up to {highest:g} m/s in {cases}{_onset(unstable)}."]
+    ds = [d for d in study.decompositions if d.setup == setup]
+    for d in ds:
+        edges = [(EDGES[c.name], printed(c, 2), c) for c in _edges(d)]
+        if edges:
+            said = " and ".join(f"{word} at {p.after} instead of {p.before} m/s ({parts(c)})" for word, p, c in edges)
+        else:
+            said = _without_edges(study.of(setup, d.higher.name))
+        lines.append(f"{d.higher.name}, from {pressures([d])}: unstable wobble {said}.")
+    changes = [c for d in ds for c in _edges(d)]
     if changes:
         larger = sum(abs(c.length_part) > abs(c.stiffness_part) for c in changes)
         lines.append(
             f"The relaxation length is the larger part of {larger} of these {len(changes)} shifts, the cornering "
             f"stiffness of {len(changes) - larger}."
         )
-    sds = [edge.sd for r in study.of(setup) for band in r.bands("wobble") for edge in (band.start, band.end) if edge]
+    sds = [edge.sd for r in unstable for band in r.bands("wobble") for edge in (band.start, band.end) if edge]
     if sds:
         lines.append(
-            f"The uncertainty of the tyre data moves the edges of the band by {plain_range(sds, '.2f')} m/s (one "
+            f"The uncertainty of the tyre data moves the edges of the bands by {plain_range(sds, '.2f')} m/s (one "
             "standard deviation)."
         )
     return lines
 
 
+def _onset(unstable: Sequence[Result]) -> str:
+    onsets: list[tuple[float, TyreCase]] = [
+        (speed, r.case) for r in unstable if (speed := r.first("wobble", "destabilising")) is not None
+    ]
+    if not onsets:
+        return ""
+    speed, case = min(onsets, key=lambda pair: pair[0])
+    return f"; the lowest onset is {speed:.1f} m/s ({case.name}, {case.pressure_bar:g} bar)"
+
+
+def _without_edges(results: Sequence[Result]) -> str:
+    there = ", ".join(f"{r.case.pressure_bar:g}" for r in results if r.bands("wobble"))
+    return f"occurs at {there} bar only, so that there are no edges to compare" if there else "does not occur"
+
+
 def parts(change: Change) -> str:
     """The parts of a change of speed in words."""
+    p = printed(change, 2)
     return (
-        f"{signed(change.length_part, '.1f')} from the relaxation length, {signed(change.stiffness_part, '.1f')} from "
-        f"the cornering stiffness, {signed(change.interaction, '.1f')} from both together"
+        f"{signed(p.length)} from the relaxation length, {signed(p.stiffness)} from the cornering stiffness, "
+        f"{signed(p.interaction)} from both together"
     )
 
 
-def rigid_summary(study: Study, setup: Setup) -> str:
-    """Wobble of the rigid front."""
-    limit = float(study.settings.speeds[-1])
-    results = study.of(setup)
-    onsets = [(c.speed, r) for r in results for c in r.crossings if c.mode == "wobble" and c.destabilising]
-    below = [r for r in results if any(not b.start or b.start.speed <= limit for b in r.bands("wobble"))]
-    text = (
-        f"With a rigid front wobble is unstable somewhere below {limit:g} m/s in {len(below)} of {len(results)} cases"
-        if below
-        else f"With a rigid front no case has an unstable wobble within {limit:g} m/s"
-    )
-    if onsets:
-        speed, result = min(onsets, key=lambda pair: pair[0])
-        return f"{text}; the lowest onset is {speed:.1f} m/s ({result.case.name}, {result.case.pressure_bar:g} bar)."
-    return f"{text}, nor an onset up to {study.settings.max_speed:g} m/s." if not below else f"{text}."
-
-
-def weave_summary(study: Study, setup: Setup) -> list[str]:
-    """Where weave is stable, and how the tyre moves that."""
-    results = study.of(setup)
-    lines = []
-    stable = [speed for r in results if (speed := r.first("weave", "stabilising")) is not None]
-    if stable:
-        lines.append(f"Weave becomes stable at {plain_range(stable, '.2f')} m/s, over all tyres and pressures.")
-    lost = [speed for r in results if (speed := r.first("weave", "destabilising")) is not None]
-    if lost:
-        lines.append(
-            f"Weave becomes unstable at {plain_range(lost, '.2f')} m/s, in {len(lost)} of {len(results)} cases."
-        )
-    else:
-        lines.append(f"Weave does not become unstable again up to {study.settings.max_speed:g} m/s.")
-    for key, words in (("weave stable above", "becomes stable"), ("weave unstable above", "becomes unstable")):
-        found = [d.change(key) for d in study.decompositions if d.setup == setup]
-        changes = [c for c in found if c]
-        if changes:
-            lines.append(f"Lower pressure shifts the speed at which weave {words} by {_split(changes)} m/s.")
+def weave_words(study: Study, setup: Setup) -> list[str]:
+    """Where weave is stable in a setup, and how the tyre moves that."""
+    results, lines = study.of(setup), []
+    for direction, word in (("stabilising", "stable"), ("destabilising", "unstable")):
+        speeds = [speed for r in results if (speed := r.first("weave", direction)) is not None]
+        if not speeds:
+            limit = study.settings.max_speed
+            lines.append(f"Weave becomes {word} at no speed up to {limit:g} m/s, in any of {len(results)} cases.")
+            continue
+        cases = f"{len(speeds)} of {len(results)} cases"
+        lines.append(f"Weave becomes {word} at {plain_range(speeds, '.2f')} m/s, in {cases}.")
+        name = f"weave {word} above"
+        moved = [(d, c) for d in study.decompositions if d.setup == setup and (c := d.change(name))]
+        if moved:
+            lines.append(f"From {pressures([d for d, _ in moved])} this speed shifts, in m/s, by {_split(moved)}.")
     return lines
 
 
-def damping_summary(study: Study, setups: Sequence[Setup]) -> list[str]:
+def other_modes(study: Study, setup: Setup) -> list[str]:
+    """Oscillations beside weave and wobble that become unstable."""
+    found: dict[str, list[float]] = {}
+    for result in study.of(setup):
+        for c in result.crossings:
+            if c.destabilising and c.kind == "oscillatory" and c.mode not in DESCRIBED:
+                found.setdefault(c.mode, []).append(c.speed)
+    return [
+        f"The mode {mode.replace('_', ' ')} becomes unstable at {plain_range(speeds, '.2f')} m/s, {len(speeds)} times "
+        f"in {len(study.of(setup))} cases."
+        for mode, speeds in found.items()
+    ]
+
+
+def damping_words(study: Study, setup: Setup) -> list[str]:
     """Shares of relaxation length and C in the change of damping ratio."""
     lines = []
-    at = f"damping ratio at {study.settings.report_speed:g} m/s"
-    for setup in setups:
-        for mode in COMPARED_MODES:
-            found = [d.change(mode, DAMPING) for d in study.decompositions if d.setup == setup]
-            changes = [c for c in found if c]
-            if changes:
-                front = f"{setup.front_name.capitalize()} front"
-                lines.append(f"{front}, {mode} {at}: lower pressure changes it by {_split(changes)}.")
+    for mode in COMPARED_MODES:
+        moved = [(d, c) for d in study.decompositions if d.setup == setup and (c := d.change(mode, DAMPING))]
+        if moved:
+            lines.append(
+                f"From {pressures([d for d, _ in moved])} the {mode} damping ratio at {study.settings.report_speed:g} "
+                f"m/s changes by {_split(moved)}."
+            )
     return lines
 
 
-def _split(changes: Sequence[Change]) -> str:
+def _split(moved: Sequence[tuple[Decomposition, Change]]) -> str:
+    changes = [change for _, change in moved]
     return (
-        f"{signed_range([c.total for c in changes])}, by the relaxation length alone "
-        f"{signed_range([c.length_part for c in changes])}, by the cornering stiffness alone "
-        f"{signed_range([c.stiffness_part for c in changes])}"
+        f"{signed_range([c.total for c in changes])} (tyres and surfaces: {len(changes)}; by the relaxation length "
+        f"alone {signed_range([c.length_part for c in changes])}, by the cornering stiffness alone "
+        f"{signed_range([c.stiffness_part for c in changes])})"
     )
 
 
@@ -156,7 +233,7 @@ def signed_range(values: Sequence[float], digits: str = ".3f") -> str:
     return _range([signed(value, digits) for value in (min(values), max(values))])
 
 
-def signed(value: float, digits: str) -> str:
+def signed(value: Any, digits: str = "") -> str:
     """A number with its sign, and without one where it prints as zero."""
     text = f"{value:+{digits}}"
     return text if float(text) else text[1:]
@@ -168,13 +245,3 @@ def _range(ends: list[str]) -> str:
 
 def _edges(decomposition: Decomposition) -> list[Change]:
     return [c for name in EDGES if (c := decomposition.change(name, CRITICAL))]
-
-
-def _without_edges(study: Study, setup: Setup, name: str) -> str:
-    results = study.of(setup, name)
-    unstable = [f"{r.case.pressure_bar:g}" for r in results if r.bands("wobble")]
-    stable = [f"{r.case.pressure_bar:g}" for r in results if not r.bands("wobble")]
-    if not unstable:
-        return "wobble is stable at all these pressures"
-    else_stable = f" and stable at {', '.join(stable)} bar" if stable else ""
-    return f"wobble is unstable at {', '.join(unstable)} bar{else_stable}; there are no edges to compare"

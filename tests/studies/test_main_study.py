@@ -11,11 +11,15 @@ from bicycle.model import Model
 from bicycle.parameters import Bicycle
 from studies import main_study
 from studies.cli import main
-from studies.figure_headline import draw_bands
+from studies.figure_critical_speeds import draw_critical_speeds
+from studies.figure_eigenvalues import draw_eigenvalues
+from studies.figure_headline import draw_bands, draw_headline
+from studies.figure_speed_locus import draw_speed_locus
 from studies.main_study import DAMPING, count_steps, named_speeds, run_study
 from studies.main_study_cases import Settings, Setup, build, tyre_cases
 from studies.main_study_solve import Crossing, damping_ratio, nearest, unstable_bands
 from studies.main_study_tables import tables
+from studies.plotting import mode_look, mode_marker, mode_words
 
 DEGREE = np.pi / 180
 
@@ -243,16 +247,120 @@ def test_extrapolated_tyre_values_are_marked_in_tables_and_figure(heavy):
             assert table["extrapolated"].all(), name
     axes = Figure().add_subplot()
     draw_bands(axes, heavy, heavy.settings.setups[-1])
-    assert any("extrapolated" in text.get_text() for text in axes.texts)
+    assert any("hatched: tyre values extrapolated" in text.get_text() for text in axes.texts)
+    assert sum(bool(patch.get_hatch()) for patch in axes.patches) == len(heavy.cases)
 
 
-def test_no_unstable_wobble_is_said_in_the_figure(heavy):
+@pytest.fixture
+def canvases(monkeypatch):
+    """The figures that are drawn, instead of files."""
+    from contextlib import contextmanager
+
     from matplotlib.figure import Figure
 
-    axes = Figure().add_subplot()
-    draw_bands(axes, heavy, heavy.settings.setups[-1])
-    without = sum(not r.bands("wobble") for r in heavy.of(heavy.settings.setups[-1]))
-    assert sum("no unstable wobble" in text.get_text() for text in axes.texts) == without
+    from studies import figure_critical_speeds, figure_eigenvalues, figure_headline, figure_speed_locus
+
+    drawn = []
+
+    @contextmanager
+    def drawing(target, *, width, height):
+        drawn.append(Figure(figsize=(width, height)))
+        yield drawn[-1]
+
+    for module in (figure_critical_speeds, figure_eigenvalues, figure_headline, figure_speed_locus):
+        monkeypatch.setattr(module, "drawing", drawing)
+    return drawn
+
+
+def test_no_unstable_wobble_in_any_case_leaves_no_empty_parts(heavy, canvases, tmp_path):
+    flexible = heavy.settings.setups[-1]
+    assert not any(r.bands("wobble") for r in heavy.of(flexible))
+    draw_headline(heavy, [flexible], tmp_path / "f")
+    (figure,) = canvases
+    (axes,) = figure.axes
+    assert figure.get_suptitle() == "No unstable wobble on any measured tyre: benchmark, with an assumed flexible front"
+    assert axes.get_title(loc="left") + axes.get_title() == f"No unstable wobble in any case: {flexible.label}"
+    texts = [text.get_text() for text in axes.texts]
+    assert not any("pale ends" in text or "not at both pressures" in text for text in texts)
+
+
+def test_headline_says_that_the_front_is_assumed(study, canvases, tmp_path):
+    draw_headline(study, [study.settings.setups[-1]], tmp_path / "f")
+    assert canvases[0].get_suptitle().endswith("pista_rider_drops, with an assumed flexible front")
+    bands, parts = canvases[0].axes
+    assert "pale ends" in bands.texts[-1].get_text()
+    assert "unstable (filled)" not in bands.texts[-1].get_text()  # weave of this bicycle stays stable
+    assert parts.get_xlabel() == "Change of speed, m/s"
+
+
+def test_frequency_curves_reach_zero_where_a_pair_splits(study, canvases, tmp_path):
+    """Weave comes out of two real roots near 0.7 m/s; its frequency must start from zero there."""
+    setup = study.settings.setups[-1]
+    (meeting,) = (e.speed for e in study.of(setup)[0].modes.events if e.kind == "merge" and e.modes == ("weave",))
+    draw_eigenvalues(study, setup, tmp_path / "f")
+    real, frequency = canvases[0].axes[0], canvases[0].axes[len(study.names)]
+    assert frequency.get_ylabel() == "Frequency, Hz"
+    assert real.get_ylabel().startswith("Real part, 1/s")
+    starts = []
+    for line in frequency.lines:
+        speeds, values = (
+            line.get_xdata()[np.isfinite(line.get_ydata())],
+            line.get_ydata()[np.isfinite(line.get_ydata())],
+        )
+        if line.get_color() == mode_look("weave").colour and line.get_marker() == mode_look("weave").marker:
+            starts.append((speeds[0], values[0]))
+    assert any(speed == pytest.approx(meeting, abs=1e-6) and abs(hertz) < 1e-3 for speed, hertz in starts)
+
+
+def test_modes_are_told_apart_without_colour(study, canvases, tmp_path):
+    draw_eigenvalues(study, study.settings.setups[-1], tmp_path / "f")
+    (legend,) = canvases[0].legends
+    marks = {
+        text.get_text(): handle.get_marker() for text, handle in zip(legend.texts, legend.legend_handles, strict=True)
+    }
+    modes = {name: mark for name, mark in marks.items() if "bar" not in name and " or " not in name}
+    assert {"weave", "wobble", "capsize", "castering"} <= set(modes)
+    assert len(set(modes.values())) == len(modes)
+
+
+def test_joint_names_have_looks_of_their_own():
+    joint = ("castering+rear_tyre", "castering+wobble", "weave+wobble", "capsize+rear_tyre+wobble")
+    names = (*joint, "castering", "other_1", "other_2")
+    looks = [tuple(mode_marker(name).values()) for name in names]
+    assert len(set(looks)) == len(names)
+    assert mode_words("castering+rear_tyre") == "castering or rear tyre"
+
+
+def test_root_locus_shows_the_real_roots_and_every_pressure(study, canvases, tmp_path):
+    setup = study.settings.setups[-1]
+    draw_speed_locus(study, setup, tmp_path / "f")
+    columns = len(study.names)
+    plane, real = canvases[0].axes[0], canvases[0].axes[columns]
+    assert {"weave", "capsize", "castering"} <= {label.get_text() for label in real.get_yticklabels()}
+    (legend,) = canvases[0].legends
+    assert [text.get_text() for text in legend.texts] == ["3.5 bar", "5.5 bar", "7.5 bar"]
+    points = np.vstack([c.get_offsets() for c in plane.collections if len(c.get_offsets())])
+    for result in study.of(setup, study.names[0]):
+        capsize = result.modes.branch("capsize")[: len(study.settings.speeds), 0]
+        assert (capsize.imag == 0).all()
+        for value in capsize:
+            assert np.abs(points - [value.real, 0.0]).max(axis=1).min() < 1e-9
+    assert "front compliance" in plane.get_title(loc="right")  # too fast for the window, and said so
+
+
+def test_critical_speeds_explain_hollow_marks_and_keep_modes_apart(study, canvases, tmp_path):
+    draw_critical_speeds(study, tmp_path / "f")
+    (legend,) = canvases[0].legends
+    texts = [text.get_text() for text in legend.texts]
+    assert any(text.startswith("hollow: becomes stable") for text in texts)
+    hollow = legend.legend_handles[texts.index("hollow: becomes stable")]
+    assert hollow.get_markerfacecolor() == "none"
+    heights = {}
+    for line in canvases[0].axes[-1].lines:  # flexible front: weave, capsize and both ends of unstable wobble
+        if len(line.get_xdata()) == 1 and line.get_marker() not in ("", "None", "|"):
+            heights.setdefault(line.get_color(), set()).add(round(float(line.get_ydata()[0]) % 1, 3))
+    assert len(heights) == 3
+    assert len(set.union(*heights.values())) == 3
 
 
 def test_run_writes_figures_tables_and_report(tmp_path, monkeypatch, capsys):
@@ -286,3 +394,23 @@ def test_unknown_bicycle_is_refused_in_one_line(capsys, tmp_path):
     assert error.startswith("velotyre: unknown bicycle 'benchmrk'; did you mean 'benchmark'?")
     assert error.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("out", ["", "  ", "a\0b"])
+def test_a_folder_without_a_name_is_refused(out, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as stop:
+        main(["run", "--out", out])
+    assert stop.value.code == 2
+    error = capsys.readouterr().err
+    assert "is no folder name; give a folder to write into, for example out" in error
+    assert error.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_file_in_place_of_the_folder_is_refused(capsys, tmp_path):
+    (tmp_path / "taken").write_text("mine")
+    with pytest.raises(SystemExit) as stop:
+        main(["run", "--out", str(tmp_path / "taken")])
+    assert stop.value.code == 2
+    assert "taken' is a file; give a folder to write into" in capsys.readouterr().err
