@@ -20,22 +20,25 @@ class ModeEvent:
 
     ``kind``: ``merge`` (two real roots become a pair as the speed grows), ``split`` (a pair becomes two real roots),
     ``exchange`` (two pairs take over each other's character) or ``switch`` (the equations change and roots jump).
-    ``eigenvalue`` is the double root of a meeting (1/s), NaN otherwise.
+    ``eigenvalue`` is the double root of a meeting (1/s), NaN otherwise; ``modes`` are those of its real roots, ``pair``
+    is what the pair is called (several names where its identity is lost).
     """
 
     speed: float
     kind: str
     modes: tuple[str, ...]
     eigenvalue: float = float("nan")
+    pair: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         said = {
-            "merge": "two real roots of {} become a pair",
-            "split": "the pair of {} becomes two real roots",
-            "exchange": "{} exchange character",
-            "switch": "the equations switch and the roots of {} jump",
+            "merge": "two real roots of {modes} meet at {root:.4g} 1/s and become the pair {pair}",
+            "split": "the pair {pair} splits at {root:.4g} 1/s into two real roots of {modes}",
+            "exchange": "{modes} exchange character",
+            "switch": "the equations switch and the roots of {modes} jump",
         }[self.kind]
-        return f"{self.speed:.3f} m/s: {said.format(' and '.join(self.modes))}"
+        found = said.format(modes=" and ".join(self.modes), root=self.eigenvalue, pair="+".join(self.pair))
+        return f"{self.speed:.3f} m/s: {found}"
 
 
 def mode_events(
@@ -43,7 +46,11 @@ def mode_events(
 ) -> tuple[ModeEvent, ...]:
     """All events of tracked branches, by speed."""
     speeds = np.concatenate([s.speeds for s in stretches])
-    events = [ModeEvent(m.speed, m.kind, _met(m, speeds, naming), m.eigenvalue) for m in meetings]
+    events = [
+        ModeEvent(m.speed, m.kind, real, m.eigenvalue, pair)
+        for m in meetings
+        for real, pair in [_met(m, speeds, naming)]
+    ]
     start = 0
     for below, above in pairwise(stretches):
         start += len(below.speeds)
@@ -55,12 +62,12 @@ def mode_events(
     return tuple(sorted(events + _exchanges(states, stretches, naming), key=lambda e: (e.speed, e.kind, e.modes)))
 
 
-def _met(meeting: Meeting, speeds: Array, naming: Naming) -> tuple[str, ...]:
-    """Names of the two real roots, next to where they meet."""
+def _met(meeting: Meeting, speeds: Array, naming: Naming) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names of two real roots next to where they meet, and of their pair."""
     left = int(np.searchsorted(speeds, meeting.speed, side="right")) - 1
-    at = left if meeting.kind == "merge" else min(left + 1, len(speeds) - 1)
-    label = naming.labels[naming.cases[at]]
-    return tuple(sorted({name for i in meeting.branches for name in label[i]}))
+    sides = (naming.labels[naming.cases[k]] for k in (left, min(left + 1, len(speeds) - 1)))
+    below, above = (tuple(sorted({name for i in meeting.branches for name in label[i]})) for label in sides)
+    return (below, above) if meeting.kind == "merge" else (above, below)
 
 
 def _exchanges(states: tuple[str, ...], stretches: Sequence[Stretch], naming: Naming) -> list[ModeEvent]:

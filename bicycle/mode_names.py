@@ -27,7 +27,6 @@ MOSTLY = 0.5  # a root of lean, steer and yaw has at least this share of them
 FAINT = 0.02  # a role played with less than this share earns no name
 OVERDAMPED = 0.3  # wobble is an oscillation: steering by a real root counts so much
 
-CORE = ("weave", "capsize", "castering")
 ROLES: tuple[tuple[str, float, tuple[str, ...]], ...] = (  # name, weight, groups of states that mark it
     ("wobble", 4.0, ("steer",)),
     ("rider", 3.0, ("rider",)),
@@ -76,11 +75,9 @@ def name_branches(model: LinearModel, stretches: Sequence[Stretch]) -> Naming:
 
     anchor, core = _anchor(speeds / unit, values, share)
     modes = _modes(speeds, values, share, anchor, core)
-    kinds = tuple(name if name in CORE else "" for name, _ in modes)
-    low, high = window(model)
-    found = regions(speeds, values, tuple(unit for _, unit in modes), kinds.index("castering") if "castering" in kinds
-                    else -1, anchor, (low, high))  # fmt: skip
-    names = _roles(speeds / unit, values, share, modes, found, anchor)
+    castering = [name for name, _ in modes].index("castering") if "castering" in core else -1
+    found = regions(speeds, values, [branches for _, branches in modes], castering, anchor, window(model))
+    names = _roles(speeds / unit, values, share, modes, found)
     labels = tuple(tuple(tuple(sorted(names[m] for m in label)) for label in case) for case in found.labels)
     return Naming(tuple(sorted(names)), labels, found.cases, float(speeds[anchor]))
 
@@ -121,11 +118,13 @@ def _anchor(speeds: Array, values: Complex, share: Shares) -> tuple[int, dict[st
 
 
 def _core(values: Complex, share: dict[str, Array]) -> dict[str, tuple[int, ...]]:
-    """The slowest pair and the two slowest real roots of lean, steer and yaw."""
+    """A pair and two real roots, where these are the slowest of lean, steer and yaw; else what there is of them."""
     moving = share["lean"] + share["steer"] + share["yaw"]
-    units = [unit for unit in units_of(values) if moving[unit[0]] >= MOSTLY]
-    found = {"weave": unit for unit in [u for u in units if len(u) == 2][:1]}
-    reals = [unit for unit in units if len(unit) == 1][:2]
+    units = [unit for unit in units_of(values) if moving[unit[0]] >= MOSTLY][:3]
+    found: dict[str, tuple[int, ...]] = {}
+    pairs, reals = ([unit for unit in units if len(unit) == size] for size in (2, 1))
+    if pairs:
+        found["weave"] = pairs[0]
     if len(reals) == 2:
         leaning = [share["lean"][i] / (share["lean"][i] + share["steer"][i] + 1e-300) for (i,) in reals]
         found["capsize"], found["castering"] = reals if leaning[0] >= leaning[1] else reals[::-1]
@@ -141,12 +140,10 @@ def _plainness(values: Complex, core: dict[str, tuple[int, ...]]) -> float:
     return min(gaps, default=0.0)
 
 
-Mode = tuple[str, tuple[int, ...]]
+Mode = tuple[str, tuple[int, ...]]  # name ("" as long as it has none) and branches
 
 
-def _modes(
-    speeds: Array, values: Complex, share: Shares, anchor: int, core: dict[str, tuple[int, ...]]
-) -> list[Mode]:
+def _modes(speeds: Array, values: Complex, share: Shares, anchor: int, core: dict[str, tuple[int, ...]]) -> list[Mode]:
     """The core and everything else at the anchor; real roots that are a pair at another speed are one mode."""
     named = {i for unit in core.values() for i in unit}
     units = [unit for unit in units_of(values[anchor]) if not named & set(unit)]
@@ -157,8 +154,9 @@ def _modes(
         (float(distance[mate[:, i] == j].min()), i, j)
         for number, i in enumerate(single) for j in single[:number] if (mate[:, i] == j).any()
     )  # fmt: skip
-    riders = [i for i in single if share["rider"][anchor, i] > MOSTLY]
-    meet += [(np.inf, i, j) for i, j in zip(riders[1::2], riders[::2], strict=False)]
+    for joint in ("rider", "compliance"):  # an overdamped joint
+        own = [i for i in single if share[joint][anchor, i] > MOSTLY]
+        meet += [(np.inf, i, j) for i, j in zip(own[1::2], own[::2], strict=False)]
     joined: set[int] = set()
     for _, i, j in meet:
         if not joined & {i, j}:
@@ -169,9 +167,7 @@ def _modes(
     return [*core.items(), *(("", unit) for unit in units)]
 
 
-def _roles(
-    speeds: Array, values: Complex, share: Shares, modes: list[Mode], found: Regions, anchor: int
-) -> list[str]:
+def _roles(speeds: Array, values: Complex, share: Shares, modes: list[Mode], found: Regions) -> list[str]:
     """Name the modes of tyres and joints by their mean share over a range of speed."""
     weight = np.gradient(speeds) * ((speeds >= WALKING) & (speeds <= FAST))
     own = np.array([[[label == (m,) for label in case] for m in range(len(modes))] for case in found.labels])
@@ -187,10 +183,9 @@ def _roles(
         played[r] = factor * np.where(mean >= FAINT, mean, 0.0)
     names = [name for name, _ in modes]
     free = [m for m, name in enumerate(names) if not name]
-    rows, columns = linear_sum_assignment(-played[:, free])
-    for r, column in zip(rows, columns, strict=True):
-        if played[r, free[column]] > 0:
-            names[free[column]] = ROLES[r][0]
+    for row, column in zip(*linear_sum_assignment(-played[:, free]), strict=True):
+        if played[row, free[column]] > 0:
+            names[free[column]] = ROLES[row][0]
     others = [m for m in free if not names[m]]
     for number, m in enumerate(others, 1):
         names[m] = f"other_{number}"

@@ -202,3 +202,15 @@ def test_camber_thrust_pushes_towards_the_lean(tyred):
 def test_max_speed_must_be_positive(tyred, speed):
     with pytest.raises(InputError, match=r"max_speed = .* m/s is not allowed; give a finite speed > 0 m/s"):
         critical_speeds(tyred(), speed)
+
+
+def test_max_speed_must_be_trackable(tyred):
+    slipping = tyred(side_slip={"cornering_stiffness": C_110})
+    for model in (tyred(), slipping):
+        with pytest.raises(
+            InputError, match=r"max_speed = 1e\+06 m/s is not allowed: modes are tracked from .* to 1012 m/s"
+        ):
+            critical_speeds(model, 1e6)
+    with pytest.raises(InputError, match="max_speed = 1e-300 m/s is not allowed; slip without relaxation is singular"):
+        critical_speeds(slipping, 1e-300)
+    assert [c.mode for c in critical_speeds(tyred(), 1000.0)] == ["weave", "capsize"]

@@ -8,7 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linear_sum_assignment
 
-from bicycle import Bicycle, Model, effect_class, load_bicycle
+from bicycle import Bicycle, Model, available_bicycles, effect_class, load_bicycle
+from bicycle.critical import critical_speeds
+from bicycle.model_file import build_model
 from bicycle.modes import modes
 from tyre.errors import InputError
 
@@ -127,14 +129,118 @@ def test_json_form_has_one_value_of_a_pair_and_two_after_the_split(tyred):
     assert json.loads(json.dumps(found)) == found
 
 
-def test_identity_that_is_lost_is_said(tyred):
-    """With much trail a root of weave and capsize meet: below, both are listed under the joint name, null before."""
+def test_identity_is_lost_only_while_roots_of_two_modes_are_a_pair(tyred):
+    """Whipple's capsize and castering of the riderless track bicycle are a pair at 1 m/s, two real roots elsewhere."""
+    found = modes(tyred("pista"), [0.3, 1.0, 3.0, 8.0])
+    said = found.to_dict()
+    assert (said["capsize"][1], said["castering"][1]) == (None, None)
+    ((_, imaginary),) = said["capsize+castering"][1]
+    assert imaginary > 0
+    for k in (0, 2, 3):
+        assert said["capsize+castering"][k] is None
+        assert said["capsize"][k][0] > said["castering"][k][0]  # the slower one
+    merge, split = [event for event in found.events if event.modes == ("capsize", "castering")]
+    assert (merge.kind, split.kind) == ("merge", "split")
+    assert "two real roots of capsize and castering meet at -" in str(merge)
+    assert "and become the pair capsize+castering" in str(merge)
+    assert "the pair capsize+castering splits at -" in str(split)
+    assert "into two real roots of capsize and castering" in str(split)
+
+
+def test_after_a_meeting_the_pair_is_weave_and_the_real_root_capsize(tyred):
+    """With much trail one root of the split weave meets capsize; below that there is again a pair and a real root."""
     effects = {"relaxation_length": RELAXED, "pneumatic_trail": {"trail": 0.018}}
-    found = modes(tyred(**effects), [2.0, 6.0])
-    assert found.to_dict()["capsize"][0] is None
-    assert found.to_dict()["weave"][0] is None
-    assert len(found.to_dict()["capsize+weave"][0]) == 2  # a pair and a real root
-    assert found.to_dict()["capsize+weave"][1] is None
+    found = modes(tyred(**effects), [2.0, 6.0]).to_dict()
+    for k in (0, 1):
+        assert found["weave"][k][0][1] > 0
+        assert found["capsize"][k][0][1] == 0.0
+
+
+def on_tyre(bicycle, tyre, pressure, law="relaxation_length", **effects):
+    """A packaged bicycle on a measured tyre (flat track)."""
+    contact = {law: {"tyre": tyre, "pressure_bar": pressure}}
+    return build_model({"bicycle": bicycle, "effects": contact | effects}).linear_model()
+
+
+TYRE_NAMES = {"weave", "wobble", "capsize", "castering", "rear_tyre"}
+
+
+@pytest.mark.parametrize(
+    ("law", "tyre", "pressure"),
+    [
+        ("relaxation_length", "Tyre1", 5.5),
+        ("relaxation_length", "Tyre2", 7.5),
+        ("relaxation_length", "Tyre3", 5.5),
+        ("relaxation_length", "Tyre3", 7.5),
+        ("side_slip", "Tyre2", 5.5),
+        ("side_slip", "Tyre3", 7.5),
+    ],
+)
+def test_the_pair_that_stabilises_next_to_whipples_weave_speed_is_weave(tyred, law, tyre, pressure):
+    """Overdamped pairs of this bicycle's tyres split and merge around 6 to 10 m/s and were once taken for weave."""
+    whipple = [c for c in critical_speeds(tyred("pista")) if c.kind == "oscillatory"]
+    found = critical_speeds(on_tyre("pista", tyre, pressure, law))
+    assert [(c.mode, c.direction) for c in whipple] == [("weave", "stabilising")]
+    first, *rest = [c for c in found if c.kind == "oscillatory"]
+    assert (first.mode, first.direction) == ("weave", "stabilising")
+    assert first.speed == pytest.approx(whipple[0].speed, rel=0.25)
+    assert [(c.mode, c.direction) for c in rest[:1]] == [("weave", "destabilising")]
+
+
+def test_names_are_continuous_in_pressure():
+    speeds = np.array([2.0, 4.0, 8.0, 12.0, 20.0])
+    before = None
+    for pressure in np.arange(5.2, 5.71, 0.1):
+        found = modes(on_tyre("pista", "Tyre1", float(pressure)), speeds)
+        now = np.array([found.branch(name)[:, 0] for name in ("weave", "capsize")])
+        assert (now[0].imag > 0).all()
+        if before is not None:
+            np.testing.assert_allclose(now, before, rtol=0.05, atol=0.05)
+        before = now
+
+
+@pytest.mark.parametrize("bicycle", available_bicycles())
+@pytest.mark.parametrize("law", ["relaxation_length", "side_slip"])
+def test_slow_modes_are_near_whipples_and_every_tyre_mode_has_its_name(tyred, bicycle, law):
+    """At 3.5 m/s tyres are stiff: weave, capsize and castering are within 15 % of the largest root of no slip."""
+    speeds = np.linspace(0.5, 40.0, 80)
+    whipple = modes(tyred(bicycle), [3.5])
+    for tyre, pressure in (("Tyre1", 5.5), ("Tyre3", 6.7), ("Tyre2", 7.5)):
+        model = on_tyre(bicycle, tyre, pressure, law)
+        slow = modes(model, [3.5])
+        for name in ("weave", "capsize", "castering"):
+            expected = whipple.branch(name)[0, 0]
+            assert abs(slow.branch(name)[0, 0] - expected) < 0.15 * abs(whipple.eigenvalues).max(), (tyre, name)
+        found = modes(model, speeds)
+        assert {name for name in found.names if "+" not in name} == TYRE_NAMES
+        fast = speeds >= 15
+        for name in ("weave", "wobble", "capsize", "rear_tyre"):
+            assert not np.isnan(found.branch(name)[fast, 0]).any(), (tyre, name)
+        assert (found.branch("wobble")[fast, 0].imag > 0).all()
+        if law == "relaxation_length":  # at low speed pairs of lightly damped tyres, then the front one is wobble
+            assert (found.branch("wobble")[speeds <= 2, 0].imag > 20).all()
+            assert (found.branch("rear_tyre")[speeds <= 2, 0].imag > 20).all()
+            for name in found.names:
+                lost = speeds[~np.isnan(found.branch(name)[:, 0])]
+                assert "+" not in name or lost.max() - lost.min() < 3.0, (tyre, name)
+
+
+def test_a_strong_damper_does_not_turn_a_fast_pair_into_weave(tyred):
+    """Steering damped to a fast real root: weave is still the slow pair, as without tyre and compliance."""
+    damper = {"steer_damper": {"damping": 2.5}}
+    stiff = {"side_slip": {"cornering_stiffness": 1e5}, "front_compliance": FLEXIBLE | {"stiffness": 6000.0}}
+    found, rigid = modes(tyred("pista", **stiff, **damper), [6.0]), modes(tyred("pista", **damper), [6.0])
+    assert set(found.names) == TYRE_NAMES | {"front_compliance"}
+    for name in ("weave", "capsize", "castering"):
+        assert abs(found.branch(name)[0, 0] - rigid.branch(name)[0, 0]) < 0.15 * abs(rigid.eigenvalues).max(), name
+
+
+def test_castering_and_a_tyre_root_of_the_static_tyre_become_wobble():
+    """Without relaxation wobble begins as one real root: its pair with castering is the oscillation about steer."""
+    found = modes(on_tyre("pista", "Tyre3", 7.5, "side_slip"), [4.0, 10.0]).to_dict()
+    assert [len(found[name][0]) for name in ("wobble", "castering", "rear_tyre")] == [1, 1, 1]
+    assert found["wobble"][1][0][1] > 0
+    assert found["castering"][1] is None
 
 
 def test_pairs_that_exchange_character_are_recorded(tyred):
@@ -169,6 +275,31 @@ def test_errors_name_the_problem(tyred):
         modes(model, [])
     with pytest.raises(InputError, match="speed -1 m/s is not allowed"):
         modes(model, [-1.0])
+
+
+def test_speeds_too_high_or_too_low_to_be_tracked_are_refused(tyred):
+    slipping = tyred(side_slip={"cornering_stiffness": C_110})
+    high = r"speed = 1e\+09 m/s is not allowed: modes are tracked from .* to 1012 m/s \(320 sqrt\(g w\)\)"
+    for model in (tyred(), tyred(relaxation_length=RELAXED), slipping):
+        with pytest.raises(InputError, match=high):
+            modes(model, [5.0, 1e9])
+    low = "speed = 1e-300 m/s is not allowed; slip without relaxation is singular at rest: .* tracked from 0.000316"
+    with pytest.raises(InputError, match=low):
+        modes(slipping, [1e-300])
+    assert modes(tyred(), [0.0, 1e-300, 1000.0]).names
+    assert modes(slipping, [4e-4, 1000.0]).names
+
+
+@pytest.mark.parametrize("law", ["relaxation_length", "side_slip"])
+@pytest.mark.parametrize("stiffness", [1e25, 1e100, 1e300])
+def test_a_model_too_stiff_to_be_computed_is_refused(tyred, law, stiffness):
+    length = {"relaxation_length": 0.12} if law == "relaxation_length" else {}
+    model = tyred(**{law: {"cornering_stiffness": stiffness} | length})
+    words = rf"too stiff to be computed: its fastest root is .* parameter is {law}.cornering_stiffness.rear = 1e\+"
+    with pytest.raises(InputError, match=words):
+        modes(model, [5.0])
+    with pytest.raises(InputError, match=words):
+        critical_speeds(model)
 
 
 DIMENSIONS = {  # powers of length, mass, time of Meijaard's parameters; all inertias are m l^2

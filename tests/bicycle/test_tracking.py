@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
+from bicycle.mode_regions import regions
 from bicycle.tracking import grid, track
 
 
@@ -100,3 +101,50 @@ def test_the_grid_is_one_sequence_whatever_is_covered():
     deep, shallow = grid(1e-3, 10.0, 3.0, singular=True), grid(0.01, 10.0, 3.0, singular=True)
     assert np.isin(shallow, deep).all()
     assert 0 < deep[0] <= 1e-3
+
+
+def labels(rows, modes, castering=-1, always=(0.0, 100.0), anchor=0):
+    found = regions(np.arange(float(len(rows))), np.array(rows, complex), modes, castering, anchor, always)
+    return [found.labels[case] for case in found.cases]
+
+
+MEETING = [  # a real root and a pair that splits and gives one half to it
+    [-1, -10 + 5j, -10 - 5j],
+    [-2, -8, -13],
+    [-3.5, -5, -17],
+    [-4.2 + 1j, -4.2 - 1j, -20],
+    [-4 + 9j, -4 - 9j, -25],
+]
+
+
+def test_a_meeting_leaves_the_pair_to_the_mode_that_is_one():
+    own, lost, after = ((0,), (1,), (1,)), ((0, 1),) * 3, ((1,), (1,), (0,))
+    assert labels(MEETING, [(0,), (1, 2)]) == [own, own, lost, after, after]
+    assert labels(MEETING[::-1], [(0,), (1, 2)], anchor=4) == [after, after, lost, own, own]
+
+
+def test_what_happens_outside_the_speeds_always_tracked_changes_nothing_inside():
+    inside = labels(MEETING[:3], [(0,), (1, 2)], always=(0.0, 2.5))
+    assert labels(MEETING, [(0,), (1, 2)], always=(0.0, 2.5))[:3] == inside
+
+
+def test_real_modes_that_form_a_pair_for_a_while_get_their_names_back():
+    rows = [[-1, -5], [-2, -3], [-2.5 + 1j, -2.5 - 1j], [-2, -4]]
+    assert labels(rows, [(0,), (1,)]) == [((0,), (1,)), ((0,), (1,)), ((0, 1), (0, 1)), ((0,), (1,))]
+
+
+def test_two_pairs_that_mix_their_halves_are_one_until_two_pairs_are_left():
+    rows = [
+        [-5 + 3j, -5 - 3j, -9 + 2j, -9 - 2j],
+        [-4, -6.5, -7.5, -12],
+        [-3, -7 + 1j, -7 - 1j, -14],
+        [-2, -5, -9, -16],
+    ]
+    own = ((0,), (0,), (1,), (1,))
+    assert labels(rows, [(0, 1), (2, 3)]) == [own, own, ((0, 1),) * 4, own]
+
+
+def test_castering_and_a_single_tyre_root_are_wobble():
+    rows = [[-5, -20, -90], [-8, -14, -80], [-10 + 3j, -10 - 3j, -70], [-9, -12, -60]]
+    own = ((0,), (1,), (2,))
+    assert labels(rows, [(0,), (1,), (2,)], castering=0) == [own, own, ((1,), (1,), (2,)), own]
