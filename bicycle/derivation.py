@@ -266,7 +266,7 @@ class ModelBuilder:
 
 @dataclass(frozen=True)
 class SymbolicModel:
-    """E x' = F(v) x + B(v) u and y = C(v) x + D(v) u with symbolic entries; see :mod:`bicycle.evaluation` for numbers."""
+    """E x' = F(v) x + B(v) u, y = C(v) x + D(v) u with symbolic entries; :mod:`bicycle.evaluation` gives numbers."""
 
     states: tuple[str, ...]
     inputs: tuple[str, ...]

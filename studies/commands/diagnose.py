@@ -36,7 +36,8 @@ def command(measurement_file: str, folder: str | None, without: tuple[str, ...],
     for advice in verdict.separating_measurements[:3]:
         click.echo(f"measure next: {advice.what} (separates by {advice.gain:.1f} sd)")
     click.echo(
-        f"chi^2 of {chi2['n']} numbers: base model {chi2['nominal']:.1f}, parameters adjusted {chi2['nuisance_only']:.1f}, "
+        f"chi^2 of {chi2['n']} numbers: base model {chi2['nominal']:.1f}, "
+        f"parameters adjusted {chi2['nuisance_only']:.1f}, "
         f"final {chi2['final']:.1f} (p = {verdict.goodness_of_fit_p:.2g})"
     )
     for what, value, smaller in verdict.mimics[:3]:
