@@ -16,7 +16,7 @@ from bicycle.model_file import read_model, wheel_tyres
 from bicycle.parameters import UNITS
 from tyre import TyreMap
 from tyre.errors import InputError, unknown
-from tyre.tables import PASCAL_PER_BAR
+from tyre.maps.tables import PASCAL_PER_BAR
 
 Array = NDArray[np.float64]
 

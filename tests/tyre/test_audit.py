@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from studies.cli import main
-from tyre import InputError, audit
-from tyre.audit_claim import judge_all, judge_number, load_paper_tables
+from tyre import InputError
+from tyre.paper_audit import audit
+from tyre.paper_audit.audit_claim import judge_all, judge_number, load_paper_tables
 
 
 @pytest.fixture(scope="module")

@@ -6,17 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tyre import campaign_recording
-from tyre.campaign import fit_campaign, recordings_in
-from tyre.campaign_condition import Repeatability, combine, pooled_repeatability
-from tyre.campaign_recording import FitSettings, RecordingSummary
-from tyre.campaign_report import write_campaign
+from tyre.campaigns import campaign_recording
+from tyre.campaigns.campaign import fit_campaign, recordings_in
+from tyre.campaigns.campaign_condition import Repeatability, combine, pooled_repeatability
+from tyre.campaigns.campaign_recording import FitSettings, RecordingSummary
+from tyre.campaigns.campaign_report import write_campaign
 from tyre.errors import InputError
-from tyre.estimate import Calibration
-from tyre.recording import Condition
-from tyre.rig_campaign import CampaignPlan, default_effects, set_effect, write_campaign_files
-from tyre.tir import read_tir
-from tyre.tyre_map import TyreMap
+from tyre.fits.estimate import Calibration
+from tyre.maps.tyre_map import TyreMap
+from tyre.recordings.recording import Condition
+from tyre.rig.rig_campaign import CampaignPlan, default_effects, set_effect, write_campaign_files
+from tyre.tir_files.tir import read_tir
 
 PLAN = CampaignPlan(
     loads=(350.0, 450.0),

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tyre.preflight import preflight
-from tyre.recording import Condition, PullTest, RigRun
+from tyre.recordings.preflight import preflight
+from tyre.recordings.recording import Condition, PullTest, RigRun
 
 CONDITION = Condition("Tyre", 400.0, 5.5e5, "flat", speed=2.6, temperature=22.0)
 

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tyre.errors import InputError
-from tyre.estimate import Calibration
-from tyre.pull_test import fit_pull_test, reading_step
-from tyre.recording import Condition, PullTest
+from tyre.fits.estimate import Calibration
+from tyre.fits.pull_test import fit_pull_test, reading_step
+from tyre.recordings.recording import Condition, PullTest
 
 K = 55e3
 FLAT = Condition(tyre="Synthetic", load=400.0, pressure=5.5e5, surface="flat")

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from tyre.errors import InputError
-from tyre.recording import Condition, PullTest, RigRun
-from tyre.recording_io import read_recording, write_csv
-from tyre.units import find_unit
+from tyre.recordings.recording import Condition, PullTest, RigRun
+from tyre.recordings.recording_io import read_recording, write_csv
+from tyre.recordings.units import find_unit
 
 SIDECAR = """
 tyre = "Test tyre"

@@ -7,9 +7,8 @@ import pytest
 from scipy import stats
 
 from tyre.errors import InputError
-from tyre.estimate import Calibration, Estimate, combine_uncertainties
-from tyre.recording import Condition, RigRun
-from tyre.relaxation import (
+from tyre.fits.estimate import Calibration, Estimate, combine_uncertainties
+from tyre.fits.relaxation import (
     agreement,
     fit_slip_step,
     is_slip_step,
@@ -17,9 +16,10 @@ from tyre.relaxation import (
     relaxation_from_stiffness,
     relaxation_from_two_rates,
 )
-from tyre.rig_effects import Noise, PlySteer
-from tyre.rig_simulator import Protocol, RigTyre, simulate_step, simulate_sweep
-from tyre.slip_sweep import fit_slip_sweep
+from tyre.fits.slip_sweep import fit_slip_sweep
+from tyre.recordings.recording import Condition, RigRun
+from tyre.rig.rig_effects import Noise, PlySteer
+from tyre.rig.rig_simulator import Protocol, RigTyre, simulate_step, simulate_sweep
 
 C, K = 6300.0, 60e3
 TYRE = RigTyre(cornering_stiffness=C, lateral_stiffness=K, peak_force=420.0)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from tyre.errors import InputError
-from tyre.recording import Condition
-from tyre.rig_campaign import CampaignPlan, default_effects, effect_classes, set_effect, write_campaign_files
-from tyre.rig_effects import (
+from tyre.recordings.recording import Condition
+from tyre.rig.rig_campaign import CampaignPlan, default_effects, effect_classes, set_effect, write_campaign_files
+from tyre.rig.rig_effects import (
     DialGauge,
     DrumCurvature,
     LoadCellDrift,
@@ -16,7 +16,7 @@ from tyre.rig_effects import (
     RimCompliance,
     TemperatureDrift,
 )
-from tyre.rig_simulator import Protocol, RigTyre, simulate_pull, simulate_step, simulate_sweep
+from tyre.rig.rig_simulator import Protocol, RigTyre, simulate_pull, simulate_step, simulate_sweep
 
 C, K = 6000.0, 60e3
 TYRE = RigTyre(cornering_stiffness=C, lateral_stiffness=K, peak_force=420.0)

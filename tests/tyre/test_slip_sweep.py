@@ -8,13 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tyre.errors import InputError
-from tyre.estimate import Calibration
-from tyre.recording import Condition, RigRun
-from tyre.recording_io import read_recording, write_csv
-from tyre.rig_effects import Dropouts, LoadCellDrift, Noise, PlySteer
-from tyre.rig_simulator import Protocol, RigTyre, simulate_sweep
-from tyre.slip_sweep import fit_slip_sweep, solve_least_squares
-from tyre.sweep_branches import slip_reversals
+from tyre.fits.estimate import Calibration
+from tyre.fits.slip_sweep import fit_slip_sweep, solve_least_squares
+from tyre.fits.sweep_branches import slip_reversals
+from tyre.recordings.recording import Condition, RigRun
+from tyre.recordings.recording_io import read_recording, write_csv
+from tyre.rig.rig_effects import Dropouts, LoadCellDrift, Noise, PlySteer
+from tyre.rig.rig_simulator import Protocol, RigTyre, simulate_sweep
 
 C, K, V = 6300.0, 60e3, 9.3 / 3.6
 TYRE = RigTyre(cornering_stiffness=C, lateral_stiffness=K, peak_force=420.0, curvature=-0.3)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tyre import InputError, MeasuredTable
-from tyre.table_io import read_folder, read_table, write_table
-from tyre.tables import common_lateral_stiffness
+from tyre.maps.table_io import read_folder, read_table, write_table
+from tyre.maps.tables import common_lateral_stiffness
 
 CSV = """load_N,pressure_bar,cornering_stiffness_N_per_deg,relaxation_length_mm
 300,4,90.0,100.0

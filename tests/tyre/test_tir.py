@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tyre.errors import InputError
-from tyre.tir import MF52Lateral, MF61Lateral, parse_tir, read_tir, write_tir
-from tyre.tir_fit import fit_mf52, fit_mf61
+from tyre.tir_files.tir import MF52Lateral, MF61Lateral, parse_tir, read_tir, write_tir
+from tyre.tir_files.tir_fit import fit_mf52, fit_mf61
 
 # Made up for the test, of the size of a small racing tyre.
 MF61 = """[UNITS]

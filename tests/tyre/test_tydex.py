@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from tyre.errors import InputError
-from tyre.recording import Condition, PullTest, RigRun
-from tyre.recording_io import read_recording
-from tyre.tydex import read_tydex, write_tydex
-from tyre.tydex_build import build
-from tyre.tydex_document import ChannelEntry, Entry, parse, read_document, write_document
+from tyre.recordings.recording import Condition, PullTest, RigRun
+from tyre.recordings.recording_io import read_recording
+from tyre.recordings.tydex import read_tydex, write_tydex
+from tyre.recordings.tydex_build import build
+from tyre.recordings.tydex_document import ChannelEntry, Entry, parse, read_document, write_document
 
 
 def entry(name, description, unit, *rest):

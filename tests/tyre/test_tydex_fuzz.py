@@ -6,11 +6,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tyre.errors import InputError
-from tyre.preflight import preflight
-from tyre.recording import Condition, PullTest, RigRun
-from tyre.recording_io import read_recording, write_csv
-from tyre.tir import MF52Lateral, MF61Lateral, parse_tir, write_tir
-from tyre.tydex import write_tydex
+from tyre.recordings.preflight import preflight
+from tyre.recordings.recording import Condition, PullTest, RigRun
+from tyre.recordings.recording_io import read_recording, write_csv
+from tyre.recordings.tydex import write_tydex
+from tyre.tir_files.tir import MF52Lateral, MF61Lateral, parse_tir, write_tir
 
 FUZZ = settings(max_examples=250, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 SNIPPETS = st.one_of(

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from tyre import InputError, MeasuredTable, TyreMap, available_tyres
-from tyre.stiffness_trend import fit_cornering_stiffness, kya
+from tyre.maps.stiffness_trend import fit_cornering_stiffness, kya
 
 LOADS = np.array([300.0, 400.0, 500.0])
 PRESSURES = np.array([3e5, 5e5, 7e5])

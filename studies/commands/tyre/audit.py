@@ -24,7 +24,7 @@ def command(out: Path, json_file: str | None) -> None:
 
     from tabulate import tabulate
 
-    from tyre import audit
+    from tyre.paper_audit import audit
 
     findings = audit.audit()
     files = audit.write(findings, out)

@@ -44,10 +44,10 @@ def command(
     """
     import json
 
-    from tyre.campaign import fit_campaign
-    from tyre.campaign_recording import FitSettings
-    from tyre.campaign_report import write_campaign
-    from tyre.estimate import Calibration
+    from tyre.campaigns.campaign import fit_campaign
+    from tyre.campaigns.campaign_recording import FitSettings
+    from tyre.campaigns.campaign_report import write_campaign
+    from tyre.fits.estimate import Calibration
 
     if not 0.05 <= wheel_radius <= 1.0:
         raise InputError(f"--wheel-radius {wheel_radius:g} m must be from 0.05 to 1 m")

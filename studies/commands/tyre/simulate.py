@@ -54,8 +54,8 @@ def command(
     """
     import numpy as np
 
-    from tyre.axes import signs
-    from tyre.rig_campaign import CampaignPlan, default_effects, set_effect, write_campaign_files
+    from tyre.recordings.axes import signs
+    from tyre.rig.rig_campaign import CampaignPlan, default_effects, set_effect, write_campaign_files
 
     signs(axes, where="--axes")
     if min(sweeps, pulls, steps) < 0 or sweeps + pulls + steps == 0:

@@ -1,0 +1,1 @@
+"""From a folder of recordings to conditions, a tyre map, tables and figures."""

@@ -1,0 +1,1 @@
+"""From one recording to cornering stiffness, lateral stiffness or relaxation length, with uncertainty."""

@@ -1,0 +1,290 @@
+"""From a static lateral pull to the lateral stiffness of the tyre: a friction loop with one common slope."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+from scipy.optimize import least_squares
+
+from tyre.errors import InputError
+from tyre.fits.estimate import Calibration, Estimate, combine_uncertainties
+from tyre.recordings.recording import Channel, Condition, PullTest
+
+_LINEAR = 0.02  # departure from the initial slope that ends the linear range
+_SIGNIFICANCE = 1e-3  # of the curvature term, before the line gives way to a curve
+
+
+@dataclass(frozen=True)
+class PullTestFit:
+    """Result of one pull test (SI units, adapted SAE).
+
+    Attributes
+    ----------
+    lateral_stiffness : Estimate
+        K_y = dFy/d(plate - rim) at the origin, N/m; its interval holds the fit, the stated repeatability of a single
+        pull and the calibration of force and displacement.
+    fit_sd : float
+        Standard deviation of K_y from this test's residuals alone, N/m.
+    friction : float
+        Half height of the hysteresis loop, N; 0 where loading alone was recorded.
+    presliding : float
+        Deflection over which friction builds up after a reversal (and from the origin), m.
+    offset : float
+        Force at zero deflection midway between the branches, N.
+    drift : float
+        Walk of the force's zero over the test, N; 0 with fewer than three strokes.
+    curvature : float
+        Quadratic term k2 of F = K x (1 + k2 |x|), 1/m; 0 where a line describes the test.
+    linear_range : float
+        Deflection up to which F departs from K x by less than 2 %, m; the largest recorded one if it never does.
+    departure : float
+        Relative departure from the initial slope at the largest deflection.
+    resolution : float
+        Reading step of the gauges found in the data, m; 0 where none is visible.
+    rim_share : float
+        Rim displacement over plate displacement.
+    r_squared, residual_sd : float
+        Of the force.
+    """
+
+    condition: Condition
+    source: Path | None
+    synthetic: bool
+    lateral_stiffness: Estimate
+    fit_sd: float
+    friction: float
+    presliding: float
+    offset: float
+    drift: float
+    curvature: float
+    linear_range: float
+    departure: float
+    resolution: float
+    rim_share: float
+    r_squared: float
+    residual_sd: float
+    strokes: int
+    readings: int
+    notes: tuple[str, ...]
+    deflection: Channel
+    force: Channel
+    fitted: Channel
+
+
+def fit_pull_test(test: PullTest, *, calibration: Calibration | None = None) -> PullTestFit:
+    """Fit the force of a pull test over the deflection of the tyre, plate minus rim (Dell'Orto et al., eqs. 7 and 8).
+
+    F = F0 + K x (1 + k2 |x|) + T, where friction T goes to +-f by Dahl's law, T = s f + (T_reversal - s f)
+    exp(-|x - x_reversal| / l), s the direction of motion: loading and unloading share one slope, and stiction at the
+    origin is the first build-up of T. A straight line through all points would take the loop for stiffness. From
+    three strokes on the zero of the force cell may drift. k2 is used only where it is significant (p < 0.001) and
+    changes the force by more than 1 %.
+
+    Parameters
+    ----------
+    test : PullTest
+        At least 6 readings, in the order they were taken.
+    calibration : Calibration, optional
+
+    Returns
+    -------
+    PullTestFit
+
+    Raises
+    ------
+    InputError
+        For too few readings, a deflection hidden by the gauge's resolution, or a force that falls with deflection.
+    """
+    where = str(test.source or test.condition.tyre)
+    calibration = calibration or Calibration()
+    notes = list(test.notes)
+    good = np.isfinite(test.side_force) & np.isfinite(test.tyre_deflection)
+    if not good.all():
+        notes.append(f"{int(np.sum(~good))} readings with a missing value left out")
+    deflection, force = test.tyre_deflection[good], test.side_force[good]
+    if deflection.size < 6:
+        raise InputError(f"{where}: {deflection.size} readings are too few for a pull test; at least 6 are needed")
+    resolution = max(reading_step(test.plate_displacement[good]), reading_step(test.rim_displacement[good]))
+    span = float(np.ptp(deflection))
+    if span <= 20.0 * max(resolution, 1e-7):
+        raise InputError(
+            f"{where}: the tyre deflects by {1e3 * span:.3f} mm, less than 20 reading steps "
+            f"({1e3 * resolution:.3f} mm); pull further or use a finer gauge"
+        )
+    strokes, turns = _strokes(deflection, max(3.0 * resolution, 0.02 * span))
+    if np.polyfit(deflection, force, 1)[0] <= 0.0:
+        raise InputError(
+            f"{where}: the side force falls with plate - rim displacement; check the signs of both columns"
+        )
+    clock = np.arange(deflection.size, dtype=np.float64) if test.time is None else test.time[good]
+    loop = _Loop(deflection, force, strokes, turns, (clock - clock.mean()) / max(float(np.ptp(clock)), 1e-12), span)
+    line = _fit_loop(loop, curved=False)
+    curve = _fit_loop(loop, curved=True)
+    gained = (line["cost"] - curve["cost"]) / max(curve["cost"] / max(deflection.size - curve["terms"], 1), 1e-300)
+    reach = float(np.max(np.abs(deflection)))
+    bent = stats.f.sf(gained, 1, max(deflection.size - curve["terms"], 1)) < _SIGNIFICANCE
+    chosen = curve if bent and abs(curve["k2"]) * reach > 0.01 else line
+    stiffness, k2 = chosen["K"], chosen["k2"]
+    departure = k2 * reach
+    if abs(departure) > _LINEAR:
+        notes.append(f"force departs {100 * departure:+.1f} % from the initial slope at {1e3 * reach:.2f} mm")
+    if strokes.max() == 0:
+        notes.append("loading only: friction cannot be told from the offset")
+    plate = float(np.ptp(test.plate_displacement[good]))
+    rim_share = float(np.ptp(test.rim_displacement[good])) / plate if plate > 0.0 else 0.0
+    if rim_share == 0.0:
+        notes.append("the rim did not move at all: a laboratory rim, or a rim gauge that was not recorded")
+    # Rounding of two gauges is a floor for the scatter of the force, even where residuals happen to be smaller.
+    rounding = stiffness * resolution / np.sqrt(6.0)
+    inflation = max(1.0, rounding / max(chosen["sd"], 1e-300))
+    # a rim that moves by few reading steps is rounded the same way in every cycle: that error does not average out
+    step = reading_step(test.rim_displacement[good])
+    coarse = step > 0.0 and float(np.ptp(test.rim_displacement[good])) < 10.0 * step
+    fit_sd = float(np.hypot(chosen["K_sd"] * inflation, stiffness * step / np.sqrt(12.0) / span if coarse else 0.0))
+    total, dof = combine_uncertainties(
+        [
+            (fit_sd, max(deflection.size - chosen["terms"], 1)),
+            (calibration.repeatability * stiffness, np.inf),
+            (float(np.hypot(calibration.force, calibration.displacement)) * stiffness, np.inf),
+        ]
+    )
+    total_squares = float(np.sum((force - force.mean()) ** 2))
+    return PullTestFit(
+        condition=test.condition,
+        source=test.source,
+        synthetic=test.synthetic,
+        lateral_stiffness=Estimate(stiffness, total, dof),
+        fit_sd=fit_sd,
+        friction=abs(chosen["f"]),
+        presliding=chosen["l"],
+        offset=chosen["F0"],
+        drift=chosen["drift"],
+        curvature=k2,
+        linear_range=reach if abs(departure) <= _LINEAR else _LINEAR / abs(k2),
+        departure=departure,
+        resolution=resolution,
+        rim_share=rim_share,
+        r_squared=1.0 - chosen["cost"] / total_squares,
+        residual_sd=chosen["sd"],
+        strokes=int(strokes.max()) + 1,
+        readings=int(deflection.size),
+        notes=tuple(notes),
+        deflection=deflection,
+        force=force,
+        fitted=chosen["fitted"],
+    )
+
+
+def reading_step(displacement: Channel) -> float:
+    """Resolution of a gauge seen in its readings: the step they are all multiples of, m; 0 where none is visible."""
+    values = np.unique(np.round(displacement, 9))
+    if values.size < 2:
+        return 0.0
+    step = float(np.min(np.diff(values)))
+    count = values / step
+    if step < 5e-7 or np.max(np.abs(count - np.round(count))) > 0.02:
+        return 0.0
+    return step
+
+
+def _strokes(deflection: Channel, threshold: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Number of the stroke each reading belongs to, and the reading at which each stroke begins."""
+    turns, extreme = [0], 0
+    direction = 0.0
+    for index in range(1, deflection.size):
+        ahead = (deflection[index] - deflection[extreme]) * (
+            direction or np.sign(deflection[index] - deflection[extreme])
+        )
+        if direction == 0.0:
+            if ahead > threshold:
+                direction, extreme = float(np.sign(deflection[index] - deflection[turns[0]])), index
+        elif ahead >= 0.0:
+            extreme = index
+        elif -ahead > threshold:
+            turns.append(extreme)
+            direction, extreme = -direction, index
+    begins = np.array(turns)
+    strokes = np.searchsorted(begins, np.arange(deflection.size), side="left") - 1
+    return np.maximum(strokes, 0), begins
+
+
+@dataclass(frozen=True)
+class _Loop:
+    """Readings (n,) with their strokes, the readings that begin a stroke, and the clock from -1/2 to 1/2."""
+
+    deflection: Channel
+    force: Channel
+    strokes: NDArray[np.int64]
+    turns: NDArray[np.int64]
+    clock: Channel
+    span: float
+
+
+def _friction_shape(loop: _Loop, presliding: float) -> Channel:
+    """Dahl friction over its final value, from -1 to 1; starts from zero at the first reading."""
+    deflection, strokes, turns = loop.deflection, loop.strokes, loop.turns
+    ends = np.append(turns[1:], deflection.size - 1)
+    shape, state = np.empty(deflection.size), 0.0
+    for number, (begin, end) in enumerate(zip(turns, ends, strict=True)):
+        direction = np.sign(deflection[end] - deflection[begin])
+        mine = strokes == number
+        travelled = np.maximum(direction * (deflection[mine] - deflection[begin]), 0.0)
+        shape[mine] = direction + (state - direction) * np.exp(-travelled / presliding)
+        state = direction + (state - direction) * np.exp(-abs(deflection[end] - deflection[begin]) / presliding)
+    return shape
+
+
+def _fit_loop(loop: _Loop, *, curved: bool) -> dict[str, Any]:
+    deflection, force, span = loop.deflection, loop.force, loop.span
+    single = loop.turns.size == 1
+
+    def design(length: float) -> NDArray[np.float64]:
+        friction = _friction_shape(loop, length)
+        columns = [np.ones_like(force), deflection]
+        if not single or friction.min() < 0.9:
+            columns.append(friction)
+        if loop.turns.size >= 3:
+            columns.append(loop.clock)
+        if curved:
+            columns.append(deflection * np.abs(deflection))
+        return np.column_stack(columns)
+
+    def projected(z: Channel) -> Channel:
+        matrix = design(float(np.exp(z[0])))
+        return force - matrix @ np.linalg.lstsq(matrix, force, rcond=None)[0]
+
+    low, high = np.log(2e-4 * span), np.log(0.1 * span)
+    trial = np.linspace(low, high, 7)
+    costs = [float(np.sum(projected(np.array([z])) ** 2)) for z in trial]
+    begin = float(np.clip(trial[int(np.argmin(costs))], low + 1e-3, high - 1e-3))
+    found: Any = least_squares(projected, [begin], bounds=([low], [high]))
+    length = float(np.exp(found.x[0]))
+    matrix = design(length)
+    values = np.linalg.lstsq(matrix, force, rcond=None)[0]
+    fitted = matrix @ values
+    cost = float(np.sum((force - fitted) ** 2))
+    terms = matrix.shape[1] + 1
+    step = 1e-3
+    by_length = (design(length * (1 + step)) - design(length * (1 - step))) @ values / (2 * step)
+    full = np.column_stack([matrix, by_length])
+    variance = cost / max(force.size - terms, 1)
+    covariance = np.linalg.pinv(full.T @ full, rcond=1e-15) * variance
+    stiffness = float(values[1])
+    drifting = loop.turns.size >= 3
+    has_friction = matrix.shape[1] - 2 - int(curved) - int(drifting) == 1
+    return {
+        "F0": float(values[0]),
+        "K": stiffness,
+        "K_sd": float(np.sqrt(covariance[1, 1])),
+        "f": float(values[2]) if has_friction and not single else 0.0,
+        "l": length,
+        "k2": float(values[-1]) / stiffness if curved else 0.0,
+        "drift": float(values[-1 - int(curved)]) if drifting else 0.0,
+        "cost": cost,
+        "sd": float(np.sqrt(variance)),
+        "terms": terms,
+        "fitted": fitted,
+    }

@@ -1,0 +1,99 @@
+"""Uncertainty of a least-squares fit whose residuals are white noise plus a slow wander."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+from scipy.signal import lfilter
+
+from tyre.recordings.recording import Channel
+
+_BINS = 120  # the wander is slow: its constants are found from this many averages, in a few milliseconds
+
+
+def correlated_covariance(jacobian: NDArray[np.float64], residual: Channel) -> tuple[NDArray[np.float64], float]:
+    """Covariance (J'J)^-1 J' R J (J'J)^-1 of fitted parameters, R the covariance of white plus AR(1) residuals.
+
+    R_ij = white [i = j] + wander phi^|i - j|. The constants come from restricted maximum likelihood (Patterson &
+    Thompson, 1971), which allows for the part of a slow wander that the fit itself has swallowed; the plain
+    autocovariance of residuals does not.
+
+    Parameters
+    ----------
+    jacobian : ndarray, shape (n, p)
+    residual : ndarray, shape (n,)
+        In the order they were sampled, about evenly spaced.
+
+    Returns
+    -------
+    covariance : ndarray, shape (p, p)
+    dof : float
+        Effective degrees of freedom of that covariance: a slow wander repeats itself few times in a recording.
+    """
+    n, p = jacobian.shape
+    white, wander, phi = noise_constants(jacobian, residual)
+    bread = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-14)
+    earlier = lfilter([0.0, phi], [1.0, -phi], jacobian, axis=0)
+    overlap = jacobian.T @ earlier
+    meat = (white + wander) * jacobian.T @ jacobian + wander * (overlap + overlap.T)
+    # spectral weight at low frequency, where a fit feels the noise: white, against wander times its correlation length
+    slow = wander * (1.0 + phi) / (1.0 - phi) if phi > 0.0 else 0.0
+    share = slow / (slow + white) if slow > 0.0 else 0.0
+    repeats = max(2.5, n * (1.0 - phi**2) / (1.0 + phi**2) - p)
+    dof = 1.0 / (share**2 / repeats + (1.0 - share) ** 2 / max(n - p, 1))
+    return bread @ meat @ bread, dof
+
+
+def noise_constants(jacobian: NDArray[np.float64], residual: Channel) -> tuple[float, float, float]:
+    """Variances of the white and the wandering part of residuals and the wander's memory phi per sample.
+
+    Parameters
+    ----------
+    jacobian : ndarray, shape (n, p)
+    residual : ndarray, shape (n,)
+
+    Returns
+    -------
+    white, wander, phi : float
+    """
+    n, p = jacobian.shape
+    width = max(1, n // _BINS)
+    count = n // width
+    basis, _ = np.linalg.qr(jacobian)
+    x = basis[: count * width].reshape(count, width, p).mean(axis=1)
+    y = residual[: count * width].reshape(count, width).mean(axis=1)
+    power = float(y @ y) / count
+    if power <= 0.0 or count <= p + 5:
+        return float(residual @ residual) / max(n - p, 1), 0.0, 0.0
+    y = y / np.sqrt(power)
+
+    def whitened(z: Channel) -> tuple[float, float, float]:
+        """Share and memory of the wander, and twice the negative restricted log likelihood but for a constant."""
+        share, memory = 1.0 / (1.0 + np.exp(-z[0])), np.exp(-np.exp(-z[1]))
+        # white + AR(1) is an ARMA(1, 1) process: its innovations come from one recursive filter
+        power_0 = share * (1.0 - memory**2) + (1.0 - share) * (1.0 + memory**2)
+        ratio = memory * (1.0 - share) / power_0
+        theta = 2.0 * ratio / (1.0 + np.sqrt(max(1.0 - 4.0 * ratio**2, 0.0)))
+        innovation = power_0 / (1.0 + theta**2)
+        both = lfilter([1.0, -memory], [1.0, -theta], np.column_stack([x, y]), axis=0) / np.sqrt(innovation)
+        both[0] *= np.sqrt(
+            innovation
+        )  # the first value is not predicted by anything: it has the variance of the process
+        orthogonal, triangle = np.linalg.qr(both[:, :p])
+        left = both[:, p] - orthogonal @ (orthogonal.T @ both[:, p])
+        logdet = (count - 1) * np.log(innovation) + 2.0 * float(np.sum(np.log(np.abs(np.diag(triangle)))))
+        projected = max(float(left @ left), 1e-300)
+        penalty = 0.004 * float(z @ z)  # keeps an undetermined share or memory from running away
+        return projected, float(memory), logdet + (count - p) * np.log(projected) + penalty
+
+    search: Any = minimize
+    settings = {"maxiter": 200, "xatol": 0.01, "fatol": 0.002}
+    found = search(lambda z: whitened(z)[2], np.array([0.0, 1.0]), method="Nelder-Mead", options=settings)
+    projected, memory, _ = whitened(found.x)
+    share = 1.0 / (1.0 + np.exp(-found.x[0]))
+    variance = power * projected / (count - p)
+    phi = float(memory ** (1.0 / width))
+    apart = np.arange(1, width)
+    averaging = (width + 2.0 * float(np.sum((width - apart) * phi**apart))) / width**2
+    return float((1.0 - share) * variance * width), float(share * variance / averaging), phi

@@ -1,0 +1,1 @@
+"""Tyre properties over load and pressure from measured tables."""

@@ -1,0 +1,51 @@
+"""What a tyre map says in words about its values."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tyre.maps.tables import PASCAL_PER_BAR
+from tyre.properties import Origin
+
+if TYPE_CHECKING:
+    from tyre.maps.tyre_map import TyreMap
+
+
+def measured_range(tyre_map: "TyreMap") -> str:
+    """The measured loads and pressures, for messages."""
+    loads, pressures = tyre_map.loads, tyre_map.pressures / PASCAL_PER_BAR
+    return f"the measured {loads[0]:g}-{loads[-1]:g} N and {pressures[0]:g}-{pressures[-1]:g} bar"
+
+
+def condition_notes(tyre_map: "TyreMap", origin: Origin) -> tuple[str, ...]:
+    """What must be told about a value of this origin: assumptions, borrowed numbers, and the misfit of smooth laws."""
+    notes = list(tyre_map.measured.notes)
+    if tyre_map.measured.synthetic:
+        notes.insert(0, "synthetic: no rig measured this tyre")
+    if tyre_map.measured.cornering_stiffness_sd is None:
+        notes.append(
+            "the source states no uncertainty of the cornering stiffness; assumed is "
+            f"{100 * tyre_map.relative_cornering_stiffness_sd:g} % (one standard deviation)"
+        )
+    if origin == "measured":
+        return tuple(notes)
+    way = (
+        "between measured conditions" if origin == "interpolated" else f"extrapolated beyond {measured_range(tyre_map)}"
+    )
+    cornering, lateral = tyre_map.cornering_stiffness_trend, tyre_map.lateral_stiffness_trend
+    notes.append(
+        f"cornering stiffness {way}: MF6.1 form through the measured values, "
+        f"misfit {np.radians(cornering.misfit):.1f} N/deg"
+    )
+    stated = float(np.sqrt(np.mean(tyre_map.measured.lateral_stiffness_sd**2)))
+    jumps = (
+        f", more than its measured {stated / 1e3:.1f} N/mm: it jumps between conditions, and no smooth law describes it"
+        if lateral.misfit > stated > 0
+        else ""
+    )
+    law = "bilinear in the measured values" if origin == "interpolated" else "linear trend in load and pressure"
+    notes.append(f"lateral stiffness {way}: {law}, misfit of a linear law {lateral.misfit / 1e3:.1f} N/mm{jumps}")
+    for name, trend in (("cornering", cornering), ("lateral", lateral)):
+        if trend.degrees_of_freedom < 1:
+            notes.append(f"too few conditions to estimate the misfit of the {name} stiffness; it is counted as zero")
+    return tuple(notes)

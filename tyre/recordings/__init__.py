@@ -1,0 +1,1 @@
+"""Rig recordings: reading, writing, units, axis conventions and the pre-flight check."""

@@ -1,0 +1,1 @@
+"""A simulated rig: what it reads is synthetic."""
