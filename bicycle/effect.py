@@ -68,8 +68,8 @@ class PerWheel:
 class Effect:
     """A physical effect beyond the rigid bicycle: subclass it in one file of ``bicycle/effects`` and it is found.
 
-    Class attributes
-    ----------------
+    Attributes
+    ----------
     parameters : tuple of Parameter
     slot : str, optional
         Effects with the same slot exclude each other (``contact law``).

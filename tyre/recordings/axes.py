@@ -1,14 +1,12 @@
 """Axis conventions of recordings, and the signs that bring each into adapted SAE.
 
-==============  =======================  ====================  ==========  =======
-convention      axes                     slip angle            camber      load
-==============  =======================  ====================  ==========  =======
-``adapted SAE`` x forward, y right,      -vy/vx: side force    > 0 right   > 0
-                z down                   grows with slip
-``ISO``         x forward, y left, z up  vy/vx = same slip     > 0 right   > 0
-``SAE``         x forward, y right,      vy/vx: side force     > 0 right   force
-                z down                   falls with slip                   Fz < 0
-==============  =======================  ====================  ==========  =======
+===============  ==========================  ==========================  =========  =========
+convention       axes                        slip angle                  camber     load
+===============  ==========================  ==========================  =========  =========
+``adapted SAE``  x forward, y right, z down  -vy/vx: force grows         > 0 right  > 0
+``ISO``          x forward, y left, z up     vy/vx: the same slip        > 0 right  > 0
+``SAE``          x forward, y right, z down  vy/vx: force falls          > 0 right  Fz < 0
+===============  ==========================  ==========================  =========  =========
 
 vx, vy: velocity of the contact centre in the axes of the row. ISO: ISO 8855, the W-axes of TYDEX and the sign
 convention of .tir files; SAE: SAE J670e; adapted SAE: Pacejka, Tire and Vehicle Dynamics, 3rd ed., Appendix 1.

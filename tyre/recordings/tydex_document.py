@@ -50,7 +50,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Entry:
-    """One line of **HEADER or **CONSTANTS; ``value`` is None where the file says NOTAVAIL or nothing."""
+    """One line of ``**HEADER`` or ``**CONSTANTS``; ``value`` is None where the file says NOTAVAIL or nothing."""
 
     name: str
     description: str
@@ -60,7 +60,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class ChannelEntry:
-    """One line of **MEASURCHANNELS: physical = (measured + ``measured_offset``) * ``factor`` + ``physical_offset``."""
+    """One line of ``**MEASURCHANNELS``: (measured + ``measured_offset``) * ``factor`` + ``physical_offset``."""
 
     name: str
     description: str
@@ -96,17 +96,17 @@ class TydexDocument:
 
     @cached_property
     def header(self) -> dict[str, Entry]:
-        """Entries of **HEADER by name."""
+        """Entries of ``**HEADER`` by name."""
         return _entries(self.body("HEADER"), f"{self.source}, **HEADER")
 
     @cached_property
     def comments(self) -> str:
-        """Text of **COMMENTS without blanks at its ends."""
+        """Text of ``**COMMENTS`` without blanks at its ends."""
         return self.body("COMMENTS").strip()
 
     @cached_property
     def constants(self) -> dict[str, Entry]:
-        """Entries of **CONSTANTS by name."""
+        """Entries of ``**CONSTANTS`` by name."""
         return _entries(self.body("CONSTANTS"), f"{self.source}, **CONSTANTS")
 
     @cached_property
@@ -123,7 +123,7 @@ class TydexDocument:
 
     @cached_property
     def measured(self) -> NDArray[np.float64]:
-        """Numbers of **MEASURDATA as printed, shape (rows, channels); NOTAVAIL is NaN."""
+        """Numbers of ``**MEASURDATA`` as printed, shape (rows, channels); NOTAVAIL is NaN."""
         return _numbers(self.body("MEASURDATA"), len(self.channels), self._announced_rows, self.source)
 
     @property

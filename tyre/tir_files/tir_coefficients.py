@@ -6,11 +6,12 @@ dpi = (p - NOMPRES) / NOMPRES and FNOMIN' = LFZO FNOMIN:
 
     Kya = LKY PKY1 FNOMIN' (1 + PPY1 dpi) sin{PKY4 atan[Fz / (PKY2 (1 + PPY2 dpi) FNOMIN')]}
     Cy  = LATERAL_STIFFNESS (1 + PCFY1 dfz + PCFY2 dfz^2) (1 + PCFY3 dpi)
-    sigma_y = |Kya / Cy|
+    sigma_y = abs(Kya / Cy)
 
 MF-Tyre 5.2 (PAC2002) has no pressure: Kya as above without its PPY terms and with PKY4 = 2, and
 
-    sigma_alpha = PTY1 sin{2 atan[Fz / (PTY2 FNOMIN')]} (1 - PKY3 |camber|) R0 LFZO LSGAL,   K = |Kya| / sigma_alpha
+    sigma_alpha = PTY1 sin{2 atan[Fz / (PTY2 FNOMIN')]} (1 - PKY3 abs(camber)) R0 LFZO LSGAL
+    K = abs(Kya) / sigma_alpha
 
 Signs are ISO: PKY1 < 0. The functions here return Kya as C_Fy > 0 (side force grows with slip, adapted SAE).
 """
