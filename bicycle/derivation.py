@@ -89,7 +89,8 @@ class ModelBuilder:
         self._point_forces: list[tuple[str, Expression, Expression]] = []
         self._yaw_moments: list[tuple[str, Expression]] = []
         self.states: dict[Expression, Expression] = {}  # extra state -> its rate of change
-        self.load_transfer: Expression = sp.S.Zero
+        self.load_transfer: Expression = sp.S.Zero  # N, from the front contact to the rear
+        self.drive_force: Expression = sp.S.Zero  # N, forward at the rear contact
         loads = static_loads(tuple(self.bodies), p["w"], p["g"])
         self.wheels = (self._wheel("rear", sp.S.Zero, p["rR"]), self._wheel("front", p["w"], p["rF"]))
         self._loads = dict(zip(self.wheels, loads, strict=True))
@@ -219,6 +220,9 @@ class ModelBuilder:
             total += sp.Matrix(yaw_row(joints, wheel.body)) * wheel.moment
         for body, moment in self._yaw_moments:
             total += sp.Matrix(yaw_row(joints, body)) * moment
+        rear = self.wheels[0]  # a toroidal tyre leaning by gamma touches the ground rho gamma beside its mid-plane
+        contact_shift = rear.crown_radius * rear.camber
+        total -= sp.Matrix(yaw_row(joints, rear.body)) * self.drive_force * contact_shift
         for coordinate, torque in self._coordinate_forces:
             total[2 + coordinates.index(coordinate)] += torque
         for name, coordinate in self.torques.items():
@@ -278,6 +282,7 @@ class SymbolicModel:
     output_matrix: SpeedPolynomial
     feedthrough: SpeedPolynomial
     static_loads: tuple[Expression, Expression]
+    load_transfer: Expression
     switches: dict[Expression, Expression]
 
 
@@ -314,6 +319,7 @@ def _assemble(
         output_matrix=SpeedPolynomial.of_linear(shown, motion, model.speed),
         feedthrough=SpeedPolynomial.of_linear(shown, inputs, model.speed),
         static_loads=tuple(model._loads.values()),  # type: ignore[arg-type]
+        load_transfer=model.load_transfer,
         switches=model.switches,
     )
 

@@ -1,5 +1,6 @@
 """From symbols to numbers: one fast function per set of effects, kept in memory, for one bicycle or for many."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache, cached_property
@@ -9,7 +10,7 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from bicycle.derivation import SymbolicModel, derive
+from bicycle.derivation import SPEED, SymbolicModel, derive
 from bicycle.effect import Effect
 
 Array = NDArray[np.float64]
@@ -59,6 +60,17 @@ class Evaluator:
     def switch_speeds(self, values: Mapping[str, float]) -> tuple[float, ...]:
         """Speeds (m/s) at which the equations change, in the order of the indicators."""
         return tuple(float(s) for s in self._switch_function(*(values[name] for name in self.symbolic.parameters)))
+
+    def lift_off_speed(self, values: Mapping[str, float]) -> float:
+        """Speed (m/s) above which the front contact would have to pull, infinite where no load moves with speed."""
+        transfer = self.symbolic.load_transfer.subs(SPEED, 1)  # drag-like: proportional to v^2
+        if transfer == 0:
+            return math.inf
+        front, per_speed = (
+            float(expression.subs({_symbol(name): value for name, value in values.items()}))
+            for expression in (self.symbolic.static_loads[1], transfer)
+        )
+        return math.sqrt(front / per_speed) if per_speed > 0 else math.inf
 
     def derivative(
         self,

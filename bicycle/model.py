@@ -19,7 +19,9 @@ DEFAULT_CONTACT = "no_slip"
 
 @dataclass(frozen=True)
 class Model:
-    """A bicycle with effects. Without a contact law the wheels roll without slip (the Whipple bicycle).
+    """A bicycle with effects; ``sd`` holds one standard deviation of effect parameters where a measurement gave it.
+
+    Without a contact law the wheels roll without slip (the Whipple bicycle).
 
     Raises
     ------
@@ -30,6 +32,7 @@ class Model:
     bicycle: Bicycle
     effects: tuple[Effect, ...] = ()
     notes: tuple[str, ...] = field(default=())
+    sd: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         effects = tuple(self.effects)
@@ -60,7 +63,7 @@ class Model:
             for other in self.effects
             if type(other) is not type(effect) and (effect.slot is None or other.slot != effect.slot)
         )
-        return Model(self.bicycle, (*kept, effect), self.notes)
+        return Model(self.bicycle, (*kept, effect), self.notes, self.sd)
 
     def linear_model(self) -> LinearModel:
         """Build the numeric model.
@@ -100,7 +103,16 @@ def linear_model(evaluate: Evaluator, values: Mapping[str, float], model: Model)
         parameters=dict(values),
         static_loads=(rear, front),
         effects=tuple(effect.identifier for effect in model.effects),
-        warnings=(*model.bicycle.warnings, *model.notes),
+        warnings=(*model.bicycle.warnings, *model.notes, *_lift_off(evaluate.lift_off_speed(values))),
+    )
+
+
+def _lift_off(speed: float) -> tuple[str, ...]:
+    if math.isinf(speed):
+        return ()
+    return (
+        f"the front wheel lifts off the ground above {speed:.2f} m/s, where drag outweighs its load; "
+        "no result holds there",
     )
 
 

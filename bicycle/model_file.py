@@ -53,16 +53,20 @@ def build_model(content: Mapping[str, Any], *, folder: Path = Path()) -> Model:
         raise InputError("effects are tables: write [effects.NAME] and the parameters below it")
     effects: list[Effect] = []
     notes: list[str] = []
+    sd: dict[str, float] = {}
     for identifier, table in tables.items():
         kind = effect_class(identifier)
         if any(key in table for key in TYRE_KEYS):
-            table, found = from_tyre(kind, table, bicycle)
+            table, found, known = from_tyre(kind, table, bicycle)
             notes += found
+            sd |= known
         effects.append(kind(**table))
-    return Model(bicycle, tuple(effects), tuple(notes))
+    return Model(bicycle, tuple(effects), tuple(notes), sd)
 
 
-def from_tyre(kind: type[Effect], table: Mapping[str, Any], bicycle: Bicycle) -> tuple[dict[str, Any], list[str]]:
+def from_tyre(
+    kind: type[Effect], table: Mapping[str, Any], bicycle: Bicycle
+) -> tuple[dict[str, Any], list[str], dict[str, float]]:
     """Replace ``tyre``, ``surface``, ``pressure_bar`` by the tyre's values at the static wheel loads.
 
     Returns
@@ -71,6 +75,8 @@ def from_tyre(kind: type[Effect], table: Mapping[str, Any], bicycle: Bicycle) ->
         The table with ``cornering_stiffness`` and, where the effect has it, ``relaxation_length`` per wheel.
     notes : list of str
         What must be told of each wheel's tyre: assumptions, borrowed values, misfit, extrapolation.
+    sd : dict
+        One standard deviation of each value filled in, by parameter key; zero where the source states none.
     """
     if kind.slot != "contact law" or not kind.parameters:
         raise InputError(f"effect {kind.identifier!r} does not take a tyre; only side_slip and relaxation_length do")
@@ -93,7 +99,8 @@ def from_tyre(kind: type[Effect], table: Mapping[str, Any], bicycle: Bicycle) ->
         for note in p.notes:
             said.setdefault((p.tyre, p.surface, note), []).append(condition)
     notes = [f"{name} on {surface} ({'; '.join(at)}): {note}" for (name, surface, note), at in said.items()]
-    return rest, notes
+    sd = {f"{kind.identifier}.{n}.{wheel}": getattr(p, f"{n}_sd") for wheel, p in properties.items() for n in filled}
+    return rest, notes, sd
 
 
 def wheel_tyres(*, tyre: Any, surface: Any, pressure_bar: Any, bicycle: Bicycle) -> dict[str, TyreProperties]:

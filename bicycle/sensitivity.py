@@ -22,7 +22,9 @@ import sympy as sp
 from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
+from bicycle.batch import first_order
 from bicycle.critical import CriticalSpeed
+from bicycle.eigen import BATCH, one_blas_thread
 from bicycle.evaluation import Matrices
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model
@@ -96,26 +98,39 @@ def sensitivities(model: Model, speeds: ArrayLike) -> Sensitivities:
     linear = model.linear_model()
     v = np.atleast_1d(linear.check_speeds(speeds))
     slopes = matrix_slopes(model, linear)
-    matrices = linear.state_matrix(v)
-    values, right = (part.astype(complex) for part in np.linalg.eig(matrices))
-    order = np.lexsort((values.imag, values.real), axis=-1)
-    values = np.take_along_axis(values, order, -1)
-    right = np.take_along_axis(right, order[:, None, :], -1)
-    left = np.linalg.inv(right)
-    found: Complex = np.zeros((*values.shape, len(slopes)), complex)
-    with_speed: Complex = np.zeros(values.shape, complex)
-    for number, part in _parts(linear, v):
-        mass = linear.ranges[number].matrices.mass
-        x = linear.scale[:, None] * right[part]
-        u = np.linalg.solve(mass.T, (left[part] / linear.scale).swapaxes(-1, -2)).swapaxes(-1, -2)
-        for k, slope in enumerate(slopes.values()):
-            found[part, :, k] = -values[part] * _between(u, slope[number].mass, x)
-            for power, matrix in slope[number].dynamics.items():
-                found[part, :, k] += v[part, None] ** float(power) * _between(u, matrix, x)
-        for power, matrix in linear.ranges[number].matrices.dynamics.items():
-            if power:
-                with_speed[part] += power * v[part, None] ** float(power - 1) * _between(u, matrix, x)
+    with one_blas_thread():
+        parts = [_derivatives(linear, slopes, part) for part in np.array_split(v, max(1, -(-len(v) // BATCH)))]
+    values, found, with_speed = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
     return Sensitivities(v, values, tuple(slopes), found, with_speed)
+
+
+def _derivatives(linear: LinearModel, slopes: Slopes, v: Array) -> tuple[Complex, Complex, Complex]:
+    """Eigenvalues (m, n), derivatives (m, n, parameters) and derivatives with speed (m, n)."""
+    values, right = (part.astype(complex) for part in np.linalg.eig(linear.state_matrix(v)))
+    left = np.linalg.inv(right)
+    found = np.zeros((*values.shape, len(slopes)), complex)
+    with_speed = np.zeros_like(values)
+    upper = values.imag >= 0  # of a pair, the other half is the conjugate
+    for number, part in _parts(linear, v):
+        k, i = np.nonzero(upper[part])
+        if not k.size:
+            continue
+        at, own = part[k], linear.ranges[number].matrices
+        x = linear.scale * right[at, :, i]
+        u = (left[at, i] / linear.scale) @ np.linalg.inv(own.mass)
+        every, speed = [slope[number] for slope in slopes.values()], v[at]
+        terms = [(-values[at, i], np.array([slope.mass for slope in every]))]
+        for power in own.dynamics:
+            terms.append((speed ** float(power), np.array([slope.dynamics[power] for slope in every])))
+        found[at, i] = first_order(u, x, terms)
+        terms = [(power * speed ** float(power - 1), m[None]) for power, m in own.dynamics.items() if power]
+        if terms:
+            with_speed[at, i] = first_order(u, x, terms)[:, 0]
+    k, i = np.nonzero(values.imag > 0)  # LAPACK puts the conjugate next to it
+    found[k, i + 1], with_speed[k, i + 1] = found[k, i].conj(), with_speed[k, i].conj()
+    order = np.lexsort((values.imag, values.real), axis=-1)
+    values, with_speed = (np.take_along_axis(array, order, -1) for array in (values, with_speed))
+    return values, np.take_along_axis(found, order[..., None], 1), with_speed
 
 
 def pair_sensitivities(model: Model, speed: float, pair: tuple[complex, complex]) -> PairSensitivities:

@@ -40,5 +40,6 @@ class AerodynamicDrag(Effect):
     def apply(self, model: ModelBuilder) -> None:
         drag = self.air_density * self.drag_area * model.speed**2 / 2
         z = self.centre_of_pressure_z
+        model.drive_force += drag
         model.add_yaw_moment("rear frame", drag * model.lateral_offset("rear frame", 0, z))
         model.load_transfer += -drag * z / model.bicycle["w"]

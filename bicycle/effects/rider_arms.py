@@ -29,7 +29,7 @@ class RiderArms(Effect):
         ),
     )  # fmt: skip
     source = "Schwab, Meijaard & Kooijman (2012), Vehicle System Dynamics 50; Klinger et al. (2014), ibid. 52"
-    signature = "wobble falls in frequency and gains damping; the weave speed rises"
+    signature = "inertia and damping raise the weave speed, the spring lowers it and makes capsize unstable earlier"
     inertia: Any
     stiffness: Any
     damping: Any

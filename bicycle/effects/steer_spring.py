@@ -17,7 +17,7 @@ class SteerSpring(Effect):
         ),
     )  # fmt: skip
     source = "Schwab, Meijaard & Kooijman (2012), Vehicle System Dynamics 50 (stiffness on the steering)"
-    signature = "works against steering into the fall: weave and capsize lose stability at low speed"
+    signature = "weave becomes stable at a lower speed and capsize unstable at a lower speed"
     stiffness: Any
 
     def apply(self, model: ModelBuilder) -> None:

@@ -9,6 +9,7 @@ from scipy.optimize import brentq, root
 from scipy.spatial.transform import Rotation
 
 from bicycle.bicycle_file import load_bicycle
+from bicycle.critical import critical_speeds
 from bicycle.effect import Effect, effect_class
 from bicycle.model import Model
 from bicycle.parameters import Bicycle
@@ -312,3 +313,34 @@ def test_a_rounder_tyre_falls_more_slowly():
     """A wheel that rolls sideways on its crown raises the effective support: Cossalter, Motorcycle Dynamics, ch. 1."""
     fall = [linear(effect("crown_radius", crown_radius=r)).eigenvalues(0.0).real.max() for r in (0.0, 0.01, 0.03)]
     assert np.all(np.diff(fall) < 0)
+
+
+def test_drag_of_a_toroidal_tyre_pulls_beside_the_mid_plane():
+    """The rear contact lies rho gamma beside the wheel plane, so the lever of drag and drive is height minus rho."""
+    rho, height, air = 0.02, 1.1, 1.2 * 0.4 / 2
+    drag = effect("aerodynamic_drag", drag_area=0.4, air_density=1.2, centre_of_pressure_z=-height)
+    crown = effect("crown_radius", crown_radius=rho)
+    bare, model = linear(relaxing(0.1), crown), linear(relaxing(0.1), drag, crown)
+    added = model.ranges[0].matrices.dynamics[2]
+    yaw, lean = model.states.index("yaw_rate"), model.states.index("lean")
+    assert 2 not in bare.ranges[0].matrices.dynamics
+    assert added[yaw, lean] == pytest.approx(air * (height - rho), rel=1e-12)
+
+
+def test_the_speed_at_which_drag_lifts_the_front_wheel_is_said():
+    # benchmark: front load 309.30 N (Meijaard's masses), D h / w = 309.30 N at v = sqrt(309.30 w / (h rho A / 2))
+    drag = effect("aerodynamic_drag", drag_area=0.4, air_density=1.2, centre_of_pressure_z=-1.1)
+    model = linear(relaxing(0.1), drag)
+    speed = math.sqrt(309.30352941176477 * 1.02 / (1.1 * 1.2 * 0.4 / 2))
+    assert f"the front wheel lifts off the ground above {speed:.2f} m/s" in model.warnings[-1]
+    assert not any("lifts off" in text for text in linear(relaxing(0.1)).warnings)
+
+
+@pytest.mark.parametrize(("spring", "sign"), [("steer_spring", -1), ("rider_arms", -1)])
+def test_a_steer_spring_lowers_weave_and_capsize_speed(spring, sign):
+    """What the signatures of the two effects say, on the benchmark without slip."""
+    given = {"stiffness": 5.0} if spring == "steer_spring" else {"inertia": 0.0, "stiffness": 3.0, "damping": 0.0}
+    before, after = (critical_speeds(linear(*added)) for added in ((), (effect(spring, **given),)))
+    for mode in ("weave", "capsize"):
+        old, new = (next((c.speed for c in found if c.mode == mode), 0.0) for found in (before, after))
+        assert (new - old) * sign > 0
