@@ -1,0 +1,49 @@
+"""``velotyre blind-test``: how often the missing-effect search is right, on cases whose truth it cannot see."""
+
+import click
+
+SHOWN = ("something_named", "right_when_named", "misnamed", "truth_inside_95")
+MEDIANS = ("gap_left", "class_size", "seconds")
+
+
+@click.command(help="Hide effects in synthetic measurements, diagnose them, and score. Resumable: run again to go on.")
+@click.option("--cases", default=20, show_default=True, help="Cases of each cell.")
+@click.option("--seed", default=1, show_default=True, help="Seed of the first case; the others follow.")
+@click.option("--cell", "cells", multiple=True, metavar="CELL", help="Only this cell; may be repeated.")
+@click.option("--workers", default=2, show_default=True, help="Processes.")
+@click.option("--out", "out_file", required=True, metavar="FILE", help="Results, one JSON object a line.")
+@click.option("--json", "json_file", metavar="FILE", help="Write the summary as JSON; - is standard output.")
+def command(cases: int, seed: int, cells: tuple[str, ...], workers: int, out_file: str, json_file: str | None) -> None:
+    import os
+    from pathlib import Path
+
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")  # of the workers: one core each
+
+    from studies.missing_effect.blind_score import summary
+    from studies.missing_effect.blind_test import CELLS, blind_test, read_results
+    from studies.output import print_table, write_json
+    from tyre.errors import InputError, unknown
+
+    for cell in cells:
+        if cell not in CELLS:
+            raise InputError(unknown("cell", cell, CELLS))
+    if cases < 1 or workers < 1:
+        raise InputError(f"cases = {cases} and workers = {workers} must be at least 1")
+    path = Path(out_file)
+    for _ in blind_test(path, cases=cases, seed=seed, cells=cells or CELLS, workers=workers):
+        pass
+    found = summary(read_results(path))
+    if json_file:
+        write_json(found, json_file)
+    if json_file == "-":
+        return
+
+    def share(s: dict[str, float]) -> str | None:
+        return f"{s['share']:.0%} ({s['low']:.0%}-{s['high']:.0%})" if s["of"] else None
+
+    rows = [
+        [cell, c["cases"], *(share(c[key]) for key in SHOWN), *(c[f"median_{key}"] for key in MEDIANS)]
+        for cell, c in found["cells"].items()
+    ]  # fmt: skip
+    print_table(rows, ["cell", "cases", "named", "right", "misnamed", "in 95 %", "gap left", "class", "s"])

@@ -1,0 +1,51 @@
+"""``velotyre modal``: eigenvalues from raw free decays, as a modal table for ``velotyre diagnose``."""
+
+import click
+
+
+@click.command(help="Frequency and damping from free decays: RUN.csv files, each with its speed as RUN.csv@4.8 (m/s).")
+@click.argument("runs", nargs=-1, required=True, metavar="RUN.csv@SPEED...")
+@click.option("--mode", default="weave", show_default=True, help="Name of the mode in the table.")
+@click.option("--from", "first_s", default=0.0, show_default=True, help="Start of the window, s.")
+@click.option("--to", "last_s", default=float("inf"), help="End of the window, s.")
+@click.option("--start-hz", type=float, help="Look near this frequency.")
+@click.option("--out", "out_file", metavar="TABLE.csv", help="Write the modal table.")
+def command(
+    runs: tuple[str, ...], mode: str, first_s: float, last_s: float, start_hz: float | None, out_file: str | None
+) -> None:
+    import csv
+    from pathlib import Path
+
+    from studies.missing_effect.history_table import FASTEST, read_run
+    from studies.missing_effect.modal_identification import identify
+    from studies.missing_effect.modal_table import MODES
+    from studies.output import print_table
+    from tyre.errors import InputError, unknown
+
+    if mode not in MODES:
+        raise InputError(unknown("mode", mode, MODES))
+    shown, rows = [], []
+    for given in runs:
+        name, _, text = given.rpartition("@")
+        try:
+            speed = float(text)
+        except ValueError:
+            speed = 0.0
+        if not name or not 0 < speed <= FASTEST:
+            raise InputError(f"{given!r}: give a file and its speed in m/s (up to {FASTEST:g}), as run01.csv@4.8")
+        found = identify(read_run(Path(name), speed), first_s=first_s, last_s=last_s, start_hz=start_hz)
+        z = found.eigenvalue
+        shown.append([
+            found.run, speed, f"{z.real:.3f} ± {found.sd[0]:.3f}", f"{z.imag:.3f} ± {found.sd[1]:.3f}", found.cycles,
+            found.r_squared, found.rejected or "ok",
+        ])  # fmt: skip
+        if not found.rejected:
+            rows.append(found.row(mode))
+    print_table(shown, ["run", "speed m/s", "real 1/s", "imaginary rad/s", "cycles", "R^2", "judgement"])
+    if out_file and rows:
+        with Path(out_file).open("w", encoding="utf-8", newline="") as file:
+            writer = csv.DictWriter(file, rows[0])
+            writer.writeheader()
+            writer.writerows({key: f"{x:.6g}" if isinstance(x, float) else x for key, x in row.items()} for row in rows)
+    if out_file and not rows:
+        raise InputError(f"no run could be used, {out_file} is not written; see the judgements above")

@@ -1,0 +1,141 @@
+"""Read a measurement file: what was measured, on which bicycle, and how well that bicycle is known.
+
+kind = "modal"                      # or "histories"
+bicycle = "kooijman2008"            # a name, a file, or a table of parameters
+[effects.NAME]                      # what the base model contains, as in a model file
+[uncertainty]                       # 1-sigma of bicycle and effect parameters, 0 fixes one
+[candidates.NAME]                   # what is known of a candidate: it is not fitted
+[modal]
+table = "weave.csv"
+[histories]                         # or this: drop_first_s, [[histories.runs]], [histories.noise_sd]
+"""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from bicycle.effect import effect_class
+from bicycle.model import Model
+from bicycle.model_file import build_model
+from studies.missing_effect.history_table import Run, read_runs
+from studies.missing_effect.modal_table import ModalPoint, read_modal
+from tyre.errors import InputError, unknown
+
+TOP_KEYS = ("kind", "description", "source", "bicycle", "effects", "uncertainty", "candidates", "modal", "histories")
+KINDS = ("modal", "histories")
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A measurement and its context.
+
+    Attributes
+    ----------
+    name : str
+        The file's name.
+    model : Model
+        The base model: bicycle and the effects it is known to have.
+    points : tuple of ModalPoint
+        Of a modal measurement.
+    runs : tuple of Run
+        Of time histories.
+    uncertainty : mapping
+        1-sigma by ``key`` or ``effect.parameter``, SI.
+    known : mapping
+        ``effect -> {parameter: value}`` of candidates.
+    noise_sd : mapping
+        Per history channel, where given.
+    notes : tuple of str
+        What was assumed or left out in reading; shown in the report.
+    """
+
+    name: str
+    model: Model
+    points: tuple[ModalPoint, ...] = ()
+    runs: tuple[Run, ...] = ()
+    uncertainty: Mapping[str, float] = field(default_factory=dict)
+    known: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    noise_sd: Mapping[str, float] = field(default_factory=dict)
+    description: str = ""
+    source: str = ""
+    notes: tuple[str, ...] = ()
+
+    @property
+    def kind(self) -> str:
+        """``modal`` or ``histories``."""
+        return "modal" if self.points else "histories"
+
+
+def read_measurement(path: str | Path) -> Measurement:
+    """Read MEASUREMENT.toml and the tables it names.
+
+    Raises
+    ------
+    InputError
+        Anything missing, unknown, out of range or not finite, with file, row or key and the remedy.
+    """
+    path = Path(path)
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise InputError(f"{path}: no such measurement file") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: not a TOML file: {error}") from error
+    try:
+        return _measurement(content, path)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def _measurement(content: Mapping[str, Any], path: Path) -> Measurement:
+    for key in content:
+        if key not in TOP_KEYS:
+            raise InputError(unknown("key", key, TOP_KEYS))
+    kind = content.get("kind")
+    if kind not in KINDS:
+        raise InputError(f'kind = {kind!r} is not allowed; write kind = "modal" or kind = "histories"')
+    for other in KINDS:
+        if (other in content) != (other == kind):
+            needed = f"the table [{kind}] is missing" if other == kind else f"the table [{other}] does not belong here"
+            raise InputError(f"kind is {kind!r} but {needed}")
+    model = build_model({k: content[k] for k in ("bicycle", "effects") if k in content}, folder=path.parent)
+    common: dict[str, Any] = {
+        "name": path.stem, "model": model, "uncertainty": _uncertainty(_table(content, "uncertainty")),
+        "known": _known(_table(content, "candidates")),
+        "description": str(content.get("description", "")), "source": str(content.get("source", "")),
+    }  # fmt: skip
+    if kind == "modal":
+        points, notes = read_modal(_table(content, "modal"), path.parent)
+        return Measurement(**common, points=points, notes=notes)
+    runs, noise, notes = read_runs(_table(content, "histories"), path.parent)
+    return Measurement(**common, runs=runs, noise_sd=noise, notes=notes)
+
+
+def _table(content: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    table = content.get(key, {})
+    if not isinstance(table, Mapping):
+        raise InputError(f"{key} = {table!r} must be a table: write [{key}] and the keys below it")
+    return table
+
+
+def _uncertainty(table: Mapping[str, Any], prefix: str = "") -> dict[str, float]:
+    flat: dict[str, float] = {}
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            flat |= _uncertainty(value, f"{prefix}{key}.")
+        else:
+            flat[prefix + key] = value
+    return flat
+
+
+def _known(table: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
+    for identifier, parameters in table.items():
+        names = [p.name for p in effect_class(identifier).parameters]
+        if not isinstance(parameters, Mapping):
+            raise InputError(f"[candidates] holds tables: write [candidates.{identifier}] and parameters below it")
+        for name in parameters:
+            if name not in names:
+                raise InputError(f"[candidates.{identifier}]: {unknown('parameter', name, names)}")
+    return dict(table)

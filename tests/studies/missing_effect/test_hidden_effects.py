@@ -1,0 +1,148 @@
+"""Hidden effects, made by the generator that shares nothing with the fitter: found, and none named where none is."""
+
+import ast
+import dataclasses
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import studies.missing_effect.blind_generator as generator
+from bicycle import Model, load_bicycle
+from bicycle.modes import modes
+from studies.cli import main
+from studies.missing_effect import diagnose, read_measurement
+from studies.missing_effect.candidates import find_candidates
+
+
+def case(tmp_path, hidden, seed, **settings):
+    truth = generator.modal_case(tmp_path, hidden=hidden, rng=np.random.default_rng(seed), **settings)
+    return truth, read_measurement(tmp_path / "MEASUREMENT.toml")
+
+
+def test_the_generator_shares_no_module_with_the_fitter():
+    tree = ast.parse(Path(generator.__file__).read_text(encoding="utf-8"))
+    imported = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+    imported |= {name.name for node in ast.walk(tree) if isinstance(node, ast.Import) for name in node.names}
+    assert not [name for name in imported if name and name.startswith("studies")]
+
+
+@pytest.mark.parametrize("settings", [{}, {"too_tight": 1.5}, {"kind": "tyre", "bicycle": "browser"}])
+def test_nothing_hidden_nothing_named(tmp_path, settings):
+    _, measurement = case(tmp_path, (), 5, **settings)
+    found = diagnose(measurement).verdict
+    assert found.verdict == "none"
+    assert found.effects == ()
+
+
+@pytest.mark.parametrize(
+    "name", ["steer_damper", "steer_spring", "pneumatic_trail", "front_compliance", "camber_thrust"]
+)
+def test_one_hidden_effect_is_named_with_its_size(tmp_path, name):
+    settings = {"bicycle": "benchmark", "points": 7} if name == "front_compliance" else {"bicycle": "browser"}
+    truth, measurement = case(tmp_path, (name,), 11, **settings)
+    found = diagnose(measurement).verdict
+    assert found.verdict in ("named", "class")
+    assert name in found.equivalent
+    assert len(found.equivalent) <= 3
+    gap = found.held_out_gap
+    assert gap["final"] < min(0.5, gap["nuisance_only"])
+    if found.effects[0].identifier == name:
+        key, (value, sd) = next(iter(found.effects[0].parameters.items()))
+        true = truth.effects[name][key.split(".")[0]]
+        true = true["rear"] if isinstance(true, dict) else true
+        assert abs(value - true) < 4 * sd
+
+
+def test_a_hidden_rider_who_sways_is_named(tmp_path):
+    rng = np.random.default_rng(3)
+    nominal = load_bicycle("rigid_rider")
+    sd = generator.uncertainty(nominal)
+    body = {
+        "mass": 45.0,
+        "x": 0.33,
+        "z": -1.35,
+        "Ixx": 2.0,
+        "Izz": 1.0,
+        "joint_z": -0.9,
+        "stiffness": 1200.0,
+        "damping": 50.0,
+    }
+    real = generator.true_model(generator.perturbed(nominal, sd, rng), {}, {"rider_lean": body}).linear_model()
+    speeds = np.sort(rng.uniform(3, 8, 8).round(3))
+    found = modes(real, speeds)
+    rows = [
+        generator.table_row(v, mode, z, s, 1.0, True, rng)
+        for mode in ("weave", "rider")
+        for v, z, s in zip(speeds, found.branch(mode)[:, 0], found.shape(mode).phasors, strict=True)
+        if z.imag > 0.5 and -z.real < 0.7 * abs(z)
+    ]
+    generator.write_modal(tmp_path, "rigid_rider", {}, sd, rows)
+    verdict = diagnose(read_measurement(tmp_path / "MEASUREMENT.toml")).verdict
+    assert (verdict.verdict, verdict.equivalent) == ("named", ("rider_lean",))
+    value, spread = verdict.effects[0].parameters["stiffness"]
+    assert abs(value - 1200) < 3 * spread
+
+
+def test_a_rider_who_is_too_heavy_for_the_frame_is_made_smaller():
+    found, _ = find_candidates(Model(load_bicycle("benchmark")), {})
+    lean = next(c for c in found if c.identifier == "rider_lean")
+    assert 10 < lean.fixed["rider_lean.mass"] < 40
+
+
+def test_two_hidden_effects(tmp_path):
+    _, measurement = case(tmp_path, ("steer_spring", "steer_damper"), 3, bicycle="browser", points=16)
+    found = diagnose(measurement).verdict
+    assert found.verdict in ("named", "class")
+    assert {e.identifier for e in found.effects} == {"steer_spring", "steer_damper"}
+
+
+def test_an_effect_that_the_library_lacks_is_not_misnamed(tmp_path):
+    _, measurement = case(tmp_path, ("front_compliance",), 11, bicycle="benchmark", points=7)
+    found = diagnose(measurement, without=("front_compliance",)).verdict
+    assert found.verdict == "unknown"
+    assert found.refused["front_compliance"] == "left out by request"
+    assert found.mimics
+
+
+def without_ratios(measurement):
+    return dataclasses.replace(measurement, points=tuple(dataclasses.replace(p, ratios={}) for p in measurement.points))
+
+
+def test_what_cannot_be_told_apart_is_a_class_and_the_advice_separates(tmp_path):
+    """Trail and steer spring look alike in weave eigenvalues; the advised channel tells them apart."""
+    _, full = case(tmp_path, ("steer_spring",), 2, bicycle="kooijman2008", points=10, noise=2.0)
+    found = diagnose(without_ratios(full)).verdict
+    assert found.verdict == "class"
+    assert set(found.equivalent) == {"steer_spring", "pneumatic_trail"}
+    advice = [s for s in found.separating_measurements if not s.what.startswith("bench")]
+    assert advice[0].what == "steer over lean ratio at the measured speeds"
+    assert advice[0].gain > 2
+    better = diagnose(full).verdict
+    assert (better.verdict, better.equivalent) == ("named", ("steer_spring",))
+
+
+def test_report_and_json_of_the_command(tmp_path):
+    case(tmp_path, ("steer_damper",), 2, bicycle="pista")
+    main(
+        [
+            "diagnose",
+            str(tmp_path / "MEASUREMENT.toml"),
+            "--out",
+            str(tmp_path / "out"),
+            "--json",
+            str(tmp_path / "v.json"),
+        ]
+    )
+    verdict = json.loads((tmp_path / "v.json").read_text())
+    assert {"verdict", "effects", "class", "posterior", "chi2", "held_out_gap", "worst", "separating_measurements",
+            "goodness_of_fit_p", "warnings"} <= set(verdict)  # fmt: skip
+    assert verdict["effects"][0]["parameters"]["damping"]["sd"] > 0
+    assert verdict["posterior"]["steer_damper"] > 0.5
+    text = (tmp_path / "out" / "report.md").read_text()
+    for words in ("Where the gap is", "What was tried", "How sure", "steer_damper"):
+        assert words in text
+    for figure in ("gap", "before_after", "posterior", "similarity", "held_out"):
+        assert (tmp_path / "out" / f"{figure}.png").stat().st_size > 1000
+    assert "<table>" in (tmp_path / "out" / "report.html").read_text()

@@ -1,0 +1,120 @@
+"""Time histories made by the generator that shares nothing with the fitter."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from bicycle import Model, load_bicycle
+from bicycle.input_history import InputHistory
+from bicycle.responses import respond
+from studies.missing_effect import diagnose, read_measurement
+from studies.missing_effect.blind_histories import coloured, history_case
+from studies.missing_effect.diagnose import forward_model
+from studies.missing_effect.fit import fit
+from studies.missing_effect.history_forward import _exponential
+from studies.missing_effect.history_table import Run
+from studies.missing_effect.measurement import Measurement
+from studies.missing_effect.report import write_report
+
+FEW = {"runs": 3, "duration": 2.5}
+
+
+def case(tmp_path, hidden, seed, **settings):
+    truth = history_case(tmp_path, hidden=hidden, rng=np.random.default_rng(seed), **settings)
+    return truth, read_measurement(tmp_path / "MEASUREMENT.toml")
+
+
+def test_the_model_replays_its_own_response(tmp_path):
+    """Unknown start, torque held between samples: what is left is the wide prior of the start only."""
+    model, time = Model(load_bicycle("benchmark")), np.arange(300) * 0.01
+    torque = InputHistory(np.array([0.0, 0.5, 0.9, 1.3]), np.array([0.0, 3.0, -3.0, 0.0]))
+    r = respond(model.linear_model(), speed=5.0, time=time, initial={"lean_rate": 0.3}, inputs={"steer_torque": torque})
+    channels = {"roll_rate_rad_s": r.outputs["lean_rate"], "steer_rad": r.outputs["steer"]}
+    run = Run("a", 5.0, time, channels, {"steer_torque_N_m": torque.at(time)})
+    measurement = Measurement("own", model, runs=(run,), noise_sd={"roll_rate_rad_s": 0.02, "steer_rad": 0.005})
+    forward = forward_model(measurement)
+    residual, jacobian = forward.residual((), np.array([u.centre for u in forward.nuisances]))
+    assert residual @ residual < 2 * (0.3 / 3.0) ** 2  # the prior of the initial lean rate has sd 3 rad/s
+    assert jacobian.shape == (600, len(forward.nuisances))
+
+
+def test_derivatives_agree_with_differences_of_the_residual(tmp_path):
+    _, measurement = case(tmp_path, (), 3, bicycle="pista", **FEW)
+    forward = forward_model(measurement)
+    for identifier in ("steer_damper", "steer_torque_delay", "roll_rate_delay", "steer_scale", "speed_scale"):
+        candidate = next(c for c in forward.candidates if c.identifier == identifier)
+        theta = np.concatenate([[u.centre for u in forward.nuisances], candidate.starts[0]])
+        _, jacobian = forward.residual((candidate,), theta)
+        k = len(forward.nuisances)
+        h = np.zeros_like(theta)
+        h[k] = 1e-3 * candidate.unknowns[0].scale
+        plus, minus = (forward.residual((candidate,), theta + s * h, slopes=False)[0] for s in (1, -1))
+        numeric, slope = (plus - minus) / (2 * h[k]), jacobian[:, k]
+        # the derivative holds the marginalised start: it differs where the start would follow, not in direction
+        assert slope @ numeric / np.sqrt((slope @ slope) * (numeric @ numeric)) > 0.98, identifier
+
+
+def test_matrix_exponential():
+    matrices = np.random.default_rng(1).normal(0, [[[1.0]], [[30.0]]], (2, 6, 6))
+    for found, matrix in zip(_exponential(matrices), matrices, strict=True):
+        np.testing.assert_allclose(found, expm(matrix), rtol=1e-9, atol=1e-10 * np.abs(expm(matrix)).max())
+
+
+@pytest.mark.parametrize("settings", [{}, {"forced": False}, {"transient": 0.05}, {"state_noise": False}])
+def test_nothing_hidden_nothing_named(tmp_path, settings):
+    _, measurement = case(tmp_path, (), 7, bicycle="browser", **FEW, **settings)
+    found = diagnose(measurement).verdict
+    assert found.verdict == "none"
+    assert found.effects == ()
+
+
+def test_coloured_noise_is_estimated_and_keeps_chi_squared_honest(tmp_path):
+    _, measurement = case(tmp_path, (), 8, bicycle="browser", **FEW)
+    rng = np.random.default_rng(4)
+    runs = tuple(
+        dataclasses.replace(run, channels={k: x + coloured(len(x), 0.03, 0.9, rng) for k, x in run.channels.items()})
+        for run in measurement.runs
+    )
+    measurement = dataclasses.replace(measurement, runs=runs, noise_sd={})
+    forward = forward_model(measurement)
+    forward = forward.refined(fit(forward))
+    assert 0.8 < forward.noise["steer_rad"].colour < 0.95
+    found = fit(forward)
+    assert found.chi2 / len(found.residual) == pytest.approx(1, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("name", "settings"),
+    [
+        ("steer_damper", {"bicycle": "browser"}),
+        ("relaxation_length", {"speeds": (13.0, 17.0)}),  # forced, near 15 m/s
+    ],
+)
+def test_one_hidden_effect_is_named_with_its_size(tmp_path, name, settings):
+    truth, measurement = case(tmp_path, (name,), 3, **FEW, **settings)
+    found = diagnose(measurement).verdict
+    assert found.verdict in ("named", "class")
+    assert found.equivalent[0] == name
+    key, (value, sd) = next(iter(found.effects[0].parameters.items()))
+    assert abs(value - truth.effects[name][key]) < 4 * sd
+
+
+def test_a_sensor_that_reads_too_much_is_told_from_a_physical_effect(tmp_path):
+    _, measurement = case(tmp_path, (), 9, bicycle="browser", **FEW)
+    runs = tuple(
+        dataclasses.replace(run, channels={**run.channels, "steer_rad": 0.8 * run.channels["steer_rad"]})
+        for run in measurement.runs
+    )
+    found = diagnose(dataclasses.replace(measurement, runs=runs)).verdict
+    assert found.equivalent[0] == "steer_scale"
+    assert found.effects[0].parameters["scale"][0] == pytest.approx(-0.2, abs=0.02)
+
+
+def test_the_report_shows_channels_over_speed(tmp_path):
+    _, measurement = case(tmp_path, ("steer_damper",), 3, bicycle="browser", **FEW)
+    write_report(diagnose(measurement), tmp_path / "out")
+    text = (tmp_path / "out" / "report.md").read_text()
+    assert "| roll_rate_rad_s | 753 |" in text
+    assert (tmp_path / "out" / "gap.png").stat().st_size > 1000

@@ -1,0 +1,79 @@
+"""Predicted eigenvalues, ratios and derivatives against the model and against differences of the whole prediction."""
+
+import numpy as np
+import pytest
+
+from bicycle import Model, effect_class, load_bicycle
+from bicycle.modes import modes
+from studies.missing_effect.candidates import find_candidates
+from studies.missing_effect.modal_forward import ModalForward, measurement_candidates
+from studies.missing_effect.modal_table import ModalPoint
+from studies.missing_effect.nuisances import nuisances
+
+TYRE = {"cornering_stiffness": {"rear": 6000.0, "front": 4500.0}, "relaxation_length": 0.1}
+
+
+def forward_at(model, speeds, mode="weave"):
+    found = modes(model.linear_model(), speeds)
+    shape = found.shape(mode).phasors
+    points = tuple(
+        ModalPoint(
+            v, mode, z, (0.05, 0.05), {"steer_over_lean": (s[1] / s[0], 0.02), "yaw_over_lean": (s[2] / s[0], 0.02)}
+        )
+        for v, z, s in zip(speeds, found.branch(mode)[:, 0], shape, strict=True)
+    )
+    unknowns, _ = nuisances(model, {})
+    candidates, refused = find_candidates(model, {})
+    sensors = measurement_candidates(("steer_over_lean", "yaw_over_lean"))
+    return ModalForward(
+        base=model, points=points, nuisances=unknowns, candidates=(*candidates, *sensors), refused=refused
+    )
+
+
+@pytest.fixture(scope="module", params=["rolling", "tyre"])
+def forward(request):
+    effects = () if request.param == "rolling" else (effect_class("relaxation_length")(**TYRE),)
+    return forward_at(Model(load_bicycle("benchmark"), effects), [4.5, 5.5, 7.0])
+
+
+def test_the_modes_of_the_model_itself_leave_no_residual(forward):
+    residual, _ = forward.residual((), np.array([u.centre for u in forward.nuisances]))
+    assert np.abs(residual).max() < 1e-8
+
+
+def test_derivatives_agree_with_differences_of_the_prediction(forward):
+    for candidate in forward.candidates:
+        unknowns = (*forward.nuisances, *candidate.unknowns)
+        theta = np.concatenate([[u.centre for u in forward.nuisances], candidate.starts[1]])
+        _, jacobian = forward.residual((candidate,), theta)
+        for k, u in enumerate(unknowns):
+            h = np.zeros_like(theta)
+            h[k] = 1e-3 * (min(u.scale, theta[k]) if u.lowest > 0 else u.scale)
+            plus, minus = (forward.residual((candidate,), theta + s * h, slopes=False)[0] for s in (1, -1))
+            numeric = (plus - minus) / (2 * h[k])
+            scale = max(np.abs(numeric).max(), 1e-3 / u.scale)
+            assert np.abs(jacobian[:, k] - numeric).max() < 3e-4 * scale, (candidate.identifier, u.name)
+
+
+def test_matrix_slopes_agree_with_the_symbolic_derivative(forward):
+    family = forward.family(())
+    theta = np.array([u.centre for u in forward.nuisances])
+    batch, steps = family.stencil(theta)
+    slope = family(batch, np.array([5.0])).slope(steps)
+    for key in ("lam", "IBxx", "c"):
+        k = [u.name for u in forward.nuisances].index(key)
+        exact = family.evaluate.derivative(key, forward.base.parameters)
+        total = sum(5.0**power * matrix for power, matrix in exact.dynamics.items()) * family.state_scale
+        np.testing.assert_allclose(slope.dynamics[k, 0], total, rtol=1e-6, atol=1e-6 * np.abs(total).max())
+
+
+def test_a_speed_with_two_modes_uses_each_root_once():
+    model = Model(load_bicycle("benchmark"), (effect_class("relaxation_length")(**TYRE),))
+    found = modes(model.linear_model(), [8.0])
+    weave, wobble = (complex(found.branch(name)[0, 0]) for name in ("weave", "wobble"))
+    near = 0.6 * weave + 0.4 * wobble  # the nearest root of this one is weave
+    points = (ModalPoint(8.0, "weave", weave, (0.1, 0.1)), ModalPoint(8.0, "wobble", near, (0.1, 0.1)))
+    forward = ModalForward(base=model, points=points, nuisances=(), candidates=())
+    residual, _ = forward.residual((), np.empty(0))
+    np.testing.assert_allclose(residual[:2], 0, atol=1e-6)
+    assert residual[3] == pytest.approx((near - wobble).imag / 0.1)

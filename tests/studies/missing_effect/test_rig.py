@@ -1,0 +1,49 @@
+"""The engine at the tyre: flat-track and drum tables of the paper (Dell'Orto, Ballo, Mastinu & Gobbi, 2 and 3)."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from studies.missing_effect.rig_forward import diagnose_tables
+from tyre.errors import InputError
+from tyre.maps.table_io import read_folder
+
+
+@pytest.fixture(scope="module")
+def tables():
+    return {(t.tyre, t.surface): t for t in read_folder()}
+
+
+def test_the_drum_is_named_for_what_the_flat_track_values_miss(tables):
+    """The tables differ by a tenth: more than a calibration error, in the sense in which a curved track acts."""
+    flat, drum = tables["Tyre1", "flat"], tables["Tyre1", "drum"]
+    assert (drum.cornering_stiffness < flat.cornering_stiffness).all()
+    found = diagnose_tables(flat, drum).verdict
+    assert found.equivalent[0] == "drum_curvature"
+    exponent, sd = found.effects[0].parameters["exponent"]
+    ratio = np.exp(np.mean(np.log(flat.cornering_stiffness / drum.cornering_stiffness)))
+    assert exponent == pytest.approx(np.log(ratio) / np.log1p(0.34 / 1.3), abs=3 * sd)
+    assert found.held_out_gap["final"] < found.held_out_gap["nuisance_only"]
+
+
+def test_the_same_surface_again_misses_nothing(tables):
+    flat = tables["Tyre1", "flat"]
+    rng = np.random.default_rng(2)
+    again = dataclasses.replace(
+        flat, cornering_stiffness=flat.cornering_stiffness * (1 + 0.015 * rng.standard_normal(len(flat.load)))
+    )
+    assert diagnose_tables(flat, again).verdict.verdict == "none"
+
+
+def test_two_tyres_are_refused(tables):
+    with pytest.raises(InputError, match="tables of two tyres, 'Tyre1' and 'Tyre2'; give one tyre on two surfaces"):
+        diagnose_tables(tables["Tyre1", "flat"], tables["Tyre2", "flat"])
+
+
+def test_few_conditions_are_refused(tables):
+    flat = tables["Tyre1", "flat"]
+    keys = ("load", "pressure", "cornering_stiffness", "lateral_stiffness", "lateral_stiffness_sd")
+    few = dataclasses.replace(flat, **{key: getattr(flat, key)[:3] for key in keys}, lateral_stiffness_shared_over=())
+    with pytest.raises(InputError, match="3 conditions are too few; six are needed"):
+        diagnose_tables(few, flat)

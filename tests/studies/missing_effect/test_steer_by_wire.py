@@ -1,0 +1,25 @@
+"""Real recordings with known torque, where VELOTYRE_EXTRA_DATA leads to them; skipped elsewhere."""
+
+import os
+
+import pytest
+
+from studies.missing_effect import diagnose
+from studies.missing_effect.steer_by_wire import VARIABLE, find_folder, steer_by_wire
+from tyre.errors import InputError
+
+
+def test_the_variable_must_lead_to_the_recordings(monkeypatch, tmp_path):
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    with pytest.raises(InputError, match=r"no steer_by_wire recordings \(runs.csv\) there"):
+        find_folder()
+
+
+@pytest.mark.skipif(not os.environ.get(VARIABLE), reason=f"{VARIABLE} is not set")
+def test_something_that_opposes_the_steer_rate_is_found():
+    """A replay made independently of velotyre: viscous steer damping of about 0.5 N m s/rad closes most of the gap."""
+    found = diagnose(steer_by_wire(find_folder(), per_speed=2), without=("steer_assist",)).verdict
+    effects = {e.identifier: e.parameters for e in found.effects}
+    assert found.verdict in ("partial", "class", "named")
+    assert effects["steer_damper"]["damping"][0] == pytest.approx(0.5, abs=0.15)
+    assert found.held_out_gap["final"] < 0.5 * found.held_out_gap["nuisance_only"]
