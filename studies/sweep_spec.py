@@ -1,0 +1,111 @@
+"""What a sweep is: plain data that travels to any worker, and its fingerprint."""
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from importlib.metadata import version
+from typing import Any
+
+from bicycle.eigen import default_solver
+from bicycle.model import Model
+from bicycle.model_file import build_model
+
+WHEELS = ("rear", "front")
+SPEED = "speed_m_s"
+TYRE_UNITS = {"pressure_bar": "bar", "load_N": "N", "tyre": "", "surface": ""}
+BY_SPEED = {
+    "eigenvalues": "1/s", "largest_growth_rate": "1/s", "smallest_damping_ratio": "1", "modes": "1/s",
+    "frequencies": "Hz", "damping_ratios": "1", "sensitivities": "1/s per SI unit of the parameter",
+}  # fmt: skip
+OUTPUTS = BY_SPEED | {"critical_speeds": "m/s", "parameters": "SI unit of the parameter"}
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A parameter and its grid values: numbers, or names for ``tyre`` and ``surface``."""
+
+    name: str
+    values: tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Normal:
+    """Jointly normal parameters: ``factor`` times its transpose is their covariance."""
+
+    names: tuple[str, ...]
+    mean: tuple[float, ...]
+    factor: tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """A parameter spread evenly between ``low`` and ``high``."""
+
+    name: str
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """Everything a chunk needs to know; plain data that travels to any worker.
+
+    An item is one bicycle: a cell of the grid (without speed) and a sample; items are numbered in C order, samples
+    fastest. A point is an item at a speed. ``model`` is the content of a model file with the bicycle as numbers;
+    ``quantiles`` None means that every sample is kept, otherwise samples are reduced.
+    """
+
+    model: Mapping[str, Any]
+    axes: tuple[Axis, ...]
+    speeds: tuple[float, ...]
+    samples: int
+    seed: int
+    normals: tuple[Normal, ...]
+    uniforms: tuple[Uniform, ...]
+    tyre_covariance: bool
+    relative_cornering_stiffness_sd: float
+    outputs: tuple[str, ...]
+    max_speed: float
+    quantiles: tuple[float, ...] | None
+    points_per_part: int
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Lengths of the grid axes, then of the samples."""
+        return (*(len(axis.values) for axis in self.axes), self.samples)
+
+    @property
+    def items(self) -> int:
+        """Number of bicycles."""
+        return math.prod(self.shape)
+
+    @property
+    def points_per_item(self) -> int:
+        """Number of speeds, at least 1."""
+        return max(len(self.speeds), 1)
+
+    @property
+    def varied(self) -> tuple[str, ...]:
+        """Names of all that is varied, without the speed grid."""
+        joint = tuple(name for normal in self.normals for name in normal.names)
+        return (*(axis.name for axis in self.axes), *joint, *(u.name for u in self.uniforms))
+
+    @property
+    def nominal(self) -> Model:
+        """The model of the file, before anything is varied."""
+        return build_model(self.model)
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """Same fingerprint, same numbers to the last bit; the size of the parts does not matter."""
+        content = asdict(replace(self, points_per_part=0)) | {"software": software()}
+        return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def software() -> dict[str, str]:
+    """What computes: the solver and the versions that could change a last digit."""
+    names = ["velotyre", "numpy", "scipy", *(["numba"] if default_solver().__name__ == "compiled" else [])]
+    return {"eigenvalue_solver": default_solver().__name__} | {name: version(name) for name in names}

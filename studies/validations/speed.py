@@ -1,0 +1,153 @@
+"""How fast velotyre is: ratios against peers, LAPACK and plain loops, measured in one run; medians.
+
+The table goes to benchmarks.md beside the JSON, or to --table. A quiet machine matters: other work on it spoils every
+ratio with threads. What cannot be measured here is listed with the reason.
+"""
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from studies.validations import _speed_measures as measure
+
+Row = dict[str, Any]
+Measured = Callable[[], Row]
+
+
+def run(*, out: Path, quick: bool = False, table: str = "") -> dict[str, Any]:
+    """Measure every row; ``quick`` takes about a minute and small sizes, otherwise about ten."""
+    from tqdm import tqdm
+
+    machine = measure.machine()
+    rows: list[Row] = []
+    for name, target, measured in tqdm(list(_rows(quick)), desc="rows"):
+        row: Row = {"figure": name, "target": target}
+        try:
+            row |= measured()
+        except Exception as error:  # a peer that is missing or broken must not cost the other rows
+            row |= {"measured": None, "met": None, "note": f"not measured: {type(error).__name__}: {error}"}
+        rows.append(row)
+    result = {"machine": machine, "quick": quick, "rows": rows}
+    path = Path(table) if table else out / "benchmarks.md"
+    path.write_text(markdown(result), encoding="utf-8")
+    return result
+
+
+def _rows(quick: bool) -> Iterator[tuple[str, str, Measured]]:
+    few, repeats = (10, 1) if quick else (1, 5)
+    speeds, bicycles, points = 100_000 // few, 100_000 // few, 1_000_000 // few
+    for path, over_speeds, over_bicycles in (("numpy", 10, 15), ("fast", 50, 50)):
+        solver = measure.SOLVERS[path]
+        yield (
+            f"4 states over {speeds} speeds against bicycleparameters' calc_eigen, {path}", f">= {over_speeds} x",
+            _faster(over_speeds, speeds, measure.peer_speeds, speeds, solver, repeats),
+        )  # fmt: skip
+        yield (
+            f"{bicycles // 5} distinct 4-state bicycles against bicycleparameters' calc_eigen, {path}", "",
+            _faster(None, bicycles // 5, measure.peer_bicycles, bicycles // 5, solver, min(repeats, 3)),
+        )  # fmt: skip
+        yield (
+            f"{bicycles} distinct bicycles, 8 states, assembly included, against a Python loop, {path}",
+            f">= {over_bicycles} x", _faster(over_bicycles, 1, measure.python_loop, bicycles, 300, repeats, solver),
+        )  # fmt: skip
+    count = 50_000 // few
+    yield (
+        "stacked numpy path against LAPACK's own time, 8 states", "<= 1.15",
+        _slower(1.15, count, measure.lapack_itself, count, repeats),
+    )  # fmt: skip
+    count = 200_000 // few
+    for path, solver in measure.SOLVERS.items():
+        yield f"2 threads against 1, {path}", ">= 1.7 x", _faster(1.7, count, measure.threads, count, solver, repeats)
+    counts = [1000, 10_000, 100_000] + ([] if quick else [1_000_000])
+    yield f"growth of time with points, 1000 to {counts[-1]}", "exponent <= 1.05", partial(_exponent, counts)
+    yield f"memory of a {10 * points}-point sweep with reductions", "flat, < 500 MB", partial(_memory, 10 * points)
+    count = 20_000 // few
+    for order in (8, 12):
+        yield (
+            f"all critical speeds of one bicycle, {order} states, against a 400-speed grid with polishing",
+            "faster, none missed", partial(_critical, order, repeats),
+        )  # fmt: skip
+        yield (
+            f"gradients of all eigenvalues in all parameters, {order} states, against eigenvalues alone (numpy)",
+            "<= 2.5", _slower(2.5, count, measure.gradients, count, order, repeats),
+        )  # fmt: skip
+    yield (
+        f"dask.distributed, 2 workers, against 2 threads, {points} points", "<= 1.3",
+        _slower(1.3, points, measure.cluster, points, min(repeats, 3)),
+    )  # fmt: skip
+
+
+def _faster(least: float | None, count: int, compare: Callable[..., measure.Pair], *arguments: Any) -> Measured:
+    """How many times faster the second side is, over ``count`` matrices."""
+
+    def measured() -> Row:
+        pair = compare(*arguments)
+        ratio = pair[0] / pair[1]
+        met = None if least is None else ratio >= least
+        return {"measured": f"{ratio:.3g} x", "met": met, "note": _each(pair, count), "seconds": pair}
+
+    return measured
+
+
+def _slower(most: float, count: int, compare: Callable[..., measure.Pair], *arguments: Any) -> Measured:
+    """How many times longer the second side takes."""
+
+    def measured() -> Row:
+        pair = compare(*arguments)
+        ratio = pair[1] / pair[0]
+        return {"measured": f"{ratio:.3g}", "met": ratio <= most, "note": _each(pair, count), "seconds": pair}
+
+    return measured
+
+
+def _each(pair: measure.Pair, count: int) -> str:
+    return f"{pair[0] / count * 1e6:.3g} and {pair[1] / count * 1e6:.3g} µs each"
+
+
+def _exponent(counts: list[int]) -> Row:
+    exponent = measure.growth(counts)
+    return {"measured": f"{exponent:.3f}", "met": exponent <= 1.05, "note": "8 states, 2 threads"}
+
+
+def _memory(points: int) -> Row:
+    (small, _), (large, seconds) = measure.peak_memory(points // 10), measure.peak_memory(points)
+    flat = large < 1.1 * small + 20
+    return {
+        "measured": f"{large:.0f} MB", "met": flat and large < 500,
+        "note": f"{small:.0f} MB with a tenth of the points; {seconds:.0f} s, 8 states, 2 threads",
+    }  # fmt: skip
+
+
+def _critical(order: int, repeats: int) -> Row:
+    grid, pencil, on_grid, found = measure.critical(order, repeats)
+    return {
+        "measured": f"{grid / pencil:.2g} x", "met": grid > pencil and found >= on_grid, "seconds": (grid, pencil),
+        "note": f"{grid * 1e3:.0f} and {pencil * 1e3:.0f} ms; {on_grid} crossings on the grid, {found} found and named",
+    }  # fmt: skip
+
+
+def markdown(result: dict[str, Any]) -> str:
+    """The table as a page."""
+    from tabulate import tabulate
+
+    words = {True: "yes", False: "no", None: "-"}
+    rows = [
+        [row["figure"], row["target"] or "-", row["measured"] or "-", words[row["met"]], row["note"]]
+        for row in result["rows"]
+    ]
+    machine = result["machine"]
+    packages = ", ".join(f"{name} {machine[name]}" for name in ("numpy", "scipy", "numba", "BicycleParameters"))
+    headers = ["figure", "target", "measured", "met", "each"]
+    text = tabulate(rows, headers=headers, tablefmt="github", disable_numparse=True)
+    quick = "\nA quick run with small sizes: indicative only.\n" if result["quick"] else ""
+    return f"""# Benchmarks
+
+Written by `velotyre validate speed --table docs/benchmarks.md`. Ratios are of medians of calls that take turns in one
+run; `numpy` is the stacked LAPACK path, `fast` the compiled kernel (extra `fast`), both on two threads.
+{quick}
+Machine: {machine["processor"]}, {machine["cores"]} cores, {machine["system"]}, Python {machine["python"]}, {packages};
+load average at the start {machine["load"]} (other work on the machine spoils the ratios with threads).
+
+{text}
+"""

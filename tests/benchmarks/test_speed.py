@@ -1,0 +1,53 @@
+"""Speed of the paths a sweep takes: run with ``pytest tests/benchmarks --benchmark-only``.
+
+The table of docs/benchmarks.md, with ratios to peers, comes from ``velotyre validate speed``.
+"""
+
+import importlib.util
+
+import numpy as np
+import pytest
+
+from bicycle.batch import coefficients, state_matrices
+from bicycle.eigen import compiled, eigenvalues, eigenvalues_along, lapack
+from studies.validations import _speed_measures as measure
+
+SOLVERS = [
+    pytest.param(lapack, id="numpy"),
+    pytest.param(
+        compiled, id="fast", marks=pytest.mark.skipif(not importlib.util.find_spec("numba"), reason="needs numba")
+    ),
+]
+COUNT = 4096
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("order", [8, 12])
+def test_eigenvalues_of_a_stack(benchmark, solver, order):
+    stack = measure.tyre_model(order).linear_model().state_matrix(np.linspace(0.1, 30, COUNT))
+    found = benchmark(eigenvalues, stack, solver=solver)
+    np.testing.assert_allclose(found.sum(1).real, np.trace(stack, axis1=1, axis2=2), rtol=1e-9)
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_eigenvalues_along_speed(benchmark, solver):
+    linear = measure.Model(measure.load_bicycle("benchmark")).linear_model()
+    assert benchmark(eigenvalues_along, linear, np.linspace(0, 10, COUNT), solver=solver).shape == (COUNT, 4)
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_distinct_bicycles_with_assembly(benchmark, solver):
+    model = measure.tyre_model(8)
+    linear, values = model.linear_model(), model.parameters | {"mB": np.linspace(70, 100, COUNT)}
+
+    def together():
+        found = coefficients(linear, model.evaluator, values, COUNT, solver=solver)
+        return eigenvalues(state_matrices(found, np.array([[8.0]])), solver=solver)
+
+    assert benchmark(together).shape == (COUNT, 1, 8)
+
+
+def test_peer_over_speeds(benchmark):
+    pytest.importorskip("bicycleparameters", reason="the peer is not installed")
+    peer = measure.peer_model()
+    assert benchmark(peer.calc_eigen, v=np.linspace(0, 10, 500))[0].shape == (500, 4)

@@ -1,0 +1,254 @@
+"""Uncertainty propagation: linear against finite differences and Monte Carlo, samples against models built by hand."""
+
+import json
+
+import numpy as np
+import pytest
+
+from bicycle import Model, effect_class, load_bicycle
+from bicycle.critical import critical_speeds
+from bicycle.propagation import (
+    critical_speed_sd,
+    damping_ratio_gradient,
+    frequency_gradient,
+    mode_sd,
+    standard_deviation,
+)
+from studies.cli import main
+from studies.uncertainty import Uncertainty, total_effects
+from tyre import TyreMap
+from tyre.errors import InputError
+
+MEASURED = {"bicycle": "benchmark", "effects": {"relaxation_length": {"tyre": "Tyre1", "pressure_bar": 4.0}}}
+GIVEN = {
+    "bicycle": "benchmark",
+    "effects": {"relaxation_length": {"cornering_stiffness": 6000.0, "relaxation_length": 0.1}},
+}
+
+
+def built(stiffness, length, **bicycle):
+    """The benchmark bicycle on tyres of C (rear, front) and relaxation length (rear, front)."""
+    tyre = effect_class("relaxation_length")(
+        cornering_stiffness=dict(zip(("rear", "front"), map(float, stiffness), strict=True)),
+        relaxation_length=dict(zip(("rear", "front"), map(float, length), strict=True)),
+    )
+    return Model(load_bicycle("benchmark").replace(**bicycle), (tyre,)).linear_model()
+
+
+def first(model, mode, direction="destabilising"):
+    return next(c.speed for c in critical_speeds(model) if (c.mode, c.direction) == (mode, direction))
+
+
+def test_gradients_of_frequency_and_damping_are_those_of_the_formulas():
+    """A damped oscillator with f = 2 Hz and ratio 0.1, its parameters moved by hand."""
+    ratio, natural = 0.1, 4 * np.pi / np.sqrt(1 - 0.01)
+
+    def root(r, w):
+        return complex(-r * w, w * np.sqrt(1 - r * r))
+
+    h = 1e-6
+    slopes = np.array([
+        (root(ratio + h, natural) - root(ratio - h, natural)) / (2 * h),
+        (root(ratio, natural + h) - root(ratio, natural - h)) / (2 * h),
+    ])  # fmt: skip
+    here = root(ratio, natural)
+    np.testing.assert_allclose(damping_ratio_gradient(here, slopes), [1, 0], atol=1e-8)
+    np.testing.assert_allclose(frequency_gradient(slopes), [-natural * ratio / np.sqrt(0.99) / (2 * np.pi),
+                                                            np.sqrt(0.99) / (2 * np.pi)], rtol=1e-7)  # fmt: skip
+    assert standard_deviation([3.0, 4.0], [[1.0, 0.5], [0.5, 4.0]]) == pytest.approx(np.sqrt(9 + 12 + 64))
+
+
+def test_linear_sd_of_measured_tyres_is_that_of_finite_differences():
+    """Gradients in C and K by central differences of models built by hand, covariance from the map itself."""
+    loads = load_bicycle("benchmark").static_loads
+    measured = TyreMap.load("Tyre1", relative_cornering_stiffness_sd=0.03)
+    (rear, front), covariance = measured.joint([(load, 4e5) for load in loads])
+    mean = np.array(
+        [rear.cornering_stiffness, rear.lateral_stiffness, front.cornering_stiffness, front.lateral_stiffness]
+    )
+
+    def wobble(x):
+        return first(built(x[[0, 2]], x[[0, 2]] / x[[1, 3]]), "wobble")
+
+    steps = 1e-4 * np.diag(mean)
+    gradient = [(wobble(mean + h) - wobble(mean - h)) / (2 * h.sum()) for h in steps]
+    used = np.ix_([0, 1, 3, 4], [0, 1, 3, 4])
+    expected = float(np.sqrt(gradient @ covariance[used] @ gradient))
+    uncertainty = Uncertainty(MEASURED, relative_cornering_stiffness_sd=0.03)
+    found = {q.name: q for q in uncertainty.quantities([], samples=4000)}["wobble unstable above"]
+    assert found.value == pytest.approx(wobble(mean), rel=1e-9)
+    assert found.linear_sd == pytest.approx(expected, rel=1e-5)
+    assert found.sampled_sd == pytest.approx(expected, rel=0.05)
+    assert found.lost == 0
+    assert set(found.shares) == {"tyre cornering stiffness", "tyre lateral stiffness"}
+    assert sum(found.shares.values()) == pytest.approx(1)
+
+
+def test_sd_of_modes_and_critical_speeds_from_a_covariance_of_parameters():
+    """The four contact numbers of the main study: finite differences of models built by hand."""
+    mean = np.array([6000.0, 0.1, 5500.0, 0.09])
+    names = [f"relaxation_length.{what}.{wheel}" for wheel in ("rear", "front")
+             for what in ("cornering_stiffness", "relaxation_length")]  # fmt: skip
+    spread = np.diag(0.03 * mean) @ (0.3 + 0.7 * np.eye(4)) @ np.diag(0.03 * mean)
+
+    def quantities(x):
+        model = built(x[[0, 2]], x[[1, 3]])
+        values = model.eigenvalues(8.0)
+        weave = values[np.abs(values.imag - 4.4).argmin()]
+        return np.array([weave.imag / (2 * np.pi), -weave.real / abs(weave), first(model, "wobble")])
+
+    steps = 1e-5 * np.diag(mean)
+    slopes = np.array([(quantities(mean + h) - quantities(mean - h)) / (2 * h.sum()) for h in steps]).T
+    expected = np.sqrt(np.diag(slopes @ spread @ slopes.T))
+    tyre = effect_class("relaxation_length")(
+        cornering_stiffness={"rear": 6000.0, "front": 5500.0}, relaxation_length={"rear": 0.1, "front": 0.09}
+    )
+    model = Model(load_bicycle("benchmark"), (tyre,))
+    values = model.linear_model().eigenvalues(8.0)
+    found = mode_sd(model, 8.0, values[np.abs(values.imag - 4.4).argmin()], names, spread)
+    assert found == pytest.approx(expected[:2], rel=1e-5)
+    crossings = [c for c in critical_speeds(model.linear_model()) if c.mode == "wobble"]
+    assert critical_speed_sd(model, crossings, names, spread)[0] == pytest.approx(expected[2], rel=1e-5)
+    assert critical_speed_sd(model, [], names, spread).size == 0
+    with pytest.raises(InputError, match="unknown parameter 'tyre'"):
+        mode_sd(model, 8.0, 1j, ["tyre"], [[1.0]])
+    with pytest.raises(InputError, match="unknown parameter 'tyre'"):
+        critical_speed_sd(model, crossings, ["tyre"], [[1.0]])
+
+
+def test_a_heavier_rider_moves_the_wheel_loads_and_so_the_tyre():
+    uncertainty = Uncertainty(MEASURED, sd={"mB": 4.0})
+    tyre = TyreMap.load("Tyre1")
+
+    def wobble(mass):
+        loads = load_bicycle("benchmark").replace(mB=mass).static_loads
+        p = [tyre.at(load=load, pressure=4e5) for load in loads]
+        return first(built([q.cornering_stiffness for q in p], [q.relaxation_length for q in p], mB=mass), "wobble")
+
+    found = {q.name: q for q in uncertainty.quantities([], samples=2)}["wobble unstable above"]
+    slope = (wobble(85.5) - wobble(84.5)) * 4.0
+    at = uncertainty.names.index("mB")
+    assert found.gradient[at] == pytest.approx(slope, rel=2e-3)
+
+
+def test_samples_are_the_models_with_those_parameters():
+    uncertainty = Uncertainty(GIVEN, sd={"c": 0.004, "mB": 3.0})
+    found = {q.name: q for q in uncertainty.quantities([8.0], samples=40, seed=2)}
+    z = uncertainty.draw(40, 2)
+    trail, mass = (z[:, uncertainty.names.index(name)] for name in ("c", "mB"))
+    for k in range(0, 40, 8):
+        model = built([6000, 6000], [0.1, 0.1], c=0.08 + 0.004 * trail[k], mB=85 + 3 * mass[k])
+        assert found["wobble unstable above"].samples[k] == pytest.approx(first(model, "wobble"), rel=1e-8)
+        assert found["weave stable above"].samples[k] == pytest.approx(first(model, "weave", "stabilising"), rel=1e-8)
+        values = model.eigenvalues(8.0)
+        hertz = found["weave frequency at 8 m/s"].samples[k]
+        assert np.abs(values.imag / (2 * np.pi) - hertz).min() < 1e-9
+        ratio = found["weave damping ratio at 8 m/s"].samples[k]
+        assert np.nanmin(np.abs(-values.real / np.abs(values) - ratio)) < 1e-9
+
+
+def test_a_crossing_that_vanishes_is_counted_as_lost():
+    """A hinge that is often damped enough to end the wobble: its onset then does not exist."""
+    tyre = {"cornering_stiffness": 6302.5, "relaxation_length": 0.06}
+    hinge = {"stiffness": 3000.0, "damping": 15.0, "joint_x": 0.8, "joint_z": -0.85}
+    effects = {"relaxation_length": tyre, "front_compliance": hinge}
+    uncertainty = Uncertainty({"bicycle": "benchmark", "effects": effects}, sd={"front_compliance.damping": 3.0})
+    found = {q.name: q for q in uncertainty.quantities([], samples=40)}["wobble unstable above"]
+    exact = np.full(40, np.nan)
+    for k, z in enumerate(uncertainty.draw(40, 0)[:, 0]):
+        parts = (effect_class("relaxation_length")(**tyre),
+                 effect_class("front_compliance")(**hinge | {"damping": float(15 + 3 * z)}))  # fmt: skip
+        onsets = [c.speed for c in critical_speeds(Model(load_bicycle("benchmark"), parts).linear_model())
+                  if (c.mode, c.direction) == ("wobble", "destabilising") and c.speed < 14]  # fmt: skip
+        exact[k] = onsets[0] if onsets else np.nan
+    assert 0 < found.lost < 40
+    np.testing.assert_allclose(found.samples, exact, rtol=1e-8)
+    pytest.importorskip("SALib")
+    words = r"wobble unstable above vanishes for \d+ of \d+ bicycles, so its variance is not defined"
+    with pytest.raises(InputError, match=words):
+        total_effects(uncertainty, "wobble unstable above", base=64)
+
+
+def test_variance_shares_of_a_nearly_linear_case_are_the_linear_ones():
+    pytest.importorskip("SALib")
+    uncertainty = Uncertainty(
+        GIVEN, sd={"c": 0.001, "relaxation_length.relaxation_length.front": 0.002, "IFxx": 0.0001}
+    )
+    effects = total_effects(uncertainty, "wobble unstable above", base=256)
+    linear = {q.name: q for q in uncertainty.quantities([], samples=2)}["wobble unstable above"].shares
+    for name, (one, total, width) in effects.items():
+        assert one == pytest.approx(linear[name], abs=0.08)
+        assert total == pytest.approx(linear[name], abs=max(0.02, 2 * width))
+
+
+def test_bicycle_file_states_its_own_uncertainty():
+    uncertainty = Uncertainty({"bicycle": "pista", "effects": GIVEN["effects"]})
+    stated = {key for key, value in load_bicycle("pista").sd.items() if value > 0}
+    assert stated >= set(uncertainty.names)
+    assert len(uncertainty.names) > 3
+
+
+@pytest.mark.parametrize(
+    ("model", "options", "words"),
+    [
+        (GIVEN, {}, "nothing is uncertain: the bicycle states no sd and the model has no measured tyre"),
+        (GIVEN, {"sd": {"mb": 1.0}}, "unknown parameter 'mb'; did you mean 'mB'"),
+        (GIVEN, {"relative_cornering_stiffness_sd": 0.1}, "needs a measured tyre in the model file"),
+    ],
+)
+def test_refusals(model, options, words):
+    with pytest.raises(InputError, match=words):
+        Uncertainty(model, **options)
+
+
+def test_refused_switches_and_names():
+    steered = GIVEN["effects"] | {"steer_assist": {}}
+    try:
+        uncertainty = Uncertainty({"bicycle": "benchmark", "effects": steered}, sd={"c": 0.001})
+        uncertainty.nominal.linear_model()
+    except InputError:
+        parameters = effect_class("steer_assist").parameters
+        steered["steer_assist"] = {p.name: float(np.mean(p.typical)) for p in parameters if p.default is None}
+        uncertainty = Uncertainty({"bicycle": "benchmark", "effects": steered}, sd={"c": 0.001})
+    if len(uncertainty.nominal.linear_model().ranges) > 1:
+        with pytest.raises(InputError, match="switch at a speed, which uncertainty propagation does not cover"):
+            uncertainty.quantities([8.0], samples=2)
+    pytest.importorskip("SALib")
+    with pytest.raises(InputError, match="no critical speed 'wobble'; this model has weave stable above"):
+        total_effects(Uncertainty(GIVEN, sd={"c": 0.001}), "wobble")
+
+
+def test_salib_missing(monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "SALib.analyze", None)
+    with pytest.raises(
+        InputError, match=r"SALib is not installed; install it with pip install 'velotyre\[sensitivity\]'"
+    ):
+        total_effects(Uncertainty(GIVEN, sd={"c": 0.001}), "x")
+
+
+def test_command(tmp_path, capsys):
+    import tomli_w
+
+    file = tmp_path / "model.toml"
+    file.write_text(tomli_w.dumps(MEASURED), encoding="utf-8")
+    arguments = [
+        "uncertainty",
+        str(file),
+        "--speeds",
+        "6",
+        "--samples",
+        "50",
+        "--relative-cornering-stiffness-sd",
+        "0.03",
+    ]
+    main([*arguments, "--sd", "c=0.002", "--json", "-"])
+    found = json.loads(capsys.readouterr().out)["quantities"]
+    assert {"weave frequency at 6 m/s", "wobble unstable above"} <= {q["quantity"] for q in found}
+    assert all(q["linear_sd"] > 0 for q in found)
+    pytest.importorskip("SALib")
+    main([*arguments[:2], "--sd", "c=0.002", "--samples", "50", "--narrow", "capsize unstable above"])
+    shown = capsys.readouterr().out
+    assert "what would narrow 'capsize unstable above' most" in shown
+    with pytest.raises(SystemExit, match="2"):
+        main([*arguments, "--sd", "c"])
+    assert "--sd c: give NAME=VALUE" in capsys.readouterr().err
