@@ -47,7 +47,7 @@ class Evaluator:
             entries += [matrix[place] for place in places]
         self._entries = entries
         self._function = sp.lambdify(self._arguments, entries, modules="numpy", cse=True)
-        self._switch_function = sp.lambdify(
+        self.switch_function = sp.lambdify(
             [_symbol(name) for name in symbolic.parameters], list(symbolic.switches.values()), modules="numpy"
         )
 
@@ -59,7 +59,7 @@ class Evaluator:
 
     def switch_speeds(self, values: Mapping[str, float]) -> tuple[float, ...]:
         """Speeds (m/s) at which the equations change, in the order of the indicators."""
-        return tuple(float(s) for s in self._switch_function(*(values[name] for name in self.symbolic.parameters)))
+        return tuple(float(s) for s in self.switch_function(*(values[name] for name in self.symbolic.parameters)))
 
     def lift_off_speed(self, values: Mapping[str, float]) -> float:
         """Speed (m/s) above which the front contact would have to pull, infinite where no load moves with speed."""

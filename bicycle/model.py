@@ -99,7 +99,7 @@ def linear_model(evaluate: Evaluator, values: Mapping[str, float], model: Model)
         inputs=symbolic.inputs,
         outputs=symbolic.outputs,
         ranges=tuple(ranges),
-        scale=_state_scale(symbolic.states, rear + front),
+        scale=state_scale(symbolic.states, rear + front),
         parameters=dict(values),
         static_loads=(rear, front),
         effects=tuple(effect.identifier for effect in model.effects),
@@ -137,7 +137,7 @@ def check_compatible(effects: tuple[Effect, ...]) -> None:
                 )
 
 
-def _state_scale(states: tuple[str, ...], weight: float) -> Any:
+def state_scale(states: tuple[str, ...], weight: float) -> Any:
     """Force and moment states in units of the nearest power of two to the weight; everything else in SI."""
     force_unit = 2.0 ** round(math.log2(weight))
     return np.array([force_unit if name.endswith(("_force", "_moment")) else 1.0 for name in states])

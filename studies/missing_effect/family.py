@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.evaluation import Evaluator, evaluator
-from bicycle.model import Model, _state_scale
+from bicycle.model import Model, state_scale
 from studies.missing_effect.unknown import Candidate, Unknown
 
 Array = NDArray[np.float64]
@@ -61,7 +61,7 @@ class Family:
 
     @cached_property
     def state_scale(self) -> Array:
-        return _state_scale(self.evaluate.symbolic.states, sum(self.base.bicycle.static_loads))
+        return state_scale(self.evaluate.symbolic.states, sum(self.base.bicycle.static_loads))
 
     def values(self, theta: Array) -> dict[str, Array]:
         """Every parameter for coordinates (K, unknowns), arrays (K, 1)."""
@@ -78,7 +78,7 @@ class Family:
         values = self.values(theta)
         v = speeds * (1.0 + values.get(SPEED_SCALE, np.zeros((len(theta), 1))))
         names = self.evaluate.symbolic.parameters
-        switch = self.evaluate._switch_function(*(values[name] for name in names))
+        switch = self.evaluate.switch_function(*(values[name] for name in names))
         matrices = self.evaluate(values, tuple((v <= speed).astype(float) for speed in switch))
 
         def at(polynomial: Mapping[int, Array]) -> Array:
