@@ -18,7 +18,7 @@ import sympy as sp
 from bicycle.chain import Body, Joint, displacement_row, height_hessian, lean_row, mass_matrix, yaw_row
 from bicycle.effect import Effect
 from bicycle.parameters import UNITS, bodies, static_loads
-from bicycle.speed_polynomial import SpeedPolynomial
+from bicycle.symbolic_model import SymbolicModel, assemble, hold_contacts
 
 Expression = Any  # sympy.Expr; the library carries no types
 SPEED = sp.Symbol("v", real=True)
@@ -172,8 +172,8 @@ class ModelBuilder:
         right = generalised - coriolis - stiffness * sp.Matrix(angles)
         outputs = self._outputs(meaning)
         if law.holds_contact:
-            return _hold_contacts(self, mass, right, extra_rates, motion, inputs, outputs, meaning)
-        return _assemble(self, mass, right, sp.Matrix(rates), extra_rates, motion, inputs, outputs)
+            return hold_contacts(self, mass, right, extra_rates, motion, inputs, outputs, meaning)
+        return assemble(self, mass, right, sp.Matrix(rates), extra_rates, motion, inputs, outputs)
 
     def input_names(self) -> tuple[str, ...]:
         """Inputs of the model: the two torques, a side force at the rear frame's mass centre, imposed slip angles."""
@@ -268,24 +268,6 @@ class ModelBuilder:
         return outputs
 
 
-@dataclass(frozen=True)
-class SymbolicModel:
-    """E x' = F(v) x + B(v) u, y = C(v) x + D(v) u with symbolic entries; :mod:`bicycle.evaluation` gives numbers."""
-
-    states: tuple[str, ...]
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
-    parameters: tuple[str, ...]
-    mass: Any
-    dynamics: SpeedPolynomial
-    input_matrix: SpeedPolynomial
-    output_matrix: SpeedPolynomial
-    feedthrough: SpeedPolynomial
-    static_loads: tuple[Expression, Expression]
-    load_transfer: Expression
-    switches: dict[Expression, Expression]
-
-
 def derive(effects: tuple[type[Effect], ...]) -> SymbolicModel:
     """Derive the model of a set of effects; exactly one of them must be a contact law (checked by the caller)."""
     model = ModelBuilder()
@@ -297,62 +279,3 @@ def derive(effects: tuple[type[Effect], ...]) -> SymbolicModel:
 def _resolve(expression: Expression, meaning: dict[Expression, Expression]) -> Expression:
     """Replace port symbols by the motion; twice, because a force may contain a slip velocity."""
     return sp.sympify(expression).xreplace(meaning).xreplace(meaning)
-
-
-def _assemble(
-    model: ModelBuilder, mass: Any, right: Any, angle_rates: Any, extra_rates: Any,
-    motion: list[Expression], inputs: list[Expression], outputs: dict[str, Expression],
-) -> SymbolicModel:  # fmt: skip
-    n_fast, n = len(right), len(motion)
-    e = sp.eye(n)
-    e[:n_fast, :n_fast] = mass
-    rows = sp.Matrix([*right, *angle_rates, *extra_rates])
-    shown = sp.Matrix(list(outputs.values()))
-    return SymbolicModel(
-        states=tuple(map(str, motion)),
-        inputs=tuple(map(str, inputs)),
-        outputs=tuple(outputs),
-        parameters=_parameters(model, rows, e),
-        mass=e,
-        dynamics=SpeedPolynomial.of_linear(rows, motion, model.speed),
-        input_matrix=SpeedPolynomial.of_linear(rows, inputs, model.speed),
-        output_matrix=SpeedPolynomial.of_linear(shown, motion, model.speed),
-        feedthrough=SpeedPolynomial.of_linear(shown, inputs, model.speed),
-        static_loads=tuple(model._loads.values()),  # type: ignore[arg-type]
-        load_transfer=model.load_transfer,
-        switches=model.switches,
-    )
-
-
-def _hold_contacts(
-    model: ModelBuilder, mass: Any, right: Any, extra_rates: Any, motion: list[Expression],
-    inputs: list[Expression], outputs: dict[str, Expression], meaning: dict[Expression, Expression],
-) -> SymbolicModel:  # fmt: skip
-    """Eliminate V, r and the two constraint forces: slip velocity zero, test space orthogonal to the force ports."""
-    eliminated = [model.lateral_velocity, model.yaw_rate]
-    n_joints = len(right) - 2
-    rates, reduced = motion[2 : 2 + n_joints], motion[2:]
-    angles = motion[2 + n_joints : 2 + 2 * n_joints]
-    slips = sp.Matrix([meaning[wheel.slip_velocity] for wheel in model.wheels])
-    lead = slips.jacobian(eliminated)
-    followed = -lead.inv() * slips.subs(dict.fromkeys(eliminated, 0))  # V and r in terms of rates and angles
-    held = dict(zip(eliminated, followed, strict=True))
-    follow_rate, follow_angle = followed.jacobian(rates), followed.jacobian(angles)
-
-    force_symbols = [wheel.side_force for wheel in model.wheels]
-    ports = right.jacobian(force_symbols)
-    test = sp.Matrix.vstack(-(ports[2:, :] * ports[:2, :].inv()).T, sp.eye(n_joints))
-    trial = sp.Matrix.vstack(follow_rate, sp.eye(n_joints))
-    free = right.subs(dict.fromkeys(force_symbols, 0)).subs(held)
-    free -= mass[:, :2] * follow_angle * sp.Matrix(rates)  # follow_angle carries one power of v
-    shown = {name: expression.subs(held) for name, expression in outputs.items()}
-    return _assemble(
-        model, test.T * mass * trial, test.T * free, sp.Matrix(rates), extra_rates.subs(held), reduced, inputs, shown
-    )
-
-
-def _parameters(model: ModelBuilder, *matrices: Any) -> tuple[str, ...]:
-    """Bicycle keys, then the effect parameters that occur, by name."""
-    found = set().union(*(matrix.free_symbols for matrix in matrices))
-    found |= set().union(*(sp.sympify(speed).free_symbols for speed in model.switches.values()))
-    return (*UNITS, *sorted(str(symbol) for symbol in found if "." in str(symbol)))

@@ -1,7 +1,7 @@
 """Linear propagation of uncertainty: from the derivatives of an eigenvalue to the sd of frequency and damping ratio.
 
-With z = a + i b, f = b / (2 pi) and the damping ratio -a / |z|:
-df = db / (2 pi), d(ratio) = b (a db - b da) / |z|^3.
+With z = a + i b, f = b / (2 pi) and the damping ratio -a / abs(z):
+df = db / (2 pi), d(ratio) = b (a db - b da) / abs(z)^3.
 """
 
 from collections.abc import Sequence
