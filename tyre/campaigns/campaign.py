@@ -20,6 +20,7 @@ from tyre.campaigns.campaign_condition import (
     pooled_repeatability,
 )
 from tyre.campaigns.campaign_recording import FitSettings, RecordingSummary, summarise
+from tyre.campaigns.consistency import check_repeats, near_conditions
 from tyre.campaigns.worker_pool import worker_pool
 from tyre.errors import InputError
 from tyre.fits.estimate import Estimate
@@ -160,6 +161,9 @@ def _assemble(
     groups: dict[Key, list[RecordingSummary]] = defaultdict(list)
     for summary in summaries:
         groups[condition_key(summary)].append(summary)
+    for (tyre, surface, load, pressure), group in groups.items():
+        check_repeats(group, f"{folder}: {tyre}, {surface}, {load:g} N, {pressure / 1e5:g} bar")
+    near = near_conditions(groups)
 
     def of(kind: str) -> list[list[RecordingSummary]]:
         return [[item for item in group if item.kind == kind] for group in groups.values()]
@@ -179,6 +183,7 @@ def _assemble(
                 sweep_repeatability=sweeps,
                 pull_repeatability=pulls,
                 calibration=settings.calibration,
+                further_warnings=[near[key]] if key in near else [],
             )
         )
     return Campaign(

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from tyre.campaigns.campaign_recording import RecordingSummary
+from tyre.campaigns.consistency import repeat_warnings
 from tyre.fits.estimate import Calibration, Estimate, combine_uncertainties
 from tyre.fits.relaxation import (
     Agreement,
@@ -116,6 +117,7 @@ def combine(
     sweep_repeatability: Repeatability,
     pull_repeatability: Repeatability,
     calibration: Calibration,
+    further_warnings: Sequence[str] = (),
 ) -> ConditionResult:
     """Combine the recordings of one condition.
 
@@ -133,6 +135,8 @@ def combine(
         Flat-track pull tests of the same tyre, load and pressure, used where a drum condition has none.
     sweep_repeatability, pull_repeatability : Repeatability
     calibration : Calibration
+    further_warnings : sequence of str
+        What the campaign as a whole says of this condition.
 
     Returns
     -------
@@ -144,7 +148,7 @@ def combine(
         for kind in ("slip_sweep", "pull_test", "slip_step")
     }
     sweeps, pulls, steps = by_kind["slip_sweep"], by_kind["pull_test"], by_kind["slip_step"]
-    warnings: list[str] = []
+    warnings = [*further_warnings, *repeat_warnings(recordings)]
     for item in (*sweeps, *pulls, *steps):
         warnings += [f"{item.file}: {note}" for note in item.notes if not note.startswith("synthetic")]
     is_borrowed = not pulls and bool(borrowed)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from tyre.campaigns.consistency import check_plausible
 from tyre.errors import InputError
 from tyre.fits.estimate import Calibration
 from tyre.fits.pull_test import fit_pull_test
@@ -111,6 +112,7 @@ def fit_recording(path: Path, *, name: str, settings: FitSettings) -> tuple[Reco
         summary, points = _step(recording, name)
     else:
         summary, points = _sweep(recording, name, settings)
+    check_plausible(summary, path)
     extra = tuple(note for note in summary.notes if note not in notes)
     return RecordingSummary(**{**_shallow(summary), "notes": notes + extra}), points
 
@@ -192,6 +194,7 @@ def _pull(test: PullTest, name: str, settings: FitSettings) -> tuple[RecordingSu
             r_squared=fit.r_squared,
             details={
                 "friction_N": fit.friction,
+                "largest_force_N": float(np.max(np.abs(fit.force))),
                 "presliding_m": fit.presliding,
                 "linear_range_m": fit.linear_range,
                 "departure": fit.departure,

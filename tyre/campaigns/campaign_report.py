@@ -106,6 +106,7 @@ def write_maps(campaign: Campaign, out: Path, *, wheel_radius: float) -> tuple[l
             lateral_stiffness_sd=k_sd,
             source=f"fitted from the rig recordings in {campaign.folder.name}",
             notes=tuple(notes),
+            lateral_stiffness_origin="flat-track value" if any(m.borrowed_stiffness for m in complete) else "measured",
             synthetic=synthetic,
             drum_diameter=2.0 * radius if radius and surface == "drum" else None,
         )

@@ -1,0 +1,94 @@
+"""What recordings of one campaign must agree on before they may be averaged."""
+
+from collections.abc import Iterable, Sequence
+from itertools import combinations
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tyre.errors import InputError
+
+if TYPE_CHECKING:
+    from tyre.campaigns.campaign_recording import RecordingSummary
+
+STIFFNESS_PER_LOAD = (2.0, 60.0)  # 1/rad; road, city and car tyres lie between 5 and 40
+LATERAL_STIFFNESS = (5e3, 1e6)  # N/m; bicycle tyres lie between 20e3 and 200e3
+COPY = 1e-9  # relative: two fits closer than this come from the same numbers
+REPRINT = 1e-4  # relative: closer than this, perhaps the same recording printed twice
+SPREAD = 0.05  # relative range of repeats that is said
+FRICTION = 0.25  # share of the largest force
+NEAR = 0.02  # relative: conditions closer than this were perhaps meant to be one
+
+
+def check_plausible(summary: "RecordingSummary", path: Path) -> None:
+    """Refuse a stiffness no tyre has: the force or the displacement is in another unit than its column says."""
+    if summary.kind == "slip_sweep":
+        what, value, (low, high), unit = (
+            "cornering stiffness over load", summary.value / summary.condition.load, STIFFNESS_PER_LOAD, "1/rad",
+        )  # fmt: skip
+    elif summary.kind == "pull_test":
+        what, value, (low, high), unit = "lateral stiffness", summary.value, LATERAL_STIFFNESS, "N/m"
+    else:
+        return
+    if not low <= value <= high:
+        raise InputError(
+            f"{path}: {what} is {value:.3g} {unit}; a tyre has {low:g} to {high:g}, so a column is in another unit "
+            "than its name says"
+        )
+
+
+def check_repeats(recordings: Sequence["RecordingSummary"], label: str) -> None:
+    """Refuse to average recordings made on another rim, at another camber or drum, and copies of one recording."""
+    for one, other in combinations(recordings, 2):
+        for name in ("rim", "camber", "drum_radius"):
+            values = [getattr(item.condition, name) for item in (one, other)]
+            if values[0] != values[1] and None not in values:
+                raise InputError(
+                    f"{label}: {one.file} and {other.file} differ in {name} ({values[0]} and {values[1]}); "
+                    "they are not repeats, so fit them in folders of their own"
+                )
+        if one.kind == other.kind and _distance(one, other) < COPY:
+            raise InputError(f"{label}: {one.file} and {other.file} hold the same recording; keep one of them")
+
+
+def repeat_warnings(recordings: Sequence["RecordingSummary"]) -> list[str]:
+    """What a reader must be told of repeats that disagree, of likely copies and of doubtful pull tests."""
+    said = []
+    for one, other in combinations(recordings, 2):
+        if one.kind != other.kind:
+            continue
+        if _distance(one, other) < REPRINT:
+            said.append(f"{one.file} and {other.file} agree to {REPRINT:g}: the same recording twice?")
+        if one.kind != "slip_step" and abs(one.value / other.value - 1) > SPREAD:
+            said.append(f"{one.file} and {other.file} differ by {100 * abs(one.value / other.value - 1):.1f} %")
+    for item in recordings:
+        if item.kind != "pull_test":
+            continue
+        if item.r_squared < 0.98:
+            said.append(f"{item.file}: the friction loop fits badly (R^2 {item.r_squared:.3f}); did a gauge slip?")
+        share = item.details.get("friction_N", 0.0) / item.details.get("largest_force_N", np.inf)
+        if share > FRICTION:
+            said.append(f"{item.file}: friction is {100 * share:.0f} % of the largest force")
+    return said
+
+
+def near_conditions(keys: Iterable[tuple[str, str, float, float]]) -> dict[tuple[str, str, float, float], str]:
+    """For conditions so close that they were perhaps meant to be one: what to tell of each."""
+    said = {}
+    for one, other in combinations(sorted(keys), 2):
+        if (one[0].casefold(), one[1]) == (other[0].casefold(), other[1]) and all(
+            abs(a / b - 1) < NEAR for a, b in zip(one[2:], other[2:], strict=True)
+        ):
+            text = " and ".join(
+                f"{tyre}, {load:g} N, {pressure / 1e5:g} bar" for tyre, _, load, pressure in (one, other)
+            )
+            said[one] = said[other] = f"nearly the same condition is taken as two: {text}"
+    return said
+
+
+def _distance(one: "RecordingSummary", other: "RecordingSummary") -> float:
+    """Largest relative difference of the fitted value, its residual and the other fitted numbers."""
+    pairs = [(one.value, other.value), (one.fit_sd, other.fit_sd), (one.r_squared, other.r_squared)]
+    pairs += [(one.details[key], other.details[key]) for key in ("residual_sd_N",) if key in one.details]
+    return max(abs(a - b) / max(abs(a), abs(b), 1e-300) for a, b in pairs)
