@@ -83,6 +83,12 @@ class Response:
         fallen = np.maximum(np.abs(self.outputs["lean"]), np.abs(self.outputs["steer"])) > np.pi / 2
         return int(fallen.argmax()) if fallen.any() else None
 
+    def until_fall(self) -> "Response":
+        """The same history up to and with the sample :attr:`fall`; all of it if the bicycle does not fall."""
+        kept = slice(None if self.fall is None else self.fall + 1)
+        outputs, inputs = ({name: x[kept] for name, x in of.items()} for of in (self.outputs, self.inputs))
+        return Response(self.time[kept], self.speed, outputs, inputs)
+
     def frame(self) -> "pd.DataFrame":
         """A row per sample: time_s, outputs, inputs, with the unit in every column name."""
         import pandas as pd

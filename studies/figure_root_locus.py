@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.parameters import UNITS
-from studies.plotting import GREY, drawing, hatch_extrapolated, mode_look
+from studies.plotting import GREY, Look, drawing, hatch_extrapolated, mode_look
 from studies.root_locus import RootLocus
 
 Array = NDArray[np.float64]
@@ -16,13 +16,14 @@ RATIOS = (0.05, 0.1, 0.2, 0.4, 0.7)
 ARROWS = (0.3, 0.7)  # of the length of a branch in view
 SHORTEST = 0.05  # of the width of the figure: shorter branches carry one arrow or none
 MAIN = ("weave", "wobble", "rider", "capsize")
+LONG_SHORT = (0, (9, 2, 3, 2))
 UNSTABLE = "#f6dedb"
 
 
 def draw_root_locus(locus: RootLocus, target: Path, *, title: str, max_frequency: float | None = None) -> Path:
     """Complex plane (upper half) on the left, real part and frequency against the parameter on the right.
 
-    Shown up to ``max_frequency`` (Hz), by default a little above weave, wobble and rider.
+    Shown up to ``max_frequency`` (Hz), by default a little above weave, wobble, rider and every crossing.
     """
     with drawing(target, width=11.5, height=6.4) as canvas:
         grid = canvas.add_gridspec(2, 2, width_ratios=(1.7, 1))
@@ -58,11 +59,18 @@ def draw_root_locus(locus: RootLocus, target: Path, *, title: str, max_frequency
     return target
 
 
+def line_look(name: str) -> Look:
+    """The look of a mode's line, without markers; the rear tyre's dashes would look like the front compliance's."""
+    return mode_look(name)._replace(line=LONG_SHORT) if name.split("+")[0] == "rear_tyre" else mode_look(name)
+
+
 def _limits(locus: RootLocus, max_frequency: float | None) -> tuple[float, float, float, float]:
     """Left, right, bottom, top of the window; real roots far left of it are cut off."""
     main = [name in MAIN for name in locus.names]
     roots = locus.eigenvalues[:, main] if locus.eigenvalues[:, main].imag.any() else locus.eigenvalues
     top = 1.15 * (roots.imag.max() or np.abs(roots).max()) if max_frequency is None else 2 * np.pi * max_frequency
+    if max_frequency is None:
+        top = max(top, 1.15 * max((crossing.frequency for crossing in locus.crossings), default=0.0))
     below = locus.eigenvalues[locus.eigenvalues.imag <= top].real
     left = min(max(1.08 * below.min(), -0.75 * top), -0.1 * top)
     return left, max(1.25 * min(below.max(), top), -0.15 * left), -0.035 * top, top
@@ -104,7 +112,7 @@ def _plane(axes: Any, limits: tuple[float, float, float, float]) -> None:
 def _branch(
     locus: RootLocus, i: int, name: str, plane: Any, real: Any, frequency: Any, limits: tuple[float, ...]
 ) -> None:
-    root, style = locus.eigenvalues[:, i], mode_look(name)
+    root, style = locus.eigenvalues[:, i], line_look(name)
     shown = np.where(root.imag >= 0, root, np.nan)
     line = {"color": style.colour, "linestyle": style.line}
     visible = any(_in(one, limits) for one in locus.eigenvalues[:, [other == name for other in locus.names]].flat)

@@ -5,12 +5,12 @@ import numpy as np
 from bicycle.linear_model import LinearModel
 from bicycle.responses import Response, modal_response
 
-SPAN = 3.0  # of a real root, in time constants
+SPAN = 1.0  # of a real root, in time constants
 SLOWEST = 1e-3  # 1/s: slower real roots are shown as that slow
 
 
 def modal_motion(model: LinearModel, *, speed: float, eigenvalue: complex, amplitude: float, frames: int) -> Response:
-    """One period of a pair, without growth so that a film can repeat it, or three time constants of a real root.
+    """One period of a pair, without growth so that a film can repeat it, or one time constant of a real root.
 
     ``amplitude`` (rad) is the largest of lean, steer and yaw.
     """

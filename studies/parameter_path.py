@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bicycle.effect import WHEELS, PerWheel
 from bicycle.model import Model
-from bicycle.model_file import read_model, wheel_tyres
+from bicycle.model_file import MOST_BAR, read_model, wheel_tyres
 from bicycle.parameters import UNITS
 from tyre import TyreMap
 from tyre.errors import InputError, unknown
@@ -96,7 +96,7 @@ def entries_of(model: Model, key: str) -> tuple[str, ...]:
 def with_value(model: Model, key: str, value: float) -> Model:
     """The model with one parameter changed, checked as if it came from a file."""
     if key in UNITS:
-        return Model(model.bicycle.replace(**{key: value}), model.effects, model.notes)
+        return Model(model.bicycle.replace(**{key: value}), model.effects, model.notes, model.sd)
     identifier, name, *wheel = key.split(".")
     effect = next(effect for effect in model.effects if effect.identifier == identifier)
     table: dict[str, Any] = {p.name: getattr(effect, p.name) for p in effect.parameters if hasattr(effect, p.name)}
@@ -158,6 +158,10 @@ def _tyre_path(file: Path, model: Model, key: str, speed: float) -> ParameterPat
     names = [n for n in ("cornering_stiffness", "relaxation_length") if f"{law}.{n}.rear" in model.parameters]
 
     def properties(wheel: str, value: float) -> Any:
+        if what == "pressure_bar" and value > MOST_BAR:
+            raise InputError(
+                f"{key} = {value:g} of the range is not allowed; give pressures above 0 and up to {MOST_BAR:g} bar"
+            )
         given = {"load": now[wheel].load, "pressure": now[wheel].pressure}
         given |= {"load": value} if what == "load_N" else {"pressure": value * PASCAL_PER_BAR}
         return maps[wheel].at(**given)

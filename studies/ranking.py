@@ -16,6 +16,7 @@ from bicycle.sensitivity import critical_speed_sensitivities, pair_sensitivities
 from tyre.errors import InputError, unknown
 
 ASSUMED = 0.05  # of the value, where no standard deviation is known
+OF_TYPICAL = f"{ASSUMED:.0%} of typical"  # origin where the value is zero: what it belongs to is switched off
 NEAR = 1e-4  # two real roots are a meeting below this distance, relative to their size
 CONSTANTS = ("g",)  # not uncertain
 
@@ -40,7 +41,7 @@ class Change:
 
 @dataclass(frozen=True)
 class Ranking:
-    """Changes of one mode at one speed, the largest change of the growth rate first.
+    """Changes of one mode at one speed, the largest change of the growth rate first; what is switched off last.
 
     Where two real roots meet, ``eigenvalue`` is their mean and ``meeting`` says so: their growth rates have no
     derivatives, the mean has.
@@ -64,8 +65,9 @@ def rank(
 ) -> Ranking:
     """Rank the parameters of a model by what one standard deviation does to the growth rate of a mode.
 
-    Standard deviations are those given, else those of the bicycle file, else 5 % of the value (of the largest typical
-    value where an effect parameter is zero); gravity is taken as constant.
+    Standard deviations are those given, else those of the tyre's table, else those of the bicycle file, else 5 % of
+    the value; gravity is taken as constant. An effect parameter at zero gets 5 % of its largest typical value and is
+    ranked after all others: its effect is switched off.
 
     Raises
     ------
@@ -92,7 +94,7 @@ def rank(
         )
         for (key, (sd, origin)), slope in zip(deviations.items(), slopes, strict=True)
     ]  # fmt: skip
-    ranked = sorted(changes, key=lambda change: -abs(change.growth))
+    ranked = sorted(changes, key=lambda change: (change.origin == OF_TYPICAL, -abs(change.growth)))
     return Ranking(mode, speed, eigenvalue, meeting, tuple(c.speed for c in crossings), tuple(ranked))
 
 
@@ -109,12 +111,16 @@ def standard_deviations(
     for key in parameters:
         if key in given:
             found[key] = (float(given[key]), "given")
+        elif model.sd.get(key):  # zero: the tyre's source states none
+            found[key] = (float(model.sd[key]), "tyre table")
         elif key in model.bicycle.sd:
             found[key] = (model.bicycle.sd[key], "bicycle file")
         elif key in CONSTANTS:
             found[key] = (0.0, "constant")
+        elif model.parameters[key] == 0 and _typical(key):
+            found[key] = (ASSUMED * _typical(key), OF_TYPICAL)
         else:
-            found[key] = (ASSUMED * (abs(model.parameters[key]) or _typical(key)), f"assumed {ASSUMED:.0%}")
+            found[key] = (ASSUMED * abs(model.parameters[key]), f"assumed {ASSUMED:.0%}")
     return found
 
 
@@ -140,7 +146,7 @@ def record(ranking: Ranking) -> dict[str, Any]:
                 "sd": c.sd,
                 "sd_origin": c.origin,
                 "growth_rate_change_1_s": c.growth,
-                "frequency_change_Hz": c.frequency,
+                "frequency_change_Hz": c.frequency if ranking.eigenvalue.imag else None,
                 "critical_speed_changes_m_s": list(c.critical),
             }
             for c in ranking.changes

@@ -5,7 +5,7 @@ and by the bi-orthogonal modal assurance criterion, with the step halved until t
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,12 +31,16 @@ MOST_VALUES = 100_000
 
 @dataclass(frozen=True)
 class AxisCrossing:
-    """A root crosses the imaginary axis at ``value``, ``destabilising`` or not as it grows; ``frequency`` in rad/s."""
+    """A root crosses the imaginary axis at ``value``, ``destabilising`` or not as it grows; ``frequency`` in rad/s.
+
+    ``extrapolated`` where the tyre's values there lie beyond its measured loads or pressures.
+    """
 
     value: float
     mode: str
     frequency: float
     destabilising: bool
+    extrapolated: bool = False
 
 
 @dataclass(frozen=True)
@@ -116,8 +120,9 @@ def root_locus(path: ParameterPath, values: Array) -> RootLocus:
     nodes, asked = np.union1d(values, [anchor]), values
     grid, roots = follow(path.matrices, nodes)
     names = _names(path, anchor, roots[np.searchsorted(grid, anchor)])
+    crossings = tuple(_completed(path, crossing) for crossing in _crossings(path.matrices, grid, roots, names))
     return RootLocus(
-        path.key, path.unit, grid, roots, names, _crossings(path.matrices, grid, roots, names),
+        path.key, path.unit, grid, roots, names, crossings,
         np.isin(grid, asked), path.inside(grid),
     )  # fmt: skip
 
@@ -172,6 +177,15 @@ def _names(path: ParameterPath, value: float, roots: Complex) -> tuple[str, ...]
     named = [(name, root) for name in found.names for root in found.branch(name)[0] if not np.isnan(root)]
     distance = np.abs((roots.real + 1j * np.abs(roots.imag))[:, None] - np.array([root for _, root in named]))
     return tuple(named[k][0] for k in distance.argmin(1))
+
+
+def _completed(path: ParameterPath, crossing: AxisCrossing) -> AxisCrossing:
+    """The crossing with what the tyre's range says and, along speed, the name that a list of modes gives there."""
+    value = crossing.value
+    mode = crossing.mode
+    if path.key == "speed" and value > 0:  # a branch has one name, but modes that meet lose theirs beyond the meeting
+        (mode,) = _names(path, value, np.array([1j * crossing.frequency]))
+    return replace(crossing, mode=mode, extrapolated=not path.inside(np.array([value]))[0])
 
 
 def _crossings(

@@ -40,18 +40,22 @@ def parse_initial(text: str) -> dict[str, float]:
     return values
 
 
-def parse_inputs(texts: Sequence[str]) -> dict[str, InputHistory]:
+def parse_inputs(texts: Sequence[str], *, allowed: Sequence[str] | None = None) -> dict[str, InputHistory]:
     """``steer_torque:step:0.5@1.0`` and the like, as input -> history; see :data:`HOW`.
+
+    ``allowed`` are the inputs of the model; without it every name is taken.
 
     Raises
     ------
     InputError
-        Text of another form, an unknown shape, an input given twice, or a file without the columns.
+        Text of another form, an unknown input or shape, an input given twice, or a file without the columns.
     """
     inputs: dict[str, InputHistory] = {}
     for text in texts:
         name, _, rest = text.partition(":")
         shape, _, value = rest.partition(":")
+        if allowed is not None and name not in allowed:
+            raise InputError(f"input {text!r}: {unknown('input', name, allowed)}")
         if name in inputs:
             raise InputError(f"input {text!r}: {name} is given twice")
         if not value:
@@ -65,17 +69,37 @@ def parse_inputs(texts: Sequence[str]) -> dict[str, InputHistory]:
     return inputs
 
 
+def check_within(inputs: Mapping[str, InputHistory], duration: float) -> None:
+    """Refuse an input that starts outside the simulated time, 0 to ``duration`` (s).
+
+    Raises
+    ------
+    InputError
+        An input that starts before 0, or at or after ``duration``.
+    """
+    for name, history in inputs.items():
+        if not 0 <= history.time[0] < duration:
+            raise InputError(
+                f"input {name} starts at {history.time[0]:g} s, outside the simulated time 0 .. {duration:g} s; "
+                "move its start or take another --duration"
+            )
+
+
 def read_history(path: Path, name: str) -> InputHistory:
     """An input from a CSV with ``time_s`` and a column named with its unit, ``steer_torque_N_m`` for example."""
     import pandas as pd
 
     try:
         table: Any = pd.read_csv(path, comment="#")
-    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
+    except pd.errors.EmptyDataError:
+        raise InputError(f"{path}: not a CSV table but empty; write the columns time_s,{column(name)}") from None
+    except (pd.errors.ParserError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not a CSV table: {error}") from error
     for wanted in ("time_s", column(name)):
         if wanted not in table:
             raise InputError(f"{path}: the column {wanted} is missing; there are {', '.join(map(str, table))}")
+    if table.empty:
+        raise InputError(f"{path}: there are no rows below the header; write one for each time")
     try:
         return InputHistory(table["time_s"].to_numpy(float), table[column(name)].to_numpy(float))
     except InputError as error:

@@ -1,11 +1,12 @@
 """Tornado figure: what one standard deviation of each parameter does to the growth rate of a mode."""
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from studies.ranking import ASSUMED, Change, Ranking
+from studies.ranking import ASSUMED, OF_TYPICAL, Change, Ranking
 
 
 def draw_tornado(ranking: Ranking, target: Path, *, top: int = 15) -> None:
@@ -31,13 +32,23 @@ def draw_tornado(ranking: Ranking, target: Path, *, top: int = 15) -> None:
             fontsize=10, weight="bold",
         )  # fmt: skip
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
-        if any(c.origin.startswith("assumed") for c in shown):
-            axes.set_xlabel(
-                f"{axes.get_xlabel()}\n* no standard deviation known: {ASSUMED:.0%} of the value", fontsize=8.5
-            )
+        axes.set_xlabel("\n".join([axes.get_xlabel(), *footnotes(shown)]), fontsize=8.5)
+
+
+def footnotes(shown: Sequence[Change]) -> list[str]:
+    """What the stars behind the standard deviations mean, for those that occur."""
+    notes = {
+        "*": f"* no standard deviation known: {ASSUMED:.0%} of the value",
+        "**": f"** is zero (effect switched off), ranked last: {ASSUMED:.0%} of the largest typical value",
+    }
+    stars = {_star(change) for change in shown}
+    return [note for star, note in notes.items() if star in stars]
+
+
+def _star(change: Change) -> str:
+    return "**" if change.origin == OF_TYPICAL else "*" if change.origin.startswith("assumed") else ""
 
 
 def _label(change: Change) -> str:
     unit = change.unit.replace("^2", "²").replace("^3", "³")
-    star = "*" if change.origin.startswith("assumed") else ""
-    return f"{change.parameter}  (sd {change.sd:.3g}{'' if unit == '1' else ' ' + unit}{star})"
+    return f"{change.parameter}  (sd {change.sd:.3g}{'' if unit == '1' else ' ' + unit}{_star(change)})"

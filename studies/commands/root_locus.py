@@ -42,15 +42,20 @@ def command(
     draw_root_locus(locus, out / "root_locus", title=where, max_frequency=max_frequency)
     if json_file:
         found = [
-            {"value": c.value, "mode": c.mode, "frequency_rad_s": c.frequency, "destabilising": c.destabilising}
+            {
+                "value": c.value, "mode": c.mode, "frequency_rad_s": c.frequency, "destabilising": c.destabilising,
+                "extrapolated": c.extrapolated,
+            }
             for c in locus.crossings
-        ]
+        ]  # fmt: skip
         write_json({"parameter": parameter, "unit": path.unit, "speed_m_s": speed, "crossings": found}, json_file)
     if json_file != "-":
-        effect = ("stabilising", "destabilising")
+        effect, range_note = ("stabilising", "destabilising"), ("", "extrapolated")
+        headers = [f"{parameter} {path.unit}", "mode", "frequency Hz", "as it grows"]
         rows = [
-            [f"{c.value:.6g}", c.mode, c.frequency / (2 * math.pi), effect[c.destabilising]] for c in locus.crossings
+            [f"{c.value:.6g}", c.mode, c.frequency / (2 * math.pi), effect[c.destabilising], range_note[c.extrapolated]]
+            for c in locus.crossings
         ]
-        print_table(rows, [f"{parameter} {path.unit}", "mode", "frequency Hz", "as it grows"])
+        print_table(rows, [*headers, "tyre values"])
         beyond = [] if locus.inside.all() else ["part of the range lies beyond the measured loads or pressures"]
         print_warnings([*model.linear_model().warnings, *beyond])

@@ -23,7 +23,7 @@ def command(
     from studies.ranking import rank, record
 
     model = read_model(model_file)
-    ranking = rank(model, mode=mode, speed=speed, given_sd=dict(map(_deviation, sd)), max_speed=max_speed)
+    ranking = rank(model, mode=mode, speed=speed, given_sd=_deviations(sd), max_speed=max_speed)
     if json_file:
         write_json(record(ranking), json_file)
     if out:
@@ -46,13 +46,24 @@ def command(
         if ranking.meeting:
             click.echo("two real roots meet here: the eigenvalue is their mean")
         shown = [
-            [c.parameter, c.value, c.unit, c.sd, c.origin, c.growth, c.frequency, *c.critical]
+            [c.parameter, c.value, c.unit, c.sd, c.origin, c.growth, c.frequency if z.imag else "", *c.critical]
             for c in ranking.changes[:top]
         ]
         moved = [f"{v:.3f} m/s moves by" for v in ranking.critical_speeds]
         print_table(shown, ["parameter", "value", "unit", "sd", "sd from", "growth 1/s", "frequency Hz", *moved])
         click.echo(f"all {len(ranking.changes)} parameters together: {ranking.total:.4g} 1/s (independent)")
         print_warnings(model.linear_model().warnings)
+
+
+def _deviations(texts: tuple[str, ...]) -> dict[str, float]:
+    from tyre.errors import InputError
+
+    found: dict[str, float] = {}
+    for key, value in map(_deviation, texts):
+        if key in found:
+            raise InputError(f"--sd {key} is given twice, as {found[key]:g} and {value:g}; give it once")
+        found[key] = value
+    return found
 
 
 def _deviation(text: str) -> tuple[str, float]:

@@ -29,6 +29,7 @@ def command(
 ) -> None:  # fmt: skip
     import math
 
+    import click.core
     import numpy as np
 
     from bicycle.model_file import read_model
@@ -37,18 +38,26 @@ def command(
     from bicycle.responses import respond
     from studies.figure_response import draw_frequency_response, draw_responses
     from studies.output import print_warnings
-    from studies.simulation_options import parse_initial, parse_inputs
+    from studies.simulation_options import check_within, parse_initial, parse_inputs
     from tyre.errors import InputError
 
     for name, value in (("duration", duration), ("step", sample)):
         if not (math.isfinite(value) and value > 0):
             raise InputError(f"{name} = {value:g} s must be positive")
+    if sample > duration:
+        raise InputError(f"step = {sample:g} s is longer than duration = {duration:g} s; take a smaller step")
+    context = click.get_current_context()
+    for name in ("friction", "shape_factor", "curvature_factor", "offset"):
+        if not nonlinear and context.get_parameter_source(name) is not click.core.ParameterSource.DEFAULT:
+            option = "--" + name.replace("_", "-")
+            raise InputError(f"{option} is of the Magic Formula tyre; add --nonlinear or leave {option} out")
     if duration / sample > 1e6:
         raise InputError(f"{duration / sample:.0f} samples are more than a million; take a larger step")
     model = read_model(model_file)
     linear = model.linear_model()
     time = np.arange(math.floor(duration / sample * (1 + 1e-12)) + 1) * sample
-    start, histories = parse_initial(initial), parse_inputs(inputs)
+    start, histories = parse_initial(initial), parse_inputs(inputs, allowed=linear.inputs)
+    check_within(histories, float(time[-1]))
     if not (start or histories or frequency_response or (nonlinear and offset)):
         raise InputError("nothing moves the bicycle; give --initial or --input, such as --initial lean=0.02")
 
@@ -65,18 +74,23 @@ def command(
         spectrum = gains(linear, speed=speed, input=frequency_response, frequency=frequencies)
 
     out.mkdir(parents=True, exist_ok=True)
-    title = f"{model.bicycle.name} at {speed:g} m/s"
+    title, written, notes = f"{model.bicycle.name} at {speed:g} m/s", [], []
     for label, response in responses.items():
-        response.to_csv(out / f"response_{label.lower().replace(' ', '_')}.csv")
+        upright, name = response.until_fall(), f"response_{label.lower().replace(' ', '_')}.csv"
+        upright.to_csv(out / name)
+        written.append(name)
+        notes += [f"{label}: {text}" for text in upright.warnings]
+        if upright.fall is not None:
+            notes.append(f"{name} ends with the fall at {upright.time[-1]:.2f} s: what follows means nothing")
     if responses:
         draw_responses(responses, out / "response", title=title)
+        written += ["response.png", "response.svg"]
     if spectrum is not None:
         spectrum.frame().to_csv(out / "frequency_response.csv", index=False, lineterminator="\n")
         title = f"{title}: {spectrum.input.replace('_', ' ')}"
         draw_frequency_response(spectrum, out / "frequency_response", title=title)
-    notes = []
-    if spectrum is not None and linear.eigenvalues(speed).real.max() > 0:
-        notes = ["unstable at this speed: the frequency response only shows if something else holds the bicycle"]
-    notes += [f"{label}: {text}" for label, response in responses.items() for text in response.warnings]
+        written += [f"frequency_response.{ending}" for ending in ("csv", "png", "svg")]
+        if linear.eigenvalues(speed).real.max() > 0:
+            notes.append("unstable at this speed: the frequency response only shows if something holds the bicycle")
     print_warnings([*linear.warnings, *notes])
-    click.echo(f"{out}: {', '.join(sorted(path.name for path in out.iterdir()))}")
+    click.echo(f"{out}: {', '.join(sorted(written))}")

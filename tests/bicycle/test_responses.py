@@ -186,9 +186,13 @@ def test_large_motion_and_fall_are_reported(tyred):
     assert abs(fallen.outputs["lean"][fallen.fall]) > np.pi / 2 >= abs(fallen.outputs["lean"][fallen.fall - 1])
     assert "the bicycle has fallen at" in fallen.warnings[0]
     assert "lean reaches" in fallen.warnings[1]
+    ended = fallen.until_fall()
+    assert len(ended.time) == len(ended.outputs["lean"]) == fallen.fall + 1
+    assert ended.fall == fallen.fall
     calm = respond(tyred, speed=6.0, time=[0.0, 0.1], initial={"lean": 0.1})
     assert calm.warnings == ()
     assert calm.fall is None
+    assert len(calm.until_fall().time) == 2
 
 
 @pytest.mark.parametrize(

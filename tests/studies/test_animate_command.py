@@ -118,6 +118,7 @@ def test_growing_real_roots_end_near_the_amplitude(file):
     largest = np.max([np.abs(motion.outputs[name]) for name in ("lean", "steer", "yaw")], axis=0)
     end = largest[-1] if root.real > 0 else largest[0]
     assert end == pytest.approx(0.2, rel=0.02)
+    assert 300 * motion.time[1] == pytest.approx(1 / abs(root.real))  # one e-fold
 
 
 def test_descriptions():

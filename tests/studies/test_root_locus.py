@@ -1,16 +1,19 @@
 """Root loci: every root in one continuous named branch, crossings at published values, refused input."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from bicycle import Model, effect_class, load_bicycle
+from bicycle.critical import critical_speeds
 from bicycle.model_file import read_model
 from studies.cli import main
+from studies.figure_root_locus import _limits, line_look
 from studies.parameter_path import parameter_path, with_value
-from studies.root_locus import parse_range, root_locus
+from studies.root_locus import AxisCrossing, RootLocus, parse_range, root_locus
 from tyre.errors import InputError
 
 RIGID = """bicycle = "benchmark"
@@ -148,9 +151,53 @@ def test_command_says_where_the_tyre_is_extrapolated(file, tmp_path, capsys):
     assert not pd.read_csv(tmp_path / "out" / "root_locus.csv")["tyre_inside_measured_range"].all()
 
 
+def test_crossings_beyond_the_measured_range_are_marked(file):
+    path = parameter_path(file('bicycle = "benchmark"'), "speed", speed=None)
+    locus = root_locus(replace(path, inside=lambda speeds: speeds < 5), parse_range("0:10:0.5"))
+    # Meijaard et al. (2007): weave becomes stable at 4.29 m/s, capsize unstable at 6.02 m/s
+    assert {c.mode: c.extrapolated for c in locus.crossings} == {"weave": False, "capsize": True}
+
+
+def test_command_writes_whether_a_crossing_is_extrapolated(file, tmp_path, capsys):
+    main(["root-locus", str(file('bicycle = "benchmark"')), "--parameter", "speed", "--range", "3:8:0.5",
+          "--out", str(tmp_path / "out"), "--json", "-"])  # fmt: skip
+    assert [c["extrapolated"] for c in json.loads(capsys.readouterr().out)["crossings"]] == [False, False]
+
+
+def test_crossings_along_speed_have_the_names_of_the_critical_speeds(file):
+    where = file(MEASURED)
+    locus = root_locus(parameter_path(where, "speed", speed=None), parse_range("0.5:30:0.5"))
+    critical = critical_speeds(read_model(where).linear_model(), max_speed=30)
+    assert [c.mode for c in locus.crossings] == [c.mode for c in critical]
+    assert [c.value for c in locus.crossings] == pytest.approx([c.speed for c in critical], rel=1e-8)
+
+
+def test_the_window_contains_every_crossing():
+    roots = np.array([[-1 + 5j, -1 + 40j], [-2 + 5j, 1 + 40j]])
+    ones = np.ones(2, bool)
+    crossing = AxisCrossing(0.5, "other_1", 40.0, True)
+    locus = RootLocus("c", "m", np.array([0.0, 1.0]), roots, ("weave", "other_1"), (crossing,), ones, ones)
+    left, right, bottom, top = _limits(locus, None)
+    assert left < 0 < right
+    assert bottom < 40 < top
+
+
+def test_front_compliance_and_rear_tyre_differ_without_colour():
+    _, front = line_look("front_compliance").line
+    _, rear = line_look("rear_tyre").line
+    assert len(front) != len(rear)
+
+
 @pytest.mark.parametrize(
     ("text", "key", "span", "speed", "words"),
     [
+        (
+            MEASURED,
+            "pressure_bar",
+            "4:700",
+            7.0,
+            "pressure_bar = 700 of the range is not allowed; give",
+        ),
         (SOFT, "front_compliance.stifness", "1:2", 7.0, "unknown parameter 'front_compliance.stifness'; did you mean"),
         (SOFT, "steer_damper.damping", "0:2", 7.0, "unknown parameter 'steer_damper.damping'"),
         (SOFT, "front_compliance.stiffness", "-5:2", 7.0, "stiffness = -5 N m/rad is outside 0 .. inf"),

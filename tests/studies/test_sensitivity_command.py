@@ -6,7 +6,10 @@ import math
 import pandas as pd
 import pytest
 
+from bicycle import Model, effect_class, load_bicycle
 from studies.cli import main
+from studies.ranking import rank, standard_deviations
+from studies.tornado import footnotes
 
 MODEL = """
 bicycle = "benchmark"
@@ -75,6 +78,55 @@ def test_deviations_of_the_bicycle_file_are_used(tmp_path, capsys):
     assert {"bicycle file"} <= {row["sd_origin"] for row in shown["parameters"]}
 
 
+def test_deviations_of_a_measured_tyre_are_used(tmp_path, capsys):
+    path = tmp_path / "model.toml"
+    path.write_text(
+        'bicycle = "pista_rider_drops"\n[effects.relaxation_length]\ntyre = "Tyre1"\n'
+        "pressure_bar = {rear = 7.5, front = 5.5}\n"
+    )
+    key = "relaxation_length.relaxation_length.rear"
+    where = (str(path), "--mode", "weave", "--speed", "6", "--json", "-")
+    rows = {row["parameter"]: row for row in json.loads(run(capsys, *where))["parameters"]}
+    for name in ("cornering_stiffness", "relaxation_length"):
+        for wheel in ("rear", "front"):
+            row = rows[f"relaxation_length.{name}.{wheel}"]
+            assert row["sd_origin"] == "tyre table"
+            assert 0 < row["sd"] < 0.5 * row["value"]
+            assert row["sd"] != pytest.approx(0.05 * row["value"], rel=1e-6)
+    given = {row["parameter"]: row for row in json.loads(run(capsys, *where, "--sd", f"{key}=0.01"))["parameters"]}
+    assert (given[key]["sd"], given[key]["sd_origin"]) == (0.01, "given")
+
+
+def test_a_tyre_table_without_uncertainty_leaves_the_assumed_deviation():
+    effect = effect_class("relaxation_length")(cornering_stiffness=6000.0, relaxation_length=0.1)
+    rear, front = (f"relaxation_length.relaxation_length.{wheel}" for wheel in ("rear", "front"))
+    model = Model(load_bicycle("benchmark"), (effect,), sd={rear: 0.0, front: 0.003})
+    found = standard_deviations(model, list(model.parameters), {})
+    assert found[front] == (0.003, "tyre table")
+    assert found[rear] == (pytest.approx(0.005), "assumed 5%")
+
+
+def test_what_is_switched_off_is_marked_and_comes_last():
+    model = Model(load_bicycle("benchmark"), (effect_class("steer_assist")(gain=5.0, lean_gain=0.0),))
+    ranking = rank(model, mode="weave", speed=8.0)
+    off = [change for change in ranking.changes if change.origin == "5% of typical"]
+    assert {"steer_assist.lean_gain"} <= {change.parameter for change in off}
+    assert all(change.value == 0 for change in off)
+    assert list(ranking.changes[-len(off) :]) == off
+    assert max(abs(change.growth) for change in off) > abs(ranking.changes[-len(off) - 1].growth)
+    assert any(note.startswith("** is zero (effect switched off)") for note in footnotes(ranking.changes))
+    assert not any(note.startswith("**") for note in footnotes(ranking.changes[: -len(off)]))
+
+
+def test_a_real_mode_has_no_frequency_changes_in_the_table(model_file, capsys):
+    for mode, blank in (("capsize", True), ("wobble", False)):
+        lines = run(capsys, model_file, "--mode", mode, "--speed", "8", "--top", "4").splitlines()
+        header = next(line for line in lines if line.startswith("parameter"))
+        start = header.index("frequency Hz")
+        rows = [line[start : start + 12].strip() for line in lines[lines.index(header) + 2 :][:4]]
+        assert [row == "" for row in rows] == [blank] * 4
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -83,6 +135,10 @@ def test_deviations_of_the_bicycle_file_are_used(tmp_path, capsys):
         (("--mode", "wobble", "--speed", "8", "--sd", "c"), "--sd 'c': give KEY=SD"),
         (("--mode", "wobble", "--speed", "8", "--sd", "cc=1"), "unknown parameter 'cc'; did you mean 'c'?"),
         (("--mode", "wobble", "--speed", "8", "--sd", "c=-1"), "standard deviation of c is -1.0; it must be finite"),
+        (
+            ("--mode", "wobble", "--speed", "8", "--sd", "c=0.01", "--sd", "c=0.02"),
+            "--sd c is given twice, as 0.01 and 0.02; give it once",
+        ),
     ],
 )
 def test_bad_input_ends_with_one_line(model_file, capsys, arguments, words):

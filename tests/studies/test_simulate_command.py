@@ -57,6 +57,24 @@ def test_nonlinear_run_and_frequency_response(file, tmp_path, capsys):
     assert "unstable at this speed: the frequency response only shows" in shown
 
 
+def test_the_table_ends_with_the_fall(file, tmp_path, capsys):
+    main(["simulate", file, "--speed", "1", "--duration", "6", "--step", "0.01", "--initial", "lean=0.1", "--nonlinear",
+          "--out", str(tmp_path)])  # fmt: skip
+    shown = capsys.readouterr().err
+    for name in ("response_linear.csv", "response_magic_formula.csv"):
+        table = pd.read_csv(tmp_path / name)
+        fallen = (table[["lean_rad", "steer_rad"]].abs() > np.pi / 2).any(axis=1)
+        assert fallen.tolist() == [False] * (len(table) - 1) + [True]
+        assert f"{name} ends with the fall at {table['time_s'].iloc[-1]:.2f} s" in shown
+
+
+def test_files_of_an_earlier_run_are_not_listed(file, tmp_path, capsys):
+    (tmp_path / "response_magic_formula.csv").write_text("time_s\n")
+    main(["simulate", file, "--speed", "5", "--duration", "0.1", "--initial", "lean=0.01", "--out", str(tmp_path)])
+    said = capsys.readouterr().out.strip().splitlines()[-1]
+    assert said.split(": ")[-1] == "response.png, response.svg, response_linear.csv"
+
+
 def test_an_offset_alone_moves_the_bicycle(file, tmp_path):
     main(
         [
@@ -116,7 +134,8 @@ def test_input_given_twice():
     [
         ("time_s,torque\n0,1\n", "the column steer_torque_N_m is missing; there are time_s, torque"),
         ("t,steer_torque_N_m\n0,1\n", "the column time_s is missing"),
-        ("", "not a CSV table"),
+        ("", "not a CSV table but empty; write the columns time_s,steer_torque_N_m"),
+        ("time_s,steer_torque_N_m\n", "there are no rows below the header; write one for each time"),
         ("time_s,steer_torque_N_m\n0,high\n", "a value is not a number"),
         ("time_s,steer_torque_N_m\n0,1\n0,2\n", "the times of an input must increase"),
     ],
@@ -142,6 +161,15 @@ def test_refused_initial_states(text, words):
         ([], "nothing moves the bicycle; give --initial or --input"),
         (["--initial", "lean=1", "--duration", "0"], "duration = 0 s must be positive"),
         (["--initial", "lean=1", "--step", "-1"], "step = -1 s must be positive"),
+        (["--initial", "lean=1", "--step", "9", "--duration", "2"], "step = 9 s is longer than duration = 2 s"),
+        (["--input", "steer_torque:step:1@9", "--duration", "2"], "steer_torque starts at 9 s, outside the simulated"),
+        (["--input", "steer_torque:step:1@2", "--duration", "2"], "starts at 2 s, outside the simulated time 0 .. 2 s"),
+        (["--input", "steer_torque:step:1@-1"], "steer_torque starts at -1 s, outside the simulated time 0 .. 5 s"),
+        (["--initial", "lean=1", "--friction", "0.8"], "--friction is of the Magic Formula tyre; add --nonlinear"),
+        (["--initial", "lean=1", "--shape-factor", "1"], "--shape-factor is of the Magic Formula tyre"),
+        (["--initial", "lean=1", "--curvature-factor", "0"], "--curvature-factor is of the Magic Formula tyre"),
+        (["--offset", "0.01"], "--offset is of the Magic Formula tyre"),
+        (["--input", "foo:file:absent.csv"], "unknown input 'foo'; known: "),
         (["--initial", "lean=1", "--step", "1e-9"], "samples are more than a million"),
         (["--initial", "lena=1"], "unknown state 'lena'; did you mean 'lean'"),
         (["--input", "steer:step:1"], "unknown input 'steer'"),
