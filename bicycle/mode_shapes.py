@@ -1,4 +1,4 @@
-"""What a mode looks like: lean, steer, yaw and lateral motion as phasors."""
+"""What a mode looks like: lean, steer, yaw, lateral motion and further joints as phasors."""
 
 from dataclasses import dataclass
 
@@ -12,22 +12,24 @@ COMPONENTS = ("lean", "steer", "yaw", "lateral")
 
 @dataclass(frozen=True)
 class ModeShape:
-    """Phasors (m, 4) of lean, steer, yaw (rad) and lateral displacement of the rear contact (m), at m speeds.
+    """Phasors (m, n) of ``components`` at m speeds: lean, steer, yaw (rad), lateral displacement of the rear contact
+    (m) and the model's further joint angles (rad).
 
     The largest angle has magnitude 1, lean has phase 0; NaN where the mode is not there.
     """
 
     phasors: Complex
+    components: tuple[str, ...] = COMPONENTS
 
     @property
     def magnitude(self) -> dict[str, Array]:
         """Component -> (m,), rad or m for 1 rad of the largest angle."""
-        return dict(zip(COMPONENTS, np.abs(self.phasors).T, strict=True))
+        return dict(zip(self.components, np.abs(self.phasors).T, strict=True))
 
     @property
     def phase(self) -> dict[str, Array]:
         """Component -> (m,), rad, ahead of lean."""
-        return dict(zip(COMPONENTS, np.angle(self.phasors).T, strict=True))
+        return dict(zip(self.components, np.angle(self.phasors).T, strict=True))
 
 
 def mode_shape(model: LinearModel, speeds: Array, eigenvalues: Complex) -> ModeShape:
@@ -36,8 +38,9 @@ def mode_shape(model: LinearModel, speeds: Array, eigenvalues: Complex) -> ModeS
     Yaw and lateral displacement are integrals of the model's yaw rate r and lateral velocity V of the rear contact:
     psi = r / lambda and y = (V + v psi) / lambda.
     """
-    phasors = np.full((len(speeds), 4), np.nan, complex)
-    rows = [model.outputs.index(name) for name in ("lean", "steer", "yaw_rate", "rear_lateral_velocity")]
+    joints = tuple(s for s in model.states if f"{s}_rate" in model.states and s not in ("lean", "steer"))
+    phasors = np.full((len(speeds), 4 + len(joints)), np.nan, complex)
+    rows = [model.outputs.index(name) for name in ("lean", "steer", "yaw_rate", "rear_lateral_velocity", *joints)]
     for piece in model.ranges:
         k = np.flatnonzero(
             ~np.isnan(eigenvalues) & (speeds <= piece.upper) & ((speeds > piece.lower) | (piece.lower == 0))
@@ -49,11 +52,13 @@ def mode_shape(model: LinearModel, speeds: Array, eigenvalues: Complex) -> ModeS
         nearest = np.abs(values - root).argmin(1)
         states = model.scale * np.take_along_axis(vectors, nearest[:, None, None], 2)[..., 0]
         outputs = (laurent(piece.matrices.output_matrix, v)[:, rows] @ states[..., None])[..., 0]
-        lean, steer, yaw_rate, lateral = outputs.T[..., None]
+        lean, steer, yaw_rate, lateral, *further = outputs.T[..., None]
         with np.errstate(divide="ignore", invalid="ignore"):  # a root at exactly zero: a steady turn without end
             shape = np.hstack(
                 [lean * root**2, steer * root**2, yaw_rate * root, lateral * root + v[:, None] * yaw_rate]
+                + [angle * root**2 for angle in further]
             )
+            angles = np.abs(np.delete(shape, 3, axis=1)).max(1, keepdims=True)
             phase = np.where(shape[:, :1] == 0, 1, shape[:, :1] / np.abs(shape[:, :1]))
-            phasors[k] = shape / (np.abs(shape[:, :3]).max(1, keepdims=True) * phase)
-    return ModeShape(phasors)
+            phasors[k] = shape / (angles * phase)
+    return ModeShape(phasors, (*COMPONENTS, *joints))

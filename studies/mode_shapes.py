@@ -15,7 +15,7 @@ FAINT = 0.005  # of the radius: a smaller phasor is listed, not drawn
 
 
 def draw_mode_shapes(found: Modes, target: Path, *, names: tuple[str, ...] | None = None, number: int = 0) -> Path:
-    """One polar panel per mode at ``found.speeds[number]``: lean, steer and yaw (rad), lateral displacement (m).
+    """One polar panel per mode at ``found.speeds[number]``: lean, steer, yaw and further joints (rad), lateral (m).
 
     The largest angle has length 1, lean has phase 0; an arrow ahead of another (anticlockwise) comes first in time. A
     lateral motion longer than 1 m per rad is drawn shortened, its length stands in the legend.
@@ -32,16 +32,18 @@ def draw_mode_shapes(found: Modes, target: Path, *, names: tuple[str, ...] | Non
 
 def _panel(axes: Any, found: Modes, name: str, number: int) -> None:
     shape, root = found.shape(name), found.branch(name)[number, 0]
-    for k, (component, label) in enumerate(LABELS.items()):
+    for k, component in enumerate(shape.components):
+        label = LABELS.get(component, component.replace("_", " "))
         length, phase = float(shape.magnitude[component][number]), float(shape.phase[component][number])
         style, end = look(k), min(length, 1.0)
         said = f"{label}: {length:.2g}, {round(np.degrees(phase))}°"
         if end < FAINT or not np.isfinite(length):
             axes.plot([], [], color=style.colour, linestyle=style.line, marker=style.marker, label=said)
             continue
+        width = max(2.6 - 0.4 * k, 1.0)
         shortened = {"markerfacecolor": "white", "markeredgewidth": 1.5} if length > LONG else {}
         axes.plot(
-            [phase, phase], [0, end], color=style.colour, linestyle=style.line, linewidth=2.6 - 0.4 * k, zorder=3,
+            [phase, phase], [0, end], color=style.colour, linestyle=style.line, linewidth=width, zorder=3,
             marker=style.marker, markevery=[1], label=said + (" (shortened)" if length > LONG else ""), **shortened,
         )  # fmt: skip
     axes.set(rlim=(0, 1.08), rticks=(0.5, 1.0), yticklabels=[])

@@ -327,3 +327,14 @@ def test_other_units_of_length_mass_and_time_change_nothing_physical(length, mas
     assert found.branches.keys() == other.branches.keys()
     for name, roots in found.branches.items():
         np.testing.assert_allclose(other.branches[name] * time, roots, rtol=1e-8, atol=1e-8)
+
+
+def test_the_rider_mode_shows_the_rider(tyred):
+    """A hinged rider moves more than anything else in the mode that is named after it; the largest angle is 1."""
+    rider = {"mass": 40.0, "x": 0.35, "z": -1.2, "Ixx": 1.0, "Izz": 0.5, "joint_z": -0.9, "stiffness": 1500.0}
+    tyre = {"cornering_stiffness": 6000.0, "relaxation_length": 0.12}
+    model = tyred(relaxation_length=tyre, rider_lean=rider)
+    shape = modes(model, [6.0]).shape("rider")
+    assert shape.components == ("lean", "steer", "yaw", "lateral", "rider_lean")
+    assert max(shape.magnitude, key=lambda name: shape.magnitude[name][0] if name != "lateral" else 0) == "rider_lean"
+    assert shape.magnitude["rider_lean"][0] == pytest.approx(1.0)
