@@ -336,11 +336,11 @@ def test_the_speed_at_which_drag_lifts_the_front_wheel_is_said():
     assert not any("lifts off" in text for text in linear(relaxing(0.1)).warnings)
 
 
-@pytest.mark.parametrize(("spring", "sign"), [("steer_spring", -1), ("rider_arms", -1)])
-def test_a_steer_spring_lowers_weave_and_capsize_speed(spring, sign):
+@pytest.mark.parametrize("spring", ["steer_spring", "rider_arms"])
+def test_a_steer_spring_lowers_weave_and_capsize_speed(spring):
     """What the signatures of the two effects say, on the benchmark without slip."""
-    given = {"stiffness": 5.0} if spring == "steer_spring" else {"inertia": 0.0, "stiffness": 3.0, "damping": 0.0}
+    given = {"stiffness": 3.0} if spring == "steer_spring" else {"inertia": 0.0, "stiffness": 3.0, "damping": 0.0}
     before, after = (critical_speeds(linear(*added)) for added in ((), (effect(spring, **given),)))
     for mode in ("weave", "capsize"):
-        old, new = (next((c.speed for c in found if c.mode == mode), 0.0) for found in (before, after))
-        assert (new - old) * sign > 0
+        old, new = (next(c.speed for c in found if c.mode == mode) for found in (before, after))
+        assert 0 < new < old
