@@ -19,7 +19,8 @@ from tyre.errors import InputError
 
 Array = NDArray[np.float64]
 UNRIDDEN = ("kooijman2008", "browser", "pista", "crescendo", "fisher", "benchmark")
-RIDDEN = ("rigid_rider", "pista_rider", "benchmark")
+RIDDEN = ("rigid_rider",)
+TRIES = 100
 RELATIVE = {"m": 0.005, "I": 0.03}
 ABSOLUTE = {
     "w": 0.002,
@@ -43,6 +44,7 @@ class Hidden:
     draw: Mapping[str, tuple[float, float]]  # log-uniform
     speeds: tuple[float, float] = (3.0, 8.0)
     by_load: tuple[str, ...] = ()
+    place: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # uniform
 
 
 HIDDEN: Mapping[str, Hidden] = {
@@ -53,10 +55,16 @@ HIDDEN: Mapping[str, Hidden] = {
     "twisting_torque": Hidden("tyre", UNRIDDEN, {"twisting_stiffness": (0.7, 3.0)}, (4.0, 12.0)),
     "camber_thrust": Hidden("slipping", UNRIDDEN, {"camber_stiffness": (0.5, 1.0)}, (4.0, 12.0), ("camber_stiffness",)),
     "front_compliance": Hidden(
-        "tyre", ("benchmark",), {"stiffness": (1500.0, 5000.0), "damping": (5.0, 20.0)}, (5.0, 15.0)
+        "tyre", ("benchmark",), {"stiffness": (1500.0, 5000.0), "damping": (5.0, 20.0)}, (5.0, 15.0),
+        place={"joint_x": (0.75, 0.95), "joint_z": (-0.9, -0.7)},
     ),
     "relaxation_length": Hidden("static", ("benchmark",), {"relaxation_length": (0.08, 0.2)}, (8.0, 20.0)),
-}
+    "rider_lean": Hidden(
+        "rolling", RIDDEN,
+        {"mass": (30, 50), "Ixx": (1.0, 2.5), "Izz": (0.6, 1.5), "stiffness": (600, 2500), "damping": (20, 120)},
+        place={"x": (0.28, 0.38), "z": (-1.4, -1.25), "joint_z": (-1.0, -0.8)},
+    ),
+}  # fmt: skip
 """What is hidden one at a time, with sizes that occur on bicycles (physics of each effect's own page)."""
 
 
@@ -72,7 +80,7 @@ class Truth:
 
 def perturbed(bicycle: Bicycle, sd: Mapping[str, float], rng: np.random.Generator) -> Bicycle:
     """A bicycle drawn around another; drawn again until it is physical."""
-    for _ in range(100):
+    for _ in range(TRIES):
         try:
             return bicycle.replace(**{key: bicycle[key] + s * rng.standard_normal() for key, s in sd.items()})
         except InputError:
@@ -117,9 +125,7 @@ def draw_effect(name: str, bicycle: Bicycle, rng: np.random.Generator) -> dict[s
     }
     for key in hidden.by_load:
         values[key] = dict(zip(("rear", "front"), (values[key] * load for load in bicycle.static_loads), strict=True))
-    if name == "front_compliance":
-        values |= {"joint_x": 0.8, "joint_z": -0.85}
-    return values
+    return values | {key: float(rng.uniform(*span)) for key, span in hidden.place.items()}
 
 
 def true_model(
@@ -133,6 +139,20 @@ def true_model(
             given["cornering_stiffness"] = effects["side_slip"]["cornering_stiffness"]
         model = model.with_effect(effect_class(name)(**given))
     return model
+
+
+def hide(
+    names: tuple[str, ...], nominal: Bicycle, real: Bicycle, effects: Mapping[str, Mapping[str, Any]],
+    rng: np.random.Generator,
+) -> tuple[dict[str, dict[str, Any]], Model]:  # fmt: skip
+    """Draw the effects to hide, again until the bicycle can hold them; their values and the model as it is."""
+    for _ in range(TRIES):
+        drawn = {name: draw_effect(name, nominal, rng) for name in names}
+        try:
+            return drawn, true_model(real, effects, drawn)
+        except InputError:
+            continue
+    raise InputError(f"{nominal.name!r} cannot hold {', '.join(names)}")
 
 
 def modal_case(
@@ -151,12 +171,12 @@ def modal_case(
     sd = uncertainty(nominal)
     real = perturbed(nominal, sd, rng)
     effects = base_effects(kind or first.base, nominal.static_loads, rng)
-    drawn = {name: draw_effect(name, nominal, rng) for name in hidden}
-    model = true_model(real, effects, drawn).linear_model()
+    drawn, whole = hide(hidden, nominal, real, effects, rng)
+    model = whole.linear_model()
     low, high = first.speeds
     speeds = np.sort(np.concatenate([rng.uniform(low, high, points).round(3), extra_speeds]))
     found, rows = modes(model, speeds), []
-    for mode in ("weave", "wobble"):
+    for mode in ("weave", "wobble", "rider"):
         if mode not in found.names:
             continue
         shape = found.shape(mode).phasors

@@ -17,9 +17,8 @@ from studies.missing_effect.blind_generator import (
     HIDDEN,
     Truth,
     base_effects,
-    draw_effect,
+    hide,
     perturbed,
-    true_model,
     uncertainty,
 )
 
@@ -70,8 +69,7 @@ def history_case(
     real = perturbed(nominal, sd, rng)
     kind = "tyre" if nonlinear and first.base == "rolling" else first.base
     effects = base_effects(kind, nominal.static_loads, rng)
-    drawn = {name: draw_effect(name, nominal, rng) for name in hidden}
-    model = true_model(real, effects, drawn)
+    drawn, model = hide(hidden, nominal, real, effects, rng)
     colour = float(rng.uniform(0.2, 0.7))
     entries, (low, high) = [], speeds or (max(first.speeds[0], 4.5), first.speeds[1])
     folder.mkdir(parents=True, exist_ok=True)
