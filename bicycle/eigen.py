@@ -48,11 +48,18 @@ def eigenvalues(stack: ArrayLike, *, threads: int = 1, solver: Solver | None = N
         raise InputError(f"matrices have shape {matrices.shape}; give square ones, shape (..., n, n)")
     if threads < 1:
         raise InputError(f"threads = {threads}; give at least 1")
-    if not np.isfinite(matrices).all():
-        first = np.argwhere(~np.isfinite(matrices))[0].tolist()
-        raise InputError(f"entry {first} of the matrices is {matrices[tuple(first)]}; eigenvalues need finite entries")
     flat = matrices.reshape(-1, *matrices.shape[-2:])
-    result = _in_batches(lambda part: flat[part], flat.shape[:2], threads, solver or default_solver())
+
+    def finite(part: slice) -> NDArray[np.float64]:
+        batch = flat[part]
+        if not np.isfinite(batch).all():
+            at = np.argwhere(~np.isfinite(batch))[0]
+            first = [*map(int, np.unravel_index(part.start + at[0], matrices.shape[:-2])), *at[1:].tolist()]
+            value = matrices[tuple(first)]
+            raise InputError(f"entry {first} of the matrices is {value}; eigenvalues need finite entries")
+        return batch
+
+    result = _in_batches(finite, flat.shape[:2], threads, solver or default_solver())
     return result.reshape(matrices.shape[:-1])
 
 

@@ -25,6 +25,7 @@ WALKING, FAST = 1.5, 8.0  # about 5 to 25 m/s: the roles of tyres and joints are
 HIGHEST = 20.0  # about 60 m/s: always tracked up to here
 MOSTLY = 0.5  # a root of lean, steer and yaw has at least this share of them
 FAINT = 0.02  # a role played with less than this share earns no name
+MARGIN = 0.1  # by which a role is clearly played
 OVERDAMPED = 0.3  # wobble is an oscillation: steering by a real root counts so much
 
 ROLES: tuple[tuple[str, float, tuple[str, ...]], ...] = (  # name, weight, groups of states that mark it
@@ -39,6 +40,7 @@ MARK = {
 }  # fmt: skip
 """The group of states that marks each role."""
 
+Unit = tuple[int, ...]  # branches of a pair or of a single real root
 Shares = dict[str, Array]  # (m, n) each: share of a group of states in each branch
 
 
@@ -46,13 +48,15 @@ Shares = dict[str, Array]  # (m, n) each: share of a group of states in each bra
 class Naming:
     """``labels[cases[k]][i]``: names of branch i at node k of the track; several where identity is lost.
 
-    ``names`` are all that the model has, each plain at the ``anchor`` speed.
+    ``names`` are all that the model has, each plain at the ``anchor`` speed. ``clear`` where other nodes would not lead
+    to others.
     """
 
     names: tuple[str, ...]
     labels: tuple[tuple[tuple[str, ...], ...], ...]
     cases: NDArray[np.intp]
     anchor: float
+    clear: bool
 
 
 def window(model: LinearModel) -> tuple[float, float]:
@@ -77,9 +81,9 @@ def name_branches(model: LinearModel, stretches: Sequence[Stretch]) -> Naming:
     modes = _modes(speeds, values, share, anchor, core)
     castering = [name for name, _ in modes].index("castering") if "castering" in core else -1
     found = regions(speeds, values, [branches for _, branches in modes], castering, anchor, window(model))
-    names = _roles(speeds / unit, values, share, modes, found)
+    names, clear = _roles(speeds / unit, values, share, modes, found)
     labels = tuple(tuple(tuple(sorted(names[m] for m in label)) for label in case) for case in found.labels)
-    return Naming(tuple(sorted(names)), labels, found.cases, float(speeds[anchor]))
+    return Naming(tuple(sorted(names)), labels, found.cases, float(speeds[anchor]), clear and found.clear)
 
 
 def state_shares(states: tuple[str, ...], participation: Array) -> Shares:
@@ -95,58 +99,63 @@ def state_shares(states: tuple[str, ...], participation: Array) -> Shares:
     }
 
 
-def units_of(values: Complex) -> list[tuple[int, ...]]:
-    """Pairs and single real roots (of the branches at one speed) as tuples of branches, slow first."""
-    mate = mates(values[None])[0]
+def units_of(values: Complex) -> list[list[Unit]]:
+    """At each node the pairs and single real roots of the branches (m, n) as tuples of branches, slow first."""
+    mate, upper = mates(values), values.imag > 0
+    shown = (upper | (mate == np.arange(values.shape[1]))).tolist()
+    order = np.argsort(np.abs(values), axis=1, kind="stable").tolist()
     return [
-        (int(i),) if mate[i] == i else (int(i), int(mate[i]))
-        for i in np.argsort(np.abs(values), kind="stable")
-        if mate[i] == i or values[i].imag > 0
+        [(i,) if of[i] == i else (i, of[i]) for i in slow_first if here[i]]
+        for of, here, slow_first in zip(mate.tolist(), shown, order, strict=True)
     ]
 
 
-def _anchor(speeds: Array, values: Complex, share: Shares) -> tuple[int, dict[str, tuple[int, ...]]]:
+def _anchor(speeds: Array, values: Complex, share: Shares) -> tuple[int, dict[str, Unit]]:
     """Node at which weave, capsize and castering are plainest, and their branches there."""
     best: tuple[float, float] = (-1.0, -1.0)
     at, core = int(np.abs(speeds - WALKING).argmin()), {}
-    for k in np.flatnonzero((speeds >= SLOW) & (speeds <= QUICK)):
-        found = _core(values[k], {group: part[k] for group, part in share.items()})
-        merit = (float(len(found)), round(_plainness(values[k], found), 9))
+    nodes = np.flatnonzero((speeds >= SLOW) & (speeds <= QUICK))
+    moving = (share["lean"] + share["steer"] + share["yaw"])[nodes].tolist()
+    lean, steer, roots = (part[nodes].tolist() for part in (share["lean"], share["steer"], values))
+    for k, units in enumerate(units_of(values[nodes])):
+        found = _core([unit for unit in units if moving[k][unit[0]] >= MOSTLY][:3], lean[k], steer[k])
+        if len(found) < best[0]:
+            continue
+        merit = (float(len(found)), round(_plainness(roots[k], found), 9))
         if merit > best:
-            best, at, core = merit, int(k), found
+            best, at, core = merit, int(nodes[k]), found
     return at, core
 
 
-def _core(values: Complex, share: dict[str, Array]) -> dict[str, tuple[int, ...]]:
+def _core(units: Sequence[Unit], lean: Sequence[float], steer: Sequence[float]) -> dict[str, Unit]:
     """A pair and two real roots, where these are the slowest of lean, steer and yaw; else what there is of them."""
-    moving = share["lean"] + share["steer"] + share["yaw"]
-    units = [unit for unit in units_of(values) if moving[unit[0]] >= MOSTLY][:3]
-    found: dict[str, tuple[int, ...]] = {}
+    found: dict[str, Unit] = {}
     pairs, reals = ([unit for unit in units if len(unit) == size] for size in (2, 1))
     if pairs:
         found["weave"] = pairs[0]
     if len(reals) == 2:
-        leaning = [share["lean"][i] / (share["lean"][i] + share["steer"][i] + 1e-300) for (i,) in reals]
+        leaning = [lean[i] / (lean[i] + steer[i] + 1e-300) for (i,) in reals]
         found["capsize"], found["castering"] = reals if leaning[0] >= leaning[1] else reals[::-1]
     return found
 
 
-def _plainness(values: Complex, core: dict[str, tuple[int, ...]]) -> float:
+def _plainness(values: Sequence[complex], core: dict[str, Unit]) -> float:
     """How far the core is from meeting: among itself, of the pair with itself, and with the next faster mode."""
-    root = np.array([values[unit[0]] for unit in core.values()])
-    rest = np.delete(values, [i for unit in core.values() for i in unit])
+    root = [values[unit[0]] for unit in core.values()]
+    inside = {i for unit in core.values() for i in unit}
+    rest = [value for i, value in enumerate(values) if i not in inside]
     gaps = [abs(a - b) / (abs(a) + abs(b) + 1e-300) for k, a in enumerate(root) for b in [*root[:k], *rest]]
     gaps += [abs(a.imag) / abs(a) for a in root if a.imag]
     return min(gaps, default=0.0)
 
 
-Mode = tuple[str, tuple[int, ...]]  # name ("" as long as it has none) and branches
+Mode = tuple[str, Unit]  # name ("" as long as it has none) and branches
 
 
-def _modes(speeds: Array, values: Complex, share: Shares, anchor: int, core: dict[str, tuple[int, ...]]) -> list[Mode]:
+def _modes(speeds: Array, values: Complex, share: Shares, anchor: int, core: dict[str, Unit]) -> list[Mode]:
     """The core and everything else at the anchor; real roots that are a pair at another speed are one mode."""
     named = {i for unit in core.values() for i in unit}
-    units = [unit for unit in units_of(values[anchor]) if not named & set(unit)]
+    units = [unit for unit in units_of(values[[anchor]])[0] if not named & set(unit)]
     single = [unit[0] for unit in units if len(unit) == 1]
     mate = mates(values)
     distance = np.abs(speeds - speeds[anchor])
@@ -167,26 +176,43 @@ def _modes(speeds: Array, values: Complex, share: Shares, anchor: int, core: dic
     return [*core.items(), *(("", unit) for unit in units)]
 
 
-def _roles(speeds: Array, values: Complex, share: Shares, modes: list[Mode], found: Regions) -> list[str]:
-    """Name the modes of tyres and joints by their mean share over a range of speed."""
+def _roles(speeds: Array, values: Complex, share: Shares, modes: list[Mode], found: Regions) -> tuple[list[str], bool]:
+    """Name the modes of tyres and joints by their mean share over a range of speed; and whether that is clear."""
     weight = np.gradient(speeds) * ((speeds >= WALKING) & (speeds <= FAST))
     own = np.array([[[label == (m,) for label in case] for m in range(len(modes))] for case in found.labels])
     weight = weight[:, None, None] * own[found.cases]  # (nodes, modes, branches)
     total = weight.sum((0, 2)) + 1e-300
     form = np.where(values.imag != 0, 1.0, OVERDAMPED)
-    played = np.zeros((len(ROLES), len(modes)))
-    for r, (_, factor, groups) in enumerate(ROLES):
-        if not share[groups[0]].any():
-            continue
-        part = sum(share[group] for group in groups) * (form if groups == ("steer",) else 1.0)
-        mean = np.einsum("kmi,ki->m", weight, part) / total
-        played[r] = factor * np.where(mean >= FAINT, mean, 0.0)
+    mean, factors = np.zeros((len(ROLES), len(modes))), np.array([[factor] for _, factor, _ in ROLES])
+    for r, (_, _, groups) in enumerate(ROLES):
+        if share[groups[0]].any():
+            part = sum(share[group] for group in groups) * (form if groups == ("steer",) else 1.0)
+            mean[r] = np.einsum("kmi,ki->m", weight, part) / total
     names = [name for name, _ in modes]
     free = [m for m, name in enumerate(names) if not name]
-    for row, column in zip(*linear_sum_assignment(-played[:, free]), strict=True):
-        if played[row, free[column]] > 0:
-            names[free[column]] = ROLES[row][0]
+    cast, clear = _cast(mean[:, free], factors)
+    for row, column in cast:
+        names[free[column]] = ROLES[row][0]
     others = [m for m in free if not names[m]]
     for number, m in enumerate(others, 1):
         names[m] = f"other_{number}"
-    return names
+    return names, clear
+
+
+def _cast(mean: Array, factors: Array) -> tuple[set[tuple[int, int]], bool]:
+    """Roles and modes that belong together by their mean share (roles, modes); and whether by a clear margin."""
+
+    def best(least: float) -> tuple[Array, set[tuple[int, int]]]:
+        played = factors * np.where(mean >= least, mean, 0.0)
+        rows, columns = linear_sum_assignment(-played)
+        return played, {(int(r), int(c)) for r, c in zip(rows, columns, strict=True) if played[r, c] > 0}
+
+    played, cast = best(FAINT)
+    whole = sum(played[pair] for pair in cast)
+    clear = best(FAINT / (1 + MARGIN))[1] == best(FAINT * (1 + MARGIN))[1] == cast
+    for pair in cast:
+        without = played.copy()
+        without[pair] = 0
+        rows, columns = linear_sum_assignment(-without)
+        clear = clear and bool(without[rows, columns].sum() < (1 - MARGIN) * whole)
+    return cast, clear

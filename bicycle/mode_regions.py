@@ -18,15 +18,20 @@ from bicycle.tracking import Array, Complex
 
 APART = 1 / 3  # |a - b| / (|a| + |b|) of real roots a factor of two apart
 MUCH_FASTER = 5.0
+PLAIN = 1.5  # ratio of two roots that is not turned by moving on by a step
 Label = tuple[int, ...]  # the modes a root may belong to
 
 
 @dataclass(frozen=True)
 class Regions:
-    """``labels[cases[k]][i]``: the modes that branch i may belong to at node k."""
+    """``labels[cases[k]][i]``: the modes that branch i may belong to at node k.
+
+    ``clear`` is False where roots next to a meeting were compared that had nearly the same size.
+    """
 
     labels: tuple[tuple[Label, ...], ...]
     cases: NDArray[np.intp]
+    clear: bool
 
 
 def mates(values: Complex) -> NDArray[np.intp]:
@@ -51,11 +56,12 @@ def regions(
         owner[list(unit)] = number
     mate = mates(values)
     labels: list[tuple[Label, ...]] = [()] * len(values)
+    walk = _Walk(speeds, values, mate, modes, castering, always, labels)
     for nodes in (range(anchor, len(values)), range(anchor, -1, -1)):
-        _Walk(speeds, values, mate, modes, castering, always, labels).go(nodes, owner.copy())
+        walk.go(nodes, owner.copy())
     cases = sorted(set(labels))
     number_of = {case: k for k, case in enumerate(cases)}
-    return Regions(tuple(cases), np.array([number_of[label] for label in labels], np.intp))
+    return Regions(tuple(cases), np.array([number_of[label] for label in labels], np.intp), walk.clear)
 
 
 @dataclass
@@ -67,12 +73,14 @@ class _Walk:
     castering: int
     always: tuple[float, float]
     labels: list[tuple[Label, ...]]
+    clear: bool = True
 
     def go(self, nodes: Sequence[int], owner: NDArray[np.intp]) -> None:
         past: list[int] = []
         now: tuple[Label, ...] = ()
+        other = (self.mate[1:] != self.mate[:-1]).any(1).tolist()
         for k in nodes:
-            if not past or (self.mate[k] != self.mate[past[-1]]).any():
+            if not past or other[min(k, past[-1])]:
                 before = owner.copy()
                 now, settled = self._settle(k, owner)
                 for group in settled:
@@ -111,8 +119,12 @@ class _Walk:
         size = np.abs(self.values[k])
         pair = size[[i for i, _ in pairs]]
         if single == [self.castering]:
-            return bool(size[reals].min() >= pair.min())
-        return bool(size[reals].max() <= MUCH_FASTER * pair.max())
+            return self._less(pair.min(), size[reals].min())
+        return self._less(size[reals].max(), MUCH_FASTER * pair.max())
+
+    def _less(self, a: float, b: float) -> bool:
+        self.clear = self.clear and not b / PLAIN < a < b * PLAIN
+        return bool(a <= b)
 
     @property
     def _first_free(self) -> int:

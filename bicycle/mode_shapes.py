@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bicycle.linear_model import LinearModel
-from bicycle.tracking import Array, Complex, laurent
+from bicycle.matching import laurent
+from bicycle.tracking import Array, Complex
 
 COMPONENTS = ("lean", "steer", "yaw", "lateral")
 

@@ -98,39 +98,45 @@ def sensitivities(model: Model, speeds: ArrayLike) -> Sensitivities:
     linear = model.linear_model()
     v = np.atleast_1d(linear.check_speeds(speeds))
     slopes = matrix_slopes(model, linear)
+    values, with_speed = (np.empty((len(v), linear.order), complex) for _ in range(2))
+    found = np.empty((*values.shape, len(slopes)), complex)
     with one_blas_thread():
-        parts = [_derivatives(linear, slopes, part) for part in np.array_split(v, max(1, -(-len(v) // BATCH)))]
-    values, found, with_speed = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
+        for start in range(0, len(v), BATCH):
+            part = slice(start, start + BATCH)
+            _derivatives(linear, slopes, v[part], values[part], found[part], with_speed[part])
     return Sensitivities(v, values, tuple(slopes), found, with_speed)
 
 
-def _derivatives(linear: LinearModel, slopes: Slopes, v: Array) -> tuple[Complex, Complex, Complex]:
-    """Eigenvalues (m, n), derivatives (m, n, parameters) and derivatives with speed (m, n)."""
-    values, right = (part.astype(complex) for part in np.linalg.eig(linear.state_matrix(v)))
+def _derivatives(
+    linear: LinearModel, slopes: Slopes, v: Array, values: Complex, found: Complex, with_speed: Complex
+) -> None:
+    """Fill in eigenvalues (m, n), derivatives (m, n, parameters) and derivatives with speed (m, n)."""
+    roots, right = (part.astype(complex, copy=False) for part in np.linalg.eig(linear.state_matrix(v)))
     left = np.linalg.inv(right)
-    found = np.zeros((*values.shape, len(slopes)), complex)
-    with_speed = np.zeros_like(values)
-    upper = values.imag >= 0  # of a pair, the other half is the conjugate
+    order = np.lexsort((roots.imag, roots.real), axis=-1)
+    values[:] = np.take_along_axis(roots, order, -1)
+    place = np.argsort(order, axis=-1)
+    upper = roots.imag >= 0  # of a pair, the other half is the conjugate
     for number, part in _parts(linear, v):
         k, i = np.nonzero(upper[part])
         if not k.size:
             continue
         at, own = part[k], linear.ranges[number].matrices
+        root = roots[at, i]
         x = linear.scale * right[at, :, i]
         u = (left[at, i] / linear.scale) @ np.linalg.inv(own.mass)
         every, speed = [slope[number] for slope in slopes.values()], v[at]
-        terms = [(-values[at, i], np.array([slope.mass for slope in every]))]
+        terms = [(-root, np.array([slope.mass for slope in every]))]
         for power in own.dynamics:
             terms.append((speed ** float(power), np.array([slope.dynamics[power] for slope in every])))
-        found[at, i] = first_order(u, x, terms)
+        pair = np.flatnonzero(root.imag > 0)
+        targets = place[at, i], place[at[pair], i[pair] + 1]  # LAPACK puts the conjugate next to it
+        derivatives = first_order(u, x, terms)
+        found[at, targets[0]] = derivatives
+        found[at[pair], targets[1]] = derivatives[pair].conj()
         terms = [(power * speed ** float(power - 1), m[None]) for power, m in own.dynamics.items() if power]
-        if terms:
-            with_speed[at, i] = first_order(u, x, terms)[:, 0]
-    k, i = np.nonzero(values.imag > 0)  # LAPACK puts the conjugate next to it
-    found[k, i + 1], with_speed[k, i + 1] = found[k, i].conj(), with_speed[k, i].conj()
-    order = np.lexsort((values.imag, values.real), axis=-1)
-    values, with_speed = (np.take_along_axis(array, order, -1) for array in (values, with_speed))
-    return values, np.take_along_axis(found, order[..., None], 1), with_speed
+        along = first_order(u, x, terms)[:, 0] if terms else np.zeros(len(at), complex)
+        with_speed[at, targets[0]], with_speed[at[pair], targets[1]] = along, along[pair].conj()
 
 
 def pair_sensitivities(model: Model, speed: float, pair: tuple[complex, complex]) -> PairSensitivities:

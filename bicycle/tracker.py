@@ -1,15 +1,17 @@
 """A model tracked and named once: answers at any speeds inside, whatever else is asked."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.linear_model import LinearModel
+from bicycle.matching import settle
 from bicycle.mode_events import ModeEvent, mode_events
 from bicycle.mode_names import Naming, name_branches, window
 from bicycle.mode_regions import mates
-from bicycle.tracking import Array, Complex, Stretch, settle, track
+from bicycle.tracking import Array, Complex, Meeting, Stretch, track
 
 
 @dataclass(frozen=True)
@@ -18,16 +20,23 @@ class Tracker:
 
     model: LinearModel
     stretches: tuple[Stretch, ...]
+    meetings: tuple[Meeting, ...]
     naming: Naming
-    events: tuple[ModeEvent, ...]
 
     @classmethod
-    def over(cls, model: LinearModel, lowest: float, highest: float) -> "Tracker":
-        """Track from ``lowest`` to ``highest`` and through the speeds at which names are given."""
+    def over(cls, model: LinearModel, lowest: float, highest: float, *, sparse: bool = False) -> "Tracker":
+        """Track from ``lowest`` to ``highest`` and through the speeds at which names are given.
+
+        ``sparse`` saves nodes: names are the same where they are :meth:`sure`, events are given coarsely.
+        """
         low, high = window(model)
-        stretches, meetings = track(model, min(lowest, low), max(highest, high))
-        naming = name_branches(model, stretches)
-        return cls(model, stretches, naming, mode_events(model.states, stretches, meetings, naming))
+        stretches, meetings = track(model, min(lowest, low), max(highest, high), sparse=sparse)
+        return cls(model, stretches, meetings, name_branches(model, stretches))
+
+    @cached_property
+    def events(self) -> tuple[ModeEvent, ...]:
+        """What happens to the modes on the way, by speed."""
+        return mode_events(self.model.states, self.stretches, self.meetings, self.naming)
 
     def ordered(self, speeds: Array) -> Complex:
         """Eigenvalues (m, n) at speeds (m,), one column a branch."""
@@ -54,15 +63,34 @@ class Tracker:
         key, inverse = np.unique(np.column_stack([index, mate]), axis=0, return_inverse=True)
         return inverse.reshape(-1), tuple(_joint(self.naming.labels[case[0]], case[1:]) for case in key)
 
-    @property
+    def sure(self, speeds: Array) -> bool:
+        """Whether more nodes would not change any name at these speeds: nothing happens in the steps they lie in."""
+        start = 0
+        for part, stretch in self._parts(speeds):
+            right = np.clip(np.searchsorted(stretch.speeds, speeds[part]), 1, len(stretch.speeds) - 1)
+            cases = self.naming.cases[start : start + len(stretch.speeds)]
+            if part.size and not (stretch.smooth[right - 1] & (cases[right] == cases[right - 1])).all():
+                return False
+            start += len(stretch.speeds)
+        return self.naming.clear
+
+    @cached_property
     def _values(self) -> Complex:
         return np.concatenate([s.values for s in self.stretches])
 
+    @cached_property
+    def _first(self) -> int:
+        """Number of the first speed range that is tracked."""
+        return int(np.searchsorted([piece.upper for piece in self.model.ranges], self.stretches[0].speeds[-1]))
+
+    def within(self, number: int) -> Stretch | None:
+        """The stretch in a speed range of the model, None where it is not tracked."""
+        at = number - self._first
+        return self.stretches[at] if 0 <= at < len(self.stretches) else None
+
     def _parts(self, speeds: Array) -> list[tuple[NDArray[np.intp], Stretch]]:
         """Which speeds lie in which stretch; a switch speed belongs to the range below it."""
-        uppers = np.array([piece.upper for piece in self.model.ranges])
-        first = int(np.searchsorted(uppers, self.stretches[0].speeds[-1]))
-        at = np.searchsorted(uppers, speeds) - first
+        at = np.searchsorted([piece.upper for piece in self.model.ranges], speeds) - self._first
         return [(np.flatnonzero(at == k), stretch) for k, stretch in enumerate(self.stretches)]
 
 

@@ -8,26 +8,25 @@ larger real root with the upper half of the pair. What is asked at other speeds 
 does not depend on its neighbours.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from bicycle.linear_model import LinearModel
+from bicycle.matching import Nodes, assign, eigen, link, set_cost
+from bicycle.meeting_search import between, join_meeting, one_meets
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 STEP = 0.1  # of the grid, in units of sqrt(g w): about 0.3 m/s
 SMALLEST_STEP = 2.0**-22  # of STEP: below it a step is taken as the meeting point of two roots
-BATCH = 1000  # matrices a call: they fit the cache
-CLEAR = 0.2  # a match is clear when its error is below this share of the distance to any rival
-TWIN = 1e-7  # roots closer than this share of the largest cannot be told apart, and need not be
-MAC_ENOUGH = 0.5
-REAL = 2e-8  # a pair with an imaginary part below this share of the largest root is a double real root and rounding
 MAX_NODES = 20_000
+SPARSE_FROM, SPARSE = 32, 8  # a sparse grid has every eighth node from there (in steps), above any anchor of names
 
 
 @dataclass(frozen=True)
@@ -72,15 +71,17 @@ class Stretch:
         rough = ~self.smooth[at]
         if rough.any():
             near = np.where(t[rough, 0] < 0.5, a[rough], b[rough])
-            cost[rough] = _set_cost(self.values[near], eigenvalues[rough])
+            cost[rough] = set_cost(self.values[near], eigenvalues[rough])
         return assign(cost)
 
 
-def track(model: LinearModel, lowest: float, highest: float) -> tuple[tuple[Stretch, ...], tuple[Meeting, ...]]:
+def track(
+    model: LinearModel, lowest: float, highest: float, *, sparse: bool = False
+) -> tuple[tuple[Stretch, ...], tuple[Meeting, ...]]:
     """Track all roots from ``lowest`` to ``highest`` (model units, usually m/s); one stretch for each speed range.
 
     Columns of all stretches are the same branches: across a speed at which the equations switch, roots are matched by
-    distance.
+    distance. ``sparse`` takes fewer nodes: wide steps at high speed, and none to close in on the meetings of roots.
     """
     unit = float(np.sqrt(model.parameters["g"] * model.parameters["w"]))
     stretches: list[Stretch] = []
@@ -89,11 +90,12 @@ def track(model: LinearModel, lowest: float, highest: float) -> tuple[tuple[Stre
         low, high = max(piece.lower, lowest), min(piece.upper, highest)
         if high < low or (stretches and high == low):
             continue
-        nodes = grid(low, high, unit, singular=-1 in coefficients)
+        nodes = grid(low, high, unit, singular=-1 in coefficients, sparse=sparse)
         nodes = np.unique(np.clip(nodes, piece.lower, piece.upper))
-        stretch, met = _track_range(coefficients, nodes, unit * STEP * SMALLEST_STEP)
+        compute = partial(_nodes, coefficients)
+        stretch, met = in_branches(*refine(compute(nodes), compute, unit * STEP * SMALLEST_STEP, sparse=sparse))
         if stretches:
-            order = assign(_set_cost(stretches[-1].values[-1:], stretch.values[:1]))[0]
+            order = assign(set_cost(stretches[-1].values[-1:], stretch.values[:1]))[0]
             rank = np.argsort(order)
             stretch = Stretch(
                 stretch.speeds, stretch.values[:, order], stretch.slopes[:, order], stretch.smooth,
@@ -108,10 +110,13 @@ def track(model: LinearModel, lowest: float, highest: float) -> tuple[tuple[Stre
     return tuple(stretches), tuple(meetings)
 
 
-def grid(low: float, high: float, unit: float, *, singular: bool) -> Array:
+def grid(low: float, high: float, unit: float, *, singular: bool, sparse: bool = False) -> Array:
     """Nodes of a fixed sequence that cover [low, high]: even steps, geometric towards 0 where the model is singular."""
     step = unit * STEP
-    nodes = step * np.arange(max(np.floor(low / step), 0), np.ceil(high / step) + 1)
+    numbers = np.arange(max(np.floor(low / step), 0), np.ceil(high / step) + 1)
+    if sparse:
+        numbers = numbers[(numbers < SPARSE_FROM) | (numbers % SPARSE == 0) | (numbers == numbers[-1])]
+    nodes = step * numbers
     if singular:
         nodes = nodes[nodes > 0]
         halvings = int(np.ceil(2 * max(np.log2(step / low), 0))) if low > 0 else 0
@@ -119,123 +124,71 @@ def grid(low: float, high: float, unit: float, *, singular: bool) -> Array:
     return nodes
 
 
-def laurent(coefficients: Mapping[int, Array], speeds: Array, *, derivative: bool = False) -> Array:
-    """Sum of v^k A_k (or its derivative in v) at speeds (m,), shape (m, rows, columns)."""
-    total = np.zeros((len(speeds), *next(iter(coefficients.values())).shape))
-    for power, matrix in coefficients.items():
-        if not derivative:
-            total += (speeds**power if power else np.ones_like(speeds))[:, None, None] * matrix
-        elif power:
-            total += (power * (speeds ** (power - 1) if power != 1 else np.ones_like(speeds)))[:, None, None] * matrix
-    return total
+def refine(
+    nodes: Nodes, compute: Callable[[Array], Nodes], smallest: float, *, sparse: bool = False
+) -> tuple[Nodes, NDArray[np.intp], NDArray[np.bool_]]:
+    """Halve steps until every match is beyond doubt, or the step no larger than ``smallest``.
 
+    With ``sparse``, steps may span the meeting of two roots where it is plain which two.
 
-@dataclass
-class _Nodes:
-    v: Array
-    values: Complex
-    slopes: Complex
-    right: Complex
-    left: Complex
-
-    def take(self, index: NDArray[np.intp]) -> "_Nodes":
-        return _Nodes(*(getattr(self, key)[index] for key in vars(self)))
-
-    def insert(self, where: NDArray[np.intp], new: "_Nodes") -> "_Nodes":
-        return _Nodes(*(np.insert(getattr(self, key), where, getattr(new, key), axis=0) for key in vars(self)))
-
-
-def eigen(coefficients: Mapping[int, Array], speeds: Array) -> tuple[Complex, Complex, Complex, Complex]:
-    """Eigenvalues (m, n), slopes d(lambda)/dv, right (columns) and left (rows) eigenvectors with left right = 1."""
-    parts = []
-    for v in np.array_split(speeds, max(1, -(-len(speeds) // BATCH))):
-        values, right = np.linalg.eig(laurent(coefficients, v))
-        left = _inverse(right)
-        slopes = np.einsum("mij,mjk,mki->mi", left, laurent(coefficients, v, derivative=True), right, optimize=True)
-        parts.append((settle(values), slopes.astype(complex), right.astype(complex), left.astype(complex)))
-    values, slopes, right, left = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return values, slopes, right, left
-
-
-def settle(values: Complex) -> Complex:
-    """Make pairs real that are pairs by rounding only; values (m, n)."""
-    noise = np.abs(values.imag) <= REAL * np.abs(values).max(1, keepdims=True)
-    return np.where(noise, values.real, values).astype(complex)
-
-
-def _inverse(matrices: Complex) -> Complex:
-    try:
-        return np.asarray(np.linalg.inv(matrices), complex)
-    except np.linalg.LinAlgError:  # an exactly defective matrix among them
-        return np.asarray(np.linalg.pinv(matrices), complex)
-
-
-def _track_range(coefficients: Mapping[int, Array], speeds: Array, smallest: float) -> tuple[Stretch, list[Meeting]]:
-    nodes = _Nodes(speeds, *eigen(coefficients, speeds))
-    n = nodes.values.shape[1]
-    links = np.zeros((len(speeds) - 1, n), np.intp)
-    done = np.zeros(len(speeds) - 1, bool)
+    Returns
+    -------
+    nodes : Nodes
+        With those that ``compute`` was asked for.
+    links : ndarray of int, shape (m - 1, n)
+        Which root of the next node follows each root of a node.
+    smooth : ndarray of bool, shape (m - 1,)
+        False where two roots meet in the step.
+    """
+    links = np.zeros((len(nodes.v) - 1, nodes.values.shape[1]), np.intp)
+    done = np.zeros(len(nodes.v) - 1, bool)
     smooth = done.copy()
     while not done.all():
         open_ = np.flatnonzero(~done)
         a, b = nodes.take(open_), nodes.take(open_ + 1)
-        links[open_], good = _link(a, b)
-        smooth[open_] = done[open_] = good
-        last = open_[~good & ((b.v - a.v <= smallest) | (len(nodes.v) > MAX_NODES))]
-        links[last] = assign(_set_cost(nodes.values[last], nodes.values[last + 1]))
+        met = {k: join_meeting(a, b, k) for k in one_meets(a, b)} if sparse else {}
+        links[open_], good = link(a, b)
+        smooth[open_] = good
+        for k, two in met.items():
+            smooth[open_[k]] = False
+            good[k] = two is not None and good[k] and set(links[open_[k], two[0]].tolist()) == set(two[1])
+            if two and good[k]:
+                links[open_[k], two[0]] = two[1]
+        done[open_] = good
+        last = open_[~good & ((np.diff(nodes.v)[open_] <= smallest) | (len(nodes.v) > MAX_NODES))]
+        links[last] = assign(set_cost(nodes.values[last], nodes.values[last + 1]))
         done[last] = True
         split = np.flatnonzero(~done)
         if split.size:
-            middle = (nodes.v[split] + nodes.v[split + 1]) / 2
-            nodes = nodes.insert(split + 1, _Nodes(middle, *eigen(coefficients, middle)))
-            links = np.insert(links, split, 0, axis=0)
-            done, smooth = np.insert(done, split, False), np.insert(smooth, split, False)
-    return _in_branches(nodes, links, smooth)
+            ends = nodes.take(split), nodes.take(split + 1)
+            new = compute(_quarters(*ends)) if sparse else between(*ends, compute, smallest)
+            nodes, places = nodes.joined(new)
+            links, done, smooth = (_moved(part, places, len(nodes.v) - 1) for part in (links, done, smooth))
+    return nodes, links, smooth
 
 
-def _link(a: _Nodes, b: _Nodes) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-    """Match neighbouring nodes; says where the match is beyond doubt."""
-    half = (b.v - a.v)[:, None] / 2
-    cost = np.abs((a.values + half * a.slopes)[:, :, None] - (b.values - half * b.slopes)[:, None, :])
-    size = np.maximum(np.abs(a.values).max(1), np.abs(b.values).max(1))[:, None]
-    cost = np.minimum(np.nan_to_num(cost, nan=np.inf), 1e3 * size[:, :, None])
-    kind_a, kind_b = np.sign(a.values.imag), np.sign(b.values.imag)
-    allowed = kind_a[:, :, None] == kind_b[:, None, :]
-    link = assign(np.where(allowed, cost, 1e6 * size[:, :, None] + cost))
-    error = np.take_along_axis(cost, link[:, :, None], 2)[..., 0]
-    landed = np.take_along_axis(b.values, link, 1)
-    twin = np.abs(landed[:, :, None] - b.values[:, None, :]) <= TWIN * size[:, :, None]
-    rival = np.where(twin, np.inf, cost).min(2)
-    good = (error < CLEAR * rival).all(1) & np.take_along_axis(allowed, link[:, :, None], 2).all((1, 2))
-    mac = np.abs(a.left @ b.right) * np.abs(b.left @ a.right).swapaxes(1, 2)
-    good &= ((np.take_along_axis(mac, link[:, :, None], 2)[..., 0] > MAC_ENOUGH) | (twin.sum(2) > 1)).all(1)
-    order = np.argsort(np.where(kind_a == 0, a.values.real, np.inf), axis=1)
-    real = np.where(np.take_along_axis(kind_a, order, 1) == 0, np.take_along_axis(landed.real, order, 1), np.inf)
-    with np.errstate(invalid="ignore"):  # inf - inf beyond the last real root
-        good &= ~(np.diff(real) < -TWIN * size).any(1)
-    return link, good
+def _quarters(a: Nodes, b: Nodes) -> Array:
+    return np.concatenate([a.v + share * (b.v - a.v) for share in (0.25, 0.5, 0.75)])
 
 
-def _set_cost(a: Complex, b: Complex) -> Array:
-    """Squared distance, with a light hand that leads the larger of two real roots to the upper half of a pair."""
-    rank_a, rank_b = a.real + a.imag, b.real + b.imag
-    return np.abs(a[:, :, None] - b[:, None, :]) ** 2 + 1e-3 * (rank_a[:, :, None] - rank_b[:, None, :]) ** 2
+def _moved(part: NDArray[Any], places: NDArray[np.intp], count: int) -> NDArray[Any]:
+    """What is known of each step, at the new place of its first node; new steps have zeros."""
+    moved = np.zeros((count, *part.shape[1:]), part.dtype)
+    moved[places[:-1]] = part
+    return moved
 
 
-def assign(cost: Array) -> NDArray[np.intp]:
-    """Cheapest one-to-one match, cost (k, n, n) -> column of each row (k, n)."""
-    match = cost.argmin(2)
-    for row in np.flatnonzero((np.sort(match) != np.arange(match.shape[1])).any(1)):
-        match[row] = linear_sum_assignment(cost[row])[1]
-    return match
+def _nodes(coefficients: Mapping[int, Array], speeds: Array) -> Nodes:
+    return Nodes(speeds, *eigen(coefficients, speeds))
 
 
-def _in_branches(nodes: _Nodes, links: NDArray[np.intp], smooth: NDArray[np.bool_]) -> tuple[Stretch, list[Meeting]]:
+def in_branches(nodes: Nodes, links: NDArray[np.intp], smooth: NDArray[np.bool_]) -> tuple[Stretch, list[Meeting]]:
+    """Columns of roots along the links, and where real roots meet."""
     n = nodes.values.shape[1]
     order = np.empty((len(nodes.v), n), np.intp)
     order[0] = np.lexsort((nodes.values[0].imag, nodes.values[0].real))
-    for step, link in enumerate(links):
-        order[step + 1] = link[order[step]]
+    for step, following in enumerate(links):
+        order[step + 1] = following[order[step]]
     values, slopes = (np.take_along_axis(x, order, 1) for x in (nodes.values, nodes.slopes))
     share = np.abs(nodes.right * nodes.left.swapaxes(1, 2))
     share = np.take_along_axis(share, order[:, None, :], 2)

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from bicycle.matching import Nodes, inverse, projected
 from bicycle.modes import modes
-from bicycle.tracking import MAX_NODES, _in_branches, _inverse, _link, _Nodes, _set_cost, assign
+from bicycle.tracking import in_branches, refine
 from studies.parameter_path import ParameterPath
 from tyre.errors import InputError
 
@@ -130,37 +131,23 @@ def root_locus(path: ParameterPath, values: Array) -> RootLocus:
 def follow(matrices: Callable[[Array], Array], values: Array) -> tuple[Array, Complex]:
     """Values (m,) with those put in between, and eigenvalues (m, n) of ``matrices``, one column a branch."""
     low, high = values[0], values[-1]
-    nodes = _eigen(matrices, values, low, high)
-    links = np.zeros((len(values) - 1, nodes.values.shape[1]), np.intp)
-    done = np.zeros(len(values) - 1, bool)
-    smooth = done.copy()
-    while not done.all():
-        pending = np.flatnonzero(~done)
-        a, b = nodes.take(pending), nodes.take(pending + 1)
-        links[pending], good = _link(a, b)
-        smooth[pending] = done[pending] = good
-        last = pending[~good & ((b.v - a.v <= SMALLEST_STEP * (high - low)) | (len(nodes.v) > MAX_NODES))]
-        links[last] = assign(_set_cost(nodes.values[last], nodes.values[last + 1]))
-        done[last] = True
-        split = np.flatnonzero(~done)
-        if split.size:
-            middle = _eigen(matrices, (nodes.v[split] + nodes.v[split + 1]) / 2, low, high)
-            nodes = nodes.insert(split + 1, middle)
-            links = np.insert(links, split, 0, axis=0)
-            done, smooth = np.insert(done, split, False), np.insert(smooth, split, False)
-    stretch, _ = _in_branches(nodes, links, smooth)
+
+    def compute(at: Array) -> Nodes:
+        return _eigen(matrices, at, low, high)
+
+    stretch, _ = in_branches(*refine(compute(values), compute, SMALLEST_STEP * (high - low)))
     return stretch.speeds, stretch.values
 
 
-def _eigen(matrices: Callable[[Array], Array], values: Array, low: float, high: float) -> _Nodes:
+def _eigen(matrices: Callable[[Array], Array], values: Array, low: float, high: float) -> Nodes:
     """Eigenvalues, their slopes and vectors; one-sided differences at the ends of the range."""
     h = SLOPE_STEP * (high - low)
     ahead, behind = np.minimum(values + h, high), np.maximum(values - h, low)
     matrix, up, down = np.split(matrices(np.concatenate([values, ahead, behind])), 3)
     roots, right = np.linalg.eig(matrix)
-    left = _inverse(right)
-    slopes = np.einsum("mij,mjk,mki->mi", left, (up - down) / (ahead - behind)[:, None, None], right, optimize=True)
-    return _Nodes(values, *(x.astype(complex) for x in (roots, slopes, right, left)))
+    left = inverse(right)
+    slopes = projected(left, (up - down) / (ahead - behind)[:, None, None], right)
+    return Nodes(values, *(x.astype(complex) for x in (roots, slopes, right, left)))
 
 
 def _anchor(path: ParameterPath, values: Array) -> float:

@@ -47,6 +47,18 @@ def test_distinct_bicycles_with_assembly(benchmark, solver):
     assert benchmark(together).shape == (COUNT, 1, 8)
 
 
+@pytest.mark.parametrize("order", [8, 12])
+def test_critical_speeds_with_names(benchmark, order):
+    linear = measure.tyre_model(order).linear_model()
+    assert len(benchmark(measure.critical_speeds, linear)) == len(measure.grid_crossings(linear))
+
+
+@pytest.mark.parametrize("order", [8, 12])
+def test_gradients_in_all_parameters(benchmark, order):
+    found = benchmark(measure.sensitivities, measure.tyre_model(order), np.linspace(1, 30, COUNT))
+    assert found.derivatives.shape == (COUNT, order, len(found.parameters))
+
+
 def test_peer_over_speeds(benchmark):
     pytest.importorskip("bicycleparameters", reason="the peer is not installed")
     peer = measure.peer_model()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
-from bicycle import load_bicycle
+from bicycle import critical, load_bicycle
 from bicycle.bialternate import bialternate_sum
 from bicycle.critical import critical_speeds
 from bicycle.modes import modes
@@ -89,6 +89,15 @@ def test_fourteen_states(synthetic):
     found = listed(synthetic(rotated(6, p0=p0, p1=p1)))
     assert [f[0] for f in found] == pytest.approx(speeds, rel=1e-10)
     assert [f[2] for f in found] == pytest.approx(3.0 + 6 * np.arange(7), rel=1e-10)
+
+
+def test_crossings_that_the_pencil_loses_are_found_on_the_tracked_roots(synthetic, monkeypatch):
+    """Without any candidate: a lone crossing by the count, two within one step by the root that turns back."""
+    monkeypatch.setattr(critical, "_candidates", lambda *_: np.empty(0))
+    blocks = {"p0": ([[-7]], pair(3.1 * 3.15, 5), [[-20]]), "p1": ([[1]], pair(-6.25, 0), [[0]])}
+    found = listed(synthetic(rotated(2, **blocks, p2=([[0]], pair(1, 0), [[0]]))))
+    assert [f[0] for f in found] == pytest.approx([3.1, 3.15, 7.0], rel=1e-9)
+    assert [f[3] for f in found] == ["stabilising", "destabilising", "destabilising"]
 
 
 def test_a_jump_of_stability_where_the_equations_switch(synthetic):

@@ -1,0 +1,119 @@
+"""Roots at neighbouring nodes: eigenvalues with slopes and vectors, and which of one node is which of the next."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+BATCH = 1000  # matrices a call: they fit the cache
+CLEAR = 0.2  # a match is clear when its error is below this share of the distance to any rival
+TWIN = 1e-7  # roots closer than this share of the largest cannot be told apart, and need not be
+MAC_ENOUGH = 0.5
+REAL = 2e-8  # a pair with an imaginary part below this share of the largest root is a double real root and rounding
+
+
+@dataclass
+class Nodes:
+    """Eigenvalues and their slopes (m, n), right (columns) and left (rows) eigenvectors (m, n, n) at ``v`` (m,)."""
+
+    v: Array
+    values: Complex
+    slopes: Complex
+    right: Complex
+    left: Complex
+
+    def take(self, index: NDArray[np.intp]) -> "Nodes":
+        """Some of the nodes."""
+        return Nodes(*(part[index] for part in vars(self).values()))
+
+    def joined(self, new: "Nodes") -> tuple["Nodes", NDArray[np.intp]]:
+        """All nodes in order of ``v``, and the places of the old ones among them."""
+        order = np.argsort(np.concatenate([self.v, new.v]), kind="stable")
+        places = np.empty_like(order)
+        places[order] = np.arange(len(order))
+        every = (np.concatenate(pair) for pair in zip(vars(self).values(), vars(new).values(), strict=True))
+        return Nodes(*(part[order] for part in every)), places[: len(self.v)]
+
+
+def laurent(coefficients: Mapping[int, Array], speeds: Array, *, derivative: bool = False) -> Array:
+    """Sum of v^k A_k (or its derivative in v) at speeds (m,), shape (m, rows, columns)."""
+    total = np.zeros((len(speeds), *next(iter(coefficients.values())).shape))
+    for power, matrix in coefficients.items():
+        if not derivative:
+            total += (speeds**power if power else np.ones_like(speeds))[:, None, None] * matrix
+        elif power:
+            total += (power * (speeds ** (power - 1) if power != 1 else np.ones_like(speeds)))[:, None, None] * matrix
+    return total
+
+
+def eigen(coefficients: Mapping[int, Array], speeds: Array) -> tuple[Complex, Complex, Complex, Complex]:
+    """Eigenvalues (m, n), slopes d(lambda)/dv, right (columns) and left (rows) eigenvectors with left right = 1."""
+    if len(speeds) > BATCH:
+        parts = [eigen(coefficients, v) for v in np.array_split(speeds, -(-len(speeds) // BATCH))]
+        values, slopes, right, left = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return values, slopes, right, left
+    values, right = np.linalg.eig(laurent(coefficients, speeds))
+    left = inverse(right)
+    slopes = projected(left, laurent(coefficients, speeds, derivative=True), right)
+    return settle(values), slopes.astype(complex, copy=False), right.astype(complex, copy=False), left
+
+
+def projected(left: Complex, matrices: Array, right: Complex) -> Complex:
+    """u_i M x_i of every left and right eigenvector, (m, n)."""
+    return np.asarray(((left @ matrices).swapaxes(1, 2) * right).sum(1))
+
+
+def settle(values: Complex) -> Complex:
+    """Make pairs real that are pairs by rounding only; values (m, n)."""
+    noise = np.abs(values.imag) <= REAL * np.abs(values).max(1, keepdims=True)
+    return np.where(noise, values.real, values).astype(complex, copy=False)
+
+
+def inverse(matrices: Complex) -> Complex:
+    """Inverses (m, n, n); pseudo-inverses where a matrix of eigenvectors is exactly defective."""
+    try:
+        return np.asarray(np.linalg.inv(matrices), complex)
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.pinv(matrices), complex)
+
+
+def link(a: Nodes, b: Nodes) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """Match neighbouring nodes; says where the match is beyond doubt."""
+    half = (b.v - a.v)[:, None] / 2
+    cost = np.abs((a.values + half * a.slopes)[:, :, None] - (b.values - half * b.slopes)[:, None, :])
+    size = np.maximum(np.abs(a.values).max(1), np.abs(b.values).max(1))[:, None]
+    cost = np.fmin(cost, 1e3 * size[:, :, None])
+    kind_a, kind_b = np.sign(a.values.imag), np.sign(b.values.imag)
+    allowed = kind_a[:, :, None] == kind_b[:, None, :]
+    match = assign(np.where(allowed, cost, 1e6 * size[:, :, None] + cost))
+    row, own = np.arange(len(match))[:, None], np.arange(match.shape[1])
+    landed = b.values[row, match]
+    twin = np.abs(landed[:, :, None] - b.values[:, None, :]) <= TWIN * size[:, :, None]
+    rival = np.where(twin, np.inf, cost).min(2)
+    good = (cost[row, own, match] < CLEAR * rival).all(1) & allowed[row, own, match].all(1)
+    mac = np.abs(a.left @ b.right)[row, own, match] * np.abs(b.left @ a.right)[row, match, own]
+    good &= ((mac > MAC_ENOUGH) | (twin.sum(2) > 1)).all(1)
+    order = np.argsort(np.where(kind_a == 0, a.values.real, np.inf), axis=1)
+    real = np.where(kind_a[row, order] == 0, landed.real[row, order], np.inf)
+    with np.errstate(invalid="ignore"):  # inf - inf beyond the last real root
+        good &= ~(np.diff(real) < -TWIN * size).any(1)
+    return match, good
+
+
+def set_cost(a: Complex, b: Complex) -> Array:
+    """Squared distance, with a light hand that leads the larger of two real roots to the upper half of a pair."""
+    rank_a, rank_b = a.real + a.imag, b.real + b.imag
+    return np.abs(a[:, :, None] - b[:, None, :]) ** 2 + 1e-3 * (rank_a[:, :, None] - rank_b[:, None, :]) ** 2
+
+
+def assign(cost: Array) -> NDArray[np.intp]:
+    """Cheapest one-to-one match, cost (k, n, n) -> column of each row (k, n)."""
+    match = cost.argmin(2)
+    for row in np.flatnonzero((np.sort(match) != np.arange(match.shape[1])).any(1)):
+        match[row] = linear_sum_assignment(cost[row])[1]
+    return match
