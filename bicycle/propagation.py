@@ -1,16 +1,17 @@
-"""Linear propagation of uncertainty: from the derivatives of an eigenvalue to the sd of frequency and damping ratio.
+"""Linear propagation of uncertainty: from a covariance of parameters to sd of frequency, damping and critical speeds.
 
 With z = a + i b, f = b / (2 pi) and the damping ratio -a / abs(z):
 df = db / (2 pi), d(ratio) = b (a db - b da) / abs(z)^3.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bicycle.critical import CriticalSpeed
+from bicycle.effect import WHEELS
 from bicycle.model import Model
 from bicycle.sensitivity import critical_speed_sensitivities, sensitivities
 from tyre.errors import InputError, unknown
@@ -23,11 +24,11 @@ def frequency_gradient(slope: ArrayLike) -> Array:
     return np.asarray(np.asarray(slope, complex).imag / (2 * np.pi))
 
 
-def damping_ratio_gradient(eigenvalue: complex, slope: ArrayLike) -> Array:
-    """Derivatives of the damping ratio of an oscillation from those of its eigenvalue (1/s), any shape."""
+def damping_ratio_gradient(eigenvalue: ArrayLike, slope: ArrayLike) -> Array:
+    """Derivatives of the damping ratio of oscillations from those of their eigenvalues (1/s), of shapes that match."""
+    root: Any = np.asarray(eigenvalue, complex)
     change: Any = np.asarray(slope, complex)
-    a, b = eigenvalue.real, eigenvalue.imag
-    return np.asarray(b * (a * change.imag - b * change.real) / abs(eigenvalue) ** 3)
+    return np.asarray(root.imag * (root.real * change.imag - root.imag * change.real) / abs(root) ** 3)
 
 
 def standard_deviation(gradient: ArrayLike, covariance: ArrayLike) -> Array:
@@ -37,28 +38,49 @@ def standard_deviation(gradient: ArrayLike, covariance: ArrayLike) -> Array:
 
 
 def mode_sd(
-    model: Model, speed: float, eigenvalue: complex, names: Sequence[str], covariance: ArrayLike
-) -> tuple[float, float]:
-    """Sd of frequency (Hz) and damping ratio of the oscillation nearest to ``eigenvalue`` at a speed (m/s).
+    model: Model, speed: ArrayLike, eigenvalue: ArrayLike, names: Sequence[str], covariance: ArrayLike
+) -> tuple[Array, Array]:
+    """Sd of frequency (Hz) and damping ratio of oscillations at one speed or along speeds.
 
     Parameters
     ----------
+    speed : array_like, shape () or (m,)
+        m/s.
+    eigenvalue : array_like, shape (...) or (m, ...)
+        1/s; the root nearest to each is taken. NaN stands for a mode that is not there.
     names : sequence of str
-        Uncertain parameters of the model, p of them.
+        Uncertain free parameters of the model, p of them; ``effect.name`` of a property that differs between the
+        wheels means both of them, moving by the same amount.
     covariance : array_like, shape (p, p)
-        Theirs, SI units.
+        Theirs, SI units; what rear and front tyre share stands off the diagonal.
+
+    Returns
+    -------
+    frequency, damping_ratio : ndarray, of the shape of ``eigenvalue``
+        NaN where the root is real or not there.
 
     Raises
     ------
     InputError
-        A parameter the model does not have.
+        A parameter the model does not have, or a covariance that is none.
     """
-    found = sensitivities(model, [speed])
-    at = int(np.abs(found.eigenvalues[0] - eigenvalue).argmin())
-    slopes = np.array([found.of(name)[0, at] for name in names])
-    root = complex(found.eigenvalues[0, at])
-    gradients = (frequency_gradient(slopes), damping_ratio_gradient(root, slopes))
-    frequency, damping = (float(standard_deviation(gradient, covariance)) for gradient in gradients)
+    spread = checked_covariance(names, covariance)
+    v, wanted = np.atleast_1d(np.asarray(speed, float)), np.asarray(eigenvalue, complex)
+    if np.ndim(speed) and wanted.shape[:1] != v.shape:
+        raise InputError(f"{len(v)} speeds, but eigenvalues of shape {wanted.shape}; give a row for each speed")
+    rows = wanted.reshape(len(v), -1)
+    found = sensitivities(model, v)
+    slopes = np.stack([_slope(name, found.parameters, found.of) for name in names], -1)  # (m, n, p)
+    distance = np.abs(found.eigenvalues[:, None, :] - rows[:, :, None])
+    at = np.where(np.isnan(distance), np.inf, distance).argmin(-1)
+    root: Any = np.take_along_axis(found.eigenvalues, at, 1)
+    root = np.where(np.isnan(rows) | (root.imag == 0), np.nan, root)
+    change = np.take_along_axis(slopes, at[..., None], 1)
+    gradients = (
+        frequency_gradient(np.where(np.isnan(root)[..., None], np.nan * 1j, change)),
+        damping_ratio_gradient(root[..., None], change),
+    )
+    frequency, damping = (standard_deviation(gradient, spread).reshape(wanted.shape) for gradient in gradients)
     return frequency, damping
 
 
@@ -67,13 +89,48 @@ def critical_speed_sd(
 ) -> Array:
     """Sd of critical speeds, m/s, shape (len(critical),); ``names`` and ``covariance`` as in :func:`mode_sd`.
 
+    First order knows no end of a critical speed: where two of them are a few sd apart, draws may lose both.
+
     Raises
     ------
     InputError
-        A parameter the model does not have, or a speed at which the equations switch.
+        A parameter the model does not have, or a covariance that is none.
     """
+    spread = checked_covariance(names, covariance)
+    if not critical:
+        return np.empty(0)
     found = critical_speed_sensitivities(model, critical)
-    for name in names:
-        if found and name not in found:
-            raise InputError(unknown("parameter", name, found))
-    return standard_deviation(np.array([found[name] for name in names]).T, covariance) if found else np.empty(0)
+    return standard_deviation(np.stack([_slope(name, found, found.__getitem__) for name in names], -1), spread)
+
+
+def checked_covariance(names: Sequence[str], covariance: ArrayLike) -> Array:
+    """The covariance of the parameters ``names`` as an array (p, p).
+
+    Raises
+    ------
+    InputError
+        A name that stands twice, or a matrix that is of another size, not finite, or no covariance.
+    """
+    if not names:
+        raise InputError("no parameter is uncertain: give at least one name with its covariance")
+    twice = next((name for k, name in enumerate(names) if name in names[:k]), None)
+    if twice is not None:
+        raise InputError(f"{twice} is given twice; keep one")
+    spread, size = np.asarray(covariance, float), len(names)
+    if spread.shape != (size, size) or not np.isfinite(spread).all():
+        raise InputError(f"covariance of {', '.join(names)} must be {size} x {size} finite numbers")
+    sd = np.sqrt(np.maximum(np.diag(spread), 0.0))
+    scale = np.where(sd > 0, sd, 1.0)
+    correlation = spread / np.outer(scale, scale)
+    if not np.allclose(correlation, correlation.T, rtol=0, atol=1e-9) or np.linalg.eigvalsh(correlation)[0] < -1e-9:
+        raise InputError(f"covariance of {', '.join(names)} must be symmetric without negative eigenvalues")
+    return spread
+
+
+def _slope(name: str, known: Collection[str], slope: Callable[[str], Any]) -> Any:
+    wheels = [f"{name}.{wheel}" for wheel in WHEELS]
+    if name not in known and all(key in known for key in wheels):
+        return sum(slope(key) for key in wheels)
+    if name not in known:
+        raise InputError(unknown("parameter", name, known))
+    return slope(name)

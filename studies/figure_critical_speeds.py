@@ -44,8 +44,10 @@ def draw_critical_speeds(study: Study, target: Path) -> Path:
         columns = legend_columns(list(shown), width=WIDTH)
         canvas.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=columns)
         note = extrapolated_note(any(case.extrapolated for case in rows))
+        alone = " (thick: the tyre data alone)" if study.settings.stated_sd else ""
         canvas.suptitle(
-            f"{study.settings.bicycle.name}: critical speeds; bars: one standard deviation of the tyre data{note}",
+            f"{study.settings.bicycle.name}: critical speeds; bars: one standard deviation of "
+            f"{study.settings.uncertain}{alone}{note}",
             x=0.01, ha="left", fontsize=10,
         )  # fmt: skip
     return target
@@ -60,6 +62,9 @@ def _panel(axes: Any, study: Study, setup: Setup, heights: dict[str, float]) -> 
             style = mode_marker(crossing.mode)
             if not crossing.destabilising:
                 style["markerfacecolor"] = "white"
+            if crossing.tyre_sd != crossing.sd:
+                axes.errorbar(crossing.speed, row + heights[crossing.mode], xerr=crossing.tyre_sd, linestyle="none",
+                              color=mode_look(crossing.mode).colour, elinewidth=3.5, alpha=0.6)  # fmt: skip
             axes.errorbar(
                 crossing.speed, row + heights[crossing.mode], xerr=crossing.sd, color=mode_look(crossing.mode).colour,
                 elinewidth=1.2, linestyle="none", **style,

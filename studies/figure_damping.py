@@ -1,4 +1,4 @@
-"""Damping ratio of wobble and weave against inflation pressure, with the band the rig's uncertainty gives."""
+"""Damping ratio of wobble and weave against inflation pressure, with its uncertainty."""
 
 from pathlib import Path
 from typing import Any
@@ -29,9 +29,10 @@ def draw_damping(study: Study, target: Path) -> Path:
         handles, labels = grid[0, 0].get_legend_handles_labels()
         canvas.legend(handles, labels, loc="outside lower center", ncols=len(labels))
         note = extrapolated_note(any(case.extrapolated for case in study.cases))
+        alone = " (darker: the tyre data alone)" if study.settings.stated_sd else ""
         canvas.suptitle(
             f"{study.settings.bicycle.name} at {study.settings.report_speed:g} m/s; bands: one standard deviation of "
-            f"the tyre data; shaded: unstable{note}", x=0.01, ha="left",
+            f"{study.settings.uncertain}{alone}; shaded: unstable{note}", x=0.01, ha="left",
         )  # fmt: skip
     return target
 
@@ -40,10 +41,12 @@ def _line(axes: Any, found: list[Result], mode: str, number: int, name: str) -> 
     pressures = [r.case.pressure_bar for r in found]
     ratios = [r.damping[mode] for r in found]
     style = look(number)
-    axes.fill_between(
-        pressures, [r.value - r.sd for r in ratios], [r.value + r.sd for r in ratios],
-        color=style.colour, alpha=0.2, linewidth=0,
-    )  # fmt: skip
+    sds = [[r.sd for r in ratios], [r.tyre_sd for r in ratios]]
+    for sd in sds if sds[0] != sds[1] else sds[:1]:
+        axes.fill_between(
+            pressures, [r.value - one for r, one in zip(ratios, sd, strict=True)],
+            [r.value + one for r, one in zip(ratios, sd, strict=True)], color=style.colour, alpha=0.2, linewidth=0,
+        )  # fmt: skip
     axes.plot(pressures, [r.value for r in ratios], label=name, **style.plot)
 
 

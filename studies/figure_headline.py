@@ -55,7 +55,7 @@ def changes(study: Study, setup: Setup) -> list[Change]:
 
 
 def draw_bands(axes: Any, study: Study, setup: Setup) -> None:
-    """Bars from onset to end of unstable wobble; the shaded ends are one standard deviation of the tyre data."""
+    """Bars from onset to end of unstable wobble; the pale ends are one standard deviation."""
     height, ticks = 0.0, {}
     results = study.of(setup)
     bands = [band for r in results for band in r.bands(WOBBLE)]
@@ -79,11 +79,11 @@ def draw_bands(axes: Any, study: Study, setup: Setup) -> None:
     axes.grid(visible=False, axis="y")
     axes.tick_params(axis="y", length=0)
     axes.set_title(f"{'Unstable wobble' if bands else NOWHERE.capitalize()}: {setup.label}", fontsize=9)
-    axes.text(0.0, -0.12, caption(results, limit, banded=bool(bands)), transform=axes.transAxes, ha="left", va="top",
-              fontsize=7.5, color="0.3")  # fmt: skip
+    words = caption(study, results, limit, banded=bool(bands))
+    axes.text(0.0, -0.12, words, transform=axes.transAxes, ha="left", va="top", fontsize=7.5, color="0.3")
 
 
-def caption(results: list[Result], limit: float, *, banded: bool) -> str:
+def caption(study: Study, results: list[Result], limit: float, *, banded: bool) -> str:
     """Explains the marks that are there, and no others."""
     weave = [c for r in results for c in r.crossings if c.mode == WEAVE and c.speed < limit]
     circles = [
@@ -93,7 +93,7 @@ def caption(results: list[Result], limit: float, *, banded: bool) -> str:
         ) if there
     ]  # fmt: skip
     parts = [
-        "pale ends: ± one standard deviation of the tyre data" if banded else "",
+        f"pale ends: ± one standard deviation of {study.settings.uncertain}" if banded else "",
         f"circles: weave becomes {', '.join(circles)}" if circles else "",
         "hatched: tyre values extrapolated" if any(r.case.extrapolated for r in results) else "",
     ]

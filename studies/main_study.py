@@ -11,6 +11,7 @@ import numpy as np
 
 from bicycle.critical import critical_speeds
 from studies.main_study_cases import Array, Front, Settings, Setup, TyreCase, build, tyre_cases
+from studies.main_study_checks import Check, check, chosen
 from studies.main_study_solve import COMPARED_MODES, Result, damping_ratio, nearest, oscillations, solve
 
 Step = Callable[[str], None]
@@ -81,6 +82,7 @@ class Study:
     results: tuple[Result, ...]
     decompositions: tuple[Decomposition, ...]
     alternatives: tuple[Alternative, ...]
+    checks: tuple[Check, ...]
 
     @property
     def names(self) -> list[str]:
@@ -112,13 +114,15 @@ def run_study(settings: Settings, step: Step = lambda what: None) -> Study:
             step(f"{higher.name}: what causes the change")
     alternatives = tuple(other_fronts(settings, *pressure_ends(cases)[0]))
     step("other fronts")
-    return Study(settings, tuple(cases), tuple(results), tuple(decompositions), alternatives)
+    checks = tuple(check(settings, result) for result in chosen(results))
+    step("Monte Carlo")
+    return Study(settings, tuple(cases), tuple(results), tuple(decompositions), alternatives, checks)
 
 
 def count_steps(settings: Settings) -> int:
     """How often :func:`run_study` reports a step."""
     cases = tyre_cases(settings.bicycle)
-    return len(settings.setups) * (len(cases) + len(pressure_ends(cases))) + 1
+    return len(settings.setups) * (len(cases) + len(pressure_ends(cases))) + 2
 
 
 def pressure_ends(cases: list[TyreCase]) -> list[tuple[TyreCase, TyreCase]]:

@@ -1,9 +1,9 @@
 """What the main study varies: measured tyres at the bicycle's wheel loads, camber thrust, and the front assembly."""
 
-import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +12,17 @@ from bicycle.bicycle_file import load_bicycle
 from bicycle.effect import effect_class
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model
-from bicycle.parameters import Bicycle
+from bicycle.parameters import UNITS, Bicycle, bodies, static_loads
 from tyre import TyreMap, TyreProperties, available_tyres
 
 Array = NDArray[np.float64]
 PASCAL_PER_BAR = 1e5
-CONTACT = ("cornering stiffness rear", "relaxation length rear", "cornering stiffness front", "relaxation length front")
+CONTACT = tuple(
+    f"relaxation_length.{name}.{wheel}"
+    for wheel in ("rear", "front")
+    for name in ("cornering_stiffness", "relaxation_length")
+)
+"""Parameters of the model that a :class:`TyreCase` gives, in its order."""
 
 
 @dataclass(frozen=True)
@@ -28,17 +33,17 @@ class Front:
     damping: float = 20.0
     joint_height: float = 0.65
 
-    def joint_x(self, bicycle: Bicycle) -> float:
-        """Where the steer axis passes the height of the hinge, m before the rear contact."""
-        v = bicycle.values
-        return v["w"] + v["c"] - self.joint_height * math.tan(v["lam"])
+    def joint_x(self, p: Mapping[str, Any]) -> Any:
+        """Where the steer axis of a parameter set passes the height of the hinge, m before the rear contact."""
+        return p["w"] + p["c"] - self.joint_height * np.tan(p["lam"])
 
 
 @dataclass(frozen=True)
 class Settings:
     """One main study. ``camber_shares``: camber stiffness over static load of each wheel, 1/rad; 0 leaves it out.
 
-    ``report_speed`` (m/s) is where damping ratios are compared; critical speeds are searched up to ``max_speed``.
+    ``report_speed`` (m/s) is where frequencies and damping ratios are compared; critical speeds are searched up to
+    ``max_speed``. ``samples`` bicycles with random numbers of ``seed`` check the linear standard deviations.
     """
 
     bicycle: Bicycle
@@ -47,11 +52,23 @@ class Settings:
     front: Front = field(default_factory=Front)
     report_speed: float = 15.0
     max_speed: float = 60.0
+    samples: int = 1000
+    seed: int = 0
 
     @classmethod
     def of(cls, bicycle: str) -> "Settings":
         """The study of a packaged bicycle or a bicycle file."""
         return cls(load_bicycle(bicycle))
+
+    @property
+    def stated_sd(self) -> dict[str, float]:
+        """Standard deviations (SI) that the bicycle states for parameters of the lateral motion."""
+        return {key: value for key, value in self.bicycle.sd.items() if value > 0 and key in UNITS}
+
+    @property
+    def uncertain(self) -> str:
+        """What the standard deviations of this study are of."""
+        return "tyre data and bicycle parameters" if self.stated_sd else "the tyre data"
 
     @property
     def setups(self) -> tuple["Setup", ...]:
@@ -137,24 +154,36 @@ def joint_mean(rear: TyreProperties, front: TyreProperties) -> Array:
     return np.array([value for p in (rear, front) for value in (p.cornering_stiffness, p.relaxation_length)])
 
 
-def build(bicycle: Bicycle, setup: Setup, contact: Sequence[float] | Array) -> LinearModel:
-    """The linear model of a bicycle on tyres with the four numbers of ``contact``."""
+def model(bicycle: Bicycle, setup: Setup, contact: Sequence[float] | Array) -> Model:
+    """A bicycle on tyres with the four numbers of ``contact``."""
     rear_stiffness, rear_length, front_stiffness, front_length = (float(value) for value in contact)
-    rear_load, front_load = bicycle.static_loads
-    effects = [
-        effect_class("relaxation_length")(
-            cornering_stiffness={"rear": rear_stiffness, "front": front_stiffness},
-            relaxation_length={"rear": rear_length, "front": front_length},
-        ),
-        effect_class("camber_thrust")(
-            camber_stiffness={"rear": setup.camber_share * rear_load, "front": setup.camber_share * front_load}
-        ),
-    ]
+    tyre = effect_class("relaxation_length")(
+        cornering_stiffness={"rear": rear_stiffness, "front": front_stiffness},
+        relaxation_length={"rear": rear_length, "front": front_length},
+    )
+    return Model(bicycle, (tyre, *(effect_class(name)(**table) for name, table in beside(bicycle, setup).items())))
+
+
+def beside(bicycle: Bicycle, setup: Setup) -> dict[str, dict[str, Any]]:
+    """The effects beside the tyre, as tables of a model file."""
+    rear, front = camber_stiffness(setup, bicycle.values)
+    tables: dict[str, dict[str, Any]] = {
+        "camber_thrust": {"camber_stiffness": {"rear": float(rear), "front": float(front)}}
+    }
     if setup.front:
-        effects.append(
-            effect_class("front_compliance")(
-                stiffness=setup.front.stiffness, damping=setup.front.damping,
-                joint_x=setup.front.joint_x(bicycle), joint_z=-setup.front.joint_height,
-            )
-        )  # fmt: skip
-    return Model(bicycle, tuple(effects)).linear_model()
+        tables["front_compliance"] = {
+            "stiffness": setup.front.stiffness, "damping": setup.front.damping,
+            "joint_x": float(setup.front.joint_x(bicycle.values)), "joint_z": -setup.front.joint_height,
+        }  # fmt: skip
+    return tables
+
+
+def camber_stiffness(setup: Setup, p: Mapping[str, Any]) -> tuple[Any, Any]:
+    """Camber stiffness (N/rad) of rear and front wheel of a parameter set."""
+    rear, front = static_loads(bodies(p), p["w"], p["g"])
+    return setup.camber_share * rear, setup.camber_share * front
+
+
+def build(bicycle: Bicycle, setup: Setup, contact: Sequence[float] | Array) -> LinearModel:
+    """The linear model of :func:`model`."""
+    return model(bicycle, setup, contact).linear_model()

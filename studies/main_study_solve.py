@@ -1,39 +1,48 @@
-"""Modes, damping ratios and critical speeds of one case, each with the standard deviation the tyre data give it."""
+"""Modes, frequencies, damping ratios and critical speeds of one case, each with its standard deviation."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bicycle.critical import critical_speeds
 from bicycle.linear_model import LinearModel
 from bicycle.modes import Modes, modes
-from studies.main_study_cases import Array, Settings, Setup, TyreCase, build
+from bicycle.propagation import critical_speed_sd, mode_sd
+from studies.main_study_cases import Settings, Setup, TyreCase, model
+from studies.main_study_spread import spread, tyre_spread
 
 COMPARED_MODES = ("wobble", "weave")
-RELATIVE_STEP = 1e-4
 
 
 @dataclass(frozen=True)
 class Uncertain:
-    """A number and its standard deviation."""
+    """A number, its standard deviation, and that of the tyre data alone."""
 
     value: float
     sd: float
+    tyre_sd: float
 
 
 @dataclass(frozen=True)
 class Crossing:
-    """A critical speed (m/s): where ``mode`` becomes stable or unstable; frequency in Hz."""
+    """A critical speed (m/s): where ``mode`` becomes stable or unstable; frequency in Hz.
+
+    ``sd`` is of all that is uncertain, ``tyre_sd`` of the tyre data alone.
+    """
 
     mode: str
     kind: str
     direction: str
     speed: float
     sd: float
+    tyre_sd: float
     frequency_hz: float
+
+    @property
+    def value(self) -> float:
+        """The speed, m/s."""
+        return self.speed
 
     @property
     def destabilising(self) -> bool:
@@ -57,7 +66,8 @@ class Result:
     setup: Setup
     modes: Modes
     crossings: tuple[Crossing, ...]
-    damping: dict[str, Uncertain]  # mode -> damping ratio at the report speed; missing where it is no oscillation
+    frequency: dict[str, Uncertain]  # mode -> Hz at the report speed; missing where it is no oscillation
+    damping: dict[str, Uncertain]  # mode -> damping ratio, likewise
 
     def bands(self, mode: str) -> list[Band]:
         """Unstable speed bands of a mode; one without edges where it is unstable and never crosses."""
@@ -75,21 +85,6 @@ class Result:
         return min(speeds, default=None)
 
 
-class Neighbours:
-    """The models one small step away in each of the four tyre numbers: numerical derivatives of anything at a speed."""
-
-    def __init__(self, build_at: Callable[[Array], LinearModel], contact: Array) -> None:
-        self.steps = RELATIVE_STEP * contact
-        self.pairs = [
-            (build_at(contact + step), build_at(contact - step)) for step in np.diag(self.steps)
-        ]  # central differences
-
-    def gradient(self, speed: float, eigenvalue: complex, quantity: Callable[[complex], float]) -> Array:
-        """Derivative (4,) of a quantity of the eigenvalue nearest to ``eigenvalue`` (1/s) at a speed (m/s)."""
-        values = [[quantity(nearest(model, speed, eigenvalue)) for model in pair] for pair in self.pairs]
-        return np.array([(more - less) / (2 * step) for (more, less), step in zip(values, self.steps, strict=True)])
-
-
 def nearest(model: LinearModel, speed: float, eigenvalue: complex) -> complex:
     """The eigenvalue (1/s) of a model that is nearest to a given one."""
     values = model.eigenvalues(speed)
@@ -101,43 +96,31 @@ def damping_ratio(eigenvalue: complex) -> float:
     return -eigenvalue.real / abs(eigenvalue)
 
 
-def standard_deviation(gradient: Array, covariance: NDArray[np.float64]) -> float:
-    """First-order propagation, sqrt(g' S g)."""
-    return float(np.sqrt(max(float(gradient @ covariance @ gradient), 0.0)))
-
-
 def solve(settings: Settings, case: TyreCase, setup: Setup) -> Result:
-    """Modes over the study's speeds, damping ratios at its report speed and critical speeds, with uncertainty."""
-    model = build(settings.bicycle, setup, case.contact)
-    neighbours = Neighbours(lambda contact: build(settings.bicycle, setup, contact), case.contact)
-    found = modes(model, np.append(settings.speeds, settings.report_speed))
-    damping = {}
-    for mode, eigenvalue in oscillations(found, -1).items():
-        gradient = neighbours.gradient(settings.report_speed, eigenvalue, damping_ratio)
-        damping[mode] = Uncertain(damping_ratio(eigenvalue), standard_deviation(gradient, case.covariance))
+    """Modes over the study's speeds, frequency and damping ratio at its report speed, critical speeds, with sd."""
+    built = model(settings.bicycle, setup, case.contact)
+    linear = built.linear_model()
+    spreads = (spread(settings, case, setup), tyre_spread(case))
+    found = modes(linear, np.append(settings.speeds, settings.report_speed))
+    roots = oscillations(found, -1)
+    every, tyre = (mode_sd(built, settings.report_speed, list(roots.values()), *one) for one in spreads)
+    frequency, damping = {}, {}
+    for k, (mode, root) in enumerate(roots.items()):
+        frequency[mode] = Uncertain(root.imag / (2 * np.pi), float(every[0][k]), float(tyre[0][k]))
+        damping[mode] = Uncertain(damping_ratio(root), float(every[1][k]), float(tyre[1][k]))
+    critical = critical_speeds(linear, max_speed=settings.max_speed)
+    sds = [critical_speed_sd(built, critical, *one).tolist() for one in spreads]
     crossings = [
-        _crossing(model, neighbours, case, one) for one in critical_speeds(model, max_speed=settings.max_speed)
+        Crossing(c.mode, c.kind, c.direction, float(c.speed), sd, tyre_sd, float(c.frequency) / (2 * np.pi))
+        for c, sd, tyre_sd in zip(critical, *sds, strict=True)
     ]
-    return Result(case, setup, found, tuple(crossings), damping)
+    return Result(case, setup, found, tuple(crossings), frequency, damping)
 
 
 def oscillations(found: Modes, row: int) -> dict[str, complex]:
     """Eigenvalues (1/s, upper half) of the compared modes at one of the speeds, where they are oscillations."""
     values = {name: complex(found.branches[name][row, 0]) for name in COMPARED_MODES if name in found.branches}
     return {name: value for name, value in values.items() if value.imag > 0}
-
-
-def _crossing(model: LinearModel, neighbours: Neighbours, case: TyreCase, found: Any) -> Crossing:
-    """d(critical speed)/dp = -(d Re/dp) / (d Re/dv) at the crossing."""
-    target = complex(0.0, found.frequency)
-    step = RELATIVE_STEP * max(found.speed, 1.0)
-    ahead, behind = (nearest(model, found.speed + sign * step, target).real for sign in (1, -1))
-    slope = (ahead - behind) / (2 * step)
-    gradient = -neighbours.gradient(found.speed, target, lambda value: value.real) / slope
-    sd = standard_deviation(gradient, case.covariance)
-    return Crossing(
-        found.mode, found.kind, found.direction, float(found.speed), sd, float(found.frequency) / (2 * np.pi)
-    )
 
 
 def unstable_bands(crossings: Sequence[Crossing], mode: str) -> list[Band]:

@@ -30,11 +30,12 @@ def tables(study: Study) -> dict[str, "pd.DataFrame"]:
     return {
         "tyre_properties": pd.DataFrame(_tyres(study)),
         "eigenvalues": pd.concat([_eigenvalues(study, result) for result in study.results], ignore_index=True),
-        "damping_ratios": pd.DataFrame(_damping(study)),
+        "damping_ratios": pd.DataFrame(_compared(study)),
         "critical_speeds": pd.DataFrame(_critical(study)),
         "decomposition_damping_ratio": pd.DataFrame(_changes(study, DAMPING, "")),
         "decomposition_critical_speed": pd.DataFrame(_changes(study, CRITICAL, "_m_s")),
         "other_fronts": pd.DataFrame(_fronts(study)),
+        "monte_carlo": pd.DataFrame(_monte_carlo(study)),
     }
 
 
@@ -89,12 +90,14 @@ def _eigenvalues(study: Study, result: Result) -> "pd.DataFrame":
     return table
 
 
-def _damping(study: Study) -> Iterator[dict[str, Any]]:
+def _compared(study: Study) -> Iterator[dict[str, Any]]:
     for result in study.results:
         for mode, ratio in result.damping.items():
+            hertz = result.frequency[mode]
             yield _condition(study, result.case, result.setup) | {
-                "speed_m_s": study.settings.report_speed, "mode": mode,
-                "damping_ratio": ratio.value, "damping_ratio_sd": ratio.sd,
+                "speed_m_s": study.settings.report_speed, "mode": mode, "uncertain": study.settings.uncertain,
+                "frequency_Hz": hertz.value, "frequency_sd_Hz": hertz.sd, "frequency_sd_of_tyre_Hz": hertz.tyre_sd,
+                "damping_ratio": ratio.value, "damping_ratio_sd": ratio.sd, "damping_ratio_sd_of_tyre": ratio.tyre_sd,
             }  # fmt: skip
 
 
@@ -102,8 +105,9 @@ def _critical(study: Study) -> Iterator[dict[str, Any]]:
     for result in study.results:
         for c in result.crossings:
             yield _condition(study, result.case, result.setup) | {
-                "mode": c.mode, "kind": c.kind, "direction": c.direction,
-                "speed_m_s": c.speed, "speed_sd_m_s": c.sd, "frequency_Hz": c.frequency_hz,
+                "mode": c.mode, "kind": c.kind, "direction": c.direction, "uncertain": study.settings.uncertain,
+                "speed_m_s": c.speed, "speed_sd_m_s": c.sd, "speed_sd_of_tyre_m_s": c.tyre_sd,
+                "frequency_Hz": c.frequency_hz,
             }  # fmt: skip
 
 
@@ -136,3 +140,16 @@ def _fronts(study: Study) -> Iterator[dict[str, Any]]:
             "joint_height_m": a.front.joint_height,
             "unstable_wobble_from_m_s": a.onset, "unstable_wobble_to_m_s": a.end,
         }  # fmt: skip
+
+
+def _monte_carlo(study: Study) -> Iterator[dict[str, Any]]:
+    settings = study.settings
+    for one in study.checks:
+        for q in one.quantities:
+            low, high = q.band()
+            yield _condition(study, one.result.case, one.result.setup) | {
+                "what": q.name, "unit": q.unit, "uncertain": settings.uncertain, "value": q.value,
+                "sd_linear": q.linear_sd, "sd_monte_carlo": q.sampled_sd, "mean_monte_carlo": q.sampled_mean,
+                "quantile_2.5_%": low, "quantile_97.5_%": high, "draws": settings.samples, "lost": q.lost,
+                "seed": settings.seed,
+            }  # fmt: skip

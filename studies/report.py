@@ -7,10 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from bicycle.parameters import UNITS
 from studies.main_study import CRITICAL, DAMPING, Study
 from studies.main_study_cases import TyreCase
-from studies.main_study_solve import Band, Result
-from studies.report_words import camber_words, label, plain_range, printed, signed, summary, tyre_changes
+from studies.main_study_solve import COMPARED_MODES, Band, Result
+from studies.report_checks import check_table, check_words
+from studies.report_numbers import plain_range, signed, table, with_sd
+from studies.report_words import camber_words, label, printed, summary, tyre_changes
 
 
 def write_report(study: Study, folder: Path, *, paper_figures: Sequence[str]) -> tuple[Path, Path]:
@@ -40,7 +43,9 @@ def context(study: Study) -> dict[str, Any]:
                   f"critical speeds up to {settings.max_speed:g} m/s",
         "report_speed": f"{settings.report_speed:g}",
         "tyre_changes": tyre_changes(study), "summary": summary(study),
-        "band_table": band_table(study.of(flexible), settings.max_speed),
+        "uncertain": settings.uncertain, "band_table": band_table(study.of(flexible), settings.max_speed),
+        "mode_table": mode_table(study.of(flexible)),
+        "check_words": check_words(study), "check_table": check_table(study),
         "critical_parts": parts_table(study, CRITICAL, ", m/s", 3),
         "damping_parts": parts_table(study, DAMPING, "", 5),
         "camber": camber_words(study),
@@ -64,9 +69,25 @@ def band_table(results: list[Result], max_speed: float) -> str:
         ]
         for r in results
     ]  # fmt: skip
-    return _table(
+    return table(
         rows, ["tyre", "bar", "unstable wobble, m/s", "its frequency, Hz", "unstable weave, m/s", "extrapolated"]
     )
+
+
+def mode_table(results: list[Result]) -> str:
+    """Frequency and damping ratio of the compared modes per tyre and pressure."""
+    rows = [
+        [
+            r.case.name, f"{r.case.pressure_bar:g}",
+            *(
+                with_sd(part[mode]) if mode in part else "-"
+                for mode in COMPARED_MODES for part in (r.frequency, r.damping)
+            ),
+        ]
+        for r in results
+    ]  # fmt: skip
+    head = [f"{mode} {what}" for mode in COMPARED_MODES for what in ("frequency, Hz", "damping ratio")]
+    return table(rows, ["tyre", "bar", *head])
 
 
 def parts_table(study: Study, quantity: str, unit: str, digits: int) -> str:
@@ -78,7 +99,7 @@ def parts_table(study: Study, quantity: str, unit: str, digits: int) -> str:
             bars = f"{d.higher.pressure_bar:g} → {d.lower.pressure_bar:g}"
             rows.append([d.higher.name, c.name, bars, f"{before}", f"{after}", *map(signed, parts)])
     head = ["tyre", "what", "bar", f"before{unit}", f"after{unit}", "total", "relaxation length", "C", "interaction"]
-    return _table(rows, head) if rows else "No tyre has the same quantities at both pressures."
+    return table(rows, head) if rows else "No tyre has the same quantities at both pressures."
 
 
 def alternatives_table(study: Study) -> str:
@@ -89,7 +110,7 @@ def alternatives_table(study: Study) -> str:
         band = "none" if a.onset is None and a.end is None else f"{a.onset or 0:.1f} – {top}"
         rows.setdefault(a.what, [a.what]).append(band)
     head = [f"{p:g} bar: unstable wobble, m/s" for p in dict.fromkeys(a.case.pressure_bar for a in study.alternatives)]
-    return _table(list(rows.values()), ["front", *head])
+    return table(list(rows.values()), ["front", *head])
 
 
 def alternatives_intro(study: Study) -> str:
@@ -111,7 +132,7 @@ def tyre_table(cases: Iterable[TyreCase]) -> str:
                 f"{p.lateral_stiffness / 1e3:.1f}",
                 f"{1e3 * p.relaxation_length:.1f} ± {1e3 * p.relaxation_length_sd:.1f}", p.origin,
             ])  # fmt: skip
-    return _table(rows, ["tyre", "bar", "wheel", "load, N", "C, N/deg", "K, N/mm", "relaxation length, mm", "origin"])
+    return table(rows, ["tyre", "bar", "wheel", "load, N", "C, N/deg", "K, N/mm", "relaxation length, mm", "origin"])
 
 
 def extrapolated_words(cases: Sequence[TyreCase]) -> str:
@@ -139,12 +160,26 @@ def assumed(study: Study) -> list[str]:
             f"Camber stiffness {share:g} × static load per radian on both wheels, lagging with the slip force."
             for share in shares
         ),
+        bicycle_sd(study),
         "Stiffness, damping and place of the flexible front; rigid front otherwise.",
         "The rear frame with whatever it carries is one rigid body and nothing holds the handlebar.",
         "No aligning moment, no aerodynamic drag, no wheel compliance.",
         "The laboratory's rim was stiff; a spoked wheel in series would lengthen the relaxation length.",
         *(f"Warning of the bicycle's data: {warning}" for warning in study.settings.bicycle.warnings),
     ]  # fmt: skip
+
+
+def bicycle_sd(study: Study) -> str:
+    """Which parameters of the bicycle the standard deviations hold."""
+    stated = study.settings.stated_sd
+    if not stated:
+        return (
+            "The bicycle's parameters count as exact, because its file states no standard deviations: every ± and "
+            "every band is of the tyre data alone."
+        )
+    exact = [key for key in UNITS if key not in stated]
+    rest = f"; {', '.join(exact)} count as exact" if exact else ""
+    return f"The bicycle's file states standard deviations of {', '.join(stated)}, taken as independent{rest}."
 
 
 def notes(cases: Iterable[TyreCase]) -> list[str]:
@@ -158,8 +193,8 @@ def _bands(bands: Sequence[Band], max_speed: float) -> str:
         return "none"
     words = []
     for band in bands:
-        low = f"{band.start.speed:.1f} ± {band.start.sd:.1f}" if band.start else "0"
-        high = f"{band.end.speed:.1f} ± {band.end.sd:.1f}" if band.end else f"beyond {max_speed:g}"
+        low = with_sd(band.start) if band.start else "0"
+        high = with_sd(band.end) if band.end else f"beyond {max_speed:g}"
         words.append(f"{low} – {high}")
     return "; ".join(words)
 
@@ -167,12 +202,6 @@ def _bands(bands: Sequence[Band], max_speed: float) -> str:
 def _frequencies(bands: Sequence[Band]) -> str:
     values = [edge.frequency_hz for band in bands for edge in (band.start, band.end) if edge]
     return plain_range(values, ".1f") if values else "-"
-
-
-def _table(rows: list[list[str]], headers: list[str]) -> str:
-    from tabulate import tabulate
-
-    return tabulate(rows, headers=headers, tablefmt="github", disable_numparse=True)
 
 
 def _template(name: str) -> str:

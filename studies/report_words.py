@@ -5,11 +5,12 @@ Sentences about a setup stand under its name (:func:`summary`); what does not de
 
 from collections.abc import Sequence
 from decimal import Decimal
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from studies.main_study import CRITICAL, DAMPING, Change, Decomposition, Study
 from studies.main_study_cases import Setup, TyreCase
 from studies.main_study_solve import COMPARED_MODES, Result
+from studies.report_numbers import plain_range, signed, signed_range
 
 EDGES = {"wobble unstable above": "begins", "wobble stable above": "ends"}
 DESCRIBED = (*COMPARED_MODES, "capsize")
@@ -104,8 +105,8 @@ def wobble_words(study: Study, setup: Setup) -> list[str]:
     sds = [edge.sd for r in unstable for band in r.bands("wobble") for edge in (band.start, band.end) if edge]
     if sds:
         lines.append(
-            f"The uncertainty of the tyre data moves the edges of the bands by {plain_range(sds, '.2f')} m/s (one "
-            "standard deviation)."
+            f"The uncertainty of {study.settings.uncertain} moves the edges of the bands by {plain_range(sds, '.2f')} "
+            "m/s (one standard deviation)."
         )
     return lines
 
@@ -221,26 +222,6 @@ def camber_words(study: Study) -> list[str]:
                 f"{setup.front_name.capitalize()} front, {setup.camber_share:g} × load changes {', '.join(found)}."
             )
     return lines
-
-
-def plain_range(values: Sequence[float], digits: str) -> str:
-    """``low to high``, or one number where they print alike."""
-    return _range([f"{value:{digits}}" for value in (min(values), max(values))])
-
-
-def signed_range(values: Sequence[float], digits: str = ".3f") -> str:
-    """The same with signs."""
-    return _range([signed(value, digits) for value in (min(values), max(values))])
-
-
-def signed(value: Any, digits: str = "") -> str:
-    """A number with its sign, and without one where it prints as zero."""
-    text = f"{value:+{digits}}"
-    return text if float(text) else text[1:]
-
-
-def _range(ends: list[str]) -> str:
-    return " to ".join(dict.fromkeys(ends))
 
 
 def _edges(decomposition: Decomposition) -> list[Change]:

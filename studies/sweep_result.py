@@ -18,6 +18,7 @@ from studies.sweep_parts import Parts
 from studies.sweep_points import Sampler
 from studies.sweep_sketch import EXTREMES, Merged
 from studies.sweep_spec import BY_SPEED, OUTPUTS, SPEED, TYRE_UNITS, Sweep, software
+from studies.sweep_tyre import said_of_stiffness
 
 CHUNK_BYTES = 4_000_000
 Labels = dict[str, Sequence[Any]]
@@ -135,10 +136,10 @@ def provenance(sweep: Sweep) -> dict[str, Any]:
     """What made the numbers; neither time nor machine, so that equal sweeps give equal files."""
     content = asdict(sweep)
     del content["points_per_part"]
-    nominal = sweep.nominal
+    said = said_of_stiffness(sweep.nominal.linear_model().warnings, sweep.relative_cornering_stiffness_sd)
     return {
         "title": "velotyre sweep", "fingerprint": sweep.fingerprint, "software": json.dumps(software()),
-        "sweep": json.dumps(content), "warnings": "; ".join(nominal.linear_model().warnings),
+        "sweep": json.dumps(content), "warnings": "; ".join(said),
         "random_numbers": "Philox 4x64 keyed by seed and SHA-256 of the parameter's name; sample i is word i",
         "quantile_accuracy": "exact extremes; quantiles to 2**-11 of their value" if sweep.quantiles else "",
     }  # fmt: skip

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tyre import TyreMap
 from tyre.maps.conditions_grid import ConditionsGrid
+from tyre.maps.map_notes import stiffness_note
 from tyre.maps.tables import PASCAL_PER_BAR
 
 Array = NDArray[np.float64]
@@ -98,6 +99,12 @@ class TyreTable:
             values, vectors = np.linalg.eigh(covariance[np.ix_(block, block)])
             root[np.ix_(block, block)] = vectors * np.sqrt(np.maximum(values, 0))
         return root
+
+
+def said_of_stiffness(warnings: Sequence[str], relative_cornering_stiffness_sd: float) -> tuple[str, ...]:
+    """Warnings of a model file with what a sweep assumes of C_Fy in place of what the file alone does: nothing."""
+    plain, assumed = stiffness_note(0.0), stiffness_note(relative_cornering_stiffness_sd)
+    return tuple(warning.replace(plain, assumed) for warning in warnings)
 
 
 def _groups(tyres: NDArray[Any], surfaces: NDArray[Any]) -> list[tuple[str, str, NDArray[np.intp]]]:

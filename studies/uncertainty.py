@@ -5,8 +5,8 @@ any parameter given a standard deviation. Each measurement is a set of independe
 which the sampler of the sweeps makes parameters: masses move wheel loads, wheel loads the tyre.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -17,57 +17,22 @@ from numpy.typing import NDArray
 from bicycle.batch import Coefficients, coefficients, follow_crossing, state_matrices
 from bicycle.critical import CriticalSpeed, critical_speeds
 from bicycle.eigen import eigenvalues
+from bicycle.matching import assign
 from bicycle.model import Model
 from bicycle.modes import modes
 from bicycle.propagation import damping_ratio_gradient, frequency_gradient
 from bicycle.sensitivity import critical_speed_sensitivities, sensitivities
-from bicycle.tracking import assign
 from studies.sweep_draws import normal
 from studies.sweep_file import build_sweep
 from studies.sweep_points import Points, Sampler
+from studies.sweep_tyre import said_of_stiffness
+from studies.uncertain_quantity import Quantity
 from tyre.errors import InputError
 
 Array = NDArray[np.float64]
 STEP = 1e-3  # in standard deviations, of the smooth map from z to parameters
 BATCH = 4096  # bicycles at a time
 CONTINUATION = 32  # steps
-
-
-@dataclass(frozen=True, eq=False)
-class Quantity:
-    """One result with its uncertainty.
-
-    ``shares`` is the part of the linear variance each measurement causes; ``samples`` are the Monte Carlo values, NaN
-    where the quantity does not exist or its root cannot be told from another.
-    """
-
-    name: str
-    unit: str
-    value: float
-    gradient: Array  # per standard normal number
-    shares: Mapping[str, float]
-    samples: Array
-
-    @property
-    def linear_sd(self) -> float:
-        """Standard deviation by linear propagation."""
-        return float(np.linalg.norm(self.gradient))
-
-    @property
-    def lost(self) -> int:
-        """Number of samples without this quantity."""
-        return int(np.isnan(self.samples).sum())
-
-    @property
-    def sampled_sd(self) -> float:
-        """Standard deviation of the samples that have it."""
-        kept = self.samples[~np.isnan(self.samples)]
-        return float(kept.std(ddof=1)) if len(kept) > 1 else float("nan")
-
-    def band(self, share: float = 0.95) -> tuple[float, float]:
-        """Central interval that holds so many of the samples."""
-        low, high = np.nanquantile(self.samples, [(1 - share) / 2, (1 + share) / 2])
-        return float(low), float(high)
 
 
 class Uncertainty:
@@ -81,6 +46,9 @@ class Uncertainty:
         Standard deviations (SI) of further parameters, ``effect.name[.wheel]`` or bicycle keys.
     relative_cornering_stiffness_sd : float
         Assumed sd(C_Fy)/C_Fy, for tyre tables that state none.
+    follow : function
+        From all parameters (key -> number or array) to those that hang on others and move with them, for example a
+        hinge that stays on the steer axis; default: none does.
 
     Raises
     ------
@@ -94,7 +62,9 @@ class Uncertainty:
         *,
         sd: Mapping[str, float] | None = None,
         relative_cornering_stiffness_sd: float = 0.0,
+        follow: Callable[[Mapping[str, Any]], Mapping[str, Any]] | None = None,
     ) -> None:
+        self.follow = follow or (lambda parameters: {})
         content: dict[str, Any] = {"model": str(model) if isinstance(model, str | Path) else model}
         content |= {"outputs": ["parameters"], "samples": 2, "sampled": {k: {"sd": v} for k, v in (sd or {}).items()}}
         probe = build_sweep(content | {"sampled": {}, "samples": 1})
@@ -120,8 +90,9 @@ class Uncertainty:
     def points(self, z: Array) -> Points:
         """Parameters of bicycles (m,) from standard normal numbers (m, names)."""
         model = Sampler.__new__(Sampler)
-        model.__dict__ = {**vars(self.sampler), "sweep": _with_samples(self.sampler.sweep, max(len(z), 2))}
-        return model.points(0, len(z), dict(zip(self.names, z.T, strict=True)))
+        model.__dict__ = {**vars(self.sampler), "sweep": replace(self.sampler.sweep, samples=max(len(z), 2))}
+        found = model.points(0, len(z), dict(zip(self.names, z.T, strict=True)))
+        return replace(found, values={**found.values, **self.follow(found.values)})
 
     @cached_property
     def nominal(self) -> Model:
@@ -136,16 +107,62 @@ class Uncertainty:
         halves = {key: np.broadcast_to(value, len(steps)).reshape(2, -1) for key, value in values.items()}
         return {key: (more - less) / (2 * STEP) for key, (more, less) in halves.items()}
 
+    def covariance(self) -> tuple[tuple[str, ...], Array]:
+        """Free parameters of the model that are uncertain, or follow others, and their covariance to first order, SI.
+
+        As :func:`bicycle.propagation.mode_sd` takes them.
+        """
+        entering = self.nominal.evaluator.symbolic.parameters
+        rows = {
+            key: row for key, row in self.jacobian.items()
+            if row.any() and key not in self.sampler.tied and ("." in key or key in entering)
+        }  # fmt: skip
+        factor = np.array(list(rows.values()))
+        return tuple(rows), factor @ factor.T
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the model says of its data, with what is assumed here of the cornering stiffness."""
+        warnings = self.sampler.model.linear_model().warnings
+        return said_of_stiffness(warnings, self.sampler.sweep.relative_cornering_stiffness_sd)
+
     def draw(self, samples: int, seed: int) -> Array:
         """Standard normal numbers (samples, names)."""
         return np.array([normal(seed=seed, name=name, start=0, stop=samples) for name in self.names]).T
 
-    def quantities(
-        self, speeds: Array, *, max_speed: float = 60.0, samples: int = 2000, seed: int = 0
-    ) -> list[Quantity]:
-        """Frequency and damping ratio of the named oscillations at speeds (m/s), and the critical speeds."""
+    def matched_draw(self, samples: int, seed: int) -> Array:
+        """The same, shifted and mixed so that their mean is 0 and their covariance 1 exactly.
+
+        The sd of these samples then differs from the linear one by what is not linear, hardly by chance.
+
+        Raises
+        ------
+        InputError
+            Too few samples for so many numbers.
+        """
+        if samples <= len(self.names) + 1:
+            raise InputError(f"{samples} samples of {len(self.names)} numbers cannot be matched; take more samples")
         z = self.draw(samples, seed)
-        return [*self._of_modes(np.atleast_1d(np.asarray(speeds, float)), z), *self._critical(z, max_speed)]
+        away = z - z.mean(0)
+        return np.asarray(np.linalg.solve(np.linalg.cholesky(np.cov(away.T)), away.T).T)
+
+    def quantities(
+        self,
+        speeds: Array,
+        *,
+        max_speed: float = 60.0,
+        samples: int = 2000,
+        seed: int = 0,
+        only: Collection[str] | None = None,
+        matched: bool = False,
+    ) -> list[Quantity]:
+        """Frequency and damping ratio of the named oscillations at speeds (m/s), and the critical speeds.
+
+        ``only`` names the modes that are wanted, None is all of them; ``matched`` as in :meth:`matched_draw`.
+        """
+        z = (self.matched_draw if matched else self.draw)(samples, seed)
+        v = np.atleast_1d(np.asarray(speeds, float))
+        return [*self._of_modes(v, z, only), *self._critical(z, max_speed, only)]
 
     def crossings(self, max_speed: float = 60.0) -> dict[str, CriticalSpeed]:
         """Critical speeds of the nominal model, by a name of their own."""
@@ -207,7 +224,7 @@ class Uncertainty:
             found.append((rows, coefficients(linear, self.nominal.evaluator, points.values, rows.stop - start)))
         return found
 
-    def _of_modes(self, speeds: Array, z: Array) -> list[Quantity]:
+    def _of_modes(self, speeds: Array, z: Array, only: Collection[str] | None) -> list[Quantity]:
         if not speeds.size:
             return []
         named = modes(self.nominal.linear_model(), speeds)
@@ -218,7 +235,7 @@ class Uncertainty:
         for k, speed in enumerate(speeds):
             for name in named.names:
                 value = complex(named.branch(name)[k, 0])
-                if not value.imag > 0:
+                if not value.imag > 0 or (only is not None and name not in only):
                     continue
                 at = int(np.abs(slopes.eigenvalues[k] - value).argmin())
                 root, slope, drawn = slopes.eigenvalues[k, at], gradients[k, at], sampled[k, :, at]
@@ -250,8 +267,8 @@ class Uncertainty:
                 result[k, rows] = np.where(error < rival, chosen, np.nan)
         return result
 
-    def _critical(self, z: Array, max_speed: float) -> list[Quantity]:
-        found = self.crossings(max_speed)
+    def _critical(self, z: Array, max_speed: float, only: Collection[str] | None) -> list[Quantity]:
+        found = {name: one for name, one in self.crossings(max_speed).items() if only is None or one.mode in only}
         slopes = critical_speed_sensitivities(self.nominal, list(found.values()))
         result = []
         for k, (name, crossing) in enumerate(found.items()):
@@ -261,51 +278,6 @@ class Uncertainty:
         return result
 
 
-def total_effects(
-    uncertainty: Uncertainty, name: str, *, max_speed: float = 60.0, base: int = 512, seed: int = 0
-) -> dict[str, tuple[float, float, float]]:
-    """Which measurement would narrow a critical speed most: variance-based indices of each (Saltelli et al. 2010).
-
-    Returns measurement -> (first-order index, total index, its 95 % half-width). The first-order index is the part of
-    the variance that vanishes on average when that measurement is made exact.
-
-    Raises
-    ------
-    InputError
-        SALib is missing, there is no such critical speed, or it vanishes for some of the bicycles.
-    """
-    try:
-        from SALib.analyze import sobol
-        from SALib.sample import sobol as sampling
-    except ImportError as error:
-        raise InputError("SALib is not installed; install it with pip install 'velotyre[sensitivity]'") from error
-    crossings = uncertainty.crossings(max_speed)
-    if name not in crossings:
-        raise InputError(f"no critical speed {name!r}; this model has {', '.join(crossings) or 'none'}")
-    crossing = crossings[name]
-    slopes = critical_speed_sensitivities(uncertainty.nominal, [crossing])
-    gradient = uncertainty.gradient({key: value[0] for key, value in slopes.items()})
-    count = len(uncertainty.names)
-    groups = [group for group, members in uncertainty.measurements.items() for _ in members]
-    problem = {
-        "num_vars": count, "names": list(uncertainty.names), "groups": groups,
-        "bounds": [[0.0, 1.0]] * count, "dists": ["norm"] * count,
-    }  # fmt: skip
-    z = sampling.sample(problem, base, calc_second_order=False, seed=seed)
-    speeds = uncertainty.crossing_speeds(crossing, gradient, z)
-    lost = int(np.isnan(speeds).sum())
-    if lost:
-        raise InputError(
-            f"{name} vanishes for {lost} of {len(z)} bicycles, so its variance is not defined; "
-            "use smaller standard deviations or another critical speed"
-        )
-    found = sobol.analyze(problem, speeds, calc_second_order=False, seed=seed)
-    return {
-        group: (float(found["S1"][k]), float(found["ST"][k]), float(found["ST_conf"][k]))
-        for k, group in enumerate(uncertainty.measurements)
-    }
-
-
 def _stated_sd(model: Any) -> dict[str, float]:
     """Standard deviations of the bicycle file."""
     from bicycle.model_file import build_model, read_model
@@ -313,9 +285,3 @@ def _stated_sd(model: Any) -> dict[str, float]:
 
     nominal = read_model(model) if isinstance(model, str) else build_model(model)
     return {key: value for key, value in nominal.bicycle.sd.items() if value > 0 and key in UNITS}
-
-
-def _with_samples(sweep: Any, samples: int) -> Any:
-    from dataclasses import replace
-
-    return replace(sweep, samples=samples)

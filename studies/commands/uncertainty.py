@@ -17,12 +17,11 @@ def command(
     model_file: str, speeds: str | None, sds: tuple[str, ...], relative_cornering_stiffness_sd: float,
     max_speed: float, samples: int, seed: int, narrow: str | None, json_file: str | None,
 ) -> None:  # fmt: skip
-    import math
-
     import numpy as np
 
     from studies.output import parse_speeds, print_table, print_warnings, write_json
-    from studies.uncertainty import Uncertainty, total_effects
+    from studies.uncertainty import Uncertainty
+    from studies.variance_shares import total_effects
     from tyre.errors import InputError
 
     given = {}
@@ -39,7 +38,7 @@ def command(
     found = uncertainty.quantities(np.array(asked), max_speed=max_speed, samples=samples, seed=seed)
     rows, records = [], []
     for q in found:
-        low, high = q.band() if q.lost < samples else (math.nan, math.nan)
+        low, high = q.band()
         cause = max(q.shares, key=lambda name: q.shares[name])
         rows.append(
             [q.name, q.unit, q.value, q.linear_sd, q.sampled_sd, low, high, q.lost, f"{cause} {q.shares[cause]:.0%}"]
@@ -60,7 +59,7 @@ def command(
             )
             ranked = sorted(effects.items(), key=lambda item: -item[1][0])
             print_table([[name, *values] for name, values in ranked], ["measurement", "first order", "total", "± 95 %"])
-        print_warnings(uncertainty.sampler.model.linear_model().warnings)
+        print_warnings(uncertainty.warnings)
 
 
 def _plain(value: object) -> object:

@@ -16,17 +16,24 @@ from studies.figure_eigenvalues import draw_eigenvalues
 from studies.figure_headline import draw_bands, draw_headline
 from studies.figure_speed_locus import draw_speed_locus
 from studies.main_study import DAMPING, count_steps, named_speeds, run_study
-from studies.main_study_cases import Settings, Setup, build, tyre_cases
-from studies.main_study_solve import Crossing, damping_ratio, nearest, unstable_bands
+from studies.main_study_cases import CONTACT, Settings, Setup, build, tyre_cases
+from studies.main_study_checks import excess
+from studies.main_study_solve import Crossing, damping_ratio, nearest, solve, unstable_bands
+from studies.main_study_spread import uncertainty
 from studies.main_study_tables import tables
 from studies.plotting import mode_look, mode_marker, mode_words
 
 DEGREE = np.pi / 180
 
 
+def exactly_known(name):
+    """A bicycle whose file states standard deviations, without them: the uncertainty is the tyre's."""
+    return Bicycle(name, load_bicycle(name).values, {})
+
+
 @pytest.fixture(scope="module")
 def study():
-    settings = Settings(load_bicycle("pista_rider_drops"), speeds=np.linspace(0, 30, 13), max_speed=40.0)
+    settings = Settings(exactly_known("pista_rider_drops"), speeds=np.linspace(0, 30, 13), max_speed=40.0)
     told = []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(main_study, "tyre_cases", lambda b: [c for c in tyre_cases(b) if c.tyre != "Tyre3"])
@@ -185,6 +192,74 @@ def test_uncertainty_against_monte_carlo(study, name):
     assert end.speed == pytest.approx(np.mean(ends), abs=0.3 * end.sd)
 
 
+def test_sd_of_the_bicycle_moves_loads_tyre_camber_thrust_and_hinge_with_it():
+    """Central differences over everything built anew: another bicycle, its loads, its tyre, its camber thrust."""
+    sd = {"w": 0.002, "c": 0.0016, "mB": 2.0, "xB": 0.01, "lam": 0.003, "IFyy": 0.001}
+    plain = load_bicycle("pista_rider_drops")
+    settings = Settings(Bicycle("with sd", plain.values, sd), speeds=np.linspace(0, 30, 3))
+    assert settings.uncertain == "tyre data and bicycle parameters"
+    setup = settings.setups[-1]
+
+    def chosen_case(bicycle):
+        return next(c for c in tyre_cases(bicycle) if (c.name, c.pressure_bar) == ("Tyre1 drum", 5.5))
+
+    def quantities(bicycle, contact):
+        found = build(bicycle, setup, contact)
+        eigenvalue = nearest(found, 15.0, start)
+        speeds = named_speeds(critical_speeds(found))
+        return np.array([speeds["wobble stable above"], speeds["weave stable above"], damping_ratio(eigenvalue),
+                         eigenvalue.imag / (2 * np.pi)])  # fmt: skip
+
+    case = chosen_case(settings.bicycle)
+    result = solve(settings, case, setup)
+    start = complex(*_wobble(result))
+    variance = np.zeros(4)
+    for key, one in sd.items():
+        moved = [plain.replace(**{key: plain[key] + sign * 0.05 * one}) for sign in (1, -1)]
+        ends = [quantities(bicycle, chosen_case(bicycle).contact) for bicycle in moved]
+        variance += ((ends[0] - ends[1]) / 0.1) ** 2
+    steps = np.diag(1e-4 * case.contact)
+    slopes = np.array(
+        [(quantities(plain, case.contact + h) - quantities(plain, case.contact - h)) / (2 * h.sum()) for h in steps]
+    )
+    tyre = np.diag(slopes.T @ case.covariance @ slopes)
+    edge = {c.mode + c.direction: c for c in result.crossings}
+    found = (edge["wobblestabilising"], edge["weavestabilising"], result.damping["wobble"], result.frequency["wobble"])
+    assert [one.tyre_sd for one in found] == pytest.approx(np.sqrt(tyre), rel=1e-5)
+    assert [one.sd for one in found] == pytest.approx(np.sqrt(tyre + variance), rel=1e-4)
+    assert all(one.sd > 1.02 * one.tyre_sd for one in found)
+
+
+def test_covariance_of_the_random_bicycles_is_that_of_the_tyre_map(study):
+    setup = study.settings.setups[-1]
+    for case in study.cases[::4]:
+        names, covariance = uncertainty(study.settings, case, setup).covariance()
+        order = [names.index(name) for name in CONTACT]
+        scale = np.sqrt(np.diag(case.covariance))
+        assert len(names) == 4
+        np.testing.assert_allclose(
+            covariance[np.ix_(order, order)] / np.outer(scale, scale), case.covariance / np.outer(scale, scale),
+            atol=1e-6,
+        )  # fmt: skip
+
+
+def test_checks_take_the_most_uncertain_cases_and_the_same_linear_sd(study):
+    first, last = study.settings.setups[0], study.settings.setups[-1]
+    assert [one.result.setup for one in study.checks] == [first] + [last] * len(study.names)
+    for one in study.checks:
+        rivals = study.of(one.result.setup, None if one.result.setup == first else one.result.case.name)
+        relative = [max([c.sd / c.speed for c in r.crossings if c.mode == "wobble"], default=0) for r in rivals]
+        assert one.result is rivals[int(np.argmax(relative))]
+        found = {q.name: q for q in one.quantities}
+        known = {f"wobble {what} at 15 m/s": part["wobble"].sd for what, part in (
+            ("frequency", one.result.frequency), ("damping ratio", one.result.damping))}  # fmt: skip
+        known |= {name: c.sd for c in one.result.crossings for name in named_speeds([c]) if c.mode == "wobble"}
+        assert {name: q.linear_sd for name, q in found.items()} == pytest.approx(known, rel=1e-6)
+        assert all(len(q.samples) == study.settings.samples and not q.lost for q in found.values())
+        if one.result.case.name == "Tyre1 flat" and one.result.setup == last:  # the tyre measured best
+            assert max(abs(excess(q)) for q in found.values()) < 0.02
+
+
 def _wobble(result):
     value = result.modes.branch("wobble")[-1, 0]
     return value.real, value.imag
@@ -199,7 +274,7 @@ def test_camber_thrust_is_shown_without_and_with(study):
 
 def test_bands_open_at_both_ends():
     def crossing(speed, direction):
-        return Crossing("weave", "oscillatory", direction, speed, 0.1, 1.0)
+        return Crossing("weave", "oscillatory", direction, speed, 0.1, 0.1, 1.0)
 
     first, second, third = crossing(4.0, "stabilising"), crossing(9.0, "destabilising"), crossing(5.0, "destabilising")
     assert [(b.start, b.end) for b in unstable_bands([second, first], "weave")] == [(None, first), (second, None)]
@@ -211,7 +286,7 @@ def test_tables_are_tidy_and_agree(study):
     found = tables(study)
     assert list(found) == [
         "tyre_properties", "eigenvalues", "damping_ratios", "critical_speeds", "decomposition_damping_ratio",
-        "decomposition_critical_speed", "other_fronts",
+        "decomposition_critical_speed", "other_fronts", "monte_carlo",
     ]  # fmt: skip
     assert len(found["tyre_properties"]) == 2 * 9
     assert {"load_N", "relaxation_length_mm", "cornering_stiffness_N_per_deg", "origin"} < set(found["tyre_properties"])

@@ -11,9 +11,13 @@ from bicycle.bicycle_file import load_bicycle
 from studies import main_study
 from studies.main_study import CRITICAL, Change, Study, run_study
 from studies.main_study_cases import Settings, tyre_cases
-from studies.main_study_solve import Crossing
+from studies.main_study_checks import Check
+from studies.main_study_solve import Crossing, Uncertain
 from studies.report import context, write_report
-from studies.report_words import label, parts, plain_range, printed, signed, signed_range, summary
+from studies.report_checks import check_words
+from studies.report_numbers import plain_range, shown_like, signed, signed_range, with_sd
+from studies.report_words import label, parts, printed, summary
+from studies.uncertain_quantity import Quantity
 
 NUMBER = re.compile(r"[-+]?\d+\.\d+")
 
@@ -103,7 +107,7 @@ def test_changes_name_both_pressures(racing):
 
 def test_another_mode_that_becomes_unstable_is_not_passed_over(racing):
     setup = racing.settings.setups[0]
-    found = Crossing("castering+rear_tyre", "oscillatory", "destabilising", 21.3, 0.1, 2.0)
+    found = Crossing("castering+rear_tyre", "oscillatory", "destabilising", 21.3, 0.1, 0.1, 2.0)
     first, *rest = racing.results
     study = replace(racing, results=(replace(first, crossings=(*first.crossings, found)), *rest))
     assert any("The mode castering+rear tyre becomes unstable at 21.30 m/s" in line for line in lines_of(study, setup))
@@ -164,6 +168,48 @@ def test_assumptions_are_named(racing):
     for words in ("3 mm is one standard deviation", camber, "flexible front", "nothing holds the handlebar"):
         assert words in told
     assert any("uncertainty of the cornering stiffness" in note for note in context(racing)["notes"])
+
+
+def quantity(samples) -> Quantity:
+    return Quantity("wobble stable above", "m/s", 20.0, np.array([0.6, 0.8]), {}, np.array(samples))
+
+
+def test_linear_and_monte_carlo_are_compared_in_words(racing):
+    """Two draws a apart have the sd a / sqrt(2); the linear one is 1."""
+    result = racing.checks[0].result
+    near, wide = (quantity([20.0, 20.0 + a * np.sqrt(2)]) for a in (1.01, 1.2))
+    lost = quantity([20.0, 20.0 + np.sqrt(2), np.nan])
+    told = check_words(replace(racing, checks=(Check(result, (near, wide, lost)),)))
+    assert "In 1 of 3 rows the two standard deviations agree within 5 % (that of the draws is larger by +1.0 %)" in told
+    assert "They differ for Tyre1 flat, " in told
+    assert "wobble stable above by +20.0 %; Tyre1 flat" in told
+    assert "wobble stable above by 0.0 %, lost in 1 draws" in told
+    assert "They differ" not in check_words(replace(racing, checks=(Check(result, (near,)),)))
+    assert "rows" not in check_words(replace(racing, checks=()))
+
+
+def test_what_the_bands_are_of_is_said(racing, tmp_path):
+    def text_with(sd):
+        settings = replace(racing.settings, bicycle=replace(racing.settings.bicycle, sd=sd))
+        return write_report(replace(racing, settings=settings), tmp_path, paper_figures=[])[0].read_text(
+            encoding="utf-8"
+        )
+
+    plain = text_with({})
+    assert "± is one standard deviation of the tyre data." in plain
+    assert "every ± and every band is of the tyre data alone" in " ".join(plain.split())
+    text = text_with({"c": 0.001, "w": 0.0})
+    assert "± is one standard deviation of tyre data and bicycle parameters." in text
+    assert "standard deviations of c, taken as independent; w, lam, g, " in text
+
+
+def test_numbers_have_the_digits_of_their_sd():
+    assert with_sd(Uncertain(24.8083, 0.8797, 0.8797)) == "24.8 ± 0.9"
+    assert with_sd(Uncertain(24.8083, 1.24, 0.8797)) == "24.8 ± 1.2 (tyre 0.9)"
+    assert with_sd(Uncertain(4.90574, 0.000253, 0.000253)) == "4.9057 ± 0.0003"
+    assert with_sd(Uncertain(-0.0773, 0.00096, 0.00096)) == "-0.0773 ± 0.0010"
+    assert shown_like(38.84, 30.0) == "39"
+    assert shown_like(38.84, 0.0) == "38.84"
 
 
 def test_both_forms_are_written_with_their_figures(racing, tmp_path):

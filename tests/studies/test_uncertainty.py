@@ -15,7 +15,8 @@ from bicycle.propagation import (
     standard_deviation,
 )
 from studies.cli import main
-from studies.uncertainty import Uncertainty, total_effects
+from studies.uncertainty import Uncertainty
+from studies.variance_shares import total_effects
 from tyre import TyreMap
 from tyre.errors import InputError
 
@@ -114,6 +115,42 @@ def test_sd_of_modes_and_critical_speeds_from_a_covariance_of_parameters():
         mode_sd(model, 8.0, 1j, ["tyre"], [[1.0]])
     with pytest.raises(InputError, match="unknown parameter 'tyre'"):
         critical_speed_sd(model, crossings, ["tyre"], [[1.0]])
+
+
+def test_matched_draws_have_the_moments_of_the_distribution():
+    uncertainty = Uncertainty(GIVEN, sd={"c": 0.001, "mB": 2.0, "w": 0.002})
+    z = uncertainty.matched_draw(50, 3)
+    np.testing.assert_allclose(z.mean(0), 0, atol=1e-14)
+    np.testing.assert_allclose(np.cov(z.T), np.eye(3), atol=1e-13)
+    assert np.corrcoef(z[:, 0], uncertainty.draw(50, 3)[:, 0])[0, 1] > 0.95
+    found = uncertainty.quantities([8.0], samples=50, only=["weave"], matched=True)
+    assert {q.name.split()[0] for q in found} == {"weave"}
+    assert all(q.sampled_sd == pytest.approx(q.linear_sd, rel=0.02) for q in found)
+    with pytest.raises(InputError, match="4 samples of 3 numbers cannot be matched; take more samples"):
+        uncertainty.matched_draw(4, 3)
+
+
+def test_what_follows_another_parameter_moves_with_it():
+    """A relaxation length tied to the wheelbase, by central differences of models built by hand."""
+
+    def follow(p):
+        return {f"relaxation_length.relaxation_length.{wheel}": 0.1 * p["w"] / 1.02 for wheel in ("rear", "front")}
+
+    uncertainty = Uncertainty(GIVEN, sd={"w": 0.01}, follow=follow)
+    found = {q.name: q for q in uncertainty.quantities([], samples=30)}["wobble unstable above"]
+    ends = [first(built([6000, 6000], [0.1 * w / 1.02] * 2, w=w), "wobble") for w in (1.021, 1.019)]
+    assert found.gradient[0] == pytest.approx((ends[0] - ends[1]) / 0.002 * 0.01, rel=1e-4)
+    w = 1.02 + 0.01 * uncertainty.draw(30, 0)[4, 0]
+    assert found.samples[4] == pytest.approx(first(built([6000, 6000], [0.1 * w / 1.02] * 2, w=w), "wobble"), rel=1e-8)
+
+
+def test_what_is_assumed_of_the_cornering_stiffness_is_said():
+    nothing, assumed = (" ".join(Uncertainty(MEASURED, relative_cornering_stiffness_sd=x).warnings) for x in (0, 0.03))
+    words = "the source states no uncertainty of the cornering stiffness; "
+    assert words + "none is assumed, so it counts as exact where it was measured" in nothing
+    assert words + "assumed is 3 % (one standard deviation)" in assumed
+    assert "0 %" not in nothing
+    assert "none is assumed" not in assumed
 
 
 def test_a_heavier_rider_moves_the_wheel_loads_and_so_the_tyre():

@@ -17,16 +17,23 @@ def measured_range(tyre_map: "TyreMap") -> str:
     return f"the measured {loads[0]:g}-{loads[-1]:g} N and {pressures[0]:g}-{pressures[-1]:g} bar"
 
 
+def stiffness_note(relative_sd: float) -> str:
+    """What is taken for the uncertainty of C_Fy where a source states none; ``relative_sd`` is sd(C_Fy) / C_Fy."""
+    taken = (
+        f"assumed is {100 * relative_sd:g} % (one standard deviation)"
+        if relative_sd
+        else "none is assumed, so it counts as exact where it was measured"
+    )
+    return f"the source states no uncertainty of the cornering stiffness; {taken}"
+
+
 def condition_notes(tyre_map: "TyreMap", origin: Origin) -> tuple[str, ...]:
     """What must be told about a value of this origin: assumptions, borrowed numbers, and the misfit of smooth laws."""
     notes = list(tyre_map.measured.notes)
     if tyre_map.measured.synthetic:
         notes.insert(0, "synthetic: no rig measured this tyre")
     if tyre_map.measured.cornering_stiffness_sd is None:
-        notes.append(
-            "the source states no uncertainty of the cornering stiffness; assumed is "
-            f"{100 * tyre_map.relative_cornering_stiffness_sd:g} % (one standard deviation)"
-        )
+        notes.append(stiffness_note(tyre_map.relative_cornering_stiffness_sd))
     if origin == "measured":
         return tuple(notes)
     way = (
