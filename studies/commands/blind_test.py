@@ -12,16 +12,21 @@ MEDIANS = ("gap_left", "class_size", "seconds")
 @click.option("--cell", "cells", multiple=True, metavar="CELL", help="Only this cell; may be repeated.")
 @click.option("--workers", default=2, show_default=True, help="Processes.")
 @click.option("--out", "out_file", required=True, metavar="FILE", help="Results, one JSON object a line.")
+@click.option("--report", "report_folder", metavar="DIR", help="Write tables (report.md) and the power curve.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the summary as JSON; - is standard output.")
-def command(cases: int, seed: int, cells: tuple[str, ...], workers: int, out_file: str, json_file: str | None) -> None:
+def command(
+    cases: int, seed: int, cells: tuple[str, ...], workers: int, out_file: str, report_folder: str | None,
+    json_file: str | None,
+) -> None:  # fmt: skip
     import os
     from pathlib import Path
 
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")  # of the workers: one core each
 
-    from studies.missing_effect.blind_score import summary
-    from studies.missing_effect.blind_test import CELLS, blind_test, read_results
+    from studies.missing_effect.blind.report import write_report
+    from studies.missing_effect.blind.run import CELLS, blind_test, read_results
+    from studies.missing_effect.blind.score import summary
     from studies.output import print_table, write_json
     from tyre.errors import InputError, unknown
 
@@ -34,6 +39,8 @@ def command(cases: int, seed: int, cells: tuple[str, ...], workers: int, out_fil
     for _ in blind_test(path, cases=cases, seed=seed, cells=cells or CELLS, workers=workers):
         pass
     found = summary(read_results(path))
+    if report_folder:
+        write_report(found, Path(report_folder))
     if json_file:
         write_json(found, json_file)
     if json_file == "-":

@@ -16,9 +16,9 @@ def command(
     import csv
     from pathlib import Path
 
-    from studies.missing_effect.history_table import FASTEST, read_run
-    from studies.missing_effect.modal_identification import identify
-    from studies.missing_effect.modal_table import MODES
+    from studies.missing_effect.motion.history_table import FASTEST, read_run
+    from studies.missing_effect.motion.modal_identification import identify
+    from studies.missing_effect.motion.modal_table import MODES
     from studies.output import print_table
     from tyre.errors import InputError, unknown
 

@@ -1,63 +1,27 @@
 """Find where simulation and measurement disagree, name the missing effect, show the gap shrink."""
 
-import sys
-from dataclasses import dataclass, replace
-
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import replace
 
 from bicycle.model import Model
-from studies.missing_effect.candidates import find_candidates, physical
-from studies.missing_effect.checks import HeldOut, goodness_of_fit, held_out, whiteness, with_wider_nuisances
-from studies.missing_effect.evidence import BEAM, CLEAR_ODDS, MOST_EFFECTS, Advance, Hypotheses, expand, singles
-from studies.missing_effect.fit import Fit, fit
-from studies.missing_effect.forward import Forward
-from studies.missing_effect.history_forward import HistoryForward, history_candidates
+from studies.missing_effect.engine.fit import Fit
+from studies.missing_effect.engine.forward import Forward
+from studies.missing_effect.engine.judge import Diagnosis, Subject, judge
 from studies.missing_effect.measurement import Measurement
-from studies.missing_effect.modal_forward import ModalForward, measurement_candidates
-from studies.missing_effect.nuisances import nuisances
-from studies.missing_effect.tell_apart import equivalents, separating, similarity
-from studies.missing_effect.unknown import Candidate
-from studies.missing_effect.verdict import Check, Named, Verdict
+from studies.missing_effect.motion.candidates import find_candidates, physical
+from studies.missing_effect.motion.canonical_forward import canonical_forward
+from studies.missing_effect.motion.history_forward import HistoryForward, history_candidates
+from studies.missing_effect.motion.modal_forward import ModalForward, measurement_candidates
+from studies.missing_effect.motion.nuisances import nuisances
+from studies.missing_effect.rig.measurement import RigMeasurement
+from studies.missing_effect.rig.setup import rig_forward_model
 from tyre.errors import InputError
-
-Array = NDArray[np.float64]
-NOTHING = 0.05
-POOR_FIT = 0.01
-PARTIAL_SHARE = 0.5  # of the nuisance-only held-out gap that a partial name must close
-NEGLIGIBLE = 1e-3  # posterior of a pair that is not worth a line
-PARTIAL_REST = 2.0  # held-out gap (in sd) beyond which a name would be a guess
-LEADERS = 6  # that are refitted with wider nuisances
-
-
-@dataclass(frozen=True)
-class Subject:
-    """What is diagnosed, for the report; ``model`` is the bicycle's base model, where it is one."""
-
-    name: str
-    description: str = ""
-    source: str = ""
-    model: Model | None = None
-
-
-@dataclass(frozen=True)
-class Diagnosis:
-    """A verdict with everything a report shows."""
-
-    subject: Subject
-    forward: Forward
-    verdict: Verdict
-    hypotheses: Hypotheses
-    final: Fit
-    nominal: Array  # whitened residual of the base model as it stands
-    held_out: dict[str, HeldOut]
-    similar: tuple[tuple[str, ...], Array]
-    model: Model | None  # the base model with what was named
 
 
 def forward_model(measurement: Measurement, *, without: tuple[str, ...] = ()) -> Forward:
     """The forward model of a measurement with its candidates; ``without`` names effects that are not tried."""
     model = measurement.model
+    if measurement.coefficients is not None:
+        return canonical_forward(measurement, measurement.coefficients, without)
     unknowns, notes = nuisances(model, measurement.uncertainty)
     found, refused = find_candidates(model, measurement.known, without)
     notes = (*measurement.notes, *notes)
@@ -76,15 +40,16 @@ def forward_model(measurement: Measurement, *, without: tuple[str, ...] = ()) ->
 
 
 def diagnose(
-    measurement: Measurement, model: Model | None = None, *, without: tuple[str, ...] = (), progress: bool = False
-) -> Diagnosis:
+    measurement: Measurement | RigMeasurement, model: Model | None = None, *, without: tuple[str, ...] = (),
+    progress: bool = False,
+) -> Diagnosis:  # fmt: skip
     """Diagnose a measurement.
 
     Parameters
     ----------
-    measurement : Measurement
+    measurement : Measurement or RigMeasurement
     model : Model, optional
-        Base model in place of the measurement's own.
+        Base model in place of the measurement's own; of a bicycle only.
     without : tuple of str
         Effects that are not tried.
     progress : bool
@@ -95,168 +60,16 @@ def diagnose(
     Diagnosis
         Its ``verdict`` has the result.
     """
+    if isinstance(measurement, RigMeasurement):
+        if model is not None:
+            raise InputError("a rig measurement has a reference tyre, no bicycle model; leave the model out")
+        subject = Subject(measurement.name, measurement.description, measurement.source)
+        return judge(rig_forward_model(measurement, without=without), subject, progress=progress)
     if model is not None:
         measurement = replace(measurement, model=model)
-    subject = Subject(measurement.name, measurement.description, measurement.source, measurement.model)
-    return diagnose_forward(forward_model(measurement, without=without), subject, progress=progress)
-
-
-def diagnose_forward(forward: Forward, subject: Subject, *, progress: bool = False) -> Diagnosis:
-    """The engine: knows only the forward model."""
-    from tqdm import tqdm
-
-    with tqdm(desc="diagnose", unit=" fits", disable=not progress, file=sys.stderr, leave=False) as bar:
-
-        def advance(what: str) -> None:
-            bar.set_postfix_str(what, refresh=False)
-            bar.update()
-
-        known = singles(forward, advance)
-        better = forward.refined(known.best()[0] if known.fits else known.null)
-        if better is not forward:
-            forward = better
-            known = singles(forward, advance)
-        known, leader = _search(forward, known, advance)
-        verdict = _judge(forward, known, leader, advance)
-    return _complete(forward, subject, *verdict)
-
-
-def _search(forward: Forward, known: Hypotheses, advance: Advance) -> tuple[Hypotheses, Fit | None]:
-    """The best hypothesis, enlarged by one effect at a time as long as evidence and held-out score clearly gain."""
-    if not known.fits or known.nothing >= NOTHING:
-        return known, None
-    leader = _physical(known.best(1))[0]
-    for _ in range(MOST_EFFECTS - 1):
-        size = len(leader.candidates)
-        known = expand(forward, known, _physical(known.best(size))[:BEAM], advance)
-        larger = [f for f in known.best(size + 1) if f.physical]
-        if not larger or known.odds(larger[0], leader) < CLEAR_ODDS:
-            break
-        if held_out(forward, larger[0]).log_score <= held_out(forward, leader).log_score:
-            break
-        leader = larger[0]
-    return known, leader
-
-
-def _physical(fits: list[Fit]) -> list[Fit]:
-    """Those inside their bounds and of a size that occurs; all where none is."""
-    return [f for f in fits if f.physical] or fits
-
-
-Judged = tuple[Hypotheses, Fit, str, list[Fit], list[Check], dict[str, HeldOut], list[tuple[str, float, float]]]
-
-
-def _judge(forward: Forward, known: Hypotheses, leader: Fit | None, advance: Advance) -> Judged:
-    null = known.null
-    scores = {"nuisance_only": held_out(forward, null)}
-    null_good = goodness_of_fit(forward, null) > POOR_FIT
-    checks: list[Check] = []
-    if leader is None:
-        checks.append(Check("P(nothing is missing) < 0.05", f"{known.nothing:.3g}", False))
-        verdict = "none" if null_good else "unknown"
-        return known, null, verdict, [], checks, scores, [] if null_good else _mimics(forward, null)
-    members = equivalents(forward, known, leader)
-    scores["final"] = held_out(forward, leader)
-    peers = list(dict.fromkeys([*members, *known.best(len(leader.candidates))[:LEADERS]]))
-    wide = with_wider_nuisances(forward, known, peers)
-    shaky = [f.name for f in wide.best() if wide.odds(wide.best()[0], f) < CLEAR_ODDS and f.physical]
-    members += [f for f in peers if f.name in shaky and f not in members]  # the name must not hang on the priors
-    then = wide.best()[0].name
-    gain = scores["final"].log_score - scores["nuisance_only"].log_score
-    p, white = goodness_of_fit(forward, leader), whiteness(forward, leader.residual)
-    bounds = leader.at_bound()
-    vital = [
-        Check("P(nothing is missing) < 0.05", f"{known.nothing:.3g}", known.nothing < NOTHING),
-        Check("held-out log score improves", f"{gain:+.1f}", gain > 0),
-        Check(
-            "survives doubling the uncertainty of the bicycle", f"P(nothing) {wide.nothing:.3g}, then {then}",
-            wide.nothing < NOTHING,
-        ),
-        Check("inside its bounds, physical sign", ", ".join(bounds) or "yes", not bounds),
-        Check("a size that occurs", ", ".join(leader.implausible()) or "yes", not leader.implausible()),
-    ]  # fmt: skip
-    fitting = [
-        Check("goodness of fit p > 0.01", f"{p:.3g}", p > POOR_FIT),
-        Check("residuals white, p > 0.01", f"{white:.3g}", white > POOR_FIT),
-    ]
-    checks = [*vital, *fitting]
-    if all(c.passed for c in checks):
-        return known, leader, "named" if len(members) == 1 else "class", members, checks, scores, []
-    closes = _gap(scores["final"]) <= min(PARTIAL_SHARE * _gap(scores["nuisance_only"]), PARTIAL_REST)
-    if all(c.passed for c in vital) and closes:
-        return known, leader, "partial", members, checks, scores, _mimics(forward, leader)
-    scores.pop("final")
-    verdict = "none" if null_good else "unknown"
-    return known, null, verdict, [], checks, scores, [] if null_good else _mimics(forward, null)
-
-
-def _gap(score: HeldOut) -> float:
-    return float(np.sqrt(max(0.0, score.chi2 / len(score.residual) - 1)))
-
-
-def _mimics(forward: Forward, found: Fit) -> list[tuple[str, float, float]]:
-    """Phenomenological terms that would lower chi^2 by a tenth or more, best first."""
-    result = []
-    for term in forward.phenomenological():
-        if not forward.compatible((*found.candidates, term)):
-            continue
-        trial = fit(forward, (*found.candidates, term), starts=[np.concatenate([found.theta, term.starts[0]])])
-        if trial.objective < 0.9 * found.objective:
-            u = term.unknowns[0]
-            result.append((f"{term.identifier} ({u.unit})", float(trial.theta[-1]), trial.chi2))
-    return sorted(result, key=lambda r: r[2])[:5]
-
-
-def _complete(
-    forward: Forward, subject: Subject, known: Hypotheses, final: Fit, verdict: str, members: list[Fit],
-    checks: list[Check], scores: dict[str, HeldOut], mimics: list[tuple[str, float, float]],
-) -> Diagnosis:  # fmt: skip
-    nominal, _ = forward.residual((), np.array([u.centre for u in forward.nuisances]))
-    n = len(nominal)
-    scores.setdefault("final", scores["nuisance_only"])
-    scale = _gap(HeldOut(0.0, nominal))
-    gaps = {name: (_gap(s) / scale if scale > 0 else None) for name, s in scores.items()}
-    shares: dict[str, float] = {}
-    for where, r in zip(forward.rows.where, final.residual, strict=True):
-        shares[where] = shares.get(where, 0.0) + float(r**2) / max(final.chi2, 1e-300)
-    fits = _physical(known.best(1))[:10]
-    warnings = list(forward.notes)
-    if scale == 0:
-        warnings.append("the nominal model has no gap beyond the noise: there is nothing to close")
-    if verdict == "unknown":
-        warnings.append("something is missing that the library does not explain")
-    result = Verdict(
-        verdict=verdict,
-        effects=tuple(named(final, c) for c in final.candidates),
-        equivalent=tuple(f.name for f in members),
-        posterior={name: p for name, p in known.posterior.items() if p > NEGLIGIBLE or "+" not in name},
-        chi2={"n": n, "nominal": float(nominal @ nominal), "nuisance_only": known.null.chi2, "final": final.chi2},
-        held_out_gap={"nominal": 1.0 if scale > 0 else None, **gaps},
-        worst=tuple(sorted(shares.items(), key=lambda item: -item[1])[:5]),
-        separating_measurements=tuple(separating(forward, members)) if len(members) > 1 else (),
-        goodness_of_fit_p=goodness_of_fit(forward, final),
-        checks=tuple(checks), mimics=tuple(mimics), refused=forward.refused, warnings=tuple(warnings),
-    )  # fmt: skip
-    alike = similarity(forward, known.null, fits) if fits else np.zeros((0, 0))
-    return Diagnosis(
-        subject, forward, result, known, final, nominal, scores, (tuple(f.name for f in fits), alike),
-        _with_effects(subject.model, final),
-    )  # fmt: skip
-
-
-def named(found: Fit, candidate: Candidate) -> Named:
-    """A candidate with its fitted values, each wheel by itself where they differ."""
-    columns = found.columns(candidate)
-    parameters = {}
-    for i, u in zip(range(columns.start, columns.stop), found.unknowns[columns], strict=True):
-        x, sd = float(found.theta[i]), float(np.sqrt(found.covariance[i, i]))
-        value, spread = float(u.value(np.asarray(x))), u.slope(x) * sd
-        if len(set(u.sets.values())) <= 1:
-            parameters[u.name] = (value, spread)
-        else:
-            for key, factor in u.sets.items():
-                parameters[f"{u.name}.{key.rsplit('.', 1)[-1]}"] = (float(factor) * value, float(factor) * spread)
-    return Named(candidate.identifier, parameters)
+    subject = Subject(measurement.name, measurement.description, measurement.source)
+    found = judge(forward_model(measurement, without=without), subject, progress=progress)
+    return replace(found, model=_with_effects(measurement.model, found.final))
 
 
 def _with_effects(model: Model | None, final: Fit) -> Model | None:

@@ -6,23 +6,31 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.missing_effect.diagnose import Diagnosis
-from studies.missing_effect.fit import Fit
+from studies.missing_effect.engine.fit import Fit
+from studies.missing_effect.engine.forward import Rows
+from studies.missing_effect.engine.judge import Diagnosis
+from studies.missing_effect.rig.figures import CAPTION, draw_recordings
+from studies.missing_effect.rig.recordings_forward import RigRecordingsForward
 from studies.plotting import GREY, drawing, look
 
 MOST_BARS = 12
 MOST_SERIES = 8
 NAMES = ("nominal", "nuisance_only", "final")
-TITLES = {"nominal": "base model", "nuisance_only": "bicycle parameters adjusted", "final": "with what was named"}
+TITLES = {"nominal": "base model", "nuisance_only": "parameters adjusted", "final": "with what was named"}
 
 
 def draw_all(diagnosis: Diagnosis, folder: Path) -> dict[str, str]:
     """Draw every figure; returns name -> caption."""
     figures = {
         "gap": (_gap_map, "Where the gap is: (measured − computed) / sd; noise alone stays within ±2 (rms 1)."),
-        "before_after": (_before_after, "Measured values with 95 % intervals, and the models."),
+        "before_after": (
+            _before_after,
+            CAPTION
+            if isinstance(diagnosis.forward, RigRecordingsForward)
+            else "Measured values with 95 % intervals, and the models.",
+        ),
         "posterior": (_posterior, "Probability of each hypothesis, relative to this library."),
-        "similarity": (_similarity, "|cosine| of what two effects do to the data, bicycle parameters marginalised."),
+        "similarity": (_similarity, "|cosine| of what two effects do to the data, parameters marginalised."),
         "held_out": (_held_out, "χ²/n on data left out of the fit; 1 is noise alone."),
     }
     captions = {}
@@ -58,9 +66,11 @@ def _grid(figure: Any, count: int) -> Any:
 
 def _gap_map(diagnosis: Diagnosis, target: Path) -> bool:
     names, rows = _series(diagnosis), diagnosis.forward.rows
-    if len(names) > MOST_SERIES:
+    if len(names) > MOST_SERIES and not rows.condition and not rows.axes:
         return _gap_by_channel(diagnosis, target)
     series = np.array(rows.series)
+    if rows.axes:  # recordings: those with the largest gap
+        names = sorted(names, key=lambda name: -float((diagnosis.nominal[series == name] ** 2).mean()))[:MOST_SERIES]
     with drawing(target, width=8, height=1.2 + 2.3 * -(-len(names) // 2)) as figure:
         for axis, name in zip(_grid(figure, len(names)), names, strict=True):
             here = series == name
@@ -68,7 +78,8 @@ def _gap_map(diagnosis: Diagnosis, target: Path) -> bool:
             for k, model in enumerate(_shown(diagnosis)):
                 style = {**look(k).plot, "linestyle": "none", "markersize": 4}
                 axis.plot(rows.speed[here], residuals(diagnosis)[model][here], label=TITLES[model], **style)
-            axis.set(title=name, xlabel="speed, m/s", ylabel="gap / sd")
+            axis.set(title=name.rsplit(", ", 1)[0] if rows.condition else name, ylabel="gap / sd")
+            _label_conditions(axis, rows, name)
         handles, labels = axis.get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper center", ncols=3)
     return True
@@ -94,6 +105,11 @@ def _gap_by_channel(diagnosis: Diagnosis, target: Path) -> bool:
 
 
 def _before_after(diagnosis: Diagnosis, target: Path) -> bool:
+    if isinstance(diagnosis.forward, RigRecordingsForward):
+        none = np.array([u.centre for u in diagnosis.forward.nuisances])
+        null, final = diagnosis.hypotheses.null, diagnosis.final
+        models = ((), none), (null.candidates, null.theta), (final.candidates, final.theta)
+        return draw_recordings(diagnosis.forward, dict(zip(_shown(diagnosis), models, strict=False)), TITLES, target)
     shown = diagnosis.forward.compared(diagnosis.nominal)
     names = _series(diagnosis)
     rows = diagnosis.forward.rows
@@ -110,15 +126,28 @@ def _before_after(diagnosis: Diagnosis, target: Path) -> bool:
             )  # fmt: skip
             for k, model in enumerate(_shown(diagnosis)):
                 computed = measured[here] - sd[here] * residuals(diagnosis)[model][here]
-                axis.plot(rows.speed[here], computed, **{**look(k).plot, "marker": ""}, label=TITLES[model])
-            axis.set(title=name.rsplit(",", 1)[0], xlabel="speed, m/s", ylabel=_axis_label(name))
+                style = {"linestyle": "none", "markersize": 4} if rows.condition else {"marker": ""}
+                axis.plot(rows.speed[here], computed, **{**look(k).plot, **style}, label=TITLES[model])
+            axis.set(title=name.rsplit(",", 1)[0], ylabel=_axis_label(name))
+            _label_conditions(axis, rows, name)
         handles, labels = axis.get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper center", ncols=4)
     return True
 
 
+def _label_conditions(axis: Any, rows: Rows, series: str) -> None:
+    if not rows.condition:
+        axis.set_xlabel(rows.axes.get(series, "speed, m/s"))
+        return
+    axis.set_xticks(range(len(rows.condition)), rows.condition, fontsize=8)
+    axis.set_xlim(-0.5, len(rows.condition) - 0.5)
+    axis.grid(visible=False, axis="x")
+
+
 def _axis_label(series: str) -> str:
     what, part = series.rsplit(", ", 1)
+    if part not in ("real", "imaginary"):
+        return part  # a unit
     if "over" in what:
         return f"{part} part"
     return "real part, 1/s" if part == "real" else "imaginary part, rad/s"
@@ -153,6 +182,8 @@ def _similarity(diagnosis: Diagnosis, target: Path) -> bool:
 
 
 def _held_out(diagnosis: Diagnosis, target: Path) -> bool:
+    if not all(score.possible for score in diagnosis.held_out.values()):
+        return False
     n = len(diagnosis.nominal)
     values = {"nominal": float(diagnosis.nominal @ diagnosis.nominal) / n}
     values |= {name: diagnosis.held_out[name].chi2 / n for name in _shown(diagnosis)[1:]}

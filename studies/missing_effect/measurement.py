@@ -1,6 +1,6 @@
 """Read a measurement file: what was measured, on which bicycle, and how well that bicycle is known.
 
-kind = "modal"                      # or "histories"
+kind = "modal"                      # or "histories", "canonical"; "rig" is of a tyre, see `rig_recordings`
 bicycle = "kooijman2008"            # a name, a file, or a table of parameters
 [effects.NAME]                      # what the base model contains, as in a model file
 [uncertainty]                       # 1-sigma of bicycle and effect parameters, 0 fixes one
@@ -8,6 +8,7 @@ bicycle = "kooijman2008"            # a name, a file, or a table of parameters
 [modal]
 table = "weave.csv"
 [histories]                         # or this: drop_first_s, [[histories.runs]], [histories.noise_sd]
+[canonical]                         # or this: table, speeds_m_s, band_hz
 """
 
 import tomllib
@@ -19,12 +20,14 @@ from typing import Any
 from bicycle.effect import effect_class
 from bicycle.model import Model
 from bicycle.model_file import build_model
-from studies.missing_effect.history_table import Run, read_runs
-from studies.missing_effect.modal_table import ModalPoint, read_modal
+from studies.missing_effect.motion.canonical_table import CanonicalTable, read_canonical
+from studies.missing_effect.motion.history_table import Run, read_runs
+from studies.missing_effect.motion.modal_table import ModalPoint, read_modal
+from studies.missing_effect.rig.measurement import RigMeasurement, read_rig
 from tyre.errors import InputError, unknown
 
-TOP_KEYS = ("kind", "description", "source", "bicycle", "effects", "uncertainty", "candidates", "modal", "histories")
-KINDS = ("modal", "histories")
+KINDS = ("modal", "histories", "canonical")
+TOP_KEYS = ("kind", "description", "source", "bicycle", "effects", "uncertainty", "candidates", *KINDS)
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,8 @@ class Measurement:
         Of a modal measurement.
     runs : tuple of Run
         Of time histories.
+    coefficients : CanonicalTable, optional
+        Of identified coefficients.
     uncertainty : mapping
         1-sigma by ``key`` or ``effect.parameter``, SI.
     known : mapping
@@ -55,6 +60,7 @@ class Measurement:
     model: Model
     points: tuple[ModalPoint, ...] = ()
     runs: tuple[Run, ...] = ()
+    coefficients: CanonicalTable | None = None
     uncertainty: Mapping[str, float] = field(default_factory=dict)
     known: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     noise_sd: Mapping[str, float] = field(default_factory=dict)
@@ -64,11 +70,11 @@ class Measurement:
 
     @property
     def kind(self) -> str:
-        """``modal`` or ``histories``."""
-        return "modal" if self.points else "histories"
+        """``modal``, ``histories`` or ``canonical``."""
+        return "modal" if self.points else "histories" if self.runs else "canonical"
 
 
-def read_measurement(path: str | Path) -> Measurement:
+def read_measurement(path: str | Path) -> Measurement | RigMeasurement:
     """Read MEASUREMENT.toml and the tables it names.
 
     Raises
@@ -89,13 +95,15 @@ def read_measurement(path: str | Path) -> Measurement:
         raise InputError(f"{path}: {error}") from error
 
 
-def _measurement(content: Mapping[str, Any], path: Path) -> Measurement:
+def _measurement(content: Mapping[str, Any], path: Path) -> Measurement | RigMeasurement:
+    if content.get("kind") == "rig":
+        return read_rig(content, path)
     for key in content:
         if key not in TOP_KEYS:
             raise InputError(unknown("key", key, TOP_KEYS))
     kind = content.get("kind")
     if kind not in KINDS:
-        raise InputError(f'kind = {kind!r} is not allowed; write kind = "modal" or kind = "histories"')
+        raise InputError(f'kind = {kind!r} is not allowed; write kind = "modal", "histories", "canonical" or "rig"')
     for other in KINDS:
         if (other in content) != (other == kind):
             needed = f"the table [{kind}] is missing" if other == kind else f"the table [{other}] does not belong here"
@@ -109,6 +117,9 @@ def _measurement(content: Mapping[str, Any], path: Path) -> Measurement:
     if kind == "modal":
         points, notes = read_modal(_table(content, "modal"), path.parent)
         return Measurement(**common, points=points, notes=notes)
+    if kind == "canonical":
+        coefficients, notes = read_canonical(_table(content, "canonical"), path.parent)
+        return Measurement(**common, coefficients=coefficients, notes=notes)
     runs, noise, notes = read_runs(_table(content, "histories"), path.parent)
     return Measurement(**common, runs=runs, noise_sd=noise, notes=notes)
 

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from bicycle.effect import registry
-from studies.missing_effect.diagnose import Diagnosis
+from studies.missing_effect.engine.judge import Diagnosis
 from studies.missing_effect.figures import MOST_SERIES, draw_all, explains, residuals
+from studies.missing_effect.rig.candidates import EXPLAINED
 from studies.output import write_json
 
 SAYS = {
@@ -37,7 +38,7 @@ These cannot be told apart with the data at hand: {{ v.equivalent|join(', ') }}.
 ## Where the gap is
 
 χ² over {{ v.chi2.n }} numbers: {{ '%.1f' % v.chi2.nominal }} for the base model,
-{{ '%.1f' % v.chi2.nuisance_only }} with the bicycle's parameters adjusted within their uncertainty,
+{{ '%.1f' % v.chi2.nuisance_only }} with the parameters adjusted within their uncertainty,
 {{ '%.1f' % v.chi2.final }} with what was named.
 
 | χ² by | n | base model | parameters adjusted | final |
@@ -132,15 +133,17 @@ def write_report(diagnosis: Diagnosis, folder: Path) -> None:
 
 def _content(diagnosis: Diagnosis) -> dict[str, Any]:
     verdict, subject = diagnosis.verdict, diagnosis.subject
-    units = {c.identifier: {u.name: u.unit for u in c.unknowns} for c in diagnosis.final.candidates}
+    units = {c.identifier: {u.name: u.unit.removeprefix("1") for u in c.unknowns} for c in diagnosis.final.candidates}
+    absent = "no gap to close" if verdict.held_out_gap["nominal"] is None else "not known, one run"
     gaps = [
-        f"{name.replace('_', ' ')} {'no gap to close' if value is None else format(value, '.2f')}"
+        f"{name.replace('_', ' ')} {absent if value is None else format(value, '.2f')}"
         for name, value in verdict.held_out_gap.items()
     ]
     return {
         "v": verdict, "name": subject.name, "says": SAYS[verdict.verdict], "units": units, "gaps": ", ".join(gaps),
         "description": subject.description, "source": subject.source, "parts": _parts(diagnosis),
-        "tried": _tried(diagnosis), "signature": {name: effect.signature for name, effect in registry().items()},
+        "tried": _tried(diagnosis),
+        "signature": {name: effect.signature for name, effect in registry().items()} | EXPLAINED,
     }  # fmt: skip
 
 
@@ -152,7 +155,9 @@ def _parts(diagnosis: Diagnosis) -> list[list[str]]:
     if len(set(rows.series)) > MOST_SERIES:
         series = np.array([where.split(",")[0] for where in rows.where])
     groups = {str(name): series == name for name in dict.fromkeys(series.tolist())}
-    for low, high in pairwise(edges):
+    for number, name in enumerate(rows.condition):
+        groups[name] = rows.speed == number
+    for low, high in pairwise(edges) if not rows.condition and not rows.axes else ():
         inside = (rows.speed >= low) & ((rows.speed < high) | (high == edges[-1]))
         if inside.any() and high > low:
             groups[f"{low:.3g} to {high:.3g} m/s"] = inside
@@ -167,7 +172,7 @@ def _tried(diagnosis: Diagnosis) -> list[list[str]]:
     table = []
     for f in sorted(shown, key=lambda f: -posterior[f.name]):
         values = [
-            f"{u.name} {float(u.value(np.asarray(x))):.3g} {u.unit}"
+            f"{u.name} {float(u.value(np.asarray(x))):.3g} {u.unit.removeprefix('1')}".rstrip()
             for u, x in zip(f.unknowns[f.effect_columns], f.theta[f.effect_columns], strict=True)
         ]
         table.append([explains(f), f"{posterior[f.name]:.2g}", f"{f.chi2:.1f}", ", ".join(values)])

@@ -11,7 +11,7 @@ import pytest
 from bicycle import effect_class
 from studies.missing_effect import diagnose, read_measurement
 from studies.missing_effect.diagnose import forward_model
-from studies.missing_effect.fit import fit
+from studies.missing_effect.engine.fit import fit
 from tyre.paths import data_root
 
 TABLE = {

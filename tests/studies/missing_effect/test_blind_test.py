@@ -7,11 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import studies.missing_effect.blind_generator as generator
-import studies.missing_effect.blind_histories as histories
+import studies.missing_effect.blind.generator as generator
+import studies.missing_effect.blind.histories as histories
 from studies.cli import main
-from studies.missing_effect.blind_score import judge, summary, wilson
-from studies.missing_effect.blind_test import CELLS, make
+from studies.missing_effect.blind.report import write_report
+from studies.missing_effect.blind.run import CELLS, make
+from studies.missing_effect.blind.score import judge, summary, wilson
 
 
 def verdict(kind, names, effects=()):
@@ -28,13 +29,13 @@ TRUTH = {"effects": {"steer_spring": {"stiffness": 2.0}}, "noise": 1.0}
     ("found", "expected"),
     [
         (verdict("named", ["steer_spring"], [("steer_spring", {"stiffness": {"value": 2.1, "sd": 0.1}})]),
-         {"says": True, "right": True, "false": False, "misnamed": False, "covered": 1, "judged": 1}),
+         {"says": True, "right": True, "some_false": False, "misnamed": False, "covered": 1, "judged": 1}),
         (verdict("named", ["steer_spring"], [("steer_spring", {"stiffness": {"value": 2.5, "sd": 0.1}})]),
          {"covered": 0}),
         (verdict("class", ["pneumatic_trail", "steer_spring"]), {"right": True, "misnamed": False}),
         (verdict("class", [*"abc", "steer_spring"]), {"right": False}),
-        (verdict("named", ["pneumatic_trail"]), {"right": False, "false": True, "misnamed": True}),
-        (verdict("partial", ["pneumatic_trail"]), {"false": True, "misnamed": False}),
+        (verdict("named", ["pneumatic_trail"]), {"right": False, "some_false": False, "misnamed": True}),
+        (verdict("partial", ["pneumatic_trail"]), {"right": False, "misnamed": False}),
         (verdict("named", ["steer_damper+steer_spring"], [("steer_damper", {}), ("steer_spring", {})]),
          {"right": False, "some_false": True}),
         (verdict("unknown", []), {"detected": True, "says": False}),
@@ -55,7 +56,7 @@ def test_wilson_interval_against_the_published_example():
 def test_the_generators_share_nothing_with_the_fitter(module):
     tree = ast.parse(Path(module.__file__).read_text(encoding="utf-8"))
     imported = {node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
-    assert {name for name in imported if name.startswith("studies")} <= {"studies.missing_effect.blind_generator"}
+    assert {name for name in imported if name.startswith("studies")} <= {"studies.missing_effect.blind.generator"}
 
 
 @pytest.mark.parametrize("cell", CELLS)
@@ -79,7 +80,7 @@ def test_resuming_and_summary(tmp_path, capsys):
     assert out.read_text() == first  # nothing is done twice
     found = json.loads((tmp_path / "s.json").read_text())
     assert found["cells"]["modal-none"]["cases"] == 1
-    assert found["confusion"] == {"nothing": {"none: -": 1}}
+    assert found["confusion"] == {"modal-none": {"nothing": {"none: -": 1}}}
     assert summary([])["cells"] == {}
 
 
@@ -108,3 +109,39 @@ def test_coloured_noise_has_the_stated_spread_and_colour():
     noise = histories.coloured(200_000, 0.3, 0.6, np.random.default_rng(1))
     assert np.std(noise) == pytest.approx(0.3, rel=0.02)
     assert np.corrcoef(noise[1:], noise[:-1])[0, 1] == pytest.approx(0.6, abs=0.01)
+
+
+def record(cell, truth, noise, found):
+    return {
+        "cell": cell, "seed": 1, "seconds": 1.0, "truth": {"effects": truth, "noise": noise}, "verdict": found,
+        "score": {},
+    }  # fmt: skip
+
+
+def test_report(tmp_path):
+    spring, wheels = {"steer_spring": {"stiffness": 2.0}}, {"camber_thrust": {"camber_stiffness": {"rear": 300.0}}}
+    far = ("steer_spring", {"stiffness": {"value": 3.0, "sd": 0.1}})
+    thrust = ("camber_thrust", {"camber_stiffness.rear": {"value": 310.0, "sd": 10.0}})
+    found = summary(
+        [
+            record("modal-none", {}, 1.0, verdict("none", [])),
+            record("modal-one", spring, 0.5, verdict("named", ["steer_spring"], [far])),
+            record("modal-one", spring, 2.0, verdict("class", ["rider_arms", "steer_spring"])),
+            record("modal-one", wheels, 2.0, verdict("partial", ["camber_thrust"], [thrust])),
+            record("modal-one", spring, 2.0, verdict("named", ["steer_damper"])),
+            record("modal-one", spring, 2.0, verdict("unknown", [])),
+        ]
+    )
+    write_report(found, tmp_path)
+    rows = [
+        [cell.strip() for cell in line.split("|")[1:-1]] for line in (tmp_path / "report.md").read_text().splitlines()
+    ]
+    assert ["nothing hidden: an effect named", "<= 5 %", "0 of 1, 0% (0%-79%)", "-"] in rows
+    assert ["of these named (class and partial included)", "", "4 of 5, 80% (38%-96%)", "-"] in rows
+    assert ["named right when named", ">= 90 %", "3 of 4, 75% (30%-95%)", "-"] in rows
+    assert ["modal-one", "all", "1 of 1", "3 of 4"] in rows
+    assert ["modal-one", "steer_spring", "1", "1", "", "1", "", "1", "named steer_damper (1)"] in rows
+    assert ["modal-one", "camber_thrust", "", "", "1", "", "", "", ""] in rows
+    assert ["modal-one", "steer_spring.stiffness", "0 of 1, 0% (0%-79%)"] in rows
+    assert ["modal-one", "camber_thrust.camber_stiffness", "1 of 1, 100% (21%-100%)"] in rows
+    assert (tmp_path / "power.png").stat().st_size > 5000

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import studies.missing_effect.blind_generator as generator
+import studies.missing_effect.blind.generator as generator
 from bicycle import Model, load_bicycle
 from bicycle.modes import modes
 from studies.cli import main
 from studies.missing_effect import diagnose, read_measurement
-from studies.missing_effect.candidates import find_candidates
+from studies.missing_effect.motion.candidates import find_candidates
 
 
 def case(tmp_path, hidden, seed, **settings):
@@ -116,9 +116,9 @@ def test_what_cannot_be_told_apart_is_a_class_and_the_advice_separates(tmp_path)
     found = diagnose(without_ratios(full)).verdict
     assert found.verdict == "class"
     assert set(found.equivalent) == {"steer_spring", "pneumatic_trail"}
-    advice = [s for s in found.separating_measurements if not s.what.startswith("bench")]
-    assert advice[0].what == "steer over lean ratio at the measured speeds"
-    assert advice[0].gain > 2
+    channels = [s for s in found.separating_measurements if s.what.endswith("ratio at the measured speeds")]
+    assert channels[0].what == "steer over lean ratio at the measured speeds"
+    assert channels[0].gain > 2
     better = diagnose(full).verdict
     assert (better.verdict, better.equivalent) == ("named", ("steer_spring",))
 

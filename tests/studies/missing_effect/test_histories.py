@@ -10,12 +10,12 @@ from bicycle import Model, load_bicycle
 from bicycle.input_history import InputHistory
 from bicycle.responses import respond
 from studies.missing_effect import diagnose, read_measurement
-from studies.missing_effect.blind_histories import coloured, history_case
+from studies.missing_effect.blind.histories import coloured, history_case
 from studies.missing_effect.diagnose import forward_model
-from studies.missing_effect.fit import fit
-from studies.missing_effect.history_forward import _exponential
-from studies.missing_effect.history_table import Run
+from studies.missing_effect.engine.fit import fit
 from studies.missing_effect.measurement import Measurement
+from studies.missing_effect.motion.history_forward import _exponential
+from studies.missing_effect.motion.history_table import Run
 from studies.missing_effect.report import write_report
 
 FEW = {"runs": 3, "duration": 2.5}
@@ -118,3 +118,25 @@ def test_the_report_shows_channels_over_speed(tmp_path):
     text = (tmp_path / "out" / "report.md").read_text()
     assert "| roll_rate_rad_s | 753 |" in text
     assert (tmp_path / "out" / "gap.png").stat().st_size > 1000
+
+
+def test_one_speed_holds_out_its_repeats_and_one_run_names_nothing(tmp_path):
+    _, three = case(tmp_path, ("steer_damper",), 5, bicycle="browser", speeds=(6.0, 6.0), noise=0.5, **FEW)
+    assert {run.speed for run in three.runs} == {6.0}
+    assert set(forward_model(three).rows.fold) == {0, 1, 2}
+    assert "steer_damper" in diagnose(three).verdict.equivalent
+    found = diagnose(dataclasses.replace(three, runs=three.runs[:1]))
+    assert found.verdict.verdict == "unknown"
+    assert any("one run: nothing can be held out" in w for w in found.verdict.warnings)
+    assert found.verdict.held_out_gap == {"nominal": 1.0, "nuisance_only": None, "final": None}
+    write_report(found, tmp_path / "report")
+    assert "final not known, one run" in (tmp_path / "report" / "report.md").read_text()
+
+
+def test_advice_for_histories_ranks_forced_inputs_too(tmp_path):
+    """Three free decays cannot tell the crown's radius from trail; a ruler can, a swept torque hardly."""
+    _, measurement = case(tmp_path, ("crown_radius",), 26, noise=2.0, forced=False, **FEW)
+    found = diagnose(measurement).verdict
+    assert (found.verdict, set(found.equivalent)) == ("class", {"crown_radius", "pneumatic_trail"})
+    assert found.separating_measurements[0].what == "bench test of crown_radius (crown_radius, m)"
+    assert any(s.what.startswith("swept steer torque") and s.gain > 0.5 for s in found.separating_measurements)

@@ -4,7 +4,7 @@ import pytest
 
 from studies.cli import main
 from studies.missing_effect import read_measurement
-from studies.missing_effect.nuisances import nuisances
+from studies.missing_effect.motion.nuisances import nuisances
 from tyre.errors import InputError
 
 MODAL = 'kind = "modal"\nbicycle = "benchmark"\n[modal]\ntable = "t.csv"\n'

@@ -5,10 +5,10 @@ import pytest
 
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.modes import modes
-from studies.missing_effect.candidates import find_candidates
-from studies.missing_effect.modal_forward import ModalForward, measurement_candidates
-from studies.missing_effect.modal_table import ModalPoint
-from studies.missing_effect.nuisances import nuisances
+from studies.missing_effect.motion.candidates import find_candidates
+from studies.missing_effect.motion.modal_forward import ModalForward, measurement_candidates
+from studies.missing_effect.motion.modal_table import ModalPoint
+from studies.missing_effect.motion.nuisances import nuisances
 
 TYRE = {"cornering_stiffness": {"rear": 6000.0, "front": 4500.0}, "relaxation_length": 0.1}
 
@@ -77,3 +77,26 @@ def test_a_speed_with_two_modes_uses_each_root_once():
     residual, _ = forward.residual((), np.empty(0))
     np.testing.assert_allclose(residual[:2], 0, atol=1e-6)
     assert residual[3] == pytest.approx((near - wobble).imag / 0.1)
+
+
+def test_the_proposed_forced_response_is_that_of_the_model(forward):
+    """Against python-control's frequency response of the same model; derivatives against differences."""
+    nominal = np.array([u.centre for u in forward.nuisances])
+    extra = forward.forced(7.0)[0]
+    assert extra.speed == 7.0
+    assert "swept steer torque, 0.5-4 Hz, at 7 m/s" in extra.what
+    predicted, slope = forward.predict(extra, (), nominal)
+    plant = forward.base.linear_model().to_control(
+        7.0, inputs=["steer_torque"], outputs=["lean_rate", "steer", "yaw_rate"]
+    )
+    expected = np.stack([plant(1j * w)[:, 0] for w in 2 * np.pi * np.geomspace(0.5, 4.0, 6)]).ravel()
+    seen = (predicted * extra.sd).reshape(-1, 2)
+    assert np.allclose(seen[:, 0] + 1j * seen[:, 1], expected, rtol=1e-8)
+    k = [u.name for u in forward.nuisances].index("zB")
+    h = 1e-4 * np.eye(len(nominal))[k]
+    numeric = (forward.predict(extra, (), nominal + h)[0] - forward.predict(extra, (), nominal - h)[0]) / 2e-4
+    assert np.allclose(slope[:, k], numeric, rtol=1e-3, atol=1e-3 * np.abs(numeric).max())
+
+
+def test_a_bicycle_that_falls_is_not_proposed_for_a_sweep(forward):
+    assert forward.forced(1.0) == ()  # 1, 1.5 and 2 m/s, far below the weave speed

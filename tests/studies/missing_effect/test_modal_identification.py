@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from studies.cli import main
-from studies.missing_effect.history_table import Run
-from studies.missing_effect.modal_identification import identify
+from studies.missing_effect.motion.history_table import Run
+from studies.missing_effect.motion.modal_identification import identify
 
 ROOT = complex(-0.7, 4.4)
 

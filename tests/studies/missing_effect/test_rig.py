@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from studies.missing_effect.rig_forward import diagnose_tables
+from studies.missing_effect.rig.tables_forward import diagnose_tables
 from tyre.errors import InputError
 from tyre.maps.table_io import read_folder
 

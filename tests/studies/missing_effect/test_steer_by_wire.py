@@ -5,7 +5,7 @@ import os
 import pytest
 
 from studies.missing_effect import diagnose
-from studies.missing_effect.steer_by_wire import VARIABLE, find_folder, steer_by_wire
+from studies.missing_effect.motion.steer_by_wire import VARIABLE, find_folder, steer_by_wire
 from tyre.errors import InputError
 
 

@@ -1,0 +1,1 @@
+"""The blind test: a generator that is not the fitter, cases, scores and report."""

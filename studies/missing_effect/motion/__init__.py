@@ -1,0 +1,1 @@
+"""Forward models and files of bicycle motion: modal data, time histories, identified coefficients."""

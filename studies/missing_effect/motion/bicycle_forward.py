@@ -1,0 +1,102 @@
+"""What the forward models of the bicycle share: the base model, its nuisances and its candidates."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bicycle.model import Model, check_compatible
+from studies.missing_effect.engine.forward import Extra
+from studies.missing_effect.engine.unknown import Candidate, Unknown
+from studies.missing_effect.motion.candidates import LEFT_OUT, find_candidates, physical
+from studies.missing_effect.motion.family import Family
+from studies.missing_effect.motion.mimics import feedback_terms, reversed_signs
+from tyre.errors import InputError
+
+Array = NDArray[np.float64]
+FORCED = "swept steer torque"
+FORCED_SPEEDS = (1.0, 1.5, 2.0)  # of the fastest measured speed
+FORCED_FREQUENCY = 2 * np.pi * np.geomspace(0.5, 4.0, 6)  # rad/s
+FORCED_OUTPUTS = ("lean_rate", "steer", "yaw_rate")
+FORCED_SD = 0.05  # of the magnitude of a frequency response, and of a tenth of its peak
+MOST_GROWTH = 0.5  # 1/s; what grows faster is not held up while the torque sweeps
+
+
+def error(name: str, unit: str, key: str, scale: float) -> Unknown:
+    """An error of the measurement: zero with standard deviation ``scale``."""
+    return Unknown(name, unit, {key: 1.0}, 0.0, scale, -10 * scale, 10 * scale, size=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BicycleForward:
+    """Base model, floating parameters, candidates, why others are not tried, and notes for the report."""
+
+    base: Model
+    nuisances: tuple[Unknown, ...]
+    candidates: tuple[Candidate, ...]
+    refused: dict[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def family(self, candidates: tuple[Candidate, ...]) -> Family:
+        """The base model with candidates."""
+        return Family(self.base, self.nuisances, candidates)
+
+    def compatible(self, candidates: tuple[Candidate, ...]) -> bool:
+        """Whether these candidates make a model together."""
+        gone = {c.replaces for c in candidates}
+        kinds = [e for e in self.base.effects if e.identifier not in gone]
+        kinds += [c.effect.__new__(c.effect) for c in candidates if c.effect is not None]
+        try:
+            check_compatible(tuple(kinds))
+        except InputError:
+            return False
+        return True
+
+    def further(self, candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
+        """Candidates that these make possible."""
+        if all(c.effect is None or not c.effect.provides for c in candidates):
+            return ()
+        model = self.base
+        for c in candidates:
+            if c.effect is not None:
+                model = model.with_effect(physical(c, list(c.starts[1])))
+        wanted = {name for name, why in self.refused.items() if why != LEFT_OUT}
+        return tuple(c for c in find_candidates(model, {})[0] if c.identifier in wanted and c.replaces is None)
+
+    def phenomenological(self) -> tuple[Candidate, ...]:
+        """Steer torque proportional to lean, steer and their rates, and effects with the unphysical sign."""
+        return (*feedback_terms(), *reversed_signs(self.candidates))
+
+    def forced(self, fastest: float) -> tuple[Extra, ...]:
+        """Frequency responses to steer torque at the fastest measured speed (m/s) and above it, where it stays up."""
+        nominal, found = np.array([u.centre for u in self.nuisances]), []
+        for speed in (factor * fastest for factor in FORCED_SPEEDS):
+            system = self.family(())(nominal[None], np.array([speed]))
+            growth = np.linalg.eigvals(np.linalg.solve(system.mass[0, 0], system.dynamics[0, 0])).real.max()
+            if growth > MOST_GROWTH:
+                continue
+            size = np.abs(self._response((), nominal[None], speed)[0])
+            sd = FORCED_SD * (size + 0.1 * size.max(0)).ravel()
+            low, high = FORCED_FREQUENCY[[0, -1]] / (2 * np.pi)
+            what = f"{FORCED}, {low:g}-{high:g} Hz, at {speed:.3g} m/s (lean rate, steer, yaw rate)"
+            found.append(Extra(what, np.repeat(sd, 2), speed))
+        return tuple(found)
+
+    def predict_forced(self, extra: Extra, candidates: tuple[Candidate, ...], theta: Array) -> tuple[Array, Array]:
+        """Whitened real and imaginary parts (m,) of the responses that :meth:`forced` proposes, slopes (m, p)."""
+        assert extra.speed is not None
+        batch, steps = self.family(candidates).stencil(theta)
+        every = self._response(candidates, batch, extra.speed).reshape(len(batch), -1)
+        parts = np.stack([every.real, every.imag], -1).reshape(len(batch), -1) / extra.sd
+        p = len(steps)
+        return parts[0], ((parts[1 : p + 1] - parts[p + 1 :]) / (2 * steps[:, None])).T
+
+    def _response(self, candidates: tuple[Candidate, ...], theta: Array, speed: float) -> NDArray[np.complex128]:
+        """C (i w E - F)^-1 B for coordinates (K, p): (K, frequencies, outputs), per N m of steer torque."""
+        family = self.family(candidates)
+        names, system = family.evaluate.symbolic, family(theta, np.array([speed]))
+        column = names.inputs.index("steer_torque")
+        rows = [names.outputs.index(name) for name in FORCED_OUTPUTS]
+        pencil = 1j * FORCED_FREQUENCY[:, None, None] * system.mass[:, :1] - system.dynamics[:, :1]
+        state = np.linalg.solve(pencil, np.broadcast_to(system.input[:, :1, :, column, None], (*pencil.shape[:3], 1)))
+        return np.asarray((system.output[:, :1][:, :, rows] @ state)[..., 0])

@@ -1,0 +1,197 @@
+"""The same engine on identified canonical coefficients: what the identification would give for a model with effects.
+
+The identification (:mod:`.canonical_identification`) is applied to the model's own harmonic
+motion. An effect that keeps the form of the equations gives its coefficients exactly (a spring k: K0 of delta,delta
++ k/g); slip, lags, hinges and dampers give effective ones, the best of the equation error.
+
+The motion: at every speed and frequency (equal weights, frequencies spaced in the logarithm) once the rider steers and
+nobody pushes, once a lateral force pushes and the steering is held, the two uncorrelated. Steering prescribed, not its
+torque, keeps the bicycle's own resonances out of the weights.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bicycle.model import Model
+from studies.missing_effect.engine.folds import MOST
+from studies.missing_effect.engine.forward import Extra, Residual, Rows
+from studies.missing_effect.engine.unknown import Candidate, Unknown
+from studies.missing_effect.motion.bicycle_forward import BicycleForward, error
+from studies.missing_effect.motion.candidates import SINGULAR, find_candidates
+from studies.missing_effect.motion.canonical_identification import Canonical, Motion, identify
+from studies.missing_effect.motion.canonical_table import COEFFICIENTS, CanonicalTable, unit
+from studies.missing_effect.motion.family import SPEED_SCALE
+from studies.missing_effect.motion.nuisances import nuisances
+
+if TYPE_CHECKING:
+    from studies.missing_effect.measurement import Measurement
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+FREQUENCIES = 16
+STEER_RATE, FORCE = 0.3, 20.0  # rad/s and N at each frequency; only their ratio counts
+SENSORS = ("lean", "steer", "steer_torque", "lateral_force")
+HANDS = ("rider_arms", "hands act through the steer torque, which was measured")
+GAIN, DELAY = "measurement.{}_gain", "measurement.{}_delay"
+
+
+def sensor_candidates() -> tuple[Candidate, ...]:
+    """What may be wrong with the recordings: speed, gain and delay of each signal (a delay of all does nothing)."""
+    found = [Candidate("speed_scale", (error("scale", "1", SPEED_SCALE, 0.02),))]
+    for name in SENSORS:
+        found.append(Candidate(f"{name}_scale", (error("scale", "1", GAIN.format(name), 0.1),)))
+        found.append(Candidate(f"{name}_delay", (error("delay", "s", DELAY.format(name), 0.01),)))
+    return tuple(found)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CanonicalForward(BicycleForward):
+    """The forward model of identified coefficients (see :class:`studies.missing_effect.engine.forward.Forward`).
+
+    Prediction of a subset: Whipple's coefficients of its rider, as the table has them, plus the change that the model
+    shows from its own Whipple coefficients; the change of H of delta,F goes with the place of the force, thus with H.
+    """
+
+    thorough = True
+    table: CanonicalTable
+    barred: tuple[str, ...] = ()
+
+    @cached_property
+    def whipple(self) -> Canonical:
+        """The bicycle's own Whipple coefficients: what the identification holds fixed."""
+        return Canonical.of_whipple(self.base)
+
+    @cached_property
+    def rows(self) -> Rows:
+        """Labels of the residuals, coefficient by coefficient; each subset is held out."""
+        subsets = self.table.subsets
+        where = tuple(f"{name}, {subset}" for name in COEFFICIENTS for subset in subsets)
+        series = tuple(f"{name}, {unit(name)}" for name in COEFFICIENTS for _ in subsets)
+        number = np.tile(np.arange(len(subsets), dtype=float), len(COEFFICIENTS))
+        return Rows(where, number, series, number.astype(np.intp) % MOST, condition=subsets)
+
+    def coefficients(self, candidates: tuple[Candidate, ...], theta: Array) -> Array:
+        """What the identification would give (K, 9), for coordinates (K, p)."""
+        return identify(self._motion(candidates, theta), self.whipple)
+
+    def _motion(self, candidates: tuple[Candidate, ...], theta: Array) -> Motion:
+        family, speeds = self.family(candidates), np.array(self.table.speeds)
+        names, system = family.evaluate.symbolic, family(theta, speeds)
+        omega = 2 * np.pi * np.geomspace(*self.table.band, FREQUENCIES)
+        pencil = 1j * omega[:, None, None] * system.mass[:, :, None] - system.dynamics[:, :, None]
+        inputs = [names.inputs.index(name) for name in ("steer_torque", "lateral_force")]
+        outputs = [names.outputs.index(name) for name in ("lean", "steer")]
+        state = np.linalg.solve(pencil, system.input[:, :, None, :, inputs] + 0j)
+        response = system.output[:, :, None, outputs] @ state  # (K, speeds, frequencies, lean and steer, inputs)
+        steer, force = np.zeros((2, *omega.shape, 2))
+        steer[:, 0], force[:, 1] = STEER_RATE / omega, FORCE
+        torque = (steer - response[..., 1, 1, None] * force) / response[..., 1, 0, None]
+        lean = response[..., 0, 0, None] * torque + response[..., 0, 1, None] * force
+        values = family.values(theta)
+        s = 1j * omega[:, None]
+
+        def recorded(name: str, signal: Complex | Array) -> Complex:
+            gain, delay = (values.get(key.format(name), np.zeros((1, 1)))[..., None, None] for key in (GAIN, DELAY))
+            return np.asarray(np.broadcast_to((1 + gain) * np.exp(-s * delay) * signal, lean.shape))
+
+        return Motion(
+            recorded("lean", lean), recorded("steer", steer), recorded("steer_torque", torque),
+            recorded("lateral_force", force), np.asarray(s), speeds[:, None, None],
+        )  # fmt: skip
+
+    @cached_property
+    def _base(self) -> tuple[Array, Array]:
+        """Whipple's coefficients of each subset, and how a change carries over to it; (subsets, 9)."""
+        own = self.whipple.free
+        carried = np.ones((len(self.table.subsets), len(own)))
+        if self.table.whipple is None:
+            return own * carried, carried
+        carried[:, -1] = self.table.whipple[:, -1] / own[-1]
+        return self.table.whipple, carried
+
+    def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
+        """(identified - computed) / sd and its derivative, by central differences."""
+        batch, steps = self.family(candidates).stencil(theta) if slopes else (theta[None], theta[:0])
+        base, carried = self._base
+        change = self.coefficients(candidates, batch) - self.whipple.free
+        computed = base + carried * change[:, None]  # (K, subsets, 9)
+        p = len(steps)
+        slope = (computed[1 : p + 1] - computed[p + 1 :]) / (2 * steps[:, None, None])
+        residual = (self.table.value - computed[0]) / self.table.sd
+        return residual.T.ravel(), -(slope / self.table.sd).T.reshape(residual.size, p)
+
+    def further(self, candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
+        """Candidates that these make possible, without those that are barred."""
+        return tuple(c for c in super().further(candidates) if c.identifier not in self.barred)
+
+    def compared(self, residual: Array) -> tuple[Array, Array | None]:
+        """Identified values and their sd."""
+        return self.table.value.T.ravel(), self.table.sd.T.ravel()
+
+    def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
+        """Zero: nothing is marginalised."""
+        return 0.0
+
+    def refined(self, best: Residual) -> "CanonicalForward":
+        """Itself: the noise is part of the table."""
+        return self
+
+    def extras(self) -> tuple[Extra, ...]:
+        """Forced responses at the highest speed and above."""
+        return self.forced(max(self.table.speeds))
+
+    def predict(self, extra: Extra, candidates: tuple[Candidate, ...], theta: Array) -> tuple[Array, Array]:
+        """Whitened prediction of a forced response."""
+        return self.predict_forced(extra, candidates, theta)
+
+
+def with_compliance(candidate: Candidate) -> Candidate:
+    """A tyre in place of rolling without slip, by its compliance 1/C: the slip is gone at zero, where a search begins.
+
+    Prior as for every effect that is gone at infinity: half the compliance of the softest typical tyre is one sigma.
+    """
+    if candidate.replaces is None or candidate.effect is None:
+        return candidate
+    softest = {p.name: p.typical[0] for p in candidate.effect.parameters}
+    found = []
+    for u in candidate.unknowns:
+        if u.name == "cornering_stiffness":
+            scale = 0.5 / softest[u.name]
+            u = Unknown(u.name, u.unit, u.sets, 0.0, scale, SINGULAR * scale, math.inf, power=-1, size=True)
+        found.append(u)
+    return replace(candidate, unknowns=tuple(found))
+
+
+def canonical_forward(measurement: "Measurement", table: CanonicalTable, without: tuple[str, ...]) -> CanonicalForward:
+    """The forward model of a measurement of coefficients, with its candidates."""
+    model = measurement.model
+    unknowns, assumed = nuisances(model, measurement.uncertainty)
+    found, refused = find_candidates(model, measurement.known, without)
+    sensors = tuple(c for c in sensor_candidates() if c.identifier not in without)
+    candidates = (*(with_compliance(c) for c in found if c.identifier != HANDS[0]), *sensors)
+    return CanonicalForward(
+        base=model, nuisances=unknowns, candidates=candidates, table=table, barred=(HANDS[0], *without),
+        refused={**refused, HANDS[0]: HANDS[1]}, notes=(*measurement.notes, *_notes(model, table), *assumed),
+    )  # fmt: skip
+
+
+def _notes(model: Model, table: CanonicalTable) -> tuple[str, ...]:
+    """What is assumed of the motion and of the bicycle."""
+    speeds = ", ".join(f"{v:g}" for v in table.speeds)
+    found = [
+        f"the identification is imitated at {speeds} m/s, {table.band[0]:g}-{table.band[1]:g} Hz, with uncorrelated "
+        f"steering ({STEER_RATE:g} rad/s) and lateral force ({FORCE:g} N) at each frequency and signals free of noise"
+    ]
+    if table.whipple is not None:
+        away = np.abs(table.whipple / Canonical.of_whipple(model).free - 1)[:, :-1].max(1)
+        far = ", ".join(f"{name} {share:.1%}" for name, share in zip(table.subsets, away, strict=True))
+        found.append(
+            "the base of each subset is its rider's Whipple coefficients as the table implies them; the bicycle only "
+            f"gives the change. It differs from them, at most (without H_delta_F): {far}"
+        )
+    return tuple(found)

@@ -1,0 +1,83 @@
+"""The identification of canonical coefficients, imitated: least squares of the roll and of the steer equation.
+
+M q'' + v C1 q' + (g K0 + v^2 K2) q = T + H F with q = (lean, steer), T = (0, steer torque), F a lateral force. As in
+Moore (2012), Human Control of a Bicycle, the roll equation is fitted first (M, C1 and K0 of phi,delta free), then the
+steer equation (six free), with M and K0 of delta,phi equal to what the roll equation gave; all others are Whipple's.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bicycle.model import Model
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Canonical:
+    """The matrices of the canonical equations (2, 2) and H (2,), SI, order lean, steer."""
+
+    mass: Array
+    c1: Array
+    k0: Array
+    k2: Array
+    force: Array
+    gravity: float
+
+    @classmethod
+    def of_whipple(cls, model: Model) -> "Canonical":
+        """Those of the bicycle of a model, without its effects."""
+        linear = Model(model.bicycle).linear_model()
+        matrices, g = linear.ranges[0].matrices, model.bicycle["g"]
+        rate = [linear.states.index(name) for name in ("lean_rate", "steer_rate")]
+        angle = [linear.states.index(name) for name in ("lean", "steer")]
+        none = np.zeros((len(linear.states), len(linear.states)))
+        constant, first, second = (-matrices.dynamics.get(power, none)[rate] for power in (0, 1, 2))
+        force = matrices.input_matrix[0][rate, linear.inputs.index("lateral_force")]
+        return cls(
+            matrices.mass[np.ix_(rate, rate)], first[:, rate], constant[:, angle] / g, second[:, angle], force, g
+        )
+
+    @property
+    def free(self) -> Array:
+        """The coefficients that an identification leaves free (9,)."""
+        m, c1, k0, k2 = self.mass, self.c1, self.k0, self.k2
+        return np.array([m[0, 1], c1[0, 1], k0[0, 1], m[1, 1], c1[1, 0], c1[1, 1], k0[1, 1], k2[1, 1], self.force[1]])
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Complex amplitudes of recorded signals (K, speeds, frequencies, motions); ``s`` = i omega and ``v`` broadcast."""
+
+    lean: Complex
+    steer: Complex
+    torque: Complex
+    force: Complex
+    s: Complex
+    v: Array
+
+
+def identify(motion: Motion, fixed: Canonical) -> Array:
+    """The nine coefficients (K, 9) by least squares of the roll equation, then of the steer equation."""
+    phi, delta, s, v, g = motion.lean, motion.steer, motion.s, motion.v, fixed.gravity
+    m, c1, k0, k2 = fixed.mass, fixed.c1, fixed.k0, fixed.k2
+    known = (m[0, 0] * s**2 + v * c1[0, 0] * s + g * k0[0, 0] + v**2 * k2[0, 0]) * phi + v**2 * k2[0, 1] * delta
+    roll = _least_squares([s**2 * delta, v * s * delta, g * delta], fixed.force[0] * motion.force - known)
+    m_dp, k0_dp = (roll[:, k, None, None, None] for k in (0, 2))
+    known = (m_dp * s**2 + g * k0_dp + v**2 * k2[1, 0]) * phi
+    columns = [s**2 * delta, v * s * phi, v * s * delta, g * delta, v**2 * delta, -motion.force]
+    return np.hstack([roll, _least_squares(columns, motion.torque - known)])
+
+
+def _least_squares(columns: list[Complex], right: Complex) -> Array:
+    """Real coefficients (K, columns) of complex rows."""
+
+    def rows(value: Complex) -> Array:
+        flat = np.broadcast_to(value, right.shape).reshape(len(right), -1)
+        return np.concatenate([flat.real, flat.imag], axis=1)
+
+    q, r = np.linalg.qr(np.stack([rows(column) for column in columns], -1))
+    return np.asarray(np.linalg.solve(r, np.swapaxes(q, 1, 2) @ rows(right)[..., None])[..., 0])

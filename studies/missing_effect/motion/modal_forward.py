@@ -1,0 +1,262 @@
+"""Predicted eigenvalues and shape ratios of the measured modes, with derivatives.
+
+d(lambda) = u (dA) x with left and right eigenvectors u x = 1, and dx from the other modes; dA by central differences
+of the matrices, which are smooth and cheap, so that the derivative of the eigenvalue itself is analytic.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from studies.missing_effect.engine.folds import folds
+from studies.missing_effect.engine.forward import Extra, Residual, Rows
+from studies.missing_effect.engine.unknown import Candidate
+from studies.missing_effect.motion.bicycle_forward import BicycleForward, error
+from studies.missing_effect.motion.family import SPEED_SCALE, Family
+from studies.missing_effect.motion.modal_table import ModalPoint
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+RATIO_OUTPUT = {"steer_over_lean": "steer_rate", "yaw_over_lean": "yaw_rate"}
+OTHER_KIND = 3.0  # a real root stands in for a measured oscillation only where no pair is three times as near
+GAIN, DELAY = "_gain", "_delay"
+EXTRA_SPEEDS = (0.8, 1.25, 1.5, 2.0)  # of the slowest or fastest measured speed
+EXTRA_RATIO_SD = 0.05
+MOST_DAMPED = 0.7  # damping ratio of a mode that a free decay shows
+EXTRA_COUNT = 6
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is to be predicted: at recorded speeds, modes near ``near``."""
+
+    speed: Array
+    mode: tuple[str, ...]
+    near: Complex
+
+    @cached_property
+    def crowded(self) -> tuple[list[int], ...]:
+        """Points of each speed at which several modes are wanted."""
+        found = []
+        for speed in np.unique(self.speed):
+            points = np.flatnonzero(self.speed == speed).tolist()
+            if len({self.mode[i] for i in points}) > 1:
+                found.append(points)
+        return tuple(found)
+
+
+def root_of(wanted: Wanted, speeds: Array, values: Complex) -> NDArray[np.intp]:
+    """Index of the eigenvalue (S, n) that each wanted mode is: the nearest, one root for each mode of a speed."""
+    at = np.searchsorted(speeds, wanted.speed)
+    near, here = wanted.near[:, None], values[at]
+    cost = np.abs(here - near)
+    oscillates = np.abs(here.imag) > 1e-9 * np.abs(here).max(1, keepdims=True)
+    cost[oscillates != (np.abs(near.imag) > 1e-6 * np.abs(near))] *= OTHER_KIND
+    cost[here.imag < 0] = 1e6
+    found = cost.argmin(1)
+    for points in wanted.crowded:
+        names = sorted({wanted.mode[i] for i in points})
+        total = np.array([np.sum([cost[i] for i in points if wanted.mode[i] == name], axis=0) for name in names])
+        chosen = dict(zip(names, linear_sum_assignment(total)[1], strict=True))
+        found[points] = [chosen[wanted.mode[i]] for i in points]
+    return np.asarray(found)
+
+
+def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True) -> tuple[Complex, Complex]:
+    """Eigenvalue and both ratios of each wanted mode, (m, 3), and their derivatives (m, 3, p), or None of them."""
+    speeds = np.unique(wanted.speed)
+    batch, steps = family.stencil(theta) if slopes else (theta[None], theta[:0])
+    system = family(batch, speeds)
+    mass, output = system.mass[0], system.output[0]
+    values, right = np.linalg.eig(np.linalg.solve(mass, system.dynamics[0]))
+    values, right = values.astype(complex), right.astype(complex)
+    chosen, at = root_of(wanted, speeds, values), np.searchsorted(speeds, wanted.speed)
+    names = family.evaluate.symbolic.outputs
+    rows = [names.index(name) for name in ("lean_rate", *RATIO_OUTPUT.values())]
+    root, x = values[at, chosen], right[at, :, chosen]
+    c = output[at][:, rows]
+    seen = np.einsum("mri,mi->mr", c, x)
+    with np.errstate(divide="ignore", invalid="ignore"):  # a mode without lean
+        ratio = seen[:, 1:] / seen[:, :1]
+    number = np.concatenate([root[:, None], ratio], axis=1)
+    slope = np.zeros((*number.shape, len(steps)), complex)
+    if len(steps):
+        d = system.slope(steps)
+        force = np.einsum("pmij,mj->mip", d.dynamics[:, at], x) - root[:, None, None] * np.einsum(
+            "pmij,mj->mip", d.mass[:, at], x
+        )
+        turned = np.linalg.inv(mass @ right)[at] @ force  # u_i (dF - lambda dE) x / (u_i E x_i)
+        gap = root[:, None] - values[at]
+        point = np.arange(len(at))
+        gap[point, chosen] = np.inf
+        dx = right[at] @ (turned / gap[:, :, None])
+        dseen = c @ dx + np.einsum("pmri,mi->mrp", d.output[:, at][:, :, rows], x)
+        slope[:, 0] = turned[point, chosen]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slope[:, 1:] = (dseen[:, 1:] - ratio[:, :, None] * dseen[:, :1]) / seen[:, :1, None]
+    gains = _channel_coordinates(family, theta)
+    for r, name in enumerate(RATIO_OUTPUT, 1):
+        _apply_channel(number, slope, r, gains.get(name + GAIN), gains.get(name + DELAY))
+    return number, slope
+
+
+def _channel_coordinates(family: Family, theta: Array) -> dict[str, tuple[int, float]]:
+    found = {}
+    for column, u in enumerate(family.unknowns):
+        for key in u.sets:
+            if key.startswith("measurement."):
+                found[key.removeprefix("measurement.")] = (column, float(theta[column]))
+    return found
+
+
+def _apply_channel(
+    number: Complex, slope: Complex, row: int, gain: tuple[int, float] | None, delay: tuple[int, float] | None
+) -> None:
+    """Multiply a ratio by (1 + gain) exp(-lambda delay)."""
+    with_slope = slope.shape[2] > 0
+    if gain is not None:
+        pure = number[:, row].copy()
+        number[:, row] *= 1 + gain[1]
+        slope[:, row] *= 1 + gain[1]
+        if with_slope:
+            slope[:, row, gain[0]] += pure
+    if delay is not None:
+        factor = np.exp(-number[:, 0] * delay[1])
+        slope[:, row] = factor[:, None] * (slope[:, row] - (number[:, row] * delay[1])[:, None] * slope[:, 0])
+        number[:, row] *= factor
+        if with_slope:
+            slope[:, row, delay[0]] -= number[:, 0] * number[:, row]
+
+
+def measurement_candidates(ratios: Sequence[str]) -> tuple[Candidate, ...]:
+    """What may be wrong with the measurement: speed scale, gain and delay of the channels of a ratio."""
+    found = [Candidate("speed_scale", (error("scale", "1", SPEED_SCALE, 0.02),))]
+    for ratio in ratios:
+        channel = ratio.split("_")[0]
+        found.append(Candidate(f"{channel}_sensor_scale", (error("scale", "1", f"measurement.{ratio}{GAIN}", 0.1),)))
+        found.append(Candidate(f"{channel}_sensor_delay", (error("delay", "s", f"measurement.{ratio}{DELAY}", 0.01),)))
+    return tuple(found)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModalForward(BicycleForward):
+    """The forward model of modal data (see :class:`studies.missing_effect.engine.forward.Forward`)."""
+
+    thorough = True
+    points: tuple[ModalPoint, ...]
+
+    @cached_property
+    def wanted(self) -> Wanted:
+        """The measured modes."""
+        return Wanted(
+            np.array([p.speed for p in self.points]), tuple(p.mode for p in self.points),
+            np.array([p.eigenvalue for p in self.points]),
+        )  # fmt: skip
+
+    @cached_property
+    def _measured(self) -> tuple[Array, Array]:
+        numbers: list[float] = []
+        sd: list[float] = []
+        for p in self.points:
+            numbers += [p.eigenvalue.real, p.eigenvalue.imag]
+            sd += p.sd
+            for value, s in (p.ratios[name] for name in RATIO_OUTPUT if name in p.ratios):
+                numbers += [value.real, value.imag]
+                sd += [s, s]
+        return np.array(numbers), np.array(sd)
+
+    @cached_property
+    def rows(self) -> Rows:
+        """Labels of the residuals."""
+        where, series, speed, group, repeat = [], [], [], [], []
+        for k, p in enumerate(self.points):
+            for name in ("", *(name for name in RATIO_OUTPUT if name in p.ratios)):
+                for part in ("real", "imaginary"):
+                    what = f"{p.mode} {name.replace('_', ' ')}".strip()
+                    where.append(f"{what}, {p.speed:g} m/s, {part}")
+                    series.append(f"{what}, {part}")
+                    speed.append(p.speed)
+                    group.append(p.group or f"{p.speed:.6g}")
+                    repeat.append(f"{k:06d}")
+        return Rows(tuple(where), np.array(speed), tuple(series), folds(group, speed, repeat))
+
+    @cached_property
+    def _kept(self) -> NDArray[np.bool_]:
+        """Which of eigenvalue and ratios (m, 3) are measured."""
+        return np.array([[True, *(name in p.ratios for name in RATIO_OUTPUT)] for p in self.points])
+
+    def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
+        """(measured - computed) / sd and its derivative."""
+        measured, sd = self._measured
+        computed, slope = _flat(*predict(self.family(candidates), self.wanted, theta, slopes=slopes), self._kept)
+        return (measured - computed) / sd, -slope / sd[:, None]
+
+    def compared(self, residual: Array) -> tuple[Array, Array | None]:
+        """Measured values and their sd."""
+        return self._measured
+
+    def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
+        """Zero: nothing is marginalised."""
+        return 0.0
+
+    def refined(self, best: Residual) -> "ModalForward":
+        """Itself: the noise is part of the table."""
+        return self
+
+    def extras(self) -> tuple[Extra, ...]:
+        """Further modal measurements: missing ratios, other speeds, a forced response."""
+        sd = float(np.median([s for p in self.points for s in p.sd]))
+        speeds = [p.speed for p in self.points]
+        have = {name for p in self.points for name in p.ratios}
+        found = []
+        for ratio in RATIO_OUTPUT:
+            if ratio not in have:
+                size = 2 * len(self.points)
+                found.append(
+                    Extra(f"{ratio.replace('_', ' ')} ratio at the measured speeds", np.full(size, EXTRA_RATIO_SD))
+                )
+        for factor in EXTRA_SPEEDS:
+            speed = factor * (max(speeds) if factor > 1 else min(speeds))
+            mode = self.points[-1].mode
+            found.append(Extra(f"{mode} at {speed:.3g} m/s, {EXTRA_COUNT} runs", np.full(2, sd / np.sqrt(EXTRA_COUNT))))
+        return (*found, *self.forced(max(speeds)))
+
+    def predict(self, extra: Extra, candidates: tuple[Candidate, ...], theta: Array) -> tuple[Array, Array]:
+        """Whitened prediction of a further measurement, NaN where it cannot be made."""
+        if extra.speed is not None:
+            return self.predict_forced(extra, candidates, theta)
+        family, kept = self.family(candidates), np.zeros((1, 3), bool)
+        ratio = next((k for k, r in enumerate(RATIO_OUTPUT, 1) if extra.what.startswith(r.replace("_", " "))), 0)
+        kept[:, ratio] = True
+        wanted = self.wanted
+        if ratio:
+            kept = np.repeat(kept, len(self.points), axis=0)
+        else:
+            mode, speed = extra.what.split(" at ")[0], float(extra.what.split(" at ")[1].split()[0])
+            wanted = Wanted(np.array([speed]), (mode,), self._followed(candidates, theta, mode, speed))
+        number, slopes = predict(family, wanted, theta)
+        if (np.abs(number[:, 0].real) > MOST_DAMPED * np.abs(number[:, 0])).any():
+            number[:] = np.nan  # too damped to be seen in a free decay
+        computed, slope = _flat(number, slopes, kept)
+        return computed / extra.sd, slope / extra.sd[:, None]
+
+    def _followed(self, candidates: tuple[Candidate, ...], theta: Array, mode: str, speed: float) -> Complex:
+        """Where a mode goes from its nearest measured speed, in small steps."""
+        nearest = min((p for p in self.points if p.mode == mode), key=lambda p: abs(p.speed - speed))
+        near, family = nearest.eigenvalue, self.family(candidates)
+        for v in np.linspace(nearest.speed, speed, 12):
+            system = family(theta[None], np.array([v]))
+            values = np.linalg.eigvals(np.linalg.solve(system.mass[0, 0], system.dynamics[0, 0]))
+            cost = np.where(values.imag >= 0, np.abs(values - near), np.inf)
+            near = values[int(cost.argmin())]
+        return np.array([near])
+
+
+def _flat(number: Complex, slope: Complex, kept: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Real and imaginary parts, one after the other, of the kept numbers."""
+    y, dy = number[kept], slope[kept]
+    return np.stack([y.real, y.imag], 1).ravel(), np.stack([dy.real, dy.imag], 1).reshape(2 * len(dy), dy.shape[1])

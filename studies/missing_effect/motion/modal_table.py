@@ -1,0 +1,154 @@
+"""Modal data: eigenvalues of named modes at speeds, optionally with mode-shape ratios, with standard deviations."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bicycle.modes import ORDER as MODES
+from studies.missing_effect.motion.csv_table import read_columns
+from tyre.errors import InputError, unknown
+
+RATIOS = ("steer_over_lean", "yaw_over_lean")
+EIGENVALUE = ("real_1_s", "imag_rad_s")
+SD = ("real_sd_1_s", "imag_sd_rad_s")
+SHAPE = tuple(f"{ratio}_{part}" for ratio in RATIOS for part in ("re", "im", "sd"))
+UNUSED = ("speed_min_m_s", "speed_max_m_s")
+NUMBERS = ("speed_m_s", *EIGENVALUE, *SD, *SHAPE, *UNUSED)
+FASTEST = 60.0  # m/s; above it a speed is surely in km/h
+FASTEST_ROOT = 200.0  # 1/s, about 30 Hz
+DEFAULT_SD = 0.03  # of |eigenvalue|, where neither sd nor repeats are there
+DEFAULT_RATIO_SD = 0.05
+SAME_SPEED = 0.005  # relative: rows this close with the same mode are repeats
+MOST_SCATTER = 1.5  # ratio of scatter to stated sd above which a between-repeat term is added
+
+
+@dataclass(frozen=True)
+class ModalPoint:
+    """One eigenvalue (1/s; imaginary part >= 0) with 1-sigma of its parts, and shape ratios ``name -> (value, sd)``."""
+
+    speed: float
+    mode: str
+    eigenvalue: complex
+    sd: tuple[float, float]
+    ratios: Mapping[str, tuple[complex, float]] = field(default_factory=dict)
+    group: str = ""
+
+
+def read_modal(table: Mapping[str, Any], folder: Path) -> tuple[tuple[ModalPoint, ...], tuple[str, ...]]:
+    """Points of the table ``[modal]`` and notes on what was assumed.
+
+    Raises
+    ------
+    InputError
+        See :func:`read_columns`; also unknown modes, speeds or eigenvalues out of range, a standard deviation that is
+        not positive, half a ratio, a repeated row, fewer than three points.
+    """
+    for key in table:
+        if key != "table":
+            raise InputError(f"[modal]: {unknown('key', key, ['table'])}")
+    if not isinstance(table.get("table"), str):
+        raise InputError('[modal]: table = "FILE.csv" is missing')
+    path = folder / table["table"]
+    numbers, texts = read_columns(
+        path, numbers=NUMBERS, texts=("mode", "group"), needed=("speed_m_s", "mode", *EIGENVALUE)
+    )
+    points = tuple(_point(path, row, numbers, texts) for row in range(len(texts["mode"])))
+    if len(points) < 3:
+        raise InputError(f"{path}: {len(points)} point(s) cannot be diagnosed; give at least three, at several speeds")
+    _refuse_repeats(path, points)
+    return _with_sd(points, [name in numbers for name in SD])
+
+
+def _point(path: Path, row: int, numbers: Mapping[str, Any], texts: Mapping[str, list[str]]) -> ModalPoint:
+    where = f"{path}, line {row + 2}"
+    cell = {name: float(column[row]) for name, column in numbers.items()}
+    mode, speed = texts["mode"][row], cell["speed_m_s"]
+    if mode not in MODES:
+        raise InputError(f"{where}: {unknown('mode', mode, MODES)}")
+    if not 0 < speed <= FASTEST:
+        raise InputError(f"{where}: speed_m_s = {speed:g} is outside 0 .. {FASTEST:g} m/s; is it in km/h?")
+    root = complex(cell["real_1_s"], cell["imag_rad_s"])
+    if root.imag < 0 or abs(root) > FASTEST_ROOT:
+        raise InputError(
+            f"{where}: the eigenvalue {root:g} is not possible: give the one with imag_rad_s >= 0, below "
+            f"{FASTEST_ROOT:g} 1/s, in rad/s and not in Hz"
+        )
+    for name in (*SD, *(f"{ratio}_sd" for ratio in RATIOS)):
+        if name in cell and cell[name] <= 0:
+            raise InputError(
+                f"{where}: {name} = {cell[name]:g} must be positive: no measurement is free of noise; "
+                "leave the column out if the value is not known"
+            )
+    ratios = {}
+    for ratio in RATIOS:
+        parts = [f"{ratio}_re" in cell, f"{ratio}_im" in cell]
+        if any(parts) != all(parts) or (f"{ratio}_sd" in cell and not all(parts)):
+            raise InputError(f"{path}: a ratio needs both columns {ratio}_re and {ratio}_im")
+        if all(parts):
+            value = complex(cell[f"{ratio}_re"], cell[f"{ratio}_im"])
+            ratios[ratio] = (value, cell.get(f"{ratio}_sd", 0.0))
+    sd = (cell.get(SD[0], 0.0), cell.get(SD[1], 0.0))
+    return ModalPoint(speed, mode, root, sd, ratios, texts["group"][row] if "group" in texts else "")
+
+
+def _refuse_repeats(path: Path, points: tuple[ModalPoint, ...]) -> None:
+    seen: dict[tuple[float, str, complex], int] = {}
+    for row, point in enumerate(points):
+        key = (point.speed, point.mode, point.eigenvalue)
+        if key in seen:
+            raise InputError(
+                f"{path}, line {row + 2}: the same run as line {seen[key] + 2} (equal speed, mode and eigenvalue); "
+                "keep one, or it counts twice"
+            )
+        seen[key] = row
+
+
+def _with_sd(points: tuple[ModalPoint, ...], given: list[bool]) -> tuple[tuple[ModalPoint, ...], tuple[str, ...]]:
+    """Fill in missing standard deviations, and add what repeats scatter beyond the stated ones."""
+    notes = []
+    scatter, repeats = _scatter(points)
+    eigenvalue_sd = np.array([point.sd for point in points])
+    sizes = np.array([abs(point.eigenvalue) for point in points])
+    for part, name in enumerate(SD):
+        if not given[part]:
+            if repeats >= 5:
+                eigenvalue_sd[:, part] = scatter[part]
+                notes.append(f"{name} is missing: the scatter of {repeats} repeats, {scatter[part]:.3g}, is used")
+            else:
+                eigenvalue_sd[:, part] = DEFAULT_SD * sizes
+                notes.append(f"{name} is missing and there are no repeats: {DEFAULT_SD:.0%} of |eigenvalue| is assumed")
+        elif repeats >= 5 and scatter[part] > MOST_SCATTER * np.sqrt(np.mean(eigenvalue_sd[:, part] ** 2)):
+            between = np.sqrt(scatter[part] ** 2 - np.mean(eigenvalue_sd[:, part] ** 2))
+            eigenvalue_sd[:, part] = np.hypot(eigenvalue_sd[:, part], between)
+            notes.append(f"repeats scatter more than {name} says: a between-repeat term of {between:.3g} is added")
+    if any(sd == 0 for point in points for _, sd in point.ratios.values()):
+        notes.append(f"a shape ratio without sd: {DEFAULT_RATIO_SD:g} is assumed for both parts")
+    filled = tuple(
+        replace(
+            point, sd=(float(sd[0]), float(sd[1])),
+            ratios={name: (value, s or DEFAULT_RATIO_SD) for name, (value, s) in point.ratios.items()},
+        )
+        for point, sd in zip(points, eigenvalue_sd, strict=True)
+    )  # fmt: skip
+    return filled, tuple(notes)
+
+
+def _scatter(points: tuple[ModalPoint, ...]) -> tuple[NDArray[np.float64], int]:
+    """Pooled standard deviation of real and imaginary part within repeats, and its degrees of freedom."""
+    squares, freedom = np.zeros(2), 0
+    order = sorted(points, key=lambda p: (p.mode, p.speed))
+    start = 0
+    for end in range(1, len(order) + 1):
+        first = order[start]
+        if end < len(order) and order[end].mode == first.mode and order[end].speed <= first.speed * (1 + SAME_SPEED):
+            continue
+        roots = np.array([p.eigenvalue for p in order[start:end]])
+        parts = np.stack([roots.real, roots.imag])
+        squares += ((parts - parts.mean(1, keepdims=True)) ** 2).sum(1)
+        freedom += len(roots) - 1
+        start = end
+    return np.sqrt(squares / max(freedom, 1)), freedom

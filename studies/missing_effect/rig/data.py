@@ -1,0 +1,250 @@
+"""Recordings of a rig reduced to what a fit compares: block means of sweeps, readings of pulls, and their noise.
+
+The noise of a sweep is white plus a slow wander, whose constants come (by restricted maximum likelihood) from the
+residual of a Magic Formula with everything free that a single recording can show; so they do not depend on what is
+missing from the base model. Covariance white [i = j] + wander exp(-|t_i - t_j| / memory), whitened by its Cholesky
+factor: the whitened residuals are innovations in the order of time.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
+from scipy.optimize import minimize
+from scipy.signal import savgol_filter
+
+from tyre.errors import InputError
+from tyre.fits.pull_test import fit_pull_test
+from tyre.fits.slip_sweep import SlipSweepFit, fit_slip_sweep
+from tyre.fits.sweep_branches import Blocks
+from tyre.fits.sweep_curve import lagged_magic_formula
+from tyre.recordings.recording import Condition, PullTest, RigRun
+
+Array = NDArray[np.float64]
+SMOOTHED = 15  # blocks of 0.1 deg of the slip angle
+MOST_BLOCKS = 240  # of a sweep; of longer ones every second, third ... block is compared
+SWEEP_TERMS = (
+    "cornering_stiffness", "peak", "shape", "curvature", "shift", "lag", "play", "offset", "drift", "delay", "warming",
+    "asymmetry",
+)  # fmt: skip
+"""What the force of a sweep depends on, in the units of the recording (its own scales included)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Noise:
+    """Variances of the white and the wandering part (N^2) and the memory of the wander (s)."""
+
+    white: float
+    wander: float
+    memory: float
+
+    def covariance(self, time: Array) -> Array:
+        """(n, n)."""
+        apart = np.abs(time[:, None] - time[None])
+        return self.white * np.eye(len(time)) + self.wander * np.exp(-apart / max(self.memory, 1e-9))
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """Block means of one slip sweep; arrays (n,), the slip history (m,).
+
+    ``time`` s, ``slip`` rad, ``force`` N, ``direction`` the sign of d(slip)/dt, ``part`` the number of the branch;
+    ``further`` (n, k) are sizes of errors common to all blocks, 1 sd, N, for predicted recordings.
+    """
+
+    name: str
+    condition: Condition
+    time: Array
+    slip: Array
+    force: Array
+    direction: Array
+    part: NDArray[np.int64]
+    slip_time: Array
+    slip_history: Array
+    speed: float | None
+    rate: float
+    noise: Noise
+    further: Array | None = None
+
+    @property
+    def label(self) -> str:
+        """Condition in words."""
+        return condition_label(self.condition)
+
+    @cached_property
+    def clock(self) -> Array:
+        """Time from -1/2 to 1/2 over the recording."""
+        low, high = self.slip_time[0], self.slip_time[-1]
+        return np.asarray((self.time - low) / (high - low) - 0.5)
+
+    @cached_property
+    def _factor(self) -> Array:
+        covariance = self.noise.covariance(self.time)
+        if self.further is not None:
+            covariance = covariance + self.further @ self.further.T
+        return np.asarray(np.linalg.cholesky(covariance), float)
+
+    def whiten(self, rows: Array) -> Array:
+        """Innovations in units of their sd, of (n,) or (n, p)."""
+        return np.asarray(solve_triangular(self._factor, rows, lower=True, check_finite=False))
+
+    def computed(self, terms: Array, *, slopes: bool = True) -> tuple[Array, Array]:
+        """Side force (n,), N, for the values of ``SWEEP_TERMS``, and its derivatives (n, 12)."""
+        c, peak, shape, curvature, shift, lag, play, offset, drift, delay, warming, asymmetry = terms
+
+        def curve(later: float = 0.0) -> tuple[Array, Array]:
+            return lagged_magic_formula(
+                time=self.time - delay + later, slip_time=self.slip_time, slip=self.slip_history,
+                direction=self.direction, cornering_stiffness=c, peak=peak, shape=shape, curvature=curvature,
+                shift=shift, lag=lag, hysteresis=play,
+            )  # fmt: skip
+
+        force, part = curve()
+        gain = 1.0 + warming * self.clock
+        total = gain * force + offset + drift * self.clock + asymmetry * self.slip**2
+        if not slopes:
+            return total, np.empty((len(total), 0))
+        h = 0.5 * float(np.median(np.diff(self.slip_time)))
+        by_delay = -(curve(h)[0] - curve(-h)[0]) / (2 * h)
+        one = np.ones_like(force)
+        columns = [
+            *(gain * part), one, self.clock, gain * by_delay, force * self.clock, self.slip**2
+        ]  # fmt: skip
+        return total, np.stack(columns, 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Pull:
+    """One static pull; arrays (n,): ``displacement`` m, ``force`` N, ``clock`` from -1/2 to 1/2; noise ``sd`` N."""
+
+    name: str
+    condition: Condition
+    displacement: Array
+    force: Array
+    clock: Array
+    sd: float
+
+    @property
+    def label(self) -> str:
+        """Condition in words."""
+        return condition_label(self.condition)
+
+    def friction(self, presliding: Array) -> Array:
+        """Dahl friction over its final value (K, n), for ``presliding`` (K,) m; zero at the first reading."""
+        shape = np.zeros((len(presliding), len(self.displacement)))
+        for k, step in enumerate(np.diff(self.displacement), 1):
+            towards = np.sign(step)
+            shape[:, k] = towards + (shape[:, k - 1] - towards) * np.exp(-abs(step) / presliding)
+        return shape
+
+
+def condition_label(condition: Condition) -> str:
+    """Load, pressure and surface."""
+    return f"{condition.load:g} N, {condition.pressure / 1e5:g} bar, {condition.surface}"
+
+
+def reduce_sweep(name: str, run: RigRun) -> tuple[Sweep, tuple[str, ...]]:
+    """Block means of a sweep with their noise, and what must be said of it.
+
+    Raises
+    ------
+    InputError
+        As `fit_slip_sweep`.
+    """
+    found = fit_slip_sweep(run)
+    blocks, used = found.blocks, np.flatnonzero(found.blocks.settled)
+    every = -(-len(used) // MOST_BLOCKS)
+    kept = used[::every]
+    notes: tuple[str, ...] = ()
+    if every > 1:
+        notes = (f"{name}: one block of {every} is compared ({len(kept)} of {len(used)}); neighbours tell the same",)
+    slip = _smooth(blocks)
+    return Sweep(
+        name, run.condition, blocks.time[kept], slip[kept], blocks.force[kept], np.sign(blocks.rate[kept]),
+        blocks.branch[kept], blocks.time, slip, blocks.speed, found.rate, _noise(found, slip, kept),
+    ), notes  # fmt: skip
+
+
+def _smooth(blocks: Blocks) -> Array:
+    """Slip with its sensor noise averaged by a moving parabola within each branch.
+
+    Noise of the slip angle would be smoothed by a lag and by nothing else, and so look like one.
+    """
+    slip = blocks.slip.copy()
+    for number in np.unique(blocks.branch):
+        here = blocks.branch == number
+        window = min(SMOOTHED, int(here.sum()) - 1 + int(here.sum()) % 2)
+        if window > 3:
+            slip[here] = savgol_filter(slip[here], window, 2)
+    return slip
+
+
+def _noise(found: SlipSweepFit, slip: Array, kept: NDArray[np.intp]) -> Noise:
+    """Noise of the compared blocks, from the residual of the fit with everything free."""
+    blocks, p = found.blocks, found.parameters
+    clock = (blocks.time[kept] - 0.5 * (blocks.time[0] + blocks.time[-1])) / (blocks.time[-1] - blocks.time[0])
+    direction = np.sign(blocks.rate[kept])
+    force, part = lagged_magic_formula(
+        time=blocks.time[kept], slip_time=blocks.time, slip=slip, direction=direction,
+        cornering_stiffness=found.cornering_stiffness.value,
+        **{key: p[key] for key in ("peak", "shape", "curvature", "shift", "lag", "hysteresis")},
+    )  # fmt: skip
+    both = len(np.unique(direction)) > 1
+    columns = [*(part if both else part[:5]), np.ones_like(clock), clock]
+    left, size, _ = np.linalg.svd(np.stack([c / max(float(np.abs(c).max()), 1e-300) for c in columns], 1), False)
+    left = left[:, size > 1e-6 * size[0]]
+    residual = blocks.force[kept] - force - p["offset"] - p["drift"] * clock
+    residual -= left @ (left.T @ residual)
+    floor = (1e-4 * float(np.abs(blocks.force).max())) ** 2  # rounding of a file without noise
+    return estimate_noise(blocks.time[kept], residual, left, floor)
+
+
+def estimate_noise(time: Array, residual: Array, basis: Array, floor: float) -> Noise:
+    """Constants of the noise in residuals (n,) of a fit with tangent space ``basis`` (n, p), orthonormal.
+
+    Restricted maximum likelihood (Patterson & Thompson 1971), which allows for what the fit has swallowed.
+    """
+    step, power = float(np.median(np.diff(time))), max(float(residual @ residual) / len(residual), floor)
+    start = np.log([0.3 * power, 0.7 * power, 3 * step])
+
+    def noise(z: Array) -> Noise:
+        white, wander, memory = np.exp(np.clip(z, start - 12, start + 12))
+        return Noise(max(float(white), floor), float(wander), float(min(memory, time[-1] - time[0])))
+
+    def likelihood(z: Array) -> float:
+        factor = np.linalg.cholesky(noise(z).covariance(time))
+        both = solve_triangular(factor, np.column_stack([basis, residual]), lower=True, check_finite=False)
+        orthogonal, triangle = np.linalg.qr(both[:, :-1])
+        rest = both[:, -1] - orthogonal @ (orthogonal.T @ both[:, -1])
+        log_det = np.log(np.diag(factor)).sum() + np.log(np.abs(np.diag(triangle))).sum()
+        return float(2 * log_det + rest @ rest + 0.02 * ((z - start) ** 2).sum())
+
+    search: Any = minimize
+    found = search(likelihood, start, method="Nelder-Mead", options={"maxiter": 150, "xatol": 0.02, "fatol": 0.01})
+    return noise(found.x)
+
+
+def reduce_pull(name: str, test: PullTest, *, plate: bool) -> Pull:
+    """Readings of a pull over the tyre's own displacement, or over that of the ``plate``.
+
+    Raises
+    ------
+    InputError
+        As `fit_pull_test`.
+    """
+    found = fit_pull_test(test)
+    good = np.isfinite(test.side_force) & np.isfinite(test.tyre_deflection)
+    displacement = (test.plate_displacement if plate else test.tyre_deflection)[good]
+    if not len(displacement):
+        raise InputError(f"{name}: no complete reading in this pull test")
+    rounding = found.lateral_stiffness.value * found.resolution / np.sqrt(6.0)
+    count = len(displacement)
+    clock = np.linspace(-0.5, 0.5, count) if test.time is None else test.time[good]
+    clock = (clock - clock[0]) / (clock[-1] - clock[0]) - 0.5
+    return Pull(
+        name, test.condition, displacement, test.side_force[good], clock,
+        max(found.residual_sd, rounding, 1e-4 * float(np.abs(test.side_force[good]).max())),
+    )  # fmt: skip

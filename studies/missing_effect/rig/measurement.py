@@ -1,0 +1,172 @@
+"""Read a rig measurement: recordings of a tyre, and what was known of that tyre before.
+
+kind = "rig"
+[rig]
+recordings = "drum"                 # a folder, or a list of files (CSV with sidecar, TYDEX)
+includes = ["sweep_lag"]            # rig effects that the base model contains
+pull_displacement = "tyre"          # plate minus rim; "plate" ignores what the rim gauge reads
+wheel_radius_m = 0.34
+[rig.calibration]                   # relative, 1 sd: force, slip, displacement, repeatability
+[rig.reference]                     # one of: recordings, campaign, table, [[rig.reference.conditions]]
+recordings = "flat"
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from studies.missing_effect.rig.reference import Reference, read_reference
+from tyre.campaigns.campaign import recordings_in
+from tyre.errors import InputError, is_number, unknown
+from tyre.fits.estimate import Calibration
+from tyre.fits.relaxation import is_slip_step
+from tyre.recordings.preflight import preflight
+from tyre.recordings.recording import PullTest, RigRun
+from tyre.recordings.recording_io import read_recording
+
+RIG_TOP_KEYS = ("kind", "description", "source", "rig")
+KEYS = ("recordings", "reference", "includes", "pull_displacement", "wheel_radius_m", "calibration")
+PULL_DISPLACEMENTS = ("tyre", "plate")
+WHEEL_RADIUS = 0.34  # m
+EXAMPLE = 'write [rig] with recordings = "FOLDER" and a table [rig.reference]'
+
+
+@dataclass(frozen=True)
+class RigMeasurement:
+    """Recordings of one tyre and the reference they are compared with, SI units.
+
+    Attributes
+    ----------
+    sweeps, pulls : tuples
+        (name, recording); slip steps are not used, which ``notes`` says.
+    includes : tuple of str
+        Rig effects that the base model contains.
+    pull_displacement : str
+        ``tyre`` (plate minus rim) or ``plate``.
+    wheel_radius : float
+        m, for the drum's curvature.
+    """
+
+    name: str
+    reference: Reference
+    sweeps: tuple[tuple[str, RigRun], ...] = ()
+    pulls: tuple[tuple[str, PullTest], ...] = ()
+    includes: tuple[str, ...] = ()
+    pull_displacement: str = "tyre"
+    wheel_radius: float = WHEEL_RADIUS
+    calibration: Calibration = Calibration()  # noqa: RUF009 - frozen
+    description: str = ""
+    source: str = ""
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.sweeps and not self.pulls:
+            raise InputError("no slip sweep and no pull test among the recordings; nothing can be compared")
+        conditions = [run.condition for _, run in self.sweeps] + [test.condition for _, test in self.pulls]
+        tyres = sorted({c.tyre for c in conditions})
+        if len(tyres) > 1:
+            raise InputError(f"recordings of {len(tyres)} tyres, {', '.join(tyres)}; diagnose one tyre at a time")
+        if self.reference.tyre is not None and self.reference.tyre != tyres[0]:
+            raise InputError(
+                f"the recordings are of {tyres[0]!r}, the reference is of {self.reference.tyre!r}; give one tyre"
+            )
+        for condition in conditions:
+            self.reference.at(condition.load, condition.pressure)
+
+    @property
+    def synthetic(self) -> bool:
+        """Whether any recording was computed."""
+        return any(run.synthetic for _, run in self.sweeps) or any(test.synthetic for _, test in self.pulls)
+
+
+def read_rig(content: Mapping[str, Any], path: Path) -> RigMeasurement:
+    """The measurement of a file with kind = "rig".
+
+    Raises
+    ------
+    InputError
+        A key, file or condition that is missing, unknown or out of range, with what to do.
+    """
+    for key in content:
+        if key not in RIG_TOP_KEYS:
+            raise InputError(unknown("key", key, RIG_TOP_KEYS))
+    rig = content.get("rig")
+    if not isinstance(rig, Mapping):
+        raise InputError(f'kind is "rig" but the table [rig] is missing; {EXAMPLE}')
+    for key in rig:
+        if key not in KEYS:
+            raise InputError(f"[rig]: {unknown('key', key, KEYS)}")
+    for key in ("recordings", "reference"):
+        if key not in rig:
+            raise InputError(f"[rig]: {key} is missing; {EXAMPLE}")
+    if rig.get("pull_displacement", "tyre") not in PULL_DISPLACEMENTS:
+        raise InputError(
+            f"[rig]: pull_displacement = {rig['pull_displacement']!r} is not allowed; "
+            'write "tyre" (plate minus rim) or "plate" (rim ignored)'
+        )
+    radius = rig.get("wheel_radius_m", WHEEL_RADIUS)
+    if not is_number(radius) or not 0.1 <= radius <= 0.6:
+        raise InputError(f"[rig]: wheel_radius_m = {radius!r} must be a radius of wheel and tyre from 0.1 to 0.6 m")
+    calibration = _calibration(rig.get("calibration", {}))
+    sweeps, pulls, notes = _recordings(_files(rig["recordings"], path.parent))
+    return RigMeasurement(
+        name=path.stem, reference=read_reference(rig["reference"], path.parent, calibration),
+        sweeps=sweeps, pulls=pulls, includes=_includes(rig.get("includes", [])),
+        pull_displacement=rig.get("pull_displacement", "tyre"), wheel_radius=float(radius), calibration=calibration,
+        description=str(content.get("description", "")), source=str(content.get("source", "")), notes=notes,
+    )  # fmt: skip
+
+
+def _calibration(table: Any) -> Calibration:
+    allowed = [f.name for f in fields(Calibration)]
+    if not isinstance(table, Mapping):
+        raise InputError(f"[rig]: calibration = {table!r} must be a table: write [rig.calibration] and keys below it")
+    for key, value in table.items():
+        if key not in allowed:
+            raise InputError(f"[rig.calibration]: {unknown('key', key, allowed)}")
+        if not is_number(value):
+            raise InputError(f"[rig.calibration]: {key} = {value!r} must be a number: a relative standard deviation")
+    return Calibration(**{key: float(value) for key, value in table.items()})
+
+
+def _includes(names: Any) -> tuple[str, ...]:
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise InputError(f'[rig]: includes = {names!r} must be a list of rig effects such as ["sweep_lag"]')
+    return tuple(dict.fromkeys(names))
+
+
+def _files(given: Any, folder: Path) -> list[tuple[str, Path]]:
+    """Recordings with their names: a folder's all, or those of a list."""
+    if isinstance(given, str):
+        root = folder / given
+        return [(str(path.relative_to(root).with_suffix("")), path) for path in recordings_in(root)]
+    if not isinstance(given, list) or not given or not all(isinstance(name, str) for name in given):
+        raise InputError(f"[rig]: recordings = {given!r} must be a folder in quotes or a list of files")
+    stems = [Path(name).stem for name in given]
+    for stem, name in zip(stems, given, strict=True):
+        if stems.count(stem) > 1:
+            raise InputError(f"[rig]: recordings names {name} twice, or two files of that name; keep one")
+    return [(stem, folder / name) for stem, name in zip(stems, given, strict=True)]
+
+
+def _recordings(
+    files: list[tuple[str, Path]],
+) -> tuple[tuple[tuple[str, RigRun], ...], tuple[tuple[str, PullTest], ...], tuple[str, ...]]:
+    sweeps: list[tuple[str, RigRun]] = []
+    pulls: list[tuple[str, PullTest]] = []
+    notes = []
+    for name, path in files:
+        recording = read_recording(path)
+        check = preflight(recording)
+        if not check.usable:
+            raise InputError(f"{path}: not usable: {'; '.join(check.problems)}")
+        problems = dict.fromkeys((*recording.notes, *check.problems))
+        notes += [f"{name}: {problem}" for problem in problems if not problem.startswith("synthetic")]
+        if isinstance(recording, PullTest):
+            pulls.append((name, recording))
+        elif is_slip_step(recording):
+            notes.append(f"{name}: a slip step, not used; only slip sweeps and pull tests are")
+        else:
+            sweeps.append((name, recording))
+    return tuple(sweeps), tuple(pulls), tuple(notes)

@@ -1,0 +1,143 @@
+"""The same engine on tables of a tyre rig: cornering stiffness on one surface, predicted from that of another.
+
+C(load, pressure) of a reference table, interpolated in logarithms, predicts the other table; candidates are the
+drum's curvature, C_drum = C_flat / (1 + R / R_drum)^n, and what may be wrong with the rig: scales of force, slip angle,
+load and pressure.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studies.missing_effect.engine.forward import Extra, Residual, Rows
+from studies.missing_effect.engine.judge import Diagnosis, Subject, judge
+from studies.missing_effect.engine.unknown import Candidate, Unknown
+from studies.missing_effect.rig.measurement import WHEEL_RADIUS
+from tyre.errors import InputError
+from tyre.maps.tables import MeasuredTable
+
+Array = NDArray[np.float64]
+REPEATABILITY = 0.02  # relative sd of one cornering stiffness (remounting, temperature); the tables state none
+SCALES = {"force_scale": 0.02, "slip_angle_scale": 0.02, "load_scale": 0.02, "pressure_scale": 0.03}
+"""Calibration errors of a rig, 1 sd."""
+
+
+@dataclass(frozen=True)
+class RigForward:
+    """Logarithm of the cornering stiffness of ``measured``, predicted from ``reference`` (both of one tyre)."""
+
+    reference: MeasuredTable
+    measured: MeasuredTable
+    nuisances: tuple[Unknown, ...] = ()
+    refused: dict[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = (f"repeatability of a cornering stiffness: {REPEATABILITY:.0%} on each surface",)
+    thorough = True
+
+    @cached_property
+    def candidates(self) -> tuple[Candidate, ...]:
+        """The drum's curvature where there is a drum, and the rig's calibration."""
+        found = [
+            Candidate(name, (Unknown("scale", "1", {name: 1.0}, 0.0, sd, -5 * sd, 5 * sd, size=True),))
+            for name, sd in SCALES.items()
+        ]
+        if self.measured.drum_diameter:
+            exponent = Unknown("exponent", "1", {"drum_curvature": 1.0}, 0.0, 0.6, 0.0, 3.0, size=True)
+            found.append(Candidate("drum_curvature", (exponent,)))
+        return tuple(found)
+
+    @cached_property
+    def rows(self) -> Rows:
+        """One row a condition; loads are held out in turn."""
+        t = self.measured
+        where = tuple(
+            f"{load:.0f} N, {pressure / 1e5:g} bar" for load, pressure in zip(t.load, t.pressure, strict=True)
+        )
+        fold = np.unique(t.load, return_inverse=True)[1]
+        return Rows(where, t.load, ("cornering stiffness",) * len(where), fold)
+
+    @cached_property
+    def _slopes(self) -> dict[str, Array]:
+        """d(ln C)/d(coordinate) of each candidate at every condition."""
+        t, h = self.measured, 1e-3
+        one = np.ones(len(t.load))
+        found = {"force_scale": one, "slip_angle_scale": -one}
+        at = self._log_reference(t.load, t.pressure)
+        found["load_scale"] = (self._log_reference(t.load * (1 + h), t.pressure) - at) / h
+        found["pressure_scale"] = (self._log_reference(t.load, t.pressure * (1 + h)) - at) / h
+        if t.drum_diameter:
+            found["drum_curvature"] = -one * np.log1p(WHEEL_RADIUS / (t.drum_diameter / 2))
+        return found
+
+    def _log_reference(self, load: Array, pressure: Array) -> Array:
+        """ln C of the reference, quadratic in ln(load) and ln(pressure): six coefficients."""
+
+        def terms(x: Array, y: Array) -> Array:
+            u, w = np.log(x / self.reference.load.mean()), np.log(y / self.reference.pressure.mean())
+            return np.stack([np.ones_like(u), u, w, u * w, u * u, w * w], axis=-1)
+
+        r = self.reference
+        fitted = np.linalg.lstsq(terms(r.load, r.pressure), np.log(r.cornering_stiffness), rcond=None)[0]
+        return np.asarray(terms(load, pressure) @ fitted)
+
+    def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
+        """(ln measured - ln predicted) / sd; the sd holds both tables."""
+        t, sd = self.measured, np.sqrt(2) * REPEATABILITY
+        columns = [self._slopes[c.identifier] for c in candidates]
+        jacobian = np.stack(columns, 1) if columns else np.empty((len(t.load), 0))
+        predicted = self._log_reference(t.load, t.pressure) + jacobian @ theta
+        return (np.log(t.cornering_stiffness) - predicted) / sd, -jacobian / sd
+
+    def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
+        """Zero: nothing is marginalised."""
+        return 0.0
+
+    def extras(self) -> tuple[Extra, ...]:
+        """Calibrations that would separate scales from the drum: the bench tests of the engine say it."""
+        return ()
+
+    def predict(self, extra: Extra, candidates: tuple[Candidate, ...], theta: Array) -> tuple[Array, Array]:
+        """Never asked: there are no extras."""
+        raise NotImplementedError
+
+    def compatible(self, candidates: tuple[Candidate, ...]) -> bool:
+        """Any scales go together."""
+        return True
+
+    def further(self, candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
+        """None."""
+        return ()
+
+    def compared(self, residual: Array) -> tuple[Array, Array | None]:
+        """Not drawn over speed."""
+        return residual, None
+
+    def phenomenological(self) -> tuple[Candidate, ...]:
+        """None."""
+        return ()
+
+    def refined(self, best: Residual) -> "RigForward":
+        """Itself."""
+        return self
+
+
+def diagnose_tables(reference: MeasuredTable, measured: MeasuredTable) -> Diagnosis:
+    """What is missing when a tyre's values on one surface are used for another.
+
+    Raises
+    ------
+    InputError
+        Tables of two tyres, or too few conditions.
+    """
+    if reference.tyre != measured.tyre:
+        raise InputError(
+            f"tables of two tyres, {reference.tyre!r} and {measured.tyre!r}; give one tyre on two surfaces"
+        )
+    for table in (reference, measured):
+        if len(table.load) < 6:
+            raise InputError(
+                f"{table.tyre} on {table.surface}: {len(table.load)} conditions are too few; six are needed"
+            )
+    name = f"{measured.tyre}: {reference.surface} values used on {measured.surface}"
+    return judge(RigForward(reference, measured), Subject(name, measured.description, measured.source))
