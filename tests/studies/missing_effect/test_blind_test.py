@@ -10,8 +10,8 @@ import pytest
 import studies.missing_effect.blind.generator as generator
 import studies.missing_effect.blind.histories as histories
 from studies.cli import main
-from studies.missing_effect.blind.report import write_report
-from studies.missing_effect.blind.run import CELLS, make
+from studies.missing_effect.blind.report import report, targets, write_report
+from studies.missing_effect.blind.run import CELLS, make, read_results
 from studies.missing_effect.blind.score import judge, summary, wilson
 
 
@@ -145,3 +145,11 @@ def test_report(tmp_path):
     assert ["modal-one", "steer_spring.stiffness", "0 of 1, 0% (0%-79%)"] in rows
     assert ["modal-one", "camber_thrust.camber_stiffness", "1 of 1, 100% (21%-100%)"] in rows
     assert (tmp_path / "power.png").stat().st_size > 5000
+
+
+def test_the_committed_results_are_those_that_the_readme_shows():
+    folder = Path(generator.__file__).parent
+    found = summary(read_results(folder / "results" / "cases.jsonl"))
+    assert found == json.loads((folder / "results" / "summary.json").read_text(encoding="utf-8"))
+    assert report(found) in (folder / "results" / "report.md").read_text(encoding="utf-8")
+    assert targets(found) in (folder.parent / "README.md").read_text(encoding="utf-8")
