@@ -12,7 +12,7 @@ Crossing = tuple[float, float, int]  # speed, frequency, +1 destabilising or -1 
 
 UNTRACKED = 12  # speeds at which unstable roots are counted below those that are tracked
 NEAR_AXIS = 0.2  # of the real part at the nearest node: a root that comes so near is looked at
-NOISE = 1e-9  # of the largest root: a root smaller than this is zero
+NOISE = 1e-12  # of the largest root: a root smaller than this is zero
 
 
 def unexplained(

@@ -26,6 +26,7 @@ HIGHEST = 20.0  # about 60 m/s: always tracked up to here
 MOSTLY = 0.5  # a root of lean, steer and yaw has at least this share of them
 FAINT = 0.02  # a role played with less than this share earns no name
 MARGIN = 0.1  # by which a role is clearly played
+SHORT = 0.1  # about 0.3 m/s: as wide as a step of the track
 OVERDAMPED = 0.3  # wobble is an oscillation: steering by a real root counts so much
 
 ROLES: tuple[tuple[str, float, tuple[str, ...]], ...] = (  # name, weight, groups of states that mark it
@@ -78,12 +79,12 @@ def name_branches(model: LinearModel, stretches: Sequence[Stretch]) -> Naming:
     share = state_shares(model.states, np.concatenate([s.participation for s in stretches]))
 
     anchor, core = _anchor(speeds / unit, values, share)
-    modes = _modes(speeds, values, share, anchor, core)
+    modes, plain = _modes(speeds, values, share, anchor, core, window(model))
     castering = [name for name, _ in modes].index("castering") if "castering" in core else -1
     found = regions(speeds, values, [branches for _, branches in modes], castering, anchor, window(model))
     names, clear = _roles(speeds / unit, values, share, modes, found)
     labels = tuple(tuple(tuple(sorted(names[m] for m in label)) for label in case) for case in found.labels)
-    return Naming(tuple(sorted(names)), labels, found.cases, float(speeds[anchor]), clear and found.clear)
+    return Naming(tuple(sorted(names)), labels, found.cases, float(speeds[anchor]), clear and plain and found.clear)
 
 
 def state_shares(states: tuple[str, ...], participation: Array) -> Shares:
@@ -143,7 +144,7 @@ def _plainness(values: Sequence[complex], core: dict[str, Unit]) -> float:
     """How far the core is from meeting: among itself, of the pair with itself, and with the next faster mode."""
     root = [values[unit[0]] for unit in core.values()]
     inside = {i for unit in core.values() for i in unit}
-    rest = [value for i, value in enumerate(values) if i not in inside]
+    rest = [value for i, value in enumerate(values) if i not in inside and value.imag >= 0]  # lower halves are farther
     gaps = [abs(a - b) / (abs(a) + abs(b) + 1e-300) for k, a in enumerate(root) for b in [*root[:k], *rest]]
     gaps += [abs(a.imag) / abs(a) for a in root if a.imag]
     return min(gaps, default=0.0)
@@ -152,13 +153,20 @@ def _plainness(values: Sequence[complex], core: dict[str, Unit]) -> float:
 Mode = tuple[str, Unit]  # name ("" as long as it has none) and branches
 
 
-def _modes(speeds: Array, values: Complex, share: Shares, anchor: int, core: dict[str, Unit]) -> list[Mode]:
-    """The core and everything else at the anchor; real roots that are a pair at another speed are one mode."""
+def _modes(
+    speeds: Array, values: Complex, share: Shares, anchor: int, core: dict[str, Unit], always: tuple[float, float]
+) -> tuple[list[Mode], bool]:
+    """The core and everything else at the anchor; real roots that are a pair at another speed are one mode.
+
+    What happens outside the speeds ``always`` tracked does not count, whatever else is asked for. Also says whether it
+    is clear: False where such a pair lasts so shortly that other nodes might step over it.
+    """
     named = {i for unit in core.values() for i in unit}
     units = [unit for unit in units_of(values[[anchor]])[0] if not named & set(unit)]
     single = [unit[0] for unit in units if len(unit) == 1]
-    mate = mates(values)
-    distance = np.abs(speeds - speeds[anchor])
+    inside = (speeds >= always[0]) & (speeds <= always[1])
+    mate = mates(values[inside])
+    distance = np.abs(speeds[inside] - speeds[anchor])
     meet = sorted(
         (float(distance[mate[:, i] == j].min()), i, j)
         for number, i in enumerate(single) for j in single[:number] if (mate[:, i] == j).any()
@@ -167,13 +175,16 @@ def _modes(speeds: Array, values: Complex, share: Shares, anchor: int, core: dic
         own = [i for i in single if share[joint][anchor, i] > MOSTLY]
         meet += [(np.inf, i, j) for i, j in zip(own[1::2], own[::2], strict=False)]
     joined: set[int] = set()
+    plain = True
     for _, i, j in meet:
         if not joined & {i, j}:
             joined |= {i, j}
             units.append((j, i))
+            seen = speeds[inside][mate[:, i] == j]
+            plain = plain and not (seen.size and np.ptp(seen) < SHORT * (always[1] / HIGHEST))
     units = [unit for unit in units if len(unit) == 2 or unit[0] not in joined]
     units.sort(key=lambda unit: float(np.abs(values[anchor, unit[0]])))
-    return [*core.items(), *(("", unit) for unit in units)]
+    return [*core.items(), *(("", unit) for unit in units)], plain
 
 
 def _roles(speeds: Array, values: Complex, share: Shares, modes: list[Mode], found: Regions) -> tuple[list[str], bool]:

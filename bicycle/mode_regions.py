@@ -93,9 +93,10 @@ class _Walk:
         mate = self.mate[k]
         links = [frozenset((int(owner[i]), int(owner[j]))) for i, j in enumerate(mate) if owner[i] != owner[j]]
         settled = []
+        slow_first = np.lexsort((self.values[k].real, np.abs(self.values[k]).round(12))).tolist()
         label: list[Label] = [(int(mode),) for mode in owner]
         for group in _united(links):
-            branches = [i for i in range(len(mate)) if owner[i] in group]
+            branches = [i for i in slow_first if owner[i] in group]  # ties must not hang on the order of columns
             pairs = [(i, int(mate[i])) for i in branches if self.values[k, i].imag > 0]
             reals = [i for i in branches if mate[i] == i]
             double = sorted(m for m in group if len(self.modes[m]) == 2)

@@ -115,7 +115,8 @@ def grid(low: float, high: float, unit: float, *, singular: bool, sparse: bool =
     step = unit * STEP
     numbers = np.arange(max(np.floor(low / step), 0), np.ceil(high / step) + 1)
     if sparse:
-        numbers = numbers[(numbers < SPARSE_FROM) | (numbers % SPARSE == 0) | (numbers == numbers[-1])]
+        ends = (numbers == numbers[0]) | (numbers == numbers[-1])
+        numbers = numbers[(numbers < SPARSE_FROM) | (numbers % SPARSE == 0) | ends]
     nodes = step * numbers
     if singular:
         nodes = nodes[nodes > 0]

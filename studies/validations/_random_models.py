@@ -11,7 +11,12 @@ from tyre.errors import InputError
 
 
 def random_model(
-    generator: np.random.Generator, *, contact_laws: tuple[str, ...], share: float, bicycles: tuple[str, ...] = ()
+    generator: np.random.Generator,
+    *,
+    contact_laws: tuple[str, ...],
+    share: float,
+    bicycles: tuple[str, ...] = (),
+    decades: float = 0.0,
 ) -> Model:
     """Draw a model that builds.
 
@@ -24,6 +29,8 @@ def random_model(
         Probability of every other effect.
     bicycles : tuple of str
         One of them is drawn (all packaged ones if empty) and every parameter but g changed by up to 15 %.
+    decades : float
+        Every parameter of an effect is off its typical range by up to so many powers of ten.
     """
     others = [effect for effect in registry().values() if effect.slot != "contact law"]
     while True:
@@ -32,19 +39,26 @@ def random_model(
         law = effect_class(str(generator.choice(contact_laws)))
         chosen = [law, *(effect for effect in others if generator.random() < share)]
         try:
-            model = Model(base.replace(**changes), tuple(random_effect(effect, generator) for effect in chosen))
+            model = Model(
+                base.replace(**changes), tuple(random_effect(effect, generator, decades) for effect in chosen)
+            )
             model.linear_model()
         except InputError:
             continue  # no physical bicycle, or effects that do not go together
         return model
 
 
-def random_effect(effect: type[Effect], generator: np.random.Generator) -> Effect:
-    """Draw every parameter within its typical range; one that may follow the bicycle is given half of the time."""
+def random_effect(effect: type[Effect], generator: np.random.Generator, decades: float = 0.0) -> Effect:
+    """Draw every parameter within its typical range, times 10^(-decades .. decades).
+
+    One that may follow the bicycle is given half of the time.
+    """
     values: dict[str, Any] = {}
     for parameter in effect.parameters:
         low, high = parameter.typical
         draw = [low + (high - low) * generator.uniform(0.05, 0.95) for _ in WHEELS]
+        if decades:
+            draw = [value * 10 ** generator.uniform(-decades, decades) for value in draw]
         if parameter.per_wheel:
             values[parameter.name] = dict(zip(WHEELS, draw, strict=True))
         elif not isinstance(parameter.default, str) or generator.random() < 0.5:
