@@ -14,7 +14,8 @@ BATCH = 1000  # matrices a call: they fit the cache
 CLEAR = 0.2  # a match is clear when its error is below this share of the distance to any rival
 TWIN = 1e-7  # roots closer than this share of the largest cannot be told apart, and need not be
 MAC_ENOUGH = 0.5
-REAL = 2e-8  # a pair with an imaginary part below this share of the largest root is a double real root and rounding
+DOUBTFUL = 1e-7  # a pair with an imaginary part below this share of the largest root may be a double real root
+DIGITS = 30 * np.finfo(float).eps  # what rounding may change in the last digits of a root
 
 
 @dataclass
@@ -57,10 +58,16 @@ def eigen(coefficients: Mapping[int, Array], speeds: Array) -> tuple[Complex, Co
         parts = [eigen(coefficients, v) for v in np.array_split(speeds, -(-len(speeds) // BATCH))]
         values, slopes, right, left = (np.concatenate(part) for part in zip(*parts, strict=True))
         return values, slopes, right, left
-    values, right = np.linalg.eig(laurent(coefficients, speeds))
+    matrices = laurent(coefficients, speeds)
+    values, right = np.linalg.eig(matrices)
     left = inverse(right)
     slopes = projected(left, laurent(coefficients, speeds, derivative=True), right)
-    return settle(values), slopes.astype(complex, copy=False), right.astype(complex, copy=False), left
+    values = values.astype(complex, copy=False)
+    k = np.flatnonzero(doubtful(values))
+    if k.size:
+        rounding = np.abs(values[k].imag) <= uncertainty(values[k], left[k], matrices[k], right[k])
+        values[k] = np.where(rounding, values[k].real, values[k])
+    return values, slopes.astype(complex, copy=False), right.astype(complex, copy=False), left
 
 
 def projected(left: Complex, matrices: Array, right: Complex) -> Complex:
@@ -68,10 +75,19 @@ def projected(left: Complex, matrices: Array, right: Complex) -> Complex:
     return np.asarray(((left @ matrices).swapaxes(1, 2) * right).sum(1))
 
 
-def settle(values: Complex) -> Complex:
-    """Make pairs real that are pairs by rounding only; values (m, n)."""
-    noise = np.abs(values.imag) <= REAL * np.abs(values).max(1, keepdims=True)
-    return np.where(noise, values.real, values).astype(complex, copy=False)
+def doubtful(values: Complex) -> NDArray[np.bool_]:
+    """Where a pair may be two equal real roots that rounding has split; values (m, n)."""
+    size = np.abs(values.imag)
+    return np.asarray(((size > 0) & (size <= DOUBTFUL * np.abs(values).max(1, keepdims=True))).any(1))
+
+
+def uncertainty(values: Complex, left: Complex, matrices: Array, right: Complex) -> Array:
+    """What rounding may change in each root: eps |u| |A| |x| (absolute values, u x = 1), or eps times the largest root.
+
+    ``left`` and ``right`` are (m, n, n); the result is (m, n), 1/s.
+    """
+    own = ((np.abs(left) @ np.abs(matrices)).swapaxes(1, 2) * np.abs(right)).sum(1)
+    return np.asarray(DIGITS * np.maximum(own, np.abs(values).max(1, keepdims=True)))
 
 
 def inverse(matrices: Complex) -> Complex:

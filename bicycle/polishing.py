@@ -1,7 +1,6 @@
 """Crossings of the imaginary axis sharpened by Newton, and told from what rounding makes of a root near the axis.
 
-A root is known to eps |u| |A| |x| (absolute values, u and x its left and right eigenvector, u x = 1), whatever the
-scaling of the states; divided by the slope of its real part that is how well the speed of a crossing is known.
+What rounding changes in a root, divided by the slope of its real part, is how well the speed of a crossing is known.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,14 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from bicycle.completeness import Crossing
-from bicycle.matching import eigen, laurent
+from bicycle.matching import eigen, laurent, uncertainty
 from bicycle.tracking import Array, Complex
 
 MOST_STEPS = 30  # of Newton
 LAST_STEP = 1e-9  # of the speed: after a step below this the next would be rounding
 ROUNDING = 1e-7  # of the speed: a step below this that does not halve is rounding
 FARTHEST = 0.2  # of the speed: a crossing so far from its candidate has another one
-DIGITS = 30 * np.finfo(float).eps  # of |u| |A| |x|: what rounding may change in a root
 SAME_SPEED, SAME_FREQUENCY = 1e-9, 1e-6
 WELL_KNOWN = 1e-8  # of the speed: a crossing known better than this needs no second look
 HARDLY_KNOWN = 0.02  # of the speed: a crossing known no better than this is none
@@ -76,9 +74,7 @@ def _newton(coefficients: Mapping[int, Array], speeds: Array, roots: Complex, at
         at = eigen(coefficients, v)
     else:
         v = v - moved
-    u, x = np.abs(left[row, own]), np.abs(right[row, :, own])
-    error = np.einsum("ki,kij,kj->k", u, np.abs(laurent(coefficients, v)), x)
-    error = DIGITS * np.maximum(error, np.abs(values).max(1))
+    error = uncertainty(values, left, laurent(coefficients, v), right)[row, own]
     rise = v * np.abs(slope.real)
     good = (np.abs(root.real) <= np.maximum(error, ROUNDING * rise)) & (np.abs(v - speeds) <= FARTHEST * speeds)
     error = np.maximum(error, np.abs(root.real))

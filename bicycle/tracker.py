@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.linear_model import LinearModel
-from bicycle.matching import settle
+from bicycle.matching import doubtful, eigen
 from bicycle.mode_events import ModeEvent, mode_events
 from bicycle.mode_names import Naming, name_branches, window
 from bicycle.mode_regions import mates
@@ -40,8 +40,11 @@ class Tracker:
 
     def ordered(self, speeds: Array) -> Complex:
         """Eigenvalues (m, n) at speeds (m,), one column a branch."""
-        values = settle(self.model.eigenvalues(speeds))
-        for part, stretch in self._parts(speeds):
+        values = self.model.eigenvalues(speeds)
+        for number, (part, stretch) in enumerate(self._parts(speeds), self._first):
+            again = part[doubtful(values[part])]
+            if again.size:
+                values[again] = eigen(self.model.coefficients[number], speeds[again])[0]
             values[part] = np.take_along_axis(values[part], stretch.follow(speeds[part], values[part]), 1)
         return values
 

@@ -19,9 +19,9 @@ def command(model_file: str, mode: str, speed: float, target: Path, amplitude: f
 
     from bicycle.model_file import read_model
     from bicycle.modes import modes
-    from studies.animation import FRAMES_PER_SECOND, animate, check_film
-    from studies.modal_motion import modal_motion
-    from studies.mode_shapes import describe, draw_mode_shapes
+    from studies.motion.animation import FRAMES_PER_SECOND, animate, check_film
+    from studies.motion.modal_motion import modal_motion
+    from studies.motion.mode_shapes import describe, draw_mode_shapes
     from studies.output import print_warnings
     from tyre.errors import InputError
 

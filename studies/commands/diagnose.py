@@ -13,7 +13,12 @@ def command(measurement_file: str, folder: str | None, without: tuple[str, ...],
 
     from studies.missing_effect import diagnose, read_measurement
     from studies.output import print_table, print_warnings, write_json
+    from tyre.errors import InputError
 
+    if folder and Path(folder).exists() and not Path(folder).is_dir():
+        raise InputError(f"--out {folder} is a file; give a folder")
+    if json_file and json_file != "-" and not Path(json_file).parent.is_dir():
+        raise InputError(f"--json {json_file}: no such folder; make it first")
     found = diagnose(read_measurement(measurement_file), without=without, progress=True)
     verdict = found.verdict
     if folder:

@@ -23,10 +23,10 @@ def command(
     import math
 
     from bicycle.model_file import read_model
-    from studies.figure_root_locus import draw_root_locus
     from studies.output import print_table, print_warnings, write_json
-    from studies.parameter_path import parameter_path
-    from studies.root_locus import parse_range, root_locus
+    from studies.root_loci.figure import draw_root_locus
+    from studies.root_loci.parameter_path import parameter_path
+    from studies.root_loci.root_locus import parse_range, root_locus
     from tyre.errors import InputError
 
     if parameter == "speed" and speed is not None:

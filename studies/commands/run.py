@@ -9,8 +9,8 @@ import click
 def command(out: str, bicycle: str) -> None:
     from pathlib import Path
 
-    from studies.main_study_cases import Settings
-    from studies.main_study_output import run_and_write
+    from studies.main_study.cases import Settings
+    from studies.main_study.output import run_and_write
     from tyre.errors import InputError
 
     if not out.strip() or "\0" in out:

@@ -20,7 +20,7 @@ def command(
 
     from bicycle.model_file import read_model
     from studies.output import print_table, print_warnings, write_json
-    from studies.ranking import rank, record
+    from studies.sensitivity.ranking import rank, record
 
     model = read_model(model_file)
     ranking = rank(model, mode=mode, speed=speed, given_sd=_deviations(sd), max_speed=max_speed)
@@ -29,7 +29,7 @@ def command(
     if out:
         import pandas as pd
 
-        from studies.tornado import draw_tornado
+        from studies.sensitivity.tornado import draw_tornado
 
         folder = Path(out)
         folder.mkdir(parents=True, exist_ok=True)

@@ -36,9 +36,9 @@ def command(
     from bicycle.nonlinear import MagicTyre, nonlinear_model
     from bicycle.responses import frequency_response as gains
     from bicycle.responses import respond
-    from studies.figure_response import draw_frequency_response, draw_responses
+    from studies.motion.figure_response import draw_frequency_response, draw_responses
+    from studies.motion.simulation_options import check_within, parse_initial, parse_inputs
     from studies.output import print_warnings
-    from studies.simulation_options import check_within, parse_initial, parse_inputs
     from tyre.errors import InputError
 
     for name, value in (("duration", duration), ("step", sample)):

@@ -16,9 +16,9 @@ def command(
     from importlib.util import find_spec
 
     from studies.output import print_warnings, write_json
-    from studies.sweep import run_sweep
-    from studies.sweep_engines import in_loop, in_processes, in_threads, on_cluster
-    from studies.sweep_file import read_sweep
+    from studies.sweeps.engines import in_loop, in_processes, in_threads, on_cluster
+    from studies.sweeps.run import run_sweep
+    from studies.sweeps.sweep_file import read_sweep
     from tyre.errors import InputError
 
     for module in (

@@ -20,8 +20,8 @@ def command(
     import numpy as np
 
     from studies.output import parse_speeds, print_table, print_warnings, write_json
-    from studies.uncertainty import Uncertainty
-    from studies.variance_shares import total_effects
+    from studies.uncertainty.propagation import Uncertainty
+    from studies.uncertainty.variance_shares import total_effects
     from tyre.errors import InputError
 
     given = {}

@@ -24,11 +24,11 @@ from bicycle.eigen import BATCH, Solver, compiled, eigenvalues, eigenvalues_alon
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model
 from bicycle.sensitivity import sensitivities
-from studies.sweep import pieces
-from studies.sweep_chunk import compute
-from studies.sweep_engines import Engine, in_threads, on_cluster
-from studies.sweep_file import build_sweep
-from studies.sweep_spec import Sweep
+from studies.sweeps.chunk import compute
+from studies.sweeps.engines import Engine, in_threads, on_cluster
+from studies.sweeps.run import pieces
+from studies.sweeps.spec import Sweep
+from studies.sweeps.sweep_file import build_sweep
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]  # seconds of the reference and of velotyre
@@ -179,8 +179,8 @@ def growth(counts: list[int]) -> float:
 MEMORY = """
 import resource, sys
 from pathlib import Path
-from studies.sweep import run_sweep
-from studies.sweep_engines import in_threads
+from studies.sweeps.run import run_sweep
+from studies.sweeps.engines import in_threads
 from studies.validations._speed_measures import reduced_sweep
 run_sweep(reduced_sweep(int(sys.argv[1])), Path(sys.argv[2]) / "result.zarr", engine=in_threads(2))
 status = Path("/proc/self/status")  # Linux hands the peak of the parent down in ru_maxrss

@@ -81,6 +81,15 @@ def test_powers_from_minus_one_to_two(synthetic):
     assert [f[0] for f in listed(synthetic(rotated(5, **powers)))] == pytest.approx([4.0, 6.0], rel=1e-11)
 
 
+def test_a_slow_pair_beside_a_root_of_a_hundred_million_stays_a_pair(synthetic):
+    """Creeping on stiff tyres: the root -1e4/v beside the pair (1e-4 - v) +- 1.46 i, which crosses at 1e-4 m/s."""
+    powers = {"m1": ([[-1e4]], pair(0, 0)), "p0": ([[0]], pair(1e-4, 1.46)), "p1": ([[0]], pair(-1, 0))}
+    ((speed, kind, frequency, direction),) = listed(synthetic(rotated(6, **powers)))
+    assert (kind, direction) == ("oscillatory", "stabilising")
+    assert speed == pytest.approx(1e-4, rel=1e-2)  # rounding of the large root: 1e-8 of 1e-4
+    assert frequency == pytest.approx(1.46, abs=1e-6)
+
+
 def test_fourteen_states(synthetic):
     """Seven pairs, each with one crossing: speeds 2, 5 .. 20, all found although the bialternate pencil has size 91."""
     speeds = np.arange(2.0, 22.0, 3.0)

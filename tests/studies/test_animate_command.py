@@ -6,10 +6,10 @@ from PIL import Image
 
 from bicycle.model_file import read_model
 from bicycle.modes import modes
-from studies.bicycle_drawing import bicycle_drawing, rotation
 from studies.cli import main
-from studies.modal_motion import modal_motion
-from studies.mode_shapes import describe, draw_mode_shapes
+from studies.motion.bicycle_drawing import bicycle_drawing, rotation
+from studies.motion.modal_motion import modal_motion
+from studies.motion.mode_shapes import describe, draw_mode_shapes
 
 MODEL = """bicycle = "benchmark"
 [effects.relaxation_length]

@@ -9,18 +9,18 @@ from bicycle.critical import critical_speeds
 from bicycle.effect import effect_class
 from bicycle.model import Model
 from bicycle.parameters import Bicycle
-from studies import main_study
 from studies.cli import main
-from studies.figure_critical_speeds import draw_critical_speeds
-from studies.figure_eigenvalues import draw_eigenvalues
-from studies.figure_headline import draw_bands, draw_headline
-from studies.figure_speed_locus import draw_speed_locus
-from studies.main_study import DAMPING, count_steps, named_speeds, run_study
-from studies.main_study_cases import CONTACT, Settings, Setup, build, tyre_cases
-from studies.main_study_checks import excess
-from studies.main_study_solve import Crossing, damping_ratio, nearest, solve, unstable_bands
-from studies.main_study_spread import uncertainty
-from studies.main_study_tables import tables
+from studies.main_study import study as main_study
+from studies.main_study.cases import CONTACT, Settings, Setup, build, tyre_cases
+from studies.main_study.checks import excess
+from studies.main_study.figure_critical_speeds import draw_critical_speeds
+from studies.main_study.figure_eigenvalues import draw_eigenvalues
+from studies.main_study.figure_headline import draw_bands, draw_headline
+from studies.main_study.figure_speed_locus import draw_speed_locus
+from studies.main_study.solve import Crossing, damping_ratio, nearest, solve, unstable_bands
+from studies.main_study.spread import uncertainty
+from studies.main_study.study import DAMPING, count_steps, named_speeds, run_study
+from studies.main_study.tables import tables
 from studies.plotting import mode_look, mode_marker, mode_words
 
 DEGREE = np.pi / 180
@@ -333,7 +333,7 @@ def canvases(monkeypatch):
 
     from matplotlib.figure import Figure
 
-    from studies import figure_critical_speeds, figure_eigenvalues, figure_headline, figure_speed_locus
+    from studies.main_study import figure_critical_speeds, figure_eigenvalues, figure_headline, figure_speed_locus
 
     drawn = []
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from studies import paper_figures
-from studies.paper_figures import FIGURES, TABLES, draw_over_load, draw_step_response, step_condition
+from studies.main_study import paper_figures
+from studies.main_study.paper_figures import FIGURES, TABLES, draw_over_load, draw_step_response, step_condition
 from tyre import TyreMap
 
 

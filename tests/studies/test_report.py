@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from bicycle.bicycle_file import load_bicycle
-from studies import main_study
-from studies.main_study import CRITICAL, Change, Study, run_study
-from studies.main_study_cases import Settings, tyre_cases
-from studies.main_study_checks import Check
-from studies.main_study_solve import Crossing, Uncertain
-from studies.report import context, write_report
-from studies.report_checks import check_words
-from studies.report_numbers import plain_range, shown_like, signed, signed_range, with_sd
-from studies.report_words import label, parts, printed, summary
-from studies.uncertain_quantity import Quantity
+from studies.main_study import study as main_study
+from studies.main_study.cases import Settings, tyre_cases
+from studies.main_study.checks import Check
+from studies.main_study.report import context, write_report
+from studies.main_study.report_checks import check_words
+from studies.main_study.report_numbers import plain_range, shown_like, signed, signed_range, with_sd
+from studies.main_study.report_words import label, parts, printed, summary
+from studies.main_study.solve import Crossing, Uncertain
+from studies.main_study.study import CRITICAL, Change, Study, run_study
+from studies.uncertainty.quantity import Quantity
 
 NUMBER = re.compile(r"[-+]?\d+\.\d+")
 

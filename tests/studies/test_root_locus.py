@@ -11,9 +11,9 @@ from bicycle import Model, effect_class, load_bicycle
 from bicycle.critical import critical_speeds
 from bicycle.model_file import read_model
 from studies.cli import main
-from studies.figure_root_locus import _limits, line_look
-from studies.parameter_path import parameter_path, with_value
-from studies.root_locus import AxisCrossing, RootLocus, parse_range, root_locus
+from studies.root_loci.figure import _limits, line_look
+from studies.root_loci.parameter_path import parameter_path, with_value
+from studies.root_loci.root_locus import AxisCrossing, RootLocus, parse_range, root_locus
 from tyre.errors import InputError
 
 RIGID = """bicycle = "benchmark"

@@ -8,8 +8,8 @@ import pytest
 
 from bicycle import Model, effect_class, load_bicycle
 from studies.cli import main
-from studies.ranking import rank, standard_deviations
-from studies.tornado import footnotes
+from studies.sensitivity.ranking import rank, standard_deviations
+from studies.sensitivity.tornado import footnotes
 
 MODEL = """
 bicycle = "benchmark"

@@ -7,7 +7,7 @@ import pytest
 from bicycle.model_file import read_model
 from bicycle.responses import respond
 from studies.cli import main
-from studies.simulation_options import parse_initial, parse_inputs
+from studies.motion.simulation_options import parse_initial, parse_inputs
 from tyre.errors import InputError
 
 MODEL = """bicycle = "benchmark"

@@ -17,11 +17,11 @@ from bicycle.critical import critical_speeds  # noqa: E402
 from bicycle.modes import modes  # noqa: E402
 from bicycle.sensitivity import sensitivities  # noqa: E402
 from studies.cli import main  # noqa: E402
-from studies.sweep import pieces, run_sweep  # noqa: E402
-from studies.sweep_chunk import compute  # noqa: E402
-from studies.sweep_engines import in_loop, in_processes, in_threads, on_cluster  # noqa: E402
-from studies.sweep_file import build_sweep, read_sweep  # noqa: E402
-from studies.sweep_parts import open_parts  # noqa: E402
+from studies.sweeps.chunk import compute  # noqa: E402
+from studies.sweeps.engines import in_loop, in_processes, in_threads, on_cluster  # noqa: E402
+from studies.sweeps.parts import open_parts  # noqa: E402
+from studies.sweeps.run import pieces, run_sweep  # noqa: E402
+from studies.sweeps.sweep_file import build_sweep, read_sweep  # noqa: E402
 from tyre import TyreMap  # noqa: E402
 from tyre.errors import InputError  # noqa: E402
 
@@ -239,9 +239,9 @@ def test_netcdf_holds_the_same_numbers(reference, tmp_path):
 
 KILLED = """
 import sys
-from studies import sweep_parts
-from studies.sweep import run_sweep
-from studies.sweep_file import read_sweep
+from studies.sweeps import parts as sweep_parts
+from studies.sweeps.run import run_sweep
+from studies.sweeps.sweep_file import read_sweep
 write, written = sweep_parts.Parts.write, []
 def slowly(self, piece, arrays):
     write(self, piece, arrays)
@@ -455,7 +455,7 @@ def test_refused_results(reference, tmp_path):
 
 def test_no_scheduler(monkeypatch, tmp_path):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("studies.sweep_engines.PATIENCE", 0.3)
+    monkeypatch.setattr("studies.sweeps.engines.PATIENCE", 0.3)
     with pytest.raises(InputError, match=r"no dask scheduler answers at tcp://127.0.0.1:9 .*; 0 of 1400 bicycles"):
         run_sweep(build_sweep(RANDOM), tmp_path / "a.zarr", engine=on_cluster("tcp://127.0.0.1:9"))
 
@@ -545,6 +545,6 @@ def test_a_cluster_that_fails(monkeypatch, tmp_path, workers, error, words):
         raise distributed.KilledWorker("compute", None, 3) if error == "killed" else OSError("closed")
 
     monkeypatch.setattr(distributed, "Client", Client)
-    monkeypatch.setattr("studies.sweep.compute", failing)
+    monkeypatch.setattr("studies.sweeps.run.compute", failing)
     with pytest.raises(InputError, match=f"{words}.*; 0 of 1400 bicycles are finished"):
         run_sweep(build_sweep(RANDOM), tmp_path / "a.zarr", engine=on_cluster("tcp://x:1"))

@@ -15,8 +15,8 @@ from bicycle.propagation import (
     standard_deviation,
 )
 from studies.cli import main
-from studies.uncertainty import Uncertainty
-from studies.variance_shares import total_effects
+from studies.uncertainty.propagation import Uncertainty
+from studies.uncertainty.variance_shares import total_effects
 from tyre import TyreMap
 from tyre.errors import InputError
 

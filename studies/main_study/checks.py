@@ -1,0 +1,56 @@
+"""Linear standard deviations of the main study checked by Monte Carlo, where they are most in doubt."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from studies.main_study.cases import Settings, Setup
+from studies.main_study.solve import COMPARED_MODES, Result
+from studies.main_study.spread import uncertainty
+from studies.uncertainty.quantity import Quantity
+
+CHECKED_MODE = COMPARED_MODES[0]
+FAR = 0.05  # two standard deviations further apart than this, relative to the linear one, are said to differ
+
+
+@dataclass(frozen=True, eq=False)
+class Check:
+    """Frequency, damping ratio and critical speeds of wobble of one result, linear and of random bicycles."""
+
+    result: Result
+    quantities: tuple[Quantity, ...]
+
+
+def chosen(results: Sequence[Result]) -> list[Result]:
+    """The results to check: of every tyre in the last setup, and of the first setup, the most doubtful one."""
+    first, last = results[0].setup, results[-1].setup
+    groups: dict[tuple[Setup, str], list[Result]] = {}
+    for result in results:
+        if result.setup in (first, last):
+            groups.setdefault((result.setup, result.case.name if result.setup == last else ""), []).append(result)
+    return [max(group, key=doubt) for group in groups.values()]
+
+
+def doubt(result: Result) -> float:
+    """How far a speed at which wobble changes its stability moves in one standard deviation, relative to it."""
+    return max((c.sd / c.speed for c in result.crossings if c.mode == CHECKED_MODE), default=0.0)
+
+
+def check(settings: Settings, result: Result) -> Check:
+    """Compare both ways for one result."""
+    found = uncertainty(settings, result.case, result.setup).quantities(
+        np.array([settings.report_speed]), max_speed=settings.max_speed,
+        samples=settings.samples, seed=settings.seed, only=[CHECKED_MODE], matched=True,
+    )  # fmt: skip
+    return Check(result, tuple(found))
+
+
+def excess(quantity: Quantity) -> float:
+    """How much larger the standard deviation of the draws is than the linear one, relative to it."""
+    return quantity.sampled_sd / quantity.linear_sd - 1
+
+
+def differs(quantity: Quantity) -> bool:
+    """Whether the two are far apart, or some draws have lost the quantity."""
+    return bool(quantity.lost) or not abs(excess(quantity)) <= FAR

@@ -1,0 +1,1 @@
+"""What a rider would see: time histories, mode shapes and films."""

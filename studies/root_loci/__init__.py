@@ -1,0 +1,1 @@
+"""Root loci in any parameter."""

@@ -1,0 +1,54 @@
+"""Tornado figure: what one standard deviation of each parameter does to the growth rate of a mode."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from studies.sensitivity.ranking import ASSUMED, OF_TYPICAL, Change, Ranking
+
+
+def draw_tornado(ranking: Ranking, target: Path, *, top: int = 15) -> None:
+    """Bars of the change of the growth rate for plus (dark) and minus (hatched) one standard deviation."""
+    from studies.plotting import LOOKS, drawing
+
+    shown = ranking.changes[:top][::-1]
+    growth, rows = np.array([change.growth for change in shown]), np.arange(len(shown))
+    z, note = ranking.eigenvalue, "; two real roots meet, their mean" if ranking.meeting else ""
+    with drawing(target, width=7.6, height=1.9 + 0.28 * len(shown)) as figure:
+        axes = figure.subplots()
+        axes.barh(rows, growth, color=LOOKS[0].colour, label="+1 standard deviation")
+        axes.barh(rows, -growth, color="white", edgecolor=LOOKS[2].colour, hatch="////", label="−1 standard deviation")
+        axes.axvline(0, color="black", linewidth=0.8)
+        axes.set_yticks(rows, [_label(change) for change in shown])
+        axes.tick_params(axis="y", length=0)
+        axes.margins(y=0.02)
+        axes.grid(axis="y", visible=False)
+        axes.set_xlabel("change of the growth rate, 1/s (> 0: less stable)", fontsize=8.5)
+        figure.suptitle(
+            f"What moves {ranking.mode} at {ranking.speed:g} m/s\n"
+            f"growth rate {z.real:.3g} 1/s, {abs(z.imag) / (2 * math.pi):.2f} Hz{note}",
+            fontsize=10, weight="bold",
+        )  # fmt: skip
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+        axes.set_xlabel("\n".join([axes.get_xlabel(), *footnotes(shown)]), fontsize=8.5)
+
+
+def footnotes(shown: Sequence[Change]) -> list[str]:
+    """What the stars behind the standard deviations mean, for those that occur."""
+    notes = {
+        "*": f"* no standard deviation known: {ASSUMED:.0%} of the value",
+        "**": f"** is zero (effect switched off), ranked last: {ASSUMED:.0%} of the largest typical value",
+    }
+    stars = {_star(change) for change in shown}
+    return [note for star, note in notes.items() if star in stars]
+
+
+def _star(change: Change) -> str:
+    return "**" if change.origin == OF_TYPICAL else "*" if change.origin.startswith("assumed") else ""
+
+
+def _label(change: Change) -> str:
+    unit = change.unit.replace("^2", "²").replace("^3", "³")
+    return f"{change.parameter}  (sd {change.sd:.3g}{'' if unit == '1' else ' ' + unit}{_star(change)})"

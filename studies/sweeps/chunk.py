@@ -1,0 +1,174 @@
+"""One chunk of a sweep: a pure function of the sweep and a range of items, the same wherever it runs."""
+
+from collections import OrderedDict
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bicycle.batch import Coefficients, coefficients, state_matrices
+from bicycle.critical import critical_speeds
+from bicycle.eigen import default_solver, eigenvalues
+from bicycle.modes import ORDER, modes
+from bicycle.sensitivity import sensitivities
+from studies.sweeps.points import Points, Sampler
+from studies.sweeps.sketch import sketch
+from studies.sweeps.spec import BY_SPEED, Sweep
+from tyre.errors import InputError
+
+BLOCK = 2048  # matrices worked on at a time; blocks start at fixed items, so that no result depends on the chunk
+OCCURRENCES = 4  # of a critical speed of one mode in one direction
+CHANGES = ("destabilising", "stabilising")
+MODES = (*ORDER, "other")
+Arrays = dict[str, NDArray[Any]]
+
+
+def compute(sweep: Sweep, start: int, stop: int) -> Arrays:
+    """Results of items ``start`` to ``stop`` - 1: arrays whose first axis is the item, or sketches of them.
+
+    Raises
+    ------
+    InputError
+        An item whose parameters are physically impossible, named by its place in the sweep.
+    """
+    worker = _worker(sweep)
+    parts = []
+    for first in range(start - start % worker.block, stop, worker.block):
+        last = min(first + worker.block, sweep.items)
+        found = worker.items(first, last)
+        inside = slice(max(start - first, 0), min(stop, last) - first)
+        parts.append({name: array[inside] for name, array in found.items()})
+    arrays = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    return arrays if sweep.quantiles is None else sketch(arrays, start, sweep.samples)
+
+
+class Worker:
+    """What is prepared once per sweep and process."""
+
+    def __init__(self, sweep: Sweep) -> None:
+        self.sweep = sweep
+        self.sampler = Sampler(sweep)
+        self.linear = self.sampler.model.linear_model()
+        self.slow = [name for name in sweep.outputs if name in SLOW]
+        self.fast = [name for name in sweep.outputs if name in FAST]
+        self.block = 8 if self.slow and not self.fast else max(1, BLOCK // sweep.points_per_item)
+        self.parameters = parameter_names(self.sampler)
+
+    def items(self, start: int, stop: int) -> Arrays:
+        points = self.sampler.points(start, stop)
+        found: Arrays = {}
+        if self.fast:
+            values = self._eigenvalues(points, start, stop)
+            found |= {name: FAST[name](values) for name in self.fast}
+        if self.slow:
+            rows = [self._one(points, item, start) for item in range(stop - start)]
+            found |= {name: np.array([row[name] for row in rows]) for name in self.slow}
+        if "parameters" in self.sweep.outputs:
+            found["parameters"] = np.stack(
+                [np.broadcast_to(points.values[key], stop - start) for key in self.parameters], -1
+            )
+        if points.extrapolated is not None:
+            found["tyre_extrapolated"] = points.extrapolated.astype(float)
+        if not self.sweep.speeds:  # one speed, or none, of its own for each item: no axis
+            found |= {name: found[name][:, 0] for name in self.sweep.outputs if name in BY_SPEED}
+        return {name: found[name] for name in (*self.sweep.outputs, "tyre_extrapolated") if name in found}
+
+    def _eigenvalues(self, points: Points, start: int, stop: int) -> NDArray[np.complex128]:
+        count, speeds = stop - start, points.speeds
+        if self.sampler.model.evaluator.symbolic.switches:  # ranges differ from item to item
+            matrices = np.array(
+                [self.sampler.variant(points, i).linear_model().state_matrix(_row(speeds, i)) for i in range(count)]
+            )
+        else:
+            found: Coefficients = coefficients(self.linear, self.sampler.model.evaluator, points.values, count)
+            if found.refused.any():
+                why = "the mass matrix is not positive definite; check masses and moments of inertia"
+                self.sampler.refuse(points, int(np.argmax(found.refused)), start, why)
+            self.linear.check_speeds(speeds)
+            matrices = state_matrices(found, speeds)
+        return eigenvalues(matrices, solver=default_solver())
+
+    def _one(self, points: Points, item: int, start: int) -> Mapping[str, Any]:
+        """Named results of one bicycle."""
+        speeds, result = _row(points.speeds, item), {}
+        try:
+            model = self.sampler.variant(points, item)
+            linear = model.linear_model()
+            if {"modes", "frequencies", "damping_ratios"} & set(self.slow):
+                found = modes(linear, speeds)
+                branches = [found.branches.get(name, np.full((len(speeds), 1), np.nan))[:, 0] for name in ORDER]
+                here = [name in found.branches for name in ORDER]
+                nothing = np.full(len(speeds), np.nan)
+                result["modes"] = np.array(branches).T
+                result["frequencies"] = np.array(
+                    [found.frequency(name) if ok else nothing for name, ok in zip(ORDER, here, strict=True)]
+                ).T
+                result["damping_ratios"] = np.array(
+                    [found.damping_ratio(name) if ok else nothing for name, ok in zip(ORDER, here, strict=True)]
+                ).T
+            if "critical_speeds" in self.slow:
+                result["critical_speeds"] = self._critical(linear)
+            if "sensitivities" in self.slow:
+                slopes = sensitivities(model, speeds)
+                result["sensitivities"] = np.stack([slopes.of(key) for key in free_parameters(self.sampler)], -1)
+        except InputError as error:
+            self.sampler.refuse(points, item, start, str(error))
+        return result
+
+    def _critical(self, linear: Any) -> NDArray[np.float64]:
+        result = np.full((len(MODES), len(CHANGES), OCCURRENCES), np.nan)
+        for crossing in critical_speeds(linear, self.sweep.max_speed):
+            row = result[
+                MODES.index(crossing.mode if crossing.mode in ORDER else "other"), CHANGES.index(crossing.direction)
+            ]
+            free = np.flatnonzero(np.isnan(row))
+            if not free.size:
+                raise InputError(
+                    f"{crossing.mode} has more than {OCCURRENCES} {crossing.direction} critical speeds up to "
+                    f"{self.sweep.max_speed:g} m/s; lower max_speed_m_s"
+                )
+            row[free[0]] = crossing.speed
+        return result
+
+
+def least_damping(values: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Smallest damping ratio -Re/|z| of the oscillating roots (..., n), NaN where none oscillates."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ratio = np.where(values.imag > 0, -values.real / np.abs(values), np.inf).min(-1)
+    return np.where(np.isinf(ratio), np.nan, ratio)
+
+
+FAST = {
+    "eigenvalues": lambda values: values,
+    "largest_growth_rate": lambda values: values.real.max(-1),
+    "smallest_damping_ratio": least_damping,
+}
+SLOW = ("modes", "frequencies", "damping_ratios", "critical_speeds", "sensitivities")
+
+
+def parameter_names(sampler: Sampler) -> tuple[str, ...]:
+    """Names along the axis ``parameter`` of the output ``parameters``: all that a bicycle or effect has."""
+    return tuple(sampler.nominal)
+
+
+def free_parameters(sampler: Sampler) -> tuple[str, ...]:
+    """Names along the axis ``parameter`` of the sensitivities."""
+    return sensitivities(sampler.model, [1.0]).parameters
+
+
+def _row(speeds: NDArray[np.float64], item: int) -> NDArray[np.float64]:
+    return np.asarray(speeds[item if len(speeds) > 1 else 0])
+
+
+_workers: OrderedDict[str, Worker] = OrderedDict()
+
+
+def _worker(sweep: Sweep) -> Worker:
+    """The worker of this sweep in this process; threads may build it twice, which changes nothing."""
+    found = _workers.get(sweep.fingerprint)
+    if found is None:
+        found = _workers[sweep.fingerprint] = Worker(sweep)
+        while len(_workers) > 4:
+            _workers.popitem(last=False)
+    return found

@@ -1,0 +1,116 @@
+"""Run a sweep: hand out its pieces, keep what is finished, put the result together; interrupted, it continues."""
+
+import json
+import math
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+from studies.sweeps.chunk import compute
+from studies.sweeps.engines import Engine, in_loop
+from studies.sweeps.parts import Parts, open_parts
+from studies.sweeps.result import assemble, remove, to_netcdf
+from studies.sweeps.spec import Sweep
+from tyre.errors import InputError
+
+SLOW_ITEMS = 32  # per part, where every bicycle is tracked by itself
+
+
+def run_sweep(sweep: Sweep, out: str | Path, *, engine: Engine | None = None, progress: bool = False) -> Path:
+    """Compute a sweep into ``out``, a zarr store, or netCDF where its name ends in ``.nc``.
+
+    Finished pieces are kept in ``OUT.parts`` until all are there; the same call continues after any interruption and
+    ends with the same bits. ``progress`` shows a bar on standard error.
+
+    Raises
+    ------
+    InputError
+        ``out`` holds another sweep; an item is physically impossible; a worker or the disk failed. The message says
+        what is kept.
+    """
+    out = Path(out)
+    if out.suffix not in (".zarr", ".nc"):
+        raise InputError(f"--out {out.as_posix()}: the name must end in .zarr or .nc (netCDF)")
+    if out.exists():
+        if _fingerprint(out) != sweep.fingerprint:
+            raise InputError(
+                f"{out.as_posix()} exists and is not the result of this sweep; remove it or choose another --out"
+            )
+        remove(out.with_name(out.name + ".parts"))  # killed between the last rename and this
+        return out
+    parts = open_parts(out, sweep)
+    todo = [piece for piece in pieces(sweep) if not parts.has(piece)]
+    try:
+        _compute(sweep, parts, todo, engine or in_loop(), progress)
+        _finish(sweep, parts, out)
+    except (InputError, OSError) as error:
+        reason = (
+            f"{error.strerror or error}: cannot write to {parts.folder.as_posix()}"
+            if isinstance(error, OSError)
+            else error
+        )
+        done = sum(piece[1] - piece[0] for piece in pieces(sweep) if parts.has(piece))
+        raise InputError(
+            f"{reason}; {done} of {sweep.items} bicycles are finished and kept in {parts.folder.as_posix()}: "
+            "mend the cause and run the same command again to continue"
+        ) from error
+    parts.remove()
+    return out
+
+
+def pieces(sweep: Sweep) -> Iterator[tuple[int, int]]:
+    """Item ranges that are computed and kept together."""
+    from studies.sweeps.chunk import BLOCK, SLOW
+
+    step = max(1, sweep.points_per_part // sweep.points_per_item)
+    if any(name in SLOW for name in sweep.outputs):
+        step = min(step, SLOW_ITEMS)
+    else:
+        block = max(1, BLOCK // sweep.points_per_item)
+        step = math.ceil(step / block) * block  # whole blocks: nothing is computed twice
+    for start in range(0, sweep.items, step):
+        yield start, min(start + step, sweep.items)
+
+
+def _compute(sweep: Sweep, parts: Parts, todo: list[tuple[int, int]], engine: Engine, progress: bool) -> None:
+    from tqdm import tqdm
+
+    points = sweep.points_per_item
+    left = sum(stop - start for start, stop in todo) * points
+    total = sweep.items * points
+    with tqdm(total=total, initial=total - left, unit="points", unit_scale=True, disable=not progress) as bar:
+        for piece, arrays in engine(partial(compute, sweep), todo):
+            parts.write(piece, arrays)
+            bar.update((piece[1] - piece[0]) * points)
+
+
+def _finish(sweep: Sweep, parts: Parts, out: Path) -> None:
+    store, export = (out.with_name(f"{out.name}.{ending}") for ending in ("partial", "export"))
+    try:
+        remove(store)
+        remove(export)
+        assemble(sweep, parts, pieces(sweep), store)
+        if out.suffix == ".nc":
+            to_netcdf(store, export)
+            export.replace(out)
+        else:
+            store.replace(out)
+    finally:
+        remove(store)
+        remove(export)
+
+
+def _fingerprint(out: Path) -> str | None:
+    if out.is_dir():
+        try:
+            content = json.loads((out / "zarr.json").read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None
+        return content.get("attributes", {}).get("fingerprint")
+    import xarray as xr
+
+    try:
+        with xr.open_dataset(out, engine="netcdf4") as found:
+            return found.attrs.get("fingerprint")
+    except OSError:
+        return None

@@ -1,0 +1,1 @@
+"""Uncertain inputs carried to modes and critical speeds."""

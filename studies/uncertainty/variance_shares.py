@@ -1,0 +1,52 @@
+"""Which measurement would narrow a result most: variance-based indices of a critical speed."""
+
+import numpy as np
+
+from bicycle.sensitivity import critical_speed_sensitivities
+from studies.uncertainty.propagation import Uncertainty
+from tyre.errors import InputError
+
+
+def total_effects(
+    uncertainty: Uncertainty, name: str, *, max_speed: float = 60.0, base: int = 512, seed: int = 0
+) -> dict[str, tuple[float, float, float]]:
+    """Which measurement would narrow a critical speed most: variance-based indices of each (Saltelli et al. 2010).
+
+    Returns measurement -> (first-order index, total index, its 95 % half-width). The first-order index is the part of
+    the variance that vanishes on average when that measurement is made exact.
+
+    Raises
+    ------
+    InputError
+        SALib is missing, there is no such critical speed, or it vanishes for some of the bicycles.
+    """
+    try:
+        from SALib.analyze import sobol
+        from SALib.sample import sobol as sampling
+    except ImportError as error:
+        raise InputError("SALib is not installed; install it with pip install 'velotyre[sensitivity]'") from error
+    crossings = uncertainty.crossings(max_speed)
+    if name not in crossings:
+        raise InputError(f"no critical speed {name!r}; this model has {', '.join(crossings) or 'none'}")
+    crossing = crossings[name]
+    slopes = critical_speed_sensitivities(uncertainty.nominal, [crossing])
+    gradient = uncertainty.gradient({key: value[0] for key, value in slopes.items()})
+    count = len(uncertainty.names)
+    groups = [group for group, members in uncertainty.measurements.items() for _ in members]
+    problem = {
+        "num_vars": count, "names": list(uncertainty.names), "groups": groups,
+        "bounds": [[0.0, 1.0]] * count, "dists": ["norm"] * count,
+    }  # fmt: skip
+    z = sampling.sample(problem, base, calc_second_order=False, seed=seed)
+    speeds = uncertainty.crossing_speeds(crossing, gradient, z)
+    lost = int(np.isnan(speeds).sum())
+    if lost:
+        raise InputError(
+            f"{name} vanishes for {lost} of {len(z)} bicycles, so its variance is not defined; "
+            "use smaller standard deviations or another critical speed"
+        )
+    found = sobol.analyze(problem, speeds, calc_second_order=False, seed=seed)
+    return {
+        group: (float(found["S1"][k]), float(found["ST"][k]), float(found["ST_conf"][k]))
+        for k, group in enumerate(uncertainty.measurements)
+    }
