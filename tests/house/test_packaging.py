@@ -1,5 +1,6 @@
 """The house: packages listed are packages on disk, data are found from a wheel and from a bare checkout."""
 
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -24,8 +25,16 @@ def test_listed_packages_are_those_on_disk():
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
     folder = tmp_path_factory.mktemp("wheel")
+    source = (
+        folder / "source"
+    )  # a copy, for setuptools leaves its build folder in the source and packs what it finds there
+    source.mkdir()
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, source)
+    for name in ("tyre", "bicycle", "studies", "data"):
+        shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
     subprocess.run(
-        [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "-w", folder, ROOT],
+        [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "-w", folder, source],
         check=True, capture_output=True,
     )  # fmt: skip
     return next(folder.glob("*.whl"))
@@ -47,6 +56,9 @@ def test_wheel_holds_every_data_file(wheel):
     for path in (ROOT / "data").rglob("*"):
         if path.suffix in (".csv", ".toml", ".md", ".json"):
             assert f"tyre/data/{path.relative_to(ROOT / 'data').as_posix()}" in inside
+    templates = [path.relative_to(ROOT).as_posix() for path in (ROOT / "studies").rglob("*.j2")]
+    assert templates
+    assert set(templates) <= inside
 
 
 def test_data_are_found_in_an_unpacked_and_in_a_zipped_wheel(wheel, tmp_path):
