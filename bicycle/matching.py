@@ -82,9 +82,10 @@ def doubtful(values: Complex) -> NDArray[np.bool_]:
 
 
 def uncertainty(values: Complex, left: Complex, matrices: Array, right: Complex) -> Array:
-    """What rounding may change in each root: eps |u| |A| |x| (absolute values, u x = 1), or eps times the largest root.
+    """What rounding may change in each root: eps times the largest root, or more where the root is sensitive.
 
-    ``left`` and ``right`` are (m, n, n); the result is (m, n), 1/s.
+    That is ``eps |u| |A| |x|``, with absolute values of left and right eigenvectors, u x = 1. ``left`` and
+    ``right`` are (m, n, n); the result is (m, n), 1/s.
     """
     own = ((np.abs(left) @ np.abs(matrices)).swapaxes(1, 2) * np.abs(right)).sum(1)
     return np.asarray(DIGITS * np.maximum(own, np.abs(values).max(1, keepdims=True)))

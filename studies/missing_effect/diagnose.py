@@ -2,25 +2,35 @@
 
 from dataclasses import replace
 
+from bicycle.effect import registry
+from bicycle.eigen import one_blas_thread
 from bicycle.model import Model
 from studies.missing_effect.engine.fit import Fit
 from studies.missing_effect.engine.forward import Forward
 from studies.missing_effect.engine.judge import Diagnosis, Subject, judge
+from studies.missing_effect.engine.unknown import Candidate
 from studies.missing_effect.measurement import Measurement
 from studies.missing_effect.motion.candidates import find_candidates, physical
-from studies.missing_effect.motion.canonical_forward import canonical_forward
+from studies.missing_effect.motion.canonical_forward import canonical_forward, sensor_candidates
 from studies.missing_effect.motion.history_forward import HistoryForward, history_candidates
 from studies.missing_effect.motion.modal_forward import ModalForward, measurement_candidates
 from studies.missing_effect.motion.nuisances import nuisances
 from studies.missing_effect.rig.measurement import RigMeasurement
 from studies.missing_effect.rig.setup import rig_forward_model
-from tyre.errors import InputError
+from tyre.errors import InputError, unknown
 
 
 def forward_model(measurement: Measurement, *, without: tuple[str, ...] = ()) -> Forward:
-    """The forward model of a measurement with its candidates; ``without`` names effects that are not tried."""
+    """The forward model of a measurement with its candidates; ``without`` names effects that are not tried.
+
+    Raises
+    ------
+    InputError
+        An effect in ``without`` that does not exist.
+    """
     model = measurement.model
     if measurement.coefficients is not None:
+        _check_names(without, sensor_candidates())
         return canonical_forward(measurement, measurement.coefficients, without)
     unknowns, notes = nuisances(model, measurement.uncertainty)
     found, refused = find_candidates(model, measurement.known, without)
@@ -28,17 +38,29 @@ def forward_model(measurement: Measurement, *, without: tuple[str, ...] = ()) ->
     if measurement.points:
         points = tuple(sorted(measurement.points, key=lambda p: (p.mode, p.speed)))
         ratios = tuple(dict.fromkeys(name for p in points for name in p.ratios))
-        sensors = tuple(c for c in measurement_candidates(ratios) if c.identifier not in without)
+        every = measurement_candidates(ratios)
+        _check_names(without, every)
+        sensors = tuple(c for c in every if c.identifier not in without)
         return ModalForward(
             base=model, nuisances=unknowns, candidates=(*found, *sensors), refused=refused, notes=notes, points=points
         )
-    sensors = tuple(c for c in history_candidates(measurement.runs[0]) if c.identifier not in without)
+    every = history_candidates(measurement.runs[0])
+    _check_names(without, every)
+    sensors = tuple(c for c in every if c.identifier not in without)
     return HistoryForward.of_runs(
         measurement.runs, measurement.noise_sd,
         base=model, nuisances=unknowns, candidates=(*found, *sensors), refused=refused, notes=notes,
     )  # fmt: skip
 
 
+def _check_names(without: tuple[str, ...], sensors: tuple[Candidate, ...]) -> None:
+    known = {*registry(), *(c.identifier for c in sensors)}
+    for name in without:
+        if name not in known:
+            raise InputError(f"--without: {unknown('effect', name, known)}")
+
+
+@one_blas_thread()  # the matrices are small: threads make it ten times slower
 def diagnose(
     measurement: Measurement | RigMeasurement, model: Model | None = None, *, without: tuple[str, ...] = (),
     progress: bool = False,

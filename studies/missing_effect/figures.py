@@ -15,6 +15,7 @@ from studies.plotting import GREY, drawing, look
 
 MOST_BARS = 12
 MOST_SERIES = 8
+MOST_LETTERS = 40  # of the names of the conditions below one panel
 NAMES = ("nominal", "nuisance_only", "final")
 TITLES = {"nominal": "base model", "nuisance_only": "parameters adjusted", "final": "with what was named"}
 
@@ -90,6 +91,8 @@ def _gap_by_channel(diagnosis: Diagnosis, target: Path) -> bool:
     rows = diagnosis.forward.rows
     channel = np.array([where.split(",")[0] for where in rows.where])
     names = list(dict.fromkeys(channel.tolist()))
+    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+
     with drawing(target, width=8, height=1.2 + 2.3 * -(-len(names) // 2)) as figure:
         for axis, name in zip(_grid(figure, len(names)), names, strict=True):
             axis.axhline(1, color="k", linestyle=":", linewidth=1)
@@ -99,6 +102,9 @@ def _gap_by_channel(diagnosis: Diagnosis, target: Path) -> bool:
                 rms = [float(np.sqrt(squares[(channel == name) & (rows.speed == v)].mean())) for v in speeds]
                 axis.plot(speeds, rms, label=TITLES[model], **look(k).plot)
             axis.set(title=name, xlabel="speed, m/s", ylabel="rms gap / sd", yscale="log")
+            axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 1.5, 2.0, 3.0, 5.0, 7.0)))
+            axis.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+            axis.yaxis.set_minor_formatter(NullFormatter())
         handles, labels = axis.get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper center", ncols=3)
     return True
@@ -139,7 +145,9 @@ def _label_conditions(axis: Any, rows: Rows, series: str) -> None:
     if not rows.condition:
         axis.set_xlabel(rows.axes.get(series, "speed, m/s"))
         return
-    axis.set_xticks(range(len(rows.condition)), rows.condition, fontsize=8)
+    crowded = sum(map(len, rows.condition)) > MOST_LETTERS
+    turned: dict[str, Any] = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"} if crowded else {}
+    axis.set_xticks(range(len(rows.condition)), rows.condition, fontsize=8, **turned)
     axis.set_xlim(-0.5, len(rows.condition) - 0.5)
     axis.grid(visible=False, axis="x")
 

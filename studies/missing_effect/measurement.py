@@ -20,11 +20,13 @@ from typing import Any
 from bicycle.effect import effect_class
 from bicycle.model import Model
 from bicycle.model_file import build_model
+from studies.missing_effect.motion.candidates import check_known
 from studies.missing_effect.motion.canonical_table import CanonicalTable, read_canonical
 from studies.missing_effect.motion.history_table import Run, read_runs
 from studies.missing_effect.motion.modal_table import ModalPoint, read_modal
+from studies.missing_effect.motion.nuisances import nuisances
 from studies.missing_effect.rig.measurement import RigMeasurement, read_rig
-from tyre.errors import InputError, unknown
+from tyre.errors import InputError, shown, unknown
 
 KINDS = ("modal", "histories", "canonical")
 TOP_KEYS = ("kind", "description", "source", "bicycle", "effects", "uncertainty", "candidates", *KINDS)
@@ -84,9 +86,11 @@ def read_measurement(path: str | Path) -> Measurement | RigMeasurement:
     """
     path = Path(path)
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except FileNotFoundError as error:
         raise InputError(f"{path}: no such measurement file") from error
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); give a MEASUREMENT.toml") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not a TOML file: {error}") from error
     try:
@@ -96,6 +100,9 @@ def read_measurement(path: str | Path) -> Measurement | RigMeasurement:
 
 
 def _measurement(content: Mapping[str, Any], path: Path) -> Measurement | RigMeasurement:
+    for key in ("description", "source"):
+        if not isinstance(content.get(key, ""), str):
+            raise InputError(f"{key} = {shown(content[key])} must be words in quotes")
     if content.get("kind") == "rig":
         return read_rig(content, path)
     for key in content:
@@ -111,9 +118,10 @@ def _measurement(content: Mapping[str, Any], path: Path) -> Measurement | RigMea
     model = build_model({k: content[k] for k in ("bicycle", "effects") if k in content}, folder=path.parent)
     common: dict[str, Any] = {
         "name": path.stem, "model": model, "uncertainty": _uncertainty(_table(content, "uncertainty")),
-        "known": _known(_table(content, "candidates")),
-        "description": str(content.get("description", "")), "source": str(content.get("source", "")),
+        "known": _known(_table(content, "candidates"), model),
+        "description": content.get("description", ""), "source": content.get("source", ""),
     }  # fmt: skip
+    nuisances(model, common["uncertainty"])  # complains here, where the file is known
     if kind == "modal":
         points, notes = read_modal(_table(content, "modal"), path.parent)
         return Measurement(**common, points=points, notes=notes)
@@ -141,12 +149,16 @@ def _uncertainty(table: Mapping[str, Any], prefix: str = "") -> dict[str, float]
     return flat
 
 
-def _known(table: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
+def _known(table: Mapping[str, Any], model: Model) -> dict[str, Mapping[str, Any]]:
+    present = [effect.identifier for effect in model.effects]
     for identifier, parameters in table.items():
         names = [p.name for p in effect_class(identifier).parameters]
+        if identifier in present:
+            raise InputError(f"[candidates.{identifier}]: the base model contains it already; take one of them out")
         if not isinstance(parameters, Mapping):
             raise InputError(f"[candidates] holds tables: write [candidates.{identifier}] and parameters below it")
         for name in parameters:
             if name not in names:
                 raise InputError(f"[candidates.{identifier}]: {unknown('parameter', name, names)}")
+        check_known(effect_class(identifier), parameters)
     return dict(table)

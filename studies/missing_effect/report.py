@@ -16,7 +16,7 @@ SAYS = {
     "none": "Nothing is missing: the base model with its uncertain parameters explains the measurement.",
     "named": "One effect is missing and is named, relative to the library that was tried.",
     "class": "An effect is missing, but these data cannot tell which of several it is.",
-    "partial": "An effect is named, but a significant gap remains.",
+    "partial": "An effect is named, but something significant remains; see the rules that do not hold.",
     "unknown": "Something is missing that no effect of the library explains.",
 }
 

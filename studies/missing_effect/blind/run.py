@@ -75,7 +75,7 @@ def read_results(path: Path) -> list[dict[str, Any]]:
         records = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
         if not all({"cell", "seed", "score"} <= set(record) for record in records):
             raise ValueError("not results of a blind test")
-    except ValueError as error:
+    except (TypeError, ValueError) as error:
         raise InputError(f"{path}: not a result file of blind-test ({error}); give another --out") from error
     return records
 

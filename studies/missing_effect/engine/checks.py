@@ -48,8 +48,9 @@ def held_out(forward: Forward, found: Fit) -> HeldOut:
 
 def log_normal(r: Array, j: Array, covariance: Array) -> float:
     """ln N(r; 0, I + j covariance j'), by the matrix inversion lemma where there are many rows."""
-    root = np.linalg.cholesky(covariance + 1e-14 * np.diag(covariance.diagonal()))
-    g = j @ root
+    scale = np.sqrt(np.maximum(covariance.diagonal(), 1e-300))
+    size, axes = np.linalg.eigh(covariance / np.outer(scale, scale))
+    g = j @ (scale[:, None] * axes * np.sqrt(np.maximum(size, 0.0)))  # rounding may leave it a little indefinite
     inner = np.eye(g.shape[1]) + g.T @ g
     projected = g.T @ r
     squared = float(r @ r - projected @ np.linalg.solve(inner, projected))

@@ -53,6 +53,12 @@ class Hypotheses:
         kept = [f for f in self.fits if effects is None or len(f.candidates) == effects]
         return sorted(kept, key=lambda f: -self.log_posterior(f))
 
+    def larger(self, found: Fit) -> list[Fit]:
+        """Possible fits with one more effect or more that ``found`` is not clearly more probable than, best first."""
+        names = {c.identifier for c in found.candidates}
+        more = [f for f in self.best() if names < {c.identifier for c in f.candidates} and f.physical]
+        return [f for f in more if self.odds(found, f) < CLEAR_ODDS]
+
     def odds(self, first: Fit, second: Fit) -> float:
         """Posterior odds."""
         return math.exp(min(self.log_posterior(first) - self.log_posterior(second), 700.0))

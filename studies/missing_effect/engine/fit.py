@@ -17,6 +17,7 @@ MOST_DAMPING = 1e6
 ENOUGH = 1e-5  # relative decrease of the objective below which a fit has ended
 HOPELESS, POLISH = 10.0, 1e-2  # a fit with chi^2 of ten a row is not polished beyond a per cent
 MOST_SCALES = 3.0
+FARTHEST = 100.0  # prior sd: no fit comes near, but a trial step may overflow beyond
 AT_BOUND = 1e-9
 
 
@@ -117,8 +118,8 @@ def fit(
     """Fit nuisances and candidates to the rows (all by default), from ``starts`` or those of the candidates."""
     unknowns = (*forward.nuisances, *(u for c in candidates for u in c.unknowns))
     centre, sd = prior(unknowns, candidates, nuisance_scale)
-    lower = (np.array([u.lowest for u in unknowns]) - centre) / sd
-    upper = (np.array([u.highest for u in unknowns]) - centre) / sd
+    lower = np.maximum((np.array([u.lowest for u in unknowns]) - centre) / sd, -FARTHEST)
+    upper = np.minimum((np.array([u.highest for u in unknowns]) - centre) / sd, FARTHEST)
     used = np.ones(len(forward.rows.where), bool) if rows is None else rows
 
     def evaluate(z: Array, slopes: bool) -> tuple[Array, Array]:

@@ -21,6 +21,8 @@ POOR_FIT = 0.01
 PARTIAL_SHARE = 0.5  # of the nuisance-only held-out gap that a partial name must close
 NEGLIGIBLE = 1e-3  # posterior of a pair that is not worth a line
 PARTIAL_REST = 2.0  # held-out gap (in sd) beyond which a name would be a guess
+MANY = 1000.0  # odds that need no figure
+LIKELIER = 3.0  # odds beyond which a hypothesis with one effect more than the leader joins its class
 LEADERS = 6  # that are refitted with wider nuisances
 
 
@@ -103,6 +105,7 @@ def _accept(forward: Forward, known: Hypotheses, leader: Fit | None, advance: Ad
         verdict = "none" if null_good else "unknown"
         return known, null, verdict, [], checks, scores, [] if null_good else _mimics(forward, null)
     members = equivalents(forward, known, leader)
+    members += [f for f in known.larger(leader)[:1] if known.odds(f, leader) > LIKELIER]  # though not clearly
     scores["final"] = held_out(forward, leader)
     peers = list(dict.fromkeys([*members, *known.best(len(leader.candidates))[:LEADERS]]))
     wide = with_wider_nuisances(forward, known, peers)
@@ -177,9 +180,13 @@ def _complete(
         warnings.append("one run: nothing can be held out, so nothing is named; record further runs or speeds")
     if verdict == "unknown":
         warnings.append("something is missing that the library does not explain")
+    larger = known.larger(final) if final.candidates else []
+    if larger:
+        warnings.append(_beside(known, final, larger))
+    variance = _widened(known, final, larger)
     result = Verdict(
         verdict=verdict,
-        effects=tuple(named(final, c) for c in final.candidates),
+        effects=tuple(named(final, c, variance) for c in final.candidates),
         equivalent=tuple(f.name for f in members),
         posterior={name: p for name, p in known.posterior.items() if p > NEGLIGIBLE or "+" not in name},
         chi2={"n": n, "nominal": float(nominal @ nominal), "nuisance_only": known.null.chi2, "final": final.chi2},
@@ -195,12 +202,38 @@ def _complete(
     )  # fmt: skip
 
 
-def named(found: Fit, candidate: Candidate) -> Named:
-    """A candidate with its fitted values, each wheel by itself where they differ."""
+def _beside(known: Hypotheses, final: Fit, larger: list[Fit]) -> str:
+    """What more cannot be ruled out, in words."""
+    own = {c.identifier for c in final.candidates}
+    told = []
+    for f in larger:
+        odds = known.odds(f, final)
+        share = f"{odds:.0f} : 1" if odds >= 1.5 else f"1 : {1 / odds:.0f}"
+        more = "+".join(c.identifier for c in f.candidates if c.identifier not in own)
+        told.append(f"{more} ({share if odds < MANY else f'over {MANY:.0f} : 1'})")
+    return f"beside {final.name} cannot be ruled out, with odds: {', '.join(told)}; the sd allows for it"
+
+
+def _widened(known: Hypotheses, final: Fit, larger: list[Fit]) -> Array:
+    """Variance of the effects' coordinates about the final fit, averaged over it and what cannot be ruled out.
+
+    Hoeting et al. (1999), Statistical Science 14, 382-417: sum of w (variance + squared difference), w the posterior.
+    """
+    weights = np.array([1.0, *(known.odds(f, final) for f in larger)])
+    total = np.zeros(len(final.theta))
+    for weight, f in zip(weights / weights.sum(), (final, *larger), strict=True):
+        for c in final.candidates:
+            own, there = final.columns(c), f.columns(c)
+            total[own] += weight * (f.covariance.diagonal()[there] + (f.theta[there] - final.theta[own]) ** 2)
+    return total
+
+
+def named(found: Fit, candidate: Candidate, variance: Array) -> Named:
+    """A candidate with its fitted values and sd from the variance (p,), each wheel by itself where they differ."""
     columns = found.columns(candidate)
     parameters = {}
     for i, u in zip(range(columns.start, columns.stop), found.unknowns[columns], strict=True):
-        x, sd = float(found.theta[i]), float(np.sqrt(found.covariance[i, i]))
+        x, sd = float(found.theta[i]), float(np.sqrt(variance[i]))
         value, spread = float(u.value(np.asarray(x))), u.slope(x) * sd
         if len(set(u.sets.values())) <= 1:
             parameters[u.name] = (value, spread)

@@ -95,6 +95,18 @@ def candidate(
     )
 
 
+def check_known(effect: type[Effect], known: Mapping[str, Any]) -> None:
+    """Refuse values of a candidate that it cannot have.
+
+    Raises
+    ------
+    InputError
+        Not a number, or out of the bounds that the effect declares.
+    """
+    needed = {p.name: _middle(p) for p in effect.parameters if p.name not in known}
+    effect(**{name: value for name, value in needed.items() if value is not None}, **known)
+
+
 def _instance(model: Model, effect: type[Effect], known: Mapping[str, Any]) -> tuple[dict[str, Any], Effect]:
     """The effect in the middle of its typical ranges; a body that the bicycle cannot hold is made smaller."""
     middle = {p.name: known.get(p.name, _middle(p)) for p in effect.parameters}

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studies.missing_effect.motion.csv_table import read_columns
-from tyre.errors import InputError, is_number, unknown
+from tyre.errors import InputError, is_number, shown, unknown
 
 Array = NDArray[np.float64]
 ROLL = ("M_phi_delta", "C1_phi_delta", "K0_phi_delta")
@@ -68,7 +68,8 @@ def read_canonical(table: Mapping[str, Any], folder: Path) -> tuple[CanonicalTab
         if key not in keys:
             raise InputError(f"[canonical]: {unknown('key', key, keys)}")
     if not isinstance(table.get("table"), str):
-        raise InputError('[canonical]: table = "FILE.csv" is missing')
+        what = f"table = {shown(table['table'])} must be a path in quotes" if "table" in table else "no table"
+        raise InputError(f'[canonical]: {what}; write table = "FILE.csv"')
     speeds = _ascending(table.get("speeds_m_s", list(SPEEDS)), "speeds_m_s", FASTEST, "m/s")
     band = _ascending(table.get("band_hz", list(BAND)), "band_hz", HIGHEST, "Hz")
     if len(band) != 2:
@@ -114,13 +115,14 @@ Cells = dict[tuple[str, str, str], tuple[float, float, float]]
 def _cells(path: Path) -> tuple[Cells, bool]:
     """(rider, environment, coefficient) -> value, sd, difference in per cent; and whether there are differences."""
     texts = ("rider", "environment", "coefficient", "unit")
-    numbers, words = read_columns(
+    columns = read_columns(
         path, numbers=("value", "sd", "difference_percent"), texts=texts, needed=(*texts, "value", "sd")
     )
+    numbers, words = columns.numbers, columns.texts
     cells: Cells = {}
     lines: dict[tuple[str, str, str], int] = {}
     for row, name in enumerate(words["coefficient"]):
-        where = f"{path}, line {row + 2}"
+        where = f"{path}, line {columns.lines[row]}"
         if name not in COEFFICIENTS:
             raise InputError(f"{where}: {unknown('coefficient', name, COEFFICIENTS)}")
         if words["unit"][row] != unit(name):
@@ -134,7 +136,7 @@ def _cells(path: Path) -> tuple[Cells, bool]:
         if sd <= 0:
             raise InputError(f"{where}: sd = {sd:g} must be positive: no identification is free of noise")
         differs = float(numbers["difference_percent"][row]) if "difference_percent" in numbers else math.nan
-        cells[key], lines[key] = (float(numbers["value"][row]), sd, differs), row + 2
+        cells[key], lines[key] = (float(numbers["value"][row]), sd, differs), columns.lines[row]
     return cells, "difference_percent" in numbers
 
 

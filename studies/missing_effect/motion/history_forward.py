@@ -322,7 +322,9 @@ def _discrete(state: Array, inputs: Array, steps: Array) -> tuple[Array, Array, 
     block[..., :n, n : n + m] = inputs * steps[:, None, None]
     block[..., n : n + m, n + m :] = np.eye(m)
     power = _exponential(block)
-    return power[..., :n, :n], power[..., :n, n : n + m] - power[..., :n, n + m :], power[..., :n, n + m :]
+    late = power[..., :n, n + m :]
+    with np.errstate(invalid="ignore"):  # a trial bicycle that falls at once
+        return power[..., :n, :n], power[..., :n, n : n + m] - late, late
 
 
 def _exponential(matrices: Array) -> Array:

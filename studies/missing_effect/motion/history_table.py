@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studies.missing_effect.motion.csv_table import read_columns
-from tyre.errors import InputError, unknown
+from tyre.errors import InputError, is_number, shown, unknown
 
 Array = NDArray[np.float64]
 CHANNELS = {
@@ -23,9 +23,15 @@ INPUTS = {"steer_torque_N_m": "steer_torque", "lean_torque_N_m": "lean_torque"}
 KEYS = ("drop_first_s", "runs", "noise_sd")
 RUN_KEYS = ("file", "speed_m_s", "group")
 FASTEST = 60.0  # m/s
-LARGEST = {"lean_rad": 1.6, "steer_rad": 1.6, "roll_rate_rad_s": 20.0, "steer_rate_rad_s": 50.0, "yaw_rate_rad_s": 20.0}
-"""Beyond these a column is surely in degrees."""
+LARGEST = {
+    "lean_rad": (1.6, "degrees"), "steer_rad": (1.6, "degrees"), "roll_rate_rad_s": (20.0, "degrees"),
+    "steer_rate_rad_s": (50.0, "degrees"), "yaw_rate_rad_s": (20.0, "degrees"),
+    "steer_torque_N_m": (1e3, "N mm"), "lean_torque_N_m": (1e4, "N mm"),
+}  # fmt: skip
+"""Beyond these a column is surely in another unit."""
 
+LONGEST_STEP = 0.4  # s; beyond it no mode is seen, or time is in ms
+PLACELESS = {"lateral_acceleration_m_s2"}
 FEWEST = 20  # samples
 
 
@@ -60,8 +66,8 @@ def read_runs(table: Mapping[str, Any], folder: Path) -> tuple[tuple[Run, ...], 
     entries, drop = table.get("runs"), table.get("drop_first_s", 0.0)
     if not isinstance(entries, list) or not entries:
         raise InputError("[histories]: no runs; write [[histories.runs]] with file and speed_m_s for each")
-    if isinstance(drop, bool) or not isinstance(drop, int | float) or not 0 <= drop < math.inf:
-        raise InputError(f"[histories]: drop_first_s = {drop!r} must be a time >= 0 in s")
+    if not is_number(drop) or not 0 <= drop < math.inf:
+        raise InputError(f"[histories]: drop_first_s = {shown(drop)} must be a time >= 0 in s")
     runs = [_run(entry, folder, float(drop)) for entry in entries]
     for number, run in enumerate(runs):
         if set(run.channels) != set(runs[0].channels) or set(run.inputs) != set(runs[0].inputs):
@@ -72,12 +78,21 @@ def read_runs(table: Mapping[str, Any], folder: Path) -> tuple[tuple[Run, ...], 
                 and all((run.channels[c] == other.channels[c]).all() for c in run.channels)
             ):
                 raise InputError(f"{run.name}: the same recording as {other.name}; keep one, or it counts twice")
+    if not set(runs[0].channels) - PLACELESS:
+        raise InputError(
+            f"{runs[0].name}: {', '.join(runs[0].channels)} cannot be compared, for the place of the sensor is not "
+            f"known; add one of {', '.join(name for name in CHANNELS if name not in PLACELESS)}"
+        )
     noise = table.get("noise_sd", {})
+    if not isinstance(noise, Mapping):
+        raise InputError(f"[histories]: noise_sd = {shown(noise)} must be a table: write [histories.noise_sd]")
     for name, sd in noise.items():
         if name not in runs[0].channels:
             raise InputError(f"[histories.noise_sd]: {unknown('channel', name, runs[0].channels)}")
-        if isinstance(sd, bool) or not isinstance(sd, int | float) or not 0 < sd < math.inf:
-            raise InputError(f"[histories.noise_sd]: {name} = {sd!r} must be positive; leave it out to estimate it")
+        if not is_number(sd) or not 0 < sd < math.inf:
+            raise InputError(
+                f"[histories.noise_sd]: {name} = {shown(sd)} must be positive; leave it out to estimate it"
+            )
     estimated = [name for name in runs[0].channels if name not in noise]
     notes = [f"noise of {', '.join(estimated)} is estimated from the residual"] if estimated else []
     if drop == 0:
@@ -92,13 +107,18 @@ def _run(entry: Any, folder: Path, drop: float) -> Run:
         if key not in RUN_KEYS:
             raise InputError(f"[[histories.runs]]: {unknown('key', key, RUN_KEYS)}")
     if not isinstance(entry.get("file"), str):
-        raise InputError('[[histories.runs]]: file = "RUN.csv" is missing')
-    speed = entry.get("speed_m_s")
-    if isinstance(speed, bool) or not isinstance(speed, int | float) or not 0 < speed <= FASTEST:
+        what = f"file = {shown(entry['file'])} must be a path in quotes" if "file" in entry else "no file"
+        raise InputError(f'[[histories.runs]]: {what}; write file = "RUN.csv"')
+    where, speed, group = f"[[histories.runs]] {entry['file']}", entry.get("speed_m_s"), entry.get("group", "")
+    if speed is None:
+        raise InputError(f"{where}: no speed_m_s; give the forward speed in m/s")
+    if not is_number(speed) or not 0 < speed <= FASTEST:
         raise InputError(
-            f"[[histories.runs]] {entry['file']}: speed_m_s = {speed!r} is outside 0 .. {FASTEST:g} m/s; is it in km/h?"
+            f"{where}: speed_m_s = {shown(speed)} is outside 0 .. {FASTEST:g} m/s; is it in km/h, or in quotes?"
         )
-    run = read_run(folder / entry["file"], float(speed), str(entry.get("group", "")))
+    if isinstance(group, bool) or not isinstance(group, str | int):
+        raise InputError(f"{where}: group = {shown(group)} must be a name in quotes")
+    run = replace(read_run(folder / entry["file"], float(speed), str(group)), name=Path(entry["file"]).as_posix())
     keep = run.time >= run.time[0] + drop - 1e-9
     if keep.sum() < FEWEST:
         raise InputError(
@@ -112,7 +132,8 @@ def _run(entry: Any, folder: Path, drop: float) -> Run:
 
 def read_run(path: Path, speed: float, group: str = "") -> Run:
     """One CSV with ``time_s`` and any of the channels and inputs."""
-    numbers, _ = read_columns(path, numbers=("time_s", *CHANNELS, *INPUTS), needed=("time_s",))
+    columns = read_columns(path, numbers=("time_s", *CHANNELS, *INPUTS), needed=("time_s",))
+    numbers, lines = columns.numbers, columns.lines
     time = numbers["time_s"]
     channels = {name: column for name, column in numbers.items() if name in CHANNELS}
     if not channels:
@@ -120,16 +141,31 @@ def read_run(path: Path, speed: float, group: str = "") -> Run:
     if len(time) < FEWEST:
         raise InputError(f"{path}: {len(time)} samples are too few; at least {FEWEST} are needed")
     steps = np.diff(time)
-    if steps.min() <= 0 or steps.max() - steps.min() > 0.1 * np.median(steps):
+    if steps.min() <= 0:
+        row = int(np.argmin(steps))
+        raise InputError(
+            f"{path}, line {lines[row + 1]}: time_s = {time[row + 1]:g} does not rise from {time[row]:g}; put the "
+            "samples in the order of time, each once"
+        )
+    if np.median(steps) > LONGEST_STEP:
+        raise InputError(
+            f"{path}: time_s steps by {np.median(steps):g} s, too long to see a mode (up to {LONGEST_STEP:g} s); "
+            "is it in ms?"
+        )
+    if steps.max() - steps.min() > 0.1 * np.median(steps):
         row = int(np.argmax(np.abs(steps - np.median(steps))))
         raise InputError(
-            f"{path}, line {row + 3}: time_s steps by {steps[row]:g} s where {np.median(steps):g} s is usual; "
+            f"{path}, line {lines[row + 1]}: time_s steps by {steps[row]:g} s where {np.median(steps):g} s is usual; "
             "resample to even steps"
         )
     for name, column in channels.items():
         if np.ptp(column) == 0:
             raise InputError(f"{path}: {name} is constant ({column[0]:g}): a dead channel; leave the column out")
-        if np.abs(column).max() > LARGEST.get(name, math.inf):
-            row = int(np.abs(column).argmax())
-            raise InputError(f"{path}, line {row + 2}: {name} = {column[row]:g} is too large; is it in degrees?")
+    for name, (largest, unit) in LARGEST.items():
+        row = int(np.abs(numbers[name]).argmax()) if name in numbers else 0
+        if name in numbers and abs(numbers[name][row]) > largest:
+            raise InputError(
+                f"{path}, line {lines[row]}: {name} = {numbers[name][row]:g} is too large (up to {largest:g}); "
+                f"is it in {unit}?"
+            )
     return Run(path.name, speed, time, channels, {k: x for k, x in numbers.items() if k in INPUTS}, group)

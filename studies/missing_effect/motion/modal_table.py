@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.modes import ORDER as MODES
-from studies.missing_effect.motion.csv_table import read_columns
-from tyre.errors import InputError, unknown
+from studies.missing_effect.motion.csv_table import Columns, read_columns
+from tyre.errors import InputError, shown, unknown
 
 RATIOS = ("steer_over_lean", "yaw_over_lean")
 EIGENVALUE = ("real_1_s", "imag_rad_s")
@@ -22,6 +22,7 @@ FASTEST = 60.0  # m/s; above it a speed is surely in km/h
 FASTEST_ROOT = 200.0  # 1/s, about 30 Hz
 DEFAULT_SD = 0.03  # of |eigenvalue|, where neither sd nor repeats are there
 DEFAULT_RATIO_SD = 0.05
+SMALLEST_SD, LARGEST_RATIO = 1e-5, 1e5
 SAME_SPEED = 0.005  # relative: rows this close with the same mode are repeats
 MOST_SCATTER = 1.5  # ratio of scatter to stated sd above which a between-repeat term is added
 
@@ -51,21 +52,22 @@ def read_modal(table: Mapping[str, Any], folder: Path) -> tuple[tuple[ModalPoint
         if key != "table":
             raise InputError(f"[modal]: {unknown('key', key, ['table'])}")
     if not isinstance(table.get("table"), str):
-        raise InputError('[modal]: table = "FILE.csv" is missing')
+        what = f"table = {shown(table['table'])} must be a path in quotes" if "table" in table else "no table"
+        raise InputError(f'[modal]: {what}; write table = "FILE.csv"')
     path = folder / table["table"]
-    numbers, texts = read_columns(
-        path, numbers=NUMBERS, texts=("mode", "group"), needed=("speed_m_s", "mode", *EIGENVALUE)
-    )
-    points = tuple(_point(path, row, numbers, texts) for row in range(len(texts["mode"])))
+    columns = read_columns(path, numbers=NUMBERS, texts=("mode", "group"), needed=("speed_m_s", "mode", *EIGENVALUE))
+    points = tuple(_point(path, row, columns) for row in range(len(columns.lines)))
     if len(points) < 3:
         raise InputError(f"{path}: {len(points)} point(s) cannot be diagnosed; give at least three, at several speeds")
-    _refuse_repeats(path, points)
-    return _with_sd(points, [name in numbers for name in SD])
+    _refuse_repeats(path, points, columns.lines)
+    points, notes = _with_sd(points, [name in columns.numbers for name in SD])
+    unused = [name for name in UNUSED if name in columns.numbers]
+    return points, (*notes, *([f"{', '.join(unused)}: read, but not used"] if unused else []))
 
 
-def _point(path: Path, row: int, numbers: Mapping[str, Any], texts: Mapping[str, list[str]]) -> ModalPoint:
-    where = f"{path}, line {row + 2}"
-    cell = {name: float(column[row]) for name, column in numbers.items()}
+def _point(path: Path, row: int, columns: Columns) -> ModalPoint:
+    where, texts = f"{path}, line {columns.lines[row]}", columns.texts
+    cell = {name: float(column[row]) for name, column in columns.numbers.items()}
     mode, speed = texts["mode"][row], cell["speed_m_s"]
     if mode not in MODES:
         raise InputError(f"{where}: {unknown('mode', mode, MODES)}")
@@ -78,9 +80,9 @@ def _point(path: Path, row: int, numbers: Mapping[str, Any], texts: Mapping[str,
             f"{FASTEST_ROOT:g} 1/s, in rad/s and not in Hz"
         )
     for name in (*SD, *(f"{ratio}_sd" for ratio in RATIOS)):
-        if name in cell and cell[name] <= 0:
+        if name in cell and cell[name] < SMALLEST_SD:
             raise InputError(
-                f"{where}: {name} = {cell[name]:g} must be positive: no measurement is free of noise; "
+                f"{where}: {name} = {cell[name]:g} must be {SMALLEST_SD:g} or more: no measurement is free of noise; "
                 "leave the column out if the value is not known"
             )
     ratios = {}
@@ -90,19 +92,23 @@ def _point(path: Path, row: int, numbers: Mapping[str, Any], texts: Mapping[str,
             raise InputError(f"{path}: a ratio needs both columns {ratio}_re and {ratio}_im")
         if all(parts):
             value = complex(cell[f"{ratio}_re"], cell[f"{ratio}_im"])
+            if abs(value) > LARGEST_RATIO:
+                raise InputError(
+                    f"{where}: {ratio} = {value:g} is not possible: a ratio of two rates, below {LARGEST_RATIO:g}"
+                )
             ratios[ratio] = (value, cell.get(f"{ratio}_sd", 0.0))
     sd = (cell.get(SD[0], 0.0), cell.get(SD[1], 0.0))
     return ModalPoint(speed, mode, root, sd, ratios, texts["group"][row] if "group" in texts else "")
 
 
-def _refuse_repeats(path: Path, points: tuple[ModalPoint, ...]) -> None:
+def _refuse_repeats(path: Path, points: tuple[ModalPoint, ...], lines: tuple[int, ...]) -> None:
     seen: dict[tuple[float, str, complex], int] = {}
     for row, point in enumerate(points):
         key = (point.speed, point.mode, point.eigenvalue)
         if key in seen:
             raise InputError(
-                f"{path}, line {row + 2}: the same run as line {seen[key] + 2} (equal speed, mode and eigenvalue); "
-                "keep one, or it counts twice"
+                f"{path}, line {lines[row]}: the same run as line {lines[seen[key]]} (equal speed, mode and "
+                "eigenvalue); keep one, or it counts twice"
             )
         seen[key] = row
 

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 
 from bicycle.effect import WHEELS
 from bicycle.model import Model
-from bicycle.parameters import UNITS
+from bicycle.parameters import UNITS, UNUSED
 from studies.missing_effect.engine.unknown import Unknown
-from tyre.errors import InputError, unknown
+from tyre.errors import InputError, is_number, shown, unknown
 
 LENGTH = {"w": 0.003, "c": 0.003, "rR": 0.001, "rF": 0.001, "xB": 0.01, "zB": 0.01, "xH": 0.01, "zH": 0.01}
 """Default standard deviation of lengths (m): a tape measure, and mass centres by suspension."""
@@ -16,6 +16,9 @@ TILT = 0.01  # rad
 MASS = 0.005  # relative
 INERTIA = 0.05  # relative, torsional pendulum and frame geometry
 SPIN = 0.02  # relative, compound pendulum
+MOST = {"m": (0.5, "mm"), "rad": (0.3, "degrees"), "kg": (100.0, "g"), "kg m^2": (100.0, "kg mm^2")}
+"""Standard deviations of a bicycle's parameters beyond which they are surely in another unit, by unit."""
+
 TYRE = 0.1  # relative, parameters of the effects that the base model contains
 
 
@@ -53,12 +56,9 @@ def nuisances(model: Model, given: Mapping[str, float]) -> tuple[tuple[Unknown, 
             chosen[key] = spread[key]
         elif key in UNITS and key in model.bicycle.sd:
             chosen[key] = model.bicycle.sd[key]
-        elif key in UNITS:
-            chosen[key] = fallback[key]
-            assumed.append(key)
-        elif "." in key:
-            chosen[key] = TYRE * abs(values[key])
-            assumed.append(key)
+        elif key in UNITS or "." in key:
+            chosen[key] = fallback[key] if key in UNITS else TYRE * abs(values[key])
+            assumed += [key] if chosen[key] else []
     notes: tuple[str, ...] = ()
     if assumed:
         notes = (f"no uncertainty given for {', '.join(assumed)}: documented defaults are used (1 sigma)",)
@@ -70,11 +70,16 @@ def _spread(given: Mapping[str, float], values: Mapping[str, float]) -> dict[str
     spread: dict[str, float] = {}
     for key, sd in given.items():
         keys = [key] if key in values else [f"{key}.{wheel}" for wheel in WHEELS if f"{key}.{wheel}" in values]
-        if not keys or key == "IByy" or key == "IHyy":
-            raise InputError(f"[uncertainty]: {unknown('parameter', key, values)}")
-        if isinstance(sd, bool) or not isinstance(sd, int | float) or not 0 <= sd < math.inf:
+        if key in UNUSED:
+            raise InputError(f"[uncertainty]: {key} has no part in lateral motion; take it out")
+        if not keys:
+            raise InputError(f"[uncertainty]: {unknown('parameter', key, set(values) - set(UNUSED))}")
+        if not is_number(sd) or not 0 <= sd < math.inf:
             raise InputError(
-                f"[uncertainty]: {key} = {sd!r} must be a standard deviation >= 0 in SI units (0 fixes it)"
+                f"[uncertainty]: {key} = {shown(sd)} must be a standard deviation >= 0 in SI units (0 fixes it)"
             )
+        most, other = MOST.get(UNITS.get(key, ""), (math.inf, ""))
+        if sd > most:
+            raise InputError(f"[uncertainty]: {key} = {sd:g} is more than {most:g} {UNITS[key]}; is it in {other}?")
         spread |= dict.fromkeys(keys, float(sd))
     return spread

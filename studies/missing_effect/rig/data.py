@@ -16,7 +16,7 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 from scipy.signal import savgol_filter
 
-from tyre.errors import InputError
+from bicycle.eigen import one_blas_thread
 from tyre.fits.pull_test import fit_pull_test
 from tyre.fits.slip_sweep import SlipSweepFit, fit_slip_sweep
 from tyre.fits.sweep_branches import Blocks
@@ -202,6 +202,7 @@ def _noise(found: SlipSweepFit, slip: Array, kept: NDArray[np.intp]) -> Noise:
     return estimate_noise(blocks.time[kept], residual, left, floor)
 
 
+@one_blas_thread()
 def estimate_noise(time: Array, residual: Array, basis: Array, floor: float) -> Noise:
     """Constants of the noise in residuals (n,) of a fit with tangent space ``basis`` (n, p), orthonormal.
 
@@ -238,8 +239,6 @@ def reduce_pull(name: str, test: PullTest, *, plate: bool) -> Pull:
     found = fit_pull_test(test)
     good = np.isfinite(test.side_force) & np.isfinite(test.tyre_deflection)
     displacement = (test.plate_displacement if plate else test.tyre_deflection)[good]
-    if not len(displacement):
-        raise InputError(f"{name}: no complete reading in this pull test")
     rounding = found.lateral_stiffness.value * found.resolution / np.sqrt(6.0)
     count = len(displacement)
     clock = np.linspace(-0.5, 0.5, count) if test.time is None else test.time[good]

@@ -16,6 +16,8 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from studies.missing_effect.rig.reference import Reference, read_reference
 from tyre.campaigns.campaign import recordings_in
 from tyre.errors import InputError, is_number, unknown
@@ -73,11 +75,20 @@ class RigMeasurement:
             )
         for condition in conditions:
             self.reference.at(condition.load, condition.pressure)
+        _refuse_repeats([(n, (run.slip_angle, run.side_force)) for n, run in self.sweeps])
+        _refuse_repeats([(n, (test.side_force, test.plate_displacement)) for n, test in self.pulls])
 
     @property
     def synthetic(self) -> bool:
         """Whether any recording was computed."""
         return any(run.synthetic for _, run in self.sweeps) or any(test.synthetic for _, test in self.pulls)
+
+
+def _refuse_repeats(recordings: list[tuple[str, tuple[Any, Any]]]) -> None:
+    for number, (name, channels) in enumerate(recordings):
+        for other, theirs in recordings[:number]:
+            if all(np.array_equal(a, b, equal_nan=True) for a, b in zip(channels, theirs, strict=True)):
+                raise InputError(f"{name}: the same recording as {other}; keep one, or it counts twice")
 
 
 def read_rig(content: Mapping[str, Any], path: Path) -> RigMeasurement:
@@ -114,7 +125,7 @@ def read_rig(content: Mapping[str, Any], path: Path) -> RigMeasurement:
         name=path.stem, reference=read_reference(rig["reference"], path.parent, calibration),
         sweeps=sweeps, pulls=pulls, includes=_includes(rig.get("includes", [])),
         pull_displacement=rig.get("pull_displacement", "tyre"), wheel_radius=float(radius), calibration=calibration,
-        description=str(content.get("description", "")), source=str(content.get("source", "")), notes=notes,
+        description=content.get("description", ""), source=content.get("source", ""), notes=notes,
     )  # fmt: skip
 
 

@@ -27,6 +27,9 @@ CONDITION_KEYS = (
     "lateral_stiffness_N_per_m", "lateral_stiffness_sd_N_per_m", "relaxation_length_m", "relaxation_length_sd_m",
     "peak_N", "shape", "curvature",
 )  # fmt: skip
+LEAST = (  # of a tyre, in its load; below it is surely in another unit
+    ("cornering_stiffness_N_per_rad", 1.0, "N/deg"), ("lateral_stiffness_N_per_m", 10.0, "N/mm"),
+)  # fmt: skip
 UNSTATED = 0.02  # relative sd of a stiffness whose source states none
 LENGTH_SD = 0.1  # relative: the static C/K and the lag of a rolling tyre are not the same thing
 PEAK, SHAPE, CURVATURE = 1.05, 1.4, 0.0  # of the curve where only its slope is known; the peak in loads
@@ -135,11 +138,26 @@ def read_reference(table: Any, folder: Path, calibration: Calibration) -> Refere
     given = [key for key in SOURCES if key in table]
     if len(given) != 1:
         raise InputError(f"[rig.reference] has {', '.join(given) or 'no source'}; give one of {', '.join(SOURCES)}")
-    source = given[0]
+    found = _of_source(table, given[0], folder, calibration)
+    drum = _drum(table)
+    other = next((c for c in found.curves if drum is not None and c.drum_radius != drum), None)
+    if other is not None:
+        says = f"a radius of {other.drum_radius:g} m" if other.drum_radius else "a flat track"
+        raise InputError(f"[rig.reference]: drum_radius_m = {drum:g}, but {found.origin}: {says}; take one of them out")
+    return found
+
+
+def _of_source(table: Mapping[str, Any], source: str, folder: Path, calibration: Calibration) -> Reference:
     if source == "conditions":
         if not isinstance(table[source], list) or not table[source]:
             raise InputError("[rig.reference]: write conditions as [[rig.reference.conditions]] and keys below it")
         curves = tuple(_explicit(row, k) for k, row in enumerate(table[source], 1))
+        for k, curve in enumerate(curves, 1):
+            for j, other in enumerate(curves[: k - 1], 1):
+                if abs(curve.load / other.load - 1) < ALIKE and abs(curve.pressure / other.pressure - 1) < ALIKE:
+                    raise InputError(
+                        f"[[rig.reference.conditions]] number {k}: load and pressure of number {j} again; keep one"
+                    )
         return Reference(curves, "values in the file")
     if not isinstance(table[source], str):
         raise InputError(f"[rig.reference]: {source} = {table[source]!r} must be a path in quotes")
@@ -242,6 +260,11 @@ def _explicit(row: Any, number: int) -> Curve:
     surface = row.get("surface", "flat")
     if surface not in ("flat", "drum") or (surface == "drum") != ("drum_radius_m" in row):
         raise InputError(f'{where}: surface = {surface!r}; write "flat", or "drum" together with drum_radius_m')
+
+    for key, share, kind in LEAST:
+        if is_number(row.get(key)) and is_number(row["load_N"]) and 0 < row[key] < share * row["load_N"]:
+            least = share * row["load_N"]
+            raise InputError(f"{where}: {key} = {row[key]:g} is below {least:g}, too soft for a tyre; is it in {kind}?")
 
     def pair(name: str, unit: str, relative: float) -> Value | None:
         key, sd_key = f"{name}_{unit}", f"{name}_sd_{unit}"

@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from bicycle.eigen import one_blas_thread
 from studies.missing_effect.engine.forward import Extra, Residual, Rows
 from studies.missing_effect.engine.judge import Diagnosis, Subject, judge
 from studies.missing_effect.engine.unknown import Candidate, Unknown
@@ -122,6 +123,7 @@ class RigForward:
         return self
 
 
+@one_blas_thread()
 def diagnose_tables(reference: MeasuredTable, measured: MeasuredTable) -> Diagnosis:
     """What is missing when a tyre's values on one surface are used for another.
 

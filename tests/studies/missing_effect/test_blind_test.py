@@ -9,10 +9,12 @@ import pytest
 
 import studies.missing_effect.blind.generator as generator
 import studies.missing_effect.blind.histories as histories
+from bicycle import load_bicycle
 from studies.cli import main
 from studies.missing_effect.blind.report import report, targets, write_report
 from studies.missing_effect.blind.run import CELLS, make, read_results
 from studies.missing_effect.blind.score import judge, summary, wilson
+from tyre.errors import InputError
 
 
 def verdict(kind, names, effects=()):
@@ -97,12 +99,21 @@ def test_bad_input(tmp_path, capsys, arguments, words):
     assert words in capsys.readouterr().err
 
 
-def test_a_file_that_holds_something_else_is_left_alone(tmp_path, capsys):
-    (tmp_path / "r.jsonl").write_text("speed_m_s,mode\n")
+@pytest.mark.parametrize("content", ["speed_m_s,mode\n", "3\n", '{"cell": 1}\n'])
+def test_a_file_that_holds_something_else_is_left_alone(tmp_path, capsys, content):
+    (tmp_path / "r.jsonl").write_text(content)
     with pytest.raises(SystemExit):
         main(["blind-test", "--out", str(tmp_path / "r.jsonl"), "--cases", "1"])
     assert "not a result file of blind-test" in capsys.readouterr().err
-    assert (tmp_path / "r.jsonl").read_text() == "speed_m_s,mode\n"
+    assert (tmp_path / "r.jsonl").read_text() == content
+
+
+def test_a_generator_that_finds_no_bicycle_says_so():
+    bicycle, rng = load_bicycle("benchmark"), np.random.default_rng(1)
+    with pytest.raises(InputError, match="no physical bicycle near 'benchmark'"):
+        generator.perturbed(bicycle, {"IBxz": 1e9}, rng)
+    with pytest.raises(InputError, match="'benchmark' cannot hold rider_lean"):
+        generator.hide(("rider_lean",), bicycle, load_bicycle("browser"), {}, rng)
 
 
 def test_coloured_noise_has_the_stated_spread_and_colour():

@@ -287,7 +287,8 @@ def test_bad_tables(tmp_path, head, rows, words):
 @pytest.mark.parametrize(
     ("toml", "words"),
     [
-        (TOML.replace('table = "t.csv"', ""), r'\[canonical\]: table = "FILE.csv" is missing'),
+        (TOML.replace('table = "t.csv"', ""), r'\[canonical\]: no table; write table = "FILE.csv"'),
+        (TOML.replace('"t.csv"', "[1]"), r"\[canonical\]: table = \[1\] must be a path in quotes"),
         (TOML + "speed = 3\n", "unknown key 'speed'; did you mean 'speeds_m_s'"),
         (TOML + "speeds_m_s = 3\n", "speeds_m_s = 3 must be a list of two or more numbers in m/s"),
         (TOML + "speeds_m_s = [3, true]\n", "must be a list of two or more numbers"),

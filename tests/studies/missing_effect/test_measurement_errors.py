@@ -2,8 +2,11 @@
 
 import pytest
 
+from bicycle import Model, effect_class, load_bicycle
 from studies.cli import main
 from studies.missing_effect import read_measurement
+from studies.missing_effect.diagnose import forward_model
+from studies.missing_effect.motion.candidates import find_candidates
 from studies.missing_effect.motion.nuisances import nuisances
 from tyre.errors import InputError
 
@@ -44,7 +47,17 @@ def histories(tmp_path, *, toml=HISTORY, head=RUN_HEAD, rows=None):
         (MODAL + "[candidates.pneumatic_trail]\ntrial = 1\n", "unknown parameter 'trial'; did you mean 'trail'"),
         (MODAL + "[candidates]\nsteer_spring = 1\n", r"write \[candidates.steer_spring\]"),
         (MODAL.replace("table =", "tabel ="), "unknown key 'tabel'"),
-        (MODAL.replace('table = "t.csv"', ""), r'\[modal\]: table = "FILE.csv" is missing'),
+        (MODAL.replace('table = "t.csv"', ""), r'\[modal\]: no table; write table = "FILE.csv"'),
+        (MODAL.replace('"t.csv"', "3"), r"\[modal\]: table = 3 must be a path in quotes"),
+        (MODAL.replace("t.csv", "."), "cannot be read as a table .Is a directory."),
+        ("description = 3\n" + MODAL, "description = 3 must be words in quotes"),
+        (MODAL + "[uncertainty]\nlamb = 1\n", "m.toml: .uncertainty.: unknown parameter 'lamb'; did you mean 'lam'"),
+        (MODAL + "[uncertainty.steer_damper]\ndamping = 1\n", "unknown parameter 'steer_damper.damping'"),
+        (MODAL + "[candidates.steer_damper]\ndamping = -1\n", "damping = -1 N m s/rad is outside"),
+        (
+            MODAL + "[effects.steer_damper]\ndamping = 1\n[candidates.steer_damper]\ndamping = 1\n",
+            r"\[candidates.steer_damper\]: the base model contains it already",
+        ),
         (MODAL.replace("t.csv", "u.csv"), "u.csv: no such table"),
         ("uncertainty = 3\n" + MODAL, r"must be a table: write \[uncertainty\]"),
     ],
@@ -58,7 +71,17 @@ def test_measurement_file(tmp_path, toml, words):
     ("head", "rows", "words"),
     [
         (HEAD + ",speed_kmh", [r + ",3" for r in ROWS], "unknown column 'speed_kmh'.*units are in the column names"),
-        (HEAD.replace("imag_rad_s,", "", 1), ROWS, "rows have more cells than the header has columns"),
+        (HEAD.replace("real_sd_1_s,", ""), ROWS, "line 2: 6 cells where the header has 5 columns"),
+        (HEAD, [*ROWS, "7,weave,0,5,0.1"], "line 5: 5 cells where the header has 6 columns"),
+        (HEAD, [*ROWS, "7,weave,0,5,0,1,0,1"], "line 5: 8 cells.*write numbers with a point"),
+        (HEAD, ["# note, with commas", "", *ROWS, "7,weave,x,5,0.1,0.1"], "line 7: real_1_s = 'x' is not a finite"),
+        (HEAD, [*ROWS, ",,,,,"], "line 5: speed_m_s = '' is not a finite number"),
+        (HEAD, [*ROWS, "7,weave,1_0,5,0.1,0.1"], "line 5: real_1_s = '1_0' is not a finite number"),
+        (HEAD, [*ROWS, '7,"weave,0,5,0.1,0.1'], "line 5: not CSV .unexpected end of data.; see the quotation marks"),
+        (HEAD.replace(",", ";"), [r.replace(",", ";") for r in ROWS], "columns are separated by commas here"),
+        (HEAD.replace(",", "\t"), [r.replace(",", "\t") for r in ROWS], "columns are separated by commas here"),
+        (HEAD + ",", [r + "," for r in ROWS], "column 7 has no name"),
+        ("", [], "the file is empty; the first line must name the columns: speed_m_s, mode, real_1_s, imag_rad_s, ..."),
         (HEAD.rsplit(",", 3)[0], [r.rsplit(",", 3)[0] for r in ROWS], "the column imag_rad_s is missing"),
         (HEAD + ",real_1_s", [r + ",3" for r in ROWS], "the column real_1_s is given twice"),
         (HEAD, [], "the table has no rows"),
@@ -70,14 +93,48 @@ def test_measurement_file(tmp_path, toml, words):
         (HEAD, [*ROWS, "0,weave,0,5,0.1,0.1"], "speed_m_s = 0 is outside"),
         (HEAD, [*ROWS, "7,weave,0,-5,0.1,0.1"], "give the one with imag_rad_s >= 0"),
         (HEAD, [*ROWS, "7,weave,0,500,0.1,0.1"], "in rad/s and not in Hz"),
-        (HEAD, [*ROWS, "7,weave,0,5,0,0.1"], "real_sd_1_s = 0 must be positive: no measurement is free of noise"),
+        (HEAD, [*ROWS, "7,weave,0,5,0,0.1"], "real_sd_1_s = 0 must be 1e-05 or more: no measurement is free"),
         (HEAD, [*ROWS, ROWS[1]], "line 5: the same run as line 3 .equal speed, mode and eigenvalue.; keep one"),
         (HEAD + ",steer_over_lean_re", [r + ",3" for r in ROWS], "a ratio needs both columns steer_over_lean_re and"),
+        (HEAD + ",yaw_over_lean_re,yaw_over_lean_im", [r + ",3e6,0" for r in ROWS], "yaw_over_lean = 3e.06.0j is not"),
     ],
 )  # fmt: skip
 def test_modal_table(tmp_path, head, rows, words):
     with pytest.raises(InputError, match=words):
         read_measurement(modal(tmp_path, head=head, rows=rows))
+
+
+def test_quotes_comments_and_the_mark_of_a_spreadsheet(tmp_path):
+    """A # inside quotes is text, outside it begins a comment; byte-order mark and Windows line ends are passed over."""
+    file = modal(tmp_path)
+    rows = [f'{row},"run #{k}, ""best"""  # seen' for k, row in enumerate(ROWS)]
+    text = "\r\n".join(["# weave", HEAD + ",group", "", *rows]) + "\r\n"
+    (tmp_path / "t.csv").write_bytes(text.encode("utf-8-sig"))
+    file.write_bytes(MODAL.encode("utf-8-sig"))
+    points = read_measurement(file).points
+    assert [p.group for p in points] == ['run #0, "best"', 'run #1, "best"', 'run #2, "best"']
+    assert [p.speed for p in points] == [4.0, 5.0, 6.0]
+
+
+def test_files_that_are_no_text(tmp_path):
+    file = modal(tmp_path)
+    (tmp_path / "t.csv").write_bytes("\n".join([HEAD, *ROWS]).encode("utf-16"))
+    with pytest.raises(InputError, match="t.csv: not text in UTF-8 .*save it as CSV in UTF-8"):
+        read_measurement(file)
+    file.write_bytes(MODAL.encode("utf-16"))
+    with pytest.raises(InputError, match="m.toml: not a TOML file"):
+        read_measurement(file)
+    with pytest.raises(InputError, match="cannot be read .Is a directory.; give a MEASUREMENT.toml"):
+        read_measurement(tmp_path)
+
+
+def test_columns_that_are_not_used_are_listed(tmp_path):
+    found = read_measurement(modal(tmp_path, head=HEAD + ",speed_min_m_s", rows=[r + ",1" for r in ROWS]))
+    assert "speed_min_m_s: read, but not used" in found.notes
+    head = HEAD + ",steer_over_lean_re,steer_over_lean_im"
+    found = read_measurement(modal(tmp_path, head=head, rows=[r + ",1,0.5" for r in ROWS]))
+    assert found.points[0].ratios == {"steer_over_lean": (1 + 0.5j, 0.05)}
+    assert "a shape ratio without sd: 0.05 is assumed for both parts" in found.notes
 
 
 def test_missing_standard_deviations_fall_back_and_say_so(tmp_path):
@@ -103,7 +160,15 @@ def test_repeats_that_scatter_more_than_stated_widen_the_noise(tmp_path):
     [
         (HISTORY + "pace = 3\n", RUN_HEAD, "unknown key 'pace'"),
         (HISTORY.replace("4.8", "48000"), RUN_HEAD, "speed_m_s = 48000 is outside"),
-        (HISTORY.replace('file = "a.csv"\n', ""), RUN_HEAD, 'file = "RUN.csv" is missing'),
+        (HISTORY.replace("speed_m_s = 4.8\n", ""), RUN_HEAD, "a.csv: no speed_m_s; give the forward speed in m/s"),
+        (HISTORY.replace("4.8", '"4.8"'), RUN_HEAD, "speed_m_s = '4.8' is outside 0 .. 60 m/s; is it in km/h, or in q"),
+        (HISTORY + "group = 1.5\n", RUN_HEAD, "group = 1.5 must be a name in quotes"),
+        (HISTORY.replace('file = "a.csv"\n', ""), RUN_HEAD, 'no file; write file = "RUN.csv"'),
+        (HISTORY.replace('"a.csv"', "1"), RUN_HEAD, "file = 1 must be a path in quotes"),
+        (HISTORY.replace("[histories]", "[histories]\ndrop_s = 1"), RUN_HEAD, "unknown key 'drop_s'"),
+        (HISTORY.split("[[")[0] + "runs = [1]\n", RUN_HEAD, "must be tables with file and speed_m_s"),
+        (HISTORY.replace("[histories]", "[histories]\nnoise_sd = 1"), RUN_HEAD, "noise_sd = 1 must be a table"),
+        (HISTORY, "time_s,lateral_acceleration_m_s2,steer_torque_N_m", "the place of the sensor is not known; add one"),
         (HISTORY.replace("[histories]", "[histories]\ndrop_first_s = -1"), RUN_HEAD, "drop_first_s = -1 must be"),
         (HISTORY.replace("[histories]", "[histories]\ndrop_first_s = 0.4"), RUN_HEAD, "samples after drop_first_s"),
         (HISTORY.split("[[")[0], RUN_HEAD, "no runs; write"),
@@ -128,7 +193,8 @@ def test_history_files(tmp_path, toml, head, words):
     ("row", "words"),
     [
         ("0.90,0,0", "line 52: time_s steps by 0.41 s where 0.01 s is usual; resample"),
-        ("0.50,0,45", "line 52: steer_rad = 45 is too large; is it in degrees"),
+        ("0.50,0,45", r"line 52: steer_rad = 45 is too large \(up to 1.6\); is it in degrees"),
+        ("0.49,0,0", "line 52: time_s = 0.49 does not rise from 0.49; put the samples in the order of time"),
         ("0.50,x,0", "line 52: roll_rate_rad_s = 'x' is not a finite number"),
     ],
 )
@@ -136,6 +202,42 @@ def test_history_rows(tmp_path, row, words):
     rows = [f"{0.01 * k:.2f},{0.01 * (k % 7)},{0.002 * k}" for k in range(50)]
     with pytest.raises(InputError, match=words):
         read_measurement(histories(tmp_path, rows=[*rows, row]))
+
+
+def test_other_units_of_time_and_torque(tmp_path):
+    """5 Hz is slow but honest (0.2 s, with the rounding of its differences); steps of 10 are not seconds."""
+    slow = [f"{0.2 * k!r},{0.01 * (k % 7)},{0.002 * k}" for k in range(50)]
+    assert len(read_measurement(histories(tmp_path, rows=slow)).runs[0].time) == 50
+    with pytest.raises(InputError, match="time_s steps by 10 s, too long to see a mode .up to 0.4 s.; is it in ms"):
+        read_measurement(histories(tmp_path, rows=[f"{10 * k},{0.01 * (k % 7)},{0.002 * k}" for k in range(50)]))
+    head = "time_s,roll_rate_rad_s,steer_torque_N_m"
+    rows = [f"{0.01 * k:.2f},{0.01 * (k % 7)},{100 * k}" for k in range(50)]
+    with pytest.raises(InputError, match="line 51: steer_torque_N_m = 4900 is too large .up to 1000.; is it in N mm"):
+        read_measurement(histories(tmp_path, head=head, rows=rows))
+
+
+def test_runs_need_the_same_channels(tmp_path):
+    toml = HISTORY + '[[histories.runs]]\nfile = "c.csv"\nspeed_m_s = 5\n'
+    file = histories(tmp_path, toml=toml)
+    rows = [f"{0.01 * k:.2f},{0.01 * (k % 7)}" for k in range(50)]
+    (tmp_path / "c.csv").write_text("\n".join(["time_s,roll_rate_rad_s", *rows]))
+    with pytest.raises(InputError, match="c.csv: has other columns than a.csv; all runs need the same channels"):
+        read_measurement(file)
+
+
+def test_what_is_assumed_of_histories_is_said(tmp_path):
+    """Noise that is estimated, a start that is not dropped, a channel without a place; folders keep names apart."""
+    head = "time_s,roll_rate_rad_s,lateral_acceleration_m_s2"
+    found = read_measurement(histories(tmp_path, head=head))
+    assert "noise of roll_rate_rad_s, lateral_acceleration_m_s2 is estimated from the residual" in found.notes
+    assert any("no start transient is dropped" in note for note in found.notes)
+    assert any("lateral_acceleration_m_s2: not compared" in note for note in forward_model(found).notes)
+    (tmp_path / "day 2").mkdir()
+    rows = [f"{0.01 * k:.2f},{0.02 * (k % 5)},{0.001 * k}" for k in range(50)]
+    (tmp_path / "day 2" / "a.csv").write_text("\n".join([head, *rows]))
+    toml = HISTORY + '[[histories.runs]]\nfile = "day 2/a.csv"\nspeed_m_s = 5\n'
+    found = read_measurement(histories(tmp_path, toml=toml, head=head))
+    assert [run.name for run in found.runs] == ["a.csv", "day 2/a.csv"]
 
 
 def test_a_dead_channel_and_a_short_record(tmp_path):
@@ -147,7 +249,13 @@ def test_a_dead_channel_and_a_short_record(tmp_path):
 
 @pytest.mark.parametrize(
     ("given", "words"),
-    [({"IByx": 1.0}, "unknown parameter 'IByx'"), ({"lam": -1.0}, "lam = -1.0 must be a standard deviation >= 0")],
+    [
+        ({"IByx": 1.0}, "unknown parameter 'IByx'"),
+        ({"lam": -1.0}, "lam = -1.0 must be a standard deviation >= 0"),
+        ({"IByy": 1.0}, "IByy has no part in lateral motion; take it out"),
+        ({"w": 3.0}, "w = 3 is more than 0.5 m; is it in mm"),
+        ({"lam": 1.0}, "lam = 1 is more than 0.3 rad; is it in degrees"),
+    ],
 )
 def test_uncertainty(tmp_path, given, words):
     with pytest.raises(InputError, match=words):
@@ -162,8 +270,59 @@ def test_zero_uncertainty_fixes_a_parameter_and_defaults_are_said(tmp_path):
     assert "no uncertainty given for w, c" in notes[0]
 
 
-def test_the_command_reports_in_one_line(tmp_path, capsys):
+def test_a_zero_standard_deviation_is_no_default_that_was_assumed(tmp_path):
+    """g is known: it does not float, and the note does not list it."""
+    unknowns, notes = nuisances(read_measurement(modal(tmp_path)).model, {})
+    listed = notes[0].removeprefix("no uncertainty given for ").split(":")[0].split(", ")
+    assert listed == [u.name for u in unknowns]
+    assert "g" not in listed
+
+
+@pytest.mark.parametrize(
+    ("bicycle", "effects", "name", "words"),
+    [
+        ("benchmark", [], "camber_thrust", "needs a tyre force, which no_slip does not give"),
+        (
+            "benchmark",
+            ["relaxation_length"],
+            "side_slip",
+            "relaxation_length of the base model already takes its pl",
+        ),
+        ("browser", [], "rider_arms", "nobody rides: mB = 9.86 kg is less than 30 kg"),
+        ("benchmark", [], "steer_spring", "left out by request"),
+    ],
+)
+def test_what_cannot_be_tried_is_listed_with_the_reason(bicycle, effects, name, words):
+    tyre = {"cornering_stiffness": 6000.0, "relaxation_length": 0.1}
+    model = Model(load_bicycle(bicycle), tuple(effect_class(e)(**tyre) for e in effects))
+    found, refused = find_candidates(model, {}, ("steer_spring",))
+    assert words in refused[name]
+    assert name not in {c.identifier for c in found}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["nothing.toml"], "nothing.toml: no such measurement file"),
+        (["m.toml", "--out", "t.csv"], "--out t.csv is a file; give a folder"),
+        (["m.toml", "--json", "no/v.json"], "--json no/v.json: no such folder; make it first"),
+        (
+            ["m.toml", "--without", "steer_dampr"],
+            "--without: unknown effect 'steer_dampr'; did you mean 'steer_damper'",
+        ),
+        (["bad.toml", "--json", "v.json"], "bad.toml: unknown key 'surprise'"),
+    ],
+)
+def test_the_command_reports_in_one_line_and_leaves_nothing_behind(tmp_path, capsys, monkeypatch, arguments, words):
+    monkeypatch.chdir(tmp_path)
+    modal(tmp_path)
+    (tmp_path / "bad.toml").write_text("surprise = 1\n" + MODAL)
+    before = sorted(tmp_path.iterdir())
     with pytest.raises(SystemExit) as stop:
-        main(["diagnose", str(tmp_path / "nothing.toml")])
+        main(["diagnose", *(["--out", "out"] if "--out" not in arguments else []), *arguments])
     assert stop.value.code == 2
-    assert "nothing.toml: no such measurement file" in capsys.readouterr().err
+    shown = capsys.readouterr().err.strip()
+    assert words in shown
+    assert shown.startswith("velotyre: ")
+    assert "\n" not in shown
+    assert sorted(tmp_path.iterdir()) == before

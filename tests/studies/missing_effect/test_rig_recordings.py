@@ -11,6 +11,7 @@ import pytest
 import studies.missing_effect
 from studies.cli import main
 from studies.missing_effect import diagnose, read_measurement
+from studies.missing_effect.report import write_report
 from studies.missing_effect.rig.data import Noise as RecordingNoise
 from studies.missing_effect.rig.data import estimate_noise
 from studies.missing_effect.rig.measurement import RigMeasurement
@@ -242,12 +243,14 @@ VALUES = (
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     root = tmp_path_factory.mktemp("rig")
-    for name in ("flat", "drum", "other", "step"):
+    for name in ("flat", "drum", "other", "step", "short"):
         (root / name).mkdir()
     for k, rate in enumerate((1.0, 2.0)):
         write_csv(sweep(61 + k, tyre=LAGGING, rate=rate), root / "flat" / f"sweep_{k}.csv")
         hidden = DrumCurvature(exponent=0.6)
         write_csv(sweep(63 + k, hidden, tyre=LAGGING, rate=rate, condition=DRUM), root / "drum" / f"sweep_{k}.csv")
+    few = sweep(61, branch="up")
+    write_csv(dataclasses.replace(few, **{c: getattr(few, c)[:30] for c in CHANNELS}), root / "short" / "sweep.csv")
     write_csv(pull(65), root / "flat" / "pull.csv")
     other = dataclasses.replace(FLAT, tyre="Another")
     write_csv(sweep(66, condition=other), root / "other" / "sweep.csv")
@@ -273,7 +276,40 @@ def test_the_command_reads_recordings_and_their_reference(folder, tmp_path, caps
     assert "bicycle" not in report
     for figure in ("gap", "before_after", "posterior", "held_out"):
         assert (tmp_path / "out" / f"{figure}.png").stat().st_size > 10_000
-    assert "drum_curvature" in capsys.readouterr().out
+    shown = capsys.readouterr()
+    assert "drum_curvature" in shown.out
+    assert "diagnose:" in shown.err  # the progress bar
+    assert " fits" in shown.err
+
+
+def test_the_same_file_gives_the_same_report(folder, tmp_path):
+    text = RIG.replace("recordings", 'pull_displacement = "plate"\nrecordings', 1).replace(
+        '"drum"', '["flat/pull.csv"]'
+    )
+    for name in ("first", "second"):
+        write_report(diagnose(read_measurement(written(folder, text + VALUES))), tmp_path / name)
+    files = sorted(path.name for path in (tmp_path / "first").iterdir())
+    assert {"report.md", "report.html", "verdict.json", "posterior.png"} <= set(files)
+    for name in files:
+        assert (tmp_path / "first" / name).read_bytes() == (tmp_path / "second" / name).read_bytes(), name
+
+
+def test_what_is_assumed_is_said():
+    bare = Reference((Curve(400.0, 5.5e5, (C, 76.0), (K, 750.0)),), "C and K only")
+    heavy = dataclasses.replace(FLAT, load=520.0)
+    given = measurement(
+        [sweep(1), sweep(2, condition=heavy)], [pull(3)], bare, includes=("sweep_lag",), pull_displacement="plate"
+    )
+    notes = " | ".join(rig_forward_model(given).notes)
+    for words in (
+        "the recordings are synthetic", "reference: C and K only", "the base model contains sweep_lag",
+        "the reference has no curve: a peak of 1.05 loads and a shape of 1.4 are assumed",
+        "loads that the reference does not have are computed with the cornering stiffness of the nearest",
+        "relaxation length at 400 N, 5.5 bar, flat: 101 mm, 1 sd 10 mm",
+        "displacement of the pull tests is that of the plate; the rim's is ignored",
+        "s 0: one block of 2 is compared",
+    ):  # fmt: skip
+        assert words in notes
 
 
 def test_a_campaign_as_reference(folder, tmp_path):
@@ -336,6 +372,11 @@ def test_a_step_is_left_out_and_said(folder):
         (RIG + VALUES + "relaxation_length_sd_m = 0.1\n", "relaxation_length_sd_m without relaxation_length_m"),
         (RIG + VALUES + "peek_N = 1\n", "unknown key 'peek_N'; did you mean 'peak_N'"),
         (RIG + VALUES.replace("5.5", "4.0"), "has nothing at 5.5 bar"),
+        (RIG + "drum_radius_m = 1.3\n" + VALUES, "drum_radius_m = 1.3, but values in the file: a flat track; take one"),
+        (RIG + 2 * VALUES, "number 2: load and pressure of number 1 again; keep one"),
+        (RIG + VALUES.replace("7600", "133"), "cornering_stiffness_N_per_rad = 133 is below 400.*is it in N/deg"),
+        (RIG + VALUES.replace("75000", "75"), "lateral_stiffness_N_per_m = 75 is below 4000.*is it in N/mm"),
+        (RIG.replace('"drum"', '["short/sweep.csv"]') + VALUES, "sweep.csv: not usable: "),
     ],
 )
 def test_what_is_wrong_in_the_file_is_said(folder, text, words):
@@ -362,6 +403,20 @@ def test_what_is_wrong_in_the_file_is_said(folder, text, words):
 def test_what_the_recordings_cannot_show_is_refused(rest, words):
     with pytest.raises(InputError, match=words):
         rig_forward_model(measurement([sweep(1)], **rest))
+
+
+def test_a_recording_counts_once():
+    """Pulls with the same weights are not the same recording; a copy is, gaps included."""
+    first, second = pull(68), pull(69)
+    measurement(pulls=[first, dataclasses.replace(second, side_force=first.side_force)])
+    gap = first.side_force.copy()
+    gap[3] = np.nan
+    copy = dataclasses.replace(first, side_force=gap)
+    with pytest.raises(InputError, match="p 1: the same recording as p 0; keep one, or it counts twice"):
+        measurement(pulls=[copy, copy])
+    run = sweep(1)
+    with pytest.raises(InputError, match="s 1: the same recording as s 0"):
+        measurement([run, run])
 
 
 def test_an_unknown_effect_is_not_left_out():
@@ -398,6 +453,8 @@ def test_a_table_as_reference(folder):
     found = read_measurement(written(folder, RIG + 'table = "table.csv"\n')).reference
     assert found.curves[0].drum_radius == pytest.approx(1.3)
     assert found.curves[0].cornering_stiffness[0] == pytest.approx(130 * 180 / np.pi)
+    with pytest.raises(InputError, match="drum_radius_m = 1.2, but table table.csv.*: a radius of 1.3 m; take one of"):
+        read_measurement(written(folder, RIG + 'table = "table.csv"\ndrum_radius_m = 1.2\n'))
     mixed = folder / "mixed"
     mixed.mkdir()
     write_csv(sweep(71), mixed / "a.csv")

@@ -1,0 +1,90 @@
+"""The page on measurement files: its examples are read and diagnosed, and it names every key, column and limit."""
+
+import math
+import re
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bicycle.modes import ORDER
+from bicycle.parameters import UNITS
+from studies.missing_effect import diagnose, measurement, read_measurement
+from studies.missing_effect.diagnose import forward_model
+from studies.missing_effect.motion import canonical_table, history_table, modal_identification, modal_table, nuisances
+from studies.missing_effect.report import SAYS
+from studies.missing_effect.rig import measurement as rig_measurement
+from studies.missing_effect.rig import reference
+from tyre.fits.estimate import Calibration
+
+PAGE = (Path(__file__).parents[2] / "docs" / "measurement_files.md").read_text(encoding="utf-8")
+BLOCK = re.compile(r"^```\{code-block\} \w+\n:caption: (\S+)\n(.*?)^```", flags=re.MULTILINE | re.DOTALL)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    root = tmp_path_factory.mktemp("page")
+    for name, text in BLOCK.findall(PAGE):
+        (root / name).parent.mkdir(exist_ok=True)
+        (root / name).write_text(text, encoding="utf-8")
+    return root
+
+
+def test_every_kind_has_an_example_that_is_read(folder):
+    assert {path.name for path in folder.iterdir()} == {*measurement.KINDS, "rig"}
+    for kind in measurement.KINDS:
+        forward = forward_model(read_measurement(folder / kind / "MEASUREMENT.toml"))
+        residual, _ = forward.residual((), np.array([u.centre for u in forward.nuisances]))
+        assert 0 < residual @ residual < math.inf
+
+
+def test_the_examples_of_modes_and_of_a_pull_are_diagnosed_as_in_the_text(folder, monkeypatch):
+    """The weave of a benchmark bicycle with a damper of 2 N m s/rad; a rim of 300 N/mm (both made outside velotyre)."""
+    monkeypatch.chdir(folder / "modal")
+    namespace = {}
+    exec(re.search(r"^```python\n(.*?)^```", PAGE, flags=re.MULTILINE | re.DOTALL)[1], namespace)
+    found = namespace["found"].verdict
+    assert (found.verdict, set(found.equivalent)) == ("class", {"steer_damper", "rider_arms"})
+    damping, sd = found.effects[0].parameters["damping"]
+    assert damping == pytest.approx(2.0, abs=3 * sd)
+    pull = diagnose(read_measurement(folder / "rig" / "MEASUREMENT.toml")).verdict
+    assert pull.verdict == "named"
+    compliance, sd = pull.effects[0].parameters["compliance"]
+    assert compliance == pytest.approx(1 / 300e3, abs=3 * sd)
+    for key in pull.to_dict():
+        assert f"| `{key}` |" in PAGE
+
+
+def test_every_name_stands_on_the_page():
+    names = {
+        *measurement.TOP_KEYS, *UNITS, *ORDER, *modal_table.NUMBERS, *history_table.CHANNELS, *history_table.INPUTS,
+        *history_table.RUN_KEYS, *canonical_table.COEFFICIENTS, *canonical_table.UNITS.values(), *SAYS,
+        *rig_measurement.KEYS, *reference.SOURCES, *reference.CONDITION_KEYS, *(f.name for f in fields(Calibration)),
+        "rider", "environment", "coefficient", "unit", "value", "sd", "difference_percent", "speeds_m_s", "band_hz",
+        "drop_first_s", "noise_sd", "time_s", "group", "mode",
+    }  # fmt: skip
+    text = re.sub(r"^```.*?^```", "", PAGE, flags=re.MULTILINE | re.DOTALL)
+    spans = " ".join(re.findall(r"`([^`\n]+)`", text))
+    assert [name for name in sorted(names) if not re.search(rf"(?<!\w){re.escape(name)}(?!\w)", spans)] == []
+
+
+def test_limits_and_defaults_are_those_of_the_page():
+    h, m, n = history_table, modal_table, nuisances
+    assert (h.FASTEST, m.FASTEST, canonical_table.FASTEST, canonical_table.HIGHEST) == (60, 60, 60, 50)
+    assert (m.FASTEST_ROOT, m.SMALLEST_SD, m.LARGEST_RATIO) == (200, 1e-5, 1e5)
+    assert (m.DEFAULT_SD, m.DEFAULT_RATIO_SD, m.SAME_SPEED, m.MOST_SCATTER) == (0.03, 0.05, 0.005, 1.5)
+    assert (h.LONGEST_STEP, h.FEWEST) == (0.4, 20)
+    assert [most for most, _ in h.LARGEST.values()] == [1.6, 1.6, 20, 50, 20, 1e3, 1e4]
+    assert (modal_identification.FEWEST_CYCLES, modal_identification.POOREST) == (1.5, 0.8)
+    assert list(n.LENGTH.values()) == [0.003, 0.003, 0.001, 0.001, 0.01, 0.01, 0.01, 0.01]
+    assert list(n.LENGTH) == ["w", "c", "rR", "rF", "xB", "zB", "xH", "zH"]
+    assert (n.TILT, n.MASS, n.INERTIA, n.SPIN, n.TYRE) == (0.01, 0.005, 0.05, 0.02, 0.1)
+    assert [most for most, _ in n.MOST.values()] == [0.5, 0.3, 100, 100]
+    assert (canonical_table.SPEEDS, canonical_table.BAND, canonical_table.FEWEST) == ((2, 3, 4, 5, 6, 7), (0.3, 3), 4)
+    assert [f.default for f in fields(Calibration)] == [0.003, 0.003, 0.002, 0.01]
+    assert [(least, kind) for _, least, kind in reference.LEAST] == [(1, "N/deg"), (10, "N/mm")]
+    assert (reference.UNSTATED, reference.LENGTH_SD, reference.PEAK, reference.SHAPE, reference.CURVATURE) == (
+        0.02, 0.1, 1.05, 1.4, 0,
+    )  # fmt: skip
+    assert rig_measurement.WHEEL_RADIUS == 0.34
