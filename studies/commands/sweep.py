@@ -19,6 +19,7 @@ def command(
     from studies.sweeps.engines import in_loop, in_processes, in_threads, on_cluster
     from studies.sweeps.run import run_sweep
     from studies.sweeps.sweep_file import read_sweep
+    from studies.sweeps.tyre_table import said_of_stiffness
     from tyre.errors import InputError
 
     for module in (
@@ -49,4 +50,4 @@ def command(
         write_json(record, json_file)
     if json_file != "-":
         click.echo(f"{record['bicycles']} bicycles, {record['points']} points: {record['result']}")
-    print_warnings(sweep.nominal.linear_model().warnings)
+    print_warnings(said_of_stiffness(sweep.nominal.linear_model().warnings, sweep.relative_cornering_stiffness_sd))

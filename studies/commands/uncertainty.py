@@ -1,6 +1,13 @@
 """``velotyre uncertainty``: bands on frequency, damping and critical speeds, and which measurement causes them."""
 
+from typing import TYPE_CHECKING, Any
+
 import click
+
+if TYPE_CHECKING:
+    from studies.uncertainty.quantity import Quantity
+
+HEADERS = ["quantity", "unit", "value", "sd linear", "sd Monte Carlo", "2.5 %", "97.5 %", "lost", "main cause"]
 
 
 @click.command(help="Carry the measured uncertainty of MODEL.toml to frequency, damping ratio and critical speeds.")
@@ -20,46 +27,70 @@ def command(
     import numpy as np
 
     from studies.output import parse_speeds, print_table, print_warnings, write_json
+    from studies.uncertainty.comparison import remarks
     from studies.uncertainty.propagation import Uncertainty
     from studies.uncertainty.variance_shares import total_effects
-    from tyre.errors import InputError
 
-    given = {}
-    for text in sds:
-        name, _, value = text.partition("=")
-        try:
-            given[name] = float(value)
-        except ValueError as error:
-            raise InputError(f"--sd {text}: give NAME=VALUE, for example --sd c=0.005 (SI units)") from error
     uncertainty = Uncertainty(
-        model_file, sd=given, relative_cornering_stiffness_sd=relative_cornering_stiffness_sd
+        model_file, sd=_given(sds), relative_cornering_stiffness_sd=relative_cornering_stiffness_sd
     )  # fmt: skip
     asked = parse_speeds(speeds).tolist() if speeds else []
     found = uncertainty.quantities(np.array(asked), max_speed=max_speed, samples=samples, seed=seed)
-    rows, records = [], []
-    for q in found:
-        low, high = q.band()
-        cause = max(q.shares, key=lambda name: q.shares[name])
-        rows.append(
-            [q.name, q.unit, q.value, q.linear_sd, q.sampled_sd, low, high, q.lost, f"{cause} {q.shares[cause]:.0%}"]
-        )
-        record = {"quantity": q.name, "unit": q.unit, "value": q.value, "linear_sd": q.linear_sd}
-        record |= {"monte_carlo_sd": q.sampled_sd, "band_95": [low, high], "samples": samples, "lost": q.lost}
-        records.append({k: _plain(v) for k, v in record.items()} | {"linear_variance_shares": dict(q.shares)})
+    unlisted = uncertainty.unlisted(found, max_speed=max_speed, samples=samples, seed=seed)
+    said = remarks(found, unlisted, samples, max_speed)
+    if json_file != "-":
+        print_table([_row(q) for q in found], HEADERS)
+        for remark in said:
+            click.echo(f"note: {remark}")
     effects = total_effects(uncertainty, narrow, max_speed=max_speed, seed=seed) if narrow else {}
+    if effects and json_file != "-":
+        click.echo(f"\nwhat would narrow '{narrow}' most (share of its variance that goes when it is measured exactly)")
+        ranked = sorted(effects.items(), key=lambda item: -item[1][0])
+        print_table(
+            [[name, *values] for name, values in ranked], ["measurement", "first order", "total", "total ± 95 %"]
+        )
     if json_file:
         indices = {k: dict(zip(("first", "total", "total_95"), v, strict=True)) for k, v in effects.items()}
-        write_json({"quantities": records, "narrow": {"critical_speed": narrow, "indices": indices}}, json_file)
-    if json_file != "-":
-        headers = ["quantity", "unit", "value", "sd linear", "sd Monte Carlo", "2.5 %", "97.5 %", "lost", "main cause"]
-        print_table(rows, headers)
-        if effects:
-            click.echo(
-                f"\nwhat would narrow '{narrow}' most (share of the variance that goes when it is measured exactly)"
-            )
-            ranked = sorted(effects.items(), key=lambda item: -item[1][0])
-            print_table([[name, *values] for name, values in ranked], ["measurement", "first order", "total", "± 95 %"])
-        print_warnings(uncertainty.warnings)
+        content = {
+            "samples": samples, "seed": seed, "max_speed_m_s": max_speed, "quantities": [_record(q) for q in found],
+            "samples_with_further_critical_speeds": unlisted, "notes": list(said),
+            "narrow": {"critical_speed": narrow, "indices": indices},
+        }  # fmt: skip
+        write_json(content, json_file)
+    print_warnings(uncertainty.warnings)
+
+
+def _given(sds: tuple[str, ...]) -> dict[str, float]:
+    from tyre.errors import InputError
+
+    given: dict[str, float] = {}
+    for text in sds:
+        name, _, value = text.partition("=")
+        try:
+            number = float(value)
+        except ValueError as error:
+            raise InputError(f"--sd {text}: give NAME=VALUE, for example --sd c=0.005 (SI units)") from error
+        if name in given:
+            raise InputError(f"--sd {name} is given twice; keep one")
+        if not 0 <= number < float("inf"):
+            raise InputError(f"--sd {text}: the standard deviation must be finite and >= 0")
+        given[name] = number
+    return given
+
+
+def _row(q: "Quantity") -> list[Any]:
+    low, high = q.band()
+    cause = max(q.shares, key=lambda name: q.shares[name])
+    return [q.name, q.unit, q.value, q.linear_sd, q.sampled_sd, low, high, q.lost, f"{cause} {q.shares[cause]:.0%}"]
+
+
+def _record(q: "Quantity") -> dict[str, Any]:
+    from studies.uncertainty.comparison import differs
+
+    record = {"quantity": q.name, "unit": q.unit, "value": q.value, "linear_sd": q.linear_sd}
+    record |= {"monte_carlo_sd": q.sampled_sd, "band_95": list(q.band()), "samples": len(q.samples), "lost": q.lost}
+    plain = {k: _plain(v) for k, v in record.items()}
+    return plain | {"linear_holds": not (q.lost or differs(q)), "linear_variance_shares": dict(q.shares)}
 
 
 def _plain(value: object) -> object:

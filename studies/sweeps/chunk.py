@@ -1,7 +1,10 @@
 """One chunk of a sweep: a pure function of the sweep and a range of items, the same wherever it runs."""
 
+import json
+import platform
 from collections import OrderedDict
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,10 +17,11 @@ from bicycle.modes import ORDER, modes
 from bicycle.sensitivity import sensitivities
 from studies.sweeps.points import Points, Sampler
 from studies.sweeps.sketch import sketch
-from studies.sweeps.spec import BY_SPEED, Sweep
+from studies.sweeps.spec import BY_SPEED, Sweep, software
 from tyre.errors import InputError
 
 BLOCK = 2048  # matrices worked on at a time; blocks start at fixed items, so that no result depends on the chunk
+SLOW_ITEMS = 32  # per part, where every bicycle is tracked by itself
 OCCURRENCES = 4  # of a critical speed of one mode in one direction
 CHANGES = ("destabilising", "stabilising")
 MODES = (*ORDER, "other")
@@ -32,34 +36,38 @@ def compute(sweep: Sweep, start: int, stop: int) -> Arrays:
     InputError
         An item whose parameters are physically impossible, named by its place in the sweep.
     """
-    worker = _worker(sweep)
-    parts = []
-    for first in range(start - start % worker.block, stop, worker.block):
-        last = min(first + worker.block, sweep.items)
-        found = worker.items(first, last)
-        inside = slice(max(start - first, 0), min(stop, last) - first)
-        parts.append({name: array[inside] for name, array in found.items()})
-    arrays = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    arrays = _worker(sweep).items(start, stop)
     return arrays if sweep.quantiles is None else sketch(arrays, start, sweep.samples)
 
 
 class Worker:
-    """What is prepared once per sweep and process."""
+    """What is prepared once per sweep and process.
+
+    Raises
+    ------
+    InputError
+        The software here is not that of the machine where the sweep was started.
+    """
 
     def __init__(self, sweep: Sweep) -> None:
+        if replace(sweep).fingerprint != sweep.fingerprint:  # the latter came along from where the sweep was started
+            raise InputError(
+                f"the worker on {platform.node()} computes with {json.dumps(software())}, not with what the sweep was "
+                "started with, so bits would differ; install the same versions everywhere"
+            )
         self.sweep = sweep
         self.sampler = Sampler(sweep)
         self.linear = self.sampler.model.linear_model()
         self.slow = [name for name in sweep.outputs if name in SLOW]
         self.fast = [name for name in sweep.outputs if name in FAST]
-        self.block = 8 if self.slow and not self.fast else max(1, BLOCK // sweep.points_per_item)
         self.parameters = parameter_names(self.sampler)
 
     def items(self, start: int, stop: int) -> Arrays:
+        """Outputs of items ``start`` to ``stop`` - 1 by name, the first axis is the item."""
         points = self.sampler.points(start, stop)
         found: Arrays = {}
         if self.fast:
-            values = self._eigenvalues(points, start, stop)
+            values = self._by_blocks(start, stop)
             found |= {name: FAST[name](values) for name in self.fast}
         if self.slow:
             rows = [self._one(points, item, start) for item in range(stop - start)]
@@ -74,6 +82,16 @@ class Worker:
             found |= {name: found[name][:, 0] for name in self.sweep.outputs if name in BY_SPEED}
         return {name: found[name] for name in (*self.sweep.outputs, "tyre_extrapolated") if name in found}
 
+    def _by_blocks(self, start: int, stop: int) -> NDArray[np.complex128]:
+        """Eigenvalues: of whole blocks, where the last bits may depend on the place in the block."""
+        block = block_items(self.sweep)
+        parts = []
+        for first in range(start - start % block, stop, block):
+            last = min(first + block, self.sweep.items)
+            found = self._eigenvalues(self.sampler.points(first, last), first, last)
+            parts.append(found[max(start - first, 0) : min(stop, last) - first])
+        return np.concatenate(parts)
+
     def _eigenvalues(self, points: Points, start: int, stop: int) -> NDArray[np.complex128]:
         count, speeds = stop - start, points.speeds
         if self.sampler.model.evaluator.symbolic.switches:  # ranges differ from item to item
@@ -83,8 +101,11 @@ class Worker:
         else:
             found: Coefficients = coefficients(self.linear, self.sampler.model.evaluator, points.values, count)
             if found.refused.any():
-                why = "the mass matrix is not positive definite; check masses and moments of inertia"
-                self.sampler.refuse(points, int(np.argmax(found.refused)), start, why)
+                why = (
+                    "the mass matrix is not positive definite; check masses and moments of inertia "
+                    f"({found.refused.sum()} of {count} bicycles looked at)"
+                )
+                self.sampler.refuse(int(np.argmax(found.refused)), start, why)
             self.linear.check_speeds(speeds)
             matrices = state_matrices(found, speeds)
         return eigenvalues(matrices, solver=default_solver())
@@ -113,7 +134,7 @@ class Worker:
                 slopes = sensitivities(model, speeds)
                 result["sensitivities"] = np.stack([slopes.of(key) for key in free_parameters(self.sampler)], -1)
         except InputError as error:
-            self.sampler.refuse(points, item, start, str(error))
+            self.sampler.refuse(item, start, str(error))
         return result
 
     def _critical(self, linear: Any) -> NDArray[np.float64]:
@@ -130,6 +151,12 @@ class Worker:
                 )
             row[free[0]] = crossing.speed
         return result
+
+
+def block_items(sweep: Sweep) -> int:
+    """Items in one block of eigenvalues."""
+    most = SLOW_ITEMS if any(name in SLOW for name in sweep.outputs) else BLOCK
+    return max(1, min(most, BLOCK // sweep.points_per_item))
 
 
 def least_damping(values: NDArray[np.complex128]) -> NDArray[np.float64]:

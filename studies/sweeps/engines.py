@@ -14,9 +14,13 @@ Work = Callable[[int, int], Any]
 Results = Iterator[tuple[Piece, Any]]
 Engine = Callable[[Work, Iterable[Piece]], Results]
 AHEAD = 2  # pieces handed out per worker beyond the one it works on: memory stays flat
-PATIENCE = 30  # seconds to reach a scheduler
+PATIENCE = 30  # seconds to reach a scheduler, and without a worker
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # of glibc's malloc.h
 KEPT_BYTES = 2**25
+
+
+class NoWorkers(Exception):
+    """Nobody is left to work."""
 
 
 def in_loop() -> Engine:
@@ -68,7 +72,11 @@ def on_cluster(address: str) -> Engine:
                 raise InputError(f"the scheduler at {address} has no workers; start some with 'dask worker {address}'")
             client.run(_keep_freed_memory)
             try:
-                yield from _spread(client.get_executor(pure=False), work, pieces, workers)
+                yield from _spread(client.get_executor(pure=False), work, pieces, workers, alive=client.nthreads)
+            except NoWorkers as error:
+                raise InputError(
+                    f"all workers of {address} are lost; start new ones with 'dask worker {address}'"
+                ) from error
             except KilledWorker as error:
                 raise InputError(f"workers of {address} died while they worked on the same points") from error
             except (CancelledError, OSError) as error:
@@ -85,7 +93,9 @@ def _keep_freed_memory() -> None:
             libc.mallopt(threshold, KEPT_BYTES)
 
 
-def _spread(pool: Executor | Any, work: Work, pieces: Iterable[Piece], workers: int) -> Results:
+def _spread(
+    pool: Executor | Any, work: Work, pieces: Iterable[Piece], workers: int, alive: Callable[[], Any] = lambda: True
+) -> Results:
     rest = iter(pieces)
     running: dict[Any, Piece] = {}
     try:
@@ -94,7 +104,10 @@ def _spread(pool: Executor | Any, work: Work, pieces: Iterable[Piece], workers: 
                 running[pool.submit(work, *piece)] = piece
             if not running:
                 return
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
+            done = wait(running, timeout=PATIENCE, return_when=FIRST_COMPLETED).done
+            if not done and not alive():
+                raise NoWorkers
+            for future in done:
                 yield running.pop(future), future.result()
     finally:
         for future in running:

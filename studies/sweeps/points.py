@@ -1,7 +1,7 @@
 """Which parameters an item of a sweep has: grid cell, draws and measured tyre put together, checked, as arrays."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -33,8 +33,18 @@ class Points:
 
     def value(self, key: str, item: int) -> float:
         """One parameter of one item."""
-        found = np.asarray(self.values[key])
-        return float(found[item] if found.ndim else found)
+        return number(self.values[key], item)
+
+
+class ImpossibleItem(InputError):
+    """An item of a sweep that cannot be computed: the sweep has to be changed."""
+
+    def __init__(self, where: str, why: str) -> None:
+        super().__init__(where, why)
+        self.where, self.why = where, why
+
+    def __str__(self) -> str:
+        return f"sweep at {self.where}: {self.why}; narrow the grid or the distributions"
 
 
 class Sampler:
@@ -73,7 +83,8 @@ class Sampler:
         for group in sweep.normals:
             z = self._standard(group.names, sample, draws)
             for name, mean, row in zip(group.names, group.mean, group.factor, strict=True):
-                given[name] = mean + sum(share * part for share, part in zip(row, z, strict=True))
+                with np.errstate(over="ignore", invalid="ignore"):  # refused below
+                    given[name] = mean + sum(share * part for share, part in zip(row, z, strict=True))
         for one in sweep.uniforms:
             u = uniform(seed=sweep.seed, name=one.name, start=first, stop=last)
             given[one.name] = (one.low + (one.high - one.low) * u)[sample - first]
@@ -83,12 +94,12 @@ class Sampler:
         for follower, leader in self.tied.items():
             if follower not in given and leader in given:
                 values[follower] = values[leader]
-        extrapolated = None
+        points = Points(values, speeds, None)
+        self._refuse_any(points, no_bicycle(values) | (speeds < 0).any(1), start, stop)  # before its loads meet a tyre
         if self.contact:
             tyre = self._standard(TYRE_DRAWS, sample, draws).T if sweep.tyre_covariance else None
-            extrapolated = self._fill_tyre(values, conditions, len(sample), tyre)
-        points = Points(values, speeds, extrapolated)
-        self._check(points, start, stop)
+            points = replace(points, extrapolated=self._fill_tyre(values, conditions, len(sample), tyre))
+        self._refuse_any(points, self._no_effect(values, stop - start), start, stop)
         return points
 
     def variant(self, points: Points, item: int) -> Model:
@@ -156,54 +167,69 @@ class Sampler:
     def _tyres(self) -> TyreTable:
         return TyreTable(self.sweep.relative_cornering_stiffness_sd)
 
-    def _check(self, points: Points, start: int, stop: int) -> None:
-        """Find the first item that is no bicycle, vectorised; the message is that of the bicycle or effect itself."""
-        p = points.values
-        bad = np.zeros(stop - start, bool)
-        for key in ("mB", "mR", "mH", "mF", "IRyy", "IFyy", "IRxx", "IFxx", "IBxx", "IBzz", "IHxx", "IHzz"):
-            bad |= np.asarray(p[key]) < 0
-        for key in ("w", "rR", "rF", "g"):
-            bad |= np.asarray(p[key]) <= 0
-        bad |= np.abs(p["lam"]) >= np.pi / 2
-        for part in "BH":
-            bad |= np.asarray(p[f"I{part}xx"] * p[f"I{part}zz"] < p[f"I{part}xz"] ** 2)
-        with np.errstate(all="ignore"):
-            for load in static_loads(bodies(p), p["w"], p["g"]):
-                bad |= ~(np.asarray(load) > 0)
+    def _no_effect(self, values: Mapping[str, Any], count: int) -> NDArray[np.bool_]:
+        """Items with an effect parameter out of bounds, or the first that an effect's own condition refuses."""
+        bad = np.zeros(count, bool)
         for effect in self.model.effects:
             for parameter in effect.parameters:
                 for entry in parameter.entries():
-                    value = np.asarray(p[f"{effect.identifier}.{entry}"])
+                    value = np.asarray(values[f"{effect.identifier}.{entry}"])
                     bad |= ~((parameter.bounds[0] <= value) & (value <= parameter.bounds[1]))
-        bad |= (points.speeds < 0).any(1)
         strict = [effect for effect in self.model.effects if type(effect).check is not Effect.check]
-        for item in range(stop - start if strict and not bad.any() else 0):
-            changes = {key: points.value(key, item) for key in p}
-            try:  # effects with conditions of their own
+        if not strict or bad.any():
+            return bad
+        for item in range(count):
+            changes = {key: number(value, item) for key, value in values.items()}
+            try:
                 for effect in strict:
                     self._effect(effect, changes).check(changes)
             except InputError:
                 bad[item] = True
-                break
-        if bad.any():
-            item = int(np.argmax(bad))
-            self.refuse(points, item, start)
+        return bad
 
-    def refuse(self, points: Points, item: int, start: int, why: str = "") -> None:
+    def _refuse_any(self, points: Points, bad: NDArray[np.bool_], start: int, stop: int) -> None:
+        """Refuse the first bad item, counting all of them; the message is that of the bicycle or effect itself."""
+        bad = np.broadcast_to(bad, stop - start)
+        if not bad.any():
+            return
+        item = int(np.argmax(bad))
+        speed = float(points.speeds[min(item, len(points.speeds) - 1)].min(initial=0.0))
+        why = f"speed {speed:.4g} m/s is below 0" if speed < 0 else "the parameters make no bicycle"
+        try:
+            self.variant(points, item).linear_model()
+        except InputError as error:
+            why = str(error)
+        self.refuse(item, start, f"{why}; {bad.sum()} of the {stop - start} bicycles looked at are impossible")
+
+    def refuse(self, item: int, start: int, why: str) -> None:
         """Say which item is impossible and why."""
         *cell, sample = (int(i) for i in np.unravel_index(start + item, self.sweep.shape))
         where = [f"{axis.name} = {axis.values[i]}" for axis, i in zip(self.sweep.axes, cell, strict=True)]
         where += [f"sample {sample}"] if self.sweep.samples > 1 else []
-        if not why:
-            speed = float(points.speeds[min(item, len(points.speeds) - 1)].min(initial=0.0))
-            try:
-                self.variant(points, item).linear_model()
-                why = f"speed {speed:.4g} m/s is below 0" if speed < 0 else "the parameters make no bicycle"
-            except InputError as error:
-                why = str(error)
-        raise InputError(
-            f"sweep at {', '.join(where) or 'its only point'}: {why}; narrow the grid or the distributions"
-        )
+        raise ImpossibleItem(", ".join(where) or "its only point", why)
+
+
+def no_bicycle(p: Mapping[str, Any]) -> NDArray[np.bool_]:
+    """True where the parameters, numbers or arrays, are no physical bicycle."""
+    bad: Any = np.abs(p["lam"]) >= np.pi / 2
+    for key in UNITS:
+        bad = bad | ~np.isfinite(p[key])
+    for key in ("mB", "mR", "mH", "mF", "IRyy", "IFyy", "IRxx", "IFxx", "IBxx", "IBzz", "IHxx", "IHzz"):
+        bad = bad | ~(np.asarray(p[key]) >= 0)
+    for key in ("w", "rR", "rF", "g"):
+        bad = bad | ~(np.asarray(p[key]) > 0)
+    with np.errstate(all="ignore"):
+        for part in "BH":
+            bad = bad | (p[f"I{part}xx"] * p[f"I{part}zz"] < p[f"I{part}xz"] ** 2)
+        for load in static_loads(bodies(p), p["w"], p["g"]):
+            bad = bad | ~(np.asarray(load) > 0)
+    return np.asarray(bad)
+
+
+def number(value: Any, item: int) -> float:
+    """One number of a parameter that is a number or an array (m,)."""
+    found = np.asarray(value)
+    return float(found[item] if found.ndim else found)
 
 
 def tied(model: Model) -> dict[str, str]:

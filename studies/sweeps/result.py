@@ -68,20 +68,6 @@ def assemble(sweep: Sweep, parts: Parts, pieces: Iterable[tuple[int, int]], stor
         _write_reduced(targets, sweep, name, one.finish())
 
 
-def to_netcdf(store: Path, target: Path) -> None:
-    """Export the store; a complex variable becomes ``name_real`` and ``name_imag``, which netCDF can hold."""
-    import xarray as xr
-
-    with xr.open_zarr(store, consolidated=False) as found:
-        split = found
-        for name, array in found.data_vars.items():
-            if array.dtype.kind == "c":
-                split = split.drop_vars(name).assign({f"{name}_real": array.real, f"{name}_imag": array.imag})
-                for part in ("real", "imag"):
-                    split[f"{name}_{part}"].attrs = dict(array.attrs)
-        split.to_netcdf(target, engine="netcdf4")
-
-
 def coordinates(sweep: Sweep) -> Labels:
     """Every dimension and its labels."""
     sampler = Sampler(sweep)

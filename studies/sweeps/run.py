@@ -2,18 +2,22 @@
 
 import json
 import math
+import sys
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
-from studies.sweeps.chunk import compute
+from studies.sweeps.chunk import SLOW, SLOW_ITEMS, block_items, compute
 from studies.sweeps.engines import Engine, in_loop
+from studies.sweeps.netcdf import to_netcdf
 from studies.sweeps.parts import Parts, open_parts
-from studies.sweeps.result import assemble, remove, to_netcdf
+from studies.sweeps.points import ImpossibleItem, Sampler
+from studies.sweeps.result import assemble, remove
 from studies.sweeps.spec import Sweep
 from tyre.errors import InputError
 
-SLOW_ITEMS = 32  # per part, where every bicycle is tracked by itself
+CHECKED_TOGETHER = 16384  # items
+CONTINUE = "run the same command again to continue"
 
 
 def run_sweep(sweep: Sweep, out: str | Path, *, engine: Engine | None = None, progress: bool = False) -> Path:
@@ -36,38 +40,59 @@ def run_sweep(sweep: Sweep, out: str | Path, *, engine: Engine | None = None, pr
             raise InputError(
                 f"{out.as_posix()} exists and is not the result of this sweep; remove it or choose another --out"
             )
-        remove(out.with_name(out.name + ".parts"))  # killed between the last rename and this
+        for left in ("parts", "partial"):  # killed after the last rename
+            remove(out.with_name(f"{out.name}.{left}"))
         return out
+    extrapolated = _check_items(sweep)
+    if extrapolated and progress:
+        print(
+            f"warning: {extrapolated} of {sweep.items} bicycles have a tyre outside its measured loads and pressures; "
+            "tyre_extrapolated marks them",
+            file=sys.stderr,
+        )
     parts = open_parts(out, sweep)
     todo = [piece for piece in pieces(sweep) if not parts.has(piece)]
     try:
         _compute(sweep, parts, todo, engine or in_loop(), progress)
         _finish(sweep, parts, out)
+    except ImpossibleItem as error:
+        if not any(parts.has(piece) for piece in pieces(sweep)):
+            parts.remove()  # not in the way of the changed sweep
+            raise InputError(str(error)) from error
+        raise InputError(f"{error}; {_kept(sweep, parts)}, but a changed sweep starts anew") from error
     except (InputError, OSError) as error:
-        reason = (
-            f"{error.strerror or error}: cannot write to {parts.folder.as_posix()}"
-            if isinstance(error, OSError)
-            else error
-        )
-        done = sum(piece[1] - piece[0] for piece in pieces(sweep) if parts.has(piece))
-        raise InputError(
-            f"{reason}; {done} of {sweep.items} bicycles are finished and kept in {parts.folder.as_posix()}: "
-            "mend the cause and run the same command again to continue"
-        ) from error
+        reason = str(error)
+        if isinstance(error, OSError):
+            reason = f"{error.strerror or error}: cannot write to {out.absolute().parent.as_posix()}"
+        raise InputError(f"{reason}; {_kept(sweep, parts)}: mend the cause and {CONTINUE}") from error
+    except KeyboardInterrupt:
+        print(f"{_kept(sweep, parts)}: {CONTINUE}", file=sys.stderr)
+        raise
     parts.remove()
     return out
 
 
+def _check_items(sweep: Sweep) -> int:
+    """Refuse a sweep with impossible bicycles before any of them is computed; returns how many tyres extrapolate."""
+    sampler, extrapolated = Sampler(sweep), 0
+    sampler.model.linear_model().check_speeds(sweep.speeds)
+    for start in range(0, sweep.items, CHECKED_TOGETHER):
+        points = sampler.points(start, min(start + CHECKED_TOGETHER, sweep.items))
+        extrapolated += 0 if points.extrapolated is None else int(points.extrapolated.sum())
+    return extrapolated
+
+
+def _kept(sweep: Sweep, parts: Parts) -> str:
+    done = sum(piece[1] - piece[0] for piece in pieces(sweep) if parts.has(piece))
+    return f"{done} of {sweep.items} bicycles are finished and kept in {parts.folder.as_posix()}"
+
+
 def pieces(sweep: Sweep) -> Iterator[tuple[int, int]]:
     """Item ranges that are computed and kept together."""
-    from studies.sweeps.chunk import BLOCK, SLOW
-
     step = max(1, sweep.points_per_part // sweep.points_per_item)
     if any(name in SLOW for name in sweep.outputs):
         step = min(step, SLOW_ITEMS)
-    else:
-        block = max(1, BLOCK // sweep.points_per_item)
-        step = math.ceil(step / block) * block  # whole blocks: nothing is computed twice
+    step = math.ceil(step / block_items(sweep)) * block_items(sweep)  # whole blocks: nothing is computed twice
     for start in range(0, sweep.items, step):
         yield start, min(start + step, sweep.items)
 

@@ -1,18 +1,21 @@
 """Measured tyres for many bicycles at once: the values of `TyreMap`, vectorised over load and pressure."""
 
 from collections.abc import Mapping, Sequence
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bicycle.model_file import MOST_BAR
 from tyre import TyreMap
+from tyre.errors import InputError
 from tyre.maps.conditions_grid import ConditionsGrid
 from tyre.maps.map_notes import stiffness_note
 from tyre.maps.tables import PASCAL_PER_BAR
 
 Array = NDArray[np.float64]
+FACTORS = 4096  # kept in memory: a sampled pressure makes one for each item
 Choice = Mapping[str, NDArray[Any]]  # tyre, surface, pressure_bar, load_N of one wheel, (m,) each
 
 
@@ -22,7 +25,7 @@ class TyreTable:
     def __init__(self, relative_cornering_stiffness_sd: float) -> None:
         self.relative_sd = relative_cornering_stiffness_sd
         self.map = cache(self._load)
-        self.factor = cache(self._factor)
+        self.factor = lru_cache(FACTORS)(self._factor)
 
     def _load(self, tyre: str, surface: str) -> TyreMap:
         found = TyreMap.load(tyre, surface=surface)
@@ -47,9 +50,13 @@ class TyreTable:
         stiffness = [np.empty((2, count)) for _ in wheels]
         outside = np.zeros(count, bool)
         for wheel, out in zip(wheels, stiffness, strict=True):
-            for tyre, surface, rows in _groups(wheel["tyre"], wheel["surface"]):
-                load, pressure = wheel["load_N"][rows], wheel["pressure_bar"][rows].astype(float) * PASCAL_PER_BAR
-                found = self.map(tyre, surface)
+            for rows in _alike(wheel["tyre"], wheel["surface"]):
+                load, bar = wheel["load_N"][rows], wheel["pressure_bar"][rows].astype(float)
+                most = bar.max()
+                if most > MOST_BAR:
+                    raise InputError(f"pressure_bar = {most:g} must be a number above 0 and up to {MOST_BAR:g} bar")
+                pressure = bar * PASCAL_PER_BAR
+                found = self.map(str(wheel["tyre"][rows[0]]), str(wheel["surface"][rows[0]]))
                 for corner in {(a, b) for a in (load.min(), load.max()) for b in (pressure.min(), pressure.max())}:
                     found.at(load=corner[0], pressure=corner[1])  # the map's own checks and messages
                 grid = ConditionsGrid(found.measured.load, found.measured.pressure)
@@ -70,15 +77,14 @@ class TyreTable:
         return [out[0] for out in stiffness], [out[1] for out in stiffness], outside
 
     def _drawn(self, wheels: Sequence[Choice], z: Array, nominal_loads: Sequence[Any]) -> Array:
-        keys = [
-            [(str(t), str(s), float(p), float(n)) for t, s, p, n in zip(
-                w["tyre"], w["surface"], w["pressure_bar"], np.broadcast_to(load, len(z)), strict=True)]
-            for w, load in zip(wheels, nominal_loads, strict=True)
-        ]  # fmt: skip
+        columns = [
+            (wheel["tyre"], wheel["surface"], wheel["pressure_bar"], np.broadcast_to(load, len(z)))
+            for wheel, load in zip(wheels, nominal_loads, strict=True)
+        ]
         result = np.empty_like(z)
-        pairs = list(zip(*keys, strict=True))
-        for pair in dict.fromkeys(pairs):
-            rows = np.array([other == pair for other in pairs])
+        for rows in _alike(*columns[0], *columns[1]):
+            at = rows[0]
+            pair = [(str(t[at]), str(s[at]), float(p[at]), float(n[at])) for t, s, p, n in columns]
             result[rows] = (self.factor(*pair) * z[rows][:, None, :]).sum(-1)
         return result
 
@@ -107,9 +113,12 @@ def said_of_stiffness(warnings: Sequence[str], relative_cornering_stiffness_sd: 
     return tuple(warning.replace(plain, assumed) for warning in warnings)
 
 
-def _groups(tyres: NDArray[Any], surfaces: NDArray[Any]) -> list[tuple[str, str, NDArray[np.intp]]]:
-    names = list(zip(tyres.tolist(), surfaces.tolist(), strict=True))
-    return [
-        (tyre, surface, np.array([i for i, name in enumerate(names) if name == (tyre, surface)]))
-        for tyre, surface in dict.fromkeys(names)
-    ]
+def _alike(*columns: NDArray[Any]) -> list[NDArray[np.intp]]:
+    """Rows that are equal in every column (m,), together."""
+    code = np.zeros(len(columns[0]), np.intp)
+    for column in columns:
+        if any(column.strides):  # else one value, broadcast
+            values, at = np.unique(column, return_inverse=True)
+            code = np.unique(code * len(values) + at, return_inverse=True)[1]
+    order = np.argsort(code, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(code[order])) + 1)

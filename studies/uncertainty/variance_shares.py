@@ -38,11 +38,11 @@ def total_effects(
         "bounds": [[0.0, 1.0]] * count, "dists": ["norm"] * count,
     }  # fmt: skip
     z = sampling.sample(problem, base, calc_second_order=False, seed=seed)
-    speeds = uncertainty.crossing_speeds(crossing, gradient, z)
+    speeds = uncertainty.crossing_speeds(crossing, gradient, z, max_speed)
     lost = int(np.isnan(speeds).sum())
     if lost:
         raise InputError(
-            f"{name} vanishes for {lost} of {len(z)} bicycles, so its variance is not defined; "
+            f"{name} vanishes up to {max_speed:g} m/s for {lost} of {len(z)} bicycles, so its variance is not defined; "
             "use smaller standard deviations or another critical speed"
         )
     found = sobol.analyze(problem, speeds, calc_second_order=False, seed=seed)

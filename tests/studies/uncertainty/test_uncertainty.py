@@ -15,7 +15,10 @@ from bicycle.propagation import (
     standard_deviation,
 )
 from studies.cli import main
+from studies.uncertainty import uncertain_model
+from studies.uncertainty.comparison import remarks
 from studies.uncertainty.propagation import Uncertainty
+from studies.uncertainty.quantity import Quantity
 from studies.uncertainty.variance_shares import total_effects
 from tyre import TyreMap
 from tyre.errors import InputError
@@ -201,9 +204,99 @@ def test_a_crossing_that_vanishes_is_counted_as_lost():
     assert 0 < found.lost < 40
     np.testing.assert_allclose(found.samples, exact, rtol=1e-8)
     pytest.importorskip("SALib")
-    words = r"wobble unstable above vanishes for \d+ of \d+ bicycles, so its variance is not defined"
+    words = r"wobble unstable above vanishes up to 60 m/s for \d+ of \d+ bicycles, so its variance is not defined"
     with pytest.raises(InputError, match=words):
         total_effects(uncertainty, "wobble unstable above", base=64)
+
+
+HINGED = {"bicycle": "benchmark", "effects": {
+    "relaxation_length": {"cornering_stiffness": 6302.5, "relaxation_length": 0.06},
+    "front_compliance": {"stiffness": 3000.0, "damping": 21.0, "joint_x": 0.8, "joint_z": -0.85},
+}}  # fmt: skip
+
+
+def test_critical_speeds_that_only_some_samples_have_are_counted():
+    """At its means this bicycle does not wobble; with a hinge of less damping it does."""
+    uncertainty = Uncertainty(HINGED, sd={"front_compliance.damping": 3.0})
+    found = uncertainty.quantities([], samples=60, seed=4)
+    assert not any(q.name.startswith("wobble") for q in found)
+    exact = 0
+    for z in uncertainty.draw(60, 4)[:, 0]:
+        parts = (effect_class("relaxation_length")(**HINGED["effects"]["relaxation_length"]),
+                 effect_class("front_compliance")(**HINGED["effects"]["front_compliance"]
+                                                  | {"damping": float(21 + 3 * z)}))  # fmt: skip
+        crossings = critical_speeds(Model(load_bicycle("benchmark"), parts).linear_model())
+        exact += any(c.mode == "wobble" for c in crossings)
+    assert exact > 0
+    assert uncertainty.unlisted(found, samples=60, seed=4) == exact
+    told = remarks(found, exact, 60, 60.0)
+    assert len(told) == 1
+    assert told[0].startswith(f"at least {exact} of 60 bicycles have further critical speeds up to 60 m/s")
+
+
+def test_a_model_without_critical_speeds_at_its_means_may_have_some():
+    """A bicycle that is stable up to 4 m/s at its means only."""
+    uncertainty = Uncertainty({"bicycle": "benchmark"}, sd={"c": 0.01})
+    model = Model(load_bicycle("benchmark"))
+    weave = first(model.linear_model(), "weave", "stabilising")
+    found = uncertainty.quantities([], samples=30, max_speed=weave - 0.1)
+    assert found == []
+    exact = sum(
+        bool(critical_speeds(Model(load_bicycle("benchmark").replace(c=0.08 + 0.01 * z)).linear_model(), weave - 0.1))
+        for z in uncertainty.draw(30, 0)[:, 0]
+    )
+    assert 0 < exact < 30
+    assert uncertainty.unlisted(found, samples=30, max_speed=weave - 0.1) == exact
+    assert remarks(found, exact, 30, 4.0)[0].startswith(f"at least {exact} of 30 bicycles have further")
+
+
+def test_nothing_is_followed_beyond_the_highest_speed():
+    """Half of the bicycles begin to wobble above the speed at which the nominal one does."""
+    uncertainty = Uncertainty(GIVEN, sd={"relaxation_length.relaxation_length": 0.005})
+    plain = Model(
+        load_bicycle("benchmark"), (effect_class("relaxation_length")(**GIVEN["effects"]["relaxation_length"]),)
+    )
+    highest = first(plain.linear_model(), "wobble") * (1 + 1e-6)
+    found = {q.name: q for q in uncertainty.quantities([], samples=50, max_speed=highest)}["wobble unstable above"]
+    assert 10 < found.lost < 40
+    assert found.kept.max() <= highest
+
+
+def test_remarks_say_where_the_linear_sd_fails():
+    def quantity(samples, unit="m/s"):
+        return Quantity("x", unit, 1.0, np.array([1.0]), {}, np.asarray(samples, float))
+
+    draws = np.random.default_rng(0).standard_normal(2000)
+    assert remarks([quantity(draws)], 0, 2000, 60.0) == ()
+    said = remarks([quantity(2 * draws)], 0, 2000, 60.0)
+    assert len(said) == 1
+    assert said[0] == f"x: not linear, sd {2 * draws.std(ddof=1):.3g} m/s by Monte Carlo against 1 linear"
+    lost = np.where(draws > 1, np.nan, draws)
+    number = int(np.isnan(lost).sum())
+    assert f"x: {number} of 2000 bicycles do not have it up to 60 m/s" in remarks([quantity(lost)], 0, 2000, 60.0)[0]
+    assert f"x: {number} of 2000 bicycles have no such osc" in remarks([quantity(lost, "Hz")], 0, 2000, 60.0)[0]
+    assert remarks([quantity(1.5 * draws[:10])], 0, 2000, 60.0) == ()  # so few samples show nothing
+
+
+def test_impossible_samples_are_refused_and_counted(monkeypatch):
+    uncertainty = Uncertainty(HINGED, sd={"front_compliance.damping": 14.0})
+    expected = int((21 + 14 * uncertainty.draw(400, 0)[:, 0] < 0).sum())
+    words = rf"Monte Carlo sample \d+: .*damping = -.*; {expected} of the 400 bicycles looked at are impossible; give"
+    with pytest.raises(InputError, match=words):
+        uncertainty.quantities([], samples=400)
+    uncertainty = Uncertainty(GIVEN, sd={"c": 0.001})
+    exact = uncertain_model.coefficients
+
+    def refusing(*given):
+        found = exact(*given)
+        found.refused[3] = True
+        return found
+
+    monkeypatch.setattr(uncertain_model, "coefficients", refusing)
+    with pytest.raises(
+        InputError, match=r"Monte Carlo sample 3: the mass matrix is not positive definite \(1 of 9 bic"
+    ):
+        uncertainty.quantities([], samples=9)
 
 
 def test_variance_shares_of_a_nearly_linear_case_are_the_linear_ones():
@@ -286,6 +379,38 @@ def test_command(tmp_path, capsys):
     main([*arguments[:2], "--sd", "c=0.002", "--samples", "50", "--narrow", "capsize unstable above"])
     shown = capsys.readouterr().out
     assert "what would narrow 'capsize unstable above' most" in shown
+    for wrong, words in (
+        (["c"], "--sd c: give NAME=VALUE"),
+        (["c=1", "c=2"], "--sd c is given twice; keep one"),
+        (["c=-1"], "--sd c=-1: the standard deviation must be finite and >= 0"),
+        (["c=nan"], "--sd c=nan: the standard deviation must be finite and >= 0"),
+    ):
+        with pytest.raises(SystemExit, match="2"):
+            main([*arguments, *(text for one in wrong for text in ("--sd", one))])
+        assert words in capsys.readouterr().err
+
+
+def test_command_shows_the_table_and_its_notes(tmp_path, capsys):
+    import tomli_w
+
+    hinge = HINGED["effects"]["front_compliance"] | {"damping": 15.0}
+    file = tmp_path / "model.toml"
+    file.write_text(
+        tomli_w.dumps(HINGED | {"effects": HINGED["effects"] | {"front_compliance": hinge}}), encoding="utf-8"
+    )
+    arguments = ["uncertainty", str(file), "--sd", "front_compliance.damping=3", "--samples", "40"]
+    main([*arguments, "--json", str(tmp_path / "found.json")])
+    shown = capsys.readouterr().out
+    found = json.loads((tmp_path / "found.json").read_text())
+    wobble = next(q for q in found["quantities"] if q["quantity"] == "wobble unstable above")
+    assert 0 < wobble["lost"] < 40
+    assert not wobble["linear_holds"]
+    assert f"note: wobble unstable above: {wobble['lost']} of 40 bicycles do not have it up to 60 m/s" in shown
+    assert (found["samples"], found["seed"], found["max_speed_m_s"]) == (40, 0, 60.0)
+    assert found["samples_with_further_critical_speeds"] == 0
+    pytest.importorskip("SALib")
     with pytest.raises(SystemExit, match="2"):
-        main([*arguments, "--sd", "c"])
-    assert "--sd c: give NAME=VALUE" in capsys.readouterr().err
+        main([*arguments, "--narrow", "wobble unstable above"])
+    both = capsys.readouterr()
+    assert "wobble unstable above" in both.out  # the table is not lost
+    assert "so its variance is not defined" in both.err

@@ -17,7 +17,7 @@ from bicycle.critical import critical_speeds  # noqa: E402
 from bicycle.modes import modes  # noqa: E402
 from bicycle.sensitivity import sensitivities  # noqa: E402
 from studies.cli import main  # noqa: E402
-from studies.sweeps.chunk import compute  # noqa: E402
+from studies.sweeps.chunk import Worker, compute  # noqa: E402
 from studies.sweeps.engines import in_loop, in_processes, in_threads, on_cluster  # noqa: E402
 from studies.sweeps.parts import open_parts  # noqa: E402
 from studies.sweeps.run import pieces, run_sweep  # noqa: E402
@@ -146,6 +146,27 @@ def test_drawn_tyres_have_the_covariance_of_the_map(tmp_path):
     assert float(lengths) == pytest.approx(np.sqrt(covariance[2, 2]), rel=0.06)
 
 
+def test_joint_draws_of_very_different_size(tmp_path):
+    covariance = np.array([[1e6, 0.05], [0.05, 1e-8]])
+    joint = {"parameters": ["relaxation_length.cornering_stiffness", "IHxz"], "covariance": covariance.tolist()}
+    content = {"model": MODEL, "outputs": ["parameters"], "samples": 20000, "sampled": {"joint": [joint]}}
+    values = load(run_sweep(build_sweep(content), tmp_path / "joint.zarr")).parameters
+    values = values.sel(parameter=["relaxation_length.cornering_stiffness.rear", "IHxz"]).values
+    np.testing.assert_allclose(np.cov(values.T), covariance, rtol=0.05)
+
+
+def test_a_sampled_pressure_is_around_that_of_the_model(tmp_path):
+    content = {
+        "model": MEASURED, "outputs": ["parameters"], "samples": 4000,
+        "sampled": {"pressure_bar": {"sd": 0.05}, "tyre_covariance": True},
+    }  # fmt: skip
+    drawn = load(run_sweep(build_sweep(content), tmp_path / "a.zarr")).parameters
+    loads = load_bicycle("benchmark").static_loads
+    at = TyreMap.load("Tyre1").at(load=loads[0], pressure=4e5)
+    name = "relaxation_length.cornering_stiffness.rear"
+    assert float(drawn.sel(parameter=name).mean()) == pytest.approx(at.cornering_stiffness, rel=0.01)
+
+
 def test_joint_draws_and_bicycle_sd_and_sampled_speed(tmp_path):
     covariance = [[4.0, 0.03], [0.03, 0.0004]]
     content = {
@@ -181,6 +202,36 @@ def test_same_bits_for_any_chunk():
     for start, stop in ((0, 1), (1, 2), (681, 684), (17, 1399), (1399, 1400)):
         for name, values in compute(sweep, start, stop).items():
             np.testing.assert_array_equal(values, whole[name][start:stop])
+
+
+def test_same_bits_for_any_chunk_of_measured_tyres():
+    sampled = {"tyre_covariance": True, "relative_cornering_stiffness_sd": 0.03, "mB": {"sd": 3.0}}
+    content = RANDOM | {"model": MEASURED, "sampled": sampled, "outputs": ["eigenvalues", "parameters"]}
+    sweep = build_sweep(content | {"grid": {"pressure_bar": [4.0, 5.5], "speed_m_s": [3.0, 9.0, 14.0]}})
+    whole = compute(sweep, 0, sweep.items)
+    for start, stop in ((0, 1), (1, 2), (681, 684), (17, 1399)):
+        for name, values in compute(sweep, start, stop).items():
+            np.testing.assert_array_equal(values, whole[name][start:stop])
+
+
+def test_eigenvalues_beside_tracked_bicycles_track_none_twice(monkeypatch):
+    """Eigenvalues come in blocks; the critical speeds, a thousand times dearer, only for the items asked for."""
+    content = RANDOM | {"outputs": ["critical_speeds", "largest_growth_rate"], "grid": {"speed_m_s": [5.0]}}
+    sweep, seen = build_sweep(content), []
+    one = Worker._one
+    monkeypatch.setattr(Worker, "_one", lambda *given: seen.append(given) or one(*given))
+    found = compute(sweep, 3, 6)
+    assert len(seen) == 3
+    assert next(pieces(sweep)) == (0, 32)
+    for name, values in compute(sweep, 0, 8).items():
+        np.testing.assert_array_equal(values[3:6], found[name])
+
+
+def test_other_software_on_a_worker_is_refused():
+    sweep = build_sweep(RANDOM)
+    vars(sweep)["fingerprint"] = "as computed elsewhere"
+    with pytest.raises(InputError, match=r"the worker on .* computes with .*velotyre.*install the same versions"):
+        compute(sweep, 0, 1)
 
 
 def test_same_bits_in_processes(reference, tmp_path):
@@ -233,6 +284,20 @@ def test_netcdf_holds_the_same_numbers(reference, tmp_path):
         assert found.eigenvalues_real.attrs["units"] == "1/s"
         assert found.attrs["fingerprint"] == same.attrs["fingerprint"]
     assert run_sweep(build_sweep(RANDOM), out) == out  # finished: nothing to do
+    other = run_sweep(build_sweep(RANDOM | {"points_per_part": 300}), tmp_path / "other.nc", engine=in_threads(2))
+    assert other.read_bytes() == out.read_bytes()
+
+
+def test_netcdf_holds_names_as_text(tmp_path):
+    pytest.importorskip("netCDF4")
+    content = {"model": MEASURED, "outputs": ["critical_speeds"], "grid": {"tyre": ["Tyre1", "Tyre2"]}}
+    stored = load(run_sweep(build_sweep(content), tmp_path / "result.zarr"))
+    with xr.open_dataset(run_sweep(build_sweep(content), tmp_path / "result.nc"), engine="netcdf4") as found:
+        assert found.tyre.values.tolist() == ["Tyre1", "Tyre2"]
+        here = found.critical_speeds.sel(tyre="Tyre2", crossing_mode="weave", as_speed_grows="stabilising")
+        there = stored.critical_speeds.sel(tyre="Tyre2", crossing_mode="weave", as_speed_grows="stabilising")
+        np.testing.assert_array_equal(here, there)
+        assert np.isfinite(here).any()
 
 
 # ---- interruption ---------------------------------------------------------------------------------------------------
@@ -274,10 +339,10 @@ def test_killed_it_continues_and_ends_with_the_same_bits(reference, tmp_path):
         process.send_signal(signal.SIGKILL)
     assert process.returncode == -signal.SIGKILL
     parts = tmp_path / "result.zarr.parts"
-    finished = {part: part.stat().st_mtime_ns for part in parts.glob("*.npz")}
+    finished = {part: part.stat().st_mtime_ns for part in parts.glob("*.part")}
     assert len(finished) == 1
     assert not out.exists()
-    damaged = parts / f"{pieces_of(content)[1][0]:012d}-{pieces_of(content)[1][1]:012d}.npz"
+    damaged = parts / f"{pieces_of(content)[1][0]:012d}-{pieces_of(content)[1][1]:012d}.part"
     damaged.write_bytes(next(iter(finished)).read_bytes()[:500])  # what a crash of the machine may leave
     (parts / "000000000000-000000000001.tmp").write_bytes(b"half")
     seen = []
@@ -292,12 +357,78 @@ def pieces_of(content):
     return list(pieces(build_sweep(content)))
 
 
+@pytest.mark.parametrize("damage", [lambda b: b[:-1], lambda b: b[:50] + bytes([b[50] ^ 1]) + b[51:], lambda b: b""])
+def test_a_damaged_part_is_not_taken(tmp_path, damage):
+    parts = open_parts(tmp_path / "a.zarr", build_sweep(RANDOM))
+    parts.write((0, 3), {"x": np.arange(3.0)})
+    assert parts.has((0, 3))
+    file = parts.file((0, 3))
+    file.write_bytes(damage(file.read_bytes()))
+    assert not parts.has((0, 3))
+    with pytest.raises(InputError, match="part is missing or damaged"):
+        parts.read((0, 3))
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs kill -9")
+@pytest.mark.parametrize("ending", ["zarr", "nc"])
+def test_killed_in_the_middle_of_putting_together(tmp_path, ending):
+    """The kill comes after the second part is written into the store, and after the first array of a netCDF file."""
+    if ending == "nc":
+        pytest.importorskip("netCDF4")
+    file, out = write_file(tmp_path, RANDOM | {"points_per_part": 300}), tmp_path / f"result.{ending}"
+    place = {"zarr": ("result", "write_rows"), "nc": ("netcdf", "_copy")}[ending]
+    process = subprocess.Popen(
+        [sys.executable, "-c", KILLED_LATER, str(file), str(out), *place], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    )
+    with process:
+        process.stdout.readline()
+        process.send_signal(signal.SIGKILL)
+    assert process.returncode == -signal.SIGKILL
+    assert not out.exists()
+    assert (tmp_path / f"result.{ending}.partial").exists()
+    run_sweep(read_sweep(file), out, engine=in_threads(2))
+    other = run_sweep(read_sweep(file), tmp_path / f"other.{ending}")
+    assert out.read_bytes() == other.read_bytes() if ending == "nc" else tree(out) == tree(other)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([file.name, out.name, other.name])
+
+
+KILLED_LATER = """
+import sys
+from importlib import import_module
+from studies.sweeps.run import run_sweep
+from studies.sweeps.sweep_file import read_sweep
+module, name = import_module("studies.sweeps." + sys.argv[3]), sys.argv[4]
+work, calls = getattr(module, name), []
+def slowly(*arguments):
+    work(*arguments)
+    calls.append(name)
+    if len(calls) == 2:
+        print("now", flush=True)
+        sys.stdin.read()  # wait for the kill
+setattr(module, name, slowly)
+run_sweep(read_sweep(sys.argv[1]), sys.argv[2])
+"""
+
+
+def test_interrupted_it_says_what_is_kept(reference, tmp_path, capsys):
+    def interrupted(work, todo):
+        yield todo[0], work(*todo[0])
+        raise KeyboardInterrupt
+
+    sweep, out = build_sweep(RANDOM), tmp_path / "result.zarr"
+    with pytest.raises(KeyboardInterrupt):
+        run_sweep(sweep, out, engine=interrupted)
+    assert "682 of 1400 bicycles are finished and kept in" in capsys.readouterr().err
+    assert tree(run_sweep(sweep, out)) == tree(reference)
+
+
 def test_killed_while_the_result_is_put_together(reference, tmp_path):
     out, sweep = tmp_path / "result.zarr", build_sweep(RANDOM)
     (tmp_path / "result.zarr.partial").mkdir()
     (tmp_path / "result.zarr.partial" / "zarr.json").write_text("{}")
     assert tree(run_sweep(sweep, out)) == tree(reference)
-    open_parts(out, sweep)  # killed after the rename, before the parts were removed
+    open_parts(out, sweep)  # killed after the rename, before the rest was removed
+    (tmp_path / "result.zarr.partial").mkdir()
     run_sweep(sweep, out)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["result.zarr"]
 
@@ -328,6 +459,23 @@ def test_a_full_disk_is_reported_and_loses_nothing(reference, tmp_path):
     assert tree(run_sweep(read_sweep(file), out)) == tree(reference)
 
 
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs limits of the operating system")
+def test_a_disk_too_full_for_netcdf_is_reported_and_loses_nothing(tmp_path):
+    pytest.importorskip("netCDF4")
+    content = RANDOM | {"points_per_part": 300, "outputs": ["eigenvalues"]}
+    file, out = write_file(tmp_path, content), tmp_path / "result.nc"
+    process = subprocess.run(
+        [sys.executable, "-c", FULL, str(file), str(out), "450000"], capture_output=True, text=True, check=False
+    )
+    assert process.returncode == 2
+    line = process.stderr.strip().splitlines()[-1]
+    assert "as it does when the disk is full: cannot write to" in line
+    assert "1400 of 1400 bicycles are finished and kept in" in line
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["result.nc.parts", "sweep.toml"]
+    run_sweep(read_sweep(file), out, engine=lambda work, todo: iter(()))  # nothing is left to compute
+    assert out.read_bytes() == run_sweep(read_sweep(file), tmp_path / "other.nc").read_bytes()
+
+
 def test_a_lost_worker_is_reported_and_loses_nothing(reference, tmp_path):
     sweep, out = build_sweep(RANDOM), tmp_path / "result.zarr"
 
@@ -354,6 +502,40 @@ GRID = {"speed_m_s": [1.0, 2.0]}
 @pytest.mark.parametrize(
     ("change", "words"),
     [
+        ({"outputs": [["eigenvalues"]]}, "unknown output"),
+        ({"max_speed_m_s": -1.0}, "max_speed_m_s = -1 must be above 0 m/s"),
+        ({"seed": 2**63}, "seed = 9223372036854775808 must be a whole number from 0 to"),
+        ({"grid": {"mB": [10**400]}}, "must be a finite number"),
+        ({"grid": {"mB": {"from": 1, "to": 2, "count": 1}}}, "count = 1 must be a whole number from 2"),
+        ({"grid": {"mB": {"from": 1, "to": 2, "count": 10**9}}}, "must be a whole number from 2 to 1000000"),
+        ({"grid": {k: {"from": 1, "to": 2, "count": 10**4} for k in ("w", "c", "mB")}}, "1e[+]12 bicycles; at most"),
+        ({"model": MEASURED, "grid": {"tyre": [1.0]}}, "grid.tyre = 1.0 must be a name in quotes"),
+        ({"model": MEASURED, "sampled": {"tyre": {"mean": 1.0, "sd": 1.0}}, "samples": 2}, "a name cannot be sampled"),
+        ({"model": MEASURED, "sampled": {"tyre_covariance": "no"}, "samples": 2}, "'no' must be true or false"),
+        ({"sampled": {"bicycle_sd": 1}, "samples": 2}, "sampled.bicycle_sd = 1 must be true or false"),
+        ({"model": MEASURED, "sampled": {"relative_cornering_stiffness_sd": -0.1}, "samples": 2}, "-0.1 must be >= 0"),
+        ({"model": MEASURED, "sampled": {"relative_cornering_stiffness_sd": 0.1, "c": {"sd": 0.001}}, "samples": 2},
+         "relative_cornering_stiffness_sd does nothing without tyre_covariance = true"),
+        ({"sampled": {"speed_m_s": {"low": 1.0, "high": 2.0}}, "samples": 2}, "speed_m_s is varied twice"),
+        ({"outputs": ["critical_speeds"]}, "speed_m_s is varied, but critical_speeds do not depend on it"),
+        ({"sampled": {"mB": {"sdd": 1.0}}, "samples": 2}, "sampled.mB = .*: give {mean, sd}, {sd} or {low, high}"),
+        ({"sampled": {"joint": [1]}, "samples": 2}, "sampled.joint is a list of tables"),
+        ({"sampled": {"joint": {"parameters": ["mB"]}}, "samples": 2}, "sampled.joint is a list of tables"),
+        ({"sampled": {"joint": [{"parameters": "mB"}]}, "samples": 2}, "parameters is missing; give a list of names"),
+        ({"sampled": {"joint": [{"parameters": ["mB"], "covariance": [[True]]}]}, "samples": 2}, "must be 1 x 1"),
+        ({"sampled": {"joint": [{"parameters": ["mB"], "covariance": [[1.0]], "mean": 8.0}]}, "samples": 2},
+         "mean = 8.0; give a list of one number per parameter"),
+        ({"sampled": {"joint": [{"parameters": ["mB"], "covariance": [[1.0]], "mean": [float("nan")]}]}, "samples": 2},
+         "mean = nan must be a finite number"),
+        # a correlation of 1.5 between numbers of very different size
+        ({"sampled": {"joint": [{"parameters": ["relaxation_length.cornering_stiffness", "IHxz"],
+                                 "covariance": [[1e6, 0.15], [0.15, 1e-8]]}]}, "samples": 2},
+         "symmetric without negative eigenvalues"),
+        ({"reduce": [0.5]}, r"reduce is a table: write \[reduce\]"),
+        ({"reduce": {"quantiles": 0.5}}, "reduce.quantiles = 0.5 must be a list"),
+        ({"reduce": {"quantiles": []}}, r"reduce.quantiles = \[\] must be a list"),
+        ({"reduce": {"quantiles": [0.5, 0.5]}}, "reduce.quantiles holds a value twice"),
+        ({"reduce": {}, "outputs": ["largest_growth_rate"]}, "but nothing is sampled; leave it out"),
         ({"modle": 1}, "unknown key 'modle'; did you mean 'model'"),
         ({"model": None}, "model is missing: give a model file or a table"),
         ({"model": "none.toml"}, "model = 'none.toml': no such model file"),
@@ -366,7 +548,7 @@ GRID = {"speed_m_s": [1.0, 2.0]}
         ({"grid": {"mB": ["x"]}}, "grid.mB = 'x' must be a finite number"),
         ({"grid": {"mB": {"from": 1, "to": 2}}}, "grid.mB: count is missing"),
         ({"grid": {"mB": {"from": 1, "to": 2, "step": 2}}}, "unknown key of grid.mB: 'step'"),
-        ({"grid": {"mB": {"from": 1, "to": 2, "count": 0}}}, "count = 0 must be a whole number from 1"),
+        ({"grid": {"mB": {"from": 1, "to": 2, "count": 0}}}, "count = 0 must be a whole number from 2"),
         ({"grid": {"speed_m_s": [-1.0]}}, "grid.speed_m_s holds -1; give speeds >= 0"),
         ({"grid": {"mB": [80.0]}}, "eigenvalues need speeds: add grid.speed_m_s"),
         ({"grid": 3}, r"grid is a table: write \[grid\]"),
@@ -388,14 +570,15 @@ GRID = {"speed_m_s": [1.0, 2.0]}
         ({"sampled": {"joint": [{"parameters": ["mB"], "covariance": [[-1.0]]}]}, "samples": 2},
          "symmetric without negative eigenvalues"),
         ({"sampled": {"joint": [{"parameters": ["mB"], "covariance": [[1.0]], "mean": []}]}, "samples": 2},
-         "mean has 0 numbers; give one per parameter"),
+         r"mean = \[\]; give a list of one number per parameter"),
         ({"grid": GRID | {"mB": [80.0]}, "sampled": {"mB": {"sd": 1.0}}, "samples": 2}, "mB is varied twice"),
         ({"grid": GRID | {"relaxation_length.relaxation_length": [0.1],
                           "relaxation_length.relaxation_length.rear": [0.1]}},
          "are both varied; give both wheels together"),
         ({"reduce": {"quantiles": [2]}}, "reduce.quantiles holds 2; give numbers from 0 to 1"),
         ({"reduce": {"mean": True}}, "unknown key of reduce: 'mean'"),
-        ({"reduce": {}}, r"eigenvalues cannot be reduced over samples; with \[reduce\] ask for largest_growth_rate"),
+        ({"reduce": {}, "sampled": {"mB": {"sd": 1.0}}, "samples": 2},
+         r"eigenvalues cannot be reduced over samples; with \[reduce\] ask for largest_growth_rate"),
     ],
 )  # fmt: skip
 def test_refused_files(change, words):
@@ -408,11 +591,17 @@ def test_refused_files(change, words):
     ("change", "words"),
     [
         ({"grid": GRID | {"mB": [80.0, -1.0]}},
-         r"sweep at mB = -1.0: bicycle .* mB = -1 kg must not be negative; narrow"),
+         r"sweep at mB = -1.0: bicycle .* mB = -1 kg must not be negative; 1 of the 2 bicycles looked at .*; narrow"),
         ({"grid": GRID | {"relaxation_length.relaxation_length": [0.1, 0.0]}},
          "sweep at .* = 0.0: effect 'relaxation_length'"),
         ({"sampled": {"w": {"sd": 2.0}}, "samples": 50},
-         r"sweep at sample \d+: .*narrow the grid or the distributions"),
+         r"sweep at sample \d+: .*; \d+ of the 50 bicycles looked at are impossible; narrow the grid or"),
+        ({"model": MEASURED, "sampled": {"w": {"sd": 2.0}}, "samples": 50}, r"sample \d+: bicycle .*impossible"),
+        ({"sampled": {"c": {"sd": 1e308}}, "samples": 50}, r"sweep at sample \d+: .* c = .* finite number"),
+        ({"model": MEASURED, "grid": GRID | {"pressure_bar": [400.0]}},
+         "pressure_bar = 400 must be a number above 0 and up to 20 bar"),
+        ({"model": {"bicycle": "benchmark", "effects": {"side_slip": {"cornering_stiffness": 6000.0}}},
+          "grid": {"speed_m_s": [0.0, 1.0]}}, "speed 0 m/s is not allowed with side_slip"),
         ({"grid": {}, "sampled": {"speed_m_s": {"low": -9.0, "high": 1.0}}, "samples": 9}, "speed .* m/s is below 0"),
     ],
 )  # fmt: skip
@@ -420,6 +609,21 @@ def test_impossible_points_are_named(tmp_path, change, words):
     content = {"model": MODEL, "outputs": ["largest_growth_rate"], "grid": GRID} | change
     with pytest.raises(InputError, match=words):
         run_sweep(build_sweep(content), tmp_path / "result.zarr")
+    assert not list(tmp_path.iterdir())  # nothing is computed, and nothing in the way of the mended sweep
+
+
+def test_what_is_found_impossible_on_the_way(monkeypatch, tmp_path):
+    content = {"model": MODEL, "outputs": ["critical_speeds"], "grid": {"mB": {"from": 80, "to": 90, "count": 33}}}
+    sweep, out = build_sweep(content), tmp_path / "result.zarr"
+    monkeypatch.setattr("studies.sweeps.chunk.OCCURRENCES", 0)
+    words = r"sweep at mB = 80.0: \w+ has more than 0 \w+ critical speeds up to 60 m/s; lower max_speed_m_s; narrow"
+    with pytest.raises(InputError, match=words):
+        run_sweep(sweep, out)
+    assert not list(tmp_path.iterdir())  # nothing is in the way of a changed sweep
+    open_parts(out, sweep).write((0, 32), {"critical_speeds": np.zeros((32, 1))})
+    with pytest.raises(InputError, match=r"at mB = 90.0: .*; 32 of 33 bicycles are .* kept in .*, but a changed sweep"):
+        run_sweep(sweep, out)
+    assert list(tmp_path.glob("*/*.part"))
 
 
 def test_conditions_of_an_effect_hold_for_every_point(tmp_path):
@@ -441,16 +645,14 @@ def test_refused_results(reference, tmp_path):
         run_sweep(other, tmp_path / "text.nc")
     with pytest.raises(InputError, match=r"the name must end in .zarr or .nc \(netCDF\)"):
         run_sweep(other, tmp_path / "result.csv")
-    open_parts(tmp_path / "a.zarr", build_sweep(RANDOM))
-    with pytest.raises(InputError, match="holds parts of another sweep"):
-        run_sweep(other, tmp_path / "a.zarr")
-    (tmp_path / "a.zarr.parts" / "sweep.json").write_text("")
-    with pytest.raises(InputError, match="holds parts of another sweep"):
-        run_sweep(other, tmp_path / "a.zarr")
-    (tmp_path / "a.zarr.parts" / "sweep.json").unlink()
-    (tmp_path / "a.zarr.parts" / "1.npz").write_bytes(b"")
-    with pytest.raises(InputError, match=r"is in the way and has no sweep.json"):
-        run_sweep(other, tmp_path / "a.zarr")
+    mark = tmp_path / "a.zarr.parts" / "sweep.json"
+    open_parts(tmp_path / "a.zarr", build_sweep(RANDOM)).write((0, 1), {"x": np.zeros(1)})
+    for text in (mark.read_text(), "", "[]", None):
+        mark.unlink() if text is None else mark.write_text(text)
+        with pytest.raises(InputError, match="holds parts of another sweep"):
+            run_sweep(other, tmp_path / "a.zarr")
+    next(mark.parent.glob("*.part")).unlink()
+    assert open_parts(tmp_path / "a.zarr", other).folder == mark.parent  # nothing finished is in it
 
 
 def test_no_scheduler(monkeypatch, tmp_path):
@@ -489,6 +691,24 @@ def test_command(tmp_path, capsys):
         assert words in capsys.readouterr().err
 
 
+def test_command_says_what_is_assumed_and_extrapolated(tmp_path, capsys):
+    sampled = {"tyre_covariance": True, "relative_cornering_stiffness_sd": 0.03}
+    content = {
+        "model": MEASURED,
+        "outputs": ["parameters"],
+        "samples": 2,
+        "sampled": sampled,
+        "grid": {"mB": [85, 300]},
+    }
+    main(["sweep", str(write_file(tmp_path, content)), "--out", str(tmp_path / "result.zarr")])
+    said = capsys.readouterr().err
+    assert "assumed is 3 % (one standard deviation)" in said
+    assert "none is assumed" not in said
+    outside = int(load(tmp_path / "result.zarr").tyre_extrapolated.sum())
+    assert outside > 0
+    assert f"{outside} of 4 bicycles have a tyre outside its measured loads and pressures" in said
+
+
 def test_missing_extra(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(SystemExit, match="2"):
@@ -510,9 +730,24 @@ def test_a_model_whose_equations_switch_at_a_speed(tmp_path):
         np.testing.assert_allclose(found.eigenvalues.sel(mB=mass), linear.eigenvalues([2.0, 5.0, 9.0]), rtol=1e-9)
 
 
+def test_workers_that_are_all_lost_are_not_waited_for_without_end(monkeypatch):
+    from concurrent.futures import Future
+
+    from studies.sweeps.engines import NoWorkers, _spread
+
+    class Pool:
+        def submit(self, *work):
+            return Future()  # nobody takes it
+
+    monkeypatch.setattr("studies.sweeps.engines.PATIENCE", 0.01)
+    with pytest.raises(NoWorkers):
+        next(_spread(Pool(), print, [(0, 1)], 1, alive=dict))
+
+
 @pytest.mark.parametrize(
     ("workers", "error", "words"),
     [
+        ({"a": 1}, "lost", r"all workers of tcp://x:1 are lost; start new ones with 'dask worker tcp://x:1'"),
         ({}, None, r"the scheduler at tcp://x:1 has no workers; start some with 'dask worker tcp://x:1'"),
         ({"a": 1}, "killed", "workers of tcp://x:1 died while they worked on the same points"),
         ({"a": 1}, "gone", "the scheduler at tcp://x:1 went away"),
@@ -521,6 +756,8 @@ def test_a_model_whose_equations_switch_at_a_speed(tmp_path):
 def test_a_cluster_that_fails(monkeypatch, tmp_path, workers, error, words):
     distributed = pytest.importorskip("distributed")
     from concurrent.futures import ThreadPoolExecutor
+
+    from studies.sweeps.engines import NoWorkers
 
     class Client:
         def __init__(self, *arguments, **settings):
@@ -542,6 +779,8 @@ def test_a_cluster_that_fails(monkeypatch, tmp_path, workers, error, words):
             return ThreadPoolExecutor(1)
 
     def failing(sweep, start, stop):
+        if error == "lost":
+            raise NoWorkers
         raise distributed.KilledWorker("compute", None, 3) if error == "killed" else OSError("closed")
 
     monkeypatch.setattr(distributed, "Client", Client)

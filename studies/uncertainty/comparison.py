@@ -1,0 +1,40 @@
+"""Where linear propagation and Monte Carlo differ, in words."""
+
+import math
+from collections.abc import Sequence
+
+from studies.uncertainty.quantity import Quantity
+
+FAR = 0.1  # relative difference of the two sd that is worth a word
+CHANCE = 3.0  # sd of the sampled sd
+ROUNDING = 1e-9  # relative
+
+
+def remarks(found: Sequence[Quantity], unlisted: int, samples: int, max_speed: float) -> tuple[str, ...]:
+    """What a reader of the table has to know: what some samples do not have, and where linear propagation fails."""
+    said = []
+    for q in found:
+        if q.lost:
+            why = "have no such oscillation, or one like another"
+            if q.unit == "m/s":
+                why = f"do not have it up to {max_speed:g} m/s"
+            said.append(
+                f"{q.name}: {q.lost} of {samples} bicycles {why}, which the linear sd does not show; "
+                "sd Monte Carlo and band are of the others"
+            )
+        elif differs(q):
+            said.append(
+                f"{q.name}: not linear, sd {q.sampled_sd:.3g} {q.unit} by Monte Carlo against {q.linear_sd:.3g} linear"
+            )
+    if unlisted:
+        said.append(
+            f"at least {unlisted} of {samples} bicycles have further critical speeds up to {max_speed:g} m/s, "
+            "which the model at its mean values does not have; a sweep with the output critical_speeds lists them"
+        )
+    return tuple(said)
+
+
+def differs(q: Quantity) -> bool:
+    """True where the two sd differ by more than a tenth and more than chance explains."""
+    chance = CHANCE / math.sqrt(2 * max(len(q.kept) - 1, 1))
+    return not abs(q.sampled_sd - q.linear_sd) <= max(FAR, chance) * q.linear_sd + ROUNDING * abs(q.value)
