@@ -22,7 +22,7 @@ PARTIAL_SHARE = 0.5  # of the nuisance-only held-out gap that a partial name mus
 NEGLIGIBLE = 1e-3  # posterior of a pair that is not worth a line
 PARTIAL_REST = 2.0  # held-out gap (in sd) beyond which a name would be a guess
 MANY = 1000.0  # odds that need no figure
-LIKELIER = 3.0  # odds beyond which a hypothesis with one effect more than the leader joins its class
+LIKELIER = 3.0  # odds beyond which a hypothesis with one effect more than the leader joins its class, though not clear
 LEADERS = 6  # that are refitted with wider nuisances
 
 
@@ -105,7 +105,7 @@ def _accept(forward: Forward, known: Hypotheses, leader: Fit | None, advance: Ad
         verdict = "none" if null_good else "unknown"
         return known, null, verdict, [], checks, scores, [] if null_good else _mimics(forward, null)
     members = equivalents(forward, known, leader)
-    members += [f for f in known.larger(leader)[:1] if known.odds(f, leader) > LIKELIER]  # though not clearly
+    members += _likelier(known, leader)[:1]
     scores["final"] = held_out(forward, leader)
     peers = list(dict.fromkeys([*members, *known.best(len(leader.candidates))[:LEADERS]]))
     wide = with_wider_nuisances(forward, known, peers)
@@ -183,7 +183,7 @@ def _complete(
     larger = known.larger(final) if final.candidates else []
     if larger:
         warnings.append(_beside(known, final, larger))
-    variance = _widened(known, final, larger)
+    variance = _widened(known, final)
     result = Verdict(
         verdict=verdict,
         effects=tuple(named(final, c, variance) for c in final.candidates),
@@ -211,14 +211,22 @@ def _beside(known: Hypotheses, final: Fit, larger: list[Fit]) -> str:
         share = f"{odds:.0f} : 1" if odds >= 1.5 else f"1 : {1 / odds:.0f}"
         more = "+".join(c.identifier for c in f.candidates if c.identifier not in own)
         told.append(f"{more} ({share if odds < MANY else f'over {MANY:.0f} : 1'})")
-    return f"beside {final.name} cannot be ruled out, with odds: {', '.join(told)}; the sd allows for it"
+    return (
+        f"beside {final.name} cannot be ruled out, with odds: {', '.join(told)}; its numbers would change, see the "
+        "hypotheses that were tried"
+    )
 
 
-def _widened(known: Hypotheses, final: Fit, larger: list[Fit]) -> Array:
-    """Variance of the effects' coordinates about the final fit, averaged over it and what cannot be ruled out.
+def _likelier(known: Hypotheses, leader: Fit) -> list[Fit]:
+    return [f for f in known.larger(leader) if known.odds(f, leader) > LIKELIER]
+
+
+def _widened(known: Hypotheses, final: Fit) -> Array:
+    """Variance of the effects' coordinates about the final fit, averaged over it and what joins its class with it.
 
     Hoeting et al. (1999), Statistical Science 14, 382-417: sum of w (variance + squared difference), w the posterior.
     """
+    larger = _likelier(known, final)
     weights = np.array([1.0, *(known.odds(f, final) for f in larger)])
     total = np.zeros(len(final.theta))
     for weight, f in zip(weights / weights.sum(), (final, *larger), strict=True):
