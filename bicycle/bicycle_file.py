@@ -1,7 +1,6 @@
 """Read and write bicycles: packaged or own TOML files, and the flat ``key: value`` YAML of neighbouring projects."""
 
 import math
-import tomllib
 from collections.abc import Mapping
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 from bicycle.parameters import UNITS, UNUSED, Bicycle
 from tyre.errors import InputError, unknown
 from tyre.paths import data_root
+from tyre.toml_file import read_toml
 
 TOP_KEYS = ("description", "source", "values", "sd")
 
@@ -42,10 +42,7 @@ def load_bicycle(name_or_path: str | Path) -> Bicycle:
 
 def parse_toml(path: Traversable) -> Bicycle:
     """Read one TOML bicycle file."""
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: not a TOML file: {error}") from error
+    content = read_toml(path, "bicycle file")
     for key in content:
         if key not in TOP_KEYS:
             raise InputError(f"{path}: {unknown('key', key, TOP_KEYS)}")

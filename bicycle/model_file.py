@@ -1,6 +1,5 @@
 """Model files: one TOML with a bicycle and a table per effect; tyre values may come from a measured tyre."""
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ from bicycle.parameters import Bicycle
 from tyre import TyreMap
 from tyre.errors import InputError, is_number, shown, unknown
 from tyre.properties import TyreProperties
+from tyre.toml_file import read_toml
 
 TOP_KEYS = ("bicycle", "effects", "description")
 TYRE_KEYS = ("tyre", "surface", "pressure_bar")
@@ -28,12 +28,7 @@ def read_model(path: str | Path) -> Model:
         No such file, not TOML, an unknown key, or values that make no bicycle, effect or combination.
     """
     path = Path(path)
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except FileNotFoundError as error:
-        raise InputError(f"{path}: no such model file") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: not a TOML file: {error}") from error
+    content = read_toml(path, "model file")
     try:
         return build_model(content, folder=path.parent)
     except InputError as error:

@@ -11,7 +11,6 @@ table = "weave.csv"
 [canonical]                         # or this: table, speeds_m_s, band_hz
 """
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -27,6 +26,7 @@ from studies.missing_effect.motion.modal_table import ModalPoint, read_modal
 from studies.missing_effect.motion.nuisances import nuisances
 from studies.missing_effect.rig.measurement import RigMeasurement, read_rig
 from tyre.errors import InputError, shown, unknown
+from tyre.toml_file import read_toml
 
 KINDS = ("modal", "histories", "canonical")
 TOP_KEYS = ("kind", "description", "source", "bicycle", "effects", "uncertainty", "candidates", *KINDS)
@@ -85,14 +85,7 @@ def read_measurement(path: str | Path) -> Measurement | RigMeasurement:
         Anything missing, unknown, out of range or not finite, with file, row or key and the remedy.
     """
     path = Path(path)
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except FileNotFoundError as error:
-        raise InputError(f"{path}: no such measurement file") from error
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}); give a MEASUREMENT.toml") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: not a TOML file: {error}") from error
+    content = read_toml(path, "measurement file")
     try:
         return _measurement(content, path)
     except InputError as error:

@@ -1,7 +1,6 @@
 """One parameter of a model run through a range: speed, any key of bicycle or effects, tyre pressure or load."""
 
 import math
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +16,7 @@ from bicycle.parameters import UNITS
 from tyre import TyreMap
 from tyre.errors import InputError, unknown
 from tyre.maps.tables import PASCAL_PER_BAR
+from tyre.toml_file import read_toml
 
 Array = NDArray[np.float64]
 
@@ -142,7 +142,7 @@ def _tyre_path(file: Path, model: Model, key: str, speed: float) -> ParameterPat
     what, _, one = key.partition(".")
     if one and one not in WHEELS:
         raise InputError(f"parameter {key!r}: {unknown('wheel', one, WHEELS)}")
-    tables = tomllib.loads(file.read_text(encoding="utf-8")).get("effects", {})
+    tables = read_toml(file, "model file").get("effects", {})
     law = next((identifier for identifier, table in tables.items() if "tyre" in table), None)
     if law is None:
         raise InputError(f"{file}: {what} needs a measured tyre in the model file (tyre, surface, pressure_bar)")

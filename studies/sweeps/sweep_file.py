@@ -24,7 +24,6 @@
     quantiles = [0.05, 0.5, 0.95]
 """
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -37,6 +36,7 @@ from studies.sweeps.spec import BY_SPEED, OUTPUTS, SPEED, WHEELS, Sweep
 from studies.sweeps.toml_values import finite, flag, known, whole
 from studies.sweeps.variation import read_grid, read_sampled, variable_names
 from tyre.errors import InputError
+from tyre.toml_file import read_toml
 
 TOP_KEYS = ("model", "samples", "seed", "outputs", "max_speed_m_s", "points_per_part", "grid", "sampled", "reduce")
 REDUCIBLE = ("largest_growth_rate", "smallest_damping_ratio", "frequencies", "damping_ratios", "critical_speeds")
@@ -52,7 +52,7 @@ def read_sweep(path: str | Path) -> Sweep:
         No such file, not TOML, an unknown key or parameter, or values that make no sweep.
     """
     path = Path(path)
-    content = _toml(path, f"{path}", "sweep file")
+    content = read_toml(path, "sweep file")
     try:
         return build_sweep(content, folder=path.parent)
     except InputError as error:
@@ -128,7 +128,7 @@ def _model(given: Any, folder: Path) -> tuple[dict[str, Any], Model]:
     """The model file's content with the bicycle as numbers, and the model with the bicycle's standard deviations."""
     if isinstance(given, str):
         path = folder / given
-        given, folder = _toml(path, f"model = {path.as_posix()!r}", "model file"), path.parent
+        given, folder = read_toml(path, "model file", where=f"model = {path.as_posix()!r}"), path.parent
     if not isinstance(given, Mapping):
         raise InputError("model is missing: give a model file or a table like the content of one")
     nominal = build_model(given, folder=folder)
@@ -137,15 +137,6 @@ def _model(given: Any, folder: Path) -> tuple[dict[str, Any], Model]:
         found = load_bicycle(folder / bicycle if (folder / bicycle).is_file() else bicycle)
         bicycle = {key: found[key] for key in UNITS}
     return {key: value for key, value in given.items() if key != "description"} | {"bicycle": dict(bicycle)}, nominal
-
-
-def _toml(path: Path, where: str, kind: str) -> dict[str, Any]:
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except FileNotFoundError as error:
-        raise InputError(f"{where}: no such {kind}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{where}: not a TOML file: {error}") from error
 
 
 def _outputs(given: Any) -> tuple[str, ...]:

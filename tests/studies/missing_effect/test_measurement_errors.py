@@ -124,7 +124,7 @@ def test_files_that_are_no_text(tmp_path):
     file.write_bytes(MODAL.encode("utf-16"))
     with pytest.raises(InputError, match="m.toml: not a TOML file"):
         read_measurement(file)
-    with pytest.raises(InputError, match="cannot be read .Is a directory.; give a MEASUREMENT.toml"):
+    with pytest.raises(InputError, match="cannot be read as a measurement file .Is a directory."):
         read_measurement(tmp_path)
 
 
