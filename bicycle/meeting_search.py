@@ -13,7 +13,7 @@ from math import isfinite
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.matching import CLEAR, Nodes
+from bicycle.matching import CLEAR, Complex, Nodes
 
 Array = NDArray[np.float64]
 Members = tuple[int, int]
@@ -102,14 +102,16 @@ def _right_turns(chain: list[float], counts: list[int], low: int, high: int) -> 
 def _meeting(a: Nodes, b: Nodes, compute: Callable[[Array], Nodes]) -> Array:
     """Speeds (k,) at which two real roots of one node meet to be a pair of the other."""
     h = b.v - a.v
-    two = [_same_two(x, y, float(w)) for x, y, w in zip(_couples(a), _couples(b), h, strict=True)]
+    ends = zip(map(_couples, a.values, a.slopes), map(_couples, b.values, b.slopes), h.tolist(), strict=True)
+    two = [_same_two(x, y, w) for x, y, w in ends]
     first, last = (
         np.array([[c.d, c.d_slope, c.sum] for c in side]).T for side in ([x for x, _, _ in two], [y for _, y, _ in two])
     )
     t = _zero(first[0], last[0], first[1] * h, last[1] * h)
     speed, total = a.v + t * h, (1 - t) * first[2] + t * last[2]
     for _ in range(NEWTON_STEPS):
-        for k, (real, pairs) in enumerate(_couples(compute(speed))):
+        nodes = compute(speed)
+        for k, (real, pairs) in enumerate(map(_couples, nodes.values, nodes.slopes)):
             distance = [abs(c.sum - total[k]) + abs(c.d) ** 0.5 for c in (*real, *pairs)]
             near = [*real, *pairs][distance.index(min(distance))]
             total[k] = near.sum
@@ -130,8 +132,7 @@ def join_meeting(a: Nodes, b: Nodes, k: int) -> tuple[Members, Members] | None:
     None where it is not plain which two: they must be nearer to each other than to any other root.
     """
     h = float(b.v[k] - a.v[k])
-    here = np.array([k])
-    x, y, miss = _same_two(_couples(a.take(here))[0], _couples(b.take(here))[0], h)
+    x, y, miss = _same_two(_couples(a.values[k], a.slopes[k]), _couples(b.values[k], b.slopes[k]), h)
     changed = []
     for nodes, two in ((a, x), (b, y)):
         values, slopes = nodes.values[k].copy(), nodes.slopes[k].copy()
@@ -145,15 +146,13 @@ def join_meeting(a: Nodes, b: Nodes, k: int) -> tuple[Members, Members] | None:
     return x.members, y.members
 
 
-def _couples(nodes: Nodes) -> list[Couples]:
-    """At each node all two real roots, and all pairs."""
-    found = []
-    for values, slopes in zip(nodes.values.tolist(), nodes.slopes.tolist(), strict=True):
-        size = {i: -z.real for i, z in enumerate(values) if not z.imag}
-        real = combinations(sorted(size, key=size.__getitem__), 2)
-        pairs = [(i, values.index(z.conjugate())) for i, z in enumerate(values) if z.imag > 0]
-        found.append(([_couple(two, values, slopes) for two in real], [_couple(two, values, slopes) for two in pairs]))
-    return found
+def _couples(values: Complex, slopes: Complex) -> Couples:
+    """All two real roots of one node (n,), and all its pairs."""
+    roots, rates = values.tolist(), slopes.tolist()
+    size = {i: -z.real for i, z in enumerate(roots) if not z.imag}
+    real = combinations(sorted(size, key=size.__getitem__), 2)
+    pairs = [(i, roots.index(z.conjugate())) for i, z in enumerate(roots) if z.imag > 0]
+    return [_couple(two, roots, rates) for two in real], [_couple(two, roots, rates) for two in pairs]
 
 
 def _couple(members: Members, values: list[complex], slopes: list[complex]) -> _Couple:

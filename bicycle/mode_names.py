@@ -113,41 +113,44 @@ def units_of(values: Complex) -> list[list[Unit]]:
 
 def _anchor(speeds: Array, values: Complex, share: Shares) -> tuple[int, dict[str, Unit]]:
     """Node at which weave, capsize and castering are plainest, and their branches there."""
-    best: tuple[float, float] = (-1.0, -1.0)
-    at, core = int(np.abs(speeds - WALKING).argmin()), {}
     nodes = np.flatnonzero((speeds >= SLOW) & (speeds <= QUICK))
-    moving = (share["lean"] + share["steer"] + share["yaw"])[nodes].tolist()
-    lean, steer, roots = (part[nodes].tolist() for part in (share["lean"], share["steer"], values))
-    for k, units in enumerate(units_of(values[nodes])):
-        found = _core([unit for unit in units if moving[k][unit[0]] >= MOSTLY][:3], lean[k], steer[k])
-        if len(found) < best[0]:
-            continue
-        merit = (float(len(found)), round(_plainness(roots[k], found), 9))
-        if merit > best:
-            best, at, core = merit, int(nodes[k]), found
-    return at, core
+    moving = (share["lean"] + share["steer"] + share["yaw"])[nodes] >= MOSTLY
+    roots = values[nodes]
+    size = np.where(moving & (roots.imag >= 0), np.abs(roots), np.inf)
+    slowest = np.argsort(size, axis=1, kind="stable")[:, :3]
+    is_core = np.isfinite(np.take_along_axis(size, slowest, 1))
+    pair = np.take_along_axis(roots.imag, slowest, 1) > 0
+    both_real = (is_core & ~pair).sum(1, keepdims=True) == 2
+    is_core &= np.where(pair, np.cumsum(pair, axis=1) == 1, both_real)
+    found = is_core.sum(1)
+    if not found.any():
+        return int(np.abs(speeds - WALKING).argmin()), {}
+    core = np.zeros(roots.shape, bool)
+    np.put_along_axis(core, slowest, is_core, 1)
+    best = np.where(found == found.max(), _plainness(roots, core).round(9), -1.0).argmax()
+    k = nodes[best]
+    return int(k), _core(units_of(values[[k]])[0], core[best], share["lean"][k], share["steer"][k])
 
 
-def _core(units: Sequence[Unit], lean: Sequence[float], steer: Sequence[float]) -> dict[str, Unit]:
+def _core(units: Sequence[Unit], core: NDArray[np.bool_], lean: Array, steer: Array) -> dict[str, Unit]:
     """A pair and two real roots, where these are the slowest of lean, steer and yaw; else what there is of them."""
     found: dict[str, Unit] = {}
-    pairs, reals = ([unit for unit in units if len(unit) == size] for size in (2, 1))
+    pairs, reals = ([unit for unit in units if core[unit[0]] and len(unit) == length] for length in (2, 1))
     if pairs:
         found["weave"] = pairs[0]
-    if len(reals) == 2:
+    if reals:
         leaning = [lean[i] / (lean[i] + steer[i] + 1e-300) for (i,) in reals]
         found["capsize"], found["castering"] = reals if leaning[0] >= leaning[1] else reals[::-1]
     return found
 
 
-def _plainness(values: Sequence[complex], core: dict[str, Unit]) -> float:
-    """How far the core is from meeting: among itself, of the pair with itself, and with the next faster mode."""
-    root = [values[unit[0]] for unit in core.values()]
-    inside = {i for unit in core.values() for i in unit}
-    rest = [value for i, value in enumerate(values) if i not in inside and value.imag >= 0]  # lower halves are farther
-    gaps = [abs(a - b) / (abs(a) + abs(b) + 1e-300) for k, a in enumerate(root) for b in [*root[:k], *rest]]
-    gaps += [abs(a.imag) / abs(a) for a in root if a.imag]
-    return min(gaps, default=0.0)
+def _plainness(values: Complex, core: NDArray[np.bool_]) -> Array:
+    """How far the core is from meeting, at each node: among itself, of the pair with itself, and with other modes."""
+    size = np.abs(values)
+    gap = np.abs(values[:, :, None] - values[:, None, :]) / (size[:, :, None] + size[:, None, :] + 1e-300)
+    other = core[:, :, None] & (values.imag >= 0)[:, None, :] & ~np.eye(values.shape[1], dtype=bool)
+    own = np.where(core & (values.imag > 0), values.imag / np.maximum(size, 1e-300), np.inf)
+    return np.asarray(np.minimum(np.where(other, gap, np.inf).min((1, 2)), own.min(1)))
 
 
 Mode = tuple[str, Unit]  # name ("" as long as it has none) and branches
