@@ -1,6 +1,7 @@
 """What the speed table compares; every function returns seconds of both sides, measured in turn in one process."""
 
 import ctypes
+import hashlib
 import os
 import subprocess
 import sys
@@ -159,6 +160,20 @@ def threads(count: int, solver: Solver, repeats: int) -> Pair:
     return alternating(
         lambda: eigenvalues(stack, solver=solver), lambda: eigenvalues(stack, threads=2, solver=solver), repeats
     )
+
+
+def threads_of_the_machine(count: int, repeats: int) -> Pair:
+    """The same with work that is sure to run side by side, hashing: what this machine gives at this time."""
+    pieces = [bytes(1000 * count)] * 2
+
+    def hashed() -> None:
+        for piece in pieces:
+            hashlib.sha256(piece)
+
+    with ThreadPoolExecutor(2) as pool:
+        return alternating(
+            hashed, lambda: list(pool.map(lambda piece: hashlib.sha256(piece).digest(), pieces)), repeats
+        )
 
 
 def growth(counts: list[int]) -> float:
