@@ -52,6 +52,17 @@ class Model:
         return values
 
     @property
+    def tied(self) -> dict[str, str]:
+        """Effect parameters that were not given and equal a bicycle parameter: name -> bicycle key."""
+        return {
+            f"{effect.identifier}.{key}": str(parameter.default)
+            for effect in self.effects
+            for parameter in effect.parameters
+            if not hasattr(effect, parameter.name)
+            for key in parameter.entries()
+        }
+
+    @property
     def evaluator(self) -> Evaluator:
         """The function that turns parameters into matrices, shared by all models with these effects."""
         return evaluator(tuple(type(effect) for effect in self.effects))

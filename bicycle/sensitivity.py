@@ -215,7 +215,7 @@ def matrix_slopes(model: Model, linear: LinearModel) -> Slopes:
     indicators = [
         tuple(float(piece.upper <= speed) for speed in evaluate.switch_speeds(values)) for piece in linear.ranges
     ]
-    tied = _tied(model)
+    tied = model.tied
 
     def slope(key: str) -> tuple[Matrices, ...]:
         return tuple(evaluate.derivative(key, values, at) for at in indicators)
@@ -227,17 +227,6 @@ def matrix_slopes(model: Model, linear: LinearModel) -> Slopes:
         followers = [name for name, leader in tied.items() if leader == key]
         found[key] = tuple(map(_added, zip(*map(slope, [key, *followers]), strict=True)))
     return found
-
-
-def _tied(model: Model) -> dict[str, str]:
-    """Effect parameters that were not given and equal a bicycle parameter: name -> bicycle key."""
-    return {
-        f"{effect.identifier}.{key}": str(parameter.default)
-        for effect in model.effects
-        for parameter in effect.parameters
-        if not hasattr(effect, parameter.name)
-        for key in parameter.entries()
-    }
 
 
 def _added(terms: tuple[Matrices, ...]) -> Matrices:

@@ -54,7 +54,7 @@ class Sampler:
         self.sweep = sweep
         self.model = sweep.nominal
         self.nominal = self.model.parameters
-        self.tied = tied(self.model)
+        self.tied = self.model.tied
         tables = sweep.model.get("effects", {})
         self.contact = next((name for name, table in tables.items() if any(key in table for key in TYRE_KEYS)), None)
 
@@ -230,14 +230,3 @@ def number(value: Any, item: int) -> float:
     """One number of a parameter that is a number or an array (m,)."""
     found = np.asarray(value)
     return float(found[item] if found.ndim else found)
-
-
-def tied(model: Model) -> dict[str, str]:
-    """Effect parameters that were not given and equal a bicycle parameter: name -> bicycle key."""
-    return {
-        f"{effect.identifier}.{key}": str(parameter.default)
-        for effect in model.effects
-        for parameter in effect.parameters
-        if not hasattr(effect, parameter.name)
-        for key in parameter.entries()
-    }

@@ -1,7 +1,4 @@
-"""Time of a diagnosis on one core; that of histories with ``--benchmark-only``.
-
-The processor's time is taken, for machines are shared.
-"""
+"""Time of a diagnosis on one core. The processor's time is judged, for machines are shared."""
 
 import dataclasses
 import time
@@ -15,7 +12,7 @@ from studies.missing_effect.blind.histories import history_case
 from studies.missing_effect.diagnose import forward_model
 
 
-def test_thirty_modal_points(tmp_path):
+def test_thirty_modal_points(tmp_path, benchmark):
     """12 candidates and 10 nuisances: less than 10 s."""
     modal_case(tmp_path, hidden=("steer_damper",), rng=np.random.default_rng(2), points=30, bicycle="benchmark")
     measurement = read_measurement(tmp_path / "MEASUREMENT.toml")
@@ -24,7 +21,7 @@ def test_thirty_modal_points(tmp_path):
     measurement = dataclasses.replace(measurement, uncertainty=floating)
     every = [c.identifier for c in forward_model(measurement).candidates if c.identifier != "steer_damper"]
     start = time.process_time()
-    found = diagnose(measurement, without=tuple(every[11:]))
+    found = benchmark.pedantic(diagnose, [measurement], {"without": tuple(every[11:])}, rounds=1)
     assert time.process_time() - start < 10
     assert (len(found.forward.candidates), len(found.forward.nuisances)) == (12, 10)
     assert "steer_damper" in found.verdict.equivalent
