@@ -10,6 +10,7 @@ from bicycle.model import Model
 from bicycle.parameters import Bicycle
 from tyre import TyreMap
 from tyre.errors import InputError, is_number, shown, unknown
+from tyre.maps.table_io import is_file_name
 from tyre.properties import TyreProperties
 from tyre.toml_file import read_toml
 
@@ -52,7 +53,7 @@ def build_model(content: Mapping[str, Any], *, folder: Path = Path()) -> Model:
     for identifier, table in tables.items():
         kind = effect_class(identifier)
         if any(key in table for key in TYRE_KEYS):
-            table, found, known = from_tyre(kind, table, bicycle)
+            table, found, known = from_tyre(kind, located(table, folder), bicycle)
             notes += found
             sd |= known
         effects.append(kind(**table))
@@ -63,6 +64,8 @@ def from_tyre(
     kind: type[Effect], table: Mapping[str, Any], bicycle: Bicycle
 ) -> tuple[dict[str, Any], list[str], dict[str, float]]:
     """Replace ``tyre``, ``surface``, ``pressure_bar`` by the tyre's values at the static wheel loads.
+
+    A tyre is the name of a packaged one, or the file of a table such as ``velotyre tyre fit`` writes.
 
     Returns
     -------
@@ -82,7 +85,7 @@ def from_tyre(
                 f"effect {kind.identifier!r}: give either tyre, surface and pressure_bar or {name}, not both"
             )
     properties = wheel_tyres(
-        tyre=_need(kind, table, "tyre"), surface=table.get("surface", "flat"),
+        tyre=_need(kind, table, "tyre"), surface=table.get("surface"),
         pressure_bar=_need(kind, table, "pressure_bar"), bicycle=bicycle,
     )  # fmt: skip
     rest = {key: value for key, value in table.items() if key not in TYRE_KEYS}
@@ -98,6 +101,28 @@ def from_tyre(
     return rest, notes, sd
 
 
+def located(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """The table of a contact law with the files of tyre tables, relative to ``folder``, made absolute."""
+    tyre = table.get("tyre")
+    if isinstance(tyre, Mapping):
+        return dict(table) | {"tyre": {wheel: tyre_file(one, folder) for wheel, one in tyre.items()}}
+    return dict(table) | ({"tyre": tyre_file(tyre, folder)} if "tyre" in table else {})
+
+
+def tyre_file(tyre: Any, folder: Path) -> Any:
+    """An absolute path where a tyre is given by the file of its table; else what was given."""
+    return (folder / tyre).resolve().as_posix() if isinstance(tyre, str) and is_file_name(tyre) else tyre
+
+
+def wheel_maps(tyre: Mapping[str, Any], surface: Mapping[str, Any]) -> dict[str, TyreMap]:
+    """The measured tyre of each wheel; without a surface, a packaged one is flat and a file has its own."""
+    for name, choice in (("tyre", tyre), ("surface", surface)):
+        for wheel, value in choice.items():
+            if not isinstance(value, str) and not (name == "surface" and value is None):
+                raise InputError(f"{name} = {value!r} of the {wheel} wheel must be a name in quotes")
+    return {wheel: TyreMap.of(tyre[wheel], surface=surface[wheel]) for wheel in WHEELS}
+
+
 def wheel_tyres(*, tyre: Any, surface: Any, pressure_bar: Any, bicycle: Bicycle) -> dict[str, TyreProperties]:
     """Measured tyre properties at each wheel's static load; every argument is one value or {rear, front}."""
     choices = {}
@@ -106,6 +131,7 @@ def wheel_tyres(*, tyre: Any, surface: Any, pressure_bar: Any, bicycle: Bicycle)
         if set(per_wheel) != set(WHEELS):
             raise InputError(f"{name} has the keys {', '.join(map(str, per_wheel))}; give rear and front, or one value")
         choices[name] = per_wheel
+    maps = wheel_maps(choices["tyre"], choices["surface"])
     found = {}
     for wheel, load in zip(WHEELS, bicycle.static_loads, strict=True):
         pressure = choices["pressure_bar"][wheel]
@@ -114,11 +140,7 @@ def wheel_tyres(*, tyre: Any, surface: Any, pressure_bar: Any, bicycle: Bicycle)
                 f"pressure_bar = {shown(pressure)} of the {wheel} wheel must be a number above 0 "
                 f"and up to {MOST_BAR:g} bar"
             )
-        for key in ("tyre", "surface"):
-            if not isinstance(choices[key][wheel], str):
-                raise InputError(f"{key} = {choices[key][wheel]!r} of the {wheel} wheel must be a name in quotes")
-        tyre_map = TyreMap.load(choices["tyre"][wheel], surface=choices["surface"][wheel])
-        found[wheel] = tyre_map.at(load=load, pressure=pressure * PASCAL_PER_BAR)
+        found[wheel] = maps[wheel].at(load=load, pressure=pressure * PASCAL_PER_BAR)
     return found
 
 

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from bicycle.effect import WHEELS, PerWheel
 from bicycle.model import Model
-from bicycle.model_file import MOST_BAR, read_model, wheel_tyres
+from bicycle.model_file import MOST_BAR, TYRE_KEYS, located, read_model, wheel_maps, wheel_tyres
 from bicycle.parameters import UNITS
-from tyre import TyreMap
 from tyre.errors import InputError, unknown
 from tyre.maps.tables import PASCAL_PER_BAR
 from tyre.toml_file import read_toml
@@ -146,14 +145,10 @@ def _tyre_path(file: Path, model: Model, key: str, speed: float) -> ParameterPat
     law = next((identifier for identifier, table in tables.items() if "tyre" in table), None)
     if law is None:
         raise InputError(f"{file}: {what} needs a measured tyre in the model file (tyre, surface, pressure_bar)")
-    table = tables[law]
-    now = wheel_tyres(
-        tyre=table["tyre"],
-        surface=table.get("surface", "flat"),
-        pressure_bar=table["pressure_bar"],
-        bicycle=model.bicycle,
-    )
-    maps = {wheel: TyreMap.load(p.tyre, surface=p.surface) for wheel, p in now.items()}
+    table = located(tables[law], file.parent)
+    tyre, surface = ({w: x[w] if isinstance(x, Mapping) else x for w in WHEELS} for x in map(table.get, TYRE_KEYS[:2]))
+    now = wheel_tyres(tyre=tyre, surface=surface, pressure_bar=table["pressure_bar"], bicycle=model.bicycle)
+    maps = wheel_maps(tyre, surface)
     wheels = (one,) if one else WHEELS
     names = [n for n in ("cornering_stiffness", "relaxation_length") if f"{law}.{n}.rear" in model.parameters]
 

@@ -138,7 +138,7 @@ class Sampler:
         loads = static_loads(bodies(values), values["w"], values["g"])
         choices = []
         for wheel, load in zip(WHEELS, loads, strict=True):
-            found = {"load_N": load, "surface": "flat"} | {
+            found = {"load_N": load, "surface": ""} | {
                 key: value[wheel] if isinstance(value, Mapping) else value
                 for key, value in table.items()
                 if key in TYRE_KEYS

@@ -7,11 +7,13 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 from bicycle.eigen import default_solver
 from bicycle.model import Model
 from bicycle.model_file import build_model
+from tyre.maps.table_io import is_file_name, read_table
 
 WHEELS = ("rear", "front")
 SPEED = "speed_m_s"
@@ -101,8 +103,20 @@ class Sweep:
     @cached_property
     def fingerprint(self) -> str:
         """Same fingerprint, same numbers to the last bit; the size of the parts does not matter."""
-        content = asdict(replace(self, points_per_part=0)) | {"software": software()}
+        content = asdict(replace(self, points_per_part=0)) | {"software": software()} | self._tyre_files
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+    @property
+    def _tyre_files(self) -> dict[str, Any]:
+        """What the tables of tyres hold that are given by a file."""
+        tyres = [table.get("tyre") for table in self.model.get("effects", {}).values()]
+        named = [name for tyre in tyres for name in (tyre.values() if isinstance(tyre, Mapping) else [tyre])]
+        named += [value for axis in self.axes if axis.name.split(".")[0] == "tyre" for value in axis.values]
+        stems = sorted({Path(name).with_suffix("") for name in named if isinstance(name, str) and is_file_name(name)})
+        for stem in stems:
+            read_table(stem.with_suffix(".csv"))  # complains of a file that is missing or bad
+        files = [stem.with_suffix(suffix) for stem in stems for suffix in (".csv", ".toml")]
+        return {"tyre_files": {str(f): hashlib.sha256(f.read_bytes()).hexdigest() for f in files}} if files else {}
 
 
 def software() -> dict[str, str]:

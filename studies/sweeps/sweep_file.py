@@ -30,7 +30,7 @@ from typing import Any
 
 from bicycle.bicycle_file import load_bicycle
 from bicycle.model import Model
-from bicycle.model_file import TYRE_KEYS, build_model
+from bicycle.model_file import TYRE_KEYS, build_model, located
 from bicycle.parameters import UNITS
 from studies.sweeps.spec import BY_SPEED, OUTPUTS, SPEED, WHEELS, Sweep
 from studies.sweeps.toml_values import finite, flag, known, whole
@@ -65,7 +65,7 @@ def build_sweep(content: Mapping[str, Any], *, folder: Path = Path()) -> Sweep:
     model, nominal = _model(content.get("model"), folder)
     tyre = next((t for t in model.get("effects", {}).values() if any(key in t for key in TYRE_KEYS)), None)
     allowed = variable_names(nominal, tyre is not None)
-    axes, speeds = read_grid(content.get("grid", {}), allowed)
+    axes, speeds = read_grid(content.get("grid", {}), allowed, folder)
     sampled = content.get("sampled", {})
     normals, uniforms = read_sampled(sampled, allowed, nominal, tyre or {})
     covariance = flag("sampled.tyre_covariance", sampled.get("tyre_covariance", False))
@@ -136,7 +136,10 @@ def _model(given: Any, folder: Path) -> tuple[dict[str, Any], Model]:
     if isinstance(bicycle, str):
         found = load_bicycle(folder / bicycle if (folder / bicycle).is_file() else bicycle)
         bicycle = {key: found[key] for key in UNITS}
-    return {key: value for key, value in given.items() if key != "description"} | {"bicycle": dict(bicycle)}, nominal
+    content = {key: value for key, value in given.items() if key != "description"} | {"bicycle": dict(bicycle)}
+    if "effects" in content:
+        content["effects"] = {name: located(table, folder) for name, table in content["effects"].items()}
+    return content, nominal
 
 
 def _outputs(given: Any) -> tuple[str, ...]:

@@ -28,9 +28,9 @@ class TyreTable:
         self.factor = lru_cache(FACTORS)(self._factor)
 
     def _load(self, tyre: str, surface: str) -> TyreMap:
-        found = TyreMap.load(tyre, surface=surface)
+        found = TyreMap.of(tyre, surface=surface)
         if found.measured.cornering_stiffness_sd is None and self.relative_sd:
-            return TyreMap.load(tyre, surface=surface, relative_cornering_stiffness_sd=self.relative_sd)
+            return TyreMap.of(tyre, surface=surface, relative_cornering_stiffness_sd=self.relative_sd)
         return found
 
     def stiffnesses(

@@ -1,11 +1,13 @@
 """What a sweep varies: values on a grid, and normal, uniform and joint distributions."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from bicycle.model import Model
+from bicycle.model_file import tyre_file
 from bicycle.parameters import UNITS
 from bicycle.propagation import checked_covariance
 from studies.sweeps.spec import SPEED, TYRE_UNITS, WHEELS, Axis, Normal, Uniform
@@ -31,12 +33,14 @@ def variable_names(model: Model, tyre: bool) -> set[str]:
     return names
 
 
-def read_grid(table: Any, allowed: set[str]) -> tuple[tuple[Axis, ...], tuple[float, ...]]:
-    """Axes of the grid, and the speeds (m/s) apart from them."""
+def read_grid(table: Any, allowed: set[str], folder: Path) -> tuple[tuple[Axis, ...], tuple[float, ...]]:
+    """Axes of the grid, and the speeds (m/s) apart from them; files of tyres are relative to ``folder``."""
     axes, speeds = [], ()
     for name, value in leaves(table, "grid", allowed):
         known([name], allowed, "parameter")
         values = _axis_values(name, value)
+        if name.split(".")[0] == "tyre":
+            values = tuple(tyre_file(tyre, folder) for tyre in values)
         if len(set(values)) < len(values):
             raise InputError(f"grid.{name} holds a value twice; give each once")
         if name != SPEED:

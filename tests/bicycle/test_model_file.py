@@ -8,6 +8,7 @@ from bicycle import load_bicycle
 from bicycle.model_file import build_model, read_model
 from studies.cli import main
 from studies.output import parse_speeds
+from tyre import TyreMap
 from tyre.errors import InputError
 
 TYRE = {"tyre": "Tyre1", "pressure_bar": 5.5}
@@ -36,6 +37,60 @@ def test_tyre_surface_and_pressure_may_differ_between_the_wheels():
     lengths = model.effects[0].relaxation_length
     assert lengths.rear > 0.145  # Tyre3, 7.5 bar: 145.8 mm at 400 N, 163.3 mm at 490 N (table 9)
     assert 0.1186 <= lengths.front < 0.1231  # Tyre1, drum, 3.5 bar: 118.6 mm at 340 N, 123.1 mm at 400 N (table 7)
+
+
+@pytest.fixture
+def own(tmp_path):
+    """Tyre1 on the drum and Tyre3, as tables of the user in a folder beside the model's."""
+    (tmp_path / "fit").mkdir()
+    TyreMap.load("Tyre1", surface="drum").to_file(tmp_path / "fit" / "drum.csv")
+    TyreMap.load("Tyre3").to_file(tmp_path / "fit" / "three.csv")
+    (tmp_path / "models").mkdir()
+    return tmp_path
+
+
+def effect_of(tyre, surface=""):
+    return f'bicycle = "pista_rider_drops"\n[effects.relaxation_length]\npressure_bar = 5.5\ntyre = {tyre}\n{surface}\n'
+
+
+@pytest.mark.parametrize(
+    ("tyre", "packaged"),
+    [
+        ('"../fit/drum.csv"', {"tyre": "Tyre1", "surface": "drum"}),
+        ('"../fit/drum.toml"', {"tyre": "Tyre1", "surface": "drum"}),
+        (
+            '{rear = "../fit/three.csv", front = "Tyre1"}',
+            {"tyre": {"rear": "Tyre3", "front": "Tyre1"}, "surface": "flat"},
+        ),
+    ],
+)
+def test_a_tyre_may_be_a_table_of_the_user_beside_the_model(own, tyre, packaged):
+    file = own / "models" / "model.toml"
+    file.write_text(effect_of(tyre))
+    found = read_model(file)
+    known = build_model(
+        {"bicycle": "pista_rider_drops", "effects": {"relaxation_length": packaged | {"pressure_bar": 5.5}}}
+    )
+    assert found.parameters == pytest.approx(known.parameters, rel=1e-7)  # a fit, of values that were rounded
+    assert found.sd == pytest.approx(known.sd, rel=1e-5)
+    assert len(found.notes) == len(known.notes)
+
+
+@pytest.mark.parametrize(
+    ("tyre", "surface", "words"),
+    [
+        ('"../fit/none.csv"', "", "none.csv"),
+        ('"../fit/drum.csv"', 'surface = "flat"', "drum.csv was not measured on surface 'flat', only on: drum"),
+        ('"../fit/bad.csv"', "", "unknown column"),
+    ],
+)
+def test_tables_of_the_user_that_cannot_be_used(own, tyre, surface, words):
+    (own / "fit" / "bad.csv").write_text("load_N,pressure\n1,2\n")
+    (own / "fit" / "bad.toml").write_text((own / "fit" / "three.toml").read_text())
+    file = own / "models" / "model.toml"
+    file.write_text(effect_of(tyre, surface))
+    with pytest.raises(InputError, match=words):
+        read_model(file)
 
 
 def test_extrapolation_is_said():

@@ -36,6 +36,11 @@ _STIFFNESS_COLUMNS = ("relaxation_length_mm", "lateral_stiffness_N_per_mm")
 _SD_COLUMNS = ("cornering_stiffness_sd_N_per_deg", "relaxation_length_sd_mm", "lateral_stiffness_sd_N_per_mm")
 
 
+def is_file_name(tyre: str) -> bool:
+    """Whether a tyre is given by the file of its table, not by name."""
+    return tyre.endswith((".csv", ".toml"))
+
+
 def read_folder(folder: Traversable | None = None) -> list[MeasuredTable]:
     """Read every table (``.csv`` with its ``.toml``) of the packaged ``tyres`` folder, or of another one, by name."""
     folder = folder if folder is not None else data_root() / "tyres"

@@ -16,7 +16,7 @@ from tyre.maps import map_frames
 from tyre.maps.conditions_grid import ConditionsGrid
 from tyre.maps.map_notes import condition_notes, measured_range
 from tyre.maps.stiffness_trend import Trend, fit_cornering_stiffness, fit_lateral_stiffness
-from tyre.maps.table_io import read_folder, read_table, write_table
+from tyre.maps.table_io import is_file_name, read_folder, read_table, write_table
 from tyre.maps.tables import PASCAL_PER_BAR, MeasuredTable, common_lateral_stiffness
 from tyre.properties import Origin, TyreProperties
 
@@ -116,6 +116,26 @@ class TyreMap:
         table = read_table(path)
         common_lateral_stiffness([table])
         return cls(table, relative_cornering_stiffness_sd)
+
+    @classmethod
+    def of(cls, tyre: str, *, surface: str | None = None, relative_cornering_stiffness_sd: float = 0.0) -> "TyreMap":
+        """Return a packaged tyre (flat if no surface is given), or the table in a file (``.csv`` or ``.toml``).
+
+        Raises
+        ------
+        InputError
+            No such tyre or file, or a surface on which it was not measured.
+        """
+        if not is_file_name(tyre):
+            return cls.load(
+                tyre, surface=surface or "flat", relative_cornering_stiffness_sd=relative_cornering_stiffness_sd
+            )
+        found = cls.from_file(tyre, relative_cornering_stiffness_sd=relative_cornering_stiffness_sd)
+        if surface and surface != found.surface:
+            raise InputError(
+                f"{tyre} was not measured on surface '{surface}', only on: {found.surface}; leave surface out"
+            )
+        return found
 
     def to_file(self, path: str | Path) -> None:
         """Write the measured table to ``path`` (.csv) and its sidecar; the assumption on C_Fy is not part of it."""

@@ -84,3 +84,5 @@ def command(
         f"{len(written)} files in {out}, see {out / 'report.md'}",
         err=to_stdout,
     )
+    for table in sorted((out / "maps").glob("*.csv")):
+        click.echo(f'on a bicycle: tyre = "{table.as_posix()}" in a model file', err=to_stdout)

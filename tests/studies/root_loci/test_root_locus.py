@@ -14,6 +14,7 @@ from studies.cli import main
 from studies.root_loci.figure import _limits, line_look
 from studies.root_loci.parameter_path import parameter_path, with_value
 from studies.root_loci.root_locus import AxisCrossing, RootLocus, parse_range, root_locus
+from tyre import TyreMap
 from tyre.errors import InputError
 
 RIGID = """bicycle = "benchmark"
@@ -98,23 +99,26 @@ def test_a_parameter_that_does_not_matter_leaves_the_roots_alone(file):
     assert np.allclose(np.sort_complex(faded.eigenvalues[0]), plain, atol=1e-9)
 
 
-def test_pressure_of_a_measured_tyre(file):
-    path = parameter_path(file(MEASURED), "pressure_bar.front", speed=6.0)
+@pytest.mark.parametrize("tyre", ["Tyre1", "own.csv"])
+def test_pressure_of_a_measured_tyre(file, tmp_path, tyre):
+    TyreMap.load("Tyre1").to_file(tmp_path / "own.csv")
+    model = MEASURED.replace("Tyre1", tyre)
+    path = parameter_path(file(model), "pressure_bar.front", speed=6.0)
     assert path.base == 5.5
     locus = root_locus(path, parse_range("3:9:0.5"))
-    text = MEASURED.replace("front = 5.5", "front = 7.0")
+    text = model.replace("front = 5.5", "front = 7.0")
     expected = read_model(file(text)).linear_model().eigenvalues(6.0)
     found = locus.eigenvalues[np.searchsorted(locus.values, 7.0)]
     assert np.allclose(np.sort_complex(found), expected, rtol=0, atol=1e-9 * np.abs(expected).max())
     measured = (locus.values >= 3.5) & (locus.values <= 7.5)
     assert not locus.inside[~measured].any()
-    rear, _ = read_model(file(MEASURED)).bicycle.static_loads
-    heavier = parameter_path(file(MEASURED), "load_N", speed=6.0)
+    rear, _ = read_model(file(model)).bicycle.static_loads
+    heavier = parameter_path(file(model), "load_N", speed=6.0)
     assert np.isnan(heavier.base)
-    one = parameter_path(file(MEASURED), "load_N.rear", speed=6.0)
+    one = parameter_path(file(model), "load_N.rear", speed=6.0)
     assert one.base == pytest.approx(rear)
     same = np.linalg.eigvals(one.matrices(np.array([rear]))[0])
-    here = read_model(file(MEASURED)).linear_model().eigenvalues(6.0)
+    here = read_model(file(model)).linear_model().eigenvalues(6.0)
     assert np.allclose(np.sort_complex(same), here, rtol=0, atol=1e-9 * np.abs(here).max())
 
 

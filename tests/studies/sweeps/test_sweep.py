@@ -353,6 +353,31 @@ def test_killed_it_continues_and_ends_with_the_same_bits(reference, tmp_path):
     assert not parts.exists()
 
 
+def test_tyres_given_by_files_are_those_tables(tmp_path):
+    """A file of the packaged table gives its numbers; parts of a table that was changed since are refused."""
+    TyreMap.load("Tyre3").to_file(tmp_path / "own.csv")
+    content = {
+        "model": {"bicycle": "benchmark", "effects": {"relaxation_length": {"tyre": "own.csv", "pressure_bar": 5.5}}},
+        "outputs": ["parameters"], "grid": {"tyre": ["Tyre3", "own.csv"], "pressure_bar.rear": [4.0, 7.0]},
+    }  # fmt: skip
+    file, out = write_file(tmp_path, content), tmp_path / "result.zarr"
+    run_sweep(read_sweep(file), out)
+    found = load(out)
+    assert list(found.tyre.values) == ["Tyre3", (tmp_path / "own.csv").as_posix()]
+    packaged, own = found.parameters.values
+    np.testing.assert_allclose(own, packaged, rtol=1e-7)  # a fit between the conditions, of values that were rounded
+
+    one = read_sweep(file)
+    open_parts(tmp_path / "other.zarr", one).write((0, 4), compute(one, 0, 4))
+    table = (tmp_path / "own.csv").read_text().splitlines()
+    (tmp_path / "own.csv").write_text("\n".join([*table[:-1], table[-1].replace("7.5,", "7.6,")]))
+    with pytest.raises(InputError, match="holds parts of another sweep"):
+        run_sweep(read_sweep(file), tmp_path / "other.zarr")
+    (tmp_path / "own.csv").unlink()
+    with pytest.raises(InputError, match=r"own\.csv"):
+        read_sweep(file)
+
+
 def pieces_of(content):
     return list(pieces(build_sweep(content)))
 
