@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,8 @@ from bicycle.linear_model import LinearModel
 from bicycle.model import Model
 from bicycle.parameters import UNITS, Bicycle, bodies, static_loads
 from tyre import TyreMap, TyreProperties, available_tyres
+from tyre.errors import InputError
+from tyre.maps.table_io import is_file_name
 
 Array = NDArray[np.float64]
 PASCAL_PER_BAR = 1e5
@@ -42,8 +45,9 @@ class Front:
 class Settings:
     """One main study. ``camber_shares``: camber stiffness over static load of each wheel, 1/rad; 0 leaves it out.
 
-    ``report_speed`` (m/s) is where frequencies and damping ratios are compared; critical speeds are searched up to
-    ``max_speed``. ``samples`` bicycles with random numbers of ``seed`` check the linear standard deviations.
+    ``tyres`` are files of tyre tables that are studied beside the packaged tyres. ``report_speed`` (m/s) is where
+    frequencies and damping ratios are compared; critical speeds are searched up to ``max_speed``. ``samples`` bicycles
+    with random numbers of ``seed`` check the linear standard deviations.
     """
 
     bicycle: Bicycle
@@ -54,11 +58,12 @@ class Settings:
     max_speed: float = 60.0
     samples: int = 1000
     seed: int = 0
+    tyres: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, bicycle: str) -> "Settings":
+    def of(cls, bicycle: str, tyres: Sequence[str] = ()) -> "Settings":
         """The study of a packaged bicycle or a bicycle file."""
-        return cls(load_bicycle(bicycle))
+        return cls(load_bicycle(bicycle), tyres=tuple(tyres))
 
     @property
     def stated_sd(self) -> dict[str, float]:
@@ -101,18 +106,21 @@ class TyreCase:
     """A measured tyre on both wheels at their static loads.
 
     ``contact`` (4,) is cornering stiffness (N/rad) and relaxation length (m), rear then front; ``covariance`` (4, 4) is
-    theirs, with what the two wheels share.
+    theirs, with what the two wheels share. ``source`` is the tyre's name or file, as in a model file.
     """
 
     rear: TyreProperties
     front: TyreProperties
     contact: Array
     covariance: Array
+    source: str
+    synthetic: bool = False
 
     @property
     def tyre(self) -> str:
-        """Name of the tyre."""
-        return self.rear.tyre
+        """Name of the tyre, and whether its values are synthetic."""
+        said = "synthetic" in self.rear.tyre.lower()
+        return self.rear.tyre + (" (synthetic)" if self.synthetic and not said else "")
 
     @property
     def surface(self) -> str:
@@ -135,17 +143,31 @@ class TyreCase:
         return not (self.rear.inside and self.front.inside)
 
 
-def tyre_cases(bicycle: Bicycle) -> list[TyreCase]:
-    """Every measured tyre, surface and pressure at the bicycle's wheel loads."""
+def tyre_cases(bicycle: Bicycle, files: Sequence[str] = ()) -> list[TyreCase]:
+    """Every measured tyre, packaged or in a file, on every surface and at every pressure, at the wheel loads.
+
+    Raises
+    ------
+    InputError
+        A file that cannot be read or is no tyre table, or two tables with the same name and surface.
+    """
+    maps = [(name, TyreMap.load(name, surface=on)) for name, surfaces in available_tyres().items() for on in surfaces]
+    for file in files:
+        if not is_file_name(file):
+            raise InputError(f"tyre {file!r} is no file of a tyre table (.csv); the packaged tyres are studied anyway")
+        measured = TyreMap.of(Path(file).resolve().as_posix())
+        if any((one.tyre, one.surface) == (measured.tyre, measured.surface) for _, one in maps):
+            raise InputError(
+                f"{file}: there is another {measured.tyre} {measured.surface}; rename the tyre in its .toml"
+            )
+        maps.append((Path(file).resolve().as_posix(), measured))
     cases = []
-    for tyre, surfaces in available_tyres().items():
-        for surface in surfaces:
-            measured = TyreMap.load(tyre, surface=surface)
-            for pressure in measured.pressures:
-                (rear, front), joint = measured.joint([(load, float(pressure)) for load in bicycle.static_loads])
-                used = [0, 2, 3, 5]
-                contact = joint_mean(rear, front)
-                cases.append(TyreCase(rear, front, contact, joint[np.ix_(used, used)]))
+    for source, measured in maps:
+        for pressure in measured.pressures:
+            (rear, front), joint = measured.joint([(load, float(pressure)) for load in bicycle.static_loads])
+            used = np.ix_([0, 2, 3, 5], [0, 2, 3, 5])
+            contact = joint_mean(rear, front)
+            cases.append(TyreCase(rear, front, contact, joint[used], source, measured.measured.synthetic))
     return cases
 
 

@@ -1,6 +1,7 @@
 """Eigenvalues of named modes against speed."""
 
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -20,17 +21,24 @@ from studies.plotting import (
     mode_words,
 )
 
-PRESSURE_LINES = ("-", (0, (5, 2)), (0, (1, 1.2)))
+PRESSURE_LINES = ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (5, 1.5, 1, 1.5)), (0, (3, 1, 1, 1, 1, 1)))
 REAL_RANGE = (-35.0, 9.0)  # 1/s; what lies further left is fast and well damped
 HEADROOM = 1.12
 MARKS = (0.05, 0.17)  # first marker and distance, of the diagonal of a panel
-WIDTH = 12.5
+PANEL = 3.125  # inches, one of at least four
+TITLE = 18  # letters in a line
+
+
+def panels_width(study: Study) -> float:
+    """Width (inches) of a figure with a panel per tyre and surface."""
+    return PANEL * max(len(study.names), 4)
 
 
 def draw_eigenvalues(study: Study, setup: Setup, target: Path) -> Path:
     """Real part and frequency against speed; a column per tyre and surface, a marker per mode, a line per pressure."""
     speeds = study.settings.speeds
-    with drawing(target, width=WIDTH, height=7.0) as canvas:
+    width = panels_width(study)
+    with drawing(target, width=width, height=7.0) as canvas:
         grid = canvas.subplots(2, len(study.names), sharex=True, sharey="row", squeeze=False)
         shown: dict[str, Any] = {}
         grid[0, 0].set(ylabel="Real part, 1/s (shaded: unstable)", ylim=REAL_RANGE, xlim=(speeds[0], speeds[-1]))
@@ -39,18 +47,18 @@ def draw_eigenvalues(study: Study, setup: Setup, target: Path) -> Path:
         for column, name in enumerate(study.names):
             real, frequency = grid[:, column]
             results = study.of(setup, name)
-            for number, result in enumerate(results):
-                _draw(real, frequency, result, speeds, number, shown)
+            for result in results:
+                _draw(real, frequency, result, speeds, study.pressures.index(result.case.pressure_bar), shown)
             real.axhspan(0, REAL_RANGE[1], color=UNSTABLE, zorder=0)
-            real.set_title(name)
+            real.set_title(fill(name, TITLE))
             frequency.set_xlabel("Speed, m/s")
             for axes in (real, frequency):
                 hatch_extrapolated(axes, any(result.case.extrapolated for result in results))
         handles = {mode_words(mode): shown[mode] for mode in sorted(shown, key=lambda mode: mode.count("+"))}
-        for number, result in enumerate(study.of(setup, study.names[0])):
-            (line,) = grid[0, 0].plot([], [], color="0.2", linestyle=PRESSURE_LINES[number % 3])
-            handles[f"{result.case.pressure_bar:g} bar"] = line
-        columns = legend_columns(list(handles), width=WIDTH)
+        for number, bar in enumerate(study.pressures):
+            (line,) = grid[0, 0].plot([], [], color="0.2", linestyle=PRESSURE_LINES[number % len(PRESSURE_LINES)])
+            handles[f"{bar:g} bar"] = line
+        columns = legend_columns(list(handles), width=width)
         canvas.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=columns)
         note = extrapolated_note(any(result.case.extrapolated for result in study.of(setup)))
         canvas.suptitle(f"{study.settings.bicycle.name}: {setup.label}{note}", x=0.01, ha="left")
@@ -64,14 +72,14 @@ def _draw(real: Any, frequency: Any, result: Result, speeds: Any, number: int, s
         if np.isnan(values.real).all():
             continue
         style = {"color": mode_look(mode).colour, "linewidth": 1.3, "markersize": 4.5, **mode_marker(mode)}
-        every = (MARKS[0] * (1 + number), MARKS[1])
+        every, line = (MARKS[0] * (1 + number), MARKS[1]), PRESSURE_LINES[number % len(PRESSURE_LINES)]
         for branch in values.T:
             for axes, part in ((real, branch.real), (frequency, branch.imag / (2 * np.pi))):
                 inside = np.where(branch.imag > 0, part, np.nan) if axes is frequency else part
                 low, high = axes.get_ylim()
                 seen = np.where((inside > 2 * low - high) & (inside < 2 * high - low), inside, np.nan)
                 if not np.isnan(seen).all():
-                    axes.plot(path.speeds, seen, linestyle=PRESSURE_LINES[number % 3], markevery=every, **style)
+                    axes.plot(path.speeds, seen, linestyle=line, markevery=every, **style)
                     if mode not in shown:
                         (shown[mode],) = real.plot([], [], linestyle="-", **style)
 

@@ -1,20 +1,21 @@
 """Paths of the eigenvalues in the complex plane as the speed grows, with the real roots spread out by mode."""
 
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 import numpy as np
 
 from bicycle.modes import Modes
 from studies.main_study.cases import Array, Setup
-from studies.main_study.figure_eigenvalues import HEADROOM, REAL_RANGE, WIDTH, highest_wobble
+from studies.main_study.figure_eigenvalues import HEADROOM, REAL_RANGE, TITLE, highest_wobble, panels_width
 from studies.main_study.paths import paths
 from studies.main_study.study import Study
 from studies.plotting import UNSTABLE, drawing, extrapolated_note, hatch_extrapolated, mode_words
 
-PRESSURE_MARKERS = ("o", "s", "^")
+PRESSURE_MARKERS = ("o", "s", "^", "D", "v")
 WINDOW = (2 * REAL_RANGE[0], 2 * REAL_RANGE[1])
-SPREAD = 0.27  # between pressures within a row of real roots
+SPREAD = 0.27  # of the outer pressures from the middle of a row of real roots
 AXIS = 0.05  # of the height of the window: lower paths are not named in it
 CHARACTER, LINE = 0.027, 0.055  # of the panel, what a letter and a line of a label take
 
@@ -28,7 +29,7 @@ def draw_speed_locus(study: Study, setup: Setup, target: Path) -> Path:
     found = {name: [(r.case.pressure_bar, paths(r, speeds)) for r in study.of(setup, name)] for name in study.names}
     rows = real_modes([path for one in found.values() for _, path in one])
     height = 0.34 * len(rows)
-    with drawing(target, width=WIDTH, height=5.2 + height) as canvas:
+    with drawing(target, width=panels_width(study), height=5.2 + height) as canvas:
         grid = canvas.subplots(
             2, len(found), sharex=True, sharey="row", squeeze=False, gridspec_kw={"height_ratios": (4.0, height + 0.1)}
         )
@@ -38,14 +39,15 @@ def draw_speed_locus(study: Study, setup: Setup, target: Path) -> Path:
         grid[1, 0].set_yticks(range(len(rows)), [mode_words(mode) for mode in rows])
         for (plane, real), (name, results) in zip(grid.T, found.items(), strict=True):
             labels: list[tuple[str, float, float]] = []
-            for number, (_, path) in enumerate(results):
+            for bar, path in results:
+                number = study.pressures.index(bar)
                 _plane(plane, path, number, speeds, top)
-                _real(real, path, number, rows, speeds)
+                _real(real, path, number, rows, speeds, 2 * SPREAD * (number / max(len(study.pressures) - 1, 1) - 0.5))
                 written = {mode for mode, _, _ in labels}
                 labels += [place for place in label_places(path, top) if place[0] not in written]
             _write(plane, labels)
             unseen = unseen_modes([path for _, path in results], top)
-            plane.set_title(name)
+            plane.set_title(fill(name, TITLE))
             if unseen:
                 words = "beyond the window:\n" + ",\n".join(mode_words(mode) for mode in unseen)
                 plane.set_title(words, loc="right", fontsize=7, fontweight="normal", color="0.3")
@@ -56,8 +58,9 @@ def draw_speed_locus(study: Study, setup: Setup, target: Path) -> Path:
                 hatch_extrapolated(axes, any(r.case.extrapolated for r in study.of(setup, name)))
         hertz = grid[0, -1].secondary_yaxis("right", functions=(lambda w: w / (2 * np.pi), lambda f: f * 2 * np.pi))
         hertz.set_ylabel("Frequency, Hz")
-        for number, (bar, _) in enumerate(next(iter(found.values()))):
-            grid[0, 0].scatter([], [], color="0.3", marker=PRESSURE_MARKERS[number % 3], s=16, label=f"{bar:g} bar")
+        for number, bar in enumerate(study.pressures):
+            marker = PRESSURE_MARKERS[number % len(PRESSURE_MARKERS)]
+            grid[0, 0].scatter([], [], color="0.3", marker=marker, s=16, label=f"{bar:g} bar")
         handles, words = grid[0, 0].get_legend_handles_labels()
         canvas.legend(handles, words, loc="outside lower center", ncols=len(words))
         canvas.colorbar(grid[0, 0].collections[0], ax=grid, label="Speed, m/s", pad=0.01)
@@ -85,7 +88,7 @@ def _on_axis(values: Any) -> Any:
 def _scatter(axes: Any, x: Any, y: Any, at: Array, number: int, speeds: Array) -> None:
     axes.scatter(
         x, y, c=at, s=9, cmap="viridis", linewidths=0, vmin=speeds[0], vmax=speeds[-1], zorder=3,
-        marker=PRESSURE_MARKERS[number % 3],
+        marker=PRESSURE_MARKERS[number % len(PRESSURE_MARKERS)],
     )  # fmt: skip
 
 
@@ -96,11 +99,11 @@ def _plane(axes: Any, path: Modes, number: int, speeds: Array, top: float) -> No
     _scatter(axes, roots.real[there], roots.imag[there], at[there], number, speeds)
 
 
-def _real(axes: Any, path: Modes, number: int, rows: list[str], speeds: Array) -> None:
+def _real(axes: Any, path: Modes, number: int, rows: list[str], speeds: Array, beside: float) -> None:
     for row, mode in enumerate(rows):
         for branch in path.branches[mode].T if mode in path.branches else ():
             there = _on_axis(branch) & (branch.real > WINDOW[0]) & (branch.real < WINDOW[1])
-            height = np.full(int(there.sum()), row + (number - 1) * SPREAD)
+            height = np.full(int(there.sum()), row + beside)
             _scatter(axes, branch.real[there], height, path.speeds[there], number, speeds)
 
 

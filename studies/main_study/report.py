@@ -138,7 +138,7 @@ def tyre_table(cases: Iterable[TyreCase]) -> str:
 def extrapolated_words(cases: Sequence[TyreCase]) -> str:
     """Name every condition that lies outside the measurements, or say that none does."""
     outside = [
-        f"{p.tyre} {p.surface}, {wheel} wheel at {p.load:.0f} N, {case.pressure_bar:g} bar"
+        f"{case.name}, {wheel} wheel at {p.load:.0f} N, {case.pressure_bar:g} bar"
         for case in cases for wheel, p in (("rear", case.rear), ("front", case.front)) if not p.inside
     ]  # fmt: skip
     if not outside:

@@ -33,7 +33,7 @@ def uncertainty(settings: Settings, case: TyreCase, setup: Setup) -> Uncertainty
     Masses and lengths of the bicycle move the wheel loads, and these the tyre and the camber thrust; the hinge of a
     flexible front stays on the steer axis.
     """
-    tyre = {"tyre": case.tyre, "surface": case.surface, "pressure_bar": case.pressure_bar}
+    tyre = {"tyre": case.source, "surface": case.surface, "pressure_bar": case.pressure_bar}
     content = {
         "bicycle": {key: settings.bicycle[key] for key in UNITS},
         "effects": {"relaxation_length": tyre, **beside(settings.bicycle, setup)},

@@ -89,6 +89,11 @@ class Study:
         """Tyres with their surfaces, in order."""
         return list(dict.fromkeys(case.name for case in self.cases))
 
+    @property
+    def pressures(self) -> list[float]:
+        """All pressures, bar, ascending."""
+        return sorted({case.pressure_bar for case in self.cases})
+
     def of(self, setup: Setup, name: str | None = None) -> list[Result]:
         """Results of one setup, of one tyre and surface if named, by rising pressure."""
         return [r for r in self.results if r.setup == setup and name in (None, r.case.name)]
@@ -100,7 +105,7 @@ class Study:
 
 def run_study(settings: Settings, step: Step = lambda what: None) -> Study:
     """Compute the study; ``step`` is told of every piece of work done (see :func:`count_steps`)."""
-    cases = tyre_cases(settings.bicycle)
+    cases = tyre_cases(settings.bicycle, settings.tyres)
     results = []
     for setup in settings.setups:
         for case in cases:
@@ -121,7 +126,7 @@ def run_study(settings: Settings, step: Step = lambda what: None) -> Study:
 
 def count_steps(settings: Settings) -> int:
     """How often :func:`run_study` reports a step."""
-    cases = tyre_cases(settings.bicycle)
+    cases = tyre_cases(settings.bicycle, settings.tyres)
     return len(settings.setups) * (len(cases) + len(pressure_ends(cases))) + 2
 
 

@@ -51,7 +51,7 @@ def _tyres(study: Study) -> Iterator[dict[str, Any]]:
     for case in study.cases:
         for wheel, p in (("rear", case.rear), ("front", case.front)):
             yield {
-                "bicycle": study.settings.bicycle.name, "tyre": p.tyre, "surface": p.surface,
+                "bicycle": study.settings.bicycle.name, "tyre": case.tyre, "surface": case.surface,
                 "pressure_bar": p.pressure / PASCAL_PER_BAR, "wheel": wheel, "load_N": p.load,
                 "cornering_stiffness_N_per_deg": np.radians(p.cornering_stiffness),
                 "cornering_stiffness_sd_N_per_deg": np.radians(p.cornering_stiffness_sd),

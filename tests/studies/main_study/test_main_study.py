@@ -36,7 +36,7 @@ def study():
     settings = Settings(exactly_known("pista_rider_drops"), speeds=np.linspace(0, 30, 13), max_speed=40.0)
     told = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(main_study, "tyre_cases", lambda b: [c for c in tyre_cases(b) if c.tyre != "Tyre3"])
+        patch.setattr(main_study, "tyre_cases", lambda b, files: [c for c in tyre_cases(b) if c.tyre != "Tyre3"])
         found = run_study(settings, told.append)
         assert len(told) == count_steps(settings)
     return found
@@ -51,7 +51,7 @@ def heavy():
         return run_study(settings)
 
 
-def one_tyre(bicycle):
+def one_tyre(bicycle, files):
     return [case for case in tyre_cases(bicycle) if case.name == "Tyre3 flat"]
 
 
@@ -444,7 +444,7 @@ def test_run_writes_figures_tables_and_report(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(plotting, "STYLE", {**plotting.STYLE, "savefig.dpi": 20})
     monkeypatch.setattr(plotting, "FORMATS", ("png",))  # both are tested with the paper's figures
     quick = Settings(load_bicycle("pista_rider_drops"), np.linspace(0, 30, 5), camber_shares=(0.8,), max_speed=35.0)
-    monkeypatch.setattr(Settings, "of", classmethod(lambda cls, name: quick))
+    monkeypatch.setattr(Settings, "of", classmethod(lambda cls, name, tyres: quick))
     monkeypatch.setattr(main_study, "tyre_cases", one_tyre)
     main(["run", "--out", str(tmp_path / "new" / "out")])
     captured = capsys.readouterr()

@@ -25,7 +25,7 @@ NUMBER = re.compile(r"[-+]?\d+\.\d+")
 def small_study(bicycle: str, shares: tuple[float, ...]) -> Study:
     settings = Settings(load_bicycle(bicycle), np.linspace(0, 30, 4), camber_shares=shares, max_speed=35.0)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(main_study, "tyre_cases", lambda b: [c for c in tyre_cases(b) if c.name == "Tyre1 flat"])
+        patch.setattr(main_study, "tyre_cases", lambda b, files: [c for c in tyre_cases(b) if c.name == "Tyre1 flat"])
         return run_study(settings)
 
 
