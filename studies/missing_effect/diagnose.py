@@ -17,6 +17,7 @@ from studies.missing_effect.motion.modal_forward import ModalForward, measuremen
 from studies.missing_effect.motion.nuisances import nuisances
 from studies.missing_effect.rig.measurement import RigMeasurement
 from studies.missing_effect.rig.setup import rig_forward_model
+from studies.missing_effect.rig.tables_forward import TyreTables, tables_forward_model
 from tyre.errors import InputError, unknown
 
 
@@ -62,14 +63,17 @@ def _check_names(without: tuple[str, ...], sensors: tuple[Candidate, ...]) -> No
 
 @one_blas_thread()  # the matrices are small: threads make it ten times slower
 def diagnose(
-    measurement: Measurement | RigMeasurement, model: Model | None = None, *, without: tuple[str, ...] = (),
+    measurement: Measurement | RigMeasurement | TyreTables,
+    model: Model | None = None,
+    *,
+    without: tuple[str, ...] = (),
     progress: bool = False,
-) -> Diagnosis:  # fmt: skip
+) -> Diagnosis:
     """Diagnose a measurement.
 
     Parameters
     ----------
-    measurement : Measurement or RigMeasurement
+    measurement : Measurement, RigMeasurement or TyreTables
     model : Model, optional
         Base model in place of the measurement's own; of a bicycle only.
     without : tuple of str
@@ -82,14 +86,15 @@ def diagnose(
     Diagnosis
         Its ``verdict`` has the result.
     """
-    if isinstance(measurement, RigMeasurement):
+    subject = Subject(measurement.name, measurement.description, measurement.source)
+    if isinstance(measurement, RigMeasurement | TyreTables):
         if model is not None:
-            raise InputError("a rig measurement has a reference tyre, no bicycle model; leave the model out")
-        subject = Subject(measurement.name, measurement.description, measurement.source)
+            raise InputError("a measurement of a tyre has a reference tyre, no bicycle model; leave the model out")
+        if isinstance(measurement, TyreTables):
+            return judge(tables_forward_model(measurement, without=without), subject, progress=progress)
         return judge(rig_forward_model(measurement, without=without), subject, progress=progress)
     if model is not None:
         measurement = replace(measurement, model=model)
-    subject = Subject(measurement.name, measurement.description, measurement.source)
     found = judge(forward_model(measurement, without=without), subject, progress=progress)
     return replace(found, model=_with_effects(measurement.model, found.final))
 

@@ -192,6 +192,8 @@ def _similarity(diagnosis: Diagnosis, target: Path) -> bool:
 def _held_out(diagnosis: Diagnosis, target: Path) -> bool:
     if not all(score.possible for score in diagnosis.held_out.values()):
         return False
+    from matplotlib.ticker import StrMethodFormatter
+
     n = len(diagnosis.nominal)
     values = {"nominal": float(diagnosis.nominal @ diagnosis.nominal) / n}
     values |= {name: diagnosis.held_out[name].chi2 / n for name in _shown(diagnosis)[1:]}
@@ -202,6 +204,7 @@ def _held_out(diagnosis: Diagnosis, target: Path) -> bool:
         axis.bar_label(bars, [f"{value:.3g}" for value in list(values.values())[::-1]], padding=3, fontsize=8)
         axis.axvline(1, color="k", linestyle=":", linewidth=1)
         axis.set(xscale="log", xlabel="χ²/n on held-out data", xlim=(0.3, 3 * max(values.values()) + 1))
+        axis.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         axis.grid(visible=False, axis="y")
     return True
 

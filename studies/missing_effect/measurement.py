@@ -25,10 +25,12 @@ from studies.missing_effect.motion.history_table import Run, read_runs
 from studies.missing_effect.motion.modal_table import ModalPoint, read_modal
 from studies.missing_effect.motion.nuisances import nuisances
 from studies.missing_effect.rig.measurement import RigMeasurement, read_rig
+from studies.missing_effect.rig.tables_forward import TyreTables, read_tyre_tables
 from tyre.errors import InputError, shown, unknown
 from tyre.toml_file import read_toml
 
 KINDS = ("modal", "histories", "canonical")
+EVERY_KIND = (*KINDS, "rig", "tyre_tables")
 TOP_KEYS = ("kind", "description", "source", "bicycle", "effects", "uncertainty", "candidates", *KINDS)
 
 
@@ -76,7 +78,7 @@ class Measurement:
         return "modal" if self.points else "histories" if self.runs else "canonical"
 
 
-def read_measurement(path: str | Path) -> Measurement | RigMeasurement:
+def read_measurement(path: str | Path) -> Measurement | RigMeasurement | TyreTables:
     """Read MEASUREMENT.toml and the tables it names.
 
     Raises
@@ -92,18 +94,20 @@ def read_measurement(path: str | Path) -> Measurement | RigMeasurement:
         raise InputError(f"{path}: {error}") from error
 
 
-def _measurement(content: Mapping[str, Any], path: Path) -> Measurement | RigMeasurement:
+def _measurement(content: Mapping[str, Any], path: Path) -> Measurement | RigMeasurement | TyreTables:
     for key in ("description", "source"):
         if not isinstance(content.get(key, ""), str):
             raise InputError(f"{key} = {shown(content[key])} must be words in quotes")
     if content.get("kind") == "rig":
         return read_rig(content, path)
+    if content.get("kind") == "tyre_tables":
+        return read_tyre_tables(content, path)
     for key in content:
         if key not in TOP_KEYS:
             raise InputError(unknown("key", key, TOP_KEYS))
     kind = content.get("kind")
     if kind not in KINDS:
-        raise InputError(f'kind = {kind!r} is not allowed; write kind = "modal", "histories", "canonical" or "rig"')
+        raise InputError(f"kind = {kind!r} is not allowed; write one of {', '.join(map(repr, EVERY_KIND))}")
     for other in KINDS:
         if (other in content) != (other == kind):
             needed = f"the table [{kind}] is missing" if other == kind else f"the table [{other}] does not belong here"

@@ -15,7 +15,7 @@ from studies.missing_effect.diagnose import forward_model
 from studies.missing_effect.motion import canonical_table, history_table, modal_identification, modal_table, nuisances
 from studies.missing_effect.report import SAYS
 from studies.missing_effect.rig import measurement as rig_measurement
-from studies.missing_effect.rig import reference
+from studies.missing_effect.rig import reference, tables_forward
 from tyre.fits.estimate import Calibration
 
 PAGE = (Path(__file__).parents[2] / "docs" / "measurement_files.md").read_text(encoding="utf-8")
@@ -32,7 +32,7 @@ def folder(tmp_path_factory):
 
 
 def test_every_kind_has_an_example_that_is_read(folder):
-    assert {path.name for path in folder.iterdir()} == {*measurement.KINDS, "rig"}
+    assert {path.name for path in folder.iterdir()} == set(measurement.EVERY_KIND)
     for kind in measurement.KINDS:
         forward = forward_model(read_measurement(folder / kind / "MEASUREMENT.toml"))
         residual, _ = forward.residual((), np.array([u.centre for u in forward.nuisances]))
@@ -52,13 +52,18 @@ def test_the_examples_of_modes_and_of_a_pull_are_diagnosed_as_in_the_text(folder
     assert pull.verdict == "named"
     compliance, sd = pull.effects[0].parameters["compliance"]
     assert compliance == pytest.approx(1 / 300e3, abs=3 * sd)
+    drum = diagnose(read_measurement(folder / "tyre_tables" / "MEASUREMENT.toml")).verdict
+    assert drum.verdict == "named"
+    exponent, sd = drum.effects[0].parameters["exponent"]
+    assert exponent == pytest.approx(0.5, abs=3 * sd)
     for key in pull.to_dict():
         assert f"| `{key}` |" in PAGE
 
 
 def test_every_name_stands_on_the_page():
     names = {
-        *measurement.TOP_KEYS, *UNITS, *ORDER, *modal_table.NUMBERS, *history_table.CHANNELS, *history_table.INPUTS,
+        *measurement.TOP_KEYS, *measurement.EVERY_KIND, *tables_forward.KEYS,
+        *UNITS, *ORDER, *modal_table.NUMBERS, *history_table.CHANNELS, *history_table.INPUTS,
         *history_table.RUN_KEYS, *canonical_table.COEFFICIENTS, *canonical_table.UNITS.values(), *SAYS,
         *rig_measurement.KEYS, *reference.SOURCES, *reference.CONDITION_KEYS, *(f.name for f in fields(Calibration)),
         "rider", "environment", "coefficient", "unit", "value", "sd", "difference_percent", "speeds_m_s", "band_hz",

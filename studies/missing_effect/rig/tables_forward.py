@@ -5,24 +5,78 @@ drum's curvature, C_drum = C_flat / (1 + R / R_drum)^n, and what may be wrong wi
 load and pressure.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.eigen import one_blas_thread
 from studies.missing_effect.engine.forward import Extra, Residual, Rows
-from studies.missing_effect.engine.judge import Diagnosis, Subject, judge
 from studies.missing_effect.engine.unknown import Candidate, Unknown
 from studies.missing_effect.rig.measurement import WHEEL_RADIUS
-from tyre.errors import InputError
+from tyre.errors import InputError, shown, unknown
+from tyre.maps.table_io import read_table
 from tyre.maps.tables import MeasuredTable
 
 Array = NDArray[np.float64]
+KEYS = ("reference", "measured")
+TOP_KEYS = ("kind", "description", "source", "tyre_tables")
+FEWEST = 6  # conditions: the reference is a quadratic in two variables
 REPEATABILITY = 0.02  # relative sd of one cornering stiffness (remounting, temperature); the tables state none
 SCALES = {"force_scale": 0.02, "slip_angle_scale": 0.02, "load_scale": 0.02, "pressure_scale": 0.03}
 """Calibration errors of a rig, 1 sd."""
+
+
+@dataclass(frozen=True)
+class TyreTables:
+    """Tables of one tyre: ``reference`` was known, ``measured`` is to be explained by it.
+
+    Raises
+    ------
+    InputError
+        Tables of two tyres, or too few conditions.
+    """
+
+    reference: MeasuredTable
+    measured: MeasuredTable
+    name: str = "tyre_tables"
+    description: str = ""
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        if self.reference.tyre != self.measured.tyre:
+            raise InputError(
+                f"tables of two tyres, {self.reference.tyre!r} and {self.measured.tyre!r}; "
+                "give one tyre on two surfaces"
+            )
+        for table in (self.reference, self.measured):
+            if len(table.load) < FEWEST:
+                raise InputError(
+                    f"{table.tyre} on {table.surface}: {len(table.load)} conditions are too few; {FEWEST} are needed"
+                )
+
+
+def read_tyre_tables(content: Mapping[str, Any], path: Path) -> TyreTables:
+    """The measurement of a file with kind = "tyre_tables"; paths are relative to it."""
+    for key in content:
+        if key not in TOP_KEYS:
+            raise InputError(unknown("key", key, TOP_KEYS))
+    files = content.get("tyre_tables")
+    if not isinstance(files, Mapping):
+        raise InputError('kind = "tyre_tables" needs a table: write [tyre_tables], reference and measured below it')
+    for key in files:
+        if key not in KEYS:
+            raise InputError(f"[tyre_tables]: {unknown('key', key, KEYS)}")
+    for key in KEYS:
+        if not isinstance(files.get(key), str):
+            what = f"{key} = {shown(files[key])} must be a path in quotes" if key in files else f"no {key}"
+            raise InputError(f'[tyre_tables]: {what}; write {key} = "TABLE.csv"')
+    reference, measured = (read_table(path.parent / files[key]) for key in KEYS)
+    words = {key: content[key] for key in ("description", "source") if key in content}
+    return TyreTables(reference, measured, path.stem, **words)
 
 
 @dataclass(frozen=True)
@@ -31,6 +85,7 @@ class RigForward:
 
     reference: MeasuredTable
     measured: MeasuredTable
+    without: tuple[str, ...] = ()
     nuisances: tuple[Unknown, ...] = ()
     refused: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = (f"repeatability of a cornering stiffness: {REPEATABILITY:.0%} on each surface",)
@@ -46,7 +101,7 @@ class RigForward:
         if self.measured.drum_diameter:
             exponent = Unknown("exponent", "1", {"drum_curvature": 1.0}, 0.0, 0.6, 0.0, 3.0, size=True)
             found.append(Candidate("drum_curvature", (exponent,)))
-        return tuple(found)
+        return tuple(c for c in found if c.identifier not in self.without)
 
     @cached_property
     def rows(self) -> Rows:
@@ -56,7 +111,8 @@ class RigForward:
             f"{load:.0f} N, {pressure / 1e5:g} bar" for load, pressure in zip(t.load, t.pressure, strict=True)
         )
         fold = np.unique(t.load, return_inverse=True)[1]
-        return Rows(where, t.load, ("cornering stiffness",) * len(where), fold)
+        name = "cornering stiffness"
+        return Rows(where, t.load, (name,) * len(where), fold, axes={name: "load, N"})
 
     @cached_property
     def _slopes(self) -> dict[str, Array]:
@@ -123,23 +179,9 @@ class RigForward:
         return self
 
 
-@one_blas_thread()
-def diagnose_tables(reference: MeasuredTable, measured: MeasuredTable) -> Diagnosis:
-    """What is missing when a tyre's values on one surface are used for another.
-
-    Raises
-    ------
-    InputError
-        Tables of two tyres, or too few conditions.
-    """
-    if reference.tyre != measured.tyre:
-        raise InputError(
-            f"tables of two tyres, {reference.tyre!r} and {measured.tyre!r}; give one tyre on two surfaces"
-        )
-    for table in (reference, measured):
-        if len(table.load) < 6:
-            raise InputError(
-                f"{table.tyre} on {table.surface}: {len(table.load)} conditions are too few; six are needed"
-            )
-    name = f"{measured.tyre}: {reference.surface} values used on {measured.surface}"
-    return judge(RigForward(reference, measured), Subject(name, measured.description, measured.source))
+def tables_forward_model(tables: TyreTables, *, without: tuple[str, ...] = ()) -> RigForward:
+    """The forward model of two tables; ``without`` names effects that are not tried."""
+    for name in without:
+        if name not in (*SCALES, "drum_curvature"):
+            raise InputError(f"--without: {unknown('effect', name, (*SCALES, 'drum_curvature'))}")
+    return RigForward(tables.reference, tables.measured, without)

@@ -298,7 +298,10 @@ def test_bad_tables(tmp_path, head, rows, words):
         (TOML + "band_hz = [0.3, 1, 3]\n", r"band_hz has 3 numbers; write \[lowest, highest\]"),
         (TOML + "[modal]\n", r"the table \[modal\] does not belong here"),
         ('kind = "canonical"\nbicycle = "benchmark"\n', r"the table \[canonical\] is missing"),
-        (TOML.replace('"canonical"', '"cannonical"'), 'write kind = "modal", "histories", "canonical"'),
+        (
+            TOML.replace('"canonical"', '"cannonical"'),
+            "write one of 'modal', 'histories', 'canonical', 'rig', 'tyre_tables'",
+        ),
         (TOML.replace("t.csv", "u.csv"), "u.csv: no such table"),
     ],
 )

@@ -1,13 +1,17 @@
 """The engine at the tyre: flat-track and drum tables of the paper (Dell'Orto, Ballo, Mastinu & Gobbi, 2 and 3)."""
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from studies.missing_effect.rig.tables_forward import diagnose_tables
+from studies.missing_effect import diagnose, read_measurement
+from studies.missing_effect.rig.tables_forward import TyreTables
 from tyre.errors import InputError
 from tyre.maps.table_io import read_folder
+
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +23,7 @@ def test_the_drum_is_named_for_what_the_flat_track_values_miss(tables):
     """The tables differ by a tenth: more than a calibration error, in the sense in which a curved track acts."""
     flat, drum = tables["Tyre1", "flat"], tables["Tyre1", "drum"]
     assert (drum.cornering_stiffness < flat.cornering_stiffness).all()
-    found = diagnose_tables(flat, drum).verdict
+    found = diagnose(read_measurement(ROOT / "data" / "measured" / "tyre1_drum.toml")).verdict
     assert found.equivalent[0] == "drum_curvature"
     exponent, sd = found.effects[0].parameters["exponent"]
     ratio = np.exp(np.mean(np.log(flat.cornering_stiffness / drum.cornering_stiffness)))
@@ -33,17 +37,43 @@ def test_the_same_surface_again_misses_nothing(tables):
     again = dataclasses.replace(
         flat, cornering_stiffness=flat.cornering_stiffness * (1 + 0.015 * rng.standard_normal(len(flat.load)))
     )
-    assert diagnose_tables(flat, again).verdict.verdict == "none"
+    assert diagnose(TyreTables(flat, again)).verdict.verdict == "none"
 
 
 def test_two_tyres_are_refused(tables):
     with pytest.raises(InputError, match="tables of two tyres, 'Tyre1' and 'Tyre2'; give one tyre on two surfaces"):
-        diagnose_tables(tables["Tyre1", "flat"], tables["Tyre2", "flat"])
+        TyreTables(tables["Tyre1", "flat"], tables["Tyre2", "flat"])
 
 
 def test_few_conditions_are_refused(tables):
     flat = tables["Tyre1", "flat"]
     keys = ("load", "pressure", "cornering_stiffness", "lateral_stiffness", "lateral_stiffness_sd")
     few = dataclasses.replace(flat, **{key: getattr(flat, key)[:3] for key in keys}, lateral_stiffness_shared_over=())
-    with pytest.raises(InputError, match="3 conditions are too few; six are needed"):
-        diagnose_tables(few, flat)
+    with pytest.raises(InputError, match="3 conditions are too few; 6 are needed"):
+        TyreTables(few, flat)
+
+
+def test_effects_may_be_left_out(tables):
+    pair = TyreTables(tables["Tyre1", "flat"], tables["Tyre1", "drum"])
+    found = diagnose(pair, without=("drum_curvature",))
+    assert "drum_curvature" not in found.verdict.posterior
+    with pytest.raises(InputError, match="--without: unknown effect 'drum'; known: drum_curvature"):
+        diagnose(pair, without=("drum",))
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "needs a table: write .tyre_tables., reference and measured below it"),
+        ("wheel = 1\n", "unknown key 'wheel'"),
+        ("[tyre_tables]\nreferenc = 'a.csv'\n", "unknown key 'referenc'; did you mean 'reference'"),
+        ("[tyre_tables]\nreference = 'a.csv'\n", 'no measured; write measured = "TABLE.csv"'),
+        ("[tyre_tables]\nmeasured = 'a.csv'\n", 'no reference; write reference = "TABLE.csv"'),
+        ("[tyre_tables]\nreference = 3\n", "reference = 3 must be a path in quotes"),
+        ("[tyre_tables]\nreference = 'none.csv'\nmeasured = 'a.csv'\n", "none.csv"),
+    ],
+)
+def test_bad_files_of_tables(tmp_path, text, words):
+    (tmp_path / "m.toml").write_text('kind = "tyre_tables"\n' + text)
+    with pytest.raises(InputError, match=words):
+        read_measurement(tmp_path / "m.toml")
