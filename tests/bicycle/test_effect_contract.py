@@ -60,7 +60,7 @@ def refusal(build: Callable[[], object]) -> str:
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
 def test_the_declaration_is_complete(effect):
     assert re.fullmatch("[a-z_]+", effect.identifier)
-    assert (inspect.getdoc(effect) or "").endswith(".")
+    assert effect.description.endswith(".")
     assert len(effect.source) > 15
     assert len(effect.signature) > 15
     assert effect.why or not effect.requires

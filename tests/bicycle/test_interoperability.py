@@ -4,6 +4,7 @@ import sys
 
 import numpy as np
 import pytest
+from eigenvalue_sets import assert_same_eigenvalues
 
 from bicycle import Model, available_bicycles, effect_class, load_bicycle
 from bicycle.input_history import step
@@ -37,10 +38,31 @@ def test_control_round_trip(model, speed):
     for theirs, ours in ((system.A, state), (system.B, inputs), (system.C, outputs)):
         assert np.array_equal(theirs, ours)
     expected = model.eigenvalues(speed)
-    assert np.allclose(np.sort_complex(system.poles()), expected, rtol=0, atol=1e-10 * np.abs(expected).max())
+    assert_same_eigenvalues(system.poles(), expected, atol=1e-10 * np.abs(expected).max())
     for omega in (0.3, 6.0, 45.0):
         gain = outputs @ np.linalg.solve(1j * omega * np.eye(len(state)) - state, inputs)
         assert np.allclose(system(1j * omega), gain, rtol=1e-9, atol=1e-12 * np.abs(gain).max())
+
+
+@pytest.mark.parametrize(("speed", "name"), [
+    (0.0, "bicycle at 0 m/s"), (6, "bicycle at 6 m/s"), (5.5, "bicycle at 5,5 m/s"), (7.25, "bicycle at 7,25 m/s"),
+    (1 / 3, "bicycle at 0,333333 m/s"), (np.float64(1e-5), "bicycle at 1e-05 m/s"),
+])  # fmt: skip
+def test_control_at_any_speed_has_a_name_that_connects(model, speed, name):
+    """control reads ``system.signal`` at the first dot, so a system's name must have none."""
+    control = pytest.importorskip("control")
+    system = model.to_control(speed, inputs=["steer_torque"], outputs=["lean_rate", "steer"])
+    assert system.name == name
+    gain = control.tf([3.0], [1.0], inputs=["e"], outputs=["torque"], name="rider")
+    loop = control.interconnect(
+        [system, gain],
+        connections=[[f"{name}.steer_torque", "rider.torque"], ["rider.e", f"-{name}.lean_rate"]],
+        inplist=["rider.e"], outlist=[f"{name}.steer"],
+    )  # fmt: skip
+    state, torque, rates = system.A, system.B, system.C[[0]]
+    closed = state - 3 * torque @ rates
+    response = system.C[[1]] @ np.linalg.solve(5j * np.eye(len(state)) - closed, 3 * torque)
+    assert loop(5j) == pytest.approx(response.item(), rel=1e-9)
 
 
 def test_modes_as_dataset(model, tmp_path):
@@ -52,6 +74,8 @@ def test_modes_as_dataset(model, tmp_path):
     pair = data["eigenvalue"].sel(mode="wobble", speed=6.0)[0].item()
     assert pair == found.branch("wobble")[1, 0]
     assert data["frequency"].sel(mode="wobble", speed=6.0).item() == pytest.approx(pair.imag / (2 * np.pi))
+    between = modes_to_xarray(modes(model, [5.5, 6.25]))
+    assert between.sel(speed=5.5)["eigenvalue"].shape == (len(found.names), 2)
     assert data["damping_ratio"].sel(mode="wobble", speed=6.0).item() == pytest.approx(-pair.real / abs(pair))
     assert data.attrs["effects"] == "camber_thrust, front_compliance, relaxation_length"
 
@@ -69,9 +93,9 @@ def test_responses_as_datasets(model):
     assert units == {"time": "s", "lean": "rad", "yaw_rate": "rad/s", "rear_side_force": "N", "steer_torque": "N m"}
     assert data.attrs["speed_m_s"] == 6.0
     gains = frequency_response_to_xarray(
-        frequency_response(model, speed=6.0, input="steer_torque", frequency=[1.0, 2.0])
+        frequency_response(model, speed=6.0, input="steer_torque", frequency_hz=[1.0, 2.0])
     )
-    assert gains["frequency"].to_numpy() == pytest.approx(np.array([1.0, 2.0]) / (2 * np.pi))
+    assert gains["frequency"].to_numpy() == pytest.approx([1.0, 2.0])
     assert gains["yaw_rate"].attrs["units"] == "rad/s / (N m)"
 
 
