@@ -1,0 +1,121 @@
+"""``velotyre rider``: a measured bicycle and a measured or scaled person become a bicycle with rider."""
+
+from pathlib import Path
+
+import click
+
+from studies.examples import example
+from studies.output import verbose
+
+
+@click.command(
+    help="Put a rider on BICYCLE (packaged or a file, without rider) as one rigid body with its rear frame.",
+    epilog=example(
+        "velotyre rider pista --rider charlie --posture drops --out pista_charlie_drops.toml",
+        "velotyre rider browser --height 1.80 --mass 75 --posture upright --out browser_rider.toml",
+    ),
+)
+@verbose
+@click.argument("bicycle")
+@click.option("--rider", "rider_name", help="A packaged rider, or a file of 95 measurements (package yeadon).")
+@click.option("--height", type=float, help="m; with --mass instead of --rider: a body scaled from a measured one.")
+@click.option("--mass", type=float, help="Total mass of the rider, kg.")
+@click.option("--posture", type=click.Choice(["upright", "hoods", "drops"]), required=True, help="How the rider sits.")
+@click.option("--torso-lean", type=float, metavar="DEG", help="Hip to shoulder, forward of the vertical.")
+@click.option("--back-rounding", type=float, default=0.0, metavar="DEG", help="Chest beyond the pelvis. [default: 0]")
+@click.option("--elbows-out", type=float, default=0.0, metavar="DEG", help="0: below shoulder and hand. [default: 0]")
+@click.option("--geometry", type=click.Path(path_type=Path), help="Seat and bar: .toml, or a raw *Measured.txt.")
+@click.option("--out", required=True, metavar="FILE", type=click.Path(path_type=Path), help=".toml; a picture beside.")
+@click.option("--force", is_flag=True, help="Overwrite existing files.")
+def command(
+    bicycle: str, rider_name: str | None, height: float | None, mass: float | None, posture: str,
+    torso_lean: float | None, back_rounding: float, elbows_out: float, geometry: Path | None, out: Path, force: bool,
+) -> None:  # fmt: skip
+    import math
+    import shlex
+
+    from bicycle.bicycle_file import load_bicycle
+    from bicycle.rider.geometry_file import packaged_geometry, read_geometry
+    from bicycle.rider.rider_frame import rider_on_bicycle
+    from bicycle.rider.seat_geometry import SeatGeometry
+    from studies.output import print_table, print_warnings
+    from studies.riders import rider_words
+    from studies.riders.rider_figure import save_figure
+
+    _check_target(out, force)
+    frame = load_bicycle(bicycle)
+    person = _rider(rider_name, height, mass)
+    known = geometry or packaged_geometry(bicycle)
+    found = rider_on_bicycle(
+        frame, person, posture=posture, geometry=read_geometry(known, posture) if known else SeatGeometry(),
+        torso_lean=None if torso_lean is None else math.radians(torso_lean),
+        back_rounding=math.radians(back_rounding), elbows_out=math.radians(elbows_out),
+    )  # fmt: skip
+    made = rider_words.with_provenance(found, out.stem)
+    asked = click.get_current_context().params
+    options = {"rider": rider_name, "height": height, "mass": mass, "posture": posture, "torso-lean": torso_lean}
+    options |= {k.replace("_", "-"): asked[k] or None for k in ("back_rounding", "elbows_out")}
+    options["geometry"] = geometry.name if geometry else None
+    words = [
+        f"--{name} {shlex.quote(f'{v:g}' if isinstance(v, float) else str(v))}"
+        for name, v in options.items()
+        if v is not None
+    ]
+    _write(out, rider_words.file_text(found, made, f"velotyre rider {Path(bicycle).name} {' '.join(words)}"))
+    save_figure(found, out.with_suffix(""))
+    print_table(rider_words.table(found), rider_words.headers())
+    lean = math.degrees(found.angles.torso_lean)
+    click.echo(
+        f"torso {lean:.0f} deg forward of the vertical, knees bent {math.degrees(found.seated.knee_flexion):.0f}, "
+        f"elbows {math.degrees(found.seated.elbow_flexion):.0f} deg"
+    )
+    for wheel, load, sd in rider_words.loads(found, made):
+        click.echo(f"{wheel} wheel {load:.0f} +- {sd:.0f} N")
+    for note in rider_words.notes(found):
+        click.echo(f"note: {note}")
+    print_warnings(made.warnings)
+    click.echo(f"{out.as_posix()}, {out.with_suffix('.png').as_posix()}")
+
+
+def _check_target(out: Path, force: bool) -> None:
+    from tyre.errors import InputError
+
+    if out.suffix.lower() != ".toml":
+        raise InputError(f"--out {out}: the ending {out.suffix!r} is not known; write a .toml file")
+    if not out.parent.is_dir():
+        raise InputError(f"--out {out}: there is no folder {out.parent}")
+    taken = [file for file in (out, out.with_suffix(".png"), out.with_suffix(".svg")) if file.exists()]
+    if taken and not force:
+        raise InputError(f"{taken[0]} exists; give --force to overwrite it or another name")
+
+
+def _rider(name: str | None, height: float | None, mass: float | None):  # type: ignore[no-untyped-def]
+    from bicycle.rider.measurements import available_riders, read_rider, scaled_rider
+    from tyre.errors import InputError
+
+    if name is not None and height is not None:
+        raise InputError("give either --rider (a measured body) or --height and --mass (a scaled one), not both")
+    if name is not None:
+        person = read_rider(name)
+        return person if mass is None else person.weighing(mass)
+    if height is None or mass is None:
+        raise InputError(
+            f"give --rider (packaged: {', '.join(available_riders())}; or a file), or --height and --mass of a body"
+        )
+    return scaled_rider(height=height, mass=mass)
+
+
+def _write(target: Path, text: str) -> None:
+    """Write the whole file or none."""
+    import os
+    import tempfile
+
+    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+        os.chmod(name, 0o644)
+        os.replace(name, target)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise

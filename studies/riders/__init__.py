@@ -1,0 +1,1 @@
+"""A rider on a bicycle: the picture, the words and the file."""

@@ -1,0 +1,39 @@
+"""The page about riders: its geometry file reads, its table is that of the packaged bicycles."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from bicycle.bicycle_file import load_bicycle
+from bicycle.critical import critical_speeds
+from bicycle.rider.geometry_file import read_geometry
+from studies.main_study.assemble import build
+from studies.main_study.cases import tyre_cases
+from studies.main_study.settings import Settings
+
+PAGE = (Path(__file__).parents[2] / "docs" / "riders.md").read_text()
+
+
+def test_the_geometry_file_reads(tmp_path):
+    file = tmp_path / "seat.toml"
+    file.write_text(re.search("```toml\n(.*?)```", PAGE, re.DOTALL).group(1))
+    assert read_geometry(file, "drops").values["drop_m"] == 0.18
+    hoods = read_geometry(file, "hoods")
+    assert (hoods.values["drop_m"], hoods.sd["saddle_distance_m"], hoods.sd["reach_m"]) == (0.05, 0.01, 0.005)
+
+
+@pytest.mark.parametrize("posture", ["upright", "hoods", "drops"])
+def test_the_table_of_postures(posture):
+    row = re.search(rf"^\| {posture} \|(.*)\|$", PAGE, re.MULTILINE).group(1)
+    said = [float(number) for number in re.findall(r"-?\d+\.?\d*", row)]
+    bicycle = load_bicycle(f"pista_charlie_{posture}")
+    settings = Settings(bicycle, camber_share=0.8)
+    case = next(c for c in tyre_cases(settings).found if c.name == "Tyre1 flat" and c.pressure_bar == 5.5)
+    linear = build(settings, settings.reference, case.contact)
+    found = {(c.mode, c.direction): c.speed for c in critical_speeds(linear, max_speed=40.0)}
+    expected = [bicycle[key] for key in ("xB", "zB", "IBxx", "IBxz", "IBzz")] + list(bicycle.static_loads)
+    expected += [found["wobble", "destabilising"], found["wobble", "stabilising"]]
+    expected += [found["weave", "stabilising"], found["capsize", "destabilising"]]
+    for number, value in zip(said, expected, strict=True):
+        assert number == pytest.approx(value, abs=0.51 if value > 100 else 0.0051)
