@@ -38,7 +38,8 @@ class Wheel:
     """A contact port: what a tyre sees (slip, camber) and the force and moments it returns.
 
     ``slip_velocity`` (m/s) is the lateral velocity of the contact point relative to the wheel's heading,
-    ``camber`` (rad) the lean of the wheel plane, ``side_force`` (N, > 0 to the right) what the contact law gives.
+    ``camber`` (rad) the lean of the wheel plane, ``yaw_rate`` (rad/s) its turning about the vertical, ``side_force``
+    (N, > 0 to the right) what the contact law gives.
     """
 
     name: str
@@ -47,6 +48,7 @@ class Wheel:
     radius: Expression
     slip_velocity: Expression
     camber: Expression
+    yaw_rate: Expression
     side_force: Expression
     static_load: Expression
     crown_radius: Expression = sp.S.Zero
@@ -54,10 +56,24 @@ class Wheel:
     lagged_camber_force: Expression = sp.S.Zero
     direct_camber_force: Expression = sp.S.Zero
     moment: Expression = sp.S.Zero
+    contact_line: "ContactLine | None" = None  # None: a point, as long as no effect gives the contact a length
 
     def add_moment(self, moment: Expression) -> None:
         """Add a moment about the vertical (N m, > 0 turns the wheel to the right)."""
         self.moment += moment
+
+
+class ContactLine(Protocol):
+    """How rolling renews the side force of a contact that is longer than a point."""
+
+    def renewed_force(
+        self, model: "ModelBuilder", wheel: Wheel, *, force: Expression,
+        cornering_stiffness: Expression, relaxation_length: Expression,
+    ) -> Expression:  # fmt: skip
+        """Force (N) that rolling straight on takes away per relaxation length; of a point all of ``force``.
+
+        ``force`` is the lagged side force less what camber holds up; stiffness and length are those of the tyre alone.
+        """
 
 
 class ContactLaw(Protocol):
@@ -182,7 +198,7 @@ class ModelBuilder:
 
     @staticmethod
     def _wheel(name: str, x: Expression, radius: Expression) -> Wheel:
-        seen = ("slip_velocity", "camber", "side_force", "static_load")
+        seen = ("slip_velocity", "camber", "yaw_rate", "side_force", "static_load")
         return Wheel(name, f"{name} wheel", x, radius, **{what: sp.Symbol(f"{name} {what}") for what in seen})
 
     def _joints(self) -> list[Joint]:
@@ -198,7 +214,7 @@ class ModelBuilder:
         return [self.lean, *(coordinate for _, coordinate in self._frame_joints), self.steer]
 
     def _meaning(self, joints: list[Joint], coordinates: list[Coordinate]) -> dict[Expression, Expression]:
-        """Slip velocity, camber and static load of each wheel in terms of the motion."""
+        """Slip velocity, yaw rate, camber and static load of each wheel in terms of the motion."""
         velocities = sp.Matrix([self.lateral_velocity, self.yaw_rate, *(c.rate for c in coordinates)])
         angles = sp.Matrix([c.angle for c in coordinates])
         meaning = {}
@@ -209,6 +225,7 @@ class ModelBuilder:
             if f"{wheel.name}_slip" in self.input_names():
                 slip -= self.speed * sp.Symbol(f"{wheel.name}_slip")
             meaning[wheel.slip_velocity] = slip
+            meaning[wheel.yaw_rate] = (sp.Matrix([list(yaw_row(joints, wheel.body))]) * velocities)[0]
             meaning[wheel.camber] = (sp.Matrix([list(lean_row(joints, wheel.body)[2:])]) * angles)[0]
             meaning[wheel.static_load] = self._loads[wheel]
         return meaning

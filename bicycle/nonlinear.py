@@ -225,13 +225,19 @@ def nonlinear_model(
     Raises
     ------
     InputError
-        Another contact law, a speed that is not allowed, or a wheel that the drag lifts off the road.
+        Another contact law, a contact with a length, a speed that is not allowed, or a wheel that the drag lifts off.
     """
     law = next(effect for effect in model.effects if effect.slot == "contact law")
     if law.identifier not in ("side_slip", "relaxation_length"):
         raise InputError(
             f"nonlinear tyres need the effect side_slip or relaxation_length; this model rolls with {law.identifier!r}"
         )
+    for effect in model.effects:
+        if set(effect.requires) - set(OpenContact.provides):
+            raise InputError(
+                f"nonlinear tyres touch the ground at a point; the effect {effect.identifier!r} is linear only: "
+                "leave it out"
+            )
     lags = law.identifier == "relaxation_length"
     opened = model.with_effect(OpenContact()).linear_model()
     if not lags and speed == 0:

@@ -16,7 +16,7 @@ class RelaxationLength(Effect):
     """
 
     slot = "contact law"
-    provides = ("contact force", "tyre force", "lagged force")
+    provides = ("contact force", "tyre force", "lagged force", "relaxing contact")
     parameters = (
         Parameter(
             "cornering_stiffness", "N/rad", "slope of the side force at zero slip",
@@ -37,9 +37,13 @@ class RelaxationLength(Effect):
         model.contact_law = self
 
     def side_force(self, model: ModelBuilder, wheel: Wheel) -> Any:
-        stiffness = self.cornering_stiffness[wheel]
-        length = self.relaxation_length[wheel] + stiffness * wheel.series_compliance
+        stiffness, tyre_length = self.cornering_stiffness[wheel], self.relaxation_length[wheel]
+        length = tyre_length + stiffness * wheel.series_compliance
         force = model.add_state(f"{wheel.name}_side_force")
-        target = force - wheel.lagged_camber_force
-        model.states[force] = -stiffness / length * wheel.slip_velocity - model.speed / length * target
+        renewed = force - wheel.lagged_camber_force
+        if wheel.contact_line is not None:
+            renewed = wheel.contact_line.renewed_force(
+                model, wheel, force=renewed, cornering_stiffness=stiffness, relaxation_length=tyre_length
+            )
+        model.states[force] = -stiffness / length * wheel.slip_velocity - model.speed / length * renewed
         return force + wheel.direct_camber_force

@@ -118,7 +118,7 @@ def _instance(model: Model, effect: type[Effect], known: Mapping[str, Any]) -> t
         found = {name: smaller * value if name in heavy else value for name, value in given.items()}
         try:
             instance = effect(**found)
-            instance.check(model.bicycle.values)
+            instance.check(model.parameters)
         except InputError:
             if not heavy or smaller == SMALLER[-1]:
                 raise

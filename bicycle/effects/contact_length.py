@@ -1,0 +1,69 @@
+"""Finite contact length: the tyre as a stretched string that meets the ground along a line."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from bicycle.contact_size import string_trail
+from bicycle.derivation import ModelBuilder, Wheel
+from bicycle.effect import WHEELS, Effect, Parameter
+from tyre.errors import InputError
+
+
+class ContactLength(Effect):
+    """Side force and moment of a string in contact from +a to -a, beside the relaxation length L that was measured.
+
+    Its free ends decay over sigma, c_c is the lateral stiffness per length. Measured are C = 2 c_c (sigma + a)^2 and,
+    in a pull at rest, K = 2 c_c (sigma + a), so L = C/K is sigma + a. A deflection straight along the contact,
+    q0 + q1 x/a, gives F = K q0 and Mz = t C q1/a with the trail t = (L^3 - sigma^3) / (3 L^2). Over the travelled
+    distance x, with the slip alpha = -s/v and the turn slip phi = -(yaw rate of the wheel)/v,
+
+        dF/dx = K alpha + Mz / (t L),        dMz/dx = t C phi - (F - camber force) - Mz / t.
+
+    Of two states only these have the string's stiffness at rest (K; in yaw t C) and its C, t and force t C of turn slip
+    when rolling steadily; F/phi = -Mz/alpha and the lag L - t of the force on long waves are then the string's too, and
+    a = 0 is the single lag. With a = 0.045 m, L = 0.11 m and a wavelength of 0.5 m F/alpha misses the exact string by
+    1.6 % and 0.0 deg (the single lag by 20.5 %, 3.9 deg), Mz/alpha by 7 % and 1.3 deg: docs/physics.md. Waves shorter
+    than the contact have no meaning. Camber force builds up like that of turn slip, at the contact centre.
+    """
+
+    slot = "aligning moment"
+    requires = ("relaxing contact",)
+    why = "it gives a length to the contact of a tyre with a relaxation length; use relaxation_length"
+    parameters = (
+        Parameter(
+            "half_length", "m", "half the length of the contact, a",
+            bounds=(1e-6, math.inf), typical=(0.02, 0.06), default=0.03, per_wheel=True,
+        ),
+        Parameter(
+            "turn_slip_share", "1", "share of the turn slip that deforms the contact",
+            bounds=(0.0, 1.0), typical=(0.0, 1.0), default=1.0,
+        ),
+    )  # fmt: skip
+    source = "von Schlippe & Dietrich (1941); Pacejka, Tire and Vehicle Dynamics, ch. 5"
+    signature = "a trail of the side force, less lag of the force on long waves; turn slip damps the yaw of the wheels"
+    half_length: Any
+    turn_slip_share: Any
+
+    def check(self, parameters: Mapping[str, float]) -> None:
+        for wheel in WHEELS:
+            half, length = self.half_length[wheel], parameters[f"relaxation_length.relaxation_length.{wheel}"]
+            if half >= length:
+                raise InputError(
+                    f"effect {self.identifier!r}: half_length.{wheel} = {half:g} m leaves nothing of the relaxation "
+                    f"length {length:g} m, which contains it (L = sigma + a); give less than {length:g} m"
+                )
+
+    def apply(self, model: ModelBuilder) -> None:
+        for wheel in model.wheels:
+            wheel.contact_line = self
+
+    def renewed_force(
+        self, model: ModelBuilder, wheel: Wheel, *, force: Any, cornering_stiffness: Any, relaxation_length: Any
+    ) -> Any:
+        trail = string_trail(half_length=self.half_length[wheel], relaxation_length=relaxation_length)
+        moment = model.add_state(f"{wheel.name}_aligning_moment")
+        stiffness = self.turn_slip_share * trail * cornering_stiffness
+        model.states[moment] = -stiffness * wheel.yaw_rate - model.speed * (force + moment / trail)
+        wheel.add_moment(moment)
+        return -moment / trail
