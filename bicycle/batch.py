@@ -62,6 +62,15 @@ def coefficients(
     return Coefficients(dict(zip(matrices.dynamics, found, strict=True)), refused)
 
 
+def no_mass(evaluate: Evaluator, values: Mapping[str, Any], count: int) -> NDArray[np.bool_]:
+    """Bicycles (count,) whose mass matrix is not positive definite; ``values`` as in :func:`coefficients`."""
+    with np.errstate(all="ignore"):
+        mass = evaluate(values, (0.0,) * len(evaluate.symbolic.switches)).mass
+    mass = np.broadcast_to(mass, (count, *mass.shape[-2:]))
+    finite = np.asarray(np.isfinite(mass).all((-2, -1)))
+    return ~_positive_definite(np.where(finite[:, None, None], mass, np.eye(mass.shape[-1]))) | ~finite
+
+
 def state_matrices(found: Coefficients, speeds: Array) -> Array:
     """State matrices of m bicycles at speeds (m, k) or (1, k), m/s; shape (m, k, n, n)."""
     total: Any = 0.0
@@ -95,29 +104,35 @@ def with_slopes(found: Coefficients, speeds: Array) -> tuple[Complex, Complex]:
 
 
 def follow_crossing(
-    found: Coefficients, speeds: Array, frequency: Array, *, destabilising: bool
+    found: Coefficients, speeds: Array, angular_frequency: Array, *, destabilising: bool
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Where the root near i ``frequency`` (rad/s) crosses the imaginary axis, by Newton from ``speeds`` (m,), m/s.
+    """Where the root near i ``angular_frequency`` (rad/s) crosses the imaginary axis, by Newton from ``speeds`` (m,).
 
     Returns
     -------
-    speeds, frequency : ndarray, shape (m,)
+    speeds, angular_frequency : ndarray, shape (m,)
+        m/s and rad/s.
     there : ndarray of bool, shape (m,)
         False where no such crossing in the same direction was reached.
     """
-    v, root = speeds.copy(), 1j * frequency
+    v, root = speeds.copy(), 1j * angular_frequency
+    size, here, slope = np.zeros(len(v)), np.zeros(len(v), complex), np.zeros(len(v), complex)
+    moving = np.arange(len(v))
     for _ in range(NEWTON_STEPS):
-        values, slopes = with_slopes(found, v)
-        at = np.abs(values - root[:, None]).argmin(1)[:, None]
-        here, slope = (np.take_along_axis(part, at, 1)[:, 0] for part in (values, slopes))
-        size = np.abs(values).max(1)
+        some = Coefficients({power: matrix[moving] for power, matrix in found.powers.items()}, found.refused[moving])
+        values, slopes = with_slopes(some, v[moving])
+        at = np.abs(values - root[moving, None]).argmin(1)[:, None]
+        here[moving], slope[moving] = (np.take_along_axis(part, at, 1)[:, 0] for part in (values, slopes))
+        size[moving] = np.abs(values).max(1)
         with np.errstate(divide="ignore", invalid="ignore"):
-            step = -here.real / slope.real
-        step = np.where(np.isfinite(step), np.clip(step, -LONGEST_STEP * v, LONGEST_STEP * v), 0.0)
-        v, root = v + step, here + slope * step
-        if (np.abs(step) <= 1e-13 * v).all():
+            step = -here[moving].real / slope[moving].real
+        longest = LONGEST_STEP * v[moving]
+        step = np.where(np.isfinite(step), np.clip(step, -longest, longest), 0.0)
+        v[moving], root[moving] = v[moving] + step, here[moving] + slope[moving] * step
+        moving = moving[np.abs(step) > 1e-13 * v[moving]]
+        if not moving.size:
             break
-    kind = np.where(frequency > 0, here.imag > 1e-9 * size, np.abs(here.imag) <= 1e-9 * size)
+    kind = np.where(angular_frequency > 0, here.imag > 1e-9 * size, np.abs(here.imag) <= 1e-9 * size)
     there = kind & (np.abs(here.real) <= 1e-9 * size) & ((slope.real > 0) == destabilising)
     return v, np.abs(here.imag), there
 

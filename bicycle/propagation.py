@@ -37,10 +37,8 @@ def standard_deviation(gradient: ArrayLike, covariance: ArrayLike) -> Array:
     return np.sqrt(np.maximum(np.einsum("...i,ij,...j->...", g, np.asarray(covariance, float), g), 0.0))
 
 
-def mode_sd(
-    model: Model, speed: ArrayLike, eigenvalue: ArrayLike, names: Sequence[str], covariance: ArrayLike
-) -> tuple[Array, Array]:
-    """Sd of frequency (Hz) and damping ratio of oscillations at one speed or along speeds.
+def mode_gradients(model: Model, speed: ArrayLike, eigenvalue: ArrayLike, names: Sequence[str]) -> tuple[Array, Array]:
+    """Derivatives of frequency (Hz) and damping ratio of oscillations with respect to parameters.
 
     Parameters
     ----------
@@ -49,10 +47,47 @@ def mode_sd(
     eigenvalue : array_like, shape (...) or (m, ...)
         1/s; the root nearest to each is taken. NaN stands for a mode that is not there.
     names : sequence of str
-        Uncertain free parameters of the model, p of them; ``effect.name`` of a property that differs between the
-        wheels means both of them, moving by the same amount.
+        Free parameters of the model, p of them; ``effect.name`` of a property that differs between the wheels means
+        both of them, moving by the same amount.
+
+    Returns
+    -------
+    frequency, damping_ratio : ndarray, of the shape of ``eigenvalue`` and (p,)
+        NaN where the root is real or not there.
+
+    Raises
+    ------
+    InputError
+        A parameter the model does not have.
+    """
+    v, wanted = np.atleast_1d(np.asarray(speed, float)), np.asarray(eigenvalue, complex)
+    if np.ndim(speed) and wanted.shape[:1] != v.shape:
+        raise InputError(f"{len(v)} speeds, but eigenvalues of shape {wanted.shape}; give a row for each speed")
+    rows = wanted.reshape(len(v), -1)
+    found = sensitivities(model, v)
+    slopes = np.stack([_slope(name, found.parameters, found.of) for name in names], -1)  # (m, n, p)
+    distance = np.abs(found.eigenvalues[:, None, :] - rows[:, :, None])
+    at = np.where(np.isnan(distance), np.inf, distance).argmin(-1)
+    root: Any = np.take_along_axis(found.eigenvalues, at, 1)
+    root = np.where(np.isnan(rows) | (root.imag == 0), np.nan, root)
+    change = np.take_along_axis(slopes, at[..., None], 1)
+    frequency = frequency_gradient(np.where(np.isnan(root)[..., None], np.nan * 1j, change))
+    damping = damping_ratio_gradient(root[..., None], change)
+    shape = (*wanted.shape, len(names))
+    return frequency.reshape(shape), damping.reshape(shape)
+
+
+def mode_sd(
+    model: Model, speed: ArrayLike, eigenvalue: ArrayLike, names: Sequence[str], covariance: ArrayLike
+) -> tuple[Array, Array]:
+    """Sd of frequency (Hz) and damping ratio of oscillations at one speed or along speeds.
+
+    Parameters
+    ----------
+    speed, eigenvalue, names
+        As in :func:`mode_gradients`.
     covariance : array_like, shape (p, p)
-        Theirs, SI units; what rear and front tyre share stands off the diagonal.
+        Of the parameters, SI units; what rear and front tyre share stands off the diagonal.
 
     Returns
     -------
@@ -65,23 +100,16 @@ def mode_sd(
         A parameter the model does not have, or a covariance that is none.
     """
     spread = checked_covariance(names, covariance)
-    v, wanted = np.atleast_1d(np.asarray(speed, float)), np.asarray(eigenvalue, complex)
-    if np.ndim(speed) and wanted.shape[:1] != v.shape:
-        raise InputError(f"{len(v)} speeds, but eigenvalues of shape {wanted.shape}; give a row for each speed")
-    rows = wanted.reshape(len(v), -1)
-    found = sensitivities(model, v)
-    slopes = np.stack([_slope(name, found.parameters, found.of) for name in names], -1)  # (m, n, p)
-    distance = np.abs(found.eigenvalues[:, None, :] - rows[:, :, None])
-    at = np.where(np.isnan(distance), np.inf, distance).argmin(-1)
-    root: Any = np.take_along_axis(found.eigenvalues, at, 1)
-    root = np.where(np.isnan(rows) | (root.imag == 0), np.nan, root)
-    change = np.take_along_axis(slopes, at[..., None], 1)
-    gradients = (
-        frequency_gradient(np.where(np.isnan(root)[..., None], np.nan * 1j, change)),
-        damping_ratio_gradient(root[..., None], change),
-    )
-    frequency, damping = (standard_deviation(gradient, spread).reshape(wanted.shape) for gradient in gradients)
-    return frequency, damping
+    frequency, damping = mode_gradients(model, speed, eigenvalue, names)
+    return standard_deviation(frequency, spread), standard_deviation(damping, spread)
+
+
+def critical_speed_gradients(model: Model, critical: Sequence[CriticalSpeed], names: Sequence[str]) -> Array:
+    """Derivatives of critical speeds (m/s) with respect to parameters, shape (len(critical), p)."""
+    if not critical:
+        return np.empty((0, len(names)))
+    found = critical_speed_sensitivities(model, critical)
+    return np.stack([_slope(name, found, found.__getitem__) for name in names], -1)
 
 
 def critical_speed_sd(
@@ -97,10 +125,7 @@ def critical_speed_sd(
         A parameter the model does not have, or a covariance that is none.
     """
     spread = checked_covariance(names, covariance)
-    if not critical:
-        return np.empty(0)
-    found = critical_speed_sensitivities(model, critical)
-    return standard_deviation(np.stack([_slope(name, found, found.__getitem__) for name in names], -1), spread)
+    return standard_deviation(critical_speed_gradients(model, critical, names), spread)
 
 
 def checked_covariance(names: Sequence[str], covariance: ArrayLike) -> Array:

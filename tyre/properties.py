@@ -33,6 +33,10 @@ class TyreProperties:
         How the values came about at this load and pressure.
     lateral_stiffness_origin : str
         How the lateral stiffness of the table came about where no pull test on this surface measured it.
+    synthetic : bool
+        True where no rig measured the tyre.
+    cornering_stiffness_sd_stated : bool
+        False where the source states none, and an assumed one is in the covariance.
     notes : tuple of str
         What a reader of a result must be told (an assumption, a borrowed stiffness, a misfit).
     """
@@ -48,6 +52,8 @@ class TyreProperties:
     origin: Origin
     notes: tuple[str, ...] = ()
     lateral_stiffness_origin: str = "measured"
+    synthetic: bool = False
+    cornering_stiffness_sd_stated: bool = True
 
     @property
     def inside(self) -> bool:

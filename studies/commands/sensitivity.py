@@ -2,9 +2,15 @@
 
 import click
 
+from studies.examples import example
+from studies.model_argument import ChosenModel, takes_model
 
-@click.command(help="Rank the parameters of MODEL.toml by what one standard deviation does to a mode.")
-@click.argument("model_file", metavar="MODEL.toml")
+
+@click.command(
+    help="Rank the parameters of MODEL by what one standard deviation does to a mode.",
+    epilog=example("velotyre sensitivity benchmark --mode weave --speed 5"),
+)
+@takes_model
 @click.option("--mode", required=True, help="Name of the mode, as velotyre modes shows it.")
 @click.option("--speed", required=True, type=float, help="Forward speed, m/s.")
 @click.option("--sd", multiple=True, metavar="KEY=SD", help="Standard deviation of a parameter, SI; may be repeated.")
@@ -13,16 +19,15 @@ import click
 @click.option("--out", metavar="DIR", help="Write sensitivity.csv and the tornado figure there.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(
-    model_file: str, mode: str, speed: float, sd: tuple[str, ...], max_speed: float, top: int,
+    chosen: ChosenModel, mode: str, speed: float, sd: tuple[str, ...], max_speed: float, top: int,
     out: str | None, json_file: str | None,
 ) -> None:  # fmt: skip
     from pathlib import Path
 
-    from bicycle.model_file import read_model
     from studies.output import print_table, print_warnings, write_json
     from studies.sensitivity.ranking import rank, record
 
-    model = read_model(model_file)
+    model = chosen.model
     ranking = rank(model, mode=mode, speed=speed, given_sd=_deviations(sd), max_speed=max_speed)
     if json_file:
         write_json(record(ranking), json_file)

@@ -2,8 +2,15 @@
 
 import click
 
+from studies.examples import example
+from studies.output import verbose
 
-@click.command(help="Compute the sweep that SWEEP.toml describes; run again to continue an interrupted one.")
+
+@click.command(
+    help="Compute the sweep that SWEEP.toml describes; run again to continue an interrupted one.",
+    epilog=example("velotyre sweep sweep.toml --out result.zarr"),
+)
+@verbose
 @click.argument("sweep_file", metavar="SWEEP.toml")
 @click.option("--out", required=True, metavar="RESULT", help="Result: a .zarr folder, or a .nc file (netCDF).")
 @click.option("--workers", type=click.IntRange(1), help="Threads of this process; default: one.")
@@ -17,6 +24,7 @@ def command(
 
     from studies.output import print_warnings, write_json
     from studies.sweeps.engines import in_loop, in_processes, in_threads, on_cluster
+    from studies.sweeps.result import impossible_draws
     from studies.sweeps.run import run_sweep
     from studies.sweeps.sweep_file import read_sweep
     from studies.sweeps.tyre_table import said_of_stiffness
@@ -45,6 +53,7 @@ def command(
     record = {
         "result": result.as_posix(), "fingerprint": sweep.fingerprint, "bicycles": sweep.items,
         "points": sweep.items * sweep.points_per_item, "outputs": list(sweep.outputs),
+        "impossible_draws": impossible_draws(result),
     }  # fmt: skip
     if json_file:
         write_json(record, json_file)

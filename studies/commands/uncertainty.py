@@ -4,44 +4,67 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from studies.examples import example
+from studies.model_argument import ChosenModel, takes_model
+
 if TYPE_CHECKING:
+    from studies.uncertainty.propagation import Uncertainty
     from studies.uncertainty.quantity import Quantity
 
+SMALL = 0.005  # a group whose share is below this everywhere has no column
 HEADERS = ["quantity", "unit", "value", "sd linear", "sd Monte Carlo", "2.5 %", "97.5 %", "lost", "main cause"]
 
 
-@click.command(help="Carry the measured uncertainty of MODEL.toml to frequency, damping ratio and critical speeds.")
-@click.argument("model_file", metavar="MODEL.toml")
+@click.command(
+    help="Carry the measured uncertainty of MODEL to frequency, damping ratio and critical speeds.",
+    epilog=example("velotyre uncertainty pista --speeds 5"),
+)
+@takes_model
 @click.option("--speeds", help="m/s: start:stop:step with both ends, or a list 2,5,8; default: critical speeds only.")
 @click.option("--sd", "sds", multiple=True, metavar="NAME=VALUE", help="Standard deviation of a parameter, SI; repeat.")
-@click.option("--relative-cornering-stiffness-sd", default=0.0, help="Assumed sd(C_Fy)/C_Fy of the tyre, e.g. 0.03.")
+@click.option(
+    "--relative-cornering-stiffness-sd",
+    type=click.FloatRange(0),
+    help="sd(C_Fy)/C_Fy of a tyre whose table states none; default: 0.03, with --stated-only 0.",
+)
+@click.option("--stated-only", is_flag=True, help="Count as exact what no source states; else defaults are assumed.")
 @click.option("--max-speed", default=60.0, show_default=True, help="Search critical speeds up to this speed, m/s.")
 @click.option("--samples", type=click.IntRange(2), default=2000, show_default=True, help="Monte Carlo bicycles.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the random numbers.")
 @click.option("--narrow", metavar="NAME", help="Which measurement would narrow this critical speed most (needs SALib).")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(
-    model_file: str, speeds: str | None, sds: tuple[str, ...], relative_cornering_stiffness_sd: float,
-    max_speed: float, samples: int, seed: int, narrow: str | None, json_file: str | None,
+    chosen: ChosenModel, speeds: str | None, sds: tuple[str, ...], relative_cornering_stiffness_sd: float | None,
+    stated_only: bool, max_speed: float, samples: int, seed: int, narrow: str | None, json_file: str | None,
 ) -> None:  # fmt: skip
     import numpy as np
 
     from studies.output import parse_speeds, print_table, print_warnings, write_json
+    from studies.sweeps.refused import left_out
     from studies.uncertainty.comparison import remarks
+    from studies.uncertainty.contributions import assumed, assumed_words, counted_as_exact, exact_words
     from studies.uncertainty.propagation import Uncertainty
     from studies.uncertainty.variance_shares import total_effects
 
     uncertainty = Uncertainty(
-        model_file, sd=_given(sds), relative_cornering_stiffness_sd=relative_cornering_stiffness_sd
+        chosen.content, sd=_given(sds), defaults=not stated_only,
+        relative_cornering_stiffness_sd=relative_cornering_stiffness_sd,
     )  # fmt: skip
     asked = parse_speeds(speeds).tolist() if speeds else []
     found = uncertainty.quantities(np.array(asked), max_speed=max_speed, samples=samples, seed=seed)
     unlisted = uncertainty.unlisted(found, max_speed=max_speed, samples=samples, seed=seed)
-    said = remarks(found, unlisted, samples, max_speed)
+    refused = uncertainty.left_out(samples=samples, seed=seed)
+    kept = samples - sum(refused.values())
+    said = [left_out(refused, samples)] if refused else []
+    said += remarks(found, unlisted, kept, max_speed)
     if json_file != "-":
         print_table([_row(q) for q in found], HEADERS)
         for remark in said:
             click.echo(f"note: {remark}")
+        _print_groups(uncertainty, found)
+        for words in (exact_words(uncertainty), assumed_words(uncertainty)):
+            if words:
+                click.echo(f"\n{words}")
     effects = total_effects(uncertainty, narrow, max_speed=max_speed, seed=seed) if narrow else {}
     if effects and json_file != "-":
         click.echo(f"\nwhat would narrow '{narrow}' most (share of its variance that goes when it is measured exactly)")
@@ -52,7 +75,13 @@ def command(
     if json_file:
         indices = {k: dict(zip(("first", "total", "total_95"), v, strict=True)) for k, v in effects.items()}
         content = {
-            "samples": samples, "seed": seed, "max_speed_m_s": max_speed, "quantities": [_record(q) for q in found],
+            "samples": samples, "seed": seed, "max_speed_m_s": max_speed,
+            "quantities": [_record(uncertainty, q) for q in found],
+            "standard_deviations": {
+                key: {"sd": d.sd, "origin": d.origin, "why": d.why} for key, d in uncertainty.deviations.items()
+            },
+            "counted_as_exact": counted_as_exact(uncertainty), "assumed": assumed(uncertainty),
+            "draws_left_out": {"count": sum(refused.values()), "reasons": refused},
             "samples_with_further_critical_speeds": unlisted, "notes": list(said),
             "narrow": {"critical_speed": narrow, "indices": indices},
         }  # fmt: skip
@@ -84,13 +113,34 @@ def _row(q: "Quantity") -> list[Any]:
     return [q.name, q.unit, q.value, q.linear_sd, q.sampled_sd, low, high, q.lost, f"{cause} {q.shares[cause]:.0%}"]
 
 
-def _record(q: "Quantity") -> dict[str, Any]:
+def _print_groups(uncertainty: "Uncertainty", found: "list[Quantity]") -> None:
+    """Shares of the linear variance by group, and of what is assumed."""
+    from bicycle.default_sd import ASSUMED
+    from studies.output import print_table
+    from studies.uncertainty.contributions import by_group, by_origin
+
+    rows = [by_group(q.shares) for q in found]
+    groups = [g for g in dict.fromkeys(g for row in rows for g in row) if any(row[g] >= SMALL for row in rows)]
+    if not groups:
+        return
+    click.echo("\nshare of the linear variance, by what is uncertain, and of it what is assumed")
+    table = [
+        [q.name, *(f"{row[g]:.0%}" for g in groups), f"{by_origin(uncertainty, q.shares).get(ASSUMED, 0.0):.0%}"]
+        for q, row in zip(found, rows, strict=True)
+    ]
+    print_table(table, ["quantity", *groups, ASSUMED])
+
+
+def _record(uncertainty: "Uncertainty", q: "Quantity") -> dict[str, Any]:
     from studies.uncertainty.comparison import differs
+    from studies.uncertainty.contributions import by_group, by_origin
 
     record = {"quantity": q.name, "unit": q.unit, "value": q.value, "linear_sd": q.linear_sd}
     record |= {"monte_carlo_sd": q.sampled_sd, "band_95": list(q.band()), "samples": len(q.samples), "lost": q.lost}
     plain = {k: _plain(v) for k, v in record.items()}
-    return plain | {"linear_holds": not (q.lost or differs(q)), "linear_variance_shares": dict(q.shares)}
+    return plain | {"linear_holds": not (q.lost or differs(q)), "linear_variance_shares": dict(q.shares)} | {
+        "variance_shares_by_group": by_group(q.shares), "variance_shares_by_origin": by_origin(uncertainty, q.shares),
+    }  # fmt: skip
 
 
 def _plain(value: object) -> object:

@@ -1,24 +1,22 @@
 """What moves a mode most: its changes per one standard deviation of every parameter, ranked."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from bicycle.critical import critical_speeds
-from bicycle.effect import effect_class
+from bicycle.default_sd import EXACT, standard_deviations
+from bicycle.effect import WHEELS, effect_class
 from bicycle.model import Model
 from bicycle.modes import modes
 from bicycle.parameters import UNITS
 from bicycle.sensitivity import critical_speed_sensitivities, pair_sensitivities, sensitivities
 from tyre.errors import InputError, unknown
 
-ASSUMED = 0.05  # of the value, where no standard deviation is known
-OF_TYPICAL = f"{ASSUMED:.0%} of typical"  # origin where the value is zero: what it belongs to is switched off
 NEAR = 1e-4  # two real roots are a meeting below this distance, relative to their size
-CONSTANTS = ("g",)  # not uncertain
 
 
 @dataclass(frozen=True)
@@ -41,7 +39,7 @@ class Change:
 
 @dataclass(frozen=True)
 class Ranking:
-    """Changes of one mode at one speed, the largest change of the growth rate first; what is switched off last.
+    """Changes of one mode at one speed, the largest change of the growth rate first.
 
     Where two real roots meet, ``eigenvalue`` is their mean and ``meeting`` says so: their growth rates have no
     derivatives, the mean has.
@@ -65,9 +63,8 @@ def rank(
 ) -> Ranking:
     """Rank the parameters of a model by what one standard deviation does to the growth rate of a mode.
 
-    Standard deviations are those given, else those of the tyre's table, else those of the bicycle file, else 5 % of
-    the value; gravity is taken as constant. An effect parameter at zero gets 5 % of its largest typical value and is
-    ranked after all others: its effect is switched off.
+    Standard deviations are those of :func:`bicycle.default_sd.standard_deviations`: as given, else of the tyre's table
+    or the bicycle's file, else the documented defaults. What is exact changes nothing and comes last.
 
     Raises
     ------
@@ -86,42 +83,20 @@ def rank(
         eigenvalue, slopes = complex(found.eigenvalues[0, at]), found.derivatives[0, at]
     crossings = [c for c in critical_speeds(linear, max_speed=max_speed) if c.mode == mode]
     moves = critical_speed_sensitivities(model, crossings)
-    deviations = standard_deviations(model, found.parameters, given_sd or {})
+    deviations = standard_deviations(model, given_sd)
+    for key in given_sd or {}:
+        if key not in found.parameters and not any(f"{key}.{wheel}" in found.parameters for wheel in WHEELS):
+            raise InputError(f"standard deviation: {unknown('parameter', key, found.parameters)}")
     changes = [
         Change(
-            key, unit_of(key), model.parameters[key], sd, origin, float(slope.real * sd),
-            float(slope.imag * sd / (2 * math.pi)), tuple(float(d * sd) for d in moves[key]),
+            key, unit_of(key), model.parameters[key], deviations[key].sd, deviations[key].origin,
+            float(slope.real * deviations[key].sd), float(slope.imag * deviations[key].sd / (2 * math.pi)),
+            tuple(float(d * deviations[key].sd) for d in moves[key]),
         )
-        for (key, (sd, origin)), slope in zip(deviations.items(), slopes, strict=True)
+        for key, slope in zip(found.parameters, slopes, strict=True)
     ]  # fmt: skip
-    ranked = sorted(changes, key=lambda change: (change.origin == OF_TYPICAL, -abs(change.growth)))
+    ranked = sorted(changes, key=lambda change: (change.origin == EXACT, -abs(change.growth)))
     return Ranking(mode, speed, eigenvalue, meeting, tuple(c.speed for c in crossings), tuple(ranked))
-
-
-def standard_deviations(
-    model: Model, parameters: Sequence[str], given: Mapping[str, float]
-) -> dict[str, tuple[float, str]]:
-    """One standard deviation of each parameter and where it comes from."""
-    for key, sd in given.items():
-        if key not in parameters:
-            raise InputError(f"standard deviation: {unknown('parameter', key, parameters)}")
-        if not (math.isfinite(sd) and sd >= 0):
-            raise InputError(f"the standard deviation of {key} is {sd!r}; it must be finite and >= 0 ({unit_of(key)})")
-    found = {}
-    for key in parameters:
-        if key in given:
-            found[key] = (float(given[key]), "given")
-        elif model.sd.get(key):  # zero: the tyre's source states none
-            found[key] = (float(model.sd[key]), "tyre table")
-        elif key in model.bicycle.sd:
-            found[key] = (model.bicycle.sd[key], "bicycle file")
-        elif key in CONSTANTS:
-            found[key] = (0.0, "constant")
-        elif model.parameters[key] == 0 and _typical(key):
-            found[key] = (ASSUMED * _typical(key), OF_TYPICAL)
-        else:
-            found[key] = (ASSUMED * abs(model.parameters[key]), f"assumed {ASSUMED:.0%}")
-    return found
 
 
 def unit_of(key: str) -> str:
@@ -165,7 +140,3 @@ def _values(branches: Mapping[str, Any], mode: str, speed: float) -> list[comple
 def _parameter(key: str) -> Any:
     identifier, name, *_ = key.split(".")
     return next(p for p in effect_class(identifier).parameters if p.name == name)
-
-
-def _typical(key: str) -> float:
-    return 0.0 if key in UNITS else max(map(abs, _parameter(key).typical))

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from studies.sensitivity.ranking import ASSUMED, OF_TYPICAL, Change, Ranking
+from bicycle.default_sd import ASSUMED
+from studies.sensitivity.ranking import Change, Ranking
 
 
 def draw_tornado(ranking: Ranking, target: Path, *, top: int = 15) -> None:
@@ -36,17 +37,12 @@ def draw_tornado(ranking: Ranking, target: Path, *, top: int = 15) -> None:
 
 
 def footnotes(shown: Sequence[Change]) -> list[str]:
-    """What the stars behind the standard deviations mean, for those that occur."""
-    notes = {
-        "*": f"* no standard deviation known: {ASSUMED:.0%} of the value",
-        "**": f"** is zero (effect switched off), ranked last: {ASSUMED:.0%} of the largest typical value",
-    }
-    stars = {_star(change) for change in shown}
-    return [note for star, note in notes.items() if star in stars]
+    """What the star behind a standard deviation means, where one occurs."""
+    return ["* not stated by any source: the default is assumed"] if any(map(_star, shown)) else []
 
 
 def _star(change: Change) -> str:
-    return "**" if change.origin == OF_TYPICAL else "*" if change.origin.startswith("assumed") else ""
+    return "*" if change.origin == ASSUMED else ""
 
 
 def _label(change: Change) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.batch import Coefficients, coefficients, state_matrices
+from bicycle.batch import coefficients, state_matrices
 from bicycle.critical import critical_speeds
 from bicycle.eigen import default_solver, eigenvalues
 from bicycle.modes import ORDER, modes
@@ -31,10 +31,12 @@ Arrays = dict[str, NDArray[Any]]
 def compute(sweep: Sweep, start: int, stop: int) -> Arrays:
     """Results of items ``start`` to ``stop`` - 1: arrays whose first axis is the item, or sketches of them.
 
+    Draws that make no bicycle have NaN everywhere but in ``parameters``, and 1 in ``impossible``.
+
     Raises
     ------
     InputError
-        An item whose parameters are physically impossible, named by its place in the sweep.
+        A cell of the grid whose parameters are physically impossible, named by its place in the sweep.
     """
     arrays = _worker(sweep).items(start, stop)
     return arrays if sweep.quantiles is None else sketch(arrays, start, sweep.samples)
@@ -64,23 +66,33 @@ class Worker:
 
     def items(self, start: int, stop: int) -> Arrays:
         """Outputs of items ``start`` to ``stop`` - 1 by name, the first axis is the item."""
-        points = self.sampler.points(start, stop)
+        points = self._points(start, stop)
         found: Arrays = {}
         if self.fast:
             values = self._by_blocks(start, stop)
             found |= {name: FAST[name](values) for name in self.fast}
         if self.slow:
-            rows = [self._one(points, item, start) for item in range(stop - start)]
+            harmless = points.harmless
+            rows = [self._one(harmless, item, start) for item in range(stop - start)]
             found |= {name: np.array([row[name] for row in rows]) for name in self.slow}
+        if points.extrapolated is not None:
+            found["tyre_extrapolated"] = points.extrapolated.astype(float)
+        for array in found.values():
+            array[points.refused.mask] = np.nan
         if "parameters" in self.sweep.outputs:
             found["parameters"] = np.stack(
                 [np.broadcast_to(points.values[key], stop - start) for key in self.parameters], -1
             )
-        if points.extrapolated is not None:
-            found["tyre_extrapolated"] = points.extrapolated.astype(float)
+        found["impossible"] = points.refused.mask.astype(float)
         if not self.sweep.speeds:  # one speed, or none, of its own for each item: no axis
             found |= {name: found[name][:, 0] for name in self.sweep.outputs if name in BY_SPEED}
-        return {name: found[name] for name in (*self.sweep.outputs, "tyre_extrapolated") if name in found}
+        return {name: found[name] for name in stored(self.sweep)}
+
+    def _points(self, start: int, stop: int) -> Points:
+        points = self.sampler.points(start, stop)
+        if not self.sweep.random:
+            self.sampler.refuse_any(points, start)
+        return points
 
     def _by_blocks(self, start: int, stop: int) -> NDArray[np.complex128]:
         """Eigenvalues: of whole blocks, where the last bits may depend on the place in the block."""
@@ -88,30 +100,25 @@ class Worker:
         parts = []
         for first in range(start - start % block, stop, block):
             last = min(first + block, self.sweep.items)
-            found = self._eigenvalues(self.sampler.points(first, last), first, last)
+            found = self._eigenvalues(self._points(first, last).harmless, last - first)
             parts.append(found[max(start - first, 0) : min(stop, last) - first])
         return np.concatenate(parts)
 
-    def _eigenvalues(self, points: Points, start: int, stop: int) -> NDArray[np.complex128]:
-        count, speeds = stop - start, points.speeds
+    def _eigenvalues(self, points: Points, count: int) -> NDArray[np.complex128]:
+        """Eigenvalues of possible bicycles."""
+        speeds = points.speeds
+        self.linear.check_speeds(speeds)
         if self.sampler.model.evaluator.symbolic.switches:  # ranges differ from item to item
             matrices = np.array(
                 [self.sampler.variant(points, i).linear_model().state_matrix(_row(speeds, i)) for i in range(count)]
             )
         else:
-            found: Coefficients = coefficients(self.linear, self.sampler.model.evaluator, points.values, count)
-            if found.refused.any():
-                why = (
-                    "the mass matrix is not positive definite; check masses and moments of inertia "
-                    f"({found.refused.sum()} of {count} bicycles looked at)"
-                )
-                self.sampler.refuse(int(np.argmax(found.refused)), start, why)
-            self.linear.check_speeds(speeds)
+            found = coefficients(self.linear, self.sampler.model.evaluator, points.values, count)
             matrices = state_matrices(found, speeds)
         return eigenvalues(matrices, solver=default_solver())
 
     def _one(self, points: Points, item: int, start: int) -> Mapping[str, Any]:
-        """Named results of one bicycle."""
+        """Named results of one possible bicycle."""
         speeds, result = _row(points.speeds, item), {}
         try:
             model = self.sampler.variant(points, item)
@@ -151,6 +158,12 @@ class Worker:
                 )
             row[free[0]] = crossing.speed
         return result
+
+
+def stored(sweep: Sweep) -> tuple[str, ...]:
+    """Names of the arrays of a sweep: its outputs, and what is told of each bicycle and of each draw."""
+    tyre = any("tyre" in table for table in sweep.model.get("effects", {}).values())
+    return (*sweep.outputs, *(["tyre_extrapolated"] if tyre else []), *(["impossible"] if sweep.random else []))
 
 
 def block_items(sweep: Sweep) -> int:

@@ -1,19 +1,24 @@
 """Which parameters an item of a sweep has: grid cell, draws and measured tyre put together, checked, as arrays."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from copy import copy
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bicycle.batch import no_mass
 from bicycle.effect import Effect, PerWheel
+from bicycle.impossible import impossible_bicycles
 from bicycle.model import Model
 from bicycle.model_file import TYRE_KEYS
 from bicycle.parameters import UNITS, bodies, static_loads
+from studies.sweeps.bounded_draws import BoundedDraws
 from studies.sweeps.draws import normal, uniform
-from studies.sweeps.spec import SPEED, TYRE_UNITS, WHEELS, Sweep
+from studies.sweeps.refused import Refused
+from studies.sweeps.spec import SPEED, TYRE_UNITS, WHEELS, Sweep, bounds_of
 from studies.sweeps.tyre_table import TyreTable
 from tyre.errors import InputError
 
@@ -25,26 +30,41 @@ TYRE_DRAWS = tuple(f"tyre {what} stiffness {wheel}" for wheel in WHEELS for what
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """Items of a sweep: ``values`` key -> float or array (m,), speeds (m, k) or (1, k), and tyre flags."""
+    """Items of a sweep: ``values`` key -> float or array (m,), speeds (m, k) or (1, k), and tyre flags.
+
+    ``refused`` are those that make no bicycle; ``nominal`` are the values of one that does.
+    """
 
     values: Mapping[str, Any]
     speeds: Array
-    extrapolated: NDArray[np.bool_] | None
+    nominal: Mapping[str, float]
+    refused: Refused
+    extrapolated: NDArray[np.bool_] | None = field(default=None)
 
     def value(self, key: str, item: int) -> float:
         """One parameter of one item."""
         return number(self.values[key], item)
 
+    @property
+    def harmless(self) -> "Points":
+        """The same items with the nominal bicycle in place of those that are refused."""
+        bad = self.refused.mask
+        if not bad.any():
+            return self
+        values = {key: np.where(bad, self.nominal[key], value) for key, value in self.values.items()}
+        speeds = np.where(bad[:, None], 1.0, self.speeds) if len(self.speeds) > 1 else self.speeds
+        return Points(values, speeds, self.nominal, Refused.none(len(bad)), self.extrapolated)
+
 
 class ImpossibleItem(InputError):
-    """An item of a sweep that cannot be computed: the sweep has to be changed."""
+    """A cell of the grid that cannot be computed: the sweep has to be changed."""
 
     def __init__(self, where: str, why: str) -> None:
         super().__init__(where, why)
         self.where, self.why = where, why
 
     def __str__(self) -> str:
-        return f"sweep at {self.where}: {self.why}; narrow the grid or the distributions"
+        return f"sweep at {self.where}: {self.why}; leave it out of the sweep"
 
 
 class Sampler:
@@ -66,27 +86,40 @@ class Sampler:
             found |= {f"tyre {what} stiffness": TYRE_DRAWS[k::2] for k, what in enumerate(("cornering", "lateral"))}
         return found
 
-    def points(self, start: int, stop: int, draws: Mapping[str, Array] | None = None) -> Points:
+    def points(
+        self,
+        start: int,
+        stop: int,
+        draws: Mapping[str, Array] | None = None,
+        *,
+        linear: bool = False,
+        share: float = 1.0,
+    ) -> Points:
         """Parameters of items ``start`` to ``stop`` - 1, from standard normal ``draws`` (m,) by name if given.
 
-        Raises
-        ------
-        InputError
-            Naming the item and the parameter that is not physically possible.
+        Draws stay within what is physically possible (:mod:`studies.sweeps.bounded_draws`); ``share`` < 1 goes only
+        that part of the way from the mean to them. ``linear`` instead takes mean + factor z, whatever the bounds, and
+        the middle of what is uniform: with draws of zero it is the mean of everything. What is impossible is marked,
+        not refused.
         """
-        sweep = self.sweep
+        sweep, count = self.sweep, stop - start
         *cell, sample = np.unravel_index(np.arange(start, stop), sweep.shape)
         given: dict[str, Any] = {
             axis.name: np.array(axis.values)[index] for axis, index in zip(sweep.axes, cell, strict=True)
         }
         first, last = int(sample.min()), int(sample.max()) + 1
-        for group in sweep.normals:
+        for group, joint in zip(sweep.normals, self._joint, strict=True):
             z = self._standard(group.names, sample, draws)
-            for name, mean, row in zip(group.names, group.mean, group.factor, strict=True):
-                with np.errstate(over="ignore", invalid="ignore"):  # refused below
-                    given[name] = mean + sum(share * part for share, part in zip(row, z, strict=True))
+            with np.errstate(over="ignore", invalid="ignore"):  # marked below
+                drawn = joint.linear(z) if linear else joint(z)
+                drawn = drawn if share == 1 else joint.mean[:, None] + share * (drawn - joint.mean[:, None])
+            given |= dict(zip(group.names, drawn, strict=True))
         for one in sweep.uniforms:
-            u = uniform(seed=sweep.seed, name=one.name, start=first, stop=last)
+            u = (
+                np.full(last - first, 0.5)
+                if linear
+                else uniform(seed=sweep.seed, name=one.name, start=first, stop=last)
+            )
             given[one.name] = (one.low + (one.high - one.low) * u)[sample - first]
         speeds = np.atleast_2d(sweep.speeds) if SPEED not in given else given.pop(SPEED)[:, None]
         conditions = {key: given.pop(key) for key in list(given) if key.split(".")[0] in TYRE_UNITS}
@@ -94,13 +127,48 @@ class Sampler:
         for follower, leader in self.tied.items():
             if follower not in given and leader in given:
                 values[follower] = values[leader]
-        points = Points(values, speeds, None)
-        self._refuse_any(points, no_bicycle(values) | (speeds < 0).any(1), start, stop)  # before its loads meet a tyre
+        points = Points(values, speeds, self.nominal, Refused.none(count))
+        for why, mask in impossible_bicycles(values).items():
+            points.refused.add(why, mask)
+        points.refused.add("a speed below 0", np.asarray((speeds < 0).any(1)))
         if self.contact:
             tyre = self._standard(TYRE_DRAWS, sample, draws).T if sweep.tyre_covariance else None
-            points = replace(points, extrapolated=self._fill_tyre(values, conditions, len(sample), tyre))
-        self._refuse_any(points, self._no_effect(values, stop - start), start, stop)
+            apart = Refused.none(count) if linear else points.refused  # a slope at a bound takes a step beyond it
+            found = self._fill_tyre(points, conditions, tyre, apart, linear=linear, share=share)
+            points = replace(points, extrapolated=found)
+            for why, mask in apart.reasons.items() if linear else ():
+                points.refused.add(why, mask, apart.examples[why])
+        if share == 1:  # conditions of effects need a look at each item
+            self._mark_effects(points)
+        if not points.refused.mask.all():
+            why = "the mass matrix is not positive definite"
+            points.refused.add(why, no_mass(self.model.evaluator, points.harmless.values, count))
         return points
+
+    def centres(self) -> "Sampler":
+        """A sampler with one item for each cell of the grid; ``points(..., mean of everything)`` are its bicycles."""
+        found = copy(self)
+        found.sweep = replace(self.sweep, samples=1)
+        return found
+
+    def zeros(self, count: int) -> dict[str, Array]:
+        """Draws of zero."""
+        return {name: np.zeros(count) for names in self.draws.values() for name in names}
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What cannot be drawn as stated, in words."""
+        found = (
+            note for g, joint in zip(self.sweep.normals, self._joint, strict=True) for note in joint.notes(g.names)
+        )
+        return tuple(dict.fromkeys(found))
+
+    @cached_property
+    def _joint(self) -> tuple[BoundedDraws, ...]:
+        return tuple(
+            BoundedDraws(group.mean, group.factor, [bounds_of(self.model, name) for name in group.names])
+            for group in self.sweep.normals
+        )
 
     def variant(self, points: Points, item: int) -> Model:
         """The model of one item, checked like any other."""
@@ -131,14 +199,15 @@ class Sampler:
         return np.array(z)[:, sample - first]
 
     def _fill_tyre(
-        self, values: dict[str, Any], conditions: Mapping[str, Any], count: int, z: Array | None
-    ) -> NDArray[np.bool_]:
-        sweep, contact = self.sweep, str(self.contact)
-        table = sweep.model["effects"][contact]
+        self, points: Points, conditions: Mapping[str, Any], z: Array | None, refused: Refused, *,
+        linear: bool, share: float,
+    ) -> NDArray[np.bool_]:  # fmt: skip
+        sweep, contact, values = self.sweep, str(self.contact), points.values
+        table, count = sweep.model["effects"][contact], len(refused.mask)
         loads = static_loads(bodies(values), values["w"], values["g"])
         choices = []
-        for wheel, load in zip(WHEELS, loads, strict=True):
-            found = {"load_N": load, "surface": ""} | {
+        for (wheel, nominal), load in zip(self._static_loads, loads, strict=True):
+            found = {"load_N": np.where(refused.mask, nominal, load), "surface": ""} | {
                 key: value[wheel] if isinstance(value, Mapping) else value
                 for key, value in table.items()
                 if key in TYRE_KEYS
@@ -149,14 +218,15 @@ class Sampler:
         nominal_loads = [
             conditions.get(f"load_N.{w}", conditions.get("load_N", load)) for w, load in self._static_loads
         ]
-        cornering, lateral, extrapolated = self._tyres.stiffnesses(choices, z, nominal_loads)
+        tyres = self._tyres.stiffnesses(choices, z, nominal_loads, refused, linear=linear, share=share)
+        cornering, lateral, extrapolated = tyres
         for k, wheel in enumerate(WHEELS):
             for name, value in (
                 ("cornering_stiffness", cornering[k]),
                 ("relaxation_length", cornering[k] / lateral[k]),
             ):
                 if f"{contact}.{name}.{wheel}" in values:
-                    values[f"{contact}.{name}.{wheel}"] = value
+                    values[f"{contact}.{name}.{wheel}"] = value  # type: ignore[index]
         return extrapolated
 
     @cached_property
@@ -167,63 +237,55 @@ class Sampler:
     def _tyres(self) -> TyreTable:
         return TyreTable(self.sweep.relative_cornering_stiffness_sd)
 
-    def _no_effect(self, values: Mapping[str, Any], count: int) -> NDArray[np.bool_]:
-        """Items with an effect parameter out of bounds, or the first that an effect's own condition refuses."""
-        bad = np.zeros(count, bool)
+    def _mark_effects(self, points: Points) -> None:
+        """Mark items with an effect parameter out of bounds, and those that an effect's own condition refuses."""
+        values, refused = points.values, points.refused
         for effect in self.model.effects:
             for parameter in effect.parameters:
+                (low, high), name = parameter.bounds, effect.identifier
                 for entry in parameter.entries():
-                    value = np.asarray(values[f"{effect.identifier}.{entry}"])
-                    bad |= ~((parameter.bounds[0] <= value) & (value <= parameter.bounds[1]))
-        strict = [effect for effect in self.model.effects if type(effect).check is not Effect.check]
-        if not strict or bad.any():
-            return bad
-        for item in range(count):
-            changes = {key: number(value, item) for key, value in values.items()}
-            try:
-                for effect in strict:
-                    self._effect(effect, changes).check(changes)
-            except InputError:
-                bad[item] = True
-        return bad
+                    value = np.asarray(values[f"{name}.{entry}"])
+                    refused.add(f"{name}.{entry} outside {low:g} .. {high:g}", ~((low <= value) & (value <= high)))
+        for effect in self.model.effects:
+            if type(effect).check is not Effect.check:
+                self._mark_checked(effect, values, refused)
 
-    def _refuse_any(self, points: Points, bad: NDArray[np.bool_], start: int, stop: int) -> None:
-        """Refuse the first bad item, counting all of them; the message is that of the bicycle or effect itself."""
-        bad = np.broadcast_to(bad, stop - start)
+    def _mark_checked(self, effect: Effect, values: Mapping[str, Any], refused: Refused) -> None:
+        bad, said = np.zeros(len(refused.mask), bool), ""
+        for item in np.flatnonzero(~refused.mask):
+            changes = {key: number(value, int(item)) for key, value in values.items()}
+            try:
+                self._effect(effect, changes).check(changes)
+            except InputError as error:
+                bad[item], said = True, said or str(error)
+        refused.add(f"a condition of effect {effect.identifier!r}", bad, said)
+
+    def refuse_any(self, points: Points, start: int, *, where: str = "") -> None:
+        """Refuse the first impossible item, counting all of them; the message is that of the bicycle or effect itself.
+
+        Raises
+        ------
+        ImpossibleItem
+            Naming the item and the parameter that is not physically possible.
+        """
+        bad = points.refused.mask
         if not bad.any():
             return
         item = int(np.argmax(bad))
-        speed = float(points.speeds[min(item, len(points.speeds) - 1)].min(initial=0.0))
-        why = f"speed {speed:.4g} m/s is below 0" if speed < 0 else "the parameters make no bicycle"
+        why = next(points.refused.sentence(why) for why, mask in points.refused.reasons.items() if mask[item])
         try:
             self.variant(points, item).linear_model()
         except InputError as error:
             why = str(error)
-        self.refuse(item, start, f"{why}; {bad.sum()} of the {stop - start} bicycles looked at are impossible")
+        self.refuse(item, start, f"{why}; {bad.sum()} of the {len(bad)} bicycles looked at are impossible", where=where)
 
-    def refuse(self, item: int, start: int, why: str) -> None:
+    def refuse(self, item: int, start: int, why: str, *, where: str = "") -> None:
         """Say which item is impossible and why."""
         *cell, sample = (int(i) for i in np.unravel_index(start + item, self.sweep.shape))
-        where = [f"{axis.name} = {axis.values[i]}" for axis, i in zip(self.sweep.axes, cell, strict=True)]
-        where += [f"sample {sample}"] if self.sweep.samples > 1 else []
-        raise ImpossibleItem(", ".join(where) or "its only point", why)
-
-
-def no_bicycle(p: Mapping[str, Any]) -> NDArray[np.bool_]:
-    """True where the parameters, numbers or arrays, are no physical bicycle."""
-    bad: Any = np.abs(p["lam"]) >= np.pi / 2
-    for key in UNITS:
-        bad = bad | ~np.isfinite(p[key])
-    for key in ("mB", "mR", "mH", "mF", "IRyy", "IFyy", "IRxx", "IFxx", "IBxx", "IBzz", "IHxx", "IHzz"):
-        bad = bad | ~(np.asarray(p[key]) >= 0)
-    for key in ("w", "rR", "rF", "g"):
-        bad = bad | ~(np.asarray(p[key]) > 0)
-    with np.errstate(all="ignore"):
-        for part in "BH":
-            bad = bad | (p[f"I{part}xx"] * p[f"I{part}zz"] < p[f"I{part}xz"] ** 2)
-        for load in static_loads(bodies(p), p["w"], p["g"]):
-            bad = bad | ~(np.asarray(load) > 0)
-    return np.asarray(bad)
+        names = [f"{axis.name} = {axis.values[i]}" for axis, i in zip(self.sweep.axes, cell, strict=True)]
+        names += [f"sample {sample}"] if self.sweep.samples > 1 else []
+        names += [where] if where else []
+        raise ImpossibleItem(", ".join(names) or "its only point", why)
 
 
 def number(value: Any, item: int) -> float:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from bicycle.modes import ORDER
 from bicycle.parameters import UNITS
-from studies.sweeps.chunk import CHANGES, MODES, OCCURRENCES, free_parameters, parameter_names
+from studies.sweeps.chunk import CHANGES, MODES, OCCURRENCES, free_parameters, parameter_names, stored
 from studies.sweeps.parts import Parts
 from studies.sweeps.points import Sampler
 from studies.sweeps.sketch import EXTREMES, Merged
@@ -50,16 +50,14 @@ def assemble(sweep: Sweep, parts: Parts, pieces: Iterable[tuple[int, int]], stor
         created[:] = array
         created.attrs["units"] = _unit(name, sweep)
     targets = {
-        variable.name: _create(group, variable)
-        for name in _outputs(sweep)
-        for variable in variables(sweep, labels, name)
+        variable.name: _create(group, variable) for name in stored(sweep) for variable in variables(sweep, labels, name)
     }
     if sweep.quantiles is None:
         for piece in pieces:
             for name, rows in parts.read(piece).items():
                 write_rows(targets[name], sweep_shape(sweep), piece[0], rows)
         return
-    merged = {name: Merged(sweep.quantiles) for name in _outputs(sweep)}
+    merged = {name: Merged(sweep.quantiles) for name in stored(sweep)}
     for piece in pieces:
         part = parts.read(piece)
         for name, one in merged.items():
@@ -118,6 +116,16 @@ def variables(sweep: Sweep, labels: Labels, name: str) -> list[Variable]:
     return found
 
 
+def impossible_draws(out: Path) -> int:
+    """How many draws of a finished sweep make no bicycle."""
+    import xarray as xr
+
+    opened = xr.open_zarr(out, consolidated=False) if out.is_dir() else xr.open_dataset(out, engine="netcdf4")
+    with opened as found:
+        marks = [found[name] for name in ("impossible", "impossible_above_zero") if name in found]
+        return sum(int(mark.sum()) for mark in marks)
+
+
 def provenance(sweep: Sweep) -> dict[str, Any]:
     """What made the numbers; neither time nor machine, so that equal sweeps give equal files."""
     content = asdict(sweep)
@@ -163,11 +171,6 @@ def _write_reduced(targets: dict[str, Any], sweep: Sweep, name: str, cells: list
         ):
             target = targets[full]
             write_rows(target, shape, cell, values.reshape(1, *target.shape[len(shape) :]))
-
-
-def _outputs(sweep: Sweep) -> tuple[str, ...]:
-    tyre = any("tyre" in table for table in sweep.model.get("effects", {}).values())
-    return (*sweep.outputs, "tyre_extrapolated") if tyre else sweep.outputs
 
 
 def _create(group: Any, variable: Variable) -> Any:

@@ -3,6 +3,7 @@
 import json
 import math
 import sys
+from collections import Counter
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -12,6 +13,7 @@ from studies.sweeps.engines import Engine, in_loop
 from studies.sweeps.netcdf import to_netcdf
 from studies.sweeps.parts import Parts, open_parts
 from studies.sweeps.points import ImpossibleItem, Sampler
+from studies.sweeps.refused import left_out
 from studies.sweeps.result import assemble, remove
 from studies.sweeps.spec import Sweep
 from tyre.errors import InputError
@@ -29,8 +31,8 @@ def run_sweep(sweep: Sweep, out: str | Path, *, engine: Engine | None = None, pr
     Raises
     ------
     InputError
-        ``out`` holds another sweep; an item is physically impossible; a worker or the disk failed. The message says
-        what is kept.
+        ``out`` holds another sweep; a cell of the grid is physically impossible; a worker or the disk failed. The
+        message says what is kept.
     """
     out = Path(out)
     if out.suffix not in (".zarr", ".nc"):
@@ -43,13 +45,10 @@ def run_sweep(sweep: Sweep, out: str | Path, *, engine: Engine | None = None, pr
         for left in ("parts", "partial"):  # killed after the last rename
             remove(out.with_name(f"{out.name}.{left}"))
         return out
-    extrapolated = _check_items(sweep)
-    if extrapolated and progress:
-        print(
-            f"warning: {extrapolated} of {sweep.items} bicycles have a tyre outside its measured loads and pressures; "
-            "tyre_extrapolated marks them",
-            file=sys.stderr,
-        )
+    said = _check_items(sweep)
+    if progress:
+        for warning in said:
+            print(f"warning: {warning}", file=sys.stderr)
     parts = open_parts(out, sweep)
     todo = [piece for piece in pieces(sweep) if not parts.has(piece)]
     try:
@@ -72,14 +71,32 @@ def run_sweep(sweep: Sweep, out: str | Path, *, engine: Engine | None = None, pr
     return out
 
 
-def _check_items(sweep: Sweep) -> int:
-    """Refuse a sweep with impossible bicycles before any of them is computed; returns how many tyres extrapolate."""
-    sampler, extrapolated = Sampler(sweep), 0
+def _check_items(sweep: Sweep) -> tuple[str, ...]:
+    """Refuse a sweep with an impossible cell before any is computed; returns what must be told of the items.
+
+    With random draws, a cell is impossible where it is at the mean of what is drawn.
+    """
+    sampler = Sampler(sweep)
     sampler.model.linear_model().check_speeds(sweep.speeds)
+    cells = sampler.centres() if sweep.random else sampler
+    for start in range(0, cells.sweep.items, CHECKED_TOGETHER):
+        stop = min(start + CHECKED_TOGETHER, cells.sweep.items)
+        points = cells.points(start, stop, sampler.zeros(stop - start), linear=True)
+        cells.refuse_any(points, start, where="the mean of what is sampled" if sweep.random else "")
+    extrapolated, counts = 0, Counter[str]()
     for start in range(0, sweep.items, CHECKED_TOGETHER):
         points = sampler.points(start, min(start + CHECKED_TOGETHER, sweep.items))
-        extrapolated += 0 if points.extrapolated is None else int(points.extrapolated.sum())
-    return extrapolated
+        counts.update(points.refused.counts)
+        extrapolated += 0 if points.extrapolated is None else int(points.extrapolated[~points.refused.mask].sum())
+    said = list(sampler.notes)
+    if counts:
+        said.append(f"{left_out(counts, sweep.items)}: they are NaN, and impossible marks them")
+    if extrapolated:
+        said.append(
+            f"{extrapolated} of {sweep.items} bicycles have a tyre outside its measured loads and pressures; "
+            "tyre_extrapolated marks them"
+        )
+    return tuple(said)
 
 
 def _kept(sweep: Sweep, parts: Parts) -> str:
@@ -98,12 +115,12 @@ def pieces(sweep: Sweep) -> Iterator[tuple[int, int]]:
 
 
 def _compute(sweep: Sweep, parts: Parts, todo: list[tuple[int, int]], engine: Engine, progress: bool) -> None:
-    from tqdm import tqdm
+    from tyre.progress import progress_bar
 
     points = sweep.points_per_item
     left = sum(stop - start for start, stop in todo) * points
     total = sweep.items * points
-    with tqdm(total=total, initial=total - left, unit="points", unit_scale=True, disable=not progress) as bar:
+    with progress_bar(total=total, initial=total - left, unit="points", unit_scale=True, show=progress) as bar:
         for piece, arrays in engine(partial(compute, sweep), todo):
             parts.write(piece, arrays)
             bar.update((piece[1] - piece[0]) * points)

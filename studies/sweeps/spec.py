@@ -12,12 +12,14 @@ from typing import Any
 
 from bicycle.eigen import default_solver
 from bicycle.model import Model
-from bicycle.model_file import build_model
+from bicycle.model_file import MOST_BAR, build_model
+from bicycle.parameters import BOUNDS
 from tyre.maps.table_io import is_file_name, read_table
 
 WHEELS = ("rear", "front")
 SPEED = "speed_m_s"
 TYRE_UNITS = {"pressure_bar": "bar", "load_N": "N", "tyre": "", "surface": ""}
+CONDITION_BOUNDS = {SPEED: (0.0, math.inf), "pressure_bar": (0.0, MOST_BAR), "load_N": (0.0, math.inf)}
 BY_SPEED = {
     "eigenvalues": "1/s", "largest_growth_rate": "1/s", "smallest_damping_ratio": "1", "modes": "1/s",
     "frequencies": "Hz", "damping_ratios": "1", "sensitivities": "1/s per SI unit of the parameter",
@@ -90,6 +92,11 @@ class Sweep:
         return max(len(self.speeds), 1)
 
     @property
+    def random(self) -> bool:
+        """Whether anything is sampled."""
+        return bool(self.normals or self.uniforms or self.tyre_covariance)
+
+    @property
     def varied(self) -> tuple[str, ...]:
         """Names of all that is varied, without the speed grid."""
         joint = tuple(name for normal in self.normals for name in normal.names)
@@ -112,11 +119,21 @@ class Sweep:
         tyres = [table.get("tyre") for table in self.model.get("effects", {}).values()]
         named = [name for tyre in tyres for name in (tyre.values() if isinstance(tyre, Mapping) else [tyre])]
         named += [value for axis in self.axes if axis.name.split(".")[0] == "tyre" for value in axis.values]
-        stems = sorted({Path(name).with_suffix("") for name in named if isinstance(name, str) and is_file_name(name)})
-        for stem in stems:
-            read_table(stem.with_suffix(".csv"))  # complains of a file that is missing or bad
-        files = [stem.with_suffix(suffix) for stem in stems for suffix in (".csv", ".toml")]
+        own = [Path(name) for name in named if isinstance(name, str) and is_file_name(name)]
+        tables = sorted({file.with_suffix(".csv") for file in own})
+        for table in tables:
+            read_table(table)  # complains of a file that is missing or bad
+        files = [table.with_suffix(suffix) for table in tables for suffix in (".csv", ".toml")]
         return {"tyre_files": {str(f): hashlib.sha256(f.read_bytes()).hexdigest() for f in files}} if files else {}
+
+
+def bounds_of(model: Model, name: str) -> tuple[float, float]:
+    """Physically possible values of what can be varied, as the bicycle, an effect or the tyre's condition declares."""
+    for effect in model.effects:
+        for parameter in effect.parameters:
+            if name in (f"{effect.identifier}.{key}" for key in (parameter.name, *parameter.entries())):
+                return parameter.bounds
+    return BOUNDS[name] if name in BOUNDS else CONDITION_BOUNDS[name.removesuffix(".rear").removesuffix(".front")]
 
 
 def software() -> dict[str, str]:

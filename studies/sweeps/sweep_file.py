@@ -30,7 +30,7 @@ from typing import Any
 
 from bicycle.bicycle_file import load_bicycle
 from bicycle.model import Model
-from bicycle.model_file import TYRE_KEYS, build_model, located
+from bicycle.model_file import TYRE_KEYS, allows_unusual, build_model, located, refuse_absurd_values
 from bicycle.parameters import UNITS
 from studies.sweeps.spec import BY_SPEED, OUTPUTS, SPEED, WHEELS, Sweep
 from studies.sweeps.toml_values import finite, flag, known, whole
@@ -68,6 +68,11 @@ def build_sweep(content: Mapping[str, Any], *, folder: Path = Path()) -> Sweep:
     axes, speeds = read_grid(content.get("grid", {}), allowed, folder)
     sampled = content.get("sampled", {})
     normals, uniforms = read_sampled(sampled, allowed, nominal, tyre or {})
+    if not allows_unusual(model):
+        refuse_absurd_values(nominal, {axis.name: axis.values for axis in axes})
+        refuse_absurd_values(nominal, {u.name: (u.low, u.high) for u in uniforms})
+        for normal in normals:
+            refuse_absurd_values(nominal, {name: (mean,) for name, mean in zip(normal.names, normal.mean, strict=True)})
     covariance = flag("sampled.tyre_covariance", sampled.get("tyre_covariance", False))
     relative = finite("sampled.relative_cornering_stiffness_sd", sampled.get("relative_cornering_stiffness_sd", 0.0))
     if covariance and tyre is None:
@@ -86,7 +91,7 @@ def build_sweep(content: Mapping[str, Any], *, folder: Path = Path()) -> Sweep:
         outputs=_outputs(content.get("outputs")), max_speed=max_speed,
         quantiles=_reduce(content.get("reduce")), points_per_part=whole(content, "points_per_part", 65536, least=1),
     )  # fmt: skip
-    _check_samples(sweep, random=bool(normals or uniforms or covariance))
+    _check_samples(sweep, random=sweep.random)
     _check_varied(sweep)
     return sweep
 
@@ -134,7 +139,8 @@ def _model(given: Any, folder: Path) -> tuple[dict[str, Any], Model]:
     nominal = build_model(given, folder=folder)
     bicycle = given["bicycle"]
     if isinstance(bicycle, str):
-        found = load_bicycle(folder / bicycle if (folder / bicycle).is_file() else bicycle)
+        where = folder / bicycle if (folder / bicycle).is_file() else bicycle
+        found = load_bicycle(where, allow_unusual=allows_unusual(given))
         bicycle = {key: found[key] for key in UNITS}
     content = {key: value for key, value in given.items() if key != "description"} | {"bicycle": dict(bicycle)}
     if "effects" in content:

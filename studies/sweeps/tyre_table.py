@@ -1,5 +1,6 @@
 """Measured tyres for many bicycles at once: the values of `TyreMap`, vectorised over load and pressure."""
 
+import math
 from collections.abc import Mapping, Sequence
 from functools import cache, lru_cache
 from typing import Any
@@ -7,7 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bicycle.default_sd import CORNERING_STIFFNESS
 from bicycle.model_file import MOST_BAR
+from studies.sweeps.bounded_draws import BoundedDraws
+from studies.sweeps.refused import Refused
 from tyre import TyreMap
 from tyre.errors import InputError
 from tyre.maps.conditions_grid import ConditionsGrid
@@ -15,6 +19,9 @@ from tyre.maps.map_notes import stiffness_note
 from tyre.maps.tables import PASCAL_PER_BAR
 
 Array = NDArray[np.float64]
+NO_TYRE = "the tyre's table says nothing of the load or pressure"
+BLOCKS = (np.array([0, 2]), np.array([1, 3]))  # cornering stiffness of both wheels, lateral stiffness of both
+POSITIVE = (0.0, math.inf)
 FACTORS = 4096  # kept in memory: a sampled pressure makes one for each item
 Choice = Mapping[str, NDArray[Any]]  # tyre, surface, pressure_bar, load_N of one wheel, (m,) each
 
@@ -28,88 +35,129 @@ class TyreTable:
         self.factor = lru_cache(FACTORS)(self._factor)
 
     def _load(self, tyre: str, surface: str) -> TyreMap:
-        found = TyreMap.of(tyre, surface=surface)
-        if found.measured.cornering_stiffness_sd is None and self.relative_sd:
-            return TyreMap.of(tyre, surface=surface, relative_cornering_stiffness_sd=self.relative_sd)
-        return found
+        return TyreMap.of(tyre, surface=surface).assuming(self.relative_sd)
 
     def stiffnesses(
-        self, wheels: Sequence[Choice], z: Array | None, nominal_loads: Sequence[Any]
+        self,
+        wheels: Sequence[Choice],
+        z: Array | None,
+        nominal_loads: Sequence[Any],
+        refused: Refused,
+        *,
+        linear: bool = False,
+        share: float = 1.0,
     ) -> tuple[list[Array], list[Array], NDArray[np.bool_]]:
         """Cornering (N/rad) and lateral (N/m) stiffness of both wheels, and where an item's tyre is extrapolated.
 
-        With standard normal ``z`` (m, 4) the measured covariance at the wheel loads of the unvaried bicycle is drawn
-        from; what the two wheels share stays shared.
-
-        Raises
-        ------
-        InputError
-            A condition the tyre map refuses.
-        """
+        With standard normal ``z`` (m, 4) the relative deviations of a tyre at the wheel loads of the unvaried bicycle
+        are drawn from their measured covariance, positive stiffnesses (``linear``: normal ones, ``share`` of the way);
+        what the two wheels share stays shared. Conditions that a map refuses are marked in ``refused``.
+        """  # fmt: skip
         count = len(wheels[0]["load_N"])
         stiffness = [np.empty((2, count)) for _ in wheels]
         outside = np.zeros(count, bool)
-        for wheel, out in zip(wheels, stiffness, strict=True):
+        conditions = [(wheel["load_N"].astype(float), wheel["pressure_bar"] * PASCAL_PER_BAR) for wheel in wheels]
+        for k, wheel in enumerate(wheels):
             for rows in _alike(wheel["tyre"], wheel["surface"]):
-                load, bar = wheel["load_N"][rows], wheel["pressure_bar"][rows].astype(float)
-                most = bar.max()
-                if most > MOST_BAR:
-                    raise InputError(f"pressure_bar = {most:g} must be a number above 0 and up to {MOST_BAR:g} bar")
-                pressure = bar * PASCAL_PER_BAR
                 found = self.map(str(wheel["tyre"][rows[0]]), str(wheel["surface"][rows[0]]))
-                for corner in {(a, b) for a in (load.min(), load.max()) for b in (pressure.min(), pressure.max())}:
-                    found.at(load=corner[0], pressure=corner[1])  # the map's own checks and messages
-                grid = ConditionsGrid(found.measured.load, found.measured.pressure)
-                weights = grid.weights(load, pressure)
+                _mark(found, *conditions[k], rows, refused)
+        for (load, pressure), wheel, out in zip(conditions, wheels, stiffness, strict=True):
+            for rows in _alike(wheel["tyre"], wheel["surface"]):
+                found = self.map(str(wheel["tyre"][rows[0]]), str(wheel["surface"][rows[0]]))
+                measured, bad = found.measured, refused.mask[rows]
+                n, p = (np.where(bad, one[0], x[rows]) for one, x in (
+                    (measured.load, load), (measured.pressure, pressure)))  # fmt: skip
+                weights = ConditionsGrid(measured.load, measured.pressure).weights(n, p)
                 for row, trend in enumerate((found.cornering_stiffness_trend, found.lateral_stiffness_trend)):
-                    out[row, rows] = trend.evaluate(load, pressure)[0] + (weights * trend.residuals).sum(1)
-                for value, lines in ((load, found.loads), (pressure, found.pressures)):
+                    out[row, rows] = trend.evaluate(n, p)[0] + (weights * trend.residuals).sum(1)
+                for value, lines in ((n, found.loads), (p, found.pressures)):
                     outside[rows] |= (value < lines[0] * (1 - 1e-9)) | (value > lines[-1] * (1 + 1e-9))
         if z is not None:
-            drawn = self._drawn(wheels, z, nominal_loads)
+            away = self._relative(wheels, z, nominal_loads, refused, linear=linear)
             for k, out in enumerate(stiffness):
-                out += drawn[:, 2 * k : 2 * k + 2].T
-        for wheel, out in zip(wheels, stiffness, strict=True):
-            for row in np.flatnonzero(~(out > 0).all(0))[:1]:
-                self.map(str(wheel["tyre"][row]), str(wheel["surface"][row])).at(
-                    load=wheel["load_N"][row], pressure=wheel["pressure_bar"][row] * PASCAL_PER_BAR
-                )  # refuses it; if not, the effect refuses the drawn value
+                out *= 1 + share * away[:, 2 * k : 2 * k + 2].T
         return [out[0] for out in stiffness], [out[1] for out in stiffness], outside
 
-    def _drawn(self, wheels: Sequence[Choice], z: Array, nominal_loads: Sequence[Any]) -> Array:
+    def _relative(
+        self, wheels: Sequence[Choice], z: Array, nominal_loads: Sequence[Any], refused: Refused, *, linear: bool
+    ) -> Array:
+        """Relative deviations (m, 4) of C and K, rear then front; 0 where an item is refused."""
         columns = [
             (wheel["tyre"], wheel["surface"], wheel["pressure_bar"], np.broadcast_to(load, len(z)))
             for wheel, load in zip(wheels, nominal_loads, strict=True)
         ]
-        result = np.empty_like(z)
+        result = np.zeros_like(z)
         for rows in _alike(*columns[0], *columns[1]):
             at = rows[0]
             pair = [(str(t[at]), str(s[at]), float(p[at]), float(n[at])) for t, s, p, n in columns]
-            result[rows] = (self.factor(*pair) * z[rows][:, None, :]).sum(-1)
+            used = rows[~refused.mask[rows]]
+            try:
+                joint = self.factor(*pair) if used.size else ()
+            except InputError as error:  # at the loads of the unvaried bicycle
+                mask = np.zeros_like(refused.mask)
+                mask[used] = True
+                refused.add(NO_TYRE, mask, str(error))
+                continue
+            for block, draws in zip(BLOCKS, joint, strict=bool(joint)):
+                drawn = np.ascontiguousarray(z[np.ix_(used, block)].T)
+                result[np.ix_(used, block)] = (draws.linear(drawn) if linear else draws(drawn)).T - 1
         return result
 
-    def _factor(self, *wheels: tuple[str, str, float, float]) -> Array:
-        """Square root of the covariance of C and K, rear then front, shape (4, 4)."""
+    def _factor(self, *wheels: tuple[str, str, float, float]) -> tuple[BoundedDraws, BoundedDraws]:
+        """Draws of C and of K of both wheels, rear then front, relative to their values: C and K are measured apart."""
         (tyre, surface, *_), (other_tyre, other_surface, *_) = wheels
         conditions = [(load, pressure * PASCAL_PER_BAR) for _, _, pressure, load in wheels]
-        covariance = np.zeros((4, 4))
+        covariance, mean = np.zeros((4, 4)), np.empty(4)
         if (tyre, surface) == (other_tyre, other_surface):
             used = [0, 1, 3, 4]
-            covariance[:] = self.map(tyre, surface).joint(conditions)[1][np.ix_(used, used)]
+            both, joint = self.map(tyre, surface).joint(conditions)
+            covariance[:] = joint[np.ix_(used, used)]
         else:
+            both = ()
             for k, (name, on, *_) in enumerate(wheels):
                 at = slice(2 * k, 2 * k + 2)
-                covariance[at, at] = self.map(name, on).joint(conditions[k : k + 1])[1][:2, :2]
-        root = np.zeros((4, 4))
-        for block in ([0, 2], [1, 3]):  # C and K are measured apart
-            values, vectors = np.linalg.eigh(covariance[np.ix_(block, block)])
-            root[np.ix_(block, block)] = vectors * np.sqrt(np.maximum(values, 0))
-        return root
+                one, joint = self.map(name, on).joint(conditions[k : k + 1])
+                both += one
+                covariance[at, at] = joint[:2, :2]
+        for k, p in enumerate(both):
+            mean[2 * k : 2 * k + 2] = p.cornering_stiffness, p.lateral_stiffness
+        relative = covariance / np.outer(mean, mean)
+        roots = []
+        for block in BLOCKS:
+            values, vectors = np.linalg.eigh(relative[np.ix_(block, block)])
+            roots.append(vectors * np.sqrt(np.maximum(values, 0)))
+        cornering, lateral = (BoundedDraws([1.0, 1.0], root, [POSITIVE] * 2) for root in roots)
+        return cornering, lateral
+
+
+def _mark(found: TyreMap, load: Array, pressure: Array, rows: NDArray[np.intp], refused: Refused) -> None:
+    """Mark the items whose load (N) or pressure (Pa) the map refuses, with its own message for the first."""
+    rows = rows[~refused.mask[rows]]
+    if not rows.size or not _message(found, load[rows], pressure[rows]):
+        return
+    bad, said = np.zeros_like(refused.mask), ""
+    for row in rows:
+        message = _message(found, load[row : row + 1], pressure[row : row + 1])
+        bad[row], said = bool(message), said or message
+    refused.add(NO_TYRE, bad, said)
+
+
+def _message(found: TyreMap, load: Array, pressure: Array) -> str:
+    """What the map says against the corners of these conditions; empty where all are possible."""
+    if pressure.max() > MOST_BAR * PASCAL_PER_BAR:
+        bar = pressure.max() / PASCAL_PER_BAR
+        return f"pressure_bar = {bar:g} must be a number above 0 and up to {MOST_BAR:g} bar"
+    for corner in {(a, b) for a in (load.min(), load.max()) for b in (pressure.min(), pressure.max())}:
+        try:
+            found.at(load=corner[0], pressure=corner[1])
+        except InputError as error:
+            return str(error)
+    return ""
 
 
 def said_of_stiffness(warnings: Sequence[str], relative_cornering_stiffness_sd: float) -> tuple[str, ...]:
-    """Warnings of a model file with what a sweep assumes of C_Fy in place of what the file alone does: nothing."""
-    plain, assumed = stiffness_note(0.0), stiffness_note(relative_cornering_stiffness_sd)
+    """Warnings of a model file with what a sweep assumes of C_Fy in place of the default."""
+    plain, assumed = stiffness_note(CORNERING_STIFFNESS), stiffness_note(relative_cornering_stiffness_sd)
     return tuple(warning.replace(plain, assumed) for warning in warnings)
 
 

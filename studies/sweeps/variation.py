@@ -1,4 +1,4 @@
-"""What a sweep varies: values on a grid, and normal, uniform and joint distributions."""
+"""What a sweep varies: values on a grid, and distributions by mean and sd, by both ends, or joint."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,7 +10,8 @@ from bicycle.model import Model
 from bicycle.model_file import tyre_file
 from bicycle.parameters import UNITS
 from bicycle.propagation import checked_covariance
-from studies.sweeps.spec import SPEED, TYRE_UNITS, WHEELS, Axis, Normal, Uniform
+from studies.sweeps.bounded_draws import possible_moments
+from studies.sweeps.spec import SPEED, TYRE_UNITS, WHEELS, Axis, Normal, Uniform, bounds_of
 from studies.sweeps.toml_values import finite, flag, known, leaves, whole
 from tyre.errors import InputError, is_number, shown
 
@@ -86,11 +87,16 @@ def read_sampled(
         if "low" in numbers:
             if not numbers["low"] < numbers["high"]:
                 raise InputError(f"sampled.{name}: low = {numbers['low']:g} must be below high = {numbers['high']:g}")
+            low, high = bounds_of(model, name)
+            for key in ("low", "high"):
+                if not low <= numbers[key] <= high:
+                    raise InputError(f"sampled.{name}: {key} = {numbers[key]:g} is outside {low:g} .. {high:g}")
             uniforms.append(Uniform(name, numbers["low"], numbers["high"]))
             continue
         if numbers["sd"] < 0:
             raise InputError(f"sampled.{name}.sd = {numbers['sd']:g} must be >= 0")
         mean = numbers["mean"] if "mean" in numbers else _nominal(name, model, tyre)
+        possible_moments(f"sampled.{name}", mean, numbers["sd"], bounds_of(model, name))
         normals.append(Normal((name,), (mean,), ((numbers["sd"],),)))
     if flag("sampled.bicycle_sd", table.get("bicycle_sd", False)):
         sd = {key: value for key, value in model.bicycle.sd.items() if value > 0 and key in UNITS}
@@ -123,6 +129,8 @@ def _joint(entry: Mapping[str, Any], allowed: set[str], model: Model, tyre: Mapp
     if not isinstance(mean, list) or ("mean" in entry and len(mean) != size):
         raise InputError(f"{where}: mean = {shown(mean)}; give a list of one number per parameter")
     means = [finite(f"{where}: mean", value) for value in mean] or [_nominal(name, model, tyre) for name in names]
+    for name, value, variance in zip(names, means, np.diag(covariance), strict=True):
+        possible_moments(f"sampled.joint: {name}", value, float(np.sqrt(max(variance, 0.0))), bounds_of(model, name))
     return Normal(tuple(names), tuple(means), _root(covariance))
 
 

@@ -1,6 +1,6 @@
 """Measured uncertainty carried to frequency, damping ratio and critical speeds, linearly and by Monte Carlo."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from studies.uncertainty.uncertain_model import Array, UncertainModel
 
 CONTINUATION = 32  # steps
 LOOK = 0.5  # m/s between the speeds at which unstable roots are counted
+LOST = complex(np.nan, np.nan)
 LOOKED_AT = 64  # bicycles at a time
 
 
@@ -35,11 +36,17 @@ class Uncertainty(UncertainModel):
     ) -> list[Quantity]:
         """Frequency and damping ratio of the named oscillations at speeds (m/s), and the critical speeds.
 
-        ``only`` names the modes that are wanted, None is all of them; ``matched`` as in :meth:`matched_draw`.
+        ``only`` names the modes that are wanted, None is all of them; ``matched`` as in :meth:`matched_draw`, where
+        there are enough samples. The samples are of the bicycles that are possible: :meth:`left_out` counts the others.
         """
-        z = (self.matched_draw if matched else self.draw)(samples, seed)
+        z = (self.matched_draw if matched and self.can_match(samples) else self.draw)(samples, seed)
+        z, _ = self.possible(z)
         v = np.atleast_1d(np.asarray(speeds, float))
         return [*self._of_modes(v, z, only), *self._critical(z, max_speed, only)]
+
+    def left_out(self, *, samples: int = 2000, seed: int = 0) -> dict[str, int]:
+        """How many of the drawn bicycles are impossible and left out, by reason."""
+        return self.possible(self.draw(samples, seed))[1]
 
     def unlisted(
         self, found: Sequence[Quantity], *, max_speed: float = 60.0, samples: int = 2000, seed: int = 0
@@ -52,10 +59,10 @@ class Uncertainty(UncertainModel):
         """
         listed = {q.name: q.samples for q in found}
         crossings = {name: one for name, one in self.crossings(max_speed).items() if name in listed}
-        z = self.draw(samples, seed)
+        z, _ = self.possible(self.draw(samples, seed))
         speeds = np.linspace(min(LOOK, max_speed), max_speed, max(2, round(max_speed / LOOK)))
         number = 0
-        for rows, matrices in self.batches(z, LOOKED_AT):
+        for rows, matrices, _ in self.batches(z, LOOKED_AT):
             unstable = (eigenvalues(state_matrices(matrices, speeds[None])).real > 0).sum(-1)  # (m, speeds)
             change = np.zeros_like(unstable)
             for name, one in crossings.items():
@@ -74,28 +81,38 @@ class Uncertainty(UncertainModel):
             found[name if number == 1 else f"{name} ({number})"] = one
         return found
 
-    def crossing_speeds(self, crossing: CriticalSpeed, gradient: Array, z: Array, max_speed: float) -> Array:
-        """A critical speed (m/s) of bicycles with numbers z (m, names); NaN where it has vanished up to max_speed."""
-        start = np.maximum(crossing.speed + z @ gradient, 0.2 * crossing.speed)
-        result, _ = self._newton(crossing, z, start, np.full(len(z), crossing.frequency))
+    def crossing_speeds(
+        self, crossing: CriticalSpeed, slopes: Mapping[str, float], z: Array, max_speed: float
+    ) -> Array:
+        """A critical speed (m/s) of bicycles with numbers z (m, names); NaN where it has vanished up to max_speed.
+
+        ``slopes`` are its derivatives with respect to the free parameters.
+        """
+        start = np.maximum(crossing.speed + self.change(slopes, z), 0.2 * crossing.speed)
+        omega = 2 * np.pi * crossing.frequency_hz
+        result, _ = self._newton(crossing, z, start, np.full(len(z), omega))
         lost = np.flatnonzero(np.isnan(result))
         if lost.size:  # too far for one leap: from the nominal bicycle in small steps
             speeds, last = np.full((2, len(lost)), crossing.speed)
-            frequency = np.full(len(lost), crossing.frequency)
+            frequency = np.full(len(lost), omega)
             for share in np.linspace(0, 1, CONTINUATION + 1)[1:]:
                 kept = ~np.isnan(speeds)
                 ahead = np.maximum(2 * speeds - last, 0.5 * speeds)[kept]
                 last = speeds.copy()
-                speeds[kept], frequency[kept] = self._newton(crossing, share * z[lost[kept]], ahead, frequency[kept])
+                speeds[kept], frequency[kept] = self._newton(
+                    crossing, z[lost[kept]], ahead, frequency[kept], share=float(share)
+                )
             result[lost] = speeds
         return np.where(result <= max_speed, result, np.nan)
 
-    def _newton(self, crossing: CriticalSpeed, z: Array, start: Array, frequency: Array) -> tuple[Array, Array]:
+    def _newton(
+        self, crossing: CriticalSpeed, z: Array, start: Array, frequency: Array, *, share: float = 1.0
+    ) -> tuple[Array, Array]:
         result, omega = np.full((2, len(z)), np.nan)
         destabilising = crossing.direction == "destabilising"
-        for rows, found in self.batches(z):
+        for rows, found, refused in self.batches(z, share=share):
             v, w, there = follow_crossing(found, start[rows], frequency[rows], destabilising=destabilising)
-            result[rows], omega[rows] = np.where(there, v, np.nan), w
+            result[rows], omega[rows] = np.where(there & ~refused, v, np.nan), w
         return result, omega
 
     def _of_modes(self, speeds: Array, z: Array, only: Collection[str] | None) -> list[Quantity]:
@@ -104,7 +121,7 @@ class Uncertainty(UncertainModel):
         named = modes(self.nominal.linear_model(), speeds)
         slopes = sensitivities(self.nominal, speeds)
         gradients = self.gradient({key: slopes.of(key) for key in slopes.parameters})  # (m, n, names)
-        sampled = self._followed(speeds, slopes.eigenvalues, gradients, z)
+        sampled = self._followed(speeds, slopes.eigenvalues, {key: slopes.of(key) for key in slopes.parameters}, z)
         result = []
         for k, speed in enumerate(speeds):
             for name in named.names:
@@ -114,7 +131,7 @@ class Uncertainty(UncertainModel):
                 at = int(np.abs(slopes.eigenvalues[k] - value).argmin())
                 root, slope, drawn = slopes.eigenvalues[k, at], gradients[k, at], sampled[k, :, at]
                 with np.errstate(invalid="ignore"):
-                    oscillates = np.where(drawn.imag > 0, drawn, np.nan)
+                    oscillates = np.where(drawn.imag > 0, drawn, LOST)
                 pairs = (
                     ("frequency", "Hz", root.imag / (2 * np.pi), frequency_gradient(slope),
                      oscillates.imag / (2 * np.pi)),
@@ -126,19 +143,19 @@ class Uncertainty(UncertainModel):
                     result.append(Quantity(label, unit, float(nominal), gradient, self.shares(gradient), samples))
         return result
 
-    def _followed(self, speeds: Array, roots: Any, gradients: Any, z: Array) -> Any:
+    def _followed(self, speeds: Array, roots: Any, slopes: Mapping[str, Any], z: Array) -> Any:
         """Eigenvalues (speeds, samples, n) in the order of the nominal ``roots``; NaN where two are confused."""
-        result = np.full((len(speeds), len(z), roots.shape[1]), np.nan + 0j)
-        for rows, found in self.batches(z):
-            values = eigenvalues(state_matrices(found, speeds[None]))
+        result = np.full((len(speeds), len(z), roots.shape[1]), LOST)
+        for rows, found, _ in self.batches(z):
+            values, change = eigenvalues(state_matrices(found, speeds[None])), self.change(slopes, z[rows])
             for k in range(len(speeds)):
-                expected = roots[k] + z[rows] @ gradients[k].T
+                expected = roots[k] + change[:, k]
                 cost = np.abs(expected[:, :, None] - values[:, k, None, :])
                 order = assign(cost)
                 error = np.take_along_axis(cost, order[:, :, None], 2)[..., 0]
                 rival = np.where(order[:, :, None] == np.arange(roots.shape[1]), np.inf, cost).min(2)
                 chosen = np.take_along_axis(values[:, k], order, 1)
-                result[k, rows] = np.where(error < rival, chosen, np.nan)
+                result[k, rows] = np.where(error < rival, chosen, LOST)
         return result
 
     def _critical(self, z: Array, max_speed: float, only: Collection[str] | None) -> list[Quantity]:
@@ -147,6 +164,6 @@ class Uncertainty(UncertainModel):
         result = []
         for k, (name, crossing) in enumerate(found.items()):
             gradient = self.gradient({key: value[k] for key, value in slopes.items()})
-            samples = self.crossing_speeds(crossing, gradient, z, max_speed)
+            samples = self.crossing_speeds(crossing, {key: float(v[k]) for key, v in slopes.items()}, z, max_speed)
             result.append(Quantity(name, "m/s", crossing.speed, gradient, self.shares(gradient), samples))
         return result

@@ -1,10 +1,16 @@
 """A model with what is uncertain about it: from standard normal numbers to bicycles.
 
-Uncertain are what the bicycle file states (sd), the measured tyre (covariance of the tyre map at the wheel loads) and
-any parameter given a standard deviation. Each measurement is a set of independent standard normal numbers z, from
-which the sampler of the sweeps makes parameters: masses move wheel loads, wheel loads the tyre.
+Uncertain are what the bicycle file states (sd), the measured tyre (covariance of the tyre map at the wheel loads), any
+parameter given a standard deviation and, with ``defaults``, what nobody states (:mod:`bicycle.default_sd`). Each
+measurement is a set of independent standard normal numbers z, from which the sampler of the sweeps makes parameters:
+masses move wheel loads, wheel loads the tyre.
+
+The nominal model and linear propagation take parameter = mean + factor z. Random bicycles keep the mean and standard
+deviation but stay within what is physically possible (:mod:`studies.sweeps.bounded_draws`: a stiffness is lognormal),
+so z = 0 is the median of a draw, not the nominal bicycle.
 """
 
+from collections import Counter
 from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import replace
@@ -16,9 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.batch import Coefficients, coefficients
+from bicycle.default_sd import ASSUMED, CORNERING_STIFFNESS, GIVEN, TABLE, Deviation, standard_deviations
 from bicycle.model import Model
+from bicycle.model_file import build_model, read_model
 from studies.sweeps.draws import normal
-from studies.sweeps.points import ImpossibleItem, Points, Sampler
+from studies.sweeps.points import TYRE_DRAWS, Points, Sampler
+from studies.sweeps.spec import WHEELS
 from studies.sweeps.sweep_file import build_sweep
 from studies.sweeps.tyre_table import said_of_stiffness
 from tyre.errors import InputError
@@ -36,17 +45,21 @@ class UncertainModel:
     model : path or mapping
         Model file or its content.
     sd : mapping
-        Standard deviations (SI) of further parameters, ``effect.name[.wheel]`` or bicycle keys.
-    relative_cornering_stiffness_sd : float
-        Assumed sd(C_Fy)/C_Fy, for tyre tables that state none.
+        Standard deviations (SI) of further parameters, ``effect.name[.wheel]`` or bicycle keys; 0 is exact.
+    relative_cornering_stiffness_sd : float, optional
+        Assumed sd(C_Fy)/C_Fy, for tyre tables that state none; None: the default with ``defaults``, else 0.
     follow : function
         From all parameters (key -> number or array) to those that hang on others and move with them, for example a
         hinge that stays on the steer axis; default: none does.
+    defaults : bool
+        Whether what is not stated has the standard deviations of :mod:`bicycle.default_sd`, or counts as exact.
+    bicycle_sd : mapping, optional
+        What the bicycle's own file states, for a ``model`` that holds the bicycle as numbers; 0 is exact.
 
     Raises
     ------
     InputError
-        Nothing is uncertain, or a parameter is unknown.
+        Nothing is uncertain, a parameter is unknown, or no quantity can have its mean and standard deviation.
     """
 
     def __init__(
@@ -54,58 +67,108 @@ class UncertainModel:
         model: str | Path | Mapping[str, Any],
         *,
         sd: Mapping[str, float] | None = None,
-        relative_cornering_stiffness_sd: float = 0.0,
+        relative_cornering_stiffness_sd: float | None = None,
         follow: Callable[[Mapping[str, Any]], Mapping[str, Any]] | None = None,
+        defaults: bool = False,
+        bicycle_sd: Mapping[str, float] | None = None,
     ) -> None:
         self.follow = follow or (lambda parameters: {})
         content: dict[str, Any] = {"model": str(model) if isinstance(model, str | Path) else model}
         content |= {"outputs": ["parameters"], "samples": 2, "sampled": {k: {"sd": v} for k, v in (sd or {}).items()}}
         probe = build_sweep(content | {"sampled": {}, "samples": 1})
-        tables = probe.model.get("effects", {}).values()
-        stated = _stated_sd(content["model"])
-        content["sampled"] |= {key: {"sd": value} for key, value in stated.items() if key not in content["sampled"]}
-        if any("tyre" in table for table in tables):
-            content["sampled"]["tyre_covariance"] = True
-            content["sampled"]["relative_cornering_stiffness_sd"] = relative_cornering_stiffness_sd
-        elif relative_cornering_stiffness_sd:
+        measured = any("tyre" in table for table in probe.model.get("effects", {}).values())
+        if relative_cornering_stiffness_sd and not measured:
             raise InputError(
                 "relative_cornering_stiffness_sd needs a measured tyre in the model file (tyre, pressure_bar)"
             )
+        relative = relative_cornering_stiffness_sd
+        relative = (CORNERING_STIFFNESS if defaults else 0.0) if relative is None else relative
+        self._stated = _read(content["model"], bicycle_sd)
+        self.relative, self._relative_given = relative, bool(relative_cornering_stiffness_sd)
+        self._own = self._deviations(sd or {}, assume=defaults)
+        shared = {f"{key}.{wheel}" for key in sd or {} for wheel in WHEELS}  # one number for both wheels
+        for key, deviation in self._own.items():
+            if key not in shared and key not in self._stated.sd:  # the latter are drawn from the covariance of the tyre
+                content["sampled"].setdefault(key, {"sd": deviation.sd})
+        content["sampled"] = {key: value for key, value in content["sampled"].items() if value["sd"]}
+        if measured:
+            content["sampled"]["tyre_covariance"] = True
+            content["sampled"]["relative_cornering_stiffness_sd"] = relative
         if not content["sampled"]:
             raise InputError(
                 "nothing is uncertain: the bicycle states no sd and the model has no measured tyre; "
-                "give standard deviations, for example --sd c=0.005"
+                "give standard deviations, for example --sd c=0.005, or take the defaults for what is not stated"
             )
         self.sampler = Sampler(build_sweep(content))
         self.measurements = self.sampler.draws
         self.names = tuple(name for group in self.measurements.values() for name in group)
 
-    def points(self, z: Array) -> Points:
-        """Parameters of bicycles (m,) from standard normal numbers (m, names).
+    def _deviations(self, sd: Mapping[str, float], *, assume: bool) -> dict[str, Deviation]:
+        """Of every parameter that is free: neither tied to another, nor made by ``follow``."""
+        model = self._stated
+        followers = set(self.follow(model.parameters))
+        found = standard_deviations(model, sd, assume=assume)
+        return {key: deviation for key, deviation in found.items() if key in sd or key not in followers}
 
-        Raises
-        ------
-        InputError
-            One of them is physically impossible.
+    @property
+    def unstated_stiffnesses(self) -> tuple[str, ...]:
+        """Cornering stiffnesses whose source states no standard deviation, where none is assumed either."""
+        return () if self.relative else self._stated.assumed_sd
+
+    @cached_property
+    def deviations(self) -> dict[str, Deviation]:
+        """Key -> :class:`bicycle.default_sd.Deviation` of every parameter that does not follow another."""
+        found = dict(self._own)
+        columns = [self.names.index(name) for name in TYRE_DRAWS if name in self.names]
+        for key in self._stated.sd:  # what the tyre's covariance gives, with what is assumed here
+            origin, why = TABLE, ""
+            if key in self._stated.assumed_sd and self.relative:
+                origin = GIVEN if self._relative_given else ASSUMED
+                why = f"{100 * self.relative:.3g} % at each measured condition, the tyre's source states none"
+            found[key] = Deviation(float(np.linalg.norm(self.jacobian[key][columns])), origin, why)
+        return found
+
+    def origin(self, measurement: str) -> str:
+        """Where the standard deviation of one of the ``measurements`` comes from."""
+        names = self.measurements[measurement]
+        if names[0] not in TYRE_DRAWS:
+            return next(d.origin for key, d in self._own.items() if key in names or key.rsplit(".", 1)[0] in names)
+        if names[0] != TYRE_DRAWS[0] or not (self._stated.assumed_sd and self.relative):
+            return TABLE
+        return GIVEN if self._relative_given else ASSUMED
+
+    def points(self, z: Array, *, linear: bool = False, share: float = 1.0) -> Points:
+        """Parameters of bicycles (m,) from standard normal numbers (m, names); what is impossible is marked.
+
+        ``linear`` and ``share`` as in :meth:`studies.sweeps.points.Sampler.points`.
         """
         sampler = copy(self.sampler)
         sampler.sweep = replace(sampler.sweep, samples=max(len(z), 2))
-        try:
-            found = sampler.points(0, len(z), dict(zip(self.names, z.T, strict=True)))
-        except ImpossibleItem as error:
-            raise InputError(f"Monte Carlo {error.where}: {error.why}; give smaller standard deviations") from error
-        return replace(found, values={**found.values, **self.follow(found.values)})
+        draws = dict(zip(self.names, np.ascontiguousarray(z.T), strict=True))
+        found = sampler.points(0, len(z), draws, linear=linear, share=share)
+        with np.errstate(all="ignore"):  # of what is marked
+            return replace(found, values={**found.values, **self.follow(found.values)})
+
+    def possible(self, z: Array) -> tuple[Array, dict[str, int]]:
+        """The numbers (k, names) that make a bicycle, and how many of the others do not, by reason."""
+        kept, counts = [], Counter[str]()
+        for start in range(0, len(z), BATCH):
+            rows = z[start : start + BATCH]
+            refused = self.points(rows).refused
+            kept.append(rows[~refused.mask])
+            counts.update(refused.counts)
+        return np.concatenate(kept), dict(counts)
 
     @cached_property
     def nominal(self) -> Model:
         """The model at the means."""
-        return self.sampler.variant(self.points(np.zeros((1, len(self.names)))), 0)
+        return self.sampler.variant(self.points(np.zeros((1, len(self.names))), linear=True), 0)
 
     @cached_property
     def jacobian(self) -> dict[str, Array]:
         """Derivative (names,) of every parameter with respect to the standard normal numbers."""
         steps = STEP * np.concatenate([np.eye(len(self.names)), -np.eye(len(self.names))])
-        values = self.points(steps).values
+        values = self.points(steps, linear=True).values
         halves = {key: np.broadcast_to(value, len(steps)).reshape(2, -1) for key, value in values.items()}
         return {key: (more - less) / (2 * STEP) for key, (more, less) in halves.items()}
 
@@ -126,11 +189,15 @@ class UncertainModel:
     def warnings(self) -> tuple[str, ...]:
         """What the model says of its data, with what is assumed here of the cornering stiffness."""
         warnings = self.sampler.model.linear_model().warnings
-        return said_of_stiffness(warnings, self.sampler.sweep.relative_cornering_stiffness_sd)
+        return (*said_of_stiffness(warnings, self.sampler.sweep.relative_cornering_stiffness_sd), *self.sampler.notes)
 
     def draw(self, samples: int, seed: int) -> Array:
         """Standard normal numbers (samples, names)."""
         return np.array([normal(seed=seed, name=name, start=0, stop=samples) for name in self.names]).T
+
+    def can_match(self, samples: int) -> bool:
+        """Whether :meth:`matched_draw` has enough samples."""
+        return samples > len(self.names) + 1
 
     def matched_draw(self, samples: int, seed: int) -> Array:
         """The same, shifted and mixed so that their mean is 0 and their covariance 1 exactly.
@@ -140,9 +207,9 @@ class UncertainModel:
         Raises
         ------
         InputError
-            Too few samples for so many numbers.
+            Too few samples for so many numbers; :meth:`can_match` tells.
         """
-        if samples <= len(self.names) + 1:
+        if not self.can_match(samples):
             raise InputError(f"{samples} samples of {len(self.names)} numbers cannot be matched; take more samples")
         z = self.draw(samples, seed)
         away = z - z.mean(0)
@@ -155,6 +222,17 @@ class UncertainModel:
             total = total + np.asarray(slope)[..., None] * self.jacobian[key]
         return np.asarray(total)
 
+    def change(self, slopes: Mapping[str, Any], z: Array) -> Array:
+        """First-order changes (m, ...) of quantities with derivatives (...) in parameters, for drawn bicycles (m,)."""
+        if not len(z):
+            return np.zeros((0, *np.shape(next(iter(slopes.values())))))
+        values, nominal = self.points(z).harmless.values, self.nominal.parameters
+        total: Any = 0.0
+        for key, slope in slopes.items():
+            away = np.broadcast_to(np.asarray(values[key]) - nominal[key], len(z))
+            total = total + np.multiply.outer(away, slope)
+        return np.asarray(total)
+
     def shares(self, gradient: Array) -> dict[str, float]:
         """Part of the linear variance that each measurement causes."""
         square, found, at = gradient**2, {}, 0
@@ -163,13 +241,15 @@ class UncertainModel:
             at += len(group)
         return found
 
-    def batches(self, z: Array, size: int = BATCH) -> list[tuple[slice, Coefficients]]:
-        """Coefficient matrices of bicycles (m, names), in batches.
+    def batches(
+        self, z: Array, size: int = BATCH, *, share: float = 1.0
+    ) -> list[tuple[slice, Coefficients, NDArray[np.bool_]]]:
+        """Coefficient matrices of bicycles (m, names), in batches, and which of them are impossible: not to be used.
 
         Raises
         ------
         InputError
-            The equations switch at a speed, or a bicycle has no positive definite mass matrix.
+            The equations switch at a speed.
         """
         linear, found = self.nominal.linear_model(), []
         if len(linear.ranges) > 1:
@@ -178,22 +258,12 @@ class UncertainModel:
             )
         for start in range(0, len(z), size):
             rows = slice(start, min(start + size, len(z)))
-            points = self.points(z[rows])
-            matrices = coefficients(linear, self.nominal.evaluator, points.values, rows.stop - start)
-            if matrices.refused.any():
-                first = start + int(np.argmax(matrices.refused))
-                raise InputError(
-                    f"Monte Carlo sample {first}: the mass matrix is not positive definite "
-                    f"({matrices.refused.sum()} of {len(matrices.refused)} bicycles); give smaller standard deviations"
-                )
-            found.append((rows, matrices))
+            points = self.points(z[rows], share=share)
+            matrices = coefficients(linear, self.nominal.evaluator, points.harmless.values, rows.stop - start)
+            found.append((rows, matrices, points.refused.mask | matrices.refused))
         return found
 
 
-def _stated_sd(model: Any) -> dict[str, float]:
-    """Standard deviations of the bicycle file."""
-    from bicycle.model_file import build_model, read_model
-    from bicycle.parameters import UNITS
-
-    nominal = read_model(model) if isinstance(model, str) else build_model(model)
-    return {key: value for key, value in nominal.bicycle.sd.items() if value > 0 and key in UNITS}
+def _read(model: Any, bicycle_sd: Mapping[str, float] | None) -> Model:
+    found = read_model(model) if isinstance(model, str) else build_model(model)
+    return found if bicycle_sd is None else replace(found, bicycle=replace(found.bicycle, sd=bicycle_sd))

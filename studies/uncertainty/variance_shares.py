@@ -30,7 +30,6 @@ def total_effects(
         raise InputError(f"no critical speed {name!r}; this model has {', '.join(crossings) or 'none'}")
     crossing = crossings[name]
     slopes = critical_speed_sensitivities(uncertainty.nominal, [crossing])
-    gradient = uncertainty.gradient({key: value[0] for key, value in slopes.items()})
     count = len(uncertainty.names)
     groups = [group for group, members in uncertainty.measurements.items() for _ in members]
     problem = {
@@ -38,12 +37,12 @@ def total_effects(
         "bounds": [[0.0, 1.0]] * count, "dists": ["norm"] * count,
     }  # fmt: skip
     z = sampling.sample(problem, base, calc_second_order=False, seed=seed)
-    speeds = uncertainty.crossing_speeds(crossing, gradient, z, max_speed)
+    speeds = uncertainty.crossing_speeds(crossing, {key: float(v[0]) for key, v in slopes.items()}, z, max_speed)
     lost = int(np.isnan(speeds).sum())
     if lost:
         raise InputError(
-            f"{name} vanishes up to {max_speed:g} m/s for {lost} of {len(z)} bicycles, so its variance is not defined; "
-            "use smaller standard deviations or another critical speed"
+            f"{name} is missing up to {max_speed:g} m/s for {lost} of {len(z)} bicycles, so its variance is not "
+            "defined; ask for another critical speed, or a higher --max-speed"
         )
     found = sobol.analyze(problem, speeds, calc_second_order=False, seed=seed)
     return {

@@ -22,7 +22,7 @@ def model(rear: float = 0.1, front: float = 0.09, trail: float = 0.08) -> Model:
 def roots(values: Model, speed: float) -> np.ndarray:
     """Weave and wobble at a speed, the slower first."""
     found = values.linear_model().eigenvalues(speed)
-    return np.sort_complex(found[found.imag > 0])[np.argsort(np.sort_complex(found[found.imag > 0]).imag)][:2]
+    return np.array(sorted(found[found.imag > 0], key=lambda root: root.imag)[:2])
 
 
 def differences(quantity, step: float = 1e-6) -> np.ndarray:

@@ -56,7 +56,7 @@ def test_every_name_stands_on_the_page():
         "NAME_quantiles", "parameters", "covariance", "tyre_extrapolated", "quantiles",
     }  # fmt: skip
     names |= {option for command in (sweep.command, uncertainty.command) for p in command.params for option in p.opts}
-    names -= {"sweep_file", "model_file"}
+    names -= {"sweep_file", "model"}
     text = PYTHON.sub("", PAGE)
     missing = [name for name in sorted(names) if not re.search(rf"(?<![\w-]){re.escape(name)}(?![\w-])", text)]
     assert missing == []

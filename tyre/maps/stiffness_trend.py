@@ -5,6 +5,7 @@ They are trends: the map passes through the measured values and uses a trend onl
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,6 +111,12 @@ def fit_cornering_stiffness(load: Array, pressure: Array, value: Array) -> Trend
     load, pressure, value : ndarray, shape (N,)
         N, Pa and N/rad at the measured conditions.
     """
+    return _fitted(*(np.ascontiguousarray(column, float).tobytes() for column in (load, pressure, value)))
+
+
+@lru_cache(maxsize=256)  # a study reads the same few tables a thousand times
+def _fitted(*columns: bytes) -> Trend:
+    load, pressure, value = (np.frombuffer(column) for column in columns)
     from scipy.optimize import least_squares  # costs more than the rest of `import tyre`
 
     nominal = {"FNOMIN": float(np.median(np.unique(load))), "NOMPRES": float(np.median(np.unique(pressure)))}

@@ -2,7 +2,7 @@
 
 import difflib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -77,6 +77,20 @@ class TyreMap:
                 "own standard deviations; leave the assumption out."
             )
 
+    def __repr__(self) -> str:
+        synthetic = ", synthetic" if self.measured.synthetic else ""
+        return (
+            f"<TyreMap of {self.measured.label}{synthetic}: {self.measured.load.size} conditions, "
+            f"{measured_range(self).removeprefix('the measured ')}\n"
+            f" cornering stiffness {self._span(np.radians(self.measured.cornering_stiffness), 1)} N/deg, "
+            f"lateral stiffness {self._span(self.measured.lateral_stiffness / 1e3, 1)} N/mm, relaxation length "
+            f"{self._span(self.measured.relaxation_length * 1e3, 0)} mm>"
+        )
+
+    @staticmethod
+    def _span(values: Array, digits: int) -> str:
+        return f"{values.min():.{digits}f}-{values.max():.{digits}f}"
+
     @classmethod
     def load(
         cls,
@@ -136,6 +150,12 @@ class TyreMap:
                 f"{tyre} was not measured on surface '{surface}', only on: {found.surface}; leave surface out"
             )
         return found
+
+    def assuming(self, relative_cornering_stiffness_sd: float) -> "TyreMap":
+        """The same tyre with sd(C_Fy) / C_Fy assumed where its table states none; where it does, as it is."""
+        if self.measured.cornering_stiffness_sd is not None:
+            return self
+        return replace(self, relative_cornering_stiffness_sd=relative_cornering_stiffness_sd)
 
     def to_file(self, path: str | Path) -> None:
         """Write the measured table to ``path`` (.csv) and its sidecar; the assumption on C_Fy is not part of it."""
@@ -264,6 +284,8 @@ class TyreMap:
                     origin=origin,
                     notes=condition_notes(self, origin),
                     lateral_stiffness_origin=self.measured.lateral_stiffness_origin,
+                    synthetic=self.measured.synthetic,
+                    cornering_stiffness_sd_stated=self.measured.cornering_stiffness_sd is not None,
                 )
             )
         return tuple(properties), covariance

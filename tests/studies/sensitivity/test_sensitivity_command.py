@@ -8,7 +8,7 @@ import pytest
 
 from bicycle import Model, effect_class, load_bicycle
 from studies.cli import main
-from studies.sensitivity.ranking import rank, standard_deviations
+from studies.sensitivity.ranking import rank
 from studies.sensitivity.tornado import footnotes
 
 MODEL = """
@@ -41,9 +41,10 @@ def test_json_is_ranked_with_the_origin_of_every_deviation(model_file, capsys):
     assert sizes == sorted(sizes, reverse=True)
     assert shown["total_growth_rate_change_1_s"] == pytest.approx(math.hypot(*sizes))
     assert (rows["c"]["sd"], rows["c"]["sd_origin"]) == (0.002, "given")
-    assert (rows["g"]["sd"], rows["g"]["sd_origin"]) == (0.0, "constant")
+    assert (rows["g"]["sd"], rows["g"]["sd_origin"]) == (0.0, "exact")
+    assert (rows["xB"]["sd"], rows["xB"]["sd_origin"]) == (0.01, "assumed")
     damping = rows["front_compliance.damping"]
-    assert (damping["sd"], damping["sd_origin"], damping["unit"]) == (0.75, "assumed 5%", "N m s/rad")
+    assert (damping["sd"], damping["sd_origin"], damping["unit"]) == (1.5, "assumed", "N m s/rad")
     assert damping["growth_rate_change_1_s"] < 0
     # a band of wobble: more damping begins it later and ends it earlier
     begin, end = damping["critical_speed_changes_m_s"]
@@ -81,7 +82,7 @@ def test_deviations_of_the_bicycle_file_are_used(tmp_path, capsys):
 def test_deviations_of_a_measured_tyre_are_used(tmp_path, capsys):
     path = tmp_path / "model.toml"
     path.write_text(
-        'bicycle = "pista_rider_drops"\n[effects.relaxation_length]\ntyre = "Tyre1"\n'
+        'bicycle = "pista_charlie_drops"\n[effects.relaxation_length]\ntyre = "Tyre1"\n'
         "pressure_bar = {rear = 7.5, front = 5.5}\n"
     )
     key = "relaxation_length.relaxation_length.rear"
@@ -90,32 +91,22 @@ def test_deviations_of_a_measured_tyre_are_used(tmp_path, capsys):
     for name in ("cornering_stiffness", "relaxation_length"):
         for wheel in ("rear", "front"):
             row = rows[f"relaxation_length.{name}.{wheel}"]
-            assert row["sd_origin"] == "tyre table"
+            assert row["sd_origin"] == ("assumed" if name == "cornering_stiffness" else "tyre table")
             assert 0 < row["sd"] < 0.5 * row["value"]
-            assert row["sd"] != pytest.approx(0.05 * row["value"], rel=1e-6)
+            assert row["sd"] != pytest.approx(0.1 * row["value"], rel=1e-6)
     given = {row["parameter"]: row for row in json.loads(run(capsys, *where, "--sd", f"{key}=0.01"))["parameters"]}
     assert (given[key]["sd"], given[key]["sd_origin"]) == (0.01, "given")
 
 
-def test_a_tyre_table_without_uncertainty_leaves_the_assumed_deviation():
-    effect = effect_class("relaxation_length")(cornering_stiffness=6000.0, relaxation_length=0.1)
-    rear, front = (f"relaxation_length.relaxation_length.{wheel}" for wheel in ("rear", "front"))
-    model = Model(load_bicycle("benchmark"), (effect,), sd={rear: 0.0, front: 0.003})
-    found = standard_deviations(model, list(model.parameters), {})
-    assert found[front] == (0.003, "tyre table")
-    assert found[rear] == (pytest.approx(0.005), "assumed 5%")
-
-
-def test_what_is_switched_off_is_marked_and_comes_last():
+def test_what_is_switched_off_is_exact_and_comes_last():
     model = Model(load_bicycle("benchmark"), (effect_class("steer_assist")(gain=5.0, lean_gain=0.0),))
     ranking = rank(model, mode="weave", speed=8.0)
-    off = [change for change in ranking.changes if change.origin == "5% of typical"]
-    assert {"steer_assist.lean_gain"} <= {change.parameter for change in off}
-    assert all(change.value == 0 for change in off)
-    assert list(ranking.changes[-len(off) :]) == off
-    assert max(abs(change.growth) for change in off) > abs(ranking.changes[-len(off) - 1].growth)
-    assert any(note.startswith("** is zero (effect switched off)") for note in footnotes(ranking.changes))
-    assert not any(note.startswith("**") for note in footnotes(ranking.changes[: -len(off)]))
+    exact = [change for change in ranking.changes if change.origin == "exact"]
+    assert {change.parameter for change in exact} == {"g", "steer_assist.lean_gain"}
+    assert all((change.sd, change.growth) == (0.0, 0.0) for change in exact)
+    assert list(ranking.changes[-len(exact) :]) == exact
+    assert footnotes(ranking.changes) == ["* not stated by any source: the default is assumed"]
+    assert footnotes(exact) == []
 
 
 def test_a_real_mode_has_no_frequency_changes_in_the_table(model_file, capsys):

@@ -8,6 +8,7 @@ import sys
 
 import numpy as np
 import pytest
+from eigenvalue_sets import assert_same_eigenvalues
 
 pytest.importorskip("zarr")
 xr = pytest.importorskip("xarray")
@@ -74,7 +75,7 @@ def test_grid_values_are_those_of_single_models(tmp_path):
             linear, speeds = model.linear_model(), found.speed_m_s.values
             here = found.sel({"mB": mass, "relaxation_length.cornering_stiffness.front": front})
             expected = linear.eigenvalues(speeds)
-            np.testing.assert_allclose(here.eigenvalues, expected, rtol=1e-9, atol=1e-9)
+            assert_same_eigenvalues(here.eigenvalues, expected, rtol=1e-9, atol=1e-9)
             named = modes(linear, speeds)
             np.testing.assert_allclose(here.frequencies.sel(mode="weave"), named.frequency("weave"), rtol=1e-9)
             np.testing.assert_allclose(here.damping_ratios.sel(mode="wobble"), named.damping_ratio("wobble"), rtol=1e-9)
@@ -355,26 +356,27 @@ def test_killed_it_continues_and_ends_with_the_same_bits(reference, tmp_path):
 
 def test_tyres_given_by_files_are_those_tables(tmp_path):
     """A file of the packaged table gives its numbers; parts of a table that was changed since are refused."""
-    TyreMap.load("Tyre3").to_file(tmp_path / "own.csv")
+    TyreMap.load("Tyre3").to_file(tmp_path / "own_6.5.csv")
     content = {
-        "model": {"bicycle": "benchmark", "effects": {"relaxation_length": {"tyre": "own.csv", "pressure_bar": 5.5}}},
-        "outputs": ["parameters"], "grid": {"tyre": ["Tyre3", "own.csv"], "pressure_bar.rear": [4.0, 7.0]},
+        "model": {"bicycle": "benchmark",
+                  "effects": {"relaxation_length": {"tyre": "own_6.5.csv", "pressure_bar": 5.5}}},
+        "outputs": ["parameters"], "grid": {"tyre": ["Tyre3", "own_6.5.csv"], "pressure_bar.rear": [4.0, 7.0]},
     }  # fmt: skip
     file, out = write_file(tmp_path, content), tmp_path / "result.zarr"
     run_sweep(read_sweep(file), out)
     found = load(out)
-    assert list(found.tyre.values) == ["Tyre3", (tmp_path / "own.csv").as_posix()]
+    assert list(found.tyre.values) == ["Tyre3", (tmp_path / "own_6.5.csv").as_posix()]
     packaged, own = found.parameters.values
     np.testing.assert_allclose(own, packaged, rtol=1e-7)  # a fit between the conditions, of values that were rounded
 
     one = read_sweep(file)
     open_parts(tmp_path / "other.zarr", one).write((0, 4), compute(one, 0, 4))
-    table = (tmp_path / "own.csv").read_text().splitlines()
-    (tmp_path / "own.csv").write_text("\n".join([*table[:-1], table[-1].replace("7.5,", "7.6,")]))
+    table = (tmp_path / "own_6.5.csv").read_text().splitlines()
+    (tmp_path / "own_6.5.csv").write_text("\n".join([*table[:-1], table[-1].replace("7.5,", "7.6,")]))
     with pytest.raises(InputError, match="holds parts of another sweep"):
         run_sweep(read_sweep(file), tmp_path / "other.zarr")
-    (tmp_path / "own.csv").unlink()
-    with pytest.raises(InputError, match=r"own\.csv"):
+    (tmp_path / "own_6.5.csv").unlink()
+    with pytest.raises(InputError, match=r"own_6\.5\.csv"):
         read_sweep(file)
 
 
@@ -584,6 +586,14 @@ GRID = {"speed_m_s": [1.0, 2.0]}
         ({"sampled": {"mB": 1.0}, "samples": 2}, r"sampled.mB = 1.0: give {mean, sd}, {sd} or {low, high}"),
         ({"sampled": {"mB": {"sd": -1.0}}, "samples": 2}, "sampled.mB.sd = -1 must be >= 0"),
         ({"sampled": {"mB": {"low": 2.0, "high": 1.0}}, "samples": 2}, "low = 2 must be below high = 1"),
+        ({"sampled": {"speed_m_s": {"low": -9.0, "high": 1.0}}, "samples": 2, "grid": {}},
+         "sampled.speed_m_s: low = -9 is outside 0 .. inf"),
+        ({"sampled": {"mB": {"mean": -5.0, "sd": 1.0}}, "samples": 2},
+         "sampled.mB: the mean -5 is outside 0 .. inf, so no draw could be possible"),
+        ({"sampled": {"lam": {"sd": 2.0}}, "samples": 2},
+         "sampled.lam: nothing between -1.57.* with a mean of 0.31.* has a standard deviation of 2"),
+        ({"sampled": {"joint": [{"parameters": ["mB"], "covariance": [[1.0]], "mean": [-1.0]}]}, "samples": 2},
+         "sampled.joint: mB: the mean -1 is outside"),
         ({"sampled": {"bicycle_sd": True}, "samples": 2}, "bicycle 'benchmark' states no standard deviations"),
         ({"sampled": {"tyre_covariance": True}, "samples": 2}, "sampled.tyre_covariance needs a measured tyre"),
         ({"sampled": {"speed_m_s": {"sd": 1.0}}, "samples": 2}, "sampled speed_m_s: mean is missing"),
@@ -616,18 +626,18 @@ def test_refused_files(change, words):
     ("change", "words"),
     [
         ({"grid": GRID | {"mB": [80.0, -1.0]}},
-         r"sweep at mB = -1.0: bicycle .* mB = -1 kg must not be negative; 1 of the 2 bicycles looked at .*; narrow"),
+         r"sweep at mB = -1.0: bicycle .* mB = -1 kg must not be negative; 1 of the 2 bicycles .*; leave it out"),
         ({"grid": GRID | {"relaxation_length.relaxation_length": [0.1, 0.0]}},
          "sweep at .* = 0.0: effect 'relaxation_length'"),
-        ({"sampled": {"w": {"sd": 2.0}}, "samples": 50},
-         r"sweep at sample \d+: .*; \d+ of the 50 bicycles looked at are impossible; narrow the grid or"),
-        ({"model": MEASURED, "sampled": {"w": {"sd": 2.0}}, "samples": 50}, r"sample \d+: bicycle .*impossible"),
-        ({"sampled": {"c": {"sd": 1e308}}, "samples": 50}, r"sweep at sample \d+: .* c = .* finite number"),
+        # a cell, at the mean of what is sampled, that the draws of this seed would miss
+        ({"grid": GRID | {"IBxz": [0.0, 6.0]}, "sampled": {"mB": {"sd": 1.0}}, "samples": 2},
+         r"sweep at IBxz = 6.0, the mean of what is sampled: .* the rear frame has a negative principal inertia"),
+        ({"model": MEASURED, "grid": GRID | {"load_N": [400.0, 1e6]}, "sampled": {"c": {"sd": 0.001}}, "samples": 2},
+         r"sweep at load_N = 1000000.0, the mean of what is sampled: the tyre's table says nothing .*extrapolation"),
         ({"model": MEASURED, "grid": GRID | {"pressure_bar": [400.0]}},
          "pressure_bar = 400 must be a number above 0 and up to 20 bar"),
         ({"model": {"bicycle": "benchmark", "effects": {"side_slip": {"cornering_stiffness": 6000.0}}},
           "grid": {"speed_m_s": [0.0, 1.0]}}, "speed 0 m/s is not allowed with side_slip"),
-        ({"grid": {}, "sampled": {"speed_m_s": {"low": -9.0, "high": 1.0}}, "samples": 9}, "speed .* m/s is below 0"),
     ],
 )  # fmt: skip
 def test_impossible_points_are_named(tmp_path, change, words):
@@ -641,7 +651,7 @@ def test_what_is_found_impossible_on_the_way(monkeypatch, tmp_path):
     content = {"model": MODEL, "outputs": ["critical_speeds"], "grid": {"mB": {"from": 80, "to": 90, "count": 33}}}
     sweep, out = build_sweep(content), tmp_path / "result.zarr"
     monkeypatch.setattr("studies.sweeps.chunk.OCCURRENCES", 0)
-    words = r"sweep at mB = 80.0: \w+ has more than 0 \w+ critical speeds up to 60 m/s; lower max_speed_m_s; narrow"
+    words = r"sweep at mB = 80.0: \w+ has more than 0 \w+ critical speeds up to 60 m/s; lower max_speed_m_s; leave"
     with pytest.raises(InputError, match=words):
         run_sweep(sweep, out)
     assert not list(tmp_path.iterdir())  # nothing is in the way of a changed sweep
@@ -693,7 +703,7 @@ def test_command(tmp_path, capsys):
     main(["sweep", str(file), "--out", str(out), "--workers", "2", "--json", "-"])
     shown = capsys.readouterr()
     assert json.loads(shown.out)["points"] == 2
-    assert "2.00/2.00" in shown.err
+    assert "points" not in shown.err  # no progress bar: this is no terminal
     assert load(out).eigenvalues.shape == (2, 8)
     for arguments, words in (
         (["--workers", "1", "--processes", "1"], "give one of --workers, --processes and --scheduler"),
@@ -725,7 +735,7 @@ def test_command_says_what_is_assumed_and_extrapolated(tmp_path, capsys):
         "sampled": sampled,
         "grid": {"mB": [85, 300]},
     }
-    main(["sweep", str(write_file(tmp_path, content)), "--out", str(tmp_path / "result.zarr")])
+    main(["sweep", str(write_file(tmp_path, content)), "--out", str(tmp_path / "result.zarr"), "--verbose"])
     said = capsys.readouterr().err
     assert "assumed is 3 % (one standard deviation)" in said
     assert "none is assumed" not in said
@@ -752,7 +762,7 @@ def test_a_model_whose_equations_switch_at_a_speed(tmp_path):
         effects = (effect_class("relaxation_length")(**MODEL["effects"]["relaxation_length"]),
                    effect_class("steer_assist")(**assist))  # fmt: skip
         linear = Model(load_bicycle("benchmark").replace(mB=mass), effects).linear_model()
-        np.testing.assert_allclose(found.eigenvalues.sel(mB=mass), linear.eigenvalues([2.0, 5.0, 9.0]), rtol=1e-9)
+        assert_same_eigenvalues(found.eigenvalues.sel(mB=mass), linear.eigenvalues([2.0, 5.0, 9.0]), rtol=1e-9)
 
 
 def test_workers_that_are_all_lost_are_not_waited_for_without_end(monkeypatch):

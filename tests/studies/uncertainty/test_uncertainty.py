@@ -15,7 +15,7 @@ from bicycle.propagation import (
     standard_deviation,
 )
 from studies.cli import main
-from studies.uncertainty import uncertain_model
+from studies.sweeps import points
 from studies.uncertainty.comparison import remarks
 from studies.uncertainty.propagation import Uncertainty
 from studies.uncertainty.quantity import Quantity
@@ -37,6 +37,12 @@ def built(stiffness, length, **bicycle):
         relaxation_length=dict(zip(("rear", "front"), map(float, length), strict=True)),
     )
     return Model(load_bicycle("benchmark").replace(**bicycle), (tyre,)).linear_model()
+
+
+def lognormal(mean, sd, z):
+    """Positive, with this mean and standard deviation: the log-variance is ln(1 + (sd / mean)^2)."""
+    square = np.log(1 + (sd / mean) ** 2)
+    return mean * np.exp(np.sqrt(square) * z - square / 2)
 
 
 def first(model, mode, direction="destabilising"):
@@ -143,7 +149,7 @@ def test_what_follows_another_parameter_moves_with_it():
     found = {q.name: q for q in uncertainty.quantities([], samples=30)}["wobble unstable above"]
     ends = [first(built([6000, 6000], [0.1 * w / 1.02] * 2, w=w), "wobble") for w in (1.021, 1.019)]
     assert found.gradient[0] == pytest.approx((ends[0] - ends[1]) / 0.002 * 0.01, rel=1e-4)
-    w = 1.02 + 0.01 * uncertainty.draw(30, 0)[4, 0]
+    w = lognormal(1.02, 0.01, uncertainty.draw(30, 0)[4, 0])
     assert found.samples[4] == pytest.approx(first(built([6000, 6000], [0.1 * w / 1.02] * 2, w=w), "wobble"), rel=1e-8)
 
 
@@ -177,7 +183,7 @@ def test_samples_are_the_models_with_those_parameters():
     z = uncertainty.draw(40, 2)
     trail, mass = (z[:, uncertainty.names.index(name)] for name in ("c", "mB"))
     for k in range(0, 40, 8):
-        model = built([6000, 6000], [0.1, 0.1], c=0.08 + 0.004 * trail[k], mB=85 + 3 * mass[k])
+        model = built([6000, 6000], [0.1, 0.1], c=0.08 + 0.004 * trail[k], mB=lognormal(85, 3, mass[k]))
         assert found["wobble unstable above"].samples[k] == pytest.approx(first(model, "wobble"), rel=1e-8)
         assert found["weave stable above"].samples[k] == pytest.approx(first(model, "weave", "stabilising"), rel=1e-8)
         values = model.eigenvalues(8.0)
@@ -197,14 +203,14 @@ def test_a_crossing_that_vanishes_is_counted_as_lost():
     exact = np.full(40, np.nan)
     for k, z in enumerate(uncertainty.draw(40, 0)[:, 0]):
         parts = (effect_class("relaxation_length")(**tyre),
-                 effect_class("front_compliance")(**hinge | {"damping": float(15 + 3 * z)}))  # fmt: skip
+                 effect_class("front_compliance")(**hinge | {"damping": float(lognormal(15, 3, z))}))  # fmt: skip
         onsets = [c.speed for c in critical_speeds(Model(load_bicycle("benchmark"), parts).linear_model())
                   if (c.mode, c.direction) == ("wobble", "destabilising") and c.speed < 14]  # fmt: skip
         exact[k] = onsets[0] if onsets else np.nan
     assert 0 < found.lost < 40
     np.testing.assert_allclose(found.samples, exact, rtol=1e-8)
     pytest.importorskip("SALib")
-    words = r"wobble unstable above vanishes up to 60 m/s for \d+ of \d+ bicycles, so its variance is not defined"
+    words = r"wobble unstable above is missing up to 60 m/s for \d+ of \d+ bicycles, so its variance is not defined"
     with pytest.raises(InputError, match=words):
         total_effects(uncertainty, "wobble unstable above", base=64)
 
@@ -224,7 +230,7 @@ def test_critical_speeds_that_only_some_samples_have_are_counted():
     for z in uncertainty.draw(60, 4)[:, 0]:
         parts = (effect_class("relaxation_length")(**HINGED["effects"]["relaxation_length"]),
                  effect_class("front_compliance")(**HINGED["effects"]["front_compliance"]
-                                                  | {"damping": float(21 + 3 * z)}))  # fmt: skip
+                                                  | {"damping": float(lognormal(21, 3, z))}))  # fmt: skip
         crossings = critical_speeds(Model(load_bicycle("benchmark"), parts).linear_model())
         exact += any(c.mode == "wobble" for c in crossings)
     assert exact > 0
@@ -278,25 +284,58 @@ def test_remarks_say_where_the_linear_sd_fails():
     assert remarks([quantity(1.5 * draws[:10])], 0, 2000, 60.0) == ()  # so few samples show nothing
 
 
-def test_impossible_samples_are_refused_and_counted(monkeypatch):
-    uncertainty = Uncertainty(HINGED, sd={"front_compliance.damping": 14.0})
-    expected = int((21 + 14 * uncertainty.draw(400, 0)[:, 0] < 0).sum())
-    words = rf"Monte Carlo sample \d+: .*damping = -.*; {expected} of the 400 bicycles looked at are impossible; give"
-    with pytest.raises(InputError, match=words):
-        uncertainty.quantities([], samples=400)
+def test_draws_that_make_no_bicycle_are_left_out_and_counted(monkeypatch):
+    """A product of inertia free in sign, between the positive moments of inertia: IBxx IBzz >= IBxz^2 by hand."""
+    uncertainty = Uncertainty(GIVEN, sd={"IBxz": 1.2, "IBzz": 1.4})
+    z = dict(zip(uncertainty.names, uncertainty.draw(400, 0).T, strict=True))
+    inertia = load_bicycle("benchmark")
+    beyond = inertia["IBxx"] * lognormal(inertia["IBzz"], 1.4, z["IBzz"]) < (inertia["IBxz"] + 1.2 * z["IBxz"]) ** 2
+    assert 0 < beyond.sum() < 400
+    assert uncertainty.left_out(samples=400) == {"IBxx IBzz < IBxz^2": beyond.sum()}
+    found = uncertainty.quantities([6.0], samples=400)
+    assert {len(q.samples) for q in found} == {400 - beyond.sum()}
+    monkeypatch.setattr(points, "no_mass", lambda evaluate, values, count: np.arange(count) == 3)
+    assert Uncertainty(GIVEN, sd={"c": 0.001}).left_out(samples=9) == {"the mass matrix is not positive definite": 1}
+
+
+def test_a_study_of_which_no_draw_is_possible_says_so(monkeypatch):
+    monkeypatch.setattr(points, "no_mass", lambda evaluate, values, count: np.arange(count) >= 0)
     uncertainty = Uncertainty(GIVEN, sd={"c": 0.001})
-    exact = uncertain_model.coefficients
+    found = uncertainty.quantities([6.0], samples=9)
+    assert all(len(q.samples) == 0 and np.isnan(q.sampled_sd) and np.isnan(q.band()).all() for q in found)
+    assert uncertainty.left_out(samples=9) == {"the mass matrix is not positive definite": 9}
 
-    def refusing(*given):
-        found = exact(*given)
-        found.refused[3] = True
-        return found
 
-    monkeypatch.setattr(uncertain_model, "coefficients", refusing)
-    with pytest.raises(
-        InputError, match=r"Monte Carlo sample 3: the mass matrix is not positive definite \(1 of 9 bic"
-    ):
-        uncertainty.quantities([], samples=9)
+@pytest.mark.parametrize("relative", [0.4, 1.0])
+def test_an_honest_deviation_of_a_stiffness_is_no_reason_to_lose_the_study(relative):
+    """Nominal bicycle and linear sd are those of the stated mean and sd, the draws stay positive."""
+    hinge = HINGED["effects"]["front_compliance"] | {"damping": 15.0}
+    effects = MEASURED["effects"] | {"front_compliance": hinge}
+    uncertainty = Uncertainty({"bicycle": "benchmark", "effects": effects}, relative_cornering_stiffness_sd=relative,
+                              sd={"front_compliance.stiffness": 3000.0 * relative})  # fmt: skip
+    assert uncertainty.nominal.parameters["front_compliance.stiffness"] == pytest.approx(3000.0, rel=1e-12)
+    names, covariance = uncertainty.covariance()
+    at = names.index("front_compliance.stiffness")
+    assert np.sqrt(covariance[at, at]) == pytest.approx(3000.0 * relative, rel=1e-6)
+    values = uncertainty.points(uncertainty.draw(2000, 0)).values
+    contact = (f"relaxation_length.cornering_stiffness.{wheel}" for wheel in ("rear", "front"))
+    for key in ("front_compliance.stiffness", *contact):
+        assert values[key].min() > 0
+    found = uncertainty.quantities([6.0], samples=60)
+    assert all(len(q.kept) > 50 for q in found if q.name.split()[0] in ("weave", "capsize"))
+    frequency, damping = ({q.name.split()[0]: q.lost for q in found if f" {what} at" in q.name}
+                          for what in ("frequency", "damping ratio"))  # fmt: skip
+    assert frequency == damping  # a root that is real or confused has neither
+    assert relative < 1 or sum(frequency.values()) > 0
+    assert sum(uncertainty.left_out(samples=60).values()) == 0
+
+
+def test_too_few_samples_to_match_are_drawn_as_they_come():
+    uncertainty = Uncertainty(GIVEN, sd={"c": 0.001, "mB": 2.0, "w": 0.002})
+    assert not uncertainty.can_match(4)
+    plain, matched = (uncertainty.quantities([8.0], samples=4, matched=m) for m in (False, True))
+    for one, other in zip(plain, matched, strict=True):
+        np.testing.assert_array_equal(one.samples, other.samples)
 
 
 def test_variance_shares_of_a_nearly_linear_case_are_the_linear_ones():
@@ -346,6 +385,55 @@ def test_refused_switches_and_names():
     pytest.importorskip("SALib")
     with pytest.raises(InputError, match="no critical speed 'wobble'; this model has weave stable above"):
         total_effects(Uncertainty(GIVEN, sd={"c": 0.001}), "wobble")
+
+
+def test_what_nobody_states_has_the_defaults_and_its_own_share(tmp_path, capsys):
+    """The groups are sums over their measurements; what is assumed is named, and what counts as exact."""
+    import tomli_w
+
+    file = tmp_path / "model.toml"
+    file.write_text(tomli_w.dumps(MEASURED | {"effects": MEASURED["effects"] | {"camber_thrust": {
+        "camber_stiffness": 0.0, "lag_share": 0.5}}}), encoding="utf-8")  # fmt: skip
+    main(["uncertainty", str(file), "--sd", "mB=2", "--sd", "w=0", "--samples", "40", "--json", "-"])
+    found = json.loads(capsys.readouterr().out)
+    sds = found["standard_deviations"]
+    assert (sds["mB"]["sd"], sds["mB"]["origin"]) == (2.0, "given")
+    assert (sds["c"]["sd"], sds["c"]["origin"]) == (0.003, "assumed")
+    assert sds["relaxation_length.cornering_stiffness.rear"]["origin"] == "assumed"
+    assert sds["relaxation_length.relaxation_length.rear"]["origin"] == "tyre table"
+    off = dict.fromkeys((f"camber_thrust.camber_stiffness.{wheel}" for wheel in ("rear", "front")), "switched off")
+    assert found["counted_as_exact"] == {"w": "given as 0", "g": "known"} | off
+    for q in found["quantities"]:
+        single, group = q["linear_variance_shares"], q["variance_shares_by_group"]
+        assert sum(group.values()) == pytest.approx(1)
+        assert group["mass centres"] == pytest.approx(sum(single[key] for key in ("xB", "zB", "xH", "zH")))
+        assert group["tyre lateral stiffness"] == single["tyre lateral stiffness"]
+        origin = q["variance_shares_by_origin"]
+        assert origin["given"] == pytest.approx(single["mB"])
+        assert origin["assumed"] == pytest.approx(1 - single["mB"] - single["tyre lateral stiffness"])
+    assert found["draws_left_out"] == {"count": 0, "reasons": {}}
+    main(["uncertainty", str(file), "--samples", "40", "--stated-only"])
+    shown = capsys.readouterr().out
+    assert "counted as exact: w, c, lam" in shown
+    assert "(where it was measured; its source states no uncertainty" in shown
+    assert "assumed, as no source" not in shown
+    main(["uncertainty", str(file), "--samples", "40", "--relative-cornering-stiffness-sd", "0.2"])
+    shown = capsys.readouterr().out
+    assert "c 0.08 ± 0.003" in shown
+    assert "relaxation_length.cornering_stiffness" not in shown  # given, not assumed
+
+
+def test_the_bicycle_as_numbers_keeps_what_its_file_states():
+    drops = load_bicycle("pista")
+    content = {"bicycle": dict(drops.values), "effects": GIVEN["effects"]}
+    own = Uncertainty({"bicycle": "pista", "effects": GIVEN["effects"]}, defaults=True)
+    same = Uncertainty(content, defaults=True, bicycle_sd=drops.sd)
+    assert same.deviations == own.deviations
+    assert same.names == own.names
+    follow = {"relaxation_length.relaxation_length.rear": 0.1}
+    assert set(own.names) - set(
+        Uncertainty(content, defaults=True, bicycle_sd=drops.sd, follow=lambda p: follow).names
+    ) == (set(follow))
 
 
 def test_salib_missing(monkeypatch):
@@ -399,7 +487,7 @@ def test_command_shows_the_table_and_its_notes(tmp_path, capsys):
         tomli_w.dumps(HINGED | {"effects": HINGED["effects"] | {"front_compliance": hinge}}), encoding="utf-8"
     )
     arguments = ["uncertainty", str(file), "--sd", "front_compliance.damping=3", "--samples", "40"]
-    main([*arguments, "--json", str(tmp_path / "found.json")])
+    main([*arguments, "--stated-only", "--json", str(tmp_path / "found.json")])
     shown = capsys.readouterr().out
     found = json.loads((tmp_path / "found.json").read_text())
     wobble = next(q for q in found["quantities"] if q["quantity"] == "wobble unstable above")
@@ -410,7 +498,7 @@ def test_command_shows_the_table_and_its_notes(tmp_path, capsys):
     assert found["samples_with_further_critical_speeds"] == 0
     pytest.importorskip("SALib")
     with pytest.raises(SystemExit, match="2"):
-        main([*arguments, "--narrow", "wobble unstable above"])
+        main([*arguments, "--stated-only", "--narrow", "wobble unstable above"])
     both = capsys.readouterr()
     assert "wobble unstable above" in both.out  # the table is not lost
     assert "so its variance is not defined" in both.err
