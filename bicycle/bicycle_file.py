@@ -6,12 +6,14 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
-from bicycle.parameters import UNITS, UNUSED, Bicycle
+from bicycle.parameters import UNITS, UNUSED, Bicycle, doubts_about
+from bicycle.plausible import WAY_OUT, refuse_absurd
 from tyre.errors import InputError, unknown
 from tyre.paths import data_root
 from tyre.toml_file import read_toml
 
-TOP_KEYS = ("description", "source", "values", "sd")
+LEFT_OUT = {"v": "", "yB": "", "yH": "", "IRzz": "IRxx", "IFzz": "IFxx"}  # key -> the key whose value it must have
+TOP_KEYS = ("description", "source", "values", "sd", WAY_OUT)
 
 
 def available_bicycles() -> tuple[str, ...]:
@@ -19,11 +21,13 @@ def available_bicycles() -> tuple[str, ...]:
     return tuple(sorted(f.name.removesuffix(".toml") for f in _folder().iterdir() if f.name.endswith(".toml")))
 
 
-def load_bicycle(name_or_path: str | Path) -> Bicycle:
+def load_bicycle(name_or_path: str | Path, *, allow_unusual: bool = False) -> Bicycle:
     """A packaged bicycle by name, or one from a ``.toml``, ``.yml``, ``.yaml`` or ``.txt`` file.
 
     A TOML file has ``description``, ``source``, a table ``[values]`` with Meijaard's keys (SI, lam in rad) and
     optionally ``[sd]``. A YAML or text file is flat, one ``key: value`` a line; ``value +/- sd`` is understood.
+    Values far outside what bicycles have (other units?) are refused unless ``allow_unusual``, here or in the file, is
+    true.
 
     Raises
     ------
@@ -34,13 +38,13 @@ def load_bicycle(name_or_path: str | Path) -> Bicycle:
     if path.suffix.lower() in (".toml", ".yml", ".yaml", ".txt"):
         if not path.is_file():
             raise InputError(f"{path}: no such bicycle file; packaged bicycles: {', '.join(available_bicycles())}")
-        return parse_toml(path) if path.suffix.lower() == ".toml" else parse_flat(path)
+        return (parse_toml if path.suffix.lower() == ".toml" else parse_flat)(path, allow_unusual=allow_unusual)
     if str(name_or_path) not in available_bicycles():
         raise InputError(f"{unknown('bicycle', name_or_path, available_bicycles())}; or give a .toml or .yaml file")
     return parse_toml(_folder().joinpath(f"{name_or_path}.toml"))
 
 
-def parse_toml(path: Traversable) -> Bicycle:
+def parse_toml(path: Traversable, *, allow_unusual: bool = False) -> Bicycle:
     """Read one TOML bicycle file."""
     content = read_toml(path, "bicycle file")
     for key in content:
@@ -50,13 +54,17 @@ def parse_toml(path: Traversable) -> Bicycle:
         raise InputError(f"{path}: the table [values] with the bicycle's parameters is missing")
     if not isinstance(content.get("sd", {}), dict):
         raise InputError(f"{path}: sd = {content['sd']!r} must be a table [sd] of standard deviations")
-    return _named(path, content["values"], content.get("sd", {}), content)
+    if not isinstance(content.get(WAY_OUT, False), bool):
+        raise InputError(f"{path}: {WAY_OUT} = {content[WAY_OUT]!r} must be true or false")
+    allow = allow_unusual or content.get(WAY_OUT, False)
+    return _named(path, content["values"], content.get("sd", {}), content, allow_unusual=allow)
 
 
-def parse_flat(path: Path) -> Bicycle:
+def parse_flat(path: Path, *, allow_unusual: bool = False) -> Bicycle:
     """Read ``key: value`` or ``key = value`` lines; ``value +/- sd`` gives a standard deviation too.
 
-    A speed ``v``, which the neighbouring projects store with a bicycle, is left out and said so in the warnings.
+    What the neighbouring projects store beside the parameters is left out: a speed ``v``, as the warnings say, and what
+    symmetry makes superfluous (``yB``, ``yH``, ``IRzz``, ``IFzz``), as they say where the values are not symmetric.
     """
     import yaml
 
@@ -73,7 +81,7 @@ def parse_flat(path: Path) -> Bicycle:
         raise InputError(f"{path}: expected one 'key: value' a line, for example 'w: 1.02'")
     values: dict[str, float] = {}
     sd: dict[str, float] = {}
-    notes: list[str] = []
+    left_out: dict[str, tuple[str, float]] = {}
     for key_node, value_node in node.value:
         where = f"{path}, line {key_node.start_mark.line + 1}"
         if not isinstance(key_node, yaml.ScalarNode) or not isinstance(value_node, yaml.ScalarNode):
@@ -82,17 +90,19 @@ def parse_flat(path: Path) -> Bicycle:
         if key in values:
             raise InputError(f"{where}: {key} is given twice; keep one")
         number, _, spread = str(value_node.value).replace("+/-", "±").partition("±")
-        if key == "v":
-            notes.append(
-                f"{where}: the speed v = {number.strip()} m/s is not a property of the bicycle and is not used"
-            )
+        if key in LEFT_OUT:
+            left_out[key] = (where, _number(where, key, number))
+            continue
+        if key == WAY_OUT and number.strip() in ("true", "false"):
+            allow_unusual = allow_unusual or number.strip() == "true"
             continue
         if key not in UNITS and key not in UNUSED:
             raise InputError(f"{where}: {unknown('key', key, [*UNITS, *UNUSED])}")
         values[key] = _number(where, key, number)
         if spread:
             sd[key] = _number(where, key, spread)
-    return _named(path, values, sd, {}, tuple(notes))
+    notes = [note for key, (where, number) in left_out.items() if (note := _left_out(where, key, number, values))]
+    return _named(path, values, sd, {}, tuple(notes), allow_unusual=allow_unusual)
 
 
 def to_toml(bicycle: Bicycle) -> str:
@@ -125,15 +135,42 @@ def _number(where: str, key: str, text: str) -> float:
     return number
 
 
+def _left_out(where: str, key: str, number: float, values: Mapping[str, float]) -> str:
+    """What to tell of a key that is not used; nothing where the symmetry of bicycle and wheels gives its value."""
+    if key == "v":
+        return f"{where}: the speed v = {number:g} m/s is not a property of the bicycle and is not used"
+    twin = LEFT_OUT[key]
+    if number == values.get(twin, 0.0):
+        return ""
+    why = f"a wheel is symmetric about its axle, so {twin} is taken" if twin else "the bicycle is taken as symmetric"
+    return f"{where}: {key} = {number:g} is not used: {why}"
+
+
 def _named(
     path: Traversable,
     values: Mapping[str, Any],
     sd: Mapping[str, Any],
     extra: Mapping[str, Any],
     notes: tuple[str, ...] = (),
+    *,
+    allow_unusual: bool,
 ) -> Bicycle:
-    name = path.name.rsplit(".", 1)[0]
     try:
-        return Bicycle(name, values, sd, str(extra.get("description", "")), str(extra.get("source", "")), notes)
+        return checked_bicycle(
+            path.name.rsplit(".", 1)[0], values, sd, str(extra.get("description", "")), str(extra.get("source", "")),
+            notes, where="bicycle file", allow_unusual=allow_unusual,
+        )  # fmt: skip
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
+
+
+def checked_bicycle(name: str, values: Mapping[str, Any], *further: Any, where: str, allow_unusual: bool) -> Bicycle:
+    """A bicycle whose numbers come from a file: in wrong units it is refused (``further`` as of :class:`Bicycle`)."""
+    doubts = doubts_about(values)
+    if not allow_unusual:
+        refuse_absurd(doubts, where=where)
+    try:
+        return Bicycle(name, values, *further)
+    except InputError as error:  # a centre of mass in cm is a wheel without load: name the cause too
+        causes = [one.text for one in doubts if one.explained and one.text.split(" = ")[0] + " = " not in str(error)]
+        raise InputError("; ".join([str(error), *causes[:1]])) from error

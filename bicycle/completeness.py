@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from bicycle.matching import laurent
 from bicycle.tracking import Array, Complex, Stretch
 
-Crossing = tuple[float, float, int]  # speed, frequency, +1 destabilising or -1 stabilising
+Crossing = tuple[float, float, int]  # speed (m/s), angular frequency (rad/s), +1 destabilising or -1 stabilising
 
 UNTRACKED = 12  # speeds at which unstable roots are counted below those that are tracked
 NEAR_AXIS = 0.2  # of the real part at the nearest node: a root that comes so near is looked at

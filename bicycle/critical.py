@@ -20,6 +20,7 @@ from bicycle.completeness import NOISE, Crossing, dips, unexplained
 from bicycle.computable import check_trackable
 from bicycle.linear_model import LinearModel
 from bicycle.mode_names import speed_unit
+from bicycle.model import Model, as_linear
 from bicycle.polishing import polished
 from bicycle.tracker import Tracker
 from bicycle.tracking import Array, Stretch
@@ -41,8 +42,8 @@ class CriticalSpeed:
         ``oscillatory`` (a pair crosses the imaginary axis) or ``real`` (a real root crosses zero).
     mode : str
         Name as in :func:`bicycle.modes.modes`.
-    frequency : float
-        Of the crossing pair, rad/s; 0 for a real root.
+    frequency_hz : float
+        Of the crossing pair, Hz; 0 for a real root.
     direction : str
         What happens to that root as the speed grows: ``stabilising`` or ``destabilising``.
     """
@@ -50,11 +51,15 @@ class CriticalSpeed:
     speed: float
     kind: str
     mode: str
-    frequency: float
+    frequency_hz: float
     direction: str
 
+    def __repr__(self) -> str:
+        oscillation = f" at {self.frequency_hz:.4g} Hz" if self.kind == "oscillatory" else ", a real root"
+        return f"<CriticalSpeed {self.speed:.6g} m/s: {self.mode} {self.direction}{oscillation}>"
 
-def critical_speeds(model: LinearModel, max_speed: float = 60.0) -> tuple[CriticalSpeed, ...]:
+
+def critical_speeds(model: Model | LinearModel, max_speed: float = 60.0) -> tuple[CriticalSpeed, ...]:
     """All speeds 0 < v <= max_speed at which a root crosses the imaginary axis, by speed.
 
     A root that only touches the axis is not listed. Where the equations switch at a speed, a root that jumps across
@@ -62,7 +67,7 @@ def critical_speeds(model: LinearModel, max_speed: float = 60.0) -> tuple[Critic
 
     Parameters
     ----------
-    model : LinearModel
+    model : Model or LinearModel
     max_speed : float
         m/s.
 
@@ -71,6 +76,7 @@ def critical_speeds(model: LinearModel, max_speed: float = 60.0) -> tuple[Critic
     InputError
         ``max_speed`` is not a positive finite number or too high to be tracked, or the model is too stiff.
     """
+    model = as_linear(model)
     if not (np.isfinite(max_speed) and max_speed > 0):
         raise InputError(f"max_speed = {max_speed!r} m/s is not allowed; give a finite speed > 0 m/s")
     check_trackable(model, np.array([max_speed]), "max_speed")
@@ -93,7 +99,7 @@ def critical_speeds(model: LinearModel, max_speed: float = 60.0) -> tuple[Critic
             break
     if not tracker.sure(np.array([speed for speed, _, _ in every])):
         tracker = Tracker.over(model, lowest, max_speed)
-    return tuple(sorted(_named(tracker, every) + _jumps(tracker, max_speed), key=lambda c: (c.speed, c.frequency)))
+    return tuple(sorted(_named(tracker, every) + _jumps(tracker, max_speed), key=lambda c: (c.speed, c.frequency_hz)))
 
 
 def _named(tracker: Tracker, crossings: Sequence[Crossing]) -> list[CriticalSpeed]:
@@ -109,9 +115,10 @@ def _named(tracker: Tracker, crossings: Sequence[Crossing]) -> list[CriticalSpee
     ]
 
 
-def _critical_speed(speed: float, frequency: float, sign: int, mode: str) -> CriticalSpeed:
-    kind = "oscillatory" if frequency else "real"
-    return CriticalSpeed(speed, kind, mode, frequency, "destabilising" if sign > 0 else "stabilising")
+def _critical_speed(speed: float, angular_frequency: float, sign: int, mode: str) -> CriticalSpeed:
+    kind = "oscillatory" if angular_frequency else "real"
+    hertz = float(angular_frequency / (2 * np.pi))
+    return CriticalSpeed(speed, kind, mode, hertz, "destabilising" if sign > 0 else "stabilising")
 
 
 def _jumps(tracker: Tracker, max_speed: float) -> list[CriticalSpeed]:

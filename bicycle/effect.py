@@ -1,6 +1,7 @@
 """What an effect is: declared parameters, what it needs of the model, and ``apply``."""
 
 import importlib
+import inspect
 import math
 import pkgutil
 from collections.abc import Iterator, Mapping
@@ -11,6 +12,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import sympy as sp
 
+from bicycle.effect_signature import docstring, signature
+from bicycle.plausible import Doubt, doubt, suspicion
 from tyre.errors import InputError, is_number, shown, unknown
 
 if TYPE_CHECKING:
@@ -30,7 +33,7 @@ class Parameter:
     bounds : (float, float)
         Physically possible values, ends included; anything else is refused.
     typical : (float, float)
-        Range that occurs on bicycles: sliders, sweeps and prior widths use it.
+        Range that occurs on bicycles: sliders, sweeps and prior widths use it, and what lies outside is warned about.
     default : float or str, optional
         Value when none is given; a string names the bicycle parameter it equals. None: it must be given.
     neutral : float, optional
@@ -52,6 +55,10 @@ class Parameter:
         """``name``, or ``name.rear`` and ``name.front``."""
         return tuple(f"{self.name}.{wheel}" for wheel in WHEELS) if self.per_wheel else (self.name,)
 
+    def doubt(self, key: str, value: float) -> Doubt | None:
+        """Whether a value (SI), called ``key`` in the words, is outside ``typical``; defaults and neutral never are."""
+        return doubt(key, value, unit=self.unit, typical=self.typical, usual=(self.default, self.neutral))
+
 
 @dataclass(frozen=True)
 class PerWheel:
@@ -63,6 +70,10 @@ class PerWheel:
     def __getitem__(self, wheel: "Wheel | str") -> Any:
         name = wheel if isinstance(wheel, str) else wheel.name
         return {"rear": self.rear, "front": self.front}[name]
+
+
+PerWheelValue = float | Mapping[str, float] | PerWheel
+"""What a parameter per wheel may be given as: one number for both wheels, or rear and front."""
 
 
 class Effect:
@@ -77,6 +88,8 @@ class Effect:
         Needs that another effect must provide, for example ``tyre force``; ``why`` explains a missing one.
     source, signature : str
         Literature, and what one sees in the modes when the effect is there.
+    description : str
+        The docstring as it was written; ``help()`` shows it with the parameters, their units and ranges below.
 
     ``self.<parameter>`` is a number in a model's effect and a symbol inside ``apply``.
     """
@@ -89,10 +102,14 @@ class Effect:
     why: ClassVar[str] = ""
     source: ClassVar[str] = ""
     signature: ClassVar[str] = ""
+    description: ClassVar[str] = ""
 
     def __init_subclass__(cls) -> None:
         if "identifier" not in cls.__dict__:
             cls.identifier = cls.__module__.rsplit(".", 1)[-1]
+        cls.description = inspect.cleandoc(cls.__doc__ or "")
+        cls.__doc__ = docstring(cls.description, cls.parameters, cls.source)
+        cls.__signature__ = signature(cls.parameters, PerWheelValue)  # type: ignore[attr-defined]
 
     def __init__(self, **given: Any) -> None:
         """Check and store the parameters; see ``parameters`` of the class for names, units and bounds."""
@@ -134,8 +151,9 @@ class Effect:
             if not is_number(number) or math.isnan(number):
                 raise InputError(f"effect {self.identifier!r}: {key} = {shown(number)} must be a number{unit}")
             if not (low <= number <= high) or (math.isinf(number) and number != parameter.neutral):
+                why = "" if math.isinf(number) else suspicion(number, unit=parameter.unit, typical=parameter.typical)
                 raise InputError(
-                    f"effect {self.identifier!r}: {key} = {number:g}{unit} is outside {low:g} .. {high:g}{unit}"
+                    f"effect {self.identifier!r}: {key} = {number:g}{unit} is outside {low:g} .. {high:g}{unit}{why}"
                 )
             self._given[key] = float(number)
         if parameter.per_wheel:
@@ -152,8 +170,35 @@ class Effect:
                 filled[f"{self.identifier}.{key}"] = self._given[key] if key in self._given else bicycle[tied]
         return filled
 
+    def doubts(self) -> dict[str, Doubt]:
+        """What is outside its typical range, by ``name[.wheel]``; two wheels of one value are one doubt, ``name``."""
+        found: dict[str, Doubt | None] = {}
+        for parameter in self.parameters:
+            given = {key: self._given[key] for key in parameter.entries() if key in self._given}
+            if parameter.per_wheel and len(set(given.values())) == 1:
+                given = {parameter.name: next(iter(given.values()))}
+            found |= {key: parameter.doubt(f"{self.identifier}.{key}", value) for key, value in given.items()}
+        return {key: one for key, one in found.items() if one}
+
+    def __eq__(self, other: object) -> bool:
+        """Whether the other is the same effect with the same values."""
+        if type(self) is not type(other):
+            return NotImplemented
+        return self._given == other._given
+
+    def __hash__(self) -> int:
+        return hash((type(self), frozenset(self._given.items())))
+
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(f'{k}={v:g}' for k, v in self._given.items())})"
+        return f"{type(self).__name__}({', '.join(self._shown())})"
+
+    def _shown(self) -> Iterator[str]:
+        """What the effect was made with, as it is written; one number where both wheels have the same."""
+        for name in (p.name for p in self.parameters if hasattr(self, p.name)):
+            value = getattr(self, name)
+            if isinstance(value, PerWheel):
+                value = value.rear if value.rear == value.front else {"rear": value.rear, "front": value.front}
+            yield f"{name}={value!r}"
 
     @classmethod
     def symbolic(cls) -> "Effect":
@@ -165,7 +210,7 @@ class Effect:
         return twin
 
     def check(self, bicycle: Mapping[str, float]) -> None:
-        """Refuse values that only together with the bicycle make no sense (overridden where needed)."""
+        """Refuse values that make no sense beside the bicycle's and the other effects' (overridden where needed)."""
 
     def apply(self, model: "ModelBuilder") -> None:
         """Add the effect to the symbolic model."""

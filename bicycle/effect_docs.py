@@ -1,6 +1,5 @@
 """The page of an effect, generated from its declaration: nothing about an effect is written twice."""
 
-import inspect
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -12,7 +11,7 @@ COLUMNS = ("parameter", "unit", "meaning", "typical", "allowed", "default", "van
 
 def describe(effect: type[Effect]) -> str:
     """Markdown page of an effect: what it adds, its parameters with units, what it needs, signature and source."""
-    lines = [f"# {effect.identifier}", "", inspect.getdoc(effect) or "", ""]
+    lines = [f"# {effect.identifier}", "", effect.description, ""]
     if effect.parameters:
         lines += [_row(COLUMNS), _row(["---"] * len(COLUMNS))]
         lines += [_row(_cells(parameter)) for parameter in effect.parameters] + [""]
@@ -35,7 +34,7 @@ def record(effect: type[Effect]) -> dict[str, Any]:
     """The declaration as JSON-ready data; infinite bounds and neutral values are the strings ``inf`` and ``-inf``."""
     return {
         "identifier": effect.identifier,
-        "description": inspect.getdoc(effect),
+        "description": effect.description,
         "parameters": [
             {
                 "name": parameter.name,

@@ -23,7 +23,7 @@ class SpeedRange:
     matrices: Matrices
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LinearModel:
     """Lateral dynamics of one bicycle as a descriptor system, a Laurent polynomial in the forward speed v.
 
@@ -53,6 +53,16 @@ class LinearModel:
     static_loads: tuple[float, float]
     effects: tuple[str, ...] = ()
     warnings: tuple[str, ...] = field(default=())
+
+    def __repr__(self) -> str:
+        rear, front = self.static_loads
+        switches = f", equations switch at {', '.join(f'{r.lower:g}' for r in self.ranges[1:])} m/s"
+        return (
+            f"<LinearModel with {', '.join(self.effects) or 'no effects'}: {self.order} states "
+            f"({', '.join(self.states)})\n"
+            f" inputs {', '.join(self.inputs) or 'none'}; wheel loads {rear:.4g} N rear, {front:.4g} N front"
+            f"{switches if len(self.ranges) > 1 else ''}; {len(self.warnings)} warnings>"
+        )
 
     @property
     def order(self) -> int:
@@ -109,7 +119,11 @@ class LinearModel:
         return total
 
     def eigenvalues(self, speeds: ArrayLike) -> NDArray[np.complex128]:
-        """Eigenvalues (1/s) at speeds (...,), shape (..., n), sorted by real then imaginary part."""
+        """Eigenvalues (1/s) at speeds (...,), shape (..., n), sorted by real then imaginary part.
+
+        Where real parts differ by rounding only, as at rest without dampers, the processor decides the order:
+        :func:`bicycle.modes.modes` tells which root is which.
+        """
         return np.sort_complex(np.linalg.eigvals(self.state_matrix(speeds)).astype(complex))
 
     def matrices_at(self, speed: float) -> tuple[Array, Array, Array]:
@@ -138,6 +152,8 @@ class LinearModel:
     ) -> Any:
         """Return the model at one speed (m/s) as a ``control.StateSpace`` with the model's names.
 
+        It is called ``bicycle at 5,5 m/s``: control allows no dot in the name of a system.
+
         Raises
         ------
         InputError
@@ -149,9 +165,10 @@ class LinearModel:
         state, input_matrix, output_matrix = self.matrices_at(speed)
         columns = [_position(name, self.inputs, "input") for name in inputs]
         rows = [_position(name, self.outputs, "output") for name in chosen]
+        name = f"bicycle at {speed:g} m/s".replace(".", ",")  # a dot in a name separates system and signal in control
         return control.StateSpace(
             state, input_matrix[:, columns], output_matrix[rows], self.feedthrough(speed)[np.ix_(rows, columns)],
-            states=list(self.states), inputs=list(inputs), outputs=list(chosen), name=f"bicycle at {speed:g} m/s",
+            states=list(self.states), inputs=list(inputs), outputs=list(chosen), name=name,
         )  # fmt: skip
 
 

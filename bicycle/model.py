@@ -1,10 +1,10 @@
 """A model = a bicycle and a set of effects; ``linear_model`` puts the numbers in."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,7 +21,10 @@ DEFAULT_CONTACT = "no_slip"
 class Model:
     """A bicycle with effects; ``sd`` holds one standard deviation of effect parameters where a measurement gave it.
 
-    Without a contact law the wheels roll without slip (the Whipple bicycle).
+    ``assumed_sd`` are those of its keys whose deviation the source does not state and a default stands for.
+
+    ``effects`` is one effect or several. Without a contact law the wheels roll without slip (the Whipple bicycle).
+    Models with the same bicycle, effects and standard deviations are equal.
 
     Raises
     ------
@@ -31,17 +34,31 @@ class Model:
 
     bicycle: Bicycle
     effects: tuple[Effect, ...] = ()
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = field(default=(), compare=False)
     sd: Mapping[str, float] = field(default_factory=dict)
+    assumed_sd: tuple[str, ...] = ()
+
+    if TYPE_CHECKING:  # what a call may give, where the fields say what is kept
+
+        def __init__(
+            self, bicycle: Bicycle, effects: Effect | Iterable[Effect] = (), notes: Iterable[str] = (),
+            sd: Mapping[str, float] = ..., assumed_sd: Iterable[str] = (),
+        ) -> None: ...  # fmt: skip
 
     def __post_init__(self) -> None:
-        effects = tuple(self.effects)
+        effects = (self.effects,) if isinstance(self.effects, Effect) else tuple(self.effects)
         if not any(effect.slot == "contact law" for effect in effects):
             effects = (effect_class(DEFAULT_CONTACT)(), *effects)
         check_compatible(effects)
-        for effect in effects:
-            effect.check(self.bicycle.values)
         object.__setattr__(self, "effects", tuple(sorted(effects, key=lambda effect: effect.identifier)))
+        for effect in effects:
+            effect.check(self.parameters)
+
+    def __hash__(self) -> int:  # a mapping does not hash
+        return hash((self.bicycle, self.effects, frozenset(self.sd.items())))
+
+    def __repr__(self) -> str:
+        return f"<Model of {self.bicycle!r}\n with {', '.join(map(repr, self.effects))}>"
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -74,7 +91,7 @@ class Model:
             for other in self.effects
             if type(other) is not type(effect) and (effect.slot is None or other.slot != effect.slot)
         )
-        return Model(self.bicycle, (*kept, effect), self.notes, self.sd)
+        return Model(self.bicycle, (*kept, effect), self.notes, self.sd, self.assumed_sd)
 
     def linear_model(self) -> LinearModel:
         """Build the numeric model.
@@ -85,6 +102,11 @@ class Model:
             The mass matrix is not positive definite.
         """
         return linear_model(self.evaluator, self.parameters, self)
+
+
+def as_linear(model: "Model | LinearModel") -> LinearModel:
+    """The linear model of a model, or a linear model as it is: what functions of the dynamics take."""
+    return model.linear_model() if isinstance(model, Model) else model
 
 
 def linear_model(evaluate: Evaluator, values: Mapping[str, float], model: Model) -> LinearModel:
@@ -114,7 +136,25 @@ def linear_model(evaluate: Evaluator, values: Mapping[str, float], model: Model)
         parameters=dict(values),
         static_loads=(rear, front),
         effects=tuple(effect.identifier for effect in model.effects),
-        warnings=(*model.bicycle.warnings, *model.notes, *_lift_off(evaluate.lift_off_speed(values))),
+        warnings=(
+            *model.bicycle.warnings,
+            *_doubts(model),
+            *model.notes,
+            *_lift_off(evaluate.lift_off_speed(values)),
+        ),
+    )
+
+
+def _doubts(model: Model) -> tuple[str, ...]:
+    """Values of effects outside their typical range; of measured ones (with an sd) those that a slip would explain.
+
+    A measured tyre at the loads of a child or of an empty bicycle is softer than a typical one.
+    """
+    return tuple(
+        found.text
+        for effect in model.effects
+        for key, found in effect.doubts().items()
+        if found.explained or not any(name.startswith(f"{effect.identifier}.{key}") for name in model.sd)
     )
 
 

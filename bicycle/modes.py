@@ -8,6 +8,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,12 +17,23 @@ from bicycle.computable import check_trackable
 from bicycle.linear_model import LinearModel
 from bicycle.mode_events import ModeEvent
 from bicycle.mode_shapes import ModeShape, mode_shape
+from bicycle.model import Model, as_linear
 from bicycle.tracker import Tracker
 from bicycle.tracking import Array, Complex
 from tyre.errors import InputError
 
+if TYPE_CHECKING:
+    import pandas as pd
 
-@dataclass(frozen=True)
+
+UNITS = {
+    "speed_m_s": "m/s", "mode": "", "real_1_s": "1/s", "imaginary_rad_s": "rad/s", "frequency_hz": "Hz",
+    "damping_ratio": "1",
+}  # fmt: skip
+"""Columns of :meth:`Modes.to_dataframe`."""
+
+
+@dataclass(frozen=True, eq=False)
 class Modes:
     """Eigenvalues along speed, tracked and named.
 
@@ -48,6 +60,16 @@ class Modes:
     events: tuple[ModeEvent, ...]
     anchor: float
     model: LinearModel = field(repr=False)
+
+    def __repr__(self) -> str:
+        many = len(self.speeds)
+        at = f"{many} speeds {self.speeds.min():g}-{self.speeds.max():g}" if many > 1 else f"{self.speeds[0]:g}"
+        growth = {name: values.real.max() for name, values in self.branches.items() if (values.real > 0).any()}
+        unstable = ", ".join(name for name in self.names if name in growth) or "none"
+        return (
+            f"<Modes at {at} m/s: {', '.join(self.names)}\n"
+            f" unstable at one of them: {unstable}; largest real part {np.nanmax(self.eigenvalues.real):.3g} 1/s>"
+        )
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -86,6 +108,49 @@ class Modes:
         """Magnitude and phase of lean, steer, yaw and lateral motion (of the first value of a branch)."""
         return mode_shape(self.model, self.speeds, self.branch(name)[:, 0])
 
+    def plot(self, axes: Any = None) -> tuple[Any, Any]:
+        """Frequency and real part along speed; see :func:`bicycle.mode_figure.draw_modes`.
+
+        Parameters
+        ----------
+        axes : two matplotlib axes, optional
+            A new figure when not given.
+
+        Returns
+        -------
+        frequency, real : matplotlib.axes.Axes
+        """
+        from bicycle.mode_figure import draw_modes
+
+        return draw_modes(self, axes)
+
+    def to_xarray(self) -> Any:
+        """Labelled ``xarray.Dataset`` with units; see :func:`bicycle.to_xarray.modes_to_xarray`."""
+        from bicycle.to_xarray import modes_to_xarray
+
+        return modes_to_xarray(self)
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """A row per speed, mode and root; ``attrs["units"]`` has the unit of every column.
+
+        Columns: ``speed_m_s``, ``mode``, ``real_1_s``, ``imaginary_rad_s``, ``frequency_hz`` (damped, 0 for a real
+        root), ``damping_ratio`` (as :meth:`damping_ratio`). A mode that has split into two real roots has two rows.
+        """
+        import pandas as pd
+
+        columns: dict[str, list[Any]] = {name: [] for name in UNITS}
+        for k in range(len(self.speeds)):
+            for name, values in self.branches.items():
+                for root in np.flatnonzero(~np.isnan(values[k])).tolist():
+                    z = values[k, root]
+                    ratio = self.damping_ratio(name)[k]
+                    row = (self.speeds[k], name, z.real, z.imag, abs(z.imag) / (2 * np.pi), ratio)
+                    for column, value in zip(columns.values(), row, strict=True):
+                        column.append(value)
+        found = pd.DataFrame(columns)
+        found.attrs = {"units": dict(UNITS), "anchor_speed_m_s": self.anchor, "effects": list(self.model.effects)}
+        return found
+
     def to_dict(self) -> dict[str, list[list[list[float]] | None]]:
         """JSON form: name -> for each speed a list of [re, im] in 1/s, or None where the mode is not there."""
         return {
@@ -94,7 +159,7 @@ class Modes:
         }
 
 
-def modes(model: LinearModel, speeds: ArrayLike) -> Modes:
+def modes(model: Model | LinearModel, speeds: ArrayLike) -> Modes:
     """Eigenvalues, tracked and named, at speeds in any order.
 
     Names are given at an anchor speed that depends on the model alone and carried up and down by tracking, so what a
@@ -103,7 +168,7 @@ def modes(model: LinearModel, speeds: ArrayLike) -> Modes:
 
     Parameters
     ----------
-    model : LinearModel
+    model : Model or LinearModel
     speeds : array_like, shape (m,)
         Forward speeds, m/s.
 
@@ -113,6 +178,7 @@ def modes(model: LinearModel, speeds: ArrayLike) -> Modes:
         No speeds, a speed that the model does not allow or that is too high (or, for a model singular at rest, too
         low) to be tracked, or a model too stiff to be computed.
     """
+    model = as_linear(model)
     v = np.atleast_1d(model.check_speeds(speeds))
     if v.ndim != 1 or not v.size:
         raise InputError(f"speeds have shape {v.shape}; give one or more speeds in a row")

@@ -4,10 +4,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
 from bicycle.chain import Body, Joint, mass_matrix
+from bicycle.plausible import Doubt, doubt
 from tyre.errors import InputError, is_number, shown, unknown
 
 UNITS: Mapping[str, str] = MappingProxyType(
@@ -20,6 +22,32 @@ UNITS: Mapping[str, str] = MappingProxyType(
     }
 )  # fmt: skip
 """Keys and units of the parameters that enter the lateral motion (lam is the steer axis tilt)."""
+
+TYPICAL: Mapping[str, tuple[float, float]] = MappingProxyType(
+    {
+        "w": (0.6, 2.2), "c": (-0.05, 0.2), "lam": (0.0, 0.6), "g": (9.76, 9.84),
+        "rR": (0.12, 0.48), "mR": (0.4, 9.0), "IRxx": (0.003, 0.3), "IRyy": (0.006, 0.6),
+        "xB": (0.0, 1.3), "zB": (-1.5, -0.2), "mB": (2.0, 300.0),
+        "IBxx": (0.03, 40.0), "IBzz": (0.02, 60.0), "IBxz": (-10.0, 10.0),
+        "xH": (0.4, 2.1), "zH": (-1.3, -0.3), "mH": (0.5, 20.0),
+        "IHxx": (0.005, 2.0), "IHzz": (0.001, 1.0), "IHxz": (-0.5, 0.5),
+        "rF": (0.12, 0.48), "mF": (0.4, 6.0), "IFxx": (0.003, 0.3), "IFyy": (0.006, 0.6),
+    }
+)  # fmt: skip
+"""Where the values of real bicycles lie: the packaged sets, measured with and without rider, with room for a child's
+12-inch bicycle at the one end, a tandem or loaded cargo bicycle of 300 kg and 36-inch wheels at the other; gravity on
+the Earth's surface (Hirt et al. 2013, Geophys. Res. Lett. 40: 9.764 to 9.834 m/s^2)."""
+
+POSITIVE = ("w", "rR", "rF", "g")
+NOT_NEGATIVE = (
+    "mB", "mR", "mH", "mF", "IRyy", "IFyy", "IRxx", "IFxx", "IBxx", "IBzz", "IHxx", "IHzz",
+)  # fmt: skip
+BOUNDS: Mapping[str, tuple[float, float]] = MappingProxyType(
+    dict.fromkeys(UNITS, (-math.inf, math.inf))
+    | dict.fromkeys((*POSITIVE, *NOT_NEGATIVE), (0.0, math.inf))
+    | {"lam": (-math.pi / 2, math.pi / 2)}
+)
+"""Physically possible values of each key by itself; what is not bounded has either sign."""
 
 UNUSED = ("IByy", "IHyy")
 """Keys of the published sets that do not enter the lateral motion; accepted and kept."""
@@ -51,14 +79,27 @@ class Bicycle:
     name: str
     values: Mapping[str, float]
     sd: Mapping[str, float] = field(default_factory=dict)
-    description: str = ""
-    source: str = ""
-    notes: tuple[str, ...] = ()
+    description: str = field(default="", compare=False)
+    source: str = field(default="", compare=False)
+    notes: tuple[str, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "values", MappingProxyType(_checked(self.name, self.values, complete=True)))
         object.__setattr__(self, "sd", MappingProxyType(_checked(self.name, self.sd, complete=False)))
         _check_physics(self)
+
+    def __hash__(self) -> int:  # a mapping does not hash
+        return hash((self.name, *(frozenset(of.items()) for of in (self.values, self.sd))))
+
+    def __repr__(self) -> str:
+        mass = sum(self[key] for key in ("mR", "mB", "mH", "mF"))
+        rear, front = self.static_loads
+        known = f", sd of {len(self.sd)} parameters" if self.sd else ""
+        return (
+            f"<Bicycle {self.name!r}: {self.description or 'no description'}\n"
+            f" {mass:.4g} kg, wheelbase {self['w']:.4g} m, trail {self['c']:.4g} m, steer axis tilt "
+            f"{math.degrees(self['lam']):.3g}°, wheel loads {rear:.4g} N rear, {front:.4g} N front{known}>"
+        )
 
     def __getitem__(self, key: str) -> float:
         return self.values[key]
@@ -74,12 +115,21 @@ class Bicycle:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What is odd but computable: a violated triangle inequality, a massless wheel with spin inertia."""
-        return (*self.notes, *_oddities(self))
+        """What is odd but computable: values far from those of other bicycles, inertias that no rigid body has."""
+        below_ground = {key for key in ("zB", "zH") if self[key] > 0}  # _oddities says it
+        doubts = doubts_about({key: value for key, value in self.values.items() if key not in below_ground})
+        return (*self.notes, *(found.text for found in doubts), *_oddities(self))
 
     def replace(self, **changes: float) -> "Bicycle":
         """The same bicycle with some parameters changed."""
         return Bicycle(self.name, {**self.values, **changes}, self.sd, self.description, self.source, self.notes)
+
+
+def doubts_about(values: Mapping[str, Any]) -> list[Doubt]:
+    """What is outside :data:`TYPICAL` in a parameter set, complete or not."""
+    given = {key: float(values[key]) for key in UNITS if is_number(values.get(key))}
+    found = (doubt(key, value, unit=UNITS[key], typical=TYPICAL[key]) for key, value in given.items())
+    return [one for one in found if one]
 
 
 def bodies(p: Mapping[str, float]) -> tuple[Body, Body, Body, Body]:
@@ -125,10 +175,10 @@ def _check_physics(bicycle: Bicycle) -> None:
     total = p["mB"] + p["mR"] + p["mH"] + p["mF"]
     if total <= 0:
         raise InputError(f"{where}: total mass is {total:g} kg (mB + mR + mH + mF); it must be positive")
-    for key in ("w", "rR", "rF", "g"):
+    for key in POSITIVE:
         if p[key] <= 0:
             raise InputError(f"{where}: {key} = {p[key]:g} {UNITS[key]} must be positive")
-    if not -math.pi / 2 < p["lam"] < math.pi / 2:
+    if not BOUNDS["lam"][0] < p["lam"] < BOUNDS["lam"][1]:
         raise InputError(
             f"{where}: lam = {p['lam']:g} rad is out of range; the steer axis tilt must lie between -pi/2 and pi/2 "
             "(degrees must be converted to radians)"

@@ -29,7 +29,7 @@ class _Zero:
     """Where a root was found to cross: ``slope`` d(lambda)/dv, ``doubt`` of the speed in m/s."""
 
     speed: float
-    frequency: float
+    angular_frequency: float
     slope: complex
     doubt: float
 
@@ -46,7 +46,7 @@ def polished(coefficients: Mapping[int, Array], low: float, high: float, candida
     k, i = np.nonzero(near)
     found = _newton(coefficients, candidates[k], values[k, i], tuple(part[k] for part in at)) if k.size else []
     sure = _crossing(coefficients, [one for one in found if low < one.speed <= high])
-    return [(one.speed, one.frequency, 1 if one.slope.real > 0 else -1) for one in _once(sure)]
+    return [(one.speed, one.angular_frequency, 1 if one.slope.real > 0 else -1) for one in _once(sure)]
 
 
 def _newton(coefficients: Mapping[int, Array], speeds: Array, roots: Complex, at: Solved) -> list[_Zero]:
@@ -92,7 +92,8 @@ def _crossing(coefficients: Mapping[int, Array], found: Sequence[_Zero]) -> list
     if rest:
         away = 2 * np.array([[-one.doubt, one.doubt] for one in rest])
         values = eigen(coefficients, (np.array([[one.speed] for one in rest]) + away).reshape(-1))[0]
-        roots = np.array([[one.frequency * 1j] for one in rest]) + np.array([[one.slope] for one in rest]) * away
+        crossing = np.array([[1j * one.angular_frequency] for one in rest])
+        roots = crossing + np.array([[one.slope] for one in rest]) * away
         own = np.abs(values - roots.reshape(-1, 1)).argmin(1)
         before, after = values[np.arange(len(own)), own].reshape(-1, 2).T
         sure += [
@@ -106,17 +107,17 @@ def _crossing(coefficients: Mapping[int, Array], found: Sequence[_Zero]) -> list
 def _once(found: Sequence[_Zero]) -> list[_Zero]:
     """Each crossing once, by speed; two that cannot be told apart and go opposite ways are a touch."""
     groups: list[list[_Zero]] = []
-    for one in sorted(found, key=lambda zero: (zero.speed, zero.frequency)):
+    for one in sorted(found, key=lambda zero: (zero.speed, zero.angular_frequency)):
         group = next((group for group in groups if _same(group[-1], one)), None)
         if group:
             group.append(one)
         else:
             groups.append([one])
     best = [min(g, key=lambda zero: zero.doubt) for g in groups if g[0].slope.real * g[-1].slope.real > 0]
-    return sorted(best, key=lambda zero: (zero.speed, zero.frequency))
+    return sorted(best, key=lambda zero: (zero.speed, zero.angular_frequency))
 
 
 def _same(a: _Zero, b: _Zero) -> bool:
     near = max(SAME_SPEED * b.speed, a.doubt + b.doubt)
-    alike = SAME_FREQUENCY * (b.frequency + 1) + near * max(abs(a.slope), abs(b.slope))
-    return b.speed - a.speed <= near and abs(b.frequency - a.frequency) <= alike
+    alike = SAME_FREQUENCY * (b.angular_frequency + 1) + near * max(abs(a.slope), abs(b.slope))
+    return b.speed - a.speed <= near and abs(b.angular_frequency - a.angular_frequency) <= alike

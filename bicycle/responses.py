@@ -21,6 +21,7 @@ from scipy.linalg import expm
 
 from bicycle.input_history import InputHistory
 from bicycle.linear_model import LinearModel
+from bicycle.model import Model, as_linear
 from tyre.errors import InputError, unknown
 
 if TYPE_CHECKING:
@@ -103,9 +104,9 @@ class Response:
 
 @dataclass(frozen=True)
 class FrequencyResponse:
-    """Complex gains ``outputs[name]`` (m,) from one input, SI, at ``frequency`` (m,) in rad/s."""
+    """Complex gains ``outputs[name]`` (m,) from one input, SI, at ``frequency_hz`` (m,)."""
 
-    frequency: Array
+    frequency_hz: Array
     speed: float
     input: str
     outputs: Mapping[str, Complex]
@@ -114,7 +115,7 @@ class FrequencyResponse:
         """A row per frequency: Hz, then gain and phase (rad, unwrapped) of each output."""
         import pandas as pd
 
-        columns = {"frequency_Hz": self.frequency / (2 * np.pi)}
+        columns = {"frequency_Hz": self.frequency_hz}
         for name, gain in self.outputs.items():
             columns[f"{column(name)}_per_{column(self.input)}"] = np.abs(gain)
             columns[f"{name}_phase_rad"] = np.unwrap(np.angle(gain))
@@ -122,14 +123,14 @@ class FrequencyResponse:
 
 
 def respond(
-    model: LinearModel, *, speed: float, time: ArrayLike,
+    model: Model | LinearModel, *, speed: float, time: ArrayLike,
     initial: Mapping[str, float] | None = None, inputs: Mapping[str, InputHistory] | None = None,
 ) -> Response:  # fmt: skip
     """Time history from initial states and inputs that are constant between jumps.
 
     Parameters
     ----------
-    model : LinearModel
+    model : Model or LinearModel
     speed : float
         m/s.
     time : array_like, shape (m,)
@@ -145,6 +146,7 @@ def respond(
         An unknown state or input, a time that does not increase, a value that is not finite, or a response that grows
         beyond all numbers.
     """
+    model = as_linear(model)
     given = dict(inputs or {})
     check_names("input", given, model.inputs)
     t = check_time(time)
@@ -188,24 +190,28 @@ def modal_response(model: LinearModel, *, speed: float, eigenvalue: complex, tim
     return Response(t, float(speed), {name: (phasor / unit * growth).real for name, phasor in phasors.items()})
 
 
-def frequency_response(model: LinearModel, *, speed: float, input: str, frequency: ArrayLike) -> FrequencyResponse:
-    """Gain C (i omega - A)^-1 B + D from one input to every output, at frequencies in rad/s.
+def frequency_response(
+    model: Model | LinearModel, *, speed: float, input: str, frequency_hz: ArrayLike
+) -> FrequencyResponse:
+    """Gain C (i omega - A)^-1 B + D from one input to every output, omega = 2 pi ``frequency_hz``.
 
     Raises
     ------
     InputError
         An unknown input, or a frequency that is not finite and positive.
     """
+    model = as_linear(model)
     check_names("input", [input], model.inputs)
-    w = np.atleast_1d(np.asarray(frequency, float))
-    bad = ~(np.isfinite(w) & (w > 0))
+    hertz = np.atleast_1d(np.asarray(frequency_hz, float))
+    bad = ~(np.isfinite(hertz) & (hertz > 0))
     if bad.any():
-        raise InputError(f"frequency {w[bad][0]:g} rad/s is not allowed; give finite values > 0")
+        raise InputError(f"frequency {hertz[bad][0]:g} Hz is not allowed; give finite values > 0")
     a, (_, b, c) = model.state_matrix(speed), model.matrices_at(speed)
     j = model.inputs.index(input)
-    states = np.linalg.solve(1j * w[:, None, None] * np.eye(model.order) - a, (b[:, j] / model.scale)[:, None])
+    omega = 2 * np.pi * hertz[:, None, None]
+    states = np.linalg.solve(1j * omega * np.eye(model.order) - a, (b[:, j] / model.scale)[:, None])
     gains = (c * model.scale @ states)[..., 0] + model.feedthrough(speed)[:, j]
-    return FrequencyResponse(w, float(speed), input, dict(zip(model.outputs, gains.T, strict=True)))
+    return FrequencyResponse(hertz, float(speed), input, dict(zip(model.outputs, gains.T, strict=True)))
 
 
 def check_names(kind: str, given: Mapping[str, object] | list[str], allowed: tuple[str, ...]) -> None:

@@ -193,8 +193,9 @@ def critical_speed_sensitivities(model: Model, critical: Sequence[CriticalSpeed]
     rows = np.empty((len(critical), len(found.parameters)))
     for k, c in enumerate(critical):
         values = found.eigenvalues[k]
-        at = int(np.abs(values - 1j * c.frequency).argmin())
-        if abs(values[at] - 1j * c.frequency) <= ON_AXIS * np.abs(values).max():
+        distance = np.abs(values - 2j * np.pi * c.frequency_hz)
+        at = int(distance.argmin())
+        if distance[at] <= ON_AXIS * np.abs(values).max():
             rows[k] = -found.derivatives[k, at].real / found.with_speed[k, at].real
         else:
             rows[k] = _switch_slopes(model, c.speed, found.parameters)

@@ -64,7 +64,7 @@ def frequency_response_to_xarray(response: FrequencyResponse) -> Any:
     per = f" / ({unit_of(response.input)})"
     return _xarray().Dataset(
         {name: ("frequency", gain, {"units": unit_of(name) + per}) for name, gain in response.outputs.items()},
-        {"frequency": ("frequency", response.frequency / (2 * np.pi), {"units": "Hz"})},
+        {"frequency": ("frequency", response.frequency_hz, {"units": "Hz"})},
         {"speed_m_s": response.speed, "input": response.input},
     )
 

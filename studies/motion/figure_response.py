@@ -48,7 +48,7 @@ def draw_responses(responses: Mapping[str, Response], target: Path, *, title: st
 
 def draw_frequency_response(response: FrequencyResponse, target: Path, *, title: str) -> Path:
     """Gain and phase of lean, steer and yaw rate against frequency."""
-    hertz = response.frequency / (2 * np.pi)
+    hertz = response.frequency_hz
     with drawing(target, width=7.5, height=5.8) as canvas:
         gain, phase = canvas.subplots(2, 1, sharex=True)
         for number, name in enumerate(OF_INPUT):

@@ -20,16 +20,16 @@ LONG_SHORT = (0, (9, 2, 3, 2))
 UNSTABLE = "#f6dedb"
 
 
-def draw_root_locus(locus: RootLocus, target: Path, *, title: str, max_frequency: float | None = None) -> Path:
+def draw_root_locus(locus: RootLocus, target: Path, *, title: str, max_frequency_hz: float | None = None) -> Path:
     """Complex plane (upper half) on the left, real part and frequency against the parameter on the right.
 
-    Shown up to ``max_frequency`` (Hz), by default a little above weave, wobble, rider and every crossing.
+    Shown up to ``max_frequency_hz`` (Hz), by default a little above weave, wobble, rider and every crossing.
     """
     with drawing(target, width=11.5, height=6.4) as canvas:
         grid = canvas.add_gridspec(2, 2, width_ratios=(1.7, 1))
         plane, real = canvas.add_subplot(grid[:, 0]), canvas.add_subplot(grid[0, 1])
         frequency = canvas.add_subplot(grid[1, 1], sharex=real)
-        limits = _limits(locus, max_frequency)
+        limits = _limits(locus, max_frequency_hz)
         _plane(plane, limits)
         for i, name in enumerate(locus.names):
             if (locus.eigenvalues[:, i].imag < 0).all():
@@ -37,9 +37,9 @@ def draw_root_locus(locus: RootLocus, target: Path, *, title: str, max_frequency
             _branch(locus, i, name, plane, real, frequency, limits)
         for crossing in locus.crossings:
             style = {"marker": "*", "color": "black", "markersize": 10, "linestyle": "none", "zorder": 6}
-            plane.plot(0, crossing.frequency, **style)
+            plane.plot(0, 2 * np.pi * crossing.frequency_hz, **style)
             real.plot(crossing.value, 0, **style)
-            frequency.plot(crossing.value, crossing.frequency / (2 * np.pi), **style)
+            frequency.plot(crossing.value, crossing.frequency_hz, **style)
         _label_crossings(plane, locus, limits)
         real.axhspan(0, 1e6, color=UNSTABLE, zorder=0)
         real.set(ylabel="Real part, 1/s", ylim=(max(limits[0], -limits[3] / 3), limits[1]))
@@ -64,13 +64,13 @@ def line_look(name: str) -> Look:
     return mode_look(name)._replace(line=LONG_SHORT) if name.split("+")[0] == "rear_tyre" else mode_look(name)
 
 
-def _limits(locus: RootLocus, max_frequency: float | None) -> tuple[float, float, float, float]:
+def _limits(locus: RootLocus, max_frequency_hz: float | None) -> tuple[float, float, float, float]:
     """Left, right, bottom, top of the window; real roots far left of it are cut off."""
     main = [name in MAIN for name in locus.names]
     roots = locus.eigenvalues[:, main] if locus.eigenvalues[:, main].imag.any() else locus.eigenvalues
-    top = 1.15 * (roots.imag.max() or np.abs(roots).max()) if max_frequency is None else 2 * np.pi * max_frequency
-    if max_frequency is None:
-        top = max(top, 1.15 * max((crossing.frequency for crossing in locus.crossings), default=0.0))
+    top = 1.15 * (roots.imag.max() or np.abs(roots).max()) if max_frequency_hz is None else 2 * np.pi * max_frequency_hz
+    if max_frequency_hz is None:
+        top = max(top, 1.15 * max((2 * np.pi * crossing.frequency_hz for crossing in locus.crossings), default=0.0))
     below = locus.eigenvalues[locus.eigenvalues.imag <= top].real
     left = min(max(1.08 * below.min(), -0.75 * top), -0.1 * top)
     return left, max(1.25 * min(below.max(), top), -0.15 * left), -0.035 * top, top
@@ -147,11 +147,12 @@ def _arrows(axes: Any, root: NDArray[np.complex128], colour: str, limits: tuple[
 def _label_crossings(axes: Any, locus: RootLocus, limits: tuple[float, ...]) -> None:
     """Parameter values beside the stars, pushed apart where they would overlap."""
     gap, lowest = 0.045 * (limits[3] - limits[2]), -np.inf
-    for crossing in sorted(locus.crossings, key=lambda c: c.frequency):
-        height = max(crossing.frequency + 0.3 * gap, lowest + gap)
+    for crossing in sorted(locus.crossings, key=lambda c: c.frequency_hz):
+        omega = 2 * np.pi * crossing.frequency_hz
+        height = max(omega + 0.3 * gap, lowest + gap)
         lowest = height
         axes.annotate(
-            f"{crossing.value:.4g} {locus.unit}", (0, crossing.frequency), (-0.025 * (limits[1] - limits[0]), height),
+            f"{crossing.value:.4g} {locus.unit}", (0, omega), (-0.025 * (limits[1] - limits[0]), height),
             ha="right", va="center", fontsize=8.5, zorder=7,
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85},
         )  # fmt: skip

@@ -11,7 +11,18 @@ from numpy.typing import NDArray
 
 from bicycle.effect import WHEELS, PerWheel
 from bicycle.model import Model
-from bicycle.model_file import MOST_BAR, TYRE_KEYS, located, read_model, wheel_maps, wheel_tyres
+from bicycle.model_file import (
+    EXTRAPOLATE,
+    MOST_BAR,
+    TYRE_KEYS,
+    allows_unusual,
+    build_model,
+    located,
+    read_model,
+    refuse_absurd_values,
+    wheel_maps,
+    wheel_tyres,
+)
 from bicycle.parameters import UNITS
 from tyre.errors import InputError, unknown
 from tyre.maps.tables import PASCAL_PER_BAR
@@ -48,8 +59,8 @@ class ParameterPath:
     inside: Callable[[Array], NDArray[np.bool_]] = lambda values: np.ones(len(values), bool)
 
 
-def parameter_path(model_file: str | Path, key: str, *, speed: float | None) -> ParameterPath:
-    """Path of ``key`` through a model file.
+def parameter_path(model_file: str | Path | Mapping[str, Any], key: str, *, speed: float | None) -> ParameterPath:
+    """Path of ``key`` through a model file, or through the content of one with absolute paths.
 
     Keys: ``speed``; a bicycle parameter (``IFyy``); ``effect.parameter`` for both wheels or ``effect.parameter.front``;
     ``pressure_bar`` and ``load_N`` (or ``.rear``, ``.front``) where the file names a measured tyre: the pressure, or
@@ -60,7 +71,7 @@ def parameter_path(model_file: str | Path, key: str, *, speed: float | None) -> 
     InputError
         An unknown key, no measured tyre, or no speed (m/s) where another parameter runs.
     """
-    model = read_model(model_file)
+    model, content, folder = _read(model_file)
     if key == "speed":
         linear = model.linear_model()
         return ParameterPath("speed", "m/s", linear.state_matrix, lambda v: (model, v), math.nan)
@@ -68,7 +79,7 @@ def parameter_path(model_file: str | Path, key: str, *, speed: float | None) -> 
         raise InputError(f"parameter {key!r}: give the --speed (m/s) at which it runs")
     model.linear_model().check_speeds(speed)
     if key.partition(".")[0] in OF_THE_TYRE:
-        return _tyre_path(Path(model_file), model, key, speed)
+        return _tyre_path(content.get("effects", {}), folder, model, key, speed)
     entries = entries_of(model, key)
     values = {model.parameters[entry] for entry in entries}
 
@@ -76,7 +87,14 @@ def parameter_path(model_file: str | Path, key: str, *, speed: float | None) -> 
         return state_matrices(model, dict.fromkeys(entries, given), speed)
 
     base = values.pop() if len(values) == 1 else math.nan
-    return ParameterPath(key, _unit(model, key), matrices, lambda value: (with_value(model, key, value), speed), base)
+    allow = allows_unusual(content)
+
+    def at(value: float) -> tuple[Model, float]:
+        if not allow:
+            refuse_absurd_values(model, {key: [value]})
+        return with_value(model, key, value), speed
+
+    return ParameterPath(key, _unit(model, key), matrices, at, base)
 
 
 def entries_of(model: Model, key: str) -> tuple[str, ...]:
@@ -95,7 +113,7 @@ def entries_of(model: Model, key: str) -> tuple[str, ...]:
 def with_value(model: Model, key: str, value: float) -> Model:
     """The model with one parameter changed, checked as if it came from a file."""
     if key in UNITS:
-        return Model(model.bicycle.replace(**{key: value}), model.effects, model.notes, model.sd)
+        return Model(model.bicycle.replace(**{key: value}), model.effects, model.notes, model.sd, model.assumed_sd)
     identifier, name, *wheel = key.split(".")
     effect = next(effect for effect in model.effects if effect.identifier == identifier)
     table: dict[str, Any] = {p.name: getattr(effect, p.name) for p in effect.parameters if hasattr(effect, p.name)}
@@ -137,17 +155,27 @@ def _unit(model: Model, key: str) -> str:
     return next(p.unit for p in effect.parameters if p.name == name)
 
 
-def _tyre_path(file: Path, model: Model, key: str, speed: float) -> ParameterPath:
+def _read(model_file: str | Path | Mapping[str, Any]) -> tuple[Model, Mapping[str, Any], Path]:
+    """The model, the content of its file, and the folder that the files it names are relative to."""
+    if isinstance(model_file, Mapping):
+        return build_model(model_file), model_file, Path()
+    path = Path(model_file)
+    return read_model(path), read_toml(path, "model file"), path.parent
+
+
+def _tyre_path(tables: Mapping[str, Any], folder: Path, model: Model, key: str, speed: float) -> ParameterPath:
     what, _, one = key.partition(".")
     if one and one not in WHEELS:
         raise InputError(f"parameter {key!r}: {unknown('wheel', one, WHEELS)}")
-    tables = read_toml(file, "model file").get("effects", {})
     law = next((identifier for identifier, table in tables.items() if "tyre" in table), None)
     if law is None:
-        raise InputError(f"{file}: {what} needs a measured tyre in the model file (tyre, surface, pressure_bar)")
-    table = located(tables[law], file.parent)
+        raise InputError(f"{what} needs a measured tyre in the model file (tyre, surface, pressure_bar)")
+    table = located(tables[law], folder)
     tyre, surface = ({w: x[w] if isinstance(x, Mapping) else x for w in WHEELS} for x in map(table.get, TYRE_KEYS[:2]))
-    now = wheel_tyres(tyre=tyre, surface=surface, pressure_bar=table["pressure_bar"], bicycle=model.bicycle)
+    now = wheel_tyres(
+        tyre=tyre, surface=surface, pressure_bar=table["pressure_bar"], bicycle=model.bicycle,
+        extrapolate=table.get(EXTRAPOLATE, False),
+    )  # fmt: skip
     maps = wheel_maps(tyre, surface)
     wheels = (one,) if one else WHEELS
     names = [n for n in ("cornering_stiffness", "relaxation_length") if f"{law}.{n}.rear" in model.parameters]

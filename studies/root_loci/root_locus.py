@@ -32,14 +32,14 @@ MOST_VALUES = 100_000
 
 @dataclass(frozen=True)
 class AxisCrossing:
-    """A root crosses the imaginary axis at ``value``, ``destabilising`` or not as it grows; ``frequency`` in rad/s.
+    """A root crosses the imaginary axis at ``value``, ``destabilising`` or not as it grows.
 
     ``extrapolated`` where the tyre's values there lie beyond its measured loads or pressures.
     """
 
     value: float
     mode: str
-    frequency: float
+    frequency_hz: float
     destabilising: bool
     extrapolated: bool = False
 
@@ -171,7 +171,7 @@ def _completed(path: ParameterPath, crossing: AxisCrossing) -> AxisCrossing:
     value = crossing.value
     mode = crossing.mode
     if path.key == "speed" and value > 0:  # a branch has one name, but modes that meet lose theirs beyond the meeting
-        (mode,) = _names(path, value, np.array([1j * crossing.frequency]))
+        (mode,) = _names(path, value, np.array([2j * np.pi * crossing.frequency_hz]))
     return replace(crossing, mode=mode, extrapolated=not path.inside(np.array([value]))[0])
 
 
@@ -193,5 +193,7 @@ def _crossings(
         if sides[0] == sides[1]:  # rounding moved a root that lies on the axis
             continue
         value = float(brentq(lambda x, near=near: near(x).real, values[k], values[k + 1], xtol=1e-14, rtol=1e-13))
-        found.append(AxisCrossing(value, names[i], abs(near(value).imag), bool(ends[1].real > ends[0].real)))
-    return tuple(sorted(found, key=lambda crossing: (crossing.value, crossing.frequency)))
+        found.append(
+            AxisCrossing(value, names[i], abs(near(value).imag) / (2 * np.pi), bool(ends[1].real > ends[0].real))
+        )
+    return tuple(sorted(found, key=lambda crossing: (crossing.value, crossing.frequency_hz)))

@@ -44,7 +44,26 @@ def test_neighbours_yaml_with_a_speed_is_read_and_the_speed_is_reported(tmp_path
     path.write_text("# comment\nv: 3.0\n" + "".join(f"{k}: {v}\n" for k, v in BENCHMARK.items()))
     found = load_bicycle(path)
     assert dict(found.values) == BENCHMARK
-    assert "the speed v = 3.0 m/s is not a property of the bicycle" in found.warnings[0]
+    assert "the speed v = 3 m/s is not a property of the bicycle" in found.warnings[0]
+
+
+def test_neighbours_text_that_repeats_what_symmetry_gives(tmp_path):
+    """Some of their sets also give the wheels about the vertical and the centres' lateral places."""
+    path, lines = tmp_path / "theirs.txt", [f"{k} = {v}+/-0.0\n" for k, v in BENCHMARK.items()]
+    same = [f"IRzz = {BENCHMARK['IRxx']}+/-0.0\n", f"IFzz = {BENCHMARK['IFxx']}\n", "yB = 0.0+/-0.0\n", "yH = 0\n"]
+    path.write_text("".join([*lines, *same]))
+    found = load_bicycle(path)
+    assert dict(found.values) == BENCHMARK
+    assert found.warnings == ()
+    path.write_text("".join([*lines, "IRzz = 0.07\n", "yH = 0.02\n"]))
+    assert load_bicycle(path).warnings == (
+        f"{path}, line {len(lines) + 1}: IRzz = 0.07 is not used: "
+        "a wheel is symmetric about its axle, so IRxx is taken",
+        f"{path}, line {len(lines) + 2}: yH = 0.02 is not used: the bicycle is taken as symmetric",
+    )
+    path.write_text("".join([*lines, "yB = left\n"]))
+    with pytest.raises(InputError, match="yB = 'left' is not a finite number"):
+        load_bicycle(path)
 
 
 def test_neighbours_text_with_standard_deviations(tmp_path):

@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from bicycle import load_bicycle
@@ -10,19 +11,20 @@ from studies.cli import main
 from studies.output import parse_speeds
 from tyre import TyreMap
 from tyre.errors import InputError
+from tyre.notes import extrapolated
 
 TYRE = {"tyre": "Tyre1", "pressure_bar": 5.5}
 
 
 def test_tyre_values_come_from_the_map_at_the_static_loads():
-    model = build_model({"bicycle": "pista_rider_drops", "effects": {"relaxation_length": TYRE}})
+    model = build_model({"bicycle": "pista_charlie_drops", "effects": {"relaxation_length": TYRE}})
     values = model.parameters
     # Dell'Orto et al., tables 2 and 6, 5.5 bar: 106.4 N/deg, 100.9 mm at 340 N and 114.8 N/deg, 108.9 mm at 490 N;
-    # the wheels carry 345 and 457 N, between them
+    # the wheels carry 442 and 426 N, between 400 N (111.7 N/deg, 106.0 mm) and 490 N
     per_radian = 57.29577951308232
-    assert 106.4 * per_radian < values["relaxation_length.cornering_stiffness.front"] < 111.7 * per_radian
+    assert 111.7 * per_radian < values["relaxation_length.cornering_stiffness.front"] < 114.8 * per_radian
     assert 111.7 * per_radian < values["relaxation_length.cornering_stiffness.rear"] < 114.8 * per_radian
-    assert 0.1009 < values["relaxation_length.relaxation_length.front"] < 0.1060
+    assert 0.1060 < values["relaxation_length.relaxation_length.front"] < 0.1089
     assert 0.1060 < values["relaxation_length.relaxation_length.rear"] < 0.1089
     assert not any("extrapolated" in note for note in model.linear_model().warnings)
 
@@ -33,10 +35,10 @@ def test_tyre_surface_and_pressure_may_differ_between_the_wheels():
         "surface": {"rear": "flat", "front": "drum"},
         "pressure_bar": {"rear": 7.5, "front": 3.5},
     }
-    model = build_model({"bicycle": "pista_rider_drops", "effects": {"relaxation_length": mixed}})
+    model = build_model({"bicycle": "pista_charlie_drops", "effects": {"relaxation_length": mixed}})
     lengths = model.effects[0].relaxation_length
     assert lengths.rear > 0.145  # Tyre3, 7.5 bar: 145.8 mm at 400 N, 163.3 mm at 490 N (table 9)
-    assert 0.1186 <= lengths.front < 0.1231  # Tyre1, drum, 3.5 bar: 118.6 mm at 340 N, 123.1 mm at 400 N (table 7)
+    assert 0.1231 <= lengths.front < 0.1309  # Tyre1, drum, 3.5 bar: 123.1 mm at 400 N, 130.9 mm at 490 N (table 7)
 
 
 @pytest.fixture
@@ -50,7 +52,9 @@ def own(tmp_path):
 
 
 def effect_of(tyre, surface=""):
-    return f'bicycle = "pista_rider_drops"\n[effects.relaxation_length]\npressure_bar = 5.5\ntyre = {tyre}\n{surface}\n'
+    return (
+        f'bicycle = "pista_charlie_drops"\n[effects.relaxation_length]\npressure_bar = 5.5\ntyre = {tyre}\n{surface}\n'
+    )
 
 
 @pytest.mark.parametrize(
@@ -69,7 +73,7 @@ def test_a_tyre_may_be_a_table_of_the_user_beside_the_model(own, tyre, packaged)
     file.write_text(effect_of(tyre))
     found = read_model(file)
     known = build_model(
-        {"bicycle": "pista_rider_drops", "effects": {"relaxation_length": packaged | {"pressure_bar": 5.5}}}
+        {"bicycle": "pista_charlie_drops", "effects": {"relaxation_length": packaged | {"pressure_bar": 5.5}}}
     )
     assert found.parameters == pytest.approx(known.parameters, rel=1e-7)  # a fit, of values that were rounded
     assert found.sd == pytest.approx(known.sd, rel=1e-5)
@@ -103,7 +107,7 @@ def test_extrapolation_is_said():
 
 def test_a_borrowed_lateral_stiffness_is_said():
     drum = {"tyre": "Tyre1", "surface": "drum", "pressure_bar": 5.5}
-    model = build_model({"bicycle": "pista_rider_drops", "effects": {"relaxation_length": drum}})
+    model = build_model({"bicycle": "pista_charlie_drops", "effects": {"relaxation_length": drum}})
     assert any("lateral stiffness on the drum is the flat-track value" in note for note in model.notes)
 
 
@@ -203,6 +207,10 @@ def test_critical_command_prints_and_writes(whipple, capsys, tmp_path):
     found = json.loads((tmp_path / "c.json").read_text())["critical_speeds"]
     # Meijaard et al. (2007): weave and capsize speed
     assert [c["speed_m_s"] for c in found] == pytest.approx([4.29238253634111, 6.02426201538837], abs=1e-10)
+    # weave of the same source: 3.43503384866144 rad/s; capsize is no oscillation
+    assert [c["frequency_rad_s"] for c in found] == pytest.approx([3.43503384866144, 0.0], abs=1e-8)
+    assert [c["frequency_Hz"] for c in found] == pytest.approx([3.43503384866144 / (2 * np.pi), 0.0], abs=1e-8)
+    assert f"{3.43503384866144 / (2 * np.pi):.4g}" in shown.out
     short = json.loads(run(capsys, "critical", whipple, "--max-speed", "5", "--json", "-").out)
     assert len(short["critical_speeds"]) == 1
 
@@ -218,8 +226,8 @@ def test_critical_command_prints_and_writes(whipple, capsys, tmp_path):
         (["modes", "{model}", "--speeds", "0:2000:0.001"], "are more than 1000000"),
         (["modes", "{model}", "--speeds=-1,2"], "speed -1 m/s is not allowed"),
         (["modes", "absent.toml", "--speeds", "1"], "no such model file"),
-        (["modes", "{model}"], "Missing option '--speeds'"),
-        (["mode", "{model}"], "No such command 'mode'"),
+        (["modes"], "Missing argument 'MODEL'"),
+        (["mode", "{model}"], "unknown command 'mode'; did you mean 'modes'?"),
         (["critical", "{model}", "--max-speed", "-1"], "max"),
         (["modes", "{model}", "--speeds", "1", "--json", "{folder}/absent/x.json"], "No such file"),
     ],
@@ -247,3 +255,19 @@ def test_speed_zero_is_refused_for_slip_without_relaxation(tmp_path, capsys):
     with pytest.raises(SystemExit):
         main(["modes", str(path), "--speeds", "0:2:1"])
     assert "speed 0 m/s is not allowed with side_slip" in capsys.readouterr().err
+
+
+def test_a_model_out_of_reach_needs_the_key_and_says_so():
+    table = {"tyre": "Tyre1", "pressure_bar": 5.5}
+    content = {"bicycle": "pista", "effects": {"relaxation_length": table}}
+    with pytest.raises(InputError, match=r"rear wheel: 42.39 N is farther .* extrapolate = true .*--extrapolate"):
+        build_model(content)
+    table["extrapolate"] = "yes"
+    with pytest.raises(InputError, match="extrapolate = 'yes' must be true or false"):
+        build_model(content)
+    table["extrapolate"] = True
+    model = build_model(content)
+    assert extrapolated(model.notes)
+    assert {note.headline for note in model.notes} == {
+        "rear 42 N, 5.5 bar, extrapolated; front 53 N, 5.5 bar, extrapolated"
+    }

@@ -76,7 +76,7 @@ def test_random_bicycles_no_root_lost_or_doubled_and_names_do_not_depend_on_the_
     ids=["no_slip", "relaxation", "compliance"],
 )
 def test_names_of_the_benchmark_and_of_a_ridden_track_bicycle(tyred, effects, names):
-    for bicycle in ("benchmark", "pista_rider_drops"):
+    for bicycle in ("benchmark", "pista_charlie_drops"):
         found = modes(tyred(bicycle, **effects), [4.0, 8.0, 12.0])
         assert set(found.branches) == names, bicycle
         assert all(not np.isnan(values[:, 0]).any() for values in found.branches.values())
@@ -94,7 +94,7 @@ def test_frequencies_are_those_of_the_field(tyred):
 def test_wobble_turns_about_the_steer_axis_and_capsize_leans(tyred):
     found = modes(tyred(**EFFECTS[2]), [25.0])
     wobble, capsize = found.shape("wobble").magnitude, found.shape("capsize").magnitude
-    assert wobble["steer"][0] == 1.0
+    assert wobble["steer"][0] == pytest.approx(1.0, abs=4 * np.finfo(float).eps)
     assert wobble["lean"][0] < 0.2
     assert capsize["lean"][0] > 10 * capsize["steer"][0]
 
@@ -158,7 +158,7 @@ def test_after_a_meeting_the_pair_is_weave_and_the_real_root_capsize(tyred):
 
 def on_tyre(bicycle, tyre, pressure, law="relaxation_length", **effects):
     """A packaged bicycle on a measured tyre (flat track)."""
-    contact = {law: {"tyre": tyre, "pressure_bar": pressure}}
+    contact = {law: {"tyre": tyre, "pressure_bar": pressure, "extrapolate": True}}  # light bicycles: only names count
     return build_model({"bicycle": bicycle, "effects": contact | effects}).linear_model()
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bicycle import default_sd
 from bicycle.modes import ORDER
 from bicycle.parameters import UNITS
 from studies.missing_effect import diagnose, measurement, read_measurement
@@ -82,9 +83,15 @@ def test_limits_and_defaults_are_those_of_the_page():
     assert (h.LONGEST_STEP, h.FEWEST) == (0.4, 20)
     assert [most for most, _ in h.LARGEST.values()] == [1.6, 1.6, 20, 50, 20, 1e3, 1e4]
     assert (modal_identification.FEWEST_CYCLES, modal_identification.POOREST) == (1.5, 0.8)
-    assert list(n.LENGTH.values()) == [0.003, 0.003, 0.001, 0.001, 0.01, 0.01, 0.01, 0.01]
-    assert list(n.LENGTH) == ["w", "c", "rR", "rF", "xB", "zB", "xH", "zH"]
-    assert (n.TILT, n.MASS, n.INERTIA, n.SPIN, n.TYRE) == (0.01, 0.005, 0.05, 0.02, 0.1)
+    stated = {key: (row.size, row.of) for row in default_sd.DEFAULTS for key in row.keys}
+    rows = re.findall(r"^\| (`.+) \| ([\d.]+)(?: (m|rad|%))?(.*?) \| ", PAGE.split("1 sd")[1], flags=re.MULTILINE)
+    shown = {key: (float(size) / (100 if unit == "%" else 1), "%" if unit == "%" else "", rest)
+             for keys, size, unit, rest in rows for key in re.findall(r"`(\w+)`", keys)}  # fmt: skip
+    for key, (size, of) in stated.items():
+        assert shown[key][0] == pytest.approx(size), key
+        assert (shown[key][1] == "%") == (of != "SI unit"), key
+        assert ("geometric mean" in shown[key][2]) == (of == "xx and zz"), key
+    assert (default_sd.EFFECT, default_sd.CORNERING_STIFFNESS) == (0.1, 0.03)
     assert [most for most, _ in n.MOST.values()] == [0.5, 0.3, 100, 100]
     assert (canonical_table.SPEEDS, canonical_table.BAND, canonical_table.FEWEST) == ((2, 3, 4, 5, 6, 7), (0.3, 3), 4)
     assert [f.default for f in fields(Calibration)] == [0.003, 0.003, 0.002, 0.01]

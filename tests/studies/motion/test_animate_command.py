@@ -128,16 +128,20 @@ def test_descriptions():
     assert describe(0j) == "neutral"
 
 
-def test_the_command_writes_film_and_phasors(file, tmp_path, capsys):
-    film = tmp_path / "wobble.gif"
-    main(["animate", file, "--mode", "wobble", "--speed", "8", "--out", str(film), "--seconds", "0.3"])
+@pytest.mark.parametrize(("name", "speed"), [("wobble", "8"), ("wobble_at_8.5", "8.5")])
+def test_the_command_writes_film_and_phasors(file, tmp_path, capsys, name, speed):
+    film = tmp_path / f"{name}.gif"
+    main(["animate", file, "--mode", "wobble", "--speed", speed, "--out", str(film), "--seconds", "0.3"])
     with Image.open(film) as image:
         assert (image.format, image.n_frames) == ("GIF", 6)
         first = np.asarray(image.convert("RGB"))
         image.seek(3)
         assert (np.asarray(image.convert("RGB")) != first).any(axis=2).sum() > 200
-    assert (tmp_path / "wobble_phasors.png").stat().st_size > 10_000
-    assert "wobble.gif and wobble_phasors.png, .svg" in capsys.readouterr().out
+    assert (tmp_path / f"{name}_phasors.png").stat().st_size > 10_000
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "m.toml", f"{name}.gif", f"{name}_phasors.png", f"{name}_phasors.svg",
+    }  # fmt: skip
+    assert f"{name}.gif and {name}_phasors.png, .svg" in capsys.readouterr().out
 
 
 def test_all_modes_in_one_figure(file, tmp_path):
