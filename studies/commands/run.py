@@ -2,18 +2,41 @@
 
 import click
 
+from studies.examples import example
 
-@click.command(help="Measured tyres on a bicycle: modes, critical speeds, figures, tables and a report.")
+WIDTH = 110
+
+
+@click.command(
+    help="Does this tyre, at this pressure, bring my bicycle closer to wobble? Measured tyres on a bicycle, hands off "
+    "and on the bar, with a rigid and a flexible front: a report with figures and tables.",
+    epilog=example("velotyre run --bicycle benchmark --pressures 4,5.5,7 --out out"),
+)
+@click.argument("model_file", metavar="[MODEL.toml]", required=False)
 @click.option("--out", default="out", show_default=True, help="Folder to write into.")
-@click.option("--bicycle", default="pista_rider_drops", show_default=True, help="A packaged bicycle, or a file.")
+@click.option("--bicycle", help="A packaged bicycle, or a file; default: a measured frame with a rider in the drops.")
 @click.option(
     "--tyre", "tyres", multiple=True, help="File of a tyre table to study too (of tyre fit); may be repeated."
 )
-def command(out: str, bicycle: str, tyres: tuple[str, ...]) -> None:
+@click.option(
+    "--pressures", metavar="LIST", help="Pressures to study, bar, such as 3.5,5,7; default: the measured ones."
+)
+@click.option("--rider", help="A packaged rider, or a file of measurements, put on --bicycle (needs the extra rider).")
+@click.option(
+    "--posture", type=click.Choice(["upright", "hoods", "drops"]), help="How the --rider sits; default: drops."
+)
+@click.option("--workers", type=click.IntRange(1), help="Processes; default: one for each core, up to 4.")
+def command(
+    model_file: str | None, out: str, bicycle: str | None, tyres: tuple[str, ...], pressures: str | None,
+    rider: str | None, posture: str | None, workers: int | None,
+) -> None:  # fmt: skip
+    import os
     from pathlib import Path
+    from textwrap import fill
 
-    from studies.main_study.cases import Settings
+    from studies.main_study.model_input import settings_of
     from studies.main_study.output import run_and_write
+    from studies.main_study.report_checks import uncertainty_lines
     from tyre.errors import InputError
 
     if not out.strip() or "\0" in out:
@@ -21,8 +44,16 @@ def command(out: str, bicycle: str, tyres: tuple[str, ...]) -> None:
     folder = Path(out)
     if folder.exists() and not folder.is_dir():
         raise InputError(f"--out {out!r} is a file; give a folder to write into, for example out")
-    settings = Settings.of(bicycle, tyres)
-    report = run_and_write(settings, folder)
+    settings = settings_of(model_file, bicycle=bicycle, tyres=tyres, pressures=pressures, rider=rider, posture=posture)
+    study, first, report = run_and_write(settings, folder, workers=workers or min(os.cpu_count() or 1, 4))
+    click.echo(first.question + "\n")
+    for label, text in first.sentences:
+        click.echo(fill(f"{label} {text}", WIDTH, subsequent_indent="  "))
+    if first.why:
+        click.echo("\n" + fill(first.why, WIDTH))
+    click.echo()
+    for line in uncertainty_lines(study):
+        click.echo(fill(line, WIDTH, subsequent_indent="  "))
     for warning in settings.bicycle.warnings:
         click.echo(f"warning: {warning}", err=True)
-    click.echo(f"report: {report.as_posix()}")
+    click.echo(f"\nreport: {report.as_posix()}")

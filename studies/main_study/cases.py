@@ -1,211 +1,230 @@
-"""What the main study varies: measured tyres at the bicycle's wheel loads, camber thrust, and the front assembly."""
+"""The tyres of the main study: measured ones at the bicycle's wheel loads, and the one that a model file gives."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from itertools import product
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bicycle.bicycle_file import load_bicycle
-from bicycle.effect import effect_class
-from bicycle.linear_model import LinearModel
-from bicycle.model import Model
-from bicycle.parameters import UNITS, Bicycle, bodies, static_loads
+from bicycle.default_sd import CORNERING_STIFFNESS, EFFECT
+from bicycle.effect import WHEELS, effect_class
+from bicycle.model_file import EXTRAPOLATE, TYRE_KEYS, wheel_maps
+from bicycle.parameters import Bicycle
+from studies.main_study.settings import Array, Settings, Table
 from tyre import TyreMap, TyreProperties, available_tyres
 from tyre.errors import InputError
+from tyre.maps.reach import out_of_reach
 from tyre.maps.table_io import is_file_name
 
-Array = NDArray[np.float64]
 PASCAL_PER_BAR = 1e5
 CONTACT = tuple(
-    f"relaxation_length.{name}.{wheel}"
-    for wheel in ("rear", "front")
-    for name in ("cornering_stiffness", "relaxation_length")
+    f"relaxation_length.{name}.{wheel}" for wheel in WHEELS for name in ("cornering_stiffness", "relaxation_length")
 )
 """Parameters of the model that a :class:`TyreCase` gives, in its order."""
-
-
-@dataclass(frozen=True)
-class Front:
-    """An assumed flexible front: hinge across the steer axis at ``joint_height`` (m), SI units."""
-
-    stiffness: float = 5000.0
-    damping: float = 20.0
-    joint_height: float = 0.65
-
-    def joint_x(self, p: Mapping[str, Any]) -> Any:
-        """Where the steer axis of a parameter set passes the height of the hinge, m before the rear contact."""
-        return p["w"] + p["c"] - self.joint_height * np.tan(p["lam"])
-
-
-@dataclass(frozen=True)
-class Settings:
-    """One main study. ``camber_shares``: camber stiffness over static load of each wheel, 1/rad; 0 leaves it out.
-
-    ``tyres`` are files of tyre tables that are studied beside the packaged tyres. ``report_speed`` (m/s) is where
-    frequencies and damping ratios are compared; critical speeds are searched up to ``max_speed``. ``samples`` bicycles
-    with random numbers of ``seed`` check the linear standard deviations.
-    """
-
-    bicycle: Bicycle
-    speeds: Array = field(default_factory=lambda: np.linspace(0, 30, 121))
-    camber_shares: tuple[float, ...] = (0.0, 0.8)
-    front: Front = field(default_factory=Front)
-    report_speed: float = 15.0
-    max_speed: float = 60.0
-    samples: int = 1000
-    seed: int = 0
-    tyres: tuple[str, ...] = ()
-
-    @classmethod
-    def of(cls, bicycle: str, tyres: Sequence[str] = ()) -> "Settings":
-        """The study of a packaged bicycle or a bicycle file."""
-        return cls(load_bicycle(bicycle), tyres=tuple(tyres))
-
-    @property
-    def stated_sd(self) -> dict[str, float]:
-        """Standard deviations (SI) that the bicycle states for parameters of the lateral motion."""
-        return {key: value for key, value in self.bicycle.sd.items() if value > 0 and key in UNITS}
-
-    @property
-    def uncertain(self) -> str:
-        """What the standard deviations of this study are of."""
-        return "tyre data and bicycle parameters" if self.stated_sd else "the tyre data"
-
-    @property
-    def setups(self) -> tuple["Setup", ...]:
-        """Rigid and flexible front, each with every camber thrust."""
-        return tuple(Setup(front, share) for front, share in product((None, self.front), self.camber_shares))
-
-
-@dataclass(frozen=True)
-class Setup:
-    """What is beside the tyre: a flexible front (None: rigid) and the camber stiffness over load (1/rad)."""
-
-    front: Front | None
-    camber_share: float
-
-    @property
-    def front_name(self) -> str:
-        """``rigid`` or ``flexible``."""
-        return "flexible" if self.front else "rigid"
-
-    @property
-    def label(self) -> str:
-        """In words, with what is assumed."""
-        front = "flexible front (assumed)" if self.front else "rigid front"
-        share = self.camber_share
-        return f"{front}, " + (f"camber thrust {share:g} × load (assumed)" if share else "no camber thrust")
+GIVEN = "as given"
+USED = np.ix_([0, 2, 3, 5], [0, 2, 3, 5])  # C and relaxation length among C, K, relaxation length of two wheels
 
 
 @dataclass(frozen=True, eq=False)
 class TyreCase:
-    """A measured tyre on both wheels at their static loads.
+    """One tyre condition on both wheels at their static loads.
 
     ``contact`` (4,) is cornering stiffness (N/rad) and relaxation length (m), rear then front; ``covariance`` (4, 4) is
-    theirs, with what the two wheels share. ``source`` is the tyre's name or file, as in a model file.
+    theirs, with what the two wheels share. ``table`` is the case as the table of a contact law in a model file.
+    ``properties`` are those of rear and front wheel where a measured tyre gave them, ``width`` (m) is the tyre's, and
+    it is ``out_of_reach`` where a load or pressure is farther outside the measured ones than their range is wide.
     """
 
-    rear: TyreProperties
-    front: TyreProperties
+    name: str
     contact: Array
     covariance: Array
-    source: str
+    table: Table
+    pressures_bar: tuple[float, ...]
+    properties: tuple[TyreProperties, ...] = ()
+    tyre: str = ""
+    surface: str = ""
+    packaged: bool = True
     synthetic: bool = False
-
-    @property
-    def tyre(self) -> str:
-        """Name of the tyre, and whether its values are synthetic."""
-        said = "synthetic" in self.rear.tyre.lower()
-        return self.rear.tyre + (" (synthetic)" if self.synthetic and not said else "")
-
-    @property
-    def surface(self) -> str:
-        """``flat`` or ``drum``."""
-        return self.rear.surface
+    width: float | None = None
+    out_of_reach: bool = False
 
     @property
     def pressure_bar(self) -> float:
-        """Inflation pressure, bar."""
-        return round(self.rear.pressure / PASCAL_PER_BAR, 6)
+        """Inflation pressure, bar, the mean of the wheels; NaN where none is known."""
+        return round(float(np.mean(self.pressures_bar)), 6) if self.pressures_bar else float("nan")
 
     @property
-    def name(self) -> str:
-        """Tyre and surface."""
-        return f"{self.tyre} {self.surface}"
+    def condition(self) -> str:
+        """The pressure in words."""
+        if not self.pressures_bar:
+            return GIVEN
+        rear, front = self.pressures_bar
+        return f"{rear:g} bar" if rear == front else f"{rear:g} / {front:g} bar"
 
     @property
     def extrapolated(self) -> bool:
         """True where a wheel load or the pressure is outside the measured range."""
-        return not (self.rear.inside and self.front.inside)
+        return not all(one.inside for one in self.properties)
 
 
-def tyre_cases(bicycle: Bicycle, files: Sequence[str] = ()) -> list[TyreCase]:
-    """Every measured tyre, packaged or in a file, on every surface and at every pressure, at the wheel loads.
+@dataclass(frozen=True, eq=False)
+class Cases:
+    """What is studied, and what could not be: conditions in words with the reason.
+
+    The question is about the tyre of the first case, and about that case where a model file gives it.
+    """
+
+    found: tuple[TyreCase, ...]
+    left_out: tuple[str, ...]
+
+
+def tyre_cases(settings: Settings) -> Cases:
+    """The tyre in question first, then every packaged tyre, each on its surfaces and at each pressure.
+
+    A condition about which a tyre's table says nothing (a stiffness that extrapolates to zero) is left out and told.
 
     Raises
     ------
     InputError
-        A file that cannot be read or is no tyre table, or two tables with the same name and surface.
+        A file that cannot be read or is no tyre table, two tables with the same name and surface, or nothing is left.
     """
-    maps = [(name, TyreMap.load(name, surface=on)) for name, surfaces in available_tyres().items() for on in surfaces]
+    found: list[TyreCase] = []
+    left_out: list[str] = []
+    if settings.contact is not None:
+        found += given_cases(settings.contact, settings.bicycle, settings.pressures)
+    for source, measured, packaged in measured_tyres(settings.tyres):
+        for pressure in settings.pressures or [one / PASCAL_PER_BAR for one in measured.pressures]:
+            table = {"tyre": source, "surface": measured.surface, "pressure_bar": round(float(pressure), 9),
+                     EXTRAPOLATE: True}  # fmt: skip
+            try:
+                found.append(measured_case(table, dict.fromkeys(WHEELS, measured), settings.bicycle, packaged))
+            except InputError as error:
+                left_out.append(f"{measured.tyre} {measured.surface} at {pressure:g} bar: {error}")
+    if not found:
+        raise InputError("no tyre can be studied: " + "; ".join(left_out))
+    return Cases(tuple(subject_first(once(found))), tuple(left_out))
+
+
+def once(found: Sequence[TyreCase]) -> list[TyreCase]:
+    """Every condition once: a model file may name one at which a table is studied anyway.
+
+    Raises
+    ------
+    InputError
+        Two different tyres have the same name and surface.
+    """
+    kept: dict[tuple[str, str], TyreCase] = {}
+    sources: dict[str, set[Any]] = {}
+    for case in found:
+        source = set(per_wheel(case.table.get("tyre")))
+        if sources.setdefault(case.name, source) != source:
+            file = next(one for one in sources[case.name] if is_file_name(one))
+            raise InputError(f"{file}: there is another {case.name}; rename the tyre in its .toml")
+        kept.setdefault((case.name, case.condition), case)
+    return list(kept.values())
+
+
+def subject_first(found: Sequence[TyreCase]) -> Iterator[TyreCase]:
+    """The tyre in question, with all its pressures, before the others."""
+    name = found[0].name
+    yield from (case for case in found if case.name == name)
+    yield from (case for case in found if case.name != name)
+
+
+def measured_tyres(files: Sequence[str]) -> Iterator[tuple[str, TyreMap, bool]]:
+    """Source as in a model file, map, and whether it is packaged: the files', then all packaged tyres and surfaces."""
+    packaged = [
+        (name, TyreMap.load(name, surface=on).assuming(CORNERING_STIFFNESS))
+        for name, surfaces in available_tyres().items()
+        for on in surfaces
+    ]
+    seen = {(one.tyre, one.surface) for _, one in packaged}
     for file in files:
         if not is_file_name(file):
             raise InputError(f"tyre {file!r} is no file of a tyre table (.csv); the packaged tyres are studied anyway")
-        measured = TyreMap.of(Path(file).resolve().as_posix())
-        if any((one.tyre, one.surface) == (measured.tyre, measured.surface) for _, one in maps):
+        measured = TyreMap.of(Path(file).resolve().as_posix()).assuming(CORNERING_STIFFNESS)
+        if (measured.tyre, measured.surface) in seen:
             raise InputError(
                 f"{file}: there is another {measured.tyre} {measured.surface}; rename the tyre in its .toml"
             )
-        maps.append((Path(file).resolve().as_posix(), measured))
-    cases = []
-    for source, measured in maps:
-        for pressure in measured.pressures:
-            (rear, front), joint = measured.joint([(load, float(pressure)) for load in bicycle.static_loads])
-            used = np.ix_([0, 2, 3, 5], [0, 2, 3, 5])
-            contact = joint_mean(rear, front)
-            cases.append(TyreCase(rear, front, contact, joint[used], source, measured.measured.synthetic))
-    return cases
+        seen.add((measured.tyre, measured.surface))
+        yield Path(file).resolve().as_posix(), measured, False
+    for name, measured in packaged:
+        yield name, measured, True
+
+
+def measured_case(table: Table, maps: Mapping[str, TyreMap], bicycle: Bicycle, packaged: bool) -> TyreCase:
+    """A measured tyre, or one on each wheel, at the wheel loads.
+
+    Raises
+    ------
+    InputError
+        A condition about which the table says nothing.
+    """
+    bars = [float(one) for one in per_wheel(table["pressure_bar"])]
+    at = [(load, bar * PASCAL_PER_BAR) for load, bar in zip(bicycle.static_loads, bars, strict=True)]
+    rear, front = (maps[wheel] for wheel in WHEELS)
+    if (rear.tyre, rear.surface) == (front.tyre, front.surface):
+        properties, joint = rear.joint(at)
+        covariance = joint[USED]
+    else:
+        parts = [one.joint([condition]) for one, condition in zip((rear, front), at, strict=True)]
+        properties = tuple(part[0][0] for part in parts)
+        covariance = np.zeros((4, 4))
+        for k, (_, joint) in enumerate(parts):
+            covariance[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] = joint[np.ix_([0, 2], [0, 2])]
+    tyres = list(dict.fromkeys(named(one) for one in (rear, front)))
+    return TyreCase(
+        f"{' / '.join(tyres)} {rear.surface}", joint_mean(*properties), covariance, table, (bars[0], bars[1]),
+        properties, " / ".join(tyres), rear.surface, packaged, any(one.measured.synthetic for one in (rear, front)),
+        rear.measured.width,
+        any(out_of_reach(one, load=load, pressure=p) for one, (load, p) in zip((rear, front), at, strict=True)),
+    )  # fmt: skip
+
+
+def named(measured: TyreMap) -> str:
+    """Name of a tyre, and whether its values are synthetic."""
+    said = "synthetic" in measured.tyre.lower()
+    return measured.tyre + (" (synthetic)" if measured.measured.synthetic and not said else "")
+
+
+def given_cases(table: Table, bicycle: Bicycle, pressures: Sequence[float]) -> Iterator[TyreCase]:
+    """The tyre of a model file as it is there and, where it was measured, at further pressures (bar)."""
+    yield given_case(table, bicycle)
+    if "tyre" in table:
+        for bar in pressures:
+            yield given_case({**table, "pressure_bar": bar}, bicycle)
+
+
+def given_case(table: Table, bicycle: Bicycle) -> TyreCase:
+    """The tyre of a model file: measured, or numbers with the standard deviation that is assumed for effects.
+
+    Raises
+    ------
+    InputError
+        Something is missing or wrong, in the words of the model file.
+    """
+    if "tyre" not in table:
+        effect = effect_class("relaxation_length")(**table)
+        values = effect.values(bicycle.values)
+        contact = np.array([values[key] for key in CONTACT])
+        covariance = np.diag((EFFECT * contact) ** 2)
+        return TyreCase("tyre of the model file", contact, covariance, dict(table), (), (), "model file", "", False)
+    tyre, surface = (dict(zip(WHEELS, per_wheel(table.get(key)), strict=True)) for key in ("tyre", "surface"))
+    return measured_case(
+        {key: table[key] for key in TYRE_KEYS if key in table} | {EXTRAPOLATE: True},  # random wheel loads lie around
+        wheel_maps(tyre, surface),
+        bicycle,
+        packaged=not any(map(is_file_name, tyre.values())),
+    )
+
+
+def per_wheel(value: Any) -> tuple[Any, Any]:
+    """A value for both wheels, or {rear, front}, as rear and front."""
+    return (value["rear"], value["front"]) if isinstance(value, Mapping) else (value, value)
 
 
 def joint_mean(rear: TyreProperties, front: TyreProperties) -> Array:
     """Cornering stiffness and relaxation length of both wheels, shape (4,), in the order of ``CONTACT``."""
     return np.array([value for p in (rear, front) for value in (p.cornering_stiffness, p.relaxation_length)])
-
-
-def model(bicycle: Bicycle, setup: Setup, contact: Sequence[float] | Array) -> Model:
-    """A bicycle on tyres with the four numbers of ``contact``."""
-    rear_stiffness, rear_length, front_stiffness, front_length = (float(value) for value in contact)
-    tyre = effect_class("relaxation_length")(
-        cornering_stiffness={"rear": rear_stiffness, "front": front_stiffness},
-        relaxation_length={"rear": rear_length, "front": front_length},
-    )
-    return Model(bicycle, (tyre, *(effect_class(name)(**table) for name, table in beside(bicycle, setup).items())))
-
-
-def beside(bicycle: Bicycle, setup: Setup) -> dict[str, dict[str, Any]]:
-    """The effects beside the tyre, as tables of a model file."""
-    rear, front = camber_stiffness(setup, bicycle.values)
-    tables: dict[str, dict[str, Any]] = {
-        "camber_thrust": {"camber_stiffness": {"rear": float(rear), "front": float(front)}}
-    }
-    if setup.front:
-        tables["front_compliance"] = {
-            "stiffness": setup.front.stiffness, "damping": setup.front.damping,
-            "joint_x": float(setup.front.joint_x(bicycle.values)), "joint_z": -setup.front.joint_height,
-        }  # fmt: skip
-    return tables
-
-
-def camber_stiffness(setup: Setup, p: Mapping[str, Any]) -> tuple[Any, Any]:
-    """Camber stiffness (N/rad) of rear and front wheel of a parameter set."""
-    rear, front = static_loads(bodies(p), p["w"], p["g"])
-    return setup.camber_share * rear, setup.camber_share * front
-
-
-def build(bicycle: Bicycle, setup: Setup, contact: Sequence[float] | Array) -> LinearModel:
-    """The linear model of :func:`model`."""
-    return model(bicycle, setup, contact).linear_model()

@@ -5,36 +5,41 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studies.main_study.cases import Settings, Setup
-from studies.main_study.solve import COMPARED_MODES, Result
+from studies.main_study.bands import WOBBLE
+from studies.main_study.settings import Settings, Setup
+from studies.main_study.solve import Result
 from studies.main_study.spread import uncertainty
 from studies.uncertainty.quantity import Quantity
+from tyre.errors import InputError
 
-CHECKED_MODE = COMPARED_MODES[0]
+CHECKED_MODE = WOBBLE
 FAR = 0.05  # two standard deviations further apart than this, relative to the linear one, are said to differ
 
 
 @dataclass(frozen=True, eq=False)
 class Check:
-    """Frequency, damping ratio and critical speeds of wobble of one result, linear and of random bicycles."""
+    """Frequency, damping ratio and critical speeds of wobble of one result, linear and of random bicycles.
+
+    ``failure`` says why there are none, where the check could not be made.
+    """
 
     result: Result
     quantities: tuple[Quantity, ...]
+    failure: str = ""
 
 
 def chosen(results: Sequence[Result]) -> list[Result]:
-    """The results to check: of every tyre in the last setup, and of the first setup, the most doubtful one."""
-    first, last = results[0].setup, results[-1].setup
-    groups: dict[tuple[Setup, str], list[Result]] = {}
+    """The results to check: the most doubtful one of the tyre in question, of the other tyres, of each other setup."""
+    first, subject = results[0].setup, results[0].case.name
+    groups: dict[tuple[Setup, bool], list[Result]] = {}
     for result in results:
-        if result.setup in (first, last):
-            groups.setdefault((result.setup, result.case.name if result.setup == last else ""), []).append(result)
+        groups.setdefault((result.setup, result.setup == first and result.case.name == subject), []).append(result)
     return [max(group, key=doubt) for group in groups.values()]
 
 
 def doubt(result: Result) -> float:
     """How far a speed at which wobble changes its stability moves in one standard deviation, relative to it."""
-    return max((c.sd / c.speed for c in result.crossings if c.mode == CHECKED_MODE), default=0.0)
+    return max((c.sd / c.speed for c in result.wobble_edges), default=0.0)
 
 
 def check(settings: Settings, result: Result) -> Check:
@@ -44,6 +49,14 @@ def check(settings: Settings, result: Result) -> Check:
         samples=settings.samples, seed=settings.seed, only=[CHECKED_MODE], matched=True,
     )  # fmt: skip
     return Check(result, tuple(found))
+
+
+def safe_check(settings: Settings, result: Result) -> Check:
+    """The same; a check that cannot be made says why and costs nothing else."""
+    try:
+        return check(settings, result)
+    except InputError as error:
+        return Check(result, (), str(error))
 
 
 def excess(quantity: Quantity) -> float:

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from studies.main_study.cases import Setup, TyreCase
+from studies.main_study.cases import TyreCase
+from studies.main_study.settings import Setup
 from studies.main_study.study import Study
 from studies.plotting import (
     EXTRAPOLATED,
@@ -22,7 +23,7 @@ SPREAD = 0.56  # of a row: the modes lie one above the other
 
 
 def draw_critical_speeds(study: Study, target: Path) -> Path:
-    """A panel per front and camber thrust; filled: becomes unstable, hollow: stable; bars: one standard deviation."""
+    """A panel per world; filled: becomes unstable, hollow: stable; bars: one standard deviation."""
     setups = study.settings.setups
     rows = list(study.cases)
     crossed = list(dict.fromkeys(c.mode for result in study.results for c in result.crossings))
@@ -44,17 +45,18 @@ def draw_critical_speeds(study: Study, target: Path) -> Path:
         columns = legend_columns(list(shown), width=WIDTH)
         canvas.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=columns)
         note = extrapolated_note(any(case.extrapolated for case in rows))
-        alone = " (thick: the tyre data alone)" if study.settings.stated_sd else ""
         canvas.suptitle(
-            f"{study.settings.bicycle.name}: critical speeds; bars: one standard deviation of "
-            f"{study.settings.uncertain}{alone}{note}",
+            f"{study.settings.bicycle.name}: critical speeds; bars: one standard deviation of tyre and bicycle (thick: "
+            f"of the tyre data alone){note}",
             x=0.01, ha="left", fontsize=10,
         )  # fmt: skip
     return target
 
 
 def _panel(axes: Any, study: Study, setup: Setup, heights: dict[str, float]) -> None:
-    for row, result in enumerate(study.of(setup)):
+    for row, result in enumerate(study.result(setup, case) for case in study.cases):
+        if result is None:
+            continue
         if result.case.extrapolated:
             axes.axhspan(row - 0.5, row + 0.5, facecolor="none", linewidth=0, zorder=0, **EXTRAPOLATED)
         axes.axhline(row + 0.5, color="0.88", linewidth=0.6, zorder=0)
@@ -76,4 +78,4 @@ def _panel(axes: Any, study: Study, setup: Setup, heights: dict[str, float]) -> 
 
 def row_label(case: TyreCase) -> str:
     """Tyre, surface and pressure in one line."""
-    return f"{case.name}, {case.pressure_bar:g} bar"
+    return f"{case.name}, {case.condition}"

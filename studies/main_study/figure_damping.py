@@ -16,23 +16,24 @@ def draw_damping(study: Study, target: Path) -> Path:
         for row, mode in enumerate(COMPARED_MODES):
             for axes, setup in zip(grid[row], setups, strict=True):
                 for number, name in enumerate(study.names):
-                    _line(axes, [r for r in study.of(setup, name) if mode in r.damping], mode, number, name)
+                    mine = [r for r in study.of(setup, name) if mode in r.damping and r.case.pressures_bar]
+                    if mine:
+                        _line(axes, mine, mode, number, name)
                 hatch_extrapolated(axes, any(r.case.extrapolated for r in study.of(setup)))
                 if row == 0:
                     axes.set_title(setup.label.replace(", ", ",\n"), fontsize=8.5)
-            for front in {setup.front_name for setup in setups}:
-                _same_scale([axes for axes, setup in zip(grid[row], setups, strict=True) if setup.front_name == front])
+            _same_scale(list(grid[row]))
             grid[row, 0].set_ylabel(f"{mode.capitalize()}: damping ratio")
         for axes in grid[-1]:
             axes.set_xlabel("Inflation pressure, bar")
-            axes.set_xticks(sorted({case.pressure_bar for case in study.cases}))
-        handles, labels = grid[0, 0].get_legend_handles_labels()
+            axes.set_xticks(sorted({case.pressure_bar for case in study.cases if case.pressures_bar}))
+        handles, labels = max((axes.get_legend_handles_labels() for axes in grid.flat), key=lambda pair: len(pair[1]))
         canvas.legend(handles, labels, loc="outside lower center", ncols=len(labels))
         note = extrapolated_note(any(case.extrapolated for case in study.cases))
-        alone = " (darker: the tyre data alone)" if study.settings.stated_sd else ""
         canvas.suptitle(
             f"{study.settings.bicycle.name} at {study.settings.report_speed:g} m/s; bands: one standard deviation of "
-            f"{study.settings.uncertain}{alone}; shaded: unstable{note}", x=0.01, ha="left",
+            f"tyre and "
+            f"bicycle (darker: of the tyre data alone); shaded: unstable{note}", x=0.01, ha="left",
         )  # fmt: skip
     return target
 

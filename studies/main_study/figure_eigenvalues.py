@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from studies.main_study.cases import Setup
 from studies.main_study.paths import paths
+from studies.main_study.settings import Setup
 from studies.main_study.solve import Result
 from studies.main_study.study import Study
 from studies.plotting import (
@@ -48,16 +48,16 @@ def draw_eigenvalues(study: Study, setup: Setup, target: Path) -> Path:
             real, frequency = grid[:, column]
             results = study.of(setup, name)
             for result in results:
-                _draw(real, frequency, result, speeds, study.pressures.index(result.case.pressure_bar), shown)
+                _draw(real, frequency, result, speeds, study.conditions.index(result.case.condition), shown)
             real.axhspan(0, REAL_RANGE[1], color=UNSTABLE, zorder=0)
             real.set_title(fill(name, TITLE))
             frequency.set_xlabel("Speed, m/s")
             for axes in (real, frequency):
                 hatch_extrapolated(axes, any(result.case.extrapolated for result in results))
         handles = {mode_words(mode): shown[mode] for mode in sorted(shown, key=lambda mode: mode.count("+"))}
-        for number, bar in enumerate(study.pressures):
+        for number, condition in enumerate(study.conditions):
             (line,) = grid[0, 0].plot([], [], color="0.2", linestyle=PRESSURE_LINES[number % len(PRESSURE_LINES)])
-            handles[f"{bar:g} bar"] = line
+            handles[condition] = line
         columns = legend_columns(list(handles), width=width)
         canvas.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=columns)
         note = extrapolated_note(any(result.case.extrapolated for result in study.of(setup)))

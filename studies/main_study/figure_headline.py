@@ -1,51 +1,57 @@
-"""The headline: speeds of unstable wobble per measured tyre and pressure, and what moves their edges."""
+"""The headline: speeds of unstable wobble per tyre and pressure, how far they may move, and what moves them."""
 
+import math
 from pathlib import Path
 from typing import Any
 
-from studies.main_study.cases import Setup
-from studies.main_study.solve import Crossing, Result
-from studies.main_study.study import Change, Study
+from studies.main_study.bands import KMH, WEAVE, WOBBLE, Crossing
+from studies.main_study.decompose import Change
+from studies.main_study.plausible import Plausible
+from studies.main_study.settings import Setup
+from studies.main_study.solve import Result
+from studies.main_study.study import Study
 from studies.plotting import EXTRAPOLATED, drawing, look
 
-WOBBLE, WEAVE = "wobble", "weave"
 EDGES = (("begins", f"{WOBBLE} unstable above"), ("ends", f"{WOBBLE} stable above"))
 PARTS = ("relaxation length", "cornering stiffness", "interaction")
 GROUP_GAP = 0.9
-THICK = 0.54
-LIFT, MARK_DROP = 0.08, 0.38  # bars sit above the middle of a row, weave's circles below them
+THICK = 0.5
+LIFT, MARK_DROP, OUTER_DROP = 0.12, 0.36, 0.24  # bars sit above the middle of a row, the rest below them
 NOWHERE = "no unstable wobble in any case"
+ROOM = 1.27  # of the fastest speed, for what is written at the end of a bar
+NUMBER = 1.04  # of the fastest speed, where the number of an edge begins at the latest
 
 
-def draw_headline(study: Study, setups: list[Setup], target: Path) -> Path:
-    """A row per setup. Left: bands of unstable wobble; right: how lower pressure moves their two edges, and why.
+def draw_headline(study: Study, setup: Setup, target: Path) -> Path:
+    """Left: bands of unstable wobble in one world; right: how lower pressure moves their two edges, and why.
 
     The right side is left out where no band has an edge at both pressures.
     """
-    explained = [setup for setup in setups if changes(study, setup)]
+    explained = bool(changes(study, setup))
     columns = 2 if explained else 1
-    width, height = (11.5, 0.9 + 4.9 * len(setups)) if explained else (8.5, 4.6 * len(setups))
+    rows = len(study.of(setup)) + GROUP_GAP * len(study.names)
+    width, height = (11.5 if explained else 8.5), 1.9 + 0.27 * rows
     with drawing(target, width=width, height=height) as canvas:
         ratios = {"width_ratios": (1.7, 1)[:columns]}
-        grid = canvas.subplots(len(setups), columns, squeeze=False, gridspec_kw=ratios, sharex="col")
-        for row, setup in zip(grid, setups, strict=True):
-            draw_bands(row[0], study, setup)
-            if setup in explained:
-                draw_parts(row[1], study, setup)
-            elif explained:
-                row[1].set_axis_off()
-            for axes in row:
-                axes.tick_params(labelbottom=True)
-        canvas.suptitle(title(study, setups), x=0.01, ha="left", fontsize=13 if explained else 11, fontweight="bold")
+        grid = canvas.subplots(1, columns, squeeze=False, gridspec_kw=ratios)[0]
+        draw_bands(grid[0], study, setup)
+        if explained:
+            draw_parts(grid[1], study, setup)
+        canvas.suptitle(title(study, setup), x=0.01, ha="left", fontsize=13 if explained else 11, fontweight="bold")
     return target
 
 
-def title(study: Study, setups: list[Setup]) -> str:
-    """What is shown, on which bicycle, and that the front is assumed."""
-    front = ", with an assumed flexible front" if all(setup.front for setup in setups) else ""
-    found = any(result.bands(WOBBLE) for setup in setups for result in study.of(setup))
-    what = "Where wobble is unstable, by measured tyre" if found else "No unstable wobble on any measured tyre"
-    return f"{what}: {study.settings.bicycle.name}{front}"
+def title(study: Study, setup: Setup) -> str:
+    """What is shown, and on which bicycle."""
+    found = any(result.span(study.settings.fastest) for result in study.of(setup))
+    what = "Where wobble is unstable" if found else "No unstable wobble on any tyre studied"
+    return f"{what}: {study.settings.bicycle.name}"
+
+
+def assumed(study: Study, setup: Setup) -> str:
+    """The world, and whether its front is assumed."""
+    said = " (assumed)" if setup.front and not setup.front.given else ""
+    return f"{setup.label}{said}"
 
 
 def changes(study: Study, setup: Setup) -> list[Change]:
@@ -55,68 +61,104 @@ def changes(study: Study, setup: Setup) -> list[Change]:
 
 
 def draw_bands(axes: Any, study: Study, setup: Setup) -> None:
-    """Bars from onset to end of unstable wobble; the pale ends are one standard deviation."""
+    """Bars from onset to end of unstable wobble; pale ends: one standard deviation; lines: plausible fronts."""
     height, ticks = 0.0, {}
     results = study.of(setup)
-    bands = [band for r in results for band in r.bands(WOBBLE)]
-    edges = [c.speed + c.sd for band in bands for c in (band.start, band.end) if c]
-    limit = min(max([study.settings.speeds[-1], *(edge * 1.06 for edge in edges)]), study.settings.max_speed)
+    fastest = study.settings.fastest
+    limit = ROOM * fastest
+    unstable = any(r.span(fastest) for r in results)
     for number, name in enumerate(study.names):
-        axes.text(0.004 * limit, height - 0.64, name, fontweight="bold", va="center",
+        axes.text(0.004 * limit, height - 0.66, name, fontweight="bold", va="center",
                   bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})  # fmt: skip
         for result in study.of(setup, name):
             if result.case.extrapolated:
                 axes.axhspan(height - 0.5, height + 0.5, facecolor="none", linewidth=0, zorder=0, **EXTRAPOLATED)
-            _bar(axes, result, height - LIFT, look(number).colour, limit, alone=bool(bands))
+            _bar(axes, result, height - LIFT, look(number).colour, fastest, alone=unstable)
+            outer = study.outer(result)
+            if outer:
+                _outer(axes, outer, height + OUTER_DROP, look(number).colour, fastest)
             for crossing in result.crossings:
-                if crossing.mode == WEAVE and crossing.speed < limit:
-                    _weave_mark(axes, crossing, height + (MARK_DROP if bands else 0))
-            ticks[height] = f"{result.case.pressure_bar:g} bar"
+                if crossing.mode == WEAVE and crossing.speed < fastest and crossing.kind == "oscillatory":
+                    _weave_mark(axes, crossing, height + MARK_DROP)
+            ticks[height] = result.case.condition
             height += 1
         height += GROUP_GAP
     axes.set_yticks(list(ticks), list(ticks.values()))
     axes.set(xlim=(0, limit), ylim=(height - GROUP_GAP - 0.4, -1.0), xlabel="Speed, m/s")
+    axes.secondary_xaxis("top", functions=(lambda v: KMH * v, lambda v: v / KMH)).set_xlabel("km/h", fontsize=8)
     axes.grid(visible=False, axis="y")
     axes.tick_params(axis="y", length=0)
-    axes.set_title(f"{'Unstable wobble' if bands else NOWHERE.capitalize()}: {setup.label}", fontsize=9)
-    words = caption(study, results, limit, banded=bool(bands))
-    axes.text(0.0, -0.12, words, transform=axes.transAxes, ha="left", va="top", fontsize=7.5, color="0.3")
+    heading = "Unstable wobble" if unstable else NOWHERE.capitalize() + f" up to {fastest:g} m/s"
+    axes.set_title(f"{heading}: {assumed(study, setup)}", fontsize=9)
+    words = caption(study, results)
+    axes.text(0.0, -0.55 / (0.27 * (height + 2)), words, transform=axes.transAxes, ha="left", va="top", fontsize=7.5,
+              color="0.3")  # fmt: skip
 
 
-def caption(study: Study, results: list[Result], limit: float, *, banded: bool) -> str:
+def caption(study: Study, results: list[Result]) -> str:
     """Explains the marks that are there, and no others."""
-    weave = [c for r in results for c in r.crossings if c.mode == WEAVE and c.speed < limit]
+    fastest = study.settings.fastest
+    weave = [
+        c for r in results for c in r.crossings if c.mode == WEAVE and c.speed < fastest and c.kind == "oscillatory"
+    ]
     circles = [
         words for words, there in (
             ("stable (hollow)", any(not c.destabilising for c in weave)),
             ("unstable (filled)", any(c.destabilising for c in weave)),
         ) if there
     ]  # fmt: skip
-    parts = [
-        f"pale ends: ± one standard deviation of {study.settings.uncertain}" if banded else "",
+    outer = [one for r in results if (one := study.outer(r))]
+    first = [
+        "pale ends: ± one standard deviation of tyre and bicycle" if any(r.span(fastest) for r in results) else "",
         f"circles: weave becomes {', '.join(circles)}" if circles else "",
         "hatched: tyre values extrapolated" if any(r.case.extrapolated for r in results) else "",
     ]
-    return "; ".join(part for part in parts if part)
+    second: list[str] = []
+    if any(one.without < one.count for one in outer):
+        second.append(
+            f"thin lines: where nine of ten of those of {outer[0].count} random bicycles with plausible fronts that\n"
+            "wobble have onset and end"
+        )
+    if any(one.without for one in outer):
+        second.append(f"at the right: how many of these {outer[0].count} do not wobble up to {fastest:g} m/s")
+    return "\n".join(line for line in ("; ".join(part for part in first if part), *second) if line)
 
 
-def _bar(axes: Any, result: Result, height: float, colour: str, limit: float, *, alone: bool) -> None:
+def _bar(axes: Any, result: Result, height: float, colour: str, fastest: float, *, alone: bool) -> None:
     """One case; where other cases have a band, one without says so."""
-    bands = result.bands(WOBBLE)
+    bands = result.bands(fastest)
     for band in bands:
         low = band.start.speed if band.start else 0.0
-        high = band.end.speed if band.end else limit
+        high = band.end.speed if band.end and band.end.speed <= fastest else fastest
         axes.barh(height, high - low, left=low, height=THICK, color=colour, alpha=0.85, linewidth=0)
+        if high == fastest:
+            axes.text(high, height, " ▸", va="center", fontsize=9, color=colour)
         for edge, align, shift in ((band.start, "right", -3), (band.end, "left", 3)):
-            if edge:
+            if edge and edge.speed <= fastest:
                 sides = {"left": edge.speed - edge.sd, "height": THICK, "linewidth": 0}
                 axes.barh(height, 2 * edge.sd, color="white", alpha=0.55, **sides)
                 axes.barh(height, 2 * edge.sd, color=colour, alpha=0.25, **sides)
-                outside = edge.speed + (edge.sd if shift > 0 else -edge.sd)
+                side = edge.speed + (edge.sd if shift > 0 else -edge.sd)
+                outside = min(side, NUMBER * fastest) if shift > 0 else max(side, 0.045 * fastest)
                 axes.annotate(f"{edge.speed:.1f}", (outside, height), (shift, 0), textcoords="offset points", ha=align,
                               va="center", fontsize=8.5)  # fmt: skip
     if alone and not bands:
-        axes.text(0.35 * limit, height, "no unstable wobble", va="center", fontsize=8.5, color="0.35", style="italic")
+        axes.text(0.35 * fastest, height, "no unstable wobble", va="center", fontsize=8.5, color="0.35", style="italic")
+
+
+def _outer(axes: Any, outer: Plausible, height: float, colour: str, fastest: float) -> None:
+    """Where onset and end are for plausible fronts, and how many of them do not wobble."""
+    for edge in ("onset", "end"):
+        ends = outer.likely(edge)
+        if ends:
+            low, high = ends
+            axes.plot([low, min(high, fastest)], [height, height], color=colour, linewidth=1.2, zorder=3)
+            for end in (low, high):
+                if not math.isclose(end, fastest):
+                    axes.plot([end, end], [height - 0.09, height + 0.09], color=colour, linewidth=1.2, zorder=3)
+    if outer.without:
+        words = f"{outer.without} without"
+        axes.text(ROOM * fastest, height - OUTER_DROP, words, fontsize=7.5, color="0.35", ha="right", va="center")
 
 
 def _weave_mark(axes: Any, crossing: Crossing, height: float) -> None:
@@ -142,7 +184,7 @@ def draw_parts(axes: Any, study: Study, setup: Setup) -> None:
                     axes.axhspan(height - 0.5, height + 0.5, facecolor="none", linewidth=0, zorder=0, **EXTRAPOLATED)
                 reached = _stack(axes, change, height, look(number).colour)
                 low, high = min(low, reached[0]), max(high, reached[1])
-                pressures.add(f"{found.higher.pressure_bar:g} to {found.lower.pressure_bar:g} bar")
+                pressures.add(f"{found.higher.condition} to {found.lower.condition}")
             else:
                 axes.text(0, height, " not at both pressures", va="center", fontsize=8, color="0.35", style="italic")
             height += 1

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from bicycle.modes import Modes
-from studies.main_study.cases import Array, Setup
 from studies.main_study.figure_eigenvalues import HEADROOM, REAL_RANGE, TITLE, highest_wobble, panels_width
 from studies.main_study.paths import paths
+from studies.main_study.settings import Array, Setup
 from studies.main_study.study import Study
 from studies.plotting import UNSTABLE, drawing, extrapolated_note, hatch_extrapolated, mode_words
 
@@ -26,7 +26,7 @@ def draw_speed_locus(study: Study, setup: Setup, target: Path) -> Path:
     Below each panel the roots on the real axis, a row per mode; what never enters the window is named in its title.
     """
     speeds = study.settings.speeds
-    found = {name: [(r.case.pressure_bar, paths(r, speeds)) for r in study.of(setup, name)] for name in study.names}
+    found = {name: [(r.case.condition, paths(r, speeds)) for r in study.of(setup, name)] for name in study.names}
     rows = real_modes([path for one in found.values() for _, path in one])
     height = 0.34 * len(rows)
     with drawing(target, width=panels_width(study), height=5.2 + height) as canvas:
@@ -39,10 +39,10 @@ def draw_speed_locus(study: Study, setup: Setup, target: Path) -> Path:
         grid[1, 0].set_yticks(range(len(rows)), [mode_words(mode) for mode in rows])
         for (plane, real), (name, results) in zip(grid.T, found.items(), strict=True):
             labels: list[tuple[str, float, float]] = []
-            for bar, path in results:
-                number = study.pressures.index(bar)
+            for condition, path in results:
+                number = study.conditions.index(condition)
                 _plane(plane, path, number, speeds, top)
-                _real(real, path, number, rows, speeds, 2 * SPREAD * (number / max(len(study.pressures) - 1, 1) - 0.5))
+                _real(real, path, number, rows, speeds, 2 * SPREAD * (number / max(len(study.conditions) - 1, 1) - 0.5))
                 written = {mode for mode, _, _ in labels}
                 labels += [place for place in label_places(path, top) if place[0] not in written]
             _write(plane, labels)
@@ -58,9 +58,9 @@ def draw_speed_locus(study: Study, setup: Setup, target: Path) -> Path:
                 hatch_extrapolated(axes, any(r.case.extrapolated for r in study.of(setup, name)))
         hertz = grid[0, -1].secondary_yaxis("right", functions=(lambda w: w / (2 * np.pi), lambda f: f * 2 * np.pi))
         hertz.set_ylabel("Frequency, Hz")
-        for number, bar in enumerate(study.pressures):
+        for number, condition in enumerate(study.conditions):
             marker = PRESSURE_MARKERS[number % len(PRESSURE_MARKERS)]
-            grid[0, 0].scatter([], [], color="0.3", marker=marker, s=16, label=f"{bar:g} bar")
+            grid[0, 0].scatter([], [], color="0.3", marker=marker, s=16, label=condition)
         handles, words = grid[0, 0].get_legend_handles_labels()
         canvas.legend(handles, words, loc="outside lower center", ncols=len(words))
         canvas.colorbar(grid[0, 0].collections[0], ax=grid, label="Speed, m/s", pad=0.01)

@@ -1,6 +1,6 @@
 """Redraws of the paper's Fig. 1, 5-6 and 9-14 from its tables (Dell'Orto, Ballo, Mastinu & Gobbi)."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -58,11 +58,17 @@ FIGURES = (
 )
 
 
-def draw_paper_figures(folder: Path) -> Iterator[Path]:
-    """Draw every redraw into ``folder``; yields the stem of each as it is done."""
-    yield draw_step_response(folder / "paper_fig01")
-    for figure in FIGURES:
-        yield draw_over_load(figure, folder / f"paper_fig{figure.number:02d}")
+def paper_stems(folder: Path) -> list[Path]:
+    """Where the redraws go."""
+    return [folder / f"paper_fig{number:02d}" for number in (1, *(figure.number for figure in FIGURES))]
+
+
+def draw_paper_figure(target: Path) -> Path:
+    """Draw one redraw, by the number at the end of its name."""
+    number = int(target.name[-2:])
+    if number == 1:
+        return draw_step_response(target)
+    return draw_over_load(next(figure for figure in FIGURES if figure.number == number), target)
 
 
 def draw_over_load(figure: PaperFigure, target: Path) -> Path:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from bicycle.modes import Modes, modes
-from studies.main_study.cases import Array
+from studies.main_study.settings import Array
 from studies.main_study.solve import Result
 
 MEETINGS = ("merge", "split")

@@ -1,29 +1,51 @@
 """The report of the main study, Markdown and HTML: every sentence and number is computed from the results."""
 
-from collections.abc import Iterable, Sequence
+import math
+import re
+from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from bicycle.parameters import UNITS
+from bicycle.default_sd import CORNERING_STIFFNESS
+from studies.main_study.answer import Answer
+from studies.main_study.bands import FASTER_THAN_WEAVE, KMH, WOBBLE, Crossing
 from studies.main_study.cases import TyreCase
-from studies.main_study.report_checks import check_table, check_words
-from studies.main_study.report_numbers import plain_range, signed, table, with_sd
-from studies.main_study.report_words import camber_words, label, printed, summary, tyre_changes
-from studies.main_study.solve import COMPARED_MODES, Band, Result
-from studies.main_study.study import CRITICAL, DAMPING, Study
+from studies.main_study.decompose import CRITICAL, DAMPING
+from studies.main_study.figure_headline import assumed as world
+from studies.main_study.published import compared
+from studies.main_study.report_checks import check_table, check_words, exact_words, share_table
+from studies.main_study.report_numbers import plain_range
+from studies.main_study.report_tables import (
+    band_table,
+    hinge_table,
+    lag_table,
+    mode_table,
+    parts_table,
+    posture_table,
+    published_table,
+    tyre_table,
+    weave_table,
+    worlds_table,
+)
+from studies.main_study.settings import CAMBER_RANGE, CONTACT_LENGTH
+from studies.main_study.solve import RIDDEN, Result
+from studies.main_study.study import Study
 
 
-def write_report(study: Study, folder: Path, *, paper_figures: Sequence[str]) -> tuple[Path, Path]:
+def write_report(study: Study, answer: Answer, folder: Path, *, paper_figures: Sequence[str]) -> tuple[Path, Path]:
     """Write report.md and report.html into ``folder``, beside the figures they show."""
     from jinja2 import Environment, StrictUndefined
     from markdown import markdown
 
     templates = Environment(undefined=StrictUndefined, keep_trailing_newline=True, autoescape=False)
-    text = templates.from_string(_template("report.md.j2")).render(**context(study), paper_figures=paper_figures)
-    body = markdown(text, extensions=["tables"])
+    source = _template("report.md.j2")
+    titles = re.findall(r"^## (.+)$", source, re.MULTILINE)
+    shown = context(study, answer) | {
+        "paper_figures": paper_figures, "sections": [(title, anchor(title)) for title in titles if title != "Contents"],
+    }  # fmt: skip
+    text = templates.from_string(source).render(**shown)
+    body = markdown(text, extensions=["tables", "toc"], extension_configs={"toc": {"slugify": lambda t, _: anchor(t)}})
     title = f"velotyre: {study.settings.bicycle.name}"
     page = templates.from_string(_template("report.html.j2")).render(title=title, body=body)
     markdown_file, html_file = folder / "report.md", folder / "report.html"
@@ -32,176 +54,234 @@ def write_report(study: Study, folder: Path, *, paper_figures: Sequence[str]) ->
     return markdown_file, html_file
 
 
-def context(study: Study) -> dict[str, Any]:
+def anchor(title: str) -> str:
+    """What a link to a section ends in, as Markdown viewers make it."""
+    return re.sub(r"[^a-z0-9]+", "-", title.lower().replace("'", "").replace("?", "").replace(".", "")).strip("-")
+
+
+def context(study: Study, answer: Answer) -> dict[str, Any]:
     """What the template shows."""
     settings = study.settings
-    flexible = settings.setups[-1]
-    front = settings.front
     return {
-        "bicycle": settings.bicycle, "loads": settings.bicycle.static_loads, "setup_label": label(flexible),
-        "speeds": f"modes from {settings.speeds[0]:g} to {settings.speeds[-1]:g} m/s, "
-                  f"critical speeds up to {settings.max_speed:g} m/s",
-        "report_speed": f"{settings.report_speed:g}",
-        "tyre_changes": tyre_changes(study), "summary": summary(study),
-        "uncertain": settings.uncertain, "band_table": band_table(study.of(flexible), settings.max_speed),
-        "mode_table": mode_table(study.of(flexible)),
-        "check_words": check_words(study), "check_table": check_table(study),
-        "critical_parts": parts_table(study, CRITICAL, ", m/s", 3),
-        "damping_parts": parts_table(study, DAMPING, "", 5),
-        "camber": camber_words(study),
-        "camber_assumed": " and ".join(f"{share:g} × load per radian" for share in settings.camber_shares if share),
-        "front": f"a hinge across the steer axis, {front.joint_height:g} m above the ground, stiffness "
-                 f"{front.stiffness:g} N m/rad, damping {front.damping:g} N m s/rad",
-        "alternatives_intro": alternatives_intro(study), "alternatives": alternatives_table(study),
-        "extrapolated": extrapolated_words(study.cases), "assumed": assumed(study),
-        "tyre_table": tyre_table(study.cases), "notes": notes(study.cases),
-        "setups": [(number, setup.label) for number, setup in enumerate(settings.setups, 1)],
+        "question": answer.question, "sentences": answer.sentences, "why": answer.why,
+        "headline_words": f"Speeds of unstable wobble, {settings.reference.label}",
+        "world_label": world(study, settings.reference).capitalize(), "band_table": band_table(study),
+        "fastest": f"{settings.fastest:g}", "fastest_kmh": f"{KMH * settings.fastest:.0f}",
+        "ridden": f"{RIDDEN[0]:g} to {RIDDEN[1]:g}", "counted_as_wobble": counted_as_wobble(study),
+        "worlds_table": worlds_table(study), "hinge_intro": hinge_intro(study),
+        "hinge_table": hinge_table(study),
+        "lag_words": lag_words(study), "lag_table": lag_table(study), "posture_words": posture_words(study),
+        "posture_table": posture_table(study), "published_table": published_table(study),
+        "published_words": published_words(study), "report_speed": f"{settings.report_speed:g}",
+        "critical_parts": parts_table(study, CRITICAL, ", m/s", 3), "damping_parts": parts_table(study, DAMPING, "", 5),
+        "mode_table": mode_table(study.of(settings.reference)), "weave_table": weave_table(study),
+        "exact_words": exact_words(study), "share_table": share_table(study),
+        "check_words": check_words(study), "check_table": check_table(study), "assumed": assumed(study),
+        "extrapolated": extrapolated_words(study.cases), "left_out": left_out(study),
+        "tyre_sources": tyre_sources(study.cases), "tyre_table": tyre_table(study.cases), "notes": notes(study.cases),
+        "setups": [(k, setup.label, setup.front is not None) for k, setup in enumerate(settings.setups, 1)],
     }  # fmt: skip
 
 
-def band_table(results: list[Result], max_speed: float) -> str:
-    """Unstable wobble and weave per tyre and pressure."""
-    rows = [
-        [
-            r.case.name, f"{r.case.pressure_bar:g}", _bands(r.bands("wobble"), max_speed),
-            _frequencies(r.bands("wobble")), _bands(r.bands("weave"), max_speed),
-            "yes" if r.case.extrapolated else "no",
-        ]
-        for r in results
-    ]  # fmt: skip
-    return table(
-        rows, ["tyre", "bar", "unstable wobble, m/s", "its frequency, Hz", "unstable weave, m/s", "extrapolated"]
-    )
-
-
-def mode_table(results: list[Result]) -> str:
-    """Frequency and damping ratio of the compared modes per tyre and pressure."""
-    rows = [
-        [
-            r.case.name, f"{r.case.pressure_bar:g}",
-            *(
-                with_sd(part[mode]) if mode in part else "-"
-                for mode in COMPARED_MODES for part in (r.frequency, r.damping)
-            ),
-        ]
-        for r in results
-    ]  # fmt: skip
-    head = [f"{mode} {what}" for mode in COMPARED_MODES for what in ("frequency, Hz", "damping ratio")]
-    return table(rows, ["tyre", "bar", *head])
-
-
-def parts_table(study: Study, quantity: str, unit: str, digits: int) -> str:
-    """Decomposition of the last setup as a table; the printed numbers of a row add up."""
-    rows = []
-    for d in (d for d in study.decompositions if d.setup == study.settings.setups[-1]):
-        for c in (c for c in d.changes if c.quantity == quantity):
-            before, after, *parts = printed(c, digits)
-            bars = f"{d.higher.pressure_bar:g} → {d.lower.pressure_bar:g}"
-            rows.append([d.higher.name, c.name, bars, f"{before}", f"{after}", *map(signed, parts)])
-    head = ["tyre", "what", "bar", f"before{unit}", f"after{unit}", "total", "relaxation length", "C", "interaction"]
-    return table(rows, head) if rows else "No tyre has the same quantities at both pressures."
-
-
-def alternatives_table(study: Study) -> str:
-    """Unstable wobble with other fronts, both pressures side by side."""
-    rows: dict[str, list[str]] = {}
-    for a in study.alternatives:
-        top = f"beyond {study.settings.max_speed:g}" if a.end is None else f"{a.end:.1f}"
-        band = "none" if a.onset is None and a.end is None else f"{a.onset or 0:.1f} – {top}"
-        rows.setdefault(a.what, [a.what]).append(band)
-    head = [f"{p:g} bar: unstable wobble, m/s" for p in dict.fromkeys(a.case.pressure_bar for a in study.alternatives)]
-    return table(list(rows.values()), ["front", *head])
-
-
-def alternatives_intro(study: Study) -> str:
-    """Which tyre and camber thrust the table of other fronts is for."""
-    case, share = study.alternatives[0].case, study.settings.camber_shares[-1]
+def counted_as_wobble(study: Study) -> str:
+    """Say which oscillations count as wobble, where tracking cannot tell."""
+    others = {c.mode for r in study.results for c in _edges(r, study.settings.fastest) if c.mode != WOBBLE}
+    if not others:
+        return ""
+    names = "; ".join(sorted(name.replace("+", " or ").replace("_", " ") for name in others))
     return (
-        f"For {case.name} with a flexible front and camber thrust {share:g} × load, from the first onset to the last "
-        "end of unstable wobble:"
+        f"What could as well be another mode by its tracking ({names}) counts as wobble at {FASTER_THAN_WEAVE:g} Hz or "
+        "more."
     )
 
 
-def tyre_table(cases: Iterable[TyreCase]) -> str:
-    """Tyre numbers at the wheel loads."""
-    rows = []
-    for case in cases:
-        for wheel, p in (("rear", case.rear), ("front", case.front)):
-            rows.append([
-                case.name, f"{case.pressure_bar:g}", wheel, f"{p.load:.0f}", f"{np.radians(p.cornering_stiffness):.1f}",
-                f"{p.lateral_stiffness / 1e3:.1f}",
-                f"{1e3 * p.relaxation_length:.1f} ± {1e3 * p.relaxation_length_sd:.1f}", p.origin,
-            ])  # fmt: skip
-    return table(rows, ["tyre", "bar", "wheel", "load, N", "C, N/deg", "K, N/mm", "relaxation length, mm", "origin"])
+def _edges(result: Result, limit: float) -> list[Crossing]:
+    """Ends of the bands of unstable wobble that begin up to ``limit`` (m/s)."""
+    return [edge for band in result.bands(limit) for edge in (band.start, band.end) if edge]
+
+
+def hinge_intro(study: Study) -> str:
+    """What is varied around."""
+    return (
+        f"One thing is changed at a time, on {study.focus.name} ({study.focus.condition}), around "
+        f"{study.settings.reference.label}. Ranked "
+        f"by the change of the least damping ratio of wobble at {RIDDEN[0]:g} to {RIDDEN[1]:g} m/s (below zero: it "
+        f"grows)."
+    )
+
+
+def lag_words(study: Study) -> str:
+    """The wavelength of wobble in relaxation lengths, case by case."""
+    if CONTACT_LENGTH in study.settings.further:
+        return "The tyres are no single lag here: the model file gives them a contact with a length."
+    found = []
+    for r in study.of(study.settings.reference):
+        for edge in _edges(r, study.settings.fastest):
+            wave = edge.speed / edge.frequency_hz
+            found.append((wave / float(r.case.contact[3]), wave, edge, r.case))
+    if not found:
+        return "There is no unstable wobble whose wavelength could be compared with the relaxation length."
+    least, wave, edge, case = min(found, key=lambda one: one[0])
+    return (
+        "The model answers slip with a first-order lag over one relaxation length. That is a fair description of "
+        "wavelengths "
+        f"many times longer. The shortest wobble at an edge of a band here is {wave:.2f} m long ({case.name}, "
+        f"{case.condition}, {edge.speed:.1f} m/s), {least:.1f} relaxation lengths of the front tyre. Below, the tyre "
+        f"in "
+        "question is a stretched string in contact over a length (effect contact_length), with the same measured "
+        "cornering "
+        "and lateral stiffness."
+    )
+
+
+def posture_words(study: Study) -> str:
+    """How much the posture moves wobble, beside the pressure."""
+    if not study.postures:
+        return "This bicycle has no rider whose posture could be changed here (see velotyre run --rider)."
+    damping = [one.end.least.damping_ratio for one in study.postures if one.end and one.end.least]
+    words = f"The same rider in other postures, on {study.focus.name} ({study.focus.condition}) at the loads of each."
+    if len(damping) > 1:
+        words += f" The least damping ratio changes by {max(damping) - min(damping):.3f} between them"
+        pressure = next((one for one in study.hinges if one.what == "pressure"), None)
+        words += f", by {pressure.size:.3f} between the pressures of this tyre." if pressure else "."
+    return words
+
+
+def hands_on_words(study: Study) -> str:
+    """How many of the random bicycles with plausible fronts and arms wobble with hands on."""
+    result = study.result(study.settings.setups[1], study.focus)
+    outer = study.outer(result) if result else None
+    onset = outer.likely("onset") if outer else None
+    if result is None or outer is None or onset is None or result.span(study.settings.fastest):
+        return ""
+    return (
+        f" Hands on, the bicycle of this study does not wobble up to {study.settings.fastest:g} m/s, but "
+        f"{outer.count - outer.without} of {outer.count} with plausible fronts and arms do "
+        f"({study.focus.condition}), nine of "
+        f"ten of these from between {onset[0]:.1f} and {onset[1]:.1f} m/s."
+    )
+
+
+def published_words(study: Study) -> str:
+    """How many of the comparable ranges agree, and the likely reasons where not."""
+    every = [one for one in compared(study) if one.ours is not None]
+    inside = sum(one.verdict == "inside" for one in every)
+    partly = sum(one.verdict == "partly inside" for one in every)
+    words = f"Of {len(every)} ranges that can be compared, ours lie inside {inside}, partly inside {partly}."
+    words += hands_on_words(study)
+    hands = [one for one in every if one.finding.hands == "on" and one.verdict == "outside"]
+    if hands:
+        words += (
+            " Hands on, the arms of this study are a lumped inertia, spring and damper at the steering; the papers "
+            "have arms "
+            "with joints on a moving body, so that frequency and shape differ."
+        )
+    lengths = [one for one in every if one.finding.quantity == "relaxation_length_mm" and one.verdict == "outside"]
+    if lengths:
+        words += (
+            " The relaxation lengths measured indoors on racing tyres at 3.5 bar and above are shorter than those "
+            "measured on "
+            "asphalt; what a longer one does is what less air does, more of it."
+        )
+    return words
 
 
 def extrapolated_words(cases: Sequence[TyreCase]) -> str:
     """Name every condition that lies outside the measurements, or say that none does."""
     outside = [
-        f"{case.name}, {wheel} wheel at {p.load:.0f} N, {case.pressure_bar:g} bar"
-        for case in cases for wheel, p in (("rear", case.rear), ("front", case.front)) if not p.inside
+        f"{case.name}, {wheel} wheel at {p.load:.0f} N, {p.pressure / 1e5:g} bar"
+        for case in cases for wheel, p in zip(("rear", "front"), case.properties, strict=False) if not p.inside
     ]  # fmt: skip
     if not outside:
-        return "Nothing: both wheel loads and all pressures lie inside the measured range."
+        return "Nothing is extrapolated: wheel loads and pressures lie inside what was measured."
     lines = "\n".join(f"- {line}" for line in outside)
     return (
         "These tyre values lie outside the measured loads or pressures; what depends on them is hatched in the figures "
-        f"and marked in the tables:\n\n{lines}"
+        f"and marked in the tables:\n\n{lines}{guessed(cases)}"
     )
+
+
+def guessed(cases: Sequence[TyreCase]) -> str:
+    """Which tyres are extrapolated so far that their values are guesses."""
+    far = dict.fromkeys(case.name for case in cases if case.out_of_reach)
+    if not far:
+        return ""
+    return (
+        f"\n\nOf {', '.join(far)} some loads or pressures are farther outside than the measured range is wide: what "
+        f"stands here "
+        "for them is a guess."
+    )
+
+
+def left_out(study: Study) -> str:
+    """What could not be computed."""
+    if not study.left_out:
+        return "Nothing is left out."
+    return "Left out, because it could not be computed:\n\n" + "\n".join(f"- {line}" for line in study.left_out)
 
 
 def assumed(study: Study) -> list[str]:
     """Assumptions of this run."""
-    shares = [share for share in study.settings.camber_shares if share]
-    return [
-        "The paper's 3 mm is one standard deviation of the relaxation length; it is carried by the lateral stiffness.",
+    settings = study.settings
+    front, arms = settings.front, settings.arms
+    lines = [
+        f"Flexible front, {'as the model file gives it' if front.given else 'assumed'}: {front.words}.",
+        f"Hands on the bar, {'as the model file gives them' if arms.given else 'assumed'}: {arms.inertia:g} kg m², "
+        f"{arms.stiffness:g} N m/rad, {arms.damping:g} N m s/rad at the steering; hands off: nothing.",
+        "Plausible fronts: " + ", ".join(
+            f"{name.replace('_', ' ')} {low:g} to {high:g}" for name, (low, high) in vars(settings.ranges).items()
+        ) + " (SI units; hinge as a shift).",
+    ]  # fmt: skip
+    if "camber_thrust" not in settings.further:
+        lines.append(
+            f"Camber stiffness {settings.camber_share:g} × static load per radian on both wheels, lagging with the "
+            f"slip force; "
+            f"measured: {CAMBER_RANGE[0]:g} to {CAMBER_RANGE[1]:g} (Dressel 2013)."
+        )
+    lines += [f"{name} as the model file gives it." for name in settings.further]
+    lines += [
+        "The rear frame with whatever it carries is one rigid body.",
+        length_words(study.cases),
         "A value between measured conditions adds the misfit of a smooth law to its uncertainty.",
         *(
-            f"Camber stiffness {share:g} × static load per radian on both wheels, lagging with the slip force."
-            for share in shares
+            f"No {what}." for name, what in (
+                ("pneumatic_trail", "aligning moment"), ("aerodynamic_drag", "aerodynamic drag"),
+                ("wheel_compliance", "wheel compliance: the laboratory's rim was stiff, and a spoked wheel in series "
+                 "would lengthen the relaxation length"),
+            ) if name not in settings.further
         ),
-        bicycle_sd(study),
-        "Stiffness, damping and place of the flexible front; rigid front otherwise.",
-        "The rear frame with whatever it carries is one rigid body and nothing holds the handlebar.",
-        "No aligning moment, no aerodynamic drag, no wheel compliance.",
-        "The laboratory's rim was stiff; a spoked wheel in series would lengthen the relaxation length.",
-        *(f"Warning of the bicycle's data: {warning}" for warning in study.settings.bicycle.warnings),
+        *(f"Warning of the bicycle's data: {warning}" for warning in settings.bicycle.warnings),
     ]  # fmt: skip
+    return lines
 
 
-def bicycle_sd(study: Study) -> str:
-    """Which parameters of the bicycle the standard deviations hold."""
-    stated = study.settings.stated_sd
-    if not stated:
-        return (
-            "The bicycle's parameters count as exact, because its file states no standard deviations: every ± and "
-            "every band is of the tyre data alone."
-        )
-    exact = [key for key in UNITS if key not in stated]
-    rest = f"; {', '.join(exact)} count as exact" if exact else ""
-    return f"The bicycle's file states standard deviations of {', '.join(stated)}, taken as independent{rest}."
+def length_words(cases: Sequence[TyreCase]) -> str:
+    """How sure the relaxation lengths are, and what their standard deviations are made of."""
+    sds = [1e3 * math.sqrt(case.covariance[k, k]) for case in cases for k in (1, 3)]
+    return (
+        "The paper's 3 mm is one standard deviation of its relaxation lengths, carried by the lateral stiffness; the "
+        f"{100 * CORNERING_STIFFNESS:g} % assumed of a cornering stiffness whose table states none, and the way "
+        f"between "
+        f"measured conditions, add to it: {plain_range(sds, '.1f')} mm at the loads of this bicycle."
+    )
 
 
-def notes(cases: Iterable[TyreCase]) -> list[str]:
-    """What the tyre data say about themselves, each once per tyre and surface."""
-    lines = {f"{case.name}: {note}": None for case in cases for p in (case.rear, case.front) for note in p.notes}
-    return list(lines)
-
-
-def _bands(bands: Sequence[Band], max_speed: float) -> str:
-    if not bands:
-        return "none"
+def tyre_sources(cases: Sequence[TyreCase]) -> str:
+    """Whose tyres these are."""
+    packaged = list(dict.fromkeys(case.name for case in cases if case.packaged))
+    own = list(dict.fromkeys(case.name for case in cases if not case.packaged))
     words = []
-    for band in bands:
-        low = with_sd(band.start) if band.start else "0"
-        high = with_sd(band.end) if band.end else f"beyond {max_speed:g}"
-        words.append(f"{low} – {high}")
-    return "; ".join(words)
+    if own:
+        words.append(f"{', '.join(own)}: yours.")
+    if packaged:
+        words.append(f"{', '.join(packaged)}: tables of Dell'Orto, Ballo, Mastinu & Gobbi.")
+    return " ".join(words)
 
 
-def _frequencies(bands: Sequence[Band]) -> str:
-    values = [edge.frequency_hz for band in bands for edge in (band.start, band.end) if edge]
-    return plain_range(values, ".1f") if values else "-"
+def notes(cases: Sequence[TyreCase]) -> list[str]:
+    """What the tyre data say about themselves, each once per tyre and surface."""
+    lines = {f"{case.name}: {note}": None for case in cases for p in case.properties for note in p.notes}
+    return list(lines)
 
 
 def _template(name: str) -> str:

@@ -1,9 +1,16 @@
 """What the report says of linear propagation beside Monte Carlo."""
 
+from bicycle.sensitivity import critical_speed_sensitivities
 from studies.main_study.checks import FAR, differs, excess
 from studies.main_study.report_numbers import shown_like, signed, signed_range, table
+from studies.main_study.solve import COMPARED_MODES
+from studies.main_study.spread import VARIED_APART, uncertainty
 from studies.main_study.study import Study
+from studies.uncertainty import contributions
+from studies.uncertainty.contributions import assumed_words
+from studies.uncertainty.propagation import Uncertainty
 
+SMALL = 0.005  # a group with less everywhere has no column
 DIGITS = 4  # a value is shown finer than its standard deviation by this, as its interval is no longer symmetric
 
 
@@ -11,13 +18,19 @@ def check_words(study: Study) -> str:
     """How random bicycles were drawn, and where their standard deviations differ from the linear ones."""
     settings = study.settings
     every = [(one.result, q) for one in study.checks for q in one.quantities]
-    first, last = settings.setups[0], settings.setups[-1]
+    failed = [one for one in study.checks if one.failure]
     text = (
-        f"Here they are compared with {settings.samples} random bicycles (seed {settings.seed}; mean and covariance of "
-        f"the draws are matched, so that chance is about 1 %), at the pressure at which a wobble speed is most "
-        f"uncertain: each tyre in the setup '{last.label}', and the most uncertain case of '{first.label}'. A draw is "
+        "Every ± is linear: derivatives times the covariance of tyre and bicycle. Here they are compared with "
+        f"{settings.samples} random bicycles (seed {settings.seed}; where they are enough, mean and covariance of the "
+        "draws are matched, so that chance is small), at the pressure at which a wobble speed is most uncertain: of "
+        f"the tyre in question and of the others with {settings.reference.label}, and of each other world. A draw is "
         "lost where the quantity does not exist; a critical speed that only some draws have is not counted."
     )
+    for one in failed:
+        case = one.result.case
+        text += (
+            f" {case.name}, {case.condition}, {one.result.setup.label}: this check could not be made ({one.failure})."
+        )
     if not every:
         return text
     far = [(result, q) for result, q in every if differs(q)]
@@ -29,7 +42,7 @@ def check_words(study: Study) -> str:
         )
     if far:
         said = "; ".join(
-            f"{result.case.name}, {result.case.pressure_bar:g} bar, {result.setup.front_name} front: {q.name} by "
+            f"{result.case.name}, {result.case.condition}, {result.setup.label}: {q.name} by "
             f"{signed(100 * excess(q), '.1f')} %" + (f", lost in {q.lost} draws" if q.lost else "")
             for result, q in far
         )
@@ -45,11 +58,62 @@ def check_table(study: Study) -> str:
         for q in one.quantities:
             low, high = (shown_like(edge, q.linear_sd / DIGITS) for edge in q.band())
             rows.append([
-                case.name, f"{case.pressure_bar:g}", one.result.setup.front_name, q.name, q.unit,
+                case.name, case.condition, one.result.setup.label, q.name, q.unit,
                 shown_like(q.value, q.linear_sd / DIGITS), f"{q.linear_sd:#.3g}", f"{q.sampled_sd:#.3g}",
                 f"{signed(100 * excess(q), '.1f')} %",
                 signed((q.sampled_mean - q.value) / q.linear_sd, ".2f"), f"{low} to {high}", f"{q.lost}",
             ])  # fmt: skip
-    head = ["tyre", "bar", "front", "what", "unit", "value", "sd linear", "sd Monte Carlo", "larger by",
+    head = ["tyre", "pressure", "world", "what", "unit", "value", "sd linear", "sd Monte Carlo", "larger by",
             "mean minus value, sd", "95 % of the draws", "lost"]  # fmt: skip
-    return table(rows, head) if rows else "Nothing to compare: wobble does not oscillate."
+    return (
+        table(rows, head) if rows else "Nothing to compare: wobble does not oscillate, or the check could not be made."
+    )
+
+
+def exact_words(study: Study) -> str:
+    """What the standard deviations hold: stated, assumed, and what counts as exact."""
+    uncertain = _focus_uncertainty(study)
+    words = [assumed_words(uncertain), contributions.exact_words(uncertain)]
+    return " ".join(f"{one[0].upper()}{one[1:]}." for one in words if one) + (
+        " All numbers of the bicycle are taken as independent of each other. What is assumed beside the tyre (front, "
+        "arms, camber thrust, friction) counts as exact here, because the plausible fronts vary it."
+    )
+
+
+def share_table(study: Study) -> str:
+    """How much each group of uncertain numbers contributes to the critical speeds of the case in focus."""
+    found = group_shares(study)
+    groups = [group for group in dict.fromkeys(g for one in found.values() for g in one)
+              if max(one.get(group, 0.0) for one in found.values()) >= SMALL]  # fmt: skip
+    rows = [[name, *(f"{100 * one.get(group, 0.0):.0f} %" for group in groups)] for name, one in found.items()]
+    return table(rows, ["share of the variance of", *groups]) if rows else ""
+
+
+def group_shares(study: Study) -> dict[str, dict[str, float]]:
+    """Critical speed -> group of uncertain numbers -> its share of the linear variance, for the case in focus."""
+    uncertain = _focus_uncertainty(study)
+    crossings = uncertain.crossings(study.settings.fastest)
+    slopes = critical_speed_sensitivities(uncertain.nominal, list(crossings.values())) if crossings else {}
+    return {
+        name: contributions.by_group(uncertain.shares(uncertain.gradient({key: one[k] for key, one in slopes.items()})))
+        for k, name in enumerate(crossings)
+    }
+
+
+def uncertainty_lines(study: Study) -> list[str]:
+    """What causes the uncertainty of the first critical speed of wobble, or of weave, and what counts as exact."""
+    found = group_shares(study)
+    name = next((one for mode in COMPARED_MODES for one in found if one.startswith(mode)), None)
+    lines = []
+    if name:
+        ranked = sorted(found[name].items(), key=lambda one: -one[1])
+        shares = ", ".join(f"{group} {100 * share:.0f} %" for group, share in ranked if share >= SMALL)
+        lines.append(f"uncertainty of '{name}' ({study.focus.name}, {study.focus.condition}): {shares}")
+    exact = contributions.counted_as_exact(_focus_uncertainty(study))
+    alone = [key for key in exact if key.split(".")[0] not in VARIED_APART]
+    said = f"counted as exact: {', '.join(alone)}; " if alone else ""
+    return [*lines, f"{said}front, arms, camber thrust and friction are varied apart (plausible fronts)"]
+
+
+def _focus_uncertainty(study: Study) -> Uncertainty:
+    return uncertainty(study.settings, study.focus, study.settings.reference)

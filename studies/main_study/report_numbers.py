@@ -22,10 +22,12 @@ class Measured(Protocol):
 
 
 def with_sd(number: Measured) -> str:
-    """``24.8 ± 0.9``; where more than the tyre is uncertain, ``24.8 ± 1.2 (tyre 0.9)``."""
+    """``24.8 ± 0.9``; where more than the tyre is uncertain, ``24.8 ± 1.2 (tyre 0.9)``, to the digits of the whole."""
     value, sd = shown_like(number.value, number.sd), shown_like(number.sd, number.sd)
-    alone = f" (tyre {shown_like(number.tyre_sd, number.tyre_sd)})" if number.tyre_sd != number.sd else ""
-    return f"{value} ± {sd}{alone}"
+    if number.tyre_sd == number.sd:
+        return f"{value} ± {sd}"
+    alone = shown_like(number.tyre_sd, number.sd)
+    return f"{value} ± {sd} (tyre {alone if float(alone) else f'below {sd}'})"
 
 
 def shown_like(value: float, sd: float) -> str:

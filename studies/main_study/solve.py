@@ -1,6 +1,5 @@
 """Modes, frequencies, damping ratios and critical speeds of one case, each with its standard deviation."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,11 +7,25 @@ import numpy as np
 from bicycle.critical import critical_speeds
 from bicycle.linear_model import LinearModel
 from bicycle.modes import Modes, modes
-from bicycle.propagation import critical_speed_sd, mode_sd
-from studies.main_study.cases import Settings, Setup, TyreCase, model
-from studies.main_study.spread import spread, tyre_spread
+from bicycle.propagation import critical_speed_gradients, mode_gradients, standard_deviation
+from studies.main_study.assemble import model
+from studies.main_study.bands import (
+    FASTER_THAN_WEAVE,
+    WEAVE,
+    WOBBLE,
+    Band,
+    Crossing,
+    Span,
+    unstable_bands,
+    wobble_edges,
+    wobble_span,
+)
+from studies.main_study.cases import TyreCase
+from studies.main_study.settings import Settings, Setup
+from studies.main_study.spread import spread, tyre_spread, within
 
-COMPARED_MODES = ("wobble", "weave")
+COMPARED_MODES = (WOBBLE, WEAVE)
+RIDDEN = (3.0, 20.0)  # m/s, 11 to 72 km/h: where wobble's least damping is looked for
 
 
 @dataclass(frozen=True)
@@ -25,37 +38,16 @@ class Uncertain:
 
 
 @dataclass(frozen=True)
-class Crossing:
-    """A critical speed (m/s): where ``mode`` becomes stable or unstable; frequency in Hz.
+class LeastDamped:
+    """The least damped wobble at the speeds that are ridden: eigenvalue (1/s) and speed (m/s)."""
 
-    ``sd`` is of all that is uncertain, ``tyre_sd`` of the tyre data alone.
-    """
-
-    mode: str
-    kind: str
-    direction: str
+    eigenvalue: complex
     speed: float
-    sd: float
-    tyre_sd: float
-    frequency_hz: float
 
     @property
-    def value(self) -> float:
-        """The speed, m/s."""
-        return self.speed
-
-    @property
-    def destabilising(self) -> bool:
-        """True where the mode loses its stability as the speed grows."""
-        return self.direction == "destabilising"
-
-
-@dataclass(frozen=True)
-class Band:
-    """Speeds in which a mode is unstable; None: it begins below, or goes on above, the speeds looked at."""
-
-    start: Crossing | None
-    end: Crossing | None
+    def damping_ratio(self) -> float:
+        """Below zero where it grows."""
+        return damping_ratio(self.eigenvalue)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,26 +60,31 @@ class Result:
     crossings: tuple[Crossing, ...]
     frequency: dict[str, Uncertain]  # mode -> Hz at the report speed; missing where it is no oscillation
     damping: dict[str, Uncertain]  # mode -> damping ratio, likewise
+    least: LeastDamped | None
 
-    def bands(self, mode: str) -> list[Band]:
-        """Unstable speed bands of a mode; one without edges where it is unstable and never crosses."""
-        found = unstable_bands(self.crossings, mode)
-        value = self.modes.branches[mode][-1, 0].real if mode in self.modes.branches else np.nan
-        return found or ([Band(None, None)] if value > 0 and not self.crossed(mode) else [])
+    def bands(self, limit: float) -> list[Band]:
+        """Bands of unstable wobble that begin up to ``limit`` (m/s); one without edges where it is unstable throughout.
 
-    def crossed(self, mode: str) -> bool:
-        """Whether a mode has a critical speed."""
-        return any(c.mode == mode for c in self.crossings)
+        A band may end beyond the limit.
+        """
+        found = unstable_bands(self.wobble_edges)
+        if not found and self.span(limit):
+            return [Band(None, None)]
+        return [band for band in found if not band.start or band.start.speed <= limit]
 
-    def first(self, mode: str, direction: str) -> float | None:
-        """Lowest critical speed (m/s) of a mode in one direction."""
-        speeds = [c.speed for c in self.crossings if (c.mode, c.direction) == (mode, direction)]
-        return min(speeds, default=None)
+    @property
+    def wobble_edges(self) -> list[Crossing]:
+        """Critical speeds at which unstable wobble begins or ends, rising."""
+        return wobble_edges(self.crossings)
+
+    def span(self, limit: float) -> Span | None:
+        """Unstable wobble at speeds up to ``limit`` (m/s)."""
+        return wobble_span(self.modes.model, self.crossings, limit)
 
 
-def nearest(model: LinearModel, speed: float, eigenvalue: complex) -> complex:
+def nearest(linear: LinearModel, speed: float, eigenvalue: complex) -> complex:
     """The eigenvalue (1/s) of a model that is nearest to a given one."""
-    values = model.eigenvalues(speed)
+    values = linear.eigenvalues(speed)
     return complex(values[int(np.argmin(np.abs(values - eigenvalue)))])
 
 
@@ -97,43 +94,51 @@ def damping_ratio(eigenvalue: complex) -> float:
 
 
 def solve(settings: Settings, case: TyreCase, setup: Setup) -> Result:
-    """Modes over the study's speeds, frequency and damping ratio at its report speed, critical speeds, with sd."""
-    built = model(settings.bicycle, setup, case.contact)
+    """Modes over the study's speeds, frequency and damping ratio at its report speed, critical speeds, with sd.
+
+    Raises
+    ------
+    InputError
+        The bicycle and this tyre make no model, or one that cannot be computed.
+    """
+    built = model(settings, setup, case.contact)
     linear = built.linear_model()
-    spreads = (spread(settings, case, setup), tyre_spread(case))
+    names, whole = spread(settings, case, setup)
+    covariances = (whole, within(names, tyre_spread(case)))
     found = modes(linear, np.append(settings.speeds, settings.report_speed))
     roots = oscillations(found, -1)
-    every, tyre = (mode_sd(built, settings.report_speed, list(roots.values()), *one) for one in spreads)
+    gradients = mode_gradients(built, settings.report_speed, list(roots.values()), names)
+    sds = [[standard_deviation(one, covariance).tolist() for covariance in covariances] for one in gradients]
     frequency, damping = {}, {}
     for k, (mode, root) in enumerate(roots.items()):
-        frequency[mode] = Uncertain(root.imag / (2 * np.pi), float(every[0][k]), float(tyre[0][k]))
-        damping[mode] = Uncertain(damping_ratio(root), float(every[1][k]), float(tyre[1][k]))
+        frequency[mode] = Uncertain(root.imag / (2 * np.pi), *(sd[k] for sd in sds[0]))
+        damping[mode] = Uncertain(damping_ratio(root), *(sd[k] for sd in sds[1]))
     critical = critical_speeds(linear, max_speed=settings.max_speed)
-    sds = [critical_speed_sd(built, critical, *one).tolist() for one in spreads]
+    slopes = critical_speed_gradients(built, critical, names)
+    moved = [standard_deviation(slopes, covariance).tolist() for covariance in covariances]
     crossings = [
-        Crossing(c.mode, c.kind, c.direction, float(c.speed), sd, tyre_sd, float(c.frequency) / (2 * np.pi))
-        for c, sd, tyre_sd in zip(critical, *sds, strict=True)
+        Crossing(c.mode, c.kind, c.direction, float(c.speed), sd, tyre_sd, float(c.frequency_hz))
+        for c, sd, tyre_sd in zip(critical, *moved, strict=True)
     ]
-    return Result(case, setup, found, tuple(crossings), frequency, damping)
+    return Result(case, setup, found, tuple(crossings), frequency, damping, least_damped(found))
+
+
+def least_damped(found: Modes) -> LeastDamped | None:
+    """The least damped wobble at the speeds that are ridden; None where there is none."""
+    ridden = (found.speeds >= RIDDEN[0]) & (found.speeds <= RIDDEN[1])
+    best: LeastDamped | None = None
+    for name, values in found.branches.items():
+        slowest = 0.0 if name == WOBBLE else 2 * np.pi * FASTER_THAN_WEAVE
+        if WOBBLE not in name.split("+"):
+            continue
+        for speed, root in zip(found.speeds[ridden], values[ridden, 0], strict=True):
+            if root.imag > slowest:
+                one = LeastDamped(complex(root), float(speed))
+                best = one if best is None or one.damping_ratio < best.damping_ratio else best
+    return best
 
 
 def oscillations(found: Modes, row: int) -> dict[str, complex]:
     """Eigenvalues (1/s, upper half) of the compared modes at one of the speeds, where they are oscillations."""
     values = {name: complex(found.branches[name][row, 0]) for name in COMPARED_MODES if name in found.branches}
     return {name: value for name, value in values.items() if value.imag > 0}
-
-
-def unstable_bands(crossings: Sequence[Crossing], mode: str) -> list[Band]:
-    """Pair the crossings of a mode into bands of instability."""
-    bands: list[Band] = []
-    start: Crossing | None = None
-    inside = False
-    for crossing in sorted((c for c in crossings if c.mode == mode), key=lambda c: c.speed):
-        if crossing.destabilising:
-            start, inside = crossing, True
-        elif inside or not bands:
-            bands.append(Band(start, crossing))
-            start, inside = None, False
-    if inside:
-        bands.append(Band(start, None))
-    return bands

@@ -1,13 +1,17 @@
 """What is uncertain about a case of the main study: a covariance of model parameters, and random bicycles."""
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
-from bicycle.parameters import UNITS
-from studies.main_study.cases import CONTACT, Array, Settings, Setup, TyreCase, beside, camber_stiffness
+import numpy as np
+
+from studies.main_study.assemble import CAMBER, FRICTION, content, follow, model
+from studies.main_study.cases import CONTACT, TyreCase
+from studies.main_study.settings import Array, Settings, Setup
 from studies.uncertainty.propagation import Uncertainty
 
-CAMBER = ("camber_thrust.camber_stiffness.rear", "camber_thrust.camber_stiffness.front")
+VARIED_APART = ("front_compliance", "rider_arms", FRICTION, CAMBER[0].split(".")[0])
+"""Effects whose numbers the plausible fronts vary: they count as exact in a standard deviation."""
 
 
 class Spread(NamedTuple):
@@ -23,24 +27,39 @@ def tyre_spread(case: TyreCase) -> Spread:
 
 
 def spread(settings: Settings, case: TyreCase, setup: Setup) -> Spread:
-    """The tyre data and the parameters of the bicycle whose standard deviation is stated."""
-    return Spread(*uncertainty(settings, case, setup).covariance()) if settings.stated_sd else tyre_spread(case)
+    """The tyre data and the bicycle."""
+    return Spread(*uncertainty(settings, case, setup).covariance())
+
+
+def within(names: Sequence[str], part: Spread) -> Array:
+    """The covariance of ``part`` among more parameters, which count as exact."""
+    found = np.zeros((len(names), len(names)))
+    at = [names.index(name) for name in part.names]
+    found[np.ix_(at, at)] = part.covariance
+    return found
 
 
 def uncertainty(settings: Settings, case: TyreCase, setup: Setup) -> Uncertainty:
-    """The model of a case with all that is uncertain about it.
+    """The model of a case with all that is uncertain about tyre and bicycle.
 
-    Masses and lengths of the bicycle move the wheel loads, and these the tyre and the camber thrust; the hinge of a
-    flexible front stays on the steer axis.
+    What the bicycle's file does not state has the defaults of :mod:`bicycle.default_sd`. Masses and lengths of the
+    bicycle move the wheel loads, and these the tyre and the camber thrust; the hinge of an assumed flexible front stays
+    on the steer axis. What is assumed beside the tyre is varied in ``plausible``.
     """
-    tyre = {"tyre": case.source, "surface": case.surface, "pressure_bar": case.pressure_bar}
-    content = {
-        "bicycle": {key: settings.bicycle[key] for key in UNITS},
-        "effects": {"relaxation_length": tyre, **beside(settings.bicycle, setup)},
-    }
+    followers = follow(settings, setup, settings.bicycle.values)
+    parameters = model(settings, setup, case.contact).parameters
+    exact = {key: 0.0 for key in parameters if key.split(".")[0] in VARIED_APART and key not in followers}
+    return Uncertainty(
+        content(settings, setup, case.table), sd=exact, defaults=True, bicycle_sd=settings.bicycle.sd,
+        follow=lambda p: follow(settings, setup, p),
+    )  # fmt: skip
 
-    def follow(p: Mapping[str, Any]) -> dict[str, Any]:
-        found = dict(zip(CAMBER, camber_stiffness(setup, p), strict=True))
-        return found | ({"front_compliance.joint_x": setup.front.joint_x(p)} if setup.front else {})
 
-    return Uncertainty(content, sd=settings.stated_sd, follow=follow)
+def draws(settings: Settings, case: TyreCase, uncertain: Uncertainty, count: int) -> Iterator[dict[str, float] | None]:
+    """Parameters of random bicycles; None for one that is no bicycle. The tyre's numbers differ from case to case."""
+    mine = uncertain.draw(count, settings.seed)
+    own = uncertain.draw(count, 1 + settings.seed + sum(map(ord, case.name + case.condition)))
+    z = np.where([name.startswith("tyre ") for name in uncertain.names], own, mine)
+    points = uncertain.points(z)
+    for k, refused in enumerate(points.refused.mask):
+        yield None if refused else {key: points.value(key, k) for key in points.values}

@@ -6,9 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from studies.main_study.cases import PASCAL_PER_BAR, Setup, TyreCase
+from studies.main_study.cases import TyreCase
+from studies.main_study.decompose import CRITICAL, DAMPING, Decomposition
+from studies.main_study.published import compared
+from studies.main_study.settings import Setup
 from studies.main_study.solve import Result
-from studies.main_study.study import CRITICAL, DAMPING, Decomposition, Study
+from studies.main_study.study import Study
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -34,32 +37,39 @@ def tables(study: Study) -> dict[str, "pd.DataFrame"]:
         "critical_speeds": pd.DataFrame(_critical(study)),
         "decomposition_damping_ratio": pd.DataFrame(_changes(study, DAMPING, "")),
         "decomposition_critical_speed": pd.DataFrame(_changes(study, CRITICAL, "_m_s")),
-        "other_fronts": pd.DataFrame(_fronts(study)),
+        "wobble": pd.DataFrame(_wobble(study)),
+        "hinges": pd.DataFrame(_hinges(study)),
+        "plausible_fronts": pd.DataFrame(_plausible(study)),
+        "published": pd.DataFrame(_published(study)),
         "monte_carlo": pd.DataFrame(_monte_carlo(study)),
     }
 
 
 def _condition(study: Study, case: TyreCase, setup: Setup) -> dict[str, Any]:
+    rear, front = case.pressures_bar or (None, None)
     return {
         "bicycle": study.settings.bicycle.name, "tyre": case.tyre, "surface": case.surface,
-        "pressure_bar": case.pressure_bar, "front": setup.front_name,
-        "camber_stiffness_over_load_per_rad": setup.camber_share, "extrapolated": case.extrapolated,
+        "pressure_rear_bar": rear, "pressure_front_bar": front, "hands": setup.hands, "front": setup.front_name,
+        "extrapolated": case.extrapolated,
     }  # fmt: skip
 
 
 def _tyres(study: Study) -> Iterator[dict[str, Any]]:
     for case in study.cases:
-        for wheel, p in (("rear", case.rear), ("front", case.front)):
+        for k, wheel in enumerate(("rear", "front")):
+            stiffness, length = (float(value) for value in case.contact[2 * k : 2 * k + 2])
+            sd = np.sqrt(np.diag(case.covariance))[2 * k : 2 * k + 2]
+            p = case.properties[k] if case.properties else None
             yield {
                 "bicycle": study.settings.bicycle.name, "tyre": case.tyre, "surface": case.surface,
-                "pressure_bar": p.pressure / PASCAL_PER_BAR, "wheel": wheel, "load_N": p.load,
-                "cornering_stiffness_N_per_deg": np.radians(p.cornering_stiffness),
-                "cornering_stiffness_sd_N_per_deg": np.radians(p.cornering_stiffness_sd),
-                "lateral_stiffness_N_per_mm": p.lateral_stiffness / 1e3,
-                "lateral_stiffness_sd_N_per_mm": p.lateral_stiffness_sd / 1e3,
-                "relaxation_length_mm": p.relaxation_length * 1e3,
-                "relaxation_length_sd_mm": p.relaxation_length_sd * 1e3,
-                "origin": p.origin, "notes": "; ".join(p.notes),
+                "pressure_bar": case.pressures_bar[k] if case.pressures_bar else None, "wheel": wheel,
+                "load_N": study.settings.bicycle.static_loads[k],
+                "cornering_stiffness_N_per_deg": np.radians(stiffness),
+                "cornering_stiffness_sd_N_per_deg": np.radians(sd[0]),
+                "lateral_stiffness_N_per_mm": stiffness / length / 1e3,
+                "lateral_stiffness_sd_N_per_mm": p.lateral_stiffness_sd / 1e3 if p else None,
+                "relaxation_length_mm": length * 1e3, "relaxation_length_sd_mm": sd[1] * 1e3,
+                "origin": p.origin if p else "given", "notes": "; ".join(p.notes) if p else "",
             }  # fmt: skip
 
 
@@ -95,7 +105,7 @@ def _compared(study: Study) -> Iterator[dict[str, Any]]:
         for mode, ratio in result.damping.items():
             hertz = result.frequency[mode]
             yield _condition(study, result.case, result.setup) | {
-                "speed_m_s": study.settings.report_speed, "mode": mode, "uncertain": study.settings.uncertain,
+                "speed_m_s": study.settings.report_speed, "mode": mode,
                 "frequency_Hz": hertz.value, "frequency_sd_Hz": hertz.sd, "frequency_sd_of_tyre_Hz": hertz.tyre_sd,
                 "damping_ratio": ratio.value, "damping_ratio_sd": ratio.sd, "damping_ratio_sd_of_tyre": ratio.tyre_sd,
             }  # fmt: skip
@@ -105,7 +115,7 @@ def _critical(study: Study) -> Iterator[dict[str, Any]]:
     for result in study.results:
         for c in result.crossings:
             yield _condition(study, result.case, result.setup) | {
-                "mode": c.mode, "kind": c.kind, "direction": c.direction, "uncertain": study.settings.uncertain,
+                "mode": c.mode, "kind": c.kind, "direction": c.direction,
                 "speed_m_s": c.speed, "speed_sd_m_s": c.sd, "speed_sd_of_tyre_m_s": c.tyre_sd,
                 "frequency_Hz": c.frequency_hz,
             }  # fmt: skip
@@ -124,21 +134,55 @@ def _changes(study: Study, quantity: str, unit: str) -> Iterator[dict[str, Any]]
 
 def _pressures(study: Study, decomposition: Decomposition) -> dict[str, Any]:
     row = _condition(study, decomposition.higher, decomposition.setup)
-    del row["pressure_bar"]
+    del row["pressure_rear_bar"], row["pressure_front_bar"]
     row["extrapolated"] = decomposition.higher.extrapolated or decomposition.lower.extrapolated
     return row | {
         "pressure_before_bar": decomposition.higher.pressure_bar, "pressure_after_bar": decomposition.lower.pressure_bar
     }  # fmt: skip
 
 
-def _fronts(study: Study) -> Iterator[dict[str, Any]]:
-    for a in study.alternatives:
+def _wobble(study: Study) -> Iterator[dict[str, Any]]:
+    limit = study.settings.fastest
+    for r in study.results:
+        span, outer = r.span(limit), study.outer(r)
+        likely = {edge: (outer.likely(edge) if outer else None) or (None, None) for edge in ("onset", "end")}
+        yield _condition(study, r.case, r.setup) | {
+            "looked_at_up_to_m_s": limit, "unstable": span is not None,
+            "from_m_s": span.low if span else None, "to_m_s": span.high if span else None,
+            "least_damping_ratio": r.least.damping_ratio if r.least else None,
+            "at_m_s": r.least.speed if r.least else None,
+            **{f"plausible_{edge}_{end}_m_s": ends[k] for edge, ends in likely.items()
+               for k, end in enumerate(("5_%", "95_%"))},
+            "random_bicycles": outer.count if outer else None,
+            "of_these_without_wobble": outer.without if outer else None,
+        }  # fmt: skip
+
+
+def _hinges(study: Study) -> Iterator[dict[str, Any]]:
+    for hinge in study.hinges:
+        for name, end in (("first", hinge.low), ("second", hinge.high)):
+            yield {
+                "varied": hinge.what, "end": name, "value": end.what, "unstable": end.span is not None,
+                "from_m_s": end.span.low if end.span else None, "to_m_s": end.span.high if end.span else None,
+                "least_damping_ratio": end.least.damping_ratio if end.least else None,
+            }  # fmt: skip
+
+
+def _plausible(study: Study) -> Iterator[dict[str, Any]]:
+    for one in study.plausible:
+        for k, (onset, end, computed) in enumerate(zip(one.onset, one.end, one.computed, strict=True)):
+            yield _condition(study, one.case, one.setup) | {
+                "number": k, "computed": bool(computed), "onset_m_s": onset, "end_m_s": end
+            }  # fmt: skip
+
+
+def _published(study: Study) -> Iterator[dict[str, Any]]:
+    for one in compared(study):
+        low, high = one.ours or (None, None)
         yield {
-            "bicycle": study.settings.bicycle.name, "tyre": a.case.tyre, "surface": a.case.surface,
-            "pressure_bar": a.case.pressure_bar, "extrapolated": a.case.extrapolated, "front": a.what,
-            "stiffness_N_m_per_rad": a.front.stiffness, "damping_N_m_s_per_rad": a.front.damping,
-            "joint_height_m": a.front.joint_height,
-            "unstable_wobble_from_m_s": a.onset, "unstable_wobble_to_m_s": a.end,
+            "who": one.finding.who, "quantity": one.finding.quantity, "hands": one.finding.hands,
+            "published_low": one.finding.low, "published_high": one.finding.high, "here_low": low, "here_high": high,
+            "verdict": one.verdict, "read": one.finding.read, "source": one.finding.source,
         }  # fmt: skip
 
 
@@ -148,7 +192,7 @@ def _monte_carlo(study: Study) -> Iterator[dict[str, Any]]:
         for q in one.quantities:
             low, high = q.band()
             yield _condition(study, one.result.case, one.result.setup) | {
-                "what": q.name, "unit": q.unit, "uncertain": settings.uncertain, "value": q.value,
+                "what": q.name, "unit": q.unit, "value": q.value,
                 "sd_linear": q.linear_sd, "sd_monte_carlo": q.sampled_sd, "mean_monte_carlo": q.sampled_mean,
                 "quantile_2.5_%": low, "quantile_97.5_%": high, "draws": settings.samples, "lost": q.lost,
                 "seed": settings.seed,

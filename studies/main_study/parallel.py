@@ -1,0 +1,58 @@
+"""Work of the study spread over processes that live as long as it; each result in the place of its item."""
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any, Protocol, TypeVar
+
+Done = TypeVar("Done")
+
+
+class Each(Protocol):
+    """``each(work, items, said)``: ``work(*item)`` of every item; who waits is told of each as ``said`` says."""
+
+    def __call__(
+        self, work: Callable[..., Done], items: Iterable[tuple[Any, ...]], said: Callable[..., str]
+    ) -> list[Done]:
+        """Results in the order of the items."""
+
+
+@contextmanager
+def spread(workers: int, step: Callable[[str], None]) -> Iterator[Each]:
+    """Give :class:`Each`, in this process with one worker; ``step`` is told of every item that is done."""
+    if workers < 2:
+        yield _here(step)
+        return
+    import multiprocessing
+    from concurrent.futures import ProcessPoolExecutor
+
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, mp_context=context, initializer=_alone) as pool:
+
+        def each(work: Callable[..., Done], items: Iterable[tuple[Any, ...]], said: Callable[..., str]) -> list[Done]:
+            todo = list(items)
+            futures = [pool.submit(work, *item) for item in todo]
+            found = []
+            for item, future in zip(todo, futures, strict=True):
+                found.append(future.result())
+                step(said(*item))
+            return found
+
+        yield each
+
+
+def _here(step: Callable[[str], None]) -> Each:
+    def each(work: Callable[..., Done], items: Iterable[tuple[Any, ...]], said: Callable[..., str]) -> list[Done]:
+        found = []
+        for item in items:
+            found.append(work(*item))
+            step(said(*item))
+        return found
+
+    return each
+
+
+def _alone() -> None:
+    """One BLAS thread for each process."""
+    from threadpoolctl import threadpool_limits
+
+    threadpool_limits(1)

@@ -1,0 +1,55 @@
+"""Studies with other results in them, to see what is said of these."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from studies.main_study.answer import answer
+from studies.main_study.bands import Crossing
+from studies.main_study.plausible import Plausible
+from studies.main_study.solve import LeastDamped
+
+LOW, MIDDLE, HIGH = "3.5 bar", "5.5 bar", "7.5 bar"
+STAY = np.full(20, 5.0)  # m/s
+
+
+def least(ratio):
+    return None if ratio is None else LeastDamped(complex(-50 * ratio, 50 * np.sqrt(1 - ratio**2)), 10.0)
+
+
+def edges(low, high):
+    found = []
+    for speed, direction in ((low, "destabilising"), (high, "stabilising")):
+        if speed:
+            found.append(Crossing("wobble", "oscillatory", direction, speed, 0.1, 0.1, 7.0))
+    return tuple(found)
+
+
+def altered(study, changes, onsets=None, **settings):
+    """The study with other bands and least damping in the reference world, and other random bicycles.
+
+    ``changes``: condition -> (onset, end, least damping ratio), None for no edge; ``onsets``: condition -> onset of
+    each random bicycle, which all end at 20 m/s.
+    """
+    reference, name = study.settings.reference, study.names[0]
+    results, outer = [], []
+    for r in study.results:
+        if r.setup == reference and r.case.name == name and r.case.condition in changes:
+            low, high, ratio = changes[r.case.condition]
+            r = replace(r, crossings=edges(low, high), least=least(ratio))
+        results.append(r)
+    for p in study.plausible:
+        if p.setup == reference and p.case.name == name:
+            onset = np.array((onsets or {}).get(p.case.condition, STAY), float)
+            end = np.where(np.isnan(onset), np.nan, 20.0)
+            p = Plausible(p.case, p.setup, onset, end, np.ones(len(onset), bool))
+        outer.append(p)
+    return replace(study, results=tuple(results), plausible=tuple(outer), settings=replace(study.settings, **settings))
+
+
+def first_sentence(study):
+    return answer(study).sentences[0]
+
+
+def told(study):
+    return " ".join(f"{label} {text}" for label, text in answer(study).sentences)

@@ -1,0 +1,55 @@
+"""Models of the main study put together effect by effect, and what their eigenvalues say, without the study's code."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from bicycle.effect import effect_class
+from bicycle.linear_model import LinearModel
+from bicycle.model import Model
+from bicycle.parameters import Bicycle
+
+FRONT = {"stiffness": 5000.0, "damping": 20.0, "height": 0.65}
+ARMS = {"inertia": 0.1, "stiffness": 5.0, "damping": 1.0}
+
+
+def by_hand(
+    bicycle: Bicycle, contact: Sequence[float], *, front: dict[str, float] | None = None,
+    arms: dict[str, float] | None = None, camber: float = 0.65, **others: dict[str, Any],
+) -> LinearModel:  # fmt: skip
+    """A bicycle on tyres (C and relaxation length, rear then front), hinged on its steer axis at a height (m)."""
+    v, (rear, front_load) = bicycle.values, bicycle.static_loads
+    tables: dict[str, dict[str, Any]] = {
+        "relaxation_length": {
+            "cornering_stiffness": {"rear": contact[0], "front": contact[2]},
+            "relaxation_length": {"rear": contact[1], "front": contact[3]},
+        },
+        "camber_thrust": {"camber_stiffness": {"rear": camber * rear, "front": camber * front_load}},
+    }  # fmt: skip
+    if front:
+        height = front["height"]
+        tables["front_compliance"] = {
+            "stiffness": front["stiffness"], "damping": front["damping"], "axis_tilt": v["lam"],
+            "joint_x": v["w"] + v["c"] - height * np.tan(v["lam"]), "joint_z": -height,
+        }  # fmt: skip
+    if arms:
+        tables["rider_arms"] = arms
+    tables |= others
+    return Model(bicycle, tuple(effect_class(name)(**table) for name, table in tables.items())).linear_model()
+
+
+def growing(model: LinearModel, speed: float, above: float = 3.0) -> int:
+    """Growing pairs faster than ``above`` Hz."""
+    values = model.eigenvalues(speed)
+    return int(((values.real > 0) & (values.imag > above * 2 * np.pi)).sum())
+
+
+def least_damping(model: LinearModel, speeds: Sequence[float]) -> float:
+    """Least damping ratio of the oscillations of 4 to 15 Hz over speeds (m/s)."""
+    ratios = []
+    for speed in speeds:
+        values = model.eigenvalues(float(speed))
+        fast = values[(values.imag >= 8 * np.pi) & (values.imag < 30 * np.pi)]
+        ratios += (-fast.real / np.abs(fast)).tolist()
+    return min(ratios)
