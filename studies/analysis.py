@@ -32,7 +32,8 @@ def record(model: LinearModel, found: Modes | None, critical: Sequence[CriticalS
                 "speed_m_s": c.speed,
                 "mode": c.mode,
                 "kind": c.kind,
-                "frequency_rad_s": c.frequency,
+                "frequency_Hz": c.frequency_hz,
+                "frequency_rad_s": 2 * np.pi * c.frequency_hz,
                 "direction": c.direction,
             }
             for c in critical

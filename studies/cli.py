@@ -8,14 +8,19 @@ from types import ModuleType
 
 import click
 
-from tyre.errors import InputError
+from studies.examples import example
+from tyre.errors import InputError, unknown
+
+ABOUT = "From bicycle-tyre rig data to the stability of the bicycle."
+EXAMPLE = ("velotyre bicycles", "velotyre modes benchmark", "velotyre run")
+NO_ARGUMENTS = getattr(click.exceptions, "NoArgsIsHelpError", ())  # click before 8.2 shows the help by itself
 
 
 class ModuleGroup(click.Group):
     """A click group whose commands are the modules of a package, imported when they are asked for.
 
     A module ``blind_test`` with a click command called ``command`` is the command ``blind-test``; a sub-package
-    is a group of its own, with the first line of its docstring as help.
+    is a group of its own, with its docstring as help and its ``EXAMPLE`` at the end.
     """
 
     def __init__(self, package: ModuleType, **settings: object) -> None:
@@ -32,14 +37,22 @@ class ModuleGroup(click.Group):
             return None
         module = import_module(f"{self.package.__name__}.{cmd_name.replace('-', '_')}")
         if hasattr(module, "__path__"):
-            return ModuleGroup(module, name=cmd_name, help=module.__doc__)
+            return ModuleGroup(module, name=cmd_name, help=module.__doc__, epilog=example(*module.EXAMPLE))
         return module.command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """The command that the first argument names; an unknown one is refused with the nearest known."""
+        if args and not args[0].startswith("-") and args[0] not in self.list_commands(ctx):
+            raise InputError(unknown("command", args[0], self.list_commands(ctx)))
+        return super().resolve_command(ctx, args)
 
 
 def build() -> click.Group:
     """Return the whole command tree."""
     package = import_module("studies.commands")
-    group = ModuleGroup(package, name="velotyre", help="From bicycle-tyre rig data to the stability of the bicycle.")
+    group = ModuleGroup(package, name="velotyre", help=ABOUT, epilog=example(*EXAMPLE))
     return click.version_option(package_name="velotyre", prog_name="velotyre")(group)
 
 
@@ -47,7 +60,7 @@ def main(arguments: list[str] | None = None) -> None:
     """Run ``velotyre``; bad input or usage ends with exit code 2 and one line on stderr."""
     try:
         build().main(args=arguments, prog_name="velotyre", standalone_mode=False)
-    except click.exceptions.NoArgsIsHelpError as help_page:
+    except NO_ARGUMENTS as help_page:
         click.echo(help_page.format_message())
     except click.ClickException as error:
         _fail(error.format_message())

@@ -1,18 +1,34 @@
-"""What the commands share: reading a list of speeds, printing tables, writing JSON."""
+"""What the commands share: reading a list of speeds, printing tables and warnings, writing JSON."""
 
 import json
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
 from numpy.typing import NDArray
 
 from tyre.errors import InputError
+from tyre.files import write_text
+from tyre.notes import folded
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 MOST_SPEEDS = 1_000_000
+VERBOSE = "velotyre.verbose"
+
+
+def _remember(context: click.Context, parameter: click.Parameter, value: bool) -> None:
+    context.meta[VERBOSE] = value
+
+
+verbose = click.option(
+    "--verbose", is_flag=True, expose_value=False, callback=_remember, help="Show every note on the data in full."
+)
+"""Option of every command that prints warnings."""
 
 
 def parse_speeds(text: str) -> NDArray[np.float64]:
@@ -56,9 +72,30 @@ def write_json(content: Mapping[str, Any], target: str) -> None:
     if not target or "\0" in target:
         raise InputError(f"--json {target!r} is no file name; give a file, or - for standard output")
     try:
-        Path(target).write_text(text + "\n", encoding="utf-8")
+        write_text(target, text + "\n")
     except OSError as error:
         raise InputError(f"{target}: cannot write the result: {error.strerror}") from error
+
+
+def write_csv(table: "pd.DataFrame", target: str | Path) -> None:
+    """Write a table with its column names and all digits as CSV to a file, or to standard output when it is ``-``."""
+    text = table.to_csv(index=False, lineterminator="\n")
+    if target == "-":
+        click.echo(text, nl=False)
+        return
+    try:
+        write_text(target, text)
+    except OSError as error:
+        raise InputError(f"{target}: cannot write the table: {error.strerror}") from error
+
+
+def critical_table(critical: Sequence[Any]) -> "pd.DataFrame":
+    """Critical speeds (:class:`bicycle.critical.CriticalSpeed`), a row each, with the unit in the column names."""
+    import pandas as pd
+
+    columns = ("speed_m_s", "mode", "kind", "frequency_hz", "as_speed_grows")
+    rows = [(c.speed, c.mode, c.kind, c.frequency_hz, c.direction) for c in critical]
+    return pd.DataFrame(rows, columns=columns)
 
 
 def print_table(rows: Sequence[Sequence[Any]], headers: Sequence[str]) -> None:
@@ -71,11 +108,13 @@ def print_table(rows: Sequence[Sequence[Any]], headers: Sequence[str]) -> None:
 
 def print_critical(critical: Sequence[Any]) -> None:
     """Print critical speeds (:class:`bicycle.critical.CriticalSpeed`), one a row."""
-    rows = [[f"{c.speed:.6f}", c.mode, c.kind, c.frequency / (2 * math.pi), c.direction] for c in critical]
+    rows = [[f"{c.speed:.6f}", c.mode, c.kind, c.frequency_hz, c.direction] for c in critical]
     print_table(rows, ["critical speed m/s", "mode", "kind", "frequency Hz", "as speed grows"])
 
 
 def print_warnings(warnings: Sequence[str]) -> None:
-    """Print the warnings of a model to standard error."""
-    for warning in warnings:
-        click.echo(f"warning: {warning}", err=True)
+    """Print warnings to standard error, each in one line; several notes on one tyre are one line without --verbose."""
+    context = click.get_current_context(silent=True)
+    full = context is not None and context.meta.get(VERBOSE, False)
+    for warning in warnings if full else folded(warnings):
+        click.echo(f"warning: {' '.join(warning.split())}", err=True)

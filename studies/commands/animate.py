@@ -4,20 +4,25 @@ from pathlib import Path
 
 import click
 
+from studies.examples import example
+from studies.model_argument import ChosenModel, takes_model
 
-@click.command(help="Film one mode of MODEL.toml (side, rear and top view) and draw its phasors beside the film.")
-@click.argument("model_file", metavar="MODEL.toml")
+
+@click.command(
+    help="Film one mode of MODEL (side, rear and top view) and draw its phasors beside the film.",
+    epilog=example("velotyre animate benchmark --mode weave --speed 5 --out weave.gif"),
+)
+@takes_model
 @click.option("--mode", required=True, help="weave, wobble, capsize, castering ... as velotyre modes lists them.")
 @click.option("--speed", type=float, required=True, help="m/s.")
 @click.option("--out", "target", metavar="FILE", type=click.Path(path_type=Path), required=True, help=".gif or .mp4")
 @click.option("--amplitude", type=float, default=12.0, show_default=True, help="Largest angle shown, degrees.")
 @click.option("--seconds", type=float, default=3.0, show_default=True, help="Length of the film.")
-def command(model_file: str, mode: str, speed: float, target: Path, amplitude: float, seconds: float) -> None:
+def command(chosen: ChosenModel, mode: str, speed: float, target: Path, amplitude: float, seconds: float) -> None:
     import math
 
     import numpy as np
 
-    from bicycle.model_file import read_model
     from bicycle.modes import modes
     from studies.motion.animation import FRAMES_PER_SECOND, animate, check_film
     from studies.motion.modal_motion import modal_motion
@@ -30,7 +35,7 @@ def command(model_file: str, mode: str, speed: float, target: Path, amplitude: f
         raise InputError(f"amplitude = {amplitude:g} degrees is outside 0 .. 45 (0 excluded)")
     if not 0.2 <= seconds <= 60:
         raise InputError(f"seconds = {seconds:g} is outside 0.2 .. 60")
-    model = read_model(model_file)
+    model = chosen.model
     linear = model.linear_model()
     found = modes(linear, [speed])
     root = complex(found.branch(mode)[0, 0])

@@ -2,11 +2,16 @@
 
 import click
 
+from studies.examples import example
+
 SHOWN = ("something_named", "right_when_named", "misnamed", "truth_inside_95")
 MEDIANS = ("gap_left", "class_size", "seconds")
 
 
-@click.command(help="Hide effects in synthetic measurements, diagnose them, and score. Resumable: run again to go on.")
+@click.command(
+    help="Hide effects in synthetic measurements, diagnose them, and score. Resumable: run again to go on.",
+    epilog=example("velotyre blind-test --cases 2 --out cases.jsonl --report blind"),
+)
 @click.option("--cases", default=20, show_default=True, help="Cases of each cell.")
 @click.option("--seed", default=1, show_default=True, help="Seed of the first case; the others follow.")
 @click.option("--cell", "cells", multiple=True, metavar="CELL", help="Only this cell; may be repeated.")

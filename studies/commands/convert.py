@@ -4,8 +4,15 @@ from pathlib import Path
 
 import click
 
+from studies.examples import example
+from studies.output import verbose
 
-@click.command(help="Write BICYCLE (packaged name, .toml, .yml, .yaml or .txt) as TOML or flat YAML.")
+
+@click.command(
+    help="Write BICYCLE (packaged name, .toml, .yml, .yaml or .txt) as TOML or flat YAML.",
+    epilog=example("velotyre convert benchmark --to mine.toml"),
+)
+@verbose
 @click.argument("bicycle")
 @click.option("--to", "target", required=True, metavar="FILE", type=click.Path(path_type=Path), help=".toml or .yml")
 @click.option("--force", is_flag=True, help="Overwrite an existing file.")
@@ -13,6 +20,7 @@ def command(bicycle: str, target: Path, force: bool) -> None:
     from bicycle.bicycle_file import load_bicycle, to_toml, to_yaml
     from studies.output import print_warnings
     from tyre.errors import InputError
+    from tyre.files import write_text
 
     writers = {".toml": to_toml, ".yml": to_yaml, ".yaml": to_yaml}
     if target.suffix.lower() not in writers:
@@ -20,7 +28,7 @@ def command(bicycle: str, target: Path, force: bool) -> None:
     if target.exists() and not force:
         raise InputError(f"{target} exists; give --force to overwrite it or another name")
     found = load_bicycle(bicycle)
-    target.write_text(writers[target.suffix.lower()](found), encoding="utf-8")
+    write_text(target, writers[target.suffix.lower()](found))
     lost = found.sd and target.suffix.lower() != ".toml"
     notes = ["flat YAML holds no standard deviations; write .toml to keep them"] if lost else []
     print_warnings([*found.warnings, *notes])

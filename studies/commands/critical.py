@@ -2,20 +2,28 @@
 
 import click
 
+from studies.examples import example
+from studies.model_argument import ChosenModel, takes_model
 
-@click.command(help="Exact critical speeds of MODEL.toml: where a mode becomes stable or unstable.")
-@click.argument("model_file", metavar="MODEL.toml")
+
+@click.command(
+    help="Exact critical speeds of MODEL: where a mode becomes stable or unstable.",
+    epilog=example("velotyre critical benchmark --tyre Tyre1 --pressure 5.5 --csv critical.csv"),
+)
+@takes_model
 @click.option("--max-speed", default=60.0, show_default=True, help="Search up to this speed, m/s.")
+@click.option("--csv", "csv_file", metavar="FILE", help="Write the critical speeds as CSV; - is standard output.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
-def command(model_file: str, max_speed: float, json_file: str | None) -> None:
-    from bicycle.model_file import read_model
+def command(chosen: ChosenModel, max_speed: float, csv_file: str | None, json_file: str | None) -> None:
     from studies.analysis import analyse, record
-    from studies.output import print_critical, print_warnings, write_json
+    from studies.output import critical_table, print_critical, print_warnings, write_csv, write_json
 
-    model = read_model(model_file).linear_model()
+    model = chosen.model.linear_model()
     _, critical = analyse(model, [], max_speed=max_speed)
+    if csv_file is not None:
+        write_csv(critical_table(critical), csv_file)
     if json_file is not None:
         write_json(record(model, None, critical), json_file)
-    if json_file != "-":
+    if "-" not in (csv_file, json_file):
         print_critical(critical)
         print_warnings(model.warnings)

@@ -2,9 +2,16 @@
 
 import click
 
+from studies.examples import example
+from studies.output import verbose
 
-@click.command(help="Find where simulation and MEASUREMENT.toml disagree, and name the missing effect.")
-@click.argument("measurement_file", metavar="MEASUREMENT.toml")
+
+@click.command(
+    help="Find where simulation and MEASUREMENT (a file or a packaged name) disagree, and name the missing effect.",
+    epilog=example("velotyre diagnose kooijman2008 --out diagnosis"),
+)
+@click.argument("measurement_file", metavar="MEASUREMENT")
+@verbose
 @click.option("--out", "folder", metavar="DIR", help="Write the report (Markdown, HTML, figures) there.")
 @click.option("--without", metavar="EFFECT", multiple=True, help="Do not try this effect; may be repeated.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the verdict as JSON; - is standard output.")

@@ -2,8 +2,12 @@
 
 import click
 
+from studies.examples import example
 
-@click.command(help="List the physical effects, or show the page of one.")
+
+@click.command(
+    help="List the physical effects, or show the page of one.", epilog=example("velotyre effects relaxation_length")
+)
 @click.argument("identifier", required=False)
 @click.option("--json", "json_file", metavar="FILE", help="Write the declarations as JSON; - is standard output.")
 def command(identifier: str | None, json_file: str | None) -> None:

@@ -2,8 +2,13 @@
 
 import click
 
+from studies.examples import example
 
-@click.command(help="Frequency and damping from free decays: RUN.csv files, each with its speed as RUN.csv@4.8 (m/s).")
+
+@click.command(
+    help="Frequency and damping from free decays: RUN.csv files, each with its speed as RUN.csv@4.8 (m/s).",
+    epilog=example("velotyre modal run01.csv@4.8 run02.csv@5.6 --from 0.5 --out weave.csv"),
+)
 @click.argument("runs", nargs=-1, required=True, metavar="RUN.csv@SPEED...")
 @click.option("--mode", default="weave", show_default=True, help="Name of the mode in the table.")
 @click.option("--from", "first_s", default=0.0, show_default=True, help="Start of the window, s.")
@@ -21,6 +26,7 @@ def command(
     from studies.missing_effect.motion.modal_table import MODES
     from studies.output import print_table
     from tyre.errors import InputError, unknown
+    from tyre.files import replacing
 
     if mode not in MODES:
         raise InputError(unknown("mode", mode, MODES))
@@ -43,7 +49,7 @@ def command(
             rows.append(found.row(mode))
     print_table(shown, ["run", "speed m/s", "real 1/s", "imaginary rad/s", "cycles", "R^2", "judgement"])
     if out_file and rows:
-        with Path(out_file).open("w", encoding="utf-8", newline="") as file:
+        with replacing(out_file) as part, part.open("w", encoding="utf-8", newline="") as file:
             writer = csv.DictWriter(file, rows[0])
             writer.writeheader()
             writer.writerows({key: f"{x:.6g}" if isinstance(x, float) else x for key, x in row.items()} for row in rows)

@@ -4,9 +4,15 @@ from pathlib import Path
 
 import click
 
+from studies.examples import example
+from studies.model_argument import ChosenModel, takes_model
 
-@click.command(help="Root locus of MODEL.toml in a parameter: figure, CSV, and where a mode becomes (un)stable.")
-@click.argument("model_file", metavar="MODEL.toml")
+
+@click.command(
+    help="Root locus of MODEL in a parameter: figure, CSV, and where a mode becomes (un)stable.",
+    epilog=example("velotyre root-locus benchmark --parameter IFyy --range 0.1:0.6 --speed 5 --out locus"),
+)
+@takes_model
 @click.option(
     "--parameter", required=True, metavar="KEY",
     help="speed, a bicycle key (IFyy), effect.parameter[.rear|.front], or pressure_bar, load_N of a measured tyre.",
@@ -17,13 +23,12 @@ import click
 @click.option("--max-frequency", type=click.FloatRange(min=0, min_open=True), help="Show up to this frequency, Hz.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the crossings as JSON; - is standard output.")
 def command(
-    model_file: str, parameter: str, span: str, speed: float | None, out: Path, max_frequency: float | None,
+    chosen: ChosenModel, parameter: str, span: str, speed: float | None, out: Path, max_frequency: float | None,
     json_file: str | None,
 ) -> None:  # fmt: skip
     import math
 
-    from bicycle.model_file import read_model
-    from studies.output import print_table, print_warnings, write_json
+    from studies.output import print_table, print_warnings, write_csv, write_json
     from studies.root_loci.figure import draw_root_locus
     from studies.root_loci.parameter_path import parameter_path
     from studies.root_loci.root_locus import parse_range, root_locus
@@ -31,20 +36,20 @@ def command(
 
     if parameter == "speed" and speed is not None:
         raise InputError(f"--speed {speed:g} is given, but the speed is the parameter; leave --speed out")
-    values = parse_range(span)
-    path = parameter_path(model_file, parameter, speed=speed)
+    values, model = parse_range(span), chosen.model
+    path = parameter_path(chosen.content, parameter, speed=speed)
     locus = root_locus(path, values)
-    model = read_model(model_file)
     out.mkdir(parents=True, exist_ok=True)
-    locus.frame().to_csv(out / "root_locus.csv", index=False, lineterminator="\n")
+    write_csv(locus.frame(), out / "root_locus.csv")
     where = f"{model.bicycle.name}, {parameter} {values[0]:g} to {values[-1]:g} {path.unit}"
     where += "" if speed is None else f", at {speed:g} m/s"
-    draw_root_locus(locus, out / "root_locus", title=where, max_frequency=max_frequency)
+    draw_root_locus(locus, out / "root_locus", title=where, max_frequency_hz=max_frequency)
     if json_file:
         found = [
             {
-                "value": c.value, "mode": c.mode, "frequency_rad_s": c.frequency, "destabilising": c.destabilising,
-                "extrapolated": c.extrapolated,
+                "value": c.value, "mode": c.mode,
+                "frequency_Hz": c.frequency_hz, "frequency_rad_s": 2 * math.pi * c.frequency_hz,
+                "destabilising": c.destabilising, "extrapolated": c.extrapolated,
             }
             for c in locus.crossings
         ]  # fmt: skip
@@ -53,7 +58,7 @@ def command(
         effect, range_note = ("stabilising", "destabilising"), ("", "extrapolated")
         headers = [f"{parameter} {path.unit}", "mode", "frequency Hz", "as it grows"]
         rows = [
-            [f"{c.value:.6g}", c.mode, c.frequency / (2 * math.pi), effect[c.destabilising], range_note[c.extrapolated]]
+            [f"{c.value:.6g}", c.mode, c.frequency_hz, effect[c.destabilising], range_note[c.extrapolated]]
             for c in locus.crossings
         ]
         print_table(rows, [*headers, "tyre values"])

@@ -4,9 +4,15 @@ from pathlib import Path
 
 import click
 
+from studies.examples import example
+from studies.model_argument import ChosenModel, takes_model
 
-@click.command(help="Time history of MODEL.toml from initial states and inputs: CSV and figures.")
-@click.argument("model_file", metavar="MODEL.toml")
+
+@click.command(
+    help="Time history of MODEL from initial states and inputs: CSV and figures.",
+    epilog=example("velotyre simulate benchmark --speed 5 --initial lean=0.02 --out history"),
+)
+@takes_model
 @click.option("--speed", type=float, required=True, help="m/s.")
 @click.option("--duration", type=float, default=5.0, show_default=True, help="s.")
 @click.option("--step", "sample", type=float, default=0.005, show_default=True, help="Time between samples, s.")
@@ -23,7 +29,7 @@ import click
 @click.option("--offset", type=float, default=0.0, show_default=True, help="Side force over load without slip, Sv.")
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, help="Folder for the results.")
 def command(
-    model_file: str, speed: float, duration: float, sample: float, initial: str, inputs: tuple[str, ...],
+    chosen: ChosenModel, speed: float, duration: float, sample: float, initial: str, inputs: tuple[str, ...],
     frequency_response: str | None, nonlinear: bool, friction: float, shape_factor: float, curvature_factor: float,
     offset: float, out: Path,
 ) -> None:  # fmt: skip
@@ -32,13 +38,12 @@ def command(
     import click.core
     import numpy as np
 
-    from bicycle.model_file import read_model
     from bicycle.nonlinear import MagicTyre, nonlinear_model
     from bicycle.responses import frequency_response as gains
     from bicycle.responses import respond
     from studies.motion.figure_response import draw_frequency_response, draw_responses
     from studies.motion.simulation_options import check_within, parse_initial, parse_inputs
-    from studies.output import print_warnings
+    from studies.output import print_warnings, write_csv
     from tyre.errors import InputError
 
     for name, value in (("duration", duration), ("step", sample)):
@@ -53,7 +58,7 @@ def command(
             raise InputError(f"{option} is of the Magic Formula tyre; add --nonlinear or leave {option} out")
     if duration / sample > 1e6:
         raise InputError(f"{duration / sample:.0f} samples are more than a million; take a larger step")
-    model = read_model(model_file)
+    model = chosen.model
     linear = model.linear_model()
     time = np.arange(math.floor(duration / sample * (1 + 1e-12)) + 1) * sample
     start, histories = parse_initial(initial), parse_inputs(inputs, allowed=linear.inputs)
@@ -70,14 +75,14 @@ def command(
         responses["Magic Formula"] = system.simulate(time=time, initial=start, inputs=histories)
     spectrum = None
     if frequency_response:
-        frequencies = 2 * np.pi * np.geomspace(0.05, 20.0, 400)
-        spectrum = gains(linear, speed=speed, input=frequency_response, frequency=frequencies)
+        frequencies = np.geomspace(0.05, 20.0, 400)
+        spectrum = gains(linear, speed=speed, input=frequency_response, frequency_hz=frequencies)
 
     out.mkdir(parents=True, exist_ok=True)
     title, written, notes = f"{model.bicycle.name} at {speed:g} m/s", [], []
     for label, response in responses.items():
         upright, name = response.until_fall(), f"response_{label.lower().replace(' ', '_')}.csv"
-        upright.to_csv(out / name)
+        write_csv(upright.frame(), out / name)
         written.append(name)
         notes += [f"{label}: {text}" for text in upright.warnings]
         if upright.fall is not None:
@@ -86,7 +91,7 @@ def command(
         draw_responses(responses, out / "response", title=title)
         written += ["response.png", "response.svg"]
     if spectrum is not None:
-        spectrum.frame().to_csv(out / "frequency_response.csv", index=False, lineterminator="\n")
+        write_csv(spectrum.frame(), out / "frequency_response.csv")
         title = f"{title}: {spectrum.input.replace('_', ' ')}"
         draw_frequency_response(spectrum, out / "frequency_response", title=title)
         written += [f"frequency_response.{ending}" for ending in ("csv", "png", "svg")]

@@ -10,6 +10,9 @@ from typing import Any
 
 import click
 
+from studies.examples import example
+from tyre.files import write_text
+
 
 class ValidationGroup(click.Group):
     """A click group whose commands are the modules of ``studies.validations``, imported when asked for."""
@@ -64,20 +67,25 @@ def _command(name: str, module: ModuleType) -> click.Command:
         result = module.run(out=out, **settings)
         text = json.dumps(result, indent=1, allow_nan=False) + "\n"
         path = out / f"{name.replace('-', '_')}.json"
-        path.write_text(text, encoding="utf-8")
+        write_text(path, text)
         to_stdout = json_file is not None and str(json_file) == "-"
         if json_file is not None:
             if to_stdout:
                 click.echo(text, nl=False)
             else:
-                json_file.write_text(text, encoding="utf-8")
+                write_text(json_file, text)
         click.echo(f"{name}: result in {path}", err=to_stdout)
 
-    return click.Command(name, params=options, callback=callback, help=inspect.cleandoc(module.__doc__ or name))
+    shown = "".join(f" --{option.name} 1" for option in options if option.required)
+    return click.Command(
+        name, params=options, callback=callback, help=inspect.cleandoc(module.__doc__ or name),
+        epilog=example(f"velotyre validate {name}{shown}"),
+    )  # fmt: skip
 
 
 command = ValidationGroup(
     "studies.validations",
     name="validate",
     help="Check velotyre against known truth: studies that take over half a minute, with a seed and a JSON result.",
+    epilog=example("velotyre validate critical-speeds --seed 1"),
 )

@@ -19,11 +19,13 @@ from typing import Any
 from bicycle.effect import effect_class
 from bicycle.model import Model
 from bicycle.model_file import build_model
+from bicycle.plausible import WAY_OUT
 from studies.missing_effect.motion.candidates import check_known
 from studies.missing_effect.motion.canonical_table import CanonicalTable, read_canonical
 from studies.missing_effect.motion.history_table import Run, read_runs
 from studies.missing_effect.motion.modal_table import ModalPoint, read_modal
 from studies.missing_effect.motion.nuisances import nuisances
+from studies.missing_effect.packaged import packaged_measurement
 from studies.missing_effect.rig.measurement import RigMeasurement, read_rig
 from studies.missing_effect.rig.tables_forward import TyreTables, read_tyre_tables
 from tyre.errors import InputError, shown, unknown
@@ -31,7 +33,8 @@ from tyre.toml_file import read_toml
 
 KINDS = ("modal", "histories", "canonical")
 EVERY_KIND = (*KINDS, "rig", "tyre_tables")
-TOP_KEYS = ("kind", "description", "source", "bicycle", "effects", "uncertainty", "candidates", *KINDS)
+MODEL_KEYS = ("bicycle", "effects", WAY_OUT)
+TOP_KEYS = ("kind", "description", "source", *MODEL_KEYS, "uncertainty", "candidates", *KINDS)
 
 
 @dataclass(frozen=True)
@@ -79,14 +82,18 @@ class Measurement:
 
 
 def read_measurement(path: str | Path) -> Measurement | RigMeasurement | TyreTables:
-    """Read MEASUREMENT.toml and the tables it names.
+    """Read MEASUREMENT.toml and the tables it names; a packaged one is given by its name.
 
     Raises
     ------
     InputError
         Anything missing, unknown, out of range or not finite, with file, row or key and the remedy.
     """
-    path = Path(path)
+    with packaged_measurement(path) as file:
+        return _read(file)
+
+
+def _read(path: Path) -> Measurement | RigMeasurement | TyreTables:
     content = read_toml(path, "measurement file")
     try:
         return _measurement(content, path)
@@ -112,7 +119,7 @@ def _measurement(content: Mapping[str, Any], path: Path) -> Measurement | RigMea
         if (other in content) != (other == kind):
             needed = f"the table [{kind}] is missing" if other == kind else f"the table [{other}] does not belong here"
             raise InputError(f"kind is {kind!r} but {needed}")
-    model = build_model({k: content[k] for k in ("bicycle", "effects") if k in content}, folder=path.parent)
+    model = build_model({k: content[k] for k in MODEL_KEYS if k in content}, folder=path.parent)
     common: dict[str, Any] = {
         "name": path.stem, "model": model, "uncertainty": _uncertainty(_table(content, "uncertainty")),
         "known": _known(_table(content, "candidates"), model),

@@ -24,12 +24,12 @@ AT_REST = 1e-8  # of the largest root: what lies closer to the axis than this is
 
 def run(*, out: Path, seed: int, models: int = 1000) -> dict[str, Any]:
     """Check random models; ``unexplained`` and ``off_axis`` list what is wrong."""
-    from tqdm import tqdm
+    from tyre.progress import progress_bar
 
     generator = np.random.default_rng(seed)
     result: dict[str, Any] = {"seed": seed, "models": models, "speeds_each": SPEEDS, "crossings": 0}
     result |= {"orders": {}, "unexplained": [], "off_axis": []}
-    for number in tqdm(range(models), desc="models"):
+    for number in progress_bar(range(models), desc="models"):
         decades = WILD if number % 2 else 0.0
         model = random_model(generator, contact_laws=LAWS, share=0.25, decades=decades).linear_model()
         found = critical_speeds(model, max_speed=FASTEST)
@@ -61,4 +61,4 @@ def off_axis(model: LinearModel, crossing: CriticalSpeed) -> bool:
     if any(crossing.speed == piece.upper for piece in model.ranges):
         return False
     values = model.eigenvalues(crossing.speed)
-    return bool(np.abs(values - 1j * crossing.frequency).min() > 1e-9 * np.abs(values).max())
+    return bool(np.abs(values - 2j * np.pi * crossing.frequency_hz).min() > 1e-9 * np.abs(values).max())

@@ -38,18 +38,19 @@ def run(*, out: Path, seed: int, campaigns: int = 500, jobs: int = 2) -> dict[st
         Coverage, bias and the targets they are held against.
     """
     import pandas as pd
-    from tqdm import tqdm
+
+    from tyre.progress import progress_bar
 
     seeds = np.random.SeedSequence(seed).spawn(campaigns)
     rows: list[dict[str, float]] = []
     outcomes: Iterable[list[dict[str, float]]]
     if jobs == 1:
-        for outcome in tqdm(map(one_campaign, seeds), total=campaigns, desc="campaigns", disable=None):
+        for outcome in progress_bar(map(one_campaign, seeds), total=campaigns, desc="campaigns"):
             rows += outcome
     else:
         with worker_pool(jobs) as pool:
             outcomes = pool.map(one_campaign, seeds, chunksize=4)
-            for outcome in tqdm(outcomes, total=campaigns, desc="campaigns", disable=None):
+            for outcome in progress_bar(outcomes, total=campaigns, desc="campaigns"):
                 rows += outcome
     frame = pd.DataFrame(rows)
     frame.to_csv(out / "rig_coverage.csv", index=False, float_format="%.6g", lineterminator="\n")

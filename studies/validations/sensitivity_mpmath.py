@@ -59,11 +59,12 @@ def run(*, out: Path, seed: int, models: int = 50) -> dict[str, Any]:
         Number of models and pairs, the largest relative error and the target it is held against.
     """
     import pandas as pd
-    from tqdm import tqdm
+
+    from tyre.progress import progress_bar
 
     generator = np.random.default_rng(seed)
     rows: list[dict[str, Any]] = []
-    for number in tqdm(range(models), desc="models"):
+    for number in progress_bar(range(models), desc="models"):
         for c in compare(draw_model(generator), generator):
             rows.append(
                 {

@@ -17,11 +17,11 @@ Measured = Callable[[], Row]
 
 def run(*, out: Path, quick: bool = False, table: str = "") -> dict[str, Any]:
     """Measure every row; ``quick`` takes about a minute and small sizes, otherwise about ten."""
-    from tqdm import tqdm
+    from tyre.progress import progress_bar
 
     machine = measure.machine()
     rows: list[Row] = []
-    for name, target, measured in tqdm(list(_rows(quick)), desc="rows"):
+    for name, target, measured in progress_bar(list(_rows(quick)), desc="rows"):
         row: Row = {"figure": name, "target": target}
         try:
             row |= measured()

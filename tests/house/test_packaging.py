@@ -1,5 +1,6 @@
 """The house: packages listed are packages on disk, data are found from a wheel and from a bare checkout."""
 
+import os
 import shutil
 import subprocess
 import sys
@@ -13,13 +14,15 @@ ROOT = Path(__file__).parents[2]
 
 
 def test_listed_packages_are_those_on_disk():
-    listed = set(tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"])
+    setup = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
+    listed = set(setup["packages"])
+    elsewhere = {folder.replace("/", "."): name for name, folder in setup["package-dir"].items()}
     found = {
         ".".join(init.parent.relative_to(ROOT).parts)
         for top in ("tyre", "bicycle", "studies")
         for init in (ROOT / top).rglob("__init__.py")
     }
-    assert listed == found | {"tyre.data"}
+    assert listed == {elsewhere.get(name, name) for name in found} | {"tyre.data"}
 
 
 @pytest.fixture(scope="module")
@@ -40,21 +43,55 @@ def wheel(tmp_path_factory):
     return next(folder.glob("*.whl"))
 
 
+USER = """
+import velotyre as vt
+
+tyre = vt.RelaxationLength(cornering_stiffness={"rear": 6000.0, "front": 5000.0}, relaxation_length=0.1)
+model = vt.Model(vt.load_bicycle("benchmark"), [tyre, vt.effects.SteerDamper(damping=1.0)])
+hertz: float = vt.critical_speeds(vt.Model(vt.load_bicycle("benchmark"), tyre))[0].frequency_hz
+vt.modes(model, [5.0]).plot()
+vt.RelaxationLength(cornering_stiffness=6000.0, relaxation_lenght=0.1)
+vt.SteerDamper(damping="1")
+vt.SteerDampr
+"""
+
+BESIDE = ("numpy", "scipy", "sympy", "pandas", "matplotlib", "xarray", "click", "yaml", "control", "threadpoolctl")
+"""Libraries that cost mypy most of its time and that the user's script does not need checked."""
+
+
+def test_a_type_checker_knows_the_door_and_the_parameters_of_effects(wheel, tmp_path):
+    zipfile.ZipFile(wheel).extractall(tmp_path / "site")
+    (tmp_path / "user.py").write_text(USER.lstrip())
+    skipped = ",".join(f"mypy-{name}.*" for name in BESIDE)
+    settings = "[mypy]\nfollow_imports = silent\nignore_missing_imports = True\n"
+    settings += f"[{skipped}]\nfollow_imports = skip\nfollow_imports_for_stubs = True\n"
+    (tmp_path / "mypy.ini").write_text(settings)
+    shown = subprocess.run(
+        [sys.executable, "-m", "mypy", "user.py"],
+        capture_output=True, text=True, cwd=tmp_path, env=os.environ | {"MYPYPATH": str(tmp_path / "site")},
+    ).stdout  # fmt: skip
+    errors = [line for line in shown.splitlines() if ": error:" in line]
+    assert [line.partition(": error: ")[0] for line in errors] == ["user.py:7", "user.py:8", "user.py:9"], shown
+    assert 'Unexpected keyword argument "relaxation_lenght"' in errors[0]
+    assert 'Argument "damping" to "SteerDamper" has incompatible type "str"; expected "float"' in errors[1]
+    assert 'maybe "SteerDamper"?' in errors[2]
+
+
 QUESTION = "from bicycle import load_bicycle; from tyre import TyreMap; import tyre.paths; " + (
     "print(load_bicycle('benchmark')['w'], TyreMap.load('Tyre1').tyre, tyre.paths.__file__)"
 )
 
 
-def ask(path):
+def ask(path, question=QUESTION):
     """Run in an isolated interpreter (-I: no editable install of this checkout is shadowed by the folder)."""
-    code = f"import sys; sys.path.insert(0, {str(path)!r}); {QUESTION}"
+    code = f"import sys; sys.path.insert(0, {str(path)!r}); {question}"
     return subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True, cwd="/").stdout
 
 
 def test_wheel_holds_every_data_file(wheel):
     inside = set(zipfile.ZipFile(wheel).namelist())
     for path in (ROOT / "data").rglob("*"):
-        if path.suffix in (".csv", ".toml", ".md", ".json"):
+        if path.suffix in (".csv", ".toml", ".md", ".json", ".txt"):
             assert f"tyre/data/{path.relative_to(ROOT / 'data').as_posix()}" in inside
     templates = [path.relative_to(ROOT).as_posix() for path in (ROOT / "studies").rglob("*.j2")]
     assert templates
@@ -67,6 +104,16 @@ def test_data_are_found_in_an_unpacked_and_in_a_zipped_wheel(wheel, tmp_path):
     assert ask(wheel).startswith(f"1.02 Tyre1 {wheel}")
 
 
+DOOR = "import velotyre as vt; print(vt.read_measurement('{}').name, vt.SideSlip.identifier, vt.__file__)"
+
+
+@pytest.mark.parametrize("measurement", ["kooijman2008", "tyre1_drum"])  # the second names tables of another folder
+def test_the_door_and_measurements_by_name_work_from_an_unpacked_and_from_a_zipped_wheel(wheel, tmp_path, measurement):
+    zipfile.ZipFile(wheel).extractall(tmp_path)
+    for place in (tmp_path, wheel):
+        assert ask(place, DOOR.format(measurement)).startswith(f"{measurement} side_slip {place}")
+
+
 def test_data_are_found_in_a_bare_checkout(tmp_path):
     for name in ("tyre", "bicycle", "studies", "data"):
         (tmp_path / name).symlink_to(ROOT / name)
@@ -76,6 +123,16 @@ def test_data_are_found_in_a_bare_checkout(tmp_path):
     )
     shown = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True, cwd="/").stdout
     assert shown.startswith("1.02 Tyre1")
+
+
+def test_the_door_imports_nothing_before_it_is_asked():
+    code = (
+        f"import sys; sys.path.insert(0, {str(ROOT)!r}); import studies.velotyre as vt; "
+        "print([name for name in ('numpy', 'sympy', 'bicycle', 'tyre') if name in sys.modules]); vt.load_bicycle; "
+        "print([name for name in ('matplotlib', 'pandas', 'control', 'xarray') if name in sys.modules])"
+    )
+    shown = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout
+    assert shown.split() == ["[]", "[]"]
 
 
 def test_importing_stays_light():

@@ -19,7 +19,7 @@ def test_a_fitted_tyre_is_named_in_a_model_file(tmp_path, capsys):
     assert f'tyre = "{table.as_posix()}"' in said
     model = tmp_path / "model.toml"
     model.write_text(
-        'bicycle = "pista_rider_drops"\n[effects.relaxation_length]\n'
+        'bicycle = "pista_charlie_drops"\n[effects.relaxation_length]\n'
         f'tyre = "fit/maps/{table.name}"\npressure_bar = 5.5\n'
     )
     main(["critical", str(model), "--json", str(tmp_path / "critical.json")])

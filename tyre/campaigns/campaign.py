@@ -259,9 +259,9 @@ def _run(tasks: Sequence[Any], jobs: int | None) -> Iterator[tuple[str, Recordin
 
 
 def _progress(items: Iterable[Any], total: int, show: bool) -> Iterable[Any]:
-    from tqdm import tqdm
+    from tyre.progress import progress_bar
 
-    return tqdm(items, total=total, desc="recordings", unit="file", disable=None if show else True)
+    return progress_bar(items, total=total, desc="recordings", unit="file", show=show)
 
 
 def _within(path: Path, folder: Path | None) -> bool:

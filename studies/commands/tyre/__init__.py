@@ -1,1 +1,3 @@
 """From rig recordings and measured tables to tyre properties."""
+
+EXAMPLE = ("velotyre tyre simulate campaign --seed 1", "velotyre tyre fit campaign --out fit")

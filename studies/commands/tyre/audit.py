@@ -4,8 +4,14 @@ from pathlib import Path
 
 import click
 
+from studies.examples import example
 
-@click.command(name="audit", short_help="The paper's claims against its own tables.")
+
+@click.command(
+    name="audit",
+    short_help="The paper's claims against its own tables.",
+    epilog=example("velotyre tyre audit --out audit"),
+)
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
@@ -24,6 +30,7 @@ def command(out: Path, json_file: str | None) -> None:
 
     from tabulate import tabulate
 
+    from tyre.files import write_text
     from tyre.paper_audit import audit
 
     findings = audit.audit()
@@ -33,7 +40,7 @@ def command(out: Path, json_file: str | None) -> None:
         click.echo(json.dumps({"claims": records}, indent=2))
         return
     if json_file:
-        Path(json_file).write_text(json.dumps({"claims": records}, indent=2) + "\n", encoding="utf-8")
+        write_text(json_file, json.dumps({"claims": records}, indent=2) + "\n")
     rows = [
         [record["section"], record["claim"], record["text"], record["computed"], record["verdict"]]
         for record in records

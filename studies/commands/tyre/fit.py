@@ -4,10 +4,11 @@ from pathlib import Path
 
 import click
 
+from studies.examples import example
 from tyre.errors import InputError
 
 
-@click.command()
+@click.command(epilog=example("velotyre tyre fit campaign --out fit"))
 @click.argument("folder", type=click.Path(path_type=Path))
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
 @click.option(
@@ -47,6 +48,7 @@ def command(
     from tyre.campaigns.campaign import fit_campaign
     from tyre.campaigns.campaign_recording import FitSettings
     from tyre.campaigns.campaign_report import write_campaign
+    from tyre.files import write_text
     from tyre.fits.estimate import Calibration
 
     if not 0.05 <= wheel_radius <= 1.0:
@@ -78,7 +80,7 @@ def command(
         if to_stdout:
             click.echo(text, nl=False)
         else:
-            json_file.write_text(text, encoding="utf-8")
+            write_text(json_file, text)
     click.echo(
         f"{len(campaign.conditions)} conditions, {len(campaign.skipped)} files skipped; "
         f"{len(written)} files in {out}, see {out / 'report.md'}",

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from studies.examples import example
 from tyre.errors import InputError
 
 
@@ -14,7 +15,7 @@ def _numbers(text: str, what: str) -> tuple[float, ...]:
         raise InputError(f"{what} = {text!r} must be numbers separated by commas, such as 340,400,490") from None
 
 
-@click.command()
+@click.command(epilog=example("velotyre tyre simulate campaign --seed 1"))
 @click.argument("folder", type=click.Path(path_type=Path))
 @click.option("--seed", type=int, required=True, help="Seed of the random numbers.")
 @click.option("--name", default="Synthetic tyre", show_default=True, help="Name of the tyre.")

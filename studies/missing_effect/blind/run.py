@@ -5,7 +5,6 @@ test goes on where it stopped. The median noise level is 1; cases take 0.5, 1 or
 """
 
 import json
-import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -84,13 +83,13 @@ def blind_test(path: Path, *, cases: int, seed: int, cells: tuple[str, ...], wor
     """Run what the file does not hold yet, ``cases`` of each cell; yields and appends each result."""
     done = {(record["cell"], record["seed"]) for record in read_results(path)}
     todo = [(cell, seed + k) for k in range(cases) for cell in cells if (cell, seed + k) not in done]
-    from tqdm import tqdm
+    from tyre.progress import progress_bar
 
     context = get_context("spawn")
     with (
         path.open("a", encoding="utf-8") as file,
         ProcessPoolExecutor(workers, mp_context=context) as pool,
-        tqdm(total=len(todo), desc="blind test", unit=" cases", file=sys.stderr) as bar,
+        progress_bar(total=len(todo), desc="blind test", unit=" cases") as bar,
     ):
         waiting = {pool.submit(run_case, *job) for job in todo}
         for future in as_completed(waiting):

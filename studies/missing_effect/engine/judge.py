@@ -1,6 +1,5 @@
 """The engine: from a forward model to a verdict. It knows neither bicycles nor rigs."""
 
-import sys
 from dataclasses import dataclass
 from typing import Any
 
@@ -52,9 +51,9 @@ class Diagnosis:
 
 def judge(forward: Forward, subject: Subject, *, progress: bool = False) -> Diagnosis:
     """Search, accept or refuse, and say what was found; a progress bar on standard error if asked for."""
-    from tqdm import tqdm
+    from tyre.progress import progress_bar
 
-    with tqdm(desc="diagnose", unit=" fits", disable=not progress, file=sys.stderr, leave=False) as bar:
+    with progress_bar(desc="diagnose", unit=" fits", show=progress, leave=False) as bar:
 
         def advance(what: str) -> None:
             bar.set_postfix_str(what, refresh=False)

@@ -278,8 +278,7 @@ def test_the_command_reads_recordings_and_their_reference(folder, tmp_path, caps
         assert (tmp_path / "out" / f"{figure}.png").stat().st_size > 10_000
     shown = capsys.readouterr()
     assert "drum_curvature" in shown.out
-    assert "diagnose:" in shown.err  # the progress bar
-    assert " fits" in shown.err
+    assert "diagnose:" not in shown.err  # no progress bar: this is no terminal
 
 
 def test_the_same_file_gives_the_same_report(folder, tmp_path):

@@ -1,0 +1,58 @@
+"""``velotyre bicycles``: the packaged bicycles, or one with every parameter."""
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from studies.examples import example
+
+if TYPE_CHECKING:
+    from bicycle.parameters import Bicycle
+
+WIDTH = 58  # letters of a description in a table
+
+
+@click.command(
+    help="List the packaged bicycles, or show every parameter of one (or of a bicycle file).",
+    epilog=example("velotyre bicycles", "velotyre bicycles pista"),
+)
+@click.argument("bicycle", required=False)
+@click.option("--json", "json_file", metavar="FILE", help="Write the bicycles as JSON; - is standard output.")
+def command(bicycle: str | None, json_file: str | None) -> None:
+    from textwrap import shorten
+
+    from bicycle.bicycle_file import available_bicycles, load_bicycle
+    from bicycle.parameters import UNITS
+    from studies.output import print_table, write_json
+
+    found = [load_bicycle(name) for name in ([bicycle] if bicycle else available_bicycles())]
+    records = [_record(one) for one in found]
+    if json_file:
+        write_json(records[0] if bicycle else {"bicycles": records}, json_file)
+    if json_file == "-":
+        return
+    if bicycle:
+        one, known = found[0], found[0].sd
+        click.echo(f"{one.name}: {one.description or 'no description'}\nsource: {one.source or 'not stated'}\n")
+        rows = [[key, value, UNITS.get(key, "kg m^2"), known.get(key)] for key, value in one.values.items()]
+        print_table(rows, ["parameter", "value", "unit", "sd"])
+        return
+    headers = ["bicycle", "kg", "rear N", "front N", "description", "source"]
+    rows = [
+        [
+            r["name"], r["mass_kg"], r["rear_load_N"], r["front_load_N"],
+            shorten(r["description"], WIDTH, placeholder=" …"), shorten(r["source"], WIDTH // 2, placeholder=" …"),
+        ]
+        for r in records
+    ]  # fmt: skip
+    print_table(rows, headers)
+    click.echo("\nvelotyre bicycles NAME shows parameters and source in full; loads are those of the wheels at rest")
+
+
+def _record(bicycle: "Bicycle") -> dict[str, Any]:
+    rear, front = bicycle.static_loads
+    return {
+        "name": bicycle.name, "description": bicycle.description, "source": bicycle.source,
+        "mass_kg": sum(bicycle[key] for key in ("mR", "mB", "mH", "mF")), "rear_load_N": rear, "front_load_N": front,
+        "values": dict(bicycle.values), "sd": dict(bicycle.sd),
+    }  # fmt: skip

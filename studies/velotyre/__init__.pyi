@@ -1,0 +1,100 @@
+# Written by python -m studies.door_stubs from the door's table and the declarations of the effects.
+
+from bicycle import (
+    Bicycle,
+    Effect,
+    LinearModel,
+    Model,
+    Parameter,
+    available_bicycles,
+    effect_class,
+    load_bicycle,
+    registry,
+)
+from bicycle.critical import CriticalSpeed, critical_speeds
+from bicycle.input_history import InputHistory, doublet, pulse, step
+from bicycle.model_file import build_model, read_model
+from bicycle.modes import Modes, modes
+from bicycle.responses import FrequencyResponse, Response, frequency_response, respond
+from studies.missing_effect import diagnose, read_measurement
+from tyre import InputError, MeasuredTable, TyreMap, TyreProperties, available_tyres
+from tyre.fits.pull_test import fit_pull_test
+from tyre.fits.slip_sweep import fit_slip_sweep
+from tyre.recordings.recording_io import read_recording
+
+from . import effects
+from .effects import (
+    AerodynamicDrag,
+    AligningMoment,
+    CamberThrust,
+    ContactLength,
+    CrownRadius,
+    FrontCompliance,
+    NoSlip,
+    PneumaticTrail,
+    RelaxationLength,
+    RiderArms,
+    RiderLean,
+    SideSlip,
+    SteerAssist,
+    SteerDamper,
+    SteerSpring,
+    TwistingTorque,
+    WheelCompliance,
+)
+
+PLACES: dict[str, tuple[str, ...]]
+
+__all__ = [
+    "AerodynamicDrag",
+    "AligningMoment",
+    "Bicycle",
+    "CamberThrust",
+    "ContactLength",
+    "CriticalSpeed",
+    "CrownRadius",
+    "Effect",
+    "FrequencyResponse",
+    "FrontCompliance",
+    "InputError",
+    "InputHistory",
+    "LinearModel",
+    "MeasuredTable",
+    "Model",
+    "Modes",
+    "NoSlip",
+    "Parameter",
+    "PneumaticTrail",
+    "RelaxationLength",
+    "Response",
+    "RiderArms",
+    "RiderLean",
+    "SideSlip",
+    "SteerAssist",
+    "SteerDamper",
+    "SteerSpring",
+    "TwistingTorque",
+    "TyreMap",
+    "TyreProperties",
+    "WheelCompliance",
+    "available_bicycles",
+    "available_tyres",
+    "build_model",
+    "critical_speeds",
+    "diagnose",
+    "doublet",
+    "effect_class",
+    "effects",
+    "fit_pull_test",
+    "fit_slip_sweep",
+    "frequency_response",
+    "load_bicycle",
+    "modes",
+    "pulse",
+    "read_measurement",
+    "read_model",
+    "read_recording",
+    "registry",
+    "respond",
+    "step",
+]

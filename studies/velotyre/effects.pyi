@@ -1,0 +1,451 @@
+# Written by python -m studies.door_stubs from the door's table and the declarations of the effects.
+
+from bicycle.effect import Effect, PerWheel, PerWheelValue
+
+class AerodynamicDrag(Effect):
+    """Drag D = density area v^2 / 2 backwards along the rear frame, and the equal drive force at the rear contact.
+
+    The virtual work of the pair in the heading frame is D (offset d(psi) - dx): a point of the rear frame that leans
+    does not move forward (dx = 0), so nothing acts on lean directly. The lateral offset of the centre of pressure
+    gives the yaw moment D offset, the pitching moment shifts D |z| / w of vertical load from the front wheel to the
+    rear. The front wheel lifts where that exceeds its load; the linear model does not know.
+    Source: Sharp (2001), Vehicle System Dynamics 35; Debraux et al. (2011), Sports Biomechanics 10 (drag areas).
+
+    Parameters
+    ----------
+    drag_area : float, m^2, default 0.4
+        Drag coefficient times frontal area; typical 0.3 .. 0.6, allowed 0 .. inf; the effect vanishes at 0.
+    centre_of_pressure_z : float, m
+        Height of the drag on the rear frame, z down; typical -1.3 .. -0.9, allowed -inf .. 0.
+    air_density : float, kg/m^3, default 1.225
+        1.225 at 15 °C and sea level; typical 1 .. 1.3, allowed 0 .. inf; the effect vanishes at 0.
+    """
+
+    drag_area: float
+    centre_of_pressure_z: float
+    air_density: float
+    def __init__(
+        self,
+        *,
+        centre_of_pressure_z: float,
+        drag_area: float = 0.4,
+        air_density: float = 1.225,
+    ) -> None: ...
+
+class AligningMoment(Effect):
+    """Lagged moment of the slip angle on each wheel, dMz/dt = (C_M/length) s - (v/length) Mz, steady Mz = -C_M alpha.
+
+    The side force and its moment need not build up over the same distance. With C_M = t C, equal lengths and no
+    camber thrust it is the pneumatic trail t. Source: Pacejka, Tire and Vehicle Dynamics, ch. 5 and 7.
+
+    Parameters
+    ----------
+    aligning_stiffness : float or {rear, front}, N m/rad
+        Moment against the slip, per slip angle; typical 50 .. 220, allowed 0 .. inf; the effect vanishes at 0.
+    relaxation_length : float or {rear, front}, m
+        Travelled distance in which 63 % of the moment builds up; typical 0.05 .. 0.25, allowed 1e-06 .. inf.
+    """
+
+    aligning_stiffness: PerWheel
+    relaxation_length: PerWheel
+    def __init__(
+        self,
+        *,
+        aligning_stiffness: PerWheelValue,
+        relaxation_length: PerWheelValue,
+    ) -> None: ...
+
+class CamberThrust(Effect):
+    """Side force C_gamma gamma towards the lean; ``lag_share`` of it builds up with the slip force, the rest at once.
+
+    A tyre whose camber stiffness equals its load carries a steady lean without slipping. Some tyres show a
+    non-lagging part. Source: Pacejka, Tire and Vehicle Dynamics, ch. 7 and 11.
+
+    Parameters
+    ----------
+    camber_stiffness : float or {rear, front}, N/rad
+        Side force per camber angle; typical 150 .. 700, allowed 0 .. inf; the effect vanishes at 0.
+    lag_share : float, dimensionless, default 1
+        Share of the camber force that lags with the slip force; typical 0 .. 1, allowed 0 .. 1.
+    """
+
+    camber_stiffness: PerWheel
+    lag_share: float
+    def __init__(
+        self,
+        *,
+        camber_stiffness: PerWheelValue,
+        lag_share: float = 1.0,
+    ) -> None: ...
+
+class ContactLength(Effect):
+    """Side force and moment of a string in contact from +a to -a, beside the relaxation length L that was measured.
+
+    Its free ends decay over sigma, c_c is the lateral stiffness per length. Measured are C = 2 c_c (sigma + a)^2 and,
+    in a pull at rest, K = 2 c_c (sigma + a), so L = C/K is sigma + a. A deflection straight along the contact,
+    q0 + q1 x/a, gives F = K q0 and Mz = t C q1/a with the trail t = (L^3 - sigma^3) / (3 L^2). Over the travelled
+    distance x, with the slip alpha = -s/v and the turn slip phi = -(yaw rate of the wheel)/v,
+
+        dF/dx = K alpha + Mz / (t L),        dMz/dx = t C phi - (F - camber force) - Mz / t.
+
+    Of two states only these have the string's stiffness at rest (K; in yaw t C) and its C, t and force t C of turn slip
+    when rolling steadily; F/phi = -Mz/alpha and the lag L - t of the force on long waves are then the string's too, and
+    a = 0 is the single lag. With a = 0.045 m, L = 0.11 m and a wavelength of 0.5 m F/alpha misses the exact string by
+    1.6 % and 0.0 deg (the single lag by 20.5 %, 3.9 deg), Mz/alpha by 7 % and 1.3 deg: docs/physics.md. Waves shorter
+    than the contact have no meaning. Camber force builds up like that of turn slip, at the contact centre.
+
+    Parameters
+    ----------
+    half_length : float or {rear, front}, m, default 0.03
+        Half the length of the contact, a; typical 0.02 .. 0.06, allowed 1e-06 .. inf.
+    turn_slip_share : float, dimensionless, default 1
+        Share of the turn slip that deforms the contact; typical 0 .. 1, allowed 0 .. 1.
+
+    Notes
+    -----
+    Source: von Schlippe & Dietrich (1941); Pacejka, Tire and Vehicle Dynamics, ch. 5.
+    """
+
+    half_length: PerWheel
+    turn_slip_share: float
+    def __init__(
+        self,
+        *,
+        half_length: PerWheelValue = 0.03,
+        turn_slip_share: float = 1.0,
+    ) -> None: ...
+
+class CrownRadius(Effect):
+    """A toroidal tyre of crown radius rho: the contact moves sideways by rho gamma, so the wheel centre sinks less.
+
+    Height of the lowest point z = z_centre + (r - rho) cos(gamma) + rho, to second order in the potential; the side
+    force still acts at the ground. Source: Sharp (1971), J. Mech. Eng. Sci. 13(5); Cossalter, Motorcycle Dynamics.
+
+    Parameters
+    ----------
+    crown_radius : float or {rear, front}, m, default 0.0125
+        Radius of the tyre's cross-section; typical 0.01 .. 0.03, allowed 0 .. inf; the effect vanishes at 0.
+
+    Notes
+    -----
+    Source: Sharp (1971), J. Mech. Eng. Sci. 13(5), 316-329; Cossalter, Motorcycle Dynamics, ch. 1.
+    """
+
+    crown_radius: PerWheel
+    def __init__(
+        self,
+        *,
+        crown_radius: PerWheelValue = 0.0125,
+    ) -> None: ...
+
+class FrontCompliance(Effect):
+    """A sprung and damped hinge between rear frame and steer axis that carries the whole front assembly.
+
+    Axis (cos axis_tilt, 0, -sin axis_tilt) through (joint_x, 0, joint_z), by default perpendicular to the steer axis.
+    Source: Sharp & Alstead (1980), Vehicle System Dynamics 9; Plöchl, Edelmann, Angrosch & Ott (2012), Vehicle System
+    Dynamics 50.
+
+    Parameters
+    ----------
+    stiffness : float, N m/rad, default 3000
+        Of the hinge; typical 1000 .. 10000, allowed 0 .. inf; the effect vanishes at inf.
+    damping : float, N m s/rad, default 15
+        Of the hinge; typical 1 .. 30, allowed 0 .. inf.
+    joint_x : float, m
+        Hinge; typical 0.7 .. 1, allowed any.
+    joint_z : float, m
+        Hinge, z down; typical -1 .. -0.6, allowed any.
+    axis_tilt : float, rad, default lam of the bicycle
+        Angle of the hinge axis above the horizontal, forward end up; typical 0 .. 0.5, allowed -3.14159 .. 3.14159.
+    """
+
+    stiffness: float
+    damping: float
+    joint_x: float
+    joint_z: float
+    axis_tilt: float
+    def __init__(
+        self,
+        *,
+        joint_x: float,
+        joint_z: float,
+        stiffness: float = 3000.0,
+        damping: float = 15.0,
+        axis_tilt: float = ...,
+    ) -> None: ...
+
+class NoSlip(Effect):
+    """Wheels that roll without side slip; the side force is whatever holds the contact (the Whipple bicycle).
+
+    Source: Meijaard, Papadopoulos, Ruina & Schwab (2007), Proc. R. Soc. A 463, doi 10.1098/rspa.2007.1857.
+
+    Notes
+    -----
+    Source: Meijaard et al. (2007), doi 10.1098/rspa.2007.1857.
+    """
+
+    def __init__(self) -> None: ...
+
+class PneumaticTrail(Effect):
+    """The side force acts behind the contact centre: Mz = -t F on both wheels, camber part included.
+
+    Under no_slip F is the constraint force. Source: Pacejka, Tire and Vehicle Dynamics, ch. 3.
+
+    Parameters
+    ----------
+    trail : float or {rear, front}, m, default 0.017
+        Distance of the side force behind the contact centre; typical 0 .. 0.03, allowed 0 .. 0.2; the effect
+        vanishes at 0.
+    """
+
+    trail: PerWheel
+    def __init__(
+        self,
+        *,
+        trail: PerWheelValue = 0.017,
+    ) -> None: ...
+
+class RelaxationLength(Effect):
+    """First-order side force, (lambda/v) dF/dt + F = C alpha + camber force, regular at v = 0.
+
+    Written as dF/dt = -(C/lambda) s - (v/lambda) (F - camber force): C/lambda is the lateral stiffness K_y of the
+    standing tyre. A compliance 1/K_w in series (rim, spokes) lengthens lambda to C (1/K_y + 1/K_w).
+    Source: Dell'Orto, Ballo, Mastinu & Gobbi, eq. 1 and 3; Pacejka, Tire and Vehicle Dynamics, ch. 7.
+
+    Parameters
+    ----------
+    cornering_stiffness : float or {rear, front}, N/rad
+        Slope of the side force at zero slip; typical 2000 .. 12000, allowed 0 .. inf.
+    relaxation_length : float or {rear, front}, m
+        Travelled distance in which 63 % of the side force builds up; typical 0.05 .. 0.25, allowed 1e-06 .. inf.
+    """
+
+    cornering_stiffness: PerWheel
+    relaxation_length: PerWheel
+    def __init__(
+        self,
+        *,
+        cornering_stiffness: PerWheelValue,
+        relaxation_length: PerWheelValue,
+    ) -> None: ...
+
+class RiderArms(Effect):
+    """Arms as a moment of inertia, a spring and a damper between the rear frame and the steering.
+
+    The inertia moves with the steer angle only. Source: Schwab, Meijaard & Kooijman (2012), Vehicle System
+    Dynamics 50; Klinger et al. (2014), Vehicle System Dynamics 52 (wobble, hands on and off).
+
+    Parameters
+    ----------
+    inertia : float, kg m^2, default 0.1
+        Of the arms about the steer axis; typical 0.05 .. 0.4, allowed 0 .. inf; the effect vanishes at 0.
+    stiffness : float, N m/rad, default 5
+        Of the arms against steering; typical 0 .. 30, allowed 0 .. inf; the effect vanishes at 0.
+    damping : float, N m s/rad, default 1
+        Of the arms against steering; typical 0.2 .. 3, allowed 0 .. inf; the effect vanishes at 0.
+
+    Notes
+    -----
+    Source: Schwab, Meijaard & Kooijman (2012), Vehicle System Dynamics 50; Klinger et al. (2014), ibid. 52.
+    """
+
+    inertia: float
+    stiffness: float
+    damping: float
+    def __init__(
+        self,
+        *,
+        inertia: float = 0.1,
+        stiffness: float = 5.0,
+        damping: float = 1.0,
+    ) -> None: ...
+
+class RiderLean(Effect):
+    """A body taken out of the rear frame and put back on a sprung, damped hinge along x at height joint_z.
+
+    The rear frame of the bicycle must contain the body; inertias are about the body's mass centre.
+    Source: Schwab, Meijaard & Kooijman (2012), Vehicle System Dynamics 50.
+
+    Parameters
+    ----------
+    mass : float, kg
+        Of the moving body; typical 20 .. 60, allowed 0 .. inf.
+    x : float, m
+        Mass centre; typical 0.2 .. 0.6, allowed any.
+    z : float, m
+        Mass centre, z down; typical -1.5 .. -1, allowed any.
+    Ixx : float, kg m^2
+        Moment of inertia; typical 0.5 .. 5, allowed 0 .. inf.
+    Izz : float, kg m^2
+        Checked; a hinge along x hides it; typical 0.3 .. 3, allowed 0 .. inf.
+    Ixz : float, kg m^2, default 0
+        Tensor entry; typical -0.3 .. 0.3, allowed any.
+    joint_z : float, m
+        Height of the hinge, z down; typical -1.1 .. -0.7, allowed any.
+    stiffness : float, N m/rad, default 1500
+        Of the hinge; typical 500 .. 3000, allowed 0 .. inf; the effect vanishes at inf.
+    damping : float, N m s/rad, default 60
+        Of the hinge; typical 10 .. 150, allowed 0 .. inf.
+
+    Notes
+    -----
+    Source: Schwab, Meijaard & Kooijman (2012), Vehicle System Dynamics 50; Doria & Tognazzo (2014), IMechE C 228.
+    """
+
+    mass: float
+    x: float
+    z: float
+    Ixx: float
+    Izz: float
+    Ixz: float
+    joint_z: float
+    stiffness: float
+    damping: float
+    def __init__(
+        self,
+        *,
+        mass: float,
+        x: float,
+        z: float,
+        Ixx: float,
+        Izz: float,
+        joint_z: float,
+        Ixz: float = 0.0,
+        stiffness: float = 1500.0,
+        damping: float = 60.0,
+    ) -> None: ...
+
+class SideSlip(Effect):
+    """Side force without lag, F = C alpha + camber force, alpha = -s / v (s: slip velocity of the contact).
+
+    Singular at v = 0. Source: Pacejka, Tire and Vehicle Dynamics, ch. 1.
+
+    Parameters
+    ----------
+    cornering_stiffness : float or {rear, front}, N/rad
+        Slope of the side force at zero slip; typical 2000 .. 12000, allowed 0 .. inf.
+    """
+
+    cornering_stiffness: PerWheel
+    def __init__(
+        self,
+        *,
+        cornering_stiffness: PerWheelValue,
+    ) -> None: ...
+
+class SteerAssist(Effect):
+    """Steer torque gain (fade_speed - v) d(lean)/dt below the fade speed, lean_gain (v - fade_speed) lean above it.
+
+    The torque acts between rear frame and steering and steers into the fall for positive gains.
+    Source: Schwab, Kooijman & Meijaard (2008), Some recent developments in bicycle dynamics and control.
+
+    Parameters
+    ----------
+    gain : float, N s^2/rad, default 5
+        Torque per lean rate and per m/s below the fade speed; typical 0 .. 20, allowed any; the effect vanishes at
+        0.
+    fade_speed : float, m/s, default 5
+        Speed at which the assist vanishes and changes over; typical 3 .. 8, allowed 0 .. inf.
+    lean_gain : float, N s/rad, default 0
+        Torque per lean angle and per m/s above the fade speed; typical 0 .. 5, allowed any; the effect vanishes at
+        0.
+
+    Notes
+    -----
+    Source: Schwab, Kooijman & Meijaard (2008), 4th European Conference on Structural Control, St. Petersburg.
+    """
+
+    gain: float
+    fade_speed: float
+    lean_gain: float
+    def __init__(
+        self,
+        *,
+        gain: float = 5.0,
+        fade_speed: float = 5.0,
+        lean_gain: float = 0.0,
+    ) -> None: ...
+
+class SteerDamper(Effect):
+    """Torque -c d(steer)/dt between rear frame and front assembly (Sharp 1971).
+
+    Parameters
+    ----------
+    damping : float, N m s/rad, default 0.5
+        Steering damper; typical 0 .. 5, allowed 0 .. inf; the effect vanishes at 0.
+
+    Notes
+    -----
+    Source: Sharp (1971), J. Mech. Eng. Sci. 13(5), 316-329.
+    """
+
+    damping: float
+    def __init__(
+        self,
+        *,
+        damping: float = 0.5,
+    ) -> None: ...
+
+class SteerSpring(Effect):
+    """Torque -k steer between rear frame and front assembly, as bent cables and hoses give.
+
+    Parameters
+    ----------
+    stiffness : float, N m/rad, default 2
+        Torque that centres the steering; typical 0 .. 20, allowed 0 .. inf; the effect vanishes at 0.
+
+    Notes
+    -----
+    Source: Schwab, Meijaard & Kooijman (2012), Vehicle System Dynamics 50 (stiffness on the steering).
+    """
+
+    stiffness: float
+    def __init__(
+        self,
+        *,
+        stiffness: float = 2.0,
+    ) -> None: ...
+
+class TwistingTorque(Effect):
+    """Moment Mz = +k gamma about the vertical that turns a leaning wheel into the lean.
+
+    The inner side of the contact patch rolls on a smaller radius than the outer side. Under no_slip it acts as well.
+    Source: Cossalter, Motorcycle Dynamics, ch. 2; Pacejka, Tire and Vehicle Dynamics, ch. 11.
+
+    Parameters
+    ----------
+    twisting_stiffness : float or {rear, front}, N m/rad, default 1
+        Moment into the lean, per camber angle; typical 0.5 .. 3, allowed 0 .. inf; the effect vanishes at 0.
+    """
+
+    twisting_stiffness: PerWheel
+    def __init__(
+        self,
+        *,
+        twisting_stiffness: PerWheelValue = 1.0,
+    ) -> None: ...
+
+class WheelCompliance(Effect):
+    """A spring K_w between hub and tyre: the relaxation length grows from C / K_y to C (1/K_y + 1/K_w).
+
+    Rigs measure the tyre on a stiff rim; the wheel of a rider is softer. Its mass and its camber are not affected,
+    and a relaxation length of aligning_moment is taken as given.
+    Source: Dell'Orto, Ballo, Mastinu & Gobbi, eq. 3, with two springs in series; Pacejka, ch. 7.
+
+    Parameters
+    ----------
+    stiffness : float or {rear, front}, N/m, default 300000
+        Lateral stiffness of rim and spokes at the contact; typical 100000 .. 600000, allowed 1e-06 .. inf; the
+        effect vanishes at inf.
+
+    Notes
+    -----
+    Source: Dell'Orto, Ballo, Mastinu & Gobbi, eq. 3; Pacejka, Tire and Vehicle Dynamics, ch. 7.
+    """
+
+    stiffness: PerWheel
+    def __init__(
+        self,
+        *,
+        stiffness: PerWheelValue = 300000.0,
+    ) -> None: ...

@@ -1,0 +1,142 @@
+"""Every command: an example that runs at the end of its help, hints, warnings of one line, completion, older clicks."""
+
+import importlib
+import shlex
+from pathlib import Path
+
+import click
+import pytest
+
+from studies import cli
+from studies.cli import build, main
+
+ROOT = Path(__file__).parents[2]
+DEAR = {"run", "blind-test", "validate", "tyre fit", "uncertainty", "diagnose", "animate"}  # seconds to hours
+NEEDS_FILES = {"sweep", "modal", "tyre fit", "rider"}  # of the user
+
+
+def commands(group: click.Group, path: tuple[str, ...] = ()):
+    yield path, group
+    context = click.Context(group)
+    for name in group.list_commands(context):
+        command = group.get_command(context, name)
+        if isinstance(command, click.Group):
+            yield from commands(command, (*path, name))
+        else:
+            yield (*path, name), command
+
+
+def examples(command: click.Command) -> list[str]:
+    lines = [line.strip() for line in (command.epilog or "").splitlines()]
+    return [line for line in lines if line.startswith("velotyre ")]
+
+
+EVERY = {" ".join(path): command for path, command in commands(build())}
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_the_help_ends_with_an_example(name, capsys):
+    main([*name.split(), "--help"])
+    lines = [line for line in capsys.readouterr().out.splitlines() if line.strip()]
+    assert "Example" in " ".join(lines)
+    assert lines[-1].startswith(("    velotyre ", "  velotyre "))
+    assert all(line.split()[1] in cli.build().list_commands(None) for line in examples(EVERY[name]))
+    if name and not isinstance(EVERY[name], click.Group):
+        assert any(line.startswith(f"velotyre {name} ") or line == f"velotyre {name}" for line in examples(EVERY[name]))
+
+
+CHEAP = sorted(
+    {
+        line
+        for command in EVERY.values() for line in examples(command)
+        if not any(line.startswith(f"velotyre {name}") for name in DEAR | NEEDS_FILES) and "model.toml" not in line
+    }
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("line", CHEAP)
+def test_the_example_runs_as_it_stands(line, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    main(shlex.split(line)[1:])
+    shown = capsys.readouterr()
+    assert shown.out.strip()
+    assert all(len(part.split(":")) > 1 for part in shown.err.splitlines())  # remarks and warnings, one a line
+
+
+def test_most_examples_are_run():
+    assert len(CHEAP) >= 12
+
+
+def test_every_command_that_warns_takes_verbose():
+    for file in (ROOT / "studies" / "commands").rglob("*.py"):
+        text = file.read_text(encoding="utf-8")
+        if "print_warnings(" in text:
+            name = " ".join(file.relative_to(ROOT / "studies" / "commands").with_suffix("").parts).replace("_", "-")
+            assert "--verbose" in [option for p in EVERY[name].params for option in p.opts], name
+
+
+def test_notes_on_a_tyre_are_one_line_and_verbose_shows_them(capsys):
+    asked = ["critical", "pista_charlie_drops", "--tyre", "Tyre1", "--pressure", "6.2"]
+    main(asked)
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line == (
+        "warning: Tyre1 on flat (rear 442 N, 6.2 bar, interpolated; front 426 N, 6.2 bar, interpolated): "
+        "4 notes, --verbose shows them"
+    )
+    main([*asked, "--verbose"])
+    full = capsys.readouterr().err.splitlines()
+    assert len(full) == 4
+    assert any("lateral stiffness between measured conditions: bilinear" in line for line in full)
+
+
+def refused(capsys, *arguments: str) -> str:
+    with pytest.raises(SystemExit) as stop:
+        main(list(arguments))
+    assert stop.value.code == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    return line
+
+
+def test_an_unknown_command_is_refused_with_the_nearest(capsys):
+    line = refused(capsys, "critcal", "benchmark")
+    assert "unknown command 'critcal'; did you mean 'critical'? known: animate, " in line
+    assert "unknown command 'fitt'; did you mean 'fit'?" in refused(capsys, "tyre", "fitt")
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_prints_a_script(shell, monkeypatch, capsys):
+    if shell == "bash":  # click asks bash for its version
+        monkeypatch.setattr("click.shell_completion.BashComplete._check_version", staticmethod(lambda: None))
+    monkeypatch.setenv("_VELOTYRE_COMPLETE", f"{shell}_source")
+    with pytest.raises(SystemExit) as stop:
+        main([])
+    assert stop.value.code == 0
+    assert f"_VELOTYRE_COMPLETE={shell}_complete" in capsys.readouterr().out
+
+
+def test_completion_knows_commands_and_packaged_bicycles(monkeypatch, capsys):
+    monkeypatch.setenv("_VELOTYRE_COMPLETE", "bash_complete")
+    for words, place, expected in (("velotyre crit", "1", "critical"), ("velotyre critical fish", "2", "fisher")):
+        monkeypatch.setenv("COMP_WORDS", words)
+        monkeypatch.setenv("COMP_CWORD", place)
+        with pytest.raises(SystemExit):
+            main([])
+        assert expected in capsys.readouterr().out
+
+
+def test_an_older_click_without_the_exception_of_the_help_page(monkeypatch, capsys):
+    monkeypatch.delattr(click.exceptions, "NoArgsIsHelpError", raising=False)
+    older = importlib.reload(cli)
+    try:
+        assert older.NO_ARGUMENTS == ()
+        with pytest.raises(SystemExit):
+            older.main(["critical"])
+        assert "Missing argument 'MODEL'" in capsys.readouterr().err
+    finally:
+        monkeypatch.undo()
+        importlib.reload(cli)
+
+
+def test_no_command_shows_the_commands(capsys):
+    main([])
+    assert "Commands:" in capsys.readouterr().out

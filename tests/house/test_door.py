@@ -1,0 +1,78 @@
+"""The door: every name leads somewhere, every effect stands in it, and the stubs say what the declarations say."""
+
+import doctest
+import inspect
+import pydoc
+from pathlib import Path
+
+import pytest
+
+import studies.velotyre as vt
+from bicycle.effect import registry
+from studies.door_stubs import FOLDER, stubs
+
+
+def test_every_name_is_that_of_its_home():
+    for name, home in vt.HOME.items():
+        found = getattr(vt, name)
+        assert found.__name__ == name
+        assert home.split(".")[0] in ("tyre", "bicycle", "studies")
+        assert name in dir(vt)
+
+
+def test_every_effect_stands_in_the_door_by_the_name_of_its_class():
+    for effect in registry().values():
+        assert getattr(vt, effect.__name__) is effect
+        assert getattr(vt.effects, effect.__name__) is effect
+        assert effect.__name__ in dir(vt)
+
+
+def test_a_name_that_is_not_there():
+    with pytest.raises(AttributeError, match="there are AerodynamicDrag, .*RelaxationLength"):
+        _ = vt.RelaxatonLength
+    with pytest.raises(AttributeError, match="has no attribute 'critical_speed'"):
+        _ = vt.critical_speed
+
+
+@pytest.mark.parametrize("name", sorted(stubs()))
+def test_the_stubs_are_those_of_the_declarations(name):
+    assert (FOLDER / name).read_text(encoding="utf-8") == stubs()[name], (
+        "an effect or the door has changed: write the stubs again with  python -m studies.door_stubs"
+    )
+
+
+def test_the_stubs_name_every_parameter():
+    text = (FOLDER / "effects.pyi").read_text(encoding="utf-8")
+    for effect in registry().values():
+        body = text.partition(f"class {effect.__name__}(Effect):")[2].partition("\nclass ")[0]
+        for parameter in effect.parameters:
+            assert f"\n        {parameter.name}: " in body
+            assert f"{parameter.name} : float" in body
+
+
+def test_the_docstring_runs():
+    import sys
+
+    sys.modules.setdefault("velotyre", vt)  # its name once installed
+    found = doctest.run_docstring_examples, doctest.DocTestFinder().find(vt, "velotyre", globs={})
+    results = [doctest.DocTestRunner(verbose=False).run(test) for test in found[1] if test.examples]
+    assert results
+    assert all(result.failed == 0 for result in results)
+
+
+def test_help_shows_parameters_with_unit_and_range():
+    page = pydoc.render_doc(vt.RelaxationLength, renderer=pydoc.plaintext)
+    assert "RelaxationLength(*, cornering_stiffness:" in page
+    assert "cornering_stiffness : float or {rear, front}, N/rad" in page
+    assert "typical 2000 .. 12000, allowed 0 .. inf" in page
+    assert list(inspect.signature(vt.FrontCompliance).parameters) == [
+        "joint_x", "joint_z", "stiffness", "damping", "axis_tilt",
+    ]  # fmt: skip
+
+
+def test_the_door_holds_no_logic():
+    """Only names and where they are: no function beside the two hooks that Python calls."""
+    for file in ("__init__.py", "effects.py"):
+        text = (Path(vt.__file__).parent / file).read_text(encoding="utf-8")
+        names = [line.split("(")[0].removeprefix("def ") for line in text.splitlines() if line.startswith("def ")]
+        assert set(names) <= {"__getattr__", "__dir__", "_classes"}
