@@ -387,55 +387,6 @@ def test_refused_switches_and_names():
         total_effects(Uncertainty(GIVEN, sd={"c": 0.001}), "wobble")
 
 
-def test_what_nobody_states_has_the_defaults_and_its_own_share(tmp_path, capsys):
-    """The groups are sums over their measurements; what is assumed is named, and what counts as exact."""
-    import tomli_w
-
-    file = tmp_path / "model.toml"
-    file.write_text(tomli_w.dumps(MEASURED | {"effects": MEASURED["effects"] | {"camber_thrust": {
-        "camber_stiffness": 0.0, "lag_share": 0.5}}}), encoding="utf-8")  # fmt: skip
-    main(["uncertainty", str(file), "--sd", "mB=2", "--sd", "w=0", "--samples", "40", "--json", "-"])
-    found = json.loads(capsys.readouterr().out)
-    sds = found["standard_deviations"]
-    assert (sds["mB"]["sd"], sds["mB"]["origin"]) == (2.0, "given")
-    assert (sds["c"]["sd"], sds["c"]["origin"]) == (0.003, "assumed")
-    assert sds["relaxation_length.cornering_stiffness.rear"]["origin"] == "assumed"
-    assert sds["relaxation_length.relaxation_length.rear"]["origin"] == "tyre table"
-    off = dict.fromkeys((f"camber_thrust.camber_stiffness.{wheel}" for wheel in ("rear", "front")), "switched off")
-    assert found["counted_as_exact"] == {"w": "given as 0", "g": "known"} | off
-    for q in found["quantities"]:
-        single, group = q["linear_variance_shares"], q["variance_shares_by_group"]
-        assert sum(group.values()) == pytest.approx(1)
-        assert group["mass centres"] == pytest.approx(sum(single[key] for key in ("xB", "zB", "xH", "zH")))
-        assert group["tyre lateral stiffness"] == single["tyre lateral stiffness"]
-        origin = q["variance_shares_by_origin"]
-        assert origin["given"] == pytest.approx(single["mB"])
-        assert origin["assumed"] == pytest.approx(1 - single["mB"] - single["tyre lateral stiffness"])
-    assert found["draws_left_out"] == {"count": 0, "reasons": {}}
-    main(["uncertainty", str(file), "--samples", "40", "--stated-only"])
-    shown = capsys.readouterr().out
-    assert "counted as exact: w, c, lam" in shown
-    assert "(where it was measured; its source states no uncertainty" in shown
-    assert "assumed, as no source" not in shown
-    main(["uncertainty", str(file), "--samples", "40", "--relative-cornering-stiffness-sd", "0.2"])
-    shown = capsys.readouterr().out
-    assert "c 0.08 ± 0.003" in shown
-    assert "relaxation_length.cornering_stiffness" not in shown  # given, not assumed
-
-
-def test_the_bicycle_as_numbers_keeps_what_its_file_states():
-    drops = load_bicycle("pista")
-    content = {"bicycle": dict(drops.values), "effects": GIVEN["effects"]}
-    own = Uncertainty({"bicycle": "pista", "effects": GIVEN["effects"]}, defaults=True)
-    same = Uncertainty(content, defaults=True, bicycle_sd=drops.sd)
-    assert same.deviations == own.deviations
-    assert same.names == own.names
-    follow = {"relaxation_length.relaxation_length.rear": 0.1}
-    assert set(own.names) - set(
-        Uncertainty(content, defaults=True, bicycle_sd=drops.sd, follow=lambda p: follow).names
-    ) == (set(follow))
-
-
 def test_salib_missing(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "SALib.analyze", None)
     with pytest.raises(
