@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bicycle.default_sd import CORNERING_STIFFNESS
-from studies.main_study.answer import Answer
+from studies.main_study.answer import Answer, begins
 from studies.main_study.bands import FASTER_THAN_WEAVE, KMH, WOBBLE, Crossing
 from studies.main_study.cases import TyreCase
 from studies.main_study.decompose import CRITICAL, DAMPING
@@ -155,10 +155,9 @@ def hands_on_words(study: Study) -> str:
     if result is None or outer is None or onset is None or result.span(study.settings.fastest):
         return ""
     return (
-        f" Hands on, the bicycle of this study does not wobble up to {study.settings.fastest:g} m/s, but "
-        f"{outer.count - outer.without} of {outer.count} with plausible fronts and arms do "
-        f"({study.focus.condition}), nine of "
-        f"ten of these from between {onset[0]:.1f} and {onset[1]:.1f} m/s."
+        f" Hands on, the bicycle of this study does not wobble up to {study.settings.fastest:g} m/s "
+        f"({study.focus.condition}), "
+        f"but of {outer.count} with plausible fronts and arms {begins(outer, *onset)}."
     )
 
 
