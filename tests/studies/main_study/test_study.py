@@ -1,5 +1,6 @@
 """The study as a whole: what is computed, what is left out, and how the work is counted and spread."""
 
+import operator
 from dataclasses import replace
 
 import pytest
@@ -116,13 +117,9 @@ def test_steps_are_counted_before_they_are_made(wanted, monkeypatch):
     assert len(told) == count_steps(settings, cases.found)
 
 
-def plus(a, b):
-    return a + b
-
-
 @pytest.mark.parametrize("workers", [1, 2])
 def test_work_comes_back_in_the_order_of_its_items_and_is_told(workers):
     told: list[str] = []
     with spread(workers, told.append) as each:
-        assert each(plus, [(k, 10) for k in range(5)], lambda a, b: f"{a} and {b}") == [10, 11, 12, 13, 14]
+        assert each(operator.add, [(k, 10) for k in range(5)], lambda a, b: f"{a} and {b}") == [10, 11, 12, 13, 14]
     assert told == [f"{k} and 10" for k in range(5)]
