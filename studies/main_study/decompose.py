@@ -17,6 +17,7 @@ DAMPING = "damping_ratio"
 CRITICAL = "critical_speed_m_s"
 STEPS = 16  # on the way from one set of tyre numbers to another
 SAME = 1e-6
+SMALLEST = 0.01  # m/s: below it nothing is said of what causes a change
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,12 @@ class Change:
     def interaction(self) -> float:
         """What neither part explains alone."""
         return self.total - self.stiffness_part - self.length_part
+
+    @property
+    def of_one_crossing(self) -> bool:
+        """False where what neither part explains is most of it: a band went, and another crossing has its name."""
+        alone = abs(self.stiffness_part) + abs(self.length_part)
+        return abs(self.interaction) <= max(alone, SMALLEST)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +80,9 @@ def decompose(settings: Settings, higher: Result, lower: Result) -> Decompositio
     for name, start in speeds[0].items():
         if all(name in corner for corner in speeds):
             end, stiffness, length = (corner[name] for corner in speeds[1:])
-            changes.append(Change(name, CRITICAL, start, end, stiffness - start, length - start))
+            change = Change(name, CRITICAL, start, end, stiffness - start, length - start)
+            if change.of_one_crossing:
+                changes.append(change)
     at_lower = oscillations(lower.modes, -1)
     for mode, eigenvalue in oscillations(higher.modes, -1).items():
         roots = [follow(settings, setup, before, to, eigenvalue) for to in (after, only_stiffness, only_length)]

@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 from studies.main_study.bands import KMH, WEAVE, WOBBLE, Crossing
@@ -18,6 +19,8 @@ GROUP_GAP = 0.9
 THICK = 0.5
 LIFT, MARK_DROP, OUTER_DROP = 0.12, 0.36, 0.24  # bars sit above the middle of a row, the rest below them
 NOWHERE = "no unstable wobble in any case"
+CAPTION = 100  # letters in a line
+LEGEND_DROP, MARGIN = 0.5, 1.4  # inches: the legend below the axes, and what is above and below these
 ROOM = 1.27  # of the fastest speed, for what is written at the end of a bar
 NUMBER = 1.04  # of the fastest speed, where the number of an edge begins at the latest
 
@@ -121,7 +124,8 @@ def caption(study: Study, results: list[Result]) -> str:
         )
     if any(one.without for one in outer):
         second.append(f"at the right: how many of these {outer[0].count} do not wobble up to {fastest:g} m/s")
-    return "\n".join(line for line in ("; ".join(part for part in first if part), *second) if line)
+    lines = [line for line in ("; ".join(part for part in first if part), *second) if line]
+    return "\n".join(fill(line.replace("\n", " "), CAPTION) for line in lines)
 
 
 def _bar(axes: Any, result: Result, height: float, colour: str, fastest: float, *, alone: bool) -> None:
@@ -186,7 +190,10 @@ def draw_parts(axes: Any, study: Study, setup: Setup) -> None:
                 low, high = min(low, reached[0]), max(high, reached[1])
                 pressures.add(f"{found.higher.condition} to {found.lower.condition}")
             else:
-                axes.text(0, height, " not at both pressures", va="center", fontsize=8, color="0.35", style="italic")
+                axes.text(
+                    0.5, height, "not at both pressures", va="center", ha="center", fontsize=8, color="0.35",
+                    style="italic", transform=axes.get_yaxis_transform(),
+                )  # fmt: skip
             height += 1
         height += GROUP_GAP + 0.5
     axes.axvline(0, color="0.2", linewidth=1)
@@ -200,8 +207,11 @@ def draw_parts(axes: Any, study: Study, setup: Setup) -> None:
     axes.tick_params(axis="y", length=0)
     axes.set_title("Why: change from " + " and ".join(sorted(pressures)), fontsize=9)
     handles = [Patch(label=part, **style) for part, style in zip(PARTS, _part_styles("0.35"), strict=True)]
-    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.45, -0.1), ncols=len(PARTS), fontsize=8,
-                columnspacing=1.0)  # fmt: skip
+    below = -LEGEND_DROP / (axes.figure.get_figheight() - MARGIN)
+    axes.legend(
+        handles=handles, loc="upper center", bbox_to_anchor=(0.45, below), ncols=len(PARTS), fontsize=8,
+        columnspacing=1.0,
+    )  # fmt: skip
 
 
 def _stack(axes: Any, change: Change, height: float, colour: str) -> tuple[float, float]:

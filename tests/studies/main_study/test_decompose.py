@@ -6,7 +6,7 @@ from by_hand import FRONT, by_hand, growing
 from small_study import chosen, small
 
 from studies.main_study.bands import Crossing
-from studies.main_study.decompose import DAMPING, decompose, named_speeds
+from studies.main_study.decompose import CRITICAL, DAMPING, Change, decompose, named_speeds
 from studies.main_study.solve import solve
 
 
@@ -73,3 +73,10 @@ def test_several_critical_speeds_of_one_name_are_numbered():
         "wobble unstable above": 4, "wobble stable above": 8, "wobble unstable above (2)": 12,
         "weave stable above": 5, "wobble stable above (2)": 20,
     }  # fmt: skip
+
+
+def test_a_band_that_goes_is_not_explained_as_a_shift():
+    """From 58 to 10 m/s, of which the two parts explain 3: another crossing has the name at the other pressure."""
+    assert not Change("wobble unstable above", CRITICAL, 58.0, 10.2, -2.0, -1.0).of_one_crossing
+    assert Change("wobble unstable above", CRITICAL, 9.757, 5.898, -0.777, -3.623).of_one_crossing
+    assert Change("capsize unstable above", CRITICAL, 9.813, 9.818, 0.0, 0.001).of_one_crossing  # too small to matter
