@@ -111,8 +111,8 @@ def uncertainty_lines(study: Study) -> list[str]:
         lines.append(f"uncertainty of '{name}' ({study.focus.name}, {study.focus.condition}): {shares}")
     exact = contributions.counted_as_exact(_focus_uncertainty(study))
     alone = [key for key in exact if key.split(".")[0] not in VARIED_APART]
-    said = f"counted as exact: {', '.join(alone)}; " if alone else ""
-    return [*lines, f"{said}front, arms, camber thrust and friction are varied apart (plausible fronts)"]
+    said = f"counted as exact: {', '.join(alone) or 'nothing'}"
+    return [*lines, f"{said}, beside front, arms, camber thrust and friction, which the plausible fronts vary"]
 
 
 def _focus_uncertainty(study: Study) -> Uncertainty:
