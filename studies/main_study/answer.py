@@ -247,7 +247,8 @@ def weave_words(study: Study, results: list[Result]) -> str:
         return ""
     low, high = min(onsets), max(onsets)
     where = f"from {speed(low)} on" if f"{low:.1f}" == f"{high:.1f}" else f"from between {low:.1f} and {speed(high)} on"
-    return f"weave becomes unstable {where}, at {len(onsets)} of {len(results)} pressures."
+    of = f", at {len(onsets)} of {len(results)} pressures" if len(results) > 1 else ""
+    return f"weave becomes unstable {where}{of}."
 
 
 def joined(spans: list[Span]) -> Span:

@@ -172,15 +172,13 @@ def published_words(study: Study) -> str:
     if hands:
         words += (
             " Hands on, the arms of this study are a lumped inertia, spring and damper at the steering; the papers "
-            "have arms "
-            "with joints on a moving body, so that frequency and shape differ."
+            "have arms with joints on a moving body, so that frequency and shape differ."
         )
     lengths = [one for one in every if one.finding.quantity == "relaxation_length_mm" and one.verdict == "outside"]
     if lengths:
         words += (
-            " The relaxation lengths measured indoors on racing tyres at 3.5 bar and above are shorter than those "
-            "measured on "
-            "asphalt; what a longer one does is what less air does, more of it."
+            " The relaxation lengths of this study are other than those measured on asphalt; what a longer one does is "
+            "what less air does, more of it."
         )
     return words
 

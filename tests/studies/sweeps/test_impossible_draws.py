@@ -2,16 +2,17 @@
 
 import numpy as np
 import pytest
+from sweep_results import load, tree
 
 pytest.importorskip("zarr")
-xr = pytest.importorskip("xarray")
+pytest.importorskip("xarray")
 
-from studies.cli import main  # noqa: E402
-from studies.sweeps.chunk import compute  # noqa: E402
-from studies.sweeps.engines import in_threads  # noqa: E402
-from studies.sweeps.refused import Refused, left_out  # noqa: E402
-from studies.sweeps.run import run_sweep  # noqa: E402
-from studies.sweeps.sweep_file import build_sweep  # noqa: E402
+from studies.cli import main
+from studies.sweeps.chunk import compute
+from studies.sweeps.engines import in_threads
+from studies.sweeps.refused import Refused, left_out
+from studies.sweeps.run import run_sweep
+from studies.sweeps.sweep_file import build_sweep
 
 TYRE = {"relaxation_length": {"tyre": "Tyre1", "pressure_bar": 4.0}}
 ODD = {  # IBxz is free in sign and IBzz positive, so that some draws have IBxx IBzz < IBxz^2
@@ -21,15 +22,6 @@ ODD = {  # IBxz is free in sign and IBzz positive, so that some draws have IBxx 
     "sampled": {"IBxz": {"sd": 1.5}, "IBzz": {"sd": 1.0}, "mB": {"sd": 30.0}, "tyre_covariance": True,
                 "relative_cornering_stiffness_sd": 0.4},
 }  # fmt: skip
-
-
-def load(path):
-    with xr.open_zarr(path, consolidated=False) as found:
-        return found.load()
-
-
-def tree(folder):
-    return {file.relative_to(folder).as_posix(): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
 
 
 @pytest.fixture(scope="module")

@@ -9,6 +9,7 @@ import sys
 import numpy as np
 import pytest
 from eigenvalue_sets import assert_same_eigenvalues
+from sweep_results import load, tree
 
 pytest.importorskip("zarr")
 xr = pytest.importorskip("xarray")
@@ -36,15 +37,6 @@ RANDOM = {
     "points_per_part": 2048, "grid": {"c": [0.06, 0.08], "speed_m_s": [3.0, 8.0, 15.0]},
     "sampled": {"mB": {"sd": 2.0}, "relaxation_length.relaxation_length": {"low": 0.05, "high": 0.15}},
 }  # fmt: skip
-
-
-def load(path):
-    with xr.open_zarr(path, consolidated=False) as found:
-        return found.load()
-
-
-def tree(folder):
-    return {file.relative_to(folder).as_posix(): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
 
 
 @pytest.fixture(scope="module")
