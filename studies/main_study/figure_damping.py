@@ -32,8 +32,7 @@ def draw_damping(study: Study, target: Path) -> Path:
         note = extrapolated_note(any(case.extrapolated for case in study.cases))
         canvas.suptitle(
             f"{study.settings.bicycle.name} at {study.settings.report_speed:g} m/s; bands: one standard deviation of "
-            f"tyre and "
-            f"bicycle (darker: of the tyre data alone); shaded: unstable{note}", x=0.01, ha="left",
+            f"tyre and bicycle (darker: of the tyre data alone); shaded: unstable{note}", x=0.01, ha="left",
         )  # fmt: skip
     return target
 

@@ -124,13 +124,11 @@ def lag_words(study: Study) -> str:
     least, wave, edge, case = min(found, key=lambda one: one[0])
     return (
         "The model answers slip with a first-order lag over one relaxation length. That is a fair description of "
-        "wavelengths "
-        f"many times longer. The shortest wobble at an edge of a band here is {wave:.2f} m long ({case.name}, "
-        f"{case.condition}, {edge.speed:.1f} m/s), {least:.1f} relaxation lengths of the front tyre. Below, the tyre "
-        f"in "
-        "question is a stretched string in contact over a length (effect contact_length), with the same measured "
-        "cornering "
-        "and lateral stiffness."
+        f"wavelengths many times longer. The shortest wobble at an edge of a band here is {wave:.2f} m long "
+        f"({case.name}, {case.condition}, {edge.speed:.1f} m/s), {least:.1f} relaxation lengths of the front tyre. "
+        "Below, the tyre "
+        "in question is a stretched string in contact over a length (effect contact_length), with the same measured "
+        "cornering and lateral stiffness."
     )
 
 
@@ -205,8 +203,7 @@ def guessed(cases: Sequence[TyreCase]) -> str:
         return ""
     return (
         f"\n\nOf {', '.join(far)} some loads or pressures are farther outside than the measured range is wide: what "
-        f"stands here "
-        "for them is a guess."
+        "stands here for them is a guess."
     )
 
 
@@ -232,8 +229,7 @@ def assumed(study: Study) -> list[str]:
     if "camber_thrust" not in settings.further:
         lines.append(
             f"Camber stiffness {settings.camber_share:g} × static load per radian on both wheels, lagging with the "
-            f"slip force; "
-            f"measured: {CAMBER_RANGE[0]:g} to {CAMBER_RANGE[1]:g} (Dressel 2013)."
+            f"slip force; measured: {CAMBER_RANGE[0]:g} to {CAMBER_RANGE[1]:g} (Dressel 2013)."
         )
     lines += [f"{name} as the model file gives it." for name in settings.further]
     lines += [
@@ -258,8 +254,8 @@ def length_words(cases: Sequence[TyreCase]) -> str:
     return (
         "The paper's 3 mm is one standard deviation of its relaxation lengths, carried by the lateral stiffness; the "
         f"{100 * CORNERING_STIFFNESS:g} % assumed of a cornering stiffness whose table states none, and the way "
-        f"between "
-        f"measured conditions, add to it: {plain_range(sds, '.1f')} mm at the loads of this bicycle."
+        "between measured conditions, add to it: "
+        f"{plain_range(sds, '.1f')} mm at the loads of this bicycle."
     )
 
 
