@@ -5,8 +5,8 @@
 -0.32287
 """
 
-from bicycle.bicycle_file import available_bicycles, load_bicycle
 from bicycle.effect import Effect, Parameter, effect_class, registry
+from bicycle.files.bicycle_file import available_bicycles, load_bicycle
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model
 from bicycle.parameters import Bicycle

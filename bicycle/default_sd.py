@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from bicycle.effect import WHEELS
 from bicycle.model import Model
 from bicycle.parameters import UNITS, UNUSED
-from tyre.errors import InputError, is_number, shown, unknown
+from tyre.base.errors import InputError, is_number, shown, unknown
 
 GIVEN, TABLE, FILE, ASSUMED, EXACT = ORIGINS = ("given", "tyre table", "bicycle file", "assumed", "exact")
 

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import sympy as sp
 
 from bicycle.effect_signature import docstring, signature
-from bicycle.plausible import Doubt, doubt, suspicion
-from tyre.errors import InputError, is_number, shown, unknown
+from tyre.base.errors import InputError, is_number, shown, unknown
+from tyre.base.plausible import Doubt, doubt, suspicion
 
 if TYPE_CHECKING:
-    from bicycle.derivation import ModelBuilder, Wheel
+    from bicycle.derivation.builder import ModelBuilder, Wheel
 
 WHEELS = ("rear", "front")
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bicycle.evaluation import Matrices
-from tyre.errors import InputError, unknown
+from bicycle.derivation.evaluation import Matrices
+from tyre.base.errors import InputError, unknown
 
 Array = NDArray[np.float64]
 
@@ -122,7 +122,7 @@ class LinearModel:
         """Eigenvalues (1/s) at speeds (...,), shape (..., n), sorted by real then imaginary part.
 
         Where real parts differ by rounding only, as at rest without dampers, the processor decides the order:
-        :func:`bicycle.modes.modes` tells which root is which.
+        :func:`bicycle.modal.named_modes.modes` tells which root is which.
         """
         return np.sort_complex(np.linalg.eigvals(self.state_matrix(speeds)).astype(complex))
 

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bicycle.derivation.evaluation import Evaluator, evaluator
 from bicycle.effect import Effect, effect_class
-from bicycle.evaluation import Evaluator, evaluator
 from bicycle.linear_model import LinearModel, SpeedRange
 from bicycle.parameters import Bicycle
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 DEFAULT_CONTACT = "no_slip"
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.chain import Body, Joint, mass_matrix
-from bicycle.plausible import Doubt, doubt
-from tyre.errors import InputError, is_number, shown, unknown
+from bicycle.rigid_bodies import Body, Joint, mass_matrix
+from tyre.base.errors import InputError, is_number, shown, unknown
+from tyre.base.plausible import Doubt, doubt
 
 UNITS: Mapping[str, str] = MappingProxyType(
     {

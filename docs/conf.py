@@ -6,7 +6,7 @@ The effect pages are generated here from the declarations of the effects; nothin
 from pathlib import Path
 
 from bicycle.effect import registry
-from bicycle.effect_docs import describe
+from bicycle.files.effect_docs import describe
 
 HERE = Path(__file__).parent
 

@@ -8,8 +8,8 @@ from types import ModuleType
 
 import click
 
-from studies.examples import example
-from tyre.errors import InputError, unknown
+from studies.reporting.examples import example
+from tyre.base.errors import InputError, unknown
 
 ABOUT = "From bicycle-tyre rig data to the stability of the bicycle."
 EXAMPLE = ("velotyre bicycles", "velotyre modes benchmark", "velotyre run")

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from studies.output import verbose
-from tyre.errors import InputError, unknown
+from studies.reporting.output import verbose
+from tyre.base.errors import InputError, unknown
 
 if TYPE_CHECKING:
     from bicycle.model import Model
@@ -26,7 +26,7 @@ class ChosenModel:
     Attributes
     ----------
     content : mapping
-        As :func:`bicycle.model_file.build_model` takes it.
+        As :func:`bicycle.files.model_file.build_model` takes it.
     where : str
         What messages begin with: the file, or nothing.
     remark : str
@@ -40,7 +40,7 @@ class ChosenModel:
     @cached_property
     def model(self) -> "Model":
         """The model; a mistake in the file is reported with its name."""
-        from bicycle.model_file import build_model
+        from bicycle.files.model_file import build_model
 
         try:
             return build_model(self.content)
@@ -112,8 +112,8 @@ def choose(
 
 
 def _bare(text: str) -> ChosenModel:
-    from bicycle.bicycle_file import available_bicycles
-    from tyre.toml_file import read_toml
+    from bicycle.files.bicycle_file import available_bicycles
+    from tyre.base.toml_file import read_toml
 
     path = Path(text)
     if text in available_bicycles() and not path.is_file():
@@ -136,7 +136,7 @@ def _whipple(bicycle: str, text: str) -> ChosenModel:
 
 def _absolute(content: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     """The content of a model file with the files it names made absolute."""
-    from bicycle.model_file import located
+    from bicycle.files.model_file import located
 
     found, bicycle, effects = dict(content), content.get("bicycle"), content.get("effects")
     if isinstance(bicycle, str) and (folder / bicycle).is_file():
@@ -182,7 +182,7 @@ def _complete(context: click.Context, parameter: click.Parameter, incomplete: st
     """Shell completion: packaged bicycles first, then files."""
     from click.shell_completion import CompletionItem
 
-    from bicycle.bicycle_file import available_bicycles
+    from bicycle.files.bicycle_file import available_bicycles
 
     names = [CompletionItem(name) for name in available_bicycles() if name.startswith(incomplete)]
     return names or [CompletionItem(incomplete, type="file")]

@@ -4,11 +4,11 @@ from textwrap import wrap
 
 from bicycle.effect import Effect, Parameter, effect_class, registry
 from bicycle.effect_signature import sentence
+from bicycle.files.model_file import TYRE_KEYS
 from bicycle.model import Model
-from bicycle.model_file import TYRE_KEYS
 from bicycle.parameters import Bicycle
 from tyre import TyreMap
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 from tyre.maps.reach import out_of_reach
 
 HEAD = """\

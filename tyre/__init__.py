@@ -1,6 +1,6 @@
 """Bicycle-tyre rig data: cornering stiffness, lateral stiffness and relaxation length, each with its uncertainty."""
 
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 from tyre.maps.tables import MeasuredTable
 from tyre.maps.tyre_map import TyreMap, available_tyres
 from tyre.properties import TyreProperties

@@ -4,10 +4,10 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from bicycle.contact_size import string_trail
-from bicycle.derivation import ModelBuilder, Wheel
+from bicycle.derivation.builder import ModelBuilder, Wheel
 from bicycle.effect import WHEELS, Effect, Parameter
-from tyre.errors import InputError
+from tyre.base.errors import InputError
+from tyre.contact_patch import string_trail
 
 
 class ContactLength(Effect):

@@ -4,9 +4,9 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from bicycle.derivation import ModelBuilder
+from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import WHEELS, Effect, Parameter
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 
 class CrownRadius(Effect):

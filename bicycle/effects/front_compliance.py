@@ -6,9 +6,9 @@ from typing import Any
 
 import sympy as sp
 
-from bicycle.derivation import ModelBuilder
+from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import Effect, Parameter
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 
 class FrontCompliance(Effect):

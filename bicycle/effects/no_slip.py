@@ -4,7 +4,7 @@ from typing import Any
 
 import sympy as sp
 
-from bicycle.derivation import ModelBuilder, Wheel
+from bicycle.derivation.builder import ModelBuilder, Wheel
 from bicycle.effect import Effect
 
 

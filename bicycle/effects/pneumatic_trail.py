@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from bicycle.derivation import ModelBuilder
+from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import Effect, Parameter
 
 

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from bicycle.derivation import ModelBuilder, Wheel
+from bicycle.derivation.builder import ModelBuilder, Wheel
 from bicycle.effect import Effect, Parameter
 
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.chain import Body
-from bicycle.derivation import ModelBuilder
+from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import Effect, Parameter
-from tyre.errors import InputError
+from bicycle.rigid_bodies import Body
+from tyre.base.errors import InputError
 
 ANY = (-math.inf, math.inf)
 

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from bicycle.derivation import ModelBuilder
+from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import Effect, Parameter
 
 

@@ -8,9 +8,9 @@ from typing import Any
 
 from bicycle.rider.posture import POSTURES
 from bicycle.rider.seat_geometry import DEFAULT_SD, FRAME_KEYS, HAND_KEYS, HUBS, RANGES, SADDLE, SeatGeometry
-from tyre.errors import InputError, is_number, shown, unknown
-from tyre.paths import data_root
-from tyre.toml_file import read_toml
+from tyre.base.errors import InputError, is_number, shown, unknown
+from tyre.base.paths import data_root
+from tyre.base.toml_file import read_toml
 
 TOP_KEYS = ("description", "source", "values", "sd", "assumed", "posture")
 RAW = ("lcs", "hbb", "lsp", "lst", "lamst", "whb", "LhbR", "LhbF")

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from bicycle.rider.joining import RigidBody, join
 from bicycle.rider.measurements import RiderMeasurements
 from bicycle.rider.solids import half_ellipsoid, stadium_solid
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 Array = NDArray[np.float64]
 

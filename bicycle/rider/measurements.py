@@ -8,8 +8,8 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from types import MappingProxyType
 
-from tyre.errors import InputError, unknown
-from tyre.paths import data_root
+from tyre.base.errors import InputError, unknown
+from tyre.base.paths import data_root
 
 ARM = ("2L", "3L", "4L", "5L", "6L", "7L", *(f"{n}p" for n in range(8)), "4w", "5w", "6w", "7w")
 LEG = ("1L", "3L", "4L", "5L", "6L", "8L", "9L", *(f"{n}p" for n in range(1, 10)), "8w", "9w", "6d")

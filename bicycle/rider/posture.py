@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.rider.seat_geometry import Contacts
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 Array = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from bicycle.rider.joining import RigidBody, as_rear_frame, join, rear_frame
 from bicycle.rider.measurements import GROUPS, VOLUME_MASS_SD, RiderMeasurements
 from bicycle.rider.posture import LEAN_LIMITS, POSTURES, Lengths, Seated, fitting_hands, sit
 from bicycle.rider.seat_geometry import Contacts, SeatGeometry, completed, contacts, with_hands
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 Array = NDArray[np.float64]
 

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from studies.examples import example
+from studies.reporting.examples import example
 
 if TYPE_CHECKING:
     from bicycle.parameters import Bicycle
@@ -21,9 +21,9 @@ WIDTH = 58  # letters of a description in a table
 def command(bicycle: str | None, json_file: str | None) -> None:
     from textwrap import shorten
 
-    from bicycle.bicycle_file import available_bicycles, load_bicycle
+    from bicycle.files.bicycle_file import available_bicycles, load_bicycle
     from bicycle.parameters import UNITS
-    from studies.output import print_table, write_json
+    from studies.reporting.output import print_table, write_json
 
     found = [load_bicycle(name) for name in ([bicycle] if bicycle else available_bicycles())]
     records = [_record(one) for one in found]

@@ -2,7 +2,7 @@
 
 import click
 
-from studies.examples import example
+from studies.reporting.examples import example
 
 SHOWN = ("something_named", "right_when_named", "misnamed", "truth_inside_95")
 MEDIANS = ("gap_left", "class_size", "seconds")
@@ -32,8 +32,8 @@ def command(
     from studies.missing_effect.blind.report import write_report
     from studies.missing_effect.blind.run import CELLS, blind_test, read_results
     from studies.missing_effect.blind.score import summary
-    from studies.output import print_table, write_json
-    from tyre.errors import InputError, unknown
+    from studies.reporting.output import print_table, write_json
+    from tyre.base.errors import InputError, unknown
 
     for cell in cells:
         if cell not in CELLS:

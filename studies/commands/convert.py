@@ -4,8 +4,8 @@ from pathlib import Path
 
 import click
 
-from studies.examples import example
-from studies.output import verbose
+from studies.reporting.examples import example
+from studies.reporting.output import verbose
 
 
 @click.command(
@@ -17,10 +17,10 @@ from studies.output import verbose
 @click.option("--to", "target", required=True, metavar="FILE", type=click.Path(path_type=Path), help=".toml or .yml")
 @click.option("--force", is_flag=True, help="Overwrite an existing file.")
 def command(bicycle: str, target: Path, force: bool) -> None:
-    from bicycle.bicycle_file import load_bicycle, to_toml, to_yaml
-    from studies.output import print_warnings
-    from tyre.errors import InputError
-    from tyre.files import write_text
+    from bicycle.files.bicycle_file import load_bicycle, to_toml, to_yaml
+    from studies.reporting.output import print_warnings
+    from tyre.base.errors import InputError
+    from tyre.base.files import write_text
 
     writers = {".toml": to_toml, ".yml": to_yaml, ".yaml": to_yaml}
     if target.suffix.lower() not in writers:

@@ -2,8 +2,8 @@
 
 import click
 
-from studies.examples import example
 from studies.model_argument import ChosenModel, takes_model
+from studies.reporting.examples import example
 
 
 @click.command(
@@ -15,8 +15,8 @@ from studies.model_argument import ChosenModel, takes_model
 @click.option("--csv", "csv_file", metavar="FILE", help="Write the critical speeds as CSV; - is standard output.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(chosen: ChosenModel, max_speed: float, csv_file: str | None, json_file: str | None) -> None:
-    from studies.analysis import analyse, record
-    from studies.output import critical_table, print_critical, print_warnings, write_csv, write_json
+    from studies.reporting.analysis import analyse, record
+    from studies.reporting.output import critical_table, print_critical, print_warnings, write_csv, write_json
 
     model = chosen.model.linear_model()
     _, critical = analyse(model, [], max_speed=max_speed)

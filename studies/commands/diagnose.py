@@ -2,8 +2,8 @@
 
 import click
 
-from studies.examples import example
-from studies.output import verbose
+from studies.reporting.examples import example
+from studies.reporting.output import verbose
 
 
 @click.command(
@@ -19,8 +19,8 @@ def command(measurement_file: str, folder: str | None, without: tuple[str, ...],
     from pathlib import Path
 
     from studies.missing_effect import diagnose, read_measurement
-    from studies.output import print_table, print_warnings, write_json
-    from tyre.errors import InputError
+    from studies.reporting.output import print_table, print_warnings, write_json
+    from tyre.base.errors import InputError
 
     if folder and Path(folder).exists() and not Path(folder).is_dir():
         raise InputError(f"--out {folder} is a file; give a folder")

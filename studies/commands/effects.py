@@ -2,7 +2,7 @@
 
 import click
 
-from studies.examples import example
+from studies.reporting.examples import example
 
 
 @click.command(
@@ -12,8 +12,8 @@ from studies.examples import example
 @click.option("--json", "json_file", metavar="FILE", help="Write the declarations as JSON; - is standard output.")
 def command(identifier: str | None, json_file: str | None) -> None:
     from bicycle.effect import effect_class, registry
-    from bicycle.effect_docs import describe, record, records
-    from studies.output import print_table, write_json
+    from bicycle.files.effect_docs import describe, record, records
+    from studies.reporting.output import print_table, write_json
 
     chosen = effect_class(identifier) if identifier else None
     if json_file:

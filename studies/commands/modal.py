@@ -2,7 +2,7 @@
 
 import click
 
-from studies.examples import example
+from studies.reporting.examples import example
 
 
 @click.command(
@@ -21,12 +21,12 @@ def command(
     import csv
     from pathlib import Path
 
-    from studies.missing_effect.motion.history_table import FASTEST, read_run
-    from studies.missing_effect.motion.modal_identification import identify
+    from bicycle.identification.free_decay import identify
+    from bicycle.identification.recording import FASTEST, read_run
     from studies.missing_effect.motion.modal_table import MODES
-    from studies.output import print_table
-    from tyre.errors import InputError, unknown
-    from tyre.files import replacing
+    from studies.reporting.output import print_table
+    from tyre.base.errors import InputError, unknown
+    from tyre.base.files import replacing
 
     if mode not in MODES:
         raise InputError(unknown("mode", mode, MODES))

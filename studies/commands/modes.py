@@ -2,8 +2,8 @@
 
 import click
 
-from studies.examples import example
 from studies.model_argument import ChosenModel, takes_model
+from studies.reporting.examples import example
 
 
 @click.command(
@@ -25,9 +25,16 @@ def command(
     chosen: ChosenModel, speeds: str, max_speed: float, plot_file: str | None, csv_file: str | None,
     json_file: str | None,
 ) -> None:  # fmt: skip
-    from studies.analysis import analyse, record
-    from studies.modes_picture import check_picture, draw_picture
-    from studies.output import parse_speeds, print_critical, print_table, print_warnings, write_csv, write_json
+    from studies.reporting.analysis import analyse, record
+    from studies.reporting.modes_picture import check_picture, draw_picture
+    from studies.reporting.output import (
+        parse_speeds,
+        print_critical,
+        print_table,
+        print_warnings,
+        write_csv,
+        write_json,
+    )
 
     if plot_file is not None:
         check_picture(plot_file)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from studies.examples import example
+from studies.reporting.examples import example
 
 
 @click.command(
@@ -16,13 +16,13 @@ from studies.examples import example
 @click.option("--tyre", default="Tyre1", show_default=True, help="A packaged tyre to begin with.")
 @click.option("--force", is_flag=True, help="Overwrite an existing file.")
 def command(target: Path, bicycle: str, tyre: str, force: bool) -> None:
-    from bicycle.bicycle_file import available_bicycles, load_bicycle
-    from bicycle.model_file import build_model
+    from bicycle.files.bicycle_file import available_bicycles, load_bicycle
+    from bicycle.files.model_file import build_model
     from studies.model_example import example_model
     from tyre import TyreMap
-    from tyre.errors import InputError, unknown
-    from tyre.files import write_text
-    from tyre.toml_file import tomllib
+    from tyre.base.errors import InputError, unknown
+    from tyre.base.files import write_text
+    from tyre.base.toml_file import tomllib
 
     if target.suffix.lower() != ".toml":
         raise InputError(f"{target}: a model file ends in .toml; give for example {target.with_suffix('.toml')}")

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import click
 
-from studies.examples import example
-from studies.output import verbose
+from studies.reporting.examples import example
+from studies.reporting.output import verbose
 
 
 @click.command(
@@ -34,11 +34,11 @@ def command(
     import math
     import shlex
 
-    from bicycle.bicycle_file import load_bicycle
+    from bicycle.files.bicycle_file import load_bicycle
     from bicycle.rider.geometry_file import packaged_geometry, read_geometry
     from bicycle.rider.rider_frame import rider_on_bicycle
     from bicycle.rider.seat_geometry import SeatGeometry
-    from studies.output import print_table, print_warnings
+    from studies.reporting.output import print_table, print_warnings
     from studies.riders import rider_words
     from studies.riders.rider_figure import save_figure
 
@@ -78,7 +78,7 @@ def command(
 
 
 def _check_target(out: Path, force: bool) -> None:
-    from tyre.errors import InputError
+    from tyre.base.errors import InputError
 
     if out.suffix.lower() != ".toml":
         raise InputError(f"--out {out}: the ending {out.suffix!r} is not known; write a .toml file")
@@ -91,7 +91,7 @@ def _check_target(out: Path, force: bool) -> None:
 
 def _rider(name: str | None, height: float | None, mass: float | None):  # type: ignore[no-untyped-def]
     from bicycle.rider.measurements import available_riders, read_rider, scaled_rider
-    from tyre.errors import InputError
+    from tyre.base.errors import InputError
 
     if name is not None and height is not None:
         raise InputError("give either --rider (a measured body) or --height and --mass (a scaled one), not both")

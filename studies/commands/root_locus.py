@@ -4,8 +4,8 @@ from pathlib import Path
 
 import click
 
-from studies.examples import example
 from studies.model_argument import ChosenModel, takes_model
+from studies.reporting.examples import example
 
 
 @click.command(
@@ -28,11 +28,11 @@ def command(
 ) -> None:  # fmt: skip
     import math
 
-    from studies.output import print_table, print_warnings, write_csv, write_json
+    from studies.reporting.output import print_table, print_warnings, write_csv, write_json
     from studies.root_loci.figure import draw_root_locus
     from studies.root_loci.parameter_path import parameter_path
     from studies.root_loci.root_locus import parse_range, root_locus
-    from tyre.errors import InputError
+    from tyre.base.errors import InputError
 
     if parameter == "speed" and speed is not None:
         raise InputError(f"--speed {speed:g} is given, but the speed is the parameter; leave --speed out")

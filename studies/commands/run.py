@@ -2,7 +2,7 @@
 
 import click
 
-from studies.examples import example
+from studies.reporting.examples import example
 
 WIDTH = 110
 
@@ -37,7 +37,7 @@ def command(
     from studies.main_study.model_input import settings_of
     from studies.main_study.output import run_and_write
     from studies.main_study.report_checks import uncertainty_lines
-    from tyre.errors import InputError
+    from tyre.base.errors import InputError
 
     if not out.strip() or "\0" in out:
         raise InputError(f"--out {out!r} is no folder name; give a folder to write into, for example out")

@@ -2,8 +2,8 @@
 
 import click
 
-from studies.examples import example
 from studies.model_argument import ChosenModel, takes_model
+from studies.reporting.examples import example
 
 
 @click.command(
@@ -24,7 +24,7 @@ def command(
 ) -> None:  # fmt: skip
     from pathlib import Path
 
-    from studies.output import print_table, print_warnings, write_json
+    from studies.reporting.output import print_table, print_warnings, write_json
     from studies.sensitivity.ranking import rank, record
 
     model = chosen.model
@@ -61,7 +61,7 @@ def command(
 
 
 def _deviations(texts: tuple[str, ...]) -> dict[str, float]:
-    from tyre.errors import InputError
+    from tyre.base.errors import InputError
 
     found: dict[str, float] = {}
     for key, value in map(_deviation, texts):
@@ -72,7 +72,7 @@ def _deviations(texts: tuple[str, ...]) -> dict[str, float]:
 
 
 def _deviation(text: str) -> tuple[str, float]:
-    from tyre.errors import InputError
+    from tyre.base.errors import InputError
 
     key, _, number = text.partition("=")
     try:

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import click
 
-from studies.examples import example
 from studies.model_argument import ChosenModel, takes_model
+from studies.reporting.examples import example
 
 
 @click.command(
@@ -38,13 +38,13 @@ def command(
     import click.core
     import numpy as np
 
-    from bicycle.nonlinear import MagicTyre, nonlinear_model
-    from bicycle.responses import frequency_response as gains
-    from bicycle.responses import respond
-    from studies.motion.figure_response import draw_frequency_response, draw_responses
-    from studies.motion.simulation_options import check_within, parse_initial, parse_inputs
-    from studies.output import print_warnings, write_csv
-    from tyre.errors import InputError
+    from bicycle.responses.linear import frequency_response as gains
+    from bicycle.responses.linear import respond
+    from bicycle.responses.magic_formula import MagicTyre, nonlinear_model
+    from studies.animation.figure_response import draw_frequency_response, draw_responses
+    from studies.animation.simulation_options import check_within, parse_initial, parse_inputs
+    from studies.reporting.output import print_warnings, write_csv
+    from tyre.base.errors import InputError
 
     for name, value in (("duration", duration), ("step", sample)):
         if not (math.isfinite(value) and value > 0):

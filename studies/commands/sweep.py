@@ -2,8 +2,8 @@
 
 import click
 
-from studies.examples import example
-from studies.output import verbose
+from studies.reporting.examples import example
+from studies.reporting.output import verbose
 
 
 @click.command(
@@ -22,13 +22,13 @@ def command(
 ) -> None:
     from importlib.util import find_spec
 
-    from studies.output import print_warnings, write_json
+    from studies.reporting.output import print_warnings, write_json
     from studies.sweeps.engines import in_loop, in_processes, in_threads, on_cluster
     from studies.sweeps.result import impossible_draws
     from studies.sweeps.run import run_sweep
     from studies.sweeps.sweep_file import read_sweep
     from studies.sweeps.tyre_table import said_of_stiffness
-    from tyre.errors import InputError
+    from tyre.base.errors import InputError
 
     for module in (
         "zarr",

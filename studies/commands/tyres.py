@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from studies.examples import example
+from studies.reporting.examples import example
 
 if TYPE_CHECKING:
     from tyre import TyreMap
@@ -22,7 +22,7 @@ WIDTH = 40  # letters of a source in a table
 def command(tyre: str | None, surface: str | None, json_file: str | None) -> None:
     from textwrap import shorten
 
-    from studies.output import print_table, write_json
+    from studies.reporting.output import print_table, write_json
     from tyre import TyreMap, available_tyres
 
     if tyre:

@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from studies.examples import example
 from studies.model_argument import ChosenModel, takes_model
+from studies.reporting.examples import example
 
 if TYPE_CHECKING:
     from studies.uncertainty.propagation import Uncertainty
@@ -39,8 +39,8 @@ def command(
 ) -> None:  # fmt: skip
     import numpy as np
 
-    from studies.output import parse_speeds, print_table, print_warnings, write_json
-    from studies.sweeps.refused import left_out
+    from studies.reporting.output import parse_speeds, print_table, print_warnings, write_json
+    from studies.sampling.refused import left_out
     from studies.uncertainty.comparison import remarks
     from studies.uncertainty.contributions import assumed, assumed_words, counted_as_exact, exact_words
     from studies.uncertainty.propagation import Uncertainty
@@ -90,7 +90,7 @@ def command(
 
 
 def _given(sds: tuple[str, ...]) -> dict[str, float]:
-    from tyre.errors import InputError
+    from tyre.base.errors import InputError
 
     given: dict[str, float] = {}
     for text in sds:
@@ -116,7 +116,7 @@ def _row(q: "Quantity") -> list[Any]:
 def _print_groups(uncertainty: "Uncertainty", found: "list[Quantity]") -> None:
     """Shares of the linear variance by group, and of what is assumed."""
     from bicycle.default_sd import ASSUMED
-    from studies.output import print_table
+    from studies.reporting.output import print_table
     from studies.uncertainty.contributions import by_group, by_origin
 
     rows = [by_group(q.shares) for q in found]

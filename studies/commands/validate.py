@@ -10,8 +10,8 @@ from typing import Any
 
 import click
 
-from studies.examples import example
-from tyre.files import write_text
+from studies.reporting.examples import example
+from tyre.base.files import write_text
 
 
 class ValidationGroup(click.Group):

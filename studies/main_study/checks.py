@@ -10,7 +10,7 @@ from studies.main_study.settings import Settings, Setup
 from studies.main_study.solve import Result
 from studies.main_study.spread import uncertainty
 from studies.uncertainty.quantity import Quantity
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 CHECKED_MODE = WOBBLE
 FAR = 0.05  # two standard deviations further apart than this, relative to the linear one, are said to differ

@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from bicycle.contact_size import half_length_under_load
 from bicycle.effect import effect_class
 from studies.main_study.cases import TyreCase
 from studies.main_study.hinges import End, wobble
 from studies.main_study.settings import CONTACT_LENGTH, Settings
-from tyre.errors import InputError
+from tyre.base.errors import InputError
+from tyre.contact_patch import half_length_under_load
 
 WIDEST = 0.9  # of the relaxation length, which contains the half length
 

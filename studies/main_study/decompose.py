@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.critical import critical_speeds
+from bicycle.critical.critical_speeds import critical_speeds
 from studies.main_study.assemble import build
 from studies.main_study.bands import WOBBLE, wobble_edges
 from studies.main_study.cases import TyreCase

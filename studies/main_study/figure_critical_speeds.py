@@ -8,7 +8,7 @@ import numpy as np
 from studies.main_study.cases import TyreCase
 from studies.main_study.settings import Setup
 from studies.main_study.study import Study
-from studies.plotting import (
+from studies.reporting.plotting import (
     EXTRAPOLATED,
     drawing,
     extrapolated_note,

@@ -5,7 +5,7 @@ from typing import Any
 
 from studies.main_study.solve import COMPARED_MODES, Result
 from studies.main_study.study import Study
-from studies.plotting import UNSTABLE, drawing, extrapolated_note, hatch_extrapolated, look
+from studies.reporting.plotting import UNSTABLE, drawing, extrapolated_note, hatch_extrapolated, look
 
 
 def draw_damping(study: Study, target: Path) -> Path:

@@ -10,7 +10,7 @@ from studies.main_study.paths import paths
 from studies.main_study.settings import Setup
 from studies.main_study.solve import Result
 from studies.main_study.study import Study
-from studies.plotting import (
+from studies.reporting.plotting import (
     UNSTABLE,
     drawing,
     extrapolated_note,

@@ -11,7 +11,7 @@ from studies.main_study.plausible import Plausible
 from studies.main_study.settings import Setup
 from studies.main_study.solve import Result
 from studies.main_study.study import Study
-from studies.plotting import EXTRAPOLATED, drawing, look
+from studies.reporting.plotting import EXTRAPOLATED, drawing, look
 
 EDGES = (("begins", f"{WOBBLE} unstable above"), ("ends", f"{WOBBLE} stable above"))
 PARTS = ("relaxation length", "cornering stiffness", "interaction")

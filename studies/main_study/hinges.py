@@ -3,14 +3,14 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from bicycle.critical import critical_speeds
-from bicycle.modes import modes
+from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.modal.named_modes import modes
 from studies.main_study.assemble import build
 from studies.main_study.bands import Span, wobble_span
 from studies.main_study.cases import TyreCase
 from studies.main_study.settings import Array, Settings, Setup
 from studies.main_study.solve import LeastDamped, least_damped
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,15 +6,15 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from bicycle.bicycle_file import load_bicycle
 from bicycle.effect import effect_class
+from bicycle.files.bicycle_file import load_bicycle
+from bicycle.files.model_file import MOST_BAR, located, read_model
 from bicycle.model import DEFAULT_CONTACT
-from bicycle.model_file import MOST_BAR, located, read_model
 from bicycle.parameters import Bicycle
 from studies.main_study.riders import packaged_postures, with_rider
 from studies.main_study.settings import Arms, Front, Settings
-from tyre.errors import InputError
-from tyre.toml_file import read_toml
+from tyre.base.errors import InputError
+from tyre.base.toml_file import read_toml
 
 DEFAULT_BICYCLE = "pista_charlie_drops"
 LAW = "relaxation_length"

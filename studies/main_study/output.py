@@ -21,7 +21,7 @@ from studies.main_study.tables import write_tables
 
 def run_and_write(settings: Settings, folder: Path, *, workers: int = 1) -> tuple[Study, Answer, Path]:
     """Compute the study and write it into ``folder``; returns it with the first screen and the HTML report."""
-    from tyre.progress import progress_bar
+    from tyre.base.progress import progress_bar
 
     folder.mkdir(parents=True, exist_ok=True)
     draws = drawings(settings, folder)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from studies.plotting import drawing, look
+from studies.reporting.plotting import drawing, look
 from tyre import TyreMap
 
 if TYPE_CHECKING:

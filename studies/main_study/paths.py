@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bicycle.modes import Modes, modes
+from bicycle.modal.named_modes import Modes, modes
 from studies.main_study.settings import Array
 from studies.main_study.solve import Result
 

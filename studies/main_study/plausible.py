@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.critical import critical_speeds
+from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.model import linear_model
 from studies.main_study.assemble import CAMBER, FRICTION, beside
 from studies.main_study.bands import wobble_span
 from studies.main_study.cases import TyreCase
 from studies.main_study.settings import Array, Front, Settings, Setup
 from studies.main_study.spread import draws, uncertainty
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 LIKELY = (0.05, 0.95)  # quantiles that an outer error bar joins
 FEWEST = 10  # bicycles that wobble: of fewer it joins all

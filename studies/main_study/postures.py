@@ -7,7 +7,7 @@ from bicycle.parameters import Bicycle
 from studies.main_study.cases import TyreCase, tyre_cases
 from studies.main_study.hinges import End, wobble
 from studies.main_study.settings import Settings
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 
 @dataclass(frozen=True, eq=False)

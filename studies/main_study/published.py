@@ -11,9 +11,9 @@ from studies.main_study.bands import WEAVE, WOBBLE
 from studies.main_study.settings import Setup
 from studies.main_study.solve import RIDDEN, Result
 from studies.main_study.study import Study
-from tyre.errors import InputError, is_number, shown, unknown
-from tyre.paths import data_root
-from tyre.toml_file import read_toml
+from tyre.base.errors import InputError, is_number, shown, unknown
+from tyre.base.paths import data_root
+from tyre.base.toml_file import read_toml
 
 FILE = ("published", "wobble.toml")
 UNITS = {

@@ -1,6 +1,6 @@
 """What the report says of linear propagation beside Monte Carlo."""
 
-from bicycle.sensitivity import critical_speed_sensitivities
+from bicycle.sensitivity.eigenvalue_derivatives import critical_speed_sensitivities
 from studies.main_study.checks import FAR, differs, excess
 from studies.main_study.report_numbers import shown_like, signed, signed_range, table
 from studies.main_study.solve import COMPARED_MODES

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from bicycle.bicycle_file import available_bicycles, load_bicycle
+from bicycle.files.bicycle_file import available_bicycles, load_bicycle
 from bicycle.parameters import Bicycle
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 DEFAULT_POSTURE = "drops"
 

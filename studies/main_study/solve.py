@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bicycle.critical import critical_speeds
+from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.linear_model import LinearModel
-from bicycle.modes import Modes, modes
-from bicycle.propagation import critical_speed_gradients, mode_gradients, standard_deviation
+from bicycle.modal.named_modes import Modes, modes
+from bicycle.sensitivity.propagation import critical_speed_gradients, mode_gradients, standard_deviation
 from studies.main_study.assemble import model
 from studies.main_study.bands import (
     FASTER_THAN_WEAVE,

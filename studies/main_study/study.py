@@ -16,7 +16,7 @@ from studies.main_study.plausible import Plausible, plausible
 from studies.main_study.postures import Posture, postures
 from studies.main_study.settings import Settings, Setup
 from studies.main_study.solve import Result, solve
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 Step = Callable[[str], None]
 TYPICAL_BAR = 5.5

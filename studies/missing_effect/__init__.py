@@ -1,7 +1,7 @@
 """Find where simulation and measurement disagree, name the missing effect, add it, show the gap shrink."""
 
+from studies.inference.verdict import Verdict
 from studies.missing_effect.diagnose import Diagnosis, diagnose
-from studies.missing_effect.engine.verdict import Verdict
 from studies.missing_effect.measurement import Measurement, read_measurement
 
 __all__ = ["Diagnosis", "Measurement", "Verdict", "diagnose", "read_measurement"]

@@ -3,12 +3,12 @@
 from dataclasses import replace
 
 from bicycle.effect import registry
-from bicycle.eigen import one_blas_thread
+from bicycle.eigenvalues.solvers import one_blas_thread
 from bicycle.model import Model
-from studies.missing_effect.engine.fit import Fit
-from studies.missing_effect.engine.forward import Forward
-from studies.missing_effect.engine.judge import Diagnosis, Subject, judge
-from studies.missing_effect.engine.unknown import Candidate
+from studies.inference.fit import Fit
+from studies.inference.forward import Forward
+from studies.inference.judge import Diagnosis, Subject, judge
+from studies.inference.parameter import Candidate
 from studies.missing_effect.measurement import Measurement
 from studies.missing_effect.motion.candidates import find_candidates, physical
 from studies.missing_effect.motion.canonical_forward import canonical_forward, sensor_candidates
@@ -18,7 +18,7 @@ from studies.missing_effect.motion.nuisances import nuisances
 from studies.missing_effect.rig.measurement import RigMeasurement
 from studies.missing_effect.rig.setup import rig_forward_model
 from studies.missing_effect.rig.tables_forward import TyreTables, tables_forward_model
-from tyre.errors import InputError, unknown
+from tyre.base.errors import InputError, unknown
 
 
 def forward_model(measurement: Measurement, *, without: tuple[str, ...] = ()) -> Forward:

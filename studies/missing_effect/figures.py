@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.missing_effect.engine.fit import Fit
-from studies.missing_effect.engine.forward import Rows
-from studies.missing_effect.engine.judge import Diagnosis
+from studies.inference.fit import Fit
+from studies.inference.forward import Rows
+from studies.inference.judge import Diagnosis
 from studies.missing_effect.rig.figures import CAPTION, draw_recordings
 from studies.missing_effect.rig.recordings_forward import RigRecordingsForward
-from studies.plotting import GREY, drawing, look
+from studies.reporting.plotting import GREY, drawing, look
 
 MOST_BARS = 12
 MOST_SERIES = 8

@@ -17,19 +17,19 @@ from pathlib import Path
 from typing import Any
 
 from bicycle.effect import effect_class
+from bicycle.files.model_file import build_model
+from bicycle.identification.recording import Run, read_runs
 from bicycle.model import Model
-from bicycle.model_file import build_model
-from bicycle.plausible import WAY_OUT
 from studies.missing_effect.motion.candidates import check_known
 from studies.missing_effect.motion.canonical_table import CanonicalTable, read_canonical
-from studies.missing_effect.motion.history_table import Run, read_runs
 from studies.missing_effect.motion.modal_table import ModalPoint, read_modal
 from studies.missing_effect.motion.nuisances import nuisances
 from studies.missing_effect.packaged import packaged_measurement
 from studies.missing_effect.rig.measurement import RigMeasurement, read_rig
 from studies.missing_effect.rig.tables_forward import TyreTables, read_tyre_tables
-from tyre.errors import InputError, shown, unknown
-from tyre.toml_file import read_toml
+from tyre.base.errors import InputError, shown, unknown
+from tyre.base.plausible import WAY_OUT
+from tyre.base.toml_file import read_toml
 
 KINDS = ("modal", "histories", "canonical")
 EVERY_KIND = (*KINDS, "rig", "tyre_tables")

@@ -6,8 +6,8 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from tyre.errors import InputError, unknown
-from tyre.paths import data_root
+from tyre.base.errors import InputError, unknown
+from tyre.base.paths import data_root
 
 
 def available_measurements() -> tuple[str, ...]:

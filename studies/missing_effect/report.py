@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from bicycle.effect import registry
-from studies.missing_effect.engine.judge import Diagnosis
+from studies.inference.judge import Diagnosis
 from studies.missing_effect.figures import MOST_SERIES, draw_all, explains, residuals
 from studies.missing_effect.rig.candidates import EXPLAINED
-from studies.output import write_json
+from studies.reporting.output import write_json
 
 SAYS = {
     "none": "Nothing is missing: the base model with its uncertain parameters explains the measurement.",

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from bicycle.rider.human import Segment
 from bicycle.rider.rider_frame import RiderOnBicycle
-from studies.plotting import GREY, drawing
+from studies.reporting.plotting import GREY, drawing
 
 Array = NDArray[np.float64]
 

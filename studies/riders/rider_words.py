@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.bicycle_file import to_toml
+from bicycle.files.bicycle_file import to_toml
 from bicycle.parameters import Bicycle
 from bicycle.rider.human import yeadon_version
 from bicycle.rider.posture import POSTURES

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.parameters import UNITS
-from studies.plotting import GREY, Look, drawing, hatch_extrapolated, mode_look
+from studies.reporting.plotting import GREY, Look, drawing, hatch_extrapolated, mode_look
 from studies.root_loci.root_locus import RootLocus
 
 Array = NDArray[np.float64]

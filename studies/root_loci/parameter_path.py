@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.effect import WHEELS, PerWheel
-from bicycle.model import Model
-from bicycle.model_file import (
+from bicycle.files.model_file import (
     EXTRAPOLATE,
     MOST_BAR,
     TYRE_KEYS,
@@ -23,10 +22,11 @@ from bicycle.model_file import (
     wheel_maps,
     wheel_tyres,
 )
+from bicycle.model import Model
 from bicycle.parameters import UNITS
-from tyre.errors import InputError, unknown
+from tyre.base.errors import InputError, unknown
+from tyre.base.toml_file import read_toml
 from tyre.maps.tables import PASCAL_PER_BAR
-from tyre.toml_file import read_toml
 
 Array = NDArray[np.float64]
 

@@ -1,7 +1,7 @@
 """Root locus in any parameter: tracked and named branches, and the values at which a root crosses the imaginary axis.
 
-Neighbouring values are matched as neighbouring speeds are in :mod:`bicycle.tracking`: by where the roots are heading
-and by the bi-orthogonal modal assurance criterion, with the step halved until the match is beyond doubt.
+Neighbouring values are matched as neighbouring speeds are in :mod:`bicycle.modal.tracking`: by where the roots are
+heading and by the bi-orthogonal modal assurance criterion, with the step halved until the match is beyond doubt.
 """
 
 from collections.abc import Callable
@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from bicycle.matching import Nodes, inverse, projected
-from bicycle.modes import modes
-from bicycle.tracking import in_branches, refine
+from bicycle.modal.matching import Nodes, inverse, projected
+from bicycle.modal.named_modes import modes
+from bicycle.modal.tracking import in_branches, refine
 from studies.root_loci.parameter_path import ParameterPath
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd

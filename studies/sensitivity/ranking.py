@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.critical import critical_speeds
+from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.default_sd import EXACT, standard_deviations
 from bicycle.effect import WHEELS, effect_class
+from bicycle.modal.named_modes import modes
 from bicycle.model import Model
-from bicycle.modes import modes
 from bicycle.parameters import UNITS
-from bicycle.sensitivity import critical_speed_sensitivities, pair_sensitivities, sensitivities
-from tyre.errors import InputError, unknown
+from bicycle.sensitivity.eigenvalue_derivatives import critical_speed_sensitivities, pair_sensitivities, sensitivities
+from tyre.base.errors import InputError, unknown
 
 NEAR = 1e-4  # two real roots are a meeting below this distance, relative to their size
 

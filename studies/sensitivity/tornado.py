@@ -12,7 +12,7 @@ from studies.sensitivity.ranking import Change, Ranking
 
 def draw_tornado(ranking: Ranking, target: Path, *, top: int = 15) -> None:
     """Bars of the change of the growth rate for plus (dark) and minus (hatched) one standard deviation."""
-    from studies.plotting import LOOKS, drawing
+    from studies.reporting.plotting import LOOKS, drawing
 
     shown = ranking.changes[:top][::-1]
     growth, rows = np.array([change.growth for change in shown]), np.arange(len(shown))

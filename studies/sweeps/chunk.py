@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.batch import coefficients, state_matrices
-from bicycle.critical import critical_speeds
-from bicycle.eigen import default_solver, eigenvalues
-from bicycle.modes import ORDER, modes
-from bicycle.sensitivity import sensitivities
+from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.eigenvalues.batch import coefficients, state_matrices
+from bicycle.eigenvalues.solvers import default_solver, eigenvalues
+from bicycle.modal.named_modes import ORDER, modes
+from bicycle.sensitivity.eigenvalue_derivatives import sensitivities
 from studies.sweeps.points import Points, Sampler
 from studies.sweeps.sketch import sketch
 from studies.sweeps.spec import BY_SPEED, Sweep, software
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 BLOCK = 2048  # matrices worked on at a time; blocks start at fixed items, so that no result depends on the chunk
 SLOW_ITEMS = 32  # per part, where every bicycle is tracked by itself

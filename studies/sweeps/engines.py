@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, ProcessPoolExecutor, ThreadPoolExecutor, wait
 from typing import Any
 
-from bicycle.eigen import one_blas_thread
-from tyre.errors import InputError
+from bicycle.eigenvalues.solvers import one_blas_thread
+from tyre.base.errors import InputError
 
 Piece = tuple[int, int]
 Work = Callable[[int, int], Any]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studies.sweeps.spec import Sweep
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 Piece = tuple[int, int]
 DIGEST = 32  # bytes of SHA-256

@@ -9,18 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.batch import no_mass
 from bicycle.effect import Effect, PerWheel
+from bicycle.eigenvalues.batch import no_mass
+from bicycle.files.model_file import TYRE_KEYS
 from bicycle.impossible import impossible_bicycles
 from bicycle.model import Model
-from bicycle.model_file import TYRE_KEYS
 from bicycle.parameters import UNITS, bodies, static_loads
-from studies.sweeps.bounded_draws import BoundedDraws
-from studies.sweeps.draws import normal, uniform
-from studies.sweeps.refused import Refused
+from studies.sampling.bounded_draws import BoundedDraws
+from studies.sampling.draws import normal, uniform
+from studies.sampling.refused import Refused
 from studies.sweeps.spec import SPEED, TYRE_UNITS, WHEELS, Sweep, bounds_of
 from studies.sweeps.tyre_table import TyreTable
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 Array = NDArray[np.float64]
 
@@ -97,7 +97,7 @@ class Sampler:
     ) -> Points:
         """Parameters of items ``start`` to ``stop`` - 1, from standard normal ``draws`` (m,) by name if given.
 
-        Draws stay within what is physically possible (:mod:`studies.sweeps.bounded_draws`); ``share`` < 1 goes only
+        Draws stay within what is physically possible (:mod:`studies.sampling.bounded_draws`); ``share`` < 1 goes only
         that part of the way from the mean to them. ``linear`` instead takes mean + factor z, whatever the bounds, and
         the middle of what is uniform: with draws of zero it is the mean of everything. What is impossible is marked,
         not refused.

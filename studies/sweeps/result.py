@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.modes import ORDER
+from bicycle.modal.named_modes import ORDER
 from bicycle.parameters import UNITS
 from studies.sweeps.chunk import CHANGES, MODES, OCCURRENCES, free_parameters, parameter_names, stored
 from studies.sweeps.parts import Parts

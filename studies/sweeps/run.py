@@ -8,15 +8,15 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
+from studies.sampling.refused import left_out
 from studies.sweeps.chunk import SLOW, SLOW_ITEMS, block_items, compute
 from studies.sweeps.engines import Engine, in_loop
 from studies.sweeps.netcdf import to_netcdf
 from studies.sweeps.parts import Parts, open_parts
 from studies.sweeps.points import ImpossibleItem, Sampler
-from studies.sweeps.refused import left_out
 from studies.sweeps.result import assemble, remove
 from studies.sweeps.spec import Sweep
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 CHECKED_TOGETHER = 16384  # items
 CONTINUE = "run the same command again to continue"
@@ -115,7 +115,7 @@ def pieces(sweep: Sweep) -> Iterator[tuple[int, int]]:
 
 
 def _compute(sweep: Sweep, parts: Parts, todo: list[tuple[int, int]], engine: Engine, progress: bool) -> None:
-    from tyre.progress import progress_bar
+    from tyre.base.progress import progress_bar
 
     points = sweep.points_per_item
     left = sum(stop - start for start, stop in todo) * points

@@ -10,9 +10,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from bicycle.eigen import default_solver
+from bicycle.eigenvalues.solvers import default_solver
+from bicycle.files.model_file import MOST_BAR, build_model
 from bicycle.model import Model
-from bicycle.model_file import MOST_BAR, build_model
 from bicycle.parameters import BOUNDS
 from tyre.maps.table_io import is_file_name, read_table
 

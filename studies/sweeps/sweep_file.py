@@ -28,15 +28,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from bicycle.bicycle_file import load_bicycle
+from bicycle.files.bicycle_file import load_bicycle
+from bicycle.files.model_file import TYRE_KEYS, allows_unusual, build_model, located, refuse_absurd_values
 from bicycle.model import Model
-from bicycle.model_file import TYRE_KEYS, allows_unusual, build_model, located, refuse_absurd_values
 from bicycle.parameters import UNITS
 from studies.sweeps.spec import BY_SPEED, OUTPUTS, SPEED, WHEELS, Sweep
 from studies.sweeps.toml_values import finite, flag, known, whole
 from studies.sweeps.variation import read_grid, read_sampled, variable_names
-from tyre.errors import InputError
-from tyre.toml_file import read_toml
+from tyre.base.errors import InputError
+from tyre.base.toml_file import read_toml
 
 TOP_KEYS = ("model", "samples", "seed", "outputs", "max_speed_m_s", "points_per_part", "grid", "sampled", "reduce")
 REDUCIBLE = ("largest_growth_rate", "smallest_damping_ratio", "frequencies", "damping_ratios", "critical_speeds")

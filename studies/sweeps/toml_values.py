@@ -4,7 +4,7 @@ import math
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any
 
-from tyre.errors import InputError, is_number, shown, unknown
+from tyre.base.errors import InputError, is_number, shown, unknown
 
 LEAF_KEYS = {"from", "to", "count", "mean", "sd", "low", "high"}
 

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.default_sd import CORNERING_STIFFNESS
-from bicycle.model_file import MOST_BAR
-from studies.sweeps.bounded_draws import BoundedDraws
-from studies.sweeps.refused import Refused
+from bicycle.files.model_file import MOST_BAR
+from studies.sampling.bounded_draws import BoundedDraws
+from studies.sampling.refused import Refused
 from tyre import TyreMap
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 from tyre.maps.conditions_grid import ConditionsGrid
 from tyre.maps.map_notes import stiffness_note
 from tyre.maps.tables import PASCAL_PER_BAR

@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from bicycle.files.model_file import tyre_file
 from bicycle.model import Model
-from bicycle.model_file import tyre_file
 from bicycle.parameters import UNITS
-from bicycle.propagation import checked_covariance
-from studies.sweeps.bounded_draws import possible_moments
+from bicycle.sensitivity.propagation import checked_covariance
+from studies.sampling.bounded_draws import possible_moments
 from studies.sweeps.spec import SPEED, TYRE_UNITS, WHEELS, Axis, Normal, Uniform, bounds_of
 from studies.sweeps.toml_values import finite, flag, known, leaves, whole
-from tyre.errors import InputError, is_number, shown
+from tyre.base.errors import InputError, is_number, shown
 
 SAMPLED_EXTRA = ("bicycle_sd", "tyre_covariance", "relative_cornering_stiffness_sd", "joint")
 NAMES = ("tyre", "surface")  # varied by name, not by number

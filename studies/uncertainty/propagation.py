@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.batch import follow_crossing, state_matrices
-from bicycle.critical import CriticalSpeed, critical_speeds
-from bicycle.eigen import eigenvalues
-from bicycle.matching import assign
-from bicycle.modes import modes
-from bicycle.propagation import damping_ratio_gradient, frequency_gradient
-from bicycle.sensitivity import critical_speed_sensitivities, sensitivities
+from bicycle.critical.critical_speeds import CriticalSpeed, critical_speeds
+from bicycle.eigenvalues.batch import follow_crossing, state_matrices
+from bicycle.eigenvalues.solvers import eigenvalues
+from bicycle.modal.matching import assign
+from bicycle.modal.named_modes import modes
+from bicycle.sensitivity.eigenvalue_derivatives import critical_speed_sensitivities, sensitivities
+from bicycle.sensitivity.propagation import damping_ratio_gradient, frequency_gradient
 from studies.uncertainty.quantity import Quantity
 from studies.uncertainty.uncertain_model import Array, UncertainModel
 

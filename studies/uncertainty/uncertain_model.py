@@ -6,7 +6,7 @@ measurement is a set of independent standard normal numbers z, from which the sa
 masses move wheel loads, wheel loads the tyre.
 
 The nominal model and linear propagation take parameter = mean + factor z. Random bicycles keep the mean and standard
-deviation but stay within what is physically possible (:mod:`studies.sweeps.bounded_draws`: a stiffness is lognormal),
+deviation but stay within what is physically possible (:mod:`studies.sampling.bounded_draws`: a stiffness is lognormal),
 so z = 0 is the median of a draw, not the nominal bicycle.
 """
 
@@ -21,16 +21,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.batch import Coefficients, coefficients
 from bicycle.default_sd import ASSUMED, CORNERING_STIFFNESS, GIVEN, TABLE, Deviation, standard_deviations
+from bicycle.eigenvalues.batch import Coefficients, coefficients
+from bicycle.files.model_file import build_model, read_model
 from bicycle.model import Model
-from bicycle.model_file import build_model, read_model
-from studies.sweeps.draws import normal
+from studies.sampling.draws import normal
 from studies.sweeps.points import TYRE_DRAWS, Points, Sampler
 from studies.sweeps.spec import WHEELS
 from studies.sweeps.sweep_file import build_sweep
 from studies.sweeps.tyre_table import said_of_stiffness
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 Array = NDArray[np.float64]
 STEP = 1e-3  # in standard deviations, of the smooth map from z to parameters
@@ -175,7 +175,7 @@ class UncertainModel:
     def covariance(self) -> tuple[tuple[str, ...], Array]:
         """Free parameters of the model that are uncertain, or follow others, and their covariance to first order, SI.
 
-        As :func:`bicycle.propagation.mode_sd` takes them.
+        As :func:`bicycle.sensitivity.propagation.mode_sd` takes them.
         """
         entering = self.nominal.evaluator.symbolic.parameters
         rows = {

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from bicycle.sensitivity import critical_speed_sensitivities
+from bicycle.sensitivity.eigenvalue_derivatives import critical_speed_sensitivities
 from studies.uncertainty.propagation import Uncertainty
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 
 def total_effects(

@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.bicycle_file import available_bicycles, load_bicycle
 from bicycle.effect import WHEELS, Effect, effect_class, registry
+from bicycle.files.bicycle_file import available_bicycles, load_bicycle
 from bicycle.model import Model
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 
 def random_model(

@@ -17,15 +17,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.batch import coefficients, state_matrices
-from bicycle.bicycle_file import load_bicycle
-from bicycle.critical import critical_speeds
+from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.effect import effect_class
-from bicycle.eigen import BATCH, Solver, compiled, eigenvalues, eigenvalues_along, lapack, one_blas_thread
+from bicycle.eigenvalues.batch import coefficients, state_matrices
+from bicycle.eigenvalues.solvers import BATCH, Solver, compiled, eigenvalues, eigenvalues_along, lapack, one_blas_thread
+from bicycle.files.bicycle_file import load_bicycle
 from bicycle.linear_model import LinearModel
-from bicycle.matching import assign
+from bicycle.modal.matching import assign
 from bicycle.model import Model
-from bicycle.sensitivity import sensitivities
+from bicycle.sensitivity.eigenvalue_derivatives import sensitivities
 from studies.sweeps.chunk import compute
 from studies.sweeps.engines import Engine, in_threads, on_cluster
 from studies.sweeps.run import pieces

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.critical import CriticalSpeed, critical_speeds
+from bicycle.critical.critical_speeds import CriticalSpeed, critical_speeds
 from bicycle.linear_model import LinearModel
 from studies.validations._random_models import random_model
 
@@ -24,7 +24,7 @@ AT_REST = 1e-8  # of the largest root: what lies closer to the axis than this is
 
 def run(*, out: Path, seed: int, models: int = 1000) -> dict[str, Any]:
     """Check random models; ``unexplained`` and ``off_axis`` list what is wrong."""
-    from tyre.progress import progress_bar
+    from tyre.base.progress import progress_bar
 
     generator = np.random.default_rng(seed)
     result: dict[str, Any] = {"seed": seed, "models": models, "speeds_each": SPEEDS, "crossings": 0}

@@ -7,12 +7,12 @@ import time
 from pathlib import Path
 from typing import Any
 
-from bicycle.bicycle_file import available_bicycles, load_bicycle
+from bicycle.files.bicycle_file import available_bicycles, load_bicycle
 from bicycle.parameters import Bicycle
 from studies.main_study.output import run_and_write
 from studies.main_study.settings import Settings
 from studies.main_study.solve import Result
-from tyre.paths import data_root
+from tyre.base.paths import data_root
 
 
 def every_bicycle(folder: Path) -> list[Bicycle]:
@@ -27,7 +27,7 @@ def every_bicycle(folder: Path) -> list[Bicycle]:
 
 def run(*, out: Path, seed: int, fronts: int = 64, samples: int = 500, workers: int = 2) -> dict[str, Any]:
     """Run the study of each bicycle; ``rows`` has one entry a bicycle."""
-    from tyre.progress import progress_bar
+    from tyre.base.progress import progress_bar
 
     rows = []
     for bicycle in progress_bar(every_bicycle(out), desc="bicycles"):

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from tyre.campaigns.worker_pool import worker_pool
+from tyre.base.parallel import worker_pool
 
 CONDITIONS = 2
 SWEEPS = (1.0, 2.0, 1.0)  # rates over the slower one; the faster one is drawn between 2 and 2.5 times as fast
@@ -39,7 +39,7 @@ def run(*, out: Path, seed: int, campaigns: int = 500, jobs: int = 2) -> dict[st
     """
     import pandas as pd
 
-    from tyre.progress import progress_bar
+    from tyre.base.progress import progress_bar
 
     seeds = np.random.SeedSequence(seed).spawn(campaigns)
     rows: list[dict[str, float]] = []
@@ -120,7 +120,7 @@ def summary(frame: Any, *, seed: int, campaigns: int) -> dict[str, Any]:
 def one_campaign(seed: np.random.SeedSequence) -> list[dict[str, float]]:
     """Simulate, write, read and fit one campaign; one row per condition."""
     from tyre.campaigns.campaign import fit_campaign
-    from tyre.campaigns.campaign_recording import FitSettings
+    from tyre.campaigns.recording import FitSettings
     from tyre.fits.estimate import Calibration
 
     calibration = Calibration()
@@ -176,11 +176,11 @@ def _write(folder: Path, rng: np.random.Generator, calibration: Any) -> dict[flo
     """Draw a campaign, write its recordings and return the truth by load."""
     from dataclasses import replace
 
+    from tyre.recordings.read import write_csv
     from tyre.recordings.recording import Condition
-    from tyre.recordings.recording_io import write_csv
     from tyre.rig import rig_effects as rig
-    from tyre.rig.rig_campaign import synthetic_tyre
-    from tyre.rig.rig_simulator import Protocol, simulate_pull, simulate_sweep
+    from tyre.rig.campaign import synthetic_tyre
+    from tyre.rig.simulator import Protocol, simulate_pull, simulate_sweep
 
     effects: list[rig.RigEffect] = [
         rig.PlySteer(force=rng.uniform(-10.0, 25.0), slip=np.deg2rad(rng.uniform(-0.3, 0.3))),
@@ -248,8 +248,8 @@ def _one_branch(path: Path, length: float, truth: float) -> tuple[float, float]:
 
     from tyre.fits.slip_sweep import fit_slip_sweep
     from tyre.fits.sweep_branches import slip_reversals
+    from tyre.recordings.read import read_recording
     from tyre.recordings.recording import RigRun
-    from tyre.recordings.recording_io import read_recording
 
     run = read_recording(path)
     assert isinstance(run, RigRun)
@@ -272,8 +272,8 @@ def _one_branch(path: Path, length: float, truth: float) -> tuple[float, float]:
 
 def _line(folder: Path, files: list[str]) -> float:
     """What a straight line through all points of the pull tests would give, N/m."""
+    from tyre.recordings.read import read_recording
     from tyre.recordings.recording import PullTest
-    from tyre.recordings.recording_io import read_recording
 
     slopes = []
     for name in files:

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.evaluation import Evaluator
+from bicycle.derivation.evaluation import Evaluator
 from bicycle.model import Model
-from bicycle.sensitivity import sensitivities
+from bicycle.sensitivity.eigenvalue_derivatives import sensitivities
 from studies.validations._random_models import random_model
 
 TARGET = 1e-8
@@ -60,7 +60,7 @@ def run(*, out: Path, seed: int, models: int = 50) -> dict[str, Any]:
     """
     import pandas as pd
 
-    from tyre.progress import progress_bar
+    from tyre.base.progress import progress_bar
 
     generator = np.random.default_rng(seed)
     rows: list[dict[str, Any]] = []

@@ -17,7 +17,7 @@ Measured = Callable[[], Row]
 
 def run(*, out: Path, quick: bool = False, table: str = "") -> dict[str, Any]:
     """Measure every row; ``quick`` takes about a minute and small sizes, otherwise about ten."""
-    from tyre.progress import progress_bar
+    from tyre.base.progress import progress_bar
 
     machine = measure.machine()
     rows: list[Row] = []

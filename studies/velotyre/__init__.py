@@ -20,16 +20,16 @@ PLACES = {
         "Bicycle", "Effect", "LinearModel", "Model", "Parameter", "available_bicycles", "effect_class", "load_bicycle",
         "registry",
     ),
-    "bicycle.critical": ("CriticalSpeed", "critical_speeds"),
-    "bicycle.input_history": ("InputHistory", "doublet", "pulse", "step"),
-    "bicycle.model_file": ("build_model", "read_model"),
-    "bicycle.modes": ("Modes", "modes"),
-    "bicycle.responses": ("FrequencyResponse", "Response", "frequency_response", "respond"),
+    "bicycle.critical.critical_speeds": ("CriticalSpeed", "critical_speeds"),
+    "bicycle.responses.inputs": ("InputHistory", "doublet", "pulse", "step"),
+    "bicycle.files.model_file": ("build_model", "read_model"),
+    "bicycle.modal.named_modes": ("Modes", "modes"),
+    "bicycle.responses.linear": ("FrequencyResponse", "Response", "frequency_response", "respond"),
     "studies.missing_effect": ("diagnose", "read_measurement"),
     "tyre": ("InputError", "MeasuredTable", "TyreMap", "TyreProperties", "available_tyres"),
     "tyre.fits.pull_test": ("fit_pull_test",),
     "tyre.fits.slip_sweep": ("fit_slip_sweep",),
-    "tyre.recordings.recording_io": ("read_recording",),
+    "tyre.recordings.read": ("read_recording",),
 }  # fmt: skip
 """Module -> what of it stands in this door."""
 

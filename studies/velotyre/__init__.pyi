@@ -11,16 +11,16 @@ from bicycle import (
     load_bicycle,
     registry,
 )
-from bicycle.critical import CriticalSpeed, critical_speeds
-from bicycle.input_history import InputHistory, doublet, pulse, step
-from bicycle.model_file import build_model, read_model
-from bicycle.modes import Modes, modes
-from bicycle.responses import FrequencyResponse, Response, frequency_response, respond
+from bicycle.critical.critical_speeds import CriticalSpeed, critical_speeds
+from bicycle.files.model_file import build_model, read_model
+from bicycle.modal.named_modes import Modes, modes
+from bicycle.responses.inputs import InputHistory, doublet, pulse, step
+from bicycle.responses.linear import FrequencyResponse, Response, frequency_response, respond
 from studies.missing_effect import diagnose, read_measurement
 from tyre import InputError, MeasuredTable, TyreMap, TyreProperties, available_tyres
 from tyre.fits.pull_test import fit_pull_test
 from tyre.fits.slip_sweep import fit_slip_sweep
-from tyre.recordings.recording_io import read_recording
+from tyre.recordings.read import read_recording
 
 from . import effects
 from .effects import (

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from tyre.campaigns.campaign import fit_campaign
-from tyre.rig.rig_campaign import default_effects, synthetic_tyre
-from tyre.rig.rig_simulator import Protocol, simulate_sweep
+from tyre.rig.campaign import default_effects, synthetic_tyre
+from tyre.rig.simulator import Protocol, simulate_sweep
 
 pytest.importorskip("pytest_benchmark")
 RECORDINGS, TARGET_S = 60, 180.0
@@ -18,8 +18,8 @@ RECORDINGS, TARGET_S = 60, 180.0
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
+    from tyre.recordings.read import write_csv
     from tyre.recordings.recording import Condition
-    from tyre.recordings.recording_io import write_csv
 
     place = tmp_path_factory.mktemp("throughput")
     rng = np.random.default_rng(0)

@@ -8,8 +8,8 @@ import importlib.util
 import numpy as np
 import pytest
 
-from bicycle.batch import coefficients, state_matrices
-from bicycle.eigen import compiled, eigenvalues, eigenvalues_along, lapack
+from bicycle.eigenvalues.batch import coefficients, state_matrices
+from bicycle.eigenvalues.solvers import compiled, eigenvalues, eigenvalues_along, lapack
 from studies.validations import _speed_measures as measure
 
 SOLVERS = [

@@ -7,10 +7,10 @@ import pytest
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.default_sd import DEFAULTS, ORIGINS, Deviation, standard_deviations
 from bicycle.effect import registry
-from bicycle.model_file import build_model
+from bicycle.files.model_file import build_model
 from bicycle.parameters import UNITS, Bicycle
 from tyre import TyreMap
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 RIDER = effect_class("rider_lean")(mass=30.0, x=0.3, z=-1.0, Ixx=1.0, Izz=0.5, joint_z=-0.9)
 

@@ -3,7 +3,7 @@
 import pytest
 
 from bicycle import Effect, Parameter, effect_class, registry
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 
 def test_effects_are_found_by_file_name():

@@ -5,7 +5,7 @@ import numpy as np
 from bicycle import load_bicycle
 from bicycle.impossible import impossible_bicycles
 from bicycle.parameters import BOUNDS, UNITS, Bicycle
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 
 def test_every_parameter_has_bounds():

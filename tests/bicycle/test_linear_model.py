@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bicycle import Model, effect_class, load_bicycle
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 RELAXATION = {"cornering_stiffness": {"rear": 6302.5, "front": 6016.1}, "relaxation_length": 0.12}
 

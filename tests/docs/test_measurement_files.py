@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from bicycle import default_sd
-from bicycle.modes import ORDER
+from bicycle.identification import free_decay, recording
+from bicycle.modal.named_modes import ORDER
 from bicycle.parameters import UNITS
 from studies.missing_effect import diagnose, measurement, read_measurement
 from studies.missing_effect.diagnose import forward_model
-from studies.missing_effect.motion import canonical_table, history_table, modal_identification, modal_table, nuisances
+from studies.missing_effect.motion import canonical_table, modal_table, nuisances
 from studies.missing_effect.report import SAYS
 from studies.missing_effect.rig import measurement as rig_measurement
 from studies.missing_effect.rig import reference, tables_forward
@@ -64,8 +65,8 @@ def test_the_examples_of_modes_and_of_a_pull_are_diagnosed_as_in_the_text(folder
 def test_every_name_stands_on_the_page():
     names = {
         *measurement.TOP_KEYS, *measurement.EVERY_KIND, *tables_forward.KEYS,
-        *UNITS, *ORDER, *modal_table.NUMBERS, *history_table.CHANNELS, *history_table.INPUTS,
-        *history_table.RUN_KEYS, *canonical_table.COEFFICIENTS, *canonical_table.UNITS.values(), *SAYS,
+        *UNITS, *ORDER, *modal_table.NUMBERS, *recording.CHANNELS, *recording.INPUTS,
+        *recording.RUN_KEYS, *canonical_table.COEFFICIENTS, *canonical_table.UNITS.values(), *SAYS,
         *rig_measurement.KEYS, *reference.SOURCES, *reference.CONDITION_KEYS, *(f.name for f in fields(Calibration)),
         "rider", "environment", "coefficient", "unit", "value", "sd", "difference_percent", "speeds_m_s", "band_hz",
         "drop_first_s", "noise_sd", "time_s", "group", "mode",
@@ -76,13 +77,13 @@ def test_every_name_stands_on_the_page():
 
 
 def test_limits_and_defaults_are_those_of_the_page():
-    h, m, n = history_table, modal_table, nuisances
+    h, m, n = recording, modal_table, nuisances
     assert (h.FASTEST, m.FASTEST, canonical_table.FASTEST, canonical_table.HIGHEST) == (60, 60, 60, 50)
     assert (m.FASTEST_ROOT, m.SMALLEST_SD, m.LARGEST_RATIO) == (200, 1e-5, 1e5)
     assert (m.DEFAULT_SD, m.DEFAULT_RATIO_SD, m.SAME_SPEED, m.MOST_SCATTER) == (0.03, 0.05, 0.005, 1.5)
     assert (h.LONGEST_STEP, h.FEWEST) == (0.4, 20)
     assert [most for most, _ in h.LARGEST.values()] == [1.6, 1.6, 20, 50, 20, 1e3, 1e4]
-    assert (modal_identification.FEWEST_CYCLES, modal_identification.POOREST) == (1.5, 0.8)
+    assert (free_decay.FEWEST_CYCLES, free_decay.POOREST) == (1.5, 0.8)
     stated = {key: (row.size, row.of) for row in default_sd.DEFAULTS for key in row.keys}
     rows = re.findall(r"^\| (`.+) \| ([\d.]+)(?: (m|rad|%))?(.*?) \| ", PAGE.split("1 sd")[1], flags=re.MULTILINE)
     shown = {key: (float(size) / (100 if unit == "%" else 1), "%" if unit == "%" else "", rest)

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from bicycle.bicycle_file import load_bicycle
-from bicycle.critical import critical_speeds
+from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.files.bicycle_file import load_bicycle
 from bicycle.rider.geometry_file import read_geometry
 from studies.main_study.assemble import build
 from studies.main_study.cases import tyre_cases

@@ -77,8 +77,8 @@ def test_a_type_checker_knows_the_door_and_the_parameters_of_effects(wheel, tmp_
     assert 'maybe "SteerDamper"?' in errors[2]
 
 
-QUESTION = "from bicycle import load_bicycle; from tyre import TyreMap; import tyre.paths; " + (
-    "print(load_bicycle('benchmark')['w'], TyreMap.load('Tyre1').tyre, tyre.paths.__file__)"
+QUESTION = "from bicycle import load_bicycle; from tyre import TyreMap; import tyre.base.paths; " + (
+    "print(load_bicycle('benchmark')['w'], TyreMap.load('Tyre1').tyre, tyre.base.paths.__file__)"
 )
 
 

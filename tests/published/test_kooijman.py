@@ -9,10 +9,10 @@ import dataclasses
 import pytest
 
 from bicycle import effect_class
+from studies.inference.fit import fit
 from studies.missing_effect import diagnose, read_measurement
 from studies.missing_effect.diagnose import forward_model
-from studies.missing_effect.engine.fit import fit
-from tyre.paths import data_root
+from tyre.base.paths import data_root
 
 TABLE = {
     # tyre under the wheels, camber thrust over load: (chi^2 nothing, steer spring and N m/rad, pneumatic trail and mm)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from bicycle import load_bicycle
-from bicycle.critical import critical_speeds
+from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.effect import effect_class
 from bicycle.model import Model
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.bicycle_file import load_bicycle
+from bicycle.files.bicycle_file import load_bicycle
 from bicycle.parameters import Bicycle
 from studies.main_study.cases import Cases, tyre_cases
 from studies.main_study.settings import Settings

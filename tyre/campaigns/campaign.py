@@ -11,7 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from tyre.campaigns.campaign_condition import (
+from tyre.base.errors import InputError
+from tyre.base.parallel import worker_pool
+from tyre.campaigns.condition import (
     ConditionResult,
     Key,
     Repeatability,
@@ -19,10 +21,8 @@ from tyre.campaigns.campaign_condition import (
     condition_key,
     pooled_repeatability,
 )
-from tyre.campaigns.campaign_recording import FitSettings, RecordingSummary, summarise
 from tyre.campaigns.consistency import check_repeats, near_conditions
-from tyre.campaigns.worker_pool import worker_pool
-from tyre.errors import InputError
+from tyre.campaigns.recording import FitSettings, RecordingSummary, summarise
 from tyre.fits.estimate import Estimate
 
 _IN_PROCESS = 8  # below this many files a pool of workers costs more than it saves
@@ -259,7 +259,7 @@ def _run(tasks: Sequence[Any], jobs: int | None) -> Iterator[tuple[str, Recordin
 
 
 def _progress(items: Iterable[Any], total: int, show: bool) -> Iterable[Any]:
-    from tyre.progress import progress_bar
+    from tyre.base.progress import progress_bar
 
     return progress_bar(items, total=total, desc="recordings", unit="file", show=show)
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 if TYPE_CHECKING:
-    from tyre.campaigns.campaign_recording import RecordingSummary
+    from tyre.campaigns.recording import RecordingSummary
 
 STIFFNESS_PER_LOAD = (2.0, 60.0)  # 1/rad; road, city and car tyres lie between 5 and 40
 LATERAL_STIFFNESS = (5e3, 1e6)  # N/m; bicycle tyres lie between 20e3 and 200e3

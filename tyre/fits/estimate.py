@@ -72,7 +72,7 @@ class Calibration:
     repeatability: float = 0.01
 
     def __post_init__(self) -> None:
-        from tyre.errors import InputError
+        from tyre.base.errors import InputError
 
         for name in ("force", "slip", "displacement", "repeatability"):
             value = getattr(self, name)

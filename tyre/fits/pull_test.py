@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import stats
 from scipy.optimize import least_squares
 
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 from tyre.fits.estimate import Calibration, Estimate, combine_uncertainties
 from tyre.recordings.recording import Channel, Condition, PullTest
 

@@ -11,9 +11,9 @@ from scipy import stats
 from scipy.optimize import least_squares
 from scipy.signal import lfilter
 
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 from tyre.fits.estimate import Calibration, Estimate, combine_uncertainties
-from tyre.fits.sweep_noise import correlated_covariance
+from tyre.fits.noise import correlated_covariance
 from tyre.recordings.recording import Channel, Condition, RigRun
 
 

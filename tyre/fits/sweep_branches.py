@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 from tyre.recordings.recording import Channel, RigRun
 
 _SLIP_PER_BLOCK = np.deg2rad(0.1)  # the side force is straight within a block

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from tyre.errors import InputError
+from tyre.base.errors import InputError
+from tyre.fits.noise import correlated_covariance
 from tyre.fits.sweep_branches import Blocks
 from tyre.fits.sweep_curve import lagged_magic_formula
-from tyre.fits.sweep_noise import correlated_covariance
 from tyre.recordings.recording import Channel
 
 NAMES = ("cornering_stiffness", "peak", "shape", "curvature", "shift", "lag", "hysteresis", "offset", "drift")

@@ -24,10 +24,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tyre.errors import InputError
+from tyre.base.errors import InputError
+from tyre.base.paths import data_root
 from tyre.maps.table_sidecar import listed, read_sidecar, suggestion
 from tyre.maps.tables import PASCAL_PER_BAR, MeasuredTable
-from tyre.paths import data_root
 
 Array = NDArray[np.float64]
 

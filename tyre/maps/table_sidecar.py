@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Iterable
 from typing import Any
 
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 _KEYS: dict[str, type | tuple[type, ...]] = {
     "tyre": str,

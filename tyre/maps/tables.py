@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 from tyre.maps.table_sidecar import listed
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 from tyre.maps import map_frames
 from tyre.maps.conditions_grid import ConditionsGrid
 from tyre.maps.map_notes import condition_notes, measured_range

@@ -15,7 +15,7 @@ convention of .tir files; SAE: SAE J670e; adapted SAE: Pacejka, Tire and Vehicle
 import difflib
 from dataclasses import dataclass
 
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 
 @dataclass(frozen=True)

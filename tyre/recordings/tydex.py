@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 from tyre.recordings.axes import signs
+from tyre.recordings.check import check_channels, check_condition
 from tyre.recordings.recording import Channel, Condition, PullTest, RigRun
-from tyre.recordings.recording_check import check_channels, check_condition
 from tyre.recordings.tydex_build import build
 from tyre.recordings.tydex_document import ChannelEntry, Entry, TydexDocument, read_document, write_document
 from tyre.recordings.units import find_unit

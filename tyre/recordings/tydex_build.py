@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 from tyre.recordings.tydex_document import (
     FIELD,
     KEYWORD_LINE,

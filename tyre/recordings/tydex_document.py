@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 NOT_AVAILABLE = "NOTAVAIL"
 KEYWORDS = (

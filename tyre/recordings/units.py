@@ -4,7 +4,7 @@ import difflib
 import math
 from dataclasses import dataclass
 
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 _DEGREE = math.pi / 180.0
 _POUND_FORCE = 4.4482216152605

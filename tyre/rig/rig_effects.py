@@ -14,7 +14,7 @@ from scipy.signal import lfilter
 from tyre.recordings.recording import Channel, Condition
 
 if TYPE_CHECKING:
-    from tyre.rig.rig_simulator import RigTyre
+    from tyre.rig.simulator import RigTyre
 
 Channels = dict[str, Channel]
 

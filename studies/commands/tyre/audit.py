@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from studies.examples import example
+from studies.reporting.examples import example
 
 
 @click.command(
@@ -30,8 +30,8 @@ def command(out: Path, json_file: str | None) -> None:
 
     from tabulate import tabulate
 
-    from tyre.files import write_text
-    from tyre.paper_audit import audit
+    from studies.paper_audit import audit
+    from tyre.base.files import write_text
 
     findings = audit.audit()
     files = audit.write(findings, out)

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import click
 
-from studies.examples import example
-from tyre.errors import InputError
+from studies.reporting.examples import example
+from tyre.base.errors import InputError
 
 
 @click.command(epilog=example("velotyre tyre fit campaign --out fit"))
@@ -45,10 +45,10 @@ def command(
     """
     import json
 
+    from studies.rig_campaign.report import write_campaign
+    from tyre.base.files import write_text
     from tyre.campaigns.campaign import fit_campaign
-    from tyre.campaigns.campaign_recording import FitSettings
-    from tyre.campaigns.campaign_report import write_campaign
-    from tyre.files import write_text
+    from tyre.campaigns.recording import FitSettings
     from tyre.fits.estimate import Calibration
 
     if not 0.05 <= wheel_radius <= 1.0:

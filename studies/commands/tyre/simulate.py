@@ -4,8 +4,8 @@ from pathlib import Path
 
 import click
 
-from studies.examples import example
-from tyre.errors import InputError
+from studies.reporting.examples import example
+from tyre.base.errors import InputError
 
 
 def _numbers(text: str, what: str) -> tuple[float, ...]:
@@ -56,7 +56,7 @@ def command(
     import numpy as np
 
     from tyre.recordings.axes import signs
-    from tyre.rig.rig_campaign import CampaignPlan, default_effects, set_effect, write_campaign_files
+    from tyre.rig.campaign import CampaignPlan, default_effects, set_effect, write_campaign_files
 
     signs(axes, where="--axes")
     if min(sweeps, pulls, steps) < 0 or sweeps + pulls + steps == 0:

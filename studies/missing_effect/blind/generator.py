@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle import Bicycle, Model, effect_class, load_bicycle
-from bicycle.modes import modes
-from tyre.errors import InputError
+from bicycle.modal.named_modes import modes
+from tyre.base.errors import InputError
 
 Array = NDArray[np.float64]
 UNRIDDEN = ("kooijman2008", "browser", "pista", "crescendo", "fisher", "benchmark")

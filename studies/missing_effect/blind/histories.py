@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle import load_bicycle
-from bicycle.input_history import InputHistory
-from bicycle.nonlinear import nonlinear_model
-from bicycle.responses import respond
+from bicycle.responses.inputs import InputHistory
+from bicycle.responses.linear import respond
+from bicycle.responses.magic_formula import nonlinear_model
 from studies.missing_effect.blind.generator import (
     HIDDEN,
     Truth,

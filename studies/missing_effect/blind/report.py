@@ -77,7 +77,7 @@ def intervals(found: Summary) -> str:
 
 def draw_power(found: Summary, target: Path) -> None:
     """Share of detected single effects over the noise, with intervals."""
-    from studies.plotting import drawing, look
+    from studies.reporting.plotting import drawing, look
 
     with drawing(target, width=5, height=3) as figure:
         axis = figure.subplots()

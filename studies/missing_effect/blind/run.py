@@ -18,7 +18,7 @@ import numpy as np
 from studies.missing_effect.blind.generator import HIDDEN, Truth, modal_case
 from studies.missing_effect.blind.histories import history_case
 from studies.missing_effect.blind.score import judge
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 CELLS = ("modal-none", "modal-one", "modal-none-tight", "modal-pair", "modal-outside", "history-none", "history-one")
 PAIRS = (("steer_damper", "steer_spring"), ("steer_damper", "pneumatic_trail"), ("steer_spring", "pneumatic_trail"))
@@ -83,7 +83,7 @@ def blind_test(path: Path, *, cases: int, seed: int, cells: tuple[str, ...], wor
     """Run what the file does not hold yet, ``cases`` of each cell; yields and appends each result."""
     done = {(record["cell"], record["seed"]) for record in read_results(path)}
     todo = [(cell, seed + k) for k in range(cases) for cell in cells if (cell, seed + k) not in done]
-    from tyre.progress import progress_bar
+    from tyre.base.progress import progress_bar
 
     context = get_context("spawn")
     with (

@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.model import Model, check_compatible
-from studies.missing_effect.engine.forward import Extra
-from studies.missing_effect.engine.unknown import Candidate, Unknown
+from studies.inference.forward import Extra
+from studies.inference.parameter import Candidate, Unknown
 from studies.missing_effect.motion.candidates import LEFT_OUT, find_candidates, physical
 from studies.missing_effect.motion.family import Family
-from studies.missing_effect.motion.mimics import feedback_terms, reversed_signs
-from tyre.errors import InputError
+from studies.missing_effect.motion.phenomenological_terms import feedback_terms, reversed_signs
+from tyre.base.errors import InputError
 
 Array = NDArray[np.float64]
 FORCED = "swept steer torque"

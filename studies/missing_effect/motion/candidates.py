@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from bicycle.derivation.evaluation import evaluator
 from bicycle.effect import WHEELS, Effect, Parameter, registry
-from bicycle.evaluation import evaluator
 from bicycle.model import Model
-from studies.missing_effect.engine.unknown import Candidate, Unknown
-from tyre.errors import InputError
+from studies.inference.parameter import Candidate, Unknown
+from tyre.base.errors import InputError
 
 RIDDEN = 30.0  # kg of a rear frame that may hold a rider
 SMALLER = (1.0, 0.7, 0.5, 0.35)  # shares of the typical mass and inertia of a moving body that are tried

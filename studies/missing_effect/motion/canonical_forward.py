@@ -17,13 +17,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from bicycle.identification.canonical import Canonical, Motion, identify
 from bicycle.model import Model
-from studies.missing_effect.engine.folds import MOST
-from studies.missing_effect.engine.forward import Extra, Residual, Rows
-from studies.missing_effect.engine.unknown import Candidate, Unknown
+from studies.inference.folds import MOST
+from studies.inference.forward import Extra, Residual, Rows
+from studies.inference.parameter import Candidate, Unknown
 from studies.missing_effect.motion.bicycle_forward import BicycleForward, error
 from studies.missing_effect.motion.candidates import SINGULAR, find_candidates
-from studies.missing_effect.motion.canonical_identification import Canonical, Motion, identify
 from studies.missing_effect.motion.canonical_table import COEFFICIENTS, CanonicalTable, unit
 from studies.missing_effect.motion.family import SPEED_SCALE
 from studies.missing_effect.motion.nuisances import nuisances
@@ -51,7 +51,7 @@ def sensor_candidates() -> tuple[Candidate, ...]:
 
 @dataclass(frozen=True, kw_only=True)
 class CanonicalForward(BicycleForward):
-    """The forward model of identified coefficients (see :class:`studies.missing_effect.engine.forward.Forward`).
+    """The forward model of identified coefficients (see :class:`studies.inference.forward.Forward`).
 
     Prediction of a subset: Whipple's coefficients of its rider, as the table has them, plus the change that the model
     shows from its own Whipple coefficients; the change of H of delta,F goes with the place of the force, thus with H.

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.missing_effect.motion.csv_table import read_columns
-from tyre.errors import InputError, is_number, shown, unknown
+from tyre.base.csv_table import read_columns
+from tyre.base.errors import InputError, is_number, shown, unknown
 
 Array = NDArray[np.float64]
 ROLL = ("M_phi_delta", "C1_phi_delta", "K0_phi_delta")

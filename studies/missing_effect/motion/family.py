@@ -7,9 +7,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.evaluation import Evaluator, evaluator
+from bicycle.derivation.evaluation import Evaluator, evaluator
 from bicycle.model import Model, state_scale
-from studies.missing_effect.engine.unknown import Candidate, Unknown
+from studies.inference.parameter import Candidate, Unknown
 
 Array = NDArray[np.float64]
 SPEED_SCALE = "measurement.speed_scale"  # true speed over recorded speed, minus 1

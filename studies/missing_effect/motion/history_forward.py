@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.missing_effect.engine.folds import folds
-from studies.missing_effect.engine.forward import Extra, Residual, Rows
-from studies.missing_effect.engine.unknown import Candidate
+from bicycle.identification.recording import CHANNELS, INPUTS, Run
+from studies.inference.folds import folds
+from studies.inference.forward import Extra, Residual, Rows
+from studies.inference.parameter import Candidate
 from studies.missing_effect.motion.bicycle_forward import BicycleForward, error
 from studies.missing_effect.motion.family import SPEED_SCALE, Family
-from studies.missing_effect.motion.history_table import CHANNELS, INPUTS, Run
 
 Array = NDArray[np.float64]
 START = {"_rate": 3.0, "lateral_velocity": 2.0, "_force": 0.3, "_moment": 0.1, "": 0.5}
@@ -75,7 +75,7 @@ class RunFit:
 
 @dataclass(frozen=True, kw_only=True)
 class HistoryForward(BicycleForward):
-    """The forward model of time histories (see :class:`studies.missing_effect.engine.forward.Forward`)."""
+    """The forward model of time histories (see :class:`studies.inference.forward.Forward`)."""
 
     thorough = False
     runs: tuple[Run, ...]

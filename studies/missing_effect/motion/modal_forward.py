@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from studies.missing_effect.engine.folds import folds
-from studies.missing_effect.engine.forward import Extra, Residual, Rows
-from studies.missing_effect.engine.unknown import Candidate
+from studies.inference.folds import folds
+from studies.inference.forward import Extra, Residual, Rows
+from studies.inference.parameter import Candidate
 from studies.missing_effect.motion.bicycle_forward import BicycleForward, error
 from studies.missing_effect.motion.family import SPEED_SCALE, Family
 from studies.missing_effect.motion.modal_table import ModalPoint
@@ -144,7 +144,7 @@ def measurement_candidates(ratios: Sequence[str]) -> tuple[Candidate, ...]:
 
 @dataclass(frozen=True, kw_only=True)
 class ModalForward(BicycleForward):
-    """The forward model of modal data (see :class:`studies.missing_effect.engine.forward.Forward`)."""
+    """The forward model of modal data (see :class:`studies.inference.forward.Forward`)."""
 
     thorough = True
     points: tuple[ModalPoint, ...]

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.modes import ORDER as MODES
-from studies.missing_effect.motion.csv_table import Columns, read_columns
-from tyre.errors import InputError, shown, unknown
+from bicycle.modal.named_modes import ORDER as MODES
+from tyre.base.csv_table import Columns, read_columns
+from tyre.base.errors import InputError, shown, unknown
 
 RATIOS = ("steer_over_lean", "yaw_over_lean")
 EIGENVALUE = ("real_1_s", "imag_rad_s")

@@ -7,8 +7,8 @@ from bicycle.default_sd import ASSUMED, standard_deviations
 from bicycle.effect import WHEELS
 from bicycle.model import Model
 from bicycle.parameters import UNITS, UNUSED
-from studies.missing_effect.engine.unknown import Unknown
-from tyre.errors import InputError, is_number, shown, unknown
+from studies.inference.parameter import Unknown
+from tyre.base.errors import InputError, is_number, shown, unknown
 
 MOST = {"m": (0.5, "mm"), "rad": (0.3, "degrees"), "kg": (100.0, "g"), "kg m^2": (100.0, "kg mm^2")}
 """Standard deviations of a bicycle's parameters beyond which they are surely in another unit, by unit."""

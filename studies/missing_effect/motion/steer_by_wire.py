@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from bicycle import Bicycle, Model
+from bicycle.identification.recording import Run, read_run
 from studies.missing_effect.measurement import Measurement
-from studies.missing_effect.motion.history_table import Run, read_run
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 VARIABLE = "VELOTYRE_EXTRA_DATA"
 KICK_S = 0.08

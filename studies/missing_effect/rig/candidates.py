@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studies.missing_effect.engine.unknown import Candidate, Unknown
+from studies.inference.parameter import Candidate, Unknown
 from studies.missing_effect.rig.data import Pull, Sweep
 from studies.missing_effect.rig.reference import Curve
-from tyre.errors import InputError, unknown
+from tyre.base.errors import InputError, unknown
 from tyre.fits.estimate import Calibration
 
 PEAK_SD, SHAPE_SD, CURVATURE_SD = 0.1, 0.15, 0.5  # of the curve: 4 deg of slip do not tell them one by one

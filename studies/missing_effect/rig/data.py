@@ -16,7 +16,7 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 from scipy.signal import savgol_filter
 
-from bicycle.eigen import one_blas_thread
+from bicycle.eigenvalues.solvers import one_blas_thread
 from tyre.fits.pull_test import fit_pull_test
 from tyre.fits.slip_sweep import SlipSweepFit, fit_slip_sweep
 from tyre.fits.sweep_branches import Blocks

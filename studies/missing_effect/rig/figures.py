@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.missing_effect.engine.unknown import Candidate
+from studies.inference.parameter import Candidate
 from studies.missing_effect.rig.recordings_forward import RigRecordingsForward
-from studies.plotting import GREY, drawing, look
+from studies.reporting.plotting import GREY, drawing, look
 
 Array = NDArray[np.float64]
 MOST = 8  # recordings drawn

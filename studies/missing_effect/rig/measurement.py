@@ -19,13 +19,13 @@ from typing import Any
 import numpy as np
 
 from studies.missing_effect.rig.reference import Reference, read_reference
+from tyre.base.errors import InputError, is_number, unknown
 from tyre.campaigns.campaign import recordings_in
-from tyre.errors import InputError, is_number, unknown
 from tyre.fits.estimate import Calibration
 from tyre.fits.relaxation import is_slip_step
 from tyre.recordings.preflight import preflight
+from tyre.recordings.read import read_recording
 from tyre.recordings.recording import PullTest, RigRun
-from tyre.recordings.recording_io import read_recording
 
 RIG_TOP_KEYS = ("kind", "description", "source", "rig")
 KEYS = ("recordings", "reference", "includes", "pull_displacement", "wheel_radius_m", "calibration")

@@ -12,8 +12,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.missing_effect.engine.forward import Extra, Residual, Rows
-from studies.missing_effect.engine.unknown import Candidate, Unknown
+from studies.inference.forward import Extra, Residual, Rows
+from studies.inference.parameter import Candidate, Unknown
 from studies.missing_effect.rig.candidates import phenomenological
 from studies.missing_effect.rig.data import Pull, Sweep, condition_label
 from studies.missing_effect.rig.further import GAUGE, Further, further_sweeps
@@ -34,7 +34,7 @@ def bend(wheel_radius: float, drum_radius: float | None) -> float:
 
 @dataclass(frozen=True, eq=False)
 class RigRecordingsForward:
-    """Forward model of rig recordings (see :class:`studies.missing_effect.engine.forward.Forward`)."""
+    """Forward model of rig recordings (see :class:`studies.inference.forward.Forward`)."""
 
     measurement: RigMeasurement
     sweeps: tuple[Sweep, ...]

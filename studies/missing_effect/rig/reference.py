@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from tyre.base.errors import InputError, is_number, unknown
 from tyre.campaigns.campaign import fit_campaign
-from tyre.campaigns.campaign_recording import FitSettings
-from tyre.errors import InputError, is_number, unknown
+from tyre.campaigns.recording import FitSettings
 from tyre.fits.estimate import Calibration
 from tyre.maps.table_io import read_table
 

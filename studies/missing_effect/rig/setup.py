@@ -5,7 +5,7 @@ from studies.missing_effect.rig.data import Pull, Sweep, reduce_pull, reduce_swe
 from studies.missing_effect.rig.measurement import RigMeasurement
 from studies.missing_effect.rig.recordings_forward import RigRecordingsForward, bend
 from studies.missing_effect.rig.reference import ALIKE, PEAK
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 
 def rig_forward_model(measurement: RigMeasurement, *, without: tuple[str, ...] = ()) -> RigRecordingsForward:

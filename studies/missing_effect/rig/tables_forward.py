@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.missing_effect.engine.forward import Extra, Residual, Rows
-from studies.missing_effect.engine.unknown import Candidate, Unknown
+from studies.inference.forward import Extra, Residual, Rows
+from studies.inference.parameter import Candidate, Unknown
 from studies.missing_effect.rig.measurement import WHEEL_RADIUS
-from tyre.errors import InputError, shown, unknown
+from tyre.base.errors import InputError, shown, unknown
 from tyre.maps.table_io import read_table
 from tyre.maps.tables import MeasuredTable
 

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bicycle.bicycle_file import load_bicycle
+from bicycle.files.bicycle_file import load_bicycle
 from bicycle.rider.geometry_file import packaged_geometry, read_geometry
 from bicycle.rider.measurements import read_rider
 from bicycle.rider.seat_geometry import SeatGeometry, completed, contacts
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 BICYCLE = {"w": 1.02, "rR": 0.33, "rF": 0.34}
 RAW = """whb = 0.535 # width

@@ -10,7 +10,7 @@ from bicycle.rider.joining import join
 from bicycle.rider.measurements import read_rider
 from bicycle.rider.posture import Lengths, sit
 from bicycle.rider.seat_geometry import Contacts
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 yeadon = pytest.importorskip("yeadon")
 AT = Contacts(np.array([0.2, -0.96]), np.array([0.4, -0.28]), np.array([0.9, -0.78]), 0.21)

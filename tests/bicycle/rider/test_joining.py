@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from bicycle.bicycle_file import load_bicycle
+from bicycle.files.bicycle_file import load_bicycle
 from bicycle.rider.joining import RigidBody, as_rear_frame, join, rear_frame
 
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bicycle.rider.measurements import GROUPS, KEYS, available_riders, read_rider, scaled_rider
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from bicycle.rider import human
 from bicycle.rider.measurements import read_rider
 from bicycle.rider.posture import POSTURES, Lengths, fitting_hands, shoulder, sit, two_links
 from bicycle.rider.seat_geometry import Contacts
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 BODY = Lengths.of(read_rider("jason").lengths)
 UP = np.array([0.0, 1.0])

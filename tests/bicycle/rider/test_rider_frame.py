@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from bicycle.bicycle_file import load_bicycle
+from bicycle.files.bicycle_file import load_bicycle
 from bicycle.rider.geometry_file import packaged_geometry, read_geometry
 from bicycle.rider.measurements import read_rider, scaled_rider
 from bicycle.rider.rider_frame import ANGLE_SD, KEYS, rider_on_bicycle
 from bicycle.rider.seat_geometry import SeatGeometry
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 pytest.importorskip("yeadon")
 PISTA = load_bicycle("pista")

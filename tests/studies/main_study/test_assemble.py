@@ -5,7 +5,7 @@ import pytest
 from eigenvalue_sets import assert_same_eigenvalues
 from small_study import exactly_known, small
 
-from bicycle.critical import critical_speeds
+from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.effect import effect_class
 from bicycle.model import Model
 from studies.main_study.assemble import build, follow

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_study import chosen, small
 
-from bicycle.critical import critical_speeds
+from bicycle.critical.critical_speeds import critical_speeds
 from studies.main_study.assemble import build
 from studies.main_study.bands import Crossing, Span, unstable_bands, wobble_edges, wobble_span
 from studies.main_study.settings import Front

@@ -8,7 +8,7 @@ from bicycle.parameters import Bicycle
 from studies.main_study.cases import tyre_cases
 from studies.main_study.study import run_study
 from tyre import TyreMap
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 DEGREE = np.pi / 180
 

@@ -6,12 +6,12 @@ import re
 import pytest
 from small_study import chosen, small
 
-from bicycle.bicycle_file import available_bicycles
+from bicycle.files.bicycle_file import available_bicycles
 from studies.main_study.answer import answer
 from studies.main_study.report import write_report
 from studies.main_study.study import run_study
 from studies.validations.every_bicycle import every_bicycle
-from tyre.paths import data_root
+from tyre.base.paths import data_root
 
 NAMES = (*available_bicycles(), "Balanceassistv1Benchmark", "SilverBenchmark", "YellowBenchmark")
 

@@ -21,7 +21,7 @@ from studies.main_study.figure_eigenvalues import draw_eigenvalues
 from studies.main_study.figure_headline import draw_bands, draw_headline
 from studies.main_study.figure_speed_locus import draw_speed_locus
 from studies.main_study.study import run_study
-from studies.plotting import mode_look, mode_marker, mode_words
+from studies.reporting.plotting import mode_look, mode_marker, mode_words
 
 
 @pytest.fixture

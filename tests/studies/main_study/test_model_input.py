@@ -8,7 +8,7 @@ from studies.main_study.assemble import beside
 from studies.main_study.cases import given_case
 from studies.main_study.model_input import read_pressures, settings_of
 from studies.main_study.settings import Arms, Front
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 
 @pytest.fixture

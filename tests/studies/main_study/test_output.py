@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from small_study import small
 
-from studies import plotting
 from studies.cli import main
 from studies.main_study import model_input, output
 from studies.main_study.answer import answer
@@ -16,6 +15,7 @@ from studies.main_study.report import write_report
 from studies.main_study.settings import Settings
 from studies.main_study.study import run_study
 from studies.main_study.tables import write_tables
+from studies.reporting import plotting
 
 
 def tiny(**others):

@@ -7,7 +7,7 @@ import pytest
 from by_hand import by_hand, growing
 from small_study import RACING, chosen, small
 
-from bicycle.bicycle_file import load_bicycle
+from bicycle.files.bicycle_file import load_bicycle
 from studies.main_study import plausible as module
 from studies.main_study.plausible import Plausible, changed, plausible, shares, spread_over
 from studies.main_study.spread import draws, uncertainty

@@ -9,8 +9,8 @@ from by_hand import ARMS, FRONT, by_hand
 
 from studies.main_study import published
 from studies.main_study.published import MEASURES, UNITS, Comparison, Finding, compared, findings
-from tyre.errors import InputError
-from tyre.paths import data_root
+from tyre.base.errors import InputError
+from tyre.base.paths import data_root
 
 
 def finding(low, high, quantity="onset_m_s"):

@@ -11,7 +11,7 @@ from studies.main_study.report_checks import check_table, check_words
 from studies.main_study.report_numbers import plain_range, shown_like, signed, signed_range, with_sd
 from studies.main_study.study import run_study
 from studies.uncertainty.quantity import Quantity
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 
 @dataclass

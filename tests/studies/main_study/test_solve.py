@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from small_study import RACING, chosen, exactly_known, small
 
-from bicycle.bicycle_file import load_bicycle
-from bicycle.critical import critical_speeds
+from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.files.bicycle_file import load_bicycle
 from bicycle.parameters import Bicycle
 from studies.main_study.assemble import build
 from studies.main_study.cases import CONTACT, tyre_cases

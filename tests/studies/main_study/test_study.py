@@ -10,7 +10,7 @@ from studies.main_study import study as module
 from studies.main_study.parallel import spread
 from studies.main_study.settings import Settings
 from studies.main_study.study import count_steps, pressure_ends, run_study, typical
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 
 def test_every_case_is_solved_in_every_world(racing):
@@ -78,7 +78,7 @@ def test_a_case_that_cannot_be_computed_in_a_world_is_left_out_and_told(monkeypa
     text = write_report(found, answer(found), tmp_path, paper_figures=[])[0].read_text(encoding="utf-8")
     assert "- Tyre1 flat, 3.5 bar, hands on, rigid front: no such model" in text
     write_tables(found, tmp_path)
-    monkeypatch.setattr("studies.plotting.FORMATS", ("png",))
+    monkeypatch.setattr("studies.reporting.plotting.FORMATS", ("png",))
     draw_critical_speeds(found, tmp_path / "f")
 
 

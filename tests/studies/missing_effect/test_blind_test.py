@@ -14,7 +14,7 @@ from studies.cli import main
 from studies.missing_effect.blind.report import report, targets, write_report
 from studies.missing_effect.blind.run import CELLS, make, read_results
 from studies.missing_effect.blind.score import judge, summary, wilson
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 
 def verdict(kind, names, effects=()):

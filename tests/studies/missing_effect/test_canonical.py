@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from bicycle import Bicycle, Model
-from bicycle.bicycle_file import load_bicycle
+from bicycle.files.bicycle_file import load_bicycle
+from bicycle.identification.canonical import Canonical
 from studies.cli import main
 from studies.missing_effect import diagnose, read_measurement
 from studies.missing_effect.diagnose import forward_model
 from studies.missing_effect.motion.candidates import find_candidates
 from studies.missing_effect.motion.canonical_forward import sensor_candidates
-from studies.missing_effect.motion.canonical_identification import Canonical
 from studies.missing_effect.motion.canonical_table import COEFFICIENTS, UNITS
-from tyre.errors import InputError
-from tyre.paths import data_root
+from tyre.base.errors import InputError
+from tyre.base.paths import data_root
 
 G = 9.81
 DAVIS = Path(str(data_root().joinpath("measured", "davis.toml")))

@@ -10,7 +10,7 @@ import pytest
 
 import studies.missing_effect.blind.generator as generator
 from bicycle import Model, load_bicycle
-from bicycle.modes import modes
+from bicycle.modal.named_modes import modes
 from studies.cli import main
 from studies.missing_effect import diagnose, read_measurement
 from studies.missing_effect.motion.candidates import find_candidates

@@ -7,15 +7,15 @@ import pytest
 from scipy.linalg import expm
 
 from bicycle import Model, load_bicycle
-from bicycle.input_history import InputHistory
-from bicycle.responses import respond
+from bicycle.identification.recording import Run
+from bicycle.responses.inputs import InputHistory
+from bicycle.responses.linear import respond
+from studies.inference.fit import fit
 from studies.missing_effect import diagnose, read_measurement
 from studies.missing_effect.blind.histories import coloured, history_case
 from studies.missing_effect.diagnose import forward_model
-from studies.missing_effect.engine.fit import fit
 from studies.missing_effect.measurement import Measurement
 from studies.missing_effect.motion.history_forward import _exponential
-from studies.missing_effect.motion.history_table import Run
 from studies.missing_effect.report import write_report
 
 FEW = {"runs": 3, "duration": 2.5}

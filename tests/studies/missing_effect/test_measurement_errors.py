@@ -8,7 +8,7 @@ from studies.missing_effect import read_measurement
 from studies.missing_effect.diagnose import forward_model
 from studies.missing_effect.motion.candidates import find_candidates
 from studies.missing_effect.motion.nuisances import nuisances
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 MODAL = 'kind = "modal"\nbicycle = "benchmark"\n[modal]\ntable = "t.csv"\n'
 HEAD = "speed_m_s,mode,real_1_s,imag_rad_s,real_sd_1_s,imag_sd_rad_s"

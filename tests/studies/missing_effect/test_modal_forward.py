@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bicycle import Model, effect_class, load_bicycle
-from bicycle.modes import modes
+from bicycle.modal.named_modes import modes
 from studies.missing_effect.motion.candidates import find_candidates
 from studies.missing_effect.motion.modal_forward import ModalForward, measurement_candidates
 from studies.missing_effect.motion.modal_table import ModalPoint

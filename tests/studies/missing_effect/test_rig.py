@@ -8,7 +8,7 @@ import pytest
 
 from studies.missing_effect import diagnose, read_measurement
 from studies.missing_effect.rig.tables_forward import TyreTables
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 from tyre.maps.table_io import read_folder
 
 ROOT = Path(__file__).parents[3]

@@ -17,10 +17,10 @@ from studies.missing_effect.rig.data import estimate_noise
 from studies.missing_effect.rig.measurement import RigMeasurement
 from studies.missing_effect.rig.reference import Curve, Reference
 from studies.missing_effect.rig.setup import rig_forward_model
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 from tyre.fits.estimate import Calibration
+from tyre.recordings.read import write_csv
 from tyre.recordings.recording import Condition
-from tyre.recordings.recording_io import write_csv
 from tyre.rig.rig_effects import (
     DialGauge,
     DrumCurvature,
@@ -32,7 +32,7 @@ from tyre.rig.rig_effects import (
     RimCompliance,
     SensorGain,
 )
-from tyre.rig.rig_simulator import Protocol, RigTyre, simulate_pull, simulate_step, simulate_sweep
+from tyre.rig.simulator import Protocol, RigTyre, simulate_pull, simulate_step, simulate_sweep
 
 C, K = 7600.0, 75e3
 LENGTH = C / K

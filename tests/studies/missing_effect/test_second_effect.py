@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from studies.missing_effect.engine.forward import Rows
-from studies.missing_effect.engine.judge import Subject, judge
-from studies.missing_effect.engine.unknown import Candidate, Unknown
+from studies.inference.forward import Rows
+from studies.inference.judge import Subject, judge
+from studies.inference.parameter import Candidate, Unknown
 
 N = 24
 X = np.linspace(0.0, 1.0, N)

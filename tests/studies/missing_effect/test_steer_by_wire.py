@@ -6,7 +6,7 @@ import pytest
 
 from studies.missing_effect import diagnose
 from studies.missing_effect.motion.steer_by_wire import VARIABLE, find_folder, steer_by_wire
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 
 def test_the_variable_must_lead_to_the_recordings(monkeypatch, tmp_path):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bicycle.bicycle_file import load_bicycle
+from bicycle.files.bicycle_file import load_bicycle
 from studies.cli import main
 
 pytest.importorskip("yeadon")

@@ -9,14 +9,14 @@ import pytest
 from eigenvalue_sets import assert_same_eigenvalues
 
 from bicycle import Model, effect_class, load_bicycle
-from bicycle.critical import critical_speeds
-from bicycle.model_file import read_model
+from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.files.model_file import read_model
 from studies.cli import main
 from studies.root_loci.figure import _limits, line_look
 from studies.root_loci.parameter_path import parameter_path, with_value
 from studies.root_loci.root_locus import AxisCrossing, RootLocus, parse_range, root_locus
 from tyre import TyreMap
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 RIGID = """bicycle = "benchmark"
 [effects.relaxation_length]

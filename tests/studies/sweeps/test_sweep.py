@@ -15,9 +15,9 @@ pytest.importorskip("zarr")
 xr = pytest.importorskip("xarray")
 
 from bicycle import Model, effect_class, load_bicycle  # noqa: E402
-from bicycle.critical import critical_speeds  # noqa: E402
-from bicycle.modes import modes  # noqa: E402
-from bicycle.sensitivity import sensitivities  # noqa: E402
+from bicycle.critical.critical_speeds import critical_speeds  # noqa: E402
+from bicycle.modal.named_modes import modes  # noqa: E402
+from bicycle.sensitivity.eigenvalue_derivatives import sensitivities  # noqa: E402
 from studies.cli import main  # noqa: E402
 from studies.sweeps.chunk import Worker, compute  # noqa: E402
 from studies.sweeps.engines import in_loop, in_processes, in_threads, on_cluster  # noqa: E402
@@ -25,7 +25,7 @@ from studies.sweeps.parts import open_parts  # noqa: E402
 from studies.sweeps.run import pieces, run_sweep  # noqa: E402
 from studies.sweeps.sweep_file import build_sweep, read_sweep  # noqa: E402
 from tyre import TyreMap  # noqa: E402
-from tyre.errors import InputError  # noqa: E402
+from tyre.base.errors import InputError  # noqa: E402
 
 MODEL = {
     "bicycle": "benchmark",

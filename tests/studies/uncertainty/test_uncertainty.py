@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from bicycle import Model, effect_class, load_bicycle
-from bicycle.critical import critical_speeds
-from bicycle.propagation import (
+from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.sensitivity.propagation import (
     critical_speed_sd,
     damping_ratio_gradient,
     frequency_gradient,
@@ -21,7 +21,7 @@ from studies.uncertainty.propagation import Uncertainty
 from studies.uncertainty.quantity import Quantity
 from studies.uncertainty.variance_shares import total_effects
 from tyre import TyreMap
-from tyre.errors import InputError
+from tyre.base.errors import InputError
 
 MEASURED = {"bicycle": "benchmark", "effects": {"relaxation_length": {"tyre": "Tyre1", "pressure_bar": 4.0}}}
 GIVEN = {

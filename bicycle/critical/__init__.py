@@ -1,0 +1,1 @@
+"""Speeds at which a root crosses the imaginary axis, all of them."""

@@ -1,0 +1,91 @@
+"""Whether crossings of the imaginary axis are complete: roots at tracked speeds, counted and followed in between."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bicycle.modal.matching import laurent
+from bicycle.modal.tracking import Array, Complex, Stretch
+
+Crossing = tuple[float, float, int]  # speed (m/s), angular frequency (rad/s), +1 destabilising or -1 stabilising
+
+UNTRACKED = 12  # speeds at which unstable roots are counted below those that are tracked
+NEAR_AXIS = 0.2  # of the real part at the nearest node: a root that comes so near is looked at
+NOISE = 1e-12  # of the largest root: a root smaller than this is zero
+
+
+def unexplained(
+    coefficients: Mapping[int, Array], found: Sequence[Crossing], low: float, high: float, tracked: Stretch | None
+) -> Array:
+    """Speeds next to crossings that are not in ``found``: where the number of unstable roots changes without them."""
+    speeds = np.array([speed for speed, _, _ in found])
+    change = np.array([sign * (2 if frequency else 1) for _, frequency, sign in found])
+    nodes, count = np.empty(0), np.empty(0, np.intp)
+    if tracked:
+        inside = (tracked.speeds > low) & (tracked.speeds <= high)
+        nodes, count = tracked.speeds[inside], _above(tracked.values[inside])
+    first = min([high, *nodes])
+    below = UNTRACKED if tracked is None or tracked.speeds[0] > low else 1
+    others = np.concatenate([np.linspace(low, first, below), (speeds[1:] + speeds[:-1]) / 2, [high]])
+    others = np.setdiff1d(others, nodes)
+    points = np.concatenate([nodes, others])
+    count = np.concatenate([count, _unstable(coefficients, others)])
+    order = np.argsort(points)
+    order = order[~np.isin(points[order], speeds)]
+    points, count = points[order], count[order]
+    known = np.append(0, np.cumsum(change))[np.searchsorted(speeds, points)]
+    missing = []
+    for k in np.flatnonzero(np.diff(count - known) != 0):
+        missing += _bisect(coefficients, points[k], points[k + 1])
+    return np.array(missing)
+
+
+def dips(tracked: Stretch, low: float, high: float) -> Array:
+    """Speeds next to which a real part that turns back between two nodes may be zero, before and after it turns."""
+    within = (tracked.speeds[1:] > low) & (tracked.speeds[1:] <= high) & tracked.smooth
+    h = np.diff(tracked.speeds)[:, None]
+    noise = NOISE * np.abs(tracked.values).max(1, keepdims=True)
+    a, b = tracked.values.real[:-1], tracked.values.real[1:]
+    rise_a, rise_b = h * tracked.slopes.real[:-1], h * tracked.slopes.real[1:]
+    towards = (a * b > 0) & (a * rise_a < 0) & (b * rise_b > 0) & (np.abs(a) > noise[:-1]) & (np.abs(b) > noise[1:])
+    k, i = np.nonzero(towards & within[:, None])
+    a, b, rise_a, rise_b = a[k, i], b[k, i], rise_a[k, i], rise_b[k, i]
+    square, cube = 3 * (b - a) - 2 * rise_a - rise_b, rise_a + rise_b - 2 * (b - a)  # Hermite's cubic
+    root = np.sqrt(np.maximum(square**2 - 3 * cube * rise_a, 0))
+    t = -rise_a / (square + np.where(a > 0, root, -root))
+    turn = a + t * (rise_a + t * (square + t * cube))
+    reached = turn * np.sign(a) < NEAR_AXIS * np.minimum(np.abs(a), np.abs(b))
+    bend = np.maximum(np.abs(2 * square + 6 * cube * t), 1e-300)
+    apart = np.minimum(np.sqrt(2 * np.abs(turn) / bend), 0.5)  # of the two zeros from the turn
+    start, width = tracked.speeds[k], h[k, 0]
+    return np.concatenate([(start + width * at)[reached] for at in (t - apart, t + apart)])
+
+
+def _bisect(coefficients: Mapping[int, Array], a: float, b: float) -> list[float]:
+    """Narrow every change of the count of unstable roots in (a, b) down to a speed Newton can start from."""
+    found, open_ = [], [(a, b)]
+    while open_:
+        ends = np.array(open_)
+        middle = ends.mean(1)
+        count = _unstable(coefficients, np.concatenate([ends[:, 0], middle, ends[:, 1]])).reshape(3, -1)
+        halves = [((lo, mid), (mid, hi)) for (lo, hi), mid in zip(open_, middle, strict=True)]
+        open_ = []
+        for k, pair in enumerate(halves):
+            for side, (lo, hi) in enumerate(pair):
+                if count[side, k] == count[side + 1, k]:
+                    continue
+                if hi - lo < 1e-9 * hi:
+                    found.append((lo + hi) / 2)
+                else:
+                    open_.append((lo, hi))
+    return found
+
+
+def _unstable(coefficients: Mapping[int, Array], speeds: Array) -> NDArray[np.intp]:
+    return _above(np.linalg.eigvals(laurent(coefficients, speeds)).astype(complex, copy=False))
+
+
+def _above(values: Complex) -> NDArray[np.intp]:
+    """Number of unstable roots of each row."""
+    return np.asarray((values.real > NOISE * np.abs(values).max(1, keepdims=True)).sum(1))

@@ -1,0 +1,125 @@
+"""Crossings of the imaginary axis sharpened by Newton, and told from what rounding makes of a root near the axis.
+
+What rounding changes in a root, divided by the slope of its real part, is how well the speed of a crossing is known.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bicycle.critical.completeness import Crossing
+from bicycle.modal.matching import eigen, laurent, uncertainty
+from bicycle.modal.tracking import Array, Complex
+
+MOST_STEPS = 30  # of Newton
+LAST_STEP = 1e-9  # of the speed: after a step below this the next would be rounding
+ROUNDING = 1e-7  # of the speed: a step below this that does not halve is rounding
+FARTHEST = 0.2  # of the speed: a crossing so far from its candidate has another one
+SAME_SPEED, SAME_FREQUENCY = 1e-9, 1e-6
+WELL_KNOWN = 1e-8  # of the speed: a crossing known better than this needs no second look
+HARDLY_KNOWN = 0.02  # of the speed: a crossing known no better than this is none
+
+
+Solved = tuple[
+    Complex, ...
+]  # values, slopes, right and left vectors, as :func:`bicycle.modal.matching.eigen` gives them
+
+
+@dataclass(frozen=True)
+class _Zero:
+    """Where a root was found to cross: ``slope`` d(lambda)/dv, ``doubt`` of the speed in m/s."""
+
+    speed: float
+    angular_frequency: float
+    slope: complex
+    doubt: float
+
+
+def polished(coefficients: Mapping[int, Array], low: float, high: float, candidates: Array) -> list[Crossing]:
+    """Newton from every candidate and every root that may be the crossing one; each crossing once, touches left out."""
+    if not len(candidates):
+        return []
+    at = eigen(coefficients, candidates)
+    values, slopes = at[:2]
+    size = np.abs(values).max(1, keepdims=True)
+    step = np.abs(values.real) / np.maximum(np.abs(slopes.real), 1e-300)
+    near = (values.imag >= 0) & ((step <= 0.05 * candidates[:, None]) | (np.abs(values.real) < 1e-6 * size))
+    k, i = np.nonzero(near)
+    found = _newton(coefficients, candidates[k], values[k, i], tuple(part[k] for part in at)) if k.size else []
+    sure = _crossing(coefficients, [one for one in found if low < one.speed <= high])
+    return [(one.speed, one.angular_frequency, 1 if one.slope.real > 0 else -1) for one in _once(sure)]
+
+
+def _newton(coefficients: Mapping[int, Array], speeds: Array, roots: Complex, at: Solved) -> list[_Zero]:
+    """Solve Re lambda(v) = 0 along the roots given; those that converge.
+
+    ``at`` is what :func:`bicycle.modal.matching.eigen` gives at ``speeds``.
+    """
+    v, expected, still = speeds.copy(), roots.copy(), np.zeros(len(speeds), bool)
+    last, row = np.full(len(speeds), np.inf), np.arange(len(speeds))
+    for _ in range(MOST_STEPS):
+        values, slopes, right, left = at
+        own = np.abs(values - expected[:, None]).argmin(1)
+        root, slope = values[row, own], slopes[row, own]
+        moved = np.where(slope.real != 0, -root.real / np.where(slope.real == 0, 1, slope.real), 0.0)
+        step = np.abs(moved) / v
+        still |= (step <= ROUNDING) & (step > last / 2)  # as near as rounding lets it come
+        if still.all():
+            break
+        moved = np.where(still, 0.0, np.clip(moved, -0.1 * v, 0.1 * v))
+        v, expected = v + moved, root + slope * moved
+        if (still | (step <= LAST_STEP)).all():
+            root = np.where(root.imag == 0, expected.real, expected)
+            break
+        last = step
+        at = eigen(coefficients, v)
+    else:
+        v = v - moved
+    error = uncertainty(values, left, laurent(coefficients, v), right)[row, own]
+    rise = v * np.abs(slope.real)
+    good = (np.abs(root.real) <= np.maximum(error, ROUNDING * rise)) & (np.abs(v - speeds) <= FARTHEST * speeds)
+    error = np.maximum(error, np.abs(root.real))
+    good &= error < HARDLY_KNOWN * rise
+    return [
+        _Zero(float(v[k]), abs(float(root[k].imag)), complex(slope[k]), float(error[k] / abs(slope[k].real)))
+        for k in np.flatnonzero(good)
+    ]
+
+
+def _crossing(coefficients: Mapping[int, Array], found: Sequence[_Zero]) -> list[_Zero]:
+    """Those whose real part changes its sign beyond doubt; what rounding makes of a touch of the axis does not."""
+    sure = [one for one in found if one.doubt <= WELL_KNOWN * one.speed]
+    rest = [one for one in found if one.doubt > WELL_KNOWN * one.speed]
+    if rest:
+        away = 2 * np.array([[-one.doubt, one.doubt] for one in rest])
+        values = eigen(coefficients, (np.array([[one.speed] for one in rest]) + away).reshape(-1))[0]
+        crossing = np.array([[1j * one.angular_frequency] for one in rest])
+        roots = crossing + np.array([[one.slope] for one in rest]) * away
+        own = np.abs(values - roots.reshape(-1, 1)).argmin(1)
+        before, after = values[np.arange(len(own)), own].reshape(-1, 2).T
+        sure += [
+            one
+            for one, a, b in zip(rest, before.real, after.real, strict=True)
+            if one.slope.real * a < 0 < one.slope.real * b
+        ]
+    return sure
+
+
+def _once(found: Sequence[_Zero]) -> list[_Zero]:
+    """Each crossing once, by speed; two that cannot be told apart and go opposite ways are a touch."""
+    groups: list[list[_Zero]] = []
+    for one in sorted(found, key=lambda zero: (zero.speed, zero.angular_frequency)):
+        group = next((group for group in groups if _same(group[-1], one)), None)
+        if group:
+            group.append(one)
+        else:
+            groups.append([one])
+    best = [min(g, key=lambda zero: zero.doubt) for g in groups if g[0].slope.real * g[-1].slope.real > 0]
+    return sorted(best, key=lambda zero: (zero.speed, zero.angular_frequency))
+
+
+def _same(a: _Zero, b: _Zero) -> bool:
+    near = max(SAME_SPEED * b.speed, a.doubt + b.doubt)
+    alike = SAME_FREQUENCY * (b.angular_frequency + 1) + near * max(abs(a.slope), abs(b.slope))
+    return b.speed - a.speed <= near and abs(b.angular_frequency - a.angular_frequency) <= alike

@@ -1,0 +1,1 @@
+"""From effects to equations: the symbolic model, closed and evaluated."""

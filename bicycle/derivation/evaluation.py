@@ -1,0 +1,130 @@
+"""From symbols to numbers: one fast function per set of effects, kept in memory, for one bicycle or for many."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+from typing import Any
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from bicycle.derivation.builder import SPEED, SymbolicModel, derive
+from bicycle.effect import Effect
+
+Array = NDArray[np.float64]
+POLYNOMIALS = ("dynamics", "input_matrix", "output_matrix", "feedthrough")
+
+
+@dataclass(frozen=True)
+class Matrices:
+    """Numbers of E x' = F(v) x + B(v) u, y = C(v) x + D(v) u for parameters of any common shape ``(...)``.
+
+    ``mass`` has shape (..., n, n); the polynomials map a power of v to (..., n, n), (..., n, inputs),
+    (..., outputs, n) and (..., outputs, inputs); ``static_loads`` (..., 2) in N, rear first.
+    """
+
+    mass: Array
+    dynamics: Mapping[int, Array]
+    input_matrix: Mapping[int, Array]
+    output_matrix: Mapping[int, Array]
+    static_loads: Array
+    feedthrough: Mapping[int, Array] = field(default_factory=dict)
+
+
+class Evaluator:
+    """Evaluates the matrices of one symbolic model; made once per effect set by :func:`evaluator`."""
+
+    def __init__(self, symbolic: SymbolicModel) -> None:
+        self.symbolic = symbolic
+        self._arguments = [_symbol(name) for name in symbolic.parameters] + list(symbolic.switches)
+        self._blocks: list[tuple[str, int, tuple[int, int], list[tuple[int, int]]]] = []
+        entries: list[Any] = []
+        for kind, power, matrix in self._symbolic_blocks():
+            places = [(i, j) for i in range(matrix.rows) for j in range(matrix.cols) if matrix[i, j] != 0]
+            self._blocks.append((kind, power, matrix.shape, places))
+            entries += [matrix[place] for place in places]
+        self._entries = entries
+        self._function = sp.lambdify(self._arguments, entries, modules="numpy", cse=True)
+        self.switch_function = sp.lambdify(
+            [_symbol(name) for name in symbolic.parameters], list(symbolic.switches.values()), modules="numpy"
+        )
+
+    def __call__(self, values: Mapping[str, Any], indicators: tuple[Any, ...] = ()) -> Matrices:
+        """Evaluate at parameters (floats or arrays that broadcast); ``indicators`` are the 0/1 of the switches."""
+        arguments = [np.asarray(values[name], float) for name in self.symbolic.parameters]
+        arguments += [np.asarray(value, float) for value in indicators]
+        return self._fill(self._function(*arguments), np.broadcast_shapes(*(a.shape for a in arguments)))
+
+    def switch_speeds(self, values: Mapping[str, float]) -> tuple[float, ...]:
+        """Speeds (m/s) at which the equations change, in the order of the indicators."""
+        return tuple(float(s) for s in self.switch_function(*(values[name] for name in self.symbolic.parameters)))
+
+    def lift_off_speed(self, values: Mapping[str, float]) -> float:
+        """Speed (m/s) above which the front contact would have to pull, infinite where no load moves with speed."""
+        transfer = self.symbolic.load_transfer.subs(SPEED, 1)  # drag-like: proportional to v^2
+        if transfer == 0:
+            return math.inf
+        front, per_speed = (
+            float(expression.subs({_symbol(name): value for name, value in values.items()}))
+            for expression in (self.symbolic.static_loads[1], transfer)
+        )
+        return math.sqrt(front / per_speed) if per_speed > 0 else math.inf
+
+    def derivative(
+        self,
+        key: str,
+        values: Mapping[str, Any],
+        indicators: tuple[Any, ...] = (),
+        *,
+        along: Mapping[str, float] | None = None,
+    ) -> Matrices:
+        """Derivative of every matrix with respect to the parameter ``key`` (SI units per unit of the parameter)."""
+        function = self._derivatives(key)
+        arguments = [np.asarray(values[name], float) for name in self.symbolic.parameters]
+        arguments += [np.asarray(value, float) for value in indicators]
+        return self._fill(function(*arguments), np.broadcast_shapes(*(a.shape for a in arguments)))
+
+    @cached_property
+    def _derivative_cache(self) -> dict[str, Any]:
+        return {}
+
+    def _derivatives(self, key: str) -> Any:
+        if key not in self._derivative_cache:
+            symbol = _symbol(key)
+            slopes = [sp.diff(entry, symbol) for entry in self._entries]
+            self._derivative_cache[key] = sp.lambdify(self._arguments, slopes, modules="numpy", cse=True)
+        return self._derivative_cache[key]
+
+    def _symbolic_blocks(self) -> list[tuple[str, int, Any]]:
+        model = self.symbolic
+        blocks = [("mass", 0, model.mass), ("static_loads", 0, sp.Matrix([list(model.static_loads)]))]
+        for kind in POLYNOMIALS:
+            blocks += [(kind, power, matrix) for power, matrix in getattr(model, kind).coefficients.items()]
+        return blocks
+
+    def _fill(self, numbers: list[Any], shape: tuple[int, ...]) -> Matrices:
+        single: dict[str, Array] = {}
+        polynomials: dict[str, dict[int, Array]] = {kind: {} for kind in POLYNOMIALS}
+        position = 0
+        for kind, power, (rows, columns), places in self._blocks:
+            matrix = np.zeros((*shape, rows, columns))
+            for i, j in places:
+                matrix[..., i, j] = numbers[position]
+                position += 1
+            if kind in polynomials:
+                polynomials[kind][power] = matrix
+            else:
+                single[kind] = matrix
+        return Matrices(single["mass"], **polynomials, static_loads=single["static_loads"][..., 0, :])
+
+
+def _symbol(name: str) -> Any:
+    return sp.Symbol(name, real=True)
+
+
+@cache
+def evaluator(effects: tuple[type[Effect], ...]) -> Evaluator:
+    """The evaluator of a set of effects: derived at the first call (about a second), then kept in memory."""
+    return Evaluator(derive(effects))

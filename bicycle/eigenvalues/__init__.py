@@ -1,0 +1,1 @@
+"""Eigenvalues of many small matrices."""

@@ -1,0 +1,144 @@
+"""Eigenvalues of a stack of small matrices: in sub-batches that fit the cache, on threads, compiled where numba is.
+
+>>> import numpy as np
+>>> eigenvalues(np.array([[[0.0, 1.0], [-4.0, 0.0]]]))
+array([[0.-2.j, 0.+2.j]])
+"""
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, nullcontext
+from functools import cache
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bicycle.linear_model import LinearModel
+from tyre.base.errors import InputError
+
+BATCH = 1024  # matrices a call: they fit the cache, and there is enough for every thread
+
+Complex = NDArray[np.complex128]
+Solver = Callable[[NDArray[np.float64]], Complex]
+
+
+def eigenvalues(stack: ArrayLike, *, threads: int = 1, solver: Solver | None = None) -> Complex:
+    """Eigenvalues (1/s) of matrices (..., n, n), shape (..., n), sorted by real then imaginary part.
+
+    Each matrix is treated by itself: the result depends neither on its neighbours nor on the number of threads.
+
+    Parameters
+    ----------
+    stack : array_like, shape (..., n, n)
+        Real matrices.
+    threads : int
+        Sub-batches are spread over so many threads; numpy and the compiled kernel leave the interpreter free.
+    solver : callable, optional
+        :func:`lapack` or :func:`compiled`; by default compiled where numba (extra ``fast``) is installed.
+
+    Raises
+    ------
+    InputError
+        Not a stack of square matrices, an entry that is not finite, or fewer threads than one.
+    """
+    matrices = np.asarray(stack, float)
+    if matrices.ndim < 2 or matrices.shape[-1] != matrices.shape[-2]:
+        raise InputError(f"matrices have shape {matrices.shape}; give square ones, shape (..., n, n)")
+    if threads < 1:
+        raise InputError(f"threads = {threads}; give at least 1")
+    flat = matrices.reshape(-1, *matrices.shape[-2:])
+
+    def finite(part: slice) -> NDArray[np.float64]:
+        batch = flat[part]
+        if not np.isfinite(batch).all():
+            at = np.argwhere(~np.isfinite(batch))[0]
+            first = [*map(int, np.unravel_index(part.start + at[0], matrices.shape[:-2])), *at[1:].tolist()]
+            value = matrices[tuple(first)]
+            raise InputError(f"entry {first} of the matrices is {value}; eigenvalues need finite entries")
+        return batch
+
+    result = _in_batches(finite, flat.shape[:2], threads, solver or default_solver())
+    return result.reshape(matrices.shape[:-1])
+
+
+def eigenvalues_along(
+    model: LinearModel, speeds: ArrayLike, *, threads: int = 1, solver: Solver | None = None
+) -> Complex:
+    """Eigenvalues (1/s) of one model at speeds (m,) in m/s, shape (m, n): the matrices are made where they are used.
+
+    Otherwise like :func:`eigenvalues`.
+
+    Raises
+    ------
+    InputError
+        A speed the model does not allow, or fewer threads than one.
+    """
+    v = np.atleast_1d(model.check_speeds(speeds))
+    if threads < 1:
+        raise InputError(f"threads = {threads}; give at least 1")
+    return _in_batches(
+        lambda part: model.state_matrix(v[part]), (len(v), model.order), threads, solver or default_solver()
+    )
+
+
+def _in_batches(
+    matrices: Callable[[slice], NDArray[np.float64]], shape: tuple[int, ...], threads: int, solver: Solver
+) -> Complex:
+    result = np.empty(shape, complex)
+
+    def fill(start: int) -> None:
+        part = slice(start, start + BATCH)
+        result[part] = solver(matrices(part))
+
+    starts = range(0, len(result), BATCH)
+    if threads == 1 or len(starts) < 2:
+        for start in starts:
+            fill(start)
+    else:
+        with one_blas_thread(), ThreadPoolExecutor(threads) as pool:
+            list(pool.map(fill, starts))
+    return result
+
+
+def lapack(stack: NDArray[np.float64]) -> Complex:
+    """Eigenvalues (m, n) of a stack (m, n, n) by LAPACK's ``dgeev`` through numpy, sorted."""
+    return np.sort(np.linalg.eigvals(stack).astype(complex, copy=False), axis=-1)
+
+
+def compiled(stack: NDArray[np.float64]) -> Complex:
+    """Eigenvalues (m, n) of a stack (m, n, n) by the QR kernel of this room, sorted; LAPACK where it gives up."""
+    from bicycle.eigenvalues.qr_kernel import solve
+
+    result = np.empty(stack.shape[:2], complex)
+    start = 0
+    while start < len(stack):
+        failed = solve(stack[start:], result.real[start:], result.imag[start:])
+        if failed < 0:
+            break
+        start += failed
+        result[start] = lapack(stack[start : start + 1])[0]
+        start += 1
+    return result
+
+
+@cache
+def default_solver() -> Solver:
+    """:func:`compiled` where numba is installed, else :func:`lapack`."""
+    return compiled if find_spec("numba") else lapack
+
+
+@contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """Keep BLAS from starting threads of its own inside ours (where threadpoolctl is installed)."""
+    with _controller().limit(limits=1, user_api="blas") if find_spec("threadpoolctl") else nullcontext():
+        yield
+
+
+@cache
+def _controller() -> Any:
+    """What finds the BLAS libraries of this process; looking for them takes milliseconds."""
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()

@@ -1,0 +1,1 @@
+"""Bicycles, models and effects as text; results as labelled arrays."""

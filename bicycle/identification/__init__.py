@@ -1,0 +1,1 @@
+"""From a recorded motion to modes and coefficient matrices."""

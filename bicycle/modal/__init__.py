@@ -1,0 +1,1 @@
+"""Eigenvalues followed along speed and named: weave, wobble, capsize."""

@@ -1,0 +1,62 @@
+"""Inputs over time: zero at first, then constant from each jump to the next."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tyre.base.errors import InputError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class InputHistory:
+    """``value[k]`` (SI) holds from ``time[k]`` (s, increasing) to the next; before the first the input is zero.
+
+    Raises
+    ------
+    InputError
+        Times that do not increase, unequal lengths, values that are not finite.
+    """
+
+    time: Array
+    value: Array
+
+    def __post_init__(self) -> None:
+        time, value = (np.atleast_1d(np.asarray(given, float)) for given in (self.time, self.value))
+        if time.shape != value.shape or time.ndim != 1 or not time.size:
+            raise InputError(f"an input has {time.size} times and {value.size} values; give one value for each time")
+        if not (np.isfinite(time).all() and np.isfinite(value).all()):
+            raise InputError("an input has a time or value that is not finite")
+        if (np.diff(time) <= 0).any():
+            raise InputError("the times of an input must increase")
+        object.__setattr__(self, "time", time)
+        object.__setattr__(self, "value", value)
+
+    def at(self, time: ArrayLike) -> Array:
+        """Value just after each time (s)."""
+        before = np.searchsorted(self.time, np.asarray(time, float), side="right")
+        return np.asarray(np.concatenate([[0.0], self.value])[before])
+
+
+def step(size: float, *, start: float = 0.0) -> InputHistory:
+    """``size`` (SI) from ``start`` (s) on."""
+    return InputHistory(np.array([start]), np.array([size]))
+
+
+def pulse(size: float, *, start: float = 0.0, duration: float) -> InputHistory:
+    """``size`` from ``start`` for ``duration`` (s)."""
+    _check_duration("pulse", duration)
+    return InputHistory(np.array([start, start + duration]), np.array([size, 0.0]))
+
+
+def doublet(size: float, *, start: float = 0.0, duration: float) -> InputHistory:
+    """``size``, then ``-size``, each for half of ``duration`` (s)."""
+    _check_duration("doublet", duration)
+    return InputHistory(start + duration * np.array([0.0, 0.5, 1.0]), np.array([size, -size, 0.0]))
+
+
+def _check_duration(what: str, duration: float) -> None:
+    if not duration > 0:
+        raise InputError(f"the duration of a {what} is {duration:g} s; it must be positive")

@@ -1,0 +1,281 @@
+"""Time-domain simulation with Magic Formula tyres: the yardstick of the linear model.
+
+Masses, gyroscopic couplings, springs and geometry are those of the linear model, derived with the contacts left open
+(:class:`OpenContact`): the side forces act as free inputs, and slip, camber and loads are read off as probes. The tyre
+is written down here, not taken from :class:`bicycle.effects.relaxation_length.RelaxationLength`:
+
+    lambda d(alpha')/dt = -s - v (alpha' - F_camber / C),     F = load [D sin{C atan[...alpha' + ...]} + Sv]
+
+The relaxation acts on the slip (Pacejka, Tire and Vehicle Dynamics, ch. 5), so the force never exceeds the friction;
+camber thrust enters as the slip that gives the same force. In all, x' = A x + P F(G x) + B u with only F nonlinear.
+Lean and steer stay small in the geometry; a lagged aligning_moment stays linear; loads are those of steady riding.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+import sympy as sp
+from numpy.typing import ArrayLike, NDArray
+from scipy.integrate import solve_ivp
+
+from bicycle.derivation.builder import ModelBuilder, Wheel
+from bicycle.effect import WHEELS, Effect
+from bicycle.model import Model
+from bicycle.responses.inputs import InputHistory
+from bicycle.responses.linear import PATH, Response, check_names, check_time, initial_state, input_grid
+from tyre.base.errors import InputError
+from tyre.magic_formula.side_force import normalised_side_force, normalised_side_force_slope
+
+Array = NDArray[np.float64]
+
+PROBES = ("slip velocity", "lagged camber force", "direct camber force", "series compliance", "load transfer")
+NEWTON_STEPS = 50
+
+
+class OpenContact(Effect):
+    """Contacts whose side force is free: a state without a law, beside probes whose rates are what a tyre would see."""
+
+    identifier: ClassVar[str] = "open_contact"
+    slot = "contact law"
+    provides = ("contact force", "tyre force", "lagged force")
+    holds_contact = False
+
+    def apply(self, model: ModelBuilder) -> None:
+        """Become the contact law."""
+        model.contact_law = self
+
+    def side_force(self, model: ModelBuilder, wheel: Wheel) -> Any:
+        """Return the free side force."""
+        force = model.add_state(f"{wheel.name}_side_force")
+        seen = (
+            wheel.slip_velocity, wheel.lagged_camber_force, wheel.direct_camber_force,
+            wheel.series_compliance * force, sp.sympify(model.load_transfer) * force,
+        )  # fmt: skip
+        for name, quantity in zip(PROBES, seen, strict=True):
+            model.states[model.add_state(f"{wheel.name} {name}")] = quantity
+        return force
+
+
+@dataclass(frozen=True)
+class MagicTyre:
+    """Magic Formula of one tyre; its cornering stiffness comes from the model, B = C_Fy / (C D load).
+
+    Attributes
+    ----------
+    friction : float
+        Peak of the side force over the load, D.
+    shape_factor, curvature_factor : float
+        C and E, dimensionless.
+    offset : float
+        Sv: side force over load at zero slip (ply steer).
+    """
+
+    friction: float = 0.8
+    shape_factor: float = 1.3
+    curvature_factor: float = 0.0
+    offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, low, high in (
+            ("friction", 0.0, 3.0), ("shape_factor", 0.0, 2.0), ("curvature_factor", -100.0, 1.0),
+            ("offset", -1.0, 1.0),
+        ):  # fmt: skip
+            value = getattr(self, name)
+            if not low <= value <= high or value == low == 0.0:
+                excluded = " (0 excluded)" if low == 0.0 else ""
+                raise InputError(f"{name} = {value:g} is outside {low:g} .. {high:g}{excluded}")
+
+
+@dataclass(frozen=True)
+class NonlinearModel:
+    """x' = A x + P F(G x) + B u at one speed; outputs C x and the side forces.
+
+    ``states`` end with ``rear_transient_slip`` and ``front_transient_slip`` (rad) where the tyre has a relaxation
+    length. ``cornering_stiffness`` (2,) in N/rad, ``loads`` (2,) in N, rear first.
+    """
+
+    speed: float
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    state_matrix: Array  # (n, n), without side forces
+    force_matrix: Array  # (n, 2)
+    slip_matrix: Array  # (2, n): effective slip angle, rad
+    slip_input: Array  # (2, inputs)
+    input_matrix: Array  # (n, inputs)
+    output_matrix: Array  # (outputs without side forces, n)
+    cornering_stiffness: Array
+    loads: Array
+    tyres: tuple[MagicTyre, MagicTyre]
+
+    def side_forces(self, slip: Array) -> Array:
+        """Side force (..., 2) in N at effective slip angles (..., 2) in rad."""
+        curve = normalised_side_force(slip, **self._coefficients, vertical_shift=self._of("offset"))
+        return np.asarray(self.loads * curve)
+
+    def local_stiffness(self, slip: Array) -> Array:
+        """Slope of the side force (..., 2), N/rad."""
+        return np.asarray(self.loads * normalised_side_force_slope(slip, **self._coefficients))
+
+    def rate(self, state: Array, inputs: Array) -> Array:
+        """dx/dt (n,)."""
+        force = self.side_forces(self.slip_matrix @ state + self.slip_input @ inputs)
+        return np.asarray(self.state_matrix @ state + self.force_matrix @ force + self.input_matrix @ inputs)
+
+    def jacobian(self, state: Array, inputs: Array) -> Array:
+        """d(dx/dt)/dx (n, n)."""
+        slope = self.local_stiffness(self.slip_matrix @ state + self.slip_input @ inputs)
+        return np.asarray(self.state_matrix + (self.force_matrix * slope) @ self.slip_matrix)
+
+    def trim(self, inputs: Mapping[str, float] | None = None) -> dict[str, float]:
+        """Steady motion (state -> value) under constant inputs and tyre offsets, by Newton's method.
+
+        Raises
+        ------
+        InputError
+            There is none within the friction, or the method does not find it.
+        """
+        check_names("input", dict(inputs or {}), self.inputs)
+        u = np.array([(inputs or {}).get(name, 0.0) for name in self.inputs])
+        x = np.zeros(len(self.states))
+        with np.errstate(over="ignore", invalid="ignore"):
+            for _ in range(NEWTON_STEPS):
+                try:
+                    change = np.linalg.solve(self.jacobian(x, u), self.rate(x, u))
+                except np.linalg.LinAlgError:
+                    break
+                x = x - change
+                if np.abs(change).max() <= 1e-13 * np.abs(x).max() or not np.abs(x).max() < 1e6:
+                    break
+        if not np.abs(self.rate(x, u)).max() <= 1e-9 * max(1.0, np.abs(self.state_matrix).max() * np.abs(x).max()):
+            raise InputError(f"no steady motion found at {self.speed:g} m/s; take smaller offsets or inputs")
+        return dict(zip(self.states, x.tolist(), strict=True))
+
+    def simulate(
+        self, *, time: ArrayLike, initial: Mapping[str, float] | None = None,
+        inputs: Mapping[str, InputHistory] | None = None, tolerance: float = 1e-10,
+    ) -> Response:  # fmt: skip
+        """Time history, integrated by DOP853 from jump to jump of the inputs; arguments as in :func:`respond`.
+
+        ``tolerance`` is relative, and absolute for 1 rad, 1 rad/s ... times a hundredth.
+
+        Raises
+        ------
+        InputError
+            An unknown state or input, times that do not increase, or a motion that the solver cannot follow.
+        """
+        given = dict(inputs or {})
+        check_names("input", given, self.inputs)
+        t, x = check_time(time), np.concatenate([initial_state(self.states, initial), np.zeros(len(PATH))])
+        spread = np.zeros((len(self.inputs), len(given)))
+        spread[[self.inputs.index(name) for name in given], range(len(given))] = 1.0
+        grid, held = input_grid(t, given)
+        heading = self.output_matrix[[self.outputs.index(name) for name in ("yaw_rate", "rear_lateral_velocity")]]
+
+        def rate(_: float, y: Array, u: Array) -> Array:
+            yaw_rate, lateral_velocity = heading @ y[:-2]
+            return np.concatenate([self.rate(y[:-2], u), [yaw_rate, lateral_velocity + self.speed * y[-2]]])
+
+        origin = self.jacobian(np.zeros(len(self.states)), np.zeros(len(self.inputs)))
+        longest = 1 / np.abs(np.linalg.eigvals(origin)).max()  # between longer steps the interpolant is rough
+        jumps = np.flatnonzero((np.diff(held, axis=0) != 0).any(1)) + 1
+        states = x[None, :]
+        for first, last in zip([0, *jumps], [*jumps, len(grid) - 1], strict=True):
+            if first == last:
+                continue
+            with np.errstate(over="ignore", invalid="ignore"):
+                found = solve_ivp(
+                    rate, (grid[first], grid[last]), states[-1], "DOP853", grid[first : last + 1],
+                    args=(spread @ held[first],), rtol=tolerance, atol=tolerance / 100, max_step=longest,
+                )  # fmt: skip
+            if not found.success or not np.isfinite(found.y).all():
+                raise InputError(
+                    f"the simulation at {self.speed:g} m/s stops at {found.t[-1]:g} s: {found.message} "
+                    "The bicycle has probably fallen; take less time or a smaller input"
+                )
+            states = np.vstack([states, found.y.T[1:]])
+        at = np.searchsorted(grid, t)
+        states, shown = states[at], held[at]
+        forces = self.side_forces(states[:, :-2] @ self.slip_matrix.T + shown @ (self.slip_input @ spread).T)
+        named = dict(zip(self.outputs, (states[:, :-2] @ self.output_matrix.T).T, strict=True))
+        named |= {f"{wheel}_side_force": forces[:, k] for k, wheel in enumerate(WHEELS)}
+        named |= dict(zip(PATH, states[:, -2:].T, strict=True))
+        return Response(t, self.speed, named, dict(zip(given, shown.T, strict=True)))
+
+    def _of(self, name: str) -> Array:
+        return np.array([getattr(tyre, name) for tyre in self.tyres])
+
+    @property
+    def _coefficients(self) -> dict[str, Array]:
+        peak, shape = self._of("friction"), self._of("shape_factor")
+        factor = self.cornering_stiffness / (self.loads * peak * shape)
+        return {
+            "stiffness_factor": factor, "shape_factor": shape, "peak_factor": peak,
+            "curvature_factor": self._of("curvature_factor"),
+        }  # fmt: skip
+
+
+def nonlinear_model(
+    model: Model, *, speed: float, rear: MagicTyre | None = None, front: MagicTyre | None = None
+) -> NonlinearModel:
+    """Put Magic Formula tyres under a model that has ``side_slip`` or ``relaxation_length``, at one speed (m/s).
+
+    Raises
+    ------
+    InputError
+        Another contact law, a contact with a length, a speed that is not allowed, or a wheel that the drag lifts off.
+    """
+    law = next(effect for effect in model.effects if effect.slot == "contact law")
+    if law.identifier not in ("side_slip", "relaxation_length"):
+        raise InputError(
+            f"nonlinear tyres need the effect side_slip or relaxation_length; this model rolls with {law.identifier!r}"
+        )
+    for effect in model.effects:
+        if set(effect.requires) - set(OpenContact.provides):
+            raise InputError(
+                f"nonlinear tyres touch the ground at a point; the effect {effect.identifier!r} is linear only: "
+                "leave it out"
+            )
+    lags = law.identifier == "relaxation_length"
+    opened = model.with_effect(OpenContact()).linear_model()
+    if not lags and speed == 0:
+        model.linear_model().check_speeds(speed)  # refused: slip without relaxation is singular at rest
+    a, b, c = opened.matrices_at(speed)
+    forces = [opened.states.index(f"{wheel}_side_force") for wheel in WHEELS]
+    probe = {name: [opened.states.index(f"{wheel} {name}") for wheel in WHEELS] for name in PROBES}
+    kept = [k for k, name in enumerate(opened.states) if k not in forces and k not in np.ravel(list(probe.values()))]
+
+    stiffness = np.array([model.parameters[f"{law.identifier}.cornering_stiffness.{wheel}"] for wheel in WHEELS])
+    if (stiffness == 0).any():
+        raise InputError("nonlinear tyres need a cornering_stiffness > 0 on both wheels")
+    transfer = a[probe["load transfer"], forces]
+    loads = np.array(opened.static_loads) + np.array([1.0, -1.0]) * transfer
+    if (loads <= 0).any():
+        lifted = WHEELS[int(loads.argmin())]
+        raise InputError(f"at {speed:g} m/s the drag lifts the {lifted} wheel off the road; ride slower")
+    slip, slip_input = a[np.ix_(probe["slip velocity"], kept)], b[probe["slip velocity"]]
+    lagged, direct = (
+        a[np.ix_(probe[f"{kind} camber force"], kept)] / stiffness[:, None] for kind in ("lagged", "direct")
+    )
+
+    mechanical, states = a[np.ix_(kept, kept)], tuple(opened.states[k] for k in kept)
+    port, input_matrix, seen = a[np.ix_(kept, forces)], b[kept], direct
+    outputs = tuple(name for name in opened.outputs if not name.endswith("_side_force"))
+    shown = c[np.ix_([opened.outputs.index(name) for name in outputs], kept)]
+    if lags:
+        length = np.array([model.parameters[f"relaxation_length.relaxation_length.{wheel}"] for wheel in WHEELS])
+        length = (length + stiffness * a[probe["series compliance"], forces])[:, None]
+        lag = np.hstack([(speed * lagged - slip) / length, np.diag(-speed / length[:, 0])])
+        mechanical = np.vstack([np.hstack([mechanical, np.zeros((len(kept), 2))]), lag])
+        port, input_matrix = np.vstack([port, np.zeros((2, 2))]), np.vstack([input_matrix, -slip_input / length])
+        seen, shown = np.hstack([seen, np.eye(2)]), np.hstack([shown, np.zeros((len(shown), 2))])
+        slip_input = np.zeros_like(slip_input)
+        states = (*states, *(f"{wheel}_transient_slip" for wheel in WHEELS))
+    else:
+        seen, slip_input = seen + lagged - slip / speed, -slip_input / speed
+    return NonlinearModel(
+        float(speed), states, opened.inputs, outputs, mechanical, port, seen, slip_input, input_matrix, shown,
+        stiffness, loads, (rear or MagicTyre(), front or MagicTyre()),
+    )  # fmt: skip

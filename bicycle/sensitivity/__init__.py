@@ -1,0 +1,1 @@
+"""Derivatives of eigenvalues and critical speeds, and the uncertainty that follows."""

@@ -1,0 +1,161 @@
+"""Linear propagation of uncertainty: from a covariance of parameters to sd of frequency, damping and critical speeds.
+
+With z = a + i b, f = b / (2 pi) and the damping ratio -a / abs(z):
+df = db / (2 pi), d(ratio) = b (a db - b da) / abs(z)^3.
+"""
+
+from collections.abc import Callable, Collection, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bicycle.critical.critical_speeds import CriticalSpeed
+from bicycle.effect import WHEELS
+from bicycle.model import Model
+from bicycle.sensitivity.eigenvalue_derivatives import critical_speed_sensitivities, sensitivities
+from tyre.base.errors import InputError, unknown
+
+Array = NDArray[np.float64]
+
+
+def frequency_gradient(slope: ArrayLike) -> Array:
+    """Derivatives (Hz) of the damped frequency from those of the eigenvalue (1/s), any shape."""
+    return np.asarray(np.asarray(slope, complex).imag / (2 * np.pi))
+
+
+def damping_ratio_gradient(eigenvalue: ArrayLike, slope: ArrayLike) -> Array:
+    """Derivatives of the damping ratio of oscillations from those of their eigenvalues (1/s), of shapes that match."""
+    root: Any = np.asarray(eigenvalue, complex)
+    change: Any = np.asarray(slope, complex)
+    return np.asarray(root.imag * (root.real * change.imag - root.imag * change.real) / abs(root) ** 3)
+
+
+def standard_deviation(gradient: ArrayLike, covariance: ArrayLike) -> Array:
+    """First-order sd, sqrt(g' S g), of quantities with gradients (..., p) in parameters of covariance (p, p)."""
+    g = np.asarray(gradient, float)
+    return np.sqrt(np.maximum(np.einsum("...i,ij,...j->...", g, np.asarray(covariance, float), g), 0.0))
+
+
+def mode_gradients(model: Model, speed: ArrayLike, eigenvalue: ArrayLike, names: Sequence[str]) -> tuple[Array, Array]:
+    """Derivatives of frequency (Hz) and damping ratio of oscillations with respect to parameters.
+
+    Parameters
+    ----------
+    speed : array_like, shape () or (m,)
+        m/s.
+    eigenvalue : array_like, shape (...) or (m, ...)
+        1/s; the root nearest to each is taken. NaN stands for a mode that is not there.
+    names : sequence of str
+        Free parameters of the model, p of them; ``effect.name`` of a property that differs between the wheels means
+        both of them, moving by the same amount.
+
+    Returns
+    -------
+    frequency, damping_ratio : ndarray, of the shape of ``eigenvalue`` and (p,)
+        NaN where the root is real or not there.
+
+    Raises
+    ------
+    InputError
+        A parameter the model does not have.
+    """
+    v, wanted = np.atleast_1d(np.asarray(speed, float)), np.asarray(eigenvalue, complex)
+    if np.ndim(speed) and wanted.shape[:1] != v.shape:
+        raise InputError(f"{len(v)} speeds, but eigenvalues of shape {wanted.shape}; give a row for each speed")
+    rows = wanted.reshape(len(v), -1)
+    found = sensitivities(model, v)
+    slopes = np.stack([_slope(name, found.parameters, found.of) for name in names], -1)  # (m, n, p)
+    distance = np.abs(found.eigenvalues[:, None, :] - rows[:, :, None])
+    at = np.where(np.isnan(distance), np.inf, distance).argmin(-1)
+    root: Any = np.take_along_axis(found.eigenvalues, at, 1)
+    root = np.where(np.isnan(rows) | (root.imag == 0), np.nan, root)
+    change = np.take_along_axis(slopes, at[..., None], 1)
+    frequency = frequency_gradient(np.where(np.isnan(root)[..., None], np.nan * 1j, change))
+    damping = damping_ratio_gradient(root[..., None], change)
+    shape = (*wanted.shape, len(names))
+    return frequency.reshape(shape), damping.reshape(shape)
+
+
+def mode_sd(
+    model: Model, speed: ArrayLike, eigenvalue: ArrayLike, names: Sequence[str], covariance: ArrayLike
+) -> tuple[Array, Array]:
+    """Sd of frequency (Hz) and damping ratio of oscillations at one speed or along speeds.
+
+    Parameters
+    ----------
+    speed, eigenvalue, names
+        As in :func:`mode_gradients`.
+    covariance : array_like, shape (p, p)
+        Of the parameters, SI units; what rear and front tyre share stands off the diagonal.
+
+    Returns
+    -------
+    frequency, damping_ratio : ndarray, of the shape of ``eigenvalue``
+        NaN where the root is real or not there.
+
+    Raises
+    ------
+    InputError
+        A parameter the model does not have, or a covariance that is none.
+    """
+    spread = checked_covariance(names, covariance)
+    frequency, damping = mode_gradients(model, speed, eigenvalue, names)
+    return standard_deviation(frequency, spread), standard_deviation(damping, spread)
+
+
+def critical_speed_gradients(model: Model, critical: Sequence[CriticalSpeed], names: Sequence[str]) -> Array:
+    """Derivatives of critical speeds (m/s) with respect to parameters, shape (len(critical), p)."""
+    if not critical:
+        return np.empty((0, len(names)))
+    found = critical_speed_sensitivities(model, critical)
+    return np.stack([_slope(name, found, found.__getitem__) for name in names], -1)
+
+
+def critical_speed_sd(
+    model: Model, critical: Sequence[CriticalSpeed], names: Sequence[str], covariance: ArrayLike
+) -> Array:
+    """Sd of critical speeds, m/s, shape (len(critical),); ``names`` and ``covariance`` as in :func:`mode_sd`.
+
+    First order knows no end of a critical speed: where two of them are a few sd apart, draws may lose both.
+
+    Raises
+    ------
+    InputError
+        A parameter the model does not have, or a covariance that is none.
+    """
+    spread = checked_covariance(names, covariance)
+    return standard_deviation(critical_speed_gradients(model, critical, names), spread)
+
+
+def checked_covariance(names: Sequence[str], covariance: ArrayLike) -> Array:
+    """The covariance of the parameters ``names`` as an array (p, p).
+
+    Raises
+    ------
+    InputError
+        A name that stands twice, or a matrix that is of another size, not finite, or no covariance.
+    """
+    if not names:
+        raise InputError("no parameter is uncertain: give at least one name with its covariance")
+    twice = next((name for k, name in enumerate(names) if name in names[:k]), None)
+    if twice is not None:
+        raise InputError(f"{twice} is given twice; keep one")
+    spread, size = np.asarray(covariance, float), len(names)
+    if spread.shape != (size, size) or not np.isfinite(spread).all():
+        raise InputError(f"covariance of {', '.join(names)} must be {size} x {size} finite numbers")
+    sd = np.sqrt(np.maximum(np.diag(spread), 0.0))
+    scale = np.where(sd > 0, sd, 1.0)
+    correlation = spread / np.outer(scale, scale)
+    if not np.allclose(correlation, correlation.T, rtol=0, atol=1e-9) or np.linalg.eigvalsh(correlation)[0] < -1e-9:
+        raise InputError(f"covariance of {', '.join(names)} must be symmetric without negative eigenvalues")
+    return spread
+
+
+def _slope(name: str, known: Collection[str], slope: Callable[[str], Any]) -> Any:
+    wheels = [f"{name}.{wheel}" for wheel in WHEELS]
+    if name not in known and all(key in known for key in wheels):
+        return sum(slope(key) for key in wheels)
+    if name not in known:
+        raise InputError(unknown("parameter", name, known))
+    return slope(name)

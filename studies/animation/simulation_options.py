@@ -1,0 +1,125 @@
+"""What ``velotyre simulate`` reads from its options: initial states and inputs over time."""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bicycle.responses.inputs import InputHistory, doublet, pulse, step
+from bicycle.responses.linear import column
+from tyre.base.errors import InputError, unknown
+
+SHAPES: Mapping[str, tuple[Callable[..., InputHistory], bool]] = {
+    "step": (step, False), "pulse": (pulse, True), "doublet": (doublet, True),
+}  # fmt: skip
+HOW = (
+    "write NAME:step:SIZE[@START], NAME:pulse:SIZE@START+DURATION, NAME:doublet:SIZE@START+DURATION or "
+    "NAME:file:FILE.csv, "
+    "in SI units and seconds, for example steer_torque:step:0.5@1.0"
+)
+
+
+def parse_initial(text: str) -> dict[str, float]:
+    """``lean=0.02,steer_rate=0.1`` as state -> value.
+
+    Raises
+    ------
+    InputError
+        Text of another form, or a state given twice.
+    """
+    values: dict[str, float] = {}
+    for part in filter(None, text.split(",")):
+        name, _, number = (piece.strip() for piece in part.partition("="))
+        if name in values:
+            raise InputError(f"initial {text!r}: {name} is given twice")
+        try:
+            values[name] = float(number)
+        except ValueError:
+            raise InputError(f"initial {text!r}: write STATE=NUMBER,... such as lean=0.02,steer_rate=0.1") from None
+    return values
+
+
+def parse_inputs(texts: Sequence[str], *, allowed: Sequence[str] | None = None) -> dict[str, InputHistory]:
+    """``steer_torque:step:0.5@1.0`` and the like, as input -> history; see :data:`HOW`.
+
+    ``allowed`` are the inputs of the model; without it every name is taken.
+
+    Raises
+    ------
+    InputError
+        Text of another form, an unknown input or shape, an input given twice, or a file without the columns.
+    """
+    inputs: dict[str, InputHistory] = {}
+    for text in texts:
+        name, _, rest = text.partition(":")
+        shape, _, value = rest.partition(":")
+        if allowed is not None and name not in allowed:
+            raise InputError(f"input {text!r}: {unknown('input', name, allowed)}")
+        if name in inputs:
+            raise InputError(f"input {text!r}: {name} is given twice")
+        if not value:
+            raise InputError(f"input {text!r}: {HOW}")
+        if shape == "file":
+            inputs[name] = read_history(Path(value), name)
+        elif shape in SHAPES:
+            inputs[name] = _shaped(text, shape, value)
+        else:
+            raise InputError(f"input {text!r}: {unknown('shape', shape, [*SHAPES, 'file'])}; {HOW}")
+    return inputs
+
+
+def check_within(inputs: Mapping[str, InputHistory], duration: float) -> None:
+    """Refuse an input that starts outside the simulated time, 0 to ``duration`` (s).
+
+    Raises
+    ------
+    InputError
+        An input that starts before 0, or at or after ``duration``.
+    """
+    for name, history in inputs.items():
+        if not 0 <= history.time[0] < duration:
+            raise InputError(
+                f"input {name} starts at {history.time[0]:g} s, outside the simulated time 0 .. {duration:g} s; "
+                "move its start or take another --duration"
+            )
+
+
+def read_history(path: Path, name: str) -> InputHistory:
+    """An input from a CSV with ``time_s`` and a column named with its unit, ``steer_torque_N_m`` for example."""
+    import pandas as pd
+
+    try:
+        table: Any = pd.read_csv(path, comment="#")
+    except pd.errors.EmptyDataError:
+        raise InputError(f"{path}: not a CSV table but empty; write the columns time_s,{column(name)}") from None
+    except (pd.errors.ParserError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: not a CSV table: {error}") from error
+    for wanted in ("time_s", column(name)):
+        if wanted not in table:
+            raise InputError(f"{path}: the column {wanted} is missing; there are {', '.join(map(str, table))}")
+    if table.empty:
+        raise InputError(f"{path}: there are no rows below the header; write one for each time")
+    try:
+        return InputHistory(table["time_s"].to_numpy(float), table[column(name)].to_numpy(float))
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    except ValueError as error:
+        raise InputError(f"{path}: a value is not a number: {error}") from error
+
+
+def _shaped(text: str, shape: str, value: str) -> InputHistory:
+    make, lasts = SHAPES[shape]
+    size, _, when = value.partition("@")
+    start, _, duration = when.partition("+")
+    try:
+        numbers = [float(size), float(start or 0.0), *([float(duration)] if duration else [])]
+    except ValueError:
+        raise InputError(f"input {text!r}: {HOW}") from None
+    if lasts != (len(numbers) == 3) or not np.isfinite(numbers).all():
+        raise InputError(f"input {text!r}: {HOW}")
+    timing = {"start": numbers[1], **({"duration": numbers[2]} if lasts else {})}
+    try:
+        return make(numbers[0], **timing)
+    except InputError as error:
+        raise InputError(f"input {text!r}: {error}") from error

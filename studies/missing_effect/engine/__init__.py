@@ -1,1 +1,0 @@
-"""The search itself: fits, evidence, checks, what cannot be told apart, the verdict. Knows only forward models."""

@@ -1,1 +1,0 @@
-"""What a rider would see: time histories, mode shapes and films."""

@@ -1,0 +1,1 @@
+"""Does the packaged data say what the paper says?"""

@@ -1,0 +1,42 @@
+"""Eigenvalues, named modes and critical speeds of a model as one plain record (the JSON of the commands)."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bicycle.critical.critical_speeds import CriticalSpeed, critical_speeds
+from bicycle.linear_model import LinearModel
+from bicycle.modal.named_modes import Modes, modes
+
+
+def analyse(model: LinearModel, speeds: ArrayLike, *, max_speed: float) -> tuple[Modes | None, Sequence[CriticalSpeed]]:
+    """Modes at speeds (m/s; None without speeds) and critical speeds up to ``max_speed``."""
+    speeds = np.atleast_1d(np.asarray(speeds, float))
+    return (modes(model, speeds) if speeds.size else None), critical_speeds(model, max_speed=max_speed)
+
+
+def record(model: LinearModel, found: Modes | None, critical: Sequence[CriticalSpeed]) -> dict[str, Any]:
+    """The result as JSON-ready data; complex numbers as [real, imaginary] in 1/s."""
+    speeds = np.empty(0) if found is None else found.speeds
+    rear, front = model.static_loads
+    return {
+        "states": list(model.states),
+        "static_loads_N": {"rear": rear, "front": front},
+        "speeds_m_s": speeds.tolist(),
+        "eigenvalues": [[[z.real, z.imag] for z in row] for row in model.eigenvalues(speeds)] if speeds.size else [],
+        "modes": {} if found is None else found.to_dict(),
+        "critical_speeds": [
+            {
+                "speed_m_s": c.speed,
+                "mode": c.mode,
+                "kind": c.kind,
+                "frequency_Hz": c.frequency_hz,
+                "frequency_rad_s": 2 * np.pi * c.frequency_hz,
+                "direction": c.direction,
+            }
+            for c in critical
+        ],
+        "warnings": list(model.warnings),
+    }

@@ -1,0 +1,120 @@
+"""What the commands share: reading a list of speeds, printing tables and warnings, writing JSON."""
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+import numpy as np
+from numpy.typing import NDArray
+
+from tyre.base.errors import InputError
+from tyre.base.files import write_text
+from tyre.base.notes import folded
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+MOST_SPEEDS = 1_000_000
+VERBOSE = "velotyre.verbose"
+
+
+def _remember(context: click.Context, parameter: click.Parameter, value: bool) -> None:
+    context.meta[VERBOSE] = value
+
+
+verbose = click.option(
+    "--verbose", is_flag=True, expose_value=False, callback=_remember, help="Show every note on the data in full."
+)
+"""Option of every command that prints warnings."""
+
+
+def parse_speeds(text: str) -> NDArray[np.float64]:
+    """Speeds in m/s from ``start:stop:step`` (both ends included) or ``v1,v2,...``.
+
+    Raises
+    ------
+    InputError
+        Text that is neither, a step that is not positive, or more than a million speeds.
+    """
+    how = f"speeds {text!r}: give start:stop:step, for example 0:20:0.5, or a list such as 2,5,8 (m/s)"
+    parts = text.split(":")
+    try:
+        numbers = [float(part) for part in (parts if len(parts) > 1 else text.split(","))]
+    except ValueError as error:
+        raise InputError(how) from error
+    if not all(math.isfinite(number) for number in numbers):
+        raise InputError(how)
+    if len(parts) == 1:
+        return np.array(numbers)
+    if len(parts) != 3:
+        raise InputError(how)
+    start, stop, step = numbers
+    if step <= 0 or stop < start:
+        raise InputError(f"speeds {text!r}: the step must be positive and stop >= start")
+    count = math.floor((stop - start) / step * (1 + 1e-12) + 1e-9) + 1
+    if count > MOST_SPEEDS:
+        raise InputError(f"speeds {text!r}: {count:.3g} speeds are more than {MOST_SPEEDS}; take a larger step")
+    speeds = start + step * np.arange(count)
+    if stop - speeds[-1] > 1e-9 * step:
+        speeds = np.append(speeds, stop)
+    return np.round(speeds, 12)
+
+
+def write_json(content: Mapping[str, Any], target: str) -> None:
+    """Write JSON to a file, or to standard output when the target is ``-``."""
+    text = json.dumps(content, indent=1, allow_nan=False)
+    if target == "-":
+        click.echo(text)
+        return
+    if not target or "\0" in target:
+        raise InputError(f"--json {target!r} is no file name; give a file, or - for standard output")
+    try:
+        write_text(target, text + "\n")
+    except OSError as error:
+        raise InputError(f"{target}: cannot write the result: {error.strerror}") from error
+
+
+def write_csv(table: "pd.DataFrame", target: str | Path) -> None:
+    """Write a table with its column names and all digits as CSV to a file, or to standard output when it is ``-``."""
+    text = table.to_csv(index=False, lineterminator="\n")
+    if target == "-":
+        click.echo(text, nl=False)
+        return
+    try:
+        write_text(target, text)
+    except OSError as error:
+        raise InputError(f"{target}: cannot write the table: {error.strerror}") from error
+
+
+def critical_table(critical: Sequence[Any]) -> "pd.DataFrame":
+    """Critical speeds (``CriticalSpeed``), a row each, with the unit in the column names."""
+    import pandas as pd
+
+    columns = ("speed_m_s", "mode", "kind", "frequency_hz", "as_speed_grows")
+    rows = [(c.speed, c.mode, c.kind, c.frequency_hz, c.direction) for c in critical]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def print_table(rows: Sequence[Sequence[Any]], headers: Sequence[str]) -> None:
+    """Print a table; numbers with four digits, text as it is, missing values as a dash."""
+    from tabulate import tabulate
+
+    cells = [[f"{cell:.4g}" if isinstance(cell, float) else cell for cell in row] for row in rows]
+    click.echo(tabulate(cells, headers=headers, missingval="-", disable_numparse=True))
+
+
+def print_critical(critical: Sequence[Any]) -> None:
+    """Print critical speeds (:class:`bicycle.critical.critical_speeds.CriticalSpeed`), one a row."""
+    rows = [[f"{c.speed:.6f}", c.mode, c.kind, c.frequency_hz, c.direction] for c in critical]
+    print_table(rows, ["critical speed m/s", "mode", "kind", "frequency Hz", "as speed grows"])
+
+
+def print_warnings(warnings: Sequence[str]) -> None:
+    """Print warnings to standard error, each in one line; several notes on one tyre are one line without --verbose."""
+    context = click.get_current_context(silent=True)
+    full = context is not None and context.meta.get(VERBOSE, False)
+    for warning in warnings if full else folded(warnings):
+        click.echo(f"warning: {' '.join(warning.split())}", err=True)

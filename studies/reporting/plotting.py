@@ -1,0 +1,91 @@
+"""The house style of every figure: sizes, colours and lines that survive greyscale, and saving as PNG and SVG.
+
+Figures are made without pyplot, so that nothing depends on a display or on global state.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from bicycle.modal.looks import EXTRAPOLATED, LOOKS, UNSTABLE, Look, mode_look, mode_marker, mode_words
+from tyre.base.files import replacing
+
+__all__ = [
+    "EXTRAPOLATED", "FORMATS", "GREY", "LOOKS", "STYLE", "UNSTABLE", "Look", "drawing", "extrapolated_note",
+    "hatch_extrapolated", "legend_columns", "look", "mode_look", "mode_marker", "mode_words", "pressure_shade",
+]  # fmt: skip
+
+FORMATS = ("png", "svg")
+GREY = "0.45"
+STYLE: Mapping[str, Any] = MappingProxyType(
+    {
+        "axes.axisbelow": True,
+        "axes.grid": True,
+        "axes.spines.right": False,
+        "axes.spines.top": False,
+        "axes.titlelocation": "left",
+        "axes.titlesize": 10,
+        "axes.titleweight": "bold",
+        "figure.dpi": 100,
+        "font.size": 9.5,
+        "grid.color": "0.88",
+        "grid.linewidth": 0.6,
+        "hatch.linewidth": 0.6,
+        "legend.frameon": False,
+        "legend.fontsize": 8.5,
+        "lines.linewidth": 1.6,
+        "lines.markersize": 5,
+        "savefig.dpi": 160,
+        "svg.hashsalt": "velotyre",
+    }
+)
+
+
+def look(number: int) -> Look:
+    """The look of the n-th series; after eight they repeat."""
+    return LOOKS[number % len(LOOKS)]
+
+
+def legend_columns(labels: Sequence[str], *, width: float) -> int:
+    """How many columns of a legend under a figure of some width (inches) fit."""
+    room = [0.068 * len(label) + 0.6 for label in labels]
+    for columns in range(len(labels), 1, -1):
+        rows = -(-len(labels) // columns)  # a legend is filled column by column
+        if sum(max(room[start : start + rows]) for start in range(0, len(room), rows)) < width:
+            return columns
+    return 1
+
+
+@contextmanager
+def drawing(target: Path, *, width: float, height: float) -> Iterator[Any]:
+    """Give an empty figure (inches) in the house style; save it as ``target`` .png and .svg at the end of the block."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    style: Any = dict(STYLE)
+    with matplotlib.rc_context(style):
+        figure = Figure(figsize=(width, height), layout="constrained")
+        yield figure
+        for suffix in FORMATS:
+            metadata = {"Date": None} if suffix == "svg" else {"Software": None}
+            # a name may hold a dot (weave_at_5.5), which with_suffix would take for an ending
+            with replacing(target.with_name(f"{target.name}.{suffix}")) as part:
+                figure.savefig(part, metadata=metadata)
+
+
+def pressure_shade(number: int, count: int) -> str:
+    """Grey from light (lowest pressure) to black (highest)."""
+    return f"{0.7 * (1 - number / max(count - 1, 1)):.3f}"
+
+
+def hatch_extrapolated(axes: Any, extrapolated: bool) -> None:
+    """Hatch the background of axes whose content rests on extrapolated tyre values."""
+    if extrapolated:
+        axes.patch.set(**EXTRAPOLATED)
+
+
+def extrapolated_note(extrapolated: bool) -> str:
+    """What the title of a figure with such axes says."""
+    return "; hatched: tyre values extrapolated" if extrapolated else ""

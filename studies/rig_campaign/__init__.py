@@ -1,0 +1,1 @@
+"""A fitted campaign as report, figures and files."""

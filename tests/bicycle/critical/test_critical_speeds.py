@@ -1,0 +1,235 @@
+"""Critical speeds: exact on matrices with known crossings, complete on bicycles."""
+
+import numpy as np
+import pytest
+from scipy.linalg import block_diag
+
+from bicycle import load_bicycle
+from bicycle.critical import critical_speeds as search
+from bicycle.critical.bialternate import bialternate_sum
+from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.modal.named_modes import modes
+from tyre.base.errors import InputError
+
+C_110 = 110 * 180 / np.pi  # N/rad, a tyre of 110 N/deg
+
+
+def rotated(seed, **powers):
+    """Blocks of each power of v (keys m1, p0, p1, p2) seen in skew coordinates."""
+    order = {"m1": -1, "p0": 0, "p1": 1, "p2": 2}
+    n = len(block_diag(*powers["p0"]))
+    turn = np.eye(n) + 0.3 * np.random.default_rng(seed).normal(size=(n, n)) / np.sqrt(n)
+    return {order[k]: turn @ block_diag(*blocks) @ np.linalg.inv(turn) for k, blocks in powers.items()}
+
+
+def pair(real, frequency):
+    return np.array([[real, -frequency], [frequency, real]])
+
+
+def listed(model, max_speed=60.0):
+    return [(c.speed, c.kind, 2 * np.pi * c.frequency_hz, c.direction) for c in critical_speeds(model, max_speed)]
+
+
+def test_bialternate_sum_has_the_sums_of_two_eigenvalues():
+    matrix = np.random.default_rng(3).normal(size=(5, 5))
+    roots = np.linalg.eigvals(matrix)
+    sums = [roots[i] + roots[j] for i in range(5) for j in range(i)]
+    np.testing.assert_allclose(np.poly(np.linalg.eigvals(bialternate_sum(matrix))), np.poly(sums), rtol=1e-9)
+
+
+def test_real_and_oscillatory_crossings_of_known_roots(synthetic):
+    """Roots (v - 7), -0.5 (v - 3) +- 8 i and -40."""
+    model = synthetic(rotated(0, p0=([[-7]], pair(1.5, 8), [[-40]]), p1=([[1]], pair(-0.5, 0), [[0]])))
+    first, second = listed(model)
+    assert first[:2] == (pytest.approx(3.0, rel=1e-12), "oscillatory")
+    assert first[2:] == (pytest.approx(8.0, rel=1e-12), "stabilising")
+    assert second == (pytest.approx(7.0, rel=1e-12), "real", 0.0, "destabilising")
+
+
+def test_two_real_roots_of_opposite_sign_are_no_oscillation(synthetic):
+    """+-a for a from 1 to 5: their sum is zero at v = 4 without any imaginary pair."""
+    model = synthetic(rotated(1, p0=([[3]], [[-7]], [[-30]]), p1=([[0]], [[1]], [[-1]])), borders=())
+    assert [(kind, speed) for speed, kind, _, _ in listed(model)] == [("real", pytest.approx(7.0, rel=1e-12))]
+
+
+def test_nearly_touching_crossings_are_both_found_and_a_touch_is_none(synthetic):
+    """Real part (v - 3)(v - 3 - gap): two crossings however close; (v - 3)^2 only touches the axis."""
+    for gap in (1e-1, 1e-3, 1e-4):
+        blocks = {"p0": (pair(3 * (3 + gap), 5), [[-20]]), "p1": (pair(-6 - gap, 0), [[0]]), "p2": (pair(1, 0), [[0]])}
+        found = listed(synthetic(rotated(2, **blocks)))
+        assert [f[0] for f in found] == pytest.approx([3.0, 3.0 + gap], abs=1e-12 / gap + 1e-11)
+        assert [f[3] for f in found] == ["stabilising", "destabilising"]
+    touching = {"p0": (pair(9 + 1e-7, 5), [[-20]]), "p1": (pair(-6, 0), [[0]]), "p2": (pair(1, 0), [[0]])}
+    assert listed(synthetic(rotated(2, **touching))) == []
+
+
+def test_a_root_that_is_zero_at_all_speeds_neither_crosses_nor_hides_others(synthetic):
+    """The pencil is singular then; what it loses the count of unstable roots brings back."""
+    model = synthetic(rotated(4, p0=([[0]], [[-7]], pair(2, 9)), p1=([[0]], [[1]], pair(-0.25, 0))))
+    found = listed(model)
+    assert [f[0] for f in found] == pytest.approx([7.0, 8.0], rel=1e-9)
+    assert [f[1] for f in found] == ["real", "oscillatory"]
+
+
+def test_powers_from_minus_one_to_two(synthetic):
+    """Real root -4/v + 1 crosses at 4, pair (v^2 - 36)/10 +- 3 i at 6."""
+    powers = {
+        "m1": ([[-4]], pair(0, 0)),
+        "p0": ([[1]], pair(-3.6, 3)),
+        "p1": ([[0]], pair(0, 0)),
+        "p2": ([[0]], pair(0.1, 0)),
+    }
+    assert [f[0] for f in listed(synthetic(rotated(5, **powers)))] == pytest.approx([4.0, 6.0], rel=1e-11)
+
+
+def test_a_slow_pair_beside_a_root_of_a_hundred_million_stays_a_pair(synthetic):
+    """Creeping on stiff tyres: the root -1e4/v beside the pair (1e-4 - v) +- 1.46 i, which crosses at 1e-4 m/s."""
+    powers = {"m1": ([[-1e4]], pair(0, 0)), "p0": ([[0]], pair(1e-4, 1.46)), "p1": ([[0]], pair(-1, 0))}
+    ((speed, kind, frequency, direction),) = listed(synthetic(rotated(6, **powers)))
+    assert (kind, direction) == ("oscillatory", "stabilising")
+    assert speed == pytest.approx(1e-4, rel=1e-2)  # rounding of the large root: 1e-8 of 1e-4
+    assert frequency == pytest.approx(1.46, abs=1e-6)
+
+
+def test_fourteen_states(synthetic):
+    """Seven pairs, each with one crossing: speeds 2, 5 .. 20, all found although the bialternate pencil has size 91."""
+    speeds = np.arange(2.0, 22.0, 3.0)
+    p0 = [pair(-v * (k + 1) / 5, 3.0 + 6 * k) for k, v in enumerate(speeds)]
+    p1 = [pair((k + 1) / 5, 0) for k in range(7)]
+    found = listed(synthetic(rotated(6, p0=p0, p1=p1)))
+    assert [f[0] for f in found] == pytest.approx(speeds, rel=1e-10)
+    assert [f[2] for f in found] == pytest.approx(3.0 + 6 * np.arange(7), rel=1e-10)
+
+
+def test_crossings_that_the_pencil_loses_are_found_on_the_tracked_roots(synthetic, monkeypatch):
+    """Without any candidate: a lone crossing by the count, two within one step by the root that turns back."""
+    monkeypatch.setattr(search, "_candidates", lambda *_: np.empty(0))
+    blocks = {"p0": ([[-7]], pair(3.1 * 3.15, 5), [[-20]]), "p1": ([[1]], pair(-6.25, 0), [[0]])}
+    found = listed(synthetic(rotated(2, **blocks, p2=([[0]], pair(1, 0), [[0]]))))
+    assert [f[0] for f in found] == pytest.approx([3.1, 3.15, 7.0], rel=1e-9)
+    assert [f[3] for f in found] == ["stabilising", "destabilising", "destabilising"]
+
+
+def test_a_jump_of_stability_where_the_equations_switch(synthetic):
+    """-1 +- 6 i becomes +1 +- 6 i at v = 4: listed at the switch."""
+    model = synthetic({0: block_diag(pair(-1, 6), -9)}, {0: block_diag(pair(1, 6), -9)}, borders=(4.0,))
+    assert listed(model) == [(4.0, "oscillatory", pytest.approx(6.0), "destabilising")]
+
+
+SETS = [
+    {},
+    {"side_slip": {"cornering_stiffness": C_110}},
+    {"relaxation_length": {"cornering_stiffness": 5000.0, "relaxation_length": 0.2}},
+    {
+        "relaxation_length": {"cornering_stiffness": C_110, "relaxation_length": 0.14},
+        "front_compliance": {"stiffness": 2500.0, "damping": 12.0, "joint_x": 0.8, "joint_z": -0.85},
+    },
+]
+
+
+@pytest.mark.parametrize("effects", SETS, ids=lambda e: "+".join(e) or "no_slip")
+def test_the_count_of_unstable_roots_changes_at_critical_speeds_only(tyred, random_bicycles, effects):
+    """Random bicycles against eigenvalues at 1500 speeds; and the names are those of modes()."""
+    speeds = np.linspace(0.05, 60.0, 1500)
+    for bicycle in random_bicycles(10, 100 + len(effects)):
+        model = tyred(bicycle, **effects)
+        found = critical_speeds(model)
+        unstable = (model.eigenvalues(speeds).real > 0).sum(1)
+        steps = {"destabilising": 1, "stabilising": -1}
+        change = np.array([steps[c.direction] * (1 if c.kind == "real" else 2) for c in found])
+        at = np.array([c.speed for c in found])
+        expected = unstable[0] + np.array([change[(at > speeds[0]) & (at < v)].sum() if len(at) else 0 for v in speeds])
+        np.testing.assert_array_equal(unstable, expected, bicycle.name)
+        for c in found:
+            (value,) = np.abs(modes(model, [c.speed]).branch(c.mode) - 2j * np.pi * c.frequency_hz)
+            assert np.nanmin(value) < 1e-8
+
+
+def test_wobble_of_the_rigid_front_sets_in_earlier_the_longer_the_relaxation_length(tyred):
+    """Benchmark, 110 N/deg on both wheels (physics notes of this project, two independent derivations)."""
+    for length, onset in ((0.089, 37.8), (0.141, 34.5), (0.200, 30.4)):
+        found = critical_speeds(tyred(relaxation_length={"cornering_stiffness": C_110, "relaxation_length": length}))
+        assert [round(c.speed, 1) for c in found if c.mode == "wobble"] == [onset]
+
+
+def test_wobble_bands_of_the_compliant_front(tyred):
+    """Benchmark, 110 and 105 N/deg, front compliance 3000 N m/rad: unstable wobble bands and weave onset in m/s."""
+    expected = {
+        0.06: (7.53, 10.04, 18.9),
+        0.10: (5.76, 11.87, 18.5),
+        0.14: (4.79, 12.92, 18.2),
+        0.20: (3.78, 14.20, 17.7),
+    }
+    stiffness = {"rear": C_110, "front": C_110 * 105 / 110}
+    flexible = {"stiffness": 3000.0, "damping": 15.0, "joint_x": 0.8, "joint_z": -0.85}
+    for length, (on, off, weave) in expected.items():
+        tyre = {"cornering_stiffness": stiffness, "relaxation_length": length}
+        found = critical_speeds(tyred(relaxation_length=tyre, front_compliance=flexible), 40.0)
+        band = [(round(c.speed, 2), c.direction) for c in found if c.mode == "wobble"]
+        assert band == [(on, "destabilising"), (off, "stabilising")]
+        assert [round(c.speed, 1) for c in found if c.mode == "weave" and c.speed > 10] == [weave]
+
+
+def capsize_speed(model):
+    (speed,) = [c.speed for c in critical_speeds(model) if c.mode == "capsize"]
+    return speed
+
+
+def test_capsize_speed_is_whipples_for_equal_stiffness_over_load_and_any_relaxation_length(tyred):
+    bicycle = load_bicycle("benchmark")
+    rear, front = bicycle.static_loads
+    stiffness = {"rear": 9.0 * rear, "front": 9.0 * front}
+    whipple = capsize_speed(tyred(bicycle))
+    for length in (0.03, 0.1, 0.25):
+        tyre = {"cornering_stiffness": stiffness, "relaxation_length": length}
+        assert capsize_speed(tyred(bicycle, relaxation_length=tyre)) == pytest.approx(whipple, rel=1e-9)
+    assert capsize_speed(tyred(bicycle, side_slip={"cornering_stiffness": stiffness})) == pytest.approx(
+        whipple, rel=1e-9
+    )
+
+
+def test_capsize_speed_with_unequal_tyres_does_not_depend_on_the_relaxation_length(tyred):
+    def at(length):
+        tyre = {"cornering_stiffness": {"rear": 6300.0, "front": 5000.0}, "relaxation_length": length}
+        return capsize_speed(tyred(relaxation_length=tyre, camber_thrust={"camber_stiffness": 250.0}))
+
+    assert at(0.03) == pytest.approx(at(0.2), rel=1e-9)
+
+
+def test_the_error_of_the_no_slip_limit_falls_as_one_over_the_stiffness(tyred):
+    exact = -0.77534188219585 + 4.46486771378823j  # Meijaard et al. (2007), weave at 5 m/s
+    error = []
+    for stiffness in (1e6, 1e7, 1e8):
+        tyre = {"cornering_stiffness": stiffness, "relaxation_length": 1e-3}
+        error.append(abs(modes(tyred(relaxation_length=tyre), [5.0]).branch("weave")[0, 0] - exact))
+    assert error[0] / error[1] == pytest.approx(10, rel=0.01)
+    assert error[1] / error[2] == pytest.approx(10, rel=0.01)
+
+
+def test_camber_thrust_pushes_towards_the_lean(tyred):
+    """A standing start of the force: with lean to the right alone, the side force grows to the right (> 0)."""
+    tyre = {"cornering_stiffness": C_110, "relaxation_length": 0.12}
+    model = tyred(relaxation_length=tyre, camber_thrust={"camber_stiffness": 400.0})
+    state, _, _ = model.matrices_at(5.0)
+    lean = np.array([name == "lean" for name in model.states], float)
+    rate = dict(zip(model.states, state @ lean, strict=True))
+    assert rate["rear_side_force"] == pytest.approx(400.0 * 5.0 / 0.12)
+    assert rate["front_side_force"] == pytest.approx(400.0 * 5.0 / 0.12)
+
+
+@pytest.mark.parametrize("speed", [0.0, -3.0, np.inf, np.nan])
+def test_max_speed_must_be_positive(tyred, speed):
+    with pytest.raises(InputError, match=r"max_speed = .* m/s is not allowed; give a finite speed > 0 m/s"):
+        critical_speeds(tyred(), speed)
+
+
+def test_max_speed_must_be_trackable(tyred):
+    slipping = tyred(side_slip={"cornering_stiffness": C_110})
+    for model in (tyred(), slipping):
+        with pytest.raises(
+            InputError, match=r"max_speed = 1e\+06 m/s is not allowed: modes are tracked from .* to 1012 m/s"
+        ):
+            critical_speeds(model, 1e6)
+    with pytest.raises(InputError, match="max_speed = 1e-300 m/s is not allowed; slip without relaxation is singular"):
+        critical_speeds(slipping, 1e-300)
+    assert [c.mode for c in critical_speeds(tyred(), 1000.0)] == ["weave", "capsize"]

@@ -1,0 +1,120 @@
+"""Effects, bicycles and models as values: signature and help from the declaration, equality, hash and a short repr."""
+
+import inspect
+
+import numpy as np
+import pytest
+
+from bicycle import Bicycle, Effect, Model, Parameter, load_bicycle, registry
+from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.effects.relaxation_length import RelaxationLength
+from bicycle.effects.side_slip import SideSlip
+from bicycle.effects.steer_damper import SteerDamper
+from bicycle.modal.named_modes import modes
+from bicycle.responses.linear import respond
+from tyre import TyreMap
+
+LAGGED = RelaxationLength(cornering_stiffness={"rear": 6000.0, "front": 5000}, relaxation_length=0.1)
+
+
+def typical(effect: type[Effect]) -> Effect:
+    return effect(**{p.name: p.typical[1] for p in effect.parameters if not isinstance(p.default, str)})
+
+
+@pytest.mark.parametrize("identifier", registry())
+def test_signature_and_help_hold_the_declaration(identifier):
+    effect = registry()[identifier]
+    arguments = inspect.signature(effect).parameters
+    assert set(arguments) == {p.name for p in effect.parameters}
+    assert all(argument.kind is inspect.Parameter.KEYWORD_ONLY for argument in arguments.values())
+    text = " ".join((effect.__doc__ or "").split())
+    for p in effect.parameters:
+        required = arguments[p.name].default is inspect.Parameter.empty
+        assert required == (p.default is None)
+        assert f"{p.name} : float" in text
+        assert f"typical {p.typical[0]:g} .. {p.typical[1]:g}" in text
+        if isinstance(p.default, str):
+            assert repr(arguments[p.name].default) == f"<{p.default} of the bicycle>"
+
+
+def test_the_written_docstring_is_kept_apart():
+    class Toy(Effect):
+        """A toy. Source: none."""
+
+        parameters = (Parameter("size", "m", "of the toy", bounds=(0.0, 9.0), typical=(1.0, 2.0), neutral=0.0),)
+        source = "Toys (1999)"
+
+    assert Toy.description == "A toy. Source: none."
+    doc = Toy.__doc__ or ""
+    assert doc.startswith("A toy. Source: none.\n\nParameters\n----------\nsize : float, m\n")
+    assert "    Of the toy; typical 1 .. 2, allowed 0 .. 9; the effect vanishes at 0." in doc
+    assert doc.endswith("Source: Toys (1999).")
+
+
+@pytest.mark.parametrize("identifier", registry())
+def test_an_effect_is_written_as_it_is_made(identifier):
+    made = typical(registry()[identifier])
+    names = {effect.__name__: effect for effect in registry().values()}
+    assert eval(repr(made), names) == made
+
+
+def test_effects_with_the_same_values_are_equal():
+    same = RelaxationLength(
+        cornering_stiffness={"front": 5000.0, "rear": 6000}, relaxation_length={"rear": 0.1, "front": 0.1}
+    )
+    assert same == LAGGED
+    assert hash(same) == hash(LAGGED)
+    assert RelaxationLength(cornering_stiffness=6000.0, relaxation_length=0.1) != LAGGED
+    assert SideSlip(cornering_stiffness=5000.0) != SteerDamper(damping=5000.0)
+    assert SteerDamper(damping=0.5) != {"damping": 0.5}
+    assert len({LAGGED, same, SteerDamper(damping=1.0)}) == 2
+
+
+def test_bicycles_compare_by_name_and_numbers():
+    pista = load_bicycle("pista")
+    assert pista == load_bicycle("pista")
+    assert hash(pista) == hash(load_bicycle("pista"))
+    assert pista == Bicycle("pista", dict(pista.values), dict(pista.sd))  # the words beside do not count
+    assert pista != pista.replace(c=0.07)
+    assert pista != Bicycle("pista", dict(pista.values))  # other standard deviations
+    assert pista.replace(c=0.07).replace(c=pista["c"]) == pista
+
+
+def test_one_effect_several_in_any_order_and_none_make_models():
+    pista, damper = load_bicycle("pista"), SteerDamper(damping=1.0)
+    assert Model(pista, LAGGED) == Model(pista, (LAGGED,)) == Model(pista, [LAGGED])
+    assert Model(pista, [LAGGED, damper]) == Model(pista, (e for e in (damper, LAGGED)))
+    assert hash(Model(pista, [LAGGED, damper])) == hash(Model(pista, [damper, LAGGED]))
+    assert Model(pista) != Model(pista, LAGGED)
+    assert Model(pista, LAGGED) != Model(load_bicycle("fisher"), LAGGED)
+    assert Model(pista, LAGGED) != Model(pista, LAGGED, sd={"relaxation_length.relaxation_length.rear": 0.01})
+    assert {Model(pista, LAGGED): 1}[Model(pista, LAGGED)] == 1
+
+
+def test_functions_take_a_model_as_well_as_its_numbers():
+    model = Model(load_bicycle("benchmark"), LAGGED)
+    linear = model.linear_model()
+    assert np.array_equal(modes(model, [5.0]).eigenvalues, modes(linear, [5.0]).eigenvalues)
+    assert critical_speeds(model) == critical_speeds(linear)
+    a, b = (respond(m, speed=5.5, time=[0.0, 0.5], initial={"lean": 0.02}) for m in (model, linear))
+    assert np.array_equal(a.outputs["lean"], b.outputs["lean"])
+
+
+def test_what_things_are_in_a_few_lines():
+    pista = load_bicycle("pista")
+    model = Model(pista, LAGGED)
+    linear, found = model.linear_model(), modes(model, [2.0, 5.0, 8.5])
+    first = critical_speeds(model)[0]
+    shown = {
+        pista: ("Bicycle 'pista'", "9.72 kg", "wheelbase 0.989 m", "N rear"),
+        model: ("Model of <Bicycle 'pista'", "RelaxationLength(cornering_stiffness={'rear': 6000.0, 'front': 5000.0}"),
+        linear: ("LinearModel with relaxation_length", "8 states", "rear_side_force"),
+        found: ("Modes at 3 speeds 2-8.5 m/s", "weave, wobble, capsize", "unstable at one of them: weave, capsize"),
+        first: (f"CriticalSpeed {first.speed:.6g} m/s: weave stabilising", "Hz"),
+        TyreMap.load("Tyre1"): ("TyreMap of Tyre1 on flat", "9 conditions", "340-490 N", "103.2-116.7 N/deg"),
+    }
+    for thing, words in shown.items():
+        text = repr(thing)
+        assert all(word in text for word in words), text
+        assert text.count("\n") <= 3
+        assert "array(" not in text

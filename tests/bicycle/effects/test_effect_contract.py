@@ -1,0 +1,234 @@
+"""What every effect of the registry must keep, whoever writes it. Adding an effect adds its tests."""
+
+import inspect
+import itertools
+import math
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import linear_sum_assignment
+
+from bicycle.derivation.builder import derive
+from bicycle.effect import Effect, registry
+from bicycle.files.bicycle_file import load_bicycle
+from bicycle.model import Model
+from bicycle.parameters import UNITS, Bicycle
+from tyre.base.errors import InputError
+
+EFFECTS = registry()
+PARAMETERS = [(name, parameter) for name, effect in EFFECTS.items() for parameter in effect.parameters]
+BASE = {"m": (1, 0, 0), "kg": (0, 1, 0), "s": (0, 0, 1), "N": (1, 1, -2), "rad": (0, 0, 0), "1": (0, 0, 0)}
+SPEED = 6.0
+
+
+def bicycle() -> Bicycle:
+    """The benchmark with a rear frame (synthetic) so heavy that any typical moving body can be taken out of it."""
+    return load_bicycle("benchmark").replace(mB=125.0, zB=-1.1, IBxx=25.0, IBzz=8.0, IBxz=2.0)
+
+
+def draw(effect: type[Effect], share: float = 0.5, **changes: float) -> Effect:
+    """An effect with every parameter at a share of its typical range."""
+    middle = {p.name: p.typical[0] + share * (p.typical[1] - p.typical[0]) for p in effect.parameters}
+    return effect(**(middle | changes))
+
+
+def companions(effect: type[Effect], share: float = 0.5) -> tuple[Effect, ...]:
+    """A contact law that gives what the effect needs: the relaxing tyre, unless the effect is a contact law."""
+    return () if effect.slot == "contact law" else (draw(EFFECTS["relaxation_length"], share),)
+
+
+def unmatched(small: np.ndarray, large: np.ndarray) -> float:
+    """Largest distance of the eigenvalues ``small`` from a partner in ``large``, relative to max(|z|, 1/s)."""
+    distance = np.abs(small[:, None] - large) / np.maximum(np.abs(small), 1)[:, None]
+    return float(distance[linear_sum_assignment(distance)].max())
+
+
+def refusal(build: Callable[[], object]) -> str:
+    """Words of the InputError, empty where it builds."""
+    try:
+        build()
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+@pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
+def test_the_declaration_is_complete(effect):
+    assert re.fullmatch("[a-z_]+", effect.identifier)
+    assert effect.description.endswith(".")
+    assert len(effect.source) > 15
+    assert len(effect.signature) > 15
+    assert effect.why or not effect.requires
+    assert set(effect.requires) <= {thing for other in EFFECTS.values() for thing in other.provides}
+    assert len(Path(inspect.getfile(effect)).read_text(encoding="utf-8").splitlines()) <= 80
+    assert len({parameter.name for parameter in effect.parameters}) == len(effect.parameters)
+
+
+@pytest.mark.parametrize(("identifier", "parameter"), PARAMETERS, ids=[f"{i}.{p.name}" for i, p in PARAMETERS])
+def test_a_parameter_is_declared_with_unit_range_and_meaning(identifier, parameter):
+    assert len(dimension(parameter.unit)) == 3
+    assert parameter.description
+    low, high = parameter.bounds
+    assert low <= parameter.typical[0] < parameter.typical[1] <= high
+    assert all(map(math.isfinite, parameter.typical))
+    if isinstance(parameter.default, str):
+        assert dimension(UNITS[parameter.default]) == dimension(parameter.unit)
+    elif parameter.default is not None:
+        assert low <= parameter.default <= high
+    if parameter.neutral is not None:
+        assert low <= parameter.neutral <= high
+
+
+@pytest.mark.parametrize("effect", [e for e in EFFECTS.values() if any(p.neutral is not None for p in e.parameters)])
+def test_the_neutral_value_gives_the_parent_back(effect):
+    """Exactly where the effect vanishes, and as 1/stiffness where a joint is locked."""
+    parent = Model(bicycle(), companions(effect)).linear_model().eigenvalues(SPEED)
+
+    def error(neutral_of: dict[str, float]) -> float:
+        model = Model(bicycle(), (*companions(effect), draw(effect, **neutral_of)))
+        return unmatched(parent, model.linear_model().eigenvalues(SPEED))
+
+    assert error({}) > 1e-4
+    neutral = {p.name: p.neutral for p in effect.parameters if p.neutral is not None}
+    if refusal(lambda: error(neutral)):
+        assert "an infinite stiffness is the rigid bicycle; leave it out" in refusal(lambda: error(neutral))
+        errors = [error({"stiffness": stiffness}) for stiffness in (1e6, 1e7, 1e8)]
+        np.testing.assert_allclose([errors[0] / errors[1], errors[1] / errors[2]], 10, rtol=0.02)
+    else:
+        assert error(neutral) < 1e-12
+
+
+def dimension(unit: str) -> tuple[float, ...]:
+    """Exponents of length, mass and time of a unit string such as ``N m s/rad`` or ``kg/m^3``."""
+    over, _, under = unit.partition("/")
+    total = np.zeros(3)
+    for words, sign in ((over, 1), (under, -1)):
+        for word in words.split():
+            name, _, power = word.partition("^")
+            total += sign * int(power or 1) * np.array(BASE[name])
+    return tuple(total)
+
+
+def test_unit_strings_are_read():
+    assert dimension("N m s/rad") == (2, 1, -1)
+    assert dimension("kg/m^3") == (-3, 1, 0)
+
+
+@pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
+@settings(max_examples=6, deadline=None)
+@given(
+    exponents=st.tuples(*[st.floats(-1, 1)] * 3),
+    share=st.floats(0.05, 0.6),
+    speed=st.floats(2.0, 15.0),
+)
+def test_units_do_not_matter(effect, exponents, share, speed):
+    """With other units of length, mass and time every eigenvalue is the same number per unit of time."""
+    logarithms = np.array(exponents)
+
+    def factor(unit: str) -> float:
+        return float(np.exp(logarithms @ np.array(dimension(unit))))
+
+    def rescaled(given_effect: Effect) -> Effect:
+        values = {}
+        for p in given_effect.parameters:
+            value = getattr(given_effect, p.name)
+            if p.per_wheel:
+                values[p.name] = {wheel: value[wheel] * factor(p.unit) for wheel in ("rear", "front")}
+            else:
+                values[p.name] = value * factor(p.unit)
+        return type(given_effect)(**values)
+
+    effects = (*companions(effect, share), draw(effect, share))
+    here = Model(bicycle(), effects).linear_model().eigenvalues(speed)
+    there_bicycle = bicycle().replace(**{key: bicycle()[key] * factor(unit) for key, unit in UNITS.items()})
+    there = Model(there_bicycle, tuple(map(rescaled, effects))).linear_model().eigenvalues(speed * factor("m/s"))
+    assert unmatched(here, there * factor("s")) < 1e-9
+
+
+@pytest.mark.parametrize("effect", [e for e in EFFECTS.values() if e.identifier != "side_slip"])
+def test_at_rest_without_dampers_eigenvalues_come_in_pairs(effect):
+    """No damping, no motion, no control: the equations are the same backwards in time, so -z goes with every z."""
+    off = {p.name: 0.0 for p in effect.parameters if p.name in ("damping", "gain", "lean_gain")}
+    found = Model(bicycle(), (*companions(effect), draw(effect, **off))).linear_model().eigenvalues(0.0)
+    assert unmatched(found, -found) < 1e-9
+    if "damping" in off:
+        damped = Model(bicycle(), (*companions(effect), draw(effect))).linear_model().eigenvalues(0.0)
+        assert unmatched(damped, -damped) > 1e-3
+
+
+@pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
+def test_an_unknown_parameter_fails_by_name(effect):
+    with pytest.raises(InputError, match=f"effect '{effect.identifier}': unknown parameter 'colour'"):
+        draw(effect, colour=1.0)
+
+
+@pytest.mark.parametrize("effect", [e for e in EFFECTS.values() if e.parameters])
+def test_a_missing_or_impossible_value_fails_by_name(effect):
+    for parameter in effect.parameters:
+        where = rf"effect '{effect.identifier}': {parameter.name}"
+        with pytest.raises(InputError, match=where + r"(\.rear)? = nan must be a number"):
+            draw(effect, **{parameter.name: math.nan})
+        low = parameter.bounds[0]
+        if math.isfinite(low):
+            with pytest.raises(InputError, match=where + r"(\.rear)? = .* is outside"):
+                draw(effect, **{parameter.name: low - 1})
+    needed = [p.name for p in effect.parameters if p.default is None]
+    for name in needed:
+        rest = {p.name: p.typical[1] for p in effect.parameters if p.name != name}
+        with pytest.raises(InputError, match=f"effect '{effect.identifier}': missing parameter '{name}'"):
+            effect(**rest)
+
+
+def test_every_pair_builds_or_is_refused_with_a_reason():
+    """Pairs without a contact law stand on rolling without slip; effects that need a tyre are refused there."""
+    refused = set()
+    for one, other in itertools.combinations(EFFECTS.values(), 2):
+        effects = (draw(one), draw(other))
+        if reason := refusal(lambda effects=effects: Model(bicycle(), effects)):
+            refused.add((one.identifier, other.identifier))
+            assert re.search("exclude each other: both are the|needs a .*, which no other effect gives: .", reason)
+            assert one.identifier in reason or other.identifier in reason
+        else:
+            assert np.isfinite(Model(bicycle(), effects).linear_model().eigenvalues([0.5, 7.0, 20.0])).all()
+    laws = {name for name, effect in EFFECTS.items() if effect.slot == "contact law"}
+    assert {tuple(sorted(pair)) for pair in itertools.combinations(laws, 2)} <= refused
+    assert ("camber_thrust", "no_slip") in refused
+    assert ("side_slip", "wheel_compliance") in refused
+    assert ("aligning_moment", "no_slip") in refused
+    for name, effect in EFFECTS.items():
+        if name not in laws:
+            assert tuple(sorted(("relaxation_length", name))) not in refused
+            assert effect.requires or tuple(sorted(("no_slip", name))) not in refused
+
+
+def test_all_compatible_effects_together_build():
+    chosen, slots = [], set()
+    for effect in EFFECTS.values():
+        if (effect.slot == "contact law" and effect.identifier != "relaxation_length") or effect.slot in slots:
+            continue
+        slots |= {effect.slot} - {None}
+        chosen.append(draw(effect))
+    model = Model(bicycle(), tuple(chosen)).linear_model()
+    assert {"front_compliance", "rider_lean", "rear_side_force", "front_side_force"} <= set(model.states)
+    assert np.isfinite(model.eigenvalues([0.0, 5.0, 30.0])).all()
+
+
+def test_one_effect_twice_is_refused():
+    with pytest.raises(InputError, match="effect 'steer_damper' is given twice"):
+        Model(bicycle(), (draw(EFFECTS["steer_damper"]), draw(EFFECTS["steer_damper"])))
+
+
+def test_a_derivation_has_no_hidden_parameters():
+    """Every declared parameter occurs in the equations, but one: a hinge along x cannot tell a body's Izz."""
+    idle = set()
+    for effect in EFFECTS.values():
+        law = () if effect.slot == "contact law" else (EFFECTS["relaxation_length"],)
+        found = derive((*law, effect)).parameters
+        declared = {f"{effect.identifier}.{key}" for p in effect.parameters for key in p.entries()}
+        idle |= declared - set(found)
+    assert idle == {"rider_lean.Izz"}

@@ -1,0 +1,150 @@
+"""Tracking on matrices whose eigenvalues are known functions of speed."""
+
+import numpy as np
+import pytest
+from scipy.linalg import block_diag
+
+from bicycle.modal.identity import regions
+from bicycle.modal.tracking import grid, track
+
+
+def rotated(*blocks_by_power, seed=0):
+    """The same blocks for every power of v, seen in other coordinates."""
+    n = len(block_diag(*blocks_by_power[0]))
+    turn = np.linalg.qr(np.random.default_rng(seed).normal(size=(n, n)))[0]
+    return {power: turn @ block_diag(*blocks) @ turn.T for power, blocks in enumerate(blocks_by_power)}
+
+
+def pair(real, frequency):
+    return np.array([[real, -frequency], [frequency, real]])
+
+
+def followed(model, speeds, low=0.0, high=30.0):
+    stretches, meetings = track(model, low, high)
+    v = np.asarray(speeds, float)
+    values = model.eigenvalues(v)
+    (stretch,) = stretches
+    return np.take_along_axis(values, stretch.follow(v, values), 1), meetings, stretch
+
+
+def branch_through(ordered, value):
+    """Column whose first row is nearest to a value."""
+    return ordered[:, np.abs(ordered[0] - value).argmin()]
+
+
+SPEEDS = np.array([0.0, 0.4, 7.0, 9.99, 10.01, 12.0, 20.0])
+
+
+def test_pairs_that_cross_in_frequency_keep_their_own_root(synthetic):
+    """-1 + i (4 + v) and -3 + i (24 - v) have the same frequency at v = 10, where any sorting swaps them."""
+    model = synthetic(rotated((pair(-1, 4), pair(-3, 24)), (pair(0, 1), pair(0, -1))))
+    ordered, meetings, _ = followed(model, SPEEDS, high=22.0)
+    np.testing.assert_allclose(branch_through(ordered, -1 + 4j), -1 + 1j * (4 + SPEEDS), atol=1e-10)
+    np.testing.assert_allclose(branch_through(ordered, -3 + 24j), -3 + 1j * (24 - SPEEDS), atol=1e-10)
+    assert meetings == ()
+
+
+def test_independent_real_roots_cross_without_exchanging(synthetic):
+    """-v and -5 are eigenvalues of unconnected parts: they pass through each other at 5."""
+    model = synthetic(rotated(([[0]], [[-5]]), ([[-1]], [[0]])))
+    ordered, meetings, _ = followed(model, [0.0, 4.9, 5.1, 30.0])
+    np.testing.assert_allclose(branch_through(ordered, 0.0), [0, -4.9, -5.1, -30], atol=1e-10)
+    assert meetings == ()
+
+
+def test_coupled_real_roots_veer_and_keep_their_order(synthetic):
+    """The symmetric coupling of 0.05 opens a gap of 0.1 at v = 5: continuous roots do not cross."""
+    model = synthetic({0: [[0, 0.05], [0.05, -5]], 1: [[-1, 0], [0, 0]]})
+    ordered, _, _ = followed(model, [0.0, 4.0, 6.0, 30.0])
+    assert (ordered[:, 0] != ordered[:, 1]).all()
+    upper = branch_through(ordered, 0.0)
+    assert (upper == ordered.max(1)).all()
+
+
+@pytest.mark.parametrize(("sign", "kind"), [(1.0, "split"), (-1.0, "merge")])
+def test_the_speed_where_real_roots_meet(synthetic, sign, kind):
+    """s + sign (v - 7) = x^2 + 2 x: roots -1 +- sqrt(sign (v - 7)) meet at v = 7 in -1."""
+    model = synthetic({0: [[-2, -7 * sign - 1], [1, 0]], 1: [[0, sign], [0, 0]]})
+    ordered, meetings, _ = followed(model, [6.999, 7.001])
+    (meeting,) = meetings
+    assert meeting.kind == kind
+    assert meeting.speed == pytest.approx(7.0, abs=1e-11)
+    assert meeting.eigenvalue == pytest.approx(-1.0, abs=1e-7)
+    upper = np.sqrt(sign * (np.array([6.999, 7.001]) - 7) + 0j) - 1
+    column = ordered[:, ordered[0].imag.argmax() if sign > 0 else ordered[0].real.argmax()]
+    np.testing.assert_allclose(column, upper, atol=1e-9)
+
+
+def test_identical_roots_cost_nothing(synthetic):
+    """Two equal roots -2 v at all speeds (two wheels with one relaxation length) are not refined without end."""
+    model = synthetic(rotated(([[0]], [[0]], pair(-1, 9)), ([[-2]], [[-2]], pair(0, 0.1))))
+    _, meetings, stretch = followed(model, [1.0])
+    assert len(stretch.speeds) < 400
+    assert meetings == ()
+
+
+def test_roots_are_matched_across_a_switch(synthetic):
+    """At v = 4 another pair of matrices holds: the roots -1 and -9 become -1.5 and -8."""
+    model = synthetic({0: [[-1, 0], [0, -9]]}, {0: [[-8, 0], [0, -1.5]]}, borders=(4.0,))
+    (below, above), _ = track(model, 0.0, 10.0)
+    for before, after in ((-1, -1.5), (-9, -8)):
+        column = np.abs(below.values[-1] - before).argmin()
+        assert above.values[0, column] == pytest.approx(after)
+    assert below.speeds[-1] == above.speeds[0] == 4.0
+
+
+def test_the_grid_is_one_sequence_whatever_is_covered():
+    wide, narrow = grid(0.0, 60.0, 3.0, singular=False), grid(2.0, 5.0, 3.0, singular=False)
+    assert np.isin(narrow, wide).all()
+    assert narrow[0] <= 2.0
+    assert narrow[-1] >= 5.0
+    deep, shallow = grid(1e-3, 10.0, 3.0, singular=True), grid(0.01, 10.0, 3.0, singular=True)
+    assert np.isin(shallow, deep).all()
+    assert 0 < deep[0] <= 1e-3
+
+
+def labels(rows, modes, castering=-1, always=(0.0, 100.0), anchor=0):
+    found = regions(np.arange(float(len(rows))), np.array(rows, complex), modes, castering, anchor, always)
+    return [found.labels[case] for case in found.cases]
+
+
+MEETING = [  # a real root and a pair that splits and gives one half to it
+    [-1, -10 + 5j, -10 - 5j],
+    [-2, -8, -13],
+    [-3.5, -5, -17],
+    [-4.2 + 1j, -4.2 - 1j, -20],
+    [-4 + 9j, -4 - 9j, -25],
+]
+
+
+def test_a_meeting_leaves_the_pair_to_the_mode_that_is_one():
+    own, lost, after = ((0,), (1,), (1,)), ((0, 1),) * 3, ((1,), (1,), (0,))
+    assert labels(MEETING, [(0,), (1, 2)]) == [own, own, lost, after, after]
+    assert labels(MEETING[::-1], [(0,), (1, 2)], anchor=4) == [after, after, lost, own, own]
+
+
+def test_what_happens_outside_the_speeds_always_tracked_changes_nothing_inside():
+    inside = labels(MEETING[:3], [(0,), (1, 2)], always=(0.0, 2.5))
+    assert labels(MEETING, [(0,), (1, 2)], always=(0.0, 2.5))[:3] == inside
+
+
+def test_real_modes_that_form_a_pair_for_a_while_get_their_names_back():
+    rows = [[-1, -5], [-2, -3], [-2.5 + 1j, -2.5 - 1j], [-2, -4]]
+    assert labels(rows, [(0,), (1,)]) == [((0,), (1,)), ((0,), (1,)), ((0, 1), (0, 1)), ((0,), (1,))]
+
+
+def test_two_pairs_that_mix_their_halves_are_one_until_two_pairs_are_left():
+    rows = [
+        [-5 + 3j, -5 - 3j, -9 + 2j, -9 - 2j],
+        [-4, -6.5, -7.5, -12],
+        [-3, -7 + 1j, -7 - 1j, -14],
+        [-2, -5, -9, -16],
+    ]
+    own = ((0,), (0,), (1,), (1,))
+    assert labels(rows, [(0, 1), (2, 3)]) == [own, own, ((0, 1),) * 4, own]
+
+
+def test_castering_and_a_single_tyre_root_are_wobble():
+    rows = [[-5, -20, -90], [-8, -14, -80], [-10 + 3j, -10 - 3j, -70], [-9, -12, -60]]
+    own = ((0,), (1,), (2,))
+    assert labels(rows, [(0,), (1,), (2,)], castering=0) == [own, own, ((1,), (1,), (2,)), own]

@@ -1,0 +1,165 @@
+"""The lists of bicycles and tyres, the commented model file, pictures and tables of modes."""
+
+import csv
+import io
+import json
+import re
+import tomllib
+
+import numpy as np
+import pytest
+
+from bicycle import available_bicycles, load_bicycle, registry
+from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.files.model_file import build_model, read_model
+from bicycle.modal.named_modes import modes
+from studies.cli import main
+from studies.model_example import example_model
+from tyre import TyreMap, available_tyres
+from tyre.base.errors import InputError
+
+
+def json_of(capsys, *arguments: str) -> dict:
+    main([*arguments, "--json", "-"])
+    return json.loads(capsys.readouterr().out)
+
+
+def refused(capsys, *arguments: str) -> str:
+    with pytest.raises(SystemExit) as stop:
+        main(list(arguments))
+    assert stop.value.code == 2
+    return capsys.readouterr().err
+
+
+def test_bicycles_are_listed_one_a_line_with_mass_and_loads(capsys):
+    main(["bicycles"])
+    lines = capsys.readouterr().out.splitlines()
+    for name in available_bicycles():
+        (line,) = [line for line in lines if line.split() and line.split()[0] == name]
+        rear, front = load_bicycle(name).static_loads
+        assert f"{rear:.4g}" in line
+        assert f"{front:.4g}" in line
+    # Meijaard et al. (2007), table 1: 2 + 85 + 4 + 3 kg
+    assert next(line for line in lines if line.startswith("benchmark")).split()[1] == "94"
+
+
+def test_one_bicycle_in_full_and_as_json(capsys):
+    main(["bicycles", "pista"])
+    shown = capsys.readouterr().out
+    assert "source: BSD-2-Clause" in shown
+    assert re.search(r"^lam +0.2758 +rad +0.003491$", shown, flags=re.MULTILINE)
+    one = json_of(capsys, "bicycles", "pista")
+    assert one["values"] == dict(load_bicycle("pista").values)
+    assert one in json_of(capsys, "bicycles")["bicycles"]
+    assert "did you mean 'pista'?" in refused(capsys, "bicycles", "pistta")
+
+
+def test_tyres_are_listed_with_what_was_measured(capsys):
+    main(["tyres"])
+    lines = capsys.readouterr().out.splitlines()
+    for tyre, surfaces in available_tyres().items():
+        for surface in surfaces:
+            (line,) = [line for line in lines if line.split()[:2] == [tyre, surface]]
+            assert "340, 400, 490" in line  # the paper's loads, N, and pressures, bar
+            assert "3.5, 5.5, 7.5" in line
+    assert {(t["tyre"], t["surface"]) for t in json_of(capsys, "tyres")["tyres"]} == {
+        (tyre, surface) for tyre, surfaces in available_tyres().items() for surface in surfaces
+    }
+
+
+def test_one_tyre_in_full(capsys):
+    main(["tyres", "Tyre1", "--surface", "drum"])
+    shown = capsys.readouterr().out
+    assert "note: lateral stiffness on the drum is the flat-track value" in shown
+    one = json_of(capsys, "tyres", "Tyre1")
+    assert one["conditions"] == 9
+    assert np.isclose(one["cornering_stiffness_N_per_deg"][4], 111.7)  # the paper's table 2, 400 N and 5.5 bar
+    assert "did you mean 'Tyre1'?" in refused(capsys, "tyres", "Tyr1")
+
+
+def test_the_example_model_runs_as_it_is(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    main(["new", "model.toml"])
+    assert "velotyre modes model.toml" in capsys.readouterr().out
+    main(["modes", "model.toml", "--speeds", "5"])
+    assert "wobble" in capsys.readouterr().out
+    main(["critical", "model.toml"])
+    assert "weave" in capsys.readouterr().out
+    assert read_model("model.toml").bicycle == load_bicycle("benchmark")
+
+
+def test_the_example_model_is_not_overwritten_by_chance(tmp_path, capsys):
+    file = tmp_path / "model.toml"
+    file.write_text("mine")
+    assert "exists; give --force to overwrite it or another name" in refused(capsys, "new", str(file))
+    assert file.read_text() == "mine"
+    main(["new", str(file), "--force", "--bicycle", "fisher"])
+    assert read_model(file).bicycle == load_bicycle("fisher")  # far outside the tests, and said in the file
+    assert "extrapolate = true  # the wheel loads are farther outside" in file.read_text()
+    assert "a model file ends in .toml" in refused(capsys, "new", str(tmp_path / "model.txt"))
+    assert "did you mean 'fisher'?" in refused(capsys, "new", str(tmp_path / "a.toml"), "--bicycle", "fishr")
+
+
+def test_every_effect_of_the_example_can_be_switched_on():
+    text = example_model(load_bicycle("benchmark"), TyreMap.load("Tyre1"), file="model.toml")
+    base = tomllib.loads(text)
+    for identifier, effect in registry().items():
+        if not effect.parameters or identifier == "relaxation_length":
+            continue
+        block = text.partition(f"# [effects.{identifier}]\n")[2].partition("\n\n")[0]
+        lines = [line.removeprefix("# ") for line in block.splitlines()]
+        unfit = [line for line in lines if line.startswith("(Typical values, but not all at once on this bicycle")]
+        table = tomllib.loads("\n".join(line for line in lines if line not in unfit))
+        assert set(table) == {p.name for p in effect.parameters}
+        effects = {identifier: table} if effect.slot == "contact law" else base["effects"] | {identifier: table}
+        if unfit:
+            with pytest.raises(InputError, match=f"effect '{identifier}'"):
+                build_model({"bicycle": "benchmark", "effects": effects})
+            continue
+        model = build_model({"bicycle": "benchmark", "effects": effects})
+        assert identifier in [one.identifier for one in model.effects]
+        for p in effect.parameters:
+            assert f"# {p.unit}; " in block
+
+
+def test_its_own_numbers_take_the_place_of_the_measured_tyre():
+    text = example_model(load_bicycle("benchmark"), TyreMap.load("Tyre1"), file="model.toml")
+    block = text.partition("# Numbers of your own")[2].partition("\n\n")[0]
+    table = tomllib.loads("\n".join(line.removeprefix("# ") for line in block.splitlines()[1:]))
+    model = build_model({"bicycle": "benchmark", "effects": {"relaxation_length": table}})
+    assert model.parameters["relaxation_length.cornering_stiffness.rear"] == table["cornering_stiffness"]
+
+
+@pytest.mark.parametrize("ending", ["png", "svg"])
+def test_modes_as_picture_and_table(ending, tmp_path, capsys):
+    picture, table = tmp_path / f"modes.{ending}", tmp_path / "modes.csv"
+    main(["modes", "benchmark", "--speeds", "1,5.5", "--plot", str(picture), "--csv", str(table)])
+    start = {"png": b"\x89PNG", "svg": b"<?xml"}[ending]
+    assert picture.read_bytes().startswith(start)
+    rows = list(csv.DictReader(io.StringIO(table.read_text())))
+    found = modes(build_model({"bicycle": "benchmark"}), [1.0, 5.5])
+    assert len(rows) == sum((z.imag >= 0) for z in found.eigenvalues.ravel())
+    weave = next(row for row in rows if row["mode"] == "weave" and float(row["speed_m_s"]) == 5.5)
+    assert float(weave["frequency_hz"]) == found.frequency("weave")[1]
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(["modes.csv", picture.name])
+    assert "castering" in capsys.readouterr().out
+
+
+def test_critical_speeds_as_csv_on_standard_output(capsys):
+    main(["critical", "benchmark", "--csv", "-"])
+    rows = list(csv.DictReader(io.StringIO(capsys.readouterr().out)))
+    expected = critical_speeds(build_model({"bicycle": "benchmark"}))
+    assert [(float(r["speed_m_s"]), r["mode"]) for r in rows] == [(c.speed, c.mode) for c in expected]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--plot", "modes.gif"], "the ending must be one of .png, .svg, .pdf"),
+        (["--plot", "none/modes.png"], "none/modes.png: cannot write the picture: No such file or directory"),
+        (["--csv", "none/modes.csv"], "none/modes.csv: cannot write the table: No such file or directory"),
+    ],
+)
+def test_pictures_and_tables_that_cannot_be_written(options, words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert words in refused(capsys, "modes", "benchmark", "--speeds", "5", *options)

@@ -1,0 +1,128 @@
+"""The audit of the paper: verdicts and numbers worked out by hand from its tables, files, and the command."""
+
+import csv
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from studies.cli import main
+from studies.paper_audit import audit
+from studies.paper_audit.claim import judge_all, judge_number, load_paper_tables
+from tyre import InputError
+
+
+@pytest.fixture(scope="module")
+def findings() -> dict[str, audit.Finding]:
+    return {finding.claim.name: finding for finding in audit.audit()}
+
+
+@pytest.mark.parametrize(
+    ("name", "verdict", "key", "value", "tolerance"),
+    [
+        ("cornering stiffness flat over drum", "holds", "mean_percent", 15.3, 0.05),
+        ("relaxation length flat over drum", "holds", "mean_percent", 15.3, 0.05),
+        ("relaxation length flat over drum at 7 5 bar", "fails", "mean_percent", 20.0, 0.05),
+        ("relaxation length flat over drum at 7 5 bar", "fails", "at_3_5_bar_percent", 11.9, 0.05),
+        ("almost doubled", "partly", "least_factor", 1.58, 0.005),
+        ("almost doubled", "partly", "largest_factor", 1.93, 0.005),
+        ("direction of the doubling", "fails", "largest_percent", -36.9, 0.05),
+        ("mean difference of tyre3 and tyre2", "holds", "mean_N_per_deg", 7.9, 0.05),
+        ("mean ratio of tyre3 and tyre2", "fails", "mean_percent", 8.1, 0.05),
+        ("lowest relaxation length", "fails", "lowest_mm", 61.3, 1e-9),
+        ("lowest relaxation length", "fails", "claimed_place_mm", 82.1, 1e-9),
+        ("tyre1 lateral stiffness over load at 7 5 bar", "fails", "K_at_3.5_bar_N_per_mm", 45.0, 0.05),
+        ("tyre1 lateral stiffness over load at 7 5 bar", "fails", "K_at_5.5_bar_N_per_mm", 60.4, 0.05),
+        ("tyre1 lateral stiffness over load at 7 5 bar", "fails", "K_at_7.5_bar_N_per_mm", 75.2, 0.05),
+        ("tyre2 lateral stiffness from 340 to 400 newton", "fails", "rise_percent", 29.1, 0.05),
+        ("lateral stiffness of tyre2 against tyre1 at 7 5 bar", "holds", "mean_percent", -26.7, 0.05),
+        ("drum cornering stiffness at 3 5 against 7 5 bar", "holds", "change_percent", 15.65, 0.005),
+        ("shift of tyre2 at 7 5 bar", "partly", "mean_percent", 14.8, 0.05),
+        ("peak of tyre2 at 3 5 bar", "holds", "change_percent", 24.8, 0.05),
+        ("explanation by slip between layers", "fails", "least_mm", 8.8, 1e-9),
+        ("load missing in equation 5", "fails", "stiffness_N_per_rad", 6033.2, 0.05),
+        ("share of the steady force", "holds", "share_percent", 63.2, 0.05),
+    ],
+)
+def test_numbers_of_the_claims(
+    findings: dict[str, audit.Finding], name: str, verdict: str, key: str, value: float, tolerance: float
+) -> None:
+    outcome = findings[name].outcome
+    assert outcome.verdict == verdict
+    assert outcome.values[key] == pytest.approx(value, abs=tolerance)
+
+
+@pytest.mark.parametrize(
+    ("name", "verdict", "words"),
+    [
+        ("direction of pressure dependence", "holds", "12 of 12"),
+        ("relaxation length at 7 5 against 5 5 bar", "partly", "4 of 6"),
+        ("cornering stiffness of tyre1 against tyre2", "partly", "8 of 9"),
+        ("cornering stiffness of tyre3 against tyre2", "holds", "9 of 9"),
+        ("lateral stiffness of tyre2 against tyre3", "partly", "8 of 9"),
+        ("relaxation length over load", "partly", "20 of 24"),
+        ("caption of table 7", "fails", "28 % with Table 2"),
+        ("exponent of equation 2", "fails", "63.2 %"),
+        ("time divided by speed", "fails", "t v = 134.0 mm"),
+        ("range of r squared", "fails", "-"),
+    ],
+)
+def test_words_of_the_claims(findings: dict[str, audit.Finding], name: str, verdict: str, words: str) -> None:
+    assert findings[name].outcome.verdict == verdict
+    assert words in findings[name].outcome.computed
+
+
+def test_rule_of_the_verdicts() -> None:
+    assert [judge_number(value, 15) for value in (15.3, 17.5, 18.7, 20.0)] == ["holds", "holds", "partly", "fails"]
+    assert [judge_number(value, 24) for value in (24.8, 29.9, 30.1)] == ["holds", "partly", "fails"]
+    assert [judge_all(flags) for flags in ([True, True], [True, False], [False])] == ["holds", "partly", "fails"]
+
+
+def test_verdicts_follow_the_tables() -> None:
+    """With the flat track's stiffness also on the drum there is no difference left to claim."""
+    tables = load_paper_tables()
+    changed = replace(tables, tyre1_drum=tables.tyre1)
+    verdicts = {finding.claim.name: finding.outcome.verdict for finding in audit.audit(changed)}
+    assert verdicts["cornering stiffness flat over drum"] == "fails"
+    assert verdicts["relaxation length is lower on the drum"] == "fails"
+    assert verdicts["caption of table 7"] == "fails"
+    assert verdicts["mean difference of tyre3 and tyre2"] == "holds"
+
+
+def test_claims_are_complete_and_in_order() -> None:
+    claims = audit.claims()
+    assert len({item.name for item in claims}) == len(claims) >= 50
+    assert claims[0].section == "Abstract"
+    assert {item.section.split(",")[0] for item in claims} == {"Abstract", "1.1", "2.2", "3.1", "3.2", "4", "5"}
+    assert all(item.statement and item.text for item in claims)
+
+
+def test_command_prints_and_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["tyre", "audit", "--out", str(tmp_path / "new"), "--json", str(tmp_path / "audit.json")])
+    printed = capsys.readouterr().out
+    assert "+20.0 %" in printed
+    assert "fails" in printed
+    records = json.loads((tmp_path / "audit.json").read_text())["claims"]
+    with (tmp_path / "new" / "paper_audit.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [row["verdict"] for row in rows] == [record["verdict"] for record in records]
+    assert set(rows[0]) == {"section", "claim", "text", "computed", "verdict", "remark"}
+    page = (tmp_path / "new" / "paper_audit.md").read_text()
+    assert page.count("\n|") == len(records) + 2
+    assert "The verdicts follow one rule." in page
+
+
+def test_json_on_stdout_is_only_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["tyre", "audit", "--out", str(tmp_path / "a.md"), "--json", "-"])
+    assert len(json.loads(capsys.readouterr().out)["claims"]) == len(audit.claims())
+    assert sorted(item.name for item in tmp_path.iterdir()) == ["a.md"]
+
+
+def test_wrong_ending_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(InputError, match=r"written as \.csv or \.md, or both into a folder, not as '\.xlsx'"):
+        audit.write(audit.audit(), tmp_path / "a.xlsx")
+    with pytest.raises(SystemExit) as stop:
+        main(["tyre", "audit", "--out", str(tmp_path / "a.xlsx")])
+    assert stop.value.code == 2
+    assert capsys.readouterr().err.count("\n") == 1

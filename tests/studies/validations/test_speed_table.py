@@ -1,0 +1,50 @@
+"""The speed table: what it compares gives equal results, and what cannot be measured is said."""
+
+import json
+
+import numpy as np
+import pytest
+from eigenvalue_sets import assert_same_eigenvalues
+
+from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.eigenvalues.solvers import lapack
+from studies.cli import main
+from studies.validations import _speed_measures as measure
+from studies.validations import speed
+
+
+@pytest.mark.parametrize("order", [8, 12])
+def test_the_grid_of_the_comparison_finds_the_same_crossings(order):
+    linear = measure.tyre_model(order).linear_model()
+    assert linear.order == order
+    exact = [crossing.speed for crossing in critical_speeds(linear)]
+    np.testing.assert_allclose(sorted(measure.grid_crossings(linear)), exact, rtol=1e-6)
+
+
+def test_lapack_called_directly_gives_the_same_eigenvalues():
+    pytest.importorskip("numba")
+    stack = measure.tyre_model(8).linear_model().state_matrix([1.0, 5.0, 20.0])
+    real, imag = measure._dgeev_loop()(stack)
+    assert_same_eigenvalues(real + 1j * imag, lapack(stack), rtol=1e-9)
+
+
+def test_table(monkeypatch, tmp_path, capsys):
+    def missing():
+        raise ImportError("No module named 'peer'")
+
+    rows = [
+        ("ours against theirs", ">= 10 x", speed._faster(10, 4, lambda: (2.0, 0.1))),
+        ("slower than allowed", "<= 1.3", speed._slower(1.3, 4, lambda: (1.0, 2.0))),
+        ("with a peer", "", missing),
+    ]
+    monkeypatch.setattr(speed, "_rows", lambda quick: rows)
+    main(["validate", "speed", "--quick", "--out", str(tmp_path), "--table", str(tmp_path / "table.md"), "--json", "-"])
+    found = json.loads(capsys.readouterr().out)["rows"]
+    assert [row["met"] for row in found] == [True, False, None]
+    text = (tmp_path / "table.md").read_text(encoding="utf-8")
+    lines = [" ".join(line.split()) for line in text.splitlines()]
+    assert "| ours against theirs | >= 10 x | 20 x | yes | 5e+05 and 2.5e+04 µs each |" in lines
+    assert "| slower than allowed | <= 1.3 | 2 | no | 2.5e+05 and 5e+05 µs each |" in lines
+    assert "| with a peer | - | - | - | not measured: ImportError: No module named 'peer' |" in lines
+    assert "A quick run with small sizes: indicative only." in text
+    assert measure.machine()["processor"] in text

@@ -1,0 +1,303 @@
+"""A folder of recordings to conditions, maps and figures; truth from the campaign's own truth file."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from studies.rig_campaign.report import write_campaign
+from tyre.base.errors import InputError
+from tyre.campaigns import recording
+from tyre.campaigns.campaign import fit_campaign, recordings_in
+from tyre.campaigns.condition import Repeatability, combine, pooled_repeatability
+from tyre.campaigns.recording import FitSettings, RecordingSummary
+from tyre.fits.estimate import Calibration
+from tyre.magic_formula.tir import read_tir
+from tyre.maps.tyre_map import TyreMap
+from tyre.recordings.recording import Condition
+from tyre.rig.campaign import CampaignPlan, default_effects, set_effect, write_campaign_files
+
+PLAN = CampaignPlan(
+    loads=(350.0, 450.0),
+    pressures=(4e5,),
+    surfaces=("flat", "drum"),
+    rates=(float(np.deg2rad(2.0)), float(np.deg2rad(4.0))),
+    pulls=2,
+    steps=1,
+    file_format="mixed",
+    axes="ISO",
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("rig")
+    rng = np.random.default_rng(11)
+    write_campaign_files(place, plan=PLAN, effects=default_effects(rng), rng=rng, seed=11)
+    return place
+
+
+@pytest.fixture(scope="module")
+def results(folder, tmp_path_factory):
+    out = tmp_path_factory.mktemp("out")
+    campaign = fit_campaign(folder, cache_folder=out / "cache", jobs=1, progress=False)
+    written = write_campaign(campaign, out)
+    return campaign, out, written
+
+
+def _quiet(**settings):
+    return {"jobs": 1, "progress": False, **settings}
+
+
+def test_conditions_hold_the_truth(folder, results):
+    campaign, _, _ = results
+    truth = {(t["surface"], t["load_N"]): t for t in json.loads((folder / "truth.json").read_text())["conditions"]}
+    assert len(campaign.conditions) == 4
+    for condition in campaign.conditions:
+        expected = truth[condition.surface, condition.load]
+        for name, key, within in (
+            ("cornering_stiffness", "cornering_stiffness_N_per_rad", 0.03),
+            ("lateral_stiffness", "lateral_stiffness_N_per_m", 0.03),
+            ("relaxation_length", "relaxation_length_m", 0.04),
+            ("pneumatic_trail", "pneumatic_trail_m", 0.05),
+        ):
+            estimate = getattr(condition, name)
+            assert estimate.value == pytest.approx(expected[key], rel=within)
+            assert abs(estimate.value - expected[key]) < 5 * estimate.sd
+        assert condition.r_squared > 0.999
+
+
+def test_json_has_the_agreed_form(results):
+    campaign, out, _ = results
+    table = json.loads((out / "conditions.json").read_text())
+    assert table == campaign.as_json()
+    assert set(table) == {"conditions"}
+    for condition in table["conditions"]:
+        assert list(condition) == [
+            "tyre",
+            "surface",
+            "load_N",
+            "pressure_bar",
+            "cornering_stiffness_N_per_rad",
+            "lateral_stiffness_N_per_m",
+            "relaxation_length_m",
+            "r_squared",
+            "files",
+            "warnings",
+        ]
+        assert condition["pressure_bar"] == 4.0
+        for name in ("cornering_stiffness_N_per_rad", "lateral_stiffness_N_per_m", "relaxation_length_m"):
+            entry = condition[name]
+            low, high = entry["ci95"]
+            assert low < entry["value"] < high
+            assert entry["sd"] > 0
+        assert {name.split(".")[-1] for name in condition["files"]} <= {"csv", "tdx"}
+
+
+def test_drum_borrows_the_flat_stiffness_and_says_so(results):
+    campaign, _, _ = results
+    drums = [c for c in campaign.conditions if c.surface == "drum"]
+    flats = {c.load: c for c in campaign.conditions if c.surface == "flat"}
+    for drum in drums:
+        assert drum.borrowed_stiffness
+        assert drum.lateral_stiffness == flats[drum.load].lateral_stiffness
+        assert any("lateral stiffness is that of the flat track" in text for text in drum.warnings)
+
+
+def test_curvature_exponent_is_reported_not_applied(results):
+    campaign, _, _ = results
+    (item,) = campaign.curvature
+    assert item.pairs == 2
+    # the simulator's drum: (1 + 0.34 / 1.3)^0.6
+    assert item.exponent.value == pytest.approx(0.6, abs=0.12)
+    assert item.ratio == pytest.approx((1 + 0.34 / 1.3) ** 0.6, rel=0.02)
+
+
+def test_map_and_property_files_can_be_read_back(results):
+    campaign, out, _ = results
+    flat = next(c for c in campaign.conditions if c.surface == "flat" and c.load == 350.0)
+    tyre = TyreMap.from_file(out / "maps" / "Synthetic_tyre_flat.csv")
+    at = tyre.at(load=350.0, pressure=4e5)
+    assert at.origin == "measured"
+    assert at.cornering_stiffness == pytest.approx(flat.cornering_stiffness.value, rel=1e-9)
+    assert at.lateral_stiffness_sd == pytest.approx(flat.lateral_stiffness.sd, rel=1e-9)
+    for name in ("Synthetic_tyre_flat_mf61.tir", "Synthetic_tyre_flat_4.00bar_mf52.tir"):
+        properties = read_tir(out / "tir" / name).properties_at(load=350.0, pressure=4e5)
+        assert properties.cornering_stiffness == pytest.approx(flat.cornering_stiffness.value, rel=0.02)
+        assert properties.relaxation_length == pytest.approx(flat.relaxation_length.value, rel=0.02)
+    assert "synthetic" in (out / "tir" / "Synthetic_tyre_flat_mf61.tir").read_text()
+
+
+def test_report_and_figures_say_synthetic_and_name_the_routes(results):
+    _, out, written = results
+    report = (out / "report.md").read_text()
+    assert "SYNTHETIC" in report
+    assert "two sweep rates" in report
+    assert "slip step" in report
+    assert "Reported, not applied" in report
+    pictures = [path for path in written if path.suffix == ".png"]
+    assert {path.stem for path in pictures} == {
+        "carpet_Synthetic_tyre_flat",
+        "carpet_Synthetic_tyre_drum",
+        "stiffness_Synthetic_tyre",
+        "flat_drum_Synthetic_tyre",
+        "residuals_worst_sweep",
+        "pull_worst",
+        "repeatability",
+    }
+    assert all(path.stat().st_size > 5000 for path in pictures)
+
+
+def test_a_second_run_takes_its_fits_from_the_cache(folder, results, monkeypatch):
+    campaign, out, _ = results
+
+    def forbidden(*args, **settings):
+        raise AssertionError("fitted again")
+
+    monkeypatch.setattr(recording, "fit_recording", forbidden)
+    again = fit_campaign(folder, cache_folder=out / "cache", **_quiet())
+    assert again.as_json() == campaign.as_json()
+    other = FitSettings(calibration=Calibration(force=0.01))
+    with pytest.raises(AssertionError, match="fitted again"):
+        fit_campaign(folder, settings=other, cache_folder=out / "cache", **_quiet())
+
+
+def test_a_killed_run_goes_on(folder, tmp_path, monkeypatch):
+    fitted = []
+    real = recording.fit_recording
+
+    def counting(path, **settings):
+        if len(fitted) == 5:
+            raise KeyboardInterrupt
+        fitted.append(path)
+        return real(path, **settings)
+
+    monkeypatch.setattr(recording, "fit_recording", counting)
+    with pytest.raises(KeyboardInterrupt):
+        fit_campaign(folder, cache_folder=tmp_path, **_quiet())
+    assert len(list(tmp_path.glob("*.json"))) == 5
+    (next(tmp_path.glob("*.json"))).write_text("{")  # cut off in the middle of writing
+    monkeypatch.setattr(recording, "fit_recording", lambda path, **s: fitted.append(path) or real(path, **s))
+    fit_campaign(folder, cache_folder=tmp_path, **_quiet())
+    assert len(fitted) == len(recordings_in(folder)) + 1
+
+
+def test_workers_give_the_same_result(folder, results):
+    campaign, out, _ = results
+    parallel = fit_campaign(folder, cache_folder=out / "cache", jobs=2, progress=False)
+    assert parallel.as_json() == campaign.as_json()
+
+
+def test_one_bad_file_is_named_and_only_skipped_when_asked(tmp_path):
+    rng = np.random.default_rng(0)
+    plan = CampaignPlan(loads=(400.0,), pressures=(5e5,), rates=(float(np.deg2rad(4.0)),), pulls=1)
+    files = write_campaign_files(tmp_path, plan=plan, effects=default_effects(rng), rng=rng)
+    (tmp_path / "broken.csv").write_text("time_s,slip_angle_deg\n0,1\n")
+    with pytest.raises(InputError, match=r"broken.*leave it out with --skip-bad"):
+        fit_campaign(tmp_path, **_quiet())
+    campaign = fit_campaign(tmp_path, skip_bad=True, **_quiet())
+    assert list(campaign.skipped) == ["broken.csv"]
+    assert campaign.conditions[0].files == tuple(sorted(path.name for path in files))
+    assert any("no repeats in this campaign" in text for text in campaign.conditions[0].warnings)
+    for path in files:
+        path.unlink()
+    with pytest.raises(InputError, match="none of 1 recordings could be used"):
+        fit_campaign(tmp_path, skip_bad=True, **_quiet())
+
+
+def test_a_recording_with_the_wrong_axes_is_refused(tmp_path):
+    rng = np.random.default_rng(0)
+    plan = CampaignPlan(loads=(400.0,), pressures=(5e5,), rates=(float(np.deg2rad(4.0)),), pulls=0)
+    (path,) = write_campaign_files(tmp_path, plan=plan, effects=(), rng=rng)
+    sidecar = path.with_suffix(".toml")
+    sidecar.write_text(sidecar.read_text().replace('"adapted SAE"', '"ISO"'))
+    with pytest.raises(InputError, match=r"sweep_4deg_s_1\.csv: not usable: wrong sign"):
+        fit_campaign(tmp_path, **_quiet())
+
+
+def test_folders_without_recordings_are_refused(tmp_path):
+    with pytest.raises(InputError, match="no such folder"):
+        recordings_in(tmp_path / "nowhere")
+    with pytest.raises(InputError, match=r"holds no recordings; expected \.csv"):
+        recordings_in(tmp_path)
+    results = tmp_path / "out"
+    results.mkdir()
+    (results / "conditions.csv").write_text("a\n1\n")
+    with pytest.raises(InputError, match="holds no recordings"):
+        recordings_in(tmp_path, exclude=results)
+    with pytest.raises(InputError, match="jobs = 0 must be at least 1"):
+        fit_campaign(tmp_path, jobs=0, progress=False)
+
+
+def _summary(value, *, number=0, kind="slip_sweep", fit_sd=10.0):
+    condition = Condition(tyre="T", load=400.0, pressure=5e5, surface="flat")
+    return RecordingSummary(
+        file=f"{kind}_{number}",
+        kind=kind,
+        condition=condition,
+        synthetic=True,
+        value=value,
+        fit_sd=fit_sd,
+        r_squared=0.999,
+    )
+
+
+def test_repeatability_is_pooled_over_conditions():
+    groups = [[_summary(v) for v in (99.0, 101.0)], [_summary(v) for v in (198.0, 200.0, 202.0)], [_summary(50.0)]]
+    pooled = pooled_repeatability(groups, floor=0.01)
+    # squared relative deviations: 2 (1 %)^2 + 2 (1 %)^2 over 1 + 2 degrees of freedom
+    assert pooled.sd == pytest.approx(np.sqrt(4e-4 / 3))
+    assert (pooled.dof, pooled.conditions, pooled.measured) == (3.0, 2, True)
+    assert pooled_repeatability([[_summary(50.0)]], floor=0.02) == Repeatability(0.02, np.inf, False, 0)
+
+
+def test_mean_interval_by_hand():
+    sweeps = [_summary(value, number=n) for n, value in enumerate((5940.0, 6000.0, 6060.0))]
+    pulls = [_summary(value, number=n, kind="pull_test") for n, value in enumerate((59e3, 61e3))]
+    result = combine(
+        ("T", "flat", 400.0, 5e5),
+        [*sweeps, *pulls],
+        borrowed=[],
+        sweep_repeatability=Repeatability(0.01, 10.0, True, 3),
+        pull_repeatability=Repeatability(0.02, 6.0, True, 3),
+        calibration=Calibration(force=0.004, slip=0.003, displacement=0.0),
+    )
+    c, k = result.cornering_stiffness, result.lateral_stiffness
+    assert c.value == pytest.approx(6000.0)
+    assert c.sd / c.value == pytest.approx(np.sqrt(0.01**2 / 3 + 0.005**2))
+    assert k.sd / k.value == pytest.approx(np.sqrt(0.02**2 / 2 + 0.004**2))
+    # the force cell cancels in the ratio
+    length = result.relaxation_length
+    assert length.sd / length.value == pytest.approx(np.sqrt(0.01**2 / 3 + 0.02**2 / 2 + 0.003**2))
+    assert result.covariance[0, 1] == pytest.approx(6000.0 * 60e3 * 0.004**2)
+
+
+def test_a_condition_that_scatters_more_uses_its_own_scatter():
+    wild = [_summary(value, number=n) for n, value in enumerate((5500.0, 6000.0, 6500.0))]
+    settings = {
+        "borrowed": [],
+        "sweep_repeatability": Repeatability(0.005, 30.0, True, 10),
+        "pull_repeatability": Repeatability(0.01, 5.0, True, 3),
+        "calibration": Calibration(),
+    }
+    result = combine(("T", "flat", 400.0, 5e5), wild, **settings)
+    assert any("more than the campaign's 0.50 %" in text for text in result.warnings)
+    assert result.cornering_stiffness.sd > 0.04 * 6000.0
+    assert result.lateral_stiffness is None
+    assert any("no pull test" in text for text in result.warnings)
+    alone = combine(("T", "flat", 400.0, 5e5), [replace(wild[0], kind="pull_test")], **settings)
+    assert alone.cornering_stiffness is None
+    assert any("no slip sweep" in text for text in alone.warnings)
+
+
+def test_routes_that_disagree_are_said(tmp_path):
+    # a soft rim is seen by the rolling wheel but not by plate - rim, so C/K is too short for it: 1 + K/K_rim = 1.4
+    rng = np.random.default_rng(2)
+    effects = set_effect(default_effects(rng), "rim_compliance", {"stiffness": 1.2e5})
+    effects = set_effect(effects, "noise", {"white": 1.0, "correlated": 0.2})
+    plan = CampaignPlan(loads=(400.0,), pressures=(4e5,), rates=(float(np.deg2rad(4.0)),), sweeps=2, pulls=2, steps=3)
+    write_campaign_files(tmp_path, plan=plan, effects=effects, rng=rng)
+    (condition,) = fit_campaign(tmp_path, **_quiet()).conditions
+    assert condition.direct["slip step"].value > 1.2 * condition.relaxation_length.value
+    assert any("routes to the relaxation length disagree" in text for text in condition.warnings)

@@ -1,0 +1,185 @@
+"""Pull test to lateral stiffness: friction loops made here by hand, with known stiffness and friction."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tyre.base.errors import InputError
+from tyre.fits.estimate import Calibration
+from tyre.fits.pull_test import fit_pull_test, reading_step
+from tyre.recordings.recording import Condition, PullTest
+
+K = 55e3
+FLAT = Condition(tyre="Synthetic", load=400.0, pressure=5.5e5, surface="flat")
+
+
+def loop(
+    *,
+    friction=2.0,
+    presliding=0.0,
+    noise=0.0,
+    gauge=0.0,
+    softening=0.0,
+    cycles=2,
+    readings=20,
+    drift=0.0,
+    both=False,
+    seed=0,
+):
+    """Out and back to 2.5 mm (or to both sides); friction is a step (presliding 0) or builds up exponentially."""
+    rng = np.random.default_rng(seed)
+    corners = [0.0] + [2.5e-3, -2.5e-3 if both else 0.0] * cycles + ([0.0] if both else [])
+    x = np.concatenate([[0.0]] + [np.linspace(a, b, readings + 1)[1:] for a, b in pairwise(corners)])
+    x = x + np.where(np.isin(x, corners), 0.0, rng.uniform(-2e-5, 2e-5, x.size))
+    force = K * x * (1.0 - softening * np.abs(x) / 2.5e-3)
+    drag = 0.0
+    for k in range(1, x.size):
+        target = friction * np.sign(x[k] - x[k - 1])
+        drag = target if presliding == 0.0 else target + (drag - target) * np.exp(-abs(x[k] - x[k - 1]) / presliding)
+        force[k] += drag
+    force += noise * rng.standard_normal(x.size) + drift * np.arange(x.size) / x.size
+    rim = force / 5e5
+    plate = x + rim
+    if gauge:
+        plate, rim = (gauge * np.round(channel / gauge) for channel in (plate, rim))
+    return PullTest(condition=FLAT, axes="ISO", side_force=force, plate_displacement=plate, rim_displacement=rim)
+
+
+def test_loop_gives_stiffness_and_friction_exactly():
+    fit = fit_pull_test(loop(friction=2.0, presliding=8e-5))
+    assert fit.lateral_stiffness.value == pytest.approx(K, rel=1e-4)
+    assert fit.friction == pytest.approx(2.0, rel=2e-3)
+    assert fit.presliding == pytest.approx(8e-5, rel=0.02)
+    assert fit.strokes == 4
+    rim = (K * 2.5e-3 + 2 * 2.0) / 5e5  # friction loads the rim too, from -2 N at the origin to +2 N at the far end
+    assert fit.rim_share == pytest.approx(rim / (2.5e-3 + rim), rel=2e-3)
+
+
+def test_a_line_through_all_points_takes_friction_for_stiffness():
+    test = loop(friction=3.0, presliding=1.5e-4)
+    line = np.polyfit(test.tyre_deflection, test.side_force, 1)[0]
+    assert line / K - 1 > 0.008
+    assert abs(fit_pull_test(test).lateral_stiffness.value / K - 1) < 1e-3
+
+
+def test_loading_alone_leaves_stiction_out_of_the_slope():
+    test = loop(friction=2.0, presliding=5e-5, cycles=1)
+    half = slice(0, 21)
+    alone = PullTest(
+        condition=FLAT,
+        axes="ISO",
+        side_force=test.side_force[half],
+        plate_displacement=test.plate_displacement[half],
+        rim_displacement=test.rim_displacement[half],
+    )
+    fit = fit_pull_test(alone)
+    assert fit.lateral_stiffness.value == pytest.approx(K, rel=1e-3)
+    assert fit.friction == 0.0
+    assert any("loading only" in note for note in fit.notes)
+
+
+def test_scatter_of_repeats_matches_the_claimed_uncertainty():
+    fits = [fit_pull_test(loop(noise=0.4, gauge=1e-5, presliding=4e-5, seed=seed)) for seed in range(60)]
+    values = np.array([fit.lateral_stiffness.value for fit in fits])
+    claimed = np.sqrt(np.mean([fit.fit_sd**2 for fit in fits]))
+    assert abs(values.mean() / K - 1) < 4 * values.std() / np.sqrt(60) / K + 5e-4
+    assert 0.75 < values.std(ddof=1) / claimed < 1.3  # 99 % of a chi with 59 degrees of freedom: 0.78..1.25
+
+
+def test_drift_of_the_cell_does_not_spoil_the_loop():
+    fit = fit_pull_test(loop(drift=5.0, presliding=4e-5))
+    assert fit.lateral_stiffness.value == pytest.approx(K, rel=2e-3)
+    assert fit.friction == pytest.approx(2.0, rel=0.03)
+    assert fit.drift == pytest.approx(5.0, rel=0.03)
+
+
+def test_softening_is_reported_and_the_slope_is_that_at_the_origin():
+    fit = fit_pull_test(loop(softening=0.08, noise=0.2))
+    assert fit.lateral_stiffness.value == pytest.approx(K, rel=0.01)
+    assert fit.departure == pytest.approx(-0.08, abs=0.01)
+    # F departs from K x by softening x / 2.5 mm: 2 % at 0.625 mm
+    assert fit.linear_range == pytest.approx(0.625e-3, rel=0.12)
+    assert any("departs" in note for note in fit.notes)
+
+
+def test_a_straight_test_is_linear_to_its_end():
+    fit = fit_pull_test(loop(noise=0.3, gauge=1e-5))
+    assert fit.curvature == 0.0
+    assert fit.linear_range == pytest.approx(2.5e-3, rel=0.01)
+
+
+def test_pulling_to_both_sides():
+    fit = fit_pull_test(loop(both=True, presliding=4e-5, noise=0.2))
+    assert fit.lateral_stiffness.value == pytest.approx(K, rel=3e-3)
+    assert fit.friction == pytest.approx(2.0, abs=0.15)
+
+
+def test_gauge_step_is_found_and_is_a_floor_of_the_scatter():
+    assert reading_step(np.array([0.0, 1e-5, 3e-5, 7e-5])) == pytest.approx(1e-5)
+    assert reading_step(np.array([0.0, 1.03e-5, 3.41e-5, 7.77e-5])) == 0.0
+    fit = fit_pull_test(loop(gauge=1e-5))
+    assert fit.resolution == pytest.approx(1e-5)
+    # two gauges, each uniform over one step: sd of deflection = step / sqrt(6)
+    x = np.linspace(0, 2.5e-3, 21)
+    least = K * 1e-5 / np.sqrt(6) / np.sqrt(4 * 20) / x.std()
+    assert fit.fit_sd > 0.9 * least
+
+
+def test_interval_holds_floor_and_calibration():
+    calibration = Calibration(force=0.004, displacement=0.003, repeatability=0.02)
+    fit = fit_pull_test(loop(noise=0.3), calibration=calibration)
+    expected = np.sqrt(fit.fit_sd**2 + (0.004**2 + 0.003**2 + 0.02**2) * fit.lateral_stiffness.value**2)
+    assert fit.lateral_stiffness.sd == pytest.approx(expected)
+
+
+@settings(deadline=None, max_examples=15)
+@given(factor=st.floats(0.2, 5.0), mirrored=st.booleans(), shift=st.floats(-20.0, 20.0))
+def test_scaling_mirroring_and_offset(factor, mirrored, shift):
+    test = loop(noise=0.3, presliding=4e-5)
+    sign = -1.0 if mirrored else 1.0
+    changed = PullTest(
+        condition=FLAT,
+        axes="ISO",
+        side_force=sign * factor * test.side_force + shift,
+        plate_displacement=sign * test.plate_displacement,
+        rim_displacement=sign * test.rim_displacement,
+    )
+    plain, other = fit_pull_test(test), fit_pull_test(changed)
+    assert other.lateral_stiffness.value == pytest.approx(factor * plain.lateral_stiffness.value, rel=1e-5)
+    assert other.friction == pytest.approx(factor * plain.friction, rel=1e-4)
+
+
+def _hardly_moved(plate):
+    return 1e-5 * np.round(5e-3 * plate / 1e-5)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"plate_displacement": lambda a: -a, "rim_displacement": lambda a: -a}, "falls with plate - rim displacement"),
+        ({"side_force": lambda a: np.where(np.arange(a.size) < 5, a, np.nan)}, "5 readings are too few"),
+        ({"plate_displacement": _hardly_moved, "rim_displacement": np.zeros_like}, "than 20 reading steps"),
+    ],
+)
+def test_unusable_pull_tests_are_refused(changes, words):
+    test = loop()
+    channels = {name: getattr(test, name) for name in ("side_force", "plate_displacement", "rim_displacement")}
+    for name, change in changes.items():
+        channels[name] = change(channels[name])
+    with pytest.raises(InputError, match=words):
+        fit_pull_test(PullTest(condition=FLAT, axes="ISO", **channels))
+
+
+def test_a_rim_that_never_moves_is_said():
+    test = loop()
+    still = PullTest(
+        condition=FLAT,
+        axes="ISO",
+        side_force=test.side_force,
+        plate_displacement=test.tyre_deflection,
+        rim_displacement=0.0 * test.rim_displacement,
+    )
+    assert any("rim did not move" in note for note in fit_pull_test(still).notes)

@@ -1,0 +1,210 @@
+"""Relaxation length by three routes, against closed forms and simulated recordings of known length."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from tyre.base.errors import InputError
+from tyre.fits.estimate import Calibration, Estimate, combine_uncertainties
+from tyre.fits.relaxation import (
+    agreement,
+    fit_slip_step,
+    is_slip_step,
+    mean_of_steps,
+    relaxation_from_stiffness,
+    relaxation_from_two_rates,
+)
+from tyre.fits.slip_sweep import fit_slip_sweep
+from tyre.recordings.recording import Condition, RigRun
+from tyre.rig.rig_effects import Noise, PlySteer
+from tyre.rig.simulator import Protocol, RigTyre, simulate_step, simulate_sweep
+
+C, K = 6300.0, 60e3
+TYRE = RigTyre(cornering_stiffness=C, lateral_stiffness=K, peak_force=420.0)
+FLAT = Condition(tyre="Synthetic", load=400.0, pressure=5.5e5, surface="flat", speed=0.5, temperature=20.0)
+
+
+def analytic_step(*, length=0.12, speed=0.5, noise=0.0, slip=0.017, seed=0):
+    """F = F0 + C slip (1 - exp(-v t / length)), Dell'Orto et al. eq. (2) with its erratum."""
+    time = np.arange(0.0, 4.0, 0.001)
+    rolled = np.maximum(time - 1.0, 0.0) * speed
+    force = 3.0 + C * slip * (1.0 - np.exp(-rolled / length))
+    rng = np.random.default_rng(seed)
+    return RigRun(
+        condition=FLAT,
+        axes="SAE",
+        time=time,
+        slip_angle=np.where(time > 1.0, slip, 0.0),
+        side_force=force + noise * rng.standard_normal(time.size),
+        vertical_load=np.full(time.size, 400.0),
+        speed=np.full(time.size, speed),
+        kind="slip_step",
+    )
+
+
+@pytest.mark.parametrize(("length", "slip"), [(0.06, 0.017), (0.12, -0.01), (0.25, 0.017)])
+def test_analytic_step_gives_its_length(length, slip):
+    fit = fit_slip_step(analytic_step(length=length, slip=slip))
+    assert fit.relaxation_length.value == pytest.approx(length, rel=0.01)
+    assert fit.distance_to_63 == pytest.approx(length, abs=0.004)
+    assert fit.force_change == pytest.approx(C * slip, rel=5e-3)
+
+
+def test_a_slow_step_does_not_lengthen_the_result():
+    protocol = Protocol(step_rise=0.3, step_distance=1.5)
+    run = simulate_step(tyre=TYRE, condition=FLAT, protocol=protocol, effects=[], rng=np.random.default_rng(0))
+    assert fit_slip_step(run).relaxation_length.value == pytest.approx(C / K, rel=0.01)
+
+
+def test_speed_may_change_during_a_step():
+    run = analytic_step(length=0.12)
+    assert run.speed is not None
+    speed = 0.5 * (1.0 + 0.3 * np.sin(3.0 * run.time))
+    time = np.concatenate([[0.0], np.cumsum(np.diff(run.time) * 0.5 / (0.5 * (speed[1:] + speed[:-1])))])
+    assert fit_slip_step(replace(run, time=time, speed=speed)).relaxation_length.value == pytest.approx(0.12, rel=0.02)
+
+
+def test_noisy_steps_scatter_as_claimed():
+    effects = [PlySteer(), Noise(correlated=0.0)]
+    fits = [
+        fit_slip_step(
+            simulate_step(
+                tyre=TYRE, condition=FLAT, protocol=Protocol(), effects=effects, rng=np.random.default_rng(seed)
+            )
+        )
+        for seed in range(30)
+    ]
+    values = np.array([fit.relaxation_length.value for fit in fits])
+    claimed = np.sqrt(np.mean([fit.relaxation_length.sd**2 for fit in fits]))
+    assert abs(values.mean() - C / K) < 4 * values.std() / np.sqrt(30)
+    assert 0.65 < values.std(ddof=1) / claimed < 1.4
+
+
+def test_steps_are_told_from_sweeps():
+    step = analytic_step()
+    assert is_slip_step(step)
+    assert is_slip_step(replace(step, kind="slip_sweep"))
+    sweep = simulate_sweep(
+        tyre=TYRE, condition=FLAT, protocol=Protocol(cycles=1), effects=[], rng=np.random.default_rng(0)
+    )
+    assert not is_slip_step(sweep)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda run: {"slip_angle": 0.0 * run.slip_angle}, "changes by 0.000 deg; a step of 0.1 deg"),
+        (lambda run: {"side_force": -run.side_force}, "side force falls with slip"),
+        (lambda run: {"speed": 0.0 * run.time}, "must roll forward throughout"),
+        (lambda run: {"speed": None, "condition": replace(FLAT, speed=None)}, "needs the speed"),
+        (lambda run: {"side_force": np.where(run.time < 3.97, np.nan, run.side_force)}, "too few for a slip step"),
+        (lambda run: {"side_force": 3.0 + 30.0 * np.maximum(run.time - 1.0, 0.0)}, "at least three relaxation lengths"),
+    ],
+)
+def test_unusable_steps_are_refused(change, words):
+    run = analytic_step()
+    with pytest.raises(InputError, match=words):
+        fit_slip_step(replace(run, **change(run)))
+
+
+def test_ratio_and_covariance_against_monte_carlo():
+    calibration = Calibration(force=0.01, slip=0.006, displacement=0.004)
+    length, covariance = relaxation_from_stiffness(
+        cornering_stiffness=(C, 0.008 * C, np.inf), lateral_stiffness=(K, 0.005 * K, np.inf), calibration=calibration
+    )
+    rng = np.random.default_rng(0)
+    n = 200_000
+    force = rng.normal(0.0, 0.01, n)
+    c = C * (1 + rng.normal(0.0, 0.008, n)) * (1 + force) * (1 + rng.normal(0.0, 0.006, n))
+    k = K * (1 + rng.normal(0.0, 0.005, n)) * (1 + force) * (1 + rng.normal(0.0, 0.004, n))
+    drawn = np.cov(np.stack([c, k, c / k]))
+    np.testing.assert_allclose(covariance, drawn, rtol=0.05)
+    assert length.value == pytest.approx(C / K)
+    assert length.sd == pytest.approx(np.sqrt(drawn[2, 2]), rel=0.02)
+
+
+def test_a_shared_load_cell_cancels_in_the_ratio():
+    settings = {"cornering_stiffness": (C, 0.0, np.inf), "lateral_stiffness": (K, 0.0, np.inf)}
+    only_force = Calibration(force=0.02, slip=0.0, displacement=0.0)
+    shared, _ = relaxation_from_stiffness(**settings, calibration=only_force)
+    apart, _ = relaxation_from_stiffness(**settings, calibration=only_force, shared_load_cell=False)
+    assert shared.sd == pytest.approx(0.0, abs=1e-12)
+    assert apart.sd / apart.value == pytest.approx(0.02 * np.sqrt(2))
+
+
+@dataclass(frozen=True)
+class Gap:
+    rate: float
+    half_gap: float
+    half_gap_sd: float = 1e-5
+    speed: float | None = 2.5
+
+
+def test_two_rates_separate_lag_from_friction_of_the_steering():
+    # h = h0 + rate length / v with h0 = 4e-4 rad and length 0.11 m, by hand
+    gaps = [Gap(rate, 4e-4 + rate * 0.11 / 2.5) for rate in (0.0175, 0.07, 0.0175, 0.07)]
+    estimate = relaxation_from_two_rates(gaps)
+    assert estimate is not None
+    assert estimate.value == pytest.approx(0.11, rel=1e-9)
+    # slope of a straight line: sd = sigma / sqrt(sum (x - mean)^2), x = rate / v
+    assert estimate.sd == pytest.approx(1e-5 / (0.0525 / 2.5), rel=1e-9)
+    assert relaxation_from_two_rates(gaps[:1]) is None
+    assert relaxation_from_two_rates([gaps[0], gaps[2]]) is None
+    assert relaxation_from_two_rates([replace(gap, speed=None) for gap in gaps]) is None
+
+
+def test_simulated_sweeps_at_two_rates():
+    rolling = replace(FLAT, speed=9.3 / 3.6)
+    fits = []
+    for number, rate in enumerate((1.0, 4.0, 1.0, 4.0)):
+        protocol = Protocol(slip_rate=np.deg2rad(rate))
+        rng = np.random.default_rng(number)
+        run = simulate_sweep(tyre=TYRE, condition=rolling, protocol=protocol, effects=[Noise()], rng=rng)
+        fits.append(fit_slip_sweep(run))
+    estimate = relaxation_from_two_rates(fits)
+    assert estimate is not None
+    assert estimate.covers(C / K)
+    assert estimate.sd / estimate.value < 0.1
+
+
+def test_agreement_is_a_chi_squared_test():
+    routes = {"a": Estimate(0.100, 0.002), "b": Estimate(0.106, 0.004), "c": Estimate(0.099, 0.003)}
+    result = agreement(routes)
+    assert result is not None
+    value, weight = np.array([0.1, 0.106, 0.099]), 1 / np.array([0.002, 0.004, 0.003]) ** 2
+    mean = np.sum(value * weight) / np.sum(weight)
+    chi2 = np.sum((value - mean) ** 2 * weight)
+    assert result.chi2 == pytest.approx(chi2, rel=1e-6)
+    assert result.p_value == pytest.approx(stats.chi2.sf(chi2, 2), rel=1e-6)
+    assert "agree (chi^2" in result.sentence
+    far = agreement({"a": Estimate(0.1, 0.001), "b": Estimate(0.13, 0.001)})
+    assert far is not None
+    assert far.p_value < 1e-6
+    assert "disagree" in far.sentence
+    assert agreement({"a": Estimate(0.1, 0.001)}) is None
+
+
+def test_mean_of_steps_and_combined_uncertainties():
+    fits = [fit_slip_step(analytic_step(noise=4.0, seed=seed)) for seed in range(4)]
+    mean = mean_of_steps(fits)
+    assert mean is not None
+    assert mean.value == pytest.approx(np.mean([fit.relaxation_length.value for fit in fits]))
+    assert mean.dof == 3
+    single = mean_of_steps(fits[:1], repeatability=0.05)
+    assert single is not None
+    assert single.sd > 0.05 * single.value
+    assert mean_of_steps([]) is None
+    # JCGM 100:2008, annex G: 3 and 4 with 9 and infinite degrees of freedom
+    sd, dof = combine_uncertainties([(3.0, 9.0), (4.0, np.inf)])
+    assert sd == pytest.approx(5.0)
+    assert dof == pytest.approx(5.0**4 / (3.0**4 / 9.0))
+
+
+def test_interval_uses_student_and_bad_calibration_is_refused():
+    low, high = Estimate(10.0, 1.0, 4.0).ci95
+    assert high - 10.0 == pytest.approx(2.776445, abs=1e-6)  # t(0.975, 4), any table
+    assert low == pytest.approx(20.0 - high)
+    with pytest.raises(InputError, match="slip = -0.1 must be a relative standard uncertainty from 0 to 0.5"):
+        Calibration(slip=-0.1)

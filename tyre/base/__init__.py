@@ -1,0 +1,1 @@
+"""What the whole house stands on: errors, paths, files, notes, progress, parallel work."""

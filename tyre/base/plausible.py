@@ -1,0 +1,100 @@
+"""Whether a number can be meant as it is written: a slip of units is told from an unusual bicycle.
+
+Every parameter declares a ``typical`` range. Outside of it a value is doubted, with the unit it may have been given in.
+More than a factor of :data:`ABSURD` beyond it, it is refused where numbers enter from files and commands: a millimetre
+for a metre is a factor of 1000, a degree for a radian 57. Zero and infinity say that something is absent or rigid; no
+slip of units makes them, so they are never doubted.
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from tyre.base.errors import InputError
+
+ABSURD = 30.0
+WAY_OUT = "allow_unusual"
+"""Key at the top of a model or bicycle file that lets absurd values pass (with a warning)."""
+
+PER_DEGREE = 180 / math.pi
+SLIPS = MappingProxyType(
+    {
+        "m": ((1e-3, "millimetres"), (1e-2, "centimetres")),
+        "m^2": ((1e-4, "cm^2"), (1e-6, "mm^2")),
+        "rad": ((1 / PER_DEGREE, "degrees"),),
+        "kg": ((1e-3, "grams"),),
+        "kg m^2": ((1e-4, "kg cm^2"), (1e-6, "kg mm^2"), (1e-7, "g cm^2"), (1e-9, "g mm^2")),
+        "kg/m^3": ((1e3, "g/cm^3"),),
+        "m/s": ((1 / 3.6, "km/h"),),
+        "m/s^2": ((1e-2, "cm/s^2"), (1e-3, "mm/s^2")),
+        "N/m": ((1e3, "N/mm"),),
+        "1": ((1e-2, "per cent"),),
+    }
+)
+"""Unit -> what a value may have been given in, with the factor to the unit; those per radian also per degree."""
+RARE_SLIPS = MappingProxyType({"m": ((0.0254, "inches"),), "m/s^2": ((0.3048, "ft/s^2"),)})
+"""The same, where none of the others explains the value."""
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """A value outside its typical range: one line that says so, and whether it is far beyond."""
+
+    text: str
+    absurd: bool
+    explained: bool  # by a slip of units or of the sign
+
+
+def doubt(
+    key: str, value: float, *, unit: str, typical: tuple[float, float], usual: Sequence[object] = ()
+) -> Doubt | None:
+    """Judge one value (SI); None where it is typical, zero, infinite or one of ``usual`` (defaults, neutral values)."""
+    if value in (0.0, *usual) or not math.isfinite(value):
+        return None
+    low, high = typical if typical[1] > 0 else (-typical[1], -typical[0])
+    size = value if typical[1] > 0 else -value
+    if low * (1 - 1e-9 * math.copysign(1, low)) <= size <= high * (1 + 1e-9):
+        return None
+    why = suspicion(value, unit=unit, typical=typical)
+    far = abs(size) > ABSURD * max(abs(low), high) or (low > 0 and abs(size) < low / ABSURD)
+    name = "" if unit == "1" else f" {unit}"
+    text = f"{key} = {value:g}{name} is {'far ' * far}outside the usual {typical[0]:g} .. {typical[1]:g}{name}{why}"
+    return Doubt(text, far, bool(why))
+
+
+def suspicion(value: float, *, unit: str, typical: tuple[float, float]) -> str:
+    """A unit in which the value would be typical, as `` (millimetres?)``, or a wrong sign; empty where none fits."""
+    if typical[0] <= -value <= typical[1]:
+        return " (wrong sign?)"
+    twice = (1 / PER_DEGREE, "converted from degrees twice")
+    per_degree = ((PER_DEGREE, unit.replace("/rad", "/deg")), twice) if unit.endswith("/rad") else ()
+    low, high = typical
+    for slips in ((*SLIPS.get(unit, ()), *per_degree), RARE_SLIPS.get(unit, ())):
+        fitting = [(factor * value, word) for factor, word in slips if low <= factor * value <= high]
+        if fitting:
+            _, word = min(fitting, key=lambda pair: abs(math.log(abs(pair[0]) / _middle(typical))))
+            return f" ({word}?)"
+    return ""
+
+
+def _middle(typical: tuple[float, float]) -> float:
+    """A size that stands for the range: the geometric mean, or half the larger end where the range holds zero."""
+    low, high = typical
+    return math.sqrt(low * high) if low * high > 0 else max(abs(low), abs(high)) / 2
+
+
+def refuse_absurd(doubts: Iterable[Doubt], *, where: str) -> None:
+    """Refuse the first value that is far beyond its typical range; ``where`` is the file that may allow it.
+
+    Raises
+    ------
+    InputError
+        Naming key, value, range, the unit it may be in, and the way out.
+    """
+    for found in doubts:
+        if found.absurd:
+            raise InputError(
+                f"{found.text}; give it in SI units, or write {WAY_OUT} = true at the top of the {where} "
+                "if it is meant so"
+            )

@@ -1,0 +1,55 @@
+"""How long the contact of a tyre is: from its load and pressure, or from its trail; and the trail of a string."""
+
+import math
+from typing import Any
+
+from tyre.base.errors import InputError, is_number, shown
+
+
+def string_trail(*, half_length: Any, relaxation_length: Any) -> Any:
+    """Pneumatic trail (m) of a stretched string in contact over 2a, t = (L^3 - (L - a)^3) / (3 L^2).
+
+    L is the cornering over the lateral stiffness, sigma + a. Of a short contact it is a, of one without free ends a/3.
+    Source: von Schlippe & Dietrich (1941); Pacejka, Tire and Vehicle Dynamics, ch. 5. Numbers or sympy expressions.
+    """
+    free = 1 - half_length / relaxation_length
+    return relaxation_length / 3 * (1 - free**3)
+
+
+def half_length_of_trail(*, pneumatic_trail: float, relaxation_length: float) -> float:
+    """Half the length (m) of the contact of a string that has a measured trail: the inverse of :func:`string_trail`.
+
+    Raises
+    ------
+    InputError
+        Not positive, or a trail of more than a third of the relaxation length, which no string has.
+    """
+    _positive(pneumatic_trail=pneumatic_trail, relaxation_length=relaxation_length)
+    if pneumatic_trail > relaxation_length / 3:
+        raise InputError(
+            f"pneumatic_trail = {pneumatic_trail:g} m is more than a third of the relaxation length "
+            f"{relaxation_length:g} m; no string has it, use the effect pneumatic_trail"
+        )
+    return relaxation_length * (1 - (1 - 3 * pneumatic_trail / relaxation_length) ** (1 / 3))
+
+
+def half_length_under_load(*, load: float, pressure: float, wheel_radius: float, tyre_width: float) -> float:
+    """Estimate half the length (m) of the contact ellipse of a tyre: a = sqrt(N/(pi p) sqrt(R/rho)).
+
+    The air carries the load, pi a b = N/p, and the ellipse has the ratio of a torus of the radii R and rho = width/2
+    pressed on a plane, a/b = sqrt(R/rho). SI units. An estimate: a stiff casing shortens the contact, thick rubber and
+    the flank of the tyre lengthen it (the chord of a measured drop d, a = sqrt(2 R d), is the longest).
+
+    Raises
+    ------
+    InputError
+        An argument that is not a positive number.
+    """
+    _positive(load=load, pressure=pressure, wheel_radius=wheel_radius, tyre_width=tyre_width)
+    return math.sqrt(load / (math.pi * pressure) * math.sqrt(2 * wheel_radius / tyre_width))
+
+
+def _positive(**values: float) -> None:
+    for name, value in values.items():
+        if not is_number(value) or not 0 < value < math.inf:
+            raise InputError(f"{name} = {shown(value)} must be a positive number in SI units")

@@ -1,1 +1,0 @@
-"""The source paper's claims against its own tables."""

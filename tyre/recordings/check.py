@@ -1,0 +1,98 @@
+"""What no recording of a bicycle-tyre rig can be: limits that catch a wrong unit or a mangled file at reading.
+
+What a recording can be but should not (few sweeps, drift, dropouts) is the business of ``tyre.recordings.preflight``.
+"""
+
+import numpy as np
+
+from tyre.base.errors import InputError
+from tyre.recordings.recording import Channel, Condition, PullTest, RigRun
+
+# name of a Condition field -> lowest, highest, factor to the printed unit, printed unit
+_CONDITION_LIMITS = {
+    "load": (5.0, 1e4, 1.0, "N"),
+    "pressure": (0.2e5, 20e5, 1e-5, "bar"),
+    "drum_radius": (0.1, 20.0, 1.0, "m"),
+    "speed": (0.0, 60.0, 1.0, "m/s"),
+    "temperature": (-40.0, 120.0, 1.0, "degrees Celsius"),
+    "camber": (-np.pi / 3, np.pi / 3, 180.0 / np.pi, "deg"),
+}
+# name of a channel -> largest magnitude, factor to the printed unit, printed unit
+_CHANNEL_LIMITS = {
+    "slip_angle": (np.pi / 3, 180.0 / np.pi, "deg"),
+    "side_force": (2e4, 1.0, "N"),
+    "aligning_moment": (1e3, 1.0, "N m"),
+    "inclination": (np.pi / 3, 180.0 / np.pi, "deg"),
+    "speed": (60.0, 1.0, "m/s"),
+    "temperature": (200.0, 1.0, "degrees Celsius"),
+    "plate_displacement": (0.2, 1e3, "mm"),
+    "rim_displacement": (0.2, 1e3, "mm"),
+}
+_LOAD_RATIO = 5.0
+
+
+def check_condition(condition: Condition, *, where: str) -> None:
+    """Refuse a condition outside of what rigs do.
+
+    Raises
+    ------
+    InputError
+        Naming the quantity, its value and the allowed range; also when a drum has no radius or a flat track has one.
+    """
+    for name, (lowest, highest, factor, unit) in _CONDITION_LIMITS.items():
+        value = getattr(condition, name)
+        if value is not None and not lowest <= value <= highest:
+            raise InputError(
+                f"{where}: {name.replace('_', ' ')} is {value * factor:g} {unit}, allowed are {lowest * factor:g} to "
+                f"{highest * factor:g} {unit}; check the unit"
+            )
+    if condition.surface not in ("flat", "drum"):
+        raise InputError(f"{where}: surface = {condition.surface!r} is neither 'flat' nor 'drum'")
+    if (condition.surface == "drum") != (condition.drum_radius is not None):
+        raise InputError(f"{where}: a drum needs its radius (drum_radius_m) and a flat track must not have one")
+
+
+def check_channels(recording: RigRun | PullTest, *, where: str) -> None:
+    """Refuse channels that are empty, infinite or beyond what a rig can produce.
+
+    Raises
+    ------
+    InputError
+        Naming the channel, its largest value and the limit.
+    """
+    samples = len(recording.side_force)
+    if samples < 2:
+        raise InputError(f"{where}: holds {samples} samples, at least 2 are needed; was the file cut off?")
+    for name in ("time", "vertical_load", *_CHANNEL_LIMITS):
+        channel: Channel | None = getattr(recording, name, None)
+        if channel is None:
+            continue
+        if np.isinf(channel).any():
+            raise InputError(f"{where}: {name} is infinite in sample {int(np.isinf(channel).argmax()) + 1}")
+        finite = channel[np.isfinite(channel)]
+        if not finite.size:
+            raise InputError(f"{where}: {name} has no valid sample at all; leave the channel out or repair the file")
+        if name in _CHANNEL_LIMITS:
+            limit, factor, unit = _CHANNEL_LIMITS[name]
+            largest = float(np.abs(finite).max())
+            if largest > limit:
+                raise InputError(
+                    f"{where}: {name} reaches {largest * factor:.4g} {unit}, allowed are {limit * factor:.4g} {unit}; "
+                    "check the unit"
+                )
+    if isinstance(recording, RigRun):
+        _check_load(recording, where)
+
+
+def _check_load(run: RigRun, where: str) -> None:
+    median = float(np.nanmedian(run.vertical_load))
+    if median < 0.0:
+        raise InputError(
+            f"{where}: vertical load is negative (median {median:.4g} N), but {run.axes} axes count it positive; "
+            "declare axes = 'SAE' or turn its sign"
+        )
+    if not 1 / _LOAD_RATIO <= median / run.condition.load <= _LOAD_RATIO:
+        raise InputError(
+            f"{where}: median vertical load is {median:.4g} N, the declared load {run.condition.load:.4g} N; "
+            "one of the two has the wrong unit"
+        )

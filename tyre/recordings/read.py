@@ -1,0 +1,255 @@
+"""Recordings in files: CSV with units in its column names plus a TOML sidecar, or TYDEX."""
+
+import csv
+import difflib
+import io
+import itertools
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from tyre.base.errors import InputError
+from tyre.recordings.axes import signs
+from tyre.recordings.check import check_channels
+from tyre.recordings.recording import Channel, PullTest, RigRun
+from tyre.recordings.sidecar import Sidecar, read_sidecar, write_sidecar
+from tyre.recordings.tydex import read_tydex
+from tyre.recordings.units import Unit, split_unit
+
+_QUANTITIES = {
+    "time": "time",
+    "slip_angle": "angle",
+    "side_force": "force",
+    "vertical_load": "force",
+    "aligning_moment": "moment",
+    "inclination": "angle",
+    "speed": "speed",
+    "temperature": "temperature",
+    "plate_displacement": "length",
+    "rim_displacement": "length",
+}
+_PULL_COLUMNS = ("plate_displacement", "rim_displacement")
+_WRITTEN_UNIT = {
+    "time": ("s", 1.0),
+    "slip_angle": ("deg", np.rad2deg(1.0)),
+    "side_force": ("N", 1.0),
+    "vertical_load": ("N", 1.0),
+    "aligning_moment": ("Nm", 1.0),
+    "inclination": ("deg", np.rad2deg(1.0)),
+    "speed": ("km_h", 3.6),
+    "temperature": ("C", 1.0),
+    "plate_displacement": ("mm", 1e3),
+    "rim_displacement": ("mm", 1e3),
+}
+_MISSING = ["", "NaN", "nan", "NAN", "NA", "NOTAVAIL"]
+
+
+def read_recording(path: str | Path) -> RigRun | PullTest:
+    """Read one recording.
+
+    Parameters
+    ----------
+    path : str or Path
+        A ``.csv`` file (its sidecar has the same stem and ends in ``.toml``), that sidecar itself, or a TYDEX file
+        (``.tdx``). CSV columns carry their unit: ``time_s``, ``slip_angle_deg`` or ``slip_angle_rad``,
+        ``side_force_N``, ``vertical_load_N``, and where recorded ``aligning_moment_Nm``, ``inclination_deg``,
+        ``speed_km_h``, ``temperature_C``; a pull test has ``side_force_N``, ``plate_displacement_mm``,
+        ``rim_displacement_mm`` and perhaps ``time_s``. Commas separate the columns; semicolons with decimal commas
+        are understood too. Empty fields, ``NaN`` and ``NOTAVAIL`` are missing samples.
+
+    Returns
+    -------
+    RigRun or PullTest
+        SI units, adapted SAE axes; ``notes`` names the columns that were not used.
+
+    Raises
+    ------
+    InputError
+        When a file is missing, malformed, in unknown units, or beyond what a rig can measure.
+    """
+    path = Path(path)
+    suffix = path.suffix.casefold()
+    if suffix == ".tdx":
+        return read_tydex(path)
+    if suffix not in (".csv", ".toml"):
+        raise InputError(f"{path}: recordings end in .csv, .toml (its sidecar) or .tdx, not in {path.suffix!r}")
+    table = path if suffix == ".csv" else path.with_suffix(".csv")
+    columns, notes = _read_columns(table)
+    return _assemble(columns, read_sidecar(table.with_suffix(".toml")), notes, table)
+
+
+def write_csv(recording: RigRun | PullTest, path: str | Path) -> None:
+    """Write a recording as CSV plus sidecar, in the axes it declares.
+
+    Parameters
+    ----------
+    recording : RigRun or PullTest
+    path : str or Path
+        Ends in ``.csv``; the sidecar gets the same stem.
+
+    Raises
+    ------
+    InputError
+        When the path does not end in ``.csv`` or the axes are unknown.
+    """
+    import pandas as pd
+
+    path = Path(path)
+    if path.suffix.casefold() != ".csv":
+        raise InputError(f"{path}: a CSV recording must end in .csv")
+    turn = _signs_of_columns(recording.axes, where=str(path))
+    columns = {}
+    for name, (unit, factor) in _WRITTEN_UNIT.items():
+        channel = getattr(recording, name, None)
+        if channel is not None:
+            columns[f"{name}_{unit}"] = channel * (turn.get(name, 1.0) * factor) + 0.0  # no negative zero
+    pd.DataFrame(columns).to_csv(path, index=False, float_format="%.12g", lineterminator="\n")
+    write_sidecar(recording, path.with_suffix(".toml"))
+
+
+def _signs_of_columns(axes: str, *, where: str) -> dict[str, float]:
+    convention = signs(axes, where=where)
+    return {
+        "slip_angle": convention.slip_angle,
+        "side_force": convention.lateral,
+        "vertical_load": convention.vertical_force,
+        "aligning_moment": convention.aligning_moment,
+        "inclination": convention.inclination,
+        "plate_displacement": convention.lateral,
+        "rim_displacement": convention.lateral,
+    }
+
+
+def _assemble(columns: dict[str, Channel], sidecar: Sidecar, notes: list[str], path: Path) -> RigRun | PullTest:
+    turn = _signs_of_columns(sidecar.axes, where=str(path))
+    pull = any(name in columns for name in _PULL_COLUMNS)
+    if sidecar.kind is not None and pull != (sidecar.kind == "pull_test"):
+        raise InputError(f"{path}: the sidecar declares kind = {sidecar.kind!r}, the columns are {', '.join(columns)}")
+    needed = ("side_force", *_PULL_COLUMNS) if pull else ("time", "slip_angle", "side_force", "vertical_load")
+    for name in needed:
+        if name not in columns:
+            raise InputError(f"{path}: column {name}_{_WRITTEN_UNIT[name][0]} is missing (found: {', '.join(columns)})")
+    load = columns.get("vertical_load")
+    if load is not None and turn["vertical_load"] < 0.0 and np.nanmedian(load) > 0.0:
+        turn["vertical_load"] = 1.0  # a load cell in SAE axes may well print the load as a positive number
+    channels = {name: channel * turn.get(name, 1.0) + 0.0 for name, channel in columns.items()}
+    everything = (*sidecar.notes, *(note for note in notes if note not in sidecar.notes))
+    recording: RigRun | PullTest
+    if pull:
+        unused = sorted(set(channels) - {*needed, "time"})
+        if unused:
+            everything = (*everything, f"columns not used in a pull test: {', '.join(unused)}")
+        recording = PullTest(
+            condition=sidecar.condition,
+            axes=sidecar.axes,
+            side_force=channels["side_force"],
+            plate_displacement=channels["plate_displacement"],
+            rim_displacement=channels["rim_displacement"],
+            time=channels.get("time"),
+            source=path,
+            synthetic=sidecar.synthetic,
+            notes=everything,
+        )
+    else:
+        recording = RigRun(
+            condition=sidecar.condition,
+            axes=sidecar.axes,
+            **channels,
+            source=path,
+            synthetic=sidecar.synthetic,
+            kind="slip_step" if sidecar.kind == "slip_step" else "slip_sweep",
+            notes=everything,
+        )
+    check_channels(recording, where=str(path))
+    return recording
+
+
+def _read_columns(path: Path) -> tuple[dict[str, Channel], list[str]]:
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    head, _, body = raw.removeprefix(b"\xef\xbb\xbf").partition(b"\n")
+    try:
+        title = head.decode("utf-8").strip()
+    except UnicodeDecodeError:
+        raise InputError(f"{path}, row 1: is not text; expected column names such as time_s,slip_angle_deg") from None
+    if not title or b"\0" in raw:
+        raise InputError(f"{path}: row 1 must hold column names such as time_s,slip_angle_deg; is this a CSV file?")
+    separator = ";" if ";" in title else ","
+    names = [name.strip().strip('"') for name in title.split(separator)]
+    wanted, notes = _identify(names, str(path))
+    values = _parse(body, separator, len(names), [index for index, _ in wanted.values()], path)
+    return {base: unit.factor * values[index] + unit.offset for base, (index, unit) in wanted.items()}, notes
+
+
+def _identify(names: list[str], where: str) -> tuple[dict[str, tuple[int, Unit]], list[str]]:
+    wanted: dict[str, tuple[int, Unit]] = {}
+    unused = []
+    for index, name in enumerate(names):
+        found = split_unit(name, _QUANTITIES, where=where)
+        if found is None:
+            near = difflib.get_close_matches(name.rpartition("_")[0], _QUANTITIES, n=1, cutoff=0.8)
+            if near:
+                raise InputError(f"{where}: column {name!r} is unknown; did you mean {near[0]!r} with its unit?")
+            unused.append(name)
+            continue
+        base, unit = found
+        if base in wanted:
+            raise InputError(f"{where}: {base} is in two columns, {names[wanted[base][0]]!r} and {name!r}; keep one")
+        wanted[base] = (index, unit)
+    if not wanted:
+        raise InputError(f"{where}, row 1: no known column name (found: {', '.join(names)[:200]})")
+    return wanted, [f"columns not used: {', '.join(unused)}"] if unused else []
+
+
+def _parse(body: bytes, separator: str, width: int, used: list[int], path: Path) -> dict[int, Channel]:
+    import pandas as pd
+
+    if not body.strip():
+        raise InputError(f"{path}: has column names but no rows; was the file cut off?")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", pd.errors.ParserWarning)  # rows too long are found by counting below
+            frame = pd.read_csv(
+                io.BytesIO(body),
+                sep=separator,
+                header=None,
+                names=list(range(width)),
+                usecols=used,
+                index_col=False,
+                dtype=np.float64,
+                decimal="," if separator == ";" and b"," in body else ".",
+                na_values=_MISSING,
+                keep_default_na=False,
+                skipinitialspace=True,
+                quoting=csv.QUOTE_NONE,
+                encoding="latin-1",
+            )
+    except (ValueError, OverflowError, pd.errors.ParserError):
+        _blame(body, separator, width, used, path)
+        raise InputError(f"{path}: cannot be parsed as a table of numbers") from None
+    rows = len(frame)
+    if body.count(separator.encode()) != (width - 1) * rows:
+        _blame(body, separator, width, used, path)
+    return {index: frame[index].to_numpy() for index in used}
+
+
+def _blame(body: bytes, separator: str, width: int, used: list[int], path: Path) -> None:
+    """Find the first row that is no row of numbers and say what is wrong with it."""
+    lines = (line for line in io.StringIO(body.decode("latin-1")))
+    for row, line in zip(itertools.count(2), lines, strict=False):
+        if not line.strip():
+            continue
+        fields = [field.strip() for field in line.split(separator)]
+        if len(fields) != width:
+            commas = separator == "," and len(fields) > width
+            hint = "; decimal commas need semicolons between the columns" if commas else "; was the file cut off?"
+            raise InputError(f"{path}, row {row}: has {len(fields)} fields, the header names {width} columns{hint}")
+        for index in used:
+            field = fields[index]
+            try:
+                float((field.replace(",", ".") if separator == ";" else field) if field not in _MISSING else "nan")
+            except ValueError:
+                raise InputError(f"{path}, row {row}, column {index + 1}: {field[:40]!r} is not a number") from None
