@@ -5,75 +5,19 @@ import inspect
 import math
 import pkgutil
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import cache
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import sympy as sp
 
+from bicycle.derivation.builder import ModelBuilder
+from bicycle.effect_parameter import WHEELS, Parameter, PerWheel, PerWheelValue
 from bicycle.effect_signature import docstring, signature
 from tyre.base.errors import InputError, is_number, shown, unknown
-from tyre.base.plausible import Doubt, doubt, suspicion
+from tyre.base.plausible import Doubt, suspicion
 
-if TYPE_CHECKING:
-    from bicycle.derivation.builder import ModelBuilder, Wheel
-
-WHEELS = ("rear", "front")
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A physical parameter of an effect.
-
-    Attributes
-    ----------
-    name, unit, description : str
-        Key of model files, SI unit, one phrase.
-    bounds : (float, float)
-        Physically possible values, ends included; anything else is refused.
-    typical : (float, float)
-        Range that occurs on bicycles: sliders, sweeps and prior widths use it, and what lies outside is warned about.
-    default : float or str, optional
-        Value when none is given; a string names the bicycle parameter it equals. None: it must be given.
-    neutral : float, optional
-        Value at which the effect vanishes (may be infinite).
-    per_wheel : bool
-        One value for each wheel, written ``{rear = .., front = ..}`` or one number for both.
-    """
-
-    name: str
-    unit: str
-    description: str
-    bounds: tuple[float, float]
-    typical: tuple[float, float]
-    default: float | str | None = None
-    neutral: float | None = None
-    per_wheel: bool = False
-
-    def entries(self) -> tuple[str, ...]:
-        """``name``, or ``name.rear`` and ``name.front``."""
-        return tuple(f"{self.name}.{wheel}" for wheel in WHEELS) if self.per_wheel else (self.name,)
-
-    def doubt(self, key: str, value: float) -> Doubt | None:
-        """Whether a value (SI), called ``key`` in the words, is outside ``typical``; defaults and neutral never are."""
-        return doubt(key, value, unit=self.unit, typical=self.typical, usual=(self.default, self.neutral))
-
-
-@dataclass(frozen=True)
-class PerWheel:
-    """A rear and a front value; indexed by a wheel of the model or by ``rear`` / ``front``."""
-
-    rear: Any
-    front: Any
-
-    def __getitem__(self, wheel: "Wheel | str") -> Any:
-        name = wheel if isinstance(wheel, str) else wheel.name
-        return {"rear": self.rear, "front": self.front}[name]
-
-
-PerWheelValue = float | Mapping[str, float] | PerWheel
-"""What a parameter per wheel may be given as: one number for both wheels, or rear and front."""
+__all__ = ["WHEELS", "Effect", "Parameter", "PerWheel", "PerWheelValue", "effect_class", "registry"]
 
 
 class Effect:
@@ -212,7 +156,7 @@ class Effect:
     def check(self, bicycle: Mapping[str, float]) -> None:
         """Refuse values that make no sense beside the bicycle's and the other effects' (overridden where needed)."""
 
-    def apply(self, model: "ModelBuilder") -> None:
+    def apply(self, model: ModelBuilder) -> None:
         """Add the effect to the symbolic model."""
         raise NotImplementedError
 

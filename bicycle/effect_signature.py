@@ -5,10 +5,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from bicycle.effect import Parameter
+from bicycle.effect_parameter import Parameter
 
 
 @dataclass(frozen=True)
@@ -21,7 +20,7 @@ class Tied:
         return f"<{self.key} of the bicycle>"
 
 
-def signature(parameters: Sequence["Parameter"], per_wheel: Any) -> inspect.Signature:
+def signature(parameters: Sequence[Parameter], per_wheel: Any) -> inspect.Signature:
     """Keyword-only signature; ``per_wheel`` is the type of a parameter with a value for each wheel."""
     ordered = sorted(parameters, key=lambda p: p.default is not None)  # what must be given stands first
     kinds = [per_wheel if p.per_wheel else float for p in ordered]
@@ -32,7 +31,7 @@ def signature(parameters: Sequence["Parameter"], per_wheel: Any) -> inspect.Sign
     return inspect.Signature(arguments)
 
 
-def docstring(description: str, parameters: Sequence["Parameter"], source: str) -> str:
+def docstring(description: str, parameters: Sequence[Parameter], source: str) -> str:
     """The effect in words, then every parameter with unit, default, typical and allowed values (numpydoc)."""
     lines = [description]
     if parameters:
@@ -46,25 +45,25 @@ def docstring(description: str, parameters: Sequence["Parameter"], source: str) 
     return "\n".join(lines)
 
 
-def unit(parameter: "Parameter") -> str:
+def unit(parameter: Parameter) -> str:
     """Unit in words."""
     return "dimensionless" if parameter.unit == "1" else parameter.unit
 
 
-def sentence(p: "Parameter") -> str:
+def sentence(p: Parameter) -> str:
     """Meaning, typical and allowed range of a parameter, and where it makes the effect vanish."""
     text = f"{p.description[0].upper()}{p.description[1:]}; typical {_range(p.typical)}, allowed {_range(p.bounds)}"
     vanishes = "" if p.neutral is None else f"; the effect vanishes at {p.neutral:g}"
     return f"{text}{vanishes}."
 
 
-def _default(p: "Parameter") -> Any:
+def _default(p: Parameter) -> Any:
     if p.default is None:
         return inspect.Parameter.empty
     return Tied(p.default) if isinstance(p.default, str) else p.default
 
 
-def _said_default(p: "Parameter") -> str:
+def _said_default(p: Parameter) -> str:
     if p.default is None:
         return ""
     return f", default {p.default} of the bicycle" if isinstance(p.default, str) else f", default {p.default:g}"

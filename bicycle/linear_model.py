@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bicycle.derivation.evaluation import Matrices
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError, unknown
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

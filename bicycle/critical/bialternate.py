@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigvals
 
-from bicycle.modal.tracking import Array, Complex
+from tyre.base.arrays import Array, Complex
 
 
 def singular_speeds(coefficients: Mapping[int, Array]) -> Complex:

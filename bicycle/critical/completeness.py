@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.modal.matching import laurent
-from bicycle.modal.tracking import Array, Complex, Stretch
+from bicycle.modal.tracking import TrackedRange
+from tyre.base.arrays import Array, Complex
 
 Crossing = tuple[float, float, int]  # speed (m/s), angular frequency (rad/s), +1 destabilising or -1 stabilising
 
@@ -15,8 +16,8 @@ NEAR_AXIS = 0.2  # of the real part at the nearest node: a root that comes so ne
 NOISE = 1e-12  # of the largest root: a root smaller than this is zero
 
 
-def unexplained(
-    coefficients: Mapping[int, Array], found: Sequence[Crossing], low: float, high: float, tracked: Stretch | None
+def missing_crossings(
+    coefficients: Mapping[int, Array], found: Sequence[Crossing], low: float, high: float, tracked: TrackedRange | None
 ) -> Array:
     """Speeds next to crossings that are not in ``found``: where the number of unstable roots changes without them."""
     speeds = np.array([speed for speed, _, _ in found])
@@ -41,7 +42,7 @@ def unexplained(
     return np.array(missing)
 
 
-def dips(tracked: Stretch, low: float, high: float) -> Array:
+def near_touches(tracked: TrackedRange, low: float, high: float) -> Array:
     """Speeds next to which a real part that turns back between two nodes may be zero, before and after it turns."""
     within = (tracked.speeds[1:] > low) & (tracked.speeds[1:] <= high) & tracked.smooth
     h = np.diff(tracked.speeds)[:, None]

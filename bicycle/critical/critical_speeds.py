@@ -16,14 +16,15 @@ from itertools import pairwise
 import numpy as np
 
 from bicycle.critical.bialternate import bialternate_sum, singular_speeds
-from bicycle.critical.completeness import NOISE, Crossing, dips, unexplained
+from bicycle.critical.completeness import NOISE, Crossing, missing_crossings, near_touches
 from bicycle.critical.newton import polished
 from bicycle.linear_model import LinearModel
 from bicycle.modal.naming import speed_unit
 from bicycle.modal.speed_limits import check_trackable
 from bicycle.modal.tracker import Tracker
-from bicycle.modal.tracking import Array, Stretch
+from bicycle.modal.tracking import TrackedRange
 from bicycle.model import Model, as_linear
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 
 NEARLY_REAL = 1e-3  # candidates with a relative imaginary part below this are tried: near-double crossings are noisy
@@ -135,14 +136,14 @@ def _jumps(tracker: Tracker, max_speed: float) -> list[CriticalSpeed]:
 
 
 def _completed(
-    coefficients: Mapping[int, Array], low: float, high: float, found: list[Crossing], tracked: Stretch | None
+    coefficients: Mapping[int, Array], low: float, high: float, found: list[Crossing], tracked: TrackedRange | None
 ) -> list[Crossing]:
     """What was found, and what the roots at the tracked speeds tell is missing."""
-    missing = dips(tracked, low, high) if tracked else np.empty(0)
+    missing = near_touches(tracked, low, high) if tracked else np.empty(0)
     if missing.size:
         found = polished(coefficients, low, high, np.concatenate([[c[0] for c in found], missing]))
     for _ in range(3):
-        missing = unexplained(coefficients, found, low, high, tracked)
+        missing = missing_crossings(coefficients, found, low, high, tracked)
         if not missing.size:
             break
         found = polished(coefficients, low, high, np.concatenate([[c[0] for c in found], missing]))

@@ -10,7 +10,7 @@ import numpy as np
 
 from bicycle.critical.completeness import Crossing
 from bicycle.modal.matching import eigen, laurent, uncertainty
-from bicycle.modal.tracking import Array, Complex
+from tyre.base.arrays import Array, Complex
 
 MOST_STEPS = 30  # of Newton
 LAST_STEP = 1e-9  # of the speed: after a step below this the next would be rounding
@@ -21,9 +21,7 @@ WELL_KNOWN = 1e-8  # of the speed: a crossing known better than this needs no se
 HARDLY_KNOWN = 0.02  # of the speed: a crossing known no better than this is none
 
 
-Solved = tuple[
-    Complex, ...
-]  # values, slopes, right and left vectors, as :func:`bicycle.modal.matching.eigen` gives them
+Solved = tuple[Complex, ...]  # values, slopes, right and left vectors: bicycle.modal.matching.eigen
 
 
 @dataclass(frozen=True)

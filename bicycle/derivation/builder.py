@@ -10,79 +10,16 @@ V2 = -g sum m_i z_i + sum N_k z_k, and Q what effects add. V = dy/dt - v psi rep
 of bodies (:mod:`bicycle.rigid_bodies`); with both contacts held it gives the equations of Meijaard et al. (2007).
 """
 
-from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import sympy as sp
 
-from bicycle.derivation.closing import SymbolicModel, assemble, hold_contacts
-from bicycle.effect import Effect
+from bicycle.derivation.closing import OpenModel, SymbolicModel, assemble, hold_contacts
+from bicycle.derivation.ports import ContactLaw, Coordinate, Expression, Wheel
 from bicycle.parameters import UNITS, bodies, static_loads
 from bicycle.rigid_bodies import Body, Joint, displacement_row, height_hessian, lean_row, mass_matrix, yaw_row
 
-Expression = Any  # sympy.Expr; the library carries no types
 SPEED = sp.Symbol("v", real=True)
-
-
-@dataclass(frozen=True)
-class Coordinate:
-    """A joint angle and its rate, as symbols."""
-
-    name: str
-    angle: Expression
-    rate: Expression
-
-
-@dataclass(eq=False)
-class Wheel:
-    """A contact port: what a tyre sees (slip, camber) and the force and moments it returns.
-
-    ``slip_velocity`` (m/s) is the lateral velocity of the contact point relative to the wheel's heading,
-    ``camber`` (rad) the lean of the wheel plane, ``yaw_rate`` (rad/s) its turning about the vertical, ``side_force``
-    (N, > 0 to the right) what the contact law gives.
-    """
-
-    name: str
-    body: str
-    x: Expression
-    radius: Expression
-    slip_velocity: Expression
-    camber: Expression
-    yaw_rate: Expression
-    side_force: Expression
-    static_load: Expression
-    crown_radius: Expression = sp.S.Zero
-    series_compliance: Expression = sp.S.Zero  # m/N, of rim and spokes in series with the tyre
-    lagged_camber_force: Expression = sp.S.Zero
-    direct_camber_force: Expression = sp.S.Zero
-    moment: Expression = sp.S.Zero
-    contact_line: "ContactLine | None" = None  # None: a point, as long as no effect gives the contact a length
-
-    def add_moment(self, moment: Expression) -> None:
-        """Add a moment about the vertical (N m, > 0 turns the wheel to the right)."""
-        self.moment += moment
-
-
-class ContactLine(Protocol):
-    """How rolling renews the side force of a contact that is longer than a point."""
-
-    def renewed_force(
-        self, model: "ModelBuilder", wheel: Wheel, *, force: Expression,
-        cornering_stiffness: Expression, relaxation_length: Expression,
-    ) -> Expression:  # fmt: skip
-        """Force (N) that rolling straight on takes away per relaxation length; of a point all of ``force``.
-
-        ``force`` is the lagged side force less what camber holds up; stiffness and length are those of the tyre alone.
-        """
-
-
-class ContactLaw(Protocol):
-    """What closes the two contacts: gives the side force of a wheel, or holds its slip at zero."""
-
-    holds_contact: bool
-
-    def side_force(self, model: "ModelBuilder", wheel: Wheel) -> Expression:
-        """Side force in terms of slip velocity, camber and states of its own."""
 
 
 class ModelBuilder:
@@ -157,7 +94,7 @@ class ModelBuilder:
 
     # ------------------------------------------------------------------ closing
 
-    def close(self) -> "SymbolicModel":
+    def close(self) -> SymbolicModel:
         """Assemble the matrices once every effect has been applied."""
         if self.contact_law is None:
             raise ValueError("no contact law has been applied")
@@ -187,9 +124,15 @@ class ModelBuilder:
         stiffness = self._stiffness(joints, meaning)
         right = generalised - coriolis - stiffness * sp.Matrix(angles)
         outputs = self._outputs(meaning)
-        if law.holds_contact:
-            return hold_contacts(self, mass, right, extra_rates, motion, inputs, outputs, meaning)
-        return assemble(self, mass, right, sp.Matrix(rates), extra_rates, motion, inputs, outputs)
+        rear_load, front_load = self._loads.values()
+        rows = OpenModel(
+            mass, right, sp.Matrix(rates), extra_rates, motion, inputs, outputs, v,
+            (rear_load, front_load), self.load_transfer, self.switches,
+        )  # fmt: skip
+        if not law.holds_contact:
+            return assemble(rows)
+        slips = [meaning[wheel.slip_velocity] for wheel in self.wheels]
+        return hold_contacts(rows, slips, [wheel.side_force for wheel in self.wheels])
 
     def input_names(self) -> tuple[str, ...]:
         """Inputs of the model: the two torques, a side force at the rear frame's mass centre, imposed slip angles."""
@@ -283,14 +226,6 @@ class ModelBuilder:
             for wheel in self.wheels:
                 outputs[f"{wheel.name}_side_force"] = _resolve(wheel.side_force, meaning)
         return outputs
-
-
-def derive(effects: tuple[type[Effect], ...]) -> SymbolicModel:
-    """Derive the model of a set of effects; exactly one of them must be a contact law (checked by the caller)."""
-    model = ModelBuilder()
-    for effect in effects:
-        effect.symbolic().apply(model)
-    return model.close()
 
 
 def _resolve(expression: Expression, meaning: dict[Expression, Expression]) -> Expression:

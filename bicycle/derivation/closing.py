@@ -1,15 +1,13 @@
 """Closing a model: from rows that are linear in the motion to the symbolic matrices E, F(v), B(v), C(v), D(v)."""
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import sympy as sp
 
 from bicycle.derivation.speed_polynomial import SpeedPolynomial
 from bicycle.parameters import UNITS
-
-if TYPE_CHECKING:
-    from bicycle.derivation.builder import ModelBuilder
 
 Expression = Any  # sympy.Expr; the library carries no types
 
@@ -29,63 +27,98 @@ class SymbolicModel:
     feedthrough: SpeedPolynomial
     static_loads: tuple[Expression, Expression]
     load_transfer: Expression
-    switches: dict[Expression, Expression]
+    switches: Mapping[Expression, Expression]
 
 
-def assemble(
-    model: "ModelBuilder", mass: Any, right: Any, angle_rates: Any, extra_rates: Any,
-    motion: list[Expression], inputs: list[Expression], outputs: dict[str, Expression],
-) -> SymbolicModel:  # fmt: skip
-    n_fast, n = len(right), len(motion)
+@dataclass(frozen=True)
+class OpenModel:
+    """Rows of the equations, linear in ``motion`` and ``inputs``.
+
+    ``mass`` times the first rates is ``right``; then follow the rates of the angles and of the extra states.
+    ``speed`` is the symbol v; ``static_loads``, ``load_transfer`` and ``switches`` as in :class:`SymbolicModel`.
+    """
+
+    mass: Any
+    right: Any
+    angle_rates: Any
+    extra_rates: Any
+    motion: Sequence[Expression]
+    inputs: Sequence[Expression]
+    outputs: Mapping[str, Expression]
+    speed: Expression
+    static_loads: tuple[Expression, Expression]
+    load_transfer: Expression
+    switches: Mapping[Expression, Expression]
+
+
+def assemble(rows: OpenModel) -> SymbolicModel:
+    """Matrices of rows as they stand."""
+    n_fast, n = len(rows.right), len(rows.motion)
     e = sp.eye(n)
-    e[:n_fast, :n_fast] = mass
-    rows = sp.Matrix([*right, *angle_rates, *extra_rates])
-    shown = sp.Matrix(list(outputs.values()))
+    e[:n_fast, :n_fast] = rows.mass
+    right = sp.Matrix([*rows.right, *rows.angle_rates, *rows.extra_rates])
+    shown = sp.Matrix(list(rows.outputs.values()))
     return SymbolicModel(
-        states=tuple(map(str, motion)),
-        inputs=tuple(map(str, inputs)),
-        outputs=tuple(outputs),
-        parameters=_parameters(model, rows, e),
+        states=tuple(map(str, rows.motion)),
+        inputs=tuple(map(str, rows.inputs)),
+        outputs=tuple(rows.outputs),
+        parameters=_parameters(rows.switches, right, e),
         mass=e,
-        dynamics=SpeedPolynomial.of_linear(rows, motion, model.speed),
-        input_matrix=SpeedPolynomial.of_linear(rows, inputs, model.speed),
-        output_matrix=SpeedPolynomial.of_linear(shown, motion, model.speed),
-        feedthrough=SpeedPolynomial.of_linear(shown, inputs, model.speed),
-        static_loads=tuple(model._loads.values()),  # type: ignore[arg-type]
-        load_transfer=model.load_transfer,
-        switches=model.switches,
+        dynamics=SpeedPolynomial.of_linear(right, rows.motion, rows.speed),
+        input_matrix=SpeedPolynomial.of_linear(right, rows.inputs, rows.speed),
+        output_matrix=SpeedPolynomial.of_linear(shown, rows.motion, rows.speed),
+        feedthrough=SpeedPolynomial.of_linear(shown, rows.inputs, rows.speed),
+        static_loads=rows.static_loads,
+        load_transfer=rows.load_transfer,
+        switches=rows.switches,
     )
 
 
-def hold_contacts(
-    model: "ModelBuilder", mass: Any, right: Any, extra_rates: Any, motion: list[Expression],
-    inputs: list[Expression], outputs: dict[str, Expression], meaning: dict[Expression, Expression],
-) -> SymbolicModel:  # fmt: skip
-    """Eliminate V, r and the two constraint forces: slip velocity zero, test space orthogonal to the force ports."""
-    eliminated = [model.lateral_velocity, model.yaw_rate]
-    n_joints = len(right) - 2
-    rates, reduced = motion[2 : 2 + n_joints], motion[2:]
-    angles = motion[2 + n_joints : 2 + 2 * n_joints]
-    slips = sp.Matrix([meaning[wheel.slip_velocity] for wheel in model.wheels])
+def hold_contacts(rows: OpenModel, slip_velocities: Sequence[Expression], side_forces: Sequence[Expression]) -> Any:
+    """Eliminate V, r and the two side forces: slip velocities zero, test space orthogonal to the force ports.
+
+    Parameters
+    ----------
+    rows : OpenModel
+        Whose motion begins with V and r, the rates and the angles of the joints.
+    slip_velocities : two expressions
+        Of rear and front contact in terms of the motion, m/s.
+    side_forces : two symbols
+        What holds them, N; the rows are linear in them.
+
+    Returns
+    -------
+    SymbolicModel
+    """
+    eliminated = list(rows.motion[:2])
+    n_joints = len(rows.right) - 2
+    rates, reduced = rows.motion[2 : 2 + n_joints], rows.motion[2:]
+    angles = rows.motion[2 + n_joints : 2 + 2 * n_joints]
+    slips = sp.Matrix(list(slip_velocities))
     lead = slips.jacobian(eliminated)
     followed = -lead.inv() * slips.subs(dict.fromkeys(eliminated, 0))  # V and r in terms of rates and angles
     held = dict(zip(eliminated, followed, strict=True))
     follow_rate, follow_angle = followed.jacobian(rates), followed.jacobian(angles)
 
-    force_symbols = [wheel.side_force for wheel in model.wheels]
-    ports = right.jacobian(force_symbols)
+    ports = rows.right.jacobian(list(side_forces))
     test = sp.Matrix.vstack(-(ports[2:, :] * ports[:2, :].inv()).T, sp.eye(n_joints))
     trial = sp.Matrix.vstack(follow_rate, sp.eye(n_joints))
-    free = right.subs(dict.fromkeys(force_symbols, 0)).subs(held)
-    free -= mass[:, :2] * follow_angle * sp.Matrix(rates)  # follow_angle carries one power of v
-    shown = {name: expression.subs(held) for name, expression in outputs.items()}
-    return assemble(
-        model, test.T * mass * trial, test.T * free, sp.Matrix(rates), extra_rates.subs(held), reduced, inputs, shown
+    free = rows.right.subs(dict.fromkeys(side_forces, 0)).subs(held)
+    free -= rows.mass[:, :2] * follow_angle * sp.Matrix(rates)  # follow_angle carries one power of v
+    reduced_rows = replace(
+        rows,
+        mass=test.T * rows.mass * trial,
+        right=test.T * free,
+        angle_rates=sp.Matrix(rates),
+        extra_rates=rows.extra_rates.subs(held),
+        motion=reduced,
+        outputs={name: expression.subs(held) for name, expression in rows.outputs.items()},
     )
+    return assemble(reduced_rows)
 
 
-def _parameters(model: "ModelBuilder", *matrices: Any) -> tuple[str, ...]:
+def _parameters(switches: Mapping[Expression, Expression], *matrices: Any) -> tuple[str, ...]:
     """Bicycle keys, then the effect parameters that occur, by name."""
     found = set().union(*(matrix.free_symbols for matrix in matrices))
-    found |= set().union(*(sp.sympify(speed).free_symbols for speed in model.switches.values()))
+    found |= set().union(*(sp.sympify(speed).free_symbols for speed in switches.values()))
     return (*UNITS, *sorted(str(symbol) for symbol in found if "." in str(symbol)))

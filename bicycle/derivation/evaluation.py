@@ -4,16 +4,15 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache, cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
-from bicycle.derivation.builder import SPEED, SymbolicModel, derive
-from bicycle.effect import Effect
+from bicycle.derivation.builder import SPEED, ModelBuilder
+from bicycle.derivation.closing import SymbolicModel
+from tyre.base.arrays import Array
 
-Array = NDArray[np.float64]
 POLYNOMIALS = ("dynamics", "input_matrix", "output_matrix", "feedthrough")
 
 
@@ -124,7 +123,26 @@ def _symbol(name: str) -> Any:
     return sp.Symbol(name, real=True)
 
 
+class Contribution(Protocol):
+    """What a derivation takes: a kind of thing that adds itself, with symbols for its parameters, to a model."""
+
+    @classmethod
+    def symbolic(cls) -> "Contribution":
+        """The thing with a symbol for every parameter."""
+
+    def apply(self, model: ModelBuilder) -> None:
+        """Add it to the open model."""
+
+
+def derive(effects: tuple[type[Contribution], ...]) -> SymbolicModel:
+    """Derive the model of a set of effects; exactly one of them must be a contact law (checked by the caller)."""
+    model = ModelBuilder()
+    for effect in effects:
+        effect.symbolic().apply(model)
+    return model.close()
+
+
 @cache
-def evaluator(effects: tuple[type[Effect], ...]) -> Evaluator:
+def evaluator(effects: tuple[type[Contribution], ...]) -> Evaluator:
     """The evaluator of a set of effects: derived at the first call (about a second), then kept in memory."""
     return Evaluator(derive(effects))

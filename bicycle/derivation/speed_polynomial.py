@@ -1,6 +1,6 @@
 """A matrix that is a Laurent polynomial in the forward speed, from v^-1 to v^2."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +16,7 @@ class SpeedPolynomial:
     coefficients: Mapping[int, Any]
 
     @classmethod
-    def of_linear(cls, rows: Any, variables: list[Any], speed: Any) -> "SpeedPolynomial":
+    def of_linear(cls, rows: Any, variables: Sequence[Any], speed: Any) -> "SpeedPolynomial":
         """Coefficients of expressions that are linear in ``variables`` and a Laurent polynomial in ``speed``.
 
         Raises

@@ -4,7 +4,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from bicycle.derivation.builder import ModelBuilder, Wheel
+from bicycle.derivation.builder import ModelBuilder
+from bicycle.derivation.ports import Wheel
 from bicycle.effect import WHEELS, Effect, Parameter
 from tyre.base.errors import InputError
 from tyre.contact_patch import string_trail

@@ -4,7 +4,8 @@ from typing import Any
 
 import sympy as sp
 
-from bicycle.derivation.builder import ModelBuilder, Wheel
+from bicycle.derivation.builder import ModelBuilder
+from bicycle.derivation.ports import Wheel
 from bicycle.effect import Effect
 
 

@@ -3,7 +3,8 @@
 import math
 from typing import Any
 
-from bicycle.derivation.builder import ModelBuilder, Wheel
+from bicycle.derivation.builder import ModelBuilder
+from bicycle.derivation.ports import Wheel
 from bicycle.effect import Effect, Parameter
 
 

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from bicycle.derivation.evaluation import Evaluator
 from bicycle.eigenvalues.solvers import Solver, compiled, default_solver
 from bicycle.linear_model import LinearModel
+from tyre.base.arrays import Array, Complex
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 BLOCK = 1024  # eigenvalues at a time: what is multiplied stays in the cache
 NEWTON_STEPS = 25
 LONGEST_STEP = 0.1  # of the speed
@@ -137,7 +136,7 @@ def follow_crossing(
     return v, np.abs(here.imag), there
 
 
-def first_order(left: Complex, right: Complex, terms: Sequence[tuple[Any, Array]]) -> Complex:
+def eigenvalue_derivative_terms(left: Complex, right: Complex, terms: Sequence[tuple[Any, Array]]) -> Complex:
     """Sum over terms of weight u M_p x for k eigenvalues and p parameters: one real matrix product for all of them.
 
     Parameters

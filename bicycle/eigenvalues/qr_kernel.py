@@ -14,6 +14,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from tyre.base.arrays import Array
+
 EPS = float(np.finfo(float).eps)
 NOTHING = 1e-140  # of the norm: its square is still a number
 MOST_ITERATIONS = 300  # of one eigenvalue; two or three are usual
@@ -22,7 +24,6 @@ ONE_BITS = 1023  # exponent of 1.0
 
 compiled: Callable[[Any], Any] = numba.njit(cache=True, nogil=True, error_model="numpy")
 
-Array = NDArray[np.float64]
 Places = NDArray[np.int64]
 
 

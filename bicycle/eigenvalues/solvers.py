@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bicycle.linear_model import LinearModel
+from tyre.base.arrays import Complex
 from tyre.base.errors import InputError
 
 BATCH = 1024  # matrices a call: they fit the cache, and there is enough for every thread
 
-Complex = NDArray[np.complex128]
 Solver = Callable[[NDArray[np.float64]], Complex]
 
 

@@ -8,12 +8,9 @@ steer equation (six free), with M and K0 of delta,phi equal to what the roll equ
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bicycle.model import Model
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from tyre.base.arrays import Array, Complex
 
 
 @dataclass(frozen=True)

@@ -15,13 +15,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares, minimize_scalar
 
 from bicycle.identification.recording import Run
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 
-Array = NDArray[np.float64]
 FEWEST_CYCLES = 1.5
 SLOWEST, FASTEST = 0.1, 200.0  # rad/s
 POOREST = 0.8  # R^2 of the decay

@@ -7,12 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tyre.base.arrays import Array
 from tyre.base.csv_table import read_columns
 from tyre.base.errors import InputError, is_number, shown, unknown
 
-Array = NDArray[np.float64]
 CHANNELS = {
     "roll_rate_rad_s": "lean_rate", "lean_rad": "lean", "steer_rad": "steer", "steer_rate_rad_s": "steer_rate",
     "yaw_rate_rad_s": "yaw_rate", "lateral_acceleration_m_s2": "lateral_acceleration",

@@ -11,11 +11,10 @@ from itertools import combinations, pairwise
 from math import isfinite
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bicycle.modal.matching import CLEAR, Complex, Nodes
+from bicycle.modal.matching import CLEAR, Nodes
+from tyre.base.arrays import Array, Complex
 
-Array = NDArray[np.float64]
 Members = tuple[int, int]
 
 NEWTON_STEPS = 2

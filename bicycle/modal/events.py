@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.modal.naming import MARK, Naming, state_shares
-from bicycle.modal.tracking import Array, Complex, Meeting, Stretch
+from bicycle.modal.tracking import Meeting, TrackedRange
+from tyre.base.arrays import Array, Complex
 
 SAME_ROOT = 1e-6  # of the largest root: a smaller jump at a switch speed is none
 CLEARLY = 1.2  # how much better the other's role must be played to speak of an exchange
@@ -42,7 +43,7 @@ class ModeEvent:
 
 
 def mode_events(
-    states: tuple[str, ...], stretches: Sequence[Stretch], meetings: Sequence[Meeting], naming: Naming
+    states: tuple[str, ...], stretches: Sequence[TrackedRange], meetings: Sequence[Meeting], naming: Naming
 ) -> tuple[ModeEvent, ...]:
     """All events of tracked branches, by speed."""
     speeds = np.concatenate([s.speeds for s in stretches])
@@ -70,7 +71,7 @@ def _met(meeting: Meeting, speeds: Array, naming: Naming) -> tuple[tuple[str, ..
     return (below, above) if meeting.kind == "merge" else (above, below)
 
 
-def _exchanges(states: tuple[str, ...], stretches: Sequence[Stretch], naming: Naming) -> list[ModeEvent]:
+def _exchanges(states: tuple[str, ...], stretches: Sequence[TrackedRange], naming: Naming) -> list[ModeEvent]:
     """Where two pairs begin to play each other's role better than their own, or their own again."""
     speeds = np.concatenate([s.speeds for s in stretches])
     values = np.concatenate([s.values for s in stretches])

@@ -1,27 +1,24 @@
 """Modes along speed as a picture: frequency and growth, one colour per mode. matplotlib is imported when it is used."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from bicycle.modal.looks import EXTRAPOLATED, UNSTABLE, mode_look, mode_marker, mode_words
 from tyre.base.notes import extrapolated
 
-if TYPE_CHECKING:
-    from bicycle.modal.named_modes import Modes
-
 DAMPED = 40.0  # 1/s: what decays faster is over within a few hundredths of a second and left out of the picture
 ROOM = 1.08
 MARKS = 12  # markers along a line
 
 
-def draw_modes(found: "Modes", axes: Any = None) -> tuple[Any, Any]:
+def draw_modes(found: Any, axes: Any = None) -> tuple[Any, Any]:
     """Frequency (Hz, damped) above, real part (1/s) below; pale background and pale bands where a mode is unstable,
     hatched where the model rests on tyre values beyond the measured ones.
 
     Parameters
     ----------
-    found : Modes
+    found : bicycle.modal.named_modes.Modes
     axes : two matplotlib axes, optional
         Upper and lower; a new figure of ``matplotlib.pyplot`` when not given.
 

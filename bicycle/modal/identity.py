@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from bicycle.modal.tracking import Array, Complex
+from tyre.base.arrays import Array, Complex
 
 APART = 1 / 3  # |a - b| / (|a| + |b|) of real roots a factor of two apart
 MUCH_FASTER = 5.0
@@ -34,7 +34,7 @@ class Regions:
     clear: bool
 
 
-def mates(values: Complex) -> NDArray[np.intp]:
+def conjugate_index(values: Complex) -> NDArray[np.intp]:
     """For each branch (m, n) the other half of its pair, itself where it is real."""
     same = (values[:, :, None] == values[:, None, :].conj()) & (values.imag != 0)[:, :, None]
     return np.asarray(np.where(values.imag != 0, same.argmax(2), np.arange(values.shape[1])))
@@ -54,7 +54,7 @@ def regions(
     owner = np.empty(n, np.intp)
     for number, unit in enumerate(modes):
         owner[list(unit)] = number
-    mate = mates(values)
+    mate = conjugate_index(values)
     labels: list[tuple[Label, ...]] = [()] * len(values)
     walk = _Walk(speeds, values, mate, modes, castering, always, labels)
     for nodes in (range(anchor, len(values)), range(anchor, -1, -1)):

@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from tyre.base.arrays import Array, Complex
 
 BATCH = 1000  # matrices a call: they fit the cache
 CLEAR = 0.2  # a match is clear when its error is below this share of the distance to any rival

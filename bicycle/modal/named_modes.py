@@ -18,8 +18,8 @@ from bicycle.modal.events import ModeEvent
 from bicycle.modal.shapes import ModeShape, mode_shape
 from bicycle.modal.speed_limits import check_trackable
 from bicycle.modal.tracker import Tracker
-from bicycle.modal.tracking import Array, Complex
 from bicycle.model import Model, as_linear
+from tyre.base.arrays import Array, Complex
 from tyre.base.errors import InputError
 
 if TYPE_CHECKING:
@@ -125,8 +125,8 @@ class Modes:
         return draw_modes(self, axes)
 
     def to_xarray(self) -> Any:
-        """Labelled ``xarray.Dataset`` with units; see :func:`bicycle.files.to_xarray.modes_to_xarray`."""
-        from bicycle.files.to_xarray import modes_to_xarray
+        """Labelled ``xarray.Dataset`` with units; see :func:`bicycle.modal.to_xarray.modes_to_xarray`."""
+        from bicycle.modal.to_xarray import modes_to_xarray
 
         return modes_to_xarray(self)
 

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from bicycle.linear_model import LinearModel
-from bicycle.modal.identity import Regions, mates, regions
-from bicycle.modal.tracking import Array, Complex, Stretch
+from bicycle.modal.identity import Regions, conjugate_index, regions
+from bicycle.modal.tracking import TrackedRange
+from tyre.base.arrays import Array, Complex
 
 LOWEST = 0.3  # of sqrt(g w), about 1 m/s: always tracked from here (from rest where a model allows it)
 SLOW, QUICK = 0.7, 3.0  # about 2 to 9 m/s: the anchor lies between
@@ -71,7 +72,7 @@ def speed_unit(model: LinearModel) -> float:
     return float(np.sqrt(model.parameters["g"] * model.parameters["w"]))
 
 
-def name_branches(model: LinearModel, stretches: Sequence[Stretch]) -> Naming:
+def name_branches(model: LinearModel, stretches: Sequence[TrackedRange]) -> Naming:
     """Name every branch at every node; those without a role are other_1, other_2 ... from slow to fast."""
     unit = speed_unit(model)
     speeds = np.concatenate([s.speeds for s in stretches])
@@ -102,7 +103,7 @@ def state_shares(states: tuple[str, ...], participation: Array) -> Shares:
 
 def units_of(values: Complex) -> list[list[Unit]]:
     """At each node the pairs and single real roots of the branches (m, n) as tuples of branches, slow first."""
-    mate, upper = mates(values), values.imag > 0
+    mate, upper = conjugate_index(values), values.imag > 0
     shown = (upper | (mate == np.arange(values.shape[1]))).tolist()
     order = np.argsort(np.abs(values), axis=1, kind="stable").tolist()
     return [
@@ -168,7 +169,7 @@ def _modes(
     units = [unit for unit in units_of(values[[anchor]])[0] if not named & set(unit)]
     single = [unit[0] for unit in units if len(unit) == 1]
     inside = (speeds >= always[0]) & (speeds <= always[1])
-    mate = mates(values[inside])
+    mate = conjugate_index(values[inside])
     distance = np.abs(speeds[inside] - speeds[anchor])
     meet = sorted(
         (float(distance[mate[:, i] == j].min()), i, j)

@@ -6,7 +6,7 @@ import numpy as np
 
 from bicycle.linear_model import LinearModel
 from bicycle.modal.matching import laurent
-from bicycle.modal.tracking import Array, Complex
+from tyre.base.arrays import Array, Complex
 
 COMPONENTS = ("lean", "steer", "yaw", "lateral")
 

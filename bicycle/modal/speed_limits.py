@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from bicycle.linear_model import LinearModel
-from bicycle.modal.tracking import Array
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 
 FASTEST_SPEED = 320.0  # of sqrt(g w), about 1000 m/s

@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 
 from bicycle.linear_model import LinearModel
 from bicycle.modal.events import ModeEvent, mode_events
-from bicycle.modal.identity import mates
+from bicycle.modal.identity import conjugate_index
 from bicycle.modal.matching import doubtful, eigen
 from bicycle.modal.naming import Naming, name_branches, window
-from bicycle.modal.tracking import Array, Complex, Meeting, Stretch, track
+from bicycle.modal.tracking import Meeting, TrackedRange, track
+from tyre.base.arrays import Array, Complex
 
 
 @dataclass(frozen=True)
@@ -19,7 +20,7 @@ class Tracker:
     """A model tracked once over a range of speeds and named; answers for any speeds inside, whatever else is asked."""
 
     model: LinearModel
-    stretches: tuple[Stretch, ...]
+    stretches: tuple[TrackedRange, ...]
     meetings: tuple[Meeting, ...]
     naming: Naming
 
@@ -52,14 +53,14 @@ class Tracker:
         """Names of the branches at each speed: an index (m,) into a tuple of name tuples."""
         index = np.empty(len(speeds), np.intp)
         start = 0
-        mate = mates(ordered)
+        mate = conjugate_index(ordered)
         for part, stretch in self._parts(speeds):
             nodes = np.arange(start, start + len(stretch.speeds))
             right = nodes[np.clip(np.searchsorted(stretch.speeds, speeds[part]), 0, len(nodes) - 1)]
             left = nodes[np.clip(np.searchsorted(stretch.speeds, speeds[part], side="right") - 1, 0, len(nodes) - 1)]
             up = speeds[part] >= self.naming.anchor
             inner, outer = np.where(up, left, right), np.where(up, right, left)
-            like_outer = (mate[part] == mates(self._values[outer])).all(1)
+            like_outer = (mate[part] == conjugate_index(self._values[outer])).all(1)
             index[part] = self.naming.cases[np.where(like_outer, outer, inner)]
             start += len(stretch.speeds)
         # next to a meeting neither node need have the pairs of this speed: a pair has one name
@@ -86,12 +87,12 @@ class Tracker:
         """Number of the first speed range that is tracked."""
         return int(np.searchsorted([piece.upper for piece in self.model.ranges], self.stretches[0].speeds[-1]))
 
-    def within(self, number: int) -> Stretch | None:
+    def within(self, number: int) -> TrackedRange | None:
         """The stretch in a speed range of the model, None where it is not tracked."""
         at = number - self._first
         return self.stretches[at] if 0 <= at < len(self.stretches) else None
 
-    def _parts(self, speeds: Array) -> list[tuple[NDArray[np.intp], Stretch]]:
+    def _parts(self, speeds: Array) -> list[tuple[NDArray[np.intp], TrackedRange]]:
         """Which speeds lie in which stretch; a switch speed belongs to the range below it."""
         at = np.searchsorted([piece.upper for piece in self.model.ranges], speeds) - self._first
         return [(np.flatnonzero(at == k), stretch) for k, stretch in enumerate(self.stretches)]

@@ -19,9 +19,7 @@ from numpy.typing import NDArray
 from bicycle.linear_model import LinearModel
 from bicycle.modal.double_roots import between, join_meeting, one_meets
 from bicycle.modal.matching import Nodes, assign, eigen, link, set_cost
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from tyre.base.arrays import Array, Complex
 
 STEP = 0.1  # of the grid, in units of sqrt(g w): about 0.3 m/s
 SMALLEST_STEP = 2.0**-22  # of STEP: below it a step is taken as the meeting point of two roots
@@ -43,7 +41,7 @@ class Meeting:
 
 
 @dataclass(frozen=True)
-class Stretch:
+class TrackedRange:
     """Tracked roots within one speed range: nodes (m,), ``values`` and ``slopes`` (m, n), one column a branch.
 
     ``smooth`` (m - 1,) is False on the tiny steps across a meeting point.
@@ -77,14 +75,14 @@ class Stretch:
 
 def track(
     model: LinearModel, lowest: float, highest: float, *, sparse: bool = False
-) -> tuple[tuple[Stretch, ...], tuple[Meeting, ...]]:
+) -> tuple[tuple[TrackedRange, ...], tuple[Meeting, ...]]:
     """Track all roots from ``lowest`` to ``highest`` (model units, usually m/s); one stretch for each speed range.
 
     Columns of all stretches are the same branches: across a speed at which the equations switch, roots are matched by
     distance. ``sparse`` takes fewer nodes: wide steps at high speed, and none to close in on the meetings of roots.
     """
     unit = float(np.sqrt(model.parameters["g"] * model.parameters["w"]))
-    stretches: list[Stretch] = []
+    stretches: list[TrackedRange] = []
     meetings: list[Meeting] = []
     for piece, coefficients in zip(model.ranges, model.coefficients, strict=True):
         low, high = max(piece.lower, lowest), min(piece.upper, highest)
@@ -97,7 +95,7 @@ def track(
         if stretches:
             order = assign(set_cost(stretches[-1].values[-1:], stretch.values[:1]))[0]
             rank = np.argsort(order)
-            stretch = Stretch(
+            stretch = TrackedRange(
                 stretch.speeds, stretch.values[:, order], stretch.slopes[:, order], stretch.smooth,
                 stretch.participation[:, :, order],
             )  # fmt: skip
@@ -183,7 +181,7 @@ def _nodes(coefficients: Mapping[int, Array], speeds: Array) -> Nodes:
     return Nodes(speeds, *eigen(coefficients, speeds))
 
 
-def in_branches(nodes: Nodes, links: NDArray[np.intp], smooth: NDArray[np.bool_]) -> tuple[Stretch, list[Meeting]]:
+def in_branches(nodes: Nodes, links: NDArray[np.intp], smooth: NDArray[np.bool_]) -> tuple[TrackedRange, list[Meeting]]:
     """Columns of roots along the links, and where real roots meet."""
     n = nodes.values.shape[1]
     order = np.empty((len(nodes.v), n), np.intp)
@@ -197,7 +195,7 @@ def in_branches(nodes: Nodes, links: NDArray[np.intp], smooth: NDArray[np.bool_]
     meetings = []
     for k in np.flatnonzero(~smooth):
         meetings += _meetings(nodes.v[k : k + 2], values[k : k + 2])
-    return Stretch(nodes.v, values, slopes, smooth, share), meetings
+    return TrackedRange(nodes.v, values, slopes, smooth, share), meetings
 
 
 def _meetings(v: Array, values: Complex) -> list[Meeting]:

@@ -16,19 +16,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import expm
 
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model, as_linear
 from bicycle.responses.inputs import InputHistory
+from tyre.base.arrays import Array, Complex
 from tyre.base.errors import InputError, unknown
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 PATH = ("yaw", "rear_lateral_displacement")
 UNITS = (

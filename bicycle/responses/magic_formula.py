@@ -17,18 +17,18 @@ from typing import Any, ClassVar
 
 import numpy as np
 import sympy as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 
-from bicycle.derivation.builder import ModelBuilder, Wheel
+from bicycle.derivation.builder import ModelBuilder
+from bicycle.derivation.ports import Wheel
 from bicycle.effect import WHEELS, Effect
 from bicycle.model import Model
 from bicycle.responses.inputs import InputHistory
 from bicycle.responses.linear import PATH, Response, check_names, check_time, initial_state, input_grid
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.magic_formula.side_force import normalised_side_force, normalised_side_force_slope
-
-Array = NDArray[np.float64]
 
 PROBES = ("slip velocity", "lagged camber force", "direct camber force", "series compliance", "load transfer")
 NEWTON_STEPS = 50

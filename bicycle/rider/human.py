@@ -19,14 +19,12 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bicycle.rider.joining import RigidBody, join
 from bicycle.rider.measurements import RiderMeasurements
 from bicycle.rider.solids import half_ellipsoid, stadium_solid
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError
-
-Array = NDArray[np.float64]
 
 DENSITY_SETS = ("Dempster", "Chandler", "Clauser")
 """Densities of the segments from three sources (Yeadon 1990); the first is used, the spread is an uncertainty."""

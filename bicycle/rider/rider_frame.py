@@ -7,7 +7,6 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bicycle.parameters import Bicycle
 from bicycle.rider.human import DENSITY_SETS, Segment, segments
@@ -15,9 +14,8 @@ from bicycle.rider.joining import RigidBody, as_rear_frame, join, rear_frame
 from bicycle.rider.measurements import GROUPS, VOLUME_MASS_SD, RiderMeasurements
 from bicycle.rider.posture import LEAN_LIMITS, POSTURES, Lengths, Seated, fitting_hands, sit
 from bicycle.rider.seat_geometry import Contacts, SeatGeometry, completed, contacts, with_hands
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError
-
-Array = NDArray[np.float64]
 
 KEYS = ("xB", "zB", "mB", "IBxx", "IByy", "IBzz", "IBxz")
 ANGLE_SD = math.radians(5)

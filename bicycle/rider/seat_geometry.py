@@ -7,12 +7,10 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bicycle.rider.measurements import RiderMeasurements
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError
-
-Array = NDArray[np.float64]
 
 FRAME_KEYS = ("chain_stay_m", "bottom_bracket_height_m", "seat_tube_angle_deg", "saddle_distance_m")
 HUBS, SADDLE = ("rear_hub_to_hand_m", "front_hub_to_hand_m"), ("reach_m", "drop_m")

@@ -7,11 +7,9 @@ axis. All integrands are polynomials of degree 4 at most along the axis, so five
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bicycle.rider.joining import RigidBody
-
-Array = NDArray[np.float64]
+from tyre.base.arrays import Array
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 POINTS, WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2

@@ -24,14 +24,13 @@ from scipy import linalg
 
 from bicycle.critical.critical_speeds import CriticalSpeed
 from bicycle.derivation.evaluation import Matrices
-from bicycle.eigenvalues.batch import first_order
+from bicycle.eigenvalues.batch import eigenvalue_derivative_terms
 from bicycle.eigenvalues.solvers import BATCH, one_blas_thread
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model
+from tyre.base.arrays import Array, Complex
 from tyre.base.errors import InputError, unknown
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Slopes = Mapping[str, tuple[Matrices, ...]]  # of E and F with each parameter, in every speed range
 
 ON_AXIS = 1e-6  # a root on the imaginary axis, relative to the largest root
@@ -131,11 +130,11 @@ def _derivatives(
             terms.append((speed ** float(power), np.array([slope.dynamics[power] for slope in every])))
         pair = np.flatnonzero(root.imag > 0)
         targets = place[at, i], place[at[pair], i[pair] + 1]  # LAPACK puts the conjugate next to it
-        derivatives = first_order(u, x, terms)
+        derivatives = eigenvalue_derivative_terms(u, x, terms)
         found[at, targets[0]] = derivatives
         found[at[pair], targets[1]] = derivatives[pair].conj()
         terms = [(power * speed ** float(power - 1), m[None]) for power, m in own.dynamics.items() if power]
-        along = first_order(u, x, terms)[:, 0] if terms else np.zeros(len(at), complex)
+        along = eigenvalue_derivative_terms(u, x, terms)[:, 0] if terms else np.zeros(len(at), complex)
         with_speed[at, targets[0]], with_speed[at[pair], targets[1]] = along, along[pair].conj()
 
 

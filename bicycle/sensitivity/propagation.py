@@ -8,15 +8,14 @@ from collections.abc import Callable, Collection, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from bicycle.critical.critical_speeds import CriticalSpeed
 from bicycle.effect import WHEELS
 from bicycle.model import Model
 from bicycle.sensitivity.eigenvalue_derivatives import critical_speed_sensitivities, sensitivities
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError, unknown
-
-Array = NDArray[np.float64]
 
 
 def frequency_gradient(slope: ArrayLike) -> Array:

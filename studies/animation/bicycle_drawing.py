@@ -9,13 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
 from bicycle.derivation.builder import ModelBuilder
 from bicycle.model import Model
 from bicycle.rigid_bodies import Body, Joint
-
-Array = NDArray[np.float64]
+from tyre.base.arrays import Array
 
 SPOKES = 6
 BAR_HALF_WIDTH, STEM = 0.22, 0.08  # m

@@ -7,15 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bicycle.model import Model
 from bicycle.responses.linear import Response
 from studies.animation.bicycle_drawing import BicycleDrawing, Part, bicycle_drawing
 from studies.reporting.plotting import STYLE, look
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError
-
-Array = NDArray[np.float64]
 
 FRAMES_PER_SECOND = 20
 DPI = 80

@@ -4,14 +4,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import chi2 as chi2_distribution
 
+from studies.inference.arrays import Array
 from studies.inference.evidence import Hypotheses
 from studies.inference.fit import Fit, fit
 from studies.inference.forward import Forward
 
-Array = NDArray[np.float64]
 FEWEST = 8  # residuals of a series that can be judged white
 LAGS = 10
 WIDER = 2.0

@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from studies.inference.arrays import Array
 from studies.inference.fit import Fit, fit, outlook
 from studies.inference.forward import Forward
 from studies.inference.parameter import Candidate
@@ -17,7 +17,6 @@ TRIED = 4  # candidates that are fitted beside a parent
 WORTH = 4.0  # promised decrease of the objective below which they are not
 CLEAR_ODDS = 20.0  # of a hypothesis with one more effect against its parent
 Advance = Callable[[str], None]
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

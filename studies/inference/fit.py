@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
+from studies.inference.arrays import Array
 from studies.inference.forward import Forward
-from studies.inference.parameter import Candidate, Unknown, together
+from studies.inference.parameter import Candidate, UncertainParameter, together
 
-Array = NDArray[np.float64]
 ITERATIONS = 40
 MOST_DAMPING = 1e6
 ENOUGH = 1e-5  # relative decrease of the objective below which a fit has ended
@@ -40,7 +40,7 @@ class Fit:
     """
 
     candidates: tuple[Candidate, ...]
-    unknowns: tuple[Unknown, ...]
+    unknowns: tuple[UncertainParameter, ...]
     theta: Array
     covariance: Array
     residual: Array
@@ -99,7 +99,9 @@ class Fit:
         return found
 
 
-def prior(unknowns: tuple[Unknown, ...], candidates: tuple[Candidate, ...], scale: float) -> tuple[Array, Array]:
+def prior(
+    unknowns: tuple[UncertainParameter, ...], candidates: tuple[Candidate, ...], scale: float
+) -> tuple[Array, Array]:
     """Centre and standard deviation of the coordinates; ``scale`` widens the nuisances."""
     centre = np.array([u.centre for u in unknowns])
     sd = np.array([u.scale for u in unknowns])

@@ -7,9 +7,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.inference.parameter import Candidate, Unknown
-
-Array = NDArray[np.float64]
+from studies.inference.arrays import Array
+from studies.inference.parameter import Candidate, UncertainParameter
 
 
 @dataclass(frozen=True)
@@ -54,7 +53,7 @@ class Forward(Protocol):
         """Cheap enough to begin each fit from several starts."""
 
     @property
-    def nuisances(self) -> tuple[Unknown, ...]:
+    def nuisances(self) -> tuple[UncertainParameter, ...]:
         """What floats in every fit."""
 
     @property

@@ -3,13 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from studies.inference.arrays import Array
 from studies.inference.evidence import CLEAR_ODDS, Hypotheses
 from studies.inference.fit import Fit
 from studies.inference.forward import Forward
 
-Array = NDArray[np.float64]
 ALIKE = 0.95  # |cos| of marginalised directions
 HOPELESS = 1e4  # odds beyond which a look-alike is out, however parallel
 BENCH = 0.1  # sd of a bench test, in prior scales (5 % of the upper end of the typical range)

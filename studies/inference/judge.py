@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from studies.inference.arrays import Array
 from studies.inference.checks import HeldOut, goodness_of_fit, held_out, whiteness, with_wider_nuisances
 from studies.inference.evidence import BEAM, CLEAR_ODDS, MOST_EFFECTS, Advance, Hypotheses, expand, singles
 from studies.inference.fit import Fit, fit
@@ -14,7 +14,6 @@ from studies.inference.identifiability import equivalents, separating, similarit
 from studies.inference.parameter import Candidate
 from studies.inference.verdict import Check, Named, Verdict
 
-Array = NDArray[np.float64]
 NOTHING = 0.05
 POOR_FIT = 0.01
 PARTIAL_SHARE = 0.5  # of the nuisance-only held-out gap that a partial name must close

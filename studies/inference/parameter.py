@@ -6,16 +6,15 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bicycle.effect import Effect
+from studies.inference.arrays import Array
 
-Array = NDArray[np.float64]
 STEP = 1e-3  # of the prior scale: central differences of the (smooth) matrices, error about 1e-9
 
 
 @dataclass(frozen=True)
-class Unknown:
+class UncertainParameter:
     """A free number with a normal prior in a coordinate in which the problem is smooth.
 
     Attributes
@@ -71,7 +70,7 @@ class Candidate:
     """
 
     identifier: str
-    unknowns: tuple[Unknown, ...]
+    unknowns: tuple[UncertainParameter, ...]
     effect: type[Effect] | None = None
     fixed: Mapping[str, float] = field(default_factory=dict)
     ties: Mapping[str, str] = field(default_factory=dict)

@@ -8,7 +8,8 @@ from bicycle.linear_model import LinearModel
 from bicycle.model import Model
 from bicycle.parameters import UNITS, bodies, static_loads
 from studies.main_study.cases import CONTACT
-from studies.main_study.settings import CONTACT_LENGTH, Array, Settings, Setup
+from studies.main_study.settings import CONTACT_LENGTH, Settings, Setup
+from tyre.base.arrays import Array
 
 CAMBER = tuple(f"camber_thrust.camber_stiffness.{wheel}" for wheel in WHEELS)
 FRICTION = "steer_damper"

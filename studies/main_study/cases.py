@@ -11,8 +11,9 @@ from bicycle.default_sd import CORNERING_STIFFNESS, EFFECT
 from bicycle.effect import WHEELS, effect_class
 from bicycle.files.model_file import EXTRAPOLATE, TYRE_KEYS, wheel_maps
 from bicycle.parameters import Bicycle
-from studies.main_study.settings import Array, Settings, Table
+from studies.main_study.settings import Settings, Table
 from tyre import TyreMap, TyreProperties, available_tyres
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.maps.reach import out_of_reach
 from tyre.maps.table_io import is_file_name

@@ -10,8 +10,9 @@ from bicycle.critical.critical_speeds import critical_speeds
 from studies.main_study.assemble import build
 from studies.main_study.bands import WOBBLE, wobble_edges
 from studies.main_study.cases import TyreCase
-from studies.main_study.settings import Array, Settings, Setup
+from studies.main_study.settings import Settings, Setup
 from studies.main_study.solve import Result, damping_ratio, nearest, oscillations
+from tyre.base.arrays import Array
 
 DAMPING = "damping_ratio"
 CRITICAL = "critical_speed_m_s"

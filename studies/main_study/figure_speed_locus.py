@@ -9,9 +9,10 @@ import numpy as np
 from bicycle.modal.named_modes import Modes
 from studies.main_study.figure_eigenvalues import HEADROOM, REAL_RANGE, TITLE, highest_wobble, panels_width
 from studies.main_study.paths import paths
-from studies.main_study.settings import Array, Setup
+from studies.main_study.settings import Setup
 from studies.main_study.study import Study
 from studies.reporting.plotting import UNSTABLE, drawing, extrapolated_note, hatch_extrapolated, mode_words
+from tyre.base.arrays import Array
 
 PRESSURE_MARKERS = ("o", "s", "^", "D", "v")
 WINDOW = (2 * REAL_RANGE[0], 2 * REAL_RANGE[1])

@@ -8,8 +8,9 @@ from bicycle.modal.named_modes import modes
 from studies.main_study.assemble import build
 from studies.main_study.bands import Span, wobble_span
 from studies.main_study.cases import TyreCase
-from studies.main_study.settings import Array, Settings, Setup
+from studies.main_study.settings import Settings, Setup
 from studies.main_study.solve import LeastDamped, least_damped
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 
 

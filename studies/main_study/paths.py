@@ -3,8 +3,8 @@
 import numpy as np
 
 from bicycle.modal.named_modes import Modes, modes
-from studies.main_study.settings import Array
 from studies.main_study.solve import Result
+from tyre.base.arrays import Array
 
 MEETINGS = ("merge", "split")
 CLOSE = np.concatenate([[1e-9], np.geomspace(1e-4, 1.0, 13)])  # of the step between two speeds

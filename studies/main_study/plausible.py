@@ -11,8 +11,9 @@ from bicycle.model import linear_model
 from studies.main_study.assemble import CAMBER, FRICTION, beside
 from studies.main_study.bands import wobble_span
 from studies.main_study.cases import TyreCase
-from studies.main_study.settings import Array, Front, Settings, Setup
+from studies.main_study.settings import Front, Settings, Setup
 from studies.main_study.spread import draws, uncertainty
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 
 LIKELY = (0.05, 0.95)  # quantiles that an outer error bar joins

@@ -5,11 +5,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bicycle.parameters import Bicycle
+from tyre.base.arrays import Array
 
-Array = NDArray[np.float64]
 Table = Mapping[str, Any]
 CONTACT_LENGTH = "contact_length"  # the effect
 CAMBER_SHARE = 0.65  # 1/rad, the middle of what Dressel (2013) measured, 0.0075 to 0.015 of the load per degree

@@ -7,8 +7,9 @@ import numpy as np
 
 from studies.main_study.assemble import CAMBER, FRICTION, content, follow, model
 from studies.main_study.cases import CONTACT, TyreCase
-from studies.main_study.settings import Array, Settings, Setup
+from studies.main_study.settings import Settings, Setup
 from studies.uncertainty.propagation import Uncertainty
+from tyre.base.arrays import Array
 
 VARIED_APART = ("front_compliance", "rider_arms", FRICTION, CAMBER[0].split(".")[0])
 """Effects whose numbers the plausible fronts vary: they count as exact in a standard deviation."""

@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from tyre.base.arrays import Array
 from tyre.maps.tyre_map import TyreMap
 
-Array = NDArray[np.float64]
 Verdict = Literal["holds", "partly", "fails"]
 
 

@@ -4,16 +4,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bicycle.linear_model import LinearModel
 from bicycle.modal.figure import draw_modes
 from bicycle.modal.named_modes import modes
 from studies.reporting.plotting import STYLE
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.base.files import replacing
 
-Array = NDArray[np.float64]
 ENDINGS = (".png", ".svg", ".pdf")
 POINTS = 241  # along the speed
 

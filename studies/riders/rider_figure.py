@@ -4,13 +4,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bicycle.rider.human import Segment
 from bicycle.rider.rider_frame import RiderOnBicycle
 from studies.reporting.plotting import GREY, drawing
-
-Array = NDArray[np.float64]
+from tyre.base.arrays import Array
 
 SIDE, FRONT = (0, 2), (1, 2)
 SADDLE = np.array([[0.10, 0.0], [0.16, 0.0]])  # m behind and before the hip, for the eye

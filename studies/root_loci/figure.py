@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from bicycle.parameters import UNITS
 from studies.reporting.plotting import GREY, Look, drawing, hatch_extrapolated, mode_look
 from studies.root_loci.root_locus import RootLocus
-
-Array = NDArray[np.float64]
+from tyre.base.arrays import Array
 
 RATIOS = (0.05, 0.1, 0.2, 0.4, 0.7)
 ARROWS = (0.3, 0.7)  # of the length of a branch in view

@@ -24,11 +24,10 @@ from bicycle.files.model_file import (
 )
 from bicycle.model import Model
 from bicycle.parameters import UNITS
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError, unknown
 from tyre.base.toml_file import read_toml
 from tyre.maps.tables import PASCAL_PER_BAR
-
-Array = NDArray[np.float64]
 
 OF_THE_TYRE = {"pressure_bar": "bar", "load_N": "N"}
 

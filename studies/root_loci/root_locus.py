@@ -16,13 +16,12 @@ from bicycle.modal.matching import Nodes, inverse, projected
 from bicycle.modal.named_modes import modes
 from bicycle.modal.tracking import in_branches, refine
 from studies.root_loci.parameter_path import ParameterPath
+from tyre.base.arrays import Array, Complex
 from tyre.base.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 NODES = 200
 SMALLEST_STEP = 2.0**-26  # of the range

@@ -27,9 +27,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import betaincinv, ndtr
 
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 
-Array = NDArray[np.float64]
 REACH = 8.5  # standard deviations; no normal number drawn here is as large
 FREE = (-np.inf, np.inf)
 MISSED = 0.01  # of a correlation, that is worth a word

@@ -9,10 +9,10 @@ import hashlib
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 
-Array = NDArray[np.float64]
+from tyre.base.arrays import Array
+
 WORDS = 4  # 64-bit words a Philox counter gives
 
 

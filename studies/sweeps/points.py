@@ -20,10 +20,8 @@ from studies.sampling.draws import normal, uniform
 from studies.sampling.refused import Refused
 from studies.sweeps.spec import SPEED, TYRE_UNITS, WHEELS, Sweep, bounds_of
 from studies.sweeps.tyre_table import TyreTable
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError
-
-Array = NDArray[np.float64]
-
 
 TYRE_DRAWS = tuple(f"tyre {what} stiffness {wheel}" for wheel in WHEELS for what in ("cornering", "lateral"))
 

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from tyre.base.arrays import Array
+
 SHIFT = np.uint64(42)  # of 52 mantissa bits, ten are kept
 KEY_BITS = np.uint64(22)  # sign, 11 bits of exponent, ten of mantissa
 SIGN = np.uint64(1) << np.uint64(63)

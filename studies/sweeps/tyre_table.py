@@ -13,12 +13,12 @@ from bicycle.files.model_file import MOST_BAR
 from studies.sampling.bounded_draws import BoundedDraws
 from studies.sampling.refused import Refused
 from tyre import TyreMap
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.maps.conditions_grid import ConditionsGrid
 from tyre.maps.map_notes import stiffness_note
 from tyre.maps.tables import PASCAL_PER_BAR
 
-Array = NDArray[np.float64]
 NO_TYRE = "the tyre's table says nothing of the load or pressure"
 BLOCKS = (np.array([0, 2]), np.array([1, 3]))  # cornering stiffness of both wheels, lateral stiffness of both
 POSITIVE = (0.0, math.inf)

@@ -13,7 +13,8 @@ from bicycle.modal.named_modes import modes
 from bicycle.sensitivity.eigenvalue_derivatives import critical_speed_sensitivities, sensitivities
 from bicycle.sensitivity.propagation import damping_ratio_gradient, frequency_gradient
 from studies.uncertainty.quantity import Quantity
-from studies.uncertainty.uncertain_model import Array, UncertainModel
+from studies.uncertainty.uncertain_model import UncertainModel
+from tyre.base.arrays import Array
 
 CONTINUATION = 32  # steps
 LOOK = 0.5  # m/s between the speeds at which unstable roots are counted

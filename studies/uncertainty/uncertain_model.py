@@ -30,9 +30,9 @@ from studies.sweeps.points import TYRE_DRAWS, Points, Sampler
 from studies.sweeps.spec import WHEELS
 from studies.sweeps.sweep_file import build_sweep
 from studies.sweeps.tyre_table import said_of_stiffness
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 
-Array = NDArray[np.float64]
 STEP = 1e-3  # in standard deviations, of the smooth map from z to parameters
 BATCH = 4096  # bicycles at a time
 

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.effect import effect_class
@@ -31,8 +30,8 @@ from studies.sweeps.engines import Engine, in_threads, on_cluster
 from studies.sweeps.run import pieces
 from studies.sweeps.spec import Sweep
 from studies.sweeps.sweep_file import build_sweep
+from tyre.base.arrays import Array
 
-Array = NDArray[np.float64]
 Pair = tuple[float, float]  # seconds of the reference and of velotyre
 TYRE = {"cornering_stiffness": 6302.5, "relaxation_length": 0.1}
 SPREAD = {"mB": 1.0, "xB": 0.01, "zB": 0.01, "mH": 0.1, "w": 0.01, "c": 0.002}

@@ -1,7 +1,7 @@
 """Derivation and second use of a model, timed on request: ``pytest tests/benchmarks --benchmark-only``."""
 
 from bicycle import Model, effect_class, load_bicycle
-from bicycle.derivation.builder import derive
+from bicycle.derivation.evaluation import derive
 from bicycle.effect import registry
 
 

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError, unknown
 
-Array = NDArray[np.float64]
 COMMENT = re.compile(r'^((?:[^"#]|"[^"]*")*)#.*')  # outside quotes
 UNIT_HINT = "units are in the column names (SI; angles in rad)"
 

@@ -10,9 +10,8 @@ interpolation inside a complete grid, goes to the bare trend one interval outsid
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from tyre.base.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,14 +22,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.base.paths import data_root
 from tyre.maps.table_sidecar import listed, read_sidecar, suggestion
 from tyre.maps.tables import PASCAL_PER_BAR, MeasuredTable
-
-Array = NDArray[np.float64]
 
 _REQUIRED_COLUMNS = ("load_N", "pressure_bar", "cornering_stiffness_N_per_deg")
 _STIFFNESS_COLUMNS = ("relaxation_length_mm", "lateral_stiffness_N_per_mm")

@@ -5,12 +5,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.maps.table_sidecar import listed
 
-Array = NDArray[np.float64]
 SURFACES = ("flat", "drum")
 SHAREABLE = ("load", "pressure", "surface")
 PASCAL_PER_BAR = 1e5

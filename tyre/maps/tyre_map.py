@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.maps import map_frames
 from tyre.maps.conditions_grid import ConditionsGrid
@@ -22,8 +22,6 @@ from tyre.properties import Origin, TyreProperties
 
 if TYPE_CHECKING:
     import pandas as pd
-
-Array = NDArray[np.float64]
 
 
 def available_tyres(folder: Traversable | None = None) -> dict[str, tuple[str, ...]]:

@@ -11,13 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bicycle import Bicycle, Model, effect_class, load_bicycle
 from bicycle.modal.named_modes import modes
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 
-Array = NDArray[np.float64]
 UNRIDDEN = ("kooijman2008", "browser", "pista", "crescendo", "fisher", "benchmark")
 RIDDEN = ("rigid_rider",)
 TRIES = 100

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bicycle import load_bicycle
 from bicycle.responses.inputs import InputHistory
@@ -21,8 +20,8 @@ from studies.missing_effect.blind.generator import (
     perturbed,
     uncertainty,
 )
+from tyre.base.arrays import Array
 
-Array = NDArray[np.float64]
 CHANNELS = {"roll_rate_rad_s": ("lean_rate", 0.02), "steer_rad": ("steer", 0.004), "yaw_rate_rad_s": ("yaw_rate", 0.01)}
 """Recorded channel: output of the model, noise sd."""
 

@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 
 from bicycle.model import Model, check_compatible
 from studies.inference.forward import Extra
-from studies.inference.parameter import Candidate, Unknown
+from studies.inference.parameter import Candidate, UncertainParameter
 from studies.missing_effect.motion.candidates import LEFT_OUT, find_candidates, physical
 from studies.missing_effect.motion.family import Family
 from studies.missing_effect.motion.phenomenological_terms import feedback_terms, reversed_signs
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 
-Array = NDArray[np.float64]
 FORCED = "swept steer torque"
 FORCED_SPEEDS = (1.0, 1.5, 2.0)  # of the fastest measured speed
 FORCED_FREQUENCY = 2 * np.pi * np.geomspace(0.5, 4.0, 6)  # rad/s
@@ -22,9 +22,9 @@ FORCED_SD = 0.05  # of the magnitude of a frequency response, and of a tenth of 
 MOST_GROWTH = 0.5  # 1/s; what grows faster is not held up while the torque sweeps
 
 
-def error(name: str, unit: str, key: str, scale: float) -> Unknown:
+def error(name: str, unit: str, key: str, scale: float) -> UncertainParameter:
     """An error of the measurement: zero with standard deviation ``scale``."""
-    return Unknown(name, unit, {key: 1.0}, 0.0, scale, -10 * scale, 10 * scale, size=True)
+    return UncertainParameter(name, unit, {key: 1.0}, 0.0, scale, -10 * scale, 10 * scale, size=True)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +32,7 @@ class BicycleForward:
     """Base model, floating parameters, candidates, why others are not tried, and notes for the report."""
 
     base: Model
-    nuisances: tuple[Unknown, ...]
+    nuisances: tuple[UncertainParameter, ...]
     candidates: tuple[Candidate, ...]
     refused: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()

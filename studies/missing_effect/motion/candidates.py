@@ -15,7 +15,7 @@ import numpy as np
 from bicycle.derivation.evaluation import evaluator
 from bicycle.effect import WHEELS, Effect, Parameter, registry
 from bicycle.model import Model
-from studies.inference.parameter import Candidate, Unknown
+from studies.inference.parameter import Candidate, UncertainParameter
 from tyre.base.errors import InputError
 
 RIDDEN = 30.0  # kg of a rear frame that may hold a rider
@@ -77,7 +77,7 @@ def candidate(
     given, instance = _instance(model, effect, known)
     values = instance.values(model.bicycle.values)
     ties: dict[str, str] = {}
-    unknowns: list[Unknown] = []
+    unknowns: list[UncertainParameter] = []
     shared = {p.name for p in replaced.parameters} if replaced is not None else set()
     for p in effect.parameters:
         keys = [f"{effect.identifier}.{entry}" for entry in p.entries()]
@@ -146,28 +146,30 @@ def _factors(p: Parameter, keys: list[str], model: Model) -> dict[str, float]:
     return dict(zip(keys, loads / loads.mean(), strict=True))
 
 
-def _unknown(p: Parameter, sets: dict[str, float], middle: float | None, *, limit: bool) -> Iterator[Unknown]:
+def _unknown(
+    p: Parameter, sets: dict[str, float], middle: float | None, *, limit: bool
+) -> Iterator[UncertainParameter]:
     low, high = p.typical
     if math.isinf(low) or math.isinf(high) or low == high:
         return
     if p.neutral is not None and math.isinf(p.neutral):
         scale = 0.5 / low
-        yield Unknown(p.name, p.unit, sets, 0.0, scale, SINGULAR * scale, math.inf, power=-1, size=True)
+        yield UncertainParameter(p.name, p.unit, sets, 0.0, scale, SINGULAR * scale, math.inf, power=-1, size=True)
     elif p.neutral is not None or limit:
         scale, neutral = 0.5 * max(abs(low), abs(high)), p.neutral or 0.0
         lowest = SINGULAR * scale if limit else p.bounds[0]
-        yield Unknown(p.name, p.unit, sets, neutral, scale, lowest, p.bounds[1], size=True)
+        yield UncertainParameter(p.name, p.unit, sets, neutral, scale, lowest, p.bounds[1], size=True)
     elif _wide(p):
-        yield Unknown(
+        yield UncertainParameter(
             p.name, p.unit, sets, math.log(middle or math.sqrt(low * high)), math.log(high / low) / 4, power=0
         )
     else:
         centre = next(x for x in (middle, p.default, (low + high) / 2) if isinstance(x, int | float))
-        yield Unknown(p.name, p.unit, sets, centre, (high - low) / 4, *p.bounds)
+        yield UncertainParameter(p.name, p.unit, sets, centre, (high - low) / 4, *p.bounds)
 
 
 def _vanishes_with(
-    model: Model, effect: type[Effect], values: dict[str, float], size: Unknown, replaced: Effect | None
+    model: Model, effect: type[Effect], values: dict[str, float], size: UncertainParameter, replaced: Effect | None
 ) -> bool:
     """Whether the equations lose the effect where this one parameter is neutral, the others at their defaults."""
     kept = [type(e) for e in model.effects if replaced is None or e.identifier != replaced.identifier]

@@ -15,24 +15,22 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bicycle.identification.canonical import Canonical, Motion, identify
 from bicycle.model import Model
 from studies.inference.folds import MOST
 from studies.inference.forward import Extra, Residual, Rows
-from studies.inference.parameter import Candidate, Unknown
+from studies.inference.parameter import Candidate, UncertainParameter
 from studies.missing_effect.motion.bicycle_forward import BicycleForward, error
 from studies.missing_effect.motion.candidates import SINGULAR, find_candidates
 from studies.missing_effect.motion.canonical_table import COEFFICIENTS, CanonicalTable, unit
 from studies.missing_effect.motion.family import SPEED_SCALE
 from studies.missing_effect.motion.nuisances import nuisances
+from tyre.base.arrays import Array, Complex
 
 if TYPE_CHECKING:
     from studies.missing_effect.measurement import Measurement
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 FREQUENCIES = 16
 STEER_RATE, FORCE = 0.3, 20.0  # rad/s and N at each frequency; only their ratio counts
 SENSORS = ("lean", "steer", "steer_torque", "lateral_force")
@@ -162,7 +160,7 @@ def with_compliance(candidate: Candidate) -> Candidate:
     for u in candidate.unknowns:
         if u.name == "cornering_stiffness":
             scale = 0.5 / softest[u.name]
-            u = Unknown(u.name, u.unit, u.sets, 0.0, scale, SINGULAR * scale, math.inf, power=-1, size=True)
+            u = UncertainParameter(u.name, u.unit, u.sets, 0.0, scale, SINGULAR * scale, math.inf, power=-1, size=True)
         found.append(u)
     return replace(candidate, unknowns=tuple(found))
 

@@ -12,12 +12,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tyre.base.arrays import Array
 from tyre.base.csv_table import read_columns
 from tyre.base.errors import InputError, is_number, shown, unknown
 
-Array = NDArray[np.float64]
 ROLL = ("M_phi_delta", "C1_phi_delta", "K0_phi_delta")
 STEER = ("M_delta_delta", "C1_delta_phi", "C1_delta_delta", "K0_delta_delta", "K2_delta_delta", "H_delta_F")
 COEFFICIENTS = (*ROLL, *STEER)

@@ -5,13 +5,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bicycle.derivation.evaluation import Evaluator, evaluator
 from bicycle.model import Model, state_scale
-from studies.inference.parameter import Candidate, Unknown
+from studies.inference.parameter import Candidate, UncertainParameter
+from tyre.base.arrays import Array
 
-Array = NDArray[np.float64]
 SPEED_SCALE = "measurement.speed_scale"  # true speed over recorded speed, minus 1
 FEEDBACK = "feedback."  # feedback.OUTPUT.INPUT: a phenomenological torque proportional to an output
 
@@ -36,11 +35,11 @@ class Family:
     """All models that differ in the numbers of the nuisances and of some candidates."""
 
     base: Model
-    nuisances: tuple[Unknown, ...]
+    nuisances: tuple[UncertainParameter, ...]
     candidates: tuple[Candidate, ...] = ()
 
     @cached_property
-    def unknowns(self) -> tuple[Unknown, ...]:
+    def unknowns(self) -> tuple[UncertainParameter, ...]:
         """Nuisances, then the unknowns of the candidates."""
         return (*self.nuisances, *(u for candidate in self.candidates for u in candidate.unknowns))
 

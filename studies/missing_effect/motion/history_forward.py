@@ -11,7 +11,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bicycle.identification.recording import CHANNELS, INPUTS, Run
 from studies.inference.folds import folds
@@ -19,8 +18,8 @@ from studies.inference.forward import Extra, Residual, Rows
 from studies.inference.parameter import Candidate
 from studies.missing_effect.motion.bicycle_forward import BicycleForward, error
 from studies.missing_effect.motion.family import SPEED_SCALE, Family
+from tyre.base.arrays import Array
 
-Array = NDArray[np.float64]
 START = {"_rate": 3.0, "lateral_velocity": 2.0, "_force": 0.3, "_moment": 0.1, "": 0.5}
 """Prior sd of an initial state by the end of its name: rad/s, m/s, weights, weights times m, rad."""
 

@@ -18,9 +18,8 @@ from studies.inference.parameter import Candidate
 from studies.missing_effect.motion.bicycle_forward import BicycleForward, error
 from studies.missing_effect.motion.family import SPEED_SCALE, Family
 from studies.missing_effect.motion.modal_table import ModalPoint
+from tyre.base.arrays import Array, Complex
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 RATIO_OUTPUT = {"steer_over_lean": "steer_rate", "yaw_over_lean": "yaw_rate"}
 OTHER_KIND = 3.0  # a real root stands in for a measured oscillation only where no pair is three times as near
 GAIN, DELAY = "_gain", "_delay"

@@ -7,14 +7,14 @@ from bicycle.default_sd import ASSUMED, standard_deviations
 from bicycle.effect import WHEELS
 from bicycle.model import Model
 from bicycle.parameters import UNITS, UNUSED
-from studies.inference.parameter import Unknown
+from studies.inference.parameter import UncertainParameter
 from tyre.base.errors import InputError, is_number, shown, unknown
 
 MOST = {"m": (0.5, "mm"), "rad": (0.3, "degrees"), "kg": (100.0, "g"), "kg m^2": (100.0, "kg mm^2")}
 """Standard deviations of a bicycle's parameters beyond which they are surely in another unit, by unit."""
 
 
-def nuisances(model: Model, given: Mapping[str, float]) -> tuple[tuple[Unknown, ...], tuple[str, ...]]:
+def nuisances(model: Model, given: Mapping[str, float]) -> tuple[tuple[UncertainParameter, ...], tuple[str, ...]]:
     """Unknowns of the base model with prior sd, those of :func:`bicycle.default_sd.standard_deviations`.
 
     Parameters
@@ -39,7 +39,9 @@ def nuisances(model: Model, given: Mapping[str, float]) -> tuple[tuple[Unknown, 
     if assumed:
         notes = (f"no uncertainty given for {', '.join(assumed)}: documented defaults are used (1 sigma)",)
     found = [
-        Unknown(key, UNITS.get(key, ""), dict.fromkeys((key, *followers.get(key, ())), 1.0), values[key], deviation.sd)
+        UncertainParameter(
+            key, UNITS.get(key, ""), dict.fromkeys((key, *followers.get(key, ())), 1.0), values[key], deviation.sd
+        )
         for key, deviation in deviations.items()
         if deviation.sd > 0
     ]

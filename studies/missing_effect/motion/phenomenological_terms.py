@@ -6,7 +6,7 @@ They are never named; they say in which direction to look.
 import math
 from dataclasses import replace
 
-from studies.inference.parameter import Candidate, Unknown
+from studies.inference.parameter import Candidate, UncertainParameter
 from studies.missing_effect.motion.family import FEEDBACK
 
 TERMS = {
@@ -25,7 +25,9 @@ def feedback_terms() -> tuple[Candidate, ...]:
         unit = "N m s/rad" if seen.endswith("_rate") else "N m/rad"
         name = f"{torque.removesuffix('_torque')} torque from {seen.replace('_', ' ')}"
         found.append(
-            Candidate(name, (Unknown("gain", unit, {f"{FEEDBACK}{seen}.{torque}": 1.0}, 0.0, scale, size=True),))
+            Candidate(
+                name, (UncertainParameter("gain", unit, {f"{FEEDBACK}{seen}.{torque}": 1.0}, 0.0, scale, size=True),)
+            )
         )
     return tuple(found)
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studies.inference.parameter import Candidate, Unknown
+from studies.inference.parameter import Candidate, UncertainParameter
 from studies.missing_effect.rig.data import Pull, Sweep
 from studies.missing_effect.rig.reference import Curve
 from tyre.base.errors import InputError, unknown
@@ -45,13 +45,13 @@ class Setting:
     length: tuple[float, float] | None  # at the first sweep
 
 
-def rig_nuisances(setting: Setting) -> tuple[Unknown, ...]:
+def rig_nuisances(setting: Setting) -> tuple[UncertainParameter, ...]:
     """Tyre parameters with the reference's uncertainty, scatter of one recording, drifts, certified calibration."""
     c, found = setting.calibration, []
 
     def add(key: str, scale: float, unit: str = "1") -> None:
         if scale > 0:
-            found.append(Unknown(key, unit, {key: 1.0}, 0.0, scale))
+            found.append(UncertainParameter(key, unit, {key: 1.0}, 0.0, scale))
 
     for label in dict.fromkeys(s.label for s in setting.sweeps):
         value, sd = setting.curves[label].cornering_stiffness or (1.0, 0.0)
@@ -122,7 +122,9 @@ def rig_candidates(
         if needs(speeds, "sweep_lag", "the rolling speed is not recorded; give speed_km_h in the sidecar"):
             found.append(_lag(setting.length))
     if needs(pulls, "rim_compliance, rig_friction, displacement_scale", "no pull test"):
-        begins = Unknown("presliding", "m", {"presliding": 1.0}, float(np.log(PRESLIDING[0])), PRESLIDING[1], power=0)
+        begins = UncertainParameter(
+            "presliding", "m", {"presliding": 1.0}, float(np.log(PRESLIDING[0])), PRESLIDING[1], power=0
+        )
         found += [
             _one("rim_compliance", "compliance", "m/N", 1e-5, 0.0, 2e-4),
             _one("displacement_scale", "scale", "1", 0.025),
@@ -133,7 +135,7 @@ def rig_candidates(
 
 def chosen(
     candidates: tuple[Candidate, ...], refused: dict[str, str], includes: Sequence[str], without: Sequence[str]
-) -> tuple[tuple[Candidate, ...], tuple[Unknown, ...]]:
+) -> tuple[tuple[Candidate, ...], tuple[UncertainParameter, ...]]:
     """Candidates that are tried, and the unknowns of those that the base model includes.
 
     Raises
@@ -163,8 +165,10 @@ def phenomenological(sweeps: bool, pulls: bool) -> tuple[Candidate, ...]:
     return (*found, *([_one("pull force bends", "share at the end", "1", 0.1)] if pulls else []))
 
 
-def _size(name: str, unit: str, key: str, scale: float, low: float = -np.inf, high: float = np.inf) -> Unknown:
-    return Unknown(name, unit, {key: 1.0}, 0.0, scale, low, high, size=True)
+def _size(
+    name: str, unit: str, key: str, scale: float, low: float = -np.inf, high: float = np.inf
+) -> UncertainParameter:
+    return UncertainParameter(name, unit, {key: 1.0}, 0.0, scale, low, high, size=True)
 
 
 def _one(identifier: str, name: str, unit: str, scale: float, low: float = -np.inf, high: float = np.inf) -> Candidate:
@@ -174,9 +178,9 @@ def _one(identifier: str, name: str, unit: str, scale: float, low: float = -np.i
 def _lag(length: tuple[float, float] | None) -> Candidate:
     """Its length is known where the reference has it: then the effect is there or not, and its size is no question."""
     if length is None:
-        unknown_length: Callable[..., Unknown] = _size
+        unknown_length: Callable[..., UncertainParameter] = _size
         return Candidate(
             "sweep_lag", (unknown_length("relaxation_length", "m", "sweep_lag", UNKNOWN_LENGTH, 0.0, 2.0),)
         )
     value, sd = length
-    return Candidate("sweep_lag", (Unknown("relaxation_length", "m", {"sweep_lag": 1.0}, value, sd, 0.0),))
+    return Candidate("sweep_lag", (UncertainParameter("relaxation_length", "m", {"sweep_lag": 1.0}, value, sd, 0.0),))

@@ -17,13 +17,13 @@ from scipy.optimize import minimize
 from scipy.signal import savgol_filter
 
 from bicycle.eigenvalues.solvers import one_blas_thread
+from tyre.base.arrays import Array
 from tyre.fits.pull_test import fit_pull_test
 from tyre.fits.slip_sweep import SlipSweepFit, fit_slip_sweep
 from tyre.fits.sweep_branches import Blocks
 from tyre.fits.sweep_curve import lagged_magic_formula
 from tyre.recordings.recording import Condition, PullTest, RigRun
 
-Array = NDArray[np.float64]
 SMOOTHED = 15  # blocks of 0.1 deg of the slip angle
 MOST_BLOCKS = 240  # of a sweep; of longer ones every second, third ... block is compared
 SWEEP_TERMS = (

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from studies.inference.parameter import Candidate
 from studies.missing_effect.rig.recordings_forward import RigRecordingsForward
 from studies.reporting.plotting import GREY, drawing, look
+from tyre.base.arrays import Array
 
-Array = NDArray[np.float64]
 MOST = 8  # recordings drawn
 CAPTION = (
     "Measured side force minus that of the base model, N: filled with rising slip or displacement, open with falling. "

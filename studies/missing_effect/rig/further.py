@@ -4,13 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from studies.missing_effect.rig.candidates import DRIFT, ZERO
 from studies.missing_effect.rig.data import Noise, Sweep
+from tyre.base.arrays import Array
 from tyre.recordings.recording import Condition
 
-Array = NDArray[np.float64]
 BLOCK = np.deg2rad(0.2)  # of a predicted sweep
 SETTLING = 0.5  # m
 GAUGE = 1e-5  # m, a dial gauge

@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studies.inference.forward import Extra, Residual, Rows
-from studies.inference.parameter import Candidate, Unknown
+from studies.inference.parameter import Candidate, UncertainParameter
 from studies.missing_effect.rig.candidates import phenomenological
 from studies.missing_effect.rig.data import Pull, Sweep, condition_label
 from studies.missing_effect.rig.further import GAUGE, Further, further_sweeps
 from studies.missing_effect.rig.measurement import RigMeasurement
 from studies.missing_effect.rig.reference import PEAK, Curve
+from tyre.base.arrays import Array
 from tyre.recordings.recording import Condition
 
-Array = NDArray[np.float64]
 Values = Mapping[str, Array]
 LOAD_EXPONENT = 0.7  # d(ln C)/d(ln load) where the reference has one load only
 FOLDS, SEGMENTS = 3, 6  # of a recording held out in turn, where there are fewer than three recordings
@@ -39,7 +39,7 @@ class RigRecordingsForward:
     measurement: RigMeasurement
     sweeps: tuple[Sweep, ...]
     pulls: tuple[Pull, ...]
-    nuisances: tuple[Unknown, ...]
+    nuisances: tuple[UncertainParameter, ...]
     candidates: tuple[Candidate, ...]
     refused: dict[str, str]
     notes: tuple[str, ...]

@@ -12,16 +12,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from studies.inference.forward import Extra, Residual, Rows
-from studies.inference.parameter import Candidate, Unknown
+from studies.inference.parameter import Candidate, UncertainParameter
 from studies.missing_effect.rig.measurement import WHEEL_RADIUS
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError, shown, unknown
 from tyre.maps.table_io import read_table
 from tyre.maps.tables import MeasuredTable
 
-Array = NDArray[np.float64]
 KEYS = ("reference", "measured")
 TOP_KEYS = ("kind", "description", "source", "tyre_tables")
 FEWEST = 6  # conditions: the reference is a quadratic in two variables
@@ -86,7 +85,7 @@ class RigForward:
     reference: MeasuredTable
     measured: MeasuredTable
     without: tuple[str, ...] = ()
-    nuisances: tuple[Unknown, ...] = ()
+    nuisances: tuple[UncertainParameter, ...] = ()
     refused: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = (f"repeatability of a cornering stiffness: {REPEATABILITY:.0%} on each surface",)
     thorough = True
@@ -95,11 +94,11 @@ class RigForward:
     def candidates(self) -> tuple[Candidate, ...]:
         """The drum's curvature where there is a drum, and the rig's calibration."""
         found = [
-            Candidate(name, (Unknown("scale", "1", {name: 1.0}, 0.0, sd, -5 * sd, 5 * sd, size=True),))
+            Candidate(name, (UncertainParameter("scale", "1", {name: 1.0}, 0.0, sd, -5 * sd, 5 * sd, size=True),))
             for name, sd in SCALES.items()
         ]
         if self.measured.drum_diameter:
-            exponent = Unknown("exponent", "1", {"drum_curvature": 1.0}, 0.0, 0.6, 0.0, 3.0, size=True)
+            exponent = UncertainParameter("exponent", "1", {"drum_curvature": 1.0}, 0.0, 0.6, 0.0, 3.0, size=True)
             found.append(Candidate("drum_curvature", (exponent,)))
         return tuple(c for c in found if c.identifier not in self.without)
 

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linear_sum_assignment
 
-from bicycle.derivation.builder import derive
+from bicycle.derivation.evaluation import derive
 from bicycle.effect import Effect, registry
 from bicycle.files.bicycle_file import load_bicycle
 from bicycle.model import Model

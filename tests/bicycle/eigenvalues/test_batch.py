@@ -6,7 +6,13 @@ from eigenvalue_sets import assert_same_eigenvalues, in_order_of
 
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.critical.critical_speeds import critical_speeds
-from bicycle.eigenvalues.batch import coefficients, first_order, follow_crossing, state_matrices, with_slopes
+from bicycle.eigenvalues.batch import (
+    coefficients,
+    eigenvalue_derivative_terms,
+    follow_crossing,
+    state_matrices,
+    with_slopes,
+)
 from bicycle.eigenvalues.solvers import compiled, eigenvalues, eigenvalues_along, lapack
 
 TYRE = effect_class("relaxation_length")(cornering_stiffness=6000.0, relaxation_length=0.1)
@@ -55,7 +61,7 @@ def test_first_order_is_the_sum_of_products():
     expected = sum(
         w[:, None] * np.einsum("ki,pij,kj->kp", left, stack, right) for w, stack in zip(weights, stacks, strict=True)
     )
-    found = first_order(left, right, list(zip(weights, stacks, strict=True)))
+    found = eigenvalue_derivative_terms(left, right, list(zip(weights, stacks, strict=True)))
     np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
 
 

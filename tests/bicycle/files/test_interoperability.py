@@ -7,10 +7,11 @@ import pytest
 from eigenvalue_sets import assert_same_eigenvalues
 
 from bicycle import Model, available_bicycles, effect_class, load_bicycle
-from bicycle.files.to_xarray import frequency_response_to_xarray, modes_to_xarray, response_to_xarray
 from bicycle.modal.named_modes import modes
+from bicycle.modal.to_xarray import modes_to_xarray
 from bicycle.responses.inputs import step
 from bicycle.responses.linear import frequency_response, respond
+from bicycle.responses.to_xarray import frequency_response_to_xarray, response_to_xarray
 from studies.cli import main
 
 xarray = pytest.importorskip("xarray")

@@ -18,18 +18,18 @@ from studies.inference.checks import held_out, log_normal
 from studies.inference.evidence import singles
 from studies.inference.fit import fit
 from studies.inference.forward import Rows
-from studies.inference.parameter import Candidate, Unknown
+from studies.inference.parameter import Candidate, UncertainParameter
 from studies.missing_effect import diagnose, read_measurement
 from studies.missing_effect.diagnose import forward_model
 from studies.missing_effect.measurement import Measurement
 from tyre.base.paths import data_root
 
 X = np.linspace(0.0, 1.0, 9)
-BASE = Unknown("level", "1", {"level": 1.0}, 0.3, 0.4)
+BASE = UncertainParameter("level", "1", {"level": 1.0}, 0.3, 0.4)
 
 
 def candidate(name, *, scale=0.5, lowest=-math.inf):
-    return Candidate(name, (Unknown("size", "1", {name: 1.0}, 0.0, scale, lowest, size=True),))
+    return Candidate(name, (UncertainParameter("size", "1", {name: 1.0}, 0.0, scale, lowest, size=True),))
 
 
 def shape(name, size):

@@ -27,7 +27,7 @@ def case(tmp_path, hidden, seed, **settings):
 
 
 def test_the_model_replays_its_own_response(tmp_path):
-    """Unknown start, torque held between samples: what is left is the wide prior of the start only."""
+    """UncertainParameter start, torque held between samples: what is left is the wide prior of the start only."""
     model, time = Model(load_bicycle("benchmark")), np.arange(300) * 0.01
     torque = InputHistory(np.array([0.0, 0.5, 0.9, 1.3]), np.array([0.0, 3.0, -3.0, 0.0]))
     r = respond(model.linear_model(), speed=5.0, time=time, initial={"lean_rate": 0.3}, inputs={"steer_torque": torque})

@@ -9,12 +9,12 @@ from scipy.stats import multivariate_normal
 
 from studies.inference.forward import Rows
 from studies.inference.judge import Subject, judge
-from studies.inference.parameter import Candidate, Unknown
+from studies.inference.parameter import Candidate, UncertainParameter
 
 N = 24
 X = np.linspace(0.0, 1.0, N)
 SHAPES = {"slope": X, "bend": (X - 0.3) ** 2, "ripple": np.sin(9 * X)}
-LEVEL = Unknown("level", "1", {"level": 1.0}, 0.0, 1.0)
+LEVEL = UncertainParameter("level", "1", {"level": 1.0}, 0.0, 1.0)
 SCALE = 4.0
 
 
@@ -64,7 +64,7 @@ def posterior(data, *names):
 
 def diagnosed(bend, *, seed=3):
     data = 3 * X + bend * SHAPES["bend"] + np.random.default_rng(seed).standard_normal(N)
-    sizes = {name: Unknown("size", "1", {name: 1.0}, 0.0, SCALE, size=True) for name in SHAPES}
+    sizes = {name: UncertainParameter("size", "1", {name: 1.0}, 0.0, SCALE, size=True) for name in SHAPES}
     candidates = tuple(Candidate(name, (size,)) for name, size in sizes.items())
     return data, judge(Linear(data, candidates), Subject("synthetic")).verdict
 

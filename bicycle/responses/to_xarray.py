@@ -1,0 +1,38 @@
+"""Responses as labelled ``xarray`` datasets with units; xarray is optional."""
+
+from typing import Any
+
+from bicycle.responses.linear import FrequencyResponse, Response, unit_of
+from tyre.base.optional import optional_module
+
+
+def response_to_xarray(response: Response) -> Any:
+    """``xarray.Dataset`` over time with one variable per output and input, units attached.
+
+    Raises
+    ------
+    ImportError
+        xarray is not installed.
+    """
+    named = {**response.outputs, **response.inputs}
+    return optional_module("xarray", extra="xarray").Dataset(
+        {name: ("time", values, {"units": unit_of(name)}) for name, values in named.items()},
+        {"time": ("time", response.time, {"units": "s"})},
+        {"speed_m_s": response.speed},
+    )
+
+
+def frequency_response_to_xarray(response: FrequencyResponse) -> Any:
+    """``xarray.Dataset`` over frequency (Hz) with one complex gain per output.
+
+    Raises
+    ------
+    ImportError
+        xarray is not installed.
+    """
+    per = f" / ({unit_of(response.input)})"
+    return optional_module("xarray", extra="xarray").Dataset(
+        {name: ("frequency", gain, {"units": unit_of(name) + per}) for name, gain in response.outputs.items()},
+        {"frequency": ("frequency", response.frequency_hz, {"units": "Hz"})},
+        {"speed_m_s": response.speed, "input": response.input},
+    )
