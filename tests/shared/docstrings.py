@@ -12,10 +12,10 @@ NUMBERS = re.compile(r"\b(float|int|complex|Array|ArrayLike|NDArray|Complex|ndar
 UNIT = re.compile(
     r"""(?<![\w'])(
         (k|m|M)?(m|g|s|N|Pa|Hz|bar|rad|deg|J|W|K|V)(\^-?\d)?(?![\w'])  # a unit alone or the first of a product
-        | 1/\w | % | per\ cent | dB | SI | (no|any|same|own)\ units? | units? | dimensionless
-        | ratio | share | factor | fraction | quantile | probability | exponent
+        | 1/\w | % | per\ ?cent | dB | SI | (no|any|same|own)\ units? | units? | dimensionless
         | shape | scalar | \([\w, .*+]*,[\w, .*+]*\)  # (n,), (..., n, n)
-        | numbers? | how\ many | counts? | index | indices | places? | seed | bytes | rows? | lines? | pixels | percent
+        | (?i:ratio | share | factor | fraction | quantile | probability | exponent | numbers? | how\ many | counts?
+            | index | indices | places? | seed | bytes | rows? | lines? | pixels)\b
     )""",
     re.VERBOSE,
 )

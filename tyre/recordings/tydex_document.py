@@ -91,7 +91,7 @@ class TydexDocument:
         return "".join(section.line + section.body for section in self.sections)
 
     def body(self, keyword: str) -> str:
-        """Text under a keyword, empty when the file does not have it."""
+        """Text under ``keyword``, empty when the file does not have it."""
         return "".join(section.body for section in self.sections if section.name == keyword)
 
     @cached_property
@@ -135,6 +135,11 @@ class TydexDocument:
     def physical(self, name: str) -> NDArray[np.float64]:
         """Values of one channel in its own unit, factor and offsets applied, shape (rows,).
 
+        Parameters
+        ----------
+        name : str
+            Of the channel, e.g. ``FYH``.
+
         Raises
         ------
         InputError
@@ -151,6 +156,12 @@ class TydexDocument:
 
 def parse(text: str, *, source: str = "TYDEX text") -> TydexDocument:
     """Split a TYDEX text into its sections.
+
+    Parameters
+    ----------
+    text : str
+    source : str, optional
+        What messages call it.
 
     Raises
     ------
@@ -182,6 +193,10 @@ def parse(text: str, *, source: str = "TYDEX text") -> TydexDocument:
 def read_document(path: str | Path) -> TydexDocument:
     """Read a TYDEX file (UTF-8 or Latin-1) without interpreting it.
 
+    Parameters
+    ----------
+    path : str or Path
+
     Raises
     ------
     InputError
@@ -199,7 +214,7 @@ def read_document(path: str | Path) -> TydexDocument:
 
 
 def write_document(document: TydexDocument, path: str | Path) -> None:
-    """Write a document in UTF-8, line ends as they are in its text."""
+    """Write ``document`` to ``path`` in UTF-8, line ends as they are in its text."""
     Path(path).write_bytes(document.text.encode("utf-8"))
 
 
