@@ -32,7 +32,7 @@ def join(bodies: Sequence[RigidBody]) -> RigidBody:
 
 
 def rear_frame(p: Mapping[str, float]) -> RigidBody:
-    """The rear frame of a parameter set ``p`` (SI); IByy, of no use to lateral motion, is NaN where the set has none."""
+    """The rear frame of a parameter set ``p`` (SI); IByy, of no use to lateral motion, is NaN where it has none."""
     inertia = np.array([[p["IBxx"], 0, p["IBxz"]], [0, p.get("IByy", np.nan), 0], [p["IBxz"], 0, p["IBzz"]]])
     return RigidBody(p["mB"], np.array([p["xB"], 0.0, p["zB"]]), inertia)
 
