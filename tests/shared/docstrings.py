@@ -14,8 +14,8 @@ UNIT = re.compile(
         (k|m|M)?(m|g|s|N|Pa|Hz|bar|rad|deg|J|W|K|V)(\^-?\d)?(?![\w'])  # a unit alone or the first of a product
         | 1/\w | % | per\ ?cent | dB | SI | (no|any|same|own)\ units? | units? | dimensionless
         | shape | scalar | \([\w, .*+]*,[\w, .*+]*\)  # (n,), (..., n, n)
-        | (?i:ratio | share | factor | fraction | quantile | probability | exponent | numbers? | how\ many | counts?
-            | index | indices | places? | seed | bytes | rows? | lines? | pixels)\b
+        | (?i:ratio | shares? | factors? | fractions? | quantile | probability | exponent | numbers? | counts?
+            | how\ many | index | indices | places? | seed | bytes | rows? | lines? | pixels)\b
     )""",
     re.VERBOSE,
 )

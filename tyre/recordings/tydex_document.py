@@ -133,12 +133,7 @@ class TydexDocument:
         return int(rows) if rows.isascii() and rows.isdigit() and len(rows) < 12 else None
 
     def physical(self, name: str) -> NDArray[np.float64]:
-        """Values of one channel in its own unit, factor and offsets applied, shape (rows,).
-
-        Parameters
-        ----------
-        name : str
-            Of the channel, e.g. ``FYH``.
+        """Values of the channel ``name`` in its own unit, factor and offsets applied, shape (rows,).
 
         Raises
         ------
@@ -155,13 +150,7 @@ class TydexDocument:
 
 
 def parse(text: str, *, source: str = "TYDEX text") -> TydexDocument:
-    """Split a TYDEX text into its sections.
-
-    Parameters
-    ----------
-    text : str
-    source : str, optional
-        What messages call it.
+    """Split a TYDEX ``text`` into its sections; messages call it ``source``.
 
     Raises
     ------
@@ -191,11 +180,7 @@ def parse(text: str, *, source: str = "TYDEX text") -> TydexDocument:
 
 
 def read_document(path: str | Path) -> TydexDocument:
-    """Read a TYDEX file (UTF-8 or Latin-1) without interpreting it.
-
-    Parameters
-    ----------
-    path : str or Path
+    """Read the TYDEX file ``path`` (UTF-8 or Latin-1) without interpreting it.
 
     Raises
     ------
