@@ -54,6 +54,13 @@ class Run:
 def read_runs(table: Mapping[str, Any], folder: Path) -> tuple[tuple[Run, ...], dict[str, float], tuple[str, ...]]:
     """Runs, given noise standard deviations and notes of the table ``[histories]``.
 
+    Parameters
+    ----------
+    table : mapping
+        As read from TOML.
+    folder : Path
+        What the files of the runs are relative to.
+
     Raises
     ------
     InputError
@@ -130,7 +137,16 @@ def _run(entry: Any, folder: Path, drop: float) -> Run:
 
 
 def read_run(path: Path, speed: float, group: str = "") -> Run:
-    """One CSV with ``time_s`` and any of the channels and inputs."""
+    """One CSV with ``time_s`` and any of the channels and inputs.
+
+    Parameters
+    ----------
+    path : Path
+    speed : float
+        Forward speed, m/s.
+    group : str, optional
+        Runs of one group are held out together; without one, those of one speed are.
+    """
     columns = read_columns(path, numbers=("time_s", *CHANNELS, *INPUTS), needed=("time_s",))
     numbers, lines = columns.numbers, columns.lines
     time = numbers["time_s"]

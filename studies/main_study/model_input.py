@@ -79,7 +79,7 @@ def settings_of(
 
 
 def own_front(table: Mapping[str, Any] | None, bicycle: Bicycle) -> Front:
-    """The flexible front of a model file, or the assumed one."""
+    """The flexible front of a model file's ``table``, or the assumed one."""
     if table is None:
         return Front()
     values = effect_class("front_compliance")(**table).values(bicycle.values)
@@ -90,7 +90,7 @@ def own_front(table: Mapping[str, Any] | None, bicycle: Bicycle) -> Front:
 
 
 def own_arms(table: Mapping[str, Any] | None) -> Arms:
-    """The arms of a model file, or the assumed ones."""
+    """The arms of a model file's ``table``, or the assumed ones."""
     if table is None:
         return Arms()
     effect = effect_class("rider_arms")(**table)
@@ -100,7 +100,7 @@ def own_arms(table: Mapping[str, Any] | None) -> Arms:
 
 
 def read_pressures(text: str | None) -> tuple[float, ...]:
-    """Pressures in bar from ``3.5,5,7``, ascending."""
+    """Pressures in bar from a ``text`` like ``3.5,5,7``, ascending."""
     if text is None:
         return ()
     try:

@@ -33,7 +33,7 @@ def spread(settings: Settings, case: TyreCase, setup: Setup) -> Spread:
 
 
 def within(names: Sequence[str], part: Spread) -> Array:
-    """The covariance of ``part`` among more parameters, which count as exact."""
+    """The covariance of ``part`` among the parameters ``names``; the others count as exact."""
     found = np.zeros((len(names), len(names)))
     at = [names.index(name) for name in part.names]
     found[np.ix_(at, at)] = part.covariance
@@ -57,7 +57,10 @@ def uncertainty(settings: Settings, case: TyreCase, setup: Setup) -> Uncertainty
 
 
 def draws(settings: Settings, case: TyreCase, uncertain: Uncertainty, count: int) -> Iterator[dict[str, float] | None]:
-    """Parameters of random bicycles; None for one that is no bicycle. The tyre's numbers differ from case to case."""
+    """Parameters of a number ``count`` of random bicycles; None for one that is no bicycle.
+
+    The tyre's numbers differ from case to case.
+    """
     mine = uncertain.draw(count, settings.seed)
     own = uncertain.draw(count, 1 + settings.seed + sum(map(ord, case.name + case.condition)))
     z = np.where([name.startswith("tyre ") for name in uncertain.names], own, mine)

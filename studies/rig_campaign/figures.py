@@ -83,7 +83,7 @@ def save_figures(campaign: Campaign, folder: Path, *, every_recording: bool = Fa
 
 
 def slug(name: str) -> str:
-    """A name fit for a file: letters, digits, ``-`` and ``_``."""
+    """``name`` made fit for a file: letters, digits, ``-`` and ``_``."""
     return "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in name)
 
 
@@ -192,7 +192,10 @@ def stiffness_over_load(conditions: Sequence[ConditionResult]) -> "Figure":
 def flat_against_drum(
     campaign: Campaign, tyre: str, pairs: Sequence[tuple[ConditionResult, ConditionResult]]
 ) -> "Figure":
-    """Ratio of flat to drum cornering stiffness over load, with the fitted (1 + R/R_drum)^n."""
+    """Ratio of flat to drum cornering stiffness over load, with the fitted (1 + R/R_drum)^n.
+
+    ``pairs`` are the conditions of ``tyre`` measured on both.
+    """
     figure, axes = _figure(1, 1, width=6.4, height=4.2)
     panel = axes[0]
     pressures = sorted({flat.pressure for flat, _ in pairs})

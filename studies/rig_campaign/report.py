@@ -135,7 +135,10 @@ def write_maps(campaign: Campaign, out: Path, *, wheel_radius: float) -> tuple[l
 
 
 def report_text(campaign: Campaign, figures: Sequence[Path], remarks: Sequence[str], out: Path) -> str:
-    """The report as Markdown: tables, agreement of the routes, repeatability budget, skipped files, warnings."""
+    """The report as Markdown: tables, agreement of the routes, repeatability budget, skipped files, warnings.
+
+    ``figures`` are shown by their place under ``out``, ``remarks`` stand with the warnings.
+    """
     from tabulate import tabulate
 
     lines = ["# Rig campaign", ""]

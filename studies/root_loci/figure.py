@@ -23,6 +23,14 @@ def draw_root_locus(locus: RootLocus, target: Path, *, title: str, max_frequency
     """Complex plane (upper half) on the left, real part and frequency against the parameter on the right.
 
     Shown up to ``max_frequency_hz`` (Hz), by default a little above weave, wobble, rider and every crossing.
+
+    Parameters
+    ----------
+    locus : RootLocus
+    target : Path
+        Without ending.
+    title : str
+    max_frequency_hz : float, optional
     """
     with drawing(target, width=11.5, height=6.4) as canvas:
         grid = canvas.add_gridspec(2, 2, width_ratios=(1.7, 1))
@@ -59,7 +67,7 @@ def draw_root_locus(locus: RootLocus, target: Path, *, title: str, max_frequency
 
 
 def line_look(name: str) -> Look:
-    """The look of a mode's line, without markers; the rear tyre's dashes would look like the front compliance's."""
+    """The look of the line of mode ``name``, without markers; the rear tyre's dashes would look like the front's."""
     return mode_look(name)._replace(line=LONG_SHORT) if name.split("+")[0] == "rear_tyre" else mode_look(name)
 
 

@@ -66,6 +66,17 @@ def rank(
     Standard deviations are those of :func:`bicycle.default_sd.standard_deviations`: as given, else of the tyre's table
     or the bicycle's file, else the documented defaults. What is exact changes nothing and comes last.
 
+    Parameters
+    ----------
+    model : Model
+    mode : str
+    speed : float
+        m/s.
+    given_sd : mapping of str to float, optional
+        Standard deviations by parameter, in its unit.
+    max_speed : float, optional
+        Critical speeds are looked for up to it, m/s.
+
     Raises
     ------
     InputError
@@ -100,7 +111,7 @@ def rank(
 
 
 def unit_of(key: str) -> str:
-    """SI unit of a bicycle key or an ``effect.name[.wheel]``."""
+    """SI unit of a bicycle ``key`` or an ``effect.name[.wheel]``."""
     return UNITS[key] if key in UNITS else str(_parameter(key).unit)
 
 

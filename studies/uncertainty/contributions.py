@@ -14,7 +14,7 @@ INERTIAL = ("kg", "kg m^2")
 
 
 def group_of(measurement: str) -> str:
-    """Group of a measurement: a stiffness of the tyre, a kind of parameter of the bicycle, or the name of an effect."""
+    """Group of a ``measurement``: a stiffness of the tyre, a kind of parameter of the bicycle, or the effect's name."""
     key = measurement.split(", ")[0]
     if "." in key:
         return key.split(".")[0]
@@ -26,7 +26,7 @@ def group_of(measurement: str) -> str:
 
 
 def by_group(shares: Mapping[str, float]) -> dict[str, float]:
-    """Shares of the linear variance by group, from those by measurement."""
+    """Shares of the linear variance by group, from ``shares`` by measurement."""
     found: dict[str, float] = {}
     for measurement, share in shares.items():
         found[group_of(measurement)] = found.get(group_of(measurement), 0.0) + share
@@ -34,7 +34,7 @@ def by_group(shares: Mapping[str, float]) -> dict[str, float]:
 
 
 def by_origin(model: UncertainModel, shares: Mapping[str, float]) -> dict[str, float]:
-    """Shares of the linear variance by where the standard deviations come from."""
+    """Shares of the linear variance by where standard deviations come from, from ``shares`` by measurement."""
     found: dict[str, float] = {}
     for measurement, share in shares.items():
         found[model.origin(measurement)] = found.get(model.origin(measurement), 0.0) + share

@@ -31,6 +31,6 @@ def replacing(target: str | Path) -> Iterator[Path]:
 
 
 def write_text(target: str | Path, text: str) -> None:
-    """Write text in UTF-8, completely or not at all."""
+    """Write ``text`` to ``target`` in UTF-8, completely or not at all."""
     with replacing(target) as part:
         part.write_text(text, encoding="utf-8", newline="\n")

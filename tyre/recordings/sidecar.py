@@ -151,7 +151,14 @@ def _quantity(key: str, value: Any, where: str) -> tuple[str, float]:
 
 
 def write_sidecar(recording: RigRun | PullTest, path: Path) -> None:
-    """Write the sidecar of a recording in the units the reader documents (N, bar, km/h, deg, m)."""
+    """Write the sidecar of a recording in the units the reader documents (N, bar, km/h, deg, m).
+
+    Parameters
+    ----------
+    recording : RigRun or PullTest
+    path : Path
+        ``.toml``, beside the CSV.
+    """
     condition = recording.condition
     table: dict[str, Any] = {
         "kind": recording.kind if isinstance(recording, RigRun) else "pull_test",
