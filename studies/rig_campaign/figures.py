@@ -8,7 +8,8 @@ import numpy as np
 
 from tyre.campaigns.campaign import Campaign
 from tyre.campaigns.condition import ConditionResult
-from tyre.campaigns.recording import RecordingSummary, points_of
+from tyre.campaigns.recording import points_of
+from tyre.campaigns.summary import RecordingSummary
 from tyre.fits.estimate import Estimate
 from tyre.fits.sweep_curve import magic_formula
 from tyre.recordings.recording import Channel
