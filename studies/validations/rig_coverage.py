@@ -125,7 +125,7 @@ def summary(frame: Any, *, seed: int, campaigns: int) -> dict[str, Any]:
 def one_campaign(seed: np.random.SeedSequence) -> list[dict[str, float]]:
     """Simulate (from ``seed``), write, read and fit one campaign; one row per condition."""
     from tyre.campaigns.campaign import fit_campaign
-    from tyre.campaigns.recording import FitSettings
+    from tyre.campaigns.summary import FitSettings
     from tyre.fits.estimate import Calibration
 
     calibration = Calibration()

@@ -22,7 +22,7 @@ from studies.missing_effect.rig.reference import Reference, read_reference
 from tyre.base.errors import InputError, is_number, unknown
 from tyre.campaigns.campaign import recordings_in
 from tyre.fits.estimate import Calibration
-from tyre.fits.relaxation import is_slip_step
+from tyre.fits.slip_step import is_slip_step
 from tyre.recordings.preflight import preflight
 from tyre.recordings.read import read_recording
 from tyre.recordings.recording import PullTest, RigRun
