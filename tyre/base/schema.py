@@ -7,9 +7,10 @@ file: the place, the key, the value, what is allowed. Voluptuous walks the table
 
 import math
 from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
 from typing import Any
 
-from voluptuous import Invalid, MultipleInvalid, Optional, Required, RequiredFieldInvalid, Schema
+from voluptuous import REMOVE_EXTRA, Invalid, MultipleInvalid, Optional, Required, RequiredFieldInvalid, Schema
 
 from tyre.base.errors import InputError, is_number, shown, unknown
 
@@ -179,7 +180,26 @@ def list_of(check: Check, says: str, *, least: int = 0, strict: bool = True) -> 
     return every
 
 
-def table(keys: Mapping[Any, Check], *, kind: str = "key") -> Check:
+@dataclass(frozen=True)
+class Table:
+    """A declared table: called with a mapping, it gives the checked values.
+
+    Attributes
+    ----------
+    keys : tuple of str
+        Its keys.
+    schema : voluptuous.Schema
+    """
+
+    keys: tuple[str, ...]
+    schema: Schema
+
+    def __call__(self, value: Any) -> dict[str, Any]:
+        """Check a table."""
+        return dict(self.schema(dict(any_table(value))))
+
+
+def table(keys: Mapping[Any, Check], *, kind: str = "key", others: bool = False) -> Table:
     """A table of declared keys.
 
     Parameters
@@ -188,20 +208,20 @@ def table(keys: Mapping[Any, Check], *, kind: str = "key") -> Check:
         Check of every key, each key made by :func:`needed` or :func:`maybe`.
     kind : str
         What a message calls its keys.
+    others : bool
+        Other keys may stand beside them, and are passed over.
     """
-    names = [str(key) for key in keys]
-
+    names = tuple(str(key) for key in keys)
     for place, key in enumerate(keys):
         key.description = place  # the order in which missing ones are told
 
     def none_else(key: Any) -> str:
         raise _UnknownKey(unknown(kind, key, names))
 
-    schema = Schema({**keys, none_else: object})
-    return _table_checked_by(schema)
+    return Table(names, Schema(dict(keys), extra=REMOVE_EXTRA) if others else Schema({**keys, none_else: object}))
 
 
-def by_name(check: Check, allowed: Collection[str], *, kind: str) -> Check:
+def by_name(check: Check, allowed: Collection[str], *, kind: str) -> Table:
     """A table in which any of some names may stand, with values of one sort.
 
     Parameters
@@ -213,7 +233,20 @@ def by_name(check: Check, allowed: Collection[str], *, kind: str) -> Check:
     kind : str
         What a message calls them.
     """
-    return _table_checked_by(Schema({known(kind, allowed): check}))
+    return Table(tuple(allowed), Schema({known(kind, allowed): check}))
+
+
+def path_key(key: str, example: str) -> dict[Any, Check]:
+    """A key that names another file, to be merged with those of :func:`table`.
+
+    Parameters
+    ----------
+    key : str
+    example : str
+        A file, for the message.
+    """
+    how = f'write {key} = "{example}"'
+    return {needed(key, f"no {key}; {how}"): text(f"must be a path in quotes; {how}")}
 
 
 def anything(value: Any) -> Any:
@@ -224,15 +257,8 @@ def anything(value: Any) -> Any:
 def any_table(value: Any) -> Mapping[str, Any]:
     """A table whose keys are checked elsewhere."""
     if not isinstance(value, Mapping):
-        raise _NoTable(f"= {shown(value)}")
+        raise _NoTable(shown(value))
     return value
-
-
-def _table_checked_by(schema: Schema) -> Check:
-    def check(value: Any) -> Any:
-        return schema(dict(any_table(value)))
-
-    return check
 
 
 def read(declared: Check, content: Any, *, where: str = "", section: str = "", dotted: bool = False) -> Any:
@@ -280,13 +306,15 @@ def _rank(error: Invalid) -> tuple[int, int]:
 def _words(error: Invalid, section: list[str], *, dotted: bool) -> str:
     path = section + [part if isinstance(part, int) else str(part) for part in error.path]
     name, message = ".".join(part for part in path if isinstance(part, str)), error.error_message
-    if isinstance(error, _NoTable):
-        message += f" must be a table: write [{name}] and the keys below it"
     alone = isinstance(error, _UnknownKey | RequiredFieldInvalid)
+    if isinstance(error, _NoTable):
+        alone = not path or isinstance(path[-1], int)
+        way = "" if alone else f": write [{name}] and the keys below it"
+        message = f"{'' if alone else '= '}{message} must be a table{way}"
     if dotted:
         return message if alone else f"{name} {message}"
-    key = path.pop() if path and isinstance(path[-1], str) and error.path else ""
+    key = path.pop() if path and isinstance(path[-1], str) and (error.path or not alone) else ""
     numbers = [part + 1 for part in path if isinstance(part, int)]
     outer = ".".join(part for part in path if isinstance(part, str))
     label = f"[[{outer}]] number {numbers[-1]}: " if numbers else f"[{outer}]: " if outer else ""
-    return f"{label}{message if alone or not key else f'{key} {message}'}"
+    return label + (message if alone else f"{key} {message}".strip())
