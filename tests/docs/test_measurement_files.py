@@ -66,7 +66,7 @@ def test_every_name_stands_on_the_page():
     names = {
         *measurement.TOP_KEYS, *measurement.EVERY_KIND, *tables_forward.KEYS,
         *UNITS, *ORDER, *modal_table.NUMBERS, *recording.CHANNELS, *recording.INPUTS,
-        *recording.RUN_KEYS, *canonical_table.COEFFICIENTS, *canonical_table.UNITS.values(), *SAYS,
+        *recording.RUN.keys, *canonical_table.COEFFICIENTS, *canonical_table.UNITS.values(), *SAYS,
         *rig_measurement.KEYS, *reference.SOURCES, *reference.CONDITION_KEYS, *(f.name for f in fields(Calibration)),
         "rider", "environment", "coefficient", "unit", "value", "sd", "difference_percent", "speeds_m_s", "band_hz",
         "drop_first_s", "noise_sd", "time_s", "group", "mode",

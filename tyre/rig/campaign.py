@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tyre.base.errors import InputError
+from tyre.base.errors import InputError, hint
 from tyre.recordings.recording import Condition, PullTest, RigRun
 from tyre.rig.rig_effects import (
     DialGauge,
@@ -108,22 +108,17 @@ def set_effect(effects: Sequence[RigEffect], name: str, values: Mapping[str, flo
     InputError
         For an unknown effect or parameter; the message suggests the nearest.
     """
-    import difflib
-
     known = effect_classes()
     if name not in known:
-        near = difflib.get_close_matches(name, known, n=1)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
-        raise InputError(f"effect {name!r} is unknown (known: {', '.join(sorted(known))}){hint}")
+        raise InputError(f"effect {name!r} is unknown (known: {', '.join(sorted(known))}){hint(name, known)}")
     kind = known[name]
     if values is None:
         return tuple(effect for effect in effects if type(effect) is not kind)
     allowed = [item.name for item in fields(kind)]
     for key in values:
         if key not in allowed:
-            near = difflib.get_close_matches(key, allowed, n=1)
-            hint = f"; did you mean {near[0]!r}?" if near else ""
-            raise InputError(f"effect {name}: parameter {key!r} is unknown (known: {', '.join(allowed)}){hint}")
+            names = ", ".join(allowed)
+            raise InputError(f"effect {name}: parameter {key!r} is unknown (known: {names}){hint(key, allowed)}")
     if any(type(effect) is kind for effect in effects):
         return tuple(replace(effect, **values) if type(effect) is kind else effect for effect in effects)
     return (*effects, kind(**values))

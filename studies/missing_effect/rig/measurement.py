@@ -11,7 +11,6 @@ wheel_radius_m = 0.34
 recordings = "flat"
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,8 @@ from typing import Any
 import numpy as np
 
 from studies.missing_effect.rig.reference import Reference, read_reference
-from tyre.base.errors import InputError, is_number, unknown
+from tyre.base.errors import InputError
+from tyre.base.schema import anything, by_name, list_of, maybe, needed, number, read, table, text
 from tyre.campaigns.campaign import recordings_in
 from tyre.fits.estimate import Calibration
 from tyre.fits.slip_step import is_slip_step
@@ -27,11 +27,26 @@ from tyre.recordings.preflight import preflight
 from tyre.recordings.read import read_recording
 from tyre.recordings.recording import PullTest, RigRun
 
-RIG_TOP_KEYS = ("kind", "description", "source", "rig")
-KEYS = ("recordings", "reference", "includes", "pull_displacement", "wheel_radius_m", "calibration")
 PULL_DISPLACEMENTS = ("tyre", "plate")
 WHEEL_RADIUS = 0.34  # m
 EXAMPLE = 'write [rig] with recordings = "FOLDER" and a table [rig.reference]'
+NO_RIG = f'kind is "rig" but the table [rig] is missing; {EXAMPLE}'
+RELATIVE = number(says="must be a number: a relative standard deviation")
+RIG = table(
+    {
+        needed("recordings", f"recordings is missing; {EXAMPLE}"): anything,
+        needed("reference", f"reference is missing; {EXAMPLE}"): anything,
+        maybe("includes", []): list_of(text(), 'must be a list of rig effects such as ["sweep_lag"]'),
+        maybe("pull_displacement", "tyre"): text(
+            'is not allowed; write "tyre" (plate minus rim) or "plate" (rim ignored)', allowed=PULL_DISPLACEMENTS
+        ),
+        maybe("wheel_radius_m", WHEEL_RADIUS): number(
+            least=0.1, most=0.6, says="must be a radius of wheel and tyre from 0.1 to 0.6 m"
+        ),
+        maybe("calibration", {}): by_name(RELATIVE, [f.name for f in fields(Calibration)], kind="key"),
+    }
+)
+KEYS = RIG.keys
 
 
 @dataclass(frozen=True)
@@ -85,66 +100,37 @@ class RigMeasurement:
 
 
 def _refuse_repeats(recordings: list[tuple[str, tuple[Any, Any]]]) -> None:
-    for number, (name, channels) in enumerate(recordings):
-        for other, theirs in recordings[:number]:
+    for place, (name, channels) in enumerate(recordings):
+        for other, theirs in recordings[:place]:
             if all(np.array_equal(a, b, equal_nan=True) for a, b in zip(channels, theirs, strict=True)):
                 raise InputError(f"{name}: the same recording as {other}; keep one, or it counts twice")
 
 
-def read_rig(content: Mapping[str, Any], path: Path) -> RigMeasurement:
+def read_rig(content: Any, folder: Path, **words: Any) -> RigMeasurement:
     """The measurement of a file with kind = "rig".
+
+    Parameters
+    ----------
+    content : object
+        Its table ``[rig]``.
+    folder : Path
+        Where the files that it names are.
+    **words
+        ``name``, ``description`` and ``source``.
 
     Raises
     ------
     InputError
         A key, file or condition that is missing, unknown or out of range, with what to do.
     """
-    for key in content:
-        if key not in RIG_TOP_KEYS:
-            raise InputError(unknown("key", key, RIG_TOP_KEYS))
-    rig = content.get("rig")
-    if not isinstance(rig, Mapping):
-        raise InputError(f'kind is "rig" but the table [rig] is missing; {EXAMPLE}')
-    for key in rig:
-        if key not in KEYS:
-            raise InputError(f"[rig]: {unknown('key', key, KEYS)}")
-    for key in ("recordings", "reference"):
-        if key not in rig:
-            raise InputError(f"[rig]: {key} is missing; {EXAMPLE}")
-    if rig.get("pull_displacement", "tyre") not in PULL_DISPLACEMENTS:
-        raise InputError(
-            f"[rig]: pull_displacement = {rig['pull_displacement']!r} is not allowed; "
-            'write "tyre" (plate minus rim) or "plate" (rim ignored)'
-        )
-    radius = rig.get("wheel_radius_m", WHEEL_RADIUS)
-    if not is_number(radius) or not 0.1 <= radius <= 0.6:
-        raise InputError(f"[rig]: wheel_radius_m = {radius!r} must be a radius of wheel and tyre from 0.1 to 0.6 m")
-    calibration = _calibration(rig.get("calibration", {}))
-    sweeps, pulls, notes = _recordings(_files(rig["recordings"], path.parent))
+    rig = read(RIG, content, section="rig")
+    calibration = Calibration(**rig["calibration"])
+    sweeps, pulls, notes = _recordings(_files(rig["recordings"], folder))
     return RigMeasurement(
-        name=path.stem, reference=read_reference(rig["reference"], path.parent, calibration),
-        sweeps=sweeps, pulls=pulls, includes=_includes(rig.get("includes", [])),
-        pull_displacement=rig.get("pull_displacement", "tyre"), wheel_radius=float(radius), calibration=calibration,
-        description=content.get("description", ""), source=content.get("source", ""), notes=notes,
+        reference=read_reference(rig["reference"], folder, calibration), sweeps=sweeps, pulls=pulls,
+        includes=tuple(dict.fromkeys(rig["includes"])), pull_displacement=rig["pull_displacement"],
+        wheel_radius=rig["wheel_radius_m"], calibration=calibration, notes=notes, **words,
     )  # fmt: skip
-
-
-def _calibration(table: Any) -> Calibration:
-    allowed = [f.name for f in fields(Calibration)]
-    if not isinstance(table, Mapping):
-        raise InputError(f"[rig]: calibration = {table!r} must be a table: write [rig.calibration] and keys below it")
-    for key, value in table.items():
-        if key not in allowed:
-            raise InputError(f"[rig.calibration]: {unknown('key', key, allowed)}")
-        if not is_number(value):
-            raise InputError(f"[rig.calibration]: {key} = {value!r} must be a number: a relative standard deviation")
-    return Calibration(**{key: float(value) for key, value in table.items()})
-
-
-def _includes(names: Any) -> tuple[str, ...]:
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise InputError(f'[rig]: includes = {names!r} must be a list of rig effects such as ["sweep_lag"]')
-    return tuple(dict.fromkeys(names))
 
 
 def _files(given: Any, folder: Path) -> list[tuple[str, Path]]:

@@ -5,7 +5,6 @@ drum's curvature, C_drum = C_flat / (1 + R / R_drum)^n, and what may be wrong wi
 load and pressure.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -17,12 +16,14 @@ from studies.inference.forward import Extra, Residual, Rows
 from studies.inference.parameter import Candidate, UncertainParameter
 from studies.missing_effect.rig.measurement import WHEEL_RADIUS
 from tyre.base.arrays import Array
-from tyre.base.errors import InputError, shown, unknown
+from tyre.base.errors import InputError, refuse_unknown
+from tyre.base.schema import path_key, read, table
 from tyre.maps.table_io import read_table
 from tyre.maps.tables import MeasuredTable
 
-KEYS = ("reference", "measured")
-TOP_KEYS = ("kind", "description", "source", "tyre_tables")
+NO_TABLES = 'kind = "tyre_tables" needs a table: write [tyre_tables], reference and measured below it'
+TABLES = table(path_key("reference", "TABLE.csv") | path_key("measured", "TABLE.csv"))
+KEYS = TABLES.keys
 FEWEST = 6  # conditions: the reference is a quadratic in two variables
 REPEATABILITY = 0.02  # relative sd of one cornering stiffness (remounting, temperature); the tables state none
 SCALES = {"force_scale": 0.02, "slip_angle_scale": 0.02, "load_scale": 0.02, "pressure_scale": 0.03}
@@ -51,31 +52,28 @@ class TyreTables:
                 f"tables of two tyres, {self.reference.tyre!r} and {self.measured.tyre!r}; "
                 "give one tyre on two surfaces"
             )
-        for table in (self.reference, self.measured):
-            if len(table.load) < FEWEST:
+        for tyre in (self.reference, self.measured):
+            if len(tyre.load) < FEWEST:
                 raise InputError(
-                    f"{table.tyre} on {table.surface}: {len(table.load)} conditions are too few; {FEWEST} are needed"
+                    f"{tyre.tyre} on {tyre.surface}: {len(tyre.load)} conditions are too few; {FEWEST} are needed"
                 )
 
 
-def read_tyre_tables(content: Mapping[str, Any], path: Path) -> TyreTables:
-    """The measurement of a file with kind = "tyre_tables"; paths are relative to it."""
-    for key in content:
-        if key not in TOP_KEYS:
-            raise InputError(unknown("key", key, TOP_KEYS))
-    files = content.get("tyre_tables")
-    if not isinstance(files, Mapping):
-        raise InputError('kind = "tyre_tables" needs a table: write [tyre_tables], reference and measured below it')
-    for key in files:
-        if key not in KEYS:
-            raise InputError(f"[tyre_tables]: {unknown('key', key, KEYS)}")
-    for key in KEYS:
-        if not isinstance(files.get(key), str):
-            what = f"{key} = {shown(files[key])} must be a path in quotes" if key in files else f"no {key}"
-            raise InputError(f'[tyre_tables]: {what}; write {key} = "TABLE.csv"')
-    reference, measured = (read_table(path.parent / files[key]) for key in KEYS)
-    words = {key: content[key] for key in ("description", "source") if key in content}
-    return TyreTables(reference, measured, path.stem, **words)
+def read_tyre_tables(content: Any, folder: Path, **words: Any) -> TyreTables:
+    """The measurement of a file with kind = "tyre_tables".
+
+    Parameters
+    ----------
+    content : object
+        Its table ``[tyre_tables]``.
+    folder : Path
+        Where the files that it names are.
+    **words
+        ``name``, ``description`` and ``source``.
+    """
+    files = read(TABLES, content, section="tyre_tables")
+    reference, measured = (read_table(folder / files[key]) for key in KEYS)
+    return TyreTables(reference, measured, **words)
 
 
 @dataclass(frozen=True)
@@ -180,7 +178,5 @@ class RigForward:
 
 def tables_forward_model(tables: TyreTables, *, without: tuple[str, ...] = ()) -> RigForward:
     """The forward model of two tables; ``without`` names effects that are not tried."""
-    for name in without:
-        if name not in (*SCALES, "drum_curvature"):
-            raise InputError(f"--without: {unknown('effect', name, (*SCALES, 'drum_curvature'))}")
+    refuse_unknown("effect", without, (*SCALES, "drum_curvature"), where="--without")
     return RigForward(tables.reference, tables.measured, without)
