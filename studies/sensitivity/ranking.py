@@ -20,7 +20,7 @@ NEAR = 1e-4  # two real roots are a meeting below this distance, relative to the
 
 
 @dataclass(frozen=True)
-class Influence:
+class Change:
     """What one standard deviation of a parameter does to a mode (to first order).
 
     ``growth`` is the change of the real part (1/s, > 0 is worse), ``frequency`` that of the damped frequency (Hz);
@@ -50,7 +50,7 @@ class Ranking:
     eigenvalue: complex
     meeting: bool
     critical_speeds: tuple[float, ...]
-    changes: tuple[Influence, ...]
+    changes: tuple[Change, ...]
 
     @property
     def total(self) -> float:
@@ -88,7 +88,7 @@ def rank(
         if key not in found.parameters and not any(f"{key}.{wheel}" in found.parameters for wheel in WHEELS):
             raise InputError(f"standard deviation: {unknown('parameter', key, found.parameters)}")
     changes = [
-        Influence(
+        Change(
             key, unit_of(key), model.parameters[key], deviations[key].sd, deviations[key].origin,
             float(slope.real * deviations[key].sd), float(slope.imag * deviations[key].sd / (2 * math.pi)),
             tuple(float(d * deviations[key].sd) for d in moves[key]),

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from bicycle.default_sd import ASSUMED
-from studies.sensitivity.ranking import Influence, Ranking
+from studies.sensitivity.ranking import Change, Ranking
 
 
 def draw_tornado(ranking: Ranking, target: Path, *, top: int = 15) -> None:
@@ -36,15 +36,15 @@ def draw_tornado(ranking: Ranking, target: Path, *, top: int = 15) -> None:
         axes.set_xlabel("\n".join([axes.get_xlabel(), *footnotes(shown)]), fontsize=8.5)
 
 
-def footnotes(shown: Sequence[Influence]) -> list[str]:
+def footnotes(shown: Sequence[Change]) -> list[str]:
     """What the star behind a standard deviation means, where one occurs."""
     return ["* not stated by any source: the default is assumed"] if any(map(_star, shown)) else []
 
 
-def _star(change: Influence) -> str:
+def _star(change: Change) -> str:
     return "*" if change.origin == ASSUMED else ""
 
 
-def _label(change: Influence) -> str:
+def _label(change: Change) -> str:
     unit = change.unit.replace("^2", "²").replace("^3", "³")
     return f"{change.parameter}  (sd {change.sd:.3g}{'' if unit == '1' else ' ' + unit}{_star(change)})"

@@ -12,6 +12,7 @@ torque, keeps the bicycle's own resonances out of the weights.
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -53,6 +54,23 @@ class CanonicalForward(BicycleForward):
     thorough = True
     table: CanonicalTable
     barred: tuple[str, ...] = ()
+
+    @classmethod
+    def of_table(cls, table: CanonicalTable, without: tuple[str, ...], **rest: Any) -> "CanonicalForward":
+        """The forward model of a table, without what is part of what was measured.
+
+        Parameters
+        ----------
+        table : CanonicalTable
+        without : tuple of str
+            Effects that are not tried.
+        rest
+            Fields of :class:`BicycleForward`.
+        """
+        hands, why = HANDS
+        rest["candidates"] = tuple(with_compliance(c) for c in rest["candidates"] if c.identifier != hands)
+        rest["refused"] = {**rest["refused"], hands: why}
+        return cls(table=table, barred=(hands, *without), **rest)
 
     @cached_property
     def whipple(self) -> Canonical:

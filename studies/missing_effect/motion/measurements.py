@@ -14,13 +14,7 @@ from studies.missing_effect.gap_figures import BEFORE_AFTER, GAP
 from studies.missing_effect.interface import Figure
 from studies.missing_effect.motion.bicycle_forward import BicycleForward
 from studies.missing_effect.motion.candidates import find_candidates, physical
-from studies.missing_effect.motion.canonical_forward import (
-    HANDS,
-    CanonicalForward,
-    assumed,
-    sensor_candidates,
-    with_compliance,
-)
+from studies.missing_effect.motion.canonical_forward import CanonicalForward, assumed, sensor_candidates
 from studies.missing_effect.motion.canonical_table import CanonicalTable
 from studies.missing_effect.motion.history_forward import HistoryForward, history_candidates
 from studies.missing_effect.motion.modal_forward import ModalForward, measurement_candidates
@@ -59,6 +53,10 @@ class BicycleMeasurement(ABC):
     @abstractmethod
     def sensors(self) -> tuple[Candidate, ...]:
         """What may be wrong with the measurement itself."""
+
+    def assumptions(self) -> tuple[str, ...]:
+        """What is assumed of this kind of data, in words."""
+        return ()
 
     @abstractmethod
     def forward(self, *, without: tuple[str, ...] = ()) -> BicycleForward:
@@ -101,7 +99,7 @@ class BicycleMeasurement(ABC):
         sensors = tuple(c for c in sensors if c.identifier not in without)
         return {
             "base": self.model, "nuisances": floating, "candidates": (*candidates, *sensors), "refused": refused,
-            "notes": (*self.notes, *said),
+            "notes": (*self.notes, *self.assumptions(), *said),
         }  # fmt: skip
 
 
@@ -154,12 +152,10 @@ class CanonicalMeasurement(BicycleMeasurement):
         """Speed, and gain and delay of each signal."""
         return sensor_candidates()
 
+    def assumptions(self) -> tuple[str, ...]:
+        """How the identification is imitated."""
+        return assumed(self.model, self.coefficients)
+
     def forward(self, *, without: tuple[str, ...] = ()) -> CanonicalForward:
         """See :meth:`BicycleMeasurement.forward`; ``without`` names effects that are not tried."""
-        library = self._library(without)
-        hands, why = HANDS
-        library["candidates"] = tuple(with_compliance(c) for c in library["candidates"] if c.identifier != hands)
-        library["refused"] = {**library["refused"], hands: why}
-        said = library["notes"][len(self.notes) :]
-        library["notes"] = (*self.notes, *assumed(self.model, self.coefficients), *said)
-        return CanonicalForward(table=self.coefficients, barred=(hands, *without), **library)
+        return CanonicalForward.of_table(self.coefficients, without, **self._library(without))

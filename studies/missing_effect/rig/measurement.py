@@ -21,7 +21,7 @@ from studies.missing_effect.interface import Figure
 from studies.missing_effect.rig.figures import CAPTION, draw_recordings
 from studies.missing_effect.rig.recordings import WHEEL_RADIUS, RigRecordings
 from studies.missing_effect.rig.recordings_forward import RigRecordingsForward
-from studies.missing_effect.rig.reference_table import read_reference
+from studies.missing_effect.rig.reference import read_reference
 from studies.missing_effect.rig.setup import rig_forward_model
 from tyre.base.errors import InputError, is_number, unknown
 from tyre.campaigns.campaign import recordings_in
