@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from bicycle.eigenvalues.oscillation import frequency_hz
 from bicycle.linear_model import LinearModel
 from bicycle.responses.linear import Response, modal_response
 
@@ -15,7 +16,7 @@ def modal_motion(model: LinearModel, *, speed: float, eigenvalue: complex, ampli
     ``amplitude`` (rad) is the largest of lean, steer and yaw.
     """
     if eigenvalue.imag:
-        time = 2 * np.pi / abs(eigenvalue.imag) * np.arange(frames) / frames
+        time = np.arange(frames) / frames / abs(frequency_hz(eigenvalue))
         envelope = amplitude * np.exp(-eigenvalue.real * time)
     else:
         rate = max(abs(eigenvalue.real), SLOWEST)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from bicycle.identification.recording import CHANNELS, INPUTS, Run
+from bicycle.responses.discretisation import discretised
 from studies.inference.folds import folds
 from studies.inference.forward import Extra, Residual, Rows
 from studies.inference.parameter import Candidate
@@ -233,7 +234,7 @@ class HistoryForward(BicycleForward):
     def _start_scale(self, family: Family) -> Array:
         weight = sum(self.base.bicycle.static_loads)
         found = []
-        for state, unit in zip(family.evaluate.symbolic.states, family.state_scale, strict=True):
+        for state, unit in zip(family.symbolic.states, family.models.scale, strict=True):
             ending = next(end for end in START if state.endswith(end))
             joint = ending in JOINT_START and state.removesuffix(ending) not in ANGLES
             found.append(
@@ -247,14 +248,14 @@ class HistoryForward(BicycleForward):
         speeds = np.array([run.speed for run in self.runs])
         steps = np.array([run.step for run in self.runs])
         system = family(theta, speeds)
-        names = family.evaluate.symbolic
+        names = family.symbolic
         columns = [names.inputs.index(INPUTS[u]) for u in self.runs[0].inputs]
         state = np.linalg.solve(system.mass, system.dynamics)
         inputs = np.linalg.solve(system.mass, system.input[..., columns])
         seen = system.output[..., [names.outputs.index(CHANNELS[c]) for c in self.noise], :]
         length = max(len(run.time) for run in self.runs)
         torque = np.stack([self._torque(run, values, len(theta), length) for run in self.runs], 1)  # (K, R, T, m)
-        ad, g0, g1 = _discrete(np.asarray(state, float), np.asarray(inputs, float), steps)
+        ad, g0, g1 = discretised(np.asarray(state, float), np.asarray(inputs, float), steps)
         if self.held:
             g0, g1 = g0 + g1, np.zeros_like(g1)
         k, r, n = len(theta), len(self.runs), state.shape[-1]
@@ -311,31 +312,3 @@ def _colour(white: Array, noise: Noise) -> Array:
         for k in range(1, len(raw)):
             raw[k] = noise.colour * raw[k - 1] + np.sqrt(1 - noise.colour**2) * raw[k]
     return raw
-
-
-def _discrete(state: Array, inputs: Array, steps: Array) -> tuple[Array, Array, Array]:
-    """x_(k+1) = A x_k + G0 u_k + G1 u_(k+1), exact for a torque that is linear between samples (Van Loan 1978)."""
-    n, m = state.shape[-1], inputs.shape[-1]
-    block = np.zeros((*state.shape[:-2], n + 2 * m, n + 2 * m))
-    block[..., :n, :n] = state * steps[:, None, None]
-    block[..., :n, n : n + m] = inputs * steps[:, None, None]
-    block[..., n : n + m, n + m :] = np.eye(m)
-    power = _exponential(block)
-    late = power[..., :n, n + m :]
-    with np.errstate(invalid="ignore"):  # a trial bicycle that falls at once
-        return power[..., :n, :n], power[..., :n, n : n + m] - late, late
-
-
-def _exponential(matrices: Array) -> Array:
-    """Matrix exponentials by scaling, Taylor (order 10, argument below 1/4: error 1e-14) and squaring, all at once."""
-    size = float(np.abs(matrices).sum(-1).max())
-    squarings = max(0, int(np.ceil(np.log2(max(4 * size, 1e-300))))) if np.isfinite(size) else 0
-    scaled = matrices / 2.0**squarings
-    unit = np.eye(matrices.shape[-1])
-    total = unit + scaled / 10
-    with np.errstate(over="ignore", invalid="ignore"):  # a trial bicycle that falls at once
-        for k in range(9, 0, -1):
-            total = unit + scaled @ total / k
-        for _ in range(squarings):
-            total = total @ total
-    return np.asarray(total)
