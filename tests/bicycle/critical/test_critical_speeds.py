@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import wobble_onsets
 from scipy.linalg import block_diag
 
 from bicycle import load_bicycle
@@ -145,29 +146,22 @@ def test_the_count_of_unstable_roots_changes_at_critical_speeds_only(tyred, rand
             assert np.nanmin(value) < 1e-8
 
 
-def test_wobble_of_the_rigid_front_sets_in_earlier_the_longer_the_relaxation_length(tyred):
-    """Benchmark, 110 N/deg on both wheels (physics notes of this project, two independent derivations)."""
-    for length, onset in ((0.089, 37.8), (0.141, 34.5), (0.200, 30.4)):
-        found = critical_speeds(tyred(relaxation_length={"cornering_stiffness": C_110, "relaxation_length": length}))
-        assert [round(c.speed, 1) for c in found if c.mode == "wobble"] == [onset]
+@pytest.mark.parametrize(("length", "onset"), wobble_onsets.RIGID)
+def test_wobble_of_the_rigid_front_sets_in_earlier_the_longer_the_relaxation_length(tyred, length, onset):
+    tyre = {"cornering_stiffness": wobble_onsets.RIGID_STIFFNESS, "relaxation_length": length}
+    found = critical_speeds(tyred(relaxation_length=tyre))
+    assert [c.speed for c in found if c.mode == "wobble"] == [pytest.approx(onset, abs=1e-4)]
 
 
-def test_wobble_bands_of_the_compliant_front(tyred):
-    """Benchmark, 110 and 105 N/deg, front compliance 3000 N m/rad: unstable wobble bands and weave onset in m/s."""
-    expected = {
-        0.06: (7.53, 10.04, 18.9),
-        0.10: (5.76, 11.87, 18.5),
-        0.14: (4.79, 12.92, 18.2),
-        0.20: (3.78, 14.20, 17.7),
-    }
-    stiffness = {"rear": C_110, "front": C_110 * 105 / 110}
-    flexible = {"stiffness": 3000.0, "damping": 15.0, "joint_x": 0.8, "joint_z": -0.85}
-    for length, (on, off, weave) in expected.items():
-        tyre = {"cornering_stiffness": stiffness, "relaxation_length": length}
-        found = critical_speeds(tyred(relaxation_length=tyre, front_compliance=flexible), 40.0)
-        band = [(round(c.speed, 2), c.direction) for c in found if c.mode == "wobble"]
-        assert band == [(on, "destabilising"), (off, "stabilising")]
-        assert [round(c.speed, 1) for c in found if c.mode == "weave" and c.speed > 10] == [weave]
+@pytest.mark.parametrize(("length", "begin", "end", "weave"), wobble_onsets.FLEXIBLE)
+def test_wobble_bands_of_the_compliant_front(tyred, length, begin, end, weave):
+    tyre = {"cornering_stiffness": wobble_onsets.FLEXIBLE_STIFFNESS, "relaxation_length": length}
+    found = critical_speeds(tyred(relaxation_length=tyre, front_compliance=wobble_onsets.COMPLIANCE), 40.0)
+    band = [(c.speed, c.direction) for c in found if c.mode == "wobble"]
+    assert band == [
+        (pytest.approx(begin, abs=1e-4), "destabilising"), (pytest.approx(end, abs=1e-4), "stabilising"),
+    ]  # fmt: skip
+    assert [c.speed for c in found if c.mode == "weave" and c.speed > 10] == [pytest.approx(weave, abs=1e-4)]
 
 
 def capsize_speed(model):
