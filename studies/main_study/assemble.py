@@ -6,6 +6,7 @@ from typing import Any
 from bicycle.effect import WHEELS, effect_class
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model
+from bicycle.parameter_key import ParameterKey
 from bicycle.parameters import UNITS, bodies, static_loads
 from studies.main_study.cases import CONTACT
 from studies.main_study.settings import CONTACT_LENGTH, Settings, Setup
@@ -33,7 +34,7 @@ def contact_law(setup: Setup, contact: Sequence[float] | Array) -> dict[str, dic
         "cornering_stiffness": {"rear": rear_stiffness, "front": front_stiffness},
         "relaxation_length": {"rear": rear_length, "front": front_length},
     }
-    return {CONTACT[0].split(".")[0]: table}
+    return {ParameterKey.parse(CONTACT[0]).effect: table}
 
 
 def beside(settings: Settings, setup: Setup) -> dict[str, dict[str, Any]]:
@@ -68,7 +69,7 @@ def camber_stiffness(setup: Setup, p: Mapping[str, Any]) -> tuple[Any, Any]:
 
 def content(settings: Settings, setup: Setup, tyre: Mapping[str, Any]) -> dict[str, Any]:
     """A case as the content of a model file, with ``tyre`` as the table of its contact law."""
-    law = CONTACT[0].split(".")[0]
+    law = ParameterKey.parse(CONTACT[0]).effect
     return {
         "bicycle": {key: settings.bicycle[key] for key in UNITS},
         "effects": {law: dict(tyre), **beside(settings, setup)},

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,8 +11,9 @@ from studies.main_study.bands import WEAVE, WOBBLE
 from studies.main_study.settings import Setup
 from studies.main_study.solve import RIDDEN, Result
 from studies.main_study.study import Study
-from tyre.base.errors import InputError, is_number, shown, unknown
+from tyre.base.errors import InputError
 from tyre.base.paths import data_root
+from tyre.base.schema import known, maybe, needed, number, read, table, text
 from tyre.base.toml_file import read_toml
 
 FILE = ("published", "wobble.toml")
@@ -80,22 +81,20 @@ def findings() -> tuple[Finding, ...]:
     return tuple(_finding(one, f"finding {number}") for number, one in enumerate(content["finding"], 1))
 
 
+FINDING = table(
+    {
+        needed("who"): text(), needed("quantity"): known("quantity", UNITS), needed("low"): number(endless=True),
+        needed("high"): number(endless=True), needed("words"): text(), needed("read"): text(), needed("source"): text(),
+        maybe("hands", ""): text("must be on, off, or left out", allowed=("", "on", "off")),
+    }
+)  # fmt: skip
+
+
 def _finding(entry: Mapping[str, Any], where: str) -> Finding:
-    allowed = [one.name for one in fields(Finding)]
-    for key in entry:
-        if key not in allowed:
-            raise InputError(f"{where}: {unknown('key', key, allowed)}")
-    for key in allowed:
-        value = entry.get(key, "" if key == "hands" else None)
-        if not (is_number(value) if key in ("low", "high") else isinstance(value, str)):
-            raise InputError(f"{where}: {key} = {shown(value)}; low and high are numbers, all else is text")
-    if entry["quantity"] not in UNITS:
-        raise InputError(f"{where}: {unknown('quantity', entry['quantity'], UNITS)}")
-    if entry.get("hands", "") not in ("", "on", "off"):
-        raise InputError(f"{where}: hands = {shown(entry['hands'])}; give on, off, or leave it out")
-    if not entry["low"] < entry["high"]:
-        raise InputError(f"{where}: low = {entry['low']:g} must be below high = {entry['high']:g}")
-    return Finding(**entry)
+    finding = Finding(**read(FINDING, entry, where=where))
+    if not finding.low < finding.high:
+        raise InputError(f"{where}: low = {finding.low:g} must be below high = {finding.high:g}")
+    return finding
 
 
 def compared(study: Study) -> tuple[Comparison, ...]:

@@ -5,14 +5,20 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bicycle.parameter_key import ParameterKey
 from studies.main_study.assemble import CAMBER, FRICTION, content, follow, model
 from studies.main_study.cases import CONTACT, TyreCase
 from studies.main_study.settings import Settings, Setup
 from studies.uncertainty.propagation import Uncertainty
 from tyre.base.arrays import Array
 
-VARIED_APART = ("front_compliance", "rider_arms", FRICTION, CAMBER[0].split(".")[0])
+VARIED_APART = ("front_compliance", "rider_arms", FRICTION, ParameterKey.parse(CAMBER[0]).effect)
 """Effects whose numbers the plausible fronts vary: they count as exact in a standard deviation."""
+
+
+def varied_apart(key: str) -> bool:
+    """Whether a parameter belongs to an effect that the plausible fronts vary."""
+    return ParameterKey.parse(key).effect in VARIED_APART
 
 
 class Spread(NamedTuple):
@@ -49,7 +55,7 @@ def uncertainty(settings: Settings, case: TyreCase, setup: Setup) -> Uncertainty
     """
     followers = follow(settings, setup, settings.bicycle.values)
     parameters = model(settings, setup, case.contact).parameters
-    exact = {key: 0.0 for key in parameters if key.split(".")[0] in VARIED_APART and key not in followers}
+    exact = {key: 0.0 for key in parameters if varied_apart(key) and key not in followers}
     return Uncertainty(
         content(settings, setup, case.table), sd=exact, defaults=True, bicycle_sd=settings.bicycle.sd,
         follow=lambda p: follow(settings, setup, p),

@@ -12,76 +12,55 @@ table = "weave.csv"
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from bicycle.effect import effect_class
 from bicycle.files.model_file import build_model
-from bicycle.identification.recording import Run, read_runs
+from bicycle.identification.recording import read_runs
 from bicycle.model import Model
+from studies.missing_effect.interface import Measurement
 from studies.missing_effect.motion.candidates import check_known
-from studies.missing_effect.motion.canonical_table import CanonicalTable, read_canonical
-from studies.missing_effect.motion.modal_table import ModalPoint, read_modal
+from studies.missing_effect.motion.canonical_table import read_canonical
+from studies.missing_effect.motion.measurements import CanonicalMeasurement, HistoryMeasurement, ModalMeasurement
+from studies.missing_effect.motion.modal_table import read_modal
 from studies.missing_effect.motion.nuisances import nuisances
 from studies.missing_effect.packaged import packaged_measurement
-from studies.missing_effect.rig.measurement import RigMeasurement, read_rig
-from studies.missing_effect.rig.tables_forward import TyreTables, read_tyre_tables
-from tyre.base.errors import InputError, shown, unknown
+from studies.missing_effect.rig.measurement import NO_RIG, read_rig
+from studies.missing_effect.rig.tables_forward import NO_TABLES, read_tyre_tables
+from tyre.base.errors import InputError
 from tyre.base.plausible import WAY_OUT
+from tyre.base.schema import Table, any_table, anything, by_name, maybe, needed, read, table, text
 from tyre.base.toml_file import read_toml
 
 KINDS = ("modal", "histories", "canonical")
 EVERY_KIND = (*KINDS, "rig", "tyre_tables")
 MODEL_KEYS = ("bicycle", "effects", WAY_OUT)
-TOP_KEYS = ("kind", "description", "source", *MODEL_KEYS, "uncertainty", "candidates", *KINDS)
+KIND = f"is not allowed; write one of {', '.join(map(repr, EVERY_KIND))}"
+WORDS = text("must be words in quotes")
 
 
-@dataclass(frozen=True)
-class Measurement:
-    """A measurement and its context.
-
-    Attributes
-    ----------
-    name : str
-        The file's name.
-    model : Model
-        The base model: bicycle and the effects it is known to have.
-    points : tuple of ModalPoint
-        Of a modal measurement.
-    runs : tuple of Run
-        Of time histories.
-    coefficients : CanonicalTable, optional
-        Of identified coefficients.
-    uncertainty : mapping
-        1-sigma by ``key`` or ``effect.parameter``, SI.
-    known : mapping
-        ``effect -> {parameter: value}`` of candidates.
-    noise_sd : mapping
-        Per history channel, where given.
-    notes : tuple of str
-        What was assumed or left out in reading; shown in the report.
-    """
-
-    name: str
-    model: Model
-    points: tuple[ModalPoint, ...] = ()
-    runs: tuple[Run, ...] = ()
-    coefficients: CanonicalTable | None = None
-    uncertainty: Mapping[str, float] = field(default_factory=dict)
-    known: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    noise_sd: Mapping[str, float] = field(default_factory=dict)
-    description: str = ""
-    source: str = ""
-    notes: tuple[str, ...] = ()
-
-    @property
-    def kind(self) -> str:
-        """``modal``, ``histories`` or ``canonical``."""
-        return "modal" if self.points else "histories" if self.runs else "canonical"
+def _top(own: Mapping[Any, Any]) -> Table:
+    common = {
+        needed("kind", f"kind = None {KIND}"): text(KIND, allowed=EVERY_KIND),
+        maybe("description", ""): WORDS, maybe("source", ""): WORDS,
+    }  # fmt: skip
+    return table(common | dict(own))
 
 
-def read_measurement(path: str | Path) -> Measurement | RigMeasurement | TyreTables:
+MOTION = _top(
+    dict.fromkeys(map(maybe, MODEL_KEYS), anything)
+    | {maybe("uncertainty", {}): any_table, maybe("candidates", {}): any_table}
+    | dict.fromkeys(map(maybe, KINDS), any_table)
+)
+TOP_KEYS = MOTION.keys
+OF_A_TYRE = {
+    "rig": _top({needed("rig", NO_RIG): anything}),
+    "tyre_tables": _top({needed("tyre_tables", NO_TABLES): anything}),
+}
+
+
+def read_measurement(path: str | Path) -> Measurement:
     """Read MEASUREMENT.toml and the tables it names; a packaged one is given by its name.
 
     Raises
@@ -93,7 +72,7 @@ def read_measurement(path: str | Path) -> Measurement | RigMeasurement | TyreTab
         return _read(file)
 
 
-def _read(path: Path) -> Measurement | RigMeasurement | TyreTables:
+def _read(path: Path) -> Measurement:
     content = read_toml(path, "measurement file")
     try:
         return _measurement(content, path)
@@ -101,46 +80,31 @@ def _read(path: Path) -> Measurement | RigMeasurement | TyreTables:
         raise InputError(f"{path}: {error}") from error
 
 
-def _measurement(content: Mapping[str, Any], path: Path) -> Measurement | RigMeasurement | TyreTables:
-    for key in ("description", "source"):
-        if not isinstance(content.get(key, ""), str):
-            raise InputError(f"{key} = {shown(content[key])} must be words in quotes")
-    if content.get("kind") == "rig":
-        return read_rig(content, path)
-    if content.get("kind") == "tyre_tables":
-        return read_tyre_tables(content, path)
-    for key in content:
-        if key not in TOP_KEYS:
-            raise InputError(unknown("key", key, TOP_KEYS))
-    kind = content.get("kind")
-    if kind not in KINDS:
-        raise InputError(f"kind = {kind!r} is not allowed; write one of {', '.join(map(repr, EVERY_KIND))}")
+def _measurement(content: Mapping[str, Any], path: Path) -> Measurement:
+    given = read(OF_A_TYRE.get(str(content.get("kind")), MOTION), content)
+    kind = given["kind"]
+    words = {"name": path.stem, "description": given["description"], "source": given["source"]}
+    if kind == "rig":
+        return read_rig(given["rig"], path.parent, **words)
+    if kind == "tyre_tables":
+        return read_tyre_tables(given["tyre_tables"], path.parent, **words)
     for other in KINDS:
-        if (other in content) != (other == kind):
-            needed = f"the table [{kind}] is missing" if other == kind else f"the table [{other}] does not belong here"
-            raise InputError(f"kind is {kind!r} but {needed}")
-    model = build_model({k: content[k] for k in MODEL_KEYS if k in content}, folder=path.parent)
-    common: dict[str, Any] = {
-        "name": path.stem, "model": model, "uncertainty": _uncertainty(_table(content, "uncertainty")),
-        "known": _known(_table(content, "candidates"), model),
-        "description": content.get("description", ""), "source": content.get("source", ""),
+        if (other in given) != (other == kind):
+            fault = f"the table [{kind}] is missing" if other == kind else f"the table [{other}] does not belong here"
+            raise InputError(f"kind is {kind!r} but {fault}")
+    model = build_model({k: given[k] for k in MODEL_KEYS if k in given}, folder=path.parent)
+    common: dict[str, Any] = words | {
+        "model": model, "uncertainty": _uncertainty(given["uncertainty"]), "known": _known(given["candidates"], model),
     }  # fmt: skip
     nuisances(model, common["uncertainty"])  # complains here, where the file is known
     if kind == "modal":
-        points, notes = read_modal(_table(content, "modal"), path.parent)
-        return Measurement(**common, points=points, notes=notes)
+        points, notes = read_modal(given["modal"], path.parent)
+        return ModalMeasurement(**common, points=points, notes=notes)
     if kind == "canonical":
-        coefficients, notes = read_canonical(_table(content, "canonical"), path.parent)
-        return Measurement(**common, coefficients=coefficients, notes=notes)
-    runs, noise, notes = read_runs(_table(content, "histories"), path.parent)
-    return Measurement(**common, runs=runs, noise_sd=noise, notes=notes)
-
-
-def _table(content: Mapping[str, Any], key: str) -> Mapping[str, Any]:
-    table = content.get(key, {})
-    if not isinstance(table, Mapping):
-        raise InputError(f"{key} = {table!r} must be a table: write [{key}] and the keys below it")
-    return table
+        coefficients, notes = read_canonical(given["canonical"], path.parent)
+        return CanonicalMeasurement(**common, coefficients=coefficients, notes=notes)
+    runs, noise, notes = read_runs(given["histories"], path.parent)
+    return HistoryMeasurement(**common, runs=runs, noise_sd=noise, notes=notes)
 
 
 def _uncertainty(table: Mapping[str, Any], prefix: str = "") -> dict[str, float]:
@@ -153,16 +117,12 @@ def _uncertainty(table: Mapping[str, Any], prefix: str = "") -> dict[str, float]
     return flat
 
 
-def _known(table: Mapping[str, Any], model: Model) -> dict[str, Mapping[str, Any]]:
+def _known(candidates: Mapping[str, Any], model: Model) -> dict[str, Mapping[str, Any]]:
     present = [effect.identifier for effect in model.effects]
-    for identifier, parameters in table.items():
+    for identifier, parameters in candidates.items():
         names = [p.name for p in effect_class(identifier).parameters]
         if identifier in present:
             raise InputError(f"[candidates.{identifier}]: the base model contains it already; take one of them out")
-        if not isinstance(parameters, Mapping):
-            raise InputError(f"[candidates] holds tables: write [candidates.{identifier}] and parameters below it")
-        for name in parameters:
-            if name not in names:
-                raise InputError(f"[candidates.{identifier}]: {unknown('parameter', name, names)}")
+        read(by_name(anything, names, kind="parameter"), parameters, section=f"candidates.{identifier}")
         check_known(effect_class(identifier), parameters)
-    return dict(table)
+    return dict(candidates)

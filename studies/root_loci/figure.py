@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bicycle.parameter_key import ParameterKey
 from bicycle.parameters import UNITS
 from studies.reporting.plotting import GREY, Look, drawing, hatch_extrapolated, mode_look
 from studies.root_loci.root_locus import RootLocus
@@ -187,8 +188,9 @@ def _hatch_outside(axes: Any, locus: RootLocus) -> None:
 
 def _said(key: str) -> str:
     """``relaxation_length.relaxation_length.front`` -> "Relaxation length front"."""
-    words = dict.fromkeys(part.removesuffix("_bar").removesuffix("_N") for part in key.split("."))
-    text = " ".join(words).replace("_", " ")
+    own = ParameterKey.parse(key)
+    parts = (own.effect, own.name.removesuffix("_bar").removesuffix("_N"), own.wheel)
+    text = " ".join(dict.fromkeys(part for part in parts if part)).replace("_", " ")
     return text if text in UNITS else text[0].upper() + text[1:]
 
 

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from bicycle.default_sd import ASSUMED, EXACT
+from bicycle.parameter_key import ParameterKey
 from bicycle.parameters import UNITS
 from studies.uncertainty.uncertain_model import UncertainModel
 
@@ -16,8 +17,8 @@ INERTIAL = ("kg", "kg m^2")
 def group_of(measurement: str) -> str:
     """Group of a ``measurement``: a stiffness of the tyre, a kind of parameter of the bicycle, or the effect's name."""
     key = measurement.split(", ")[0]
-    if "." in key:
-        return key.split(".")[0]
+    if key not in UNITS and "." in key:
+        return ParameterKey.parse(key).effect
     if key not in UNITS:
         return measurement  # of the tyre
     if key in MASS_CENTRES:

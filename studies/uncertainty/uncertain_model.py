@@ -25,9 +25,9 @@ from bicycle.default_sd import ASSUMED, CORNERING_STIFFNESS, GIVEN, TABLE, Devia
 from bicycle.eigenvalues.batch import Coefficients, coefficients
 from bicycle.files.model_file import build_model, read_model
 from bicycle.model import Model
+from bicycle.parameter_key import ParameterKey
 from studies.sampling.draws import normal
 from studies.sweeps.points import TYRE_DRAWS, Points, Sampler
-from studies.sweeps.spec import WHEELS
 from studies.sweeps.sweep_file import build_sweep
 from studies.sweeps.tyre_table import said_of_stiffness
 from tyre.base.arrays import Array
@@ -86,9 +86,9 @@ class UncertainModel:
         self._stated = _read(content["model"], bicycle_sd)
         self.relative, self._relative_given = relative, bool(relative_cornering_stiffness_sd)
         self._own = self._deviations(sd or {}, assume=defaults)
-        shared = {f"{key}.{wheel}" for key in sd or {} for wheel in WHEELS}  # one number for both wheels
         for key, deviation in self._own.items():
-            if key not in shared and key not in self._stated.sd:  # the latter are drawn from the covariance of the tyre
+            shared = str(ParameterKey.parse(key).whole) in (sd or {})  # one number for both wheels, or as given
+            if not shared and key not in self._stated.sd:  # the latter are drawn from the covariance of the tyre
                 content["sampled"].setdefault(key, {"sd": deviation.sd})
         content["sampled"] = {key: value for key, value in content["sampled"].items() if value["sd"]}
         if measured:
@@ -132,7 +132,9 @@ class UncertainModel:
         """Where the standard deviation of ``measurement``, one of the ``measurements``, comes from."""
         names = self.measurements[measurement]
         if names[0] not in TYRE_DRAWS:
-            return next(d.origin for key, d in self._own.items() if key in names or key.rsplit(".", 1)[0] in names)
+            return next(
+                d.origin for key, d in self._own.items() if {key, str(ParameterKey.parse(key).whole)} & set(names)
+            )
         if names[0] != TYRE_DRAWS[0] or not (self._stated.assumed_sd and self.relative):
             return TABLE
         return GIVEN if self._relative_given else ASSUMED

@@ -13,7 +13,6 @@ from bicycle.identification import free_decay, recording
 from bicycle.modal.named_modes import ORDER
 from bicycle.parameters import UNITS
 from studies.missing_effect import diagnose, measurement, read_measurement
-from studies.missing_effect.diagnose import forward_model
 from studies.missing_effect.motion import canonical_table, modal_table, nuisances
 from studies.missing_effect.report import SAYS
 from studies.missing_effect.rig import measurement as rig_measurement
@@ -36,7 +35,7 @@ def folder(tmp_path_factory):
 def test_every_kind_has_an_example_that_is_read(folder):
     assert {path.name for path in folder.iterdir()} == set(measurement.EVERY_KIND)
     for kind in measurement.KINDS:
-        forward = forward_model(read_measurement(folder / kind / "MEASUREMENT.toml"))
+        forward = read_measurement(folder / kind / "MEASUREMENT.toml").forward()
         residual, _ = forward.residual((), np.array([u.centre for u in forward.nuisances]))
         assert 0 < residual @ residual < math.inf
 
@@ -66,7 +65,7 @@ def test_every_name_stands_on_the_page():
     names = {
         *measurement.TOP_KEYS, *measurement.EVERY_KIND, *tables_forward.KEYS,
         *UNITS, *ORDER, *modal_table.NUMBERS, *recording.CHANNELS, *recording.INPUTS,
-        *recording.RUN_KEYS, *canonical_table.COEFFICIENTS, *canonical_table.UNITS.values(), *SAYS,
+        *recording.RUN.keys, *canonical_table.COEFFICIENTS, *canonical_table.UNITS.values(), *SAYS,
         *rig_measurement.KEYS, *reference.SOURCES, *reference.CONDITION_KEYS, *(f.name for f in fields(Calibration)),
         "rider", "environment", "coefficient", "unit", "value", "sd", "difference_percent", "speeds_m_s", "band_hz",
         "drop_first_s", "noise_sd", "time_s", "group", "mode",

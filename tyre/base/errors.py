@@ -23,10 +23,60 @@ def unknown(kind: str, name: object, allowed: Iterable[str]) -> str:
         The names that are known.
     """
     names = sorted(allowed)
-    by_lower_case = {known.lower(): known for known in reversed(names)}
-    close = difflib.get_close_matches(str(name).lower(), list(by_lower_case), n=1)
-    hint = f"did you mean {by_lower_case[close[0]]!r}? " if close else ""
+    near = nearest(name, names)
+    hint = f"did you mean {near!r}? " if near else ""
     return f"unknown {kind} {str(name)!r}; {hint}known: {', '.join(names) or 'none'}"
+
+
+def refuse_unknown(kind: str, names: Iterable[Any], allowed: Iterable[str], *, where: str = "", more: str = "") -> None:
+    """Refuse the first of some names that is not allowed.
+
+    Parameters
+    ----------
+    kind : str
+        What a name is: ``key``, ``column``.
+    names : iterable of str
+        As given.
+    allowed : iterable of str
+        Known names.
+    where : str
+        What the message begins with.
+    more : str
+        What it ends with.
+
+    Raises
+    ------
+    InputError
+        With the nearest known name, and all of them.
+    """
+    known = list(allowed)
+    for name in names:
+        if not isinstance(name, str) or name not in known:
+            words = unknown(kind, name, known) + (f"; {more}" if more else "")
+            raise InputError(f"{where}: {words}" if where else words)
+
+
+def nearest(name: object, allowed: Iterable[str], *, cutoff: float = 0.6) -> str:
+    """The known name most like a mistyped one, small and capital letters alike; empty where none is like it.
+
+    Parameters
+    ----------
+    name : object
+        As given.
+    allowed : iterable of str
+        Known names.
+    cutoff : float
+        Share of letters in common below which a name is not like it, 0 to 1.
+    """
+    by_lower_case = {known.lower(): known for known in reversed(list(allowed))}
+    close = difflib.get_close_matches(str(name).lower(), list(by_lower_case), n=1, cutoff=cutoff)
+    return by_lower_case[close[0]] if close else ""
+
+
+def hint(name: object, allowed: Iterable[str]) -> str:
+    """The nearest known name as a question that ends a message; empty where there is none."""
+    near = nearest(name, allowed)
+    return f"; did you mean {near!r}?" if near else ""
 
 
 def is_number(value: Any) -> bool:

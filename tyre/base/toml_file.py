@@ -8,7 +8,7 @@ from typing import Any
 from tyre.base.errors import InputError
 
 
-def read_toml(path: Path | Traversable, kind: str, *, where: str = "") -> dict[str, Any]:
+def read_toml(path: Path | Traversable, kind: str, *, where: str = "", absent: str = "") -> dict[str, Any]:
     """Content of a TOML file in UTF-8, with a byte-order mark or without.
 
     Parameters
@@ -18,6 +18,8 @@ def read_toml(path: Path | Traversable, kind: str, *, where: str = "") -> dict[s
         What it should be, for the message: ``model file``.
     where : str
         What the message begins with; the path if not given.
+    absent : str
+        What the message says where there is no such file.
 
     Raises
     ------
@@ -28,7 +30,7 @@ def read_toml(path: Path | Traversable, kind: str, *, where: str = "") -> dict[s
     try:
         return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except FileNotFoundError as error:
-        raise InputError(f"{where}: no such {kind}") from error
+        raise InputError(f"{where}: {absent or f'no such {kind}'}") from error
     except OSError as error:
         raise InputError(f"{where}: cannot be read as a {kind} ({error.strerror})") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:

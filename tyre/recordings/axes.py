@@ -12,10 +12,9 @@ vx, vy: velocity of the contact centre in the axes of the row. ISO: ISO 8855, th
 convention of .tir files; SAE: SAE J670e; adapted SAE: Pacejka, Tire and Vehicle Dynamics, 3rd ed., Appendix 1.
 """
 
-import difflib
 from dataclasses import dataclass
 
-from tyre.base.errors import InputError
+from tyre.base.errors import InputError, hint
 
 
 @dataclass(frozen=True)
@@ -62,9 +61,7 @@ def signs(axes: str, *, where: str = "axes") -> Signs:
     """
     if axes in _SIGNS:
         return _SIGNS[axes]
-    near = difflib.get_close_matches(str(axes), CONVENTIONS, n=1)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
-    raise InputError(f"{where}: axes = {axes!r} is not one of {', '.join(CONVENTIONS)}{hint}")
+    raise InputError(f"{where}: axes = {axes!r} is not one of {', '.join(CONVENTIONS)}{hint(axes, CONVENTIONS)}")
 
 
 def slope_grows(axes: str) -> bool:

@@ -1,15 +1,11 @@
 """Recordings in files: CSV with units in its column names plus a TOML sidecar, or TYDEX."""
 
-import csv
-import difflib
-import io
-import itertools
-import warnings
 from pathlib import Path
 
 import numpy as np
 
-from tyre.base.errors import InputError
+from tyre.base.csv_table import read_cells
+from tyre.base.errors import InputError, nearest
 from tyre.recordings.axes import signs
 from tyre.recordings.check import check_channels
 from tyre.recordings.recording import Channel, PullTest, RigRun
@@ -42,7 +38,7 @@ _WRITTEN_UNIT = {
     "plate_displacement": ("mm", 1e3),
     "rim_displacement": ("mm", 1e3),
 }
-_MISSING = ["", "NaN", "nan", "NAN", "NA", "NOTAVAIL"]
+_MISSING = ("", "NaN", "nan", "NAN", "NA", "NOTAVAIL")
 
 
 def read_recording(path: str | Path) -> RigRun | PullTest:
@@ -166,22 +162,14 @@ def _assemble(columns: dict[str, Channel], sidecar: Sidecar, notes: list[str], p
 
 
 def _read_columns(path: Path) -> tuple[dict[str, Channel], list[str]]:
-    try:
-        raw = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
-    head, _, body = raw.removeprefix(b"\xef\xbb\xbf").partition(b"\n")
-    try:
-        title = head.decode("utf-8").strip()
-    except UnicodeDecodeError:
-        raise InputError(f"{path}, row 1: is not text; expected column names such as time_s,slip_angle_deg") from None
-    if not title or b"\0" in raw:
-        raise InputError(f"{path}: row 1 must hold column names such as time_s,slip_angle_deg; is this a CSV file?")
-    separator = ";" if ";" in title else ","
-    names = [name.strip().strip('"') for name in title.split(separator)]
-    wanted, notes = _identify(names, str(path))
-    values = _parse(body, separator, len(names), [index for index, _ in wanted.values()], path)
-    return {base: unit.factor * values[index] + unit.offset for base, (index, unit) in wanted.items()}, notes
+    cells = read_cells(path, kind="recording", example="time_s, slip_angle_deg", logged=True)
+    wanted, notes = _identify(cells.header, str(path))
+    places = [place for place, _ in wanted.values()]
+    columns = zip(wanted, cells.numbers(places, missing=_MISSING), strict=True)
+    found = {base: wanted[base][1].factor * column + wanted[base][1].offset for base, column in columns}
+    if not len(next(iter(found.values()))):
+        raise InputError(f"{path}: has column names but no rows; was the file cut off?")
+    return found, notes
 
 
 def _identify(names: list[str], where: str) -> tuple[dict[str, tuple[int, Unit]], list[str]]:
@@ -190,9 +178,9 @@ def _identify(names: list[str], where: str) -> tuple[dict[str, tuple[int, Unit]]
     for index, name in enumerate(names):
         found = split_unit(name, _QUANTITIES, where=where)
         if found is None:
-            near = difflib.get_close_matches(name.rpartition("_")[0], _QUANTITIES, n=1, cutoff=0.8)
+            near = nearest(name.rpartition("_")[0], _QUANTITIES, cutoff=0.8)
             if near:
-                raise InputError(f"{where}: column {name!r} is unknown; did you mean {near[0]!r} with its unit?")
+                raise InputError(f"{where}: column {name!r} is unknown; did you mean {near!r} with its unit?")
             unused.append(name)
             continue
         base, unit = found
@@ -202,54 +190,3 @@ def _identify(names: list[str], where: str) -> tuple[dict[str, tuple[int, Unit]]
     if not wanted:
         raise InputError(f"{where}, row 1: no known column name (found: {', '.join(names)[:200]})")
     return wanted, [f"columns not used: {', '.join(unused)}"] if unused else []
-
-
-def _parse(body: bytes, separator: str, width: int, used: list[int], path: Path) -> dict[int, Channel]:
-    import pandas as pd
-
-    if not body.strip():
-        raise InputError(f"{path}: has column names but no rows; was the file cut off?")
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", pd.errors.ParserWarning)  # rows too long are found by counting below
-            frame = pd.read_csv(
-                io.BytesIO(body),
-                sep=separator,
-                header=None,
-                names=list(range(width)),
-                usecols=used,
-                index_col=False,
-                dtype=np.float64,
-                decimal="," if separator == ";" and b"," in body else ".",
-                na_values=_MISSING,
-                keep_default_na=False,
-                skipinitialspace=True,
-                quoting=csv.QUOTE_NONE,
-                encoding="latin-1",
-            )
-    except (ValueError, OverflowError, pd.errors.ParserError):
-        _blame(body, separator, width, used, path)
-        raise InputError(f"{path}: cannot be parsed as a table of numbers") from None
-    rows = len(frame)
-    if body.count(separator.encode()) != (width - 1) * rows:
-        _blame(body, separator, width, used, path)
-    return {index: frame[index].to_numpy() for index in used}
-
-
-def _blame(body: bytes, separator: str, width: int, used: list[int], path: Path) -> None:
-    """Find the first row that is no row of numbers and say what is wrong with it."""
-    lines = (line for line in io.StringIO(body.decode("latin-1")))
-    for row, line in zip(itertools.count(2), lines, strict=False):
-        if not line.strip():
-            continue
-        fields = [field.strip() for field in line.split(separator)]
-        if len(fields) != width:
-            commas = separator == "," and len(fields) > width
-            hint = "; decimal commas need semicolons between the columns" if commas else "; was the file cut off?"
-            raise InputError(f"{path}, row {row}: has {len(fields)} fields, the header names {width} columns{hint}")
-        for index in used:
-            field = fields[index]
-            try:
-                float((field.replace(",", ".") if separator == ";" else field) if field not in _MISSING else "nan")
-            except ValueError:
-                raise InputError(f"{path}, row {row}, column {index + 1}: {field[:40]!r} is not a number") from None

@@ -1,7 +1,5 @@
 """The TOML sidecar of a CSV recording: what was tested, under which condition and in which axes."""
 
-import difflib
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,9 +9,11 @@ import numpy as np
 import tomli_w
 
 from tyre.base.errors import InputError
+from tyre.base.schema import Check, flag, maybe, number, read, refused, table, text
+from tyre.base.toml_file import read_toml
 from tyre.recordings.axes import CONVENTIONS, signs
 from tyre.recordings.check import check_condition
-from tyre.recordings.recording import Condition, PullTest, RigRun
+from tyre.recordings.recording import COMPUTED_NOTE, Condition, PullTest, RigRun
 from tyre.recordings.units import split_unit
 
 KINDS = ("slip_sweep", "slip_step", "pull_test")
@@ -25,15 +25,20 @@ _QUANTITIES = {
     "temperature": "temperature",
     "camber": "angle",
 }
-_PLAIN_KEYS: dict[str, type | tuple[type, ...]] = {
-    "kind": str,
-    "tyre": str,
-    "surface": str,
-    "rim": str,
-    "axes": str,
-    "synthetic": bool,
-    "note": (str, list),
-}
+
+
+def _note(value: Any) -> tuple[str, ...]:
+    notes = [value] if isinstance(value, str) else value
+    if not isinstance(notes, list) or not all(isinstance(note, str) for note in notes):
+        raise refused(value, "must be text or a list of texts")
+    return tuple(notes)
+
+
+_TEXT = text(blank=False)
+_PLAIN_KEYS: dict[str, Check] = {
+    "kind": text(f"is not one of {', '.join(KINDS)}", allowed=KINDS), "tyre": _TEXT, "surface": _TEXT, "rim": _TEXT,
+    "axes": _TEXT, "synthetic": flag, "note": _note,
+}  # fmt: skip
 _REQUIRED = {
     "tyre": "name of the tyre",
     "load": "load_N = vertical load",
@@ -75,79 +80,29 @@ def read_sidecar(path: Path) -> Sidecar:
     InputError
         For a missing file, invalid TOML, an unknown, missing or doubled key, or a value out of range.
     """
-    try:
-        table = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
-    except FileNotFoundError:
-        raise InputError(
-            f"{path}: the sidecar is missing; write one with tyre, load_N, pressure_bar, surface and axes"
-        ) from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise InputError(f"{path}: is not valid TOML: {error}") from None
-    return _interpret(table, str(path))
+    remedy = "the sidecar is missing; write one with tyre, load_N, pressure_bar, surface and axes"
+    return _interpret(read_toml(path, "sidecar", absent=remedy), str(path))
 
 
-def _interpret(table: Mapping[str, Any], where: str) -> Sidecar:
+def _interpret(content: Mapping[str, Any], where: str) -> Sidecar:
+    units = {key: found for key in content if (found := split_unit(key, _QUANTITIES, where=where))}
+    quantity = number(says="must be a number")
+    declared = {maybe(key): _PLAIN_KEYS.get(key, quantity) for key in dict.fromkeys([*_SPELLINGS, *units])}
     values: dict[str, Any] = {}
-    for key, value in table.items():
-        if key in _PLAIN_KEYS:
-            base, si = key, _plain_value(key, value, where)
-        else:
-            base, si = _quantity(key, value, where)
+    for key, value in read(table(declared), content, where=where).items():
+        base, unit = units.get(key, (key, None))
         if base in values:
             raise InputError(f"{where}: {base} is given twice, the second time as {key!r}; keep one")
-        values[base] = si
+        values[base] = value if unit is None else unit.factor * value + unit.offset
     for key, meaning in _REQUIRED.items():
         if key not in values:
             raise InputError(f"{where}: key {key!r} is missing ({meaning})")
-    kind = values.get("kind")
-    if kind is not None and kind not in KINDS:
-        raise InputError(f"{where}: kind = {kind!r} is not one of {', '.join(KINDS)}")
-    signs(values["axes"], where=where)
-    condition = Condition(
-        tyre=values["tyre"],
-        load=values["load"],
-        pressure=values["pressure"],
-        surface=values["surface"],
-        drum_radius=values.get("drum_radius"),
-        rim=values.get("rim"),
-        speed=values.get("speed"),
-        temperature=values.get("temperature"),
-        camber=values.get("camber", 0.0),
-    )
+    axes, kind = values.pop("axes"), values.pop("kind", None)
+    synthetic, notes = values.pop("synthetic", False), values.pop("note", ())
+    signs(axes, where=where)
+    condition = Condition(**values)
     check_condition(condition, where=where)
-    note = values.get("note", [])
-    return Sidecar(
-        condition=condition,
-        axes=values["axes"],
-        kind=kind,
-        synthetic=values.get("synthetic", False),
-        notes=(note,) if isinstance(note, str) else tuple(note),
-    )
-
-
-def _plain_value(key: str, value: Any, where: str) -> Any:
-    if not isinstance(value, _PLAIN_KEYS[key]) or (
-        isinstance(value, list) and not all(isinstance(item, str) for item in value)
-    ):
-        expected = {"synthetic": "true or false", "note": "text or a list of texts"}.get(key, "text in quotes")
-        raise InputError(f"{where}: {key} = {value!r} must be {expected}")
-    if isinstance(value, str) and not value.strip():
-        raise InputError(f"{where}: {key} is empty")
-    return value
-
-
-def _quantity(key: str, value: Any, where: str) -> tuple[str, float]:
-    found = split_unit(key, _QUANTITIES, where=where)
-    if found is None:
-        near = difflib.get_close_matches(key, _SPELLINGS, n=1)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
-        raise InputError(f"{where}: key {key!r} is unknown (known: {', '.join(_SPELLINGS)}){hint}")
-    base, unit = found
-    if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(float(value)):
-        raise InputError(f"{where}: {key} = {value!r} must be a number")
-    return base, unit.factor * float(value) + unit.offset
+    return Sidecar(condition=condition, axes=axes, kind=kind, synthetic=synthetic, notes=notes)
 
 
 def write_sidecar(recording: RigRun | PullTest, path: Path) -> None:
@@ -176,7 +131,7 @@ def write_sidecar(recording: RigRun | PullTest, path: Path) -> None:
         "note": list(recording.notes) or None,
     }
     if recording.synthetic and not recording.notes:
-        table["note"] = "synthetic: computed by a simulation, not measured"
+        table["note"] = COMPUTED_NOTE
     path.write_text(tomli_w.dumps({key: value for key, value in table.items() if value is not None}), encoding="utf-8")
 
 

@@ -7,7 +7,6 @@ constant has its value from column 51, a channel its conversion factor (51-60), 
 are comments.
 """
 
-import difflib
 import re
 import warnings
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tyre.base.errors import InputError
+from tyre.base.errors import InputError, nearest
 
 NOT_AVAILABLE = "NOTAVAIL"
 KEYWORDS = (
@@ -164,8 +163,8 @@ def parse(text: str, *, source: str = "TYDEX text") -> TydexDocument:
         words = mark.group()[2:].split()
         name = words[0].upper() if words else ""
         if name not in KEYWORDS:
-            near = difflib.get_close_matches(name, KEYWORDS, n=1)
-            hint = f"; did you mean **{near[0]}?" if near else ""
+            near = nearest(name, KEYWORDS)
+            hint = f"; did you mean **{near}?" if near else ""
             raise InputError(f"{source}: keyword **{name[:40]} is unknown to TYDEX 1.3{hint}")
         sections.append(Section(name, mark.group(), text[mark.end() : following]))
     names = [section.name for section in sections]

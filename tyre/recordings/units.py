@@ -1,10 +1,9 @@
 """Units as rigs print them, and their factors to SI (temperature stays in degrees Celsius)."""
 
-import difflib
 import math
 from dataclasses import dataclass
 
-from tyre.base.errors import InputError
+from tyre.base.errors import InputError, hint
 
 _DEGREE = math.pi / 180.0
 _POUND_FORCE = 4.4482216152605
@@ -67,10 +66,8 @@ def find_unit(text: str, quantity: str, *, where: str) -> Unit:
     plain = _plain(text)
     if plain in known:
         return Unit(known[plain], _TEMPERATURE_OFFSET.get(plain, 0.0) if quantity == "temperature" else 0.0)
-    near = difflib.get_close_matches(plain, known, n=1)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
     problem = f"unit {text.strip()!r} is not a unit of {quantity}" if plain else f"no unit of {quantity} is given"
-    raise InputError(f"{where}: {problem} (known: {', '.join(known)}){hint}")
+    raise InputError(f"{where}: {problem} (known: {', '.join(known)}){hint(plain, known)}")
 
 
 def split_unit(name: str, quantities: dict[str, str], *, where: str) -> tuple[str, Unit] | None:

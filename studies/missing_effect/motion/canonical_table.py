@@ -15,7 +15,8 @@ import numpy as np
 
 from tyre.base.arrays import Array
 from tyre.base.csv_table import read_columns
-from tyre.base.errors import InputError, is_number, shown, unknown
+from tyre.base.errors import InputError, is_number, unknown
+from tyre.base.schema import Check, Invalid, maybe, path_key, read, refused, table
 
 ROLL = ("M_phi_delta", "C1_phi_delta", "K0_phi_delta")
 STEER = ("M_delta_delta", "C1_delta_phi", "C1_delta_delta", "K0_delta_delta", "K2_delta_delta", "H_delta_F")
@@ -30,6 +31,29 @@ FASTEST, HIGHEST = 60.0, 50.0
 FEWEST = 4  # subsets from which a scatter can be had: Student's t with fewer has no variance
 PERCENT = 0.1 / math.sqrt(12)  # rounding of a printed percentage
 DISAGREE = 5.0  # sd by which two rows may differ on Whipple's value
+
+
+def _ascending(highest: float, what: str, *, pair: bool = False) -> Check:
+    def check(given: Any) -> tuple[float, ...]:
+        if not isinstance(given, list) or len(given) < 2 or not all(is_number(x) for x in given):
+            raise refused(given, f"must be a list of two or more numbers in {what}")
+        numbers = [float(x) for x in given]
+        if not all(0 < x <= highest for x in numbers) or sorted(set(numbers)) != numbers:
+            raise refused(given, f"must rise and lie within 0 .. {highest:g} {what}")
+        if pair and len(numbers) != 2:
+            raise Invalid(f"has {len(numbers)} numbers; write [lowest, highest]")
+        return tuple(numbers)
+
+    return check
+
+
+TABLE = table(
+    {
+        **path_key("table", "FILE.csv"),
+        maybe("speeds_m_s", list(SPEEDS)): _ascending(FASTEST, "m/s"),
+        maybe("band_hz", list(BAND)): _ascending(HIGHEST, "Hz", pair=True),
+    }
+)
 
 
 @dataclass(frozen=True)
@@ -53,8 +77,15 @@ def unit(coefficient: str) -> str:
     return UNITS[coefficient.split("_")[0]]
 
 
-def read_canonical(table: Mapping[str, Any], folder: Path) -> tuple[CanonicalTable, tuple[str, ...]]:
+def read_canonical(content: Mapping[str, Any], folder: Path) -> tuple[CanonicalTable, tuple[str, ...]]:
     """The table ``[canonical]`` and notes on what was assumed.
+
+    Parameters
+    ----------
+    content : mapping
+        The table.
+    folder : Path
+        Where the file that it names is.
 
     Raises
     ------
@@ -62,19 +93,27 @@ def read_canonical(table: Mapping[str, Any], folder: Path) -> tuple[CanonicalTab
         See :func:`read_columns`; also unknown coefficients, other units, repeated or missing rows, an sd that is not
         positive, fewer than four subsets, rows of a rider that disagree on Whipple's value, a wrong band or speed.
     """
-    keys = ("table", "speeds_m_s", "band_hz")
-    for key in table:
-        if key not in keys:
-            raise InputError(f"[canonical]: {unknown('key', key, keys)}")
-    if not isinstance(table.get("table"), str):
-        what = f"table = {shown(table['table'])} must be a path in quotes" if "table" in table else "no table"
-        raise InputError(f'[canonical]: {what}; write table = "FILE.csv"')
-    speeds = _ascending(table.get("speeds_m_s", list(SPEEDS)), "speeds_m_s", FASTEST, "m/s")
-    band = _ascending(table.get("band_hz", list(BAND)), "band_hz", HIGHEST, "Hz")
-    if len(band) != 2:
-        raise InputError(f"[canonical]: band_hz has {len(band)} numbers; write [lowest, highest]")
-    path = folder / table["table"]
+    given = read(TABLE, content, section="canonical")
+    path = folder / given["table"]
     cells, differs = _cells(path)
+    subsets = _subsets(path, cells)
+    value, stated = (np.array([[cells[*s, name][k] for name in COEFFICIENTS] for s in subsets]) for k in (0, 1))
+    whipple, rounding = (None, np.zeros_like(value))
+    if differs:
+        both = np.array([[_whipple(path, cells, s[0], name) for name in COEFFICIENTS] for s in subsets])
+        whipple, rounding = both[..., 0], both[..., 1]
+    between, note = _between(value if whipple is None else value - whipple, stated)
+    notes = [note]
+    unions = sorted({"-".join(key[:2]) for key in cells if ALL in key[:2]})
+    if unions:
+        notes.append(f"not used, because they hold the runs of other subsets: {', '.join(unions)}")
+    names = tuple(f"{rider} on {environment}" for rider, environment in subsets)
+    sd = np.sqrt(stated**2 + between + rounding**2)
+    return CanonicalTable(names, value, sd, whipple, given["speeds_m_s"], given["band_hz"]), tuple(notes)
+
+
+def _subsets(path: Path, cells: "Cells") -> list[tuple[str, str]]:
+    """Rider and environment of the subsets that share no runs, each with every coefficient."""
     subsets = [key for key in dict.fromkeys(key[:2] for key in cells) if ALL not in key]
     if len(subsets) < FEWEST:
         raise InputError(
@@ -85,27 +124,21 @@ def read_canonical(table: Mapping[str, Any], folder: Path) -> tuple[CanonicalTab
         missing = [name for name in COEFFICIENTS if (*subset, name) not in cells]
         if missing:
             raise InputError(f"{path}: rider {subset[0]}, environment {subset[1]} lacks {', '.join(missing)}")
-    value, stated = (np.array([[cells[*s, name][k] for name in COEFFICIENTS] for s in subsets]) for k in (0, 1))
-    whipple, rounding = (None, np.zeros_like(value))
-    if differs:
-        both = np.array([[_whipple(path, cells, s[0], name) for name in COEFFICIENTS] for s in subsets])
-        whipple, rounding = both[..., 0], both[..., 1]
-    n = len(subsets)
-    scatter = (value - whipple if whipple is not None else value).var(0, ddof=1)
-    between = np.maximum(scatter - (stated**2).mean(0), 0) * (n - 1) / (n - 3)
+    return subsets
+
+
+def _between(differences: Array, stated: Array) -> tuple[Array, str]:
+    """Variance (9,) between subsets beyond the stated sd (subsets, 9), and what is said of it."""
+    n = len(differences)
+    scatter = differences.var(0, ddof=1)
     times = np.sqrt(scatter / (stated**2).mean(0))
-    notes = [
+    note = (
         f"noise: the scatter between {n} subsets of the runs, {times.min():.1f} to {times.max():.0f} times the stated "
         f"sd, widened for its {n - 1} degrees of freedom (variance of Student's t); coefficients count as independent. "
         f"Being taken from these rows, it leaves a perfect model with chi^2 of about {len(COEFFICIENTS) * (n - 3)} of "
-        f"{value.size}: goodness of fit says little here, held-out subsets and the posterior decide",
-    ]
-    unions = sorted({"-".join(key[:2]) for key in cells if ALL in key[:2]})
-    if unions:
-        notes.append(f"not used, because they hold the runs of other subsets: {', '.join(unions)}")
-    names = tuple(f"{rider} on {environment}" for rider, environment in subsets)
-    sd = np.sqrt(stated**2 + between + rounding**2)
-    return CanonicalTable(names, value, sd, whipple, speeds, (band[0], band[1])), tuple(notes)
+        f"{stated.size}: goodness of fit says little here, held-out subsets and the posterior decide"
+    )
+    return np.maximum(scatter - (stated**2).mean(0), 0) * (n - 1) / (n - 3), note
 
 
 Cells = dict[tuple[str, str, str], tuple[float, float, float]]
@@ -161,12 +194,3 @@ def _whipple(path: Path, cells: Cells, rider: str, name: str) -> tuple[float, fl
             f"{', '.join(f'{x:.4g}' for x in found)}); correct value or difference_percent"
         )
     return mean, float(1 / np.sqrt(weight.sum()))
-
-
-def _ascending(given: Any, key: str, highest: float, what: str) -> tuple[float, ...]:
-    if not isinstance(given, list) or len(given) < 2 or not all(is_number(x) for x in given):
-        raise InputError(f"[canonical]: {key} = {given!r} must be a list of two or more numbers in {what}")
-    numbers = [float(x) for x in given]
-    if not all(0 < x <= highest for x in numbers) or sorted(set(numbers)) != numbers:
-        raise InputError(f"[canonical]: {key} = {given!r} must rise and lie within 0 .. {highest:g} {what}")
-    return tuple(numbers)

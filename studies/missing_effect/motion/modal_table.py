@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from bicycle.modal.named_modes import ORDER as MODES
 from tyre.base.csv_table import Columns, read_columns
-from tyre.base.errors import InputError, shown, unknown
+from tyre.base.errors import InputError, unknown
+from tyre.base.schema import path_key, read, table
 
 RATIOS = ("steer_over_lean", "yaw_over_lean")
 EIGENVALUE = ("real_1_s", "imag_rad_s")
@@ -24,6 +25,7 @@ DEFAULT_SD = 0.03  # of |eigenvalue|, where neither sd nor repeats are there
 DEFAULT_RATIO_SD = 0.05
 SMALLEST_SD, LARGEST_RATIO = 1e-5, 1e5
 SAME_SPEED = 0.005  # relative: rows this close with the same mode are repeats
+TABLE = table(path_key("table", "FILE.csv"))
 MOST_SCATTER = 1.5  # ratio of scatter to stated sd above which a between-repeat term is added
 
 
@@ -39,8 +41,15 @@ class ModalPoint:
     group: str = ""
 
 
-def read_modal(table: Mapping[str, Any], folder: Path) -> tuple[tuple[ModalPoint, ...], tuple[str, ...]]:
+def read_modal(content: Mapping[str, Any], folder: Path) -> tuple[tuple[ModalPoint, ...], tuple[str, ...]]:
     """Points of the table ``[modal]`` and notes on what was assumed.
+
+    Parameters
+    ----------
+    content : mapping
+        The table.
+    folder : Path
+        Where the file that it names is.
 
     Raises
     ------
@@ -48,13 +57,7 @@ def read_modal(table: Mapping[str, Any], folder: Path) -> tuple[tuple[ModalPoint
         See :func:`read_columns`; also unknown modes, speeds or eigenvalues out of range, a standard deviation that is
         not positive, half a ratio, a repeated row, fewer than three points.
     """
-    for key in table:
-        if key != "table":
-            raise InputError(f"[modal]: {unknown('key', key, ['table'])}")
-    if not isinstance(table.get("table"), str):
-        what = f"table = {shown(table['table'])} must be a path in quotes" if "table" in table else "no table"
-        raise InputError(f'[modal]: {what}; write table = "FILE.csv"')
-    path = folder / table["table"]
+    path = folder / read(TABLE, content, section="modal")["table"]
     columns = read_columns(path, numbers=NUMBERS, texts=("mode", "group"), needed=("speed_m_s", "mode", *EIGENVALUE))
     points = tuple(_point(path, row, columns) for row in range(len(columns.lines)))
     if len(points) < 3:

@@ -11,140 +11,91 @@ wheel_radius_m = 0.34
 recordings = "flat"
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from studies.missing_effect.rig.reference import Reference, read_reference
-from tyre.base.errors import InputError, is_number, unknown
+from studies.missing_effect.gap_figures import GAP
+from studies.missing_effect.interface import Figure
+from studies.missing_effect.rig.figures import CAPTION, draw_recordings
+from studies.missing_effect.rig.recordings import WHEEL_RADIUS, RigRecordings
+from studies.missing_effect.rig.recordings_forward import RigRecordingsForward
+from studies.missing_effect.rig.reference import read_reference
+from studies.missing_effect.rig.setup import rig_forward_model
+from tyre.base.errors import InputError
+from tyre.base.schema import anything, by_name, list_of, maybe, needed, number, read, table, text
 from tyre.campaigns.campaign import recordings_in
 from tyre.fits.estimate import Calibration
-from tyre.fits.relaxation import is_slip_step
+from tyre.fits.slip_step import is_slip_step
 from tyre.recordings.preflight import preflight
 from tyre.recordings.read import read_recording
-from tyre.recordings.recording import PullTest, RigRun
+from tyre.recordings.recording import SYNTHETIC_NOTES, PullTest, RigRun
 
-RIG_TOP_KEYS = ("kind", "description", "source", "rig")
-KEYS = ("recordings", "reference", "includes", "pull_displacement", "wheel_radius_m", "calibration")
 PULL_DISPLACEMENTS = ("tyre", "plate")
-WHEEL_RADIUS = 0.34  # m
 EXAMPLE = 'write [rig] with recordings = "FOLDER" and a table [rig.reference]'
+NO_RIG = f'kind is "rig" but the table [rig] is missing; {EXAMPLE}'
+RELATIVE = number(says="must be a number: a relative standard deviation")
+RIG = table(
+    {
+        needed("recordings", f"recordings is missing; {EXAMPLE}"): anything,
+        needed("reference", f"reference is missing; {EXAMPLE}"): anything,
+        maybe("includes", []): list_of(text(), 'must be a list of rig effects such as ["sweep_lag"]'),
+        maybe("pull_displacement", "tyre"): text(
+            'is not allowed; write "tyre" (plate minus rim) or "plate" (rim ignored)', allowed=PULL_DISPLACEMENTS
+        ),
+        maybe("wheel_radius_m", WHEEL_RADIUS): number(
+            least=0.1, most=0.6, says="must be a radius of wheel and tyre from 0.1 to 0.6 m"
+        ),
+        maybe("calibration", {}): by_name(RELATIVE, [f.name for f in fields(Calibration)], kind="key"),
+    }
+)
+KEYS = RIG.keys
 
 
-@dataclass(frozen=True)
-class RigMeasurement:
-    """Recordings of one tyre and the reference they are compared with, SI units.
+@dataclass(frozen=True, eq=False)
+class RigMeasurement(RigRecordings):
+    """Recordings of one tyre and the reference they are compared with, as a measurement."""
 
-    Attributes
-    ----------
-    sweeps, pulls : tuples
-        (name, recording); slip steps are not used, which ``notes`` says.
-    includes : tuple of str
-        Rig effects that the base model contains.
-    pull_displacement : str
-        ``tyre`` (plate minus rim) or ``plate``.
-    wheel_radius : float
-        m, for the drum's curvature.
-    """
+    def forward(self, *, without: tuple[str, ...] = ()) -> RigRecordingsForward:
+        """The forward model; effects in ``without`` are not tried.
 
-    name: str
-    reference: Reference
-    sweeps: tuple[tuple[str, RigRun], ...] = ()
-    pulls: tuple[tuple[str, PullTest], ...] = ()
-    includes: tuple[str, ...] = ()
-    pull_displacement: str = "tyre"
-    wheel_radius: float = WHEEL_RADIUS
-    calibration: Calibration = Calibration()  # noqa: RUF009 - frozen
-    description: str = ""
-    source: str = ""
-    notes: tuple[str, ...] = ()
+        Raises
+        ------
+        InputError
+            An effect that does not exist, recordings that cannot be used, a reference that lacks what they need.
+        """
+        return rig_forward_model(self, without=without)
 
-    def __post_init__(self) -> None:
-        if not self.sweeps and not self.pulls:
-            raise InputError("no slip sweep and no pull test among the recordings; nothing can be compared")
-        conditions = [run.condition for _, run in self.sweeps] + [test.condition for _, test in self.pulls]
-        tyres = sorted({c.tyre for c in conditions})
-        if len(tyres) > 1:
-            raise InputError(f"recordings of {len(tyres)} tyres, {', '.join(tyres)}; diagnose one tyre at a time")
-        if self.reference.tyre is not None and self.reference.tyre != tyres[0]:
-            raise InputError(
-                f"the recordings are of {tyres[0]!r}, the reference is of {self.reference.tyre!r}; give one tyre"
-            )
-        for condition in conditions:
-            self.reference.at(condition.load, condition.pressure)
-        _refuse_repeats([(n, (run.slip_angle, run.side_force)) for n, run in self.sweeps])
-        _refuse_repeats([(n, (test.side_force, test.plate_displacement)) for n, test in self.pulls])
-
-    @property
-    def synthetic(self) -> bool:
-        """Whether any recording was computed."""
-        return any(run.synthetic for _, run in self.sweeps) or any(test.synthetic for _, test in self.pulls)
+    def figures(self) -> dict[str, Figure]:
+        """The gap, and what the effects say of it in newtons."""
+        return {"gap": GAP, "before_after": (draw_recordings, CAPTION)}
 
 
-def _refuse_repeats(recordings: list[tuple[str, tuple[Any, Any]]]) -> None:
-    for number, (name, channels) in enumerate(recordings):
-        for other, theirs in recordings[:number]:
-            if all(np.array_equal(a, b, equal_nan=True) for a, b in zip(channels, theirs, strict=True)):
-                raise InputError(f"{name}: the same recording as {other}; keep one, or it counts twice")
-
-
-def read_rig(content: Mapping[str, Any], path: Path) -> RigMeasurement:
+def read_rig(content: Any, folder: Path, **words: Any) -> RigMeasurement:
     """The measurement of a file with kind = "rig".
+
+    Parameters
+    ----------
+    content : object
+        Its table ``[rig]``.
+    folder : Path
+        Where the files that it names are.
+    **words
+        ``name``, ``description`` and ``source``.
 
     Raises
     ------
     InputError
         A key, file or condition that is missing, unknown or out of range, with what to do.
     """
-    for key in content:
-        if key not in RIG_TOP_KEYS:
-            raise InputError(unknown("key", key, RIG_TOP_KEYS))
-    rig = content.get("rig")
-    if not isinstance(rig, Mapping):
-        raise InputError(f'kind is "rig" but the table [rig] is missing; {EXAMPLE}')
-    for key in rig:
-        if key not in KEYS:
-            raise InputError(f"[rig]: {unknown('key', key, KEYS)}")
-    for key in ("recordings", "reference"):
-        if key not in rig:
-            raise InputError(f"[rig]: {key} is missing; {EXAMPLE}")
-    if rig.get("pull_displacement", "tyre") not in PULL_DISPLACEMENTS:
-        raise InputError(
-            f"[rig]: pull_displacement = {rig['pull_displacement']!r} is not allowed; "
-            'write "tyre" (plate minus rim) or "plate" (rim ignored)'
-        )
-    radius = rig.get("wheel_radius_m", WHEEL_RADIUS)
-    if not is_number(radius) or not 0.1 <= radius <= 0.6:
-        raise InputError(f"[rig]: wheel_radius_m = {radius!r} must be a radius of wheel and tyre from 0.1 to 0.6 m")
-    calibration = _calibration(rig.get("calibration", {}))
-    sweeps, pulls, notes = _recordings(_files(rig["recordings"], path.parent))
+    rig = read(RIG, content, section="rig")
+    calibration = Calibration(**rig["calibration"])
+    sweeps, pulls, notes = _recordings(_files(rig["recordings"], folder))
     return RigMeasurement(
-        name=path.stem, reference=read_reference(rig["reference"], path.parent, calibration),
-        sweeps=sweeps, pulls=pulls, includes=_includes(rig.get("includes", [])),
-        pull_displacement=rig.get("pull_displacement", "tyre"), wheel_radius=float(radius), calibration=calibration,
-        description=content.get("description", ""), source=content.get("source", ""), notes=notes,
+        reference=read_reference(rig["reference"], folder, calibration), sweeps=sweeps, pulls=pulls,
+        includes=tuple(dict.fromkeys(rig["includes"])), pull_displacement=rig["pull_displacement"],
+        wheel_radius=rig["wheel_radius_m"], calibration=calibration, notes=notes, **words,
     )  # fmt: skip
-
-
-def _calibration(table: Any) -> Calibration:
-    allowed = [f.name for f in fields(Calibration)]
-    if not isinstance(table, Mapping):
-        raise InputError(f"[rig]: calibration = {table!r} must be a table: write [rig.calibration] and keys below it")
-    for key, value in table.items():
-        if key not in allowed:
-            raise InputError(f"[rig.calibration]: {unknown('key', key, allowed)}")
-        if not is_number(value):
-            raise InputError(f"[rig.calibration]: {key} = {value!r} must be a number: a relative standard deviation")
-    return Calibration(**{key: float(value) for key, value in table.items()})
-
-
-def _includes(names: Any) -> tuple[str, ...]:
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise InputError(f'[rig]: includes = {names!r} must be a list of rig effects such as ["sweep_lag"]')
-    return tuple(dict.fromkeys(names))
 
 
 def _files(given: Any, folder: Path) -> list[tuple[str, Path]]:
@@ -173,7 +124,7 @@ def _recordings(
         if not check.usable:
             raise InputError(f"{path}: not usable: {'; '.join(check.problems)}")
         problems = dict.fromkeys((*recording.notes, *check.problems))
-        notes += [f"{name}: {problem}" for problem in problems if not problem.startswith("synthetic")]
+        notes += [f"{name}: {problem}" for problem in problems if problem not in SYNTHETIC_NOTES]
         if isinstance(recording, PullTest):
             pulls.append((name, recording))
         elif is_slip_step(recording):

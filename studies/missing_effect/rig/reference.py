@@ -6,26 +6,68 @@ One of, in [rig.reference]: ``recordings`` (a folder, fitted here), ``campaign``
 
 import json
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tyre.base.errors import InputError, is_number, unknown
+from tyre.base.errors import InputError
+from tyre.base.schema import anything, list_of, maybe, needed, number, read, table, text
 from tyre.campaigns.campaign import fit_campaign
-from tyre.campaigns.recording import FitSettings
+from tyre.campaigns.summary import FitSettings
 from tyre.fits.estimate import Calibration
 from tyre.maps.table_io import read_table
 
 TRACK = {"flat": "on a flat track", "drum": "on a drum"}
 SOURCES = ("recordings", "campaign", "table", "conditions")
-CONDITION_KEYS = (
-    "load_N", "pressure_bar", "surface", "drum_radius_m",
-    "cornering_stiffness_N_per_rad", "cornering_stiffness_sd_N_per_rad",
-    "lateral_stiffness_N_per_m", "lateral_stiffness_sd_N_per_m", "relaxation_length_m", "relaxation_length_sd_m",
-    "peak_N", "shape", "curvature",
+POSITIVE, NOT_NEGATIVE = number(above=0, says="must be a number > 0"), number(least=0, says="must be a number >= 0")
+DRUM_RADIUS = number(least=0.2, says="must be a number >= 0.2")
+SURFACE = 'write "flat", or "drum" together with drum_radius_m'
+CONDITION = table(
+    {
+        needed("load_N"): POSITIVE, needed("pressure_bar"): POSITIVE,
+        maybe("surface", "flat"): text(f"; {SURFACE}", allowed=("flat", "drum")), maybe("drum_radius_m"): DRUM_RADIUS,
+        maybe("cornering_stiffness_N_per_rad"): POSITIVE, maybe("cornering_stiffness_sd_N_per_rad"): NOT_NEGATIVE,
+        maybe("lateral_stiffness_N_per_m"): POSITIVE, maybe("lateral_stiffness_sd_N_per_m"): NOT_NEGATIVE,
+        maybe("relaxation_length_m"): POSITIVE, maybe("relaxation_length_sd_m"): NOT_NEGATIVE,
+        maybe("peak_N"): POSITIVE, maybe("shape"): POSITIVE,
+        maybe("curvature"): number(least=-10, says="must be a number >= -10"),
+    }
+)  # fmt: skip
+CONDITION_KEYS = CONDITION.keys
+PATH = text("must be a path in quotes")
+HOW = "must be tables: write conditions as [[rig.reference.conditions]] and keys below it"
+REFERENCE = table(
+    {maybe(key): PATH for key in SOURCES[:3]}
+    | {maybe("conditions"): list_of(anything, HOW, least=1), maybe("drum_radius_m"): DRUM_RADIUS}
+)
+
+
+def _value_and_sd(content: Any) -> "Value | None":
+    """What a fit gave for one quantity."""
+    if content is None:
+        return None
+    given = table({needed("value"): number(), needed("sd"): number(endless=True)}, others=True)(content)
+    return given["value"], given["sd"]
+
+
+CAMPAIGN = table(
+    {
+        needed("conditions"): list_of(
+            table(
+                {
+                    needed("tyre"): text(), needed("surface"): text(),
+                    needed("load_N"): POSITIVE, needed("pressure_bar"): POSITIVE,
+                    needed("cornering_stiffness_N_per_rad"): _value_and_sd,
+                    needed("lateral_stiffness_N_per_m"): _value_and_sd, needed("relaxation_length_m"): _value_and_sd,
+                },
+                others=True,
+            ),
+            "must be a list of conditions", strict=False,
+        )
+    },
+    others=True,
 )  # fmt: skip
 LEAST = (  # of a tyre, in its load; below it is surely in another unit
     ("cornering_stiffness_N_per_rad", 1.0, "N/deg"), ("lateral_stiffness_N_per_m", 10.0, "N/mm"),
@@ -122,24 +164,38 @@ class Reference:
         return float(np.polyfit(loads, np.log([c.cornering_stiffness[0] for c in near if c.cornering_stiffness]), 1)[0])
 
 
-def read_reference(table: Any, folder: Path, calibration: Calibration) -> Reference:
+def read_reference(content: Any, folder: Path, calibration: Calibration) -> Reference:
     """The reference that [rig.reference] names.
+
+    Parameters
+    ----------
+    content : object
+        That table.
+    folder : Path
+        Where the files that it names are.
+    calibration : Calibration
+        Of the rig, for recordings that are fitted.
 
     Raises
     ------
     InputError
         None or several sources, or a bad one.
     """
-    if not isinstance(table, Mapping):
-        raise InputError(f"[rig]: reference = {table!r} must be a table: write [rig.reference] and a key below it")
-    for key in table:
-        if key not in (*SOURCES, "drum_radius_m"):
-            raise InputError(f"[rig.reference]: {unknown('key', key, (*SOURCES, 'drum_radius_m'))}")
-    given = [key for key in SOURCES if key in table]
+    chosen = read(REFERENCE, content, section="rig.reference")
+    given = [key for key in SOURCES if key in chosen]
     if len(given) != 1:
         raise InputError(f"[rig.reference] has {', '.join(given) or 'no source'}; give one of {', '.join(SOURCES)}")
-    found = _of_source(table, given[0], folder, calibration)
-    drum = _drum(table)
+    source, drum = given[0], chosen.get("drum_radius_m")
+    if source == "conditions":
+        found = _explicit(chosen[source])
+    elif source == "table":
+        found = _of_table(folder / chosen[source], drum)
+    elif source == "campaign":
+        found = _campaign(folder / chosen[source], drum)
+    else:
+        campaign = fit_campaign(folder / chosen[source], settings=FitSettings(calibration), jobs=1, progress=False)
+        rows = [_fitted(condition) for condition in campaign.conditions]
+        found = _of_conditions(rows, f"recordings in {campaign.folder.name}/", str(campaign.folder))
     other = next((c for c in found.curves if drum is not None and c.drum_radius != drum), None)
     if other is not None:
         says = f"a radius of {other.drum_radius:g} m" if other.drum_radius else "a flat track"
@@ -147,40 +203,21 @@ def read_reference(table: Any, folder: Path, calibration: Calibration) -> Refere
     return found
 
 
-def _of_source(table: Mapping[str, Any], source: str, folder: Path, calibration: Calibration) -> Reference:
-    if source == "conditions":
-        if not isinstance(table[source], list) or not table[source]:
-            raise InputError("[rig.reference]: write conditions as [[rig.reference.conditions]] and keys below it")
-        curves = tuple(_explicit(row, k) for k, row in enumerate(table[source], 1))
-        for k, curve in enumerate(curves, 1):
-            for j, other in enumerate(curves[: k - 1], 1):
-                if abs(curve.load / other.load - 1) < ALIKE and abs(curve.pressure / other.pressure - 1) < ALIKE:
-                    raise InputError(
-                        f"[[rig.reference.conditions]] number {k}: load and pressure of number {j} again; keep one"
-                    )
-        return Reference(curves, "values in the file")
-    if not isinstance(table[source], str):
-        raise InputError(f"[rig.reference]: {source} = {table[source]!r} must be a path in quotes")
-    path, drum = folder / table[source], _drum(table)
-    if source == "table":
-        t = read_table(path)
-        diameter = t.drum_diameter if t.surface == "drum" else None
-        c_sd = t.cornering_stiffness_sd if t.cornering_stiffness_sd is not None else UNSTATED * t.cornering_stiffness
-        rows = zip(
-            t.load, t.pressure, t.cornering_stiffness, c_sd, t.lateral_stiffness, t.lateral_stiffness_sd, strict=True
-        )
-        if t.surface == "drum" and diameter is None and drum is None:
-            raise InputError(f"{path}: a drum without drum_diameter_m; add it, or drum_radius_m in [rig.reference]")
-        radius = diameter / 2 if diameter else drum
-        found = [
-            Curve(f, p, (c, s), (k, ks or UNSTATED * k), drum_radius=radius if t.surface == "drum" else None)
-            for f, p, c, s, k, ks in (map(float, row) for row in rows)
-        ]
-        return Reference(tuple(found), f"table {path.name}, {TRACK[t.surface]}", t.tyre)
-    if source == "campaign":
-        return _campaign(path, drum)
-    campaign = fit_campaign(path, settings=FitSettings(calibration), jobs=1, progress=False)
-    return _of_conditions([_fitted(c) for c in campaign.conditions], f"recordings in {path.name}/", str(path))
+def _of_table(path: Path, drum: float | None) -> Reference:
+    t = read_table(path)
+    diameter = t.drum_diameter if t.surface == "drum" else None
+    c_sd = t.cornering_stiffness_sd if t.cornering_stiffness_sd is not None else UNSTATED * t.cornering_stiffness
+    rows = zip(
+        t.load, t.pressure, t.cornering_stiffness, c_sd, t.lateral_stiffness, t.lateral_stiffness_sd, strict=True
+    )
+    if t.surface == "drum" and diameter is None and drum is None:
+        raise InputError(f"{path}: a drum without drum_diameter_m; add it, or drum_radius_m in [rig.reference]")
+    radius = diameter / 2 if diameter else drum
+    found = [
+        Curve(f, p, (c, s), (k, ks or UNSTATED * k), drum_radius=radius if t.surface == "drum" else None)
+        for f, p, c, s, k, ks in (map(float, row) for row in rows)
+    ]
+    return Reference(tuple(found), f"table {path.name}, {TRACK[t.surface]}", t.tyre)
 
 
 Row = tuple[str, str, Curve]
@@ -218,75 +255,52 @@ def _campaign(path: Path, drum: float | None) -> Reference:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
     except ValueError as error:
         raise InputError(f"{path}: not JSON: {error}") from None
-    rows: list[Row] = []
-    try:
-        for c in content["conditions"]:
-            pairs = []
-            for key in ("cornering_stiffness_N_per_rad", "lateral_stiffness_N_per_m", "relaxation_length_m"):
-                pairs.append(None if c[key] is None else (float(c[key]["value"]), float(c[key]["sd"])))
-            stiffness, lateral, length = pairs
-            if length is not None:
-                length = length[0], math.hypot(length[1], LENGTH_SD * length[0])
-            if c["surface"] == "drum" and drum is None:
-                raise InputError(f"{path}: a campaign on a drum; add drum_radius_m in [rig.reference]")
-            radius = drum if c["surface"] == "drum" else None
-            curve = Curve(
-                float(c["load_N"]), 1e5 * float(c["pressure_bar"]), stiffness, lateral, length, drum_radius=radius
-            )
-            rows.append((str(c["tyre"]), str(c["surface"]), curve))
-    except (KeyError, TypeError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{path}: not the JSON of `velotyre tyre fit --json` ({error!r})") from None
-    if not rows:
+    given = read(CAMPAIGN, content, where=f"{path}: not the JSON of `velotyre tyre fit --json`")["conditions"]
+    if not given:
         raise InputError(f"{path}: holds no conditions")
+    rows: list[Row] = []
+    for c in given:
+        length, on_drum = c["relaxation_length_m"], c["surface"] == "drum"
+        if length is not None:
+            length = length[0], math.hypot(length[1], LENGTH_SD * length[0])
+        if on_drum and drum is None:
+            raise InputError(f"{path}: a campaign on a drum; add drum_radius_m in [rig.reference]")
+        stiffness, lateral = c["cornering_stiffness_N_per_rad"], c["lateral_stiffness_N_per_m"]
+        pressure = 1e5 * c["pressure_bar"]
+        curve = Curve(c["load_N"], pressure, stiffness, lateral, length, drum_radius=drum if on_drum else None)
+        rows.append((c["tyre"], c["surface"], curve))
     return _of_conditions(rows, f"campaign {path.name}", str(path))
 
 
-def _drum(table: Mapping[str, Any]) -> float | None:
-    return _number(table, "drum_radius_m", "[rig.reference]", low=0.2) if "drum_radius_m" in table else None
+def _explicit(rows: list[Any]) -> Reference:
+    curves: list[Curve] = []
+    for row in rows:
+        where = f"[[rig.reference.conditions]] number {len(curves) + 1}"
+        curve = _condition(row, where)
+        for place, other in enumerate(curves, 1):
+            if abs(curve.load / other.load - 1) < ALIKE and abs(curve.pressure / other.pressure - 1) < ALIKE:
+                raise InputError(f"{where}: load and pressure of number {place} again; keep one")
+        curves.append(curve)
+    return Reference(tuple(curves), "values in the file")
 
 
-def _explicit(row: Any, number: int) -> Curve:
-    where = f"[[rig.reference.conditions]] number {number}"
-    if not isinstance(row, Mapping):
-        raise InputError(f"{where}: {row!r} must be a table")
-    for key in row:
-        if key not in CONDITION_KEYS:
-            raise InputError(f"{where}: {unknown('key', key, CONDITION_KEYS)}")
-    for key in ("load_N", "pressure_bar"):
-        if key not in row:
-            raise InputError(f"{where}: {key} is missing")
-    surface = row.get("surface", "flat")
-    if surface not in ("flat", "drum") or (surface == "drum") != ("drum_radius_m" in row):
-        raise InputError(f'{where}: surface = {surface!r}; write "flat", or "drum" together with drum_radius_m')
-
+def _condition(content: Any, where: str) -> Curve:
+    row = read(CONDITION, content, where=where)
+    if (row["surface"] == "drum") != ("drum_radius_m" in row):
+        raise InputError(f"{where}: surface = {row['surface']!r}; {SURFACE}")
     for key, share, kind in LEAST:
-        if is_number(row.get(key)) and is_number(row["load_N"]) and 0 < row[key] < share * row["load_N"]:
-            least = share * row["load_N"]
+        least = share * row["load_N"]
+        if row.get(key, least) < least:
             raise InputError(f"{where}: {key} = {row[key]:g} is below {least:g}, too soft for a tyre; is it in {kind}?")
 
     def pair(name: str, unit: str, relative: float) -> Value | None:
         key, sd_key = f"{name}_{unit}", f"{name}_sd_{unit}"
-        if key not in row:
-            if sd_key in row:
-                raise InputError(f"{where}: {sd_key} without {key}")
-            return None
-        value = _number(row, key, where)
-        return value, _number(row, sd_key, where, zero=True) if sd_key in row else relative * value
+        if key not in row and sd_key in row:
+            raise InputError(f"{where}: {sd_key} without {key}")
+        return (row[key], row.get(sd_key, relative * row[key])) if key in row else None
 
     return Curve(
-        _number(row, "load_N", where), 1e5 * _number(row, "pressure_bar", where),
-        pair("cornering_stiffness", "N_per_rad", UNSTATED), pair("lateral_stiffness", "N_per_m", UNSTATED),
-        pair("relaxation_length", "m", LENGTH_SD), _number(row, "peak_N", where) if "peak_N" in row else None,
-        _number(row, "shape", where) if "shape" in row else SHAPE,
-        _number(row, "curvature", where, low=-10.0) if "curvature" in row else CURVATURE,
-        _number(row, "drum_radius_m", where, low=0.2) if surface == "drum" else None,
+        row["load_N"], 1e5 * row["pressure_bar"], pair("cornering_stiffness", "N_per_rad", UNSTATED),
+        pair("lateral_stiffness", "N_per_m", UNSTATED), pair("relaxation_length", "m", LENGTH_SD), row.get("peak_N"),
+        row.get("shape", SHAPE), row.get("curvature", CURVATURE), row.get("drum_radius_m"),
     )  # fmt: skip
-
-
-def _number(row: Mapping[str, Any], key: str, where: str, *, low: float = 0.0, zero: bool = False) -> float:
-    value = row[key]
-    if not is_number(value) or not math.isfinite(value) or value < low or (value == 0 and low == 0 and not zero):
-        raise InputError(f"{where}: {key} = {value!r} must be a number {'>=' if zero or low else '>'} {low:g}")
-    return float(value)

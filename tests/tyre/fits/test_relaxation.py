@@ -10,16 +10,17 @@ from tyre.base.errors import InputError
 from tyre.fits.estimate import Calibration, Estimate, combine_uncertainties
 from tyre.fits.relaxation import (
     agreement,
-    fit_slip_step,
-    is_slip_step,
     mean_of_steps,
     relaxation_from_stiffness,
     relaxation_from_two_rates,
 )
+from tyre.fits.slip_step import fit_slip_step, is_slip_step
 from tyre.fits.slip_sweep import fit_slip_sweep
 from tyre.recordings.recording import Condition, RigRun
-from tyre.rig.rig_effects import Noise, PlySteer
-from tyre.rig.simulator import Protocol, RigTyre, simulate_step, simulate_sweep
+from tyre.rig.effects.noise import Noise
+from tyre.rig.effects.ply_steer import PlySteer
+from tyre.rig.simulator import Protocol, simulate_step, simulate_sweep
+from tyre.rig.tyre import RigTyre
 
 C, K = 6300.0, 60e3
 TYRE = RigTyre(cornering_stiffness=C, lateral_stiffness=K, peak_force=420.0)
