@@ -4,5 +4,15 @@ from tyre.base.errors import InputError
 from tyre.maps.tables import MeasuredTable
 from tyre.maps.tyre_map import TyreMap, available_tyres
 from tyre.properties import TyreProperties
+from tyre.read_tyre import read_tyre
+from tyre.tyre_source import TyreSource
 
-__all__ = ["InputError", "MeasuredTable", "TyreMap", "TyreProperties", "available_tyres"]
+__all__ = [
+    "InputError",
+    "MeasuredTable",
+    "TyreMap",
+    "TyreProperties",
+    "TyreSource",
+    "available_tyres",
+    "read_tyre",
+]

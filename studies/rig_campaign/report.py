@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.campaign import Campaign
 from tyre.campaigns.condition import ConditionResult, Repeatability
 from tyre.fits.estimate import Estimate
@@ -121,7 +122,7 @@ def write_maps(campaign: Campaign, out: Path, *, wheel_radius: float) -> tuple[l
         paths.append(path)
         for value in np.unique(pressure):
             here = pressure == value
-            path = out / "tir" / f"{name}_{value / 1e5:.2f}bar_mf52.tir"
+            path = out / "tir" / f"{name}_{value / PASCAL_PER_BAR:.2f}bar_mf52.tir"
             old = fit_mf52(
                 load=load[here],
                 pressure=float(value),
@@ -153,7 +154,7 @@ def report_text(campaign: Campaign, figures: Sequence[Path], remarks: Sequence[s
             c.tyre,
             c.surface,
             f"{c.load:g}",
-            f"{c.pressure / 1e5:g}",
+            f"{c.pressure / PASCAL_PER_BAR:g}",
             _text(c.cornering_stiffness, _N_PER_DEG, 2),
             _text(c.lateral_stiffness, 1e-3, 2) + (" (flat)" if c.borrowed_stiffness else ""),
             _text(c.relaxation_length, 1e3, 1),
@@ -261,7 +262,7 @@ def _condition_row(c: ConditionResult) -> dict[str, Any]:
         "tyre": c.tyre,
         "surface": c.surface,
         "load_N": c.load,
-        "pressure_bar": c.pressure / 1e5,
+        "pressure_bar": c.pressure / PASCAL_PER_BAR,
         "drum_radius_m": c.drum_radius,
     }
     for name, unit, factor, estimate in (
@@ -300,7 +301,7 @@ def _recording_rows(campaign: Campaign) -> list[dict[str, Any]]:
                 "tyre": item.condition.tyre,
                 "surface": item.condition.surface,
                 "load_N": item.condition.load,
-                "pressure_bar": item.condition.pressure / 1e5,
+                "pressure_bar": item.condition.pressure / PASCAL_PER_BAR,
                 "quantity": {"slip_sweep": "C_Fy_N_per_rad", "pull_test": "K_y_N_per_m", "slip_step": "length_m"}[
                     item.kind
                 ],

@@ -10,24 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.effect import WHEELS, PerWheel
-from bicycle.files.model_file import (
-    EXTRAPOLATE,
-    MOST_BAR,
-    TYRE_KEYS,
-    allows_unusual,
-    build_model,
-    located,
-    read_model,
-    refuse_absurd_values,
-    wheel_maps,
-    wheel_tyres,
-)
+from bicycle.files.model_file import allows_unusual, build_model, read_model, refuse_absurd_values
+from bicycle.files.tyre_values import values_of_tyres
+from bicycle.files.wheel_tyres import EXTRAPOLATE, MOST_BAR, TYRE_KEYS, located, wheel_sources, wheel_tyres
 from bicycle.model import Model
 from bicycle.parameters import UNITS
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError, unknown
 from tyre.base.toml_file import read_toml
-from tyre.maps.tables import PASCAL_PER_BAR
+from tyre.base.units import PASCAL_PER_BAR
 
 OF_THE_TYRE = {"pressure_bar": "bar", "load_N": "N"}
 
@@ -175,9 +166,9 @@ def _tyre_path(tables: Mapping[str, Any], folder: Path, model: Model, key: str, 
         tyre=tyre, surface=surface, pressure_bar=table["pressure_bar"], bicycle=model.bicycle,
         extrapolate=table.get(EXTRAPOLATE, False),
     )  # fmt: skip
-    maps = wheel_maps(tyre, surface)
+    sources = wheel_sources(tyre, surface)
     wheels = (one,) if one else WHEELS
-    names = [n for n in ("cornering_stiffness", "relaxation_length") if f"{law}.{n}.rear" in model.parameters]
+    taken = {key: name for key, name in values_of_tyres(tables).items() if key.rsplit(".", 1)[1] in wheels}
 
     def properties(wheel: str, value: float) -> Any:
         if what == "pressure_bar" and value > MOST_BAR:
@@ -186,20 +177,19 @@ def _tyre_path(tables: Mapping[str, Any], folder: Path, model: Model, key: str, 
             )
         given = {"load": now[wheel].load, "pressure": now[wheel].pressure}
         given |= {"load": value} if what == "load_N" else {"pressure": value * PASCAL_PER_BAR}
-        return maps[wheel].at(**given)
+        return sources[wheel].at(**given)
 
     def matrices(values: Array) -> Array:
         found = {wheel: [properties(wheel, value) for value in values] for wheel in wheels}
         changed = {
-            f"{law}.{n}.{wheel}": np.array([getattr(p, n) for p in f]) for n in names for wheel, f in found.items()
+            key: np.array([getattr(p, name) for p in found[key.rsplit(".", 1)[1]]]) for key, name in taken.items()
         }
         return state_matrices(model, changed, speed)
 
     def at(value: float) -> tuple[Model, float]:
         changed = model
-        for wheel in wheels:
-            for name in names:
-                changed = with_value(changed, f"{law}.{name}.{wheel}", getattr(properties(wheel, value), name))
+        for key, name in taken.items():
+            changed = with_value(changed, key, getattr(properties(key.rsplit(".", 1)[1], value), name))
         return changed, speed
 
     def inside(values: Array) -> NDArray[np.bool_]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tyre.base.errors import InputError
+from tyre.base.units import PASCAL_PER_BAR
 
 if TYPE_CHECKING:
     from tyre.campaigns.recording import RecordingSummary
@@ -81,7 +82,7 @@ def near_conditions(keys: Iterable[tuple[str, str, float, float]]) -> dict[tuple
             abs(a / b - 1) < NEAR for a, b in zip(one[2:], other[2:], strict=True)
         ):
             text = " and ".join(
-                f"{tyre}, {load:g} N, {pressure / 1e5:g} bar" for tyre, _, load, pressure in (one, other)
+                f"{tyre}, {load:g} N, {pressure / PASCAL_PER_BAR:g} bar" for tyre, _, load, pressure in (one, other)
             )
             said[one] = said[other] = f"nearly the same condition is taken as two: {text}"
     return said

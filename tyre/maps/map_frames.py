@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tyre.maps.tables import PASCAL_PER_BAR
+from tyre.base.units import PASCAL_PER_BAR
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tyre.maps.tables import PASCAL_PER_BAR
-from tyre.properties import Origin
+from tyre.base.units import PASCAL_PER_BAR
+from tyre.properties import Origin, stiffness_note
 
 if TYPE_CHECKING:
     from tyre.maps.tyre_map import TyreMap
@@ -15,16 +15,6 @@ def measured_range(tyre_map: "TyreMap") -> str:
     """The measured loads and pressures, for messages."""
     loads, pressures = tyre_map.loads, tyre_map.pressures / PASCAL_PER_BAR
     return f"the measured {loads[0]:g}-{loads[-1]:g} N and {pressures[0]:g}-{pressures[-1]:g} bar"
-
-
-def stiffness_note(relative_sd: float) -> str:
-    """What is taken for the uncertainty of C_Fy where a source states none; ``relative_sd`` is sd(C_Fy) / C_Fy."""
-    taken = (
-        f"assumed is {100 * relative_sd:g} % (one standard deviation)"
-        if relative_sd
-        else "none is assumed, so it counts as exact where it was measured"
-    )
-    return f"the source states no uncertainty of the cornering stiffness; {taken}"
 
 
 def condition_notes(tyre_map: "TyreMap", origin: Origin) -> tuple[str, ...]:

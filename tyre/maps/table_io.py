@@ -26,17 +26,13 @@ import numpy as np
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.base.paths import data_root
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.maps.table_sidecar import listed, read_sidecar, suggestion
-from tyre.maps.tables import PASCAL_PER_BAR, MeasuredTable
+from tyre.maps.tables import MeasuredTable
 
 _REQUIRED_COLUMNS = ("load_N", "pressure_bar", "cornering_stiffness_N_per_deg")
 _STIFFNESS_COLUMNS = ("relaxation_length_mm", "lateral_stiffness_N_per_mm")
 _SD_COLUMNS = ("cornering_stiffness_sd_N_per_deg", "relaxation_length_sd_mm", "lateral_stiffness_sd_N_per_mm")
-
-
-def is_file_name(tyre: str) -> bool:
-    """Whether a tyre is given by the file of its table, not by name."""
-    return tyre.endswith((".csv", ".toml"))
 
 
 def read_folder(folder: Traversable | None = None) -> list[MeasuredTable]:

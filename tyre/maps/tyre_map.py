@@ -12,12 +12,14 @@ import numpy as np
 
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.maps import map_frames
 from tyre.maps.conditions_grid import ConditionsGrid
 from tyre.maps.map_notes import condition_notes, measured_range
 from tyre.maps.stiffness_trend import Trend, fit_cornering_stiffness, fit_lateral_stiffness
-from tyre.maps.table_io import is_file_name, read_folder, read_table, write_table
-from tyre.maps.tables import PASCAL_PER_BAR, MeasuredTable, common_lateral_stiffness
+from tyre.maps.table_facts import TableFacts
+from tyre.maps.table_io import read_folder, read_table, write_table
+from tyre.maps.tables import MeasuredTable, common_lateral_stiffness
 from tyre.properties import Origin, TyreProperties
 
 if TYPE_CHECKING:
@@ -33,7 +35,7 @@ def available_tyres(folder: Traversable | None = None) -> dict[str, tuple[str, .
 
 
 @dataclass(frozen=True, eq=False)
-class TyreMap:
+class TyreMap(TableFacts):
     """A measured tyre on one surface, evaluated at any load and pressure.
 
     The measured conditions are returned as they stand. Between them the value is a smooth trend plus the bilinearly
@@ -129,31 +131,11 @@ class TyreMap:
         common_lateral_stiffness([table])
         return cls(table, relative_cornering_stiffness_sd)
 
-    @classmethod
-    def of(cls, tyre: str, *, surface: str | None = None, relative_cornering_stiffness_sd: float = 0.0) -> "TyreMap":
-        """Return a packaged tyre (flat if no surface is given), or the table in a file (``.csv`` or ``.toml``).
-
-        Raises
-        ------
-        InputError
-            No such tyre or file, or a surface on which it was not measured.
-        """
-        if not is_file_name(tyre):
-            return cls.load(
-                tyre, surface=surface or "flat", relative_cornering_stiffness_sd=relative_cornering_stiffness_sd
-            )
-        found = cls.from_file(tyre, relative_cornering_stiffness_sd=relative_cornering_stiffness_sd)
-        if surface and surface != found.surface:
-            raise InputError(
-                f"{tyre} was not measured on surface '{surface}', only on: {found.surface}; leave surface out"
-            )
-        return found
-
-    def assuming(self, relative_cornering_stiffness_sd: float) -> "TyreMap":
+    def assuming(self, relative_sd: float, /) -> "TyreMap":
         """The same tyre with sd(C_Fy) / C_Fy assumed where its table states none; where it does, as it is."""
         if self.measured.cornering_stiffness_sd is not None:
             return self
-        return replace(self, relative_cornering_stiffness_sd=relative_cornering_stiffness_sd)
+        return replace(self, relative_cornering_stiffness_sd=relative_sd)
 
     def to_file(self, path: str | Path) -> None:
         """Write the measured table to ``path`` (.csv) and its sidecar; the assumption on C_Fy is not part of it."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.signal import lfilter
 
+from tyre.drum import flat_over_drum
 from tyre.recordings.recording import Channel, Condition
 
 if TYPE_CHECKING:
@@ -47,8 +48,10 @@ class DrumCurvature(RigEffect):
     def on_tyre(self, tyre: "RigTyre", condition: Condition, rng: np.random.Generator) -> "RigTyre":
         if condition.surface != "drum" or condition.drum_radius is None:
             return tyre
-        ratio = (1.0 + self.wheel_radius / condition.drum_radius) ** self.exponent
-        return replace(tyre, cornering_stiffness=tyre.cornering_stiffness / ratio)
+        ratio = flat_over_drum(
+            exponent=self.exponent, wheel_radius=self.wheel_radius, drum_radius=condition.drum_radius
+        )
+        return replace(tyre, cornering_stiffness=tyre.cornering_stiffness / float(ratio))
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.signal import lfilter
 
+from tyre.magic_formula.side_force import magic_formula
 from tyre.recordings.recording import Channel, Condition, PullTest, RigRun
 from tyre.rig.rig_effects import Channels, RigEffect
 
@@ -22,8 +23,8 @@ SYNTHETIC_NOTE = "synthetic: computed by the rig simulator, not measured"
 class RigTyre:
     """The truth of one tyre at one load and pressure (SI units).
 
-    Steady side force Sv + D sin(C atan(B x - E (B x - atan(B x)))) with x = slip + Sh and
-    B = cornering_stiffness / (C D); aligning moment -t (F - Sv) with t = pneumatic_trail / (1 + (x / trail_slip)^2).
+    Steady side force Sv + D times the Magic Formula of B x, with x = slip + Sh and B = cornering_stiffness / (C D);
+    aligning moment -t (F - Sv) with t = pneumatic_trail / (1 + (x / trail_slip)^2).
     ``relaxation`` switches the lag off when False. ``rim_stiffness`` is inf for a rigid rim; ``softening`` bends the
     pull test (see :func:`simulate_pull`).
     """
@@ -48,9 +49,9 @@ class RigTyre:
 
     def steady_force(self, slip: Channel) -> Channel:
         """Side force of the steadily rolling tyre, N, at ``slip`` (rad)."""
-        x = self.cornering_stiffness / (self.shape * self.peak_force) * (slip + self.offset_slip)
-        bent = x - self.curvature * (x - np.arctan(x))
-        return self.offset_force + self.peak_force * np.sin(self.shape * np.arctan(bent))
+        u = self.cornering_stiffness / (self.shape * self.peak_force) * (slip + self.offset_slip)
+        curve = magic_formula(u, shape_factor=self.shape, curvature_factor=self.curvature)
+        return self.offset_force + self.peak_force * curve
 
 
 @dataclass(frozen=True)

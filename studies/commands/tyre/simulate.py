@@ -6,6 +6,7 @@ import click
 
 from studies.reporting.examples import example
 from tyre.base.errors import InputError
+from tyre.base.units import PASCAL_PER_BAR
 
 
 def _numbers(text: str, what: str) -> tuple[float, ...]:
@@ -85,7 +86,7 @@ def command(
     plan = CampaignPlan(
         tyre=name,
         loads=_numbers(loads, "loads"),
-        pressures=tuple(1e5 * p for p in _numbers(pressures, "pressures")),
+        pressures=tuple(PASCAL_PER_BAR * p for p in _numbers(pressures, "pressures")),
         surfaces=tuple(surfaces.split(",")),
         rates=tuple(float(np.deg2rad(rate)) for rate in paces),
         sweeps=sweeps,

@@ -18,6 +18,7 @@ from scipy.signal import savgol_filter
 
 from bicycle.eigenvalues.solvers import one_blas_thread
 from tyre.base.arrays import Array
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.fits.pull_test import fit_pull_test
 from tyre.fits.slip_sweep import SlipSweepFit, fit_slip_sweep
 from tyre.fits.sweep_branches import Blocks
@@ -143,7 +144,7 @@ class Pull:
 
 def condition_label(condition: Condition) -> str:
     """Load, pressure and surface."""
-    return f"{condition.load:g} N, {condition.pressure / 1e5:g} bar, {condition.surface}"
+    return f"{condition.load:g} N, {condition.pressure / PASCAL_PER_BAR:g} bar, {condition.surface}"
 
 
 def reduce_sweep(name: str, run: RigRun) -> tuple[Sweep, tuple[str, ...]]:

@@ -20,16 +20,12 @@ from studies.missing_effect.rig.further import GAUGE, Further, further_sweeps
 from studies.missing_effect.rig.measurement import RigMeasurement
 from studies.missing_effect.rig.reference import PEAK, Curve
 from tyre.base.arrays import Array
+from tyre.drum import log_curvature
 from tyre.recordings.recording import Condition
 
 Values = Mapping[str, Array]
 LOAD_EXPONENT = 0.7  # d(ln C)/d(ln load) where the reference has one load only
 FOLDS, SEGMENTS = 3, 6  # of a recording held out in turn, where there are fewer than three recordings
-
-
-def bend(wheel_radius: float, drum_radius: float | None) -> float:
-    """ln(1 + R/Rd), zero on a flat track."""
-    return float(np.log1p(wheel_radius / drum_radius)) if drum_radius else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +55,8 @@ class RigRecordingsForward:
             return values.get(key, zero)
 
         ratio, radius = condition.load / curve.load, self.measurement.wheel_radius
-        off = bend(radius, condition.drum_radius) - bend(radius, curve.drum_radius)
+        here, there = (log_curvature(wheel_radius=radius, drum_radius=x.drum_radius) for x in (condition, curve))
+        off = here - there
         factor = np.exp(v("load_dependence") * np.log(ratio) - v("drum_curvature") * off)
         loaded = 1 + v("load gain") + v("load_scale")
         exponent = self.measurement.reference.load_exponent(condition.pressure)

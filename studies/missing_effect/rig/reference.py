@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from tyre.base.errors import InputError, is_number, unknown
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.campaign import fit_campaign
 from tyre.campaigns.recording import FitSettings
 from tyre.fits.estimate import Calibration
@@ -87,9 +88,9 @@ class Reference:
         """
         near = [c for c in self.curves if abs(c.pressure / pressure - 1) < ALIKE]
         if not near:
-            have = ", ".join(f"{p / 1e5:g}" for p in sorted({c.pressure for c in self.curves}))
+            have = ", ".join(f"{p / PASCAL_PER_BAR:g}" for p in sorted({c.pressure for c in self.curves}))
             raise InputError(
-                f"the reference ({self.origin}) has nothing at {pressure / 1e5:g} bar (it has {have} bar); "
+                f"the reference ({self.origin}) has nothing at {pressure / PASCAL_PER_BAR:g} bar (it has {have} bar); "
                 "stiffness is not extrapolated over pressure"
             )
         near.sort(key=lambda c: c.load)
@@ -231,7 +232,12 @@ def _campaign(path: Path, drum: float | None) -> Reference:
                 raise InputError(f"{path}: a campaign on a drum; add drum_radius_m in [rig.reference]")
             radius = drum if c["surface"] == "drum" else None
             curve = Curve(
-                float(c["load_N"]), 1e5 * float(c["pressure_bar"]), stiffness, lateral, length, drum_radius=radius
+                float(c["load_N"]),
+                PASCAL_PER_BAR * float(c["pressure_bar"]),
+                stiffness,
+                lateral,
+                length,
+                drum_radius=radius,
             )
             rows.append((str(c["tyre"]), str(c["surface"]), curve))
     except (KeyError, TypeError, ValueError) as error:
@@ -276,7 +282,7 @@ def _explicit(row: Any, number: int) -> Curve:
         return value, _number(row, sd_key, where, zero=True) if sd_key in row else relative * value
 
     return Curve(
-        _number(row, "load_N", where), 1e5 * _number(row, "pressure_bar", where),
+        _number(row, "load_N", where), PASCAL_PER_BAR * _number(row, "pressure_bar", where),
         pair("cornering_stiffness", "N_per_rad", UNSTATED), pair("lateral_stiffness", "N_per_m", UNSTATED),
         pair("relaxation_length", "m", LENGTH_SD), _number(row, "peak_N", where) if "peak_N" in row else None,
         _number(row, "shape", where) if "shape" in row else SHAPE,

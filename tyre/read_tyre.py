@@ -1,0 +1,104 @@
+"""A tyre by its name or file, whatever describes it: a measured table, a .tir file or Pacejka-89 coefficients."""
+
+import difflib
+import tomllib
+from collections.abc import Iterable, Mapping
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+
+from tyre.base.errors import InputError
+from tyre.base.paths import data_root
+from tyre.magic_formula.pacejka89_file import KIND, read_pacejka89
+from tyre.magic_formula.pacejka89_tyre import Pacejka89Tyre
+from tyre.magic_formula.tir import read_tir
+from tyre.maps.tyre_map import TyreMap, available_tyres
+from tyre.tyre_source import TyreSource
+
+FILE_ENDINGS = (".csv", ".toml", ".tir")
+
+
+def is_file_name(tyre: str) -> bool:
+    """Whether a tyre is given by a file, not by name.
+
+    Parameters
+    ----------
+    tyre : str
+    """
+    return tyre.lower().endswith(FILE_ENDINGS)
+
+
+def read_tyre(tyre: str | Path, *, surface: str | None = None) -> TyreSource:
+    """Return a packaged tyre, or that of a file.
+
+    Parameters
+    ----------
+    tyre : str or Path
+        Name of a packaged tyre (a measured table or Pacejka-89 coefficients), or a file: a table (``.csv`` with its
+        ``.toml``), a tyre property file (``.tir``) or a ``.toml`` of ``kind = "pacejka89"``.
+    surface : str, optional
+        ``flat`` or ``drum``: of a packaged tyre measured on both (flat if none is given); of any other its own.
+
+    Returns
+    -------
+    TyreSource
+        A `TyreMap`, `TirTyre` or `Pacejka89Tyre`, which answer alike: ``at(load=, pressure=)``.
+
+    Raises
+    ------
+    InputError
+        No such tyre or file, or a surface on which it was not measured.
+    """
+    name = str(tyre)
+    if is_file_name(name):
+        found = _from_file(name)
+    elif name in (known := packaged_formulas()):
+        found = known[name]
+    else:
+        return _measured(name, surface or "flat", known)
+    if surface and surface != found.surface:
+        raise InputError(f"{name} was not measured on surface '{surface}', only on: {found.surface}; leave surface out")
+    return found
+
+
+def _measured(name: str, surface: str, formulas: Iterable[str]) -> TyreMap:
+    try:
+        return TyreMap.load(name, surface=surface)
+    except InputError:
+        measured = available_tyres()
+        if name in measured:
+            raise
+        names = sorted([*measured, *formulas])
+        near = difflib.get_close_matches(name, names, n=1)
+        hint = f" (did you mean '{near[0]}'?)" if near else ""
+        raise InputError(
+            f"no tyre '{name}'{hint}; available are {', '.join(names) or 'none'}; or give a file "
+            f"({', '.join(FILE_ENDINGS)})."
+        ) from None
+
+
+@cache
+def packaged_formulas() -> Mapping[str, Pacejka89Tyre]:
+    """Return the packaged tyres that are given by coefficients, by name."""
+    folder = data_root() / "tyres"
+    files = sorted((item for item in folder.iterdir() if item.name.endswith(".toml")), key=lambda item: item.name)
+    tyres = [
+        read_pacejka89(file) for file in files if not (folder / f"{file.name.removesuffix('.toml')}.csv").is_file()
+    ]
+    return MappingProxyType({tyre.tyre: tyre for tyre in tyres})
+
+
+def _from_file(name: str) -> TyreSource:
+    path = Path(name)
+    if path.suffix.lower() == ".tir":
+        return read_tir(path)
+    if path.suffix.lower() == ".toml" and path.is_file():
+        try:
+            kind = tomllib.loads(path.read_bytes().decode("utf-8-sig")).get("kind")
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise InputError(f"{name}: is not valid TOML: {error}") from error
+        if kind is not None:
+            if kind != KIND:
+                raise InputError(f"{name}: kind = {kind!r}; a tyre is a table without a kind, or kind = {KIND!r}")
+            return read_pacejka89(path)
+    return TyreMap.from_file(path)
