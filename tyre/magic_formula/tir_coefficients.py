@@ -25,7 +25,7 @@ class MF61Lateral:
     """Coefficients of MF-Tyre 6.1/6.2 that hold C_Fy and K_y over load and pressure.
 
     ``fnomin`` N, ``nompres`` Pa, ``lateral_stiffness`` N/m, the rest without unit; ``pky1`` < 0 (ISO). ``load_range``
-    (N) and ``pressure_range`` (Pa) are FZMIN, FZMAX, PRESMIN, PRESMAX.
+    (N) and ``pressure_range`` (Pa) are FZMIN, FZMAX, PRESMIN, PRESMAX; ``lateral_stiffness`` is NaN in a file without.
     """
 
     fnomin: float
@@ -45,21 +45,39 @@ class MF61Lateral:
     lky: float = 1.0
 
     def cornering_stiffness(self, *, load: ArrayLike, pressure: ArrayLike) -> Array:
-        """C_Fy, N/rad, at load (N) and pressure (Pa), broadcast."""
+        """C_Fy, N/rad.
+
+        Parameters
+        ----------
+        load, pressure : array_like
+            N and Pa, broadcast.
+        """
         return mf61.cornering_stiffness(
             load, pressure, PKY1=-self.lky * self.pky1, PKY2=self.pky2, PPY1=self.ppy1, PPY2=self.ppy2,
             PKY4=self.pky4, FNOMIN=self.lfzo * self.fnomin, NOMPRES=self.nompres,
         )  # fmt: skip
 
     def lateral_stiffness_at(self, *, load: ArrayLike, pressure: ArrayLike) -> Array:
-        """K_y, N/m, at load (N) and pressure (Pa), broadcast."""
+        """K_y, N/m.
+
+        Parameters
+        ----------
+        load, pressure : array_like
+            N and Pa, broadcast.
+        """
         return mf61.lateral_stiffness(
             load, pressure, LATERAL_STIFFNESS=self.lateral_stiffness, PCFY1=self.pcfy1, PCFY2=self.pcfy2,
             PCFY3=self.pcfy3, FNOMIN=self.lfzo * self.fnomin, NOMPRES=self.nompres,
         )  # fmt: skip
 
     def relaxation_length(self, *, load: ArrayLike, pressure: ArrayLike) -> Array:
-        """sigma_y = |Kya / Cy|, m."""
+        """sigma_y = |Kya / Cy|, m.
+
+        Parameters
+        ----------
+        load, pressure : array_like
+            N and Pa, broadcast.
+        """
         stiffness = self.cornering_stiffness(load=load, pressure=pressure)
         return np.abs(stiffness / self.lateral_stiffness_at(load=load, pressure=pressure))
 
@@ -86,19 +104,37 @@ class MF52Lateral:
     lsgal: float = 1.0
 
     def cornering_stiffness(self, *, load: ArrayLike, camber: ArrayLike = 0.0) -> Array:
-        """C_Fy, N/rad, at load (N) and camber (rad)."""
+        """C_Fy, N/rad.
+
+        Parameters
+        ----------
+        load, camber : array_like
+            N and rad, broadcast.
+        """
         shape = mf61.saturation(self._relative(load) / self.pky2)
         lean = 1.0 - self.pky3 * np.abs(np.asarray(camber, dtype=np.float64))
         return -self.lky * self.pky1 * self.lfzo * self.fnomin * shape * lean
 
     def relaxation_length(self, *, load: ArrayLike, camber: ArrayLike = 0.0) -> Array:
-        """sigma_alpha, m, at load (N) and camber (rad)."""
+        """sigma_alpha, m.
+
+        Parameters
+        ----------
+        load, camber : array_like
+            N and rad, broadcast.
+        """
         shape = mf61.saturation(self._relative(load) / self.pty2)
         lean = 1.0 - self.pky3 * np.abs(np.asarray(camber, dtype=np.float64))
         return self.pty1 * shape * lean * self.unloaded_radius * self.lfzo * self.lsgal
 
     def lateral_stiffness_at(self, *, load: ArrayLike) -> Array:
-        """K_y = C_Fy / sigma_alpha, N/m."""
+        """K_y = C_Fy / sigma_alpha, N/m.
+
+        Parameters
+        ----------
+        load : array_like
+            N.
+        """
         return self.cornering_stiffness(load=load) / self.relaxation_length(load=load)
 
     def _relative(self, load: ArrayLike) -> Array:

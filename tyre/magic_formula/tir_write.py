@@ -1,6 +1,7 @@
 """Tyre property files (.tir) written from measured stiffnesses, in SI units and ISO signs."""
 
 from collections.abc import Mapping
+from math import isfinite
 from pathlib import Path
 
 from tyre.base.errors import InputError
@@ -95,12 +96,9 @@ def _sections(
             "PRESMIN": model.pressure_range[0],
             "PRESMAX": model.pressure_range[1],
         }
-        sections["STRUCTURAL"] = {
-            "LATERAL_STIFFNESS": model.lateral_stiffness,
-            "PCFY1": model.pcfy1,
-            "PCFY2": model.pcfy2,
-            "PCFY3": model.pcfy3,
-        }
+        sections["STRUCTURAL"] = {"PCFY1": model.pcfy1, "PCFY2": model.pcfy2, "PCFY3": model.pcfy3}
+        if isfinite(model.lateral_stiffness):
+            sections["STRUCTURAL"] = {"LATERAL_STIFFNESS": model.lateral_stiffness} | sections["STRUCTURAL"]
         sections["LATERAL_COEFFICIENTS"] |= {"PKY4": model.pky4, "PPY1": model.ppy1, "PPY2": model.ppy2}
     else:
         sections["MODEL"] = {"FITTYP": 52, "PROPERTY_FILE_FORMAT": "PAC2002"}
