@@ -2,18 +2,19 @@
 
 import difflib
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from tyre.base.errors import InputError
 from tyre.base.paths import data_root
-from tyre.magic_formula.pacejka89_file import KIND, read_pacejka89
-from tyre.magic_formula.pacejka89_tyre import Pacejka89Tyre
-from tyre.magic_formula.tir import read_tir
 from tyre.maps.tyre_map import TyreMap, available_tyres
 from tyre.tyre_source import TyreSource
+
+if TYPE_CHECKING:
+    from tyre.magic_formula.pacejka89_tyre import Pacejka89Tyre
 
 FILE_ENDINGS = (".csv", ".toml", ".tir")
 
@@ -50,36 +51,36 @@ def read_tyre(tyre: str | Path, *, surface: str | None = None) -> TyreSource:
         No such tyre or file, or a surface on which it was not measured.
     """
     name = str(tyre)
-    if is_file_name(name):
-        found = _from_file(name)
-    elif name in (known := packaged_formulas()):
-        found = known[name]
-    else:
-        return _measured(name, surface or "flat", known)
+    if not is_file_name(name):
+        try:
+            return TyreMap.load(name, surface=surface or "flat")
+        except InputError:
+            if name in available_tyres():
+                raise
+    found = _from_file(name) if is_file_name(name) else _formula(name)
     if surface and surface != found.surface:
         raise InputError(f"{name} was not measured on surface '{surface}', only on: {found.surface}; leave surface out")
     return found
 
 
-def _measured(name: str, surface: str, formulas: Iterable[str]) -> TyreMap:
-    try:
-        return TyreMap.load(name, surface=surface)
-    except InputError:
-        measured = available_tyres()
-        if name in measured:
-            raise
-        names = sorted([*measured, *formulas])
-        near = difflib.get_close_matches(name, names, n=1)
-        hint = f" (did you mean '{near[0]}'?)" if near else ""
-        raise InputError(
-            f"no tyre '{name}'{hint}; available are {', '.join(names) or 'none'}; or give a file "
-            f"({', '.join(FILE_ENDINGS)})."
-        ) from None
+def _formula(name: str) -> "Pacejka89Tyre":
+    known = packaged_formulas()
+    if name in known:
+        return known[name]
+    names = sorted([*available_tyres(), *known])
+    near = difflib.get_close_matches(name, names, n=1)
+    hint = f" (did you mean '{near[0]}'?)" if near else ""
+    raise InputError(
+        f"no tyre '{name}'{hint}; available are {', '.join(names) or 'none'}; or give a file "
+        f"({', '.join(FILE_ENDINGS)})."
+    )
 
 
 @cache
-def packaged_formulas() -> Mapping[str, Pacejka89Tyre]:
+def packaged_formulas() -> Mapping[str, "Pacejka89Tyre"]:
     """Return the packaged tyres that are given by coefficients, by name."""
+    from tyre.magic_formula.pacejka89_file import read_pacejka89
+
     folder = data_root() / "tyres"
     files = sorted((item for item in folder.iterdir() if item.name.endswith(".toml")), key=lambda item: item.name)
     tyres = [
@@ -91,6 +92,8 @@ def packaged_formulas() -> Mapping[str, Pacejka89Tyre]:
 def _from_file(name: str) -> TyreSource:
     path = Path(name)
     if path.suffix.lower() == ".tir":
+        from tyre.magic_formula.tir import read_tir
+
         return read_tir(path)
     if path.suffix.lower() == ".toml" and path.is_file():
         try:
@@ -98,6 +101,8 @@ def _from_file(name: str) -> TyreSource:
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
             raise InputError(f"{name}: is not valid TOML: {error}") from error
         if kind is not None:
+            from tyre.magic_formula.pacejka89_file import KIND, read_pacejka89
+
             if kind != KIND:
                 raise InputError(f"{name}: kind = {kind!r}; a tyre is a table without a kind, or kind = {KIND!r}")
             return read_pacejka89(path)

@@ -140,6 +140,13 @@ def with_tyre_values(
                 sd[key] = deviation
             if not _stated(properties, parameter.tyre):
                 assumed.append(key)
+    for parameter in kind.parameters:
+        missing = parameter.tyre and parameter.default is None and parameter.name not in filled
+        if missing and tyres is not None and _holds(tyres, parameter):
+            raise InputError(
+                f"effect {kind.identifier!r}: {parameter.name} is missing; give a number ({parameter.unit}), or "
+                f'"{FROM_TYRE}" for what the tyre holds'
+            )
     return filled, sd, assumed
 
 

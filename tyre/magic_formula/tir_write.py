@@ -96,9 +96,12 @@ def _sections(
             "PRESMIN": model.pressure_range[0],
             "PRESMAX": model.pressure_range[1],
         }
-        sections["STRUCTURAL"] = {"PCFY1": model.pcfy1, "PCFY2": model.pcfy2, "PCFY3": model.pcfy3}
-        if isfinite(model.lateral_stiffness):
-            sections["STRUCTURAL"] = {"LATERAL_STIFFNESS": model.lateral_stiffness} | sections["STRUCTURAL"]
+        sections["STRUCTURAL"] = {
+            **({"LATERAL_STIFFNESS": model.lateral_stiffness} if isfinite(model.lateral_stiffness) else {}),
+            "PCFY1": model.pcfy1,
+            "PCFY2": model.pcfy2,
+            "PCFY3": model.pcfy3,
+        }
         sections["LATERAL_COEFFICIENTS"] |= {"PKY4": model.pky4, "PPY1": model.ppy1, "PPY2": model.ppy2}
     else:
         sections["MODEL"] = {"FITTYP": 52, "PROPERTY_FILE_FORMAT": "PAC2002"}

@@ -130,6 +130,8 @@ LAW = {"tyre": "Tyre1", "pressure_bar": 5.5}
          r"'camber_thrust': Tyre1 on flat holds no camber stiffness; give camber_stiffness a number \(N/rad, typical"),
         ({"camber_thrust": {"camber_stiffness": "tyre"}},
          r'camber_stiffness = "tyre" needs a tyre: give \[effects.relaxation_length\] or \[effects.side_slip\] a tyre'),
+        ({"relaxation_length": {"tyre": "my.tir", "pressure_bar": 5}, "camber_thrust": {}},
+         r"camber_stiffness is missing; give a number \(N/rad\), or \"tyre\" for what the tyre holds"),
         ({"relaxation_length": LAW, "steer_damper": {"damping": "tyre"}},
          r'damping = "tyre", but a tyre does not hold it; give a number \(N m s/rad\)'),
         ({"side_slip": {"tyre": "my.tir", "pressure_bar": 5}, "twisting_torque": {"twisting_stiffness": "tyre"}},

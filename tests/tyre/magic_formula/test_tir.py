@@ -170,6 +170,14 @@ def test_mf61_round_trip(tmp_path):
         assert back.at(load=400.0, pressure=5e5).surface == "drum"
 
 
+def test_a_file_without_lateral_stiffness_is_written_without(tmp_path):
+    model = MF61Lateral(415.0, 5.5e5, -15.8, 1.25, 0, 0, math.nan, 0, 0, 0, (340.0, 490.0), (3.5e5, 7.5e5))
+    write_tir(model, tmp_path / "a.tir", tyre="T", surface="flat", unloaded_radius=0.336)
+    back = read_tir(tmp_path / "a.tir")
+    assert "LATERAL_STIFFNESS" not in back.file.text
+    assert math.isnan(back.at(load=400.0, pressure=5e5).relaxation_length)
+
+
 def test_mf52_one_file_per_pressure(tmp_path):
     load, c, k = np.array([340.0, 400.0, 490.0]), np.array([6000.0, 6400.0, 6600.0]), np.array([5e4, 5.1e4, 5.2e4])
     model = fit_mf52(load=load, pressure=5.5e5, cornering_stiffness=c, lateral_stiffness=k, unloaded_radius=0.336)
