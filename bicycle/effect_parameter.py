@@ -27,6 +27,8 @@ class Parameter:
         Value at which the effect vanishes (may be infinite).
     per_wheel : bool
         One value for each wheel, written ``{rear = .., front = ..}`` or one number for both.
+    tyre_property : str, optional
+        Field of :class:`tyre.TyreProperties` that holds it where a measured tyre knows it: then it need not be given.
     """
 
     name: str
@@ -37,6 +39,7 @@ class Parameter:
     default: float | str | None = None
     neutral: float | None = None
     per_wheel: bool = False
+    tyre_property: str | None = None
 
     def entries(self) -> tuple[str, ...]:
         """``name``, or ``name.rear`` and ``name.front``."""

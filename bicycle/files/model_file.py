@@ -2,20 +2,23 @@
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from bicycle.default_sd import CORNERING_STIFFNESS
-from bicycle.effect import WHEELS, Effect, effect_class
+from bicycle.effect import WHEELS, Effect, effect_class, registry
 from bicycle.files.bicycle_file import checked_bicycle, load_bicycle
+from bicycle.files.wheel_tyre import FilledTable, contact_law_table, filled_names, offered_table, unused_offers
 from bicycle.model import Model
+from bicycle.parameter_covariance import ParameterCovariance
 from bicycle.parameters import Bicycle, doubts_about
 from tyre import TyreMap
 from tyre.base.errors import InputError, is_number, shown, unknown
-from tyre.base.notes import Note
 from tyre.base.plausible import WAY_OUT, refuse_absurd
 from tyre.base.toml_file import read_toml
+from tyre.maps.joint import JointProperties
 from tyre.maps.reach import out_of_reach
 from tyre.maps.table_io import is_file_name
+from tyre.maps.wheels import wheel_properties
 from tyre.properties import TyreProperties
 
 TOP_KEYS = ("bicycle", "effects", "description", WAY_OUT)
@@ -56,21 +59,49 @@ def build_model(content: Mapping[str, Any], *, folder: Path = Path()) -> Model:
     tables = content.get("effects", {})
     if not isinstance(tables, Mapping) or not all(isinstance(table, Mapping) for table in tables.values()):
         raise InputError("effects are tables: write [effects.NAME] and the parameters below it")
+    filled = _filled(tables, folder, bicycle)
     effects: list[Effect] = []
-    notes: list[str] = []
-    sd: dict[str, float] = {}
-    assumed: list[str] = []
-    for identifier, table in tables.items():
-        kind = effect_class(identifier)
-        if any(key in table for key in TYRE_KEYS):
-            table, found, known, unstated = from_tyre(kind, located(table, folder), bicycle)
-            notes += found
-            sd |= known
-            assumed += unstated
-        effects.append(kind(**table))
+    for identifier in tables:
+        effects.append(effect_class(identifier)(**filled.tables[identifier]))
         if not allow:
             refuse_absurd(effects[-1].doubts().values(), where="model file")
-    return Model(bicycle, tuple(effects), tuple(notes), sd, tuple(assumed))
+    return Model(
+        bicycle, tuple(effects), tuple(filled.notes), filled.covariance.sd, tuple(filled.assumed), filled.covariance
+    )
+
+
+class _Filled(NamedTuple):
+    tables: dict[str, Mapping[str, Any]]
+    notes: list[str]
+    covariance: ParameterCovariance
+    assumed: list[str]
+
+
+def _filled(tables: Mapping[str, Mapping[str, Any]], folder: Path, bicycle: Bicycle) -> _Filled:
+    """The tables of the effects with what a measured tyre knows: first of the contact law, then of the others."""
+    found = _Filled(dict(tables), [], ParameterCovariance(), [])
+    parts: dict[str, FilledTable] = {}
+    tyres: JointProperties | None = None
+    for name, table in tables.items():
+        if any(key in table for key in TYRE_KEYS):
+            rest, tyres = from_tyre(effect_class(name), located(table, folder), bicycle)
+            parts[name] = contact_law_table(effect_class(name), rest, tyres)
+    if tyres is None:
+        return found
+    for name, table in tables.items():
+        if name not in parts:
+            parts[name] = offered_table(effect_class(name), table, tyres)
+    covariance = found.covariance
+    for name, part in parts.items():
+        found.tables[name] = part.table
+        found.notes.extend(part.notes)
+        found.assumed.extend(part.assumed)
+        covariance = covariance.and_also(part.covariance)
+    taken = {effect_class(name).slot for name in tables}
+    for kind in registry().values():
+        if kind.identifier not in tables and (kind.slot is None or kind.slot not in taken):
+            found.notes.extend(unused_offers(kind, tyres))
+    return found._replace(covariance=covariance)
 
 
 def allows_unusual(content: Mapping[str, Any]) -> bool:
@@ -97,62 +128,47 @@ def refuse_absurd_values(model: Model, values: Mapping[str, Iterable[float]]) ->
             refuse_absurd([found for found in doubts if found], where="model file")
 
 
-def from_tyre(
-    kind: type[Effect], table: Mapping[str, Any], bicycle: Bicycle
-) -> tuple[dict[str, Any], list[str], dict[str, float], list[str]]:
-    """Replace ``tyre``, ``surface``, ``pressure_bar`` by the tyre's values at the static wheel loads.
+def from_tyre(kind: type[Effect], table: Mapping[str, Any], bicycle: Bicycle) -> tuple[dict[str, Any], JointProperties]:
+    """Take ``tyre``, ``surface``, ``pressure_bar`` out of a table: the tyres at the static wheel loads.
 
     A tyre is the name of a packaged one, or the file of a table such as ``velotyre tyre fit`` writes. Conditions
     farther outside the measured loads or pressures than their range is wide are refused unless ``extrapolate = true``
     stands in the table.
 
+    Parameters
+    ----------
+    kind : type of Effect
+        The contact law that the table is of.
+    table : mapping
+        With absolute file names.
+    bicycle : Bicycle
+
     Returns
     -------
     table : dict
-        The table with ``cornering_stiffness`` and, where the effect has it, ``relaxation_length`` per wheel.
-    notes : list of str
-        What must be told of each wheel's tyre: assumptions, borrowed values, misfit, extrapolation.
-    sd : dict
-        One standard deviation of each value filled in, by parameter key.
-    assumed : list of str
-        Those of its keys whose source states none: ``CORNERING_STIFFNESS`` of :mod:`bicycle.default_sd` stands for it.
+        The rest of the table.
+    tyres : JointProperties
+        Of rear and front wheel. Where a source states no standard deviation of the cornering stiffness,
+        ``CORNERING_STIFFNESS`` of :mod:`bicycle.default_sd` stands for it.
+
+    Raises
+    ------
+    InputError
+        An effect that takes no tyre, a value given beside the tyre, or as :func:`joint_wheel_tyres`.
     """
     if kind.slot != "contact law" or not kind.parameters:
         raise InputError(f"effect {kind.identifier!r} does not take a tyre; only side_slip and relaxation_length do")
-    filled = [p.name for p in kind.parameters if p.name in ("cornering_stiffness", "relaxation_length")]
-    for name in filled:
+    for name in filled_names(kind):
         if name in table:
             raise InputError(
                 f"effect {kind.identifier!r}: give either tyre, surface and pressure_bar or {name}, not both"
             )
-    properties = wheel_tyres(
+    tyres = joint_wheel_tyres(
         tyre=_need(kind, table, "tyre"), surface=table.get("surface"),
         pressure_bar=_need(kind, table, "pressure_bar"), bicycle=bicycle,
         extrapolate=table.get(EXTRAPOLATE, False),
     )  # fmt: skip
-    rest = {key: value for key, value in table.items() if key not in (*TYRE_KEYS, EXTRAPOLATE)}
-    for name in filled:
-        rest[name] = {wheel: getattr(p, name) for wheel, p in properties.items()}
-    sd = {f"{kind.identifier}.{n}.{wheel}": getattr(p, f"{n}_sd") for wheel, p in properties.items() for n in filled}
-    unstated = [wheel for wheel, p in properties.items() if not p.cornering_stiffness_sd_stated]
-    return rest, tyre_notes(properties), sd, [f"{kind.identifier}.cornering_stiffness.{wheel}" for wheel in unstated]
-
-
-def tyre_notes(properties: Mapping[str, TyreProperties]) -> list[str]:
-    """What must be told of each wheel's tyre, once for both wheels where it is the same."""
-    inside = all(p.inside for p in properties.values())
-    said: dict[tuple[str, str, str], list[str]] = {}
-    conditions: dict[str, list[str]] = {}
-    for wheel, p in properties.items():
-        condition = f"{wheel} {p.load:.0f} N, {p.pressure / PASCAL_PER_BAR:g} bar, {p.origin}"
-        conditions.setdefault(f"{p.tyre} on {p.surface}", []).append(condition + ", synthetic" * p.synthetic)
-        for note in p.notes:
-            said.setdefault((p.tyre, p.surface, note), []).append(condition)
-    return [
-        Note(f"{subject} ({'; '.join(at)}): {note}", subject, "; ".join(conditions[subject]), inside)
-        for (name, surface, note), at in said.items()
-        for subject in [f"{name} on {surface}"]
-    ]
+    return {key: value for key, value in table.items() if key not in (*TYRE_KEYS, EXTRAPOLATE)}, tyres
 
 
 def located(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
@@ -183,7 +199,28 @@ def wheel_maps(tyre: Mapping[str, Any], surface: Mapping[str, Any]) -> dict[str,
 def wheel_tyres(
     *, tyre: Any, surface: Any, pressure_bar: Any, bicycle: Bicycle, extrapolate: Any = False
 ) -> dict[str, TyreProperties]:
-    """Measured tyre properties at each wheel's static load; every argument is one value or {rear, front}.
+    """Measured tyre properties at each wheel's static load, by wheel; as :func:`joint_wheel_tyres`."""
+    tyres = joint_wheel_tyres(
+        tyre=tyre, surface=surface, pressure_bar=pressure_bar, bicycle=bicycle, extrapolate=extrapolate
+    )
+    return dict(zip(WHEELS, tyres.properties, strict=True))
+
+
+def joint_wheel_tyres(
+    *, tyre: Any, surface: Any, pressure_bar: Any, bicycle: Bicycle, extrapolate: Any = False
+) -> JointProperties:
+    """Measured tyre properties of rear and front wheel at their static loads, with their joint covariance.
+
+    Parameters
+    ----------
+    tyre, surface : str or {rear, front}
+        Name or file; ``flat``, ``drum`` or None.
+    pressure_bar : float or {rear, front}
+        bar.
+    bicycle : Bicycle
+        Gives the loads.
+    extrapolate : bool
+        Let conditions pass that are out of reach of the measured ones.
 
     Raises
     ------
@@ -199,7 +236,7 @@ def wheel_tyres(
             raise InputError(f"{name} has the keys {', '.join(map(str, per_wheel))}; give rear and front, or one value")
         choices[name] = per_wheel
     maps = wheel_maps(choices["tyre"], choices["surface"])
-    found = {}
+    conditions = []
     for wheel, load in zip(WHEELS, bicycle.static_loads, strict=True):
         pressure = choices["pressure_bar"][wheel]
         if not is_number(pressure) or not 0 < pressure <= MOST_BAR:
@@ -213,8 +250,8 @@ def wheel_tyres(
                 f"{wheel} wheel: {beyond}; take a bicycle and pressures nearer to the tests, or, if a guess will do, "
                 f"{EXTRAPOLATE} = true in the table of the effect (--{EXTRAPOLATE} on the command line)"
             )
-        found[wheel] = maps[wheel].at(load=load, pressure=pressure * PASCAL_PER_BAR)
-    return found
+        conditions.append((load, pressure * PASCAL_PER_BAR))
+    return wheel_properties([maps[wheel] for wheel in WHEELS], conditions)
 
 
 def _need(kind: type[Effect], table: Mapping[str, Any], key: str) -> Any:

@@ -17,6 +17,7 @@ from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.maps.reach import out_of_reach
 from tyre.maps.table_io import is_file_name
+from tyre.maps.wheels import wheel_properties
 
 PASCAL_PER_BAR = 1e5
 CONTACT = tuple(
@@ -166,15 +167,8 @@ def measured_case(table: Table, maps: Mapping[str, TyreMap], bicycle: Bicycle, p
     bars = [float(one) for one in per_wheel(table["pressure_bar"])]
     at = [(load, bar * PASCAL_PER_BAR) for load, bar in zip(bicycle.static_loads, bars, strict=True)]
     rear, front = (maps[wheel] for wheel in WHEELS)
-    if (rear.tyre, rear.surface) == (front.tyre, front.surface):
-        properties, joint = rear.joint(at)
-        covariance = joint[USED]
-    else:
-        parts = [one.joint([condition]) for one, condition in zip((rear, front), at, strict=True)]
-        properties = tuple(part[0][0] for part in parts)
-        covariance = np.zeros((4, 4))
-        for k, (_, joint) in enumerate(parts):
-            covariance[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] = joint[np.ix_([0, 2], [0, 2])]
+    joint = wheel_properties([rear, front], at)
+    properties, covariance = joint.properties, joint.covariance[USED]
     tyres = list(dict.fromkeys(named(one) for one in (rear, front)))
     return TyreCase(
         f"{' / '.join(tyres)} {rear.surface}", joint_mean(*properties), covariance, table, (bars[0], bars[1]),

@@ -9,7 +9,7 @@ from typing import Any
 from bicycle.effect import effect_class
 from bicycle.files.bicycle_file import load_bicycle
 from bicycle.files.model_file import MOST_BAR, located, read_model
-from bicycle.model import DEFAULT_CONTACT
+from bicycle.model import DEFAULT_CONTACT, Model
 from bicycle.parameters import Bicycle
 from studies.main_study.riders import packaged_postures, with_rider
 from studies.main_study.settings import Arms, Front, Settings
@@ -68,6 +68,7 @@ def settings_of(
             f"{model}: the main study is about tyres with a relaxation length, but the file has {law}; use {LAW}, or "
             f"velotyre critical {model} for this model"
         )
+    tables = {name: {**table, **measured_beside(whole, name)} for name, table in tables.items()}
     contact = tables.pop(LAW, None)
     tables.pop(DEFAULT_CONTACT, None)
     return Settings(
@@ -76,6 +77,16 @@ def settings_of(
         arms=own_arms(tables.pop("rider_arms", None)), further=tables,
         contact=None if contact is None else located(contact, Path(model).parent),
     )  # fmt: skip
+
+
+def measured_beside(whole: Model, effect: str) -> dict[str, dict[str, float]]:
+    """What the measured tyre of a model gave an effect beside the contact law: value of each wheel by parameter."""
+    found: dict[str, dict[str, float]] = {}
+    for key in whole.covariance.names if effect != LAW else ():
+        identifier, name, wheel = key.split(".")
+        if identifier == effect:
+            found.setdefault(name, {})[wheel] = whole.parameters[key]
+    return found
 
 
 def own_front(table: Mapping[str, Any] | None, bicycle: Bicycle) -> Front:

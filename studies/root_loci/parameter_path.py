@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -112,7 +112,7 @@ def entries_of(model: Model, key: str) -> tuple[str, ...]:
 def with_value(model: Model, key: str, value: float) -> Model:
     """The model with one parameter changed, checked as if it came from a file."""
     if key in UNITS:
-        return Model(model.bicycle.replace(**{key: value}), model.effects, model.notes, model.sd, model.assumed_sd)
+        return replace(model, bicycle=model.bicycle.replace(**{key: value}))
     identifier, name, *wheel = key.split(".")
     effect = next(effect for effect in model.effects if effect.identifier == identifier)
     table: dict[str, Any] = {p.name: getattr(effect, p.name) for p in effect.parameters if hasattr(effect, p.name)}

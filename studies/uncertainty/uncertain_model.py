@@ -76,7 +76,8 @@ class UncertainModel:
         content: dict[str, Any] = {"model": str(model) if isinstance(model, str | Path) else model}
         content |= {"outputs": ["parameters"], "samples": 2, "sampled": {k: {"sd": v} for k, v in (sd or {}).items()}}
         probe = build_sweep(content | {"sampled": {}, "samples": 1})
-        measured = any("tyre" in table for table in probe.model.get("effects", {}).values())
+        laws = [name for name, table in probe.model.get("effects", {}).items() if "tyre" in table]
+        measured = bool(laws)
         if relative_cornering_stiffness_sd and not measured:
             raise InputError(
                 "relative_cornering_stiffness_sd needs a measured tyre in the model file (tyre, pressure_bar)"
@@ -86,11 +87,16 @@ class UncertainModel:
         self._stated = _read(content["model"], bicycle_sd)
         self.relative, self._relative_given = relative, bool(relative_cornering_stiffness_sd)
         self._own = self._deviations(sd or {}, assume=defaults)
+        self._of_the_law = tuple(key for key in self._stated.sd if key.split(".")[0] in laws)
+        beside = [key for key in self._stated.covariance.names if self._beside_the_law(key)]
         shared = {f"{key}.{wheel}" for key in sd or {} for wheel in WHEELS}  # one number for both wheels
         for key, deviation in self._own.items():
-            if key not in shared and key not in self._stated.sd:  # the latter are drawn from the covariance of the tyre
+            if key not in shared and key not in self._of_the_law and key not in beside:
                 content["sampled"].setdefault(key, {"sd": deviation.sd})
         content["sampled"] = {key: value for key, value in content["sampled"].items() if value["sd"]}
+        if beside:
+            spread = self._stated.covariance.among(beside).tolist()
+            content["sampled"]["joint"] = [{"parameters": beside, "covariance": spread}]
         if measured:
             content["sampled"]["tyre_covariance"] = True
             content["sampled"]["relative_cornering_stiffness_sd"] = relative
@@ -102,6 +108,10 @@ class UncertainModel:
         self.sampler = Sampler(build_sweep(content))
         self.measurements = self.sampler.draws
         self.names = tuple(name for group in self.measurements.values() for name in group)
+
+    def _beside_the_law(self, key: str) -> bool:
+        """Whether a parameter comes from the tyre's table, but is not drawn with the stiffnesses: its trail."""
+        return key not in self._of_the_law and key in self._own and self._own[key].origin == TABLE
 
     def _deviations(self, sd: Mapping[str, float], *, assume: bool) -> dict[str, Deviation]:
         """Of every parameter that is free: neither tied to another, nor made by ``follow``."""
@@ -120,7 +130,7 @@ class UncertainModel:
         """Key -> :class:`bicycle.default_sd.Deviation` of every parameter that does not follow another."""
         found = dict(self._own)
         columns = [self.names.index(name) for name in TYRE_DRAWS if name in self.names]
-        for key in self._stated.sd:  # what the tyre's covariance gives, with what is assumed here
+        for key in self._of_the_law:  # what the tyre's covariance gives, with what is assumed here
             origin, why = TABLE, ""
             if key in self._stated.assumed_sd and self.relative:
                 origin = GIVEN if self._relative_given else ASSUMED

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tyre.base.arrays import Array
+from tyre.fits.estimate import Estimate
 from tyre.maps.prediction import Prediction
 from tyre.maps.stiffness_covariance import StiffnessCovariance
 from tyre.properties import TyreProperties
@@ -56,6 +57,24 @@ class JointCovariance(NamedTuple):
         return mine, np.array([self.degrees_of_freedom(g) for g in np.eye(len(self.covariance))[place]])
 
 
+class JointLengths(NamedTuple):
+    """A length measured beside the stiffnesses, at n conditions.
+
+    Attributes
+    ----------
+    estimates : tuple of Estimate or None
+        m; None where the table says nothing of it.
+    covariance : ndarray, shape (n, n)
+        m^2; NaN in rows and columns of those.
+    variance_spread : tuple of ndarray, shape (n, n) each
+        As in :class:`JointCovariance`.
+    """
+
+    estimates: tuple[Estimate | None, ...]
+    covariance: Array
+    variance_spread: tuple[Array, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class JointProperties:
     """Properties at n conditions with their joint covariance.
@@ -65,13 +84,13 @@ class JointProperties:
     properties : tuple of TyreProperties
         In the order asked for.
     joint : JointCovariance
-    trail_covariance : ndarray, shape (n, n)
-        Of the pneumatic trails, m^2; NaN in rows and columns where none is known.
+    trails : JointLengths or None
+        Pneumatic trails; None where a tyre of them has none.
     """
 
     properties: tuple[TyreProperties, ...]
     joint: JointCovariance
-    trail_covariance: Array
+    trails: JointLengths | None = None
 
     @property
     def covariance(self) -> Array:
@@ -160,23 +179,34 @@ def side_by_side(parts: Sequence[JointProperties]) -> JointProperties:
         Of one tyre each.
     """
     spreads = [part.joint.variance_spread for part in parts]
-    blocks = [np.shape(part.covariance)[0] for part in parts]
-    starts = np.cumsum([0, *blocks])
-    spread = tuple(
-        _placed(matrix, int(start), int(starts[-1]))
-        for start, matrices in zip(starts, spreads, strict=False)
-        for matrix in matrices or ()
+    joint = JointCovariance(
+        _diagonal([part.covariance for part in parts]),
+        None if all(spread is None for spread in spreads) else _spread([spread or () for spread in spreads], parts, 3),
     )
-    every = sum(_placed(part.covariance, int(at), int(starts[-1])) for at, part in zip(starts, parts, strict=False))
-    trails = [part.trail_covariance for part in parts]
-    at_trails = np.cumsum([0, *(len(trail) for trail in trails)])
-    trail = sum(_placed(one, int(at), int(at_trails[-1])) for at, one in zip(at_trails, trails, strict=False))
-    stated = None if all(matrices is None for matrices in spreads) else spread
-    properties = tuple(one for part in parts for one in part.properties)
-    return JointProperties(properties, JointCovariance(np.asarray(every), stated), np.asarray(trail))
+    trails = [part.trails for part in parts if part.trails is not None]
+    together = None
+    if len(trails) == len(parts):
+        estimates = tuple(estimate for trail in trails for estimate in trail.estimates)
+        covariance = _diagonal([trail.covariance for trail in trails])
+        together = JointLengths(estimates, covariance, _spread([t.variance_spread for t in trails], parts, 1))
+    return JointProperties(tuple(one for part in parts for one in part.properties), joint, together)
 
 
-def _placed(matrix: Array, start: int, size: int) -> Array:
-    whole = np.zeros((size, size))
-    whole[start : start + len(matrix), start : start + len(matrix)] = matrix
+def _diagonal(blocks: Sequence[Array]) -> Array:
+    """The blocks along the diagonal of a matrix."""
+    size = sum(len(block) for block in blocks)
+    whole, start = np.zeros((size, size)), 0
+    for block in blocks:
+        whole[start : start + len(block), start : start + len(block)] = block
+        start += len(block)
     return whole
+
+
+def _spread(spreads: Sequence[Sequence[Array]], parts: Sequence[JointProperties], width: int) -> tuple[Array, ...]:
+    """Every matrix of each part (``width`` rows a condition) at its place among zeros."""
+    nothing = [np.zeros((width * len(part.properties),) * 2) for part in parts]
+    return tuple(
+        _diagonal([*nothing[:at], matrix, *nothing[at + 1 :]])
+        for at, matrices in enumerate(spreads)
+        for matrix in matrices
+    )
