@@ -53,7 +53,18 @@ def write_campaign(
 
 
 def report_text(campaign: Campaign, figures: Sequence[Path], remarks: Sequence[str], out: Path) -> str:
-    """The report as Markdown: tables, agreement of the routes, repeatability budget, skipped files, warnings."""
+    """The report as Markdown: tables, agreement of the routes, repeatability budget, skipped files, warnings.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    figures : sequence of Path
+        Below ``out``.
+    remarks : sequence of str
+        What could not be exported.
+    out : Path
+        Folder of the report.
+    """
     from tabulate import tabulate
 
     lines = ["# Rig campaign", ""]

@@ -7,15 +7,19 @@ from itertools import product
 
 import numpy as np
 import pytest
+import tomli_w
 
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.files.model_file import build_model
+from bicycle.parameter_covariance import ParameterCovariance
 from bicycle.parameters import UNITS
 from bicycle.sensitivity.model_covariance import critical_speed_estimates, model_covariance
 from bicycle.sensitivity.propagation import critical_speed_sd
 from studies.main_study.cases import given_case
+from studies.main_study.model_input import settings_of
 from studies.uncertainty.propagation import Uncertainty
+from tyre.base.errors import InputError
 from tyre.campaigns.campaign import fit_campaign
 from tyre.campaigns.export import measured_tables, write_tables
 from tyre.campaigns.summary import FitSettings
@@ -172,6 +176,12 @@ def test_the_critical_speed_knows_the_covariance(campaign, file):
     assert found.linear_sd == pytest.approx(expected, rel=1e-5)
     assert found.sampled_sd == pytest.approx(expected, rel=0.06)
 
+    uncertain = Uncertainty(content(file))
+    values = uncertain.points(uncertain.matched_draw(4000, 1)).values
+    drawn = np.cov([values[name] for name in model.covariance.names])
+    scale = np.sqrt(np.outer(*[np.diag(model.covariance.matrix)] * 2))
+    np.testing.assert_allclose(drawn / scale, model.covariance.matrix / scale, atol=0.01)  # lognormal, nearly normal
+
     case = given_case(content(file)["effects"]["relaxation_length"], load_bicycle(BICYCLE).replace(**bicycle()))
     to_contact = np.zeros((4, 4))  # from C rear, C front, K rear, K front to C and C/K of each wheel
     for at in (0, 1):
@@ -225,3 +235,29 @@ def test_the_measured_trail_is_offered_to_its_effect(campaign, file):
     found = {q.name: q for q in uncertain.quantities([], samples=50)}["wobble unstable above"]
     share = found.shares["pneumatic_trail.trail.rear, pneumatic_trail.trail.front"]
     assert share * found.linear_sd**2 == pytest.approx(by_trail, rel=1e-4)
+
+
+def test_the_main_study_takes_the_measured_trail_into_every_world(campaign, file, tmp_path):
+    path = tmp_path / "model.toml"
+    path.write_text(tomli_w.dumps(content(file, pneumatic_trail={})))
+    trail = settings_of(str(path)).further["pneumatic_trail"]["trail"]
+    measured = [one.pneumatic_trail.value for one in on_the_bicycle(campaign)]
+    assert [trail["rear"], trail["front"]] == pytest.approx(measured)
+
+
+def test_covariances_of_parameters_are_put_together():
+    one = ParameterCovariance(("a", "b"), np.array([[4.0, 1.0], [1.0, 9.0]]), (np.diag([1.0, 2.0]),))
+    two = ParameterCovariance(("c",), np.array([[16.0]]))
+    whole = one.and_also(two)
+    assert whole.sd == {"a": 2.0, "b": 3.0, "c": 4.0}
+    np.testing.assert_array_equal(whole.among(["c", "x", "b", "a"]),
+                                  [[16, 0, 0, 0], [0, 0, 0, 0], [0, 0, 9, 1], [0, 0, 1, 4]])  # fmt: skip
+    # variance of a + b is 15, of which 1 and 2 were each known with one degree of freedom, together as one
+    assert whole.degrees_of_freedom(["a", "b"], [1.0, 1.0], whole.among(["a", "b"])) == pytest.approx(15**2 / 3**2)
+    assert whole == one.and_also(two)
+    assert hash(whole) == hash(one.and_also(two))
+    assert whole != one
+    with pytest.raises(InputError, match=r"covariance of a, b has the shape \(1, 1\); it must be 2 x 2"):
+        ParameterCovariance(("a", "b"), np.ones((1, 1)))
+    with pytest.raises(InputError, match="covariance of a, c, a: a parameter stands there twice; keep one"):
+        ParameterCovariance(("a", "c", "a"), np.eye(3))
