@@ -25,7 +25,10 @@ Places = NDArray[np.int64]
 
 @compiled
 def isolate(a: Array, order: Places) -> None:
-    """Order rows and columns so that roots that stand alone on the diagonal come first or last (block triangular)."""
+    """Order rows and columns so that roots that stand alone on the diagonal come first or last (block triangular).
+
+    ``a`` has shape (n, n); ``order`` (n,) is filled with the numbers of its rows.
+    """
     n = a.shape[0]
     for i in range(n):
         order[i] = i
@@ -54,7 +57,11 @@ def isolate(a: Array, order: Places) -> None:
 
 @compiled
 def normalise(h: Array, n: int, unit: Array) -> None:
-    """Divide by a power of two near the largest entry, kept in ``unit``."""
+    """Divide by a power of two near the largest entry.
+
+    The first ``n`` rows and columns of ``h``, shape (n + 1, n + 1, LANES), are changed in place; ``unit``, shape
+    (LANES,), is filled with the divisors.
+    """
     for k in range(LANES):
         unit[k] = 0.0
     for i in range(n):
@@ -73,7 +80,11 @@ def normalise(h: Array, n: int, unit: Array) -> None:
 
 @compiled
 def balance(h: Array, n: int, lane: Array) -> None:
-    """Scale by powers of two until rows and columns have like norms."""
+    """Scale by powers of two until rows and columns have like norms.
+
+    The first ``n`` rows and columns (a number) of ``h``, shape (n + 1, n + 1, LANES), are changed in place; ``lane``,
+    shape (8, LANES), is room to work in.
+    """
     row, column, factor = lane[0], lane[1], lane[2]
     bits = factor.view(np.int64)
     for _ in range(100):
@@ -110,7 +121,11 @@ def balance(h: Array, n: int, lane: Array) -> None:
 
 @compiled
 def reduce(h: Array, n: int, v: Array, lane: Array) -> None:
-    """Reduce to upper Hessenberg form by Householder reflections 1 - tau v v'."""
+    """Reduce to upper Hessenberg form by Householder reflections 1 - tau v v'.
+
+    ``h``, shape (n + 1, n + 1, LANES), is changed in place, ``n`` is the number of its rows that hold the matrices;
+    ``v``, shape (n, LANES), and ``lane``, shape (8, LANES), are room to work in.
+    """
     below, tau, total = lane[0], lane[1], lane[2]
     for c in range(n - 2):
         top = c + 1
