@@ -1,37 +1,54 @@
-"""What an effect is: declared parameters, what it needs of the model, and ``apply``."""
+"""What an effect is: declared parameters, what it needs of the model, and ``apply``; and which effects there are."""
 
-import importlib
 import inspect
-import math
-import pkgutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import cache
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, ClassVar
 
 import sympy as sp
 
 from bicycle.derivation.builder import ModelBuilder
-from bicycle.effect_parameter import WHEELS, Parameter, PerWheel, PerWheelValue
+from bicycle.derivation.declarations import Mode
+from bicycle.effect_declaration import check_declaration
+from bicycle.effect_files import Origin, classes_of_file, installed_classes, packaged_classes
+from bicycle.effect_parameter import WHEELS, Parameter, PerWheel, PerWheelValue, checked_numbers
 from bicycle.effect_signature import docstring, signature
-from tyre.base.errors import InputError, is_number, shown, unknown
-from tyre.base.plausible import Doubt, suspicion
+from tyre.base.errors import InputError, unknown
+from tyre.base.plausible import Doubt
 
-__all__ = ["WHEELS", "Effect", "Parameter", "PerWheel", "PerWheelValue", "effect_class", "registry"]
+__all__ = [
+    "WHEELS", "Effect", "Mode", "Parameter", "PerWheel", "PerWheelValue", "effect_class", "load_effects",
+    "outside_effects", "packaged_effects", "register", "registry",
+]  # fmt: skip
 
 
 class Effect:
-    """A physical effect beyond the rigid bicycle: subclass it in one file of ``bicycle/effects`` and it is found.
+    """A physical effect beyond the rigid bicycle: a subclass in a file of its own, given by :func:`load_effects`,
+    ``velotyre --effects FILE`` or the entry points ``velotyre.effects`` of a package; those of ``bicycle/effects`` are
+    found.
 
     Attributes
     ----------
+    identifier : str
+        Key of model files: the name of the effect's file, unless it is given.
     parameters : tuple of Parameter
+        Those declared as attributes, in their order.
+    modes : tuple of Mode
+        Modes of vibration that the effect brings, each marked by the role of a joint or state that it adds.
     slot : str, optional
         Effects with the same slot exclude each other (``contact law``).
     requires, provides : tuple of str
         Needs that another effect must provide, for example ``tyre force``; ``why`` explains a missing one.
     source, signature : str
         Literature, and what one sees in the modes when the effect is there.
+    needs_rider : bool
+        Whether it is of a rider: the diagnosis does not try it on a bicycle without one.
+    acts_through : str
+        Input of the model through which it acts, ``steer_torque`` for hands: a sensor of that input measures the effect
+        with it.
     description : str
         The docstring as it was written; ``help()`` shows it with the parameters, their units and ranges below.
 
@@ -47,10 +64,20 @@ class Effect:
     source: ClassVar[str] = ""
     signature: ClassVar[str] = ""
     description: ClassVar[str] = ""
+    modes: ClassVar[tuple[Mode, ...]] = ()
+    needs_rider: ClassVar[bool] = False
+    acts_through: ClassVar[str] = ""
 
     def __init_subclass__(cls) -> None:
         if "identifier" not in cls.__dict__:
             cls.identifier = cls.__module__.rsplit(".", 1)[-1]
+        if "parameters" in cls.__dict__:
+            raise InputError(
+                f"effect {cls.identifier!r}: declare each parameter as an attribute of the class, "
+                "stiffness = Parameter(unit, meaning, ...), not in a tuple"
+            )
+        declared = {name: thing for kind in reversed(cls.__mro__) for name, thing in vars(kind).items()}
+        cls.parameters = tuple(thing for thing in declared.values() if isinstance(thing, Parameter))
         cls.description = inspect.cleandoc(cls.__doc__ or "")
         cls.__doc__ = docstring(cls.description, cls.parameters, cls.source)
         cls.__signature__ = signature(cls.parameters, PerWheelValue)  # type: ignore[attr-defined]
@@ -74,36 +101,9 @@ class Effect:
             self._store(parameter, value)
 
     def _store(self, parameter: Parameter, value: Any) -> None:
-        where = f"effect {self.identifier!r}: {parameter.name}"
-        if parameter.per_wheel:
-            if isinstance(value, PerWheel):
-                value = {"rear": value.rear, "front": value.front}
-            if not isinstance(value, Mapping):
-                value = {"rear": value, "front": value}
-            if set(value) != set(WHEELS):
-                raise InputError(
-                    f"{where} has the keys {', '.join(map(str, value)) or 'none'}; give rear and front, or one number"
-                )
-            numbers = {f"{parameter.name}.{wheel}": value[wheel] for wheel in WHEELS}
-        else:
-            if isinstance(value, Mapping):
-                raise InputError(f"{where} is one number for the bicycle, not a table of rear and front")
-            numbers = {parameter.name: value}
-        low, high = parameter.bounds
-        for key, number in numbers.items():
-            unit = "" if parameter.unit == "1" else f" {parameter.unit}"
-            if not is_number(number) or math.isnan(number):
-                raise InputError(f"effect {self.identifier!r}: {key} = {shown(number)} must be a number{unit}")
-            if not (low <= number <= high) or (math.isinf(number) and number != parameter.neutral):
-                why = "" if math.isinf(number) else suspicion(number, unit=parameter.unit, typical=parameter.typical)
-                raise InputError(
-                    f"effect {self.identifier!r}: {key} = {number:g}{unit} is outside {low:g} .. {high:g}{unit}{why}"
-                )
-            self._given[key] = float(number)
-        if parameter.per_wheel:
-            setattr(self, parameter.name, PerWheel(*(float(value[wheel]) for wheel in WHEELS)))
-        else:
-            setattr(self, parameter.name, float(value))
+        numbers = checked_numbers(parameter, value, self.identifier)
+        self._given |= numbers
+        setattr(self, parameter.name, PerWheel(*numbers.values()) if parameter.per_wheel else numbers[parameter.name])
 
     def values(self, bicycle: Mapping[str, float]) -> dict[str, float]:
         """Every parameter as ``identifier.name[.wheel]`` -> SI value; defaults tied to the bicycle are filled in."""
@@ -161,26 +161,133 @@ class Effect:
         raise NotImplementedError
 
 
-@cache
 def registry() -> Mapping[str, type[Effect]]:
-    """Every effect of ``bicycle.effects`` by identifier, sorted."""
-    package = importlib.import_module("bicycle.effects")
-    found: dict[str, type[Effect]] = {}
-    for module in pkgutil.iter_modules(package.__path__):
-        found.update((effect.identifier, effect) for effect in _effects_of(f"{package.__name__}.{module.name}"))
-    return MappingProxyType(dict(sorted(found.items())))
+    """Every effect there is by identifier, sorted: packaged, of installed packages, and registered.
+
+    Raises
+    ------
+    InputError
+        An installed package whose effects cannot be had.
+    """
+    return _known(tuple(_outside.values()))
 
 
-def _effects_of(module_name: str) -> Iterator[type[Effect]]:
-    module = importlib.import_module(module_name)
-    for thing in vars(module).values():
-        if isinstance(thing, type) and issubclass(thing, Effect) and thing.__module__ == module_name:
-            yield thing
+@cache
+def packaged_effects() -> Mapping[str, type[Effect]]:
+    """The effects of ``bicycle.effects`` by identifier, sorted."""
+    found: Iterable[type[Effect]] = packaged_classes(Effect)
+    return MappingProxyType(dict(sorted((effect.identifier, effect) for effect in found)))
+
+
+@cache
+def _known(outside: tuple[type[Effect], ...]) -> Mapping[str, type[Effect]]:
+    return MappingProxyType(dict(sorted([*_installed().items(), *((effect.identifier, effect) for effect in outside)])))
+
+
+@cache
+def _installed() -> Mapping[str, type[Effect]]:
+    """Packaged effects and those of installed packages, which are looked up when first asked for."""
+    found = dict(packaged_effects())
+    for effect, where in installed_classes(Effect):
+        check_declaration(effect, found, where)
+        found[effect.identifier] = effect
+    return found
 
 
 def effect_class(identifier: str) -> type[Effect]:
     """Look an effect up by identifier; InputError lists the known ones."""
+    if identifier in packaged_effects():
+        return packaged_effects()[identifier]
     known = registry()
     if identifier not in known:
         raise InputError(unknown("effect", identifier, known))
     return known[identifier]
+
+
+_outside: dict[str, type[Effect]] = {}  # registered in this process, by identifier
+
+
+def register(effect: type[Effect], *, where: str = "") -> type[Effect]:
+    """Make an effect from outside the package known everywhere; of use as a decorator.
+
+    Parameters
+    ----------
+    effect : subclass of Effect
+    where : str
+        What an error calls its place, by default its module.
+
+    Returns
+    -------
+    type
+        The effect itself.
+
+    Raises
+    ------
+    InputError
+        Its identifier is taken by another effect, or the declaration is wrong or incomplete.
+    """
+    known = registry()
+    if known.get(getattr(effect, "identifier", "")) is not effect:
+        check_declaration(effect, known, where or f"{effect.__module__}.{effect.__qualname__}")
+        _outside[effect.identifier] = effect
+    return effect
+
+
+def load_effects(path: str | Path) -> tuple[type[Effect], ...]:
+    """Register every effect that a Python file defines; read again, a changed file takes the place of the former one.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file; effects in it are called as the file unless they state an ``identifier``.
+
+    Returns
+    -------
+    tuple of type
+        The effects.
+
+    Raises
+    ------
+    InputError
+        No such file, no Python, no effect in it, an identifier that is taken, or a wrong declaration.
+    """
+    file, classes = Path(path), classes_of_file(Path(path), Effect)
+    for identifier in [name for name, effect in _outside.items() if Origin.of(effect).file == file.resolve()]:
+        if _outside[identifier] not in classes:
+            del _outside[identifier]
+    for effect in classes:
+        register(effect, where=str(file))
+    return classes
+
+
+@contextmanager
+def outside_effects(paths: Iterable[str | Path]) -> Iterator[None]:
+    """Effects of files (:func:`load_effects`) that are known until the end of the block."""
+    before = dict(_outside)
+    try:
+        for path in paths:
+            load_effects(path)
+        yield
+    finally:
+        _outside.clear()
+        _outside.update(before)
+
+
+def outside_origins() -> tuple[Origin, ...]:
+    """Where the registered effects come from: what another process needs to :func:`take_over`."""
+    return tuple(Origin.of(effect) for effect in _outside.values())
+
+
+def take_over(origins: Iterable[Origin]) -> None:
+    """Register in this process what another one knows.
+
+    Raises
+    ------
+    InputError
+        An effect that stands in no file that this process can read.
+    """
+    for origin in origins:
+        if origin.file is not None:
+            load_effects(origin.file)
+        else:
+            register(origin.found())

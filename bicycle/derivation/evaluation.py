@@ -4,13 +4,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache, cached_property
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 import sympy as sp
 
 from bicycle.derivation.builder import SPEED, ModelBuilder
 from bicycle.derivation.closing import SymbolicModel
+from bicycle.derivation.declarations import Mode
 from tyre.base.arrays import Array
 
 POLYNOMIALS = ("dynamics", "input_matrix", "output_matrix", "feedthrough")
@@ -124,7 +125,12 @@ def _symbol(name: str) -> Any:
 
 
 class Contribution(Protocol):
-    """What a derivation takes: a kind of thing that adds itself, with symbols for its parameters, to a model."""
+    """What a derivation takes: a kind of thing that adds itself, with symbols for its parameters, to a model.
+
+    ``modes`` are those that it brings.
+    """
+
+    modes: ClassVar[tuple[Mode, ...]]
 
     @classmethod
     def symbolic(cls) -> "Contribution":
@@ -139,6 +145,8 @@ def derive(effects: tuple[type[Contribution], ...]) -> SymbolicModel:
     model = ModelBuilder()
     for effect in effects:
         effect.symbolic().apply(model)
+        for mode in effect.modes:
+            model.add_mode(mode)
     return model.close()
 
 

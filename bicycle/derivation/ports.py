@@ -36,16 +36,44 @@ class Wheel:
     yaw_rate: Expression
     side_force: Expression
     static_load: Expression
-    crown_radius: Expression = sp.S.Zero
+    crown_radius: Expression = sp.S.Zero  # m, of the cross-section
     series_compliance: Expression = sp.S.Zero  # m/N, of rim and spokes in series with the tyre
-    lagged_camber_force: Expression = sp.S.Zero
-    direct_camber_force: Expression = sp.S.Zero
-    moment: Expression = sp.S.Zero
+    lagged_camber_force: Expression = sp.S.Zero  # N
+    direct_camber_force: Expression = sp.S.Zero  # N
+    moment: Expression = sp.S.Zero  # N m about the vertical
     contact_line: "ContactLine | None" = None  # None: a point, as long as no effect gives the contact a length
 
     def add_moment(self, moment: Expression) -> None:
         """Add a moment about the vertical (N m, > 0 turns the wheel to the right)."""
         self.moment += moment
+
+    def add_crown_radius(self, radius: Expression) -> None:
+        """Round the cross-section of the tyre by a radius (m): leaning shifts the contact sideways."""
+        self.crown_radius += radius
+
+    def add_series_compliance(self, compliance: Expression) -> None:
+        """Add a lateral compliance (m/N) between hub and tyre; a contact law with a lag takes it into account."""
+        self.series_compliance += compliance
+
+    def add_camber_force(self, force: Expression, *, lag_share: Expression = 1) -> None:
+        """Add a side force of camber (N, > 0 to the right); ``lag_share`` (0 .. 1) of it builds up as the slip force.
+
+        The contact law takes both parts into its side force; under rolling without slip they act on nothing.
+        """
+        self.lagged_camber_force += lag_share * force
+        self.direct_camber_force += (1 - lag_share) * force
+
+    def lengthen_contact(self, line: "ContactLine") -> None:
+        """Let ``line`` say how rolling renews the force of a contact that is longer than a point.
+
+        Raises
+        ------
+        ValueError
+            Another effect has done so; give both effects one ``slot``.
+        """
+        if self.contact_line is not None:
+            raise ValueError(f"two effects give the contact of the {self.body} a length; declare one slot for both")
+        self.contact_line = line
 
 
 class ContactLine(Protocol):

@@ -1,7 +1,6 @@
 """Twisting torque of a leaning tyre."""
 
 import math
-from typing import Any
 
 from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import Effect, Parameter
@@ -11,18 +10,14 @@ class TwistingTorque(Effect):
     """Moment Mz = +k gamma about the vertical that turns a leaning wheel into the lean.
 
     The inner side of the contact patch rolls on a smaller radius than the outer side. Under no_slip it acts as well.
-    Source: Cossalter, Motorcycle Dynamics, ch. 2; Pacejka, Tire and Vehicle Dynamics, ch. 11.
     """
 
-    parameters = (
-        Parameter(
-            "twisting_stiffness", "N m/rad", "moment into the lean, per camber angle",
-            bounds=(0.0, math.inf), typical=(0.5, 3.0), default=1.0, neutral=0.0, per_wheel=True,
-        ),
+    twisting_stiffness = Parameter(
+        "N m/rad", "moment into the lean, per camber angle",
+        bounds=(0.0, math.inf), typical=(0.5, 3.0), default=1.0, neutral=0.0, per_wheel=True,
     )  # fmt: skip
     source = "Cossalter, Motorcycle Dynamics, ch. 2; Pacejka, Tire and Vehicle Dynamics, ch. 11"
     signature = "capsize becomes more stable: the bicycle steers into the lean"
-    twisting_stiffness: Any
 
     def apply(self, model: ModelBuilder) -> None:
         for wheel in model.wheels:

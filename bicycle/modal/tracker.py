@@ -37,7 +37,7 @@ class Tracker:
     @cached_property
     def events(self) -> tuple[ModeEvent, ...]:
         """What happens to the modes on the way, by speed."""
-        return mode_events(self.model.states, self.stretches, self.meetings, self.naming)
+        return mode_events(self.model, self.stretches, self.meetings, self.naming)
 
     def ordered(self, speeds: Array) -> Complex:
         """Eigenvalues (m, n) at speeds (m,), one column a branch."""

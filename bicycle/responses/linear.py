@@ -29,22 +29,18 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-PATH = ("yaw", "rear_lateral_displacement")
-UNITS = (
-    ("_lateral_displacement", "m"), ("_velocity", "m/s"), ("_rate", "rad/s"), ("_force", "N"), ("_moment", "N m"),
-    ("_torque", "N m"),
-)  # fmt: skip
+PATH = {"yaw": "rad", "rear_lateral_displacement": "m"}  # carried along beside the model's outputs, with unit
 LINEAR_UP_TO = 0.35  # rad: the geometry is linear in lean and steer; sin and tan leave it by 2 to 4 % here
 
 
-def unit_of(name: str) -> str:
-    """SI unit of a state, input or output of a model; what has no ending of :data:`UNITS` is an angle."""
-    return next((unit for ending, unit in UNITS if name.endswith(ending)), "rad")
+def units_of(model: LinearModel) -> dict[str, str]:
+    """SI unit of every state, input and output of a model, of the yaw angle and of the lateral displacement."""
+    return {**PATH, **model.declared.units}
 
 
-def column(name: str) -> str:
-    """Column name with unit: ``yaw_rate`` -> ``yaw_rate_rad_s``."""
-    return f"{name}_{unit_of(name).replace('/', '_').replace(' ', '_')}"
+def column(name: str, unit: str) -> str:
+    """Column name with unit: ``yaw_rate`` in rad/s -> ``yaw_rate_rad_s``."""
+    return f"{name}_{unit.replace('/', '_').replace(' ', '_')}"
 
 
 @dataclass(frozen=True)
@@ -58,13 +54,16 @@ class Response:
     speed : float
         m/s.
     outputs, inputs : mapping of str to ndarray, shape (m,)
-        SI units (:func:`unit_of`); an input is given from each sample on.
+        SI units; an input is given from each sample on.
+    units : mapping of str to str
+        Unit of every output and input by name, as the model declares it (:func:`units_of`).
     """
 
     time: Array
     speed: float
     outputs: Mapping[str, Array]
     inputs: Mapping[str, Array] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -87,14 +86,14 @@ class Response:
         """The same history up to and with the sample :attr:`fall`; all of it if the bicycle does not fall."""
         kept = slice(None if self.fall is None else self.fall + 1)
         outputs, inputs = ({name: x[kept] for name, x in of.items()} for of in (self.outputs, self.inputs))
-        return Response(self.time[kept], self.speed, outputs, inputs)
+        return Response(self.time[kept], self.speed, outputs, inputs, self.units)
 
     def frame(self) -> "pd.DataFrame":
         """A row per sample: time_s, outputs, inputs, with the unit in every column name."""
         import pandas as pd
 
         named = {**self.outputs, **self.inputs}
-        return pd.DataFrame({"time_s": self.time, **{column(name): values for name, values in named.items()}})
+        return pd.DataFrame({"time_s": self.time, **{column(n, self.units[n]): x for n, x in named.items()}})
 
     def to_csv(self, path: str | Path) -> None:
         """Write :meth:`frame` as CSV with all digits."""
@@ -103,20 +102,21 @@ class Response:
 
 @dataclass(frozen=True)
 class FrequencyResponse:
-    """Complex gains ``outputs[name]`` (m,) from one input, SI, at ``frequency_hz`` (m,)."""
+    """Complex gains ``outputs[name]`` (m,) from one input, SI, at ``frequency_hz`` (m,); ``units`` by name."""
 
     frequency_hz: Array
     speed: float
     input: str
     outputs: Mapping[str, Complex]
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def frame(self) -> "pd.DataFrame":
         """A row per frequency: Hz, then gain and phase (rad, unwrapped) of each output."""
         import pandas as pd
 
-        columns = {"frequency_Hz": self.frequency_hz}
+        columns, per = {"frequency_Hz": self.frequency_hz}, column(self.input, self.units[self.input])
         for name, gain in self.outputs.items():
-            columns[f"{column(name)}_per_{column(self.input)}"] = np.abs(gain)
+            columns[f"{column(name, self.units[name])}_per_{per}"] = np.abs(gain)
             columns[f"{name}_phase_rad"] = np.unwrap(np.angle(gain))
         return pd.DataFrame(columns)
 
@@ -149,7 +149,7 @@ def respond(
     given = dict(inputs or {})
     check_names("input", given, model.inputs)
     t = check_time(time)
-    x = initial_state(model.states, initial) / model.scale
+    x = initial_state(model.states, initial, units_of(model)) / model.scale
     _, input_matrix, output_matrix = model.matrices_at(speed)
     columns = [model.inputs.index(name) for name in given]
     a, b, c = _with_path(
@@ -167,7 +167,7 @@ def respond(
     shown = held[np.searchsorted(grid, t)]
     values[:, : len(model.outputs)] += shown @ model.feedthrough(speed)[:, columns].T
     outputs = dict(zip((*model.outputs, *PATH), values.T, strict=True))
-    return Response(t, float(speed), outputs, dict(zip(given, shown.T, strict=True)))
+    return Response(t, float(speed), outputs, dict(zip(given, shown.T, strict=True)), units_of(model))
 
 
 def modal_response(model: LinearModel, *, speed: float, eigenvalue: complex, time: ArrayLike) -> Response:
@@ -182,11 +182,12 @@ def modal_response(model: LinearModel, *, speed: float, eigenvalue: complex, tim
     root = values[k]
     phasors = dict(zip(model.outputs, model.matrices_at(speed)[2] @ (model.scale * vectors[:, k]), strict=True))
     yaw = phasors["yaw_rate"] / root
-    phasors |= {"yaw": yaw, PATH[1]: (phasors["rear_lateral_velocity"] + speed * yaw) / root}
+    phasors |= {"yaw": yaw, "rear_lateral_displacement": (phasors["rear_lateral_velocity"] + speed * yaw) / root}
     largest = max(abs(phasors[name]) for name in ("lean", "steer", "yaw"))
     unit = largest * (phasors["lean"] / abs(phasors["lean"]) if phasors["lean"] else 1.0)
     growth = np.exp(root * t)
-    return Response(t, float(speed), {name: (phasor / unit * growth).real for name, phasor in phasors.items()})
+    motion = {name: (phasor / unit * growth).real for name, phasor in phasors.items()}
+    return Response(t, float(speed), motion, units=units_of(model))
 
 
 def frequency_response(
@@ -210,7 +211,9 @@ def frequency_response(
     omega = 2 * np.pi * hertz[:, None, None]
     states = np.linalg.solve(1j * omega * np.eye(model.order) - a, (b[:, j] / model.scale)[:, None])
     gains = (c * model.scale @ states)[..., 0] + model.feedthrough(speed)[:, j]
-    return FrequencyResponse(hertz, float(speed), input, dict(zip(model.outputs, gains.T, strict=True)))
+    return FrequencyResponse(
+        hertz, float(speed), input, dict(zip(model.outputs, gains.T, strict=True)), units_of(model)
+    )
 
 
 def check_names(kind: str, given: Mapping[str, object] | list[str], allowed: tuple[str, ...]) -> None:
@@ -228,13 +231,13 @@ def check_time(time: ArrayLike) -> Array:
     return t
 
 
-def initial_state(states: tuple[str, ...], initial: Mapping[str, float] | None) -> Array:
-    """Initial values (n,) by name, SI."""
+def initial_state(states: tuple[str, ...], initial: Mapping[str, float] | None, units: Mapping[str, str]) -> Array:
+    """Initial values (n,) of named states, SI; ``units`` of the states by name are for the words of an error."""
     x = np.zeros(len(states))
     check_names("state", dict(initial or {}), states)
     for name, value in (initial or {}).items():
         if not np.isfinite(value):
-            raise InputError(f"initial {name} = {value!r} {unit_of(name)} must be finite")
+            raise InputError(f"initial {name} = {value!r} {units[name]} must be finite")
         x[states.index(name)] = value
     return x
 

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from bicycle.responses.linear import FrequencyResponse, Response, unit_of
+from bicycle.responses.linear import FrequencyResponse, Response
 from tyre.base.optional import optional_module
 
 
@@ -16,7 +16,7 @@ def response_to_xarray(response: Response) -> Any:
     """
     named = {**response.outputs, **response.inputs}
     return optional_module("xarray", extra="xarray").Dataset(
-        {name: ("time", values, {"units": unit_of(name)}) for name, values in named.items()},
+        {name: ("time", values, {"units": response.units[name]}) for name, values in named.items()},
         {"time": ("time", response.time, {"units": "s"})},
         {"speed_m_s": response.speed},
     )
@@ -30,9 +30,9 @@ def frequency_response_to_xarray(response: FrequencyResponse) -> Any:
     ImportError
         xarray is not installed.
     """
-    per = f" / ({unit_of(response.input)})"
+    per = f" / ({response.units[response.input]})"
     return optional_module("xarray", extra="xarray").Dataset(
-        {name: ("frequency", gain, {"units": unit_of(name) + per}) for name, gain in response.outputs.items()},
+        {name: ("frequency", gain, {"units": response.units[name] + per}) for name, gain in response.outputs.items()},
         {"frequency": ("frequency", response.frequency_hz, {"units": "Hz"})},
         {"speed_m_s": response.speed, "input": response.input},
     )

@@ -13,7 +13,10 @@ from numpy.typing import NDArray
 from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.eigenvalues.batch import coefficients, state_matrices
 from bicycle.eigenvalues.solvers import default_solver, eigenvalues
-from bicycle.modal.named_modes import ORDER, modes
+from bicycle.linear_model import LinearModel
+from bicycle.modal.known_modes import packaged_modes
+from bicycle.modal.named_modes import modes
+from bicycle.modal.naming import every_mode
 from bicycle.sensitivity.eigenvalue_derivatives import sensitivities
 from studies.sweeps.points import Points, Sampler
 from studies.sweeps.sketch import sketch
@@ -24,7 +27,7 @@ BLOCK = 2048  # matrices worked on at a time; blocks start at fixed items, so th
 SLOW_ITEMS = 32  # per part, where every bicycle is tracked by itself
 OCCURRENCES = 4  # of a critical speed of one mode in one direction
 CHANGES = ("destabilising", "stabilising")
-MODES = (*ORDER, "other")
+OTHER = "other"  # where critical speeds of modes without a name stand
 Arrays = dict[str, NDArray[Any]]
 
 
@@ -63,6 +66,7 @@ class Worker:
         self.slow = [name for name in sweep.outputs if name in SLOW]
         self.fast = [name for name in sweep.outputs if name in FAST]
         self.parameters = parameter_names(self.sampler)
+        self.modes = mode_names(self.linear)
 
     def items(self, start: int, stop: int) -> Arrays:
         """Outputs of items ``start`` to ``stop`` - 1 by name, the first axis is the item."""
@@ -125,15 +129,15 @@ class Worker:
             linear = model.linear_model()
             if {"modes", "frequencies", "damping_ratios"} & set(self.slow):
                 found = modes(linear, speeds)
-                branches = [found.branches.get(name, np.full((len(speeds), 1), np.nan))[:, 0] for name in ORDER]
-                here = [name in found.branches for name in ORDER]
+                branches = [found.branches.get(name, np.full((len(speeds), 1), np.nan))[:, 0] for name in self.modes]
+                here = [name in found.branches for name in self.modes]
                 nothing = np.full(len(speeds), np.nan)
                 result["modes"] = np.array(branches).T
                 result["frequencies"] = np.array(
-                    [found.frequency(name) if ok else nothing for name, ok in zip(ORDER, here, strict=True)]
+                    [found.frequency(name) if ok else nothing for name, ok in zip(self.modes, here, strict=True)]
                 ).T
                 result["damping_ratios"] = np.array(
-                    [found.damping_ratio(name) if ok else nothing for name, ok in zip(ORDER, here, strict=True)]
+                    [found.damping_ratio(name) if ok else nothing for name, ok in zip(self.modes, here, strict=True)]
                 ).T
             if "critical_speeds" in self.slow:
                 result["critical_speeds"] = self._critical(linear)
@@ -145,11 +149,11 @@ class Worker:
         return result
 
     def _critical(self, linear: Any) -> NDArray[np.float64]:
-        result = np.full((len(MODES), len(CHANGES), OCCURRENCES), np.nan)
+        names = (*self.modes, OTHER)
+        result = np.full((len(names), len(CHANGES), OCCURRENCES), np.nan)
         for crossing in critical_speeds(linear, self.sweep.max_speed):
-            row = result[
-                MODES.index(crossing.mode if crossing.mode in ORDER else "other"), CHANGES.index(crossing.direction)
-            ]
+            name = crossing.mode if crossing.mode in self.modes else OTHER
+            row = result[names.index(name), CHANGES.index(crossing.direction)]
             free = np.flatnonzero(np.isnan(row))
             if not free.size:
                 raise InputError(
@@ -190,6 +194,12 @@ SLOW = ("modes", "frequencies", "damping_ratios", "critical_speeds", "sensitivit
 def parameter_names(sampler: Sampler) -> tuple[str, ...]:
     """Names along the axis ``parameter`` of the output ``parameters``: all that a bicycle or effect has."""
     return tuple(sampler.nominal)
+
+
+def mode_names(linear: LinearModel) -> tuple[str, ...]:
+    """Names along the axis ``mode``: those of the package, so that sweeps can be compared, then the model's further."""
+    packaged = packaged_modes()
+    return (*packaged, *(mode.name for mode in every_mode(linear) if mode.name not in packaged))
 
 
 def free_parameters(sampler: Sampler) -> tuple[str, ...]:

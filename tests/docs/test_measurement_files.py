@@ -10,7 +10,7 @@ import pytest
 
 from bicycle import default_sd
 from bicycle.identification import free_decay, recording
-from bicycle.modal.named_modes import ORDER
+from bicycle.modal.known_modes import known_modes
 from bicycle.parameters import UNITS
 from studies.missing_effect import diagnose, measurement, read_measurement
 from studies.missing_effect.diagnose import forward_model
@@ -65,7 +65,7 @@ def test_the_examples_of_modes_and_of_a_pull_are_diagnosed_as_in_the_text(folder
 def test_every_name_stands_on_the_page():
     names = {
         *measurement.TOP_KEYS, *measurement.EVERY_KIND, *tables_forward.KEYS,
-        *UNITS, *ORDER, *modal_table.NUMBERS, *recording.CHANNELS, *recording.INPUTS,
+        *UNITS, *known_modes(), *modal_table.NUMBERS, *recording.CHANNELS, *recording.INPUTS,
         *recording.RUN_KEYS, *canonical_table.COEFFICIENTS, *canonical_table.UNITS.values(), *SAYS,
         *rig_measurement.KEYS, *reference.SOURCES, *reference.CONDITION_KEYS, *(f.name for f in fields(Calibration)),
         "rider", "environment", "coefficient", "unit", "value", "sd", "difference_percent", "speeds_m_s", "band_hz",

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bicycle.effect import Effect, registry
 from bicycle.identification.canonical import Canonical, Motion, identify
 from bicycle.model import Model
 from studies.inference.folds import MOST
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
 FREQUENCIES = 16
 STEER_RATE, FORCE = 0.3, 20.0  # rad/s and N at each frequency; only their ratio counts
 SENSORS = ("lean", "steer", "steer_torque", "lateral_force")
-HANDS = ("rider_arms", "hands act through the steer torque, which was measured")
 GAIN, DELAY = "measurement.{}_gain", "measurement.{}_delay"
 
 
@@ -171,11 +171,18 @@ def canonical_forward(measurement: "Measurement", table: CanonicalTable, without
     unknowns, assumed = nuisances(model, measurement.uncertainty)
     found, refused = find_candidates(model, measurement.known, without)
     sensors = tuple(c for c in sensor_candidates() if c.identifier not in without)
-    candidates = (*(with_compliance(c) for c in found if c.identifier != HANDS[0]), *sensors)
+    inside = {name: said for name, effect in registry().items() if (said := _measured_with(effect))}
+    candidates = (*(with_compliance(c) for c in found if c.identifier not in inside), *sensors)
     return CanonicalForward(
-        base=model, nuisances=unknowns, candidates=candidates, table=table, barred=(HANDS[0], *without),
-        refused={**refused, HANDS[0]: HANDS[1]}, notes=(*measurement.notes, *_notes(model, table), *assumed),
+        base=model, nuisances=unknowns, candidates=candidates, table=table, barred=(*inside, *without),
+        refused={**refused, **inside}, notes=(*measurement.notes, *_notes(model, table), *assumed),
     )  # fmt: skip
+
+
+def _measured_with(effect: type[Effect]) -> str:
+    """Why an effect is part of what was measured; empty where it is not."""
+    through = effect.acts_through
+    return f"it acts through the {through.replace('_', ' ')}, which was measured" if through in SENSORS else ""
 
 
 def _notes(model: Model, table: CanonicalTable) -> tuple[str, ...]:

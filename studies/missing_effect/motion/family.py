@@ -60,7 +60,7 @@ class Family:
 
     @cached_property
     def state_scale(self) -> Array:
-        return state_scale(self.evaluate.symbolic.states, sum(self.base.bicycle.static_loads))
+        return state_scale(self.evaluate.symbolic.declared.states, sum(self.base.bicycle.static_loads))
 
     def values(self, theta: Array) -> dict[str, Array]:
         """Every parameter for coordinates (K, unknowns), arrays (K, 1)."""
