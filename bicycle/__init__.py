@@ -5,7 +5,7 @@
 -0.32287
 """
 
-from bicycle.effect import Effect, Parameter, effect_class, registry
+from bicycle.effect import Effect, Mode, Parameter, effect_class, load_effects, registry
 from bicycle.files.bicycle_file import available_bicycles, load_bicycle
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model
@@ -15,10 +15,12 @@ __all__ = [
     "Bicycle",
     "Effect",
     "LinearModel",
+    "Mode",
     "Model",
     "Parameter",
     "available_bicycles",
     "effect_class",
     "load_bicycle",
+    "load_effects",
     "registry",
 ]

@@ -78,6 +78,8 @@ class Effect:
             )
         declared = {name: thing for kind in reversed(cls.__mro__) for name, thing in vars(kind).items()}
         cls.parameters = tuple(thing for thing in declared.values() if isinstance(thing, Parameter))
+        for parameter in cls.parameters:
+            parameter.check_ranges(cls.identifier)
         cls.description = inspect.cleandoc(cls.__doc__ or "")
         cls.__doc__ = docstring(cls.description, cls.parameters, cls.source)
         cls.__signature__ = signature(cls.parameters, PerWheelValue)  # type: ignore[attr-defined]
@@ -200,7 +202,9 @@ def effect_class(identifier: str) -> type[Effect]:
         return packaged_effects()[identifier]
     known = registry()
     if identifier not in known:
-        raise InputError(unknown("effect", identifier, known))
+        raise InputError(
+            f"{unknown('effect', identifier, known)}; one of your own needs --effects FILE or load_effects"
+        )
     return known[identifier]
 
 
@@ -281,10 +285,15 @@ def outside_origins() -> tuple[Origin, ...]:
 def take_over(origins: Iterable[Origin]) -> None:
     """Register in this process what another one knows.
 
+    Parameters
+    ----------
+    origins : iterable of Origin
+        Of :func:`outside_origins` there.
+
     Raises
     ------
     InputError
-        An effect that stands in no file that this process can read.
+        A file that this process cannot read, as :func:`load_effects`.
     """
     for origin in origins:
         if origin.file is not None:

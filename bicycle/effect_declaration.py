@@ -66,15 +66,8 @@ def _mistakes(effect: Any, known: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _wrong_parameter(p: Parameter) -> Iterator[str]:
-    def is_range(pair: Any) -> bool:
-        return isinstance(pair, tuple) and len(pair) == 2 and all(map(is_number, pair)) and pair[0] < pair[1]
-
     if not all(isinstance(text, str) and text.strip() for text in (p.unit, p.description)):
         yield f"{p.name} has no unit or no meaning; write Parameter('N m/rad', 'of the hinge', ...)"
-    for what, pair in (("bounds", p.bounds), ("typical", p.typical)):
-        if not is_range(pair):
-            yield f"{p.name}: {what} = {shown(pair)} must be two numbers (low, high)"
-            return
     low, high = p.bounds
     if not low <= p.typical[0] < p.typical[1] <= high:
         yield f"{p.name}: typical {p.typical[0]:g} .. {p.typical[1]:g} is not within the bounds {low:g} .. {high:g}"

@@ -1,10 +1,8 @@
 """Where effects are found: the package's own files, installed packages, and Python files of a user."""
 
-import hashlib
 import importlib
 import pkgutil
 import sys
-import traceback
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import reduce
@@ -40,21 +38,30 @@ class Origin:
         file = Path(str(sys.modules[effect.__module__].__file__)) if loaded else None
         return cls(effect.__module__, effect.__qualname__, file)
 
-    def found(self) -> Any:
-        """The class, imported.
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the file that the class stands in."""
+        file = self.file or Path(str(sys.modules[self.module].__file__))
+        return _digest(file.read_bytes())
+
+    def check_importable(self) -> None:
+        """Refuse a class that only this session knows.
 
         Raises
         ------
         InputError
             It stands in a session or a function, where no other process can find it.
         """
-        try:
-            return reduce(getattr, self.name.split("."), importlib.import_module(self.module))
-        except (ImportError, AttributeError) as error:
+        session = self.module == "__main__" and not hasattr(sys.modules["__main__"], "__file__")
+        if session or "<locals>" in self.name:
             raise InputError(
                 f"the effect {self.name} of {self.module} cannot be imported by a worker process; put it into a file "
                 "and load that with load_effects, or work in one process"
-            ) from error
+            )
+
+    def found(self) -> Any:
+        """The class, imported from its module."""
+        return reduce(getattr, self.name.split("."), importlib.import_module(self.module))
 
 
 def packaged_classes(base: type[T]) -> Iterator[type[T]]:
@@ -101,8 +108,8 @@ def classes_of_file(path: Path, base: type[T]) -> tuple[type[T], ...]:
         content = path.read_bytes()
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}); give a Python file with an Effect") from error
-    name = f"{LOADED}.of_{hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:12]}.{path.stem}"
-    digest = hashlib.sha256(content).hexdigest()
+    name = f"{LOADED}.of_{_digest(str(path.resolve()).encode())[:12]}.{path.stem}"
+    digest = _digest(content)
     module = sys.modules.get(name)
     if module is None or vars(module).get("__digest__") != digest:
         module = _run(path, name)
@@ -131,6 +138,8 @@ def _run(path: Path, name: str) -> ModuleType:
             raise InputError(f"{path}, line {error.lineno}: this is not Python ({error.msg}); mend the line") from error
         if isinstance(error, InputError):
             raise InputError(f"{path}: {error}") from error
+        import traceback
+
         calls = traceback.extract_tb(error.__traceback__)
         lines = [call.lineno for call in calls if Path(call.filename) == path.resolve()]
         at = f", line {lines[-1]}" if lines else ""
@@ -142,6 +151,12 @@ def _classes(module: ModuleType, base: type[T]) -> Iterator[type[T]]:
     for thing in list(vars(module).values()):
         if isinstance(thing, type) and issubclass(thing, base) and thing.__module__ == module.__name__:
             yield thing
+
+
+def _digest(content: bytes) -> str:
+    import hashlib
+
+    return hashlib.sha256(content).hexdigest()
 
 
 def _said(error: Exception) -> str:

@@ -53,6 +53,14 @@ class Parameter:
             return self
         raise AttributeError(f"{type(instance).__name__}.{self.name} equals {self.default!r} of the bicycle")
 
+    def check_ranges(self, identifier: str) -> None:
+        """Refuse ranges that are none; ``identifier`` is the effect's, for the words of the InputError."""
+        for what, pair in (("bounds", self.bounds), ("typical", self.typical)):
+            if not (isinstance(pair, tuple) and len(pair) == 2 and all(map(is_number, pair)) and pair[0] < pair[1]):
+                raise InputError(
+                    f"effect {identifier!r}: {self.name}: {what} = {shown(pair)} must be two numbers (low, high)"
+                )
+
     def entries(self) -> tuple[str, ...]:
         """``name``, or ``name.rear`` and ``name.front``."""
         return tuple(f"{self.name}.{wheel}" for wheel in WHEELS) if self.per_wheel else (self.name,)

@@ -49,7 +49,9 @@ class Mode:
         the others count where they are. By default the role that is called as the mode, which is the role of the joint
         of that name.
     weight : float
-        What the share counts where several modes claim the same root (1: as the other joints; wobble has 4).
+        What the share counts where several modes claim the same root, on the mean over a range of speed. Wobble, which
+        steering marks, has 4: by default a joint's mode has its name before wobble, also where weave comes close to it
+        and the two exchange character. A tyre or a joint that makes the wobble has 1.
     oscillation : bool
         Whether a real root plays the role less well than a pair.
     place : int
@@ -62,7 +64,7 @@ class Mode:
 
     name: str
     marks: tuple[str, ...] = ()
-    weight: float = 1.0
+    weight: float = 8.0
     oscillation: bool = False
     place: int = LAST
     look: int | None = None

@@ -7,7 +7,7 @@ from bicycle.derivation.builder import ModelBuilder
 from bicycle.derivation.ports import Wheel
 from bicycle.effect import Effect, Mode, Parameter
 
-REAR_TYRE = Mode("rear_tyre", marks=("rear",), place=4, look=5)  # of every contact that slips
+REAR_TYRE = Mode("rear_tyre", marks=("rear",), weight=1.0, place=4, look=5)  # of every contact that slips
 
 
 class SideSlip(Effect):

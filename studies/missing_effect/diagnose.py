@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 from bicycle.effect import registry
-from bicycle.eigenvalues.solvers import one_blas_thread
 from bicycle.model import Model
 from studies.inference.fit import Fit
 from studies.inference.forward import Forward
@@ -19,6 +18,7 @@ from studies.missing_effect.rig.measurement import RigMeasurement
 from studies.missing_effect.rig.setup import rig_forward_model
 from studies.missing_effect.rig.tables_forward import TyreTables, tables_forward_model
 from tyre.base.errors import InputError, unknown
+from tyre.base.parallel import one_blas_thread
 
 
 def forward_model(measurement: Measurement, *, without: tuple[str, ...] = ()) -> Forward:

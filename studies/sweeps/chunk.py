@@ -3,7 +3,7 @@
 import json
 import platform
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.effect import take_over
+from bicycle.effect_files import Origin
 from bicycle.eigenvalues.batch import coefficients, state_matrices
 from bicycle.eigenvalues.solvers import default_solver, eigenvalues
 from bicycle.linear_model import LinearModel
@@ -43,6 +45,12 @@ def compute(sweep: Sweep, start: int, stop: int) -> Arrays:
     """
     arrays = _worker(sweep).items(start, stop)
     return arrays if sweep.quantiles is None else sketch(arrays, start, sweep.samples)
+
+
+def compute_with(effects: Sequence[Origin], sweep: Sweep, start: int, stop: int) -> Arrays:
+    """:func:`compute` in whatever process: effects from outside the package are made known there first."""
+    take_over(effects)
+    return compute(sweep, start, stop)
 
 
 class Worker:

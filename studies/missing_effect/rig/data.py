@@ -16,8 +16,8 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 from scipy.signal import savgol_filter
 
-from bicycle.eigenvalues.solvers import one_blas_thread
 from tyre.base.arrays import Array
+from tyre.base.parallel import one_blas_thread
 from tyre.fits.pull_test import fit_pull_test
 from tyre.fits.slip_sweep import SlipSweepFit, fit_slip_sweep
 from tyre.fits.sweep_branches import Blocks
