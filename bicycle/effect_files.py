@@ -33,7 +33,12 @@ class Origin:
 
     @classmethod
     def of(cls, effect: type) -> "Origin":
-        """The origin of a class."""
+        """The origin of a class.
+
+        Parameters
+        ----------
+        effect : type
+        """
         loaded = effect.__module__.startswith(f"{LOADED}.")
         file = Path(str(sys.modules[effect.__module__].__file__)) if loaded else None
         return cls(effect.__module__, effect.__qualname__, file)
@@ -65,7 +70,13 @@ class Origin:
 
 
 def packaged_classes(base: type[T]) -> Iterator[type[T]]:
-    """Subclasses of ``base`` in the modules of ``bicycle.effects``."""
+    """Subclasses of ``base`` in the modules of ``bicycle.effects``.
+
+    Parameters
+    ----------
+    base : type
+        The class Effect.
+    """
     package = importlib.import_module(PACKAGED)
     for module in pkgutil.iter_modules(package.__path__):
         yield from _classes(importlib.import_module(f"{PACKAGED}.{module.name}"), base)
@@ -73,6 +84,11 @@ def packaged_classes(base: type[T]) -> Iterator[type[T]]:
 
 def installed_classes(base: type[T]) -> Iterator[tuple[type[T], str]]:
     """Subclasses of ``base`` that installed packages offer as entry points, and what an error calls their place.
+
+    Parameters
+    ----------
+    base : type
+        The class Effect.
 
     Raises
     ------
@@ -96,6 +112,12 @@ def installed_classes(base: type[T]) -> Iterator[tuple[type[T], str]]:
 
 def classes_of_file(path: Path, base: type[T]) -> tuple[type[T], ...]:
     """Subclasses of ``base`` that a Python file defines; a file that has not changed is run once only.
+
+    Parameters
+    ----------
+    path : Path
+    base : type
+        The class Effect.
 
     Raises
     ------

@@ -54,7 +54,12 @@ class Parameter:
         raise AttributeError(f"{type(instance).__name__}.{self.name} equals {self.default!r} of the bicycle")
 
     def check_ranges(self, identifier: str) -> None:
-        """Refuse ranges that are none; ``identifier`` is the effect's, for the words of the InputError."""
+        """Refuse ranges that are none; ``identifier`` is the effect's, for the words of the InputError.
+
+        Parameters
+        ----------
+        identifier : str
+        """
         for what, pair in (("bounds", self.bounds), ("typical", self.typical)):
             if not (isinstance(pair, tuple) and len(pair) == 2 and all(map(is_number, pair)) and pair[0] < pair[1]):
                 raise InputError(
@@ -66,7 +71,15 @@ class Parameter:
         return tuple(f"{self.name}.{wheel}" for wheel in WHEELS) if self.per_wheel else (self.name,)
 
     def doubt(self, key: str, value: float) -> Doubt | None:
-        """Whether a value (SI), called ``key`` in the words, is outside ``typical``; defaults and neutral never are."""
+        """Whether a value (SI), called ``key`` in the words, is outside ``typical``; defaults and neutral never are.
+
+        Parameters
+        ----------
+        key : str
+            What the words call the value.
+        value : float
+            In the parameter's unit.
+        """
         return doubt(key, value, unit=self.unit, typical=self.typical, usual=(self.default, self.neutral))
 
 

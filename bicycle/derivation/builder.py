@@ -53,10 +53,12 @@ class ModelBuilder:
         for coordinate in (self.lean, self.steer):
             self._declare_angle(coordinate.name, coordinate.name, joint=False)
 
-    # ------------------------------------------------------------------ what effects call
-
     def add_body(self, body: Body) -> None:
         """Add a rigid body to the rear frame (a joint may carry it); the contacts carry its weight.
+
+        Parameters
+        ----------
+        body : Body
 
         Raises
         ------
@@ -104,32 +106,78 @@ class ModelBuilder:
         return coordinate
 
     def add_torque(self, coordinate: Coordinate, torque: Expression) -> None:
-        """Add a torque (N m) that acts on a joint angle, in terms of coordinates, rates, speed and states."""
+        """Add a torque (N m) that acts on a joint angle, in terms of coordinates, rates, speed and states.
+
+        Parameters
+        ----------
+        coordinate : Coordinate
+            ``model.lean``, ``model.steer`` or what :meth:`add_joint` gave.
+        torque : expression
+            N m, in terms of coordinates, rates, speed and states.
+        """
         self.coordinate_forces.append((coordinate, torque))
 
     def add_inertia(self, coordinate: Coordinate, inertia: Expression) -> None:
-        """Add a moment of inertia (kg m^2) that moves with one joint angle only."""
+        """Add a moment of inertia (kg m^2) that moves with one joint angle only.
+
+        Parameters
+        ----------
+        coordinate : Coordinate
+        inertia : expression
+            kg m^2.
+        """
         key = (coordinate.name, coordinate.name)
         self.extra_inertia[key] = self.extra_inertia.get(key, sp.S.Zero) + inertia
 
     def add_yaw_moment(self, body: str, moment: Expression) -> None:
-        """Add an external moment about the vertical (N m) on a body."""
+        """Add an external moment about the vertical (N m) on a body.
+
+        Parameters
+        ----------
+        body : str
+            Name of a body.
+        moment : expression
+            N m, > 0 to the right.
+        """
         self.yaw_moments.append((body, moment))
 
     def add_drive_force(self, force: Expression) -> None:
-        """Add a force forward at the rear contact (N), for example what balances a drag."""
+        """Add a force forward at the rear contact (N), for example what balances a drag.
+
+        Parameters
+        ----------
+        force : expression, N
+        """
         self.drive_force += force
 
     def add_load_transfer(self, force: Expression) -> None:
-        """Move vertical load (N) from the front contact to the rear."""
+        """Move vertical load (N) from the front contact to the rear.
+
+        Parameters
+        ----------
+        force : expression, N
+        """
         self.load_transfer += force
 
     def set_contact_law(self, law: ContactLaw) -> None:
-        """Let ``law`` close both contacts; its effect declares ``slot = "contact law"``."""
+        """Let ``law`` close both contacts; its effect declares ``slot = "contact law"``.
+
+        Parameters
+        ----------
+        law : ContactLaw
+        """
         self.contact_law = law
 
     def lateral_offset(self, body: str, x: Expression, z: Expression) -> Expression:
-        """Lateral displacement (m) of a point of a body out of the plane through the rear contact along the heading."""
+        """Lateral displacement (m) of a point of a body out of the plane through the rear contact along the heading.
+
+        Parameters
+        ----------
+        body : str
+            Name of a body.
+        x, z : expressions
+            The point, m; x forward, z down.
+        """
         row = displacement_row(self.joints(), body, x, z)[2:]
         return sum((a * c.angle for a, c in zip(row, self.coordinates(), strict=True)), sp.S.Zero)
 
@@ -159,16 +207,35 @@ class ModelBuilder:
         return state
 
     def set_rate(self, state: Expression, rate: Expression) -> None:
-        """Say how a state of :meth:`add_state` changes, in its unit per second and linear in the motion."""
+        """Say how a state of :meth:`add_state` changes, in its unit per second and linear in the motion.
+
+        Parameters
+        ----------
+        state : expression
+            Its symbol.
+        rate : expression
+            In the unit of the state per second.
+        """
         self.rates[state] = rate
 
     def add_mode(self, mode: Mode) -> None:
-        """Declare a mode (what an effect lists in ``modes``); two effects may bring the same."""
+        """Declare a mode (what an effect lists in ``modes``); two effects may bring the same.
+
+        Parameters
+        ----------
+        mode : Mode
+        """
         if self.modes.setdefault(mode.name, mode) != mode:
             raise InputError(f"two effects declare the mode {mode.name!r} differently; give one of them another name")
 
     def below(self, speed: Expression) -> Expression:
-        """Return a symbol that is 1 at speeds below ``speed`` and 0 above."""
+        """Return a symbol that is 1 at speeds below ``speed`` and 0 above.
+
+        Parameters
+        ----------
+        speed : expression
+            m/s, of parameters only.
+        """
         indicator = sp.Symbol(f"below_{len(self.switches)}")
         self.switches[indicator] = speed
         return indicator

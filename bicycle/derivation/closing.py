@@ -58,7 +58,12 @@ class OpenModel:
 
 
 def assemble(rows: OpenModel) -> SymbolicModel:
-    """Matrices of rows as they stand."""
+    """Matrices of rows as they stand.
+
+    Parameters
+    ----------
+    rows : OpenModel
+    """
     states = tuple(rows.states[str(state)] for state in rows.motion)
     n_fast, n = len(rows.right), len(rows.motion)
     e = sp.eye(n)

@@ -58,11 +58,23 @@ class Evaluator:
         return self._fill(self._function(*arguments), np.broadcast_shapes(*(a.shape for a in arguments)))
 
     def switch_speeds(self, values: Mapping[str, float]) -> tuple[float, ...]:
-        """Speeds (m/s) at which the equations change, in the order of the indicators."""
+        """Speeds (m/s) at which the equations change, in the order of the indicators.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            Every parameter of the model, SI.
+        """
         return tuple(float(s) for s in self.switch_function(*(values[name] for name in self.symbolic.parameters)))
 
     def lift_off_speed(self, values: Mapping[str, float]) -> float:
-        """Speed (m/s) above which the front contact would have to pull, infinite where no load moves with speed."""
+        """Speed (m/s) above which the front contact would have to pull, infinite where no load moves with speed.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            Every parameter of the model, SI.
+        """
         transfer = self.symbolic.load_transfer.subs(SPEED, 1)  # drag-like: proportional to v^2
         if transfer == 0:
             return math.inf
@@ -80,7 +92,15 @@ class Evaluator:
         *,
         along: Mapping[str, float] | None = None,
     ) -> Matrices:
-        """Derivative of every matrix with respect to the parameter ``key`` (SI units per unit of the parameter)."""
+        """Derivative of every matrix with respect to the parameter ``key`` (SI units per unit of the parameter).
+
+        Parameters
+        ----------
+        key : str
+            Of the parameter.
+        values, indicators : mapping, tuple
+            As in a call.
+        """
         function = self._derivatives(key)
         arguments = [np.asarray(values[name], float) for name in self.symbolic.parameters]
         arguments += [np.asarray(value, float) for value in indicators]
@@ -137,11 +157,22 @@ class Contribution(Protocol):
         """The thing with a symbol for every parameter."""
 
     def apply(self, model: ModelBuilder) -> None:
-        """Add it to the open model."""
+        """Add it to the open model.
+
+        Parameters
+        ----------
+        model : ModelBuilder
+        """
 
 
 def derive(effects: tuple[type[Contribution], ...]) -> SymbolicModel:
-    """Derive the model of a set of effects; exactly one of them must be a contact law (checked by the caller)."""
+    """Derive the model of a set of effects; exactly one of them must be a contact law (checked by the caller).
+
+    Parameters
+    ----------
+    effects : tuple of type
+        Classes of the effects, each once.
+    """
     model = ModelBuilder()
     for effect in effects:
         effect.symbolic().apply(model)
@@ -152,5 +183,11 @@ def derive(effects: tuple[type[Contribution], ...]) -> SymbolicModel:
 
 @cache
 def evaluator(effects: tuple[type[Contribution], ...]) -> Evaluator:
-    """The evaluator of a set of effects: derived at the first call (about a second), then kept in memory."""
+    """The evaluator of a set of effects: derived at the first call (about a second), then kept in memory.
+
+    Parameters
+    ----------
+    effects : tuple of type
+        Classes of the effects, each once.
+    """
     return Evaluator(derive(effects))

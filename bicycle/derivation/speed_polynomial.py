@@ -19,6 +19,14 @@ class SpeedPolynomial:
     def of_linear(cls, rows: Any, variables: Sequence[Any], speed: Any) -> "SpeedPolynomial":
         """Coefficients of expressions that are linear in ``variables`` and a Laurent polynomial in ``speed``.
 
+        Parameters
+        ----------
+        rows : matrix of expressions
+        variables : sequence of symbols
+            What the rows are linear in.
+        speed : symbol
+            v, m/s.
+
         Raises
         ------
         ValueError

@@ -46,7 +46,18 @@ class ModeEvent:
 def mode_events(
     model: LinearModel, stretches: Sequence[TrackedRange], meetings: Sequence[Meeting], naming: Naming
 ) -> tuple[ModeEvent, ...]:
-    """All events of tracked branches, by speed."""
+    """All events of tracked branches, by speed.
+
+    Parameters
+    ----------
+    model : LinearModel
+    stretches : sequence of TrackedRange
+        Tracked branches, one for each speed range.
+    meetings : sequence of Meeting
+        Where two real roots meet.
+    naming : Naming
+        Of the branches.
+    """
     speeds = np.concatenate([s.speeds for s in stretches])
     events = [
         ModeEvent(m.speed, m.kind, real, m.eigenvalue, pair)

@@ -75,7 +75,12 @@ def mode_look(name: str) -> Look:
 
 
 def mode_marker(name: str) -> dict[str, Any]:
-    """Marker keywords of a mode: filled; under a joint name in the colours of the other modes it may be."""
+    """Marker keywords of a mode: filled; under a joint name in the colours of the other modes it may be.
+
+    Parameters
+    ----------
+    name : str
+    """
     own, *others = (mode_look(part).colour for part in name.split("+"))
     return {
         "marker": mode_look(name).marker, "markerfacecolor": others[0] if others else own,
@@ -84,5 +89,10 @@ def mode_marker(name: str) -> dict[str, Any]:
 
 
 def mode_words(name: str) -> str:
-    """A mode's name as a figure writes it; a joint name says that its parts are no longer told apart."""
+    """A mode's name as a figure writes it; a joint name says that its parts are no longer told apart.
+
+    Parameters
+    ----------
+    name : str
+    """
     return " or ".join(part.replace("_", " ") for part in name.split("+"))

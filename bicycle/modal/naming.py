@@ -54,18 +54,35 @@ class Naming:
 
 
 def window(model: LinearModel) -> tuple[float, float]:
-    """Speeds that are always tracked, in the model's unit of speed."""
+    """Speeds that are always tracked, in the model's unit of speed.
+
+    Parameters
+    ----------
+    model : LinearModel
+    """
     unit = speed_unit(model)
     return (LOWEST * unit if model.singular_at_rest else 0.0), HIGHEST * unit
 
 
 def speed_unit(model: LinearModel) -> float:
-    """sqrt(g w), about 3 m/s."""
+    """sqrt(g w), about 3 m/s.
+
+    Parameters
+    ----------
+    model : LinearModel
+    """
     return float(np.sqrt(model.parameters["g"] * model.parameters["w"]))
 
 
 def name_branches(model: LinearModel, stretches: Sequence[TrackedRange]) -> Naming:
-    """Name every branch at every node; those without a role are other_1, other_2 ... from slow to fast."""
+    """Name every branch at every node; those without a role are other_1, other_2 ... from slow to fast.
+
+    Parameters
+    ----------
+    model : LinearModel
+    stretches : sequence of TrackedRange
+        Its tracked branches, one for each speed range.
+    """
     unit = speed_unit(model)
     speeds = np.concatenate([s.speeds for s in stretches])
     values = np.concatenate([s.values for s in stretches])
@@ -82,12 +99,22 @@ def name_branches(model: LinearModel, stretches: Sequence[TrackedRange]) -> Nami
 
 
 def every_mode(model: LinearModel) -> tuple[Mode, ...]:
-    """The modes that a model may have by name, in the order of tables; others are ``other_1`` ..."""
+    """The modes that a model may have by name, in the order of tables; others are ``other_1`` ...
+
+    Parameters
+    ----------
+    model : LinearModel
+    """
     return tuple(sorted((*BASE_MODES, *model.declared.modes), key=lambda mode: (mode.place, mode.name)))
 
 
 def roles(model: LinearModel) -> tuple[Mode, ...]:
-    """Those of :func:`every_mode` that are named by the share of states in their motion, the heaviest first."""
+    """Those of :func:`every_mode` that are named by the share of states in their motion, the heaviest first.
+
+    Parameters
+    ----------
+    model : LinearModel
+    """
     found = (mode for mode in every_mode(model) if mode.name not in BY_SIZE)
     return tuple(sorted(found, key=lambda mode: (-mode.weight, mode.name)))
 
@@ -115,7 +142,13 @@ def state_shares(states: Sequence[State], participation: Array) -> Shares:
 
 
 def units_of(values: Complex) -> list[list[Unit]]:
-    """At each node the pairs and single real roots of the branches (m, n) as tuples of branches, slow first."""
+    """At each node the pairs and single real roots of the branches (m, n) as tuples of branches, slow first.
+
+    Parameters
+    ----------
+    values : ndarray, shape (m, n)
+        Eigenvalues, 1/s, a column a branch.
+    """
     mate, upper = conjugate_index(values), values.imag > 0
     shown = (upper | (mate == np.arange(values.shape[1]))).tolist()
     order = np.argsort(np.abs(values), axis=1, kind="stable").tolist()

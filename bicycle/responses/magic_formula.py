@@ -85,26 +85,53 @@ class NonlinearModel:
     units: Mapping[str, str]  # of states, inputs and outputs
 
     def side_forces(self, slip: Array) -> Array:
-        """Side force (..., 2) in N at effective slip angles (..., 2) in rad."""
+        """Side force (..., 2) in N at effective slip angles (..., 2) in rad.
+
+        Parameters
+        ----------
+        slip : ndarray, shape (..., 2)
+            Effective slip angles, rad, rear first.
+        """
         curve = normalised_side_force(slip, **self._coefficients, vertical_shift=self._of("offset"))
         return np.asarray(self.loads * curve)
 
     def local_stiffness(self, slip: Array) -> Array:
-        """Slope of the side force (..., 2), N/rad."""
+        """Slope of the side force (..., 2), N/rad.
+
+        Parameters
+        ----------
+        slip : ndarray, shape (..., 2)
+            Effective slip angles, rad, rear first.
+        """
         return np.asarray(self.loads * normalised_side_force_slope(slip, **self._coefficients))
 
     def rate(self, state: Array, inputs: Array) -> Array:
-        """dx/dt (n,)."""
+        """dx/dt (n,).
+
+        Parameters
+        ----------
+        state, inputs : ndarrays, shapes (n,) and (inputs,), SI
+        """
         force = self.side_forces(self.slip_matrix @ state + self.slip_input @ inputs)
         return np.asarray(self.state_matrix @ state + self.force_matrix @ force + self.input_matrix @ inputs)
 
     def jacobian(self, state: Array, inputs: Array) -> Array:
-        """d(dx/dt)/dx (n, n)."""
+        """d(dx/dt)/dx (n, n).
+
+        Parameters
+        ----------
+        state, inputs : ndarrays, shapes (n,) and (inputs,), SI
+        """
         slope = self.local_stiffness(self.slip_matrix @ state + self.slip_input @ inputs)
         return np.asarray(self.state_matrix + (self.force_matrix * slope) @ self.slip_matrix)
 
     def trim(self, inputs: Mapping[str, float] | None = None) -> dict[str, float]:
         """Steady motion (state -> value) under constant inputs and tyre offsets, by Newton's method.
+
+        Parameters
+        ----------
+        inputs : mapping of str to float, optional
+            Constant inputs, SI.
 
         Raises
         ------

@@ -25,11 +25,22 @@ class OpenContact(Effect):
     holds_contact = False
 
     def apply(self, model: ModelBuilder) -> None:
-        """Become the contact law."""
+        """Become the contact law.
+
+        Parameters
+        ----------
+        model : ModelBuilder
+        """
         model.set_contact_law(self)
 
     def side_force(self, model: ModelBuilder, wheel: Wheel) -> Any:
-        """Return the free side force."""
+        """Return the free side force.
+
+        Parameters
+        ----------
+        model : ModelBuilder
+        wheel : Wheel
+        """
         force = model.add_state(f"{wheel.name}_side_force", unit="N", role=wheel.name)
         model.set_rate(force, sp.S.Zero)
         seen = (
@@ -42,7 +53,13 @@ class OpenContact(Effect):
 
 
 def takes_magic_tyres(law: type[Effect]) -> bool:
-    """Whether a contact law is a slope at zero slip, at once or after one relaxation length."""
+    """Whether a contact law is a slope at zero slip, at once or after one relaxation length.
+
+    Parameters
+    ----------
+    law : type
+        Class of an effect.
+    """
     needed = {"cornering_stiffness", *(["relaxation_length"] if LAGS in law.provides else [])}
     one_lag = LAGS in law.provides or "lagged force" not in law.provides
     return "tyre force" in law.provides and one_lag and needed <= {parameter.name for parameter in law.parameters}

@@ -9,6 +9,10 @@ from tyre.base.optional import optional_module
 def response_to_xarray(response: Response) -> Any:
     """``xarray.Dataset`` over time with one variable per output and input, units attached.
 
+    Parameters
+    ----------
+    response : Response
+
     Raises
     ------
     ImportError
@@ -24,6 +28,10 @@ def response_to_xarray(response: Response) -> Any:
 
 def frequency_response_to_xarray(response: FrequencyResponse) -> Any:
     """``xarray.Dataset`` over frequency (Hz) with one complex gain per output.
+
+    Parameters
+    ----------
+    response : FrequencyResponse
 
     Raises
     ------

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from bicycle.responses.inputs import InputHistory, doublet, pulse, step
-from bicycle.responses.linear import column
+from bicycle.responses.response import column
 from tyre.base.errors import InputError, unknown
 
 SHAPES: Mapping[str, tuple[Callable[..., InputHistory], bool]] = {
