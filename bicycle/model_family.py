@@ -89,7 +89,7 @@ class ModelFamily:
     @cached_property
     def scale(self) -> Array:
         """Fixed powers of two (n,), as of a :class:`bicycle.linear_model.LinearModel`."""
-        scale: Array = state_scale(self.evaluate.symbolic.states, sum(self.model.bicycle.static_loads))
+        scale: Array = state_scale(self.evaluate.symbolic.declared.states, sum(self.model.bicycle.static_loads))
         return scale
 
     @cached_property

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from bicycle.responses.inputs import InputHistory, doublet, pulse, step
-from bicycle.responses.linear import column
+from bicycle.responses.response import column
 from tyre.base.errors import InputError, unknown
 
 SHAPES: Mapping[str, tuple[Callable[..., InputHistory], bool]] = {
@@ -40,10 +40,10 @@ def parse_initial(text: str) -> dict[str, float]:
     return values
 
 
-def parse_inputs(texts: Sequence[str], *, allowed: Sequence[str] | None = None) -> dict[str, InputHistory]:
+def parse_inputs(texts: Sequence[str], *, allowed: Mapping[str, str]) -> dict[str, InputHistory]:
     """Input -> history from ``texts`` like ``steer_torque:step:0.5@1.0``; see :data:`HOW`.
 
-    ``allowed`` are the inputs of the model; without it every name is taken.
+    ``allowed`` are the inputs of the model and their SI units.
 
     Raises
     ------
@@ -54,14 +54,14 @@ def parse_inputs(texts: Sequence[str], *, allowed: Sequence[str] | None = None) 
     for text in texts:
         name, _, rest = text.partition(":")
         shape, _, value = rest.partition(":")
-        if allowed is not None and name not in allowed:
+        if name not in allowed:
             raise InputError(f"input {text!r}: {unknown('input', name, allowed)}")
         if name in inputs:
             raise InputError(f"input {text!r}: {name} is given twice")
         if not value:
             raise InputError(f"input {text!r}: {HOW}")
         if shape == "file":
-            inputs[name] = read_history(Path(value), name)
+            inputs[name] = read_history(Path(value), name, allowed[name])
         elif shape in SHAPES:
             inputs[name] = _shaped(text, shape, value)
         else:
@@ -85,23 +85,24 @@ def check_within(inputs: Mapping[str, InputHistory], duration: float) -> None:
             )
 
 
-def read_history(path: Path, name: str) -> InputHistory:
-    """The input ``name`` from a CSV ``path`` with ``time_s`` and a column with its unit, e.g. ``steer_torque_N_m``."""
+def read_history(path: Path, name: str, unit: str) -> InputHistory:
+    """An input from a CSV with ``time_s`` and a column named with its unit, ``steer_torque_N_m`` for example."""
     import pandas as pd
 
+    header = column(name, unit)
     try:
         table: Any = pd.read_csv(path, comment="#")
     except pd.errors.EmptyDataError:
-        raise InputError(f"{path}: not a CSV table but empty; write the columns time_s,{column(name)}") from None
+        raise InputError(f"{path}: not a CSV table but empty; write the columns time_s,{header}") from None
     except (pd.errors.ParserError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not a CSV table: {error}") from error
-    for wanted in ("time_s", column(name)):
+    for wanted in ("time_s", header):
         if wanted not in table:
             raise InputError(f"{path}: the column {wanted} is missing; there are {', '.join(map(str, table))}")
     if table.empty:
         raise InputError(f"{path}: there are no rows below the header; write one for each time")
     try:
-        return InputHistory(table["time_s"].to_numpy(float), table[column(name)].to_numpy(float))
+        return InputHistory(table["time_s"].to_numpy(float), table[header].to_numpy(float))
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     except ValueError as error:

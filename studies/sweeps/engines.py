@@ -3,11 +3,11 @@
 import ctypes
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, ProcessPoolExecutor, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, ThreadPoolExecutor, wait
 from typing import Any
 
-from tyre.base.blas import one_blas_thread
 from tyre.base.errors import InputError
+from tyre.base.parallel import one_blas_thread, worker_pool
 
 Piece = tuple[int, int]
 Work = Callable[[int, int], Any]
@@ -42,10 +42,9 @@ def in_processes(workers: int) -> Engine:
     """Processes of this machine."""
 
     def run(work: Work, pieces: Iterable[Piece]) -> Results:
-        import multiprocessing
         from concurrent.futures.process import BrokenProcessPool
 
-        with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
+        with worker_pool(workers) as pool:
             try:
                 yield from _spread(pool, work, pieces, workers)
             except BrokenProcessPool as error:

@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.modal.named_modes import ORDER
 from bicycle.parameter_key import ParameterKey
 from bicycle.parameters import UNITS
-from studies.sweeps.chunk import CHANGES, MODES, OCCURRENCES, free_parameters, parameter_names, stored
+from studies.sweeps.chunk import CHANGES, OCCURRENCES, OTHER, free_parameters, mode_names, parameter_names, stored
 from studies.sweeps.parts import Parts
 from studies.sweeps.points import Sampler
 from studies.sweeps.sketch import EXTREMES, Merged
@@ -85,9 +84,10 @@ def coordinates(sweep: Sweep) -> Labels:
     if "parameters" in sweep.outputs:
         labels["parameter"] = parameter_names(sampler)
     if {"modes", "frequencies", "damping_ratios"} & set(sweep.outputs):
-        labels["mode"] = ORDER
+        labels["mode"] = mode_names(sampler.model.linear_model())
     if "critical_speeds" in sweep.outputs:
-        labels |= {"crossing_mode": MODES, "as_speed_grows": CHANGES, "occurrence": range(1, OCCURRENCES + 1)}
+        crossing = (*mode_names(sampler.model.linear_model()), OTHER)
+        labels |= {"crossing_mode": crossing, "as_speed_grows": CHANGES, "occurrence": range(1, OCCURRENCES + 1)}
     return labels
 
 

@@ -11,7 +11,7 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 
 from tyre.base.arrays import Array
-from tyre.base.blas import one_blas_thread
+from tyre.base.parallel import one_blas_thread
 
 
 @dataclass(frozen=True)

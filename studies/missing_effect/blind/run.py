@@ -8,13 +8,13 @@ import json
 import tempfile
 import time
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
+from concurrent.futures import as_completed
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from bicycle.effect_workers import model_workers
 from studies.missing_effect.blind.generator import HIDDEN, Truth, modal_case
 from studies.missing_effect.blind.histories import history_case
 from studies.missing_effect.blind.score import judge
@@ -85,10 +85,9 @@ def blind_test(path: Path, *, cases: int, seed: int, cells: tuple[str, ...], wor
     todo = [(cell, seed + k) for k in range(cases) for cell in cells if (cell, seed + k) not in done]
     from tyre.base.progress import progress_bar
 
-    context = get_context("spawn")
     with (
         path.open("a", encoding="utf-8") as file,
-        ProcessPoolExecutor(workers, mp_context=context) as pool,
+        model_workers(workers) as pool,
         progress_bar(total=len(todo), desc="blind test", unit=" cases") as bar,
     ):
         waiting = {pool.submit(run_case, *job) for job in todo}

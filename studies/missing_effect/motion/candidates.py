@@ -51,7 +51,7 @@ def find_candidates(
         if replaced is not None and len(effect.parameters) <= len(replaced.parameters):
             refused[identifier] = f"{replaced.identifier} of the base model already takes its place"
             continue
-        if identifier.startswith("rider") and model.bicycle["mB"] < RIDDEN:
+        if effect.needs_rider and model.bicycle["mB"] < RIDDEN:
             refused[identifier] = f"nobody rides: mB = {model.bicycle['mB']:g} kg is less than {RIDDEN:g} kg"
             continue
         needs = set(effect.requires) - {thing for other in model.effects for thing in other.provides}

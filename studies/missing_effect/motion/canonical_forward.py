@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from bicycle.effect import Effect, registry
 from bicycle.eigenvalues.oscillation import angular_frequency
 from bicycle.identification.canonical import Canonical, Motion, identify
 from bicycle.model import Model
@@ -31,7 +32,6 @@ from tyre.base.arrays import Array, Complex
 FREQUENCIES = 16
 STEER_RATE, FORCE = 0.3, 20.0  # rad/s and N at each frequency; only their ratio counts
 SENSORS = ("lean", "steer", "steer_torque", "lateral_force")
-HANDS = ("rider_arms", "hands act through the steer torque, which was measured")
 GAIN, DELAY = "measurement.{}_gain", "measurement.{}_delay"
 
 
@@ -68,10 +68,10 @@ class CanonicalForward(BicycleForward):
         rest
             Fields of :class:`BicycleForward`.
         """
-        hands, why = HANDS
-        rest["candidates"] = tuple(with_compliance(c) for c in rest["candidates"] if c.identifier != hands)
-        rest["refused"] = {**rest["refused"], hands: why}
-        return cls(table=table, barred=(hands, *without), **rest)
+        inside = {name: why for name, effect in registry().items() if (why := measured_with(effect))}
+        rest["candidates"] = tuple(with_compliance(c) for c in rest["candidates"] if c.identifier not in inside)
+        rest["refused"] = {**rest["refused"], **inside}
+        return cls(table=table, barred=(*inside, *without), **rest)
 
     @cached_property
     def whipple(self) -> Canonical:
@@ -165,6 +165,12 @@ def with_compliance(candidate: Candidate) -> Candidate:
             u = UncertainParameter(u.name, u.unit, u.sets, 0.0, scale, SINGULAR * scale, math.inf, power=-1, size=True)
         found.append(u)
     return replace(candidate, unknowns=tuple(found))
+
+
+def measured_with(effect: type[Effect]) -> str:
+    """Why an ``effect`` is part of what was measured, in words; empty where it is not."""
+    through = effect.acts_through
+    return f"it acts through the {through.replace('_', ' ')}, which was measured" if through in SENSORS else ""
 
 
 def assumed(model: Model, table: CanonicalTable) -> tuple[str, ...]:

@@ -22,13 +22,11 @@ from studies.missing_effect.motion.history_noise import LARGEST_SIGNAL, ChannelN
 from studies.missing_effect.motion.replay import DELAY, GAIN, Replay
 from tyre.base.arrays import Array
 
-START = {"_rate": 3.0, "lateral_velocity": 2.0, "_force": 0.3, "_moment": 0.1, "": 0.5}
-"""Prior sd of an initial state by the end of its name: rad/s, m/s, weights, weights times m, rad."""
+START = {"rad/s": 3.0, "m/s": 2.0, "N": 0.3, "N m": 0.1, "rad": 0.5}
+"""Prior sd of an initial state by its unit, of forces and moments in weights and weights times m; of others 1."""
 
-JOINT_START = {"_rate": 0.5, "": 0.05}
+JOINT_START = {"rad/s": 0.5, "rad": 0.05}
 """The same of an elastic joint, which gives way by a fraction of the lean (rad/s, rad); wider would veil a new mode."""
-
-ANGLES = ("lean", "steer", "yaw")
 
 BIAS = {"roll_rate_rad_s": 0.02, "lean_rad": 0.03, "steer_rad": 0.02, "steer_rate_rad_s": 0.02, "yaw_rate_rad_s": 0.02}
 BIAS_KEY = "bias"
@@ -239,12 +237,9 @@ class HistoryForward(BicycleForward):
     def _start_scale(self, family: Family) -> Array:
         weight = sum(self.base.bicycle.static_loads)
         found = []
-        for state, unit in zip(family.symbolic.states, family.models.scale, strict=True):
-            ending = next(end for end in START if state.endswith(end))
-            joint = ending in JOINT_START and state.removesuffix(ending) not in ANGLES
-            found.append(
-                (JOINT_START if joint else START)[ending] * (weight if ending in ("_force", "_moment") else 1.0) / unit
-            )
+        for state, unit in zip(family.symbolic.declared.states, family.models.scale, strict=True):
+            sd = (JOINT_START if state.joint else START).get(state.unit, 1.0)
+            found.append(sd * (weight if state.forcelike else 1.0) / unit)
         return np.array(found)
 
 
