@@ -20,7 +20,7 @@ from bicycle.identification.canonical import Canonical, Motion, identify
 from bicycle.model import Model
 from studies.inference.folds import MOST_FOLDS
 from studies.inference.forward import ProposedMeasurement, Rows, Series
-from studies.inference.parameter import Candidate, UncertainParameter
+from studies.inference.parameter import Candidate
 from studies.missing_effect.motion.bicycle_forward import BicycleForward, error
 from studies.missing_effect.motion.candidates import SINGULAR
 from studies.missing_effect.motion.canonical_table import COEFFICIENTS, CanonicalTable, unit
@@ -163,7 +163,7 @@ def with_compliance(candidate: Candidate) -> Candidate:
     for u in candidate.unknowns:
         if u.name == "cornering_stiffness":
             scale = 0.5 / softest[u.name]
-            u = UncertainParameter(u.name, u.unit, u.sets, 0.0, scale, SINGULAR * scale, math.inf, power=-1, size=True)
+            u = replace(u, centre=0.0, scale=scale, lowest=SINGULAR * scale, highest=math.inf, power=-1, size=True)
         found.append(u)
     return replace(candidate, unknowns=tuple(found))
 
