@@ -70,6 +70,8 @@ class SweepTerms:
 
     Attributes
     ----------
+    load : float
+        N.
     load_ratio : float
         Load over that of the reference.
     track_curvature : float
@@ -94,6 +96,7 @@ class SweepTerms:
         m/N, in series with the tyre.
     """
 
+    load: float
     load_ratio: float
     track_curvature: float
     log_stiffness: Contribution = 0.0

@@ -82,7 +82,9 @@ class RigRecordingsForward(ForwardModel):
         v = _Values(values)
         radius = self.recordings.wheel_radius
         t = SweepTerms(
-            condition.load / curve.load, bend(radius, condition.drum_radius) - bend(radius, curve.drum_radius)
+            condition.load,
+            condition.load / curve.load,
+            bend(radius, condition.drum_radius) - bend(radius, curve.drum_radius),
         )
         for term in self.terms:
             term.add_to(t, values)
