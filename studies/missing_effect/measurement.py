@@ -39,7 +39,7 @@ TOP_KEYS = ("kind", "description", "source", *MODEL_KEYS, "uncertainty", "candid
 
 
 def read_measurement(path: str | Path) -> Measurement:
-    """Read MEASUREMENT.toml and the tables it names; a packaged one is given by its name.
+    """Read the file at ``path`` and the tables it names; a packaged one is given by its name.
 
     Raises
     ------

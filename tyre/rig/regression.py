@@ -185,7 +185,7 @@ class Term:
         return f"{self.identifier}.{parameter.name}"
 
     def add_to(self, terms: SweepTerms | PullTerms, values: Mapping[str, Array]) -> None:
-        """Add the effect to a sweep or a pull, where ``values`` (K,) by :meth:`key` have it."""
+        """Add the effect to the ``terms`` of a sweep or a pull, where ``values`` (K,) by :meth:`key` have it."""
         add = self.sweep if isinstance(terms, SweepTerms) else self.pull
         keys = {p.name: self.key(p) for p in self.parameters}
         if add is not None and all(key in values for key in keys.values()):

@@ -88,7 +88,7 @@ class CanonicalForward(BicycleForward):
         return Rows(where, number, series, number.astype(np.intp) % MOST_FOLDS, condition=subsets, shown=shown)
 
     def coefficients(self, candidates: tuple[Candidate, ...], theta: Array) -> Array:
-        """What the identification would give (K, 9), for coordinates (K, p)."""
+        """What the identification would give (K, 9) with ``candidates`` at the coordinates ``theta`` (K, p)."""
         return identify(self._motion(candidates, theta), self.whipple)
 
     def _motion(self, candidates: tuple[Candidate, ...], theta: Array) -> Motion:
@@ -127,7 +127,7 @@ class CanonicalForward(BicycleForward):
         return self.table.whipple, carried
 
     def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
-        """(identified - computed) / sd and its derivative, by central differences."""
+        """(identified - computed) / sd (n,) and its derivative (n, p). See :meth:`.Forward.residual`."""
         batch, steps = self.family(candidates).stencil(theta) if slopes else (theta[None], theta[:0])
         base, carried = self._base
         change = self.coefficients(candidates, batch) - self.whipple.free
@@ -152,7 +152,9 @@ class CanonicalForward(BicycleForward):
 
 
 def with_compliance(candidate: Candidate) -> Candidate:
-    """A tyre in place of rolling without slip, by its compliance 1/C: the slip is gone at zero, where a search begins.
+    """A ``candidate`` tyre in place of rolling without slip, by its compliance 1/C.
+
+    The slip is gone at zero, where a search begins.
 
     Prior as for every effect that is gone at infinity: half the compliance of the softest typical tyre is one sigma.
     """

@@ -28,7 +28,7 @@ FOLDS, SEGMENTS = 3, 6  # of a recording held out in turn, where there are fewer
 
 
 def bend(wheel_radius: float, drum_radius: float | None) -> float:
-    """ln(1 + R/Rd) for the radii R and Rd (m); zero on a flat track, whose radius is None."""
+    """ln(1 + R/Rd) for ``wheel_radius`` R and ``drum_radius`` Rd (m); zero on a flat track, whose radius is None."""
     return float(np.log1p(wheel_radius / drum_radius)) if drum_radius else 0.0
 
 
