@@ -37,7 +37,10 @@ class Hypotheses:
     library: int
 
     def log_posterior(self, hypothesis: Fit) -> float:
-        """Log evidence of a fit plus log prior: half for nothing, half of the rest for each further effect, shared."""
+        """Log evidence of a ``hypothesis`` plus log prior.
+
+        Half for nothing, half of the rest for each further effect, shared equally.
+        """
         k, m = len(hypothesis.candidates), self.library
         return hypothesis.log_evidence + math.log(0.5) - (k > 0) * math.log(2 ** (k - 1) * math.comb(m, k))
 

@@ -27,7 +27,7 @@ MOST_GROWTH = 0.5  # 1/s; what grows faster is not held up while the torque swee
 
 
 def error(name: str, unit: str, key: str, scale: float) -> UncertainParameter:
-    """An error of the measurement: zero with standard deviation ``scale`` in ``unit``, kept under ``key``."""
+    """An error ``name`` of the measurement: zero with standard deviation ``scale`` in ``unit``, kept under ``key``."""
     return UncertainParameter(name, unit, {key: 1.0}, 0.0, scale, -10 * scale, 10 * scale, size=True)
 
 

@@ -70,6 +70,16 @@ def candidate(
 ) -> Candidate:
     """One effect as a candidate.
 
+    Parameters
+    ----------
+    model : Model
+        The base model.
+    effect : type of Effect
+    known : mapping
+        Its parameters that need no fit, SI.
+    replaced : Effect, optional
+        The effect of the base model whose place it takes.
+
     Raises
     ------
     InputError
@@ -99,7 +109,7 @@ def candidate(
 
 
 def check_known(effect: type[Effect], known: Mapping[str, Any]) -> None:
-    """Refuse values of a candidate that it cannot have.
+    """Refuse ``known`` values of an ``effect`` that it cannot have.
 
     Raises
     ------
@@ -186,7 +196,7 @@ def _vanishes_with(model: Model, effect: type[Effect], values: dict[str, float],
 
 
 def physical(candidate: Candidate, coordinates: Sequence[float]) -> Effect:
-    """The effect of a candidate with numbers, for :meth:`Model.with_effect`."""
+    """The effect of a ``candidate`` at ``coordinates`` (its own, in their order), for :meth:`Model.with_effect`."""
     assert candidate.effect is not None
     values = dict(candidate.fixed)
     for u, x in zip(candidate.unknowns, coordinates, strict=True):

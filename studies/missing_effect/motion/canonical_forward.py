@@ -22,7 +22,7 @@ from bicycle.identification.canonical import Canonical, Motion, identify
 from bicycle.model import Model
 from studies.inference.folds import MOST_FOLDS
 from studies.inference.forward import ProposedMeasurement, Rows, Series
-from studies.inference.parameter import Candidate, UncertainParameter
+from studies.inference.parameter import Candidate
 from studies.missing_effect.motion.bicycle_forward import BicycleForward, error
 from studies.missing_effect.motion.candidates import SINGULAR
 from studies.missing_effect.motion.canonical_table import COEFFICIENTS, CanonicalTable, unit
@@ -89,7 +89,7 @@ class CanonicalForward(BicycleForward):
         return Rows(where, number, series, number.astype(np.intp) % MOST_FOLDS, condition=subsets, shown=shown)
 
     def coefficients(self, candidates: tuple[Candidate, ...], theta: Array) -> Array:
-        """What the identification would give (K, 9), for coordinates (K, p)."""
+        """What the identification would give (K, 9) with ``candidates`` at the coordinates ``theta`` (K, p)."""
         return identify(self._motion(candidates, theta), self.whipple)
 
     def _motion(self, candidates: tuple[Candidate, ...], theta: Array) -> Motion:
@@ -126,7 +126,7 @@ class CanonicalForward(BicycleForward):
         return self.table.whipple, carried
 
     def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
-        """(identified - computed) / sd and its derivative, by central differences."""
+        """(identified - computed) / sd (n,) and its derivative (n, p). See :meth:`.Forward.residual`."""
         batch, steps = self.family(candidates).stencil(theta) if slopes else (theta[None], theta[:0])
         base, carried = self._base
         change = self.coefficients(candidates, batch) - self.whipple.free
@@ -151,7 +151,9 @@ class CanonicalForward(BicycleForward):
 
 
 def with_compliance(candidate: Candidate) -> Candidate:
-    """A tyre in place of rolling without slip, by its compliance 1/C: the slip is gone at zero, where a search begins.
+    """A ``candidate`` tyre in place of rolling without slip, by its compliance 1/C.
+
+    The slip is gone at zero, where a search begins.
 
     Prior as for every effect that is gone at infinity: half the compliance of the softest typical tyre is one sigma.
     """
@@ -162,7 +164,7 @@ def with_compliance(candidate: Candidate) -> Candidate:
     for u in candidate.unknowns:
         if u.name == "cornering_stiffness":
             scale = 0.5 / softest[u.name]
-            u = UncertainParameter(u.name, u.unit, u.sets, 0.0, scale, SINGULAR * scale, math.inf, power=-1, size=True)
+            u = replace(u, centre=0.0, scale=scale, lowest=SINGULAR * scale, highest=math.inf, power=-1, size=True)
         found.append(u)
     return replace(candidate, unknowns=tuple(found))
 

@@ -135,7 +135,10 @@ class HistoryForward(BicycleForward):
         return Rows(tuple(where), np.array(speed), tuple(series), fold, known, shown=shown, axis=SPEED_AXIS)
 
     def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
-        """Whitened residual, initial states marginalised, and its derivative at fixed initial states."""
+        """Whitened residual (n,), initial states marginalised, and its derivative (n, p) at fixed initial states.
+
+        See :meth:`.Forward.residual`.
+        """
         family = self.family(candidates)
         runs = self._fitted(family, candidates, theta)
         residual = np.concatenate([run.residual for run in runs])
@@ -169,7 +172,7 @@ class HistoryForward(BicycleForward):
         return {}
 
     def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
-        """Sum of ln(1 + s^2) over the runs."""
+        """Sum of ln(1 + s^2) over the runs, with ``candidates`` at ``theta`` (p,)."""
         runs = self._fitted(self.family(candidates), candidates, theta)
         return float(-2 * sum(np.log1p(run.gain).sum() for run in runs))
 

@@ -53,7 +53,7 @@ class ChannelNoise:
 
 
 def rough_noise(channels: list[Array]) -> ChannelNoise:
-    """Noise from second differences of one channel in all runs, (n,) each, until a fit is there."""
+    """Noise from second differences of one channel in all runs, ``channels`` (n,) each, until a fit is there."""
     rough = np.sqrt(np.mean([np.var(np.diff(x, 2)) / 6 for x in channels]))
     floor = 1e-3 * np.sqrt(np.mean([np.var(x) for x in channels]))
     return ChannelNoise(float(max(rough, floor)))

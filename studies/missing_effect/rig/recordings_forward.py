@@ -78,7 +78,7 @@ class RigRecordingsForward(ForwardModel):
         v = _Values(values)
         radius = self.recordings.wheel_radius
         here, there = (log_curvature(wheel_radius=radius, drum_radius=x.drum_radius) for x in (condition, curve))
-        t = SweepTerms(condition.load / curve.load, here - there)
+        t = SweepTerms(condition.load, condition.load / curve.load, here - there)
         for term in self.terms:
             term.add_to(t, values)
         loaded, factor = 1 + v["load gain"] + t.load_gain, np.exp(t.log_stiffness)
