@@ -40,7 +40,7 @@ def refused(value: object, says: str) -> Invalid:
     says : str
         What it must be: ``must be a time >= 0 in s``.
     """
-    return _Refused(f"= {shown(value)} {says}")
+    return _Refused(f"= {shown(value)}{'' if says[:1] == ';' else ' '}{says}")
 
 
 def needed(key: str, says: str = "") -> Any:
@@ -68,7 +68,13 @@ def maybe(key: str, default: Any = None) -> Any:
 
 
 def number(
-    *, above: float = -math.inf, least: float = -math.inf, most: float = math.inf, says: str = "", endless: bool = False
+    *,
+    above: float = -math.inf,
+    least: float = -math.inf,
+    most: float = math.inf,
+    says: str = "",
+    outside: str = "",
+    endless: bool = False,
 ) -> Check:
     """A number, as float.
 
@@ -78,19 +84,23 @@ def number(
         Bounds; the first one excluded.
     says : str
         What it must be; by default made of the bounds.
+    outside : str
+        What is said of a number that is out of bounds, if it is not the same.
     endless : bool
         Infinity is allowed.
     """
-    if not says:
+    if not says and outside:
+        says = "must be a finite number"
+    elif not says:
         ends = [f"above {above:g}"] * (above > -math.inf) + [f"from {least:g}"] * (least > -math.inf)
         ends += [f"up to {most:g}"] * (most < math.inf)
         says = " ".join(["must be a finite number", *ends])
 
     def check(value: Any) -> float:
-        if not is_number(value) or not above < value or not least <= value <= most:
+        if not is_number(value):
             raise refused(value, says)
-        if math.isinf(value) and not endless:
-            raise refused(value, says)
+        if not (above < value and least <= value <= most) or (math.isinf(value) and not endless):
+            raise _Refused(f"= {shown(value).removesuffix('.0')} {outside or says}")
         return float(value)
 
     return check
@@ -148,7 +158,7 @@ def known(kind: str, allowed: Collection[str]) -> Check:
     return check
 
 
-def list_of(check: Check, says: str, *, least: int = 0, strict: bool = True) -> Check:
+def list_of(check: Check, says: str, *, least: int = 0, most: int = MOST, strict: bool = True) -> Check:
     """A list whose every entry passes a check.
 
     Parameters
@@ -157,14 +167,14 @@ def list_of(check: Check, says: str, *, least: int = 0, strict: bool = True) -> 
         Of an entry.
     says : str
         What the whole must be.
-    least : int
-        Fewest entries.
+    least, most : int
+        Fewest and most entries.
     strict : bool
         A bad entry is refused in the words of the whole, with the whole shown; else in its own, with the entry.
     """
 
     def every(value: Any) -> list[Any]:
-        if not isinstance(value, list) or len(value) < least:
+        if not isinstance(value, list) or not least <= len(value) <= most:
             raise refused(value, says)
         entries = []
         for place, entry in enumerate(value):
@@ -311,8 +321,11 @@ def _words(error: Invalid, section: list[str], *, dotted: bool) -> str:
         alone = not path or isinstance(path[-1], int)
         way = "" if alone else f": write [{name}] and the keys below it"
         message = f"{'' if alone else '= '}{message} must be a table{way}"
+    if dotted and not alone:
+        return f"{name} {message}"
     if dotted:
-        return message if alone else f"{name} {message}"
+        outer = name.rpartition(".")[0] if isinstance(error, RequiredFieldInvalid) else ""
+        return f"{outer}: {message}" if outer else message
     key = path.pop() if path and isinstance(path[-1], str) and (error.path or not alone) else ""
     numbers = [part + 1 for part in path if isinstance(part, int)]
     outer = ".".join(part for part in path if isinstance(part, str))
