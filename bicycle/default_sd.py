@@ -9,8 +9,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from bicycle.effect import WHEELS
 from bicycle.model import Model
+from bicycle.parameter_key import ParameterKey, entries_of
 from bicycle.parameters import UNITS, UNUSED
 from tyre.base.errors import InputError, is_number, shown, unknown
 
@@ -132,17 +132,16 @@ def _scale(row: Default, values: Mapping[str, float], key: str) -> float:
 
 
 def _switched_off(model: Model, key: str) -> bool:
-    identifier, _, entry = key.partition(".")
-    neutral = [p.neutral for e in model.effects if e.identifier == identifier for p in e.parameters
-               if entry in p.entries()]  # fmt: skip
-    return bool(neutral) and neutral[0] is not None and model.parameters[key] == neutral[0]
+    own = ParameterKey.parse(key)
+    neutral = next((p.neutral for e in model.effects if e.identifier == own.effect for p in e.parameters
+                    if p.name == own.name), None)  # fmt: skip
+    return neutral is not None and model.parameters[key] == neutral
 
 
 def _both_wheels(given: Mapping[str, float], values: Mapping[str, float]) -> dict[str, float]:
     found: dict[str, float] = {}
     for key, sd in given.items():
-        wheels = [f"{key}.{wheel}" for wheel in WHEELS if f"{key}.{wheel}" in values]
-        keys = [key] if key in values and key not in UNUSED else wheels
+        keys = entries_of(key, set(values) - set(UNUSED))
         if not keys:
             raise InputError(f"standard deviation: {unknown('parameter', key, set(values) - set(UNUSED))}")
         if not is_number(sd) or not 0 <= sd < math.inf:

@@ -4,9 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from bicycle.parameter_key import WHEELS
 from tyre.base.plausible import Doubt, doubt
-
-WHEELS = ("rear", "front")
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ import numpy as np
 from bicycle.derivation.evaluation import Evaluator, evaluator
 from bicycle.effect import Effect, effect_class
 from bicycle.linear_model import LinearModel, SpeedRange
+from bicycle.parameter_key import entries_of
 from bicycle.parameters import Bicycle
 from tyre.base.errors import InputError
 
@@ -154,7 +155,7 @@ def _doubts(model: Model) -> tuple[str, ...]:
         found.text
         for effect in model.effects
         for key, found in effect.doubts().items()
-        if found.explained or not any(name.startswith(f"{effect.identifier}.{key}") for name in model.sd)
+        if found.explained or not entries_of(f"{effect.identifier}.{key}", model.sd)
     )
 
 

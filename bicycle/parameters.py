@@ -121,19 +121,19 @@ class Bicycle:
         return (*self.notes, *(found.text for found in doubts), *_oddities(self))
 
     def replace(self, **changes: float) -> "Bicycle":
-        """The same bicycle with some parameters changed."""
+        """The same bicycle with some parameters changed: ``changes`` are Meijaard's keys in SI units, lam in rad."""
         return Bicycle(self.name, {**self.values, **changes}, self.sd, self.description, self.source, self.notes)
 
 
 def doubts_about(values: Mapping[str, Any]) -> list[Doubt]:
-    """What is outside :data:`TYPICAL` in a parameter set, complete or not."""
+    """What is outside :data:`TYPICAL` in a parameter set ``values`` (SI, lam in rad), complete or not."""
     given = {key: float(values[key]) for key in UNITS if is_number(values.get(key))}
     found = (doubt(key, value, unit=UNITS[key], typical=TYPICAL[key]) for key, value in given.items())
     return [one for one in found if one]
 
 
 def bodies(p: Mapping[str, float]) -> tuple[Body, Body, Body, Body]:
-    """Rear frame, rear wheel, front frame and front wheel of a parameter set (floats or symbols)."""
+    """Rear frame, rear wheel, front frame and front wheel of a parameter set ``p``: Meijaard's keys, SI or symbols."""
     return (
         Body("rear frame", p["mB"], p["xB"], p["zB"], p["IBxx"], p["IBzz"], p["IBxz"]),
         Body("rear wheel", p["mR"], 0, -p["rR"], p["IRxx"], p["IRxx"], 0, p["IRyy"], p["rR"]),
@@ -143,7 +143,16 @@ def bodies(p: Mapping[str, float]) -> tuple[Body, Body, Body, Body]:
 
 
 def static_loads(parts: tuple[Body, ...], wheelbase: float, gravity: float) -> tuple[float, float]:
-    """Static vertical load of the rear and front contact, from the moments about the rear contact."""
+    """Static vertical load (N) of the rear and front contact, from the moments about the rear contact.
+
+    Parameters
+    ----------
+    parts : tuple of Body
+    wheelbase : float
+        m.
+    gravity : float
+        m/s^2.
+    """
     front = gravity * sum(body.mass * body.x for body in parts) / wheelbase
     return gravity * sum(body.mass for body in parts) - front, front
 

@@ -47,27 +47,44 @@ class Joint:
     carries: frozenset[str]
 
     def lever(self, x: Scalar, z: Scalar) -> Scalar:
-        """Lateral displacement of the carried point (x, z) per radian, m/rad: (axis x arm) . y."""
+        """Lateral displacement of the carried point (``x``, ``z``), m, per radian: (axis x arm) . y, m/rad."""
         return self.axis_z * (x - self.x) - self.axis_x * (z - self.z)
 
 
 def displacement_row(joints: Sequence[Joint], body: str, x: Scalar, z: Scalar) -> Row:
-    """Lateral displacement of a point of a body per coordinate ``[y, psi, joints...]``."""
+    """Lateral displacement of a point of a body per coordinate ``[y, psi, joints...]``, m/m and m/rad.
+
+    Parameters
+    ----------
+    joints : sequence of Joint
+        From the ground outward.
+    body : str
+        Its name.
+    x, z : float or sympy expression
+        The point in the reference position, m.
+    """
     return np.array([1, x] + [joint.lever(x, z) if body in joint.carries else 0 for joint in joints])
 
 
 def lean_row(joints: Sequence[Joint], body: str) -> Row:
-    """Small rotation of a body about x per coordinate."""
+    """Small rotation about x of the body named ``body`` per coordinate ``[y, psi, joints...]`` of ``joints``."""
     return np.array([0, 0] + [joint.axis_x if body in joint.carries else 0 for joint in joints])
 
 
 def yaw_row(joints: Sequence[Joint], body: str) -> Row:
-    """Small rotation of a body about z per coordinate."""
+    """Small rotation about z of the body named ``body`` per coordinate ``[y, psi, joints...]`` of ``joints``."""
     return np.array([0, 1] + [joint.axis_z if body in joint.carries else 0 for joint in joints])
 
 
 def mass_matrix(bodies: Iterable[Body], joints: Sequence[Joint]) -> NDArray[Any]:
-    """Kinetic-energy form in the rates of ``[y, psi, joints...]``: sum m yy' + Ixx xx' + Izz zz' + Ixz (xz' + zx')."""
+    """Kinetic-energy form in the rates of ``[y, psi, joints...]``: sum m yy' + Ixx xx' + Izz zz' + Ixz (xz' + zx').
+
+    Parameters
+    ----------
+    bodies : iterable of Body
+    joints : sequence of Joint
+        From the ground outward.
+    """
     total: Any = 0
     for body in bodies:
         y = displacement_row(joints, body.name, body.x, body.z)
@@ -82,10 +99,18 @@ def mass_matrix(bodies: Iterable[Body], joints: Sequence[Joint]) -> NDArray[Any]
 
 
 def height_hessian(joints: Sequence[Joint], body: str, x: Scalar, z: Scalar) -> NDArray[Any]:
-    """Second derivatives of the z coordinate (down) of a point of a body in the joint angles.
+    """Second derivatives (m/rad^2) of the z coordinate (down) of a point of a body in the joint angles.
 
     Rotations are composed from the ground outward in the order of ``joints``; pitch is held at zero. Turning about an
     outer joint first displaces the point sideways by its lever, and an inner joint then lowers it by axis_x times that.
+
+    Parameters
+    ----------
+    joints : sequence of Joint
+    body : str
+        Its name.
+    x, z : float or sympy expression
+        The point in the reference position, m.
     """
     n = len(joints)
     hessian = np.array([[0] * n] * n, dtype=object)

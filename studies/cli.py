@@ -28,11 +28,11 @@ class ModuleGroup(click.Group):
         self.package = package
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names of the commands, sorted."""
+        """Names of the commands, sorted (``ctx``: click's context)."""
         return sorted(module.name.replace("_", "-") for module in pkgutil.iter_modules(self.package.__path__))
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import the module of a command; None when there is no such command."""
+        """Import the module of the command ``cmd_name``; None when there is none (``ctx``: click's context)."""
         if cmd_name not in self.list_commands(ctx):
             return None
         module = import_module(f"{self.package.__name__}.{cmd_name.replace('-', '_')}")
@@ -43,7 +43,10 @@ class ModuleGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """The command that the first argument names; an unknown one is refused with the nearest known."""
+        """The command that the first of ``args`` names; an unknown one is refused with the nearest known.
+
+        ``ctx`` is click's context.
+        """
         if args and not args[0].startswith("-") and args[0] not in self.list_commands(ctx):
             raise InputError(unknown("command", args[0], self.list_commands(ctx)))
         return super().resolve_command(ctx, args)
@@ -57,7 +60,10 @@ def build() -> click.Group:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run ``velotyre``; bad input or usage ends with exit code 2 and one line on stderr."""
+    """Run ``velotyre`` with ``arguments`` (of the command line by default).
+
+    Bad input or usage ends with exit code 2 and one line on stderr.
+    """
     try:
         build().main(args=arguments, prog_name="velotyre", standalone_mode=False)
     except NO_ARGUMENTS as help_page:

@@ -49,7 +49,7 @@ class ChosenModel:
 
 
 def takes_model(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Give a click command the argument MODEL and the options of its tyre; it gets a :class:`ChosenModel` first."""
+    """Give a click ``command`` the argument MODEL and the options of its tyre; it gets a :class:`ChosenModel` first."""
 
     @functools.wraps(command)
     def with_model(

@@ -1,8 +1,9 @@
 """Bicycle-tyre rig data: cornering stiffness, lateral stiffness and relaxation length, each with its uncertainty."""
 
 from tyre.base.errors import InputError
+from tyre.maps.find_table import available_tyres
 from tyre.maps.tables import MeasuredTable
-from tyre.maps.tyre_map import TyreMap, available_tyres
+from tyre.maps.tyre_map import TyreMap
 from tyre.properties import TyreProperties
 
 __all__ = ["InputError", "MeasuredTable", "TyreMap", "TyreProperties", "available_tyres"]

@@ -1,10 +1,13 @@
 """What a tyre is to a bicycle at one condition: cornering stiffness, lateral stiffness and relaxation length."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+from tyre.fits.estimate import Estimate
 
 Origin = Literal["measured", "interpolated", "extrapolated"]
 
@@ -39,6 +42,14 @@ class TyreProperties:
         False where the source states none, and an assumed one is in the covariance.
     notes : tuple of str
         What a reader of a result must be told (an assumption, a borrowed stiffness, a misfit).
+    degrees_of_freedom : ndarray, shape (3,), or None
+        Behind the variances of (cornering stiffness, lateral stiffness, relaxation length), infinite where they are
+        known well; None where the source states none.
+    pneumatic_trail, pneumatic_trail_sd : float or None
+        Distance of the side force behind the contact centre at zero slip and its standard deviation, m; None where
+        the aligning moment was not measured.
+    direct_relaxation_lengths : mapping of str to Estimate
+        Relaxation length by other routes than C_Fy / K_y, by the name of the route, m.
     """
 
     tyre: str
@@ -54,6 +65,10 @@ class TyreProperties:
     lateral_stiffness_origin: str = "measured"
     synthetic: bool = False
     cornering_stiffness_sd_stated: bool = True
+    degrees_of_freedom: NDArray[np.float64] | None = None
+    pneumatic_trail: float | None = None
+    pneumatic_trail_sd: float | None = None
+    direct_relaxation_lengths: Mapping[str, Estimate] = field(default_factory=dict)
 
     @property
     def inside(self) -> bool:

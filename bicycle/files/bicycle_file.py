@@ -28,6 +28,11 @@ def load_bicycle(name_or_path: str | Path, *, allow_unusual: bool = False) -> Bi
     Values far outside what bicycles have (other units?) are refused unless ``allow_unusual``, here or in the file, is
     true.
 
+    Parameters
+    ----------
+    name_or_path : str or Path
+    allow_unusual : bool, optional
+
     Raises
     ------
     InputError
@@ -44,7 +49,14 @@ def load_bicycle(name_or_path: str | Path, *, allow_unusual: bool = False) -> Bi
 
 
 def parse_toml(path: Traversable, *, allow_unusual: bool = False) -> Bicycle:
-    """Read one TOML bicycle file."""
+    """Read one TOML bicycle file.
+
+    Parameters
+    ----------
+    path : Traversable
+    allow_unusual : bool, optional
+        Take values far outside what bicycles have; the file may say the same.
+    """
     from tyre.base.schema import any_table, anything, flag, maybe, needed, read, table
 
     missing = "the table [values] with the bicycle's parameters is missing"
@@ -61,6 +73,13 @@ def parse_flat(path: Path, *, allow_unusual: bool = False) -> Bicycle:
 
     What the neighbouring projects store beside the parameters is left out: a speed ``v``, as the warnings say, and what
     symmetry makes superfluous (``yB``, ``yH``, ``IRzz``, ``IFzz``), as they say where the values are not symmetric.
+
+    Parameters
+    ----------
+    path : Path
+        ``.yml``, ``.yaml`` or ``.txt``.
+    allow_unusual : bool, optional
+        Take values far outside what bicycles have.
     """
     import yaml
 
@@ -102,7 +121,7 @@ def parse_flat(path: Path, *, allow_unusual: bool = False) -> Bicycle:
 
 
 def to_toml(bicycle: Bicycle) -> str:
-    """The bicycle as the text of a TOML file that :func:`load_bicycle` reads back exactly."""
+    """Text of a TOML file of ``bicycle`` that :func:`load_bicycle` reads back exactly."""
     import tomli_w
 
     content: dict[str, Any] = {"description": bicycle.description, "source": bicycle.source}
@@ -113,7 +132,7 @@ def to_toml(bicycle: Bicycle) -> str:
 
 
 def to_yaml(bicycle: Bicycle) -> str:
-    """The values as flat ``key: value`` YAML (the neighbouring projects' form); standard deviations are left out."""
+    """The numbers of ``bicycle`` as flat ``key: value`` YAML (the neighbouring projects' form), sds left out."""
     return "".join(f"{key}: {value!r}\n" for key, value in bicycle.values.items())
 
 
@@ -151,7 +170,20 @@ def _named(
 
 
 def checked_bicycle(name: str, values: Mapping[str, Any], *further: Any, where: str, allow_unusual: bool) -> Bicycle:
-    """A bicycle whose numbers come from a file: in wrong units it is refused (``further`` as of :class:`Bicycle`)."""
+    """A bicycle whose numbers come from a file: in wrong units it is refused (``further`` as of :class:`Bicycle`).
+
+    Parameters
+    ----------
+    name : str
+    values : mapping
+        Meijaard's keys; SI, lam in rad.
+    *further : object
+        The remaining fields of :class:`Bicycle`, in their order.
+    where : str
+        What the message calls the file that may allow unusual values.
+    allow_unusual : bool
+        Take values far outside what bicycles have.
+    """
     doubts = doubts_about(values)
     if not allow_unusual:
         refuse_absurd(doubts, where=where)

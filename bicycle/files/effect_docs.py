@@ -10,7 +10,7 @@ COLUMNS = ("parameter", "unit", "meaning", "typical", "allowed", "default", "van
 
 
 def describe(effect: type[Effect]) -> str:
-    """Markdown page of an effect: what it adds, its parameters with units, what it needs, signature and source."""
+    """Markdown page of ``effect``: what it adds, its parameters with units, what it needs, signature and source."""
     lines = [f"# {effect.identifier}", "", effect.description, ""]
     if effect.parameters:
         lines += [_row(COLUMNS), _row(["---"] * len(COLUMNS))]
@@ -31,7 +31,7 @@ def describe(effect: type[Effect]) -> str:
 
 
 def record(effect: type[Effect]) -> dict[str, Any]:
-    """The declaration as JSON-ready data; infinite bounds and neutral values are the strings ``inf`` and ``-inf``."""
+    """The declaration of ``effect`` as JSON-ready data; infinite numbers are the strings ``inf`` and ``-inf``."""
     return {
         "identifier": effect.identifier,
         "description": effect.description,

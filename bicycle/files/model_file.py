@@ -8,6 +8,7 @@ from bicycle.default_sd import CORNERING_STIFFNESS
 from bicycle.effect import WHEELS, Effect, effect_class
 from bicycle.files.bicycle_file import checked_bicycle, load_bicycle
 from bicycle.model import Model
+from bicycle.parameter_key import ParameterKey
 from bicycle.parameters import Bicycle, doubts_about
 from tyre import TyreMap
 from tyre.base.errors import InputError, is_number, shown, unknown
@@ -88,7 +89,7 @@ def refuse_absurd_values(model: Model, values: Mapping[str, Iterable[float]]) ->
     """
     declared = {f"{e.identifier}.{p.name}": p for e in model.effects for p in e.parameters}
     for key, given in values.items():
-        parameter = declared.get(key.removesuffix(".rear").removesuffix(".front"))
+        parameter = declared.get(str(ParameterKey.parse(key).whole))
         numbers = [number for number in given if is_number(number) and number]
         for number in sorted({min(numbers), max(numbers), min(numbers, key=abs)}) if numbers else []:
             if parameter and not parameter.bounds[0] <= number <= parameter.bounds[1]:

@@ -26,7 +26,7 @@ class Canonical:
 
     @classmethod
     def of_whipple(cls, model: Model) -> "Canonical":
-        """Those of the bicycle of a model, without its effects."""
+        """Those of the bicycle of ``model``, without its effects."""
         linear = Model(model.bicycle).linear_model()
         matrices, g = linear.ranges[0].matrices, model.bicycle["g"]
         rate = [linear.states.index(name) for name in ("lean_rate", "steer_rate")]
@@ -58,7 +58,15 @@ class Motion:
 
 
 def identify(motion: Motion, fixed: Canonical) -> Array:
-    """The nine coefficients (K, 9) by least squares of the roll equation, then of the steer equation."""
+    """The nine coefficients (K, 9) by least squares of the roll equation, then of the steer equation.
+
+    Parameters
+    ----------
+    motion : Motion
+        K experiments.
+    fixed : Canonical
+        Holds the coefficients that are not identified (:attr:`Canonical.free` are).
+    """
     phi, delta, s, v, g = motion.lean, motion.steer, motion.s, motion.v, fixed.gravity
     m, c1, k0, k2 = fixed.mass, fixed.c1, fixed.k0, fixed.k2
     known = (m[0, 0] * s**2 + v * c1[0, 0] * s + g * k0[0, 0] + v**2 * k2[0, 0]) * phi + v**2 * k2[0, 1] * delta

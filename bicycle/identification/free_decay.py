@@ -54,7 +54,7 @@ class Decay:
         return ""
 
     def row(self, mode: str) -> dict[str, Any]:
-        """A row of a modal table."""
+        """A row of a modal table, for the mode named ``mode``."""
         row: dict[str, Any] = {
             "speed_m_s": self.speed, "mode": mode, "real_1_s": self.eigenvalue.real, "imag_rad_s": self.eigenvalue.imag,
             "real_sd_1_s": self.sd[0], "imag_sd_rad_s": self.sd[1],
@@ -66,6 +66,14 @@ class Decay:
 
 def identify(run: Run, *, first_s: float = 0.0, last_s: float = math.inf, start_hz: float | None = None) -> Decay:
     """Fit one decaying oscillation to all channels of a run between two times.
+
+    Parameters
+    ----------
+    run : Run
+    first_s, last_s : float, optional
+        Window, s after the first sample of the run.
+    start_hz : float, optional
+        Frequency (Hz) to start from; by default those at and about the highest peak of the spectrum.
 
     Raises
     ------

@@ -37,7 +37,17 @@ Couples = tuple[list[_Couple], list[_Couple]]
 
 
 def between(a: Nodes, b: Nodes, compute: Callable[[Array], Nodes], smallest: float) -> Nodes:
-    """New nodes inside each interval from ``a`` to ``b`` (k,): its middle, or every halving that a meeting asks for."""
+    """New nodes inside each interval: its middle, or every halving that a meeting asks for.
+
+    Parameters
+    ----------
+    a, b : Nodes
+        Lower and upper ends of k intervals.
+    compute : callable
+        Nodes at given speeds (m,), m/s.
+    smallest : float
+        Width (m/s) below which no interval is halved.
+    """
     real_a, real_b = ((part.values.imag == 0).sum(1) for part in (a, b))
     alone = (np.abs(real_a - real_b) == 2) & (b.v - a.v > WORTH * smallest)
     if not alone.any():
@@ -120,15 +130,22 @@ def _meeting(a: Nodes, b: Nodes, compute: Callable[[Array], Nodes]) -> Array:
 
 
 def one_meets(a: Nodes, b: Nodes) -> list[int]:
-    """Intervals in which the number of real roots changes by two."""
+    """Indices of the intervals from ``a`` to ``b`` in which the number of real roots changes by two."""
     change = (a.values.imag == 0).sum(1) - (b.values.imag == 0).sum(1)
     return list(np.flatnonzero(np.abs(change) == 2).tolist())
 
 
 def join_meeting(a: Nodes, b: Nodes, k: int) -> tuple[Members, Members] | None:
-    """Give the two roots that meet between nodes ``k`` their mean, which is smooth, in place; say which they are.
+    """Give the two roots that meet their mean, which is smooth, in place; say which they are.
 
     None where it is not plain which two: they must be nearer to each other than to any other root.
+
+    Parameters
+    ----------
+    a, b : Nodes
+        Lower and upper ends of the intervals.
+    k : int
+        Index of the interval.
     """
     h = float(b.v[k] - a.v[k])
     x, y, miss = _same_two(_couples(a.values[k], a.slopes[k]), _couples(b.values[k], b.slopes[k]), h)

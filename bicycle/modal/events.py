@@ -45,7 +45,18 @@ class ModeEvent:
 def mode_events(
     states: tuple[str, ...], stretches: Sequence[TrackedRange], meetings: Sequence[Meeting], naming: Naming
 ) -> tuple[ModeEvent, ...]:
-    """All events of tracked branches, by speed."""
+    """All events of tracked branches, by speed.
+
+    Parameters
+    ----------
+    states : tuple of str
+        Names of the model's states.
+    stretches : sequence of TrackedRange
+        One for each speed range that was tracked.
+    meetings : sequence of Meeting
+    naming : Naming
+        Of all nodes of the stretches.
+    """
     speeds = np.concatenate([s.speeds for s in stretches])
     events = [
         ModeEvent(m.speed, m.kind, real, m.eigenvalue, pair)

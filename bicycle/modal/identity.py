@@ -35,7 +35,7 @@ class Regions:
 
 
 def conjugate_index(values: Complex) -> NDArray[np.intp]:
-    """For each branch (m, n) the other half of its pair, itself where it is real."""
+    """Index (m, n) of the other half of each pair of ``values`` (m, n), of itself where a root is real."""
     same = (values[:, :, None] == values[:, None, :].conj()) & (values.imag != 0)[:, :, None]
     return np.asarray(np.where(values.imag != 0, same.argmax(2), np.arange(values.shape[1])))
 
@@ -44,11 +44,25 @@ def regions(
     speeds: Array, values: Complex, modes: Sequence[tuple[int, ...]], castering: int, anchor: int,
     always: tuple[float, float],
 ) -> Regions:  # fmt: skip
-    """Carry ``modes`` (branches of each at node ``anchor``) up and down.
+    """Carry the identity of modes up and down from one node to all others.
 
     What happens outside the speeds ``always`` tracked changes nothing inside, whatever else is asked for.
-    A single real root of a tyre that forms a pair with ``castering`` (its number, or -1) keeps its name, and there is
-    no castering: such a pair is the wobble of a model without relaxation.
+
+    Parameters
+    ----------
+    speeds : ndarray, shape (m,)
+        m/s, rising.
+    values : complex ndarray, shape (m, n)
+        Tracked eigenvalues (1/s), one column a branch.
+    modes : sequence of tuples of int
+        Indices of the branches of each mode at node ``anchor``.
+    castering : int
+        Index of the castering mode, or -1. A single real root of a tyre that forms a pair with it keeps its name, and
+        there is no castering: such a pair is the wobble of a model without relaxation.
+    anchor : int
+        Index of the node at which the modes were told apart.
+    always : tuple of float
+        Lowest and highest speed (m/s) that is tracked whatever is asked for.
     """
     n = values.shape[1]
     owner = np.empty(n, np.intp)

@@ -38,6 +38,14 @@ def mode_shape(model: LinearModel, speeds: Array, eigenvalues: Complex) -> ModeS
 
     Yaw and lateral displacement are integrals of the model's yaw rate r and lateral velocity V of the rear contact:
     psi = r / lambda and y = (V + v psi) / lambda.
+
+    Parameters
+    ----------
+    model : LinearModel
+    speeds : ndarray, shape (m,)
+        m/s.
+    eigenvalues : complex ndarray, shape (m,)
+        1/s, NaN where there is no such mode.
     """
     joints = tuple(s for s in model.states if f"{s}_rate" in model.states and s not in ("lean", "steer"))
     phasors = np.full((len(speeds), 4 + len(joints)), np.nan, complex)

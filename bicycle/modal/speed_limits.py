@@ -21,6 +21,14 @@ REFERENCE_SPEED = 1.5  # of sqrt(g w): stiffness is judged there
 def check_trackable(model: LinearModel, speeds: Array, name: str = "speed") -> None:
     """Refuse speeds (m/s) so high or low, and models so stiff, that modes cannot be computed.
 
+    Parameters
+    ----------
+    model : LinearModel
+    speeds : ndarray, shape (m,)
+        m/s.
+    name : str, optional
+        What the message calls them.
+
     Raises
     ------
     InputError

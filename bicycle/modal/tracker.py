@@ -26,9 +26,15 @@ class Tracker:
 
     @classmethod
     def over(cls, model: LinearModel, lowest: float, highest: float, *, sparse: bool = False) -> "Tracker":
-        """Track from ``lowest`` to ``highest`` and through the speeds at which names are given.
+        """Track between two speeds and through the speeds at which names are given.
 
-        ``sparse`` saves nodes: names are the same where they are :meth:`sure`, events are given coarsely.
+        Parameters
+        ----------
+        model : LinearModel
+        lowest, highest : float
+            m/s.
+        sparse : bool
+            Save nodes: names are the same where they are :meth:`sure`, events are given coarsely.
         """
         low, high = window(model)
         stretches, meetings = track(model, min(lowest, low), max(highest, high), sparse=sparse)
@@ -40,7 +46,7 @@ class Tracker:
         return mode_events(self.model.states, self.stretches, self.meetings, self.naming)
 
     def ordered(self, speeds: Array) -> Complex:
-        """Eigenvalues (m, n) at speeds (m,), one column a branch."""
+        """Eigenvalues (m, n), 1/s, at ``speeds`` (m,), m/s; one column a branch."""
         values = self.model.eigenvalues(speeds)
         for number, (part, stretch) in enumerate(self._parts(speeds), self._first):
             again = part[doubtful(values[part])]
@@ -50,7 +56,15 @@ class Tracker:
         return values
 
     def labels(self, speeds: Array, ordered: Complex) -> tuple[NDArray[np.intp], tuple[tuple[str, ...], ...]]:
-        """Names of the branches at each speed: an index (m,) into a tuple of name tuples."""
+        """Names of the branches at each speed: an index (m,) into a tuple of name tuples.
+
+        Parameters
+        ----------
+        speeds : ndarray, shape (m,)
+            m/s.
+        ordered : complex ndarray, shape (m, n)
+            Their eigenvalues (1/s) as :meth:`ordered` gives them.
+        """
         index = np.empty(len(speeds), np.intp)
         start = 0
         mate = conjugate_index(ordered)
@@ -68,7 +82,7 @@ class Tracker:
         return inverse.reshape(-1), tuple(_joint(self.naming.labels[case[0]], case[1:]) for case in key)
 
     def sure(self, speeds: Array) -> bool:
-        """Whether more nodes would not change any name at these speeds: nothing happens in the steps they lie in."""
+        """Whether more nodes would not change any name at ``speeds`` (m,), m/s: nothing happens in the steps around."""
         start = 0
         for part, stretch in self._parts(speeds):
             right = np.clip(np.searchsorted(stretch.speeds, speeds[part]), 1, len(stretch.speeds) - 1)
@@ -88,7 +102,7 @@ class Tracker:
         return int(np.searchsorted([piece.upper for piece in self.model.ranges], self.stretches[0].speeds[-1]))
 
     def within(self, number: int) -> TrackedRange | None:
-        """The stretch in a speed range of the model, None where it is not tracked."""
+        """The stretch in the speed range with index ``number`` of the model, None where it is not tracked."""
         at = number - self._first
         return self.stretches[at] if 0 <= at < len(self.stretches) else None
 

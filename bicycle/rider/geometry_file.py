@@ -35,7 +35,7 @@ RAW = ("lcs", "hbb", "lsp", "lst", "lamst", "whb", "LhbR", "LhbF")
 
 
 def packaged_geometry(bicycle_name: str) -> Traversable | None:
-    """The packaged geometry of a packaged bicycle; None where there is none."""
+    """The packaged geometry of the packaged bicycle ``bicycle_name``; None where there is none."""
     file = data_root().joinpath("riders", "seat_geometry", f"{bicycle_name}.toml")
     return file if file.is_file() else None
 
@@ -46,6 +46,13 @@ def read_geometry(path: Path | Traversable, posture: str) -> SeatGeometry:
     A TOML file has ``[values]`` with keys of :data:`bicycle.rider.seat_geometry.RANGES`, optionally ``[sd]`` with the
     same keys, ``assumed`` (a list of keys that are not measured) and tables ``[posture.drops]`` (or another posture)
     with keys of the hands that replace those of ``[values]``.
+
+    Parameters
+    ----------
+    path : Path or Traversable
+        ``.toml``, or the ``.txt`` of the neighbouring project.
+    posture : str
+        A key of :data:`bicycle.rider.posture.POSTURES`.
 
     Raises
     ------

@@ -55,6 +55,16 @@ def segments(
 
     With a known total mass all densities are scaled by one factor to give it.
 
+    Parameters
+    ----------
+    rider : RiderMeasurements
+    configuration : mapping of str to float
+        The 21 joint angles of ``yeadon``, rad.
+    hip : ndarray, shape (2,)
+        Hip joint centre (x, z) on the bicycle, m.
+    densities : str, optional
+        A set of :data:`DENSITY_SETS`.
+
     Raises
     ------
     InputError

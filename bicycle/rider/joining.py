@@ -21,7 +21,7 @@ class RigidBody:
 
 
 def join(bodies: Sequence[RigidBody]) -> RigidBody:
-    """One rigid body of several."""
+    """One rigid body of several ``bodies``."""
     mass = sum(body.mass for body in bodies)
     centre = sum((body.mass * body.centre for body in bodies), np.zeros(3)) / mass
     inertia = np.zeros((3, 3))
@@ -32,13 +32,13 @@ def join(bodies: Sequence[RigidBody]) -> RigidBody:
 
 
 def rear_frame(p: Mapping[str, float]) -> RigidBody:
-    """The rear frame of a parameter set; IByy is NaN where the set has none (it does not enter the lateral motion)."""
+    """The rear frame of a parameter set ``p`` (SI); IByy, of no use to lateral motion, is NaN where it has none."""
     inertia = np.array([[p["IBxx"], 0, p["IBxz"]], [0, p.get("IByy", np.nan), 0], [p["IBxz"], 0, p["IBzz"]]])
     return RigidBody(p["mB"], np.array([p["xB"], 0.0, p["zB"]]), inertia)
 
 
 def as_rear_frame(body: RigidBody) -> dict[str, float]:
-    """The keys of Meijaard's rear frame of a body that is symmetric to the plane y = 0; without IByy where unknown."""
+    """Meijaard's keys (SI) of a ``body`` symmetric to the plane y = 0, as a rear frame; without IByy where unknown."""
     inertia = body.inertia
     values = {
         "xB": body.centre[0], "zB": body.centre[2], "mB": body.mass,

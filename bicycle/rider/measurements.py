@@ -112,12 +112,12 @@ class RiderMeasurements:
         return self.lengths["Lj5L"] + self.lengths["Lj6L"]
 
     def scaled(self, group: str, factor: float) -> "RiderMeasurements":
-        """The same body with one group of measurements scaled."""
+        """The same body with one ``group`` of :data:`GROUPS` multiplied by ``factor`` (no unit)."""
         changed = {key: self.lengths[key] * factor for key in GROUPS[group]}
         return replace(self, lengths=MappingProxyType({**self.lengths, **changed}))
 
     def weighing(self, mass: float) -> "RiderMeasurements":
-        """The same body with another total mass (kg)."""
+        """The same body with another total ``mass`` (kg)."""
         return replace(self, mass=_mass("mass", mass))
 
 
@@ -131,6 +131,10 @@ def read_rider(name_or_path: str | Path) -> RiderMeasurements:
 
     Besides the 95 lengths the file holds ``measurementconversionfactor`` (metres per unit) and, if known, ``totalmass``
     (kg). What follows # is not read. Left and right are averaged.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
 
     Raises
     ------
@@ -181,7 +185,7 @@ def read_rider(name_or_path: str | Path) -> RiderMeasurements:
 
 
 def scaled_rider(*, height: float, mass: float) -> RiderMeasurements:
-    """A body of given height (m) and mass (kg): lengths of a measured rider scaled by height, girths by volume.
+    """A body of given ``height`` (m) and ``mass`` (kg): lengths of a measured rider scaled by height, girths by volume.
 
     Perimeters, widths and depths take the factor sqrt(mass ratio / height ratio), so that the density stays.
     """

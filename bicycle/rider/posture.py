@@ -60,7 +60,7 @@ class Lengths(NamedTuple):
 
     @classmethod
     def of(cls, m: Mapping[str, float]) -> "Lengths":
-        """From Yeadon's measurements: the leg ends at the heel, the arm at the base of the thumb."""
+        """From Yeadon's measurements ``m``, in m: the leg ends at the heel, the arm at the base of the thumb."""
         return cls(
             m["Ls2L"], m["Ls3L"] - m["Ls2L"], m["Ls4L"] - m["Ls3L"], m["Ls4w"] / 2,
             m["Lj3L"], m["Lj5L"] - m["Lj3L"] + m["Lj6L"], m["La2L"], m["La4L"] - m["La2L"] + m["La5L"],
@@ -92,9 +92,17 @@ class Seated:
 
 
 def shoulder(hip: Array, body: Lengths, *, torso_lean: float, back_rounding: float) -> tuple[Array, float]:
-    """Shoulder (x, z) and lean of the pelvis, so that the line from hip to shoulder leans by ``torso_lean``.
+    """Shoulder (x, z), m, and lean of the pelvis (rad), so that the line from hip to shoulder leans by ``torso_lean``.
 
-    ``back_rounding`` is the lean of the chest beyond that of the pelvis; half of it comes at the lowest rib.
+    Parameters
+    ----------
+    hip : ndarray, shape (2,)
+        (x, z), m.
+    body : Lengths
+    torso_lean : float
+        From the vertical, rad.
+    back_rounding : float
+        Lean of the chest beyond that of the pelvis, rad; half of it comes at the lowest rib.
     """
     bends = np.array([0.0, back_rounding / 2, back_rounding])
     spine = np.array([body.pelvis, body.thorax, body.chest])
@@ -105,7 +113,15 @@ def shoulder(hip: Array, body: Lengths, *, torso_lean: float, back_rounding: flo
 
 
 def fitting_hands(body: Lengths, posture: Posture, *, torso_lean: float) -> Array:
-    """Hands (x, z) relative to the hip where a posture's arm ends, for a bar that was not measured."""
+    """Hands (x, z) relative to the hip where a posture's arm ends, for a bar that was not measured.
+
+    Parameters
+    ----------
+    body : Lengths
+    posture : Posture
+    torso_lean : float
+        From the vertical, rad.
+    """
     top, _ = shoulder(np.zeros(2), body, torso_lean=torso_lean, back_rounding=0.0)
     u, f = body.upper_arm, body.forearm
     reach = math.sqrt(u * u + f * f + 2 * u * f * math.cos(posture.elbow_flexion))
@@ -170,6 +186,13 @@ def two_links(first: float, second: float, distance: float) -> tuple[float, floa
     """Angle at the root between the first link and the line to the end, and how far the middle joint is bent (rad).
 
     Law of cosines; a distance out of reach gives the straight or folded limb.
+
+    Parameters
+    ----------
+    first, second : float
+        Lengths of the links, m.
+    distance : float
+        From root to end, m.
     """
     root = (first**2 + distance**2 - second**2) / (2 * first * distance)
     bend = (distance**2 - first**2 - second**2) / (2 * first * second)
@@ -180,8 +203,14 @@ def arm_angles(upper: Array, hinge: Array, *, chest_lean: float) -> tuple[float,
     """Extension, adduction and rotation (rad) of the left upper arm against the chest.
 
     The three are successive turns about x, y, z of the moving arm (``yeadon``: x left, y back, z up, the arm hangs
-    along -z and the elbow turns about x). ``upper`` and ``hinge`` are unit vectors on the bicycle: shoulder to
-    elbow, and the elbow's axis (to the left).
+    along -z and the elbow turns about x).
+
+    Parameters
+    ----------
+    upper, hinge : ndarray, shape (3,)
+        Unit vectors on the bicycle: shoulder to elbow, and the elbow's axis (to the left).
+    chest_lean : float
+        Forward lean of the chest from the vertical, rad.
     """
     z, x = -to_yeadon(upper), to_yeadon(hinge)
     c, s = math.cos(chest_lean), math.sin(chest_lean)
@@ -190,7 +219,7 @@ def arm_angles(upper: Array, hinge: Array, *, chest_lean: float) -> tuple[float,
 
 
 def to_yeadon(vector: Array) -> Array:
-    """A vector on the bicycle (x forward, y right, z down) in the axes of ``yeadon`` (x left, y back, z up)."""
+    """``vector`` (3,) on the bicycle (x forward, y right, z down) in the axes of ``yeadon`` (x left, y back, z up)."""
     return np.array([-vector[1], -vector[0], -vector[2]])
 
 

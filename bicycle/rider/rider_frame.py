@@ -93,7 +93,12 @@ class RiderOnBicycle:
         return {key: float(spread[key]) for key in self.values}
 
     def bicycle(self, name: str, description: str, source: str) -> Bicycle:
-        """As a parameter set; the sds of the other parameters are the frame's, correlations are left out."""
+        """As a parameter set; the sds of the other parameters are the frame's, correlations are left out.
+
+        Parameters
+        ----------
+        name, description, source : str
+        """
         return Bicycle(
             name, {**self.frame.values, **self.values}, {**self.frame.sd, **self.sd}, description, source,
             self.frame.notes,

@@ -53,7 +53,7 @@ class SeatGeometry:
         return HUBS[0] in self.values or SADDLE[0] in self.values
 
     def changed(self, key: str, by: float) -> "SeatGeometry":
-        """The same with one value shifted."""
+        """The same with the value of ``key`` shifted ``by`` an amount (m or degrees, as the key says)."""
         return SeatGeometry({**self.values, key: self.values[key] + by}, self.sd, self.assumed, self.source)
 
 
@@ -72,6 +72,12 @@ class Contacts(NamedTuple):
 
 def contacts(geometry: SeatGeometry, bicycle: Mapping[str, float]) -> Contacts:
     """Points of contact of a complete geometry on a bicycle with ``w``, ``rR``, ``rF``.
+
+    Parameters
+    ----------
+    geometry : SeatGeometry
+    bicycle : mapping of str to float
+        Meijaard's keys, m.
 
     Raises
     ------
@@ -117,6 +123,15 @@ def completed(
 
     Chain stay 0.41 m, bottom bracket 55 mm below the rear hub and a seat tube at 73 degrees are common values of frames
     with sds that span racing to city bicycles; the saddle follows from the leg (:data:`LEG_SHARE`).
+
+    Parameters
+    ----------
+    geometry : SeatGeometry
+    rider : RiderMeasurements
+    bicycle : mapping of str to float
+        Meijaard's keys; only ``rR`` (m) is used.
+    hand_width : float
+        Distance between the hands, m.
     """
     rule = {
         "chain_stay_m": (0.41, 0.02),
@@ -135,7 +150,16 @@ def completed(
 
 
 def with_hands(geometry: SeatGeometry, hands: Array, *, sd: float) -> SeatGeometry:
-    """A geometry whose hands are at (x, z) relative to the top of the saddle, assumed with an sd (m)."""
+    """A geometry with hands that are assumed.
+
+    Parameters
+    ----------
+    geometry : SeatGeometry
+    hands : ndarray, shape (2,)
+        (x, z) relative to the top of the saddle, m.
+    sd : float
+        One standard deviation of both, m.
+    """
     placed = dict(zip(SADDLE, (float(x) for x in hands), strict=True))
     return SeatGeometry(
         {**geometry.values, **placed}, {**geometry.sd, **dict.fromkeys(SADDLE, sd)}, (*geometry.assumed, *SADDLE),

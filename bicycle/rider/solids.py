@@ -45,7 +45,19 @@ def stadium_solid(
 
 
 def half_ellipsoid(*, radius: float, start: Array, end: Array, turn: Array, density: float) -> RigidBody:
-    """The vault of a head: a half ellipsoid of revolution on a disc at ``start``, its top at ``end``."""
+    """The vault of a head: a half ellipsoid of revolution on a disc.
+
+    Parameters
+    ----------
+    radius : float
+        Of the disc, m.
+    start, end : ndarray, shape (3,)
+        Centre of the disc and top of the vault, m.
+    turn : ndarray, shape (3, 3)
+        Columns: the solid's axes, z along it.
+    density : float
+        kg/m^3.
+    """
     r = radius * np.sqrt(1 - POINTS**2)
     spread = math.pi * r**4 / 4
     return _stack(math.pi * r**2, spread, spread, start=start, end=end, turn=turn, density=density)

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bicycle.critical.critical_speeds import CriticalSpeed
-from bicycle.effect import WHEELS
 from bicycle.model import Model
+from bicycle.parameter_key import entries_of
 from bicycle.sensitivity.eigenvalue_derivatives import critical_speed_sensitivities, sensitivities
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError, unknown
@@ -152,9 +152,7 @@ def checked_covariance(names: Sequence[str], covariance: ArrayLike) -> Array:
 
 
 def _slope(name: str, known: Collection[str], slope: Callable[[str], Any]) -> Any:
-    wheels = [f"{name}.{wheel}" for wheel in WHEELS]
-    if name not in known and all(key in known for key in wheels):
-        return sum(slope(key) for key in wheels)
-    if name not in known:
+    entries = entries_of(name, known)
+    if not entries:
         raise InputError(unknown("parameter", name, known))
-    return slope(name)
+    return slope(entries[0]) if len(entries) == 1 else sum(slope(key) for key in entries)

@@ -38,7 +38,15 @@ class BicycleDrawing:
     joints: tuple[Joint, ...]
 
     def pose(self, coordinates: Mapping[str, float], *, rolled: float = 0.0) -> list[Array]:
-        """Points (k, 3) of every part at angles (rad), ``rear_lateral_displacement`` (m) and rolled distance (m)."""
+        """Points (k, 3) of every part in a posture, m.
+
+        Parameters
+        ----------
+        coordinates : mapping of str to float
+            Angles by name, rad, and ``rear_lateral_displacement``, m.
+        rolled : float
+            Distance the wheels have rolled, m.
+        """
         yaw = coordinates["yaw"]
         posed = []
         for part in self.parts:
@@ -57,7 +65,7 @@ class BicycleDrawing:
 
 
 def rotation(axis: tuple[float, float, float], angle: float) -> Array:
-    """Rotation matrix about a unit axis (Rodrigues)."""
+    """Rotation matrix (3, 3) by an ``angle`` (rad) about a unit ``axis`` (3 numbers) (Rodrigues)."""
     x, y, z = axis
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.asarray(np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross)

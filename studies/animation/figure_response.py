@@ -16,7 +16,15 @@ DEGREES = {"rad": ("°", 180 / np.pi), "rad/s": ("°/s", 180 / np.pi)}
 
 
 def draw_responses(responses: Mapping[str, Response], target: Path, *, title: str) -> Path:
-    """Inputs, angles, yaw rate, side forces and path over time; one line style per response (label -> response)."""
+    """Inputs, angles, yaw rate, side forces and path over time; one line style per response.
+
+    Parameters
+    ----------
+    responses : mapping of str to Response
+        By label.
+    target : Path
+    title : str
+    """
     first = next(iter(responses.values()))
     panels: list[tuple[str, ...]] = [(name,) for name in first.inputs]
     panels += [shown for panel in PANELS if (shown := tuple(name for name in panel if name in first.outputs))]
@@ -47,7 +55,7 @@ def draw_responses(responses: Mapping[str, Response], target: Path, *, title: st
 
 
 def draw_frequency_response(response: FrequencyResponse, target: Path, *, title: str) -> Path:
-    """Gain and phase of lean, steer and yaw rate against frequency."""
+    """Gain and phase of lean, steer and yaw rate against frequency, into ``target`` under a ``title``."""
     hertz = response.frequency_hz
     with drawing(target, width=7.5, height=5.8) as canvas:
         gain, phase = canvas.subplots(2, 1, sharex=True)

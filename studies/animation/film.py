@@ -22,7 +22,7 @@ COLOURS = {"rear frame": look(0).colour, "rear wheel": "0.25", "front frame": lo
 
 
 def check_film(target: Path) -> None:
-    """Refuse a file that cannot be written, before any work is done.
+    """Refuse a ``target`` that cannot be written, before any work is done.
 
     Raises
     ------
@@ -43,6 +43,15 @@ def animate(
     ``motion`` holds lean, steer, yaw, further joints (rad) and rear_lateral_displacement (m), of a size that can be
     seen; the tracks show where the contacts of the moving bicycle were.
 
+    Parameters
+    ----------
+    model : Model
+    motion : Response
+    target : Path
+    title : str
+    frames_per_second : int, optional
+        Number of samples of the motion shown in a second.
+
     Raises
     ------
     InputError
@@ -59,7 +68,7 @@ def animate(
 
 @contextmanager
 def film(model: Model, drawn: BicycleDrawing, motion: Response, title: str) -> Iterator[tuple[Any, Any]]:
-    """Give the figure and a function that poses it at a sample."""
+    """Give the figure, with its ``title``, and a function that poses it at a sample."""
     import matplotlib
     from matplotlib.figure import Figure
 

@@ -12,7 +12,17 @@ SLOWEST = 1e-3  # 1/s: slower real roots are shown as that slow
 def modal_motion(model: LinearModel, *, speed: float, eigenvalue: complex, amplitude: float, frames: int) -> Response:
     """One period of a pair, without growth so that a film can repeat it, or one time constant of a real root.
 
-    ``amplitude`` (rad) is the largest of lean, steer and yaw.
+    Parameters
+    ----------
+    model : LinearModel
+    speed : float
+        m/s.
+    eigenvalue : complex
+        1/s.
+    amplitude : float
+        The largest of lean, steer and yaw, rad.
+    frames : int
+        Number of samples.
     """
     if eigenvalue.imag:
         time = 2 * np.pi / abs(eigenvalue.imag) * np.arange(frames) / frames

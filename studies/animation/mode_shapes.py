@@ -19,6 +19,15 @@ def draw_mode_shapes(found: Modes, target: Path, *, names: tuple[str, ...] | Non
 
     The largest angle has length 1, lean has phase 0; an arrow ahead of another (anticlockwise) comes first in time. A
     lateral motion longer than 1 m per rad is drawn shortened, its length stands in the legend.
+
+    Parameters
+    ----------
+    found : Modes
+    target : Path
+    names : tuple of str, optional
+        Modes to draw; by default all that exist.
+    number : int, optional
+        Index of the speed.
     """
     present = [name for name in names or found.names if not np.isnan(found.branch(name)[number, 0])]
     rows = -(-len(present) // PER_ROW)
@@ -55,7 +64,7 @@ def _panel(axes: Any, found: Modes, name: str, number: int) -> None:
 
 
 def describe(root: complex) -> str:
-    """Frequency and damping ratio of a pair, time constant of a real root."""
+    """Frequency and damping ratio of a pair, time constant of a real ``root`` (1/s)."""
     if root.imag:
         return f"{abs(root.imag) / (2 * np.pi):.2f} Hz, damping ratio {-root.real / abs(root):.3f}"
     if root.real == 0:

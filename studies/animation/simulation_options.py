@@ -21,7 +21,7 @@ HOW = (
 
 
 def parse_initial(text: str) -> dict[str, float]:
-    """``lean=0.02,steer_rate=0.1`` as state -> value.
+    """State -> value (SI) from a ``text`` like ``lean=0.02,steer_rate=0.1``.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def parse_initial(text: str) -> dict[str, float]:
 
 
 def parse_inputs(texts: Sequence[str], *, allowed: Sequence[str] | None = None) -> dict[str, InputHistory]:
-    """``steer_torque:step:0.5@1.0`` and the like, as input -> history; see :data:`HOW`.
+    """Input -> history from ``texts`` like ``steer_torque:step:0.5@1.0``; see :data:`HOW`.
 
     ``allowed`` are the inputs of the model; without it every name is taken.
 
@@ -86,7 +86,7 @@ def check_within(inputs: Mapping[str, InputHistory], duration: float) -> None:
 
 
 def read_history(path: Path, name: str) -> InputHistory:
-    """An input from a CSV with ``time_s`` and a column named with its unit, ``steer_torque_N_m`` for example."""
+    """The input ``name`` from a CSV ``path`` with ``time_s`` and a column with its unit, e.g. ``steer_torque_N_m``."""
     import pandas as pd
 
     try:

@@ -22,12 +22,15 @@ class ValidationGroup(click.Group):
         self.package = package
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names of the validations, sorted."""
+        """Names of the validations, sorted (``ctx``: click's context)."""
         found = pkgutil.iter_modules(import_module(self.package).__path__)
         return sorted(module.name.replace("_", "-") for module in found if not module.name.startswith("_"))
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Build the command of a validation from the signature of its ``run``; ``_`` and ``-`` are alike."""
+        """Build the command ``cmd_name`` from the signature of its ``run``; ``_`` and ``-`` are alike.
+
+        ``ctx`` is click's context.
+        """
         name = cmd_name.replace("_", "-")
         if name not in self.list_commands(ctx):
             return None

@@ -177,7 +177,7 @@ def tally_words(study: Study, tally: Tally, low: Result) -> str:
 
 
 def begins(outer: Plausible, low: float, high: float) -> str:
-    """Where those that wobble begin to, of :meth:`Plausible.likely`."""
+    """Where those that wobble begin to: between ``low`` and ``high`` (m/s) of :meth:`Plausible.likely`."""
     count = outer.count - outer.without
     if count == 1:
         return f"the only one that wobbles begins at {speed(low)}"

@@ -119,5 +119,5 @@ def at_condition(case: TyreCase) -> str:
 
 
 def speed(value: float) -> str:
-    """``4.1 m/s (15 km/h)``."""
+    """``4.1 m/s (15 km/h)``, from a ``value`` in m/s."""
     return f"{value:.1f} m/s ({KMH * value:.0f} km/h)"

@@ -6,6 +6,7 @@ from typing import Any
 from bicycle.effect import WHEELS, effect_class
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model
+from bicycle.parameter_key import ParameterKey
 from bicycle.parameters import UNITS, bodies, static_loads
 from studies.main_study.cases import CONTACT
 from studies.main_study.settings import CONTACT_LENGTH, Settings, Setup
@@ -22,18 +23,18 @@ def model(settings: Settings, setup: Setup, contact: Sequence[float] | Array) ->
 
 
 def build(settings: Settings, setup: Setup, contact: Sequence[float] | Array) -> LinearModel:
-    """The linear model of :func:`model`."""
+    """The linear model of :func:`model`; ``contact`` (4,) as there."""
     return model(settings, setup, contact).linear_model()
 
 
 def contact_law(setup: Setup, contact: Sequence[float] | Array) -> dict[str, dict[str, Any]]:
-    """The tyre as a table of a model file."""
+    """The tyre as a table of a model file; ``contact`` (4,) in the order of :data:`CONTACT`, N/rad and m."""
     rear_stiffness, rear_length, front_stiffness, front_length = (float(value) for value in contact)
     table: dict[str, Any] = {
         "cornering_stiffness": {"rear": rear_stiffness, "front": front_stiffness},
         "relaxation_length": {"rear": rear_length, "front": front_length},
     }
-    return {CONTACT[0].split(".")[0]: table}
+    return {ParameterKey.parse(CONTACT[0]).effect: table}
 
 
 def beside(settings: Settings, setup: Setup) -> dict[str, dict[str, Any]]:
@@ -61,14 +62,14 @@ def beside(settings: Settings, setup: Setup) -> dict[str, dict[str, Any]]:
 
 
 def camber_stiffness(setup: Setup, p: Mapping[str, Any]) -> tuple[Any, Any]:
-    """Camber stiffness (N/rad) of rear and front wheel of a parameter set."""
+    """Camber stiffness (N/rad) of rear and front wheel on the loads of a parameter set ``p`` (Meijaard's keys, SI)."""
     rear, front = static_loads(bodies(p), p["w"], p["g"])
     return setup.camber_share * rear, setup.camber_share * front
 
 
 def content(settings: Settings, setup: Setup, tyre: Mapping[str, Any]) -> dict[str, Any]:
-    """A case as the content of a model file, with the tyre as a table of it."""
-    law = CONTACT[0].split(".")[0]
+    """A case as the content of a model file, with ``tyre`` as the table of its contact law."""
+    law = ParameterKey.parse(CONTACT[0]).effect
     return {
         "bicycle": {key: settings.bicycle[key] for key in UNITS},
         "effects": {law: dict(tyre), **beside(settings, setup)},
@@ -76,7 +77,7 @@ def content(settings: Settings, setup: Setup, tyre: Mapping[str, Any]) -> dict[s
 
 
 def follow(settings: Settings, setup: Setup, p: Mapping[str, Any]) -> dict[str, Any]:
-    """What hangs on the bicycle: assumed camber thrust on the loads, an assumed hinge on the steer axis."""
+    """What hangs on the bicycle ``p`` (Meijaard's keys): assumed camber thrust on the loads, an assumed hinge."""
     found: dict[str, Any] = {}
     if "camber_thrust" not in settings.further:
         found |= dict(zip(CAMBER, camber_stiffness(setup, p), strict=True))

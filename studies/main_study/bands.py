@@ -129,7 +129,7 @@ def wobble_span(linear: LinearModel, edges: Iterable[Edge], limit: float) -> Spa
 
 
 def grows_fast(linear: LinearModel, speed: float) -> bool:
-    """Whether an oscillation as fast as wobble grows at a speed (m/s)."""
+    """Whether an oscillation as fast as wobble grows at a ``speed`` (m/s)."""
     values = linear.eigenvalues(speed)
     hertz = values.imag / (2 * np.pi)
     return bool(((values.real > 0) & (hertz >= FASTER_THAN_WEAVE) & (hertz < SLOWER_THAN_TYRES)).any())

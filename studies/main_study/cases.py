@@ -134,7 +134,7 @@ def subject_first(found: Sequence[TyreCase]) -> Iterator[TyreCase]:
 
 
 def measured_tyres(files: Sequence[str]) -> Iterator[tuple[str, TyreMap, bool]]:
-    """Source as in a model file, map, and whether it is packaged: the files', then all packaged tyres and surfaces."""
+    """Source as in a model file, map, and whether it is packaged: those of ``files``, then all that are packaged."""
     packaged = [
         (name, TyreMap.load(name, surface=on).assuming(CORNERING_STIFFNESS))
         for name, surfaces in available_tyres().items()
@@ -157,6 +157,17 @@ def measured_tyres(files: Sequence[str]) -> Iterator[tuple[str, TyreMap, bool]]:
 
 def measured_case(table: Table, maps: Mapping[str, TyreMap], bicycle: Bicycle, packaged: bool) -> TyreCase:
     """A measured tyre, or one on each wheel, at the wheel loads.
+
+    Parameters
+    ----------
+    table : Table
+        Of a model file: tyre, surface and pressure, each for both wheels or {rear, front}.
+    maps : mapping of str to TyreMap
+        By the tyre as the table names it.
+    bicycle : Bicycle
+        Whose wheel loads are taken.
+    packaged : bool
+        Whether the tyre comes with velotyre; a user's file is called by its name.
 
     Raises
     ------
@@ -191,7 +202,7 @@ def named(measured: TyreMap) -> str:
 
 
 def given_cases(table: Table, bicycle: Bicycle, pressures: Sequence[float]) -> Iterator[TyreCase]:
-    """The tyre of a model file as it is there and, where it was measured, at further pressures (bar)."""
+    """The tyre of a model file as it is there and, where it was measured, at further ``pressures`` (bar)."""
     yield given_case(table, bicycle)
     if "tyre" in table:
         for bar in pressures:
@@ -222,7 +233,7 @@ def given_case(table: Table, bicycle: Bicycle) -> TyreCase:
 
 
 def per_wheel(value: Any) -> tuple[Any, Any]:
-    """A value for both wheels, or {rear, front}, as rear and front."""
+    """A ``value`` for both wheels, or {rear, front}, as rear and front; in any unit."""
     return (value["rear"], value["front"]) if isinstance(value, Mapping) else (value, value)
 
 

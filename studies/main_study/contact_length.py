@@ -66,5 +66,5 @@ def loaded(settings: Settings, case: TyreCase) -> tuple[float, float] | None:
 
 
 def shortened(case: TyreCase, rear: float, front: float) -> tuple[float, float]:
-    """Half lengths that the relaxation lengths can contain."""
+    """Half lengths that the relaxation lengths can contain, of those wanted at ``rear`` and ``front``, m."""
     return min(rear, WIDEST * float(case.contact[1])), min(front, WIDEST * float(case.contact[3]))

@@ -64,7 +64,14 @@ class Decomposition:
     changes: tuple[Change, ...]
 
     def change(self, name: str, quantity: str = CRITICAL) -> Change | None:
-        """The change of one quantity; None where it does not exist at both pressures and in between."""
+        """The change of one quantity; None where it does not exist at both pressures and in between.
+
+        Parameters
+        ----------
+        name : str
+            Of a mode, or of a critical speed as :func:`named_speeds` calls it.
+        quantity : str, optional
+        """
         return next((c for c in self.changes if (c.name, c.quantity) == (name, quantity)), None)
 
 
@@ -94,7 +101,7 @@ def decompose(settings: Settings, higher: Result, lower: Result) -> Decompositio
 
 
 def named_speeds(crossings: Iterable[Any]) -> dict[str, float]:
-    """Critical speeds (m/s), named by mode, direction and, where a mode crosses several times, a number."""
+    """Speeds (m/s) of ``crossings``, named by mode, direction and, where a mode crosses several times, a number."""
     values: dict[str, float] = {}
     every = list(crossings)
     wobbles = [id(edge) for edge in wobble_edges(every)]
@@ -107,7 +114,17 @@ def named_speeds(crossings: Iterable[Any]) -> dict[str, float]:
 
 
 def follow(settings: Settings, setup: Setup, start: Array, end: Array, eigenvalue: complex) -> complex:
-    """What an eigenvalue (1/s, at the report speed) becomes as the tyre numbers go from ``start`` to ``end``."""
+    """What an oscillation at the report speed becomes as the tyre's numbers change.
+
+    Parameters
+    ----------
+    settings : Settings
+    setup : Setup
+    start, end : ndarray, shape (4,)
+        Tyre numbers in the order of :data:`studies.main_study.cases.CONTACT`.
+    eigenvalue : complex
+        At the start, 1/s.
+    """
     for share in np.linspace(0, 1, STEPS + 1)[1:]:
         eigenvalue = nearest(build(settings, setup, start + share * (end - start)), settings.report_speed, eigenvalue)
     return eigenvalue

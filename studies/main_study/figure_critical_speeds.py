@@ -23,7 +23,7 @@ SPREAD = 0.56  # of a row: the modes lie one above the other
 
 
 def draw_critical_speeds(study: Study, target: Path) -> Path:
-    """A panel per world; filled: becomes unstable, hollow: stable; bars: one standard deviation."""
+    """A panel per world into ``target``; filled: becomes unstable, hollow: stable; bars: one standard deviation."""
     setups = study.settings.setups
     rows = list(study.cases)
     crossed = list(dict.fromkeys(c.mode for result in study.results for c in result.crossings))

@@ -9,7 +9,7 @@ from studies.reporting.plotting import UNSTABLE, drawing, extrapolated_note, hat
 
 
 def draw_damping(study: Study, target: Path) -> Path:
-    """A row per mode, a column per setup, a line per tyre and surface; bands: one standard deviation."""
+    """A row per mode, a column per setup, a line per tyre and surface, as ``target``; bands: one standard deviation."""
     setups = study.settings.setups
     with drawing(target, width=12.5, height=6.4) as canvas:
         grid = canvas.subplots(len(COMPARED_MODES), len(setups), sharex=True, squeeze=False)

@@ -35,7 +35,7 @@ def panels_width(study: Study) -> float:
 
 
 def draw_eigenvalues(study: Study, setup: Setup, target: Path) -> Path:
-    """Real part and frequency against speed; a column per tyre and surface, a marker per mode, a line per pressure."""
+    """Real part and frequency against speed into ``target``; a column per tyre and surface, a marker per mode."""
     speeds = study.settings.speeds
     width = panels_width(study)
     with drawing(target, width=width, height=7.0) as canvas:

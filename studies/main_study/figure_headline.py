@@ -28,7 +28,7 @@ NUMBER = 1.04  # of the fastest speed, where the number of an edge begins at the
 def draw_headline(study: Study, setup: Setup, target: Path) -> Path:
     """Left: bands of unstable wobble in one world; right: how lower pressure moves their two edges, and why.
 
-    The right side is left out where no band has an edge at both pressures.
+    The right side is left out where no band has an edge at both pressures. Goes into ``target``.
     """
     explained = bool(changes(study, setup))
     columns = 2 if explained else 1
@@ -64,7 +64,7 @@ def changes(study: Study, setup: Setup) -> list[Change]:
 
 
 def draw_bands(axes: Any, study: Study, setup: Setup) -> None:
-    """Bars from onset to end of unstable wobble; pale ends: one standard deviation; lines: plausible fronts."""
+    """Bars from onset to end of unstable wobble on ``axes``; pale ends: one sd; lines: plausible fronts."""
     height, ticks = 0.0, {}
     results = study.of(setup)
     fastest = study.settings.fastest
@@ -171,7 +171,7 @@ def _weave_mark(axes: Any, crossing: Crossing, height: float) -> None:
 
 
 def draw_parts(axes: Any, study: Study, setup: Setup) -> None:
-    """Stacked bars: change of each edge of the band at the lower pressure, by what causes it."""
+    """Stacked bars on ``axes``: change of each edge of the band at the lower pressure, by what causes it."""
     from matplotlib.patches import Patch
 
     height, ticks = 0.0, {}

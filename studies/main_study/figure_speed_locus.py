@@ -22,7 +22,7 @@ CHARACTER, LINE = 0.027, 0.055  # of the panel, what a letter and a line of a la
 
 
 def draw_speed_locus(study: Study, setup: Setup, target: Path) -> Path:
-    """Complex plane, coloured by speed, a panel per tyre and surface, a marker per pressure.
+    """Complex plane into ``target``, coloured by speed, a panel per tyre and surface, a marker per pressure.
 
     Below each panel the roots on the real axis, a row per mode; what never enters the window is named in its title.
     """
@@ -109,7 +109,7 @@ def _real(axes: Any, path: Modes, number: int, rows: list[str], speeds: Array, b
 
 
 def unseen_modes(found: list[Modes], top: float) -> list[str]:
-    """Oscillations that never enter the window."""
+    """Oscillations of the paths ``found`` that never enter the window up to ``top``, rad/s."""
     moving = {mode for path in found for mode, values in path.branches.items() if (values.imag > 0).any()}
     shown = {mode for path in found for mode, values in path.branches.items() if _seen(values, top).any()}
     return sorted(moving - shown)
@@ -118,7 +118,7 @@ def unseen_modes(found: list[Modes], top: float) -> list[str]:
 def label_places(path: Modes, top: float) -> list[tuple[str, float, float]]:
     """Mode and place of every name to write: the fastest point of each stretch of an oscillation inside the window.
 
-    A stretch that hugs the real axis is named there, by its row of real roots.
+    The window ends at ``top``, rad/s. A stretch that hugs the real axis is named there, by its row of real roots.
     """
     places = []
     for mode, values in path.branches.items():

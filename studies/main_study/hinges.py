@@ -57,6 +57,15 @@ def hinges(settings: Settings, cases: Sequence[TyreCase], case: TyreCase) -> tup
 def wobble(settings: Settings, setup: Setup, contact: Array, words: str = "") -> End:
     """Wobble of one model.
 
+    Parameters
+    ----------
+    settings : Settings
+    setup : Setup
+    contact : ndarray, shape (4,)
+        Tyre numbers in the order of :data:`studies.main_study.cases.CONTACT`.
+    words : str, optional
+        What is said of the end of a range.
+
     Raises
     ------
     InputError

@@ -10,6 +10,7 @@ from bicycle.effect import effect_class
 from bicycle.files.bicycle_file import load_bicycle
 from bicycle.files.model_file import MOST_BAR, located, read_model
 from bicycle.model import DEFAULT_CONTACT
+from bicycle.parameter_key import ParameterKey
 from bicycle.parameters import Bicycle
 from studies.main_study.riders import packaged_postures, with_rider
 from studies.main_study.settings import Arms, Front, Settings
@@ -79,18 +80,18 @@ def settings_of(
 
 
 def own_front(table: Mapping[str, Any] | None, bicycle: Bicycle) -> Front:
-    """The flexible front of a model file, or the assumed one."""
+    """The flexible front of a model file's ``table``, or the assumed one."""
     if table is None:
         return Front()
     values = effect_class("front_compliance")(**table).values(bicycle.values)
-    number = {key.split(".", 1)[1]: value for key, value in values.items()}
+    number = {ParameterKey.parse(key).entry: value for key, value in values.items()}
     return Front(
         number["stiffness"], number["damping"], -number["joint_z"], number["joint_x"], number["axis_tilt"], given=True
     )
 
 
 def own_arms(table: Mapping[str, Any] | None) -> Arms:
-    """The arms of a model file, or the assumed ones."""
+    """The arms of a model file's ``table``, or the assumed ones."""
     if table is None:
         return Arms()
     effect = effect_class("rider_arms")(**table)
@@ -100,7 +101,7 @@ def own_arms(table: Mapping[str, Any] | None) -> Arms:
 
 
 def read_pressures(text: str | None) -> tuple[float, ...]:
-    """Pressures in bar from ``3.5,5,7``, ascending."""
+    """Pressures in bar from a ``text`` like ``3.5,5,7``, ascending."""
     if text is None:
         return ()
     try:

@@ -20,7 +20,10 @@ from studies.main_study.tables import write_tables
 
 
 def run_and_write(settings: Settings, folder: Path, *, workers: int = 1) -> tuple[Study, Answer, Path]:
-    """Compute the study and write it into ``folder``; returns it with the first screen and the HTML report."""
+    """Compute the study and write it into ``folder``; returns it with the first screen and the HTML report.
+
+    ``workers`` is the number of processes.
+    """
     from tyre.base.progress import progress_bar
 
     folder.mkdir(parents=True, exist_ok=True)
@@ -44,12 +47,12 @@ def run_and_write(settings: Settings, folder: Path, *, workers: int = 1) -> tupl
 
 
 def drawn(draw: Callable[[Study], Path], study: Study) -> Path:
-    """One figure, as work for a process."""
+    """One figure by its function ``draw``, as work for a process."""
     return draw(study)
 
 
 def drawings(settings: Settings, folder: Path) -> list["partial[Path]"]:
-    """Every figure of the study, each to be called with it."""
+    """Every figure of the study for ``folder``, each to be called with the study."""
     draws = [
         partial(draw_headline, setup=settings.reference, target=folder / "headline"),
         partial(draw_headline, setup=settings.setups[1], target=folder / "wobble_hands_on"),

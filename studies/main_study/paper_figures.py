@@ -59,12 +59,12 @@ FIGURES = (
 
 
 def paper_stems(folder: Path) -> list[Path]:
-    """Where the redraws go."""
+    """Where in ``folder`` the redraws go."""
     return [folder / f"paper_fig{number:02d}" for number in (1, *(figure.number for figure in FIGURES))]
 
 
 def draw_paper_figure(target: Path) -> Path:
-    """Draw one redraw, by the number at the end of its name."""
+    """Draw one redraw, by the number at the end of the name ``target``."""
     number = int(target.name[-2:])
     if number == 1:
         return draw_step_response(target)
@@ -72,7 +72,7 @@ def draw_paper_figure(target: Path) -> Path:
 
 
 def draw_over_load(figure: PaperFigure, target: Path) -> Path:
-    """A quantity over load, one line per tyre and pressure; relaxation length and K with their error bars."""
+    """A quantity over load into ``target``, one line per tyre and pressure; relaxation length and K with error bars."""
     with drawing(target, width=6.4, height=4.0) as canvas:
         axes = canvas.add_subplot()
         for which, (tyre, surface) in enumerate(figure.series):
@@ -96,7 +96,16 @@ def draw_over_load(figure: PaperFigure, target: Path) -> Path:
 
 
 def draw_step_response(target: Path, *, load: float = 400.0, pressure_bar: float = 5.5) -> Path:
-    """Side force after a slip step, F/F_steady = 1 - exp(-v t / relaxation length), at one measured condition."""
+    """Side force after a slip step at one measured condition: F/F_steady = 1 - exp(-v t / relaxation length).
+
+    Parameters
+    ----------
+    target : Path
+        Without ending.
+    load : float
+        N.
+    pressure_bar : float
+    """
     flat = [key for key in TABLES if key[1] == "flat"]
     time = np.linspace(0, 0.2, 201)
     with drawing(target, width=6.4, height=4.0) as canvas:
@@ -118,7 +127,7 @@ def draw_step_response(target: Path, *, load: float = 400.0, pressure_bar: float
 
 
 def step_condition(table: "pd.DataFrame", load: float, pressure_bar: float) -> float:
-    """Relaxation length (m) of one measured row of a tyre's table."""
+    """Relaxation length (m) of one measured row of a tyre's ``table``, at ``load`` (N) and ``pressure_bar``."""
     row = table[(table["load_N"] == load) & (table["pressure_bar"] == pressure_bar)]
     return float(row["relaxation_length_mm"].iloc[0]) / 1e3
 

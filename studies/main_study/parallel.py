@@ -13,12 +13,12 @@ class Each(Protocol):
     def __call__(
         self, work: Callable[..., Done], items: Iterable[tuple[Any, ...]], said: Callable[..., str]
     ) -> list[Done]:
-        """Results in the order of the items."""
+        """Results of ``work`` on ``items`` in their order; ``said`` makes of an item what is told when it is done."""
 
 
 @contextmanager
 def spread(workers: int, step: Callable[[str], None]) -> Iterator[Each]:
-    """Give :class:`Each`, in this process with one worker; ``step`` is told of every item that is done."""
+    """Give :class:`Each` of a number of ``workers``, one is this process; ``step`` is told of every item done."""
     if workers < 2:
         yield _here(step)
         return

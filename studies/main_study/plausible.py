@@ -47,7 +47,7 @@ class Plausible:
         return int((np.isnan(self.onset) & self.computed).sum())
 
     def likely(self, edge: str) -> tuple[float, float] | None:
-        """What nine of ten bicycles with unstable wobble have as their ``onset`` or ``end``, m/s; None without any.
+        """What nine of ten bicycles with unstable wobble have as ``edge``, ``onset`` or ``end``, m/s; None without any.
 
         Of fewer than ``FEWEST`` it is what all have.
         """
@@ -92,7 +92,7 @@ def shares(settings: Settings) -> Mapping[str, Array]:
 
 
 def spread_over(ends: tuple[float, float], u: Array) -> Array:
-    """Numbers between two ends: evenly in the logarithm where both are positive, else evenly."""
+    """Numbers between two ``ends`` (any unit) for ``u`` (n,), 0 to 1; even in the logarithm if both are positive."""
     low, high = ends
     return np.asarray(low * (high / low) ** u if low > 0 else low + (high - low) * u)
 
@@ -100,7 +100,7 @@ def spread_over(ends: tuple[float, float], u: Array) -> Array:
 def changed(
     settings: Settings, setup: Setup, drawn: Mapping[str, Array], k: int, values: Mapping[str, float]
 ) -> dict[str, float]:
-    """Parameters of the effects beside the tyre for the k-th draw, on a bicycle with ``values``."""
+    """Parameters of the effects beside the tyre for draw number ``k`` of ``drawn``, on a bicycle with SI ``values``."""
     found: dict[str, float] = {}
     if "camber_thrust" in settings.further:
         found |= {key: values[key] * float(drawn["camber_share"][k]) for key in CAMBER}
@@ -119,7 +119,10 @@ def changed(
 
 
 def another_front(front: Front, drawn: Mapping[str, Array], k: int) -> Front:
-    """A front of the plausible ones; the hinge moves along the steer axis, or upwards where it was given."""
+    """A front of the plausible ones: number ``k`` of ``drawn``.
+
+    The hinge moves along the steer axis, or upwards where it was given.
+    """
     return replace(
         front, stiffness=float(drawn["stiffness"][k]), damping=float(drawn["damping"][k]),
         joint_height=front.joint_height + float(drawn["hinge"][k]),

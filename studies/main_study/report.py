@@ -34,7 +34,10 @@ from studies.main_study.study import Study
 
 
 def write_report(study: Study, answer: Answer, folder: Path, *, paper_figures: Sequence[str]) -> tuple[Path, Path]:
-    """Write report.md and report.html into ``folder``, beside the figures they show."""
+    """Write report.md and report.html into ``folder``, beside the figures they show.
+
+    ``paper_figures`` are the names of the redraws that were made.
+    """
     from jinja2 import Environment, StrictUndefined
     from markdown import markdown
 
@@ -55,7 +58,7 @@ def write_report(study: Study, answer: Answer, folder: Path, *, paper_figures: S
 
 
 def anchor(title: str) -> str:
-    """What a link to a section ends in, as Markdown viewers make it."""
+    """What a link to the section ``title`` ends in, as Markdown viewers make it."""
     return re.sub(r"[^a-z0-9]+", "-", title.lower().replace("'", "").replace("?", "").replace(".", "")).strip("-")
 
 

@@ -4,7 +4,7 @@ from bicycle.sensitivity.eigenvalue_derivatives import critical_speed_sensitivit
 from studies.main_study.checks import FAR, differs, excess
 from studies.main_study.report_numbers import shown_like, signed, signed_range, table
 from studies.main_study.solve import COMPARED_MODES
-from studies.main_study.spread import VARIED_APART, uncertainty
+from studies.main_study.spread import uncertainty, varied_apart
 from studies.main_study.study import Study
 from studies.uncertainty import contributions
 from studies.uncertainty.contributions import assumed_words
@@ -110,7 +110,7 @@ def uncertainty_lines(study: Study) -> list[str]:
         shares = ", ".join(f"{group} {100 * share:.0f} %" for group, share in ranked if share >= SMALL)
         lines.append(f"uncertainty of '{name}' ({study.focus.name}, {study.focus.condition}): {shares}")
     exact = contributions.counted_as_exact(_focus_uncertainty(study))
-    alone = [key for key in exact if key.split(".")[0] not in VARIED_APART]
+    alone = [key for key in exact if not varied_apart(key)]
     said = f"counted as exact: {', '.join(alone) or 'nothing'}"
     return [*lines, f"{said}, beside front, arms, camber thrust and friction, which the plausible fronts vary"]
 

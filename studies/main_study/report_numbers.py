@@ -31,7 +31,7 @@ def with_sd(number: Measured) -> str:
 
 
 def shown_like(value: float, sd: float) -> str:
-    """A number with as many places as its standard deviation deserves: one digit of it, two where that is a 1."""
+    """A ``value`` with as many places as its ``sd`` deserves: one digit of it, two where that is a 1."""
     if not (math.isfinite(sd) and sd > 0):
         return f"{value:.4g}"
     power = math.floor(math.log10(sd))
@@ -42,17 +42,17 @@ def shown_like(value: float, sd: float) -> str:
 
 
 def plain_range(values: Sequence[float], digits: str) -> str:
-    """``low to high``, or one number where they print alike."""
+    """``low to high`` of ``values``, or one number where they print alike; ``digits`` is a format such as ``.2f``."""
     return _range([f"{value:{digits}}" for value in (min(values), max(values))])
 
 
 def signed_range(values: Sequence[float], digits: str = ".3f") -> str:
-    """The same with signs."""
+    """``low to high`` of ``values`` with signs, or one number where they print alike; ``digits`` is a format."""
     return _range([signed(value, digits) for value in (min(values), max(values))])
 
 
 def signed(value: Any, digits: str = "") -> str:
-    """A number with its sign, and without one where it prints as zero."""
+    """A ``value`` with its sign, and without one where it prints as zero; ``digits`` is a format such as ``.2f``."""
     text = f"{value:+{digits}}"
     return text if float(text) else text[1:]
 
@@ -62,7 +62,7 @@ def _range(ends: list[str]) -> str:
 
 
 def table(rows: list[list[str]], headers: list[str]) -> str:
-    """A Markdown table."""
+    """A Markdown table of ``rows`` under ``headers``."""
     from tabulate import tabulate
 
     return tabulate(rows, headers=headers, tablefmt="github", disable_numparse=True)

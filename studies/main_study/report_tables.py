@@ -59,7 +59,7 @@ def band_table(study: Study) -> str:
 
 
 def likely(outer: Plausible | None, edge: str, fastest: float) -> str:
-    """Where nine of ten plausible fronts have an edge of the band."""
+    """Where nine of ten plausible fronts have the ``onset`` or ``end`` (``edge``) of the band; ``fastest`` in m/s."""
     ends = outer.likely(edge) if outer else None
     if ends is None:
         return "-"
@@ -150,7 +150,18 @@ def mode_table(results: Sequence[Result]) -> str:
 
 
 def parts_table(study: Study, quantity: str, unit: str, digits: int) -> str:
-    """Decomposition of the reference world; the printed numbers of a row add up."""
+    """Decomposition of the reference world; the printed numbers of a row add up.
+
+    Parameters
+    ----------
+    study : Study
+    quantity : str
+        Of the changes, ``damping_ratio`` or ``critical_speed_m_s``.
+    unit : str
+        Follows the words in the head: ``, m/s``.
+    digits : int
+        Number of decimals.
+    """
     rows = []
     for d in (d for d in study.decompositions if d.setup == study.settings.reference):
         for c in (c for c in d.changes if c.quantity == quantity):
@@ -172,7 +183,7 @@ def parts_table(study: Study, quantity: str, unit: str, digits: int) -> str:
 
 
 def never_stable(result: Result, limit: float) -> bool:
-    """Whether some root grows at every speed from walking on, although each mode by itself may be stable somewhere."""
+    """Whether some root grows at every speed from walking to ``limit`` (m/s), though no one mode may do so."""
     values = result.modes.model.eigenvalues(np.arange(SLOWEST, limit + STRIDE, STRIDE))
     return bool((values.real > 0).any(axis=1).all())
 
@@ -220,7 +231,7 @@ def tyre_table(cases: Iterable[TyreCase]) -> str:
 
 
 def bands_words(bands: Sequence[Band], max_speed: float) -> str:
-    """Bands with the standard deviations of their edges."""
+    """Bands with the standard deviations of their edges; ``max_speed`` (m/s) is the fastest looked at."""
     words = []
     for band in bands:
         low = one_sd(band.start) if band.start else "0"
@@ -235,7 +246,7 @@ def one_sd(edge: Crossing) -> str:
 
 
 def kmh_words(bands: Sequence[Band], max_speed: float) -> str:
-    """The same bands in km/h."""
+    """Bands in km/h; ``max_speed`` (m/s) is the fastest looked at."""
     words = []
     for band in bands:
         low = KMH * band.start.speed if band.start else 0.0

@@ -10,7 +10,14 @@ DEFAULT_POSTURE = "drops"
 
 
 def with_rider(frame: str, rider: str, posture: str | None) -> tuple[Bicycle, tuple[Bicycle, ...]]:
-    """A bicycle with a rider, each packaged or a file, and the same rider in every posture that can be reached.
+    """A bicycle with a rider, and the same rider in every posture that can be reached.
+
+    Parameters
+    ----------
+    frame, rider : str
+        Packaged names, or files.
+    posture : str or None
+        Of the first; None for ``DEFAULT_POSTURE``.
 
     Raises
     ------

@@ -80,7 +80,10 @@ class Ranges:
 
     @classmethod
     def of(cls, front: Front, arms: Arms, *, camber_given: bool, friction_given: bool) -> "Ranges":
-        """The ranges around what is assumed; what a model file gives is known to a fifth."""
+        """The ranges around what is assumed; what a model file gives is known to a fifth.
+
+        ``camber_given`` and ``friction_given`` say whether it gives camber thrust and friction of the steering.
+        """
         found: dict[str, tuple[float, float]] = {}
         if front.given:
             found |= {"stiffness": around(front.stiffness), "damping": around(front.damping), "hinge": (-0.02, 0.02)}
@@ -94,7 +97,7 @@ class Ranges:
 
 
 def around(value: float) -> tuple[float, float]:
-    """A fifth to both sides."""
+    """A fifth of ``value`` (any unit) to both sides."""
     return 0.8 * value, 1.25 * value
 
 

@@ -83,13 +83,13 @@ class Result:
 
 
 def nearest(linear: LinearModel, speed: float, eigenvalue: complex) -> complex:
-    """The eigenvalue (1/s) of a model that is nearest to a given one."""
+    """The eigenvalue (1/s) of a model at a ``speed`` (m/s) that is nearest to ``eigenvalue`` (1/s)."""
     values = linear.eigenvalues(speed)
     return complex(values[int(np.argmin(np.abs(values - eigenvalue)))])
 
 
 def damping_ratio(eigenvalue: complex) -> float:
-    """Minus the real part over the modulus."""
+    """Minus the real part over the modulus of an ``eigenvalue`` (1/s)."""
     return -eigenvalue.real / abs(eigenvalue)
 
 
@@ -139,6 +139,6 @@ def least_damped(found: Modes) -> LeastDamped | None:
 
 
 def oscillations(found: Modes, row: int) -> dict[str, complex]:
-    """Eigenvalues (1/s, upper half) of the compared modes at one of the speeds, where they are oscillations."""
+    """Eigenvalues (1/s, upper half) of the compared modes where they oscillate, at the speed with index ``row``."""
     values = {name: complex(found.branches[name][row, 0]) for name in COMPARED_MODES if name in found.branches}
     return {name: value for name, value in values.items() if value.imag > 0}

@@ -5,14 +5,20 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bicycle.parameter_key import ParameterKey
 from studies.main_study.assemble import CAMBER, FRICTION, content, follow, model
 from studies.main_study.cases import CONTACT, TyreCase
 from studies.main_study.settings import Settings, Setup
 from studies.uncertainty.propagation import Uncertainty
 from tyre.base.arrays import Array
 
-VARIED_APART = ("front_compliance", "rider_arms", FRICTION, CAMBER[0].split(".")[0])
+VARIED_APART = ("front_compliance", "rider_arms", FRICTION, ParameterKey.parse(CAMBER[0]).effect)
 """Effects whose numbers the plausible fronts vary: they count as exact in a standard deviation."""
+
+
+def varied_apart(key: str) -> bool:
+    """Whether a parameter belongs to an effect that the plausible fronts vary."""
+    return ParameterKey.parse(key).effect in VARIED_APART
 
 
 class Spread(NamedTuple):
@@ -33,7 +39,7 @@ def spread(settings: Settings, case: TyreCase, setup: Setup) -> Spread:
 
 
 def within(names: Sequence[str], part: Spread) -> Array:
-    """The covariance of ``part`` among more parameters, which count as exact."""
+    """The covariance of ``part`` among the parameters ``names``; the others count as exact."""
     found = np.zeros((len(names), len(names)))
     at = [names.index(name) for name in part.names]
     found[np.ix_(at, at)] = part.covariance
@@ -49,7 +55,7 @@ def uncertainty(settings: Settings, case: TyreCase, setup: Setup) -> Uncertainty
     """
     followers = follow(settings, setup, settings.bicycle.values)
     parameters = model(settings, setup, case.contact).parameters
-    exact = {key: 0.0 for key in parameters if key.split(".")[0] in VARIED_APART and key not in followers}
+    exact = {key: 0.0 for key in parameters if varied_apart(key) and key not in followers}
     return Uncertainty(
         content(settings, setup, case.table), sd=exact, defaults=True, bicycle_sd=settings.bicycle.sd,
         follow=lambda p: follow(settings, setup, p),
@@ -57,7 +63,10 @@ def uncertainty(settings: Settings, case: TyreCase, setup: Setup) -> Uncertainty
 
 
 def draws(settings: Settings, case: TyreCase, uncertain: Uncertainty, count: int) -> Iterator[dict[str, float] | None]:
-    """Parameters of random bicycles; None for one that is no bicycle. The tyre's numbers differ from case to case."""
+    """Parameters of a number ``count`` of random bicycles; None for one that is no bicycle.
+
+    The tyre's numbers differ from case to case.
+    """
     mine = uncertain.draw(count, settings.seed)
     own = uncertain.draw(count, 1 + settings.seed + sum(map(ord, case.name + case.condition)))
     z = np.where([name.startswith("tyre ") for name in uncertain.names], own, mine)

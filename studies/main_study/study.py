@@ -57,7 +57,7 @@ class Study:
         return tuple(case for case in self.cases if case.name == self.names[0])
 
     def of(self, setup: Setup, name: str | None = None) -> list[Result]:
-        """Results of one setup, of one tyre and surface if named, in the order of the cases."""
+        """Results of one setup, of the tyre and surface ``name`` if given, in the order of the cases."""
         found = (self.result(setup, case) for case in self.cases if name in (None, case.name))
         return [result for result in found if result]
 
@@ -70,7 +70,7 @@ class Study:
         return next((p for p in self.plausible if p.setup == result.setup and same(p.case, result.case)), None)
 
     def decomposition(self, setup: Setup, name: str) -> Decomposition | None:
-        """The decomposition of one tyre and surface; None where it was measured at one pressure only."""
+        """The decomposition of the tyre and surface ``name``; None where it was measured at one pressure only."""
         return next((d for d in self.decompositions if d.setup == setup and d.higher.name == name), None)
 
 

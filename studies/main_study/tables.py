@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def write_tables(study: Study, folder: Path) -> dict[str, Path]:
-    """Write every table as CSV; returns name -> file."""
+    """Write every table as CSV into ``folder``; returns name -> file."""
     written = {}
     for name, table in tables(study).items():
         written[name] = folder / f"{name}.csv"

@@ -33,11 +33,11 @@ class Grid:
         return np.asarray(np.degrees(self.cornering_stiffness) / self.relaxation_length)
 
     def row(self, load: float) -> int:
-        """Index of a load, N."""
+        """Index of a ``load``, N."""
         return int(np.flatnonzero(np.isclose(self.loads, load))[0])
 
     def column(self, pressure: float) -> int:
-        """Index of a pressure, bar."""
+        """Index of a ``pressure``, bar."""
         return int(np.flatnonzero(np.isclose(self.pressures, pressure))[0])
 
 
@@ -103,7 +103,17 @@ class Claim:
 
 
 def claim(*, section: str, statement: str, text: str) -> Callable[[Test], Claim]:
-    """Turn a function of the tables into a `Claim` that carries the function's name."""
+    """Turn a function of the tables into a `Claim` that carries the function's name.
+
+    Parameters
+    ----------
+    section : str
+        Of the paper.
+    statement : str
+        What the paper says, in our words.
+    text : str
+        The number as the paper prints it.
+    """
 
     def make(test: Test) -> Claim:
         return Claim(test.__name__.replace("_", " "), section, statement, text, test)
@@ -112,7 +122,7 @@ def claim(*, section: str, statement: str, text: str) -> Callable[[Test], Claim]
 
 
 def judge_number(computed: float, claimed: float) -> Verdict:
-    """Compare a computed number with a whole number of the text by the rule of this module."""
+    """Compare a number ``computed`` with a whole number ``claimed`` in the text by the rule of this module."""
     tolerance = 2.5 if claimed % 5 == 0 else 1.0
     if abs(computed - claimed) <= tolerance:
         return "holds"
@@ -120,7 +130,7 @@ def judge_number(computed: float, claimed: float) -> Verdict:
 
 
 def judge_all(true: ArrayLike) -> Verdict:
-    """Holds if true everywhere, fails if nowhere, else partly."""
+    """Holds if ``true`` (any shape) everywhere, fails if nowhere, else partly."""
     conditions = np.asarray(true, dtype=bool)
     if conditions.all():
         return "holds"
@@ -128,7 +138,7 @@ def judge_all(true: ArrayLike) -> Verdict:
 
 
 def counted(true: ArrayLike) -> str:
-    """``8 of 9``."""
+    """``8 of 9``: the number of conditions that are ``true``."""
     conditions = np.asarray(true, dtype=bool)
     return f"{int(conditions.sum())} of {conditions.size}"
 
@@ -139,10 +149,10 @@ def percent_above(one: Array, other: Array) -> Array:
 
 
 def signed(values: ArrayLike, digits: int = 1) -> str:
-    """Numbers with their sign, comma separated."""
+    """Numbers ``values`` with their sign, comma separated, to a number ``digits`` of decimals."""
     return ", ".join(f"{value:+.{digits}f}" for value in np.atleast_1d(np.asarray(values, dtype=np.float64)))
 
 
 def plain(values: ArrayLike, digits: int = 1) -> str:
-    """Numbers, comma separated."""
+    """Numbers ``values``, comma separated, to a number ``digits`` of decimals."""
     return ", ".join(f"{value:.{digits}f}" for value in np.atleast_1d(np.asarray(values, dtype=np.float64)))

@@ -12,7 +12,7 @@ from bicycle.modal.named_modes import Modes, modes
 
 
 def analyse(model: LinearModel, speeds: ArrayLike, *, max_speed: float) -> tuple[Modes | None, Sequence[CriticalSpeed]]:
-    """Modes at speeds (m/s; None without speeds) and critical speeds up to ``max_speed``."""
+    """Modes at ``speeds`` (m,), m/s (None without speeds), and critical speeds up to ``max_speed`` (m/s)."""
     speeds = np.atleast_1d(np.asarray(speeds, float))
     return (modes(model, speeds) if speeds.size else None), critical_speeds(model, max_speed=max_speed)
 

@@ -2,5 +2,5 @@
 
 
 def example(*lines: str) -> str:
-    """Epilogue of a command: commands that run as they stand (``\\b`` keeps click from joining the lines)."""
+    r"""Epilogue of a command: ``lines`` of commands that run as they stand (``\b`` keeps click from joining them)."""
     return "\b\nExample:\n" + "\n".join(f"  {line}" for line in lines)

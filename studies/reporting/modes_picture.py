@@ -18,13 +18,16 @@ POINTS = 241  # along the speed
 
 
 def check_picture(target: str) -> None:
-    """Refuse a file that is no picture before anything is computed."""
+    """Refuse a ``target`` that is no picture before anything is computed."""
     if Path(target).suffix.lower() not in ENDINGS:
         raise InputError(f"--plot {target}: the ending must be one of {', '.join(ENDINGS)}")
 
 
 def draw_picture(model: LinearModel, speeds: Array, target: str, *, title: str) -> None:
-    """Draw the modes of a model over the range of ``speeds`` (m/s) into ``target``, finely enough for smooth lines."""
+    """Draw the modes of a model over the range of ``speeds`` (m/s) into ``target``, finely enough for smooth lines.
+
+    ``title`` stands above.
+    """
     import matplotlib
     from matplotlib.figure import Figure
 

@@ -32,7 +32,7 @@ verbose = click.option(
 
 
 def parse_speeds(text: str) -> NDArray[np.float64]:
-    """Speeds in m/s from ``start:stop:step`` (both ends included) or ``v1,v2,...``.
+    """Speeds in m/s from a ``text`` ``start:stop:step`` (both ends included) or ``v1,v2,...``.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def parse_speeds(text: str) -> NDArray[np.float64]:
 
 
 def write_json(content: Mapping[str, Any], target: str) -> None:
-    """Write JSON to a file, or to standard output when the target is ``-``."""
+    """Write ``content`` as JSON to a file, or to standard output when the ``target`` is ``-``."""
     text = json.dumps(content, indent=1, allow_nan=False)
     if target == "-":
         click.echo(text)
@@ -78,7 +78,7 @@ def write_json(content: Mapping[str, Any], target: str) -> None:
 
 
 def write_csv(table: "pd.DataFrame", target: str | Path) -> None:
-    """Write a table with its column names and all digits as CSV to a file, or to standard output when it is ``-``."""
+    """Write a ``table`` with column names and all digits as CSV to ``target``, ``-`` for standard output."""
     text = table.to_csv(index=False, lineterminator="\n")
     if target == "-":
         click.echo(text, nl=False)
@@ -90,7 +90,7 @@ def write_csv(table: "pd.DataFrame", target: str | Path) -> None:
 
 
 def critical_table(critical: Sequence[Any]) -> "pd.DataFrame":
-    """Critical speeds (``CriticalSpeed``), a row each, with the unit in the column names."""
+    """Critical speeds ``critical``, a row each, with the unit in the column names."""
     import pandas as pd
 
     columns = ("speed_m_s", "mode", "kind", "frequency_hz", "as_speed_grows")
@@ -99,7 +99,7 @@ def critical_table(critical: Sequence[Any]) -> "pd.DataFrame":
 
 
 def print_table(rows: Sequence[Sequence[Any]], headers: Sequence[str]) -> None:
-    """Print a table; numbers with four digits, text as it is, missing values as a dash."""
+    """Print ``rows`` under ``headers``; numbers with four digits, text as it is, missing values as a dash."""
     from tabulate import tabulate
 
     cells = [[f"{cell:.4g}" if isinstance(cell, float) else cell for cell in row] for row in rows]
@@ -107,13 +107,13 @@ def print_table(rows: Sequence[Sequence[Any]], headers: Sequence[str]) -> None:
 
 
 def print_critical(critical: Sequence[Any]) -> None:
-    """Print critical speeds (:class:`bicycle.critical.critical_speeds.CriticalSpeed`), one a row."""
+    """Print the critical speeds ``critical``, one a row."""
     rows = [[f"{c.speed:.6f}", c.mode, c.kind, c.frequency_hz, c.direction] for c in critical]
     print_table(rows, ["critical speed m/s", "mode", "kind", "frequency Hz", "as speed grows"])
 
 
 def print_warnings(warnings: Sequence[str]) -> None:
-    """Print warnings to standard error, each in one line; several notes on one tyre are one line without --verbose."""
+    """Print ``warnings`` to standard error, a line each; several notes on one tyre are one line without --verbose."""
     context = click.get_current_context(silent=True)
     full = context is not None and context.meta.get(VERBOSE, False)
     for warning in warnings if full else folded(warnings):

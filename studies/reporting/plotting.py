@@ -44,12 +44,12 @@ STYLE: Mapping[str, Any] = MappingProxyType(
 
 
 def look(number: int) -> Look:
-    """The look of the n-th series; after eight they repeat."""
+    """The look of series number ``number``; after eight they repeat."""
     return LOOKS[number % len(LOOKS)]
 
 
 def legend_columns(labels: Sequence[str], *, width: float) -> int:
-    """How many columns of a legend under a figure of some width (inches) fit."""
+    """How many columns of a legend with ``labels`` fit under a figure; its ``width`` is a number of inches."""
     room = [0.068 * len(label) + 0.6 for label in labels]
     for columns in range(len(labels), 1, -1):
         rows = -(-len(labels) // columns)  # a legend is filled column by column
@@ -60,7 +60,10 @@ def legend_columns(labels: Sequence[str], *, width: float) -> int:
 
 @contextmanager
 def drawing(target: Path, *, width: float, height: float) -> Iterator[Any]:
-    """Give an empty figure (inches) in the house style; save it as ``target`` .png and .svg at the end of the block."""
+    """Give an empty figure in the house style; save it as ``target`` .png and .svg at the end of the block.
+
+    ``width`` and ``height`` are in inches (no SI unit).
+    """
     import matplotlib
     from matplotlib.figure import Figure
 
@@ -76,16 +79,16 @@ def drawing(target: Path, *, width: float, height: float) -> Iterator[Any]:
 
 
 def pressure_shade(number: int, count: int) -> str:
-    """Grey from light (lowest pressure) to black (highest)."""
+    """Grey from light (lowest pressure) to black (highest) for pressure number ``number`` of a number ``count``."""
     return f"{0.7 * (1 - number / max(count - 1, 1)):.3f}"
 
 
 def hatch_extrapolated(axes: Any, extrapolated: bool) -> None:
-    """Hatch the background of axes whose content rests on extrapolated tyre values."""
+    """Hatch the background of ``axes`` where their content rests on ``extrapolated`` tyre values."""
     if extrapolated:
         axes.patch.set(**EXTRAPOLATED)
 
 
 def extrapolated_note(extrapolated: bool) -> str:
-    """What the title of a figure with such axes says."""
+    """What the title of a figure says of tyre values that are ``extrapolated``."""
     return "; hatched: tyre values extrapolated" if extrapolated else ""

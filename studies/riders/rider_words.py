@@ -18,7 +18,7 @@ UNITS = ("m", "m", "kg", "kg m^2", "kg m^2", "kg m^2", "kg m^2")
 
 
 def with_provenance(found: RiderOnBicycle, name: str) -> Bicycle:
-    """The bicycle with rider as a parameter set that says what it is and where it comes from.
+    """The bicycle with rider as a parameter set called ``name`` that says what it is and where it comes from.
 
     The rear frame is rounded to seven digits and its sd to three, so that a file can be made again to its last digit.
     """
@@ -29,7 +29,10 @@ def with_provenance(found: RiderOnBicycle, name: str) -> Bicycle:
 
 
 def file_text(found: RiderOnBicycle, bicycle: Bicycle, command: str) -> str:
-    """Text of the bicycle's file, with the joint angles and the largest causes of the uncertainty as comments."""
+    """Text of the bicycle's file, with joint angles and the largest causes of uncertainty as comments.
+
+    ``command`` is the command line that made it.
+    """
     said = [f"made by: {command}", *notes(found), "the sds are stated one by one; their correlations are left out"]
     said += [f"{key}: sd mainly from {cause}" for key, cause in main_causes(found)]
     angles = {k: v for k, v in found.seated.configuration.items() if v and k[:2] not in ("CB", "B1", "PK", "K1")}

@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tyre.base.files import slug
 from tyre.campaigns.campaign import Campaign
 from tyre.campaigns.condition import ConditionResult
-from tyre.campaigns.recording import RecordingSummary, points_of
+from tyre.campaigns.recording import points_of
+from tyre.campaigns.summary import RecordingSummary
 from tyre.fits.estimate import Estimate
 from tyre.fits.sweep_curve import magic_formula
 from tyre.recordings.recording import Channel
@@ -80,11 +82,6 @@ def save_figures(campaign: Campaign, folder: Path, *, every_recording: bool = Fa
                 figure.savefig(path)
                 paths.append(path)
     return paths
-
-
-def slug(name: str) -> str:
-    """A name fit for a file: letters, digits, ``-`` and ``_``."""
-    return "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in name)
 
 
 def carpet(conditions: Sequence[ConditionResult]) -> "Figure":
@@ -192,7 +189,10 @@ def stiffness_over_load(conditions: Sequence[ConditionResult]) -> "Figure":
 def flat_against_drum(
     campaign: Campaign, tyre: str, pairs: Sequence[tuple[ConditionResult, ConditionResult]]
 ) -> "Figure":
-    """Ratio of flat to drum cornering stiffness over load, with the fitted (1 + R/R_drum)^n."""
+    """Ratio of flat to drum cornering stiffness over load, with the fitted (1 + R/R_drum)^n.
+
+    ``pairs`` are the conditions of ``tyre`` measured on both.
+    """
     figure, axes = _figure(1, 1, width=6.4, height=4.2)
     panel = axes[0]
     pressures = sorted({flat.pressure for flat, _ in pairs})

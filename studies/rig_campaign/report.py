@@ -2,7 +2,6 @@
 
 import json
 import math
-from collections import defaultdict
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ import numpy as np
 
 from tyre.campaigns.campaign import Campaign
 from tyre.campaigns.condition import ConditionResult, Repeatability
+from tyre.campaigns.export import write_tables
 from tyre.fits.estimate import Estimate
 
 _N_PER_DEG = math.pi / 180.0
@@ -45,97 +45,18 @@ def write_campaign(
     pd.DataFrame([_condition_row(c) for c in campaign.conditions]).to_csv(written[0], index=False, lineterminator="\n")
     pd.DataFrame(_recording_rows(campaign)).to_csv(written[1], index=False, lineterminator="\n")
     written[2].write_text(json.dumps(campaign.as_json(), indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    maps, remarks = write_maps(campaign, out, wheel_radius=wheel_radius)
+    maps, remarks = write_tables(campaign, out, wheel_radius=wheel_radius)
     figures = save_figures(campaign, out / "figures", every_recording=every_recording)
     report = out / "report.md"
     report.write_text(report_text(campaign, figures, remarks, out), encoding="utf-8")
     return [*written, *maps, *figures, report]
 
 
-def write_maps(campaign: Campaign, out: Path, *, wheel_radius: float) -> tuple[list[Path], list[str]]:
-    """Write one measured table per tyre and surface, and its .tir files (MF6.1; MF5.2 per pressure).
-
-    Parameters
-    ----------
-    campaign : Campaign
-    out : Path
-        Tables go to ``maps/``, property files to ``tir/``.
-    wheel_radius : float
-        m.
-
-    Returns
-    -------
-    paths : list of Path
-    remarks : list of str
-        What could not be exported, and why.
-    """
-    from studies.rig_campaign.figures import slug
-    from tyre.magic_formula.tir_fit import fit_mf52, fit_mf61
-    from tyre.magic_formula.tir_write import write_tir
-    from tyre.maps.tables import MeasuredTable
-    from tyre.maps.tyre_map import TyreMap
-
-    groups: dict[tuple[str, str], list[ConditionResult]] = defaultdict(list)
-    for condition in campaign.conditions:
-        groups[condition.tyre, condition.surface].append(condition)
-    paths: list[Path] = []
-    remarks: list[str] = []
-    for folder in ("maps", "tir"):
-        (out / folder).mkdir(parents=True, exist_ok=True)
-    for (tyre, surface), members in groups.items():
-        complete = [c for c in members if c.cornering_stiffness is not None and c.lateral_stiffness is not None]
-        if len(complete) < len(members):
-            missing = len(members) - len(complete)
-            remarks.append(f"{tyre} on {surface}: {missing} conditions without C or K are not in the map")
-        if not complete:
-            continue
-        load, pressure, c, c_sd, k, k_sd = _columns(complete)
-        synthetic = any(item.synthetic for item in complete)
-        notes = ["standard deviations include calibration, which is common to all conditions of the campaign"]
-        notes += ["synthetic: from the rig simulator, not measured"] if synthetic else []
-        notes += ["lateral stiffness is that of the flat track"] if any(m.borrowed_stiffness for m in complete) else []
-        radius = next((item.drum_radius for item in complete if item.drum_radius), None)
-        table = MeasuredTable(
-            tyre=tyre,
-            surface=surface,
-            load=load,
-            pressure=pressure,
-            cornering_stiffness=c,
-            cornering_stiffness_sd=c_sd,
-            lateral_stiffness=k,
-            lateral_stiffness_sd=k_sd,
-            source=f"fitted from the rig recordings in {campaign.folder.name}",
-            notes=tuple(notes),
-            lateral_stiffness_origin="flat-track value" if any(m.borrowed_stiffness for m in complete) else "measured",
-            synthetic=synthetic,
-            drum_diameter=2.0 * radius if radius and surface == "drum" else None,
-        )
-        name = f"{slug(tyre)}_{surface}"
-        path = out / "maps" / f"{name}.csv"
-        TyreMap(table).to_file(path)
-        paths.append(path)
-        common: dict[str, Any] = {"tyre": tyre, "surface": surface, "notes": tuple(notes)}
-        path = out / "tir" / f"{name}_mf61.tir"
-        model = fit_mf61(load=load, pressure=pressure, cornering_stiffness=c, lateral_stiffness=k)
-        write_tir(model, path, unloaded_radius=wheel_radius, **common)
-        paths.append(path)
-        for value in np.unique(pressure):
-            here = pressure == value
-            path = out / "tir" / f"{name}_{value / 1e5:.2f}bar_mf52.tir"
-            old = fit_mf52(
-                load=load[here],
-                pressure=float(value),
-                cornering_stiffness=c[here],
-                lateral_stiffness=k[here],
-                unloaded_radius=wheel_radius,
-            )
-            write_tir(old, path, **common)
-            paths.append(path)
-    return paths, remarks
-
-
 def report_text(campaign: Campaign, figures: Sequence[Path], remarks: Sequence[str], out: Path) -> str:
-    """The report as Markdown: tables, agreement of the routes, repeatability budget, skipped files, warnings."""
+    """The report as Markdown: tables, agreement of the routes, repeatability budget, skipped files, warnings.
+
+    ``figures`` are shown by their place under ``out``, ``remarks`` stand with the warnings.
+    """
     from tabulate import tabulate
 
     lines = ["# Rig campaign", ""]
@@ -231,22 +152,6 @@ def _budget(campaign: Campaign) -> list[tuple[str, str, str]]:
 def _median(campaign: Campaign, name: str) -> str:
     estimates = [getattr(c, name) for c in campaign.conditions if getattr(c, name) is not None]
     return f"{100 * float(np.median([e.sd / e.value for e in estimates])):.2f}" if estimates else "-"
-
-
-def _columns(conditions: Sequence[ConditionResult]) -> list[Any]:
-    rows = [
-        (
-            c.load,
-            c.pressure,
-            c.cornering_stiffness.value,
-            c.cornering_stiffness.sd,
-            c.lateral_stiffness.value,
-            c.lateral_stiffness.sd,
-        )
-        for c in conditions
-        if c.cornering_stiffness is not None and c.lateral_stiffness is not None
-    ]
-    return [np.array(column) for column in zip(*rows, strict=True)]
 
 
 def _text(estimate: Estimate | None, factor: float, digits: int) -> str:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bicycle.parameter_key import ParameterKey
 from bicycle.parameters import UNITS
 from studies.reporting.plotting import GREY, Look, drawing, hatch_extrapolated, mode_look
 from studies.root_loci.root_locus import RootLocus
@@ -23,6 +24,14 @@ def draw_root_locus(locus: RootLocus, target: Path, *, title: str, max_frequency
     """Complex plane (upper half) on the left, real part and frequency against the parameter on the right.
 
     Shown up to ``max_frequency_hz`` (Hz), by default a little above weave, wobble, rider and every crossing.
+
+    Parameters
+    ----------
+    locus : RootLocus
+    target : Path
+        Without ending.
+    title : str
+    max_frequency_hz : float, optional
     """
     with drawing(target, width=11.5, height=6.4) as canvas:
         grid = canvas.add_gridspec(2, 2, width_ratios=(1.7, 1))
@@ -59,7 +68,7 @@ def draw_root_locus(locus: RootLocus, target: Path, *, title: str, max_frequency
 
 
 def line_look(name: str) -> Look:
-    """The look of a mode's line, without markers; the rear tyre's dashes would look like the front compliance's."""
+    """The look of the line of mode ``name``, without markers; the rear tyre's dashes would look like the front's."""
     return mode_look(name)._replace(line=LONG_SHORT) if name.split("+")[0] == "rear_tyre" else mode_look(name)
 
 
@@ -179,8 +188,9 @@ def _hatch_outside(axes: Any, locus: RootLocus) -> None:
 
 def _said(key: str) -> str:
     """``relaxation_length.relaxation_length.front`` -> "Relaxation length front"."""
-    words = dict.fromkeys(part.removesuffix("_bar").removesuffix("_N") for part in key.split("."))
-    text = " ".join(words).replace("_", " ")
+    own = ParameterKey.parse(key)
+    parts = (own.effect, own.name.removesuffix("_bar").removesuffix("_N"), own.wheel)
+    text = " ".join(dict.fromkeys(part for part in parts if part)).replace("_", " ")
     return text if text in UNITS else text[0].upper() + text[1:]
 
 

@@ -65,6 +65,13 @@ def parameter_path(model_file: str | Path | Mapping[str, Any], key: str, *, spee
     ``pressure_bar`` and ``load_N`` (or ``.rear``, ``.front``) where the file names a measured tyre: the pressure, or
     the load at which the tyre's values are taken, while the bicycle keeps its masses.
 
+    Parameters
+    ----------
+    model_file : str or Path or mapping
+    key : str
+    speed : float or None
+        m/s; None where it is the parameter.
+
     Raises
     ------
     InputError
@@ -110,7 +117,7 @@ def entries_of(model: Model, key: str) -> tuple[str, ...]:
 
 
 def with_value(model: Model, key: str, value: float) -> Model:
-    """The model with one parameter changed, checked as if it came from a file."""
+    """The model with the parameter ``key`` changed to ``value`` (SI), checked as if it came from a file."""
     if key in UNITS:
         return Model(model.bicycle.replace(**{key: value}), model.effects, model.notes, model.sd, model.assumed_sd)
     identifier, name, *wheel = key.split(".")
@@ -124,7 +131,7 @@ def with_value(model: Model, key: str, value: float) -> Model:
 
 
 def state_matrices(model: Model, changed: Mapping[str, Array], speed: float) -> Array:
-    """Scaled state matrices (m, n, n) at one speed (m/s) for arrays (m,) of some parameters."""
+    """Scaled state matrices (m, n, n) at one ``speed`` (m/s) with some parameters ``changed`` to arrays (m,), SI."""
     bicycle: dict[str, Any] = {**model.bicycle.values, **{key: x for key, x in changed.items() if key in UNITS}}
     values: dict[str, Any] = dict(bicycle)
     for effect in model.effects:

@@ -77,7 +77,7 @@ class RootLocus:
 
 
 def parse_range(text: str) -> Array:
-    """``start:stop`` (200 steps) or ``start:stop:step``, both ends included.
+    """Values (m,) from a ``text`` ``start:stop`` (200 steps) or ``start:stop:step``, both ends included.
 
     Raises
     ------
@@ -108,6 +108,12 @@ def root_locus(path: ParameterPath, values: Array) -> RootLocus:
 
     A root that crosses the axis and comes back between two neighbouring values is not listed.
 
+    Parameters
+    ----------
+    path : ParameterPath
+    values : ndarray, shape (m,)
+        Rising, in the unit of the parameter.
+
     Raises
     ------
     InputError
@@ -128,7 +134,15 @@ def root_locus(path: ParameterPath, values: Array) -> RootLocus:
 
 
 def follow(matrices: Callable[[Array], Array], values: Array) -> tuple[Array, Complex]:
-    """Values (m,) with those put in between, and eigenvalues (m, n) of ``matrices``, one column a branch."""
+    """Values with those put in between, (m,), and eigenvalues (m, n), 1/s, one column a branch.
+
+    Parameters
+    ----------
+    matrices : callable
+        State matrices (k, n, n) at values (k,).
+    values : ndarray, shape (k,)
+        Of the parameter, rising.
+    """
     low, high = values[0], values[-1]
 
     def compute(at: Array) -> Nodes:

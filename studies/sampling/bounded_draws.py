@@ -39,6 +39,15 @@ NORMAL, LOGNORMAL, BETA, FOLDED = range(4)
 def possible_moments(name: str, mean: float, sd: float, bounds: tuple[float, float]) -> None:
     """Refuse a mean and standard deviation that no quantity within these bounds has.
 
+    Parameters
+    ----------
+    name : str
+        In the message.
+    mean, sd : float
+        In the unit of the quantity.
+    bounds : pair of float
+        Lowest and highest possible value, in the same unit.
+
     Raises
     ------
     InputError
@@ -83,13 +92,13 @@ class BoundedDraws:
             self._log_sd = np.sqrt(np.log1p((self.sd / self._distance) ** 2))
 
     def linear(self, z: Array) -> Array:
-        """Normal quantities (n, m) from standard normal z (n, m), whatever the bounds: mean + factor z."""
+        """Normal quantities (n, m) from standard normal ``z`` (n, m), whatever the bounds: mean + factor z."""
         return np.asarray(
             self.mean[:, None] + sum(np.multiply.outer(a, b) for a, b in zip(self.factor.T, z, strict=True))
         )
 
     def __call__(self, z: Array) -> Array:
-        """Quantities (n, m) within the bounds from standard normal z (n, m)."""
+        """Quantities (n, m) within the bounds from standard normal ``z`` (n, m)."""
         g = np.zeros_like(z)
         for column, part in zip(self.root.T, z, strict=True):  # sums in a fixed order: the same bits for any m
             g += np.multiply.outer(column, part)
@@ -185,7 +194,7 @@ class BoundedDraws:
         return np.outer(relative, relative)
 
     def notes(self, names: Sequence[str]) -> tuple[str, ...]:
-        """What cannot be had as stated, in words."""
+        """What cannot be had as stated, in words that call the quantities ``names``."""
         said = [
             f"{name} stands at the end of what is possible, so its draws lie on one side of it: "
             f"their root-mean-square distance to it is the stated {sd:.3g}"

@@ -17,7 +17,17 @@ WORDS = 4  # 64-bit words a Philox counter gives
 
 
 def uniform(*, seed: int, name: str, start: int, stop: int) -> Array:
-    """Numbers in the open interval (0, 1) for samples ``start`` to ``stop`` - 1, in steps of 2**-53."""
+    """Numbers (stop - start,) in the open interval (0, 1), in steps of 2**-53.
+
+    Parameters
+    ----------
+    seed : int
+        Of the sweep, any whole number.
+    name : str
+        Of the parameter: each has a stream of its own.
+    start, stop : int
+        Numbers of the first sample and of the one after the last.
+    """
     name_key = int.from_bytes(hashlib.sha256(name.encode()).digest()[:8], "little")
     first = start // WORDS
     stream: Any = np.random.Philox(key=np.array([seed, name_key], np.uint64), counter=first)
@@ -26,5 +36,15 @@ def uniform(*, seed: int, name: str, start: int, stop: int) -> Array:
 
 
 def normal(*, seed: int, name: str, start: int, stop: int) -> Array:
-    """Standard normal numbers, the inverse distribution function of :func:`uniform`."""
+    """Standard normal numbers (stop - start,), the inverse distribution function of :func:`uniform`.
+
+    Parameters
+    ----------
+    seed : int
+        Of the sweep, any whole number.
+    name : str
+        Of the parameter: each has a stream of its own.
+    start, stop : int
+        Numbers of the first sample and of the one after the last.
+    """
     return np.asarray(ndtri(uniform(seed=seed, name=name, start=start, stop=stop)))

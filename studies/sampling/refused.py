@@ -19,11 +19,19 @@ class Refused:
 
     @classmethod
     def none(cls, count: int) -> "Refused":
-        """All are possible so far."""
+        """All, a number ``count``, are possible so far."""
         return cls(np.zeros(count, bool))
 
     def add(self, why: str, mask: Mask, example: str = "") -> None:
-        """Refuse more items for a reason, with the message of one of them where the reason does not say it all."""
+        """Refuse more items for a reason, with the message of one of them where the reason does not say it all.
+
+        Parameters
+        ----------
+        why : str
+        mask : ndarray of bool, shape (m,)
+        example : str
+            A message.
+        """
         new = np.broadcast_to(mask, self.mask.shape) & ~self.mask
         if new.any():
             self.reasons[why] = self.reasons.get(why, np.zeros_like(new)) | new
@@ -36,13 +44,16 @@ class Refused:
         return {self.sentence(why): int(mask.sum()) for why, mask in self.reasons.items()}
 
     def sentence(self, why: str) -> str:
-        """A reason with its example."""
+        """The reason ``why`` with its example."""
         example = self.examples.get(why, "")
         return f"{why}, for example: {example}" if example else why
 
 
 def left_out(counts: Mapping[str, int], total: int) -> str:
-    """Say how many of ``total`` draws are left out and why; empty where none is."""
+    """Say how many of a number ``total`` of draws are left out and why; empty where none is.
+
+    ``counts`` holds the number for each reason.
+    """
     number = sum(counts.values())
     if not number:
         return ""

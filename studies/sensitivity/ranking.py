@@ -9,9 +9,10 @@ import numpy as np
 
 from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.default_sd import EXACT, standard_deviations
-from bicycle.effect import WHEELS, effect_class
+from bicycle.effect import effect_class
 from bicycle.modal.named_modes import modes
 from bicycle.model import Model
+from bicycle.parameter_key import ParameterKey, entries_of
 from bicycle.parameters import UNITS
 from bicycle.sensitivity.eigenvalue_derivatives import critical_speed_sensitivities, pair_sensitivities, sensitivities
 from tyre.base.errors import InputError, unknown
@@ -66,6 +67,17 @@ def rank(
     Standard deviations are those of :func:`bicycle.default_sd.standard_deviations`: as given, else of the tyre's table
     or the bicycle's file, else the documented defaults. What is exact changes nothing and comes last.
 
+    Parameters
+    ----------
+    model : Model
+    mode : str
+    speed : float
+        m/s.
+    given_sd : mapping of str to float, optional
+        Standard deviations by parameter, in its unit.
+    max_speed : float, optional
+        Critical speeds are looked for up to it, m/s.
+
     Raises
     ------
     InputError
@@ -85,7 +97,7 @@ def rank(
     moves = critical_speed_sensitivities(model, crossings)
     deviations = standard_deviations(model, given_sd)
     for key in given_sd or {}:
-        if key not in found.parameters and not any(f"{key}.{wheel}" in found.parameters for wheel in WHEELS):
+        if not entries_of(key, found.parameters):
             raise InputError(f"standard deviation: {unknown('parameter', key, found.parameters)}")
     changes = [
         Change(
@@ -100,7 +112,7 @@ def rank(
 
 
 def unit_of(key: str) -> str:
-    """SI unit of a bicycle key or an ``effect.name[.wheel]``."""
+    """SI unit of a bicycle ``key`` or an ``effect.name[.wheel]``."""
     return UNITS[key] if key in UNITS else str(_parameter(key).unit)
 
 
@@ -138,5 +150,5 @@ def _values(branches: Mapping[str, Any], mode: str, speed: float) -> list[comple
 
 
 def _parameter(key: str) -> Any:
-    identifier, name, *_ = key.split(".")
-    return next(p for p in effect_class(identifier).parameters if p.name == name)
+    own = ParameterKey.parse(key)
+    return next(p for p in effect_class(own.effect).parameters if p.name == own.name)

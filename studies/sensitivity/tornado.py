@@ -11,7 +11,16 @@ from studies.sensitivity.ranking import Change, Ranking
 
 
 def draw_tornado(ranking: Ranking, target: Path, *, top: int = 15) -> None:
-    """Bars of the change of the growth rate for plus (dark) and minus (hatched) one standard deviation."""
+    """Bars of the change of the growth rate for plus (dark) and minus (hatched) one standard deviation.
+
+    Parameters
+    ----------
+    ranking : Ranking
+    target : Path
+        Without ending.
+    top : int, optional
+        Number of parameters shown.
+    """
     from studies.reporting.plotting import LOOKS, drawing
 
     shown = ranking.changes[:top][::-1]

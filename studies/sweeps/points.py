@@ -14,11 +14,12 @@ from bicycle.eigenvalues.batch import no_mass
 from bicycle.files.model_file import TYRE_KEYS
 from bicycle.impossible import impossible_bicycles
 from bicycle.model import Model
+from bicycle.parameter_key import WHEELS, ParameterKey, entries_of
 from bicycle.parameters import UNITS, bodies, static_loads
 from studies.sampling.bounded_draws import BoundedDraws
 from studies.sampling.draws import normal, uniform
 from studies.sampling.refused import Refused
-from studies.sweeps.spec import SPEED, TYRE_UNITS, WHEELS, Sweep, bounds_of
+from studies.sweeps.spec import SPEED, TYRE_UNITS, Sweep, bounds_of
 from studies.sweeps.tyre_table import TyreTable
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
@@ -120,7 +121,7 @@ class Sampler:
             )
             given[one.name] = (one.low + (one.high - one.low) * u)[sample - first]
         speeds = np.atleast_2d(sweep.speeds) if SPEED not in given else given.pop(SPEED)[:, None]
-        conditions = {key: given.pop(key) for key in list(given) if key.split(".")[0] in TYRE_UNITS}
+        conditions = {key: given.pop(key) for key in list(given) if ParameterKey.parse(key).name in TYRE_UNITS}
         values = self.nominal | self._both_wheels(given)
         for follower, leader in self.tied.items():
             if follower not in given and leader in given:
@@ -183,11 +184,7 @@ class Sampler:
         return type(effect)(**table)
 
     def _both_wheels(self, given: Mapping[str, Array]) -> dict[str, Array]:
-        return {
-            key: array
-            for name, array in given.items()
-            for key in ([name] if name in self.nominal else [f"{name}.{wheel}" for wheel in WHEELS])
-        }
+        return {key: array for name, array in given.items() for key in entries_of(name, self.nominal)}
 
     def _standard(self, names: Sequence[str], sample: NDArray[np.intp], draws: Mapping[str, Array] | None) -> Array:
         if draws is not None:

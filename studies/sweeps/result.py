@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.modal.named_modes import ORDER
+from bicycle.parameter_key import ParameterKey
 from bicycle.parameters import UNITS
 from studies.sweeps.chunk import CHANGES, MODES, OCCURRENCES, free_parameters, parameter_names, stored
 from studies.sweeps.parts import Parts
@@ -187,7 +188,7 @@ def _create(group: Any, variable: Variable) -> Any:
 
 
 def _unit(name: str, sweep: Sweep) -> str:
-    base = name.rsplit(".", 1)[0] if name.endswith((".rear", ".front")) else name
+    base = str(ParameterKey.parse(name).whole)
     if base == SPEED:
         return "m/s"
     units = {f"{e.identifier}.{p.name}": p.unit for e in sweep.nominal.effects for p in e.parameters}

@@ -13,10 +13,10 @@ from typing import Any
 from bicycle.eigenvalues.solvers import default_solver
 from bicycle.files.model_file import MOST_BAR, build_model
 from bicycle.model import Model
+from bicycle.parameter_key import ParameterKey
 from bicycle.parameters import BOUNDS
 from tyre.maps.table_io import is_file_name, read_table
 
-WHEELS = ("rear", "front")
 SPEED = "speed_m_s"
 TYRE_UNITS = {"pressure_bar": "bar", "load_N": "N", "tyre": "", "surface": ""}
 CONDITION_BOUNDS = {SPEED: (0.0, math.inf), "pressure_bar": (0.0, MOST_BAR), "load_N": (0.0, math.inf)}
@@ -118,7 +118,7 @@ class Sweep:
         """What the tables of tyres hold that are given by a file."""
         tyres = [table.get("tyre") for table in self.model.get("effects", {}).values()]
         named = [name for tyre in tyres for name in (tyre.values() if isinstance(tyre, Mapping) else [tyre])]
-        named += [value for axis in self.axes if axis.name.split(".")[0] == "tyre" for value in axis.values]
+        named += [value for axis in self.axes if ParameterKey.parse(axis.name).name == "tyre" for value in axis.values]
         own = [Path(name) for name in named if isinstance(name, str) and is_file_name(name)]
         tables = sorted({file.with_suffix(".csv") for file in own})
         for table in tables:
@@ -129,11 +129,12 @@ class Sweep:
 
 def bounds_of(model: Model, name: str) -> tuple[float, float]:
     """Physically possible values of what can be varied, as the bicycle, an effect or the tyre's condition declares."""
+    key = ParameterKey.parse(name)
     for effect in model.effects:
         for parameter in effect.parameters:
-            if name in (f"{effect.identifier}.{key}" for key in (parameter.name, *parameter.entries())):
+            if (effect.identifier, parameter.name) == (key.effect, key.name):
                 return parameter.bounds
-    return BOUNDS[name] if name in BOUNDS else CONDITION_BOUNDS[name.removesuffix(".rear").removesuffix(".front")]
+    return BOUNDS[name] if name in BOUNDS else CONDITION_BOUNDS[key.name]
 
 
 def software() -> dict[str, str]:

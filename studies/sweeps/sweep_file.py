@@ -31,8 +31,9 @@ from typing import Any
 from bicycle.files.bicycle_file import load_bicycle
 from bicycle.files.model_file import TYRE_KEYS, allows_unusual, build_model, located, refuse_absurd_values
 from bicycle.model import Model
+from bicycle.parameter_key import entries_of
 from bicycle.parameters import UNITS
-from studies.sweeps.spec import BY_SPEED, OUTPUTS, SPEED, WHEELS, Sweep
+from studies.sweeps.spec import BY_SPEED, OUTPUTS, SPEED, Sweep
 from studies.sweeps.variation import read_grid, read_options, read_sampled, variable_names
 from tyre.base.errors import InputError
 from tyre.base.schema import Invalid, any_table, known, list_of, maybe, needed, number, read, refused, table, whole
@@ -96,7 +97,7 @@ def build_sweep(content: Mapping[str, Any], *, folder: Path = Path()) -> Sweep:
     given = read(SWEEP, content, dotted=True)
     model, nominal = _model(given["model"], folder)
     tyre = next((t for t in model.get("effects", {}).values() if any(key in t for key in TYRE_KEYS)), None)
-    allowed = variable_names(nominal, tyre is not None)
+    allowed = variable_names(nominal, tyre=tyre is not None)
     axes, speeds = read_grid(given["grid"], allowed, folder)
     sampled = read_options(given["sampled"])
     normals, uniforms = read_sampled(given["sampled"], allowed, nominal, tyre or {})
@@ -145,7 +146,7 @@ def _check_varied(sweep: Sweep) -> None:
     if twice:
         raise InputError(f"{twice[0]} is varied twice; keep one of grid, sampled and joint")
     for name in varied:
-        wheels = [f"{name}.{wheel}" for wheel in WHEELS if f"{name}.{wheel}" in varied]
+        wheels = entries_of(name, set(varied) - {name})
         if wheels:
             raise InputError(f"{name} and {wheels[0]} are both varied; give both wheels together or each on its own")
     by_speed = [output for output in sweep.outputs if output in BY_SPEED]

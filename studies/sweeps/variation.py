@@ -8,10 +8,11 @@ import numpy as np
 
 from bicycle.files.model_file import tyre_file
 from bicycle.model import Model
+from bicycle.parameter_key import WHEELS, ParameterKey, entries_of
 from bicycle.parameters import UNITS
 from bicycle.sensitivity.propagation import checked_covariance
 from studies.sampling.bounded_draws import possible_moments
-from studies.sweeps.spec import SPEED, TYRE_UNITS, WHEELS, Axis, Normal, Uniform, bounds_of
+from studies.sweeps.spec import SPEED, TYRE_UNITS, Axis, Normal, Uniform, bounds_of
 from tyre.base.errors import InputError, refuse_unknown, shown
 from tyre.base.schema import any_table, anything, flag, list_of, maybe, needed, number, read, table, text, whole
 
@@ -43,7 +44,7 @@ JOINT = table(
 )  # fmt: skip
 
 
-def variable_names(model: Model, tyre: bool) -> set[str]:
+def variable_names(model: Model, *, tyre: bool) -> set[str]:
     """Names that can be varied; ``tyre`` is whether the model has a measured one."""
     given_by_tyre = ("cornering_stiffness", "relaxation_length") if tyre else ()
     names = {*UNITS, SPEED}
@@ -53,7 +54,7 @@ def variable_names(model: Model, tyre: bool) -> set[str]:
                 continue
             names |= {f"{effect.identifier}.{key}" for key in (parameter.name, *parameter.entries())}
     if tyre:
-        names |= {key + wheel for key in TYRE_UNITS for wheel in ("", *(f".{w}" for w in WHEELS))}
+        names |= {str(ParameterKey("", key, wheel)) for key in TYRE_UNITS for wheel in ("", *WHEELS)}
     return names
 
 
@@ -73,7 +74,7 @@ def read_grid(content: Any, allowed: set[str], folder: Path) -> tuple[tuple[Axis
     for name, value in _leaves(content, allowed):
         refuse_unknown("parameter", [name], allowed)
         values = _axis_values(name, value)
-        if name.split(".")[0] == "tyre":
+        if ParameterKey.parse(name).name == "tyre":
             values = tuple(tyre_file(tyre, folder) for tyre in values)
         if len(set(values)) < len(values):
             raise InputError(f"grid.{name} holds a value twice; give each once")
@@ -108,7 +109,7 @@ def _axis_values(name: str, value: Any) -> tuple[Any, ...]:
         value = np.linspace(ends["from"], ends["to"], ends["count"]).tolist()
     if not isinstance(value, list) or not value:
         raise InputError(f"grid.{name} = {shown(value)}: give a list of values or {{from, to, count}}")
-    entry = NAMED if name.split(".")[0] in NAMES else FINITE
+    entry = NAMED if ParameterKey.parse(name).name in NAMES else FINITE
     return tuple(read(entry, v, section=f"grid.{name}", dotted=True) for v in value)
 
 
@@ -198,7 +199,7 @@ def _root(covariance: Any) -> tuple[tuple[float, ...], ...]:
 
 def _number_name(name: Any, allowed: set[str]) -> None:
     refuse_unknown("parameter", [name], allowed)
-    if name.split(".")[0] in NAMES:
+    if ParameterKey.parse(name).name in NAMES:
         raise InputError(f"sampled {name}: a name cannot be sampled; list names in [grid]")
 
 
@@ -207,7 +208,7 @@ def _nominal(name: str, model: Model, tyre: Mapping[str, Any]) -> float:
     pressure = tyre.get("pressure_bar")
     per_wheel = pressure if isinstance(pressure, Mapping) else dict.fromkeys(WHEELS, pressure)
     values |= {f"pressure_bar.{wheel}": value for wheel, value in per_wheel.items() if value is not None}
-    found = {values[key] for key in (name, *(f"{name}.{wheel}" for wheel in WHEELS)) if key in values}
+    found = {values[key] for key in entries_of(name, values)}
     if len(found) != 1:
         raise InputError(f"sampled {name}: mean is missing; the model has no single value of it")
     return float(found.pop())

@@ -11,7 +11,18 @@ ROUNDING = 1e-9  # relative
 
 
 def remarks(found: Sequence[Quantity], unlisted: int, samples: int, max_speed: float) -> tuple[str, ...]:
-    """What a reader of the table has to know: what some samples do not have, and where linear propagation fails."""
+    """What a reader of the table has to know: what some samples do not have, and where linear propagation fails.
+
+    Parameters
+    ----------
+    found : sequence of Quantity
+    unlisted : int
+        Number of samples with critical speeds that the nominal model does not have.
+    samples : int
+        Number of samples.
+    max_speed : float
+        m/s.
+    """
     said = []
     for q in found:
         if q.lost:

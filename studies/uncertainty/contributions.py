@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from bicycle.default_sd import ASSUMED, EXACT
+from bicycle.parameter_key import ParameterKey
 from bicycle.parameters import UNITS
 from studies.uncertainty.uncertain_model import UncertainModel
 
@@ -14,10 +15,10 @@ INERTIAL = ("kg", "kg m^2")
 
 
 def group_of(measurement: str) -> str:
-    """Group of a measurement: a stiffness of the tyre, a kind of parameter of the bicycle, or the name of an effect."""
+    """Group of a ``measurement``: a stiffness of the tyre, a kind of parameter of the bicycle, or the effect's name."""
     key = measurement.split(", ")[0]
-    if "." in key:
-        return key.split(".")[0]
+    if key not in UNITS and "." in key:
+        return ParameterKey.parse(key).effect
     if key not in UNITS:
         return measurement  # of the tyre
     if key in MASS_CENTRES:
@@ -26,7 +27,7 @@ def group_of(measurement: str) -> str:
 
 
 def by_group(shares: Mapping[str, float]) -> dict[str, float]:
-    """Shares of the linear variance by group, from those by measurement."""
+    """Shares of the linear variance by group, from ``shares`` by measurement."""
     found: dict[str, float] = {}
     for measurement, share in shares.items():
         found[group_of(measurement)] = found.get(group_of(measurement), 0.0) + share
@@ -34,7 +35,7 @@ def by_group(shares: Mapping[str, float]) -> dict[str, float]:
 
 
 def by_origin(model: UncertainModel, shares: Mapping[str, float]) -> dict[str, float]:
-    """Shares of the linear variance by where the standard deviations come from."""
+    """Shares of the linear variance by where standard deviations come from, from ``shares`` by measurement."""
     found: dict[str, float] = {}
     for measurement, share in shares.items():
         found[model.origin(measurement)] = found.get(model.origin(measurement), 0.0) + share

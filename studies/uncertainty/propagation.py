@@ -39,6 +39,17 @@ class Uncertainty(UncertainModel):
 
         ``only`` names the modes that are wanted, None is all of them; ``matched`` as in :meth:`matched_draw`, where
         there are enough samples. The samples are of the bicycles that are possible: :meth:`left_out` counts the others.
+
+        Parameters
+        ----------
+        speeds : ndarray, shape (m,)
+            m/s.
+        max_speed : float, optional
+            m/s.
+        samples : int, optional
+            Number of bicycles drawn.
+        seed : int, optional
+            Of the draws, any whole number.
         """
         z = (self.matched_draw if matched and self.can_match(samples) else self.draw)(samples, seed)
         z, _ = self.possible(z)
@@ -46,7 +57,7 @@ class Uncertainty(UncertainModel):
         return [*self._of_modes(v, z, only), *self._critical(z, max_speed, only)]
 
     def left_out(self, *, samples: int = 2000, seed: int = 0) -> dict[str, int]:
-        """How many of the drawn bicycles are impossible and left out, by reason."""
+        """How many of the drawn bicycles (number ``samples``, from ``seed``) are impossible and left out, by reason."""
         return self.possible(self.draw(samples, seed))[1]
 
     def unlisted(
@@ -57,6 +68,15 @@ class Uncertainty(UncertainModel):
         ``found`` are the :meth:`quantities` of all modes, of the same samples and seed. Unstable roots are counted
         every LOOK m/s and compared with what the listed critical speeds make of them; two crossings between are not
         seen.
+
+        Parameters
+        ----------
+        max_speed : float, optional
+            m/s.
+        samples : int, optional
+            Number of bicycles drawn.
+        seed : int, optional
+            Of the draws, any whole number.
         """
         listed = {q.name: q.samples for q in found}
         crossings = {name: one for name, one in self.crossings(max_speed).items() if name in listed}
@@ -74,7 +94,7 @@ class Uncertainty(UncertainModel):
         return number
 
     def crossings(self, max_speed: float = 60.0) -> dict[str, CriticalSpeed]:
-        """Critical speeds of the nominal model, by a name of their own."""
+        """Critical speeds of the nominal model up to ``max_speed`` (m/s), by a name of their own."""
         found: dict[str, CriticalSpeed] = {}
         for one in critical_speeds(self.nominal.linear_model(), max_speed=max_speed):
             name = f"{one.mode} {'unstable' if one.direction == 'destabilising' else 'stable'} above"
@@ -85,9 +105,18 @@ class Uncertainty(UncertainModel):
     def crossing_speeds(
         self, crossing: CriticalSpeed, slopes: Mapping[str, float], z: Array, max_speed: float
     ) -> Array:
-        """A critical speed (m/s) of bicycles with numbers z (m, names); NaN where it has vanished up to max_speed.
+        """A critical speed (m/s) of other bicycles; NaN where it has vanished.
 
-        ``slopes`` are its derivatives with respect to the free parameters.
+        Parameters
+        ----------
+        crossing : CriticalSpeed
+            Of the nominal model.
+        slopes : mapping of str to float
+            Its derivatives in the free parameters, m/s per unit of each.
+        z : ndarray, shape (m, names)
+            Standard normal numbers.
+        max_speed : float
+            m/s.
         """
         start = np.maximum(crossing.speed + self.change(slopes, z), 0.2 * crossing.speed)
         omega = 2 * np.pi * crossing.frequency_hz

@@ -49,7 +49,10 @@ class Quantity:
         return float(self.kept.std(ddof=1)) if len(self.kept) > 1 else float("nan")
 
     def band(self, share: float = 0.95) -> tuple[float, float]:
-        """Central interval that holds so many of the samples; NaN where none has it."""
+        """Central interval, in the unit of the quantity, that holds a part ``share`` (0 to 1, no unit) of the samples.
+
+        NaN where no sample has it.
+        """
         if not len(self.kept):
             return float("nan"), float("nan")
         low, high = np.nanquantile(self.samples, [(1 - share) / 2, (1 + share) / 2])

@@ -25,9 +25,9 @@ from bicycle.default_sd import ASSUMED, CORNERING_STIFFNESS, GIVEN, TABLE, Devia
 from bicycle.eigenvalues.batch import Coefficients, coefficients
 from bicycle.files.model_file import build_model, read_model
 from bicycle.model import Model
+from bicycle.parameter_key import ParameterKey
 from studies.sampling.draws import normal
 from studies.sweeps.points import TYRE_DRAWS, Points, Sampler
-from studies.sweeps.spec import WHEELS
 from studies.sweeps.sweep_file import build_sweep
 from studies.sweeps.tyre_table import said_of_stiffness
 from tyre.base.arrays import Array
@@ -86,9 +86,9 @@ class UncertainModel:
         self._stated = _read(content["model"], bicycle_sd)
         self.relative, self._relative_given = relative, bool(relative_cornering_stiffness_sd)
         self._own = self._deviations(sd or {}, assume=defaults)
-        shared = {f"{key}.{wheel}" for key in sd or {} for wheel in WHEELS}  # one number for both wheels
         for key, deviation in self._own.items():
-            if key not in shared and key not in self._stated.sd:  # the latter are drawn from the covariance of the tyre
+            shared = str(ParameterKey.parse(key).whole) in (sd or {})  # one number for both wheels, or as given
+            if not shared and key not in self._stated.sd:  # the latter are drawn from the covariance of the tyre
                 content["sampled"].setdefault(key, {"sd": deviation.sd})
         content["sampled"] = {key: value for key, value in content["sampled"].items() if value["sd"]}
         if measured:
@@ -129,18 +129,26 @@ class UncertainModel:
         return found
 
     def origin(self, measurement: str) -> str:
-        """Where the standard deviation of one of the ``measurements`` comes from."""
+        """Where the standard deviation of ``measurement``, one of the ``measurements``, comes from."""
         names = self.measurements[measurement]
         if names[0] not in TYRE_DRAWS:
-            return next(d.origin for key, d in self._own.items() if key in names or key.rsplit(".", 1)[0] in names)
+            return next(
+                d.origin for key, d in self._own.items() if {key, str(ParameterKey.parse(key).whole)} & set(names)
+            )
         if names[0] != TYRE_DRAWS[0] or not (self._stated.assumed_sd and self.relative):
             return TABLE
         return GIVEN if self._relative_given else ASSUMED
 
     def points(self, z: Array, *, linear: bool = False, share: float = 1.0) -> Points:
-        """Parameters of bicycles (m,) from standard normal numbers (m, names); what is impossible is marked.
+        """Parameters of bicycles (m,) from standard normal numbers; what is impossible is marked.
 
-        ``linear`` and ``share`` as in :meth:`studies.sweeps.points.Sampler.points`.
+        Parameters
+        ----------
+        z : ndarray, shape (m, names)
+        linear : bool
+            See :meth:`studies.sweeps.points.Sampler.points`.
+        share : float
+            Part of the way from the nominal bicycle (0 to 1, no unit), likewise.
         """
         sampler = copy(self.sampler)
         sampler.sweep = replace(sampler.sweep, samples=max(len(z), 2))
@@ -150,7 +158,7 @@ class UncertainModel:
             return replace(found, values={**found.values, **self.follow(found.values)})
 
     def possible(self, z: Array) -> tuple[Array, dict[str, int]]:
-        """The numbers (k, names) that make a bicycle, and how many of the others do not, by reason."""
+        """The rows of ``z`` (m, names) that make a bicycle, and how many of the others do not, by reason."""
         kept, counts = [], Counter[str]()
         for start in range(0, len(z), BATCH):
             rows = z[start : start + BATCH]
@@ -192,17 +200,24 @@ class UncertainModel:
         return (*said_of_stiffness(warnings, self.sampler.sweep.relative_cornering_stiffness_sd), *self.sampler.notes)
 
     def draw(self, samples: int, seed: int) -> Array:
-        """Standard normal numbers (samples, names)."""
+        """Standard normal numbers (samples, names): a number ``samples`` of rows, from ``seed``."""
         return np.array([normal(seed=seed, name=name, start=0, stop=samples) for name in self.names]).T
 
     def can_match(self, samples: int) -> bool:
-        """Whether :meth:`matched_draw` has enough samples."""
+        """Whether :meth:`matched_draw` has enough with a number ``samples``."""
         return samples > len(self.names) + 1
 
     def matched_draw(self, samples: int, seed: int) -> Array:
-        """The same, shifted and mixed so that their mean is 0 and their covariance 1 exactly.
+        """As :meth:`draw`, shifted and mixed so that their mean is 0 and their covariance 1 exactly.
 
         The sd of these samples then differs from the linear one by what is not linear, hardly by chance.
+
+        Parameters
+        ----------
+        samples : int
+            Number of rows.
+        seed : int
+            Of the draws, any whole number.
 
         Raises
         ------
@@ -216,14 +231,22 @@ class UncertainModel:
         return np.asarray(np.linalg.solve(np.linalg.cholesky(np.cov(away.T)), away.T).T)
 
     def gradient(self, slopes: Mapping[str, Any]) -> Array:
-        """Derivative with respect to z from derivatives with respect to the free parameters."""
+        """Derivative with respect to z (..., names) from derivatives ``slopes`` (...) in the free parameters."""
         total: Any = 0.0
         for key, slope in slopes.items():
             total = total + np.asarray(slope)[..., None] * self.jacobian[key]
         return np.asarray(total)
 
     def change(self, slopes: Mapping[str, Any], z: Array) -> Array:
-        """First-order changes (m, ...) of quantities with derivatives (...) in parameters, for drawn bicycles (m,)."""
+        """First-order changes (m, ...) of quantities, for drawn bicycles.
+
+        Parameters
+        ----------
+        slopes : mapping of str to array_like
+            Derivatives (...) in the free parameters.
+        z : ndarray, shape (m, names)
+            Standard normal numbers.
+        """
         if not len(z):
             return np.zeros((0, *np.shape(next(iter(slopes.values())))))
         values, nominal = self.points(z).harmless.values, self.nominal.parameters
@@ -234,7 +257,7 @@ class UncertainModel:
         return np.asarray(total)
 
     def shares(self, gradient: Array) -> dict[str, float]:
-        """Part of the linear variance that each measurement causes."""
+        """Share of the linear variance that each measurement causes, by the ``gradient`` (names,) of a result in z."""
         square, found, at = gradient**2, {}, 0
         for name, group in self.measurements.items():
             found[name] = float(square[at : at + len(group)].sum() / max(square.sum(), np.finfo(float).tiny))
@@ -245,6 +268,15 @@ class UncertainModel:
         self, z: Array, size: int = BATCH, *, share: float = 1.0
     ) -> list[tuple[slice, Coefficients, NDArray[np.bool_]]]:
         """Coefficient matrices of bicycles (m, names), in batches, and which of them are impossible: not to be used.
+
+        Parameters
+        ----------
+        z : ndarray, shape (m, names)
+            Standard normal numbers.
+        size : int, optional
+            Number of bicycles in a batch.
+        share : float, optional
+            Part of the way from the nominal bicycle (0 to 1, no unit).
 
         Raises
         ------

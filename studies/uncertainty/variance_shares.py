@@ -15,6 +15,18 @@ def total_effects(
     Returns measurement -> (first-order index, total index, its 95 % half-width). The first-order index is the part of
     the variance that vanishes on average when that measurement is made exact.
 
+    Parameters
+    ----------
+    uncertainty : Uncertainty
+    name : str
+        Of the critical speed, as :meth:`Uncertainty.crossings` calls it.
+    max_speed : float, optional
+        m/s.
+    base : int, optional
+        Number of samples of the design, a power of two.
+    seed : int, optional
+        Of the design, any whole number.
+
     Raises
     ------
     InputError

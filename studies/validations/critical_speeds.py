@@ -23,7 +23,17 @@ AT_REST = 1e-8  # of the largest root: what lies closer to the axis than this is
 
 
 def run(*, out: Path, seed: int, models: int = 1000) -> dict[str, Any]:
-    """Check random models; ``unexplained`` and ``off_axis`` list what is wrong."""
+    """Check random models; ``unexplained`` and ``off_axis`` list what is wrong.
+
+    Parameters
+    ----------
+    out : Path
+        Folder for tables; unused.
+    seed : int
+        Of the random numbers.
+    models : int
+        Number of models.
+    """
     from tyre.base.progress import progress_bar
 
     generator = np.random.default_rng(seed)

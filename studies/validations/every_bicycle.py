@@ -26,7 +26,21 @@ def every_bicycle(folder: Path) -> list[Bicycle]:
 
 
 def run(*, out: Path, seed: int, fronts: int = 64, samples: int = 500, workers: int = 2) -> dict[str, Any]:
-    """Run the study of each bicycle; ``rows`` has one entry a bicycle."""
+    """Run the study of each bicycle; ``rows`` has one entry a bicycle.
+
+    Parameters
+    ----------
+    out : Path
+        Gets a folder for each.
+    seed : int
+        Of the random numbers.
+    fronts : int
+        Number of plausible fronts.
+    samples : int
+        Number of Monte Carlo samples.
+    workers : int
+        Number of processes.
+    """
     from tyre.base.progress import progress_bar
 
     rows = []

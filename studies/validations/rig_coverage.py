@@ -28,9 +28,11 @@ def run(*, out: Path, seed: int, campaigns: int = 500, jobs: int = 2) -> dict[st
     out : Path
         Gets ``rig_coverage.csv``, one row per condition.
     seed : int
+        Of the random numbers.
     campaigns : int
+        Number of campaigns.
     jobs : int
-        Worker processes; the result does not depend on it.
+        Number of processes; the result does not depend on it.
 
     Returns
     -------
@@ -58,7 +60,10 @@ def run(*, out: Path, seed: int, campaigns: int = 500, jobs: int = 2) -> dict[st
 
 
 def summary(frame: Any, *, seed: int, campaigns: int) -> dict[str, Any]:
-    """Coverage and bias of a table of cases, with their own statistical uncertainty."""
+    """Coverage and bias of the cases in ``frame``, with their own statistical uncertainty.
+
+    ``seed`` and the number ``campaigns`` are repeated in it.
+    """
 
     def mean(name: str) -> dict[str, float]:
         values = 100.0 * frame[name].to_numpy()
@@ -118,9 +123,9 @@ def summary(frame: Any, *, seed: int, campaigns: int) -> dict[str, Any]:
 
 
 def one_campaign(seed: np.random.SeedSequence) -> list[dict[str, float]]:
-    """Simulate, write, read and fit one campaign; one row per condition."""
+    """Simulate (from ``seed``), write, read and fit one campaign; one row per condition."""
     from tyre.campaigns.campaign import fit_campaign
-    from tyre.campaigns.recording import FitSettings
+    from tyre.campaigns.summary import FitSettings
     from tyre.fits.estimate import Calibration
 
     calibration = Calibration()

@@ -51,7 +51,9 @@ def run(*, out: Path, seed: int, models: int = 50) -> dict[str, Any]:
     out : Path
         Gets ``sensitivity_mpmath.csv``, one row per eigenvalue-parameter pair.
     seed : int
+        Of the random numbers.
     models : int
+        Number of models.
 
     Returns
     -------
@@ -81,7 +83,7 @@ def run(*, out: Path, seed: int, models: int = 50) -> dict[str, Any]:
 
 
 def draw_model(generator: np.random.Generator) -> Model:
-    """Draw a model of 8 to 14 states: relaxing tyres on a bicycle with rider, random effects."""
+    """Draw with ``generator`` a model of 8 to 14 states: relaxing tyres on a bicycle with rider, random effects."""
     while True:
         model = random_model(generator, contact_laws=("relaxation_length",), share=0.4, bicycles=("benchmark",))
         if model.linear_model().order in ORDERS:
@@ -89,7 +91,10 @@ def draw_model(generator: np.random.Generator) -> Model:
 
 
 def compare(model: Model, generator: np.random.Generator, pairs: int = PAIRS) -> Iterator[Comparison]:
-    """Compare random eigenvalue-parameter pairs of a model at one random speed."""
+    """Compare a number ``pairs`` of random eigenvalue-parameter pairs of a model at one random speed.
+
+    ``generator`` draws them.
+    """
     speed = float(generator.uniform(2.0, 20.0))
     found = sensitivities(model, [speed])
     values = found.eigenvalues[0]
@@ -105,7 +110,18 @@ def compare(model: Model, generator: np.random.Generator, pairs: int = PAIRS) ->
 
 
 def reference(model: Model, speed: float, eigenvalue: complex, key: str) -> complex:
-    """Central difference of one eigenvalue, with 50 digits; what is tied to a bicycle parameter moves with it."""
+    """Central difference of one eigenvalue, with 50 digits; what is tied to a bicycle parameter moves with it.
+
+    Parameters
+    ----------
+    model : Model
+    speed : float
+        m/s.
+    eigenvalue : complex
+        Near the one meant, 1/s.
+    key : str
+        The parameter.
+    """
     import mpmath
 
     with mpmath.workdps(DIGITS):

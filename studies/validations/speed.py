@@ -16,7 +16,17 @@ Measured = Callable[[], Row]
 
 
 def run(*, out: Path, quick: bool = False, table: str = "") -> dict[str, Any]:
-    """Measure every row; ``quick`` takes about a minute and small sizes, otherwise about ten."""
+    """Measure every row.
+
+    Parameters
+    ----------
+    out : Path
+        Folder for the page.
+    quick : bool
+        Small sizes: about a minute instead of ten.
+    table : str
+        File for the page instead of ``benchmarks.md`` in ``out``.
+    """
     from tyre.base.progress import progress_bar
 
     machine = measure.machine()
@@ -135,7 +145,7 @@ def _critical(order: int, repeats: int) -> Row:
 
 
 def markdown(result: dict[str, Any]) -> str:
-    """The table as a page."""
+    """The table of ``result`` as a page."""
     from tabulate import tabulate
 
     words = {True: "yes", False: "no", None: "-"}

@@ -11,7 +11,17 @@ class InputError(ValueError):
 
 
 def unknown(kind: str, name: object, allowed: Iterable[str]) -> str:
-    """Say that a name is not known, suggest the nearest known one and list them all."""
+    """Say that a name is not known, suggest the nearest known one and list them all.
+
+    Parameters
+    ----------
+    kind : str
+        What is named, e.g. ``key``.
+    name : object
+        The name that was given.
+    allowed : iterable of str
+        The names that are known.
+    """
     names = sorted(allowed)
     near = nearest(name, names)
     hint = f"did you mean {near!r}? " if near else ""
@@ -70,7 +80,7 @@ def hint(name: object, allowed: Iterable[str]) -> str:
 
 
 def is_number(value: Any) -> bool:
-    """Whether a value from a file is a real number that a float can hold (True and False are not)."""
+    """Whether ``value``, of a file, is a real number that a float can hold (True and False are no numbers)."""
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
         return False
     try:
@@ -81,6 +91,6 @@ def is_number(value: Any) -> bool:
 
 
 def shown(value: object) -> str:
-    """A value from a file as a message shows it, cut where it is long."""
+    """A ``value`` of a file as a message shows it, cut where it is long."""
     text = repr(value)
     return text if len(text) <= 60 else f"{text[:57]}..."

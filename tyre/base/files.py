@@ -31,6 +31,16 @@ def replacing(target: str | Path) -> Iterator[Path]:
 
 
 def write_text(target: str | Path, text: str) -> None:
-    """Write text in UTF-8, completely or not at all."""
+    """Write ``text`` to ``target`` in UTF-8, completely or not at all."""
     with replacing(target) as part:
         part.write_text(text, encoding="utf-8", newline="\n")
+
+
+def slug(name: str) -> str:
+    """A name fit for a file: letters, digits, ``-`` and ``_``.
+
+    Parameters
+    ----------
+    name : str
+    """
+    return "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in name)

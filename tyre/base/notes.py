@@ -26,17 +26,17 @@ class Note(str):
         return note
 
     def replace(self, old: str, new: str, count: int = -1) -> "Note":  # type: ignore[override]
-        """The same note with other words in it."""
+        """The same note with ``new`` words for ``old`` ones, at most ``count`` times (any number if negative)."""
         return Note(super().replace(old, new, count), self.subject, self.headline, self.inside)
 
 
 def extrapolated(notes: Sequence[str]) -> bool:
-    """Whether a note says that values lie beyond what was measured."""
+    """Whether one of ``notes`` says that values lie beyond what was measured."""
     return any(isinstance(note, Note) and not note.inside for note in notes)
 
 
 def folded(notes: Sequence[str]) -> list[str]:
-    """One line for all notes on one subject (where there are several), the others as they are, in their order."""
+    """One line for all ``notes`` on one subject (where there are several), the others as they are, in their order."""
     groups: dict[str, list[str]] = {}
     for number, note in enumerate(notes):
         subject = note.subject if isinstance(note, Note) and note.subject else f"\0{number}"

@@ -49,7 +49,21 @@ class Doubt:
 def doubt(
     key: str, value: float, *, unit: str, typical: tuple[float, float], usual: Sequence[object] = ()
 ) -> Doubt | None:
-    """Judge one value (SI); None where it is typical, zero, infinite or one of ``usual`` (defaults, neutral values)."""
+    """Judge one value; None where it is typical, zero, infinite or usual.
+
+    Parameters
+    ----------
+    key : str
+        Its name in the message.
+    value : float
+        In ``unit``.
+    unit : str
+        SI, as parameters declare it; ``1`` for none.
+    typical : tuple of float
+        Lowest and highest usual value, in ``unit``.
+    usual : sequence
+        Further values that are never doubted: defaults, neutral values.
+    """
     if value in (0.0, *usual) or not math.isfinite(value):
         return None
     low, high = typical if typical[1] > 0 else (-typical[1], -typical[0])
@@ -64,7 +78,17 @@ def doubt(
 
 
 def suspicion(value: float, *, unit: str, typical: tuple[float, float]) -> str:
-    """A unit in which the value would be typical, as `` (millimetres?)``, or a wrong sign; empty where none fits."""
+    """A unit in which a value would be typical, as `` (millimetres?)``, or a wrong sign; empty where none fits.
+
+    Parameters
+    ----------
+    value : float
+        In ``unit``.
+    unit : str
+        SI, as parameters declare it.
+    typical : tuple of float
+        Lowest and highest usual value, in ``unit``.
+    """
     if typical[0] <= -value <= typical[1]:
         return " (wrong sign?)"
     twice = (1 / PER_DEGREE, "converted from degrees twice")
@@ -85,7 +109,7 @@ def _middle(typical: tuple[float, float]) -> float:
 
 
 def refuse_absurd(doubts: Iterable[Doubt], *, where: str) -> None:
-    """Refuse the first value that is far beyond its typical range; ``where`` is the file that may allow it.
+    """Refuse the first of ``doubts`` that is far beyond its typical range; ``where`` is the file that may allow it.
 
     Raises
     ------

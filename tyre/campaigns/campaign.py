@@ -22,7 +22,8 @@ from tyre.campaigns.condition import (
     pooled_repeatability,
 )
 from tyre.campaigns.consistency import check_repeats, near_conditions
-from tyre.campaigns.recording import FitSettings, RecordingSummary, summarise
+from tyre.campaigns.recording import summarise
+from tyre.campaigns.summary import FitSettings, RecordingSummary
 from tyre.fits.estimate import Estimate
 
 _IN_PROCESS = 8  # below this many files a pool of workers costs more than it saves

@@ -8,16 +8,16 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from tyre.campaigns.consistency import repeat_warnings
-from tyre.campaigns.recording import RecordingSummary
+from tyre.campaigns.summary import RecordingSummary
 from tyre.fits.estimate import Calibration, Estimate, combine_uncertainties
 from tyre.fits.relaxation import (
     Agreement,
-    SlipStepFit,
     agreement,
     mean_of_steps,
     relaxation_from_stiffness,
     relaxation_from_two_rates,
 )
+from tyre.fits.slip_step import SlipStepFit
 
 Key = tuple[str, str, float, float]
 

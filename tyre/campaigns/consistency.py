@@ -3,14 +3,11 @@
 from collections.abc import Iterable, Sequence
 from itertools import combinations
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tyre.base.errors import InputError
-
-if TYPE_CHECKING:
-    from tyre.campaigns.recording import RecordingSummary
+from tyre.campaigns.summary import RecordingSummary
 
 STIFFNESS_PER_LOAD = (2.0, 60.0)  # 1/rad; road, city and car tyres lie between 5 and 40
 LATERAL_STIFFNESS = (5e3, 1e6)  # N/m; bicycle tyres lie between 20e3 and 200e3
@@ -21,8 +18,20 @@ FRICTION = 0.25  # share of the largest force
 NEAR = 0.02  # relative: conditions closer than this were perhaps meant to be one
 
 
-def check_plausible(summary: "RecordingSummary", path: Path) -> None:
-    """Refuse a stiffness no tyre has: the force or the displacement is in another unit than its column says."""
+def check_plausible(summary: RecordingSummary, path: Path) -> None:
+    """Refuse a stiffness no tyre has: the force or the displacement is in another unit than its column says.
+
+    Parameters
+    ----------
+    summary : RecordingSummary
+    path : Path
+        Of the recording, for the message.
+
+    Raises
+    ------
+    InputError
+        C_Fy over load or K_y outside ``STIFFNESS_PER_LOAD`` or ``LATERAL_STIFFNESS``.
+    """
     if summary.kind == "slip_sweep":
         what, value, (low, high), unit = (
             "cornering stiffness over load", summary.value / summary.condition.load, STIFFNESS_PER_LOAD, "1/rad",
@@ -38,8 +47,21 @@ def check_plausible(summary: "RecordingSummary", path: Path) -> None:
         )
 
 
-def check_repeats(recordings: Sequence["RecordingSummary"], label: str) -> None:
-    """Refuse to average recordings made on another rim, at another camber or drum, and copies of one recording."""
+def check_repeats(recordings: Sequence[RecordingSummary], label: str) -> None:
+    """Refuse to average recordings made on another rim, at another camber or drum, and copies of one recording.
+
+    Parameters
+    ----------
+    recordings : sequence of RecordingSummary
+        Of one condition.
+    label : str
+        Names the condition in messages.
+
+    Raises
+    ------
+    InputError
+        Naming two recordings that are no repeats of each other.
+    """
     for one, other in combinations(recordings, 2):
         for name in ("rim", "camber", "drum_radius"):
             values = [getattr(item.condition, name) for item in (one, other)]
@@ -52,8 +74,14 @@ def check_repeats(recordings: Sequence["RecordingSummary"], label: str) -> None:
             raise InputError(f"{label}: {one.file} and {other.file} hold the same recording; keep one of them")
 
 
-def repeat_warnings(recordings: Sequence["RecordingSummary"]) -> list[str]:
-    """What a reader must be told of repeats that disagree, of likely copies and of doubtful pull tests."""
+def repeat_warnings(recordings: Sequence[RecordingSummary]) -> list[str]:
+    """What a reader must be told of repeats that disagree, of likely copies and of doubtful pull tests.
+
+    Parameters
+    ----------
+    recordings : sequence of RecordingSummary
+        Of one condition.
+    """
     said = []
     for one, other in combinations(recordings, 2):
         if one.kind != other.kind:
@@ -74,7 +102,13 @@ def repeat_warnings(recordings: Sequence["RecordingSummary"]) -> list[str]:
 
 
 def near_conditions(keys: Iterable[tuple[str, str, float, float]]) -> dict[tuple[str, str, float, float], str]:
-    """For conditions so close that they were perhaps meant to be one: what to tell of each."""
+    """For conditions so close that they were perhaps meant to be one: what to tell of each.
+
+    Parameters
+    ----------
+    keys : iterable of (tyre, surface, load, pressure)
+        N and Pa.
+    """
     said = {}
     for one, other in combinations(sorted(keys), 2):
         if (one[0].casefold(), one[1]) == (other[0].casefold(), other[1]) and all(
@@ -87,7 +121,7 @@ def near_conditions(keys: Iterable[tuple[str, str, float, float]]) -> dict[tuple
     return said
 
 
-def _distance(one: "RecordingSummary", other: "RecordingSummary") -> float:
+def _distance(one: RecordingSummary, other: RecordingSummary) -> float:
     """Largest relative difference of the fitted value, its residual and the other fitted numbers."""
     pairs = [(one.value, other.value), (one.fit_sd, other.fit_sd), (one.r_squared, other.r_squared)]
     pairs += [(one.details[key], other.details[key]) for key in ("residual_sd_N",) if key in one.details]

@@ -3,7 +3,7 @@
 import hashlib
 import json
 import os
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, fields
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -12,45 +12,13 @@ import numpy as np
 
 from tyre.base.errors import InputError
 from tyre.campaigns.consistency import check_plausible
-from tyre.fits.estimate import Calibration
+from tyre.campaigns.summary import FitSettings, RecordingSummary
 from tyre.fits.pull_test import fit_pull_test
-from tyre.fits.relaxation import fit_slip_step, is_slip_step
+from tyre.fits.slip_step import fit_slip_step, is_slip_step
 from tyre.fits.slip_sweep import fit_slip_sweep
 from tyre.recordings.recording import Condition, PullTest, RigRun
 
 _POINTS = 240  # of a recording kept for figures, in the cache only
-
-
-@dataclass(frozen=True)
-class FitSettings:
-    """What decides a fit besides the file: calibration of the rig and whether the lag is taken out."""
-
-    calibration: Calibration = field(default_factory=Calibration)
-    lag_correction: bool = True
-
-
-@dataclass(frozen=True)
-class RecordingSummary:
-    """One fitted recording, SI units; ``kind`` is ``slip_sweep``, ``slip_step`` or ``pull_test``.
-
-    ``value`` and ``fit_sd`` are C_Fy (N/rad), relaxation length (m) or K_y (N/m) with the standard deviation from this
-    recording's residuals alone. ``details`` holds further numbers by name and unit.
-    """
-
-    file: str
-    kind: str
-    condition: Condition
-    synthetic: bool
-    value: float
-    fit_sd: float
-    r_squared: float
-    rate: float = 0.0
-    speed: float | None = None
-    half_gap: float = 0.0
-    half_gap_sd: float = 0.0
-    details: dict[str, float] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
-    cache: Path | None = None
 
 
 def summarise(path: Path, *, name: str, settings: FitSettings, cache_folder: Path | None) -> RecordingSummary:
@@ -132,10 +100,10 @@ def _sweep(run: RigRun, name: str, settings: FitSettings) -> tuple[RecordingSumm
         "peak_N": fit.parameters["peak"],
         "shape": fit.parameters["shape"],
         "curvature": fit.parameters["curvature"],
-        "Sv_N": fit.parameters["offset"],
-        "Sv_sd_N": fit.parameters_sd["offset"],
-        "Sh_rad": fit.parameters["shift"],
-        "Sh_sd_rad": fit.parameters_sd["shift"],
+        "Sv_N": fit.parameters["vertical_shift"],
+        "Sv_sd_N": fit.parameters_sd["vertical_shift"],
+        "Sh_rad": fit.parameters["horizontal_shift"],
+        "Sh_sd_rad": fit.parameters_sd["horizontal_shift"],
         "drift_N": fit.parameters["drift"],
         "load_N": fit.load,
         "branches": float(fit.branches),

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
 
 @dataclass(frozen=True)
@@ -21,6 +20,8 @@ class Estimate:
     @property
     def ci95(self) -> tuple[float, float]:
         """Lower and upper end of the 95 % interval."""
+        from scipy import stats  # costs more than the rest of `import tyre`
+
         half = float(stats.t.ppf(0.975, self.dof)) * self.sd
         return self.value - half, self.value + half
 

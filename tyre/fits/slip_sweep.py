@@ -4,24 +4,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tyre.base.errors import InputError
 from tyre.fits.estimate import Calibration, Estimate, combine_uncertainties
 from tyre.fits.sweep_branches import Blocks, block_means
-from tyre.fits.sweep_curve import lagged_magic_formula, magic_formula
-from tyre.fits.sweep_model import (
-    HIGH,
-    LOW,
-    NAMES,
-    expand,
-    free_parameters,
-    parameter_covariance,
-    solve_least_squares,
-    start_values,
-    sweep_model,
-)
+from tyre.fits.sweep_curve import CURVE, lagged_magic_formula, magic_formula
+from tyre.fits.sweep_model import BOUNDS, NAMES, sweep_model
 from tyre.fits.sweep_moment import AligningMoment, fit_aligning_moment
+from tyre.fits.sweep_solution import solve_sweep
 from tyre.recordings.recording import Channel, Condition, RigRun
 
 
@@ -37,8 +27,8 @@ class SlipSweepFit:
     fit_sd : float
         Standard deviation of C_Fy from the residuals of this recording alone (correlation accounted for), N/rad.
     parameters : dict
-        ``peak`` N, ``shape``, ``curvature``, ``shift`` (Sh, rad), ``offset`` (Sv, N), ``drift`` (N over the
-        recording), ``lag`` (s), ``hysteresis`` (rad).
+        ``peak`` N, ``shape``, ``curvature``, ``horizontal_shift`` (Sh, rad), ``vertical_shift`` (Sv, N), ``drift`` (N
+        over the recording), ``lag`` (s), ``hysteresis`` (rad).
     parameters_sd : dict
         Standard deviations of the same; nan where a parameter rests on a bound.
     not_identified : tuple of str
@@ -49,7 +39,6 @@ class SlipSweepFit:
         Mean absolute d(slip)/dt, rad/s.
     apparent_relaxation_length : float or None
         Lag times speed, m: the whole gap read as lag. One rate alone cannot tell lag from friction of the rig.
-    apparent_relaxation_length_sd : float or None
     r_squared : float
         1 - SS_res/SS_tot over the samples (Dell'Orto et al., eq. 6).
     load : float
@@ -69,7 +58,6 @@ class SlipSweepFit:
     rate: float
     speed: float | None
     apparent_relaxation_length: float | None
-    apparent_relaxation_length_sd: float | None
     r_squared: float
     residual_sd: float
     load: float
@@ -86,13 +74,13 @@ class SlipSweepFit:
         """Fitted steady side force, N, at ``slip`` (rad), offsets included."""
         p = self.parameters
         force, _ = magic_formula(
-            slip=np.asarray(slip) + p["shift"],
+            slip=np.asarray(slip) + p["horizontal_shift"],
             cornering_stiffness=self.cornering_stiffness.value,
             peak=p["peak"],
             shape=p["shape"],
             curvature=p["curvature"],
         )
-        return force + p["offset"]
+        return force + p["vertical_shift"]
 
 
 def fit_slip_sweep(
@@ -133,91 +121,65 @@ def fit_slip_sweep(
     calibration = calibration or Calibration()
     blocks = block_means(run)
     notes = list(run.notes)
-    free = free_parameters(blocks, lag_correction, relaxation_length, notes, where)
-    load = float(np.nanmean(run.vertical_load))
-    used = blocks.settled
-    if used.sum() < 2 * free.sum():
-        raise InputError(
-            f"{where}: only {used.sum()} tenths of a degree of slip are left after the lag has settled; "
-            "sweep more slowly, further or more often"
-        )
-    stiffness, force_scale, start = start_values(blocks, free, relaxation_length, where)
-    model = sweep_model(blocks, stiffness, force_scale)
-
-    def residual(free_values: Channel) -> Channel:
-        return model(expand(start, free, free_values))[0] / sigma
-
-    def jacobian(free_values: Channel) -> NDArray[np.float64]:
-        return model(expand(start, free, free_values))[1][:, free] / sigma
-
-    sigma = 1.0
-    limits = (LOW[free], HIGH[free])
-    first = solve_least_squares(residual, start[free], jacobian=jacobian, bounds=limits, tolerance=1e-7)
-    sigma = max(1.4826 * float(np.median(np.abs(first.fun))), 1e-9 * force_scale)
-    found = solve_least_squares(residual, first.x, jacobian=jacobian, bounds=limits, loss="soft_l1", margin=3.0)
-    if found.status == 0:
-        notes.append("the fit stopped after 400 evaluations; its curve coefficients are not settled")
-    values = expand(start, free, found.x)
-    unit = np.array([stiffness, force_scale, 1.0, 1.0, 1.0, 1.0, 1.0, force_scale, force_scale])
-    covariance, resting, noise_dof = parameter_covariance(found, free, limits)
-    covariance *= np.outer(unit, unit)
-    physical = dict(zip(NAMES, (float(v) for v in values * unit), strict=True))
-    sd = dict(zip(NAMES, (float(v) for v in np.sqrt(np.diag(covariance))), strict=True))
-    for index in np.flatnonzero(free)[resting]:
-        sd[NAMES[index]] = float("nan")
-    c, fit_sd = physical.pop("cornering_stiffness"), sd.pop("cornering_stiffness")
-    if c <= 1.01 * LOW[0] * stiffness or c >= 0.99 * HIGH[0] * stiffness:
-        raise InputError(f"{where}: the fitted cornering stiffness {c:.4g} N/rad is far from the slope near zero slip")
-    doubtful = tuple(
-        name
-        for name in ("peak", "shape", "curvature")
-        if not sd[name] < 0.05 * max(abs(physical[name]), 0.2 if name == "curvature" else 0.0)
+    model = sweep_model(
+        blocks, lag_correction=lag_correction, relaxation_length=relaxation_length, notes=notes, where=where
     )
-    rate = float(np.mean(np.abs(blocks.rate[used])))
-    gap_row = np.zeros(9)
-    gap_row[5], gap_row[6] = rate, 1.0
-    widened = np.sqrt(noise_dof / (noise_dof - 2.0))  # standard deviation of Student's t: the noise is itself estimated
-    r_squared, residual_sd, used_samples = _goodness(run, blocks, physical, c)
+    solution = solve_sweep(model)
+    if not solution.settled:
+        notes.append("the fit stopped after 400 evaluations; its curve coefficients are not settled")
+    parameters, sd = dict(solution.values), dict(solution.sd)
+    c, fit_sd = parameters.pop("cornering_stiffness"), sd.pop("cornering_stiffness")
+    low, high = BOUNDS["cornering_stiffness"]
+    if c <= 1.01 * low * model.stiffness or c >= 0.99 * high * model.stiffness:
+        raise InputError(f"{where}: the fitted cornering stiffness {c:.4g} N/rad is far from the slope near zero slip")
+    load = float(np.nanmean(run.vertical_load))
+    rate = float(np.mean(np.abs(blocks.rate[blocks.settled])))
+    widened = np.sqrt(solution.dof / (solution.dof - 2.0))  # sd of Student's t: the noise is itself estimated
+    r_squared, residual_sd, samples = _goodness(run, blocks, parameters, c)
     _condition_notes(run, blocks, load, r_squared, notes)
     total, dof = combine_uncertainties(
         [
-            (fit_sd, noise_dof),
+            (fit_sd, solution.dof),
             (calibration.repeatability * c, np.inf),
             (np.hypot(calibration.force, calibration.slip) * c, np.inf),
         ]
     )
-    speed = blocks.speed
-    fitted = bool(free[5])
+    lag_fitted = model.free[NAMES.index("lag")] and blocks.speed is not None
     return SlipSweepFit(
         condition=run.condition,
         source=run.source,
         synthetic=run.synthetic,
         cornering_stiffness=Estimate(c, total, dof),
         fit_sd=fit_sd,
-        parameters=physical,
+        parameters=parameters,
         parameters_sd=sd,
-        not_identified=doubtful,
-        half_gap=physical["lag"] * rate + physical["hysteresis"],
-        half_gap_sd=float(widened * np.sqrt(gap_row @ covariance @ gap_row)),
+        not_identified=_not_identified(parameters, sd),
+        half_gap=parameters["lag"] * rate + parameters["hysteresis"],
+        half_gap_sd=float(widened * solution.sd_of_sum(lag=rate, hysteresis=1.0)),
         rate=rate,
-        speed=speed,
-        apparent_relaxation_length=physical["lag"] * speed if fitted and speed is not None else None,
-        apparent_relaxation_length_sd=sd["lag"] * speed if fitted and speed is not None else None,
+        speed=blocks.speed,
+        apparent_relaxation_length=parameters["lag"] * (blocks.speed or np.nan) if lag_fitted else None,
         r_squared=r_squared,
         residual_sd=residual_sd,
         load=load,
-        branches=int(np.unique(blocks.branch[used]).size),
-        samples=used_samples,
+        branches=int(np.unique(blocks.branch[blocks.settled]).size),
+        samples=samples,
         slip_range=(float(blocks.slip.min()), float(blocks.slip.max())),
         temperature=None if run.temperature is None else float(np.nanmean(run.temperature)),
-        aligning_moment=fit_aligning_moment(blocks, c, physical, speed),
+        aligning_moment=fit_aligning_moment(blocks, c, parameters),
         notes=tuple(notes),
         blocks=blocks,
-        residuals=model(values)[0],
+        residuals=solution.residuals,
     )
 
 
-def _goodness(run: RigRun, blocks: Blocks, physical: dict[str, float], c: float) -> tuple[float, float, int]:
+def _not_identified(parameters: dict[str, float], sd: dict[str, float]) -> tuple[str, ...]:
+    """Coefficients of the curve that are uncertain by more than 5 % (the curvature: of at least 0.2)."""
+    least = {"peak": 0.0, "shape": 0.0, "curvature": 0.2}
+    return tuple(name for name, size in least.items() if not sd[name] < 0.05 * max(abs(parameters[name]), size))
+
+
+def _goodness(run: RigRun, blocks: Blocks, parameters: dict[str, float], c: float) -> tuple[float, float, int]:
     """R^2 and standard deviation of the residuals of the samples (not of the block means)."""
     finite = np.isfinite(run.side_force)
     time = run.time
@@ -229,12 +191,12 @@ def _goodness(run: RigRun, blocks: Blocks, physical: dict[str, float], c: float)
         slip=blocks.slip,
         direction=np.sign(blocks.rate[near[use]]),
         cornering_stiffness=c,
-        **{key: physical[key] for key in ("peak", "shape", "curvature", "shift", "lag", "hysteresis")},
+        **{key: parameters[key] for key in CURVE},
     )
     middle = 0.5 * (blocks.time[0] + blocks.time[-1])
-    drift = physical["drift"] * (time[use] - middle) / (blocks.time[-1] - blocks.time[0])
+    drift = parameters["drift"] * (time[use] - middle) / (blocks.time[-1] - blocks.time[0])
     measured = run.side_force[use]
-    residual = measured - force - physical["offset"] - drift
+    residual = measured - force - parameters["vertical_shift"] - drift
     total = float(np.sum((measured - measured.mean()) ** 2))
     return 1.0 - float(residual @ residual) / total, float(np.std(residual)), int(use.sum())
 

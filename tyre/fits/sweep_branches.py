@@ -31,7 +31,6 @@ class Blocks:
     branch: NDArray[np.int64]
     rate: Channel
     settled: NDArray[np.bool_]
-    spacing: Channel
     speed: float | None
     missing: int
 
@@ -138,16 +137,12 @@ def block_means(run: RigRun) -> Blocks:
         branch=owner,
         rate=np.concatenate(rate),
         settled=(clock[first] - began) * pace > _SETTLING,
-        spacing=size * float(np.median(np.diff(run.time))),
         speed=speed,
         missing=int(np.sum(~valid)),
     )
     if usable.all():
         return blocks
-    kept = {
-        name: getattr(blocks, name)[usable]
-        for name in ("time", "slip", "force", "branch", "rate", "settled", "spacing")
-    }
+    kept = {name: getattr(blocks, name)[usable] for name in ("time", "slip", "force", "branch", "rate", "settled")}
     return Blocks(**kept, moment=None if moment is None else moment[usable], speed=speed, missing=blocks.missing)
 
 

@@ -9,6 +9,9 @@ from tyre.recordings.recording import Channel
 LAG_NODES = np.array([2.0 - np.sqrt(2.0), 2.0 + np.sqrt(2.0)])
 LAG_WEIGHTS = np.array([2.0 + np.sqrt(2.0), 2.0 - np.sqrt(2.0)]) / 4.0
 
+CURVE = ("peak", "shape", "curvature", "horizontal_shift", "lag", "hysteresis")
+"""Parameters of a fitted sweep that :func:`lagged_magic_formula` takes beside the cornering stiffness."""
+
 
 def magic_formula(
     *, slip: Channel, cornering_stiffness: float, peak: float, shape: float, curvature: float
@@ -64,7 +67,7 @@ def lagged_magic_formula(
     peak: float,
     shape: float,
     curvature: float,
-    shift: float,
+    horizontal_shift: float,
     lag: float,
     hysteresis: float,
 ) -> tuple[Channel, NDArray[np.float64]]:
@@ -81,7 +84,7 @@ def lagged_magic_formula(
         The slip history: s, rad.
     cornering_stiffness, peak, shape, curvature : float
         As :func:`magic_formula`.
-    shift : float
+    horizontal_shift : float
         Sh, rad: the curve's argument is slip + Sh.
     lag : float
         Relaxation length over speed, s.
@@ -92,14 +95,14 @@ def lagged_magic_formula(
     -------
     force : ndarray, shape (n,)
     derivatives : ndarray, shape (7, n)
-        With respect to cornering stiffness, peak, shape, curvature, shift, lag, hysteresis.
+        With respect to cornering stiffness, peak, shape, curvature, horizontal_shift, lag, hysteresis.
     """
     force = np.zeros_like(time)
     derivatives = np.zeros((7, time.size))
     pace = np.gradient(slip, slip_time)
     for node, weight in zip(LAG_NODES, LAG_WEIGHTS, strict=True):
         past = time - lag * node
-        x = np.interp(past, slip_time, slip) + shift - hysteresis * direction
+        x = np.interp(past, slip_time, slip) + horizontal_shift - hysteresis * direction
         value, part = magic_formula(
             slip=x, cornering_stiffness=cornering_stiffness, peak=peak, shape=shape, curvature=curvature
         )

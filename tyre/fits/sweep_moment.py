@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from tyre.fits.sweep_branches import Blocks
-from tyre.fits.sweep_curve import LAG_NODES, LAG_WEIGHTS, lagged_magic_formula
+from tyre.fits.sweep_curve import CURVE, LAG_NODES, LAG_WEIGHTS, lagged_magic_formula
 from tyre.recordings.recording import Channel
 
 
@@ -23,13 +23,12 @@ class AligningMoment:
     pneumatic_trail: float
     pneumatic_trail_sd: float
     slope: float
-    slope_sd: float
     offset: float
     r_squared: float
 
 
 def fit_aligning_moment(
-    blocks: Blocks, cornering_stiffness: float, parameters: dict[str, float], speed: float | None
+    blocks: Blocks, cornering_stiffness: float, parameters: dict[str, float]
 ) -> AligningMoment | None:
     """Fit Mz = offset - t F with a trail t = t0 / (1 + (slip / width)^2) that shrinks with slip.
 
@@ -42,9 +41,7 @@ def fit_aligning_moment(
     cornering_stiffness : float
         Fitted C_Fy, N/rad.
     parameters : dict
-        The side-force fit's ``peak``, ``shape``, ``curvature``, ``shift``, ``lag``, ``hysteresis``.
-    speed : float or None
-        m/s; unused where the lag was fitted in time.
+        Those of the side-force fit, at least ``CURVE`` of :mod:`tyre.fits.sweep_curve`.
 
     Returns
     -------
@@ -55,17 +52,16 @@ def fit_aligning_moment(
         return None
     used = blocks.settled & np.isfinite(blocks.moment)
     moment = blocks.moment[used]
-    curve = {key: parameters[key] for key in ("peak", "shape", "curvature", "shift", "lag", "hysteresis")}
     force, _ = lagged_magic_formula(
         time=blocks.time[used],
         slip_time=blocks.time,
         slip=blocks.slip,
         direction=np.sign(blocks.rate[used]),
         cornering_stiffness=cornering_stiffness,
-        **curve,
+        **{name: parameters[name] for name in CURVE},
     )
     past = blocks.time[used][:, None] - parameters["lag"] * LAG_NODES
-    slip = np.interp(past, blocks.time, blocks.slip) @ LAG_WEIGHTS + parameters["shift"]
+    slip = np.interp(past, blocks.time, blocks.slip) @ LAG_WEIGHTS + parameters["horizontal_shift"]
 
     def design(width: float) -> NDArray[np.float64]:
         return np.column_stack([-force / (1.0 + (slip / width) ** 2), np.ones_like(force)])
@@ -88,7 +84,6 @@ def fit_aligning_moment(
         pneumatic_trail=trail,
         pneumatic_trail_sd=sd,
         slope=-trail * cornering_stiffness,
-        slope_sd=sd * cornering_stiffness,
         offset=float(found.x[1]),
         r_squared=1.0 - float(left @ left) / total if total > 0.0 else 0.0,
     )

@@ -4,61 +4,68 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tyre.maps.tables import PASCAL_PER_BAR
+from tyre.base.arrays import Array
+from tyre.maps.stiffness_covariance import StiffnessCovariance
+from tyre.maps.stiffness_trend import Trend
+from tyre.maps.tables import PASCAL_PER_BAR, MeasuredTable
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from tyre.maps.tyre_map import TyreMap
 
+def measured_frame(table: MeasuredTable, covariance: StiffnessCovariance) -> "pd.DataFrame":
+    """The measured conditions with standard deviations, one row each.
 
-def measured_frame(tyre_map: "TyreMap") -> "pd.DataFrame":
-    """The measured conditions with standard deviations, one row each."""
+    Parameters
+    ----------
+    table : MeasuredTable
+    covariance : StiffnessCovariance
+        At its conditions.
+    """
     import pandas as pd
 
-    measured, cornering_sd = tyre_map.measured, tyre_map.cornering_stiffness_sd
-    length = measured.relaxation_length
-    relative = np.hypot(
-        cornering_sd / measured.cornering_stiffness, measured.lateral_stiffness_sd / measured.lateral_stiffness
-    )
-    return pd.DataFrame(
-        {
-            "tyre": measured.tyre,
-            "surface": measured.surface,
-            "load_N": measured.load,
-            "pressure_bar": measured.pressure / PASCAL_PER_BAR,
-            "cornering_stiffness_N_per_deg": np.radians(measured.cornering_stiffness),
-            "cornering_stiffness_sd_N_per_deg": np.radians(cornering_sd),
-            "lateral_stiffness_N_per_mm": measured.lateral_stiffness / 1e3,
-            "lateral_stiffness_sd_N_per_mm": measured.lateral_stiffness_sd / 1e3,
-            "relaxation_length_mm": length * 1e3,
-            "relaxation_length_sd_mm": relative * length * 1e3,
+    c, k, length = table.cornering_stiffness, table.lateral_stiffness, table.relaxation_length
+    cornering, both, lateral = (np.diag(block) for block in covariance[:3])
+    relative = np.sqrt(np.maximum(cornering / c**2 + lateral / k**2 - 2 * both / (c * k), 0.0))
+    columns = {
+        "tyre": table.tyre,
+        "surface": table.surface,
+        "load_N": table.load,
+        "pressure_bar": table.pressure / PASCAL_PER_BAR,
+        "cornering_stiffness_N_per_deg": np.radians(c),
+        "cornering_stiffness_sd_N_per_deg": np.radians(np.sqrt(cornering)),
+        "lateral_stiffness_N_per_mm": k / 1e3,
+        "lateral_stiffness_sd_N_per_mm": table.lateral_stiffness_sd / 1e3,
+        "relaxation_length_mm": length * 1e3,
+        "relaxation_length_sd_mm": relative * length * 1e3,
+    }
+    if table.pneumatic_trail is not None:
+        columns |= {
+            "pneumatic_trail_mm": table.pneumatic_trail.value * 1e3,
+            "pneumatic_trail_sd_mm": table.pneumatic_trail.sd * 1e3,
         }
-    )
+    return pd.DataFrame(columns)
 
 
-def fit_quality_frame(tyre_map: "TyreMap") -> "pd.DataFrame":
-    """How well the smooth trends describe the measured values, one row per stiffness."""
+def fit_quality_frame(
+    table: MeasuredTable, *, cornering: Trend, lateral: Trend, cornering_stiffness_sd: Array
+) -> "pd.DataFrame":
+    """How well the smooth trends describe the measured values, one row per stiffness.
+
+    Parameters
+    ----------
+    table : MeasuredTable
+    cornering, lateral : Trend
+        Of the stiffnesses.
+    cornering_stiffness_sd : ndarray, shape (N,)
+        Stated or assumed, N/rad.
+    """
     import pandas as pd
 
     rows = []
     for name, trend, unit, scale, value, sd in (
-        (
-            "cornering stiffness",
-            tyre_map.cornering_stiffness_trend,
-            "N/deg",
-            np.pi / 180,
-            tyre_map.measured.cornering_stiffness,
-            tyre_map.cornering_stiffness_sd,
-        ),
-        (
-            "lateral stiffness",
-            tyre_map.lateral_stiffness_trend,
-            "N/mm",
-            1e-3,
-            tyre_map.measured.lateral_stiffness,
-            tyre_map.measured.lateral_stiffness_sd,
-        ),
+        ("cornering stiffness", cornering, "N/deg", np.pi / 180, table.cornering_stiffness, cornering_stiffness_sd),
+        ("lateral stiffness", lateral, "N/mm", 1e-3, table.lateral_stiffness, table.lateral_stiffness_sd),
     ):
         rows.append(
             {
@@ -76,15 +83,22 @@ def fit_quality_frame(tyre_map: "TyreMap") -> "pd.DataFrame":
     return pd.DataFrame(rows)
 
 
-def residual_frame(tyre_map: "TyreMap") -> "pd.DataFrame":
-    """Measured minus trend at every measured condition."""
+def residual_frame(table: MeasuredTable, *, cornering: Trend, lateral: Trend) -> "pd.DataFrame":
+    """Measured minus trend at every measured condition.
+
+    Parameters
+    ----------
+    table : MeasuredTable
+    cornering, lateral : Trend
+        Of the stiffnesses.
+    """
     import pandas as pd
 
     return pd.DataFrame(
         {
-            "load_N": tyre_map.measured.load,
-            "pressure_bar": tyre_map.measured.pressure / PASCAL_PER_BAR,
-            "cornering_stiffness_residual_N_per_deg": np.radians(tyre_map.cornering_stiffness_trend.residuals),
-            "lateral_stiffness_residual_N_per_mm": tyre_map.lateral_stiffness_trend.residuals / 1e3,
+            "load_N": table.load,
+            "pressure_bar": table.pressure / PASCAL_PER_BAR,
+            "cornering_stiffness_residual_N_per_deg": np.radians(cornering.residuals),
+            "lateral_stiffness_residual_N_per_mm": lateral.residuals / 1e3,
         }
     )

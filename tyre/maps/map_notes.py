@@ -1,24 +1,31 @@
 """What a tyre map says in words about its values."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from tyre.maps.tables import PASCAL_PER_BAR
+from tyre.maps.stiffness_trend import Trend
+from tyre.maps.tables import PASCAL_PER_BAR, MeasuredTable
 from tyre.properties import Origin
 
-if TYPE_CHECKING:
-    from tyre.maps.tyre_map import TyreMap
 
+def measured_range(table: MeasuredTable) -> str:
+    """The measured loads and pressures, for messages.
 
-def measured_range(tyre_map: "TyreMap") -> str:
-    """The measured loads and pressures, for messages."""
-    loads, pressures = tyre_map.loads, tyre_map.pressures / PASCAL_PER_BAR
+    Parameters
+    ----------
+    table : MeasuredTable
+    """
+    loads, pressures = table.loads, table.pressures / PASCAL_PER_BAR
     return f"the measured {loads[0]:g}-{loads[-1]:g} N and {pressures[0]:g}-{pressures[-1]:g} bar"
 
 
 def stiffness_note(relative_sd: float) -> str:
-    """What is taken for the uncertainty of C_Fy where a source states none; ``relative_sd`` is sd(C_Fy) / C_Fy."""
+    """What is taken for the uncertainty of C_Fy where a source states none.
+
+    Parameters
+    ----------
+    relative_sd : float
+        sd(C_Fy) / C_Fy.
+    """
     taken = (
         f"assumed is {100 * relative_sd:g} % (one standard deviation)"
         if relative_sd
@@ -27,24 +34,38 @@ def stiffness_note(relative_sd: float) -> str:
     return f"the source states no uncertainty of the cornering stiffness; {taken}"
 
 
-def condition_notes(tyre_map: "TyreMap", origin: Origin) -> tuple[str, ...]:
-    """What must be told about a value of this origin: assumptions, borrowed numbers, and the misfit of smooth laws."""
-    notes = list(tyre_map.measured.notes)
-    if tyre_map.measured.synthetic:
+def condition_notes(
+    table: MeasuredTable,
+    *,
+    origin: Origin,
+    cornering: Trend,
+    lateral: Trend,
+    relative_cornering_stiffness_sd: float,
+) -> tuple[str, ...]:
+    """What must be told about a value of this origin: assumptions, borrowed numbers, and the misfit of smooth laws.
+
+    Parameters
+    ----------
+    table : MeasuredTable
+    origin : {"measured", "interpolated", "extrapolated"}
+    cornering, lateral : Trend
+        Of the stiffnesses.
+    relative_cornering_stiffness_sd : float
+        Assumed where the table states none.
+    """
+    notes = list(table.notes)
+    if table.synthetic:
         notes.insert(0, "synthetic: no rig measured this tyre")
-    if tyre_map.measured.cornering_stiffness_sd is None:
-        notes.append(stiffness_note(tyre_map.relative_cornering_stiffness_sd))
+    if table.cornering_stiffness_sd is None:
+        notes.append(stiffness_note(relative_cornering_stiffness_sd))
     if origin == "measured":
         return tuple(notes)
-    way = (
-        "between measured conditions" if origin == "interpolated" else f"extrapolated beyond {measured_range(tyre_map)}"
-    )
-    cornering, lateral = tyre_map.cornering_stiffness_trend, tyre_map.lateral_stiffness_trend
+    way = "between measured conditions" if origin == "interpolated" else f"extrapolated beyond {measured_range(table)}"
     notes.append(
         f"cornering stiffness {way}: MF6.1 form through the measured values, "
         f"misfit {np.radians(cornering.misfit):.1f} N/deg"
     )
-    stated = float(np.sqrt(np.mean(tyre_map.measured.lateral_stiffness_sd**2)))
+    stated = float(np.sqrt(np.mean(table.lateral_stiffness_sd**2)))
     jumps = (
         f", more than its measured {stated / 1e3:.1f} N/mm: it jumps between conditions, and no smooth law describes it"
         if lateral.misfit > stated > 0

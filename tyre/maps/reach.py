@@ -1,15 +1,17 @@
 """How far a tyre map may be asked: beyond the measured loads and pressures, but not anywhere."""
 
-from typing import TYPE_CHECKING
-
 from tyre.maps.tables import PASCAL_PER_BAR
-
-if TYPE_CHECKING:
-    from tyre.maps.tyre_map import TyreMap
+from tyre.maps.tyre_map import TyreMap
 
 
-def out_of_reach(tyre_map: "TyreMap", *, load: float, pressure: float) -> str | None:
-    """Say which of load (N) and pressure (Pa) lies farther outside the measured range than that range is wide.
+def out_of_reach(tyre_map: TyreMap, *, load: float, pressure: float) -> str | None:
+    """Say which of load and pressure lies farther outside the measured range than that range is wide.
+
+    Parameters
+    ----------
+    tyre_map : TyreMap
+    load, pressure : float
+        N and Pa.
 
     Returns
     -------

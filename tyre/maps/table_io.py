@@ -4,19 +4,29 @@ CSV columns, one row per condition (comma separated, decimal point):
 
 - ``load_N``, ``pressure_bar``, ``cornering_stiffness_N_per_deg``;
 - ``relaxation_length_mm`` or ``lateral_stiffness_N_per_mm``, of which one is cornering stiffness over the other;
-- optional: the same names with ``_sd`` before the unit, e.g. ``cornering_stiffness_sd_N_per_deg``.
+- optional: the same names with ``_sd`` before the unit, e.g. ``cornering_stiffness_sd_N_per_deg``: one standard
+  deviation, which holds the calibration of the rig;
+- optional, with ``cornering_stiffness_sd_N_per_deg`` and ``lateral_stiffness_sd_N_per_mm``: ``stiffness_correlation``
+  (of both stiffnesses at that condition, calibration included) and ``cornering_stiffness_dof``,
+  ``lateral_stiffness_dof`` (degrees of freedom behind the standard deviations, ``inf`` where these are known well);
+- optional, empty where it was not measured: ``pneumatic_trail_mm``, ``pneumatic_trail_sd_mm`` and, if known,
+  ``pneumatic_trail_dof``; likewise ``relaxation_length_slip_step_mm`` and ``relaxation_length_two_rates_mm``, the
+  relaxation length by other routes than the ratio of the stiffnesses.
 
 Sidecar keys: ``tyre``, ``surface`` (``flat`` or ``drum``), ``source``; optional ``description``, ``synthetic``,
 ``lateral_stiffness_origin`` (in words, where no pull test on this surface measured it),
 ``notes``, ``width_mm``, ``drum_diameter_m``, ``relaxation_length_sd_mm`` (one standard deviation for every row),
 ``lateral_stiffness_shared_over`` (of ``load``, ``pressure``, ``surface``: conditions that differ only in these got
-their lateral stiffness from the same pull tests, so its error is common to them) and ``[resolution]`` (one unit of the
+their lateral stiffness from the same pull tests, so its error is common to them), ``[calibration]`` (``force``,
+``slip``, ``displacement``: relative standard deviations of the rig's gains, whose errors are common to all rows, see
+:class:`tyre.maps.calibration.CommonCalibration`) and ``[resolution]`` (one unit of the
 last printed digit; with it, conditions that share a lateral stiffness are checked to agree within the rounding).
 """
 
 import csv
 import io
 import math
+from dataclasses import asdict
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
@@ -26,21 +36,45 @@ import numpy as np
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.base.paths import data_root
+from tyre.maps.calibration import CommonCalibration
+from tyre.maps.measured_column import MeasuredColumn
+from tyre.maps.table_cells import cell_value
 from tyre.maps.table_sidecar import listed, read_sidecar, suggestion
 from tyre.maps.tables import PASCAL_PER_BAR, MeasuredTable
 
 _REQUIRED_COLUMNS = ("load_N", "pressure_bar", "cornering_stiffness_N_per_deg")
 _STIFFNESS_COLUMNS = ("relaxation_length_mm", "lateral_stiffness_N_per_mm")
 _SD_COLUMNS = ("cornering_stiffness_sd_N_per_deg", "relaxation_length_sd_mm", "lateral_stiffness_sd_N_per_mm")
+_CORRELATION = "stiffness_correlation"
+_DOF_COLUMNS = ("cornering_stiffness_dof", "lateral_stiffness_dof")
+_TRAIL = "pneumatic_trail"
+_DIRECT = {"slip step": "relaxation_length_slip_step", "two sweep rates": "relaxation_length_two_rates"}
+_MEASURED = tuple(f"{name}{end}" for name in (_TRAIL, *_DIRECT.values()) for end in ("_mm", "_sd_mm", "_dof"))
 
 
 def is_file_name(tyre: str) -> bool:
-    """Whether a tyre is given by the file of its table, not by name."""
+    """Whether a tyre is given by the file of its table, not by name.
+
+    Parameters
+    ----------
+    tyre : str
+    """
     return tyre.endswith((".csv", ".toml"))
 
 
 def read_folder(folder: Traversable | None = None) -> list[MeasuredTable]:
-    """Read every table (``.csv`` with its ``.toml``) of the packaged ``tyres`` folder, or of another one, by name."""
+    """Read every table (``.csv`` with its ``.toml``) of the packaged ``tyres`` folder, or of another one, by name.
+
+    Parameters
+    ----------
+    folder : path, optional
+        Default: the packaged tyres.
+
+    Raises
+    ------
+    InputError
+        No such folder, or a table that cannot be read.
+    """
     folder = folder if folder is not None else data_root() / "tyres"
     if not folder.is_dir():
         raise InputError(f"{folder}: no such folder of tyre tables.")
@@ -74,7 +108,19 @@ def read_table(file: str | Path) -> MeasuredTable:
 
 
 def write_table(table: MeasuredTable, path: str | Path) -> None:
-    """Write ``path`` (.csv) and its sidecar so that `read_table` gives the same values back to rounding."""
+    """Write a table and its sidecar so that `read_table` gives the same values back to rounding.
+
+    Parameters
+    ----------
+    table : MeasuredTable
+    path : path
+        Of the .csv; the .toml comes beside it.
+
+    Raises
+    ------
+    InputError
+        Another ending than .csv.
+    """
     import tomli_w
 
     path = Path(path)
@@ -89,6 +135,12 @@ def write_table(table: MeasuredTable, path: str | Path) -> None:
     }
     if table.cornering_stiffness_sd is not None:
         columns["cornering_stiffness_sd_N_per_deg"] = np.radians(table.cornering_stiffness_sd)
+    for name in (_CORRELATION, *_DOF_COLUMNS):
+        if getattr(table, name) is not None:
+            columns[name] = getattr(table, name)
+    columns |= _written_column(_TRAIL, table.pneumatic_trail)
+    for route, name in _DIRECT.items():
+        columns |= _written_column(name, table.direct_relaxation_length.get(route))
     keys: dict[str, Any] = {"tyre": table.tyre, "surface": table.surface, "source": table.source or "not stated"}
     keys |= {"description": table.description} if table.description else {}
     keys |= {"lateral_stiffness_origin": table.lateral_stiffness_origin, "synthetic": table.synthetic}
@@ -97,6 +149,8 @@ def write_table(table: MeasuredTable, path: str | Path) -> None:
     keys |= {"drum_diameter_m": table.drum_diameter} if table.drum_diameter is not None else {}
     if table.lateral_stiffness_shared_over:
         keys["lateral_stiffness_shared_over"] = list(table.lateral_stiffness_shared_over)
+    if table.calibration is not None:
+        keys["calibration"] = asdict(table.calibration)
     if table.resolution is not None:
         keys["resolution"] = {
             "cornering_stiffness_N_per_deg": math.radians(table.resolution[0]),
@@ -105,7 +159,8 @@ def write_table(table: MeasuredTable, path: str | Path) -> None:
     with path.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(columns)
-        writer.writerows(zip(*([repr(value) for value in array.tolist()] for array in columns.values()), strict=True))
+        cells = ([_cell(value) for value in array.tolist()] for array in columns.values())
+        writer.writerows(zip(*cells, strict=True))
     path.with_suffix(".toml").write_text(tomli_w.dumps(keys), encoding="utf-8")
 
 
@@ -122,6 +177,12 @@ def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
     cornering = np.degrees(columns["cornering_stiffness_N_per_deg"])  # N/deg to N/rad
     relative_sd = np.zeros_like(cornering)
     if "relaxation_length_mm" in columns:
+        for given in ("calibration", _CORRELATION, *_DOF_COLUMNS):
+            if given in keys or given in columns:
+                raise InputError(
+                    f"{name}: {given} is about both stiffnesses; give the column lateral_stiffness_N_per_mm in place "
+                    "of relaxation_length_mm."
+                )
         length = columns["relaxation_length_mm"] / 1e3
         lateral = cornering / length
         if "relaxation_length_sd_mm" in columns and "relaxation_length_sd_mm" in keys:
@@ -166,13 +227,48 @@ def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
         synthetic=keys.get("synthetic", False),
         drum_diameter=keys.get("drum_diameter_m"),
         width=keys["width_mm"] / 1e3 if "width_mm" in keys else None,
+        calibration=CommonCalibration(**keys["calibration"]) if "calibration" in keys else None,
+        stiffness_correlation=columns.get(_CORRELATION),
+        cornering_stiffness_dof=columns.get(_DOF_COLUMNS[0]),
+        lateral_stiffness_dof=columns.get(_DOF_COLUMNS[1]),
+        pneumatic_trail=_read_column(name, _TRAIL, columns),
+        direct_relaxation_length={
+            route: column
+            for route, stem in _DIRECT.items()
+            if (column := _read_column(name, stem, columns)) is not None
+        },
     )
+
+
+def _written_column(name: str, column: MeasuredColumn | None) -> dict[str, Array]:
+    if column is None:
+        return {}
+    dof = np.where(column.known, column.dof, np.nan)
+    return {f"{name}_mm": column.value * 1e3, f"{name}_sd_mm": column.sd * 1e3, f"{name}_dof": dof}
+
+
+def _read_column(file: str, name: str, columns: dict[str, Array]) -> MeasuredColumn | None:
+    value, sd, dof = (columns.get(f"{name}{end}") for end in ("_mm", "_sd_mm", "_dof"))
+    if value is None and sd is None and dof is None:
+        return None
+    if value is None or sd is None:
+        raise InputError(f"{file}: {name}_mm and {name}_sd_mm belong together; give both columns or none.")
+    dof = np.full_like(value, np.inf) if dof is None else np.where(np.isnan(dof), np.inf, dof)
+    try:
+        return MeasuredColumn(value / 1e3, sd / 1e3, dof)
+    except InputError as error:
+        raise InputError(f"{file}: {name}_mm of {error}.") from error
+
+
+def _cell(value: float) -> str:
+    """A number as it is read back; nothing where none was measured."""
+    return "" if math.isnan(value) else repr(value)
 
 
 def _columns(name: str, text: str) -> dict[str, Array]:
     rows = [row for row in csv.reader(io.StringIO(text)) if any(cell.strip() for cell in row)]
     header = [cell.strip() for cell in rows[0]] if rows else []
-    known = (*_REQUIRED_COLUMNS, *_STIFFNESS_COLUMNS, *_SD_COLUMNS)
+    known = (*_REQUIRED_COLUMNS, *_STIFFNESS_COLUMNS, *_SD_COLUMNS, _CORRELATION, *_DOF_COLUMNS, *_MEASURED)
     for column in header:
         if column not in known:
             raise InputError(
@@ -194,14 +290,5 @@ def _columns(name: str, text: str) -> dict[str, Array]:
                 f"{name}, row {number}: {len(row)} cells under {len(header)} columns; fill or remove them."
             )
         for place, (column, cell) in enumerate(zip(header, row, strict=True)):
-            try:
-                value = float(cell)
-            except ValueError as error:
-                raise InputError(f"{name}, row {number}: {column} is '{cell}', which is not a number.") from error
-            sd = column in _SD_COLUMNS
-            if not math.isfinite(value) or value < 0 or (value == 0 and not sd):
-                raise InputError(
-                    f"{name}, row {number}: {column} is {cell}; it must be finite and {'>= 0' if sd else '> 0'}."
-                )
-            values[number - 2, place] = value
+            values[number - 2, place] = cell_value(f"{name}, row {number}", column, cell, optional=column in _MEASURED)
     return {column: values[:, place] for place, column in enumerate(header)}

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from tyre.base.errors import InputError
+from tyre.maps.calibration import CommonCalibration
 
 _KEYS: dict[str, type | tuple[type, ...]] = {
     "tyre": str,
@@ -21,12 +22,27 @@ _KEYS: dict[str, type | tuple[type, ...]] = {
     "lateral_stiffness_shared_over": list,
     "lateral_stiffness_origin": str,
     "resolution": dict,
+    "calibration": dict,
 }
+_CALIBRATION_KEYS = ("force", "slip", "displacement")
 _RESOLUTION_KEYS = ("cornering_stiffness_N_per_deg", "relaxation_length_mm")
 
 
 def read_sidecar(name: str, text: str) -> dict[str, Any]:
-    """Check and return the keys of a sidecar; ``name`` is the file's name for messages."""
+    """Check and return the keys of a sidecar.
+
+    Parameters
+    ----------
+    name : str
+        Of the file, for messages.
+    text : str
+        Its content.
+
+    Raises
+    ------
+    InputError
+        No TOML, an unknown or missing key, or a value of another type or out of range.
+    """
     try:
         keys = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -53,6 +69,7 @@ def read_sidecar(name: str, text: str) -> dict[str, Any]:
             raise InputError(f"{name}: resolution.{key} = {value!r}; it must be finite and > 0.")
     if "resolution" in keys and set(keys["resolution"]) != set(_RESOLUTION_KEYS):
         raise InputError(f"{name}: [resolution] needs both {listed(_RESOLUTION_KEYS)}.")
+    _check_calibration(name, keys)
     for key in ("notes", "lateral_stiffness_shared_over"):
         for value in keys.get(key, []):
             if not isinstance(value, str):
@@ -60,12 +77,44 @@ def read_sidecar(name: str, text: str) -> dict[str, Any]:
     return keys
 
 
+def _check_calibration(name: str, keys: dict[str, Any]) -> None:
+    if "calibration" not in keys:
+        return
+    for key, value in keys["calibration"].items():
+        if key not in _CALIBRATION_KEYS:
+            raise InputError(
+                f"{name}: unknown key 'calibration.{key}'{suggestion(key, _CALIBRATION_KEYS)}; "
+                f"allowed are {listed(_CALIBRATION_KEYS)}."
+            )
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise InputError(f"{name}: calibration.{key} = {value!r} must be a number, 0.003 for 0.3 %.")
+    if set(keys["calibration"]) != set(_CALIBRATION_KEYS):
+        raise InputError(f"{name}: [calibration] needs {listed(_CALIBRATION_KEYS)}; 0 is a gain known exactly.")
+    try:
+        CommonCalibration(**keys["calibration"])
+    except InputError as error:
+        raise InputError(f"{name}: {error}.") from error
+
+
 def listed(names: Iterable[str]) -> str:
-    """Quote and join names for a message."""
+    """Quote and join names for a message.
+
+    Parameters
+    ----------
+    names : iterable of str
+    """
     return ", ".join(f"'{name}'" for name in names)
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:
-    """Return the nearest known name as a question in brackets, or nothing."""
+    """Return the nearest known name as a question in brackets, or nothing.
+
+    Parameters
+    ----------
+    name : str
+        As it was given.
+    known : iterable of str
+        What there is.
+    """
     near = difflib.get_close_matches(name, list(known), n=1)
     return f" (did you mean '{near[0]}'?)" if near else ""

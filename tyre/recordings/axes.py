@@ -65,6 +65,6 @@ def signs(axes: str, *, where: str = "axes") -> Signs:
 
 
 def slope_grows(axes: str) -> bool:
-    """Whether the side force of a sound tyre grows with slip in the raw numbers of this convention."""
+    """Whether the side force of a sound tyre grows with slip in the raw numbers of the convention ``axes``."""
     convention = signs(axes)
     return convention.slip_angle * convention.lateral > 0.0

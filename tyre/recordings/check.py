@@ -34,6 +34,12 @@ _LOAD_RATIO = 5.0
 def check_condition(condition: Condition, *, where: str) -> None:
     """Refuse a condition outside of what rigs do.
 
+    Parameters
+    ----------
+    condition : Condition
+    where : str
+        What the message calls the file.
+
     Raises
     ------
     InputError
@@ -54,6 +60,12 @@ def check_condition(condition: Condition, *, where: str) -> None:
 
 def check_channels(recording: RigRun | PullTest, *, where: str) -> None:
     """Refuse channels that are empty, infinite or beyond what a rig can produce.
+
+    Parameters
+    ----------
+    recording : RigRun or PullTest
+    where : str
+        What the message calls the file.
 
     Raises
     ------

@@ -8,7 +8,7 @@ _GAP = 5.0  # a time step of so many usual steps is a gap
 
 
 def time_faults(time: Channel) -> list[tuple[str, bool]]:
-    """Faults of a time channel as (text, whether it forbids a fit)."""
+    """Faults of ``time`` (n,), in s, as (text, whether it forbids a fit)."""
     if np.isnan(time).any():
         return [(f"time is missing in {np.count_nonzero(np.isnan(time))} samples; remove these rows", True)]
     steps = np.diff(time)
@@ -29,7 +29,17 @@ def time_faults(time: Channel) -> list[tuple[str, bool]]:
 
 
 def dropouts(name: str, channel: Channel, *, allowed_share: float = 0.2) -> list[tuple[str, bool]]:
-    """Missing samples of a channel; more than ``allowed_share`` of them forbid a fit."""
+    """Missing samples of a channel; more than ``allowed_share`` of them forbid a fit.
+
+    Parameters
+    ----------
+    name : str
+        What the message calls the channel.
+    channel : ndarray, shape (n,)
+        In any unit, NaN where a sample is missing.
+    allowed_share : float, optional
+        Largest share of missing samples that still allows a fit.
+    """
     missing = np.isnan(channel)
     if not missing.any():
         return []
@@ -77,13 +87,13 @@ def stuck(name: str, channel: Channel, mover: Channel, *, travel: float) -> list
 
 
 def runs(flags: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Starts and lengths of the runs of True."""
+    """Starts and lengths (numbers of samples) of the runs of True in ``flags`` (n,)."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(np.int8), [0]))))
     return edges[::2], edges[1::2] - edges[::2]
 
 
 def count_branches(channel: Channel) -> int:
-    """How often a signal runs through its whole range, up or down; half runs (from the middle to an end) add up."""
+    """How often ``channel`` (n,), in any unit, runs through its whole range; half runs (middle to an end) add up."""
     finite = channel[np.isfinite(channel)]
     if finite.size == 0 or finite.min() == finite.max():
         return 0
@@ -95,7 +105,7 @@ def count_branches(channel: Channel) -> int:
 
 
 def slope(x: Channel, y: Channel) -> tuple[float, float]:
-    """Least-squares slope of y over x and their correlation where both are there; NaN if x is constant."""
+    """Least-squares slope of ``y`` over ``x`` (n,) and their correlation where both are there; NaN if x is constant."""
     both = np.isfinite(x) & np.isfinite(y)
     if both.sum() < 2:
         return float("nan"), float("nan")

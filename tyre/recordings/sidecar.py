@@ -106,7 +106,14 @@ def _interpret(content: Mapping[str, Any], where: str) -> Sidecar:
 
 
 def write_sidecar(recording: RigRun | PullTest, path: Path) -> None:
-    """Write the sidecar of a recording in the units the reader documents (N, bar, km/h, deg, m)."""
+    """Write the sidecar of a recording in the units the reader documents (N, bar, km/h, deg, m).
+
+    Parameters
+    ----------
+    recording : RigRun or PullTest
+    path : Path
+        ``.toml``, beside the CSV.
+    """
     condition = recording.condition
     table: dict[str, Any] = {
         "kind": recording.kind if isinstance(recording, RigRun) else "pull_test",

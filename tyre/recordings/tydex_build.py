@@ -38,6 +38,8 @@ def build(
     channels : sequence of ChannelEntry
     measured : ndarray, shape (rows, len(channels))
         Printed with as many decimals as fit in fields of ten columns; NaN becomes NOTAVAIL.
+    source : str, optional
+        What messages call the document.
 
     Returns
     -------

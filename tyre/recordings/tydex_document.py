@@ -90,7 +90,7 @@ class TydexDocument:
         return "".join(section.line + section.body for section in self.sections)
 
     def body(self, keyword: str) -> str:
-        """Text under a keyword, empty when the file does not have it."""
+        """Text under ``keyword``, empty when the file does not have it."""
         return "".join(section.body for section in self.sections if section.name == keyword)
 
     @cached_property
@@ -132,7 +132,7 @@ class TydexDocument:
         return int(rows) if rows.isascii() and rows.isdigit() and len(rows) < 12 else None
 
     def physical(self, name: str) -> NDArray[np.float64]:
-        """Values of one channel in its own unit, factor and offsets applied, shape (rows,).
+        """Values of the channel ``name`` in its own unit, factor and offsets applied, shape (rows,).
 
         Raises
         ------
@@ -149,7 +149,7 @@ class TydexDocument:
 
 
 def parse(text: str, *, source: str = "TYDEX text") -> TydexDocument:
-    """Split a TYDEX text into its sections.
+    """Split a TYDEX ``text`` into its sections; messages call it ``source``.
 
     Raises
     ------
@@ -179,7 +179,7 @@ def parse(text: str, *, source: str = "TYDEX text") -> TydexDocument:
 
 
 def read_document(path: str | Path) -> TydexDocument:
-    """Read a TYDEX file (UTF-8 or Latin-1) without interpreting it.
+    """Read the TYDEX file ``path`` (UTF-8 or Latin-1) without interpreting it.
 
     Raises
     ------
@@ -198,7 +198,7 @@ def read_document(path: str | Path) -> TydexDocument:
 
 
 def write_document(document: TydexDocument, path: str | Path) -> None:
-    """Write a document in UTF-8, line ends as they are in its text."""
+    """Write ``document`` to ``path`` in UTF-8, line ends as they are in its text."""
     Path(path).write_bytes(document.text.encode("utf-8"))
 
 

@@ -48,7 +48,7 @@ def command(
     from studies.rig_campaign.report import write_campaign
     from tyre.base.files import write_text
     from tyre.campaigns.campaign import fit_campaign
-    from tyre.campaigns.recording import FitSettings
+    from tyre.campaigns.summary import FitSettings
     from tyre.fits.estimate import Calibration
 
     if not 0.05 <= wheel_radius <= 1.0:

@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from statistics import median
 from typing import Any
 
+from bicycle.parameter_key import ParameterKey
+
 LARGEST_CLASS = 3  # a class of more counts as wrong
 SAYS_MISSING = ("named", "class", "partial")
 
@@ -41,11 +43,11 @@ def _intervals(verdict: Mapping[str, Any], truth: Mapping[str, Any]) -> list[tup
     for effect in verdict["effects"]:
         true = truth["effects"].get(effect["identifier"], {})
         for key, number in effect["parameters"].items():
-            name, _, wheel = key.partition(".")
-            value = true.get(name)
-            value = value.get(wheel) if isinstance(value, Mapping) else value
+            own = ParameterKey.parse(key)
+            value = true.get(own.name)
+            value = value.get(own.wheel) if isinstance(value, Mapping) else value
             if value is not None:
-                found.append((effect["identifier"], name, abs(number["value"] - value) < 1.96 * number["sd"]))
+                found.append((effect["identifier"], own.name, abs(number["value"] - value) < 1.96 * number["sd"]))
     return found
 
 

@@ -4,8 +4,8 @@ import math
 from collections.abc import Mapping
 
 from bicycle.default_sd import ASSUMED, standard_deviations
-from bicycle.effect import WHEELS
 from bicycle.model import Model
+from bicycle.parameter_key import entries_of
 from bicycle.parameters import UNITS, UNUSED
 from studies.inference.parameter import UncertainParameter
 from tyre.base.errors import InputError, is_number, shown, unknown
@@ -52,7 +52,7 @@ def _check(given: Mapping[str, float], values: Mapping[str, float]) -> None:
     for key, sd in given.items():
         if key in UNUSED:
             raise InputError(f"[uncertainty]: {key} has no part in lateral motion; take it out")
-        if key not in values and f"{key}.{WHEELS[0]}" not in values:
+        if not entries_of(key, values):
             raise InputError(f"[uncertainty]: {unknown('parameter', key, set(values) - set(UNUSED))}")
         if not is_number(sd) or not 0 <= sd < math.inf:
             raise InputError(

@@ -99,7 +99,7 @@ class Sweep:
             return lagged_magic_formula(
                 time=self.time - delay + later, slip_time=self.slip_time, slip=self.slip_history,
                 direction=self.direction, cornering_stiffness=c, peak=peak, shape=shape, curvature=curvature,
-                shift=shift, lag=lag, hysteresis=play,
+                horizontal_shift=shift, lag=lag, hysteresis=play,
             )  # fmt: skip
 
         force, part = curve()
@@ -190,13 +190,13 @@ def _noise(found: SlipSweepFit, slip: Array, kept: NDArray[np.intp]) -> Noise:
     force, part = lagged_magic_formula(
         time=blocks.time[kept], slip_time=blocks.time, slip=slip, direction=direction,
         cornering_stiffness=found.cornering_stiffness.value,
-        **{key: p[key] for key in ("peak", "shape", "curvature", "shift", "lag", "hysteresis")},
+        **{key: p[key] for key in ("peak", "shape", "curvature", "horizontal_shift", "lag", "hysteresis")},
     )  # fmt: skip
     both = len(np.unique(direction)) > 1
     columns = [*(part if both else part[:5]), np.ones_like(clock), clock]
     left, size, _ = np.linalg.svd(np.stack([c / max(float(np.abs(c).max()), 1e-300) for c in columns], 1), False)
     left = left[:, size > 1e-6 * size[0]]
-    residual = blocks.force[kept] - force - p["offset"] - p["drift"] * clock
+    residual = blocks.force[kept] - force - p["vertical_shift"] - p["drift"] * clock
     residual -= left @ (left.T @ residual)
     floor = (1e-4 * float(np.abs(blocks.force).max())) ** 2  # rounding of a file without noise
     return estimate_noise(blocks.time[kept], residual, left, floor)

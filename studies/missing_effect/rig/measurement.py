@@ -22,7 +22,7 @@ from tyre.base.errors import InputError
 from tyre.base.schema import anything, by_name, list_of, maybe, needed, number, read, table, text
 from tyre.campaigns.campaign import recordings_in
 from tyre.fits.estimate import Calibration
-from tyre.fits.relaxation import is_slip_step
+from tyre.fits.slip_step import is_slip_step
 from tyre.recordings.preflight import preflight
 from tyre.recordings.read import read_recording
 from tyre.recordings.recording import PullTest, RigRun

@@ -15,7 +15,7 @@ import numpy as np
 from tyre.base.errors import InputError
 from tyre.base.schema import anything, list_of, maybe, needed, number, read, table, text
 from tyre.campaigns.campaign import fit_campaign
-from tyre.campaigns.recording import FitSettings
+from tyre.campaigns.summary import FitSettings
 from tyre.fits.estimate import Calibration
 from tyre.maps.table_io import read_table
 

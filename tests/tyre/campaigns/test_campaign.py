@@ -11,7 +11,7 @@ from tyre.base.errors import InputError
 from tyre.campaigns import recording
 from tyre.campaigns.campaign import fit_campaign, recordings_in
 from tyre.campaigns.condition import Repeatability, combine, pooled_repeatability
-from tyre.campaigns.recording import FitSettings, RecordingSummary
+from tyre.campaigns.summary import FitSettings, RecordingSummary
 from tyre.fits.estimate import Calibration
 from tyre.magic_formula.tir import read_tir
 from tyre.maps.tyre_map import TyreMap

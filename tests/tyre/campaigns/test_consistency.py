@@ -7,7 +7,7 @@ import pytest
 
 from tyre.base.errors import InputError
 from tyre.campaigns.consistency import check_plausible, check_repeats, near_conditions, repeat_warnings
-from tyre.campaigns.recording import RecordingSummary
+from tyre.campaigns.summary import RecordingSummary
 from tyre.recordings.recording import Condition
 
 CONDITION = Condition(tyre="T", load=400.0, pressure=5.5e5, surface="flat", rim="A")

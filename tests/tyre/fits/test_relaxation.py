@@ -10,12 +10,11 @@ from tyre.base.errors import InputError
 from tyre.fits.estimate import Calibration, Estimate, combine_uncertainties
 from tyre.fits.relaxation import (
     agreement,
-    fit_slip_step,
-    is_slip_step,
     mean_of_steps,
     relaxation_from_stiffness,
     relaxation_from_two_rates,
 )
+from tyre.fits.slip_step import fit_slip_step, is_slip_step
 from tyre.fits.slip_sweep import fit_slip_sweep
 from tyre.recordings.recording import Condition, RigRun
 from tyre.rig.rig_effects import Noise, PlySteer

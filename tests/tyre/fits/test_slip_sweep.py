@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from tyre.base.errors import InputError
 from tyre.fits.estimate import Calibration
-from tyre.fits.slip_sweep import fit_slip_sweep, solve_least_squares
+from tyre.fits.slip_sweep import fit_slip_sweep
 from tyre.fits.sweep_branches import slip_reversals
+from tyre.fits.sweep_solution import solve_least_squares
 from tyre.recordings.read import read_recording, write_csv
 from tyre.recordings.recording import Condition, RigRun
 from tyre.rig.rig_effects import Dropouts, LoadCellDrift, Noise, PlySteer
@@ -53,8 +54,8 @@ def own_sweep(*, stiffness, saturation, length, offset, rate):
 def test_noise_free_sweep_gives_back_the_truth(rate):
     fit = fit_slip_sweep(sweep(PlySteer(force=8.0, slip=0.002), rate=rate))
     assert fit.cornering_stiffness.value == pytest.approx(C, rel=2e-4)
-    assert fit.parameters["offset"] == pytest.approx(8.0, abs=0.1)
-    assert fit.parameters["shift"] == pytest.approx(0.002, abs=2e-5)
+    assert fit.parameters["vertical_shift"] == pytest.approx(8.0, abs=0.1)
+    assert fit.parameters["horizontal_shift"] == pytest.approx(0.002, abs=2e-5)
     assert fit.apparent_relaxation_length == pytest.approx(C / K, rel=1e-3)
     assert fit.r_squared > 0.99999
 

@@ -1,0 +1,119 @@
+"""Who imports whom in the house, read from the source: nothing is imported, nothing is listed by hand.
+
+Every import statement counts: at the top, inside a function, under ``TYPE_CHECKING``. What is found by its place
+(``import_module`` over the folder of effects, of commands) is no arrow: the finder knows none of them.
+A room is a folder or a flat file directly under a package (``bicycle.modal``, ``bicycle.effect``); the package's own
+``__init__`` is its door, not a room.
+"""
+
+import ast
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+PACKAGES = ("tyre", "bicycle", "studies")
+"""The packages of the house; an arrow may point from a later one to an earlier one only."""
+
+Graph = dict[str, set[str]]
+
+
+def modules(root: Path, packages: Iterable[str] = PACKAGES) -> dict[str, Path]:
+    """Every module of the packages under the folder by its dotted name; a package is the name of its folder."""
+    named = {}
+    for package in packages:
+        for file in sorted((root / package).rglob("*.py")):
+            parts = file.relative_to(root).with_suffix("").parts
+            named[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = file
+    return named
+
+
+def named_imports(module: str, file: Path) -> set[str]:
+    """Every name that a module imports, as written but without relative dots: ``a.b`` for ``from a import b``."""
+    names: set[str] = set()
+    package = module if file.name == "__init__.py" else module.rpartition(".")[0]
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            above = ".".join(package.split(".")[: len(package.split(".")) + 1 - node.level]) if node.level else ""
+            origin = ".".join(part for part in (above, node.module) if part)
+            names |= {f"{origin}.{alias.name}" for alias in node.names}
+    return names
+
+
+def imports(files: Mapping[str, Path]) -> Graph:
+    """Module -> the modules of the house that it imports, each the deepest that the import names."""
+    graph: Graph = {}
+    for module, file in files.items():
+        graph[module] = set()
+        for name in named_imports(module, file):
+            home = name
+            while home and home not in files:
+                home = home.rpartition(".")[0]
+            graph[module] |= {home} - {"", module}
+    return graph
+
+
+def foreign(module: str, file: Path, packages: Iterable[str] = PACKAGES) -> set[str]:
+    """Top-level names of everything that a module imports from outside the house."""
+    return {name.split(".")[0] for name in named_imports(module, file)} - set(packages)
+
+
+def room(module: str) -> str:
+    """The room of a module: its package and the folder or flat file below it; the package itself for its door."""
+    return ".".join(module.split(".")[:2])
+
+
+def of_rooms(graph: Graph, package: str) -> Graph:
+    """Room -> the rooms of the same package that it imports, without the package's door."""
+    rooms: Graph = {}
+    for module, targets in graph.items():
+        if module.startswith(f"{package}."):
+            inside = {room(target) for target in targets if target.startswith(f"{package}.")}
+            rooms.setdefault(room(module), set()).update(inside - {room(module)})
+    return rooms
+
+
+def circles(graph: Graph) -> list[list[str]]:
+    """Every set of nodes that import each other round (strongly connected, two or more), each sorted."""
+    found: list[list[str]] = []
+    left = {node: set(targets) & graph.keys() for node, targets in graph.items()}
+    while left:  # peel off what imports nothing, then what nobody imports: circles and what hangs between them remain
+        loose = {node for node, targets in left.items() if not targets} or (
+            left.keys() - {target for targets in left.values() for target in targets}
+        )
+        if not loose:
+            start = min(left)
+            circle = sorted((_reached(left, start) & _reached(_turned(left), start)) | {start})
+            found += [circle] if len(circle) > 1 else []
+            loose = set(circle)
+        left = {node: targets - loose for node, targets in left.items() if node not in loose}
+    return sorted(found)
+
+
+def floors(graph: Graph) -> dict[str, int]:
+    """Floor of every node of a graph without circles: 1 if it imports nothing, else one above all that it imports."""
+    floor: dict[str, int] = {}
+    while len(floor) < len(graph):
+        ready = [node for node in graph if node not in floor and graph[node] <= floor.keys()]
+        if not ready:
+            raise ValueError(f"no floors: a circle through {circles(graph)}")
+        floor |= {node: 1 + max((floor[target] for target in graph[node]), default=0) for node in ready}
+    return floor
+
+
+def _turned(graph: Graph) -> Graph:
+    turned: Graph = {node: set() for node in graph}
+    for node, targets in graph.items():
+        for target in targets:
+            turned[target].add(node)
+    return turned
+
+
+def _reached(graph: Graph, start: str) -> set[str]:
+    seen: set[str] = set()
+    ahead = [start]
+    while ahead:
+        new = graph[ahead.pop()] - seen
+        seen |= new
+        ahead += new
+    return seen
