@@ -5,18 +5,17 @@
 array([[0.-2.j, 0.+2.j]])
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, nullcontext
 from functools import cache
 from importlib.util import find_spec
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bicycle.linear_model import LinearModel
 from tyre.base.arrays import Complex
+from tyre.base.blas import one_blas_thread
 from tyre.base.errors import InputError
 
 BATCH = 1024  # matrices a call: they fit the cache, and there is enough for every thread
@@ -127,18 +126,3 @@ def compiled(stack: NDArray[np.float64]) -> Complex:
 def default_solver() -> Solver:
     """:func:`compiled` where numba is installed, else :func:`lapack`."""
     return compiled if find_spec("numba") else lapack
-
-
-@contextmanager
-def one_blas_thread() -> Iterator[None]:
-    """Keep BLAS from starting threads of its own inside ours (where threadpoolctl is installed)."""
-    with _controller().limit(limits=1, user_api="blas") if find_spec("threadpoolctl") else nullcontext():
-        yield
-
-
-@cache
-def _controller() -> Any:
-    """What finds the BLAS libraries of this process; looking for them takes milliseconds."""
-    from threadpoolctl import ThreadpoolController
-
-    return ThreadpoolController()

@@ -25,10 +25,11 @@ from scipy import linalg
 from bicycle.critical.critical_speeds import CriticalSpeed
 from bicycle.derivation.evaluation import Matrices
 from bicycle.eigenvalues.batch import eigenvalue_derivative_terms
-from bicycle.eigenvalues.solvers import BATCH, one_blas_thread
+from bicycle.eigenvalues.solvers import BATCH
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model
 from tyre.base.arrays import Array, Complex
+from tyre.base.blas import one_blas_thread
 from tyre.base.errors import InputError, unknown
 
 Slopes = Mapping[str, tuple[Matrices, ...]]  # of E and F with each parameter, in every speed range

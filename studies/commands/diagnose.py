@@ -52,6 +52,6 @@ def command(measurement_file: str, folder: str | None, without: tuple[str, ...],
         f"parameters adjusted {chi2['nuisance_only']:.1f}, "
         f"final {chi2['final']:.1f} (p = {verdict.goodness_of_fit_p:.2g})"
     )
-    for what, value, smaller in verdict.mimics[:3]:
-        click.echo(f"would mimic the rest: {what} = {value:.3g} (chi^2 {smaller:.1f})")
+    for mimic in verdict.mimics[:3]:
+        click.echo(f"would mimic the rest: {mimic.what} = {mimic.value:.3g} (chi^2 {mimic.chi2:.1f})")
     print_warnings(verdict.warnings)

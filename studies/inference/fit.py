@@ -14,9 +14,9 @@ from studies.inference.parameter import Candidate, UncertainParameter, together
 
 ITERATIONS = 40
 MOST_DAMPING = 1e6
-ENOUGH = 1e-5  # relative decrease of the objective below which a fit has ended
-HOPELESS, POLISH = 10.0, 1e-2  # a fit with chi^2 of ten a row is not polished beyond a per cent
-MOST_SCALES = 3.0
+SMALLEST_GAIN = 1e-5  # relative decrease of the objective below which a fit has ended
+POOR_CHI2, POOR_GAIN = 10.0, 1e-2  # a fit with chi^2 of ten a row is not polished beyond a per cent
+MOST_SCALES = 3.0  # prior sd of a size that occurs
 FARTHEST = 100.0  # prior sd: no fit comes near, but a trial step may overflow beyond
 AT_BOUND = 1e-9
 
@@ -37,6 +37,8 @@ class Fit:
         |residual|^2 of the fitted rows plus the prior penalty.
     log_evidence : float
         Laplace, without the constant that all hypotheses share.
+    nuisance_scale : float
+        Factor on the prior sd of the nuisances.
     """
 
     candidates: tuple[Candidate, ...]
@@ -53,6 +55,11 @@ class Fit:
     def name(self) -> str:
         """Identifiers joined by +."""
         return together(self.candidates)
+
+    @property
+    def identifiers(self) -> frozenset[str]:
+        """Of the candidates."""
+        return frozenset(candidate.identifier for candidate in self.candidates)
 
     @property
     def chi2(self) -> float:
@@ -89,20 +96,29 @@ class Fit:
 
     def at_bound(self) -> list[str]:
         """Sizes of effects that ended at a bound."""
-        found = []
+        names = []
         for candidate in self.candidates:
             columns = self.columns(candidate)
             for u, x in zip(candidate.unknowns, self.theta[columns], strict=True):
                 near = 1e-3 * u.scale
                 if u.size and (x <= u.lowest + near or x >= u.highest - near):
-                    found.append(f"{candidate.identifier}.{u.name}")
-        return found
+                    names.append(f"{candidate.identifier}.{u.name}")
+        return names
 
 
 def prior(
     unknowns: tuple[UncertainParameter, ...], candidates: tuple[Candidate, ...], scale: float
 ) -> tuple[Array, Array]:
-    """Centre and standard deviation of the coordinates; ``scale`` widens the nuisances."""
+    """Centre and standard deviation (p,) of the coordinates.
+
+    Parameters
+    ----------
+    unknowns : tuple of UncertainParameter
+        Nuisances, then those of the candidates.
+    candidates : tuple of Candidate
+    scale : float
+        Factor on the standard deviations of the nuisances.
+    """
     centre = np.array([u.centre for u in unknowns])
     sd = np.array([u.scale for u in unknowns])
     sd[: len(unknowns) - sum(len(c.unknowns) for c in candidates)] *= scale
@@ -117,7 +133,20 @@ def fit(
     rows: NDArray[np.bool_] | None = None,
     nuisance_scale: float = 1.0,
 ) -> Fit:
-    """Fit nuisances and candidates to the rows (all by default), from ``starts`` or those of the candidates."""
+    """Fit nuisances and candidates.
+
+    Parameters
+    ----------
+    forward : Forward
+    candidates : tuple of Candidate
+        What joins the base model.
+    starts : list of ndarray, shape (p,), optional
+        Coordinates from which to begin; the best end is kept. By default those of the candidates.
+    rows : ndarray of bool, shape (n,), optional
+        What is fitted; all by default.
+    nuisance_scale : float
+        Factor on the prior sd of the nuisances.
+    """
     unknowns = (*forward.nuisances, *(u for c in candidates for u in c.unknowns))
     centre, sd = prior(unknowns, candidates, nuisance_scale)
     lower = np.maximum((np.array([u.lowest for u in unknowns]) - centre) / sd, -FARTHEST)
@@ -130,9 +159,9 @@ def fit(
 
     best = None
     for x in starts or _starts(forward, candidates):
-        found = minimise(evaluate, (x - centre) / sd, lower, upper, used)
-        if best is None or found[1] < best[1] or not math.isfinite(best[1]):
-            best = found
+        end = minimise(evaluate, (x - centre) / sd, lower, upper, used)
+        if best is None or end[1] < best[1] or not math.isfinite(best[1]):
+            best = end
     assert best is not None
     z, objective, residual, jacobian = best
     kept = jacobian[used]
@@ -169,7 +198,7 @@ def _half_normal(distance: float, gradient: float, variance: float) -> float:
 
 
 def outlook(forward: Forward, parent: Fit, candidate: Candidate) -> float:
-    """Objective that one Gauss-Newton step promises when a candidate joins a fitted hypothesis: a cheap preview."""
+    """Objective that one Gauss-Newton step promises when ``candidate`` joins the fitted ``parent``: a cheap preview."""
     joined = (*parent.candidates, candidate)
     centre, sd = prior((*parent.unknowns, *candidate.unknowns), joined, 1.0)
     promised = []
@@ -189,9 +218,22 @@ Evaluate = Callable[[Array, bool], tuple[Array, Array]]
 def minimise(
     evaluate: Evaluate, z: Array, lower: Array, upper: Array, used: NDArray[np.bool_]
 ) -> tuple[Array, float, Array, Array]:
-    """Levenberg-Marquardt on |residual[used]|^2 + |z|^2 within bounds; returns z, objective, residual, jacobian.
+    """Levenberg-Marquardt on |residual[used]|^2 + |z|^2 within bounds.
 
     A coordinate at a bound that the gradient pushes outward is held there (projected Newton).
+
+    Parameters
+    ----------
+    evaluate : callable
+        (z, whether derivatives are wanted) -> residual (n,), derivative (n, p).
+    z, lower, upper : ndarray, shape (p,)
+        Start and bounds, in prior sd from the prior mean.
+    used : ndarray of bool, shape (n,)
+
+    Returns
+    -------
+    z, objective, residual, jacobian
+        Where it ended; residual and jacobian of all rows.
     """
     z = np.clip(z, lower, upper)
     residual, jacobian = evaluate(z, True)
@@ -220,6 +262,6 @@ def minimise(
                 damping = max(damping / 10, 1e-9)
                 break
             damping *= 10
-        if improved < (ENOUGH if objective < HOPELESS * used.sum() else POLISH) * (1 + objective):
+        if improved < (SMALLEST_GAIN if objective < POOR_CHI2 * used.sum() else POOR_GAIN) * (1 + objective):
             break
     return z, objective, residual, jacobian

@@ -1,8 +1,8 @@
-"""What the engine knows of the world: a forward model that turns unknowns into whitened residuals."""
+"""What the search knows of the world: a forward model that turns unknowns into whitened residuals."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,25 +12,81 @@ from studies.inference.parameter import Candidate, UncertainParameter
 
 
 @dataclass(frozen=True)
-class Rows:
-    """Where the residuals come from, one entry for each: where, condition (speed), series and held-out fold."""
+class Series:
+    """How the residuals of one series are shown.
 
-    where: tuple[str, ...]
-    speed: Array
-    series: tuple[str, ...]  # residuals of one series follow each other: eigenvalue part along speed, channel in time
-    fold: NDArray[np.intp]
-    inputs: Array | None = None  # (n, inputs), known inputs at each row, whitened alike
-    condition: tuple[str, ...] = ()  # where the condition is no speed: names of the conditions 0, 1 ... in ``speed``
-    axes: Mapping[str, str] = field(default_factory=dict)  # of a series whose ``speed`` is another quantity: its label
+    Attributes
+    ----------
+    channel : str
+        What was measured; several series may be of one channel.
+    quantity : str
+        Its values with their unit, for the axis of measured values.
+    axis : str
+        What they stand over (:attr:`Rows.abscissa`) with its unit; empty where that is common to all.
+    """
+
+    channel: str
+    quantity: str = ""
+    axis: str = ""
 
 
 @dataclass(frozen=True)
-class Extra:
-    """A feasible further measurement: what, the sd of its numbers, and the speed (m/s) where a new one is driven."""
+class Rows:
+    """Where the residuals come from, one entry for each.
+
+    Attributes
+    ----------
+    where : tuple of str
+        In words, for the report.
+    abscissa : ndarray, shape (n,)
+        What the residuals of a series stand over: a speed, an angle, the number of a condition.
+    series : tuple of str
+        Residuals of one series follow each other: an eigenvalue's part along speed, a channel in time.
+    fold : ndarray of int, shape (n,)
+        Held-out fold.
+    inputs : ndarray, shape (n, inputs), optional
+        Known inputs at each row, whitened alike.
+    condition : tuple of str
+        Names of the conditions 0, 1 ... in ``abscissa``, where that is a number of a condition.
+    shown : mapping of str to Series
+        How each series is shown; one that is not named is its own channel.
+    axis : str
+        Label of the abscissa with its unit.
+    """
+
+    where: tuple[str, ...]
+    abscissa: Array
+    series: tuple[str, ...]
+    fold: NDArray[np.intp]
+    inputs: Array | None = None
+    condition: tuple[str, ...] = ()
+    shown: Mapping[str, Series] = field(default_factory=dict)
+    axis: str = ""
+
+    def show(self, series: str) -> Series:
+        """How a series of this name is shown."""
+        return self.shown.get(series, Series(series))
+
+    @property
+    def channels(self) -> NDArray[np.str_]:
+        """Channel of each row (n,)."""
+        return np.array([self.show(name).channel for name in self.series])
+
+    @property
+    def one_axis(self) -> bool:
+        """Whether all rows stand over one continuous quantity."""
+        return not self.condition and not any(series.axis for series in self.shown.values())
+
+
+@dataclass(frozen=True, eq=False)
+class ProposedMeasurement:
+    """A feasible further measurement: what, in words, and the sd (m,) of its numbers.
+
+    A forward model adds, in a class of its own, what it needs to predict it.
+    """
 
     what: str
     sd: Array
-    speed: float | None = None
 
 
 class Residual(Protocol):
@@ -42,10 +98,10 @@ class Residual(Protocol):
 
 
 class Forward(Protocol):
-    """A forward model with composable effects.
+    """A forward model with composable effects; :class:`ForwardModel` answers what most need not ask.
 
-    ``residual`` gives (measured - computed) / sd (n,) and its derivative with respect to the coordinates of the
-    nuisances and of the unknowns of ``candidates`` (n, p).
+    Its methods take ``candidates``, those that join the base model, and ``theta`` (p,), the coordinates of the
+    nuisances and then of the unknowns of these candidates, in their order.
     """
 
     @property
@@ -61,7 +117,7 @@ class Forward(Protocol):
         """What may be missing."""
 
     @property
-    def refused(self) -> dict[str, str]:
+    def refused(self) -> Mapping[str, str]:
         """Effects that cannot be tried, and why."""
 
     @property
@@ -73,28 +129,68 @@ class Forward(Protocol):
         """What was assumed."""
 
     def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
-        """Whitened residual (n,) and derivative (n, p), (n, 0) without ``slopes``."""
+        """(measured - computed) / sd, shape (n,), and its derivative (n, p), or (n, 0) without ``slopes``."""
 
     def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
         """Of the covariance of what was marginalised inside (initial states); part of the evidence."""
 
-    def extras(self) -> tuple[Extra, ...]:
+    def proposed(self) -> tuple[ProposedMeasurement, ...]:
         """Feasible further measurements."""
 
-    def predict(self, extra: Extra, candidates: tuple[Candidate, ...], theta: Array) -> tuple[Array, Array]:
-        """Whitened prediction of a further measurement (m,) and its derivative (m, p)."""
+    def predict(
+        self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
+    ) -> tuple[Array, Array]:
+        """What one of the ``proposed`` measurements would give, in its sd (m,), and the derivative (m, p)."""
 
     def compatible(self, candidates: tuple[Candidate, ...]) -> bool:
         """Whether these candidates make a model together."""
 
-    def further(self, candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
+    def enabled_by(self, candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
         """Candidates that only these make possible (camber thrust once there is a tyre)."""
-
-    def compared(self, residual: Array) -> tuple[Array, Array | None]:
-        """Measured values and their sd, to be drawn over speed; sd is None where that makes no sense."""
 
     def phenomenological(self) -> tuple[Candidate, ...]:
         """Terms without a physical cause that can mimic an unknown one."""
 
     def refined(self, best: Residual) -> "Forward":
         """The same with its noise estimated from the residual of a good fit; itself where the noise is known."""
+
+
+class ForwardModel:
+    """The answers of a forward model that marginalises nothing, knows its noise and proposes nothing.
+
+    What is left to say: ``nuisances``, ``candidates``, ``rows`` and ``residual``.
+    """
+
+    thorough = True
+    refused: Mapping[str, str] = {}
+    notes: tuple[str, ...] = ()
+
+    def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
+        """Zero, whatever ``candidates`` at ``theta`` (p,): nothing is marginalised."""
+        return 0.0
+
+    def proposed(self) -> tuple[ProposedMeasurement, ...]:
+        """None."""
+        return ()
+
+    def predict(
+        self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
+    ) -> tuple[Array, Array]:
+        """Never asked where there is no ``proposal``; arguments as :meth:`Forward.predict`."""
+        raise NotImplementedError
+
+    def compatible(self, candidates: tuple[Candidate, ...]) -> bool:
+        """Any ``candidates`` go together."""
+        return True
+
+    def enabled_by(self, candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
+        """``candidates`` make no others possible."""
+        return ()
+
+    def phenomenological(self) -> tuple[Candidate, ...]:
+        """None."""
+        return ()
+
+    def refined(self, best: Residual) -> Self:
+        """Itself, whatever the residual of ``best``."""
+        return self

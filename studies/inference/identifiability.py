@@ -9,9 +9,9 @@ from studies.inference.evidence import CLEAR_ODDS, Hypotheses
 from studies.inference.fit import Fit
 from studies.inference.forward import Forward
 
-ALIKE = 0.95  # |cos| of marginalised directions
-HOPELESS = 1e4  # odds beyond which a look-alike is out, however parallel
-BENCH = 0.1  # sd of a bench test, in prior scales (5 % of the upper end of the typical range)
+ALIKE_COSINE = 0.95  # of marginalised directions
+HOPELESS_ODDS = 1e4  # beyond which a look-alike is out, however parallel
+BENCH_SD = 0.1  # of a bench test, in prior scales (5 % of the upper end of the typical range)
 
 
 @dataclass(frozen=True)
@@ -22,23 +22,35 @@ class Separation:
     gain: float
 
 
-def direction(forward: Forward, null: Fit, found: Fit) -> Array:
-    """How the effect moves the residuals (n,), nuisances held."""
-    nuisances = found.theta[: found.effect_columns.start]
+def direction(forward: Forward, hypothesis: Fit) -> Array:
+    """How the effects of ``hypothesis`` move the residuals (n,) of ``forward``, nuisances held."""
+    nuisances = hypothesis.theta[: hypothesis.effect_columns.start]
     without, _ = forward.residual((), nuisances)
-    moved = without - found.residual
+    moved = without - hypothesis.residual
     if float(moved @ moved) > 1e-6:
         return np.asarray(moved)
-    scale = np.array([u.scale * u.size for u in found.unknowns[found.effect_columns]])
-    return np.asarray(-found.jacobian[:, found.effect_columns] @ scale)
+    scale = np.array([u.scale * u.size for u in hypothesis.unknowns[hypothesis.effect_columns]])
+    return np.asarray(-hypothesis.jacobian[:, hypothesis.effect_columns] @ scale)
 
 
 def similarity(forward: Forward, null: Fit, fits: list[Fit]) -> Array:
-    """Cosines of the directions, in the metric that is left when the nuisances are marginalised."""
+    """Cosines of the directions of ``fits``, in the metric that is left when the nuisances are marginalised.
+
+    Parameters
+    ----------
+    forward : Forward
+    null : Fit
+        Nuisances only.
+    fits : list of Fit
+
+    Returns
+    -------
+    ndarray, shape (fits, fits)
+    """
     sd = np.array([u.scale for u in null.unknowns])
     n = null.jacobian * sd
     inner = np.eye(n.shape[1]) + n.T @ n
-    moves = np.stack([direction(forward, null, f) for f in fits])
+    moves = np.stack([direction(forward, f) for f in fits])
     projected = moves @ n
     gram = moves @ moves.T - projected @ np.linalg.solve(inner, projected.T)
     size = np.sqrt(np.maximum(gram.diagonal(), 1e-300))
@@ -46,22 +58,35 @@ def similarity(forward: Forward, null: Fit, fits: list[Fit]) -> Array:
 
 
 def equivalents(forward: Forward, known: Hypotheses, leader: Fit) -> list[Fit]:
-    """The leader and what cannot be told from it: odds below 20, or directions alike and odds not hopeless."""
+    """The leader and what cannot be told from it: odds below 20, or directions alike and odds not hopeless.
+
+    Parameters
+    ----------
+    forward : Forward
+    known : Hypotheses
+        Those with as many effects as the leader are compared.
+    leader : Fit
+    """
     peers = [f for f in known.best(len(leader.candidates)) if f is not leader and f.physical]
-    peers = [f for f in peers if known.odds(leader, f) < HOPELESS]
+    peers = [f for f in peers if known.odds(leader, f) < HOPELESS_ODDS]
     cosines = similarity(forward, known.null, [leader, *peers])[0, 1:]
     return [
         leader,
-        *(f for f, c in zip(peers, cosines, strict=True) if known.odds(leader, f) < CLEAR_ODDS or c > ALIKE),
+        *(f for f, c in zip(peers, cosines, strict=True) if known.odds(leader, f) < CLEAR_ODDS or c > ALIKE_COSINE),
     ]
 
 
 def separating(forward: Forward, members: list[Fit]) -> list[Separation]:
-    """Feasible measurements that would separate the leader from its rivals, best first."""
+    """Feasible measurements that would separate the first of ``members`` from its rivals, best first."""
+    return sorted([*_proposed(forward, members), *_bench_tests(members)], key=lambda s: -s.gain)
+
+
+def _proposed(forward: Forward, members: list[Fit]) -> list[Separation]:
+    """What the forward model proposes, where it can be predicted."""
     leader, *rivals = members
-    found = []
-    for extra in forward.extras():
-        predicted = [forward.predict(extra, f.candidates, f.theta) for f in members]
+    separations = []
+    for proposal in forward.proposed():
+        predicted = [forward.predict(proposal, f.candidates, f.theta) for f in members]
         mine, slope = predicted[0]
         if not all(np.isfinite(p).all() and np.isfinite(s).all() for p, s in predicted):
             continue
@@ -73,14 +98,20 @@ def separating(forward: Forward, members: list[Fit]) -> list[Separation]:
             )
             gap = mine - other
             gains.append(float(np.sqrt(gap @ np.linalg.solve(spread, gap))))
-        found.append(Separation(extra.what, min(gains)))
+        separations.append(Separation(proposal.what, min(gains)))
+    return separations
+
+
+def _bench_tests(members: list[Fit]) -> list[Separation]:
+    """The size of an effect that one member has and the others have not, measured by itself."""
+    separations = []
     for f in members:
         for candidate in f.candidates:
             u = next((u for u in candidate.unknowns if u.size), None)
-            if u is None or any(candidate.identifier in other.name.split("+") for other in members if other is not f):
+            if u is None or any(candidate.identifier in other.identifiers for other in members if other is not f):
                 continue
             column = f.columns(candidate).start + candidate.unknowns.index(u)
-            spread = np.hypot(BENCH * u.scale, np.sqrt(f.covariance[column, column]))
+            spread = np.hypot(BENCH_SD * u.scale, np.sqrt(f.covariance[column, column]))
             gain = float(abs(f.theta[column] - u.centre) / spread)
-            found.append(Separation(f"bench test of {candidate.identifier} ({u.name}, {u.unit})", gain))
-    return sorted(found, key=lambda s: -s.gain)
+            separations.append(Separation(f"bench test of {candidate.identifier} ({u.name}, {u.unit})", gain))
+    return separations

@@ -1,13 +1,13 @@
 """What a fit may move: an unknown with its prior, and the candidate effects made of them."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from bicycle.effect import Effect
 from studies.inference.arrays import Array
 
 STEP = 1e-3  # of the prior scale: central differences of the (smooth) matrices, error about 1e-9
@@ -31,6 +31,13 @@ class UncertainParameter:
         The value is the coordinate (1), its reciprocal (-1; a compliance) or its exponential (0), as in Box & Cox.
     size : bool
         It measures the size of the effect: the effect is absent at ``centre``.
+    labels : tuple of str
+        Of the parameters in ``sets``, in their order, where each is reported by itself (``rear``, ``front``).
+
+    Raises
+    ------
+    ValueError
+        A scale that is not positive, or bounds that leave nothing between them.
     """
 
     name: str
@@ -42,17 +49,24 @@ class UncertainParameter:
     highest: float = math.inf
     power: int = 1
     size: bool = False
+    labels: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.scale > 0:
+            raise ValueError(f"{self.name}: scale = {self.scale:g} must be above 0; leave out what does not float")
+        if not self.lowest < self.highest:
+            raise ValueError(f"{self.name}: nothing lies between the bounds {self.lowest:g} and {self.highest:g}")
 
     def value(self, coordinate: Array) -> Array:
-        """Physical value of a coordinate."""
+        """Physical value (same shape) of coordinates, an array of any shape."""
         return np.exp(coordinate) if self.power == 0 else coordinate**self.power
 
     def slope(self, coordinate: float) -> float:
-        """Size of d(value)/d(coordinate)."""
+        """Size of d(value)/d(coordinate) at ``coordinate``."""
         return math.exp(coordinate) if self.power == 0 else abs(self.power * coordinate ** (self.power - 1))
 
     def step(self, coordinate: float) -> float:
-        """Step of a central difference that stays on the allowed side of a singular zero."""
+        """Step of a central difference about ``coordinate`` that stays on the allowed side of a singular zero."""
         return STEP * (min(self.scale, coordinate) if self.lowest > 0 else self.scale)
 
     @property
@@ -65,17 +79,31 @@ class UncertainParameter:
 class Candidate:
     """An effect that may be missing.
 
-    ``effect`` is None where it sits in the measurement, not in the bicycle. ``fixed`` are parameters that are not
-    fitted, ``ties`` parameters that equal another one, ``replaces`` the effect it takes the place of.
+    Attributes
+    ----------
+    identifier : str
+    unknowns : tuple of UncertainParameter
+        What is fitted when it joins a hypothesis; may be empty.
+    effect : object, optional
+        For the forward model alone, the search never looks at it: what is built in. None where the effect sits in the
+        measurement and not in what was measured.
+    fixed : mapping of str to float
+        Its parameters that are not fitted.
+    ties : mapping of str to str
+        Its parameters that equal another one.
+    replaces : str, optional
+        The effect it takes the place of.
+    signature : str
+        What it does to the data, in words, for the report.
     """
 
     identifier: str
     unknowns: tuple[UncertainParameter, ...]
-    effect: type[Effect] | None = None
+    effect: Any = None
     fixed: Mapping[str, float] = field(default_factory=dict)
     ties: Mapping[str, str] = field(default_factory=dict)
     replaces: str | None = None
-    notes: tuple[str, ...] = ()
+    signature: str = ""
 
     @cached_property
     def starts(self) -> tuple[Array, ...]:
@@ -99,5 +127,32 @@ class Candidate:
 
 
 def together(candidates: tuple[Candidate, ...]) -> str:
-    """Name of a hypothesis: ``a+b``, or ``none``."""
+    """Name of a hypothesis that consists of ``candidates``: ``a+b``, or ``none``."""
     return "+".join(candidate.identifier for candidate in candidates) or "none"
+
+
+def stencil(unknowns: Sequence[UncertainParameter], theta: Array) -> tuple[Array, Array]:
+    """Where to compute for central differences.
+
+    Parameters
+    ----------
+    unknowns : sequence of UncertainParameter
+    theta : ndarray, shape (p,)
+        Their coordinates.
+
+    Returns
+    -------
+    batch : ndarray, shape (2 p + 1, p)
+        theta, theta + h_k, theta - h_k.
+    steps : ndarray, shape (p,)
+        h.
+    """
+    steps = np.array([u.step(x) for u, x in zip(unknowns, theta, strict=True)])
+    shift = np.diag(steps)
+    return np.vstack([theta[None], theta + shift, theta - shift]), steps
+
+
+def central_differences(computed: Array, steps: Array) -> Array:
+    """Derivatives (n, p) from what was computed at a :func:`stencil` (2 p + 1, n) of ``steps`` (p,)."""
+    p = len(steps)
+    return np.asarray(((computed[1 : p + 1] - computed[p + 1 :]) / (2 * steps[:, None])).T)

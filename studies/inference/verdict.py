@@ -9,19 +9,41 @@ from studies.inference.identifiability import Separation
 
 @dataclass(frozen=True)
 class Named:
-    """An effect with its fitted parameters: name -> (value, sd), SI."""
+    """An effect with its fitted parameters.
+
+    Attributes
+    ----------
+    identifier : str
+    parameters : mapping
+        Name -> (value, sd), in the units of ``units``.
+    units : mapping
+        Name -> unit, SI; ``1`` of a pure number.
+    signature : str
+        What the effect does to the data, in words.
+    """
 
     identifier: str
     parameters: Mapping[str, tuple[float, float]]
+    units: Mapping[str, str] = field(default_factory=dict)
+    signature: str = ""
 
 
 @dataclass(frozen=True)
-class Check:
-    """One acceptance rule: what was asked, the figure, whether it holds."""
+class AcceptanceCheck:
+    """A rule that must hold before an effect is named: what was asked, the figure, whether it holds."""
 
     what: str
     figure: str
     passed: bool
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A term without a cause that would take the place of what is unexplained: its value and the chi^2 it leaves."""
+
+    what: str
+    value: float
+    chi2: float
 
 
 @dataclass(frozen=True)
@@ -44,6 +66,18 @@ class Verdict:
         sqrt(max(0, chi^2/n - 1)) on held-out data over that of the nominal model; None where that has no gap.
     worst : tuple of (str, float)
         Where the gap of the final model is, and its share of chi^2.
+    separating_measurements : tuple of Separation
+        What would tell the class apart, best first.
+    goodness_of_fit_p : float
+        Of the final model.
+    checks : tuple of AcceptanceCheck
+        The rules of acceptance.
+    mimics : tuple of Mimic
+        What would take the place of the rest.
+    refused : mapping
+        Effects that were not tried, and why.
+    warnings : tuple of str
+        What was assumed, and what the reader must know.
     """
 
     verdict: str
@@ -55,8 +89,8 @@ class Verdict:
     worst: tuple[tuple[str, float], ...]
     separating_measurements: tuple[Separation, ...]
     goodness_of_fit_p: float
-    checks: tuple[Check, ...] = ()
-    mimics: tuple[tuple[str, float, float], ...] = ()  # term, value, chi^2
+    checks: tuple[AcceptanceCheck, ...] = ()
+    mimics: tuple[Mimic, ...] = ()
     refused: Mapping[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
 
@@ -79,7 +113,7 @@ class Verdict:
             "separating_measurements": [{"what": s.what, "gain": s.gain} for s in self.separating_measurements],
             "goodness_of_fit_p": self.goodness_of_fit_p,
             "checks": [{"what": c.what, "figure": c.figure, "passed": c.passed} for c in self.checks],
-            "mimics": [{"what": what, "value": value, "chi2": chi2} for what, value, chi2 in self.mimics],
+            "mimics": [{"what": m.what, "value": m.value, "chi2": m.chi2} for m in self.mimics],
             "not_tried": dict(self.refused),
             "warnings": list(self.warnings),
         }

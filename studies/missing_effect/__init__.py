@@ -2,6 +2,7 @@
 
 from studies.inference.verdict import Verdict
 from studies.missing_effect.diagnose import Diagnosis, diagnose
-from studies.missing_effect.measurement import Measurement, read_measurement
+from studies.missing_effect.interface import Measurement
+from studies.missing_effect.measurement import read_measurement
 
 __all__ = ["Diagnosis", "Measurement", "Verdict", "diagnose", "read_measurement"]

@@ -12,21 +12,22 @@ table = "weave.csv"
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from bicycle.effect import effect_class
 from bicycle.files.model_file import build_model
-from bicycle.identification.recording import Run, read_runs
+from bicycle.identification.recording import read_runs
 from bicycle.model import Model
+from studies.missing_effect.interface import Measurement
 from studies.missing_effect.motion.candidates import check_known
-from studies.missing_effect.motion.canonical_table import CanonicalTable, read_canonical
-from studies.missing_effect.motion.modal_table import ModalPoint, read_modal
+from studies.missing_effect.motion.canonical_table import read_canonical
+from studies.missing_effect.motion.measurements import CanonicalMeasurement, HistoryMeasurement, ModalMeasurement
+from studies.missing_effect.motion.modal_table import read_modal
 from studies.missing_effect.motion.nuisances import nuisances
 from studies.missing_effect.packaged import packaged_measurement
-from studies.missing_effect.rig.measurement import NO_RIG, RigMeasurement, read_rig
-from studies.missing_effect.rig.tables_forward import NO_TABLES, TyreTables, read_tyre_tables
+from studies.missing_effect.rig.measurement import NO_RIG, read_rig
+from studies.missing_effect.rig.tables_forward import NO_TABLES, read_tyre_tables
 from tyre.base.errors import InputError
 from tyre.base.plausible import WAY_OUT
 from tyre.base.schema import Table, any_table, anything, by_name, maybe, needed, read, table, text
@@ -59,51 +60,7 @@ OF_A_TYRE = {
 }
 
 
-@dataclass(frozen=True)
-class Measurement:
-    """A measurement and its context.
-
-    Attributes
-    ----------
-    name : str
-        The file's name.
-    model : Model
-        The base model: bicycle and the effects it is known to have.
-    points : tuple of ModalPoint
-        Of a modal measurement.
-    runs : tuple of Run
-        Of time histories.
-    coefficients : CanonicalTable, optional
-        Of identified coefficients.
-    uncertainty : mapping
-        1-sigma by ``key`` or ``effect.parameter``, SI.
-    known : mapping
-        ``effect -> {parameter: value}`` of candidates.
-    noise_sd : mapping
-        Per history channel, where given.
-    notes : tuple of str
-        What was assumed or left out in reading; shown in the report.
-    """
-
-    name: str
-    model: Model
-    points: tuple[ModalPoint, ...] = ()
-    runs: tuple[Run, ...] = ()
-    coefficients: CanonicalTable | None = None
-    uncertainty: Mapping[str, float] = field(default_factory=dict)
-    known: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    noise_sd: Mapping[str, float] = field(default_factory=dict)
-    description: str = ""
-    source: str = ""
-    notes: tuple[str, ...] = ()
-
-    @property
-    def kind(self) -> str:
-        """``modal``, ``histories`` or ``canonical``."""
-        return "modal" if self.points else "histories" if self.runs else "canonical"
-
-
-def read_measurement(path: str | Path) -> Measurement | RigMeasurement | TyreTables:
+def read_measurement(path: str | Path) -> Measurement:
     """Read MEASUREMENT.toml and the tables it names; a packaged one is given by its name.
 
     Raises
@@ -115,7 +72,7 @@ def read_measurement(path: str | Path) -> Measurement | RigMeasurement | TyreTab
         return _read(file)
 
 
-def _read(path: Path) -> Measurement | RigMeasurement | TyreTables:
+def _read(path: Path) -> Measurement:
     content = read_toml(path, "measurement file")
     try:
         return _measurement(content, path)
@@ -123,7 +80,7 @@ def _read(path: Path) -> Measurement | RigMeasurement | TyreTables:
         raise InputError(f"{path}: {error}") from error
 
 
-def _measurement(content: Mapping[str, Any], path: Path) -> Measurement | RigMeasurement | TyreTables:
+def _measurement(content: Mapping[str, Any], path: Path) -> Measurement:
     given = read(OF_A_TYRE.get(str(content.get("kind")), MOTION), content)
     kind = given["kind"]
     words = {"name": path.stem, "description": given["description"], "source": given["source"]}
@@ -142,12 +99,12 @@ def _measurement(content: Mapping[str, Any], path: Path) -> Measurement | RigMea
     nuisances(model, common["uncertainty"])  # complains here, where the file is known
     if kind == "modal":
         points, notes = read_modal(given["modal"], path.parent)
-        return Measurement(**common, points=points, notes=notes)
+        return ModalMeasurement(**common, points=points, notes=notes)
     if kind == "canonical":
         coefficients, notes = read_canonical(given["canonical"], path.parent)
-        return Measurement(**common, coefficients=coefficients, notes=notes)
+        return CanonicalMeasurement(**common, coefficients=coefficients, notes=notes)
     runs, noise, notes = read_runs(given["histories"], path.parent)
-    return Measurement(**common, runs=runs, noise_sd=noise, notes=notes)
+    return HistoryMeasurement(**common, runs=runs, noise_sd=noise, notes=notes)
 
 
 def _uncertainty(table: Mapping[str, Any], prefix: str = "") -> dict[str, float]:

@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.effect import registry
-from studies.inference.judge import Diagnosis
-from studies.missing_effect.figures import MOST_SERIES, draw_all, explains, residuals
-from studies.missing_effect.rig.candidates import EXPLAINED
+from studies.missing_effect.diagnose import Diagnosis
+from studies.missing_effect.figures import draw_all, explains
+from studies.missing_effect.gap_figures import MOST_SERIES, residuals
 from studies.reporting.output import write_json
 
 SAYS = {
@@ -28,9 +27,9 @@ TEMPLATE = """# What is missing: {{ name }}
 {% endif %}{% if source %}Source: {{ source }}
 {% endif %}
 {% for e in v.effects %}- **{{ e.identifier }}**: {% for key, (value, sd) in e.parameters.items() -%}
-{{ key }} = {{ '%.4g' % value }} ± {{ '%.2g' % sd }} {{ units[e.identifier].get(key.split('.')[0], '') }}
+{{ key }} = {{ '%.4g' % value }} ± {{ '%.2g' % sd }} {{ e.units[key] if e.units[key] != '1' }}
 {{- ', ' if not loop.last }}
-{%- endfor %} (1 sd){% if signature.get(e.identifier) %}. What it does: {{ signature[e.identifier] }}{% endif %}
+{%- endfor %} (1 sd){% if e.signature %}. What it does: {{ e.signature }}{% endif %}
 {% endfor %}
 {% if v.equivalent|length > 1 %}
 These cannot be told apart with the data at hand: {{ v.equivalent|join(', ') }}.
@@ -60,7 +59,7 @@ Largest shares of the final χ²:
 |---|---|---|---|
 {% for row in tried %}| {{ row|join(' | ') }} |
 {% endfor %}
-{% for name, reason in v.refused.items() %}- not tried: {{ name }}: {{ reason }}
+{% for reason, names in not_tried.items() %}- not tried: {{ names|join(', ') }}: {{ reason }}
 {% endfor %}
 {% for figure in ('posterior', 'similarity') if figure in captions %}
 ![{{ captions[figure] }}]({{ figure }}.png)
@@ -97,7 +96,7 @@ They are not named; they say where to look.
 
 | term | value | χ² |
 |---|---|---|
-{% for what, value, chi2 in v.mimics %}| {{ what }} | {{ '%.3g' % value }} | {{ '%.1f' % chi2 }} |
+{% for m in v.mimics %}| {{ m.what }} | {{ '%.3g' % m.value }} | {{ '%.1f' % m.chi2 }} |
 {% endfor %}{% endif %}
 ## Assumptions
 
@@ -114,7 +113,7 @@ img{{max-width:100%}}</style></head><body>{body}</body></html>
 
 
 def write_report(diagnosis: Diagnosis, folder: Path) -> None:
-    """Write ``report.md``, ``report.html``, ``verdict.json`` and the figures."""
+    """Write ``report.md``, ``report.html``, ``verdict.json`` and the figures of a ``diagnosis`` into ``folder``."""
     import jinja2
     import markdown
 
@@ -126,43 +125,44 @@ def write_report(diagnosis: Diagnosis, folder: Path) -> None:
     text = "\n".join(line for k, line in enumerate(lines) if line or (k and lines[k - 1])) + "\n"
     (folder / "report.md").write_text(text, encoding="utf-8")
     body = markdown.markdown(text, extensions=["tables"])
-    title = f"What is missing: {diagnosis.subject.name}"
+    title = f"What is missing: {diagnosis.measurement.name}"
     (folder / "report.html").write_text(PAGE.format(title=title, body=body), encoding="utf-8")
     write_json(diagnosis.verdict.to_dict(), str(folder / "verdict.json"))
 
 
 def _content(diagnosis: Diagnosis) -> dict[str, Any]:
-    verdict, subject = diagnosis.verdict, diagnosis.subject
-    units = {c.identifier: {u.name: u.unit.removeprefix("1") for u in c.unknowns} for c in diagnosis.final.candidates}
+    verdict, measurement = diagnosis.verdict, diagnosis.measurement
+    not_tried: dict[str, list[str]] = {}
+    for name, reason in verdict.refused.items():
+        not_tried.setdefault(reason, []).append(name)
     absent = "no gap to close" if verdict.held_out_gap["nominal"] is None else "not known, one run"
     gaps = [
         f"{name.replace('_', ' ')} {absent if value is None else format(value, '.2f')}"
         for name, value in verdict.held_out_gap.items()
     ]
     return {
-        "v": verdict, "name": subject.name, "says": SAYS[verdict.verdict], "units": units, "gaps": ", ".join(gaps),
-        "description": subject.description, "source": subject.source, "parts": _parts(diagnosis),
-        "tried": _tried(diagnosis),
-        "signature": {name: effect.signature for name, effect in registry().items()} | EXPLAINED,
+        "v": verdict, "name": measurement.name, "says": SAYS[verdict.verdict], "gaps": ", ".join(gaps),
+        "description": measurement.description, "source": measurement.source, "parts": _parts(diagnosis),
+        "tried": _tried(diagnosis), "not_tried": not_tried,
     }  # fmt: skip
 
 
 def _parts(diagnosis: Diagnosis) -> list[list[str]]:
     """Chi^2 by series and by third of the speeds, of the three models."""
-    rows, found = diagnosis.forward.rows, residuals(diagnosis)
+    rows, models = diagnosis.forward.rows, residuals(diagnosis)
     series, table = np.array(rows.series), []
-    edges = np.quantile(rows.speed, [0, 1 / 3, 2 / 3, 1])
+    edges = np.quantile(rows.abscissa, [0, 1 / 3, 2 / 3, 1])
     if len(set(rows.series)) > MOST_SERIES:
-        series = np.array([where.split(",")[0] for where in rows.where])
+        series = rows.channels
     groups = {str(name): series == name for name in dict.fromkeys(series.tolist())}
     for number, name in enumerate(rows.condition):
-        groups[name] = rows.speed == number
-    for low, high in pairwise(edges) if not rows.condition and not rows.axes else ():
-        inside = (rows.speed >= low) & ((rows.speed < high) | (high == edges[-1]))
+        groups[name] = rows.abscissa == number
+    for low, high in pairwise(edges) if rows.one_axis else ():
+        inside = (rows.abscissa >= low) & ((rows.abscissa < high) | (high == edges[-1]))
         if inside.any() and high > low:
             groups[f"{low:.3g} to {high:.3g} m/s"] = inside
     for name, inside in groups.items():
-        table.append([name, str(inside.sum()), *(f"{float(r[inside] @ r[inside]):.1f}" for r in found.values())])
+        table.append([name, str(inside.sum()), *(f"{float(r[inside] @ r[inside]):.1f}" for r in models.values())])
     return table
 
 
@@ -172,7 +172,7 @@ def _tried(diagnosis: Diagnosis) -> list[list[str]]:
     table = []
     for f in sorted(shown, key=lambda f: -posterior[f.name]):
         values = [
-            f"{u.name} {float(u.value(np.asarray(x))):.3g} {u.unit.removeprefix('1')}".rstrip()
+            f"{u.name} {float(u.value(np.asarray(x))):.3g} {'' if u.unit == '1' else u.unit}".rstrip()
             for u, x in zip(f.unknowns[f.effect_columns], f.theta[f.effect_columns], strict=True)
         ]
         table.append([explains(f), f"{posterior[f.name]:.2g}", f"{f.chi2:.1f}", ", ".join(values)])

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, ProcessPoolExecutor, ThreadPoolExecutor, wait
 from typing import Any
 
-from bicycle.eigenvalues.solvers import one_blas_thread
+from tyre.base.blas import one_blas_thread
 from tyre.base.errors import InputError
 
 Piece = tuple[int, int]

@@ -19,7 +19,7 @@ import numpy as np
 from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.effect import effect_class
 from bicycle.eigenvalues.batch import coefficients, state_matrices
-from bicycle.eigenvalues.solvers import BATCH, Solver, compiled, eigenvalues, eigenvalues_along, lapack, one_blas_thread
+from bicycle.eigenvalues.solvers import BATCH, Solver, compiled, eigenvalues, eigenvalues_along, lapack
 from bicycle.files.bicycle_file import load_bicycle
 from bicycle.linear_model import LinearModel
 from bicycle.modal.matching import assign
@@ -31,6 +31,7 @@ from studies.sweeps.run import pieces
 from studies.sweeps.spec import Sweep
 from studies.sweeps.sweep_file import build_sweep
 from tyre.base.arrays import Array
+from tyre.base.blas import one_blas_thread
 
 Pair = tuple[float, float]  # seconds of the reference and of velotyre
 TYRE = {"cornering_stiffness": 6302.5, "relaxation_length": 0.1}

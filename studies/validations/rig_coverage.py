@@ -183,29 +183,38 @@ def _write(folder: Path, rng: np.random.Generator, calibration: Any) -> dict[flo
 
     from tyre.recordings.read import write_csv
     from tyre.recordings.recording import Condition
-    from tyre.rig import rig_effects as rig
     from tyre.rig.campaign import synthetic_tyre
+    from tyre.rig.effect import RigEffect
+    from tyre.rig.effects.dial_gauge import DialGauge
+    from tyre.rig.effects.load_cell_drift import LoadCellDrift
+    from tyre.rig.effects.noise import Noise
+    from tyre.rig.effects.ply_steer import PlySteer
+    from tyre.rig.effects.remounting import Remounting
+    from tyre.rig.effects.rig_friction import RigFriction
+    from tyre.rig.effects.rim_compliance import RimCompliance
+    from tyre.rig.effects.sensor_gain import SensorGain
+    from tyre.rig.effects.temperature_drift import TemperatureDrift
     from tyre.rig.simulator import Protocol, simulate_pull, simulate_sweep
 
-    effects: list[rig.RigEffect] = [
-        rig.PlySteer(force=rng.uniform(-10.0, 25.0), slip=np.deg2rad(rng.uniform(-0.3, 0.3))),
-        rig.RimCompliance(stiffness=10 ** rng.uniform(6.0, 7.0)),
-        rig.Remounting(sd=rng.uniform(0.002, 0.008)),
-        rig.TemperatureDrift(rise=rng.uniform(0.0, 4.0), per_kelvin=rng.uniform(-0.003, -0.001)),
-        rig.RigFriction(force=rng.uniform(0.5, 3.0), presliding=rng.uniform(2e-5, 1e-4)),
-        rig.SensorGain(
+    effects: list[RigEffect] = [
+        PlySteer(force=rng.uniform(-10.0, 25.0), slip=np.deg2rad(rng.uniform(-0.3, 0.3))),
+        RimCompliance(stiffness=10 ** rng.uniform(6.0, 7.0)),
+        Remounting(sd=rng.uniform(0.002, 0.008)),
+        TemperatureDrift(rise=rng.uniform(0.0, 4.0), per_kelvin=rng.uniform(-0.003, -0.001)),
+        RigFriction(force=rng.uniform(0.5, 3.0), presliding=rng.uniform(2e-5, 1e-4)),
+        SensorGain(
             force=rng.normal(0.0, calibration.force),
             slip=rng.normal(0.0, calibration.slip),
             displacement=rng.normal(0.0, calibration.displacement),
         ),
-        rig.LoadCellDrift(rate=rng.normal(0.0, 3.0)),
-        rig.Noise(
+        LoadCellDrift(rate=rng.normal(0.0, 3.0)),
+        Noise(
             white=rng.uniform(1.5, 4.0),
             correlated=rng.uniform(0.5, 2.5),
             correlation_time=10 ** rng.uniform(-1.0, -0.3),
             pull=rng.uniform(0.1, 0.6),
         ),
-        rig.DialGauge(),
+        DialGauge(),
     ]
     axes = str(rng.choice(["ISO", "SAE", "adapted SAE"]))
     pressure = 1e5 * round(rng.uniform(3.5, 7.5), 1)
@@ -237,7 +246,7 @@ def _write(folder: Path, rng: np.random.Generator, calibration: Any) -> dict[flo
             )
             write_csv(pull, folder / f"pull_{load:g}N_{number}.csv")
         for effect in effects:
-            if isinstance(effect, rig.PlySteer):
+            if isinstance(effect, PlySteer):
                 tyre = effect.on_tyre(tyre, condition, rng)
         truths[load] = {
             "C": tyre.cornering_stiffness,

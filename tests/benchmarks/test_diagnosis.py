@@ -9,7 +9,6 @@ from bicycle.parameters import UNITS
 from studies.missing_effect import diagnose, read_measurement
 from studies.missing_effect.blind.generator import modal_case
 from studies.missing_effect.blind.histories import history_case
-from studies.missing_effect.diagnose import forward_model
 
 
 def test_thirty_modal_points(tmp_path, benchmark):
@@ -19,7 +18,7 @@ def test_thirty_modal_points(tmp_path, benchmark):
     assert len(measurement.points) == 30
     floating = dict.fromkeys(UNITS, 0.0) | dict(list(measurement.uncertainty.items())[:10])
     measurement = dataclasses.replace(measurement, uncertainty=floating)
-    every = [c.identifier for c in forward_model(measurement).candidates if c.identifier != "steer_damper"]
+    every = [c.identifier for c in measurement.forward().candidates if c.identifier != "steer_damper"]
     start = time.process_time()
     found = benchmark.pedantic(diagnose, [measurement], {"without": tuple(every[11:])}, rounds=1)
     assert time.process_time() - start < 10

@@ -13,7 +13,6 @@ from bicycle.identification import free_decay, recording
 from bicycle.modal.named_modes import ORDER
 from bicycle.parameters import UNITS
 from studies.missing_effect import diagnose, measurement, read_measurement
-from studies.missing_effect.diagnose import forward_model
 from studies.missing_effect.motion import canonical_table, modal_table, nuisances
 from studies.missing_effect.report import SAYS
 from studies.missing_effect.rig import measurement as rig_measurement
@@ -36,7 +35,7 @@ def folder(tmp_path_factory):
 def test_every_kind_has_an_example_that_is_read(folder):
     assert {path.name for path in folder.iterdir()} == set(measurement.EVERY_KIND)
     for kind in measurement.KINDS:
-        forward = forward_model(read_measurement(folder / kind / "MEASUREMENT.toml"))
+        forward = read_measurement(folder / kind / "MEASUREMENT.toml").forward()
         residual, _ = forward.residual((), np.array([u.centre for u in forward.nuisances]))
         assert 0 < residual @ residual < math.inf
 

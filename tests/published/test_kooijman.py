@@ -11,7 +11,6 @@ import pytest
 from bicycle import effect_class
 from studies.inference.fit import fit
 from studies.missing_effect import diagnose, read_measurement
-from studies.missing_effect.diagnose import forward_model
 from tyre.base.paths import data_root
 
 TABLE = {
@@ -41,7 +40,7 @@ def forward_of(measurement, camber):
         thrust = {wheel: camber / 15 * c for wheel, c in by_load.items()}
         model = model.with_effect(effect_class("camber_thrust")(camber_stiffness=thrust))
         fixed |= {"camber_thrust.camber_stiffness": 0.0, "camber_thrust.lag_share": 0.0}
-    return forward_model(dataclasses.replace(measurement, model=model, uncertainty=fixed))
+    return dataclasses.replace(measurement, model=model, uncertainty=fixed).forward()
 
 
 @pytest.mark.parametrize("camber", TABLE)

@@ -18,6 +18,7 @@ from tyre.fits.relaxation import (
     relaxation_from_two_rates,
 )
 from tyre.fits.slip_step import SlipStepFit
+from tyre.recordings.recording import SYNTHETIC_NOTES
 
 Key = tuple[str, str, float, float]
 
@@ -150,7 +151,7 @@ def combine(
     sweeps, pulls, steps = by_kind["slip_sweep"], by_kind["pull_test"], by_kind["slip_step"]
     warnings = [*further_warnings, *repeat_warnings(recordings)]
     for item in (*sweeps, *pulls, *steps):
-        warnings += [f"{item.file}: {note}" for note in item.notes if not note.startswith("synthetic")]
+        warnings += [f"{item.file}: {note}" for note in item.notes if note not in SYNTHETIC_NOTES]
     is_borrowed = not pulls and bool(borrowed)
     if is_borrowed:
         pulls = tuple(sorted(borrowed, key=lambda item: item.file))

@@ -1,4 +1,4 @@
-"""Uncertainty of a least-squares fit whose residuals are white noise plus a slow wander."""
+"""White plus first-order autoregressive (AR(1)) noise of even samples: drawn, and allowed for in a fit."""
 
 from typing import Any
 
@@ -9,14 +9,14 @@ from scipy.signal import lfilter
 
 from tyre.recordings.recording import Channel
 
-_BINS = 120  # the wander is slow: its constants are found from this many averages, in a few milliseconds
+_BINS = 120  # the AR(1) part is slow: its constants are found from this many averages, in a few milliseconds
 
 
 def correlated_covariance(jacobian: NDArray[np.float64], residual: Channel) -> tuple[NDArray[np.float64], float]:
     """Covariance (J'J)^-1 J' R J (J'J)^-1 of fitted parameters, R the covariance of white plus AR(1) residuals.
 
-    R_ij = white [i = j] + wander phi^|i - j|. The constants come from restricted maximum likelihood (Patterson &
-    Thompson, 1971), which allows for the part of a slow wander that the fit itself has swallowed; the plain
+    R_ij = white [i = j] + correlated phi^|i - j|. The constants come from restricted maximum likelihood (Patterson &
+    Thompson, 1971), which allows for the part of slow noise that the fit itself has swallowed; the plain
     autocovariance of residuals does not.
 
     Parameters
@@ -29,16 +29,16 @@ def correlated_covariance(jacobian: NDArray[np.float64], residual: Channel) -> t
     -------
     covariance : ndarray, shape (p, p)
     dof : float
-        Effective degrees of freedom of that covariance: a slow wander repeats itself few times in a recording.
+        Effective degrees of freedom of that covariance: slow noise repeats itself few times in a recording.
     """
     n, p = jacobian.shape
-    white, wander, phi = noise_constants(jacobian, residual)
+    white, correlated, phi = noise_constants(jacobian, residual)
     bread = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-14)
     earlier = lfilter([0.0, phi], [1.0, -phi], jacobian, axis=0)
     overlap = jacobian.T @ earlier
-    meat = (white + wander) * jacobian.T @ jacobian + wander * (overlap + overlap.T)
-    # spectral weight at low frequency, where a fit feels the noise: white, against wander times its correlation length
-    slow = wander * (1.0 + phi) / (1.0 - phi) if phi > 0.0 else 0.0
+    meat = (white + correlated) * jacobian.T @ jacobian + correlated * (overlap + overlap.T)
+    # spectral weight at low frequency, where a fit feels the noise: white, against AR(1) times its correlation length
+    slow = correlated * (1.0 + phi) / (1.0 - phi) if phi > 0.0 else 0.0
     share = slow / (slow + white) if slow > 0.0 else 0.0
     repeats = max(2.5, n * (1.0 - phi**2) / (1.0 + phi**2) - p)
     dof = 1.0 / (share**2 / repeats + (1.0 - share) ** 2 / max(n - p, 1))
@@ -46,7 +46,7 @@ def correlated_covariance(jacobian: NDArray[np.float64], residual: Channel) -> t
 
 
 def noise_constants(jacobian: NDArray[np.float64], residual: Channel) -> tuple[float, float, float]:
-    """Variances of the white and the wandering part of residuals and the wander's memory phi per sample.
+    """Variances of the white and the AR(1) part of residuals, and the memory phi of the latter per sample.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def noise_constants(jacobian: NDArray[np.float64], residual: Channel) -> tuple[f
 
     Returns
     -------
-    white, wander, phi : float
+    white, correlated, phi : float
     """
     n, p = jacobian.shape
     width = max(1, n // _BINS)
@@ -69,7 +69,7 @@ def noise_constants(jacobian: NDArray[np.float64], residual: Channel) -> tuple[f
     y = y / np.sqrt(power)
 
     def whitened(z: Channel) -> tuple[float, float, float]:
-        """Share and memory of the wander, and twice the negative restricted log likelihood but for a constant."""
+        """Share and memory of the AR(1) part, and twice the negative restricted log likelihood but for a constant."""
         share, memory = 1.0 / (1.0 + np.exp(-z[0])), np.exp(-np.exp(-z[1]))
         # white + AR(1) is an ARMA(1, 1) process: its innovations come from one recursive filter
         power_0 = share * (1.0 - memory**2) + (1.0 - share) * (1.0 + memory**2)
@@ -97,3 +97,24 @@ def noise_constants(jacobian: NDArray[np.float64], residual: Channel) -> tuple[f
     apart = np.arange(1, width)
     averaging = (width + 2.0 * float(np.sum((width - apart) * phi**apart))) / width**2
     return float((1.0 - share) * variance * width), float(share * variance / averaging), phi
+
+
+def draw_ar1(n: int, *, memory: float, rng: np.random.Generator) -> Channel:
+    """Draw stationary AR(1) noise of unit variance: e_k = memory e_(k-1) + innovation.
+
+    Parameters
+    ----------
+    n : int
+        Samples.
+    memory : float
+        Correlation of neighbours, 0 to 1.
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    ndarray, shape (n,)
+    """
+    start = rng.standard_normal()
+    innovations = np.sqrt(1.0 - memory**2) * rng.standard_normal(n)
+    noise, _ = lfilter([1.0], [1.0, -memory], innovations, zi=[memory * start])
+    return np.asarray(noise)

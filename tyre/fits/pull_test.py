@@ -11,6 +11,7 @@ from scipy.optimize import least_squares
 
 from tyre.base.errors import InputError
 from tyre.fits.estimate import Calibration, Estimate, combine_uncertainties
+from tyre.fits.friction import dahl_after
 from tyre.recordings.recording import Channel, Condition, PullTest
 
 _LINEAR = 0.02  # departure from the initial slope that ends the linear range
@@ -232,8 +233,9 @@ def _friction_shape(loop: _Loop, presliding: float) -> Channel:
         direction = np.sign(deflection[end] - deflection[begin])
         mine = strokes == number
         travelled = np.maximum(direction * (deflection[mine] - deflection[begin]), 0.0)
-        shape[mine] = direction + (state - direction) * np.exp(-travelled / presliding)
-        state = direction + (state - direction) * np.exp(-abs(deflection[end] - deflection[begin]) / presliding)
+        shape[mine] = dahl_after(state, travel=travelled, direction=direction, presliding=presliding)
+        whole = abs(deflection[end] - deflection[begin])
+        state = float(dahl_after(state, travel=whole, direction=direction, presliding=presliding))
     return shape
 
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.signal import lfilter
 
 from tyre.base.errors import InputError
 from tyre.fits.estimate import Estimate
+from tyre.fits.lag import first_order_lag
 from tyre.fits.noise import correlated_covariance
 from tyre.recordings.recording import Channel, Condition, RigRun
 
@@ -86,11 +86,7 @@ def fit_slip_step(run: RigRun) -> SlipStepFit:
     middle = float(distance[np.argmax(u > 0.5)])
 
     def lagged(length: float) -> Channel:
-        ratio = step / length
-        decay = np.exp(-ratio)
-        ramp = (1.0 - decay) / ratio
-        response, _ = lfilter([1.0 - ramp, ramp - decay], [1.0, -decay], u, zi=[ramp * u[0]])
-        return response
+        return first_order_lag(u, step=step / length)
 
     def residual(z: Channel) -> Channel:
         return z[0] + z[1] * lagged(float(np.exp(z[2]))) - force

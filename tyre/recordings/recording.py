@@ -29,6 +29,12 @@ class Condition:
     camber: float = 0.0
 
 
+SIMULATED_NOTE = "synthetic: computed by the rig simulator, not measured"
+COMPUTED_NOTE = "synthetic: computed by a simulation, not measured"
+SYNTHETIC_NOTES = (SIMULATED_NOTE, COMPUTED_NOTE)
+"""What a file of a synthetic recording notes for its reader; ``synthetic`` of the recording says it already."""
+
+
 @dataclass(frozen=True)
 class RigRun:
     """One slip-sweep (or slip-step) recording of a rolling tyre.

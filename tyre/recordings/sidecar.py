@@ -13,7 +13,7 @@ from tyre.base.schema import Check, flag, maybe, number, read, refused, table, t
 from tyre.base.toml_file import read_toml
 from tyre.recordings.axes import CONVENTIONS, signs
 from tyre.recordings.check import check_condition
-from tyre.recordings.recording import Condition, PullTest, RigRun
+from tyre.recordings.recording import COMPUTED_NOTE, Condition, PullTest, RigRun
 from tyre.recordings.units import split_unit
 
 KINDS = ("slip_sweep", "slip_step", "pull_test")
@@ -131,7 +131,7 @@ def write_sidecar(recording: RigRun | PullTest, path: Path) -> None:
         "note": list(recording.notes) or None,
     }
     if recording.synthetic and not recording.notes:
-        table["note"] = "synthetic: computed by a simulation, not measured"
+        table["note"] = COMPUTED_NOTE
     path.write_text(tomli_w.dumps({key: value for key, value in table.items() if value is not None}), encoding="utf-8")
 
 

@@ -10,20 +10,19 @@ import numpy as np
 
 from tyre.base.errors import InputError, hint
 from tyre.recordings.recording import Condition, PullTest, RigRun
-from tyre.rig.rig_effects import (
-    DialGauge,
-    DrumCurvature,
-    LoadCellDrift,
-    Noise,
-    PlySteer,
-    Remounting,
-    RigEffect,
-    RigFriction,
-    RimCompliance,
-    SensorGain,
-    TemperatureDrift,
-)
-from tyre.rig.simulator import Protocol, RigTyre, simulate_pull, simulate_step, simulate_sweep
+from tyre.rig.effect import RigEffect, simulated_effects
+from tyre.rig.effects.dial_gauge import DialGauge
+from tyre.rig.effects.drum_curvature import DrumCurvature
+from tyre.rig.effects.load_cell_drift import LoadCellDrift
+from tyre.rig.effects.noise import Noise
+from tyre.rig.effects.ply_steer import PlySteer
+from tyre.rig.effects.remounting import Remounting
+from tyre.rig.effects.rig_friction import RigFriction
+from tyre.rig.effects.rim_compliance import RimCompliance
+from tyre.rig.effects.sensor_gain import SensorGain
+from tyre.rig.effects.temperature_drift import TemperatureDrift
+from tyre.rig.simulator import Protocol, simulate_pull, simulate_step, simulate_sweep
+from tyre.rig.tyre import RigTyre
 
 _REFERENCE_LOAD, _REFERENCE_PRESSURE = 400.0, 5.5e5
 
@@ -50,7 +49,7 @@ class CampaignPlan:
 
 
 def synthetic_tyre(*, load: float, pressure: float) -> RigTyre:
-    """A made-up tyre of the size of a 26 mm racing tyre, smooth in load (N) and pressure (Pa)."""
+    """A made-up tyre of the size of a 26 mm racing tyre, smooth in ``load`` (N) and ``pressure`` (Pa)."""
     f, p = load / _REFERENCE_LOAD, pressure / _REFERENCE_PRESSURE
     stiffness = 7600.0 * np.sin(2.0 * np.arctan(load / (560.0 * p**0.15))) / p**0.05
     return RigTyre(
@@ -64,7 +63,7 @@ def synthetic_tyre(*, load: float, pressure: float) -> RigTyre:
 
 
 def default_effects(rng: np.random.Generator) -> tuple[RigEffect, ...]:
-    """The rig-side effects of a fair laboratory; the calibration errors of the campaign are drawn here."""
+    """The rig-side effects of a fair laboratory; the calibration errors of the campaign are drawn here, by ``rng``."""
     force, slip, gauge = rng.normal(0.0, [0.003, 0.003, 0.002])
     return (
         DrumCurvature(),
@@ -80,14 +79,6 @@ def default_effects(rng: np.random.Generator) -> tuple[RigEffect, ...]:
     )
 
 
-def effect_classes() -> dict[str, type[RigEffect]]:
-    """Every rig effect by its name, ``LoadCellDrift`` being ``load_cell_drift``."""
-    return {
-        "".join(f"_{letter.lower()}" if letter.isupper() else letter for letter in kind.__name__).lstrip("_"): kind
-        for kind in RigEffect.__subclasses__()
-    }
-
-
 def set_effect(effects: Sequence[RigEffect], name: str, values: Mapping[str, float] | None) -> tuple[RigEffect, ...]:
     """Set the values of one effect, add it, or take it out.
 
@@ -95,7 +86,7 @@ def set_effect(effects: Sequence[RigEffect], name: str, values: Mapping[str, flo
     ----------
     effects : sequence of RigEffect
     name : str
-        A name of :func:`effect_classes`.
+        A name of :func:`tyre.rig.effect.simulated_effects`.
     values : mapping of str to float, or None
         New values by parameter (SI units); None removes the effect.
 
@@ -108,7 +99,7 @@ def set_effect(effects: Sequence[RigEffect], name: str, values: Mapping[str, flo
     InputError
         For an unknown effect or parameter; the message suggests the nearest.
     """
-    known = effect_classes()
+    known = simulated_effects()
     if name not in known:
         raise InputError(f"effect {name!r} is unknown (known: {', '.join(sorted(known))}){hint(name, known)}")
     kind = known[name]

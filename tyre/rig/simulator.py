@@ -10,47 +10,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.signal import lfilter
 
-from tyre.recordings.recording import Channel, Condition, PullTest, RigRun
-from tyre.rig.rig_effects import Channels, RigEffect
-
-SYNTHETIC_NOTE = "synthetic: computed by the rig simulator, not measured"
-
-
-@dataclass(frozen=True)
-class RigTyre:
-    """The truth of one tyre at one load and pressure (SI units).
-
-    Steady side force Sv + D sin(C atan(B x - E (B x - atan(B x)))) with x = slip + Sh and
-    B = cornering_stiffness / (C D); aligning moment -t (F - Sv) with t = pneumatic_trail / (1 + (x / trail_slip)^2).
-    ``relaxation`` switches the lag off when False. ``rim_stiffness`` is inf for a rigid rim; ``softening`` bends the
-    pull test (see :func:`simulate_pull`).
-    """
-
-    cornering_stiffness: float
-    lateral_stiffness: float
-    peak_force: float
-    shape: float = 1.4
-    curvature: float = 0.0
-    pneumatic_trail: float = 0.018
-    trail_slip: float = 0.08
-    offset_force: float = 0.0
-    offset_slip: float = 0.0
-    rim_stiffness: float = np.inf
-    relaxation: bool = True
-    softening: float = 0.0
-
-    @property
-    def relaxation_length(self) -> float:
-        """C / K_y of tyre (and rim in series), m."""
-        return self.cornering_stiffness * (1.0 / self.lateral_stiffness + 1.0 / self.rim_stiffness)
-
-    def steady_force(self, slip: Channel) -> Channel:
-        """Side force of the steadily rolling tyre, N, at ``slip`` (rad)."""
-        x = self.cornering_stiffness / (self.shape * self.peak_force) * (slip + self.offset_slip)
-        bent = x - self.curvature * (x - np.arctan(x))
-        return self.offset_force + self.peak_force * np.sin(self.shape * np.arctan(bent))
+from tyre.fits.lag import first_order_lag
+from tyre.recordings.recording import SIMULATED_NOTE, Channel, Condition, PullTest, RigRun
+from tyre.rig.effect import Channels, RigEffect
+from tyre.rig.tyre import RigTyre
 
 
 @dataclass(frozen=True)
@@ -160,7 +124,7 @@ def simulate_pull(
     for effect in effects:
         effect.on_pull(channels, rng)
     recorded: dict[str, Any] = dict(channels)
-    return PullTest(condition=condition, axes=axes, synthetic=True, notes=(SYNTHETIC_NOTE,), **recorded)
+    return PullTest(condition=condition, axes=axes, synthetic=True, notes=(SIMULATED_NOTE,), **recorded)
 
 
 def _roll(
@@ -177,7 +141,8 @@ def _roll(
     for effect in effects:
         tyre = effect.on_tyre(tyre, condition, rng)
     steady = tyre.steady_force(slip)
-    force = _lagged(steady, (time[1] - time[0]) * speed / tyre.relaxation_length) if tyre.relaxation else steady
+    step = (time[1] - time[0]) * speed / tyre.relaxation_length
+    force = first_order_lag(steady, step=step) if tyre.relaxation else steady
     x = slip + tyre.offset_slip
     trail = tyre.pneumatic_trail / (1.0 + (x / tyre.trail_slip) ** 2)
     full = np.full_like(time, 1.0)
@@ -198,16 +163,6 @@ def _roll(
         axes=axes,
         synthetic=True,
         kind="slip_step" if kind == "slip_step" else "slip_sweep",
-        notes=(SYNTHETIC_NOTE,),
+        notes=(SIMULATED_NOTE,),
         **recorded,
     )
-
-
-def _lagged(steady: Channel, step: float) -> Channel:
-    """Solve F' + F = steady over travelled distance in relaxation lengths, exactly for a piecewise linear input."""
-    decay = np.exp(-step)
-    ramp = (1.0 - decay) / step
-    new, old = 1.0 - ramp, ramp - decay
-    force: Channel
-    force, _ = lfilter([new, old], [1.0, -decay], steady, zi=[(1.0 - new) * steady[0]])
-    return force

@@ -1,11 +1,16 @@
 """``velotyre tyre simulate``: a synthetic rig campaign with known truth."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from studies.reporting.examples import example
 from tyre.base.errors import InputError
+
+if TYPE_CHECKING:
+    from tyre.rig.campaign import CampaignPlan
 
 
 def _numbers(text: str, what: str) -> tuple[float, ...]:
@@ -32,22 +37,7 @@ def _numbers(text: str, what: str) -> tuple[float, ...]:
     "--effect", "effects", multiple=True, help="NAME:key=value,... sets a rig effect (SI units); NAME alone adds it."
 )
 @click.option("--without", multiple=True, help="NAME of a rig effect to leave out.")
-def command(
-    folder: Path,
-    seed: int,
-    name: str,
-    loads: str,
-    pressures: str,
-    surfaces: str,
-    rates: str,
-    sweeps: int,
-    pulls: int,
-    steps: int,
-    axes: str,
-    file_format: str,
-    effects: tuple[str, ...],
-    without: tuple[str, ...],
-) -> None:
+def command(folder: Path, seed: int, effects: tuple[str, ...], without: tuple[str, ...], **options: Any) -> None:
     """Write a SYNTHETIC rig campaign into FOLDER, with its truth in truth.json.
 
     The protocol is the paper's: 9.3 km/h, triangular slip sweeps to +-4 deg at 200 Hz, lateral pulls with dial
@@ -55,44 +45,47 @@ def command(
     """
     import numpy as np
 
-    from tyre.recordings.axes import signs
-    from tyre.rig.campaign import CampaignPlan, default_effects, set_effect, write_campaign_files
+    from tyre.rig.campaign import default_effects, set_effect, write_campaign_files
 
-    signs(axes, where="--axes")
-    if min(sweeps, pulls, steps) < 0 or sweeps + pulls + steps == 0:
-        raise InputError(
-            f"sweeps {sweeps}, pulls {pulls}, steps {steps}: none may be negative and one must be positive"
-        )
-    paces = _numbers(rates, "rates")
-    for what, values in (
-        ("loads", _numbers(loads, "loads")),
-        ("pressures", _numbers(pressures, "pressures")),
-        ("rates", paces),
-    ):
-        if min(values) <= 0.0:
-            raise InputError(f"{what} must be positive, got {min(values):g}")
+    plan = _plan(options)
     rng = np.random.default_rng(seed)
     chosen = default_effects(rng)
     for effect in without:
         chosen = set_effect(chosen, effect, None)
     for text in effects:
         effect, _, assignments = text.partition(":")
-        settings: dict[str, float] = {}
-        for assignment in filter(None, assignments.split(",")):
-            key, _, value = assignment.partition("=")
-            settings[key] = _numbers(value, f"effect {effect}: {key}")[0]
-        chosen = set_effect(chosen, effect, settings)
-    plan = CampaignPlan(
-        tyre=name,
-        loads=_numbers(loads, "loads"),
-        pressures=tuple(1e5 * p for p in _numbers(pressures, "pressures")),
-        surfaces=tuple(surfaces.split(",")),
-        rates=tuple(float(np.deg2rad(rate)) for rate in paces),
-        sweeps=sweeps,
-        pulls=pulls,
-        steps=steps,
-        axes=axes,
-        file_format=file_format,
-    )
+        chosen = set_effect(chosen, effect, _settings(effect, assignments))
     files = write_campaign_files(folder, plan=plan, effects=chosen, rng=rng, seed=seed)
     click.echo(f"{len(files)} synthetic recordings and truth.json in {folder}")
+
+
+def _settings(effect: str, assignments: str) -> dict[str, float]:
+    """Values by key of ``key=value,key=value``."""
+    settings = {}
+    for assignment in filter(None, assignments.split(",")):
+        key, _, value = assignment.partition("=")
+        settings[key] = _numbers(value, f"effect {effect}: {key}")[0]
+    return settings
+
+
+def _plan(options: Mapping[str, Any]) -> "CampaignPlan":
+    """The campaign that the options describe, in SI units."""
+    import numpy as np
+
+    from tyre.recordings.axes import signs
+    from tyre.rig.campaign import CampaignPlan
+
+    signs(options["axes"], where="--axes")
+    counts = {kind: options[kind] for kind in ("sweeps", "pulls", "steps")}
+    if min(counts.values()) < 0 or sum(counts.values()) == 0:
+        said = ", ".join(f"{kind} {count}" for kind, count in counts.items())
+        raise InputError(f"{said}: none may be negative and one must be positive")
+    numbers = {what: _numbers(options[what], what) for what in ("rates", "loads", "pressures")}
+    for what in ("loads", "pressures", "rates"):
+        if min(numbers[what]) <= 0.0:
+            raise InputError(f"{what} must be positive, got {min(numbers[what]):g}")
+    return CampaignPlan(
+        tyre=options["name"], loads=numbers["loads"], pressures=tuple(1e5 * p for p in numbers["pressures"]),
+        surfaces=tuple(options["surfaces"].split(",")), rates=tuple(float(np.deg2rad(r)) for r in numbers["rates"]),
+        axes=options["axes"], file_format=options["file_format"], **counts,
+    )  # fmt: skip

@@ -1,19 +1,21 @@
 """What the forward models of the bicycle share: the base model, its nuisances and its candidates."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.model import Model, check_compatible
-from studies.inference.forward import Extra
-from studies.inference.parameter import Candidate, UncertainParameter
+from studies.inference.forward import ForwardModel, ProposedMeasurement
+from studies.inference.parameter import Candidate, UncertainParameter, central_differences
 from studies.missing_effect.motion.candidates import LEFT_OUT, find_candidates, physical
 from studies.missing_effect.motion.family import Family
 from studies.missing_effect.motion.phenomenological_terms import feedback_terms, reversed_signs
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 
+SPEED_AXIS = "speed, m/s"
 FORCED = "swept steer torque"
 FORCED_SPEEDS = (1.0, 1.5, 2.0)  # of the fastest measured speed
 FORCED_FREQUENCY = 2 * np.pi * np.geomspace(0.5, 4.0, 6)  # rad/s
@@ -23,26 +25,45 @@ MOST_GROWTH = 0.5  # 1/s; what grows faster is not held up while the torque swee
 
 
 def error(name: str, unit: str, key: str, scale: float) -> UncertainParameter:
-    """An error of the measurement: zero with standard deviation ``scale``."""
+    """An error of the measurement: zero with standard deviation ``scale`` in ``unit``, kept under ``key``."""
     return UncertainParameter(name, unit, {key: 1.0}, 0.0, scale, -10 * scale, 10 * scale, size=True)
 
 
+@dataclass(frozen=True, eq=False)
+class ForcedResponse(ProposedMeasurement):
+    """Frequency responses to steer torque at a ``speed`` (m/s)."""
+
+    speed: float
+
+
 @dataclass(frozen=True, kw_only=True)
-class BicycleForward:
-    """Base model, floating parameters, candidates, why others are not tried, and notes for the report."""
+class BicycleForward(ForwardModel):
+    """What the forward models of the bicycle share.
+
+    Attributes
+    ----------
+    base : Model
+    nuisances : tuple of UncertainParameter
+        What floats in every fit.
+    candidates : tuple of Candidate
+    refused : mapping
+        Effects that are not tried, and why.
+    notes : tuple of str
+        For the report.
+    """
 
     base: Model
     nuisances: tuple[UncertainParameter, ...]
     candidates: tuple[Candidate, ...]
-    refused: dict[str, str] = field(default_factory=dict)
+    refused: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
     def family(self, candidates: tuple[Candidate, ...]) -> Family:
-        """The base model with candidates."""
+        """The base model with ``candidates``."""
         return Family(self.base, self.nuisances, candidates)
 
     def compatible(self, candidates: tuple[Candidate, ...]) -> bool:
-        """Whether these candidates make a model together."""
+        """Whether these ``candidates`` make a model together."""
         gone = {c.replaces for c in candidates}
         kinds = [e for e in self.base.effects if e.identifier not in gone]
         kinds += [c.effect.__new__(c.effect) for c in candidates if c.effect is not None]
@@ -52,8 +73,8 @@ class BicycleForward:
             return False
         return True
 
-    def further(self, candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
-        """Candidates that these make possible."""
+    def enabled_by(self, candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
+        """Candidates that these ``candidates`` make possible."""
         if all(c.effect is None or not c.effect.provides for c in candidates):
             return ()
         model = self.base
@@ -67,9 +88,9 @@ class BicycleForward:
         """Steer torque proportional to lean, steer and their rates, and effects with the unphysical sign."""
         return (*feedback_terms(), *reversed_signs(self.candidates))
 
-    def forced(self, fastest: float) -> tuple[Extra, ...]:
-        """Frequency responses to steer torque at the fastest measured speed (m/s) and above it, where it stays up."""
-        nominal, found = np.array([u.centre for u in self.nuisances]), []
+    def forced(self, fastest: float) -> tuple[ForcedResponse, ...]:
+        """Frequency responses to steer torque at the ``fastest`` measured speed (m/s) and above, where it stays up."""
+        nominal, proposals = np.array([u.centre for u in self.nuisances]), []
         for speed in (factor * fastest for factor in FORCED_SPEEDS):
             system = self.family(())(nominal[None], np.array([speed]))
             growth = np.linalg.eigvals(np.linalg.solve(system.mass[0, 0], system.dynamics[0, 0])).real.max()
@@ -79,17 +100,21 @@ class BicycleForward:
             sd = FORCED_SD * (size + 0.1 * size.max(0)).ravel()
             low, high = FORCED_FREQUENCY[[0, -1]] / (2 * np.pi)
             what = f"{FORCED}, {low:g}-{high:g} Hz, at {speed:.3g} m/s (lean rate, steer, yaw rate)"
-            found.append(Extra(what, np.repeat(sd, 2), speed))
-        return tuple(found)
+            proposals.append(ForcedResponse(what, np.repeat(sd, 2), speed))
+        return tuple(proposals)
 
-    def predict_forced(self, extra: Extra, candidates: tuple[Candidate, ...], theta: Array) -> tuple[Array, Array]:
-        """Whitened real and imaginary parts (m,) of the responses that :meth:`forced` proposes, slopes (m, p)."""
-        assert extra.speed is not None
+    def predict(
+        self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
+    ) -> tuple[Array, Array]:
+        """Whitened real and imaginary parts (m,) of the responses that :meth:`forced` proposes, slopes (m, p).
+
+        Arguments as :meth:`studies.inference.forward.Forward.predict`.
+        """
+        assert isinstance(proposal, ForcedResponse)
         batch, steps = self.family(candidates).stencil(theta)
-        every = self._response(candidates, batch, extra.speed).reshape(len(batch), -1)
-        parts = np.stack([every.real, every.imag], -1).reshape(len(batch), -1) / extra.sd
-        p = len(steps)
-        return parts[0], ((parts[1 : p + 1] - parts[p + 1 :]) / (2 * steps[:, None])).T
+        every = self._response(candidates, batch, proposal.speed).reshape(len(batch), -1)
+        parts = np.stack([every.real, every.imag], -1).reshape(len(batch), -1) / proposal.sd
+        return parts[0], central_differences(parts, steps)
 
     def _response(self, candidates: tuple[Candidate, ...], theta: Array, speed: float) -> NDArray[np.complex128]:
         """C (i w E - F)^-1 B for coordinates (K, p): (K, frequencies, outputs), per N m of steer torque."""

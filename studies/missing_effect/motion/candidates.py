@@ -8,6 +8,7 @@ spans more than a factor of three. Both wheels share one value; a stiffness in N
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -86,13 +87,15 @@ def candidate(
         elif isinstance(p.default, str) and p.name not in known:
             ties |= {key: str(p.default) for key in keys}
         elif p.name not in known:
-            unknowns += _unknown(p, _factors(p, keys, model), given.get(p.name), limit=bool(shared))
+            floating = _unknown(p, _factors(p, keys, model), given.get(p.name), limit=bool(shared))
+            unknowns += [replace(u, labels=WHEELS) if p.per_wheel else u for u in floating]
     sizes = [u for u in unknowns if u.size]
     if len(sizes) > 1 and _vanishes_with(model, effect, values, sizes[0], replaced):
         unknowns = [u for u in unknowns if not u.size or u is sizes[0]]  # the others only scale it
     return Candidate(
-        effect.identifier, tuple(unknowns), effect, values, ties, replaced.identifier if replaced is not None else None
-    )
+        effect.identifier, tuple(unknowns), effect, values, ties,
+        replaced.identifier if replaced is not None else None, effect.signature,
+    )  # fmt: skip
 
 
 def check_known(effect: type[Effect], known: Mapping[str, Any]) -> None:

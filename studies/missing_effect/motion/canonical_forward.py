@@ -12,24 +12,20 @@ torque, keeps the bicycle's own resonances out of the weights.
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from bicycle.identification.canonical import Canonical, Motion, identify
 from bicycle.model import Model
-from studies.inference.folds import MOST
-from studies.inference.forward import Extra, Residual, Rows
+from studies.inference.folds import MOST_FOLDS
+from studies.inference.forward import ProposedMeasurement, Rows, Series
 from studies.inference.parameter import Candidate, UncertainParameter
 from studies.missing_effect.motion.bicycle_forward import BicycleForward, error
-from studies.missing_effect.motion.candidates import SINGULAR, find_candidates
+from studies.missing_effect.motion.candidates import SINGULAR
 from studies.missing_effect.motion.canonical_table import COEFFICIENTS, CanonicalTable, unit
 from studies.missing_effect.motion.family import SPEED_SCALE
-from studies.missing_effect.motion.nuisances import nuisances
 from tyre.base.arrays import Array, Complex
-
-if TYPE_CHECKING:
-    from studies.missing_effect.measurement import Measurement
 
 FREQUENCIES = 16
 STEER_RATE, FORCE = 0.3, 20.0  # rad/s and N at each frequency; only their ratio counts
@@ -59,6 +55,23 @@ class CanonicalForward(BicycleForward):
     table: CanonicalTable
     barred: tuple[str, ...] = ()
 
+    @classmethod
+    def of_table(cls, table: CanonicalTable, without: tuple[str, ...], **rest: Any) -> "CanonicalForward":
+        """The forward model of a table, without what is part of what was measured.
+
+        Parameters
+        ----------
+        table : CanonicalTable
+        without : tuple of str
+            Effects that are not tried.
+        rest
+            Fields of :class:`BicycleForward`.
+        """
+        hands, why = HANDS
+        rest["candidates"] = tuple(with_compliance(c) for c in rest["candidates"] if c.identifier != hands)
+        rest["refused"] = {**rest["refused"], hands: why}
+        return cls(table=table, barred=(hands, *without), **rest)
+
     @cached_property
     def whipple(self) -> Canonical:
         """The bicycle's own Whipple coefficients: what the identification holds fixed."""
@@ -69,9 +82,10 @@ class CanonicalForward(BicycleForward):
         """Labels of the residuals, coefficient by coefficient; each subset is held out."""
         subsets = self.table.subsets
         where = tuple(f"{name}, {subset}" for name in COEFFICIENTS for subset in subsets)
-        series = tuple(f"{name}, {unit(name)}" for name in COEFFICIENTS for _ in subsets)
+        series = tuple(name for name in COEFFICIENTS for _ in subsets)
+        shown = {name: Series(name, unit(name)) for name in COEFFICIENTS}
         number = np.tile(np.arange(len(subsets), dtype=float), len(COEFFICIENTS))
-        return Rows(where, number, series, number.astype(np.intp) % MOST, condition=subsets)
+        return Rows(where, number, series, number.astype(np.intp) % MOST_FOLDS, condition=subsets, shown=shown)
 
     def coefficients(self, candidates: tuple[Candidate, ...], theta: Array) -> Array:
         """What the identification would give (K, 9), for coordinates (K, p)."""
@@ -123,29 +137,18 @@ class CanonicalForward(BicycleForward):
         residual = (self.table.value - computed[0]) / self.table.sd
         return residual.T.ravel(), -(slope / self.table.sd).T.reshape(residual.size, p)
 
-    def further(self, candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
-        """Candidates that these make possible, without those that are barred."""
-        return tuple(c for c in super().further(candidates) if c.identifier not in self.barred)
+    def enabled_by(self, candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
+        """Candidates that these ``candidates`` make possible, without those that are barred."""
+        return tuple(c for c in super().enabled_by(candidates) if c.identifier not in self.barred)
 
-    def compared(self, residual: Array) -> tuple[Array, Array | None]:
-        """Identified values and their sd."""
+    @property
+    def measured(self) -> tuple[Array, Array]:
+        """Identified values and their sd, (n,)."""
         return self.table.value.T.ravel(), self.table.sd.T.ravel()
 
-    def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
-        """Zero: nothing is marginalised."""
-        return 0.0
-
-    def refined(self, best: Residual) -> "CanonicalForward":
-        """Itself: the noise is part of the table."""
-        return self
-
-    def extras(self) -> tuple[Extra, ...]:
+    def proposed(self) -> tuple[ProposedMeasurement, ...]:
         """Forced responses at the highest speed and above."""
         return self.forced(max(self.table.speeds))
-
-    def predict(self, extra: Extra, candidates: tuple[Candidate, ...], theta: Array) -> tuple[Array, Array]:
-        """Whitened prediction of a forced response."""
-        return self.predict_forced(extra, candidates, theta)
 
 
 def with_compliance(candidate: Candidate) -> Candidate:
@@ -165,21 +168,8 @@ def with_compliance(candidate: Candidate) -> Candidate:
     return replace(candidate, unknowns=tuple(found))
 
 
-def canonical_forward(measurement: "Measurement", table: CanonicalTable, without: tuple[str, ...]) -> CanonicalForward:
-    """The forward model of a measurement of coefficients, with its candidates."""
-    model = measurement.model
-    unknowns, assumed = nuisances(model, measurement.uncertainty)
-    found, refused = find_candidates(model, measurement.known, without)
-    sensors = tuple(c for c in sensor_candidates() if c.identifier not in without)
-    candidates = (*(with_compliance(c) for c in found if c.identifier != HANDS[0]), *sensors)
-    return CanonicalForward(
-        base=model, nuisances=unknowns, candidates=candidates, table=table, barred=(HANDS[0], *without),
-        refused={**refused, HANDS[0]: HANDS[1]}, notes=(*measurement.notes, *_notes(model, table), *assumed),
-    )  # fmt: skip
-
-
-def _notes(model: Model, table: CanonicalTable) -> tuple[str, ...]:
-    """What is assumed of the motion and of the bicycle."""
+def assumed(model: Model, table: CanonicalTable) -> tuple[str, ...]:
+    """What is assumed of the motion of a ``table`` and of the bicycle of its base ``model``, in words."""
     speeds = ", ".join(f"{v:g}" for v in table.speeds)
     found = [
         f"the identification is imitated at {speeds} m/s, {table.band[0]:g}-{table.band[1]:g} Hz, with uncorrelated "

@@ -13,20 +13,37 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from studies.inference.folds import folds
-from studies.inference.forward import Extra, Residual, Rows
+from studies.inference.forward import ProposedMeasurement, Rows, Series
 from studies.inference.parameter import Candidate
-from studies.missing_effect.motion.bicycle_forward import BicycleForward, error
+from studies.missing_effect.motion.bicycle_forward import SPEED_AXIS, BicycleForward, error
 from studies.missing_effect.motion.family import SPEED_SCALE, Family
 from studies.missing_effect.motion.modal_table import ModalPoint
 from tyre.base.arrays import Array, Complex
 
 RATIO_OUTPUT = {"steer_over_lean": "steer_rate", "yaw_over_lean": "yaw_rate"}
 OTHER_KIND = 3.0  # a real root stands in for a measured oscillation only where no pair is three times as near
-GAIN, DELAY = "_gain", "_delay"
-EXTRA_SPEEDS = (0.8, 1.25, 1.5, 2.0)  # of the slowest or fastest measured speed
-EXTRA_RATIO_SD = 0.05
+RATIO_SENSOR = {"steer_over_lean": "steer", "yaw_over_lean": "yaw"}
+GAIN, DELAY = "measurement.{}_gain", "measurement.{}_delay"
+FURTHER_SPEEDS = (0.8, 1.25, 1.5, 2.0)  # of the slowest or fastest measured speed
+FURTHER_RATIO_SD = 0.05
+FURTHER_RUNS = 6  # at a further speed
 MOST_DAMPED = 0.7  # damping ratio of a mode that a free decay shows
-EXTRA_COUNT = 6
+PARTS = {"real": ("real part", "1/s"), "imaginary": ("imaginary part", "rad/s")}  # of an eigenvalue, with its unit
+
+
+@dataclass(frozen=True, eq=False)
+class MissingRatio(ProposedMeasurement):
+    """A shape ratio at the measured speeds; ``number``: its place after the eigenvalue."""
+
+    number: int
+
+
+@dataclass(frozen=True, eq=False)
+class ModeAtSpeed(ProposedMeasurement):
+    """A mode at another speed (m/s)."""
+
+    mode: str
+    speed: float
 
 
 @dataclass(frozen=True)
@@ -49,7 +66,17 @@ class Wanted:
 
 
 def root_of(wanted: Wanted, speeds: Array, values: Complex) -> NDArray[np.intp]:
-    """Index of the eigenvalue (S, n) that each wanted mode is: the nearest, one root for each mode of a speed."""
+    """Index (m,) of the eigenvalue that each wanted mode is: the nearest, one root for each mode of a speed.
+
+    Parameters
+    ----------
+    wanted : Wanted
+        m modes.
+    speeds : ndarray, shape (S,)
+        m/s, sorted.
+    values : ndarray, shape (S, n)
+        Eigenvalues, 1/s.
+    """
     at = np.searchsorted(speeds, wanted.speed)
     near, here = wanted.near[:, None], values[at]
     cost = np.abs(here - near)
@@ -66,7 +93,19 @@ def root_of(wanted: Wanted, speeds: Array, values: Complex) -> NDArray[np.intp]:
 
 
 def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True) -> tuple[Complex, Complex]:
-    """Eigenvalue and both ratios of each wanted mode, (m, 3), and their derivatives (m, 3, p), or None of them."""
+    """Eigenvalue and both ratios of each wanted mode, (m, 3), and their derivatives (m, 3, p), or (m, 3, 0).
+
+    Parameters
+    ----------
+    family : Family
+        The model with its p unknowns.
+    wanted : Wanted
+        m modes.
+    theta : ndarray, shape (p,)
+        Coordinates.
+    slopes : bool
+        Whether derivatives are wanted.
+    """
     speeds = np.unique(wanted.speed)
     batch, steps = family.stencil(theta) if slopes else (theta[None], theta[:0])
     system = family(batch, speeds)
@@ -97,19 +136,15 @@ def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True
         slope[:, 0] = turned[point, chosen]
         with np.errstate(divide="ignore", invalid="ignore"):
             slope[:, 1:] = (dseen[:, 1:] - ratio[:, :, None] * dseen[:, :1]) / seen[:, :1, None]
-    gains = _channel_coordinates(family, theta)
+    errors = _coordinates(family, theta)
     for r, name in enumerate(RATIO_OUTPUT, 1):
-        _apply_channel(number, slope, r, gains.get(name + GAIN), gains.get(name + DELAY))
+        _apply_channel(number, slope, r, errors.get(GAIN.format(name)), errors.get(DELAY.format(name)))
     return number, slope
 
 
-def _channel_coordinates(family: Family, theta: Array) -> dict[str, tuple[int, float]]:
-    found = {}
-    for column, u in enumerate(family.unknowns):
-        for key in u.sets:
-            if key.startswith("measurement."):
-                found[key.removeprefix("measurement.")] = (column, float(theta[column]))
-    return found
+def _coordinates(family: Family, theta: Array) -> dict[str, tuple[int, float]]:
+    """Column and value of the coordinate that sets a parameter."""
+    return {key: (column, float(theta[column])) for column, u in enumerate(family.unknowns) for key in u.sets}
 
 
 def _apply_channel(
@@ -132,18 +167,18 @@ def _apply_channel(
 
 
 def measurement_candidates(ratios: Sequence[str]) -> tuple[Candidate, ...]:
-    """What may be wrong with the measurement: speed scale, gain and delay of the channels of a ratio."""
+    """What may be wrong with the measurement: speed scale, gain and delay of the sensors of ``ratios``, by name."""
     found = [Candidate("speed_scale", (error("scale", "1", SPEED_SCALE, 0.02),))]
     for ratio in ratios:
-        channel = ratio.split("_")[0]
-        found.append(Candidate(f"{channel}_sensor_scale", (error("scale", "1", f"measurement.{ratio}{GAIN}", 0.1),)))
-        found.append(Candidate(f"{channel}_sensor_delay", (error("delay", "s", f"measurement.{ratio}{DELAY}", 0.01),)))
+        sensor = RATIO_SENSOR[ratio]
+        found.append(Candidate(f"{sensor}_sensor_scale", (error("scale", "1", GAIN.format(ratio), 0.1),)))
+        found.append(Candidate(f"{sensor}_sensor_delay", (error("delay", "s", DELAY.format(ratio), 0.01),)))
     return tuple(found)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ModalForward(BicycleForward):
-    """The forward model of modal data (see :class:`studies.inference.forward.Forward`)."""
+    """The forward model of modal data (see :class:`studies.inference.forward.Forward`): ``points`` as measured."""
 
     thorough = True
     points: tuple[ModalPoint, ...]
@@ -157,7 +192,8 @@ class ModalForward(BicycleForward):
         )  # fmt: skip
 
     @cached_property
-    def _measured(self) -> tuple[Array, Array]:
+    def measured(self) -> tuple[Array, Array]:
+        """Measured values and their sd, (n,)."""
         numbers: list[float] = []
         sd: list[float] = []
         for p in self.points:
@@ -172,16 +208,19 @@ class ModalForward(BicycleForward):
     def rows(self) -> Rows:
         """Labels of the residuals."""
         where, series, speed, group, repeat = [], [], [], [], []
+        shown: dict[str, Series] = {}
         for k, p in enumerate(self.points):
             for name in ("", *(name for name in RATIO_OUTPUT if name in p.ratios)):
-                for part in ("real", "imaginary"):
-                    what = f"{p.mode} {name.replace('_', ' ')}".strip()
+                what = f"{p.mode} {name.replace('_', ' ')}".strip()
+                for part, (quantity, unit) in PARTS.items():
+                    shown[f"{what}, {part}"] = Series(what, quantity if name else f"{quantity}, {unit}")
                     where.append(f"{what}, {p.speed:g} m/s, {part}")
                     series.append(f"{what}, {part}")
                     speed.append(p.speed)
                     group.append(p.group or f"{p.speed:.6g}")
                     repeat.append(f"{k:06d}")
-        return Rows(tuple(where), np.array(speed), tuple(series), folds(group, speed, repeat))
+        fold = folds(group, speed, repeat)
+        return Rows(tuple(where), np.array(speed), tuple(series), fold, shown=shown, axis=SPEED_AXIS)
 
     @cached_property
     def _kept(self) -> NDArray[np.bool_]:
@@ -190,58 +229,48 @@ class ModalForward(BicycleForward):
 
     def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
         """(measured - computed) / sd and its derivative."""
-        measured, sd = self._measured
+        measured, sd = self.measured
         computed, slope = _flat(*predict(self.family(candidates), self.wanted, theta, slopes=slopes), self._kept)
         return (measured - computed) / sd, -slope / sd[:, None]
 
-    def compared(self, residual: Array) -> tuple[Array, Array | None]:
-        """Measured values and their sd."""
-        return self._measured
-
-    def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
-        """Zero: nothing is marginalised."""
-        return 0.0
-
-    def refined(self, best: Residual) -> "ModalForward":
-        """Itself: the noise is part of the table."""
-        return self
-
-    def extras(self) -> tuple[Extra, ...]:
+    def proposed(self) -> tuple[ProposedMeasurement, ...]:
         """Further modal measurements: missing ratios, other speeds, a forced response."""
         sd = float(np.median([s for p in self.points for s in p.sd]))
         speeds = [p.speed for p in self.points]
         have = {name for p in self.points for name in p.ratios}
-        found = []
-        for ratio in RATIO_OUTPUT:
+        proposals: list[ProposedMeasurement] = []
+        for number, ratio in enumerate(RATIO_OUTPUT, 1):
             if ratio not in have:
-                size = 2 * len(self.points)
-                found.append(
-                    Extra(f"{ratio.replace('_', ' ')} ratio at the measured speeds", np.full(size, EXTRA_RATIO_SD))
-                )
-        for factor in EXTRA_SPEEDS:
+                what = f"{ratio.replace('_', ' ')} ratio at the measured speeds"
+                proposals.append(MissingRatio(what, np.full(2 * len(self.points), FURTHER_RATIO_SD), number))
+        for factor in FURTHER_SPEEDS:
             speed = factor * (max(speeds) if factor > 1 else min(speeds))
             mode = self.points[-1].mode
-            found.append(Extra(f"{mode} at {speed:.3g} m/s, {EXTRA_COUNT} runs", np.full(2, sd / np.sqrt(EXTRA_COUNT))))
-        return (*found, *self.forced(max(speeds)))
+            what = f"{mode} at {speed:.3g} m/s, {FURTHER_RUNS} runs"
+            proposals.append(ModeAtSpeed(what, np.full(2, sd / np.sqrt(FURTHER_RUNS)), mode, speed))
+        return (*proposals, *self.forced(max(speeds)))
 
-    def predict(self, extra: Extra, candidates: tuple[Candidate, ...], theta: Array) -> tuple[Array, Array]:
-        """Whitened prediction of a further measurement, NaN where it cannot be made."""
-        if extra.speed is not None:
-            return self.predict_forced(extra, candidates, theta)
-        family, kept = self.family(candidates), np.zeros((1, 3), bool)
-        ratio = next((k for k, r in enumerate(RATIO_OUTPUT, 1) if extra.what.startswith(r.replace("_", " "))), 0)
-        kept[:, ratio] = True
-        wanted = self.wanted
-        if ratio:
-            kept = np.repeat(kept, len(self.points), axis=0)
+    def predict(
+        self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
+    ) -> tuple[Array, Array]:
+        """Whitened prediction of a further measurement, NaN where it cannot be made.
+
+        Arguments as :meth:`studies.inference.forward.Forward.predict`.
+        """
+        if isinstance(proposal, MissingRatio):
+            kept, wanted = np.zeros((len(self.points), 3), bool), self.wanted
+            kept[:, proposal.number] = True
+        elif isinstance(proposal, ModeAtSpeed):
+            kept = np.array([[True, False, False]])
+            near = self._followed(candidates, theta, proposal.mode, proposal.speed)
+            wanted = Wanted(np.array([proposal.speed]), (proposal.mode,), near)
         else:
-            mode, speed = extra.what.split(" at ")[0], float(extra.what.split(" at ")[1].split()[0])
-            wanted = Wanted(np.array([speed]), (mode,), self._followed(candidates, theta, mode, speed))
-        number, slopes = predict(family, wanted, theta)
+            return super().predict(proposal, candidates, theta)
+        number, slopes = predict(self.family(candidates), wanted, theta)
         if (np.abs(number[:, 0].real) > MOST_DAMPED * np.abs(number[:, 0])).any():
             number[:] = np.nan  # too damped to be seen in a free decay
         computed, slope = _flat(number, slopes, kept)
-        return computed / extra.sd, slope / extra.sd[:, None]
+        return computed / proposal.sd, slope / proposal.sd[:, None]
 
     def _followed(self, candidates: tuple[Candidate, ...], theta: Array, mode: str, speed: float) -> Complex:
         """Where a mode goes from its nearest measured speed, in small steps."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from bicycle import Bicycle, Model
 from bicycle.identification.recording import Run, read_run
-from studies.missing_effect.measurement import Measurement
+from studies.missing_effect.motion.measurements import HistoryMeasurement
 from tyre.base.errors import InputError
 
 VARIABLE = "VELOTYRE_EXTRA_DATA"
@@ -38,7 +38,7 @@ def find_folder() -> Path:
     raise InputError(f"{VARIABLE} = {given!r}: no steer_by_wire recordings (runs.csv) there; see data/SOURCES.md")
 
 
-def steer_by_wire(folder: str | Path, *, per_speed: int = 3) -> Measurement:
+def steer_by_wire(folder: str | Path, *, per_speed: int = 3) -> HistoryMeasurement:
     """The first ``per_speed`` runs judged good of each treadmill speed, as a measurement."""
     folder = Path(folder)
     content = json.loads((folder / "bicycle.json").read_text(encoding="utf-8"))
@@ -51,8 +51,8 @@ def steer_by_wire(folder: str | Path, *, per_speed: int = 3) -> Measurement:
         if row["quality"] == "good" and taken[speed] <= per_speed:
             runs.append(_cut(read_run(folder / row["file"], float(row["speed_m_s"]), f"{speed} m/s")))
     model = Model(Bicycle("steer-by-wire", values))
-    return Measurement(
-        "steer_by_wire", model, runs=tuple(runs), uncertainty=BORROWED, noise_sd=NOISE,
+    return HistoryMeasurement(
+        name="steer_by_wire", model=model, runs=tuple(runs), uncertainty=BORROWED, noise_sd=NOISE,
         description=f"First {REPLAY_S:g} s of kicks of a riderless steer-by-wire bicycle, commanded torque replayed.",
         source=content["source"], notes=(f"runs judged fair are left out, and the first {KICK_S:g} s (the kick)",),
     )  # fmt: skip

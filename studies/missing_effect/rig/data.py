@@ -1,23 +1,21 @@
 """Recordings of a rig reduced to what a fit compares: block means of sweeps, readings of pulls, and their noise.
 
-The noise of a sweep is white plus a slow wander, whose constants come (by restricted maximum likelihood) from the
+The noise of a sweep is white plus AR(1), whose constants come (by restricted maximum likelihood) from the
 residual of a Magic Formula with everything free that a single recording can show; so they do not depend on what is
-missing from the base model. Covariance white [i = j] + wander exp(-|t_i - t_j| / memory), whitened by its Cholesky
-factor: the whitened residuals are innovations in the order of time.
+missing from the base model. It is whitened by the Cholesky factor of its covariance: the whitened residuals are
+innovations in the order of time.
 """
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
-from scipy.optimize import minimize
 from scipy.signal import savgol_filter
 
-from bicycle.eigenvalues.solvers import one_blas_thread
 from tyre.base.arrays import Array
+from tyre.fits.noise_in_time import AR1Noise, estimate_noise
 from tyre.fits.pull_test import fit_pull_test
 from tyre.fits.slip_sweep import SlipSweepFit, fit_slip_sweep
 from tyre.fits.sweep_branches import Blocks
@@ -34,25 +32,29 @@ SWEEP_TERMS = (
 
 
 @dataclass(frozen=True, eq=False)
-class Noise:
-    """Variances of the white and the wandering part (N^2) and the memory of the wander (s)."""
+class SweepBlocks:
+    """Block means of one slip sweep.
 
-    white: float
-    wander: float
-    memory: float
-
-    def covariance(self, time: Array) -> Array:
-        """(n, n)."""
-        apart = np.abs(time[:, None] - time[None])
-        return self.white * np.eye(len(time)) + self.wander * np.exp(-apart / max(self.memory, 1e-9))
-
-
-@dataclass(frozen=True, eq=False)
-class Sweep:
-    """Block means of one slip sweep; arrays (n,), the slip history (m,).
-
-    ``time`` s, ``slip`` rad, ``force`` N, ``direction`` the sign of d(slip)/dt, ``part`` the number of the branch;
-    ``further`` (n, k) are sizes of errors common to all blocks, 1 sd, N, for predicted recordings.
+    Attributes
+    ----------
+    name : str
+    condition : Condition
+    time, slip, force : ndarray, shape (n,)
+        s, rad, N.
+    direction : ndarray, shape (n,)
+        Sign of d(slip)/dt.
+    branch : ndarray of int, shape (n,)
+        Its number.
+    slip_time, slip_history : ndarray, shape (m,)
+        s, rad; also where the blocks are not compared.
+    speed : float, optional
+        Rolling speed, m/s.
+    rate : float
+        Mean size of d(slip)/dt, rad/s.
+    noise : AR1Noise
+        N^2 and s.
+    common : ndarray, shape (n, k), optional
+        Errors common to all blocks, 1 sd, N; of predicted recordings.
     """
 
     name: str
@@ -61,13 +63,13 @@ class Sweep:
     slip: Array
     force: Array
     direction: Array
-    part: NDArray[np.int64]
+    branch: NDArray[np.int64]
     slip_time: Array
     slip_history: Array
     speed: float | None
     rate: float
-    noise: Noise
-    further: Array | None = None
+    noise: AR1Noise
+    common: Array | None = None
 
     @property
     def label(self) -> str:
@@ -83,16 +85,16 @@ class Sweep:
     @cached_property
     def _factor(self) -> Array:
         covariance = self.noise.covariance(self.time)
-        if self.further is not None:
-            covariance = covariance + self.further @ self.further.T
+        if self.common is not None:
+            covariance = covariance + self.common @ self.common.T
         return np.asarray(np.linalg.cholesky(covariance), float)
 
     def whiten(self, rows: Array) -> Array:
-        """Innovations in units of their sd, of (n,) or (n, p)."""
+        """Innovations in units of their sd, of ``rows`` (n,) or (n, p), N."""
         return np.asarray(solve_triangular(self._factor, rows, lower=True, check_finite=False))
 
     def computed(self, terms: Array, *, slopes: bool = True) -> tuple[Array, Array]:
-        """Side force (n,), N, for the values of ``SWEEP_TERMS``, and its derivatives (n, 12)."""
+        """Side force (n,), N, for the values of ``SWEEP_TERMS`` (12,), and with ``slopes`` its derivatives (n, 12)."""
         c, peak, shape, curvature, shift, lag, play, offset, drift, delay, warming, asymmetry = terms
 
         def curve(later: float = 0.0) -> tuple[Array, Array]:
@@ -117,8 +119,20 @@ class Sweep:
 
 
 @dataclass(frozen=True, eq=False)
-class Pull:
-    """One static pull; arrays (n,): ``displacement`` m, ``force`` N, ``clock`` from -1/2 to 1/2; noise ``sd`` N."""
+class PullReadings:
+    """One static pull.
+
+    Attributes
+    ----------
+    name : str
+    condition : Condition
+    displacement, force : ndarray, shape (n,)
+        m, N.
+    clock : ndarray, shape (n,)
+        Time from -1/2 to 1/2 over the recording.
+    sd : float
+        Of the white noise of the force, N.
+    """
 
     name: str
     condition: Condition
@@ -132,22 +146,20 @@ class Pull:
         """Condition in words."""
         return condition_label(self.condition)
 
-    def friction(self, presliding: Array) -> Array:
-        """Dahl friction over its final value (K, n), for ``presliding`` (K,) m; zero at the first reading."""
-        shape = np.zeros((len(presliding), len(self.displacement)))
-        for k, step in enumerate(np.diff(self.displacement), 1):
-            towards = np.sign(step)
-            shape[:, k] = towards + (shape[:, k - 1] - towards) * np.exp(-abs(step) / presliding)
-        return shape
-
 
 def condition_label(condition: Condition) -> str:
-    """Load, pressure and surface."""
+    """Load, pressure and surface of a ``condition``, in words."""
     return f"{condition.load:g} N, {condition.pressure / 1e5:g} bar, {condition.surface}"
 
 
-def reduce_sweep(name: str, run: RigRun) -> tuple[Sweep, tuple[str, ...]]:
+def reduce_sweep(name: str, run: RigRun) -> tuple[SweepBlocks, tuple[str, ...]]:
     """Block means of a sweep with their noise, and what must be said of it.
+
+    Parameters
+    ----------
+    name : str
+        Of the recording.
+    run : RigRun
 
     Raises
     ------
@@ -162,7 +174,7 @@ def reduce_sweep(name: str, run: RigRun) -> tuple[Sweep, tuple[str, ...]]:
     if every > 1:
         notes = (f"{name}: one block of {every} is compared ({len(kept)} of {len(used)}); neighbours tell the same",)
     slip = _smooth(blocks)
-    return Sweep(
+    return SweepBlocks(
         name, run.condition, blocks.time[kept], slip[kept], blocks.force[kept], np.sign(blocks.rate[kept]),
         blocks.branch[kept], blocks.time, slip, blocks.speed, found.rate, _noise(found, slip, kept),
     ), notes  # fmt: skip
@@ -182,7 +194,7 @@ def _smooth(blocks: Blocks) -> Array:
     return slip
 
 
-def _noise(found: SlipSweepFit, slip: Array, kept: NDArray[np.intp]) -> Noise:
+def _noise(found: SlipSweepFit, slip: Array, kept: NDArray[np.intp]) -> AR1Noise:
     """Noise of the compared blocks, from the residual of the fit with everything free."""
     blocks, p = found.blocks, found.parameters
     clock = (blocks.time[kept] - 0.5 * (blocks.time[0] + blocks.time[-1])) / (blocks.time[-1] - blocks.time[0])
@@ -202,34 +214,16 @@ def _noise(found: SlipSweepFit, slip: Array, kept: NDArray[np.intp]) -> Noise:
     return estimate_noise(blocks.time[kept], residual, left, floor)
 
 
-@one_blas_thread()
-def estimate_noise(time: Array, residual: Array, basis: Array, floor: float) -> Noise:
-    """Constants of the noise in residuals (n,) of a fit with tangent space ``basis`` (n, p), orthonormal.
+def reduce_pull(name: str, test: PullTest, *, plate: bool) -> PullReadings:
+    """Readings of a pull over the tyre's own displacement, or over that of the plate.
 
-    Restricted maximum likelihood (Patterson & Thompson 1971), which allows for what the fit has swallowed.
-    """
-    step, power = float(np.median(np.diff(time))), max(float(residual @ residual) / len(residual), floor)
-    start = np.log([0.3 * power, 0.7 * power, 3 * step])
-
-    def noise(z: Array) -> Noise:
-        white, wander, memory = np.exp(np.clip(z, start - 12, start + 12))
-        return Noise(max(float(white), floor), float(wander), float(min(memory, time[-1] - time[0])))
-
-    def likelihood(z: Array) -> float:
-        factor = np.linalg.cholesky(noise(z).covariance(time))
-        both = solve_triangular(factor, np.column_stack([basis, residual]), lower=True, check_finite=False)
-        orthogonal, triangle = np.linalg.qr(both[:, :-1])
-        rest = both[:, -1] - orthogonal @ (orthogonal.T @ both[:, -1])
-        log_det = np.log(np.diag(factor)).sum() + np.log(np.abs(np.diag(triangle))).sum()
-        return float(2 * log_det + rest @ rest + 0.02 * ((z - start) ** 2).sum())
-
-    search: Any = minimize
-    found = search(likelihood, start, method="Nelder-Mead", options={"maxiter": 150, "xatol": 0.02, "fatol": 0.01})
-    return noise(found.x)
-
-
-def reduce_pull(name: str, test: PullTest, *, plate: bool) -> Pull:
-    """Readings of a pull over the tyre's own displacement, or over that of the ``plate``.
+    Parameters
+    ----------
+    name : str
+        Of the recording.
+    test : PullTest
+    plate : bool
+        Take the displacement of the plate.
 
     Raises
     ------
@@ -243,7 +237,7 @@ def reduce_pull(name: str, test: PullTest, *, plate: bool) -> Pull:
     count = len(displacement)
     clock = np.linspace(-0.5, 0.5, count) if test.time is None else test.time[good]
     clock = (clock - clock[0]) / (clock[-1] - clock[0]) - 0.5
-    return Pull(
+    return PullReadings(
         name, test.condition, displacement, test.side_force[good], clock,
         max(found.residual_sd, rounding, 1e-4 * float(np.abs(test.side_force[good]).max())),
     )  # fmt: skip

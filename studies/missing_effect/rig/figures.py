@@ -1,30 +1,33 @@
 """The gap of rig recordings in newtons: measured minus base model over slip or displacement, branch by branch."""
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.inference.parameter import Candidate
+from studies.inference.judge import Judgement
+from studies.missing_effect.gap_figures import TITLES, legend_above, panels, shown_models
 from studies.missing_effect.rig.recordings_forward import RigRecordingsForward
 from studies.reporting.plotting import GREY, drawing, look
 from tyre.base.arrays import Array
 
-MOST = 8  # recordings drawn
+MOST_RECORDINGS = 8  # drawn
 CAPTION = (
     "Measured side force minus that of the base model, N: filled with rising slip or displacement, open with falling. "
     "Lines: what the adjusted parameters and the named effects say the difference should be."
 )
 
 
-def draw_recordings(
-    forward: RigRecordingsForward, models: Mapping[str, tuple[tuple[Candidate, ...], Array]],
-    titles: Mapping[str, str], target: Path,
-) -> bool:  # fmt: skip
-    """One panel a recording; ``models`` are hypotheses with their coordinates, the base model first."""
-    computed = {titles[name]: forward.forces(*model) for name, model in models.items()}
+def draw_recordings(judgement: Judgement, target: Path) -> bool:
+    """One panel a recording, of a ``judgement`` of rig recordings, into the file ``target`` without its ending."""
+    forward, null, final = judgement.forward, judgement.hypotheses.null, judgement.final
+    assert isinstance(forward, RigRecordingsForward)
+    nominal = np.array([u.centre for u in forward.nuisances])
+    models = ((), nominal), (null.candidates, null.theta), (final.candidates, final.theta)
+    computed = {
+        TITLES[name]: forward.forces(*model) for name, model in zip(shown_models(judgement), models, strict=False)
+    }
     base = next(iter(computed.values()))
     shown: list[tuple[str, Array, Array, Array, str]] = [
         (s.name, np.rad2deg(s.slip), s.force, s.direction, "slip angle, deg") for s in forward.sweeps
@@ -32,12 +35,9 @@ def draw_recordings(
     for p in forward.pulls:
         way = np.sign(np.gradient(p.displacement))
         shown.append((p.name, 1e3 * p.displacement, p.force, way, "displacement, mm"))
-    shown = shown[:MOST]
-    rows = -(-len(shown) // 2)
-    with drawing(target, width=8, height=1.2 + 2.6 * rows) as figure:
-        axes = figure.subplots(rows, 1 if len(shown) == 1 else 2, squeeze=False).ravel()
-        for spare in axes[len(shown) :]:
-            spare.remove()
+    shown = shown[:MOST_RECORDINGS]
+    with drawing(target, width=8, height=1.2 + 2.6 * -(-len(shown) // 2)) as figure:
+        axes = panels(figure, len(shown))
         for axis, (name, x, force, way, label) in zip(axes, shown, strict=False):
             _panel(axis, x, force - base[name], way)
             for k, (title, found) in enumerate(list(computed.items())[1:], 1):
@@ -45,8 +45,7 @@ def draw_recordings(
                     _line(axis, x, found[name] - base[name], way * sense > 0, k, title if sense > 0 else "_")
             axis.axhline(0, color="k", linewidth=0.8)
             axis.set(title=name, xlabel=label, ylabel="side force minus base model, N")
-        handles, labels = axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper center", ncols=2)
+        legend_above(figure, axes[0], columns=2)
     return True
 
 

@@ -15,9 +15,13 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from studies.missing_effect.rig.reference import Reference, read_reference
+from studies.missing_effect.gap_figures import GAP
+from studies.missing_effect.interface import Figure
+from studies.missing_effect.rig.figures import CAPTION, draw_recordings
+from studies.missing_effect.rig.recordings import WHEEL_RADIUS, RigRecordings
+from studies.missing_effect.rig.recordings_forward import RigRecordingsForward
+from studies.missing_effect.rig.reference import read_reference
+from studies.missing_effect.rig.setup import rig_forward_model
 from tyre.base.errors import InputError
 from tyre.base.schema import anything, by_name, list_of, maybe, needed, number, read, table, text
 from tyre.campaigns.campaign import recordings_in
@@ -25,10 +29,9 @@ from tyre.fits.estimate import Calibration
 from tyre.fits.slip_step import is_slip_step
 from tyre.recordings.preflight import preflight
 from tyre.recordings.read import read_recording
-from tyre.recordings.recording import PullTest, RigRun
+from tyre.recordings.recording import SYNTHETIC_NOTES, PullTest, RigRun
 
 PULL_DISPLACEMENTS = ("tyre", "plate")
-WHEEL_RADIUS = 0.34  # m
 EXAMPLE = 'write [rig] with recordings = "FOLDER" and a table [rig.reference]'
 NO_RIG = f'kind is "rig" but the table [rig] is missing; {EXAMPLE}'
 RELATIVE = number(says="must be a number: a relative standard deviation")
@@ -49,61 +52,23 @@ RIG = table(
 KEYS = RIG.keys
 
 
-@dataclass(frozen=True)
-class RigMeasurement:
-    """Recordings of one tyre and the reference they are compared with, SI units.
+@dataclass(frozen=True, eq=False)
+class RigMeasurement(RigRecordings):
+    """Recordings of one tyre and the reference they are compared with, as a measurement."""
 
-    Attributes
-    ----------
-    sweeps, pulls : tuples
-        (name, recording); slip steps are not used, which ``notes`` says.
-    includes : tuple of str
-        Rig effects that the base model contains.
-    pull_displacement : str
-        ``tyre`` (plate minus rim) or ``plate``.
-    wheel_radius : float
-        m, for the drum's curvature.
-    """
+    def forward(self, *, without: tuple[str, ...] = ()) -> RigRecordingsForward:
+        """The forward model; effects in ``without`` are not tried.
 
-    name: str
-    reference: Reference
-    sweeps: tuple[tuple[str, RigRun], ...] = ()
-    pulls: tuple[tuple[str, PullTest], ...] = ()
-    includes: tuple[str, ...] = ()
-    pull_displacement: str = "tyre"
-    wheel_radius: float = WHEEL_RADIUS
-    calibration: Calibration = Calibration()  # noqa: RUF009 - frozen
-    description: str = ""
-    source: str = ""
-    notes: tuple[str, ...] = ()
+        Raises
+        ------
+        InputError
+            An effect that does not exist, recordings that cannot be used, a reference that lacks what they need.
+        """
+        return rig_forward_model(self, without=without)
 
-    def __post_init__(self) -> None:
-        if not self.sweeps and not self.pulls:
-            raise InputError("no slip sweep and no pull test among the recordings; nothing can be compared")
-        conditions = [run.condition for _, run in self.sweeps] + [test.condition for _, test in self.pulls]
-        tyres = sorted({c.tyre for c in conditions})
-        if len(tyres) > 1:
-            raise InputError(f"recordings of {len(tyres)} tyres, {', '.join(tyres)}; diagnose one tyre at a time")
-        if self.reference.tyre is not None and self.reference.tyre != tyres[0]:
-            raise InputError(
-                f"the recordings are of {tyres[0]!r}, the reference is of {self.reference.tyre!r}; give one tyre"
-            )
-        for condition in conditions:
-            self.reference.at(condition.load, condition.pressure)
-        _refuse_repeats([(n, (run.slip_angle, run.side_force)) for n, run in self.sweeps])
-        _refuse_repeats([(n, (test.side_force, test.plate_displacement)) for n, test in self.pulls])
-
-    @property
-    def synthetic(self) -> bool:
-        """Whether any recording was computed."""
-        return any(run.synthetic for _, run in self.sweeps) or any(test.synthetic for _, test in self.pulls)
-
-
-def _refuse_repeats(recordings: list[tuple[str, tuple[Any, Any]]]) -> None:
-    for place, (name, channels) in enumerate(recordings):
-        for other, theirs in recordings[:place]:
-            if all(np.array_equal(a, b, equal_nan=True) for a, b in zip(channels, theirs, strict=True)):
-                raise InputError(f"{name}: the same recording as {other}; keep one, or it counts twice")
+    def figures(self) -> dict[str, Figure]:
+        """The gap, and what the effects say of it in newtons."""
+        return {"gap": GAP, "before_after": (draw_recordings, CAPTION)}
 
 
 def read_rig(content: Any, folder: Path, **words: Any) -> RigMeasurement:
@@ -159,7 +124,7 @@ def _recordings(
         if not check.usable:
             raise InputError(f"{path}: not usable: {'; '.join(check.problems)}")
         problems = dict.fromkeys((*recording.notes, *check.problems))
-        notes += [f"{name}: {problem}" for problem in problems if not problem.startswith("synthetic")]
+        notes += [f"{name}: {problem}" for problem in problems if problem not in SYNTHETIC_NOTES]
         if isinstance(recording, PullTest):
             pulls.append((name, recording))
         elif is_slip_step(recording):

@@ -1,8 +1,7 @@
 """The engine on raw recordings of a tyre rig: side force of slip sweeps in time, and of static pulls.
 
 Base model: the reference's Magic Formula without lag or offset, F = D sin(C atan(B x - E (B x - atan(B x)))), and a
-straight pull F = K x on a rigid rim. Candidates are the rig effects of `rig_candidates`; with sweep_lag the force
-follows slip over the relaxation length, (length / v) dF/dt + F = F_steady (Dell'Orto et al., eq. 1).
+straight pull F = K x on a rigid rim. Candidates are the terms of the rig effects in :mod:`tyre.rig.effects`.
 """
 
 from collections.abc import Mapping
@@ -12,15 +11,16 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.inference.forward import Extra, Residual, Rows
-from studies.inference.parameter import Candidate, UncertainParameter
-from studies.missing_effect.rig.candidates import phenomenological
-from studies.missing_effect.rig.data import Pull, Sweep, condition_label
-from studies.missing_effect.rig.further import GAUGE, Further, further_sweeps
-from studies.missing_effect.rig.measurement import RigMeasurement
+from studies.inference.folds import MOST_FOLDS
+from studies.inference.forward import ForwardModel, ProposedMeasurement, Rows, Series
+from studies.inference.parameter import Candidate, UncertainParameter, central_differences, stencil
+from studies.missing_effect.rig.data import PullReadings, SweepBlocks, condition_label
+from studies.missing_effect.rig.proposals import GAUGE_SD, FurtherSweep, RimGauge, further_sweeps
+from studies.missing_effect.rig.recordings import RigRecordings
 from studies.missing_effect.rig.reference import PEAK, Curve
 from tyre.base.arrays import Array
 from tyre.recordings.recording import Condition
+from tyre.rig.regression import Contribution, PullTerms, SweepTerms, Term
 
 Values = Mapping[str, Array]
 LOAD_EXPONENT = 0.7  # d(ln C)/d(ln load) where the reference has one load only
@@ -28,88 +28,120 @@ FOLDS, SEGMENTS = 3, 6  # of a recording held out in turn, where there are fewer
 
 
 def bend(wheel_radius: float, drum_radius: float | None) -> float:
-    """ln(1 + R/Rd), zero on a flat track."""
+    """ln(1 + R/Rd) for the radii R and Rd (m); zero on a flat track, whose radius is None."""
     return float(np.log1p(wheel_radius / drum_radius)) if drum_radius else 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class RigRecordingsForward:
-    """Forward model of rig recordings (see :class:`studies.inference.forward.Forward`)."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RigRecordingsForward(ForwardModel):
+    """Forward model of rig recordings (see :class:`studies.inference.forward.Forward`).
 
-    measurement: RigMeasurement
-    sweeps: tuple[Sweep, ...]
-    pulls: tuple[Pull, ...]
+    Attributes
+    ----------
+    recordings : RigRecordings
+    sweeps, pulls : tuples
+        Those reduced.
+    nuisances : tuple of UncertainParameter
+    candidates, without_cause : tuple of Candidate
+        Rig effects, and phenomenological terms.
+    refused : dict
+    notes : tuple of str
+    curves : dict
+        The reference by the label of a condition.
+    terms : tuple of Term
+        What effects add, those of the candidates and of the nuisances among them.
+    """
+
+    recordings: RigRecordings
+    sweeps: tuple[SweepBlocks, ...]
+    pulls: tuple[PullReadings, ...]
     nuisances: tuple[UncertainParameter, ...]
     candidates: tuple[Candidate, ...]
-    refused: dict[str, str]
-    notes: tuple[str, ...]
+    terms: tuple[Term, ...]
+    without_cause: tuple[Candidate, ...] = ()
+    refused: Mapping[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
     curves: dict[str, Curve] = field(default_factory=dict)
     thorough = False
 
     # ------------------------------------------------------------------ the model
 
-    def terms(self, sweep: Sweep, values: Values, *, turned: bool = False) -> Array:
-        """Values of ``SWEEP_TERMS`` for a sweep, (K, 12); ``turned``: the tyre is mounted the other way round."""
+    def swept(self, sweep: SweepBlocks, values: Values, *, turned: bool = False) -> Array:
+        """Values of ``SWEEP_TERMS`` (K, 12) for a sweep.
+
+        Parameters
+        ----------
+        sweep : SweepBlocks
+        values : mapping of str to ndarray, shape (K,)
+            Parameters by name.
+        turned : bool
+            The tyre is mounted the other way round.
+        """
         condition, curve = sweep.condition, self.curve(sweep.condition)
         assert curve.cornering_stiffness is not None
-        n = max((len(v) for v in values.values()), default=1)
-        zero = np.zeros(n)
-
-        def v(key: str) -> Array:
-            return values.get(key, zero)
-
-        ratio, radius = condition.load / curve.load, self.measurement.wheel_radius
-        off = bend(radius, condition.drum_radius) - bend(radius, curve.drum_radius)
-        factor = np.exp(v("load_dependence") * np.log(ratio) - v("drum_curvature") * off)
-        loaded = 1 + v("load gain") + v("load_scale")
-        exponent = self.measurement.reference.load_exponent(condition.pressure)
-        true = factor * np.exp(v(f"cornering stiffness, {sweep.label}") + v(f"repeatability, {sweep.name}"))
-        true *= curve.cornering_stiffness[0] * loaded ** (LOAD_EXPONENT if exponent is None else exponent)
-        peak = (curve.peak or PEAK * curve.load) * ratio * np.exp(v(f"peak, {sweep.label}")) * loaded
-        force, slip = 1 + v("force gain") + v("force_scale"), 1 + v("slip gain") + v("slip_scale")
-        lag = zero
-        if "sweep_lag" in values and sweep.speed:
-            length = values["sweep_lag"] * factor
+        v = _Values(values)
+        radius = self.recordings.wheel_radius
+        t = SweepTerms(
+            condition.load / curve.load, bend(radius, condition.drum_radius) - bend(radius, curve.drum_radius)
+        )
+        for term in self.terms:
+            term.add_to(t, values)
+        loaded, factor = 1 + v["load gain"] + t.load_gain, np.exp(t.log_stiffness)
+        exponent = self.recordings.reference.load_exponent(condition.pressure)
+        true = factor * np.exp(v[f"cornering stiffness, {sweep.label}"] + v[f"repeatability, {sweep.name}"])
+        true = true * curve.cornering_stiffness[0] * loaded ** (LOAD_EXPONENT if exponent is None else exponent)
+        peak = (curve.peak or PEAK * curve.load) * t.load_ratio * np.exp(v[f"peak, {sweep.label}"]) * loaded
+        force, slip = 1 + v["force gain"] + t.force_gain, 1 + v["slip gain"] + t.slip_gain
+        lag: Contribution = 0.0
+        if t.relaxation_length is not None and sweep.speed:
+            length = t.relaxation_length * factor
             if curve.length is not None and self._length is not None:
                 length = length * curve.length[0] / self._length[0]
-            lag = (length + true * v("rim_compliance")) / sweep.speed
+            lag = (length + true * t.compliance) / sweep.speed
         side = -1.0 if turned else 1.0
-        return np.stack(
-            [
-                true * force / slip, peak * force, curve.shape + v("shape"), curve.curvature + v("curvature"),
-                v("ply_steer") * slip + v("slip zero"), lag, v("steering_play") * slip,
-                side * v("conicity") * force + v(f"zero, {sweep.name}"),
-                v(f"drift, {sweep.name}"), v("channel_delay"), v("temperature_drift"),
-                v("side force from slip squared"),
-            ], axis=1,
+        each = (
+            true * force / slip, peak * force, curve.shape + v["shape"], curve.curvature + v["curvature"],
+            t.slip_offset * slip + v["slip zero"], lag, t.half_gap * slip,
+            side * t.side_force * force + v[f"zero, {sweep.name}"],
+            v[f"drift, {sweep.name}"], t.delay, t.warming, t.asymmetry,
         )  # fmt: skip
+        return np.stack([np.broadcast_to(np.asarray(x, float), v.count) for x in each], axis=1)
 
-    def pulled(self, pull: Pull, values: Values) -> Array:
-        """Force of a pull (K, n), N: F = K x (1 - bend |x|/x_max) in series with the rim, and friction."""
+    def pulled(self, pull: PullReadings, values: Values) -> Array:
+        """Force of a pull (K, n), N: F = K x (1 - bend |x|/x_max) in series with the rim, and what effects add.
+
+        Parameters
+        ----------
+        pull : PullReadings
+        values : mapping of str to ndarray, shape (K,)
+            Parameters by name.
+        """
         curve = self.curve(pull.condition)
         assert curve.lateral_stiffness is not None
-        n = max((len(v) for v in values.values()), default=1)
+        v, t = _Values(values), PullTerms(pull.displacement)
+        for term in self.terms:
+            term.add_to(t, values)
 
-        def v(key: str) -> Array:
-            return values.get(key, np.zeros(n))[:, None]
+        def column(x: Contribution) -> Array:
+            return np.broadcast_to(np.asarray(x, float), v.count)[:, None]
 
-        tyre = curve.lateral_stiffness[0] * np.exp(
-            v(f"lateral stiffness, {pull.label}") + v(f"repeatability, {pull.name}")
+        tyre = curve.lateral_stiffness[0] * column(
+            np.exp(v[f"lateral stiffness, {pull.label}"] + v[f"repeatability, {pull.name}"])
         )
-        x = pull.displacement / (1 + v("displacement gain") + v("displacement_scale"))
-        share = v(f"bend, {pull.name}") + v("pull force bends")
-        straight = tyre / (1 + tyre * v("rim_compliance")) * x
-        force = straight * (1 - share * np.abs(pull.displacement) / np.abs(pull.displacement).max())
-        if "rig_friction" in values:
-            force = force + v("rig_friction") * pull.friction(values["presliding"])
-        gain = 1 + v("force gain") + v("force_scale")
-        return np.asarray(gain * force + v(f"zero, {pull.name}") + v(f"drift, {pull.name}") * pull.clock)
+        x = pull.displacement / column(1 + v["displacement gain"] + t.displacement_gain)
+        share = column(v[f"bend, {pull.name}"] + t.bend)
+        straight = tyre / (1 + tyre * column(t.compliance)) * x
+        force = straight * (1 - share * np.abs(pull.displacement) / np.abs(pull.displacement).max()) + t.force
+        gain = column(1 + v["force gain"] + t.force_gain)
+        return np.asarray(
+            gain * force + column(v[f"zero, {pull.name}"]) + column(v[f"drift, {pull.name}"]) * pull.clock
+        )
 
     def curve(self, condition: Condition) -> Curve:
-        """The reference for a condition."""
+        """The reference for a ``condition``."""
         label = condition_label(condition)
         if label not in self.curves:
-            self.curves[label] = self.measurement.reference.at(condition.load, condition.pressure)
+            self.curves[label] = self.recordings.reference.at(condition.load, condition.pressure)
         return self.curves[label]
 
     @cached_property
@@ -131,115 +163,105 @@ class RigRecordingsForward:
                 where.append(f"slip sweep, {s.name}, {sense}, {low} to {low + 1} deg")
             x += degrees.tolist()
             series += [s.name] * len(degrees)
-            fold += _segments(s.part) if split else [k] * len(degrees)
+            fold += _segments(s.branch) if split else [k] * len(degrees)
         for k, p in enumerate(self.pulls, len(self.sweeps)):
             n = len(p.force)
             where += [f"pull test, {p.name}, {'rising' if d >= 0 else 'falling'} displacement" for d in _way(p)]
             x += (1e3 * p.displacement).tolist()
             series += [p.name] * n
             fold += _segments(np.zeros(n, int)) if split else [k] * n
-        axes = {s.name: "slip angle, deg" for s in self.sweeps} | {p.name: "displacement, mm" for p in self.pulls}
-        return Rows(tuple(where), np.array(x), tuple(series), np.array(fold) % 6, axes=axes)
+        shown = {s.name: Series("slip sweep", axis="slip angle, deg") for s in self.sweeps}
+        shown |= {p.name: Series("pull test", axis="displacement, mm") for p in self.pulls}
+        return Rows(tuple(where), np.array(x), tuple(series), np.array(fold) % MOST_FOLDS, shown=shown)
 
     def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
-        """Innovations (measured - computed) / sd (n,) and their derivatives (n, p)."""
-        batch, steps = self._stencil(candidates, theta, slopes)
+        """Innovations (measured - computed) / sd (n,) and their derivatives (n, p). See :meth:`.Forward.residual`."""
+        batch, steps = self._batch(candidates, theta, slopes=slopes)
         residual, jacobian = [], []
         for s in self.sweeps:
-            force, slope = self._swept(s, batch, steps)
+            force, slope = self._force(s, batch, steps)
             both = s.whiten(np.column_stack([s.force - force, -slope]))
             residual.append(both[:, 0])
             jacobian.append(both[:, 1:])
         for p in self.pulls:
             every = self.pulled(p, batch)
             residual.append((p.force - every[0]) / p.sd)
-            jacobian.append(-_centred(every, steps) / p.sd)
+            jacobian.append(-central_differences(every, steps) / p.sd)
         return np.concatenate(residual), np.concatenate(jacobian)
 
-    def _stencil(self, candidates: tuple[Candidate, ...], theta: Array, slopes: bool) -> tuple[dict[str, Array], Array]:
+    def _batch(
+        self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool
+    ) -> tuple[dict[str, Array], Array]:
         unknowns = (*self.nuisances, *(u for c in candidates for u in c.unknowns))
-        steps = np.array([u.scale * 1e-3 for u in unknowns]) if slopes else np.empty(0)
-        shift = np.diag(steps) if slopes else np.empty((0, len(theta)))
-        batch = np.vstack([theta[None], theta + shift, theta - shift])
+        batch, steps = stencil(unknowns, theta) if slopes else (theta[None], theta[:0])
         values: dict[str, Array] = {}
         for column, u in enumerate(unknowns):
             values |= {key: factor * u.value(batch[:, column]) for key, factor in u.sets.items()}
         return values, steps
 
-    def _swept(self, s: Sweep, values: Values, steps: Array, *, turned: bool = False) -> tuple[Array, Array]:
+    def _force(self, s: SweepBlocks, values: Values, steps: Array, *, turned: bool = False) -> tuple[Array, Array]:
         """Force (n,) and derivatives with respect to the coordinates (n, p), through the terms of the curve."""
-        terms = self.terms(s, values, turned=turned)
+        terms = self.swept(s, values, turned=turned)
         force, by_term = s.computed(terms[0], slopes=bool(len(steps)))
         if not len(steps):
             return force, np.empty((len(force), 0))
-        return force, by_term @ _centred(terms, steps)
-
-    def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
-        """Zero: nothing is marginalised."""
-        return 0.0
-
-    def compatible(self, candidates: tuple[Candidate, ...]) -> bool:
-        """Any rig effects go together."""
-        return True
-
-    def further(self, candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
-        """None."""
-        return ()
-
-    def compared(self, residual: Array) -> tuple[Array, Array | None]:
-        """Innovations have no place on a curve; see `rig_figures`."""
-        return residual, None
+        return force, by_term @ central_differences(terms, steps)
 
     def phenomenological(self) -> tuple[Candidate, ...]:
         """Terms without a cause."""
-        return phenomenological(bool(self.sweeps), bool(self.pulls))
+        return self.without_cause
 
-    def refined(self, best: Residual) -> "RigRecordingsForward":
-        """Itself: the noise does not depend on the base model."""
-        return self
-
-    @cached_property
-    def _extras(self) -> dict[str, Further]:
-        return further_sweeps(self.sweeps, self.measurement.calibration.repeatability) if self.sweeps else {}
-
-    def extras(self) -> tuple[Extra, ...]:
+    def proposed(self) -> tuple[ProposedMeasurement, ...]:
         """Further sweeps: other branch, rate, speed, track, load, the tyre turned round; a gauge at the rim."""
-        found = [Extra(what, np.ones(len(f.sweep.time))) for what, f in self._extras.items()]
+        proposals: list[ProposedMeasurement] = []
+        if self.sweeps:
+            proposals += further_sweeps(self.sweeps, self.recordings.calibration.repeatability)
         if self.pulls:
-            found.append(Extra("dial gauge at rim and fixture in the pull test", np.full(1, GAUGE)))
-        return tuple(found)
+            proposals.append(RimGauge("dial gauge at rim and fixture in the pull test", np.full(1, GAUGE_SD)))
+        return tuple(proposals)
 
-    def predict(self, extra: Extra, candidates: tuple[Candidate, ...], theta: Array) -> tuple[Array, Array]:
-        """Whitened prediction (m,) and its derivative (m, p)."""
-        values, steps = self._stencil(candidates, theta, True)
-        if extra.what not in self._extras:
+    def predict(
+        self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
+    ) -> tuple[Array, Array]:
+        """Whitened prediction (m,) and its derivative (m, p). See :meth:`.Forward.predict`."""
+        values, steps = self._batch(candidates, theta, slopes=True)
+        if isinstance(proposal, RimGauge):
+            terms = PullTerms(np.zeros(1))
+            for term in self.terms:
+                term.add_to(terms, values)
             load = max(float(np.abs(p.force).max()) for p in self.pulls)
-            moved = load * values.get("rim_compliance", np.zeros(1 + 2 * len(steps)))[:, None]
-            return moved[0] / extra.sd, _centred(moved, steps) / extra.sd
-        f = self._extras[extra.what]
-        force, slope = self._swept(f.sweep, values, steps, turned=f.turned)
-        return f.sweep.whiten(force), f.sweep.whiten(slope)
+            moved = load * np.broadcast_to(np.asarray(terms.compliance, float), 1 + 2 * len(steps))[:, None]
+            return moved[0] / proposal.sd, central_differences(moved, steps) / proposal.sd
+        assert isinstance(proposal, FurtherSweep)
+        sweep = proposal.sweep
+        force, slope = self._force(sweep, values, steps, turned=proposal.turned)
+        return sweep.whiten(force), sweep.whiten(slope)
 
     def forces(self, candidates: tuple[Candidate, ...], theta: Array) -> dict[str, Array]:
-        """Computed force of every recording, N."""
-        values, none = self._stencil(candidates, theta, False)
-        found = {s.name: self._swept(s, values, none)[0] for s in self.sweeps}
+        """Computed force (n,), N, of every recording by name, with ``candidates`` at the coordinates ``theta`` (p,)."""
+        values, none = self._batch(candidates, theta, slopes=False)
+        found = {s.name: self._force(s, values, none)[0] for s in self.sweeps}
         return found | {p.name: self.pulled(p, values)[0] for p in self.pulls}
 
 
-def _centred(every: Array, steps: Array) -> Array:
-    """Derivatives (n, p) of a batch [x, x + h_k, x - h_k ...] (2 p + 1, n)."""
-    p = len(steps)
-    return np.asarray(((every[1 : p + 1] - every[p + 1 :]) / (2 * steps[:, None])).T)
+class _Values:
+    """Parameters (K,) by name, zero where one does not float."""
+
+    def __init__(self, values: Values) -> None:
+        self.values = values
+        self.count = max((len(value) for value in values.values()), default=1)
+
+    def __getitem__(self, key: str) -> Array:
+        return self.values.get(key, np.zeros(self.count))
 
 
-def _segments(part: NDArray[np.int64]) -> list[int]:
+def _segments(branch: NDArray[np.int64]) -> list[int]:
     """Held-out fold of each block: whole branches in turn, or sixths of the recording where it has few."""
-    numbers = np.unique(part)
+    numbers = np.unique(branch)
     if len(numbers) >= FOLDS:
-        return [int(k) % FOLDS for k in np.searchsorted(numbers, part)]
-    return [SEGMENTS * k // len(part) % FOLDS for k in range(len(part))]
+        return [int(k) % FOLDS for k in np.searchsorted(numbers, branch)]
+    return [SEGMENTS * k // len(branch) % FOLDS for k in range(len(branch))]
 
 
-def _way(pull: Pull) -> Array:
+def _way(pull: PullReadings) -> Array:
     return np.asarray(np.gradient(pull.displacement))

@@ -5,21 +5,24 @@ drum's curvature, C_drum = C_flat / (1 + R / R_drum)^n, and what may be wrong wi
 load and pressure.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from studies.inference.forward import Extra, Residual, Rows
+from studies.inference.forward import ForwardModel, Rows, Series
 from studies.inference.parameter import Candidate, UncertainParameter
-from studies.missing_effect.rig.measurement import WHEEL_RADIUS
+from studies.missing_effect.gap_figures import GAP
+from studies.missing_effect.interface import Figure
+from studies.missing_effect.rig.recordings import WHEEL_RADIUS, TyreMeasurement
 from tyre.base.arrays import Array
-from tyre.base.errors import InputError, refuse_unknown
+from tyre.base.errors import InputError
 from tyre.base.schema import path_key, read, table
 from tyre.maps.table_io import read_table
 from tyre.maps.tables import MeasuredTable
+from tyre.rig.effects.drum_curvature import DrumCurvature
 
 NO_TABLES = 'kind = "tyre_tables" needs a table: write [tyre_tables], reference and measured below it'
 TABLES = table(path_key("reference", "TABLE.csv") | path_key("measured", "TABLE.csv"))
@@ -29,9 +32,85 @@ REPEATABILITY = 0.02  # relative sd of one cornering stiffness (remounting, temp
 SCALES = {"force_scale": 0.02, "slip_angle_scale": 0.02, "load_scale": 0.02, "pressure_scale": 0.03}
 """Calibration errors of a rig, 1 sd."""
 
+DRUM = "drum_curvature"
+EFFECTS = (*SCALES, DRUM)
+
 
 @dataclass(frozen=True)
-class TyreTables:
+class TablesForward(ForwardModel):
+    """Logarithm of the cornering stiffness of ``measured``, predicted from ``reference`` (both of one tyre).
+
+    Attributes
+    ----------
+    reference, measured : MeasuredTable
+    without : tuple of str
+        Effects that are not tried.
+    """
+
+    reference: MeasuredTable
+    measured: MeasuredTable
+    without: tuple[str, ...] = ()
+    nuisances: tuple[UncertainParameter, ...] = ()
+    notes: tuple[str, ...] = (f"repeatability of a cornering stiffness: {REPEATABILITY:.0%} on each surface",)
+
+    @cached_property
+    def candidates(self) -> tuple[Candidate, ...]:
+        """The drum's curvature where there is a drum, and the rig's calibration."""
+        found = [
+            Candidate(name, (UncertainParameter("scale", "1", {name: 1.0}, 0.0, sd, -5 * sd, 5 * sd, size=True),))
+            for name, sd in SCALES.items()
+        ]
+        if self.measured.drum_diameter:
+            exponent = UncertainParameter("exponent", "1", {DRUM: 1.0}, 0.0, 0.6, 0.0, 3.0, size=True)
+            found.append(Candidate(DRUM, (exponent,), signature=DrumCurvature.terms[0].signature))
+        return tuple(c for c in found if c.identifier not in self.without)
+
+    @cached_property
+    def rows(self) -> Rows:
+        """One row a condition; loads are held out in turn."""
+        t = self.measured
+        where = tuple(
+            f"{load:.0f} N, {pressure / 1e5:g} bar" for load, pressure in zip(t.load, t.pressure, strict=True)
+        )
+        fold = np.unique(t.load, return_inverse=True)[1]
+        name = "cornering stiffness"
+        return Rows(where, t.load, (name,) * len(where), fold, shown={name: Series(name, axis="load, N")})
+
+    @cached_property
+    def _slopes(self) -> dict[str, Array]:
+        """d(ln C)/d(coordinate) of each candidate at every condition."""
+        t, h = self.measured, 1e-3
+        one = np.ones(len(t.load))
+        found = {"force_scale": one, "slip_angle_scale": -one}
+        at = self._log_reference(t.load, t.pressure)
+        found["load_scale"] = (self._log_reference(t.load * (1 + h), t.pressure) - at) / h
+        found["pressure_scale"] = (self._log_reference(t.load, t.pressure * (1 + h)) - at) / h
+        if t.drum_diameter:
+            found[DRUM] = -one * np.log1p(WHEEL_RADIUS / (t.drum_diameter / 2))
+        return found
+
+    def _log_reference(self, load: Array, pressure: Array) -> Array:
+        """ln C of the reference, quadratic in ln(load) and ln(pressure): six coefficients."""
+
+        def terms(x: Array, y: Array) -> Array:
+            u, w = np.log(x / self.reference.load.mean()), np.log(y / self.reference.pressure.mean())
+            return np.stack([np.ones_like(u), u, w, u * w, u * u, w * w], axis=-1)
+
+        r = self.reference
+        fitted = np.linalg.lstsq(terms(r.load, r.pressure), np.log(r.cornering_stiffness), rcond=None)[0]
+        return np.asarray(terms(load, pressure) @ fitted)
+
+    def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
+        """(ln measured - ln predicted) / sd; the sd holds both tables. See :meth:`.Forward.residual`."""
+        t, sd = self.measured, np.sqrt(2) * REPEATABILITY
+        columns = [self._slopes[c.identifier] for c in candidates]
+        jacobian = np.stack(columns, 1) if columns else np.empty((len(t.load), 0))
+        predicted = self._log_reference(t.load, t.pressure) + jacobian @ theta
+        return (np.log(t.cornering_stiffness) - predicted) / sd, -jacobian / sd
+
+
+@dataclass(frozen=True)
+class TyreTables(TyreMeasurement):
     """Tables of one tyre: ``reference`` was known, ``measured`` is to be explained by it.
 
     Raises
@@ -45,6 +124,21 @@ class TyreTables:
     name: str = "tyre_tables"
     description: str = ""
     source: str = ""
+
+    def forward(self, *, without: tuple[str, ...] = ()) -> TablesForward:
+        """The forward model; effects in ``without`` are not tried.
+
+        Raises
+        ------
+        InputError
+            An effect in ``without`` that does not exist.
+        """
+        refuse_unknown("effect", without, EFFECTS, where="--without")
+        return TablesForward(self.reference, self.measured, without)
+
+    def figures(self) -> dict[str, Figure]:
+        """The gap."""
+        return {"gap": GAP}
 
     def __post_init__(self) -> None:
         if self.reference.tyre != self.measured.tyre:
@@ -74,109 +168,3 @@ def read_tyre_tables(content: Any, folder: Path, **words: Any) -> TyreTables:
     files = read(TABLES, content, section="tyre_tables")
     reference, measured = (read_table(folder / files[key]) for key in KEYS)
     return TyreTables(reference, measured, **words)
-
-
-@dataclass(frozen=True)
-class RigForward:
-    """Logarithm of the cornering stiffness of ``measured``, predicted from ``reference`` (both of one tyre)."""
-
-    reference: MeasuredTable
-    measured: MeasuredTable
-    without: tuple[str, ...] = ()
-    nuisances: tuple[UncertainParameter, ...] = ()
-    refused: dict[str, str] = field(default_factory=dict)
-    notes: tuple[str, ...] = (f"repeatability of a cornering stiffness: {REPEATABILITY:.0%} on each surface",)
-    thorough = True
-
-    @cached_property
-    def candidates(self) -> tuple[Candidate, ...]:
-        """The drum's curvature where there is a drum, and the rig's calibration."""
-        found = [
-            Candidate(name, (UncertainParameter("scale", "1", {name: 1.0}, 0.0, sd, -5 * sd, 5 * sd, size=True),))
-            for name, sd in SCALES.items()
-        ]
-        if self.measured.drum_diameter:
-            exponent = UncertainParameter("exponent", "1", {"drum_curvature": 1.0}, 0.0, 0.6, 0.0, 3.0, size=True)
-            found.append(Candidate("drum_curvature", (exponent,)))
-        return tuple(c for c in found if c.identifier not in self.without)
-
-    @cached_property
-    def rows(self) -> Rows:
-        """One row a condition; loads are held out in turn."""
-        t = self.measured
-        where = tuple(
-            f"{load:.0f} N, {pressure / 1e5:g} bar" for load, pressure in zip(t.load, t.pressure, strict=True)
-        )
-        fold = np.unique(t.load, return_inverse=True)[1]
-        name = "cornering stiffness"
-        return Rows(where, t.load, (name,) * len(where), fold, axes={name: "load, N"})
-
-    @cached_property
-    def _slopes(self) -> dict[str, Array]:
-        """d(ln C)/d(coordinate) of each candidate at every condition."""
-        t, h = self.measured, 1e-3
-        one = np.ones(len(t.load))
-        found = {"force_scale": one, "slip_angle_scale": -one}
-        at = self._log_reference(t.load, t.pressure)
-        found["load_scale"] = (self._log_reference(t.load * (1 + h), t.pressure) - at) / h
-        found["pressure_scale"] = (self._log_reference(t.load, t.pressure * (1 + h)) - at) / h
-        if t.drum_diameter:
-            found["drum_curvature"] = -one * np.log1p(WHEEL_RADIUS / (t.drum_diameter / 2))
-        return found
-
-    def _log_reference(self, load: Array, pressure: Array) -> Array:
-        """ln C of the reference, quadratic in ln(load) and ln(pressure): six coefficients."""
-
-        def terms(x: Array, y: Array) -> Array:
-            u, w = np.log(x / self.reference.load.mean()), np.log(y / self.reference.pressure.mean())
-            return np.stack([np.ones_like(u), u, w, u * w, u * u, w * w], axis=-1)
-
-        r = self.reference
-        fitted = np.linalg.lstsq(terms(r.load, r.pressure), np.log(r.cornering_stiffness), rcond=None)[0]
-        return np.asarray(terms(load, pressure) @ fitted)
-
-    def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
-        """(ln measured - ln predicted) / sd; the sd holds both tables."""
-        t, sd = self.measured, np.sqrt(2) * REPEATABILITY
-        columns = [self._slopes[c.identifier] for c in candidates]
-        jacobian = np.stack(columns, 1) if columns else np.empty((len(t.load), 0))
-        predicted = self._log_reference(t.load, t.pressure) + jacobian @ theta
-        return (np.log(t.cornering_stiffness) - predicted) / sd, -jacobian / sd
-
-    def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
-        """Zero: nothing is marginalised."""
-        return 0.0
-
-    def extras(self) -> tuple[Extra, ...]:
-        """Calibrations that would separate scales from the drum: the bench tests of the engine say it."""
-        return ()
-
-    def predict(self, extra: Extra, candidates: tuple[Candidate, ...], theta: Array) -> tuple[Array, Array]:
-        """Never asked: there are no extras."""
-        raise NotImplementedError
-
-    def compatible(self, candidates: tuple[Candidate, ...]) -> bool:
-        """Any scales go together."""
-        return True
-
-    def further(self, candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
-        """None."""
-        return ()
-
-    def compared(self, residual: Array) -> tuple[Array, Array | None]:
-        """Not drawn over speed."""
-        return residual, None
-
-    def phenomenological(self) -> tuple[Candidate, ...]:
-        """None."""
-        return ()
-
-    def refined(self, best: Residual) -> "RigForward":
-        """Itself."""
-        return self
-
-
-def tables_forward_model(tables: TyreTables, *, without: tuple[str, ...] = ()) -> RigForward:
-    """The forward model of two tables; ``without`` names effects that are not tried."""
-    refuse_unknown("effect", without, (*SCALES, "drum_curvature"), where="--without")
-    return RigForward(tables.reference, tables.measured, without)

@@ -17,11 +17,10 @@ from bicycle.identification.recording import Run
 from studies.inference.checks import held_out, log_normal
 from studies.inference.evidence import singles
 from studies.inference.fit import fit
-from studies.inference.forward import Rows
+from studies.inference.forward import ForwardModel, Rows
 from studies.inference.parameter import Candidate, UncertainParameter
 from studies.missing_effect import diagnose, read_measurement
-from studies.missing_effect.diagnose import forward_model
-from studies.missing_effect.measurement import Measurement
+from studies.missing_effect.motion.measurements import HistoryMeasurement
 from tyre.base.paths import data_root
 
 X = np.linspace(0.0, 1.0, 9)
@@ -42,14 +41,13 @@ def shape(name, size):
 
 
 @dataclass(frozen=True)
-class Toy:
+class Toy(ForwardModel):
     """data = level + effect, noise sd 1 in units of ``noise``."""
 
     data: np.ndarray
     noise: float
     candidates: tuple
     nuisances: tuple = (BASE,)
-    thorough: bool = True
     rows: Rows = field(default_factory=lambda: Rows(("x",) * 9, X, ("x",) * 9, np.arange(9) % 3))
 
     def residual(self, candidates, theta, *, slopes=True):
@@ -58,9 +56,6 @@ class Toy:
             added, slope = shape(c.identifier, size)
             computed, columns = computed + added, [*columns, slope]
         return (self.data - computed) / self.noise, -np.stack(columns, 1) / self.noise
-
-    def log_determinant(self, candidates, theta):
-        return 0.0
 
 
 def toy(truth, noise, *candidates, level=0.5):
@@ -178,7 +173,9 @@ def test_an_unknown_start_is_integrated_out():
     white = free @ [0.05, -0.02, 0.4, 0.1] + rng.standard_normal(2 * n)
     channels = {"roll_rate_rad_s": 0.03 * white[:n], "steer_rad": 0.01 * white[n:]}
     run = Run("a", speed, step * np.arange(n), channels, {})
-    forward = forward_model(Measurement("own", Model(load_bicycle("benchmark")), runs=(run,), noise_sd=noise))
+    forward = HistoryMeasurement(
+        name="own", model=Model(load_bicycle("benchmark")), runs=(run,), noise_sd=noise
+    ).forward()
     theta = np.array([u.centre for u in forward.nuisances])
     residual, _ = forward.residual((), theta)
     assert residual @ residual == pytest.approx(white @ np.linalg.solve(covariance, white), rel=1e-6)

@@ -13,7 +13,6 @@ from bicycle.files.bicycle_file import load_bicycle
 from bicycle.identification.canonical import Canonical
 from studies.cli import main
 from studies.missing_effect import diagnose, read_measurement
-from studies.missing_effect.diagnose import forward_model
 from studies.missing_effect.motion.candidates import find_candidates
 from studies.missing_effect.motion.canonical_forward import sensor_candidates
 from studies.missing_effect.motion.canonical_table import COEFFICIENTS, UNITS
@@ -60,7 +59,7 @@ def write(tmp_path, rows, *, head=HEAD, toml=TOML):
 
 @pytest.fixture
 def published(tmp_path):
-    return forward_model(read_measurement(write(tmp_path, rows_of(PUBLISHED, scatter=0.1))))
+    return read_measurement(write(tmp_path, rows_of(PUBLISHED, scatter=0.1))).forward()
 
 
 def identified(forward, name, *values):
@@ -137,7 +136,7 @@ def test_effective_coefficients_are_those_of_a_time_domain_identification(publis
 
 def test_slip_halves_the_lateral_acceleration_that_steering_gives():
     """Where the tyres are soft the steered bicycle turns less: C1 of phi,delta falls, and so does C1 of delta,delta."""
-    forward = forward_model(read_measurement(DAVIS))
+    forward = read_measurement(DAVIS).forward()
     stiff, soft = (identified(forward, "side_slip", 1 / c) - forward.whipple.free for c in (1e6, 6e3))
     assert np.abs(stiff[1]) < 0.01 * np.abs(soft[1])
     assert -0.6 < soft[1] / forward.whipple.free[1] < -0.3
@@ -146,7 +145,7 @@ def test_slip_halves_the_lateral_acceleration_that_steering_gives():
 
 def test_coefficients_with_the_effect_leave_no_residual(tmp_path):
     hidden = PUBLISHED + np.array([0] * 6 + [3 / G, 0, 0])
-    forward = forward_model(read_measurement(write(tmp_path, rows_of(hidden))))
+    forward = read_measurement(write(tmp_path, rows_of(hidden))).forward()
     spring = tuple(c for c in forward.candidates if c.identifier == "steer_spring")
     nominal = [u.centre for u in forward.nuisances]
     without, _ = forward.residual((), np.array(nominal))
@@ -191,7 +190,7 @@ def test_nothing_hidden_names_nothing(tmp_path):
 
 
 def test_hands_and_what_is_left_out_are_not_tried():
-    forward = forward_model(read_measurement(DAVIS), without=("steer_damper", "speed_scale"))
+    forward = read_measurement(DAVIS).forward(without=("steer_damper", "speed_scale"))
     tried = {c.identifier for c in forward.candidates}
     assert not tried & {"rider_arms", "steer_damper", "speed_scale"}
     assert "rider_arms" in {c.identifier for c in find_candidates(forward.base, {})[0]}  # it would be
@@ -252,9 +251,9 @@ def test_the_two_effects_do_not_hang_on_the_speeds_that_were_assumed():
 
 
 def test_a_base_without_printed_differences_is_the_bicycle_itself(tmp_path):
-    forward = forward_model(read_measurement(write(tmp_path, rows_of(PUBLISHED + 0.1))))
+    forward = read_measurement(write(tmp_path, rows_of(PUBLISHED + 0.1))).forward()
     residual, _ = forward.residual((), np.array([u.centre for u in forward.nuisances]))
-    np.testing.assert_allclose(residual * forward.compared(residual)[1], 0.1, atol=1e-6)
+    np.testing.assert_allclose(residual * forward.measured[1], 0.1, atol=1e-6)
 
 
 GOOD = rows_of(PUBLISHED, scatter=0.1)

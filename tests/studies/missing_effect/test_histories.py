@@ -13,9 +13,8 @@ from bicycle.responses.linear import respond
 from studies.inference.fit import fit
 from studies.missing_effect import diagnose, read_measurement
 from studies.missing_effect.blind.histories import coloured, history_case
-from studies.missing_effect.diagnose import forward_model
-from studies.missing_effect.measurement import Measurement
-from studies.missing_effect.motion.history_forward import _exponential
+from studies.missing_effect.motion.discretised import exponential
+from studies.missing_effect.motion.measurements import HistoryMeasurement
 from studies.missing_effect.report import write_report
 
 FEW = {"runs": 3, "duration": 2.5}
@@ -33,8 +32,10 @@ def test_the_model_replays_its_own_response(tmp_path):
     r = respond(model.linear_model(), speed=5.0, time=time, initial={"lean_rate": 0.3}, inputs={"steer_torque": torque})
     channels = {"roll_rate_rad_s": r.outputs["lean_rate"], "steer_rad": r.outputs["steer"]}
     run = Run("a", 5.0, time, channels, {"steer_torque_N_m": torque.at(time)})
-    measurement = Measurement("own", model, runs=(run,), noise_sd={"roll_rate_rad_s": 0.02, "steer_rad": 0.005})
-    forward = forward_model(measurement)
+    measurement = HistoryMeasurement(
+        name="own", model=model, runs=(run,), noise_sd={"roll_rate_rad_s": 0.02, "steer_rad": 0.005}
+    )
+    forward = measurement.forward()
     residual, jacobian = forward.residual((), np.array([u.centre for u in forward.nuisances]))
     assert residual @ residual < 2 * (0.3 / 3.0) ** 2  # the prior of the initial lean rate has sd 3 rad/s
     assert jacobian.shape == (600, len(forward.nuisances))
@@ -42,7 +43,7 @@ def test_the_model_replays_its_own_response(tmp_path):
 
 def test_derivatives_agree_with_differences_of_the_residual(tmp_path):
     _, measurement = case(tmp_path, (), 3, bicycle="pista", **FEW)
-    forward = forward_model(measurement)
+    forward = measurement.forward()
     for identifier in ("steer_damper", "steer_torque_delay", "roll_rate_delay", "steer_scale", "speed_scale"):
         candidate = next(c for c in forward.candidates if c.identifier == identifier)
         theta = np.concatenate([[u.centre for u in forward.nuisances], candidate.starts[0]])
@@ -58,7 +59,7 @@ def test_derivatives_agree_with_differences_of_the_residual(tmp_path):
 
 def test_matrix_exponential():
     matrices = np.random.default_rng(1).normal(0, [[[1.0]], [[30.0]]], (2, 6, 6))
-    for found, matrix in zip(_exponential(matrices), matrices, strict=True):
+    for found, matrix in zip(exponential(matrices), matrices, strict=True):
         np.testing.assert_allclose(found, expm(matrix), rtol=1e-9, atol=1e-10 * np.abs(expm(matrix)).max())
 
 
@@ -78,7 +79,7 @@ def test_coloured_noise_is_estimated_and_keeps_chi_squared_honest(tmp_path):
         for run in measurement.runs
     )
     measurement = dataclasses.replace(measurement, runs=runs, noise_sd={})
-    forward = forward_model(measurement)
+    forward = measurement.forward()
     forward = forward.refined(fit(forward))
     assert 0.8 < forward.noise["steer_rad"].colour < 0.95
     found = fit(forward)
@@ -123,7 +124,7 @@ def test_the_report_shows_channels_over_speed(tmp_path):
 def test_one_speed_holds_out_its_repeats_and_one_run_names_nothing(tmp_path):
     _, three = case(tmp_path, ("steer_damper",), 5, bicycle="browser", speeds=(6.0, 6.0), noise=0.5, **FEW)
     assert {run.speed for run in three.runs} == {6.0}
-    assert set(forward_model(three).rows.fold) == {0, 1, 2}
+    assert set(three.forward().rows.fold) == {0, 1, 2}
     assert "steer_damper" in diagnose(three).verdict.equivalent
     found = diagnose(dataclasses.replace(three, runs=three.runs[:1]))
     assert found.verdict.verdict == "unknown"

@@ -5,7 +5,6 @@ import pytest
 from bicycle import Model, effect_class, load_bicycle
 from studies.cli import main
 from studies.missing_effect import read_measurement
-from studies.missing_effect.diagnose import forward_model
 from studies.missing_effect.motion.candidates import find_candidates
 from studies.missing_effect.motion.nuisances import nuisances
 from tyre.base.errors import InputError
@@ -231,7 +230,7 @@ def test_what_is_assumed_of_histories_is_said(tmp_path):
     found = read_measurement(histories(tmp_path, head=head))
     assert "noise of roll_rate_rad_s, lateral_acceleration_m_s2 is estimated from the residual" in found.notes
     assert any("no start transient is dropped" in note for note in found.notes)
-    assert any("lateral_acceleration_m_s2: not compared" in note for note in forward_model(found).notes)
+    assert any("lateral_acceleration_m_s2: not compared" in note for note in found.forward().notes)
     (tmp_path / "day 2").mkdir()
     rows = [f"{0.01 * k:.2f},{0.02 * (k % 5)},{0.001 * k}" for k in range(50)]
     (tmp_path / "day 2" / "a.csv").write_text("\n".join([head, *rows]))

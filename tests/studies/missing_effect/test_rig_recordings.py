@@ -12,27 +12,24 @@ import studies.missing_effect
 from studies.cli import main
 from studies.missing_effect import diagnose, read_measurement
 from studies.missing_effect.report import write_report
-from studies.missing_effect.rig.data import Noise as RecordingNoise
-from studies.missing_effect.rig.data import estimate_noise
 from studies.missing_effect.rig.measurement import RigMeasurement
 from studies.missing_effect.rig.reference import Curve, Reference
-from studies.missing_effect.rig.setup import rig_forward_model
 from tyre.base.errors import InputError
 from tyre.fits.estimate import Calibration
+from tyre.fits.noise_in_time import AR1Noise, estimate_noise
 from tyre.recordings.read import write_csv
 from tyre.recordings.recording import Condition
-from tyre.rig.rig_effects import (
-    DialGauge,
-    DrumCurvature,
-    LoadCellDrift,
-    Noise,
-    PlySteer,
-    Remounting,
-    RigFriction,
-    RimCompliance,
-    SensorGain,
-)
-from tyre.rig.simulator import Protocol, RigTyre, simulate_pull, simulate_step, simulate_sweep
+from tyre.rig.effects.dial_gauge import DialGauge
+from tyre.rig.effects.drum_curvature import DrumCurvature
+from tyre.rig.effects.load_cell_drift import LoadCellDrift
+from tyre.rig.effects.noise import Noise
+from tyre.rig.effects.ply_steer import PlySteer
+from tyre.rig.effects.remounting import Remounting
+from tyre.rig.effects.rig_friction import RigFriction
+from tyre.rig.effects.rim_compliance import RimCompliance
+from tyre.rig.effects.sensor_gain import SensorGain
+from tyre.rig.simulator import Protocol, simulate_pull, simulate_step, simulate_sweep
+from tyre.rig.tyre import RigTyre
 
 C, K = 7600.0, 75e3
 LENGTH = C / K
@@ -195,20 +192,20 @@ def test_another_load_than_the_reference():
 
 def test_noise_is_found_in_residuals():
     rng, time = np.random.default_rng(1), 0.1 * np.arange(240)
-    truth = RecordingNoise(0.5, 4.0, 0.3)
+    truth = AR1Noise(0.5, 4.0, 0.3)
     basis = np.linalg.qr(np.stack([np.ones(240), time, time**2], 1))[0]
     found = []
     for _ in range(12):
         noise = np.linalg.cholesky(truth.covariance(time)) @ rng.standard_normal(240)
         one = estimate_noise(time, noise - basis @ (basis.T @ noise), basis, 1e-9)
-        found.append((one.white + one.wander, one.memory))
+        found.append((one.white + one.correlated, one.memory))
     total, memory = np.median(found, axis=0)
     assert total == pytest.approx(4.5, rel=0.15)
     assert memory == pytest.approx(0.3, rel=0.25)
 
 
 def test_derivatives():
-    forward = rig_forward_model(measurement([sweep(1, tyre=LAGGING, condition=DRUM)], [pull(2)]))
+    forward = measurement([sweep(1, tyre=LAGGING, condition=DRUM)], [pull(2)]).forward()
     rng = np.random.default_rng(3)
     candidates = forward.candidates
     unknowns = [*forward.nuisances, *(u for c in candidates for u in c.unknowns)]
@@ -223,14 +220,18 @@ def test_derivatives():
         assert np.linalg.norm(slope[:, k] * u.scale - expected) <= 0.05 * np.linalg.norm(expected) + 1e-6, u.name
 
 
+SIMULATOR = tuple(f"tyre.rig.{name}" for name in ("simulator", "tyre", "campaign"))
+
+
 def test_the_forward_model_does_not_know_the_simulator():
+    """It knows what the effects declare for a fit, and neither the simulated tyre nor what is done to its channels."""
     folder = Path(studies.missing_effect.__file__).parent
     files = sorted((folder / "rig").glob("*.py"))
     assert len(files) >= 8
     for file in files:
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             module = getattr(node, "module", None) if isinstance(node, ast.ImportFrom) else None
-            assert not (module or "").startswith("tyre.rig"), file.name
+            assert not (module or "").startswith(SIMULATOR), file.name
 
 
 RIG = 'kind = "rig"\ndescription = "Synthetic."\n[rig]\nrecordings = "drum"\n[rig.reference]\n'
@@ -299,7 +300,7 @@ def test_what_is_assumed_is_said():
     given = measurement(
         [sweep(1), sweep(2, condition=heavy)], [pull(3)], bare, includes=("sweep_lag",), pull_displacement="plate"
     )
-    notes = " | ".join(rig_forward_model(given).notes)
+    notes = " | ".join(given.forward().notes)
     for words in (
         "the recordings are synthetic", "reference: C and K only", "the base model contains sweep_lag",
         "the reference has no curve: a peak of 1.05 loads and a shape of 1.4 are assumed",
@@ -401,7 +402,7 @@ def test_what_is_wrong_in_the_file_is_said(folder, text, words):
 )
 def test_what_the_recordings_cannot_show_is_refused(rest, words):
     with pytest.raises(InputError, match=words):
-        rig_forward_model(measurement([sweep(1)], **rest))
+        measurement([sweep(1)], **rest).forward()
 
 
 def test_a_recording_counts_once():

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from studies.inference.forward import Rows
-from studies.inference.judge import Subject, judge
+from studies.inference.forward import ForwardModel, Rows
+from studies.inference.judge import judge
 from studies.inference.parameter import Candidate, UncertainParameter
 
 N = 24
@@ -19,38 +19,17 @@ SCALE = 4.0
 
 
 @dataclass(frozen=True)
-class Linear:
+class Linear(ForwardModel):
     """data = level + sum of size * shape, noise sd 1, all priors normal."""
 
     data: np.ndarray
     candidates: tuple
     nuisances: tuple = (LEVEL,)
-    thorough: bool = True
-    refused: tuple = ()
-    notes: tuple = ()
     rows: Rows = field(default_factory=lambda: Rows(("x",) * N, X, ("x",) * N, np.arange(N) % 4))
 
     def residual(self, candidates, theta, *, slopes=True):
         columns = np.stack([np.ones(N), *(SHAPES[c.identifier] for c in candidates)], 1)
         return self.data - columns @ theta, -columns
-
-    def log_determinant(self, candidates, theta):
-        return 0.0
-
-    def extras(self):
-        return ()
-
-    def compatible(self, candidates):
-        return True
-
-    def further(self, candidates):
-        return ()
-
-    def phenomenological(self):
-        return ()
-
-    def refined(self, best):
-        return self
 
 
 def posterior(data, *names):
@@ -66,7 +45,7 @@ def diagnosed(bend, *, seed=3):
     data = 3 * X + bend * SHAPES["bend"] + np.random.default_rng(seed).standard_normal(N)
     sizes = {name: UncertainParameter("size", "1", {name: 1.0}, 0.0, SCALE, size=True) for name in SHAPES}
     candidates = tuple(Candidate(name, (size,)) for name, size in sizes.items())
-    return data, judge(Linear(data, candidates), Subject("synthetic")).verdict
+    return data, judge(Linear(data, candidates)).verdict
 
 
 def odds(data, second):

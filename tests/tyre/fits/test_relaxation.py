@@ -17,8 +17,10 @@ from tyre.fits.relaxation import (
 from tyre.fits.slip_step import fit_slip_step, is_slip_step
 from tyre.fits.slip_sweep import fit_slip_sweep
 from tyre.recordings.recording import Condition, RigRun
-from tyre.rig.rig_effects import Noise, PlySteer
-from tyre.rig.simulator import Protocol, RigTyre, simulate_step, simulate_sweep
+from tyre.rig.effects.noise import Noise
+from tyre.rig.effects.ply_steer import PlySteer
+from tyre.rig.simulator import Protocol, simulate_step, simulate_sweep
+from tyre.rig.tyre import RigTyre
 
 C, K = 6300.0, 60e3
 TYRE = RigTyre(cornering_stiffness=C, lateral_stiffness=K, peak_force=420.0)

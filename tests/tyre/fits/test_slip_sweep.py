@@ -14,8 +14,12 @@ from tyre.fits.sweep_branches import slip_reversals
 from tyre.fits.sweep_solution import solve_least_squares
 from tyre.recordings.read import read_recording, write_csv
 from tyre.recordings.recording import Condition, RigRun
-from tyre.rig.rig_effects import Dropouts, LoadCellDrift, Noise, PlySteer
-from tyre.rig.simulator import Protocol, RigTyre, simulate_sweep
+from tyre.rig.effects.dropouts import Dropouts
+from tyre.rig.effects.load_cell_drift import LoadCellDrift
+from tyre.rig.effects.noise import Noise
+from tyre.rig.effects.ply_steer import PlySteer
+from tyre.rig.simulator import Protocol, simulate_sweep
+from tyre.rig.tyre import RigTyre
 
 C, K, V = 6300.0, 60e3, 9.3 / 3.6
 TYRE = RigTyre(cornering_stiffness=C, lateral_stiffness=K, peak_force=420.0, curvature=-0.3)

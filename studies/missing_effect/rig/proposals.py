@@ -2,59 +2,75 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from studies.inference.forward import ProposedMeasurement
 from studies.missing_effect.rig.candidates import DRIFT, ZERO
-from studies.missing_effect.rig.data import Noise, Sweep
+from studies.missing_effect.rig.data import SweepBlocks
 from tyre.base.arrays import Array
+from tyre.fits.noise_in_time import AR1Noise
 from tyre.recordings.recording import Condition
 
 BLOCK = np.deg2rad(0.2)  # of a predicted sweep
 SETTLING = 0.5  # m
-GAUGE = 1e-5  # m, a dial gauge
+GAUGE_SD = 1e-5  # m, a dial gauge
 FASTER = 2.0  # sweep rate, rolling speed
 HEAVIER = 1.25
 SAME = 1.2  # rates or speeds within this factor are one
 
 
-@dataclass(frozen=True)
-class Further:
-    """A sweep to be predicted; ``turned``: the tyre is mounted the other way round."""
+@dataclass(frozen=True, eq=False)
+class FurtherSweep(ProposedMeasurement):
+    """A ``sweep`` to be predicted; ``turned``: the tyre is mounted the other way round."""
 
-    sweep: Sweep
+    sweep: SweepBlocks
     turned: bool = False
 
 
-def further_sweeps(sweeps: Sequence[Sweep], repeatability: float) -> dict[str, Further]:
-    """What could be measured next, by its description."""
+@dataclass(frozen=True, eq=False)
+class RimGauge(ProposedMeasurement):
+    """A gauge that shows how rim and fixture give way in the hardest pull."""
+
+
+def further_sweeps(sweeps: Sequence[SweepBlocks], repeatability: float) -> list[ProposedMeasurement]:
+    """What could be measured next.
+
+    Parameters
+    ----------
+    sweeps : sequence of SweepBlocks
+        What was measured.
+    repeatability : float
+        Relative, 1 sd, of the force of one recording.
+    """
     first = sweeps[0]
+    proposals: list[ProposedMeasurement] = []
 
-    def one(**changes: object) -> Further:
-        turned = bool(changes.pop("turned", False))
-        return Further(_path(first, repeatability, **changes), turned)  # type: ignore[arg-type]
+    def propose(what: str, *, turned: bool = False, **changes: Any) -> None:
+        sweep = _path(first, repeatability, **changes)
+        proposals.append(FurtherSweep(what, np.ones(len(sweep.time)), sweep, turned))
 
-    found = {}
     single = len({float(way) for s in sweeps for way in s.direction}) == 1
     if single:
-        found["the other branch of the sweep"] = one(branches=(-float(first.direction[0]),))
+        propose("the other branch of the sweep", branches=(-float(first.direction[0]),))
     if _alike([s.rate for s in sweeps]):
         rate = FASTER * first.rate
-        found[f"both branches at {np.rad2deg(rate):.3g} deg/s"] = one(rate=rate)
+        propose(f"both branches at {np.rad2deg(rate):.3g} deg/s", rate=rate)
     if first.speed is not None and _alike([s.speed or first.speed for s in sweeps]):
         speed = FASTER * first.speed
-        found[f"both branches at a rolling speed of {speed:.3g} m/s"] = one(speed=speed)
+        propose(f"both branches at a rolling speed of {speed:.3g} m/s", speed=speed)
     if any(s.condition.drum_radius for s in sweeps) and all(s.condition.drum_radius for s in sweeps):
         flat = replace(first.condition, surface="flat", drum_radius=None)
-        found["the same sweep on a flat track with the same sensors"] = one(condition=flat)
+        propose("the same sweep on a flat track with the same sensors", condition=flat)
     if single:
-        return found  # the other branch first
+        return proposals  # the other branch first
     loads = [s.condition.load for s in sweeps]
     if max(loads) / min(loads) < SAME:
         load = HEAVIER * first.condition.load
-        found[f"both branches at {load:.0f} N"] = one(condition=replace(first.condition, load=load))
-    found["both branches with the tyre turned round on its rim"] = one(turned=True)
-    return found
+        propose(f"both branches at {load:.0f} N", condition=replace(first.condition, load=load))
+    propose("both branches with the tyre turned round on its rim", turned=True)
+    return proposals
 
 
 def _alike(values: Sequence[float]) -> bool:
@@ -62,9 +78,9 @@ def _alike(values: Sequence[float]) -> bool:
 
 
 def _path(
-    like: Sweep, repeatability: float, *, rate: float | None = None, speed: float | None = None,
+    like: SweepBlocks, repeatability: float, *, rate: float | None = None, speed: float | None = None,
     branches: tuple[float, ...] = (1.0, -1.0), condition: Condition | None = None,
-) -> Sweep:  # fmt: skip
+) -> SweepBlocks:  # fmt: skip
     """A sweep like another, with settled blocks only and the noise of the other one."""
     rate, speed = rate or like.rate, speed or like.speed
     reach = float(np.abs(like.slip).max())
@@ -79,14 +95,14 @@ def _path(
     sweep = replace(
         like, name="", condition=condition or like.condition, time=time[used], slip=slip[used],
         force=np.zeros(used.sum()),
-        direction=np.repeat(branches, count)[used], part=np.repeat(np.arange(len(branches)), count)[used],
+        direction=np.repeat(branches, count)[used], branch=np.repeat(np.arange(len(branches)), count)[used],
         slip_time=time, slip_history=slip, speed=speed, rate=rate,
-        noise=Noise(white, like.noise.wander, like.noise.memory),
+        noise=AR1Noise(white, like.noise.correlated, like.noise.memory),
     )  # fmt: skip
     force = np.interp(sweep.slip, *_ordered(like))
-    return replace(sweep, further=np.stack([repeatability * force, DRIFT * sweep.clock, np.full_like(force, ZERO)], 1))
+    return replace(sweep, common=np.stack([repeatability * force, DRIFT * sweep.clock, np.full_like(force, ZERO)], 1))
 
 
-def _ordered(like: Sweep) -> tuple[Array, Array]:
+def _ordered(like: SweepBlocks) -> tuple[Array, Array]:
     order = np.argsort(like.slip)
     return like.slip[order], like.force[order]

@@ -1,0 +1,131 @@
+"""The verdict in numbers and words, from what was decided about the leading hypothesis."""
+
+import numpy as np
+
+from studies.inference.acceptance import Acceptance, likelier
+from studies.inference.arrays import Array
+from studies.inference.checks import HeldOut, goodness_of_fit
+from studies.inference.evidence import Hypotheses
+from studies.inference.fit import Fit
+from studies.inference.forward import Forward
+from studies.inference.identifiability import separating
+from studies.inference.parameter import Candidate
+from studies.inference.verdict import Named, Verdict
+
+NEGLIGIBLE = 1e-3  # posterior of a pair that is not worth a line
+MANY_ODDS = 1000.0  # that need no figure
+MOST_PLACES = 5  # where the gap is largest
+
+
+def account(forward: Forward, known: Hypotheses, acceptance: Acceptance, nominal: Array) -> Verdict:
+    """The verdict.
+
+    Parameters
+    ----------
+    forward : Forward
+    known : Hypotheses
+    acceptance : Acceptance
+    nominal : ndarray, shape (n,)
+        Whitened residual of the base model as it stands.
+    """
+    final = acceptance.final
+    scale = HeldOut(0.0, nominal).gap
+    gaps = {name: (s.gap / scale if scale > 0 and s.possible else None) for name, s in acceptance.held_out.items()}
+    variance = _widened(known, final)
+    return Verdict(
+        verdict=acceptance.verdict,
+        effects=tuple(named(final, c, variance) for c in final.candidates),
+        equivalent=tuple(f.name for f in acceptance.members),
+        posterior={f.name: p for f, p in known.probabilities if p > NEGLIGIBLE or len(f.candidates) < 2},
+        chi2={
+            "n": len(nominal), "nominal": float(nominal @ nominal), "nuisance_only": known.null.chi2,
+            "final": final.chi2,
+        },
+        held_out_gap={"nominal": 1.0 if scale > 0 else None, **gaps},
+        worst=_worst(forward, final),
+        separating_measurements=(
+            tuple(separating(forward, list(acceptance.members))) if len(acceptance.members) > 1 else ()
+        ),
+        goodness_of_fit_p=goodness_of_fit(forward, final),
+        checks=acceptance.checks, mimics=acceptance.mimics, refused=forward.refused,
+        warnings=(*forward.notes, *_warnings(known, acceptance, gap=scale > 0)),
+    )  # fmt: skip
+
+
+def _worst(forward: Forward, final: Fit) -> tuple[tuple[str, float], ...]:
+    shares: dict[str, float] = {}
+    for where, r in zip(forward.rows.where, final.residual, strict=True):
+        shares[where] = shares.get(where, 0.0) + float(r**2) / max(final.chi2, 1e-300)
+    return tuple(sorted(shares.items(), key=lambda item: -item[1])[:MOST_PLACES])
+
+
+def _warnings(known: Hypotheses, acceptance: Acceptance, *, gap: bool) -> list[str]:
+    warnings, final = [], acceptance.final
+    if not gap:
+        warnings.append("the nominal model has no gap beyond the noise: there is nothing to close")
+    if not acceptance.held_out["final"].possible:
+        warnings.append("one run: nothing can be held out, so nothing is named; record further runs or speeds")
+    if acceptance.verdict == "unknown":
+        warnings.append("something is missing that the library does not explain")
+    larger = known.larger(final) if final.candidates else []
+    if larger:
+        warnings.append(_beside(known, final, larger))
+    return warnings
+
+
+def _beside(known: Hypotheses, final: Fit, larger: list[Fit]) -> str:
+    """What more cannot be ruled out, in words."""
+    told = []
+    for f in larger:
+        odds = known.odds(f, final)
+        share = f"{odds:.0f} : 1" if odds >= 1.5 else f"1 : {1 / odds:.0f}"
+        more = "+".join(c.identifier for c in f.candidates if c.identifier not in final.identifiers)
+        told.append(f"{more} ({share if odds < MANY_ODDS else f'over {MANY_ODDS:.0f} : 1'})")
+    return (
+        f"beside {final.name} cannot be ruled out, with odds: {', '.join(told)}; its numbers would change, see the "
+        "hypotheses that were tried"
+    )
+
+
+def _widened(known: Hypotheses, final: Fit) -> Array:
+    """Variance of the effects' coordinates about the final fit, averaged over it and what joins its class with it.
+
+    Hoeting et al. (1999), Statistical Science 14, 382-417: sum of w (variance + squared difference), w the posterior.
+    """
+    larger = likelier(known, final)
+    weights = np.array([1.0, *(known.odds(f, final) for f in larger)])
+    total = np.zeros(len(final.theta))
+    for weight, f in zip(weights / weights.sum(), (final, *larger), strict=True):
+        for c in final.candidates:
+            own, there = final.columns(c), f.columns(c)
+            total[own] += weight * (f.covariance.diagonal()[there] + (f.theta[there] - final.theta[own]) ** 2)
+    return total
+
+
+def named(hypothesis: Fit, candidate: Candidate, variance: Array) -> Named:
+    """A candidate with its fitted values, each labelled parameter by itself where they differ.
+
+    Parameters
+    ----------
+    hypothesis : Fit
+    candidate : Candidate
+        One of its own.
+    variance : ndarray, shape (p,)
+        Of the coordinates of the fit.
+    """
+    columns = hypothesis.columns(candidate)
+    parameters, units = {}, {}
+    for i, u in zip(range(columns.start, columns.stop), hypothesis.unknowns[columns], strict=True):
+        x, sd = float(hypothesis.theta[i]), float(np.sqrt(variance[i]))
+        value, spread = float(u.value(np.asarray(x))), u.slope(x) * sd
+        if len(set(u.sets.values())) <= 1:
+            each = {u.name: 1.0}
+        else:
+            labels = u.labels or tuple(u.sets)
+            each = {
+                f"{u.name}.{label}": float(factor) for label, factor in zip(labels, u.sets.values(), strict=True)
+            }  # fmt: skip
+        for name, factor in each.items():
+            parameters[name] = (factor * value, factor * spread)
+            units[name] = u.unit
+    return Named(candidate.identifier, parameters, units, candidate.signature)

@@ -1,0 +1,107 @@
+"""Replay of recorded runs: the torques through the model, from given starts or with the free responses."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from bicycle.identification.recording import CHANNELS, INPUTS, Run
+from studies.missing_effect.motion.discretised import discretised
+from studies.missing_effect.motion.family import Family
+from tyre.base.arrays import Array
+
+GAIN, DELAY = "measurement.{}_gain", "measurement.{}_delay"  # of a channel or a torque
+HELD_SHARE = 0.5  # of samples that repeat the one before
+
+
+@dataclass(frozen=True)
+class Replay:
+    """Runs of one set of torques, replayed at once.
+
+    Attributes
+    ----------
+    runs : tuple of Run
+        R runs of at most T samples.
+    channels : tuple of str
+        Columns that are computed.
+    """
+
+    runs: tuple[Run, ...]
+    channels: tuple[str, ...]
+
+    @cached_property
+    def held(self) -> bool:
+        """Whether the torques are piecewise constant (commanded); otherwise they are taken linear between samples."""
+        steps = [np.diff(u) for run in self.runs for u in run.inputs.values()]
+        return bool(steps) and float(np.mean(np.concatenate(steps) == 0)) > HELD_SHARE
+
+    def __call__(self, family: Family, theta: Array, starts: Array | None) -> tuple[Array, list[Array]]:
+        """Simulate every run.
+
+        Parameters
+        ----------
+        family : Family
+            The model with its p unknowns and n states.
+        theta : ndarray, shape (K, p)
+            Coordinates.
+        starts : ndarray, shape (R, n), optional
+            Initial states; without them the runs begin at rest, and the free responses are given too.
+
+        Returns
+        -------
+        outputs : ndarray, shape (K, R, T, channels)
+        free : list of ndarray, shape (T, channels, n)
+            For each run, without ``starts`` only; of the first coordinates.
+        """
+        values = family.values(theta)
+        speeds = np.array([run.speed for run in self.runs])
+        steps = np.array([run.step for run in self.runs])
+        system = family(theta, speeds)
+        names = family.evaluate.symbolic
+        columns = [names.inputs.index(INPUTS[u]) for u in self.runs[0].inputs]
+        state = np.linalg.solve(system.mass, system.dynamics)
+        inputs = np.linalg.solve(system.mass, system.input[..., columns])
+        seen = system.output[..., [names.outputs.index(CHANNELS[c]) for c in self.channels], :]
+        length = max(len(run.time) for run in self.runs)
+        torque = np.stack([self._torque(run, values, len(theta), length) for run in self.runs], 1)  # (K, R, T, m)
+        ad, g0, g1 = discretised(np.asarray(state, float), np.asarray(inputs, float), steps)
+        if self.held:
+            g0, g1 = g0 + g1, np.zeros_like(g1)
+        k, r, n = len(theta), len(self.runs), state.shape[-1]
+        wide = 1 if starts is not None else 1 + n
+        x = np.zeros((length, k, r, n, wide))
+        if starts is not None:
+            x[0, ..., 0] = starts
+        else:
+            x[0, ..., 1:] = np.eye(n)
+        push = np.einsum("krnm,krtm->tkrn", g0, torque[:, :, :-1]) + np.einsum("krnm,krtm->tkrn", g1, torque[:, :, 1:])
+        with np.errstate(over="ignore", invalid="ignore"):
+            for t in range(length - 1):
+                np.matmul(ad, x[t], out=x[t + 1])
+                x[t + 1, ..., 0] += push[t]
+            y = self._sensed(seen @ x, values, steps)
+        outputs = np.moveaxis(y[..., 0], 0, 2)
+        free = [y[:, 0, run, :, 1:] for run in range(r)] if starts is None else []
+        return outputs, free
+
+    def _torque(self, run: Run, values: Mapping[str, Array], k: int, length: int) -> Array:
+        found = np.zeros((k, length, len(run.inputs)))
+        for m, (name, u) in enumerate(run.inputs.items()):
+            gain = 1 + values.get(GAIN.format(name), np.zeros((k, 1)))[:, 0]
+            delay = values.get(DELAY.format(name), np.zeros((k, 1)))[:, 0]
+            for i in range(k):
+                shifted = np.interp(run.time - delay[i], run.time, u) if delay[i] else u
+                found[i, : len(u), m] = gain[i] * shifted
+        return found
+
+    def _sensed(self, y: Array, values: Mapping[str, Array], steps: Array) -> Array:
+        """Gain and delay (to second order in time) of each channel, outputs (T, K, R, channels, ...)."""
+        for c, name in enumerate(self.channels):
+            if DELAY.format(name) in values:
+                tau = values[DELAY.format(name)][:, :1] / steps  # (K, R), in samples
+                first = np.gradient(y[:, :, :, c], axis=0)
+                y[:, :, :, c] += -tau[..., None] * first + tau[..., None] ** 2 / 2 * np.gradient(first, axis=0)
+            if GAIN.format(name) in values:
+                y[:, :, :, c] *= 1 + values[GAIN.format(name)][:, :, None]
+        return y

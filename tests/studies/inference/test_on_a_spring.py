@@ -1,0 +1,168 @@
+"""The search on a mass on a spring: which of damper, stiffening and offset is missing (synthetic data).
+
+Data: m x'' + d x' + k x + c x^3 = 0, started at x0 at rest, by scipy's integrator of variable step. What is fitted
+knows that motion by a Runge-Kutta rule of its own, from numbers of k and m that are not quite right.
+"""
+
+import ast
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import studies.inference
+from studies.inference import (
+    Candidate,
+    ForwardModel,
+    Rows,
+    UncertainParameter,
+    central_differences,
+    folds,
+    judge,
+    stencil,
+)
+
+TIME = np.linspace(0.0, 6.0, 61)
+STARTS = (0.5, 1.0, 1.5)  # m
+NOISE = 0.02  # m
+STEPS = 4  # of Runge and Kutta from one reading to the next
+
+NUISANCES = (
+    UncertainParameter("mass", "kg", {"mass": 1.0}, 2.0, 0.02),
+    UncertainParameter("stiffness", "N/m", {"stiffness": 1.0}, 8.0, 0.1),
+)
+CANDIDATES = (
+    Candidate("damper", (UncertainParameter("damping", "N s/m", {"damping": 1.0}, 0.0, 0.3, 0.0, size=True),)),
+    Candidate("stiffening", (UncertainParameter("cubic", "N/m^3", {"cubic": 1.0}, 0.0, 0.5, 0.0, size=True),)),
+    Candidate("offset", (UncertainParameter("zero", "m", {"zero": 1.0}, 0.0, 0.05, size=True),)),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Spring(ForwardModel):
+    """Readings (3, 61) of the position, in m, of a mass that is let go at three places."""
+
+    data: np.ndarray
+    nuisances: tuple = NUISANCES
+    candidates: tuple = CANDIDATES
+
+    @property
+    def rows(self):
+        names = [f"from {start:g} m" for start in STARTS for _ in TIME]
+        where = tuple(f"{name}, {t:.1f} s" for name, t in zip(names, [*TIME] * len(STARTS), strict=True))
+        return Rows(where, np.tile(TIME, len(STARTS)), tuple(names), folds(names, np.repeat(STARTS, 61), names))
+
+    def residual(self, candidates, theta, *, slopes=True):
+        unknowns = (*self.nuisances, *(u for c in candidates for u in c.unknowns))
+        batch, steps = stencil(unknowns, theta) if slopes else (theta[None], theta[:0])
+        position = self.moved({u.name: batch[:, k, None] for k, u in enumerate(unknowns)}, len(batch))
+        return (self.data.ravel() - position[0]) / NOISE, -central_differences(position, steps) / NOISE
+
+    def moved(self, values, count):
+        """Positions (count, 3 * 61) by the classical rule of Runge and Kutta."""
+        mass, stiffness = values["mass"], values["stiffness"]
+        damping, cubic = values.get("damping", 0.0), values.get("cubic", 0.0)
+
+        def rate(state):
+            x, v = state
+            return np.stack([v, -(damping * v + stiffness * x + cubic * x**3) / mass])
+
+        h = (TIME[1] - TIME[0]) / STEPS
+        x = np.broadcast_to(STARTS, (count, len(STARTS)))
+        state, seen = np.stack([x, 0 * x]), [x]
+        for _ in TIME[1:]:
+            for _ in range(STEPS):
+                a = rate(state)
+                b = rate(state + h / 2 * a)
+                c = rate(state + h / 2 * b)
+                state = state + h / 6 * (a + 2 * b + 2 * c + rate(state + h * c))
+            seen.append(state[0])
+        return (np.stack(seen, -1) + np.asarray(values.get("zero", 0.0))[..., None]).reshape(count, -1)
+
+
+def recorded(seed, *, mass=2.02, stiffness=7.95, damping=0.0, cubic=0.0, zero=0.0):
+    """What a sensor of noise 2 cm reads, by other code than what is fitted."""
+
+    def rate(t, y):
+        return y[1], -(damping * y[1] + stiffness * y[0] + cubic * y[0] ** 3) / mass
+
+    runs = [solve_ivp(rate, (0, TIME[-1]), (x, 0), t_eval=TIME, rtol=1e-10, atol=1e-12).y[0] for x in STARTS]
+    return np.array(runs) + zero + NOISE * np.random.default_rng(seed).standard_normal((len(STARTS), len(TIME)))
+
+
+@pytest.mark.parametrize(
+    ("identifier", "parameter", "size"),
+    [("damper", "damping", 0.15), ("stiffening", "cubic", 0.4), ("offset", "zero", 0.03)],
+)
+def test_what_is_missing_is_named_with_its_size(identifier, parameter, size):
+    verdict = judge(Spring(recorded(3, **{parameter: size}))).verdict
+    assert (verdict.verdict, verdict.equivalent) == ("named", (identifier,))
+    (effect,) = verdict.effects
+    value, sd = effect.parameters[parameter]
+    assert value == pytest.approx(size, abs=3 * sd)
+    assert sd < size / 5
+    assert all(check.passed for check in verdict.checks)
+
+
+def test_two_that_are_missing_are_both_named():
+    verdict = judge(Spring(recorded(4, damping=0.15, cubic=0.4))).verdict
+    assert {effect.identifier for effect in verdict.effects} == {"damper", "stiffening"}
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_noise_alone_names_nothing(seed):
+    """Also with the mass and the stiffness off by a standard deviation."""
+    verdict = judge(Spring(recorded(seed))).verdict
+    assert (verdict.verdict, verdict.effects) == ("none", ())
+    assert verdict.goodness_of_fit_p > 0.001
+
+
+def test_what_is_not_in_the_library_is_not_given_another_name():
+    """A force that is constant in size and against the motion: dry friction, which no candidate is."""
+
+    def rate(t, y):
+        return y[1], -(8.0 * y[0] + 0.4 * np.tanh(y[1] / 1e-2) + 1.2 * np.sin(5 * t)) / 2.0
+
+    runs = [solve_ivp(rate, (0, TIME[-1]), (x, 0), t_eval=TIME, rtol=1e-8, atol=1e-10).y[0] for x in STARTS]
+    data = np.array(runs) + NOISE * np.random.default_rng(1).standard_normal((3, 61))
+    judgement = judge(Spring(data))
+    assert judgement.verdict.verdict == "unknown"
+    assert "something is missing that the library does not explain" in judgement.verdict.warnings
+
+
+def test_progress_is_told_of_every_fit():
+    told = []
+    judge(Spring(recorded(1)), progress=told.append)
+    assert told == ["parameters only", "damper", "stiffening", "offset"]
+
+
+@pytest.mark.parametrize(
+    ("problem", "words"),
+    [
+        (lambda: UncertainParameter("mass", "kg", {}, 2.0, 0.0), "mass: scale = 0 must be above 0; leave out what"),
+        (lambda: UncertainParameter("mass", "kg", {}, 2.0, 1.0, 3.0, 3.0), "mass: nothing lies between the bounds 3"),
+        (
+            lambda: judge(Spring(recorded(1), candidates=(CANDIDATES[0], CANDIDATES[0]))),
+            "2 candidates are called 'damper'; give each an identifier of its own",
+        ),
+    ],
+)
+def test_what_makes_no_sense_is_said(problem, words):
+    with pytest.raises(ValueError, match=words):
+        problem()
+
+
+def test_it_stands_on_numpy_and_scipy_alone():
+    """Imports read from the source, also those inside functions."""
+    allowed = {"numpy", "scipy", *sys.stdlib_module_names}
+    files = sorted(Path(studies.inference.__file__).parent.glob("*.py"))
+    assert len(files) > 8
+    for file in files:
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
+            names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            for name in names:
+                assert name.startswith("studies.inference") or name.split(".")[0] in allowed, f"{file.name}: {name}"

@@ -1,0 +1,133 @@
+"""A rig effect that is written outside the package: it is simulated by name, and a diagnosis of recordings names it.
+
+Toy (synthetic): a track that leans across, so that a share of the load pushes the tyre aside.
+"""
+
+import json
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+import pytest
+
+import tyre.rig.effect
+from studies.cli import main
+from studies.missing_effect import diagnose
+from studies.missing_effect.rig.measurement import RigMeasurement
+from studies.missing_effect.rig.reference import Curve, Reference
+from tyre.base.errors import InputError
+from tyre.recordings.recording import Condition
+from tyre.rig.campaign import set_effect
+from tyre.rig.effect import RigEffect, declared, register, rig_effects, rig_terms
+from tyre.rig.effects.noise import Noise
+from tyre.rig.regression import RigParameter, Term, needs_sweep
+from tyre.rig.simulator import Protocol, simulate_sweep
+from tyre.rig.tyre import RigTyre
+
+C = 7600.0
+TYRE = RigTyre(C, 75e3, peak_force=430.0, curvature=0.1, relaxation=False)
+FLAT = Condition(tyre="Synthetic", load=400.0, pressure=5.5e5, surface="flat", temperature=22.0)
+LEAN = RigParameter("lean", "rad", (-0.06, 0.06), (-0.2, 0.2))
+CURVE = Curve(400.0, 5.5e5, (C, 76.0), (75e3, 750.0), None, 430.0, 1.4, 0.1)
+
+
+@dataclass(frozen=True)
+class LeaningTrack(RigEffect):
+    """A track that leans by ``lean`` (rad) pushes the tyre aside with a share of its load."""
+
+    lean: float = declared(LEAN, 0.02)
+    terms = (
+        Term(
+            "leaning_track", "the track leans and pushes the tyre aside", (LEAN,),
+            sweep=lambda terms, *, lean: terms.add(side_force=400.0 * lean), needs=needs_sweep,
+        ),
+    )  # fmt: skip
+
+    def on_rolling(self, channels, rng):
+        channels["side_force"] += self.lean * channels["vertical_load"]
+
+
+@pytest.fixture
+def leaning(monkeypatch):
+    """Known for as long as a test runs."""
+    monkeypatch.setattr(tyre.rig.effect, "OUTSIDE", {})
+    return register(LeaningTrack)
+
+
+def test_it_is_found_simulated_and_named(leaning):
+    assert rig_effects()["leaning_track"] is leaning
+    (effect,) = set_effect((), "leaning_track", {"lean": 0.05})
+    run = simulate_sweep(
+        tyre=TYRE, condition=FLAT, protocol=Protocol(), effects=(effect, Noise()), rng=np.random.default_rng(1)
+    )
+    measurement = RigMeasurement("toy", Reference((CURVE,), "the truth"), sweeps=(("s", run),))
+    assert "leaning_track" in {c.identifier for c in measurement.forward().candidates}
+    verdict = diagnose(measurement, without=("conicity",)).verdict  # which pushes alike
+    assert (verdict.verdict, verdict.equivalent) == ("named", ("leaning_track",))
+    (named,) = verdict.effects
+    value, sd = named.parameters["lean"]
+    assert value == pytest.approx(0.05, abs=3 * sd)
+    assert (named.units["lean"], named.signature) == ("rad", "the track leans and pushes the tyre aside")
+    both = diagnose(measurement).verdict
+    assert set(both.equivalent) == {"leaning_track", "conicity"}
+
+
+def test_the_command_line_knows_it(leaning, tmp_path):
+    options = ["--loads", "400", "--pressures", "5.5", "--rates", "2", "--pulls", "0"]
+    main(["tyre", "simulate", str(tmp_path), "--seed", "1", *options, "--effect", "leaning_track:lean=0.03"])
+    assert json.loads((tmp_path / "truth.json").read_text())["effects"]["LeaningTrack"] == {"lean": 0.03}
+
+
+def test_a_name_that_is_taken_is_refused(leaning):
+    assert register(leaning) is leaning  # once more is no harm
+
+    class DialGauge(RigEffect):
+        pass
+
+    class Another(RigEffect):
+        terms = (replace(LeaningTrack.terms[0], identifier="conicity"),)
+
+    for effect, name in ((DialGauge, "dial_gauge"), (Another, "conicity")):
+        with pytest.raises(InputError, match=f"a rig effect or term '{name}' exists already; give {effect.__name__}"):
+            register(effect)
+
+
+def test_what_is_not_registered_is_not_known():
+    assert "leaning_track" not in rig_effects()
+
+
+def test_every_effect_declares_its_numbers():
+    """Unit, a typical range inside the bounds, and the term's parameters and words."""
+    for name, effect in rig_effects().items():
+        for field in fields(effect):
+            p = field.metadata["parameter"]
+            assert p.name == field.name, name
+            assert p.unit, name
+            assert p.bounds[0] <= field.default <= p.bounds[1], name
+            assert p.bounds[0] <= p.typical[0] < p.typical[1] <= p.bounds[1], name
+        for term in effect.terms:
+            assert term.sweep or term.pull, term.identifier
+            assert len(term.signature) > 10, term.identifier
+    names = [term.identifier for term in rig_terms()]
+    assert len(names) == len(set(names)) == 14
+
+
+def test_a_number_out_of_its_bounds_is_refused():
+    with pytest.raises(InputError, match=r"effect rig_friction: presliding = 0.0 must be a number from 1e-09 to 1 .m."):
+        set_effect((), "rig_friction", {"presliding": 0.0})
+
+
+def test_delay_and_play_move_the_branches_apart_as_they_should():
+    """A delay tau at the rate r moves each branch by r tau of slip, play by its half gap at any rate."""
+    for rate in (1.0, 2.0):
+        shifts = {}
+        for name, values in (("channel_delay", {"delay": 0.05}), ("steering_play", {"half_gap": 1e-3})):
+            run = simulate_sweep(
+                tyre=replace(TYRE, peak_force=1e6), condition=FLAT, protocol=Protocol(slip_rate=np.deg2rad(rate)),
+                effects=set_effect((), name, values), rng=np.random.default_rng(0),
+            )  # fmt: skip
+            rising = np.gradient(run.slip_angle) > 0
+            near = (np.abs(run.slip_angle) < 0.05) & (run.time > 1.0)
+            up, down = (np.polyfit(run.slip_angle[near & s], run.side_force[near & s], 1) for s in (rising, ~rising))
+            shifts[name] = -(up[1] - down[1]) / (up[0] + down[0])
+        assert shifts["channel_delay"] == pytest.approx(np.deg2rad(rate) * 0.05, rel=0.01)
+        assert shifts["steering_play"] == pytest.approx(1e-3, rel=0.01)
