@@ -14,7 +14,7 @@ import sympy as sp
 from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect_parameter import WHEELS, Parameter, PerWheel, PerWheelValue
 from bicycle.effect_signature import docstring, signature
-from tyre.base.errors import InputError, is_number, shown, unknown
+from tyre.base.errors import InputError, is_number, refuse_unknown, shown
 from tyre.base.plausible import Doubt, suspicion
 
 __all__ = ["WHEELS", "Effect", "Parameter", "PerWheel", "PerWheelValue", "effect_class", "registry"]
@@ -59,9 +59,7 @@ class Effect:
         """Check and store the parameters; see ``parameters`` of the class for names, units and bounds."""
         self._given: dict[str, float] = {}
         known = {parameter.name: parameter for parameter in self.parameters}
-        for name in given:
-            if name not in known:
-                raise InputError(f"effect {self.identifier!r}: {unknown('parameter', name, known)}")
+        refuse_unknown("parameter", given, known, where=f"effect {self.identifier!r}")
         for parameter in self.parameters:
             value = given.get(parameter.name, parameter.default)
             if value is None:
@@ -181,6 +179,5 @@ def _effects_of(module_name: str) -> Iterator[type[Effect]]:
 def effect_class(identifier: str) -> type[Effect]:
     """Look an effect up by identifier; InputError lists the known ones."""
     known = registry()
-    if identifier not in known:
-        raise InputError(unknown("effect", identifier, known))
+    refuse_unknown("effect", [identifier], known)
     return known[identifier]

@@ -57,7 +57,8 @@ def parse_toml(path: Traversable, *, allow_unusual: bool = False) -> Bicycle:
     allow_unusual : bool, optional
         Take values far outside what bicycles have; the file may say the same.
     """
-    from tyre.base.schema import any_table, anything, flag, maybe, needed, read, table
+    from tyre.base.checks import any_table, anything, flag
+    from tyre.base.schema import maybe, needed, read, table
 
     missing = "the table [values] with the bicycle's parameters is missing"
     declared = {maybe(key, ""): anything for key in ("description", "source")} | {

@@ -7,10 +7,11 @@ from pathlib import Path
 
 from bicycle.rider.posture import POSTURES
 from bicycle.rider.seat_geometry import DEFAULT_SD, FRAME_KEYS, HAND_KEYS, HUBS, RANGES, SADDLE, SeatGeometry
+from tyre.base.checks import Check, list_of, number, text
 from tyre.base.errors import InputError, refuse_unknown
 from tyre.base.key_value import read_key_values
 from tyre.base.paths import data_root
-from tyre.base.schema import Check, by_name, list_of, maybe, number, read, table, text
+from tyre.base.schema import by_name, maybe, read, table
 from tyre.base.toml_file import read_toml
 
 

@@ -35,8 +35,9 @@ from bicycle.parameter_key import entries_of
 from bicycle.parameters import UNITS
 from studies.sweeps.spec import BY_SPEED, OUTPUTS, SPEED, Sweep
 from studies.sweeps.variation import read_grid, read_options, read_sampled, variable_names
+from tyre.base.checks import Invalid, any_table, known, list_of, number, refused, whole
 from tyre.base.errors import InputError
-from tyre.base.schema import Invalid, any_table, known, list_of, maybe, needed, number, read, refused, table, whole
+from tyre.base.schema import maybe, needed, read, table
 from tyre.base.toml_file import read_toml
 
 REDUCIBLE = ("largest_growth_rate", "smallest_damping_ratio", "frequencies", "damping_ratios", "critical_speeds")

@@ -13,8 +13,9 @@ from bicycle.parameters import UNITS
 from bicycle.sensitivity.propagation import checked_covariance
 from studies.sampling.bounded_draws import possible_moments
 from studies.sweeps.spec import SPEED, TYRE_UNITS, Axis, Normal, Uniform, bounds_of
+from tyre.base.checks import any_table, anything, flag, list_of, number, text, whole
 from tyre.base.errors import InputError, refuse_unknown, shown
-from tyre.base.schema import any_table, anything, flag, list_of, maybe, needed, number, read, table, text, whole
+from tyre.base.schema import maybe, needed, read, table
 
 NAMES = ("tyre", "surface")  # varied by name, not by number
 MOST_VALUES = 10**6  # of one axis
@@ -114,7 +115,18 @@ def _axis_values(name: str, value: Any) -> tuple[Any, ...]:
 
 
 def read_options(content: Mapping[str, Any]) -> dict[str, Any]:
-    """What the table ``[sampled]`` says beside the distributions of parameters, by the keys of :data:`OPTIONS`."""
+    """What the table ``[sampled]`` says beside the distributions of parameters.
+
+    Parameters
+    ----------
+    content : mapping
+        That table, units in its keys.
+
+    Returns
+    -------
+    dict
+        By the keys of :data:`OPTIONS`.
+    """
     return dict(read(OPTIONS, content, section="sampled", dotted=True))
 
 

@@ -92,7 +92,7 @@ class Cells:
         return [name.strip() for name in self.rows[0][1]]
 
     def column(self, place: int) -> list[str]:
-        """Cells of one column (its place from 0) below the header."""
+        """Cells of one column below the header; ``place`` is the number of the column, from 0."""
         return [cells[place].strip() for _, cells in self.rows[1:]]
 
     def numbers(self, places: Sequence[int], *, missing: Collection[str] = ()) -> list[Array]:
@@ -101,7 +101,7 @@ class Cells:
         Parameters
         ----------
         places : sequence of int
-            Of the columns, from 0.
+            Indices of the columns, from 0.
         missing : collection of str, optional
             What stands for a value that is missing (it becomes NaN) where infinity is a number, too; without, every
             cell must be a finite number.
@@ -119,7 +119,19 @@ class Cells:
         return fast or [self._numbers(place, missing) for place in places]
 
     def checked(self, place: int, check: Check) -> Array:
-        """One column (its place from 0) as numbers that each pass a check of :mod:`tyre.base.schema`."""
+        """One column as numbers, each given by a check.
+
+        Parameters
+        ----------
+        place : int
+            Index of the column, from 0.
+        check : callable
+            Of :mod:`tyre.base.checks`.
+
+        Returns
+        -------
+        ndarray, shape (rows,)
+        """
         from tyre.base.schema import read
 
         found = []

@@ -1,46 +1,18 @@
-"""Tables of files, declared: which keys there are, what each may hold, and the words in which another value is refused.
+"""Tables of files, declared: which keys there are, what each may hold, and the words in which another is refused.
 
-A table is declared once, by its keys (:func:`needed`, :func:`maybe`) and a check of each value (:func:`number`,
-:func:`text`, ...); :func:`read` gives the values back or says what is wrong with the file, the same way for every
-file: the place, the key, the value, what is allowed. Voluptuous walks the tables; all words are ours.
+A table is declared once, by its keys (:func:`needed`, :func:`maybe`) and a check of each value
+(:mod:`tyre.base.checks`); :func:`read` gives the values back or says what is wrong with the file, the same way for
+every file: the place, the key, the value, what is allowed. Voluptuous walks the tables; all words are ours.
 """
 
-import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from voluptuous import REMOVE_EXTRA, Invalid, MultipleInvalid, Optional, Required, RequiredFieldInvalid, Schema
 
-from tyre.base.errors import InputError, is_number, shown, unknown
-
-Check = Callable[[Any], Any]
-MOST = 2**63 - 1  # what an integer of numpy holds
-
-
-class _Refused(Invalid):
-    """What a value is and must be, to stand behind its key."""
-
-
-class _UnknownKey(Invalid):
-    """A key that the table does not have."""
-
-
-class _NoTable(Invalid):
-    """A value where a table, or a list of tables, belongs."""
-
-
-def refused(value: object, says: str) -> Invalid:
-    """The error that a check of one's own raises.
-
-    Parameters
-    ----------
-    value : object
-        What the file holds.
-    says : str
-        What it must be: ``must be a time >= 0 in s``.
-    """
-    return _Refused(f"= {shown(value)}{'' if says[:1] == ';' else ' '}{says}")
+from tyre.base.checks import Check, NoTable, UnknownKey, any_table, known, text
+from tyre.base.errors import InputError, unknown
 
 
 def needed(key: str, says: str = "") -> Any:
@@ -67,129 +39,6 @@ def maybe(key: str, default: Any = None) -> Any:
     return Optional(key) if default is None else Optional(key, default=default)
 
 
-def number(
-    *,
-    above: float = -math.inf,
-    least: float = -math.inf,
-    most: float = math.inf,
-    says: str = "",
-    outside: str = "",
-    endless: bool = False,
-) -> Check:
-    """A number, as float.
-
-    Parameters
-    ----------
-    above, least, most : float
-        Bounds; the first one excluded.
-    says : str
-        What it must be; by default made of the bounds.
-    outside : str
-        What is said of a number that is out of bounds, if it is not the same.
-    endless : bool
-        Infinity is allowed.
-    """
-    if not says and outside:
-        says = "must be a finite number"
-    elif not says:
-        ends = [f"above {above:g}"] * (above > -math.inf) + [f"from {least:g}"] * (least > -math.inf)
-        ends += [f"up to {most:g}"] * (most < math.inf)
-        says = " ".join(["must be a finite number", *ends])
-
-    def check(value: Any) -> float:
-        if not is_number(value):
-            raise refused(value, says)
-        if not (above < value and least <= value <= most) or (math.isinf(value) and not endless):
-            raise _Refused(f"= {shown(value).removesuffix('.0')} {outside or says}")
-        return float(value)
-
-    return check
-
-
-def whole(*, least: int, most: int = MOST) -> Check:
-    """A whole number within bounds."""
-
-    def check(value: Any) -> int:
-        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-            raise refused(value, f"must be a whole number from {least} to {most}")
-        return value
-
-    return check
-
-
-def flag(value: Any) -> bool:
-    """true or false."""
-    if not isinstance(value, bool):
-        raise refused(value, "must be true or false")
-    return value
-
-
-def text(says: str = "must be text in quotes", *, allowed: Collection[str] | None = None, blank: bool = True) -> Check:
-    """Text in quotes.
-
-    Parameters
-    ----------
-    says : str
-        What it must be.
-    allowed : collection of str, optional
-        The only texts allowed.
-    blank : bool
-        Blanks alone are text, too.
-    """
-
-    def check(value: Any) -> str:
-        if not isinstance(value, str) or (allowed is not None and value not in allowed):
-            raise refused(value, says)
-        if not blank and not value.strip():
-            raise _Refused("is empty")
-        return value
-
-    return check
-
-
-def known(kind: str, allowed: Collection[str]) -> Check:
-    """A name out of several; another one is refused with the nearest."""
-
-    def check(value: Any) -> str:
-        if not isinstance(value, str) or value not in allowed:
-            raise _UnknownKey(unknown(kind, value, allowed))
-        return value
-
-    return check
-
-
-def list_of(check: Check, says: str, *, least: int = 0, most: int = MOST, strict: bool = True) -> Check:
-    """A list whose every entry passes a check.
-
-    Parameters
-    ----------
-    check : callable
-        Of an entry.
-    says : str
-        What the whole must be.
-    least, most : int
-        Fewest and most entries.
-    strict : bool
-        A bad entry is refused in the words of the whole, with the whole shown; else in its own, with the entry.
-    """
-
-    def every(value: Any) -> list[Any]:
-        if not isinstance(value, list) or not least <= len(value) <= most:
-            raise refused(value, says)
-        entries = []
-        for place, entry in enumerate(value):
-            try:
-                entries.append(check(entry))
-            except Invalid as error:
-                if strict:
-                    raise refused(value, says) from None
-                error.prepend([place])
-                raise
-        return entries
-
-    return every
-
-
 @dataclass(frozen=True)
 class Table:
     """A declared table: called with a mapping, it gives the checked values.
@@ -205,7 +54,7 @@ class Table:
     schema: Schema
 
     def __call__(self, value: Any) -> dict[str, Any]:
-        """Check a table."""
+        """Check a table: ``value``, whose units its keys name."""
         return dict(self.schema(dict(any_table(value))))
 
 
@@ -226,7 +75,7 @@ def table(keys: Mapping[Any, Check], *, kind: str = "key", others: bool = False)
         key.description = place  # the order in which missing ones are told
 
     def none_else(key: Any) -> str:
-        raise _UnknownKey(unknown(kind, key, names))
+        raise UnknownKey(unknown(kind, key, names))
 
     return Table(names, Schema(dict(keys), extra=REMOVE_EXTRA) if others else Schema({**keys, none_else: object}))
 
@@ -246,6 +95,10 @@ def by_name(check: Check, allowed: Collection[str], *, kind: str) -> Table:
     return Table(tuple(allowed), Schema({known(kind, allowed): check}))
 
 
+tables_by_name = Table((), Schema({str: any_table}))
+"""A table of tables whose names and keys are checked elsewhere."""
+
+
 def path_key(key: str, example: str) -> dict[Any, Check]:
     """A key that names another file, to be merged with those of :func:`table`.
 
@@ -257,18 +110,6 @@ def path_key(key: str, example: str) -> dict[Any, Check]:
     """
     how = f'write {key} = "{example}"'
     return {needed(key, f"no {key}; {how}"): text(f"must be a path in quotes; {how}")}
-
-
-def anything(value: Any) -> Any:
-    """Whatever stands there: checked elsewhere."""
-    return value
-
-
-def any_table(value: Any) -> Mapping[str, Any]:
-    """A table whose keys are checked elsewhere."""
-    if not isinstance(value, Mapping):
-        raise _NoTable(shown(value))
-    return value
 
 
 def read(declared: Check, content: Any, *, where: str = "", section: str = "", dotted: bool = False) -> Any:
@@ -307,7 +148,7 @@ def read(declared: Check, content: Any, *, where: str = "", section: str = "", d
 
 def _rank(error: Invalid) -> tuple[int, int]:
     """Unknown keys first, the outermost before all; missing ones last, as declared."""
-    if isinstance(error, _UnknownKey):
+    if isinstance(error, UnknownKey):
         return 0, len(error.path)
     missing: Any = error.path[-1] if isinstance(error, RequiredFieldInvalid) else None
     return (1, 0) if missing is None else (2, missing.description)
@@ -316,8 +157,8 @@ def _rank(error: Invalid) -> tuple[int, int]:
 def _words(error: Invalid, section: list[str], *, dotted: bool) -> str:
     path = section + [part if isinstance(part, int) else str(part) for part in error.path]
     name, message = ".".join(part for part in path if isinstance(part, str)), error.error_message
-    alone = isinstance(error, _UnknownKey | RequiredFieldInvalid)
-    if isinstance(error, _NoTable):
+    alone = isinstance(error, UnknownKey | RequiredFieldInvalid)
+    if isinstance(error, NoTable):
         alone = not path or isinstance(path[-1], int)
         way = "" if alone else f": write [{name}] and the keys below it"
         message = f"{'' if alone else '= '}{message} must be a table{way}"

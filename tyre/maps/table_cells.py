@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from tyre.base.schema import Check, number
+from tyre.base.checks import Check, number
 from tyre.maps.table_sidecar import POSITIVE
 
 REQUIRED = ("load_N", "pressure_bar", "cornering_stiffness_N_per_deg")

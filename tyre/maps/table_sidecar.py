@@ -4,8 +4,9 @@ from collections.abc import Iterable
 from importlib.resources.abc import Traversable
 from typing import Any
 
+from tyre.base.checks import flag, list_of, number, text
 from tyre.base.errors import InputError
-from tyre.base.schema import flag, list_of, maybe, needed, number, read, table, text
+from tyre.base.schema import maybe, needed, read, table
 from tyre.base.toml_file import read_toml
 from tyre.maps.calibration import CommonCalibration
 

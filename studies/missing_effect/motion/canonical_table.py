@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from tyre.base.arrays import Array
+from tyre.base.checks import Check, Invalid, refused
 from tyre.base.csv_table import read_columns
 from tyre.base.errors import InputError, is_number, unknown
-from tyre.base.schema import Check, Invalid, maybe, path_key, read, refused, table
+from tyre.base.schema import maybe, path_key, read, table
 
 ROLL = ("M_phi_delta", "C1_phi_delta", "K0_phi_delta")
 STEER = ("M_delta_delta", "C1_delta_phi", "C1_delta_delta", "K0_delta_delta", "K2_delta_delta", "H_delta_F")

@@ -18,7 +18,7 @@ from studies.missing_effect.gap_figures import GAP
 from studies.missing_effect.interface import Figure
 from studies.missing_effect.rig.recordings import WHEEL_RADIUS, TyreMeasurement
 from tyre.base.arrays import Array
-from tyre.base.errors import InputError
+from tyre.base.errors import InputError, refuse_unknown
 from tyre.base.schema import path_key, read, table
 from tyre.maps.table_io import read_table
 from tyre.maps.tables import MeasuredTable
