@@ -9,7 +9,7 @@ from typing import Any
 
 from bicycle.default_sd import CORNERING_STIFFNESS
 from studies.main_study.answer import Answer, begins
-from studies.main_study.bands import FASTER_THAN_WEAVE, KMH, WOBBLE, Crossing
+from studies.main_study.bands import FASTER_THAN_WEAVE, KMH, WOBBLE, UncertainCriticalSpeed
 from studies.main_study.cases import TyreCase
 from studies.main_study.decompose import CRITICAL, DAMPING
 from studies.main_study.figure_headline import assumed as world
@@ -98,7 +98,7 @@ def counted_as_wobble(study: Study) -> str:
     )
 
 
-def _edges(result: Result, limit: float) -> list[Crossing]:
+def _edges(result: Result, limit: float) -> list[UncertainCriticalSpeed]:
     """Ends of the bands of unstable wobble that begin up to ``limit`` (m/s)."""
     return [edge for band in result.bands(limit) for edge in (band.start, band.end) if edge]
 

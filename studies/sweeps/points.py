@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.effect import Effect, PerWheel
-from bicycle.eigenvalues.batch import no_mass
+from bicycle.effect import Effect
 from bicycle.files.model_file import TYRE_KEYS
 from bicycle.impossible import impossible_bicycles
 from bicycle.model import Model
-from bicycle.parameter_key import WHEELS, ParameterKey, entries_of
-from bicycle.parameters import UNITS, bodies, static_loads
+from bicycle.model_family import ModelFamily
+from bicycle.parameter_key import WHEELS, ParameterKey
+from bicycle.parameters import bodies, static_loads
 from studies.sampling.bounded_draws import BoundedDraws
 from studies.sampling.draws import normal, uniform
 from studies.sampling.refused import Refused
@@ -72,6 +72,7 @@ class Sampler:
     def __init__(self, sweep: Sweep) -> None:
         self.sweep = sweep
         self.model = sweep.nominal
+        self.family = ModelFamily(self.model)
         self.nominal = self.model.parameters
         self.tied = self.model.tied
         tables = sweep.model.get("effects", {})
@@ -122,10 +123,7 @@ class Sampler:
             given[one.name] = (one.low + (one.high - one.low) * u)[sample - first]
         speeds = np.atleast_2d(sweep.speeds) if SPEED not in given else given.pop(SPEED)[:, None]
         conditions = {key: given.pop(key) for key in list(given) if ParameterKey.parse(key).name in TYRE_UNITS}
-        values = self.nominal | self._both_wheels(given)
-        for follower, leader in self.tied.items():
-            if follower not in given and leader in given:
-                values[follower] = values[leader]
+        values = self.family.values(given)
         points = Points(values, speeds, self.nominal, Refused.none(count))
         for why, mask in impossible_bicycles(values).items():
             points.refused.add(why, mask)
@@ -141,7 +139,7 @@ class Sampler:
             self._mark_effects(points)
         if not points.refused.mask.all():
             why = "the mass matrix is not positive definite"
-            points.refused.add(why, no_mass(self.model.evaluator, points.harmless.values, count))
+            points.refused.add(why, self.family.without_mass(points.harmless.values, count))
         return points
 
     def centres(self) -> "Sampler":
@@ -171,20 +169,8 @@ class Sampler:
 
     def variant(self, points: Points, item: int) -> Model:
         """The model of one item, checked like any other."""
-        changes = {key: points.value(key, item) for key in points.values}
-        bicycle = self.model.bicycle.replace(**{key: changes[key] for key in UNITS})
-        return Model(bicycle, tuple(self._effect(effect, changes) for effect in self.model.effects))
-
-    def _effect(self, effect: Effect, changes: Mapping[str, float]) -> Effect:
-        table: dict[str, Any] = {}
-        for parameter in effect.parameters:
-            if f"{effect.identifier}.{parameter.entries()[0]}" not in self.tied:
-                numbers = [changes[f"{effect.identifier}.{entry}"] for entry in parameter.entries()]
-                table[parameter.name] = PerWheel(*numbers) if parameter.per_wheel else numbers[0]
-        return type(effect)(**table)
-
-    def _both_wheels(self, given: Mapping[str, Array]) -> dict[str, Array]:
-        return {key: array for name, array in given.items() for key in entries_of(name, self.nominal)}
+        changed = self.family.with_values({key: points.value(key, item) for key in points.values})
+        return Model(changed.bicycle, changed.effects)  # notes and sd are of the nominal one
 
     def _standard(self, names: Sequence[str], sample: NDArray[np.intp], draws: Mapping[str, Array] | None) -> Array:
         if draws is not None:
@@ -250,7 +236,7 @@ class Sampler:
         for item in np.flatnonzero(~refused.mask):
             changes = {key: number(value, int(item)) for key, value in values.items()}
             try:
-                self._effect(effect, changes).check(changes)
+                self.family.effect_with(effect, changes).check(changes)
             except InputError as error:
                 bad[item], said = True, said or str(error)
         refused.add(f"a condition of effect {effect.identifier!r}", bad, said)

@@ -11,7 +11,7 @@ so z = 0 is the median of a draw, not the nominal bicycle.
 """
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from copy import copy
 from dataclasses import replace
 from functools import cached_property
@@ -22,10 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.default_sd import ASSUMED, CORNERING_STIFFNESS, GIVEN, TABLE, Deviation, standard_deviations
-from bicycle.eigenvalues.batch import Coefficients, coefficients
 from bicycle.files.model_file import build_model, read_model
 from bicycle.model import Model
+from bicycle.model_family import ModelFamily
 from bicycle.parameter_key import ParameterKey
+from bicycle.speed_polynomial import SpeedPolynomial
 from studies.sampling.draws import normal
 from studies.sweeps.points import TYRE_DRAWS, Points, Sampler
 from studies.sweeps.sweep_file import build_sweep
@@ -266,8 +267,8 @@ class UncertainModel:
 
     def batches(
         self, z: Array, size: int = BATCH, *, share: float = 1.0
-    ) -> list[tuple[slice, Coefficients, NDArray[np.bool_]]]:
-        """Coefficient matrices of bicycles (m, names), in batches, and which of them are impossible: not to be used.
+    ) -> Iterator[tuple[slice, SpeedPolynomial, NDArray[np.bool_]]]:
+        """State matrices of bicycles (m, names), in batches, and which of them are impossible: not to be used.
 
         Parameters
         ----------
@@ -283,17 +284,16 @@ class UncertainModel:
         InputError
             The equations switch at a speed.
         """
-        linear, found = self.nominal.linear_model(), []
-        if len(linear.ranges) > 1:
+        family = ModelFamily(self.nominal)
+        if len(self.nominal.linear_model().ranges) > 1:
             raise InputError(
                 "the equations of this model switch at a speed, which uncertainty propagation does not cover"
             )
         for start in range(0, len(z), size):
             rows = slice(start, min(start + size, len(z)))
             points = self.points(z[rows], share=share)
-            matrices = coefficients(linear, self.nominal.evaluator, points.harmless.values, rows.stop - start)
-            found.append((rows, matrices, points.refused.mask | matrices.refused))
-        return found
+            polynomial, refused = family.polynomials(points.harmless.values, rows.stop - start)
+            yield rows, polynomial, points.refused.mask | refused
 
 
 def _read(model: Any, bicycle_sd: Mapping[str, float] | None) -> Model:

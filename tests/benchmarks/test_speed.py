@@ -8,8 +8,8 @@ import importlib.util
 import numpy as np
 import pytest
 
-from bicycle.eigenvalues.batch import coefficients, state_matrices
 from bicycle.eigenvalues.solvers import compiled, eigenvalues, eigenvalues_along, lapack
+from bicycle.model_family import ModelFamily
 from studies.validations import _speed_measures as measure
 
 SOLVERS = [
@@ -38,11 +38,11 @@ def test_eigenvalues_along_speed(benchmark, solver):
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_distinct_bicycles_with_assembly(benchmark, solver):
     model = measure.tyre_model(8)
-    linear, values = model.linear_model(), model.parameters | {"mB": np.linspace(70, 100, COUNT)}
+    family, masses = ModelFamily(model, ("mB",)), np.linspace(70, 100, COUNT)
 
     def together():
-        found = coefficients(linear, model.evaluator, values, COUNT, solver=solver)
-        return eigenvalues(state_matrices(found, np.array([[8.0]])), solver=solver)
+        polynomial, _ = family.polynomials({"mB": masses}, COUNT, solver=solver)
+        return eigenvalues(polynomial(np.array([[8.0]])), solver=solver)
 
     assert benchmark(together).shape == (COUNT, 1, 8)
 
