@@ -35,7 +35,7 @@ from bicycle.parameter_key import entries_of
 from bicycle.parameters import UNITS
 from studies.sweeps.spec import BY_SPEED, OUTPUTS, SPEED, Sweep
 from studies.sweeps.variation import read_grid, read_options, read_sampled, variable_names
-from tyre.base.checks import Invalid, any_table, known, list_of, number, refused, whole
+from tyre.base.checks import any_table, known, list_of, number, refused, remarked, whole
 from tyre.base.errors import InputError
 from tyre.base.schema import maybe, needed, read, table
 from tyre.base.toml_file import read_toml
@@ -54,9 +54,9 @@ def _each_once(given: Any) -> tuple[float, ...]:
     quantiles = list_of(number(), "must be a list such as [0.05, 0.5, 0.95]", least=1, strict=False)(given)
     for share in quantiles:
         if not 0 <= share <= 1:
-            raise Invalid(f"holds {share:g}; give numbers from 0 to 1")
+            raise remarked(f"holds {share:g}; give numbers from 0 to 1")
     if len(set(quantiles)) < len(quantiles):
-        raise Invalid("holds a value twice; give each once")
+        raise remarked("holds a value twice; give each once")
     return tuple(quantiles)
 
 

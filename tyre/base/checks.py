@@ -1,14 +1,12 @@
 """Checks of single values of files, and the words in which another value is refused.
 
-A check is a function: it gives the value back, or raises what :func:`refused` makes. Tables are made of checks, see
-:mod:`tyre.base.schema`.
+A check is a function: it gives the value back, or raises what :func:`refused` or :func:`remarked` makes.
+Tables are made of checks, see :mod:`tyre.base.schema`.
 """
 
 import math
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
-
-from voluptuous import Invalid
 
 from tyre.base.errors import is_number, shown, unknown
 
@@ -16,19 +14,7 @@ Check = Callable[[Any], Any]
 MOST = 2**63 - 1  # what an integer of numpy holds
 
 
-class Refused(Invalid):
-    """What a value is and must be, to stand behind its key."""
-
-
-class UnknownKey(Invalid):
-    """A key that the table does not have."""
-
-
-class NoTable(Invalid):
-    """A value where a table, or a list of tables, belongs."""
-
-
-def refused(value: object, says: str) -> Invalid:
+def refused(value: object, says: str) -> Exception:
     """The error that a check of one's own raises.
 
     Parameters
@@ -38,7 +24,20 @@ def refused(value: object, says: str) -> Invalid:
     says : str
         What it must be: ``must be a time >= 0 in s``.
     """
-    return Refused(f"= {shown(value)}{'' if says[:1] == ';' else ' '}{says}")
+    return remarked(f"= {shown(value)}{'' if says[:1] == ';' else ' '}{says}")
+
+
+def remarked(says: str) -> Exception:
+    """The same in words that do not show the value.
+
+    Parameters
+    ----------
+    says : str
+        To stand behind the key: ``holds a value twice; give each once``.
+    """
+    from tyre.base.refusals import Refused
+
+    return Refused(says)
 
 
 def number(
@@ -74,7 +73,7 @@ def number(
         if not is_number(value):
             raise refused(value, says)
         if not (above < value and least <= value <= most) or (math.isinf(value) and not endless):
-            raise Refused(f"= {shown(value).removesuffix('.0')} {outside or says}")
+            raise remarked(f"= {shown(value).removesuffix('.0')} {outside or says}")
         return float(value)
 
     return check
@@ -115,10 +114,26 @@ def text(says: str = "must be text in quotes", *, allowed: Collection[str] | Non
         if not isinstance(value, str) or (allowed is not None and value not in allowed):
             raise refused(value, says)
         if not blank and not value.strip():
-            raise Refused("is empty")
+            raise remarked("is empty")
         return value
 
     return check
+
+
+def not_known(kind: str, name: object, allowed: Collection[str]) -> Exception:
+    """The error of a name that is not among some others.
+
+    Parameters
+    ----------
+    kind : str
+        What a message calls it: ``mode``.
+    name : object
+        As the file has it.
+    allowed : collection of str
+    """
+    from tyre.base.refusals import UnknownKey
+
+    return UnknownKey(unknown(kind, name, allowed))
 
 
 def known(kind: str, allowed: Collection[str]) -> Check:
@@ -134,7 +149,7 @@ def known(kind: str, allowed: Collection[str]) -> Check:
 
     def check(value: Any) -> str:
         if not isinstance(value, str) or value not in allowed:
-            raise UnknownKey(unknown(kind, value, allowed))
+            raise not_known(kind, value, allowed)
         return value
 
     return check
@@ -158,6 +173,8 @@ def list_of(check: Check, says: str, *, least: int = 0, most: int = MOST, strict
     def every(value: Any) -> list[Any]:
         if not isinstance(value, list) or not least <= len(value) <= most:
             raise refused(value, says)
+        from tyre.base.refusals import Invalid
+
         entries = []
         for place, entry in enumerate(value):
             try:
@@ -180,5 +197,7 @@ def anything(value: Any) -> Any:
 def any_table(value: Any) -> Mapping[str, Any]:
     """A table whose keys are checked elsewhere: ``value``, whose units its keys name."""
     if not isinstance(value, Mapping):
+        from tyre.base.refusals import NoTable
+
         raise NoTable(shown(value))
     return value

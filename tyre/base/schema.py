@@ -7,15 +7,23 @@ every file: the place, the key, the value, what is allowed. Voluptuous walks the
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
-from voluptuous import REMOVE_EXTRA, Invalid, MultipleInvalid, Optional, Required, RequiredFieldInvalid, Schema
-
-from tyre.base.checks import Check, NoTable, UnknownKey, any_table, known, text
-from tyre.base.errors import InputError, unknown
+from tyre.base.checks import Check, any_table, anything, known, not_known, text
+from tyre.base.errors import InputError
 
 
-def needed(key: str, says: str = "") -> Any:
+@dataclass(frozen=True, eq=False)
+class Key:
+    """A key of a table: its name, what is said of a table without it, and its value then."""
+
+    name: str
+    missing: str = ""
+    default: Any = None
+
+
+def needed(key: str, says: str = "") -> Key:
     """A key that must be there.
 
     Parameters
@@ -24,41 +32,66 @@ def needed(key: str, says: str = "") -> Any:
     says : str
         Of a table without it; by default ``KEY is missing``.
     """
-    return Required(key, msg=says or f"{key} is missing")
+    return Key(key, says or f"{key} is missing")
 
 
-def maybe(key: str, default: Any = None) -> Any:
+def maybe(key: str, default: Any = None) -> Key:
     """A key that may be left out.
 
     Parameters
     ----------
     key : str
     default : object
-        Its value then; None: the table read has no such key.
+        Its value then, in the unit of the key; None: the table read has no such key.
     """
-    return Optional(key) if default is None else Optional(key, default=default)
+    return Key(key, default=default)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Table:
     """A declared table: called with a mapping, it gives the checked values.
 
     Attributes
     ----------
-    keys : tuple of str
-        Its keys.
-    schema : voluptuous.Schema
+    declared : mapping of Key to callable
+        Its keys and the checks of their values.
+    wildcard : tuple of two callables, optional
+        Checks of any other key, and of its value.
+    others : bool
+        Other keys are passed over.
     """
 
-    keys: tuple[str, ...]
-    schema: Schema
+    declared: Mapping[Key, Check]
+    wildcard: tuple[Check, Check] | None = None
+    others: bool = False
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Names of its keys."""
+        return tuple(key.name for key in self.declared)
 
     def __call__(self, value: Any) -> dict[str, Any]:
         """Check a table: ``value``, whose units its keys name."""
-        return dict(self.schema(dict(any_table(value))))
+        return dict(self._schema(dict(any_table(value))))
+
+    @cached_property
+    def _schema(self) -> Any:
+        from voluptuous import PREVENT_EXTRA, REMOVE_EXTRA, Optional, Required, Schema
+
+        compiled: dict[Any, Check] = {}
+        for place, (key, check) in enumerate(self.declared.items()):  # missing ones are told in this order
+            if key.missing:
+                compiled[Required(key.name, msg=key.missing, description=place)] = check
+            elif key.default is None:
+                compiled[Optional(key.name)] = check
+            else:
+                compiled[Optional(key.name, default=key.default)] = check
+        if self.wildcard:
+            compiled[self.wildcard[0]] = self.wildcard[1]
+        return Schema(compiled, extra=REMOVE_EXTRA if self.others else PREVENT_EXTRA)
 
 
-def table(keys: Mapping[Any, Check], *, kind: str = "key", others: bool = False) -> Table:
+def table(keys: Mapping[Key, Check], *, kind: str = "key", others: bool = False) -> Table:
     """A table of declared keys.
 
     Parameters
@@ -70,14 +103,11 @@ def table(keys: Mapping[Any, Check], *, kind: str = "key", others: bool = False)
     others : bool
         Other keys may stand beside them, and are passed over.
     """
-    names = tuple(str(key) for key in keys)
-    for place, key in enumerate(keys):
-        key.description = place  # the order in which missing ones are told
 
-    def none_else(key: Any) -> str:
-        raise UnknownKey(unknown(kind, key, names))
+    def none_else(key: Any) -> Any:
+        raise not_known(kind, key, [known.name for known in keys])
 
-    return Table(names, Schema(dict(keys), extra=REMOVE_EXTRA) if others else Schema({**keys, none_else: object}))
+    return Table(keys, None if others else (none_else, any_table), others)
 
 
 def by_name(check: Check, allowed: Collection[str], *, kind: str) -> Table:
@@ -92,14 +122,14 @@ def by_name(check: Check, allowed: Collection[str], *, kind: str) -> Table:
     kind : str
         What a message calls them.
     """
-    return Table(tuple(allowed), Schema({known(kind, allowed): check}))
+    return Table({}, (known(kind, allowed), check))
 
 
-tables_by_name = Table((), Schema({str: any_table}))
+tables_by_name = Table({}, (anything, any_table))
 """A table of tables whose names and keys are checked elsewhere."""
 
 
-def path_key(key: str, example: str) -> dict[Any, Check]:
+def path_key(key: str, example: str) -> dict[Key, Check]:
     """A key that names another file, to be merged with those of :func:`table`.
 
     Parameters
@@ -138,6 +168,8 @@ def read(declared: Check, content: Any, *, where: str = "", section: str = "", d
     InputError
         An unknown key before all else, then the first value that is not allowed, then a key that is missing.
     """
+    from voluptuous import Invalid, MultipleInvalid
+
     try:
         return declared(content)
     except Invalid as error:
@@ -146,15 +178,23 @@ def read(declared: Check, content: Any, *, where: str = "", section: str = "", d
         raise InputError(f"{where}: {words}" if where else words) from None
 
 
-def _rank(error: Invalid) -> tuple[int, int]:
+def _rank(error: Any) -> tuple[int, int]:
     """Unknown keys first, the outermost before all; missing ones last, as declared."""
+    from voluptuous import RequiredFieldInvalid
+
+    from tyre.base.refusals import UnknownKey
+
     if isinstance(error, UnknownKey):
         return 0, len(error.path)
     missing: Any = error.path[-1] if isinstance(error, RequiredFieldInvalid) else None
     return (1, 0) if missing is None else (2, missing.description)
 
 
-def _words(error: Invalid, section: list[str], *, dotted: bool) -> str:
+def _words(error: Any, section: list[str], *, dotted: bool) -> str:
+    from voluptuous import RequiredFieldInvalid
+
+    from tyre.base.refusals import NoTable, UnknownKey
+
     path = section + [part if isinstance(part, int) else str(part) for part in error.path]
     name, message = ".".join(part for part in path if isinstance(part, str)), error.error_message
     alone = isinstance(error, UnknownKey | RequiredFieldInvalid)

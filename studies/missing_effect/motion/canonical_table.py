@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from tyre.base.arrays import Array
-from tyre.base.checks import Check, Invalid, refused
+from tyre.base.checks import Check, refused, remarked
 from tyre.base.csv_table import read_columns
 from tyre.base.errors import InputError, is_number, unknown
 from tyre.base.schema import maybe, path_key, read, table
@@ -42,7 +42,7 @@ def _ascending(highest: float, what: str, *, pair: bool = False) -> Check:
         if not all(0 < x <= highest for x in numbers) or sorted(set(numbers)) != numbers:
             raise refused(given, f"must rise and lie within 0 .. {highest:g} {what}")
         if pair and len(numbers) != 2:
-            raise Invalid(f"has {len(numbers)} numbers; write [lowest, highest]")
+            raise remarked(f"has {len(numbers)} numbers; write [lowest, highest]")
         return tuple(numbers)
 
     return check
