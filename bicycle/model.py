@@ -11,6 +11,7 @@ import numpy as np
 from bicycle.derivation.evaluation import Evaluator, evaluator
 from bicycle.effect import Effect, effect_class
 from bicycle.linear_model import LinearModel, SpeedRange
+from bicycle.parameter_covariance import ParameterCovariance
 from bicycle.parameter_key import entries_of
 from bicycle.parameters import Bicycle
 from tyre.base.errors import InputError
@@ -23,6 +24,7 @@ class Model:
     """A bicycle with effects; ``sd`` holds one standard deviation of effect parameters where a measurement gave it.
 
     ``assumed_sd`` are those of its keys whose deviation the source does not state and a default stands for.
+    ``covariance`` says what those of them have in common that were measured together, as the numbers of one tyre.
 
     ``effects`` is one effect or several. Without a contact law the wheels roll without slip (the Whipple bicycle).
     Models with the same bicycle, effects and standard deviations are equal.
@@ -38,12 +40,14 @@ class Model:
     notes: tuple[str, ...] = field(default=(), compare=False)
     sd: Mapping[str, float] = field(default_factory=dict)
     assumed_sd: tuple[str, ...] = ()
+    covariance: ParameterCovariance = field(default_factory=ParameterCovariance)
 
     if TYPE_CHECKING:  # what a call may give, where the fields say what is kept
 
         def __init__(
             self, bicycle: Bicycle, effects: Effect | Iterable[Effect] = (), notes: Iterable[str] = (),
             sd: Mapping[str, float] = ..., assumed_sd: Iterable[str] = (),
+            covariance: ParameterCovariance = ...,
         ) -> None: ...  # fmt: skip
 
     def __post_init__(self) -> None:
@@ -56,7 +60,7 @@ class Model:
             effect.check(self.parameters)
 
     def __hash__(self) -> int:  # a mapping does not hash
-        return hash((self.bicycle, self.effects, frozenset(self.sd.items())))
+        return hash((self.bicycle, self.effects, frozenset(self.sd.items()), self.covariance))
 
     def __repr__(self) -> str:
         return f"<Model of {self.bicycle!r}\n with {', '.join(map(repr, self.effects))}>"
@@ -86,13 +90,13 @@ class Model:
         return evaluator(tuple(type(effect) for effect in self.effects))
 
     def with_effect(self, effect: Effect) -> "Model":
-        """The same model with one more effect; a contact law takes the place of the one there was."""
+        """The same model with one more ``effect``; a contact law takes the place of the one there was."""
         kept = tuple(
             other
             for other in self.effects
             if type(other) is not type(effect) and (effect.slot is None or other.slot != effect.slot)
         )
-        return Model(self.bicycle, (*kept, effect), self.notes, self.sd, self.assumed_sd)
+        return Model(self.bicycle, (*kept, effect), self.notes, self.sd, self.assumed_sd, self.covariance)
 
     def linear_model(self) -> LinearModel:
         """Build the numeric model.
@@ -106,12 +110,27 @@ class Model:
 
 
 def as_linear(model: "Model | LinearModel") -> LinearModel:
-    """The linear model of a model, or a linear model as it is: what functions of the dynamics take."""
+    """The linear model of a ``model``, or a linear model as it is: what functions of the dynamics take."""
     return model.linear_model() if isinstance(model, Model) else model
 
 
 def linear_model(evaluate: Evaluator, values: Mapping[str, float], model: Model) -> LinearModel:
-    """Numbers for one parameter set; a model whose equations switch at a speed gets one range on each side."""
+    """Numbers for one parameter set; a model whose equations switch at a speed gets one range on each side.
+
+    Parameters
+    ----------
+    evaluate : Evaluator
+        Of the effects of the model.
+    values : mapping of str to float
+        Every parameter, SI.
+    model : Model
+        Names the bicycle and gives notes and warnings.
+
+    Raises
+    ------
+    InputError
+        The mass matrix is not positive definite.
+    """
     switches = evaluate.switch_speeds(values)
     borders = sorted({0.0, *(speed for speed in switches if speed > 0), math.inf})
     ranges = []
@@ -169,7 +188,7 @@ def _lift_off(speed: float) -> tuple[str, ...]:
 
 
 def check_compatible(effects: tuple[Effect, ...]) -> None:
-    """Refuse double-booked slots, repeated effects and unmet needs, naming both sides."""
+    """Refuse ``effects`` with double-booked slots, repeated ones and unmet needs, naming both sides."""
     slots: dict[str, Effect] = {}
     provided = {thing for effect in effects for thing in effect.provides}
     for number, effect in enumerate(effects):
@@ -190,6 +209,6 @@ def check_compatible(effects: tuple[Effect, ...]) -> None:
 
 
 def state_scale(states: tuple[str, ...], weight: float) -> Any:
-    """Force and moment states in units of the nearest power of two to the weight; everything else in SI."""
+    """Force and moment states in units of the nearest power of two to the ``weight`` (N); other ``states`` in SI."""
     force_unit = 2.0 ** round(math.log2(weight))
     return np.array([force_unit if name.endswith(("_force", "_moment")) else 1.0 for name in states])

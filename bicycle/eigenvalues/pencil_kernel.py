@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.eigenvalues.qr_kernel import compiled
+from bicycle.eigenvalues.hessenberg_kernel import compiled
 
 
 @compiled
@@ -16,8 +16,23 @@ def reduce_pencil(
     out: NDArray[np.float64],
     refused: NDArray[np.bool_],
 ) -> None:
-    """Fill ``out`` (p, m, n, n) with inv(D) inv(M) F D, D = diag(scale), for p stacks F; mark M that are not positive.
+    """Fill ``out`` with inv(D) inv(M) F D, D = diag(scale), for p stacks F; mark M that are not positive.
 
+    Parameters
+    ----------
+    mass : ndarray, shape (m, n, n)
+        M.
+    parts : tuple of p ndarrays, shape (m, n, n)
+        The stacks F.
+    scale : ndarray, shape (n,)
+        Diagonal of D.
+    out : ndarray, shape (p, m, n, n)
+        Filled.
+    refused : ndarray of bool, shape (m,)
+        Filled: True where M is not positive.
+
+    Notes
+    -----
     Gaussian elimination with partial pivoting; M counts as positive where its symmetric part has a Cholesky factor.
     """
     m, n, p = mass.shape[0], mass.shape[1], len(parts)

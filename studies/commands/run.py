@@ -1,8 +1,16 @@
 """``velotyre run``: the main study, from measured tyres to figures, tables and a report."""
 
+from typing import TYPE_CHECKING
+
 import click
 
 from studies.reporting.examples import example
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from studies.main_study.cases import Cases
+    from studies.main_study.settings import Settings
 
 WIDTH = 110
 
@@ -16,7 +24,10 @@ WIDTH = 110
 @click.option("--out", default="out", show_default=True, help="Folder to write into.")
 @click.option("--bicycle", help="A packaged bicycle, or a file; default: a measured frame with a rider in the drops.")
 @click.option(
-    "--tyre", "tyres", multiple=True, help="File of a tyre table to study too (of tyre fit); may be repeated."
+    "--tyre",
+    "tyres",
+    multiple=True,
+    help="File of a tyre to study too: a table of tyre fit, .tir or Pacejka-89; may be repeated.",
 )
 @click.option(
     "--pressures", metavar="LIST", help="Pressures to study, bar, such as 3.5,5,7; default: the measured ones."
@@ -32,11 +43,8 @@ def command(
 ) -> None:  # fmt: skip
     import os
     from pathlib import Path
-    from textwrap import fill
 
     from studies.main_study.model_input import settings_of
-    from studies.main_study.output import run_and_write
-    from studies.main_study.report_checks import uncertainty_lines
     from tyre.base.errors import InputError
 
     if not out.strip() or "\0" in out:
@@ -45,7 +53,20 @@ def command(
     if folder.exists() and not folder.is_dir():
         raise InputError(f"--out {out!r} is a file; give a folder to write into, for example out")
     settings = settings_of(model_file, bicycle=bicycle, tyres=tyres, pressures=pressures, rider=rider, posture=posture)
-    study, first, report = run_and_write(settings, folder, workers=workers or min(os.cpu_count() or 1, 4))
+    run_and_show(settings, folder, workers=workers or min(os.cpu_count() or 1, 4))
+
+
+def run_and_show(settings: "Settings", folder: "Path", *, workers: int, cases: "Cases | None" = None) -> None:
+    """Run the study into ``folder`` and print question, answer and where the report is.
+
+    ``workers`` is the number of processes; ``cases`` are by default all that can be studied.
+    """
+    from textwrap import fill
+
+    from studies.main_study.output import run_and_write
+    from studies.main_study.report_checks import uncertainty_lines
+
+    study, first, report = run_and_write(settings, folder, workers=workers, cases=cases)
     click.echo(first.question + "\n")
     for label, text in first.sentences:
         click.echo(fill(f"{label} {text}", WIDTH, subsequent_indent="  "))

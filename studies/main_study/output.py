@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from studies.main_study.answer import Answer, answer
-from studies.main_study.cases import tyre_cases
+from studies.main_study.cases import Cases, tyre_cases
 from studies.main_study.figure_critical_speeds import draw_critical_speeds
 from studies.main_study.figure_damping import draw_damping
 from studies.main_study.figure_eigenvalues import draw_eigenvalues
@@ -19,16 +19,19 @@ from studies.main_study.study import Study, count_steps, run_study
 from studies.main_study.tables import write_tables
 
 
-def run_and_write(settings: Settings, folder: Path, *, workers: int = 1) -> tuple[Study, Answer, Path]:
+def run_and_write(
+    settings: Settings, folder: Path, *, workers: int = 1, cases: Cases | None = None
+) -> tuple[Study, Answer, Path]:
     """Compute the study and write it into ``folder``; returns it with the first screen and the HTML report.
 
-    ``workers`` is the number of processes.
+    ``workers`` is the number of processes; ``cases`` are by default all of
+    :func:`studies.main_study.cases.tyre_cases`.
     """
     from tyre.base.progress import progress_bar
 
     folder.mkdir(parents=True, exist_ok=True)
     draws = drawings(settings, folder)
-    cases = tyre_cases(settings)
+    cases = cases or tyre_cases(settings)
     total = count_steps(settings, cases.found) + 1 + len(draws) + len(paper_stems(folder))
     with progress_bar(total=total, unit="step", desc="velotyre run") as bar:
 

@@ -31,6 +31,7 @@ from studies.main_study.report_tables import (
 from studies.main_study.settings import CAMBER_RANGE, CONTACT_LENGTH
 from studies.main_study.solve import RIDDEN, Result
 from studies.main_study.study import Study
+from tyre.base.units import PASCAL_PER_BAR
 
 
 def write_report(study: Study, answer: Answer, folder: Path, *, paper_figures: Sequence[str]) -> tuple[Path, Path]:
@@ -187,7 +188,7 @@ def published_words(study: Study) -> str:
 def extrapolated_words(cases: Sequence[TyreCase]) -> str:
     """Name every condition that lies outside the measurements, or say that none does."""
     outside = [
-        f"{case.name}, {wheel} wheel at {p.load:.0f} N, {p.pressure / 1e5:g} bar"
+        f"{case.name}, {wheel} wheel at {p.load:.0f} N, {p.pressure / PASCAL_PER_BAR:g} bar"
         for case in cases for wheel, p in zip(("rear", "front"), case.properties, strict=False) if not p.inside
     ]  # fmt: skip
     if not outside:

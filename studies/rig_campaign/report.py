@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.campaign import Campaign
 from tyre.campaigns.condition import ConditionResult, Repeatability
 from tyre.campaigns.export import write_tables
@@ -55,7 +56,15 @@ def write_campaign(
 def report_text(campaign: Campaign, figures: Sequence[Path], remarks: Sequence[str], out: Path) -> str:
     """The report as Markdown: tables, agreement of the routes, repeatability budget, skipped files, warnings.
 
-    ``figures`` are shown by their place under ``out``, ``remarks`` stand with the warnings.
+    Parameters
+    ----------
+    campaign : Campaign
+    figures : sequence of Path
+        Below ``out``.
+    remarks : sequence of str
+        What could not be exported.
+    out : Path
+        Folder of the report.
     """
     from tabulate import tabulate
 
@@ -74,7 +83,7 @@ def report_text(campaign: Campaign, figures: Sequence[Path], remarks: Sequence[s
             c.tyre,
             c.surface,
             f"{c.load:g}",
-            f"{c.pressure / 1e5:g}",
+            f"{c.pressure / PASCAL_PER_BAR:g}",
             _text(c.cornering_stiffness, _N_PER_DEG, 2),
             _text(c.lateral_stiffness, 1e-3, 2) + (" (flat)" if c.borrowed_stiffness else ""),
             _text(c.relaxation_length, 1e3, 1),
@@ -166,7 +175,7 @@ def _condition_row(c: ConditionResult) -> dict[str, Any]:
         "tyre": c.tyre,
         "surface": c.surface,
         "load_N": c.load,
-        "pressure_bar": c.pressure / 1e5,
+        "pressure_bar": c.pressure / PASCAL_PER_BAR,
         "drum_radius_m": c.drum_radius,
     }
     for name, unit, factor, estimate in (
@@ -205,7 +214,7 @@ def _recording_rows(campaign: Campaign) -> list[dict[str, Any]]:
                 "tyre": item.condition.tyre,
                 "surface": item.condition.surface,
                 "load_N": item.condition.load,
-                "pressure_bar": item.condition.pressure / 1e5,
+                "pressure_bar": item.condition.pressure / PASCAL_PER_BAR,
                 "quantity": {"slip_sweep": "C_Fy_N_per_rad", "pull_test": "K_y_N_per_m", "slip_step": "length_m"}[
                     item.kind
                 ],

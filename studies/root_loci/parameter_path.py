@@ -9,18 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.files.model_file import (
-    EXTRAPOLATE,
-    MOST_BAR,
-    TYRE_KEYS,
-    allows_unusual,
-    build_model,
-    located,
-    read_model,
-    refuse_absurd_values,
-    wheel_maps,
-    wheel_tyres,
-)
+from bicycle.files.model_file import allows_unusual, build_model, read_model, refuse_absurd_values
+from bicycle.files.tyre_values import values_of_tyres
+from bicycle.files.wheel_tyres import EXTRAPOLATE, MOST_BAR, TYRE_KEYS, located, wheel_sources, wheel_tyres
 from bicycle.model import Model
 from bicycle.model_family import ModelFamily
 from bicycle.parameter_key import WHEELS, ParameterKey, entries_of
@@ -28,7 +19,7 @@ from bicycle.parameters import UNITS, UNUSED
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError, unknown
 from tyre.base.toml_file import read_toml
-from tyre.maps.tables import PASCAL_PER_BAR
+from tyre.base.units import PASCAL_PER_BAR
 
 OF_THE_TYRE = {"pressure_bar": "bar", "load_N": "N"}
 
@@ -108,7 +99,7 @@ def parameter_path(model_file: str | Path | Mapping[str, Any], key: str, *, spee
 
 
 def path_family(model: Model, key: str) -> ModelFamily:
-    """The models along one parameter of bicycle or effects."""
+    """The models along the parameter ``key`` of bicycle or effects."""
     known = {str(ParameterKey.parse(entry).whole) for entry in model.parameters} - set(UNUSED)
     if not entries_of(key, model.parameters):
         raise InputError(unknown("parameter", key, {"speed", *OF_THE_TYRE, *known}))
@@ -142,10 +133,11 @@ def _tyre_path(tables: Mapping[str, Any], folder: Path, model: Model, key: Param
         tyre=tyre, surface=surface, pressure_bar=table["pressure_bar"], bicycle=model.bicycle,
         extrapolate=table.get(EXTRAPOLATE, False),
     )  # fmt: skip
-    maps = wheel_maps(tyre, surface)
+    sources = wheel_sources(tyre, surface)
     wheels = (key.wheel,) if key.wheel else WHEELS
     family = ModelFamily(model)
-    names = [n for n in ("cornering_stiffness", "relaxation_length") if f"{law}.{n}.rear" in model.parameters]
+    of_tyres = ((ParameterKey.parse(text), name) for text, name in values_of_tyres(tables).items())
+    taken = {own: name for own, name in of_tyres if own.wheel in wheels}
 
     def properties(wheel: str, value: float) -> Any:
         if what == "pressure_bar" and value > MOST_BAR:
@@ -154,18 +146,16 @@ def _tyre_path(tables: Mapping[str, Any], folder: Path, model: Model, key: Param
             )
         given = {"load": now[wheel].load, "pressure": now[wheel].pressure}
         given |= {"load": value} if what == "load_N" else {"pressure": value * PASCAL_PER_BAR}
-        return maps[wheel].at(**given)
+        return sources[wheel].at(**given)
 
     def matrices(values: Array) -> Array:
-        found = {wheel: [properties(wheel, value) for value in values] for wheel in wheels}
-        changed = {
-            f"{law}.{n}.{wheel}": np.array([getattr(p, n) for p in f]) for n in names for wheel, f in found.items()
-        }
+        tyres = {wheel: [properties(wheel, value) for value in values] for wheel in wheels}
+        changed = {str(own): np.array([getattr(p, name) for p in tyres[own.wheel]]) for own, name in taken.items()}
         return family.state_matrices(changed, np.full((len(values), 1), speed))[:, 0]
 
     def at(value: float) -> tuple[Model, float]:
         tyres = {wheel: properties(wheel, value) for wheel in wheels}
-        changed = {f"{law}.{name}.{wheel}": getattr(tyre, name) for wheel, tyre in tyres.items() for name in names}
+        changed = {str(own): getattr(tyres[own.wheel], name) for own, name in taken.items()}
         return family.with_values(changed), speed
 
     def inside(values: Array) -> NDArray[np.bool_]:

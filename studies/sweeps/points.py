@@ -1,6 +1,6 @@
 """Which parameters an item of a sweep has: grid cell, draws and measured tyre put together, checked, as arrays."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.effect import Effect
-from bicycle.files.model_file import TYRE_KEYS
+from bicycle.files.tyre_values import values_of_tyres
+from bicycle.files.wheel_tyres import TYRE_KEYS
 from bicycle.impossible import impossible_bicycles
 from bicycle.model import Model
 from bicycle.model_family import ModelFamily
@@ -24,6 +25,7 @@ from studies.sweeps.tyre_table import TyreTable
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 
+FOLLOWS = {"aligning_stiffness": "pneumatic_trail", "crown_radius": "overturning_stiffness"}
 TYRE_DRAWS = tuple(f"tyre {what} stiffness {wheel}" for wheel in WHEELS for what in ("cornering", "lateral"))
 
 
@@ -76,6 +78,7 @@ class Sampler:
         self.nominal = self.model.parameters
         self.tied = self.model.tied
         tables = sweep.model.get("effects", {})
+        self.taken = values_of_tyres(tables)
         self.contact = next((name for name, table in tables.items() if any(key in table for key in TYRE_KEYS)), None)
 
     @property
@@ -131,7 +134,15 @@ class Sampler:
         if self.contact:
             tyre = self._standard(TYRE_DRAWS, sample, draws).T if sweep.tyre_covariance else None
             apart = Refused.none(count) if linear else points.refused  # a slope at a bound takes a step beyond it
-            found = self._fill_tyre(points, conditions, tyre, apart, linear=linear, share=share)
+            found = self._fill_tyre(
+                points,
+                conditions,
+                {entry for key in given for entry in self.family.entries(key)},
+                tyre,
+                apart,
+                linear=linear,
+                share=share,
+            )
             points = replace(points, extrapolated=found)
             for why, mask in apart.reasons.items() if linear else ():
                 points.refused.add(why, mask, apart.examples[why])
@@ -180,34 +191,30 @@ class Sampler:
         return np.array(z)[:, sample - first]
 
     def _fill_tyre(
-        self, points: Points, conditions: Mapping[str, Any], z: Array | None, refused: Refused, *,
-        linear: bool, share: float,
+        self, points: Points, conditions: Mapping[str, Any], given: Collection[str], z: Array | None,
+        refused: Refused, *, linear: bool, share: float,
     ) -> NDArray[np.bool_]:  # fmt: skip
         sweep, contact, values = self.sweep, str(self.contact), points.values
         table, count = sweep.model["effects"][contact], len(refused.mask)
         loads = static_loads(bodies(values), values["w"], values["g"])
         choices = []
         for (wheel, nominal), load in zip(self._static_loads, loads, strict=True):
-            found = {"load_N": np.where(refused.mask, nominal, load), "surface": ""} | {
+            choice = {"load_N": np.where(refused.mask, nominal, load), "surface": ""} | {
                 key: value[wheel] if isinstance(value, Mapping) else value
                 for key, value in table.items()
                 if key in TYRE_KEYS
             }
-            for key in found:
-                found[key] = conditions.get(f"{key}.{wheel}", conditions.get(key, found[key]))
-            choices.append({key: np.broadcast_to(value, count) for key, value in found.items()})
+            for key in choice:
+                choice[key] = conditions.get(f"{key}.{wheel}", conditions.get(key, choice[key]))
+            choices.append({key: np.broadcast_to(value, count) for key, value in choice.items()})
         nominal_loads = [
             conditions.get(f"load_N.{w}", conditions.get("load_N", load)) for w, load in self._static_loads
         ]
-        tyres = self._tyres.stiffnesses(choices, z, nominal_loads, refused, linear=linear, share=share)
-        cornering, lateral, extrapolated = tyres
-        for k, wheel in enumerate(WHEELS):
-            for name, value in (
-                ("cornering_stiffness", cornering[k]),
-                ("relaxation_length", cornering[k] / lateral[k]),
-            ):
-                if f"{contact}.{name}.{wheel}" in values:
-                    values[f"{contact}.{name}.{wheel}"] = value  # type: ignore[index]
+        taken = {key: name for key, name in self.taken.items() if key not in given}
+        wanted = [_fields([name for key, name in taken.items() if ParameterKey.parse(key).wheel == w]) for w in WHEELS]
+        found, extrapolated = self._tyres.values(choices, wanted, z, nominal_loads, refused, linear=linear, share=share)
+        for key, name in taken.items():
+            values[key] = found[WHEELS.index(ParameterKey.parse(key).wheel)][name]  # type: ignore[index]
         return extrapolated
 
     @cached_property
@@ -267,6 +274,11 @@ class Sampler:
         names += [f"sample {sample}"] if self.sweep.samples > 1 else []
         names += [where] if where else []
         raise ImpossibleItem(", ".join(names) or "its only point", why)
+
+
+def _fields(names: Sequence[str]) -> list[str]:
+    """Fields of a tyre's properties that others follow from, too."""
+    return [*names, *(field for name, field in FOLLOWS.items() if name in names)]
 
 
 def number(value: Any, item: int) -> float:

@@ -77,7 +77,8 @@ class UncertainModel:
         content: dict[str, Any] = {"model": str(model) if isinstance(model, str | Path) else model}
         content |= {"outputs": ["parameters"], "samples": 2, "sampled": {k: {"sd": v} for k, v in (sd or {}).items()}}
         probe = build_sweep(content | {"sampled": {}, "samples": 1})
-        measured = any("tyre" in table for table in probe.model.get("effects", {}).values())
+        laws = [name for name, table in probe.model.get("effects", {}).items() if "tyre" in table]
+        measured = bool(laws)
         if relative_cornering_stiffness_sd and not measured:
             raise InputError(
                 "relative_cornering_stiffness_sd needs a measured tyre in the model file (tyre, pressure_bar)"
@@ -86,12 +87,19 @@ class UncertainModel:
         relative = (CORNERING_STIFFNESS if defaults else 0.0) if relative is None else relative
         self._stated = _read(content["model"], bicycle_sd)
         self.relative, self._relative_given = relative, bool(relative_cornering_stiffness_sd)
+        laws = [e.identifier for e in self._stated.effects if e.slot == "contact law"]
+        # drawn from the covariance of the tyre
+        self._of_tyre = tuple(key for key in self._stated.sd if key.split(".")[0] in laws)
         self._own = self._deviations(sd or {}, assume=defaults)
+        beside = [key for key in self._stated.covariance.names if self._beside_the_law(key)]
         for key, deviation in self._own.items():
             shared = str(ParameterKey.parse(key).whole) in (sd or {})  # one number for both wheels, or as given
-            if not shared and key not in self._stated.sd:  # the latter are drawn from the covariance of the tyre
+            if not shared and key not in self._of_tyre and key not in beside:
                 content["sampled"].setdefault(key, {"sd": deviation.sd})
         content["sampled"] = {key: value for key, value in content["sampled"].items() if value["sd"]}
+        if beside:
+            spread = self._stated.covariance.among(beside).tolist()
+            content["sampled"]["joint"] = [{"parameters": beside, "covariance": spread}]
         if measured:
             content["sampled"]["tyre_covariance"] = True
             content["sampled"]["relative_cornering_stiffness_sd"] = relative
@@ -103,6 +111,10 @@ class UncertainModel:
         self.sampler = Sampler(build_sweep(content))
         self.measurements = self.sampler.draws
         self.names = tuple(name for group in self.measurements.values() for name in group)
+
+    def _beside_the_law(self, key: str) -> bool:
+        """Whether a parameter comes from the tyre's table, but is not drawn with the stiffnesses: its trail."""
+        return key not in self._of_tyre and key in self._own and self._own[key].origin == TABLE
 
     def _deviations(self, sd: Mapping[str, float], *, assume: bool) -> dict[str, Deviation]:
         """Of every parameter that is free: neither tied to another, nor made by ``follow``."""
@@ -121,11 +133,13 @@ class UncertainModel:
         """Key -> :class:`bicycle.default_sd.Deviation` of every parameter that does not follow another."""
         found = dict(self._own)
         columns = [self.names.index(name) for name in TYRE_DRAWS if name in self.names]
-        for key in self._stated.sd:  # what the tyre's covariance gives, with what is assumed here
+        for key in self._of_tyre:  # what the tyre's covariance gives, with what is assumed here
             origin, why = TABLE, ""
             if key in self._stated.assumed_sd and self.relative:
                 origin = GIVEN if self._relative_given else ASSUMED
                 why = f"{100 * self.relative:.3g} % at each measured condition, the tyre's source states none"
+                if key.split(".")[1] == "relaxation_length":
+                    why = f"{100 * self.relative:.3g} % of either stiffness, the tyre's source states none"
             found[key] = Deviation(float(np.linalg.norm(self.jacobian[key][columns])), origin, why)
         return found
 
@@ -136,7 +150,8 @@ class UncertainModel:
             return next(
                 d.origin for key, d in self._own.items() if {key, str(ParameterKey.parse(key).whole)} & set(names)
             )
-        if names[0] != TYRE_DRAWS[0] or not (self._stated.assumed_sd and self.relative):
+        unstated = ("cornering_stiffness", "relaxation_length")[TYRE_DRAWS.index(names[0])]
+        if not (self.relative and any(ParameterKey.parse(key).name == unstated for key in self._stated.assumed_sd)):
             return TABLE
         return GIVEN if self._relative_given else ASSUMED
 

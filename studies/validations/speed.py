@@ -9,7 +9,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from studies.validations import _speed_measures as measure
+from studies.validations import _speed_of_eigenvalues as of_eigenvalues
+from studies.validations import _speed_of_studies as of_studies
+from studies.validations import _speed_timing as timing
 
 Row = dict[str, Any]
 Measured = Callable[[], Row]
@@ -29,9 +31,9 @@ def run(*, out: Path, quick: bool = False, table: str = "") -> dict[str, Any]:
     """
     from tyre.base.progress import progress_bar
 
-    machine = measure.machine()
+    machine = timing.machine()
     rows: list[Row] = []
-    for name, target, measured in progress_bar(list(_rows(quick)), desc="rows"):
+    for name, target, measured in progress_bar(list(_rows(quick=quick)), desc="rows"):
         row: Row = {"figure": name, "target": target}
         try:
             row |= measured()
@@ -44,37 +46,38 @@ def run(*, out: Path, quick: bool = False, table: str = "") -> dict[str, Any]:
     return result
 
 
-def _rows(quick: bool) -> Iterator[tuple[str, str, Measured]]:
+def _rows(*, quick: bool) -> Iterator[tuple[str, str, Measured]]:
     few, repeats = (10, 1) if quick else (1, 5)
     speeds, bicycles, points = 100_000 // few, 100_000 // few, 1_000_000 // few
     for path, over_speeds, over_bicycles in (("numpy", 10, 15), ("fast", 50, 50)):
-        solver = measure.SOLVERS[path]
+        solver = timing.SOLVERS[path]
         yield (
             f"4 states over {speeds} speeds against bicycleparameters' calc_eigen, {path}", f">= {over_speeds} x",
-            _faster(over_speeds, speeds, measure.peer_speeds, speeds, solver, repeats),
+            _faster(over_speeds, speeds, of_eigenvalues.peer_speeds, speeds, solver, repeats),
         )  # fmt: skip
         yield (
             f"{bicycles // 5} distinct 4-state bicycles against bicycleparameters' calc_eigen, {path}", "",
-            _faster(None, bicycles // 5, measure.peer_bicycles, bicycles // 5, solver, min(repeats, 3)),
+            _faster(None, bicycles // 5, of_eigenvalues.peer_bicycles, bicycles // 5, solver, min(repeats, 3)),
         )  # fmt: skip
         yield (
             f"{bicycles} distinct bicycles, 8 states, assembly included, against a Python loop, {path}",
-            f">= {over_bicycles} x", _faster(over_bicycles, 1, measure.python_loop, bicycles, 300, repeats, solver),
+            f">= {over_bicycles} x",
+            _faster(over_bicycles, 1, of_eigenvalues.python_loop, bicycles, 300, repeats, solver),
         )  # fmt: skip
     count = 50_000 // few
     yield (
         "stacked numpy path against LAPACK's own time, 8 states", "<= 1.15",
-        _slower(1.15, count, measure.lapack_itself, count, repeats),
+        _slower(1.15, count, of_eigenvalues.lapack_itself, count, repeats),
     )  # fmt: skip
     count = 200_000 // few
-    for path, solver in measure.SOLVERS.items():
+    for path, solver in timing.SOLVERS.items():
         yield (
             f"2 threads against 1, {path}", ">= 1.7 x",
-            _faster(1.7, count, measure.threads, count, solver, 5 * repeats),  # some calls meet a hiccup
+            _faster(1.7, count, of_eigenvalues.threads, count, solver, 5 * repeats),  # some calls meet a hiccup
         )  # fmt: skip
     yield (
         "2 threads against 1, hashing with SHA-256: what the machine gives", "",
-        _faster(None, count, measure.threads_of_the_machine, count, 5 * repeats),
+        _faster(None, count, of_eigenvalues.threads_of_the_machine, count, 5 * repeats),
     )  # fmt: skip
     counts = [1000, 10_000, 100_000] + ([] if quick else [1_000_000])
     yield f"growth of time with points, 1000 to {counts[-1]}", "exponent <= 1.05", partial(_exponent, counts)
@@ -87,15 +90,15 @@ def _rows(quick: bool) -> Iterator[tuple[str, str, Measured]]:
         )  # fmt: skip
         yield (
             f"gradients of all eigenvalues in all parameters, {order} states, against eigenvalues alone (numpy)",
-            "<= 2.5", _slower(2.5, count, measure.gradients, count, order, repeats),
+            "<= 2.5", _slower(2.5, count, of_studies.gradients, count, order, repeats),
         )  # fmt: skip
     yield (
         f"dask.distributed, 2 workers, against 2 threads, {points} points", "<= 1.3",
-        _slower(1.3, points, measure.cluster, points, min(repeats, 3)),
+        _slower(1.3, points, of_studies.cluster, points, min(repeats, 3)),
     )  # fmt: skip
 
 
-def _faster(least: float | None, count: int, compare: Callable[..., measure.Pair], *arguments: Any) -> Measured:
+def _faster(least: float | None, count: int, compare: Callable[..., timing.Pair], *arguments: Any) -> Measured:
     """How many times faster the second side is, over ``count`` matrices."""
 
     def measured() -> Row:
@@ -107,7 +110,7 @@ def _faster(least: float | None, count: int, compare: Callable[..., measure.Pair
     return measured
 
 
-def _slower(most: float, count: int, compare: Callable[..., measure.Pair], *arguments: Any) -> Measured:
+def _slower(most: float, count: int, compare: Callable[..., timing.Pair], *arguments: Any) -> Measured:
     """How many times longer the second side takes."""
 
     def measured() -> Row:
@@ -118,17 +121,17 @@ def _slower(most: float, count: int, compare: Callable[..., measure.Pair], *argu
     return measured
 
 
-def _each(pair: measure.Pair, count: int) -> str:
+def _each(pair: timing.Pair, count: int) -> str:
     return f"{pair[0] / count * 1e6:.3g} and {pair[1] / count * 1e6:.3g} µs each"
 
 
 def _exponent(counts: list[int]) -> Row:
-    exponent = measure.growth(counts)
+    exponent = of_studies.growth(counts)
     return {"measured": f"{exponent:.3f}", "met": exponent <= 1.05, "note": "8 states, 2 threads"}
 
 
 def _memory(points: int) -> Row:
-    (small, _), (large, seconds) = measure.peak_memory(points // 10), measure.peak_memory(points)
+    (small, _), (large, seconds) = of_studies.peak_memory(points // 10), of_studies.peak_memory(points)
     flat = large < 1.1 * small + 20
     return {
         "measured": f"{large:.0f} MB", "met": flat and large < 500,
@@ -137,7 +140,7 @@ def _memory(points: int) -> Row:
 
 
 def _critical(order: int, repeats: int) -> Row:
-    grid, pencil, on_grid, found = measure.critical(order, repeats)
+    grid, pencil, on_grid, found = of_studies.critical(order, repeats)
     return {
         "measured": f"{grid / pencil:.2f} x", "met": grid > pencil and found >= on_grid, "seconds": (grid, pencil),
         "note": f"{grid * 1e3:.1f} and {pencil * 1e3:.1f} ms; {on_grid} crossings on the grid, {found} found and named",

@@ -8,9 +8,14 @@ import importlib.util
 import numpy as np
 import pytest
 
+from bicycle import Model, load_bicycle
+from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.eigenvalues.solvers import compiled, eigenvalues, eigenvalues_along, lapack
 from bicycle.model_family import ModelFamily
-from studies.validations import _speed_measures as measure
+from bicycle.sensitivity.eigenvalue_derivatives import sensitivities
+from studies.validations import _speed_of_eigenvalues as of_eigenvalues
+from studies.validations import _speed_of_studies as of_studies
+from studies.validations import _speed_timing as timing
 
 SOLVERS = [
     pytest.param(lapack, id="numpy"),
@@ -24,20 +29,20 @@ COUNT = 4096
 @pytest.mark.parametrize("solver", SOLVERS)
 @pytest.mark.parametrize("order", [8, 12])
 def test_eigenvalues_of_a_stack(benchmark, solver, order):
-    stack = measure.tyre_model(order).linear_model().state_matrix(np.linspace(0.1, 30, COUNT))
+    stack = timing.tyre_model(order).linear_model().state_matrix(np.linspace(0.1, 30, COUNT))
     found = benchmark(eigenvalues, stack, solver=solver)
     np.testing.assert_allclose(found.sum(1).real, np.trace(stack, axis1=1, axis2=2), rtol=1e-9)
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_eigenvalues_along_speed(benchmark, solver):
-    linear = measure.Model(measure.load_bicycle("benchmark")).linear_model()
+    linear = Model(load_bicycle("benchmark")).linear_model()
     assert benchmark(eigenvalues_along, linear, np.linspace(0, 10, COUNT), solver=solver).shape == (COUNT, 4)
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_distinct_bicycles_with_assembly(benchmark, solver):
-    model = measure.tyre_model(8)
+    model = timing.tyre_model(8)
     family, masses = ModelFamily(model, ("mB",)), np.linspace(70, 100, COUNT)
 
     def together():
@@ -49,17 +54,17 @@ def test_distinct_bicycles_with_assembly(benchmark, solver):
 
 @pytest.mark.parametrize("order", [8, 12])
 def test_critical_speeds_with_names(benchmark, order):
-    linear = measure.tyre_model(order).linear_model()
-    assert len(benchmark(measure.critical_speeds, linear)) == len(measure.grid_crossings(linear))
+    linear = timing.tyre_model(order).linear_model()
+    assert len(benchmark(critical_speeds, linear)) == len(of_studies.grid_crossings(linear))
 
 
 @pytest.mark.parametrize("order", [8, 12])
 def test_gradients_in_all_parameters(benchmark, order):
-    found = benchmark(measure.sensitivities, measure.tyre_model(order), np.linspace(1, 30, COUNT))
+    found = benchmark(sensitivities, timing.tyre_model(order), np.linspace(1, 30, COUNT))
     assert found.derivatives.shape == (COUNT, order, len(found.parameters))
 
 
 def test_peer_over_speeds(benchmark):
     pytest.importorskip("bicycleparameters", reason="the peer is not installed")
-    peer = measure.peer_model()
+    peer = of_eigenvalues.peer_model()
     assert benchmark(peer.calc_eigen, v=np.linspace(0, 10, 500))[0].shape == (500, 4)

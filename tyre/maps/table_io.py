@@ -37,20 +37,11 @@ from tyre.base.arrays import Array
 from tyre.base.csv_table import read_columns
 from tyre.base.errors import InputError
 from tyre.base.paths import data_root
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.maps.measured_column import MeasuredColumn
 from tyre.maps.table_cells import COLUMNS, CORRELATION, DIRECT, DOF, REQUIRED, STIFFNESS, TRAIL
 from tyre.maps.table_sidecar import listed, read_sidecar
-from tyre.maps.tables import PASCAL_PER_BAR, MeasuredTable
-
-
-def is_file_name(tyre: str) -> bool:
-    """Whether a tyre is given by the file of its table, not by name.
-
-    Parameters
-    ----------
-    tyre : str
-    """
-    return tyre.endswith((".csv", ".toml"))
+from tyre.maps.tables import MeasuredTable
 
 
 def read_folder(folder: Traversable | None = None) -> list[MeasuredTable]:

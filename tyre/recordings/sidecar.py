@@ -12,6 +12,7 @@ from tyre.base.checks import Check, flag, number, refused, text
 from tyre.base.errors import InputError
 from tyre.base.schema import maybe, read, table
 from tyre.base.toml_file import read_toml
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.recordings.axes import CONVENTIONS, signs
 from tyre.recordings.check import check_condition
 from tyre.recordings.recording import COMPUTED_NOTE, Condition, PullTest, RigRun
@@ -120,7 +121,7 @@ def write_sidecar(recording: RigRun | PullTest, path: Path) -> None:
         "kind": recording.kind if isinstance(recording, RigRun) else "pull_test",
         "tyre": condition.tyre,
         "load_N": condition.load,
-        "pressure_bar": _printed(condition.pressure / 1e5),
+        "pressure_bar": _printed(condition.pressure / PASCAL_PER_BAR),
         "surface": condition.surface,
         "drum_radius_m": condition.drum_radius,
         "rim": condition.rim,

@@ -18,7 +18,7 @@ FEEDBACK = "feedback."  # feedback.OUTPUT.INPUT: a phenomenological torque propo
 
 
 def stencil_slope(system: DescriptorStack, steps: Array) -> DescriptorStack:
-    """Derivatives (p, k, ...) of a batch made by :meth:`Family.stencil`."""
+    """Derivatives (p, k, ...) of the ``system`` of a batch made by :meth:`Family.stencil` with ``steps`` (p,)."""
     p, h = len(steps), 2 * steps[:, None, None, None]
     return DescriptorStack(*((part[1 : p + 1] - part[p + 1 :]) / h for part in vars(system).values()))
 

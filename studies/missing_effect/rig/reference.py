@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tyre.base.errors import InputError
+from tyre.base.units import PASCAL_PER_BAR
 
 LENGTH_SD = 0.1  # relative: the static C/K and the lag of a rolling tyre are not the same thing
 PEAK, SHAPE, CURVATURE = 1.05, 1.4, 0.0  # of the curve where only its slope is known; the peak in loads
@@ -63,9 +64,9 @@ class Reference:
         """
         near = [c for c in self.curves if abs(c.pressure / pressure - 1) < ALIKE]
         if not near:
-            have = ", ".join(f"{p / 1e5:g}" for p in sorted({c.pressure for c in self.curves}))
+            have = ", ".join(f"{p / PASCAL_PER_BAR:g}" for p in sorted({c.pressure for c in self.curves}))
             raise InputError(
-                f"the reference ({self.origin}) has nothing at {pressure / 1e5:g} bar (it has {have} bar); "
+                f"the reference ({self.origin}) has nothing at {pressure / PASCAL_PER_BAR:g} bar (it has {have} bar); "
                 "stiffness is not extrapolated over pressure"
             )
         near.sort(key=lambda c: c.load)

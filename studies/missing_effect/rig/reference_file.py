@@ -13,6 +13,7 @@ from studies.missing_effect.rig.reference import ALIKE, CURVATURE, LENGTH_SD, SH
 from tyre.base.checks import anything, list_of, number, text
 from tyre.base.errors import InputError
 from tyre.base.schema import maybe, needed, read, table
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.campaign import fit_campaign
 from tyre.campaigns.summary import FitSettings
 from tyre.fits.estimate import Calibration
@@ -176,7 +177,7 @@ def _campaign(path: Path, drum: float | None) -> Reference:
         if on_drum and drum is None:
             raise InputError(f"{path}: a campaign on a drum; add drum_radius_m in [rig.reference]")
         stiffness, lateral = c["cornering_stiffness_N_per_rad"], c["lateral_stiffness_N_per_m"]
-        pressure = 1e5 * c["pressure_bar"]
+        pressure = PASCAL_PER_BAR * c["pressure_bar"]
         curve = Curve(c["load_N"], pressure, stiffness, lateral, length, drum_radius=drum if on_drum else None)
         rows.append((c["tyre"], c["surface"], curve))
     return _of_conditions(rows, f"campaign {path.name}", str(path))
@@ -210,7 +211,7 @@ def _condition(content: Any, where: str) -> Curve:
         return (row[key], row.get(sd_key, relative * row[key])) if key in row else None
 
     return Curve(
-        row["load_N"], 1e5 * row["pressure_bar"], pair("cornering_stiffness", "N_per_rad", UNSTATED),
+        row["load_N"], PASCAL_PER_BAR * row["pressure_bar"], pair("cornering_stiffness", "N_per_rad", UNSTATED),
         pair("lateral_stiffness", "N_per_m", UNSTATED), pair("relaxation_length", "m", LENGTH_SD), row.get("peak_N"),
         row.get("shape", SHAPE), row.get("curvature", CURVATURE), row.get("drum_radius_m"),
     )  # fmt: skip

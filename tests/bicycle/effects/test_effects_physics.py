@@ -5,6 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
+import wobble_onsets
 from eigenvalue_sets import assert_same_eigenvalues
 from scipy.optimize import brentq, linear_sum_assignment, root
 from scipy.spatial.transform import Rotation
@@ -269,21 +270,19 @@ def pair(model, speed: float, slowest: float, fastest: float) -> complex:
     return complex(inside[inside.real.argmax()])
 
 
-@pytest.mark.parametrize(("length", "onset"), [(0.089, 37.8), (0.141, 34.5), (0.200, 30.4)])
+@pytest.mark.parametrize(("length", "onset"), wobble_onsets.RIGID)
 def test_a_longer_relaxation_length_destabilises_wobble(length, onset):
-    """Sharp (1971) found it for motorcycles; onsets of the rigid benchmark from two independent derivations."""
-    model = linear(relaxing(length, cornering_stiffness=110 * PER_DEG))
+    """Sharp (1971) found it for motorcycles; onsets of the rigid benchmark from an independent derivation."""
+    model = linear(relaxing(length, cornering_stiffness=wobble_onsets.RIGID_STIFFNESS))
     found = brentq(lambda v: pair(model, v, 45, 120).real, onset - 4, onset + 4)
-    assert found == pytest.approx(onset, abs=0.05)
+    assert found == pytest.approx(onset, abs=1e-4)
 
 
-@pytest.mark.parametrize(
-    ("length", "begin", "end", "weave"),
-    [(0.06, 7.53, 10.04, 18.9), (0.10, 5.76, 11.87, 18.5), (0.14, 4.79, 12.92, 18.2), (0.20, 3.78, 14.20, 17.7)],
-)
+@pytest.mark.parametrize(("length", "begin", "end", "weave"), wobble_onsets.FLEXIBLE)
 def test_a_soft_front_assembly_wobbles_between_5_and_15_m_s(length, begin, end, weave):
     """Bands from an independent derivation; 5-8 Hz as Plöchl et al. (2012), Vehicle System Dynamics 50, report."""
-    model = linear(relaxing(length), effect("front_compliance", stiffness=3000.0, damping=15.0, **HINGE))
+    tyre = relaxing(length, cornering_stiffness=wobble_onsets.FLEXIBLE_STIFFNESS)
+    model = linear(tyre, effect("front_compliance", **wobble_onsets.COMPLIANCE))
 
     def growth(speed, band):
         return pair(model, speed, *band).real
@@ -291,11 +290,11 @@ def test_a_soft_front_assembly_wobbles_between_5_and_15_m_s(length, begin, end, 
     wobble, slow = (28.0, 60.0), (10.0, 28.0)
     middle = (begin + end) / 2
     assert growth(middle, wobble) > 0
-    assert brentq(growth, begin - 1, middle, args=(wobble,)) == pytest.approx(begin, abs=0.005)
-    assert brentq(growth, middle, end + 1, args=(wobble,)) == pytest.approx(end, abs=0.005)
-    assert brentq(growth, weave - 2, weave + 2, args=(slow,)) == pytest.approx(weave, abs=0.05)
+    assert brentq(growth, begin - 1, middle, args=(wobble,)) == pytest.approx(begin, abs=1e-4)
+    assert brentq(growth, middle, end + 1, args=(wobble,)) == pytest.approx(end, abs=1e-4)
+    assert brentq(growth, weave - 2, weave + 2, args=(slow,)) == pytest.approx(weave, abs=1e-4)
     assert 5 < pair(model, middle, *wobble).imag / (2 * math.pi) < 8
-    assert pair(linear(relaxing(length)), middle, 28, 150).real < 0  # the same bicycle with a rigid front
+    assert pair(linear(tyre), middle, 28, 150).real < 0  # the same bicycle with a rigid front
 
 
 def test_assist_stabilises_weave_at_low_speed():

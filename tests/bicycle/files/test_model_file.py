@@ -8,7 +8,6 @@ import pytest
 from bicycle import load_bicycle
 from bicycle.files.model_file import build_model, read_model
 from studies.cli import main
-from studies.reporting.output import parse_speeds
 from tyre import TyreMap
 from tyre.base.errors import InputError
 from tyre.base.notes import extrapolated
@@ -244,12 +243,6 @@ def test_bad_use_ends_with_one_line_and_exit_code_2(arguments, words, whipple, c
     assert words in shown.err
     assert shown.err.count("\n") == 1
     assert "Traceback" not in shown.err
-
-
-def test_both_ends_of_a_speed_range_are_included():
-    assert parse_speeds("0:1:0.25").tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
-    assert parse_speeds("0:1:0.3").tolist() == [0.0, 0.3, 0.6, 0.9, 1.0]
-    assert parse_speeds("5:5:1").tolist() == [5.0]
 
 
 def test_speed_zero_is_refused_for_slip_without_relaxation(tmp_path, capsys):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import wobble_onsets
 from eigenvalue_sets import assert_same_eigenvalues
 from small_study import exactly_known, small
 
@@ -28,13 +29,12 @@ def by_hand(bicycle, **effects):
     return Model(bicycle, tuple(effect_class(name)(**table) for name, table in tables.items())).linear_model()
 
 
-@pytest.mark.parametrize(("length", "speed"), [(0.089, 37.8), (0.141, 34.5), (0.200, 30.4)])
+@pytest.mark.parametrize(("length", "speed"), wobble_onsets.RIGID)
 def test_rigid_wobble_onset_of_the_benchmark_bicycle(length, speed):
-    """Computed once by an independent formulation, C = 110 N/deg on both wheels, no camber thrust."""
-    settings, stiffness = small("benchmark"), 110 * 180 / np.pi
-    model = build(settings, Setup(None, None, 0.0), [stiffness, length, stiffness, length])
+    rear, front = wobble_onsets.RIGID_STIFFNESS.values()
+    model = build(small("benchmark"), Setup(None, None, 0.0), [rear, length, front, length])
     found = named_speeds(critical_speeds(model))
-    assert found[CrossingIdentity("wobble", destabilising=True)] == pytest.approx(speed, abs=0.05)
+    assert found[CrossingIdentity("wobble", destabilising=True)] == pytest.approx(speed, abs=1e-4)
 
 
 @pytest.mark.parametrize("number", range(4))

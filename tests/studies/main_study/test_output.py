@@ -7,7 +7,7 @@ import pytest
 from small_study import small
 
 from studies.cli import main
-from studies.main_study import model_input, output
+from studies.commands.run import run_and_show
 from studies.main_study.answer import answer
 from studies.main_study.cases import Cases, tyre_cases
 from studies.main_study.parallel import spread
@@ -31,16 +31,14 @@ def one_tyre(settings):
 
 @pytest.fixture
 def quick(monkeypatch):
-    """Small figures, one tyre, few speeds."""
+    """Small figures."""
     monkeypatch.setattr(plotting, "STYLE", {**plotting.STYLE, "savefig.dpi": 20})
     monkeypatch.setattr(plotting, "FORMATS", ("png",))  # both are tested with the paper's figures
-    monkeypatch.setattr(output, "tyre_cases", one_tyre)
-    monkeypatch.setattr(model_input, "settings_of", lambda *arguments, **options: tiny())
 
 
 def test_run_prints_the_question_then_the_answer_and_writes_everything(quick, tmp_path, capsys):
     folder = tmp_path / "new" / "out"
-    main(["run", "--out", str(folder), "--workers", "1"])
+    run_and_show(tiny(), folder, workers=1, cases=one_tyre(tiny()))
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == "Does less air in Tyre3 (measured on a flat track) bring pista_charlie_drops closer to wobble?"
     assert lines[1] == ""

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+import wobble_onsets
 from eigenvalue_sets import assert_same_eigenvalues
 
 from bicycle import Model, effect_class, load_bicycle
@@ -56,13 +57,11 @@ def test_speed_locus_of_the_whipple_bicycle_crosses_where_published(file):
     assert len(locus.crossings) == 2
 
 
-@pytest.mark.parametrize(("speed", "length"), [(37.8, 0.089), (34.5, 0.141), (30.4, 0.200)])
-def test_relaxation_length_that_makes_wobble_unstable(file, speed, length):
-    # wobble onset of the benchmark bicycle with 110 N/deg, to the 0.1 m/s printed, from a separate derivation of the
-    # equations of motion; 0.1 m/s is 1.5 mm
+@pytest.mark.parametrize(("length", "speed"), wobble_onsets.RIGID)
+def test_relaxation_length_that_makes_wobble_unstable(file, length, speed):
     path = parameter_path(file(RIGID), "relaxation_length.relaxation_length", speed=speed)
     locus = root_locus(path, parse_range("0.06:0.25"))
-    assert crossings(locus, "wobble") == [(pytest.approx(length, abs=1.0e-3), True)]
+    assert crossings(locus, "wobble") == [(pytest.approx(length, abs=2e-6), True)]  # 0.1 mm/s
 
 
 @pytest.mark.parametrize(

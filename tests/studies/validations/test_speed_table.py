@@ -9,22 +9,24 @@ from eigenvalue_sets import assert_same_eigenvalues
 from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.eigenvalues.solvers import lapack
 from studies.cli import main
-from studies.validations import _speed_measures as measure
+from studies.validations import _speed_of_eigenvalues as of_eigenvalues
+from studies.validations import _speed_of_studies as of_studies
+from studies.validations import _speed_timing as timing
 from studies.validations import speed
 
 
 @pytest.mark.parametrize("order", [8, 12])
 def test_the_grid_of_the_comparison_finds_the_same_crossings(order):
-    linear = measure.tyre_model(order).linear_model()
+    linear = timing.tyre_model(order).linear_model()
     assert linear.order == order
     exact = [crossing.speed for crossing in critical_speeds(linear)]
-    np.testing.assert_allclose(sorted(measure.grid_crossings(linear)), exact, rtol=1e-6)
+    np.testing.assert_allclose(sorted(of_studies.grid_crossings(linear)), exact, rtol=1e-6)
 
 
 def test_lapack_called_directly_gives_the_same_eigenvalues():
     pytest.importorskip("numba")
-    stack = measure.tyre_model(8).linear_model().state_matrix([1.0, 5.0, 20.0])
-    real, imag = measure._dgeev_loop()(stack)
+    stack = timing.tyre_model(8).linear_model().state_matrix([1.0, 5.0, 20.0])
+    real, imag = of_eigenvalues._dgeev_loop()(stack)
     assert_same_eigenvalues(real + 1j * imag, lapack(stack), rtol=1e-9)
 
 
@@ -47,4 +49,4 @@ def test_table(monkeypatch, tmp_path, capsys):
     assert "| slower than allowed | <= 1.3 | 2 | no | 2.5e+05 and 5e+05 µs each |" in lines
     assert "| with a peer | - | - | - | not measured: ImportError: No module named 'peer' |" in lines
     assert "A quick run with small sizes: indicative only." in text
-    assert measure.machine()["processor"] in text
+    assert timing.machine()["processor"] in text

@@ -1,0 +1,34 @@
+"""A simulated rig campaign and its fit, which tests of several rooms look at; made once."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+if TYPE_CHECKING:
+    from tyre.campaigns.campaign import Campaign
+
+
+@pytest.fixture(scope="session")
+def rig_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Recordings (synthetic) of one tyre on flat track and drum, in mixed formats, with their truth file."""
+    from tyre.rig.campaign import CampaignPlan, default_effects, write_campaign_files
+
+    plan = CampaignPlan(
+        loads=(350.0, 450.0), pressures=(4e5,), surfaces=("flat", "drum"), pulls=2, steps=1, file_format="mixed",
+        rates=(float(np.deg2rad(2.0)), float(np.deg2rad(4.0))), axes="ISO",
+    )  # fmt: skip
+    place = tmp_path_factory.mktemp("rig")
+    rng = np.random.default_rng(11)
+    write_campaign_files(place, plan=plan, effects=default_effects(rng), rng=rng, seed=11)
+    return place
+
+
+@pytest.fixture(scope="session")
+def rig_campaign(rig_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple["Campaign", Path]:
+    """The fit of the folder, and the folder of its cache."""
+    from tyre.campaigns.campaign import fit_campaign
+
+    cache = tmp_path_factory.mktemp("fits") / "cache"
+    return fit_campaign(rig_folder, cache_folder=cache, jobs=1, progress=False), cache

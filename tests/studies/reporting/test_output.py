@@ -1,0 +1,54 @@
+"""Speeds from text, tables on the screen, and CSV and JSON to a file or to standard output."""
+
+import json
+
+import pandas as pd
+import pytest
+
+from studies.reporting.output import parse_speeds, print_table, write_csv, write_json
+from tyre.base.errors import InputError
+
+
+def test_both_ends_of_a_speed_range_are_included():
+    assert parse_speeds("0:1:0.25").tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
+    assert parse_speeds("0:1:0.3").tolist() == [0.0, 0.3, 0.6, 0.9, 1.0]
+    assert parse_speeds("5:5:1").tolist() == [5.0]
+
+
+def test_listed_speeds_keep_their_order():
+    assert parse_speeds("8,2.5,5").tolist() == [8.0, 2.5, 5.0]
+
+
+@pytest.mark.parametrize("text", ["", "fast", "0:10", "1,,2"])
+def test_what_is_no_list_of_speeds(text):
+    with pytest.raises(InputError, match=r"speeds '.*': give start:stop:step, for example 0:20:0.5, or a list such as"):
+        parse_speeds(text)
+
+
+@pytest.mark.parametrize("text", ["0:10:0", "5:0:1", "0:10:-1"])
+def test_ranges_that_lead_nowhere(text):
+    with pytest.raises(InputError, match=rf"speeds '{text}': the step must be positive and stop >= start"):
+        parse_speeds(text)
+
+
+def test_tables_have_four_digits_and_dashes(capsys):
+    print_table([["weave", 4.292382536, None]], ["mode", "speed m/s", "note"])
+    head, rule, row = capsys.readouterr().out.splitlines()
+    assert head.split() == ["mode", "speed", "m/s", "note"]
+    assert set(rule) <= {"-", " "}
+    assert row.split() == ["weave", "4.292", "-"]
+
+
+def test_csv_has_all_digits_and_json_no_infinity(tmp_path, capsys):
+    table = pd.DataFrame({"speed_m_s": [1 / 3]})
+    write_csv(table, tmp_path / "t.csv")
+    assert (tmp_path / "t.csv").read_bytes() == b"speed_m_s\n0.3333333333333333\n"
+    write_csv(table, "-")
+    write_json({"a": [1.5]}, "-")
+    shown = capsys.readouterr().out
+    assert shown.startswith("speed_m_s\n0.3333333333333333\n")
+    assert json.loads(shown.partition("{")[1] + shown.partition("{")[2]) == {"a": [1.5]}
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        write_json({"a": float("inf")}, "-")
+    with pytest.raises(InputError, match="is no file name; give a file, or - for standard output"):
+        write_json({}, "")
