@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bicycle.rigid_bodies import Body, Joint, mass_matrix
-from tyre.base.errors import InputError, is_number, shown, unknown
+from tyre.base.errors import InputError, is_number, refuse_unknown, shown
 from tyre.base.plausible import Doubt, doubt
 
 UNITS: Mapping[str, str] = MappingProxyType(
@@ -158,9 +158,7 @@ def static_loads(parts: tuple[Body, ...], wheelbase: float, gravity: float) -> t
 
 
 def _checked(name: str, given: Mapping[str, float], *, complete: bool) -> dict[str, float]:
-    for key in given:
-        if key not in UNITS and key not in UNUSED:
-            raise InputError(f"bicycle {name!r}: {unknown('key', key, [*UNITS, *UNUSED])}")
+    refuse_unknown("key", given, [*UNITS, *UNUSED], where=f"bicycle {name!r}")
     missing = [key for key in UNITS if key not in given]
     if complete and missing:
         raise InputError(

@@ -1,6 +1,5 @@
 """Read and write bicycles: packaged or own TOML files, and the flat ``key: value`` YAML of neighbouring projects."""
 
-import math
 from collections.abc import Mapping
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -8,12 +7,12 @@ from typing import Any
 
 from bicycle.parameters import UNITS, UNUSED, Bicycle, doubts_about
 from tyre.base.errors import InputError, unknown
+from tyre.base.key_value import finite
 from tyre.base.paths import data_root
 from tyre.base.plausible import WAY_OUT, refuse_absurd
 from tyre.base.toml_file import read_toml
 
 LEFT_OUT = {"v": "", "yB": "", "yH": "", "IRzz": "IRxx", "IFzz": "IFxx"}  # key -> the key whose value it must have
-TOP_KEYS = ("description", "source", "values", "sd", WAY_OUT)
 
 
 def available_bicycles() -> tuple[str, ...]:
@@ -58,18 +57,16 @@ def parse_toml(path: Traversable, *, allow_unusual: bool = False) -> Bicycle:
     allow_unusual : bool, optional
         Take values far outside what bicycles have; the file may say the same.
     """
-    content = read_toml(path, "bicycle file")
-    for key in content:
-        if key not in TOP_KEYS:
-            raise InputError(f"{path}: {unknown('key', key, TOP_KEYS)}")
-    if not isinstance(content.get("values"), dict):
-        raise InputError(f"{path}: the table [values] with the bicycle's parameters is missing")
-    if not isinstance(content.get("sd", {}), dict):
-        raise InputError(f"{path}: sd = {content['sd']!r} must be a table [sd] of standard deviations")
-    if not isinstance(content.get(WAY_OUT, False), bool):
-        raise InputError(f"{path}: {WAY_OUT} = {content[WAY_OUT]!r} must be true or false")
-    allow = allow_unusual or content.get(WAY_OUT, False)
-    return _named(path, content["values"], content.get("sd", {}), content, allow_unusual=allow)
+    from tyre.base.checks import any_table, anything, flag
+    from tyre.base.schema import maybe, needed, read, table
+
+    missing = "the table [values] with the bicycle's parameters is missing"
+    declared = {maybe(key, ""): anything for key in ("description", "source")} | {
+        needed("values", missing): any_table, maybe("sd", {}): any_table, maybe(WAY_OUT, False): flag,
+    }  # fmt: skip
+    content = read(table(declared), read_toml(path, "bicycle file"), where=str(path))
+    allow = allow_unusual or content[WAY_OUT]
+    return _named(path, content["values"], content["sd"], content, allow_unusual=allow)
 
 
 def parse_flat(path: Path, *, allow_unusual: bool = False) -> Bicycle:
@@ -110,16 +107,16 @@ def parse_flat(path: Path, *, allow_unusual: bool = False) -> Bicycle:
             raise InputError(f"{where}: {key} is given twice; keep one")
         number, _, spread = str(value_node.value).replace("+/-", "±").partition("±")
         if key in LEFT_OUT:
-            left_out[key] = (where, _number(where, key, number))
+            left_out[key] = (where, finite(number, where=where, key=key))
             continue
         if key == WAY_OUT and number.strip() in ("true", "false"):
             allow_unusual = allow_unusual or number.strip() == "true"
             continue
         if key not in UNITS and key not in UNUSED:
             raise InputError(f"{where}: {unknown('key', key, [*UNITS, *UNUSED])}")
-        values[key] = _number(where, key, number)
+        values[key] = finite(number, where=where, key=key)
         if spread:
-            sd[key] = _number(where, key, spread)
+            sd[key] = finite(spread, where=where, key=key)
     notes = [note for key, (where, number) in left_out.items() if (note := _left_out(where, key, number, values))]
     return _named(path, values, sd, {}, tuple(notes), allow_unusual=allow_unusual)
 
@@ -142,16 +139,6 @@ def to_yaml(bicycle: Bicycle) -> str:
 
 def _folder() -> Traversable:
     return data_root().joinpath("bicycles")
-
-
-def _number(where: str, key: str, text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not math.isfinite(number):
-        raise InputError(f"{where}: {key} = {text.strip()!r} is not a finite number")
-    return number
 
 
 def _left_out(where: str, key: str, number: float, values: Mapping[str, float]) -> str:

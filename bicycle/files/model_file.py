@@ -12,11 +12,29 @@ from bicycle.model import Model
 from bicycle.parameter_covariance import ParameterCovariance
 from bicycle.parameter_key import ParameterKey
 from bicycle.parameters import Bicycle, doubts_about
-from tyre.base.errors import InputError, is_number, shown, unknown
+from tyre.base import schema
+from tyre.base.checks import anything, flag, refused
+from tyre.base.errors import InputError, is_number
 from tyre.base.plausible import WAY_OUT, refuse_absurd
 from tyre.base.toml_file import read_toml
 
-TOP_KEYS = ("bicycle", "effects", "description", WAY_OUT)
+
+def _bicycle_given(value: Any) -> Any:
+    if not isinstance(value, str | Mapping):
+        raise refused(value, "must be a name, a file or a table of parameters")
+    return value
+
+
+MODEL = schema.table(
+    {
+        schema.needed(
+            "bicycle", "the key 'bicycle' is missing: give a packaged bicycle, a file, or a table of parameters"
+        ): (_bicycle_given),
+        schema.maybe("effects", {}): schema.tables_by_name,
+        schema.maybe("description", ""): anything,
+        schema.maybe(WAY_OUT, False): flag,
+    }
+)
 
 
 def read_model(path: str | Path) -> Model:
@@ -40,16 +58,10 @@ def build_model(content: Mapping[str, Any], *, folder: Path = Path()) -> Model:
 
     Values far outside their typical range are refused unless the content has ``allow_unusual = true``.
     """
-    for key in content:
-        if key not in TOP_KEYS:
-            raise InputError(unknown("key", key, TOP_KEYS))
-    if "bicycle" not in content:
-        raise InputError("the key 'bicycle' is missing: give a packaged bicycle, a file, or a table of parameters")
-    allow = allows_unusual(content)
-    bicycle = _bicycle(content["bicycle"], folder, allow_unusual=allow)
-    tables = content.get("effects", {})
-    if not isinstance(tables, Mapping) or not all(isinstance(table, Mapping) for table in tables.values()):
-        raise InputError("effects are tables: write [effects.NAME] and the parameters below it")
+    given = schema.read(MODEL, content)
+    allow = given[WAY_OUT]
+    bicycle = _bicycle(given["bicycle"], folder, allow_unusual=allow)
+    tables = given["effects"]
     tyres = mounted_tyres(tables, folder, bicycle)
     effects: list[Effect] = []
     covariance = ParameterCovariance()
@@ -68,10 +80,7 @@ def build_model(content: Mapping[str, Any], *, folder: Path = Path()) -> Model:
 
 def allows_unusual(content: Mapping[str, Any]) -> bool:
     """Whether a model file lets values pass that are far outside their typical range (``allow_unusual = true``)."""
-    allow = content.get(WAY_OUT, False)
-    if not isinstance(allow, bool):
-        raise InputError(f"{WAY_OUT} = {shown(allow)} must be true or false")
-    return allow
+    return bool(schema.read(flag, content.get(WAY_OUT, False), section=WAY_OUT))
 
 
 def refuse_absurd_values(model: Model, values: Mapping[str, Iterable[float]]) -> None:
@@ -93,6 +102,4 @@ def refuse_absurd_values(model: Model, values: Mapping[str, Iterable[float]]) ->
 def _bicycle(given: Any, folder: Path, *, allow_unusual: bool) -> Bicycle:
     if isinstance(given, Mapping):
         return checked_bicycle("bicycle of the model file", given, where="model file", allow_unusual=allow_unusual)
-    if not isinstance(given, str):
-        raise InputError(f"bicycle = {given!r} must be a name, a file or a table of parameters")
     return load_bicycle(folder / given if (folder / given).is_file() else given, allow_unusual=allow_unusual)

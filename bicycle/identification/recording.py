@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from tyre.base.arrays import Array
+from tyre.base.checks import any_table, list_of, number, refused
 from tyre.base.csv_table import read_columns
 from tyre.base.errors import InputError
-from tyre.base.schema import any_table, by_name, list_of, maybe, needed, number, path_key, read, refused, table
+from tyre.base.schema import by_name, maybe, needed, path_key, read, table
 
 CHANNELS = {
     "roll_rate_rad_s": "lean_rate", "lean_rad": "lean", "steer_rad": "steer", "steer_rate_rad_s": "steer_rate",

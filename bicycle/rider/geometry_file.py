@@ -1,18 +1,36 @@
 """Read the seat geometry of a bicycle: a small TOML file, or the raw measurements of the neighbouring project."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Any
 
 from bicycle.rider.posture import POSTURES
 from bicycle.rider.seat_geometry import DEFAULT_SD, FRAME_KEYS, HAND_KEYS, HUBS, RANGES, SADDLE, SeatGeometry
-from tyre.base.errors import InputError, is_number, shown, unknown
+from tyre.base.checks import Check, list_of, number, text
+from tyre.base.errors import InputError, refuse_unknown
+from tyre.base.key_value import read_key_values
 from tyre.base.paths import data_root
+from tyre.base.schema import by_name, maybe, read, table
 from tyre.base.toml_file import read_toml
 
-TOP_KEYS = ("description", "source", "values", "sd", "assumed", "posture")
+
+def _within(key: str) -> Check:
+    low, high = RANGES[key]
+    return number(least=low, most=high, outside=f"is outside {low:g} to {high:g}; is the unit right?")
+
+
+GEOMETRY = table(
+    {
+        maybe("description", ""): text(), maybe("source", ""): text(),
+        maybe("values", {}): table({maybe(key): _within(key) for key in RANGES}, kind="values"),
+        maybe("sd", {}): by_name(
+            number(least=0, outside="where a standard deviation must not be negative"), RANGES, kind="sd"
+        ),
+        maybe("assumed", []): list_of(text(), "must be a list of keys"),
+        maybe("posture", {}): by_name(table({maybe(key): _within(key) for key in HAND_KEYS}), POSTURES, kind="posture"),
+    }
+)  # fmt: skip
 RAW = ("lcs", "hbb", "lsp", "lst", "lamst", "whb", "LhbR", "LhbF")
 """What the raw ``*Measured.txt`` of BicycleParameters says of seat and bar (m, rad)."""
 
@@ -44,46 +62,22 @@ def read_geometry(path: Path | Traversable, posture: str) -> SeatGeometry:
     """
     if path.name.lower().endswith(".txt"):
         return _raw(path)
-    content = read_toml(path, "geometry file")
-    for key in content:
-        _known(path, "key", key, TOP_KEYS)
-    values = _table(path, content, "values", tuple(RANGES))
-    own = _table(path, _mapping(path, content, "posture", POSTURES), posture, HAND_KEYS)
+    content = read(GEOMETRY, read_toml(path, "geometry file"), where=str(path))
+    values, own = content["values"], content["posture"].get(posture, {})
     if any(key in own for key in (*HUBS, *SADDLE)):
         values = {key: value for key, value in values.items() if key not in (*HUBS, *SADDLE)}
-    values |= own
-    for key, value in values.items():
-        low, high = RANGES[key]
-        if not low <= value <= high:
-            raise InputError(f"{path}: {key} = {value:g} is outside {low:g} to {high:g}; is the unit right?")
+    values = values | own
     _check_hands(path, values)
-    sd = _table(path, content, "sd", tuple(RANGES))
-    if any(value < 0 for value in sd.values()):
-        raise InputError(f"{path}: a standard deviation must not be negative")
-    assumed = content.get("assumed", [])
-    if not isinstance(assumed, list):
-        raise InputError(f"{path}: assumed = {shown(assumed)} must be a list of keys")
-    for key in assumed:
-        _known(path, "assumed key", key, tuple(values))
-    kept = {key: sd.get(key, DEFAULT_SD[key]) for key in values}
-    return SeatGeometry(values, kept, tuple(assumed), str(content.get("source", "")) or path.name)
+    refuse_unknown("assumed key", content["assumed"], values, where=str(path))
+    kept = {key: content["sd"].get(key, DEFAULT_SD[key]) for key in values}
+    return SeatGeometry(values, kept, tuple(content["assumed"]), content["source"] or path.name)
 
 
 def _raw(path: Path | Traversable) -> SeatGeometry:
     """Seat and bar of a file of ``key = value+/-sd`` lines; its many other keys are other measurements."""
     if not path.is_file():
         raise InputError(f"{path}: no such geometry file")
-    found, spread = {}, {}
-    for line in path.read_bytes().decode("utf-8-sig", errors="replace").splitlines():
-        key, _, value = line.partition("#")[0].replace("±", "+/-").partition("=")
-        if key.strip() in RAW:
-            number, _, sd = value.partition("+/-")
-            try:
-                found[key.strip()] = float(number)
-                if sd.strip():
-                    spread[key.strip()] = float(sd)
-            except ValueError as error:
-                raise InputError(f"{path}: {key.strip()} = {value.strip()!r} is not a number") from error
+    found, spread = read_key_values(path, RAW, kind="measurement", others=True)
     missing = [key for key in RAW if key not in found]
     if missing:
         raise InputError(f"{path}: seat and bar need {', '.join(RAW)}; missing: {', '.join(missing)}")
@@ -111,25 +105,3 @@ def _check_hands(path: object, values: Mapping[str, float]) -> None:
             f"{path}: give the hands either by {HUBS[0]} and {HUBS[1]} or by {SADDLE[0]} and {SADDLE[1]}, or leave "
             "all four out"
         )
-
-
-def _mapping(path: object, content: Mapping[str, Any], name: str, allowed: Iterable[str]) -> Mapping[str, Any]:
-    table = content.get(name, {})
-    if not isinstance(table, Mapping):
-        raise InputError(f"{path}: {name} = {shown(table)} must be a table [{name}]")
-    for key in table:
-        _known(path, name, key, tuple(allowed))
-    return table
-
-
-def _table(path: object, content: Mapping[str, Any], name: str, allowed: Iterable[str]) -> dict[str, float]:
-    table = _mapping(path, content, name, allowed)
-    for key, value in table.items():
-        if not is_number(value) or not math.isfinite(value):
-            raise InputError(f"{path}: {key} = {shown(value)} of [{name}] must be a finite number")
-    return {key: float(value) for key, value in table.items()}
-
-
-def _known(path: object, kind: str, key: str, allowed: Iterable[str]) -> None:
-    if key not in allowed:
-        raise InputError(f"{path}: {unknown(kind, key, allowed)}")

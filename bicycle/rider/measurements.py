@@ -1,7 +1,6 @@
 """A person's body as 95 lengths, perimeters, widths and depths (Yeadon 1990), from a file or scaled from another."""
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib.resources.abc import Traversable
@@ -9,6 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from tyre.base.errors import InputError, unknown
+from tyre.base.key_value import read_key_values
 from tyre.base.paths import data_root
 
 ARM = ("2L", "3L", "4L", "5L", "6L", "7L", *(f"{n}p" for n in range(8)), "4w", "5w", "6w", "7w")
@@ -150,7 +150,7 @@ def read_rider(name_or_path: str | Path) -> RiderMeasurements:
         if Path(name_or_path).suffix:
             raise InputError(f"{name_or_path}: no such rider file; packaged riders: {', '.join(available_riders())}")
         raise InputError(f"{unknown('rider', name_or_path, available_riders())}; or give a measurement file")
-    numbers = _numbers(path)
+    numbers, _ = read_key_values(path, (*KEYS, CONVERSION, TOTAL), kind="measurement")
     unit = numbers.pop(CONVERSION, None)
     if unit is None or unit <= 0:
         raise InputError(f"{path}: {CONVERSION} is missing or not positive; give metres per unit, 0.01 for cm")
@@ -213,29 +213,6 @@ def _mass(where: str, mass: float) -> float:
     if not math.isfinite(mass) or not LIGHTEST <= mass <= HEAVIEST:
         raise InputError(f"{where} = {mass:g} must lie between {LIGHTEST:g} and {HEAVIEST:g} kg")
     return float(mass)
-
-
-def _numbers(path: Traversable | Path) -> dict[str, float]:
-    numbers: dict[str, float] = {}
-    for row, line in enumerate(path.read_bytes().decode("utf-8-sig", errors="replace").splitlines(), 1):
-        text = line.partition("#")[0].strip()
-        if not text:
-            continue
-        key, separator, value = (part.strip() for part in re.match(r"([^:=]*)([:=]?)(.*)", text).groups())  # type: ignore[union-attr]
-        where = f"{path}, line {row}"
-        if not separator:
-            raise InputError(f"{where}: {text!r} is no 'key : value'")
-        if key not in (*KEYS, CONVERSION, TOTAL):
-            raise InputError(f"{where}: {unknown('measurement', key, [*KEYS, CONVERSION, TOTAL])}")
-        if key in numbers:
-            raise InputError(f"{where}: {key} is given twice; keep one")
-        try:
-            numbers[key] = float(value)
-        except ValueError:
-            numbers[key] = math.nan
-        if not math.isfinite(numbers[key]):
-            raise InputError(f"{where}: {key} = {value!r} is not a finite number")
-    return numbers
 
 
 def _symmetric(lengths: Mapping[str, float]) -> Mapping[str, float]:

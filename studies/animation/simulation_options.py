@@ -2,12 +2,12 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from bicycle.responses.inputs import InputHistory, doublet, pulse, step
 from bicycle.responses.response import column
+from tyre.base.csv_table import read_columns
 from tyre.base.errors import InputError, unknown
 
 SHAPES: Mapping[str, tuple[Callable[..., InputHistory], bool]] = {
@@ -86,27 +86,13 @@ def check_within(inputs: Mapping[str, InputHistory], duration: float) -> None:
 
 
 def read_history(path: Path, name: str, unit: str) -> InputHistory:
-    """An input from a CSV with ``time_s`` and a column named with its unit, ``steer_torque_N_m`` for example."""
-    import pandas as pd
-
-    header = column(name, unit)
+    """The input ``name`` in ``unit`` from a CSV ``path`` with ``time_s`` and a column ``steer_torque_N_m``, say."""
+    wanted = ("time_s", column(name, unit))
+    numbers = read_columns(path, numbers=wanted, needed=wanted, others=True).numbers
     try:
-        table: Any = pd.read_csv(path, comment="#")
-    except pd.errors.EmptyDataError:
-        raise InputError(f"{path}: not a CSV table but empty; write the columns time_s,{header}") from None
-    except (pd.errors.ParserError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: not a CSV table: {error}") from error
-    for wanted in ("time_s", header):
-        if wanted not in table:
-            raise InputError(f"{path}: the column {wanted} is missing; there are {', '.join(map(str, table))}")
-    if table.empty:
-        raise InputError(f"{path}: there are no rows below the header; write one for each time")
-    try:
-        return InputHistory(table["time_s"].to_numpy(float), table[header].to_numpy(float))
+        return InputHistory(numbers["time_s"], numbers[wanted[1]])
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
-    except ValueError as error:
-        raise InputError(f"{path}: a value is not a number: {error}") from error
 
 
 def _shaped(text: str, shape: str, value: str) -> InputHistory:

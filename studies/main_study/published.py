@@ -12,9 +12,10 @@ from studies.main_study.bands import WEAVE, WOBBLE
 from studies.main_study.settings import Setup
 from studies.main_study.solve import RIDDEN, Result
 from studies.main_study.study import Study
+from tyre.base.checks import known, number, text
 from tyre.base.errors import InputError
 from tyre.base.paths import data_root
-from tyre.base.schema import known, maybe, needed, number, read, table, text
+from tyre.base.schema import maybe, needed, read, table
 from tyre.base.toml_file import read_toml
 
 FILE = ("published", "wobble.toml")

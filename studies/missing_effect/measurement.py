@@ -28,9 +28,10 @@ from studies.missing_effect.motion.nuisances import nuisances
 from studies.missing_effect.packaged import packaged_measurement
 from studies.missing_effect.rig.measurement import NO_RIG, read_rig
 from studies.missing_effect.rig.tables_forward import NO_TABLES, read_tyre_tables
+from tyre.base.checks import any_table, anything, text
 from tyre.base.errors import InputError
 from tyre.base.plausible import WAY_OUT
-from tyre.base.schema import Table, any_table, anything, by_name, maybe, needed, read, table, text
+from tyre.base.schema import Table, by_name, maybe, needed, read, table
 from tyre.base.toml_file import read_toml
 
 KINDS = ("modal", "histories", "canonical")

@@ -36,14 +36,47 @@ from bicycle.model import Model
 from bicycle.parameter_key import entries_of
 from bicycle.parameters import UNITS
 from studies.sweeps.spec import BY_SPEED, OUTPUTS, SPEED, Sweep
-from studies.sweeps.toml_values import finite, flag, known, whole
-from studies.sweeps.variation import read_grid, read_sampled, variable_names
+from studies.sweeps.variation import read_grid, read_options, read_sampled, variable_names
+from tyre.base.checks import any_table, known, list_of, number, refused, remarked, whole
 from tyre.base.errors import InputError
+from tyre.base.schema import maybe, needed, read, table
 from tyre.base.toml_file import read_toml
 
-TOP_KEYS = ("model", "samples", "seed", "outputs", "max_speed_m_s", "points_per_part", "grid", "sampled", "reduce")
 REDUCIBLE = ("largest_growth_rate", "smallest_damping_ratio", "frequencies", "damping_ratios", "critical_speeds")
 MOST_BICYCLES = 10**9
+
+
+def _model_of(given: Any) -> Any:
+    if not isinstance(given, str | Mapping):
+        raise refused(given, "must be a model file or a table like the content of one")
+    return given
+
+
+def _each_once(given: Any) -> tuple[float, ...]:
+    quantiles = list_of(number(), "must be a list such as [0.05, 0.5, 0.95]", least=1, strict=False)(given)
+    for share in quantiles:
+        if not 0 <= share <= 1:
+            raise remarked(f"holds {share:g}; give numbers from 0 to 1")
+    if len(set(quantiles)) < len(quantiles):
+        raise remarked("holds a value twice; give each once")
+    return tuple(quantiles)
+
+
+REDUCE = table({maybe("quantiles", [0.05, 0.5, 0.95]): _each_once}, kind="key of reduce:")
+WANTED = f"give a list of {', '.join(OUTPUTS)}"
+SWEEP = table(
+    {
+        needed("model", "model is missing: give a model file or a table like the content of one"): _model_of,
+        needed("outputs", f"outputs is missing: {WANTED}"): list_of(
+            known("output", OUTPUTS), f"must hold at least one: {WANTED}", least=1, strict=False
+        ),
+        maybe("samples", 1): whole(least=1), maybe("seed", 0): whole(least=0),
+        maybe("max_speed_m_s", 60.0): number(above=0, says="must be above 0 m/s"),
+        maybe("points_per_part", 65536): whole(least=1),
+        maybe("grid", {}): any_table, maybe("sampled", {}): any_table, maybe("reduce"): REDUCE,
+    }
+)  # fmt: skip
+TOP_KEYS = SWEEP.keys
 
 
 def read_sweep(path: str | Path) -> Sweep:
@@ -64,35 +97,29 @@ def read_sweep(path: str | Path) -> Sweep:
 
 def build_sweep(content: Mapping[str, Any], *, folder: Path = Path()) -> Sweep:
     """Build a sweep from the content of a sweep file."""
-    known(content, TOP_KEYS, "key")
-    model, nominal = _model(content.get("model"), folder)
+    given = read(SWEEP, content, dotted=True)
+    model, nominal = _model(given["model"], folder)
     tyre = next((t for t in model.get("effects", {}).values() if any(key in t for key in TYRE_KEYS)), None)
     allowed = variable_names(nominal, values_of_tyres(model.get("effects", {})))
-    axes, speeds = read_grid(content.get("grid", {}), allowed, folder)
-    sampled = content.get("sampled", {})
-    normals, uniforms = read_sampled(sampled, allowed, nominal, tyre or {})
+    axes, speeds = read_grid(given["grid"], allowed, folder)
+    sampled = read_options(given["sampled"])
+    normals, uniforms = read_sampled(given["sampled"], allowed, nominal, tyre or {})
     if not allows_unusual(model):
         refuse_absurd_values(nominal, {axis.name: axis.values for axis in axes})
         refuse_absurd_values(nominal, {u.name: (u.low, u.high) for u in uniforms})
         for normal in normals:
             refuse_absurd_values(nominal, {name: (mean,) for name, mean in zip(normal.names, normal.mean, strict=True)})
-    covariance = flag("sampled.tyre_covariance", sampled.get("tyre_covariance", False))
-    relative = finite("sampled.relative_cornering_stiffness_sd", sampled.get("relative_cornering_stiffness_sd", 0.0))
+    covariance, relative = sampled["tyre_covariance"], sampled["relative_cornering_stiffness_sd"]
     if covariance and tyre is None:
         raise InputError("sampled.tyre_covariance needs a measured tyre: give tyre and pressure_bar in the model file")
-    if relative < 0:
-        raise InputError(f"sampled.relative_cornering_stiffness_sd = {relative:g} must be >= 0 (0.02 is 2 % of C_Fy)")
     if relative and not covariance:
         raise InputError("sampled.relative_cornering_stiffness_sd does nothing without tyre_covariance = true")
-    max_speed = finite("max_speed_m_s", content.get("max_speed_m_s", 60.0))
-    if max_speed <= 0:
-        raise InputError(f"max_speed_m_s = {max_speed:g} must be above 0 m/s")
     sweep = Sweep(
-        model=model, axes=axes, speeds=speeds,
-        samples=whole(content, "samples", 1, least=1), seed=whole(content, "seed", 0, least=0),
+        model=model, axes=axes, speeds=speeds, samples=given["samples"], seed=given["seed"],
         normals=normals, uniforms=uniforms, tyre_covariance=covariance, relative_cornering_stiffness_sd=relative,
-        outputs=_outputs(content.get("outputs")), max_speed=max_speed,
-        quantiles=_reduce(content.get("reduce")), points_per_part=whole(content, "points_per_part", 65536, least=1),
+        outputs=tuple(dict.fromkeys(given["outputs"])), max_speed=given["max_speed_m_s"],
+        quantiles=given["reduce"]["quantiles"] if "reduce" in given else None,
+        points_per_part=given["points_per_part"],
     )  # fmt: skip
     _check_samples(sweep, random=sweep.random)
     _check_varied(sweep)
@@ -137,8 +164,6 @@ def _model(given: Any, folder: Path) -> tuple[dict[str, Any], Model]:
     if isinstance(given, str):
         path = folder / given
         given, folder = read_toml(path, "model file", where=f"model = {path.as_posix()!r}"), path.parent
-    if not isinstance(given, Mapping):
-        raise InputError("model is missing: give a model file or a table like the content of one")
     nominal = build_model(given, folder=folder)
     bicycle = given["bicycle"]
     if isinstance(bicycle, str):
@@ -149,28 +174,3 @@ def _model(given: Any, folder: Path) -> tuple[dict[str, Any], Model]:
     if "effects" in content:
         content["effects"] = {name: located(table, folder) for name, table in content["effects"].items()}
     return content, nominal
-
-
-def _outputs(given: Any) -> tuple[str, ...]:
-    if not isinstance(given, list) or not given:
-        raise InputError(f"outputs is missing: give a list of {', '.join(OUTPUTS)}")
-    known(given, OUTPUTS, "output")
-    return tuple(dict.fromkeys(given))
-
-
-def _reduce(given: Any) -> tuple[float, ...] | None:
-    if given is None:
-        return None
-    if not isinstance(given, Mapping):
-        raise InputError("reduce is a table: write [reduce] and quantiles = [0.05, 0.5, 0.95] below it")
-    known(given, ("quantiles",), "key of reduce:")
-    shares = given.get("quantiles", [0.05, 0.5, 0.95])
-    if not isinstance(shares, list) or not shares:
-        raise InputError(f"reduce.quantiles = {shares!r} must be a list such as [0.05, 0.5, 0.95]")
-    quantiles = tuple(finite("reduce.quantiles", q) for q in shares)
-    for q in quantiles:
-        if not 0 <= q <= 1:
-            raise InputError(f"reduce.quantiles holds {q:g}; give numbers from 0 to 1")
-    if len(set(quantiles)) < len(quantiles):
-        raise InputError("reduce.quantiles holds a value twice; give each once")
-    return quantiles

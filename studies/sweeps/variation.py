@@ -1,6 +1,6 @@
 """What a sweep varies: values on a grid, and distributions by mean and sd, by both ends, or joint."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +13,36 @@ from bicycle.parameters import UNITS
 from bicycle.sensitivity.propagation import checked_covariance
 from studies.sampling.bounded_draws import possible_moments
 from studies.sweeps.spec import SPEED, TYRE_UNITS, Axis, Normal, Uniform, bounds_of
-from studies.sweeps.toml_values import finite, flag, known, leaves, whole
-from tyre.base.errors import InputError, is_number, shown
+from tyre.base.checks import any_table, anything, flag, list_of, number, text, whole
+from tyre.base.errors import InputError, refuse_unknown, shown
+from tyre.base.schema import maybe, needed, read, table
 
-SAMPLED_EXTRA = ("bicycle_sd", "tyre_covariance", "relative_cornering_stiffness_sd", "joint")
 NAMES = ("tyre", "surface")  # varied by name, not by number
 MOST_VALUES = 10**6  # of one axis
+FINITE, SD = number(), number(least=0, says="must be >= 0")
+RANGE_KEYS, DISTRIBUTIONS = ("from", "to", "count"), ({"low", "high"}, {"mean", "sd"}, {"sd"})
+LEAF_KEYS = {*RANGE_KEYS, "mean", "sd", "low", "high"}
+NAMED = text("must be a name in quotes")
+OPTIONS = table(
+    {
+        maybe("bicycle_sd", False): flag, maybe("tyre_covariance", False): flag,
+        maybe("relative_cornering_stiffness_sd", 0.0): number(least=0, says="must be >= 0 (0.02 is 2 % of C_Fy)"),
+        maybe("joint", []): list_of(
+            any_table, "must be a list of tables: write [[sampled.joint]], parameters and covariance"
+        ),
+    },
+    others=True,
+)  # fmt: skip
+SAMPLED_EXTRA = OPTIONS.keys
+JOINT = table(
+    {
+        needed("parameters", "parameters is missing; give a list of names and their covariance"): list_of(
+            NAMED, "must be a list of names", least=1
+        ),
+        maybe("covariance", []): anything, maybe("mean"): anything,
+    },
+    kind="key of sampled.joint:",
+)  # fmt: skip
 
 
 def variable_names(model: Model, taken: Collection[str]) -> set[str]:
@@ -34,11 +58,21 @@ def variable_names(model: Model, taken: Collection[str]) -> set[str]:
     return names
 
 
-def read_grid(table: Any, allowed: set[str], folder: Path) -> tuple[tuple[Axis, ...], tuple[float, ...]]:
-    """Axes of the grid, and the speeds (m/s) apart from them; files of tyres are relative to ``folder``."""
+def read_grid(content: Any, allowed: set[str], folder: Path) -> tuple[tuple[Axis, ...], tuple[float, ...]]:
+    """Axes of the grid, and the speeds (m/s) apart from them.
+
+    Parameters
+    ----------
+    content : mapping
+        The table ``[grid]``.
+    allowed : set of str
+        Names of :func:`variable_names`.
+    folder : Path
+        Where the files of tyres are.
+    """
     axes, speeds = [], ()
-    for name, value in leaves(table, "grid", allowed):
-        known([name], allowed, "parameter")
+    for name, value in _leaves(content, allowed):
+        refuse_unknown("parameter", [name], allowed)
         values = _axis_values(name, value)
         if ParameterKey.parse(name).name == "tyre":
             values = tuple(tyre_file(tyre, folder) for tyre in values)
@@ -53,82 +87,114 @@ def read_grid(table: Any, allowed: set[str], folder: Path) -> tuple[tuple[Axis, 
     return tuple(axes), speeds
 
 
+def _leaves(content: Mapping[str, Any], allowed: set[str], start: str = "") -> Iterator[tuple[str, Any]]:
+    """Parameters by full name; ``[grid.relaxation_length]`` and a quoted ``"relaxation_length.x"`` are the same."""
+    for key, value in content.items():
+        name = start + key
+        inner = isinstance(value, Mapping) and value and not set(value) & LEAF_KEYS
+        if inner and any(other.startswith(f"{name}.") for other in allowed):
+            yield from _leaves(value, allowed, f"{name}.")
+        else:
+            yield name, value
+
+
 def _axis_values(name: str, value: Any) -> tuple[Any, ...]:
     if isinstance(value, Mapping):
-        known(value, ("from", "to", "count"), f"key of grid.{name}:")
-        for key in ("from", "to", "count"):
-            if key not in value:
-                raise InputError(f"grid.{name}: {key} is missing; write {{from = 0, to = 20, count = 201}}")
-        ends = [finite(f"grid.{name}.{key}", value[key]) for key in ("from", "to")]
-        count = whole(value, "count", None, least=1 if ends[0] == ends[1] else 2, most=MOST_VALUES)
-        value = np.linspace(ends[0], ends[1], count).tolist()
+        count = whole(least=1 if value.get("from") == value.get("to") else 2, most=MOST_VALUES)
+        checks = dict(zip(RANGE_KEYS, (FINITE, FINITE, count), strict=True))
+        declared = {
+            needed(k, f"{k} is missing; write {{from = 0, to = 20, count = 201}}"): c for k, c in checks.items()
+        }
+        ends = read(table(declared, kind=f"key of grid.{name}:"), value, section=f"grid.{name}", dotted=True)
+        value = np.linspace(ends["from"], ends["to"], ends["count"]).tolist()
     if not isinstance(value, list) or not value:
         raise InputError(f"grid.{name} = {shown(value)}: give a list of values or {{from, to, count}}")
-    if ParameterKey.parse(name).name not in NAMES:
-        return tuple(finite(f"grid.{name}", v) for v in value)
-    for v in value:
-        if not isinstance(v, str):
-            raise InputError(f"grid.{name} = {shown(v)} must be a name in quotes")
-    return tuple(value)
+    entry = NAMED if ParameterKey.parse(name).name in NAMES else FINITE
+    return tuple(read(entry, v, section=f"grid.{name}", dotted=True) for v in value)
+
+
+def read_options(content: Mapping[str, Any]) -> dict[str, Any]:
+    """What the table ``[sampled]`` says beside the distributions of parameters.
+
+    Parameters
+    ----------
+    content : mapping
+        That table, units in its keys.
+
+    Returns
+    -------
+    dict
+        By the keys of :data:`OPTIONS`.
+    """
+    return dict(read(OPTIONS, content, section="sampled", dotted=True))
 
 
 def read_sampled(
-    table: Any, allowed: set[str], model: Model, tyre: Mapping[str, Any]
+    content: Mapping[str, Any], allowed: set[str], model: Model, tyre: Mapping[str, Any]
 ) -> tuple[tuple[Normal, ...], tuple[Uniform, ...]]:
-    """Distributions of ``[sampled]``; ``tyre`` is the table of the measured tyre in the model, empty without one."""
-    if not isinstance(table, Mapping):
-        raise InputError("sampled is a table: write [sampled] and the parameters below it")
+    """Distributions of ``[sampled]``.
+
+    Parameters
+    ----------
+    content : mapping
+        That table.
+    allowed : set of str
+        Names of :func:`variable_names`.
+    model : Model
+        Gives means and bounds.
+    tyre : mapping
+        Table of the measured tyre in the model, empty without one.
+    """
+    options = read_options(content)
     normals, uniforms = [], []
-    for name, value in leaves({k: v for k, v in table.items() if k not in SAMPLED_EXTRA}, "sampled", allowed):
+    for name, value in _leaves({k: v for k, v in content.items() if k not in OPTIONS.keys}, allowed):
         _number_name(name, allowed)
-        if not isinstance(value, Mapping) or set(value) not in ({"low", "high"}, {"mean", "sd"}, {"sd"}):
+        if not isinstance(value, Mapping) or set(value) not in DISTRIBUTIONS:
             raise InputError(f"sampled.{name} = {shown(value)}: give {{mean, sd}}, {{sd}} or {{low, high}}")
-        numbers = {key: finite(f"sampled.{name}.{key}", number) for key, number in value.items()}
+        declared = table({needed(key): SD if key == "sd" else FINITE for key in value})
+        numbers = read(declared, value, section=f"sampled.{name}", dotted=True)
         if "low" in numbers:
-            if not numbers["low"] < numbers["high"]:
-                raise InputError(f"sampled.{name}: low = {numbers['low']:g} must be below high = {numbers['high']:g}")
-            low, high = bounds_of(model, name)
-            for key in ("low", "high"):
-                if not low <= numbers[key] <= high:
-                    raise InputError(f"sampled.{name}: {key} = {numbers[key]:g} is outside {low:g} .. {high:g}")
-            uniforms.append(Uniform(name, numbers["low"], numbers["high"]))
+            uniforms.append(_uniform(name, numbers["low"], numbers["high"], bounds_of(model, name)))
             continue
-        if numbers["sd"] < 0:
-            raise InputError(f"sampled.{name}.sd = {numbers['sd']:g} must be >= 0")
         mean = numbers["mean"] if "mean" in numbers else _nominal(name, model, tyre)
         possible_moments(f"sampled.{name}", mean, numbers["sd"], bounds_of(model, name))
         normals.append(Normal((name,), (mean,), ((numbers["sd"],),)))
-    if flag("sampled.bicycle_sd", table.get("bicycle_sd", False)):
+    if options["bicycle_sd"]:
         sd = {key: value for key, value in model.bicycle.sd.items() if value > 0 and key in UNITS}
         if not sd:
             raise InputError(f"sampled.bicycle_sd: bicycle {model.bicycle.name!r} states no standard deviations")
         normals += [Normal((key,), (model.bicycle[key],), ((value,),)) for key, value in sd.items()]
-    joint = table.get("joint", [])
-    if not isinstance(joint, list) or not all(isinstance(entry, Mapping) for entry in joint):
-        raise InputError("sampled.joint is a list of tables: write [[sampled.joint]], parameters and covariance")
-    normals += [_joint(entry, allowed, model, tyre) for entry in joint]
+    normals += [_joint(entry, allowed, model, tyre) for entry in options["joint"]]
     return tuple(normals), tuple(uniforms)
 
 
+def _uniform(name: str, low: float, high: float, bounds: tuple[float, float]) -> Uniform:
+    if not low < high:
+        raise InputError(f"sampled.{name}: low = {low:g} must be below high = {high:g}")
+    for key, end in (("low", low), ("high", high)):
+        if not bounds[0] <= end <= bounds[1]:
+            raise InputError(f"sampled.{name}: {key} = {end:g} is outside {bounds[0]:g} .. {bounds[1]:g}")
+    return Uniform(name, low, high)
+
+
 def _joint(entry: Mapping[str, Any], allowed: set[str], model: Model, tyre: Mapping[str, Any]) -> Normal:
-    known(entry, ("parameters", "covariance", "mean"), "key of sampled.joint:")
-    names, rows = entry.get("parameters", []), entry.get("covariance", [])
-    if not isinstance(names, list) or not names:
-        raise InputError("sampled.joint: parameters is missing; give a list of names and their covariance")
+    given = read(JOINT, entry, section="sampled.joint", dotted=True)
+    names = given["parameters"]
     for name in names:
         _number_name(name, allowed)
     where, size = f"sampled.joint of {', '.join(names)}", len(names)
-    square = isinstance(rows, list) and all(isinstance(row, list) and len(row) == size for row in rows)
-    if not square or len(rows) != size or not all(is_number(number) for row in rows for number in row):
-        raise InputError(f"{where}: covariance must be {size} x {size} numbers")
+    row = list_of(FINITE, f"must be {size} numbers", least=size, most=size)
+    square = list_of(row, f"must be {size} x {size} numbers", least=size, most=size)
+    rows = read(square, given["covariance"], where=where, section="covariance")
     try:
         covariance = checked_covariance(names, rows)
     except InputError as error:
         raise InputError(f"sampled.joint: {error}") from error
-    mean = entry.get("mean", [])
-    if not isinstance(mean, list) or ("mean" in entry and len(mean) != size):
-        raise InputError(f"{where}: mean = {shown(mean)}; give a list of one number per parameter")
-    means = [finite(f"{where}: mean", value) for value in mean] or [_nominal(name, model, tyre) for name in names]
+    if "mean" in given:
+        one_each = list_of(FINITE, "; give a list of one number per parameter", least=size, most=size, strict=False)
+        means = read(one_each, given["mean"], where=where, section="mean", dotted=True)
+    else:
+        means = [_nominal(name, model, tyre) for name in names]
     for name, value, variance in zip(names, means, np.diag(covariance), strict=True):
         possible_moments(f"sampled.joint: {name}", value, float(np.sqrt(max(variance, 0.0))), bounds_of(model, name))
     return Normal(tuple(names), tuple(means), _root(covariance))
@@ -143,7 +209,7 @@ def _root(covariance: Any) -> tuple[tuple[float, ...], ...]:
 
 
 def _number_name(name: Any, allowed: set[str]) -> None:
-    known([name], allowed, "parameter")
+    refuse_unknown("parameter", [name], allowed)
     if ParameterKey.parse(name).name in NAMES:
         raise InputError(f"sampled {name}: a name cannot be sampled; list names in [grid]")
 

@@ -16,7 +16,7 @@ from studies.missing_effect import diagnose, measurement, read_measurement
 from studies.missing_effect.motion import canonical_table, modal_table, nuisances
 from studies.missing_effect.report import SAYS
 from studies.missing_effect.rig import measurement as rig_measurement
-from studies.missing_effect.rig import reference, tables_forward
+from studies.missing_effect.rig import reference, reference_file, tables_forward
 from tyre.estimate import Calibration
 
 PAGE = (Path(__file__).parents[2] / "docs" / "measurement_files.md").read_text(encoding="utf-8")
@@ -66,7 +66,8 @@ def test_every_name_stands_on_the_page():
         *measurement.TOP_KEYS, *measurement.EVERY_KIND, *tables_forward.KEYS,
         *UNITS, *known_modes(), *modal_table.NUMBERS, *recording.CHANNELS, *recording.INPUTS,
         *recording.RUN.keys, *canonical_table.COEFFICIENTS, *canonical_table.UNITS.values(), *SAYS,
-        *rig_measurement.KEYS, *reference.SOURCES, *reference.CONDITION_KEYS, *(f.name for f in fields(Calibration)),
+        *rig_measurement.KEYS, *reference_file.SOURCES, *reference_file.CONDITION_KEYS,
+        *(f.name for f in fields(Calibration)),
         "rider", "environment", "coefficient", "unit", "value", "sd", "difference_percent", "speeds_m_s", "band_hz",
         "drop_first_s", "noise_sd", "time_s", "group", "mode",
     }  # fmt: skip
@@ -95,8 +96,8 @@ def test_limits_and_defaults_are_those_of_the_page():
     assert [most for most, _ in n.MOST.values()] == [0.5, 0.3, 100, 100]
     assert (canonical_table.SPEEDS, canonical_table.BAND, canonical_table.FEWEST) == ((2, 3, 4, 5, 6, 7), (0.3, 3), 4)
     assert [f.default for f in fields(Calibration)] == [0.003, 0.003, 0.002, 0.01]
-    assert [(least, kind) for _, least, kind in reference.LEAST] == [(1, "N/deg"), (10, "N/mm")]
-    assert (reference.UNSTATED, reference.LENGTH_SD, reference.PEAK, reference.SHAPE, reference.CURVATURE) == (
+    assert [(least, kind) for _, least, kind in reference_file.LEAST] == [(1, "N/deg"), (10, "N/mm")]
+    assert (reference_file.UNSTATED, reference.LENGTH_SD, reference.PEAK, reference.SHAPE, reference.CURVATURE) == (
         0.02, 0.1, 1.05, 1.4, 0,
     )  # fmt: skip
     assert rig_measurement.WHEEL_RADIUS == 0.34

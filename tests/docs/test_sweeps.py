@@ -10,7 +10,7 @@ pytest.importorskip("zarr")
 pytest.importorskip("xarray")
 
 from studies.commands import sweep, uncertainty
-from studies.sweeps import chunk, sketch, spec, sweep_file, toml_values, variation
+from studies.sweeps import chunk, sketch, spec, sweep_file, variation
 from studies.sweeps.run import run_sweep
 from studies.sweeps.sweep_file import build_sweep, read_sweep
 
@@ -51,7 +51,7 @@ def test_the_examples_run(folder, monkeypatch, capsys):
 
 def test_every_name_stands_on_the_page():
     names = {
-        *sweep_file.TOP_KEYS, *variation.SAMPLED_EXTRA, *toml_values.LEAF_KEYS, *spec.OUTPUTS, *spec.TYRE_UNITS,
+        *sweep_file.TOP_KEYS, *variation.SAMPLED_EXTRA, *variation.LEAF_KEYS, *spec.OUTPUTS, *spec.TYRE_UNITS,
         *chunk.CHANGES, *sweep_file.REDUCIBLE, *(f"NAME_{field}" for field in sketch.EXTREMES), spec.SPEED,
         "NAME_quantiles", "parameters", "covariance", "tyre_extrapolated", "quantiles",
     }  # fmt: skip

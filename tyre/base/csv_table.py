@@ -5,16 +5,19 @@ import io
 import math
 import re
 import warnings
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from importlib.resources.abc import Traversable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError, refuse_unknown
 
+Check = Callable[[Any], Any]
 COMMENT = re.compile(r'^((?:[^"#]|"[^"]*")*)#.*')  # outside quotes
 UNIT_HINT = "units are in the column names (SI; angles in rad)"
 
@@ -45,7 +48,7 @@ class Cells:
         Names of columns, for messages.
     """
 
-    path: Path
+    path: Path | Traversable
     text: str
     separator: str
     logged: bool
@@ -89,7 +92,7 @@ class Cells:
         return [name.strip() for name in self.rows[0][1]]
 
     def column(self, place: int) -> list[str]:
-        """Cells of one column (its place from 0) below the header."""
+        """Cells of one column below the header; ``place`` is the number of the column, from 0."""
         return [cells[place].strip() for _, cells in self.rows[1:]]
 
     def numbers(self, places: Sequence[int], *, missing: Collection[str] = ()) -> list[Array]:
@@ -98,7 +101,7 @@ class Cells:
         Parameters
         ----------
         places : sequence of int
-            Of the columns, from 0.
+            Indices of the columns, from 0.
         missing : collection of str, optional
             What stands for a value that is missing (it becomes NaN) where infinity is a number, too; without, every
             cell must be a finite number.
@@ -114,6 +117,28 @@ class Cells:
         """
         fast = self._fast(places, missing) if self.logged else None
         return fast or [self._numbers(place, missing) for place in places]
+
+    def checked(self, place: int, check: Check) -> Array:
+        """One column as numbers, each given by a check.
+
+        Parameters
+        ----------
+        place : int
+            Index of the column, from 0.
+        check : callable
+            Of :mod:`tyre.base.checks`.
+
+        Returns
+        -------
+        ndarray, shape (rows,)
+        """
+        from tyre.base.schema import read
+
+        found = []
+        for (line, _), cell in zip(self.rows[1:], self.column(place), strict=True):
+            where = f"{self.path}, line {line}"
+            found.append(read(check, _as_number(cell), where=where, section=self.header[place]))
+        return np.array(found)
 
     def _numbers(self, place: int, missing: Collection[str]) -> Array:
         column = self.column(place)
@@ -147,16 +172,28 @@ class Cells:
         return [frame[place].to_numpy() for place in places] if complete else None
 
 
-def read_columns(path: Path, *, numbers: Sequence[str], texts: Sequence[str] = (), needed: Sequence[str]) -> Columns:
+def read_columns(
+    path: Path | Traversable,
+    *,
+    numbers: Collection[str] | Mapping[str, Check],
+    texts: Sequence[str] = (),
+    needed: Sequence[str],
+    others: bool = False,
+) -> Columns:
     """Columns of a CSV file with a header line; ``#`` outside quotes begins a comment, empty lines are passed over.
 
     Parameters
     ----------
     path : Path
-    numbers, texts : sequences of str
-        Allowed columns with numbers and with words.
+    numbers : collection of str, or mapping of str to callable
+        Allowed columns with numbers; the checks (:mod:`tyre.base.schema`) of their cells, if these may be anything else
+        than a finite number: an empty cell is checked as ``""``.
+    texts : sequence of str
+        Allowed columns with words.
     needed : sequence of str
         Columns that must be there.
+    others : bool
+        Other columns may be there, and are passed over.
 
     Raises
     ------
@@ -171,22 +208,27 @@ def read_columns(path: Path, *, numbers: Sequence[str], texts: Sequence[str] = (
         raise InputError(f"{path}: columns are separated by commas here, numbers written with a point (0.1)")
     if "" in header:
         raise InputError(f"{path}: column {header.index('') + 1} has no name; {UNIT_HINT}")
-    refuse_unknown("column", header, [*numbers, *texts], where=str(path), more=UNIT_HINT)
+    if not others:
+        refuse_unknown("column", header, [*numbers, *texts], where=str(path), more=UNIT_HINT)
     for name in header:
         if header.count(name) > 1:
             raise InputError(f"{path}: the column {name} is given twice; keep one")
     missing = [name for name in needed if name not in header]
     if missing:
-        raise InputError(f"{path}: the column {', '.join(missing)} is missing; {UNIT_HINT}")
+        there = f"there are {', '.join(header)}" if others else UNIT_HINT
+        raise InputError(f"{path}: the column {', '.join(missing)} is missing; {there}")
     if not cells.rows[1:]:
         raise InputError(f"{path}: the table has no rows")
     names = [name for name in header if name in numbers]
-    values = cells.numbers([header.index(name) for name in names])
+    if isinstance(numbers, Mapping):
+        values = [cells.checked(header.index(name), numbers[name]) for name in names]
+    else:
+        values = cells.numbers([header.index(name) for name in names])
     words = {name: cells.column(place) for place, name in enumerate(header) if name in texts}
     return Columns(dict(zip(names, values, strict=True)), words, tuple(line for line, _ in cells.rows[1:]))
 
 
-def read_cells(path: Path, *, kind: str, example: str, logged: bool = False) -> Cells:
+def read_cells(path: Path | Traversable, *, kind: str, example: str, logged: bool = False) -> Cells:
     """Cells of a table, empty lines passed over.
 
     Parameters
@@ -212,7 +254,7 @@ def read_cells(path: Path, *, kind: str, example: str, logged: bool = False) -> 
     return Cells(path, text, ";" if logged and ";" in head else ",", logged, example)
 
 
-def _text(path: Path, kind: str, *, logged: bool) -> str:
+def _text(path: Path | Traversable, kind: str, *, logged: bool) -> str:
     try:
         raw = path.read_bytes().removeprefix(b"\xef\xbb\xbf")  # spreadsheets write a byte-order mark
     except FileNotFoundError as error:
@@ -236,6 +278,12 @@ def _quoted(line: str, where: str) -> list[str]:
     except csv.Error as error:
         raise InputError(f"{where}: not CSV ({error}); see the quotation marks") from error
     return row
+
+
+def _as_number(cell: str) -> float | str:
+    """A number, or the text that is none."""
+    number = _number(cell)
+    return cell if math.isnan(number) and cell.lower() != "nan" else number
 
 
 def _number(cell: str) -> float:

@@ -1,6 +1,5 @@
 """The one exception for bad input, raised by every package and shown by the command line as one line."""
 
-import difflib
 import numbers
 from collections.abc import Iterable
 from typing import Any
@@ -68,13 +67,15 @@ def nearest(name: object, allowed: Iterable[str], *, cutoff: float = 0.6) -> str
     cutoff : float
         Share of letters in common below which a name is not like it, 0 to 1.
     """
+    import difflib  # here: most runs have no mistyped name
+
     by_lower_case = {known.lower(): known for known in reversed(list(allowed))}
     close = difflib.get_close_matches(str(name).lower(), list(by_lower_case), n=1, cutoff=cutoff)
     return by_lower_case[close[0]] if close else ""
 
 
 def hint(name: object, allowed: Iterable[str]) -> str:
-    """The nearest known name as a question that ends a message; empty where there is none."""
+    """The nearest to ``name`` among ``allowed``, as a question that ends a message; empty where there is none."""
     near = nearest(name, allowed)
     return f"; did you mean {near!r}?" if near else ""
 

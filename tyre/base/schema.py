@@ -1,49 +1,29 @@
-"""Tables of files, declared: which keys there are, what each may hold, and the words in which another value is refused.
+"""Tables of files, declared: which keys there are, what each may hold, and the words in which another is refused.
 
-A table is declared once, by its keys (:func:`needed`, :func:`maybe`) and a check of each value (:func:`number`,
-:func:`text`, ...); :func:`read` gives the values back or says what is wrong with the file, the same way for every
-file: the place, the key, the value, what is allowed. Voluptuous walks the tables; all words are ours.
+A table is declared once, by its keys (:func:`needed`, :func:`maybe`) and a check of each value
+(:mod:`tyre.base.checks`); :func:`read` gives the values back or says what is wrong with the file, the same way for
+every file: the place, the key, the value, what is allowed. Voluptuous walks the tables; all words are ours.
 """
 
-import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
-from voluptuous import REMOVE_EXTRA, Invalid, MultipleInvalid, Optional, Required, RequiredFieldInvalid, Schema
-
-from tyre.base.errors import InputError, is_number, shown, unknown
-
-Check = Callable[[Any], Any]
-MOST = 2**63 - 1  # what an integer of numpy holds
+from tyre.base.checks import Check, any_table, anything, known, not_known, text
+from tyre.base.errors import InputError
 
 
-class _Refused(Invalid):
-    """What a value is and must be, to stand behind its key."""
+@dataclass(frozen=True, eq=False)
+class Key:
+    """A key of a table: its name, what is said of a table without it, and its value then."""
+
+    name: str
+    missing: str = ""
+    default: Any = None
 
 
-class _UnknownKey(Invalid):
-    """A key that the table does not have."""
-
-
-class _NoTable(Invalid):
-    """A value where a table, or a list of tables, belongs."""
-
-
-def refused(value: object, says: str) -> Invalid:
-    """The error that a check of one's own raises.
-
-    Parameters
-    ----------
-    value : object
-        What the file holds.
-    says : str
-        What it must be: ``must be a time >= 0 in s``.
-    """
-    return _Refused(f"= {shown(value)} {says}")
-
-
-def needed(key: str, says: str = "") -> Any:
+def needed(key: str, says: str = "") -> Key:
     """A key that must be there.
 
     Parameters
@@ -52,154 +32,66 @@ def needed(key: str, says: str = "") -> Any:
     says : str
         Of a table without it; by default ``KEY is missing``.
     """
-    return Required(key, msg=says or f"{key} is missing")
+    return Key(key, says or f"{key} is missing")
 
 
-def maybe(key: str, default: Any = None) -> Any:
+def maybe(key: str, default: Any = None) -> Key:
     """A key that may be left out.
 
     Parameters
     ----------
     key : str
     default : object
-        Its value then; None: the table read has no such key.
+        Its value then, in the unit of the key; None: the table read has no such key.
     """
-    return Optional(key) if default is None else Optional(key, default=default)
+    return Key(key, default=default)
 
 
-def number(
-    *, above: float = -math.inf, least: float = -math.inf, most: float = math.inf, says: str = "", endless: bool = False
-) -> Check:
-    """A number, as float.
-
-    Parameters
-    ----------
-    above, least, most : float
-        Bounds; the first one excluded.
-    says : str
-        What it must be; by default made of the bounds.
-    endless : bool
-        Infinity is allowed.
-    """
-    if not says:
-        ends = [f"above {above:g}"] * (above > -math.inf) + [f"from {least:g}"] * (least > -math.inf)
-        ends += [f"up to {most:g}"] * (most < math.inf)
-        says = " ".join(["must be a finite number", *ends])
-
-    def check(value: Any) -> float:
-        if not is_number(value) or not above < value or not least <= value <= most:
-            raise refused(value, says)
-        if math.isinf(value) and not endless:
-            raise refused(value, says)
-        return float(value)
-
-    return check
-
-
-def whole(*, least: int, most: int = MOST) -> Check:
-    """A whole number within bounds."""
-
-    def check(value: Any) -> int:
-        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-            raise refused(value, f"must be a whole number from {least} to {most}")
-        return value
-
-    return check
-
-
-def flag(value: Any) -> bool:
-    """true or false."""
-    if not isinstance(value, bool):
-        raise refused(value, "must be true or false")
-    return value
-
-
-def text(says: str = "must be text in quotes", *, allowed: Collection[str] | None = None, blank: bool = True) -> Check:
-    """Text in quotes.
-
-    Parameters
-    ----------
-    says : str
-        What it must be.
-    allowed : collection of str, optional
-        The only texts allowed.
-    blank : bool
-        Blanks alone are text, too.
-    """
-
-    def check(value: Any) -> str:
-        if not isinstance(value, str) or (allowed is not None and value not in allowed):
-            raise refused(value, says)
-        if not blank and not value.strip():
-            raise _Refused("is empty")
-        return value
-
-    return check
-
-
-def known(kind: str, allowed: Collection[str]) -> Check:
-    """A name out of several; another one is refused with the nearest."""
-
-    def check(value: Any) -> str:
-        if not isinstance(value, str) or value not in allowed:
-            raise _UnknownKey(unknown(kind, value, allowed))
-        return value
-
-    return check
-
-
-def list_of(check: Check, says: str, *, least: int = 0, strict: bool = True) -> Check:
-    """A list whose every entry passes a check.
-
-    Parameters
-    ----------
-    check : callable
-        Of an entry.
-    says : str
-        What the whole must be.
-    least : int
-        Fewest entries.
-    strict : bool
-        A bad entry is refused in the words of the whole, with the whole shown; else in its own, with the entry.
-    """
-
-    def every(value: Any) -> list[Any]:
-        if not isinstance(value, list) or len(value) < least:
-            raise refused(value, says)
-        entries = []
-        for place, entry in enumerate(value):
-            try:
-                entries.append(check(entry))
-            except Invalid as error:
-                if strict:
-                    raise refused(value, says) from None
-                error.prepend([place])
-                raise
-        return entries
-
-    return every
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Table:
     """A declared table: called with a mapping, it gives the checked values.
 
     Attributes
     ----------
-    keys : tuple of str
-        Its keys.
-    schema : voluptuous.Schema
+    declared : mapping of Key to callable
+        Its keys and the checks of their values.
+    wildcard : tuple of two callables, optional
+        Checks of any other key, and of its value.
+    others : bool
+        Other keys are passed over.
     """
 
-    keys: tuple[str, ...]
-    schema: Schema
+    declared: Mapping[Key, Check]
+    wildcard: tuple[Check, Check] | None = None
+    others: bool = False
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Names of its keys."""
+        return tuple(key.name for key in self.declared)
 
     def __call__(self, value: Any) -> dict[str, Any]:
-        """Check a table."""
-        return dict(self.schema(dict(any_table(value))))
+        """Check a table: ``value``, whose units its keys name."""
+        return dict(self._schema(dict(any_table(value))))
+
+    @cached_property
+    def _schema(self) -> Any:
+        from voluptuous import PREVENT_EXTRA, REMOVE_EXTRA, Optional, Required, Schema
+
+        compiled: dict[Any, Check] = {}
+        for place, (key, check) in enumerate(self.declared.items()):  # missing ones are told in this order
+            if key.missing:
+                compiled[Required(key.name, msg=key.missing, description=place)] = check
+            elif key.default is None:
+                compiled[Optional(key.name)] = check
+            else:
+                compiled[Optional(key.name, default=key.default)] = check
+        if self.wildcard:
+            compiled[self.wildcard[0]] = self.wildcard[1]
+        return Schema(compiled, extra=REMOVE_EXTRA if self.others else PREVENT_EXTRA)
 
 
-def table(keys: Mapping[Any, Check], *, kind: str = "key", others: bool = False) -> Table:
+def table(keys: Mapping[Key, Check], *, kind: str = "key", others: bool = False) -> Table:
     """A table of declared keys.
 
     Parameters
@@ -211,14 +103,11 @@ def table(keys: Mapping[Any, Check], *, kind: str = "key", others: bool = False)
     others : bool
         Other keys may stand beside them, and are passed over.
     """
-    names = tuple(str(key) for key in keys)
-    for place, key in enumerate(keys):
-        key.description = place  # the order in which missing ones are told
 
-    def none_else(key: Any) -> str:
-        raise _UnknownKey(unknown(kind, key, names))
+    def none_else(key: Any) -> Any:
+        raise not_known(kind, key, [known.name for known in keys])
 
-    return Table(names, Schema(dict(keys), extra=REMOVE_EXTRA) if others else Schema({**keys, none_else: object}))
+    return Table(keys, None if others else (none_else, any_table), others)
 
 
 def by_name(check: Check, allowed: Collection[str], *, kind: str) -> Table:
@@ -233,10 +122,14 @@ def by_name(check: Check, allowed: Collection[str], *, kind: str) -> Table:
     kind : str
         What a message calls them.
     """
-    return Table(tuple(allowed), Schema({known(kind, allowed): check}))
+    return Table({}, (known(kind, allowed), check))
 
 
-def path_key(key: str, example: str) -> dict[Any, Check]:
+tables_by_name = Table({}, (anything, any_table))
+"""A table of tables whose names and keys are checked elsewhere."""
+
+
+def path_key(key: str, example: str) -> dict[Key, Check]:
     """A key that names another file, to be merged with those of :func:`table`.
 
     Parameters
@@ -247,18 +140,6 @@ def path_key(key: str, example: str) -> dict[Any, Check]:
     """
     how = f'write {key} = "{example}"'
     return {needed(key, f"no {key}; {how}"): text(f"must be a path in quotes; {how}")}
-
-
-def anything(value: Any) -> Any:
-    """Whatever stands there: checked elsewhere."""
-    return value
-
-
-def any_table(value: Any) -> Mapping[str, Any]:
-    """A table whose keys are checked elsewhere."""
-    if not isinstance(value, Mapping):
-        raise _NoTable(shown(value))
-    return value
 
 
 def read(declared: Check, content: Any, *, where: str = "", section: str = "", dotted: bool = False) -> Any:
@@ -287,6 +168,8 @@ def read(declared: Check, content: Any, *, where: str = "", section: str = "", d
     InputError
         An unknown key before all else, then the first value that is not allowed, then a key that is missing.
     """
+    from voluptuous import Invalid, MultipleInvalid
+
     try:
         return declared(content)
     except Invalid as error:
@@ -295,24 +178,35 @@ def read(declared: Check, content: Any, *, where: str = "", section: str = "", d
         raise InputError(f"{where}: {words}" if where else words) from None
 
 
-def _rank(error: Invalid) -> tuple[int, int]:
+def _rank(error: Any) -> tuple[int, int]:
     """Unknown keys first, the outermost before all; missing ones last, as declared."""
-    if isinstance(error, _UnknownKey):
+    from voluptuous import RequiredFieldInvalid
+
+    from tyre.base.refusals import UnknownKey
+
+    if isinstance(error, UnknownKey):
         return 0, len(error.path)
     missing: Any = error.path[-1] if isinstance(error, RequiredFieldInvalid) else None
     return (1, 0) if missing is None else (2, missing.description)
 
 
-def _words(error: Invalid, section: list[str], *, dotted: bool) -> str:
+def _words(error: Any, section: list[str], *, dotted: bool) -> str:
+    from voluptuous import RequiredFieldInvalid
+
+    from tyre.base.refusals import NoTable, UnknownKey
+
     path = section + [part if isinstance(part, int) else str(part) for part in error.path]
     name, message = ".".join(part for part in path if isinstance(part, str)), error.error_message
-    alone = isinstance(error, _UnknownKey | RequiredFieldInvalid)
-    if isinstance(error, _NoTable):
+    alone = isinstance(error, UnknownKey | RequiredFieldInvalid)
+    if isinstance(error, NoTable):
         alone = not path or isinstance(path[-1], int)
         way = "" if alone else f": write [{name}] and the keys below it"
         message = f"{'' if alone else '= '}{message} must be a table{way}"
+    if dotted and not alone:
+        return f"{name} {message}"
     if dotted:
-        return message if alone else f"{name} {message}"
+        outer = name.rpartition(".")[0] if isinstance(error, RequiredFieldInvalid) else ""
+        return f"{outer}: {message}" if outer else message
     key = path.pop() if path and isinstance(path[-1], str) and (error.path or not alone) else ""
     numbers = [part + 1 for part in path if isinstance(part, int)]
     outer = ".".join(part for part in path if isinstance(part, str))

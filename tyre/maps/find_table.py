@@ -1,9 +1,8 @@
 """The measured tables there are, and one of them by its tyre and surface."""
 
-import difflib
 from importlib.resources.abc import Traversable
 
-from tyre.base.errors import InputError
+from tyre.base.errors import InputError, nearest
 from tyre.maps.table_io import read_folder
 from tyre.maps.tables import MeasuredTable, common_lateral_stiffness
 
@@ -46,8 +45,8 @@ def find_table(tyre: str, *, surface: str, folder: Traversable | None = None) ->
     mine = [table for table in tables if table.tyre == tyre]
     if not mine:
         names = sorted({table.tyre for table in tables})
-        near = difflib.get_close_matches(tyre, names, n=1)
-        hint = f" (did you mean '{near[0]}'?)" if near else ""
+        near = nearest(tyre, names)
+        hint = f" (did you mean '{near}'?)" if near else ""
         raise InputError(f"no tyre '{tyre}'{hint}; available are {', '.join(names) or 'none'}.")
     chosen = [table for table in mine if table.surface == surface]
     if not chosen:

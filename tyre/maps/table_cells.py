@@ -1,45 +1,37 @@
-"""One cell of a measured tyre table: a number within what its column may hold."""
+"""The declared columns of a measured tyre table: what each of its cells may hold."""
 
-import math
+from typing import Any
 
-from tyre.base.errors import InputError
+from tyre.base.checks import Check, number
+from tyre.maps.table_sidecar import POSITIVE
+
+REQUIRED = ("load_N", "pressure_bar", "cornering_stiffness_N_per_deg")
+STIFFNESS = ("relaxation_length_mm", "lateral_stiffness_N_per_mm")
+SD = ("cornering_stiffness_sd_N_per_deg", "relaxation_length_sd_mm", "lateral_stiffness_sd_N_per_mm")
+CORRELATION, DOF = "stiffness_correlation", ("cornering_stiffness_dof", "lateral_stiffness_dof")
+TRAIL = "pneumatic_trail"
+DIRECT = {"slip step": "relaxation_length_slip_step", "two sweep rates": "relaxation_length_two_rates"}
+
+_NOT_NEGATIVE = number(least=0, says="must be finite and >= 0")
+_FREEDOM = number(above=0, endless=True, says="must be > 0 (inf where the standard deviation is known well)")
+_ANY = number(says="must be finite, or empty where it was not measured")
 
 
-def cell_value(where: str, column: str, cell: str, *, optional: bool) -> float:
-    """The number of a cell.
+def _or_empty(check: Check) -> Check:
+    def checked(value: Any) -> Any:
+        return float("nan") if value == "" else check(value)
 
-    Parameters
-    ----------
-    where : str
-        File and row, for messages.
-    column : str
-        Its name says what is allowed: standard deviations (``_sd_``) and degrees of freedom (``_dof``, infinite too)
-        are positive, a correlation is from -1 to 1, other numbers are positive.
-    cell : str
-    optional : bool
-        The cell may be empty, which is NaN, and the number of either sign.
+    return checked
 
-    Raises
-    ------
-    InputError
-        No number, or one that the column cannot hold.
-    """
-    if optional and not cell.strip():
-        return math.nan
-    try:
-        value = float(cell)
-    except ValueError as error:
-        raise InputError(f"{where}: {column} is '{cell}', which is not a number.") from error
-    if column.endswith("_dof"):
-        good, allowed = value > 0, "> 0 (inf where the standard deviation is known well)"
-    elif "_sd_" in column:
-        good, allowed = math.isfinite(value) and value >= 0, "finite and >= 0"
-    elif column.endswith("_correlation"):
-        good, allowed = -1 <= value <= 1, "from -1 to 1"
-    elif optional:
-        good, allowed = math.isfinite(value), "finite, or empty where it was not measured"
-    else:
-        good, allowed = math.isfinite(value) and value > 0, "finite and > 0"
-    if not good:
-        raise InputError(f"{where}: {column} is {cell}; it must be {allowed}.")
-    return value
+
+COLUMNS: dict[str, Check] = (
+    dict.fromkeys((*REQUIRED, *STIFFNESS), POSITIVE)
+    | dict.fromkeys(SD, _NOT_NEGATIVE)
+    | {CORRELATION: number(least=-1, most=1, says="must be from -1 to 1")}
+    | dict.fromkeys(DOF, _FREEDOM)
+    | {
+        f"{name}{end}": _or_empty(check)
+        for name in (TRAIL, *DIRECT.values())
+        for end, check in (("_mm", _ANY), ("_sd_mm", _NOT_NEGATIVE), ("_dof", _FREEDOM))
+    }
+)

@@ -24,8 +24,8 @@ last printed digit; with it, conditions that share a lateral stiffness are check
 """
 
 import csv
-import io
 import math
+from collections.abc import Mapping
 from dataclasses import asdict
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -34,23 +34,14 @@ from typing import Any
 import numpy as np
 
 from tyre.base.arrays import Array
+from tyre.base.csv_table import read_columns
 from tyre.base.errors import InputError
 from tyre.base.paths import data_root
 from tyre.base.units import PASCAL_PER_BAR
-from tyre.maps.calibration import CommonCalibration
 from tyre.maps.measured_column import MeasuredColumn
-from tyre.maps.table_cells import cell_value
-from tyre.maps.table_sidecar import listed, read_sidecar, suggestion
+from tyre.maps.table_cells import COLUMNS, CORRELATION, DIRECT, DOF, REQUIRED, STIFFNESS, TRAIL
+from tyre.maps.table_sidecar import listed, read_sidecar
 from tyre.maps.tables import MeasuredTable
-
-_REQUIRED_COLUMNS = ("load_N", "pressure_bar", "cornering_stiffness_N_per_deg")
-_STIFFNESS_COLUMNS = ("relaxation_length_mm", "lateral_stiffness_N_per_mm")
-_SD_COLUMNS = ("cornering_stiffness_sd_N_per_deg", "relaxation_length_sd_mm", "lateral_stiffness_sd_N_per_mm")
-_CORRELATION = "stiffness_correlation"
-_DOF_COLUMNS = ("cornering_stiffness_dof", "lateral_stiffness_dof")
-_TRAIL = "pneumatic_trail"
-_DIRECT = {"slip step": "relaxation_length_slip_step", "two sweep rates": "relaxation_length_two_rates"}
-_MEASURED = tuple(f"{name}{end}" for name in (_TRAIL, *_DIRECT.values()) for end in ("_mm", "_sd_mm", "_dof"))
 
 
 def read_folder(folder: Traversable | None = None) -> list[MeasuredTable]:
@@ -126,11 +117,11 @@ def write_table(table: MeasuredTable, path: str | Path) -> None:
     }
     if table.cornering_stiffness_sd is not None:
         columns["cornering_stiffness_sd_N_per_deg"] = np.radians(table.cornering_stiffness_sd)
-    for name in (_CORRELATION, *_DOF_COLUMNS):
+    for name in (CORRELATION, *DOF):
         if getattr(table, name) is not None:
             columns[name] = getattr(table, name)
-    columns |= _written_column(_TRAIL, table.pneumatic_trail)
-    for route, name in _DIRECT.items():
+    columns |= _written_column(TRAIL, table.pneumatic_trail)
+    for route, name in DIRECT.items():
         columns |= _written_column(name, table.direct_relaxation_length.get(route))
     keys: dict[str, Any] = {"tyre": table.tyre, "surface": table.surface, "source": table.source or "not stated"}
     keys |= {"description": table.description} if table.description else {}
@@ -163,12 +154,14 @@ def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
             f"{table_path}: its sidecar {sidecar_path.name} is missing; it must say tyre, surface and source."
         )
     name = table_path.name
-    keys = read_sidecar(sidecar_path.name, sidecar_path.read_text(encoding="utf-8"))
-    columns = _columns(name, table_path.read_text(encoding="utf-8-sig"))
+    keys = read_sidecar(sidecar_path)
+    columns = read_columns(table_path, numbers=COLUMNS, needed=REQUIRED).numbers
+    if sum(column in columns for column in STIFFNESS) != 1:
+        raise InputError(f"{name}: give one of the columns {listed(STIFFNESS)}; each follows from the other.")
     cornering = np.degrees(columns["cornering_stiffness_N_per_deg"])  # N/deg to N/rad
     relative_sd = np.zeros_like(cornering)
     if "relaxation_length_mm" in columns:
-        for given in ("calibration", _CORRELATION, *_DOF_COLUMNS):
+        for given in ("calibration", CORRELATION, *DOF):
             if given in keys or given in columns:
                 raise InputError(
                     f"{name}: {given} is about both stiffnesses; give the column lateral_stiffness_N_per_mm in place "
@@ -205,28 +198,26 @@ def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
         lateral_stiffness=lateral,
         lateral_stiffness_sd=lateral_sd,
         cornering_stiffness_sd=None if sd_column is None else np.degrees(sd_column),
-        lateral_stiffness_shared_over=tuple(keys.get("lateral_stiffness_shared_over", ())),
+        lateral_stiffness_shared_over=tuple(keys["lateral_stiffness_shared_over"]),
         resolution=(
             (math.degrees(resolution["cornering_stiffness_N_per_deg"]), resolution["relaxation_length_mm"] / 1e3)
             if resolution
             else None
         ),
         source=keys["source"],
-        description=keys.get("description", ""),
-        lateral_stiffness_origin=keys.get("lateral_stiffness_origin", "measured"),
-        notes=tuple(keys.get("notes", ())),
-        synthetic=keys.get("synthetic", False),
+        description=keys["description"],
+        lateral_stiffness_origin=keys["lateral_stiffness_origin"],
+        notes=tuple(keys["notes"]),
+        synthetic=keys["synthetic"],
         drum_diameter=keys.get("drum_diameter_m"),
         width=keys["width_mm"] / 1e3 if "width_mm" in keys else None,
-        calibration=CommonCalibration(**keys["calibration"]) if "calibration" in keys else None,
-        stiffness_correlation=columns.get(_CORRELATION),
-        cornering_stiffness_dof=columns.get(_DOF_COLUMNS[0]),
-        lateral_stiffness_dof=columns.get(_DOF_COLUMNS[1]),
-        pneumatic_trail=_read_column(name, _TRAIL, columns),
+        calibration=keys.get("calibration"),
+        stiffness_correlation=columns.get(CORRELATION),
+        cornering_stiffness_dof=columns.get(DOF[0]),
+        lateral_stiffness_dof=columns.get(DOF[1]),
+        pneumatic_trail=_read_column(name, TRAIL, columns),
         direct_relaxation_length={
-            route: column
-            for route, stem in _DIRECT.items()
-            if (column := _read_column(name, stem, columns)) is not None
+            route: column for route, stem in DIRECT.items() if (column := _read_column(name, stem, columns)) is not None
         },
     )
 
@@ -238,7 +229,7 @@ def _written_column(name: str, column: MeasuredColumn | None) -> dict[str, Array
     return {f"{name}_mm": column.value * 1e3, f"{name}_sd_mm": column.sd * 1e3, f"{name}_dof": dof}
 
 
-def _read_column(file: str, name: str, columns: dict[str, Array]) -> MeasuredColumn | None:
+def _read_column(file: str, name: str, columns: Mapping[str, Array]) -> MeasuredColumn | None:
     value, sd, dof = (columns.get(f"{name}{end}") for end in ("_mm", "_sd_mm", "_dof"))
     if value is None and sd is None and dof is None:
         return None
@@ -254,32 +245,3 @@ def _read_column(file: str, name: str, columns: dict[str, Array]) -> MeasuredCol
 def _cell(value: float) -> str:
     """A number as it is read back; nothing where none was measured."""
     return "" if math.isnan(value) else repr(value)
-
-
-def _columns(name: str, text: str) -> dict[str, Array]:
-    rows = [row for row in csv.reader(io.StringIO(text)) if any(cell.strip() for cell in row)]
-    header = [cell.strip() for cell in rows[0]] if rows else []
-    known = (*_REQUIRED_COLUMNS, *_STIFFNESS_COLUMNS, *_SD_COLUMNS, _CORRELATION, *_DOF_COLUMNS, *_MEASURED)
-    for column in header:
-        if column not in known:
-            raise InputError(
-                f"{name}: unknown column '{column}'{suggestion(column, known)}; allowed are {listed(known)}."
-            )
-        if header.count(column) > 1:
-            raise InputError(f"{name}: column '{column}' appears twice; keep one.")
-    for column in _REQUIRED_COLUMNS:
-        if column not in header:
-            raise InputError(f"{name}: column '{column}' is missing; the first line must name the columns.")
-    if sum(column in header for column in _STIFFNESS_COLUMNS) != 1:
-        raise InputError(f"{name}: give one of the columns {listed(_STIFFNESS_COLUMNS)}; each follows from the other.")
-    if len(rows) < 2:
-        raise InputError(f"{name}: no conditions below the column names; at least one row is needed.")
-    values = np.empty((len(rows) - 1, len(header)))
-    for number, row in enumerate(rows[1:], start=2):
-        if len(row) != len(header):
-            raise InputError(
-                f"{name}, row {number}: {len(row)} cells under {len(header)} columns; fill or remove them."
-            )
-        for place, (column, cell) in enumerate(zip(header, row, strict=True)):
-            values[number - 2, place] = cell_value(f"{name}, row {number}", column, cell, optional=column in _MEASURED)
-    return {column: values[:, place] for place, column in enumerate(header)}

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import tomli_w
 
+from tyre.base.checks import Check, flag, number, refused, text
 from tyre.base.errors import InputError
-from tyre.base.schema import Check, flag, maybe, number, read, refused, table, text
+from tyre.base.schema import maybe, read, table
 from tyre.base.toml_file import read_toml
 from tyre.base.units import PASCAL_PER_BAR
 from tyre.recordings.axes import CONVENTIONS, signs

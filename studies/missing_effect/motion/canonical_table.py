@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from tyre.base.arrays import Array
+from tyre.base.checks import Check, refused, remarked
 from tyre.base.csv_table import read_columns
 from tyre.base.errors import InputError, is_number, unknown
-from tyre.base.schema import Check, Invalid, maybe, path_key, read, refused, table
+from tyre.base.schema import maybe, path_key, read, table
 
 ROLL = ("M_phi_delta", "C1_phi_delta", "K0_phi_delta")
 STEER = ("M_delta_delta", "C1_delta_phi", "C1_delta_delta", "K0_delta_delta", "K2_delta_delta", "H_delta_F")
@@ -41,7 +42,7 @@ def _ascending(highest: float, what: str, *, pair: bool = False) -> Check:
         if not all(0 < x <= highest for x in numbers) or sorted(set(numbers)) != numbers:
             raise refused(given, f"must rise and lie within 0 .. {highest:g} {what}")
         if pair and len(numbers) != 2:
-            raise Invalid(f"has {len(numbers)} numbers; write [lowest, highest]")
+            raise remarked(f"has {len(numbers)} numbers; write [lowest, highest]")
         return tuple(numbers)
 
     return check

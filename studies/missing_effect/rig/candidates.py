@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from studies.inference.parameter import Candidate, UncertainParameter
 from studies.missing_effect.rig.data import PullReadings, SweepBlocks
 from studies.missing_effect.rig.reference import Curve
-from tyre.base.errors import InputError, unknown
+from tyre.base.errors import InputError, refuse_unknown
 from tyre.estimate import Calibration
 from tyre.rig.regression import Recorded, RigParameter, Term, needs_pull, needs_sweep
 
@@ -132,9 +132,7 @@ def chosen(
     can = {c.identifier: c for c in candidates}
     known = {*can, *refused}
     for what, names in (("[rig]: includes", includes), ("--without", without)):
-        for name in names:
-            if name not in known:
-                raise InputError(f"{what}: {unknown('rig effect', name, known)}")
+        refuse_unknown("rig effect", names, known, where=what)
     for name in includes:
         if name in refused:
             raise InputError(f"[rig]: includes {name!r}, but: {refused[name]}; take it out")

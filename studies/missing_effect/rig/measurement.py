@@ -20,10 +20,11 @@ from studies.missing_effect.interface import Figure
 from studies.missing_effect.rig.figures import CAPTION, draw_recordings
 from studies.missing_effect.rig.recordings import WHEEL_RADIUS, RigRecordings
 from studies.missing_effect.rig.recordings_forward import RigRecordingsForward
-from studies.missing_effect.rig.reference import read_reference
+from studies.missing_effect.rig.reference_file import read_reference
 from studies.missing_effect.rig.setup import rig_forward_model
+from tyre.base.checks import anything, list_of, number, text
 from tyre.base.errors import InputError
-from tyre.base.schema import anything, by_name, list_of, maybe, needed, number, read, table, text
+from tyre.base.schema import by_name, maybe, needed, read, table
 from tyre.campaigns.campaign import recordings_in
 from tyre.estimate import Calibration
 from tyre.fits.slip_step import is_slip_step

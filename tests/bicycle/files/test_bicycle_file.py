@@ -142,7 +142,8 @@ def test_oddities_are_warned_about():
 @pytest.mark.parametrize(
     ("name", "text", "words"),
     [
-        ("b.toml", "values = 3", r"table \[values\] with the bicycle's parameters is missing"),
+        ("b.toml", "values = 3", r"values = 3 must be a table: write \[values\]"),
+        ("b.toml", "source = 'mine'", r"table \[values\] with the bicycle's parameters is missing"),
         ("b.toml", "w = ", "not a TOML file"),
         ("b.toml", "sd = 3\n[values]\nw = 1.0", "sd = 3 must be a table"),
         ("b.yml", "w: [1.0, 2.0]\n", "line 1: expected one 'key: value' a line, found a nested value"),

@@ -124,7 +124,10 @@ def test_bicycle_as_table_and_as_file_next_to_the_model(tmp_path):
         ({}, "the key 'bicycle' is missing"),
         ({"bicycle": 3}, "bicycle = 3 must be a name, a file or a table"),
         ({"bicycle": "benchmark", "effect": {}}, "unknown key 'effect'; did you mean 'effects'"),
-        ({"bicycle": "benchmark", "effects": {"side_slip": 1}}, "effects are tables"),
+        (
+            {"bicycle": "benchmark", "effects": {"side_slip": 1}},
+            r"\[effects\]: side_slip = 1 must be a table: write \[effects.side_slip\]",
+        ),
         ({"bicycle": "benchmark", "effects": {"sideslip": {}}}, "unknown effect 'sideslip'; did you mean 'side_slip'"),
         ({"bicycle": "benchmark", "effects": {"side_slip": {}}}, "missing parameter 'cornering_stiffness'"),
         ({"bicycle": "benchmark", "effects": {"side_slip": {"tyre": "Tyre1"}}}, "pressure_bar is missing"),

@@ -136,15 +136,15 @@ def test_input_given_twice():
     [
         ("time_s,torque\n0,1\n", "the column steer_torque_N_m is missing; there are time_s, torque"),
         ("t,steer_torque_N_m\n0,1\n", "the column time_s is missing"),
-        ("", "not a CSV table but empty; write the columns time_s,steer_torque_N_m"),
-        ("time_s,steer_torque_N_m\n", "there are no rows below the header; write one for each time"),
-        ("time_s,steer_torque_N_m\n0,high\n", "a value is not a number"),
+        ("", "the file is empty; the first line must name the columns: time_s, steer_torque_N_m"),
+        ("time_s,steer_torque_N_m\n", "the table has no rows"),
+        ("time_s,steer_torque_N_m\n0,high\n", "steer_torque_N_m = 'high' is not a finite number"),
         ("time_s,steer_torque_N_m\n0,1\n0,2\n", "the times of an input must increase"),
     ],
 )
 def test_refused_input_files(content, words, tmp_path):
     (tmp_path / "t.csv").write_text(content)
-    with pytest.raises(InputError, match=f"t.csv: {words}"):
+    with pytest.raises(InputError, match=f"t.csv(, line 2)?: {words}"):
         parse_inputs([f"steer_torque:file:{tmp_path / 't.csv'}"], allowed=INPUTS)
 
 

@@ -31,7 +31,7 @@ def test_command(tmp_path, capsys):
     for text, words in (
         (None, "no such sweep file"),
         ("x = ", "not a TOML file"),
-        ("model = 3", "bad.toml: model is miss"),
+        ("model = 3", "bad.toml: model = 3 must be a model file"),
     ):
         bad = tmp_path / "bad.toml"
         if text:

@@ -1,0 +1,217 @@
+"""Read what was known of a tyre before its recordings are diagnosed.
+
+One of, in [rig.reference]: ``recordings`` (a folder, fitted here), ``campaign`` (the JSON of ``velotyre tyre fit``),
+``table`` (a tyre table), or explicit [[rig.reference.conditions]].
+"""
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+from studies.missing_effect.rig.reference import ALIKE, CURVATURE, LENGTH_SD, SHAPE, Curve, Reference, Value
+from tyre.base.checks import anything, list_of, number, text
+from tyre.base.errors import InputError
+from tyre.base.schema import maybe, needed, read, table
+from tyre.base.units import PASCAL_PER_BAR
+from tyre.campaigns.campaign import fit_campaign
+from tyre.campaigns.summary import FitSettings
+from tyre.estimate import Calibration
+from tyre.maps.table_io import read_table
+
+TRACK = {"flat": "on a flat track", "drum": "on a drum"}
+SOURCES = ("recordings", "campaign", "table", "conditions")
+POSITIVE, NOT_NEGATIVE = number(above=0, says="must be a number > 0"), number(least=0, says="must be a number >= 0")
+DRUM_RADIUS = number(least=0.2, says="must be a number >= 0.2")
+SURFACE = 'write "flat", or "drum" together with drum_radius_m'
+CONDITION = table(
+    {
+        needed("load_N"): POSITIVE, needed("pressure_bar"): POSITIVE,
+        maybe("surface", "flat"): text(f"; {SURFACE}", allowed=("flat", "drum")), maybe("drum_radius_m"): DRUM_RADIUS,
+        maybe("cornering_stiffness_N_per_rad"): POSITIVE, maybe("cornering_stiffness_sd_N_per_rad"): NOT_NEGATIVE,
+        maybe("lateral_stiffness_N_per_m"): POSITIVE, maybe("lateral_stiffness_sd_N_per_m"): NOT_NEGATIVE,
+        maybe("relaxation_length_m"): POSITIVE, maybe("relaxation_length_sd_m"): NOT_NEGATIVE,
+        maybe("peak_N"): POSITIVE, maybe("shape"): POSITIVE,
+        maybe("curvature"): number(least=-10, says="must be a number >= -10"),
+    }
+)  # fmt: skip
+CONDITION_KEYS = CONDITION.keys
+PATH = text("must be a path in quotes")
+HOW = "must be tables: write conditions as [[rig.reference.conditions]] and keys below it"
+REFERENCE = table(
+    {maybe(key): PATH for key in SOURCES[:3]}
+    | {maybe("conditions"): list_of(anything, HOW, least=1), maybe("drum_radius_m"): DRUM_RADIUS}
+)
+
+
+def _value_and_sd(content: Any) -> "Value | None":
+    """What a fit gave for one quantity."""
+    if content is None:
+        return None
+    given = table({needed("value"): number(), needed("sd"): number(endless=True)}, others=True)(content)
+    return given["value"], given["sd"]
+
+
+CAMPAIGN = table(
+    {
+        needed("conditions"): list_of(
+            table(
+                {
+                    needed("tyre"): text(), needed("surface"): text(),
+                    needed("load_N"): POSITIVE, needed("pressure_bar"): POSITIVE,
+                    needed("cornering_stiffness_N_per_rad"): _value_and_sd,
+                    needed("lateral_stiffness_N_per_m"): _value_and_sd, needed("relaxation_length_m"): _value_and_sd,
+                },
+                others=True,
+            ),
+            "must be a list of conditions", strict=False,
+        )
+    },
+    others=True,
+)  # fmt: skip
+LEAST = (  # of a tyre, in its load; below it is surely in another unit
+    ("cornering_stiffness_N_per_rad", 1.0, "N/deg"), ("lateral_stiffness_N_per_m", 10.0, "N/mm"),
+)  # fmt: skip
+UNSTATED = 0.02  # relative sd of a stiffness whose source states none
+
+
+def read_reference(content: Any, folder: Path, calibration: Calibration) -> Reference:
+    """The reference that [rig.reference] names.
+
+    Parameters
+    ----------
+    content : object
+        That table.
+    folder : Path
+        Where the files that it names are.
+    calibration : Calibration
+        Of the rig, for recordings that are fitted.
+
+    Raises
+    ------
+    InputError
+        None or several sources, or a bad one.
+    """
+    chosen = read(REFERENCE, content, section="rig.reference")
+    given = [key for key in SOURCES if key in chosen]
+    if len(given) != 1:
+        raise InputError(f"[rig.reference] has {', '.join(given) or 'no source'}; give one of {', '.join(SOURCES)}")
+    source, drum = given[0], chosen.get("drum_radius_m")
+    if source == "conditions":
+        found = _explicit(chosen[source])
+    elif source == "table":
+        found = _of_table(folder / chosen[source], drum)
+    elif source == "campaign":
+        found = _campaign(folder / chosen[source], drum)
+    else:
+        campaign = fit_campaign(folder / chosen[source], settings=FitSettings(calibration), jobs=1, progress=False)
+        rows = [_fitted(condition) for condition in campaign.conditions]
+        found = _of_conditions(rows, f"recordings in {campaign.folder.name}/", str(campaign.folder))
+    other = next((c for c in found.curves if drum is not None and c.drum_radius != drum), None)
+    if other is not None:
+        says = f"a radius of {other.drum_radius:g} m" if other.drum_radius else "a flat track"
+        raise InputError(f"[rig.reference]: drum_radius_m = {drum:g}, but {found.origin}: {says}; take one of them out")
+    return found
+
+
+def _of_table(path: Path, drum: float | None) -> Reference:
+    t = read_table(path)
+    diameter = t.drum_diameter if t.surface == "drum" else None
+    c_sd = t.cornering_stiffness_sd if t.cornering_stiffness_sd is not None else UNSTATED * t.cornering_stiffness
+    rows = zip(
+        t.load, t.pressure, t.cornering_stiffness, c_sd, t.lateral_stiffness, t.lateral_stiffness_sd, strict=True
+    )
+    if t.surface == "drum" and diameter is None and drum is None:
+        raise InputError(f"{path}: a drum without drum_diameter_m; add it, or drum_radius_m in [rig.reference]")
+    radius = diameter / 2 if diameter else drum
+    found = [
+        Curve(f, p, (c, s), (k, ks or UNSTATED * k), drum_radius=radius if t.surface == "drum" else None)
+        for f, p, c, s, k, ks in (map(float, row) for row in rows)
+    ]
+    return Reference(tuple(found), f"table {path.name}, {TRACK[t.surface]}", t.tyre)
+
+
+Row = tuple[str, str, Curve]
+
+
+def _of_conditions(rows: list[Row], origin: str, where: str) -> Reference:
+    """One tyre on one surface."""
+    for what, names in (("tyres", {tyre for tyre, _, _ in rows}), ("surfaces", {surface for _, surface, _ in rows})):
+        if len(names) > 1:
+            raise InputError(f"{where}: a reference of {len(names)} {what}, {', '.join(sorted(names))}; give one")
+    return Reference(
+        tuple(curve for _, _, curve in rows),
+        f"{origin}, {TRACK[rows[0][1]]}",
+        rows[0][0],
+    )
+
+
+def _fitted(condition: Any) -> Row:
+    """A condition of a fitted campaign, its curve that of the first sweep (coefficients are never averaged)."""
+    c, k, length = condition.cornering_stiffness, condition.lateral_stiffness, condition.relaxation_length
+    shape = condition.sweeps[0].details if condition.sweeps else {}
+    curve = Curve(
+        condition.load, condition.pressure,
+        None if c is None else (c.value, c.sd), None if k is None else (k.value, k.sd),
+        None if length is None else (length.value, math.hypot(length.sd, LENGTH_SD * length.value)),
+        shape.get("peak_N"), shape.get("shape", SHAPE), shape.get("curvature", CURVATURE), condition.drum_radius,
+    )  # fmt: skip
+    return condition.tyre, condition.surface, curve
+
+
+def _campaign(path: Path, drum: float | None) -> Reference:
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    except ValueError as error:
+        raise InputError(f"{path}: not JSON: {error}") from None
+    given = read(CAMPAIGN, content, where=f"{path}: not the JSON of `velotyre tyre fit --json`")["conditions"]
+    if not given:
+        raise InputError(f"{path}: holds no conditions")
+    rows: list[Row] = []
+    for c in given:
+        length, on_drum = c["relaxation_length_m"], c["surface"] == "drum"
+        if length is not None:
+            length = length[0], math.hypot(length[1], LENGTH_SD * length[0])
+        if on_drum and drum is None:
+            raise InputError(f"{path}: a campaign on a drum; add drum_radius_m in [rig.reference]")
+        stiffness, lateral = c["cornering_stiffness_N_per_rad"], c["lateral_stiffness_N_per_m"]
+        pressure = PASCAL_PER_BAR * c["pressure_bar"]
+        curve = Curve(c["load_N"], pressure, stiffness, lateral, length, drum_radius=drum if on_drum else None)
+        rows.append((c["tyre"], c["surface"], curve))
+    return _of_conditions(rows, f"campaign {path.name}", str(path))
+
+
+def _explicit(rows: list[Any]) -> Reference:
+    curves: list[Curve] = []
+    for row in rows:
+        where = f"[[rig.reference.conditions]] number {len(curves) + 1}"
+        curve = _condition(row, where)
+        for place, other in enumerate(curves, 1):
+            if abs(curve.load / other.load - 1) < ALIKE and abs(curve.pressure / other.pressure - 1) < ALIKE:
+                raise InputError(f"{where}: load and pressure of number {place} again; keep one")
+        curves.append(curve)
+    return Reference(tuple(curves), "values in the file")
+
+
+def _condition(content: Any, where: str) -> Curve:
+    row = read(CONDITION, content, where=where)
+    if (row["surface"] == "drum") != ("drum_radius_m" in row):
+        raise InputError(f"{where}: surface = {row['surface']!r}; {SURFACE}")
+    for key, share, kind in LEAST:
+        least = share * row["load_N"]
+        if row.get(key, least) < least:
+            raise InputError(f"{where}: {key} = {row[key]:g} is below {least:g}, too soft for a tyre; is it in {kind}?")
+
+    def pair(name: str, unit: str, relative: float) -> Value | None:
+        key, sd_key = f"{name}_{unit}", f"{name}_sd_{unit}"
+        if key not in row and sd_key in row:
+            raise InputError(f"{where}: {sd_key} without {key}")
+        return (row[key], row.get(sd_key, relative * row[key])) if key in row else None
+
+    return Curve(
+        row["load_N"], PASCAL_PER_BAR * row["pressure_bar"], pair("cornering_stiffness", "N_per_rad", UNSTATED),
+        pair("lateral_stiffness", "N_per_m", UNSTATED), pair("relaxation_length", "m", LENGTH_SD), row.get("peak_N"),
+        row.get("shape", SHAPE), row.get("curvature", CURVATURE), row.get("drum_radius_m"),
+    )  # fmt: skip
