@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.eigenvalues.qr_kernel import compiled
+from bicycle.eigenvalues.hessenberg_kernel import compiled
 
 
 @compiled

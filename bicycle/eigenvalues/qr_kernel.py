@@ -1,189 +1,59 @@
-"""Eigenvalues of many small real matrices, compiled: 64 matrices go side by side through balancing and shifted QR.
+"""Eigenvalues of many small real matrices, compiled: 64 matrices go side by side through shifted QR.
 
-Needs numba (extra ``fast``). One matrix alone waits on every square root and division; 64 in step fill the vector
-unit. A matrix that is done, or whose rows are not in work, is masked: nothing it holds depends on its neighbours. The
-steps are those of LAPACK's ``dgebal``, ``dgehrd`` and ``dlahqr`` (Golub & Van Loan, Matrix Computations, 4th ed.,
-7.4-7.5; deflation after Ahues & Tisseur 1997), so is the backward error: a few eps times the norm.
+Needs numba (extra ``fast``). A matrix that is done, or whose rows are not in work, is masked: nothing it holds depends
+on its neighbours. The steps are those of LAPACK's ``dlahqr`` (Golub & Van Loan, Matrix Computations, 4th ed., 7.5;
+deflation after Ahues & Tisseur 1997), so is the backward error: a few eps times the norm.
 """
 
 import math
-from collections.abc import Callable
-from typing import Any
 
-import numba
 import numpy as np
-from numpy.typing import NDArray
 
+from bicycle.eigenvalues.hessenberg_kernel import LANES, Places, compiled, hessenberg
 from tyre.base.arrays import Array
 
 EPS = float(np.finfo(float).eps)
 NOTHING = 1e-140  # of the norm: its square is still a number
 MOST_ITERATIONS = 300  # of one eigenvalue; two or three are usual
-LANES = 64
-ONE_BITS = 1023  # exponent of 1.0
-
-compiled: Callable[[Any], Any] = numba.njit(cache=True, nogil=True, error_model="numpy")
-
-Places = NDArray[np.int64]
 
 
-@compiled
 def solve(stack: Array, real: Array, imag: Array) -> int:
-    """Fill ``real`` and ``imag`` (m, n), each row sorted by real then imaginary part; first row that failed, or -1."""
+    """Fill in the eigenvalues of matrices, each row sorted by real then imaginary part.
+
+    Parameters
+    ----------
+    stack : ndarray, shape (m, n, n)
+        In any unit.
+    real, imag : ndarray, shape (m, n)
+        Get the parts of the eigenvalues, in the same unit.
+
+    Returns
+    -------
+    int
+        Index of the first matrix that failed, or -1.
+    """
     m, n = stack.shape[0], stack.shape[1]
-    h = np.zeros((n + 1, n + 1, LANES))  # one row and column more: a reflection may reach over the edge
-    v, unit, lane = np.empty((n, LANES)), np.empty(LANES), np.empty((8, LANES))
-    window, order = np.empty((3, LANES), np.int64), np.empty(n, np.int64)
+    h, unit = np.zeros((n + 1, n + 1, LANES)), np.empty(LANES)  # a reflection may reach over the edge by one
     for start in range(0, m, LANES):
         count = min(LANES, m - start)
-        for k in range(LANES):
-            source = start + min(k, count - 1)
-            _isolate(stack[source], order)
-            for i in range(n):
-                for j in range(n):
-                    h[i, j, k] = stack[source, order[i], order[j]]
-        _normalise(h, n, unit)
-        _balance(h, n, lane)
-        _reduce(h, n, v, lane)
-        failed = _iterate(h, n, window, lane)
-        if 0 <= failed < count:
-            return start + failed
-        for k in range(count):
-            _collect(h, n, k, unit[k], real[start + k], imag[start + k])
+        hessenberg(stack, start, count, h, unit)
+        failed = _roots(h, unit, start, count, real, imag)
+        if failed >= 0:
+            return int(start + failed)
     return -1
 
 
 @compiled
-def _isolate(a: Array, order: Places) -> None:
-    """Order rows and columns so that roots that stand alone on the diagonal come first or last (block triangular)."""
-    n = a.shape[0]
-    for i in range(n):
-        order[i] = i
-    first, last = 0, n
-    busy = True
-    while busy:
-        busy = False
-        for i in range(first, last):
-            row = column = True
-            for j in range(first, last):
-                if j != i:
-                    row = row and a[order[i], order[j]] == 0.0
-                    column = column and a[order[j], order[i]] == 0.0
-                    if not (row or column):
-                        break
-            if row:
-                last -= 1
-                order[i], order[last] = order[last], order[i]
-            elif column:
-                order[i], order[first] = order[first], order[i]
-                first += 1
-            if row or column:
-                busy = True
-                break
-
-
-@compiled
-def _normalise(h: Array, n: int, unit: Array) -> None:
-    """Divide by a power of two near the largest entry, kept in ``unit``."""
-    for k in range(LANES):
-        unit[k] = 0.0
-    for i in range(n):
-        for j in range(n):
-            for k in range(LANES):
-                unit[k] = max(unit[k], abs(h[i, j, k]))
-    bits = unit.view(np.int64)
-    for k in range(LANES):
-        exponent = min(max(bits[k] >> 52, 30), 2016)
-        bits[k] = exponent << 52
-    for i in range(n):
-        for j in range(n):
-            for k in range(LANES):
-                h[i, j, k] /= unit[k]
-
-
-@compiled
-def _balance(h: Array, n: int, lane: Array) -> None:
-    """Scale by powers of two until rows and columns have like norms."""
-    row, column, factor = lane[0], lane[1], lane[2]
-    bits = factor.view(np.int64)
-    for _ in range(100):
-        busy = False
-        for i in range(n):
-            for k in range(LANES):
-                row[k] = column[k] = 0.0
-            for j in range(n):
-                if j != i:
-                    for k in range(LANES):
-                        row[k] += abs(h[i, j, k])
-                        column[k] += abs(h[j, i, k])
-            change = False
-            for k in range(LANES):
-                usable = row[k] > 1e-280 and column[k] > 1e-280
-                factor[k] = row[k] / column[k] if usable else 1.0
-            for k in range(LANES):
-                bits[k] = (((bits[k] >> 52) - ONE_BITS >> 1) + ONE_BITS) << 52  # half the exponent of the ratio
-            for k in range(LANES):
-                better = column[k] * factor[k] + row[k] / factor[k] < 0.95 * (column[k] + row[k])
-                factor[k] = factor[k] if better else 1.0
-                change = change or better
-            if change:
-                busy = True
-                for j in range(n):
-                    for k in range(LANES):
-                        h[i, j, k] /= factor[k]
-                for j in range(n):
-                    for k in range(LANES):
-                        h[j, i, k] *= factor[k]
-        if not busy:
-            return
-
-
-@compiled
-def _reduce(h: Array, n: int, v: Array, lane: Array) -> None:
-    """Reduce to upper Hessenberg form by Householder reflections 1 - tau v v'."""
-    below, tau, total = lane[0], lane[1], lane[2]
-    for c in range(n - 2):
-        top = c + 1
-        for k in range(LANES):
-            below[k] = 0.0
-        for i in range(top + 1, n):
-            for k in range(LANES):
-                below[k] += h[i, c, k] * h[i, c, k]
-        for k in range(LANES):
-            x = h[top, c, k]
-            some = below[k] > 0.0
-            beta = -math.copysign(math.sqrt(x * x + below[k]), x)
-            tau[k] = (beta - x) / beta if some else 0.0
-            below[k] = 1.0 / (x - beta) if some else 0.0
-            h[top, c, k] = beta if some else x
-        for i in range(top + 1, n):
-            for k in range(LANES):
-                v[i, k] = h[i, c, k] * below[k]
-                h[i, c, k] = 0.0
-        for j in range(top, n):
-            for k in range(LANES):
-                total[k] = h[top, j, k]
-            for i in range(top + 1, n):
-                for k in range(LANES):
-                    total[k] += v[i, k] * h[i, j, k]
-            for k in range(LANES):
-                total[k] *= tau[k]
-                h[top, j, k] -= total[k]
-            for i in range(top + 1, n):
-                for k in range(LANES):
-                    h[i, j, k] -= total[k] * v[i, k]
-        for i in range(n):
-            for k in range(LANES):
-                total[k] = h[i, top, k]
-            for j in range(top + 1, n):
-                for k in range(LANES):
-                    total[k] += h[i, j, k] * v[j, k]
-            for k in range(LANES):
-                total[k] *= tau[k]
-                h[i, top, k] -= total[k]
-            for j in range(top + 1, n):
-                for k in range(LANES):
-                    h[i, j, k] -= total[k] * v[j, k]
+def _roots(h: Array, unit: Array, start: int, count: int, real: Array, imag: Array) -> int:
+    """Fill in the eigenvalues of matrices in Hessenberg form; first lane that failed, or -1."""
+    n = h.shape[0] - 1
+    window, lane = np.empty((3, LANES), np.int64), np.empty((8, LANES))
+    failed = _iterate(h, n, window, lane)
+    if 0 <= failed < count:
+        return failed
+    for k in range(count):
+        _collect(h, n, k, unit[k], real[start + k], imag[start + k])
+    return -1
 
 
 @compiled
