@@ -267,16 +267,10 @@ class UncertainModel:
     def batches(
         self, z: Array, size: int = BATCH, *, share: float = 1.0
     ) -> list[tuple[slice, Coefficients, NDArray[np.bool_]]]:
-        """Coefficient matrices of bicycles (m, names), in batches, and which of them are impossible: not to be used.
+        """Coefficient matrices of bicycles, in batches, and which of them are impossible: not to be used.
 
-        Parameters
-        ----------
-        z : ndarray, shape (m, names)
-            Standard normal numbers.
-        size : int, optional
-            Number of bicycles in a batch.
-        share : float, optional
-            Part of the way from the nominal bicycle (0 to 1, no unit).
+        ``z`` (m, names) are standard normal numbers, ``size`` the number of bicycles in a batch; ``share`` as in
+        :meth:`points`.
 
         Raises
         ------
