@@ -47,7 +47,8 @@ EFFECT = 0.1
 """Of the value: parameters of effects, which are seldom measured on the bicycle at hand."""
 
 CORNERING_STIFFNESS = 0.03
-"""sd(C_Fy) / C_Fy, independent between conditions, of a tyre table that states none.
+"""sd(C_Fy) / C_Fy of a tyre whose source states none: of a table independent between conditions; of a formula (.tir,
+Pacejka-89) the same at all conditions, and as much of K_y.
 
 The tables of Dell'Orto et al. scatter by 1.2 to 2.2 % about the smooth MF6.1 law (the rms misfit over nine conditions),
 which is what a repeated condition would; load cell, temperature and the difference between two tyres of one make come
@@ -118,7 +119,8 @@ def _default(model: Model, values: Mapping[str, float], key: str) -> Deviation:
         row = next(row for row in DEFAULTS if key in row.keys)
         sd, why = row.size * _scale(row, values, key), row.why
     elif model.sd.get(key):  # of a measured tyre whose source states none
-        sd, why = model.sd[key], f"{CORNERING_STIFFNESS:.0%}, the tyre's source states none"
+        of = " of either stiffness" if key.split(".")[1] == "relaxation_length" else ""
+        sd, why = model.sd[key], f"{CORNERING_STIFFNESS:.0%}{of}, the tyre's source states none"
     else:
         sd, why = EFFECT * abs(values[key]), f"{EFFECT:.0%} of the value"
     return Deviation(sd, ASSUMED, why) if sd else Deviation(0.0, EXACT, "its value is 0")

@@ -26,6 +26,10 @@ class Parameter:
         Value at which the effect vanishes (may be infinite).
     per_wheel : bool
         One value for each wheel, written ``{rear = .., front = ..}`` or one number for both.
+    tyre : str
+        What of :class:`tyre.TyreProperties` it is: a model file takes it from its tyre with ``name = "tyre"``.
+    tyre_beside : str
+        Effect without which the tyre's value would not mean this parameter.
     """
 
     name: str
@@ -36,6 +40,8 @@ class Parameter:
     default: float | str | None = None
     neutral: float | None = None
     per_wheel: bool = False
+    tyre: str = ""
+    tyre_beside: str = ""
 
     def entries(self) -> tuple[str, ...]:
         """``name``, or ``name.rear`` and ``name.front``."""

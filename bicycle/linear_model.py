@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bicycle.derivation.evaluation import Matrices
+from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError, unknown
 
@@ -71,24 +72,50 @@ class LinearModel:
     @property
     def singular_at_rest(self) -> bool:
         """True where the model divides by the speed (side slip without relaxation)."""
-        return any(-1 in piece.matrices.dynamics for piece in self.ranges)
+        return any(-1 in at.matrices.dynamics for at in self.ranges)
 
     @cached_property
-    def coefficients(self) -> tuple[Mapping[int, Array], ...]:
-        """For each speed range: power of v -> coefficient of the scaled state matrix, shape (n, n).
+    def coefficients(self) -> tuple[SpeedPolynomial, ...]:
+        """The scaled state matrix (n, n) of each speed range as a polynomial in v.
 
         A(v) = sum over k of v^k A_k has the eigenvalues of the model; its states are the model's divided by ``scale``.
         """
         return tuple(
-            {
-                power: np.linalg.solve(piece.matrices.mass, matrix * self.scale) / self.scale[:, None]
-                for power, matrix in piece.matrices.dynamics.items()
-            }
-            for piece in self.ranges
+            SpeedPolynomial(
+                {
+                    power: np.linalg.solve(at.matrices.mass, matrix * self.scale) / self.scale[:, None]
+                    for power, matrix in at.matrices.dynamics.items()
+                },
+                shape=(self.order, self.order),
+            )
+            for at in self.ranges
         )
 
+    def by_range(self, speeds: ArrayLike) -> list[tuple[int, NDArray[np.intp]]]:
+        """Speeds by the speed range that holds them; one at which the equations switch belongs to the range below.
+
+        Parameters
+        ----------
+        speeds : array_like, shape (m,)
+            m/s.
+
+        Returns
+        -------
+        list of (int, ndarray of int)
+            For each range that holds some of them, in rising order: its number in ``ranges``, and the places of its
+            speeds.
+        """
+        v = np.atleast_1d(np.asarray(speeds, float))
+        number = np.searchsorted([at.upper for at in self.ranges], v)
+        return [(int(k), np.flatnonzero(number == k)) for k in np.unique(number)]
+
     def check_speeds(self, speeds: ArrayLike) -> Array:
-        """Speeds as an array (m/s); refuses negative, non-finite and, for a model singular at rest, zero speeds.
+        """Speeds as an array; refuses negative, non-finite and, for a model singular at rest, zero speeds.
+
+        Parameters
+        ----------
+        speeds : array_like, shape (...)
+            m/s.
 
         Raises
         ------
@@ -107,40 +134,77 @@ class LinearModel:
         return v
 
     def state_matrix(self, speeds: ArrayLike) -> Array:
-        """Scaled state matrices at speeds (...,) in m/s, shape (..., n, n); eigenvalues in 1/s are the model's own."""
+        """Scaled state matrices, whose eigenvalues (1/s) are the model's own.
+
+        Parameters
+        ----------
+        speeds : array_like, shape (...)
+            m/s.
+
+        Returns
+        -------
+        ndarray, shape (..., n, n)
+        """
         v = self.check_speeds(speeds)
-        total = np.zeros((*v.shape, self.order, self.order))
-        for piece, coefficients in zip(self.ranges, self.coefficients, strict=True):
-            inside = (v > piece.lower) & (v <= piece.upper) if piece.lower > 0 else v <= piece.upper
-            if inside.all():
-                return _polynomial(coefficients, v)
-            total[inside] = _polynomial(coefficients, v[inside])
-        return total
+        if len(self.ranges) == 1:
+            return self.coefficients[0](v)
+        matrices = np.empty((v.size, self.order, self.order))
+        for number, places in self.by_range(v.ravel()):
+            matrices[places] = self.coefficients[number](v.ravel()[places])
+        return matrices.reshape(*v.shape, self.order, self.order)
 
     def eigenvalues(self, speeds: ArrayLike) -> NDArray[np.complex128]:
-        """Eigenvalues (1/s) at speeds (...,), shape (..., n), sorted by real then imaginary part.
+        """Eigenvalues (1/s), sorted by real then imaginary part.
 
         Where real parts differ by rounding only, as at rest without dampers, the processor decides the order:
         :func:`bicycle.modal.named_modes.modes` tells which root is which.
+
+        Parameters
+        ----------
+        speeds : array_like, shape (...)
+            m/s.
+
+        Returns
+        -------
+        ndarray of complex, shape (..., n)
         """
         return np.sort_complex(np.linalg.eigvals(self.state_matrix(speeds)).astype(complex))
 
     def matrices_at(self, speed: float) -> tuple[Array, Array, Array]:
-        """State, input and output matrix (A, B, C) in physical units at one speed (m/s); D is :meth:`feedthrough`."""
+        """State, input and output matrix (A, B, C) in physical units at one speed; D is :meth:`feedthrough`.
+
+        Parameters
+        ----------
+        speed : float
+            m/s.
+
+        Returns
+        -------
+        state, input, output : ndarray, shape (n, n), (n, inputs), (outputs, n)
+        """
         m, v = self._matrices(speed)
-        state = np.linalg.solve(m.mass, _polynomial(m.dynamics, np.asarray(v)))
-        inputs = np.linalg.solve(m.mass, _polynomial(m.input_matrix, np.asarray(v)))
-        return np.asarray(state, float), np.asarray(inputs, float), _polynomial(m.output_matrix, np.asarray(v))
+        state, inputs = (np.linalg.solve(m.mass, part(v)) for part in (m.dynamics, m.input_matrix))
+        return np.asarray(state, float), np.asarray(inputs, float), m.output_matrix(v)
 
     def feedthrough(self, speed: float) -> Array:
-        """Direct gain D of inputs on outputs at one speed: an imposed slip acts at once on a force without lag."""
+        """Direct gain D of inputs on outputs: an imposed slip acts at once on a force without lag.
+
+        Parameters
+        ----------
+        speed : float
+            m/s.
+
+        Returns
+        -------
+        ndarray, shape (outputs, inputs)
+        """
         m, v = self._matrices(speed)
-        direct = np.zeros((len(self.outputs), len(self.inputs)))
-        return direct + _polynomial(m.feedthrough, np.asarray(v))
+        return m.feedthrough(v)
 
     def _matrices(self, speed: float) -> tuple[Matrices, float]:
         v = float(self.check_speeds(speed))
-        return next(piece.matrices for piece in self.ranges if v <= piece.upper), v
+        ((number, _),) = self.by_range(v)
+        return self.ranges[number].matrices, v
 
     def to_control(
         self,
@@ -149,9 +213,18 @@ class LinearModel:
         inputs: Sequence[str] = ("steer_torque", "lean_torque"),
         outputs: Sequence[str] | None = None,
     ) -> Any:
-        """Return the model at one speed (m/s) as a ``control.StateSpace`` with the model's names.
+        """Return the model at one speed as a ``control.StateSpace`` with the model's names.
 
         It is called ``bicycle at 5,5 m/s``: control allows no dot in the name of a system.
+
+        Parameters
+        ----------
+        speed : float
+            m/s.
+        inputs : sequence of str
+            Names of inputs of the model, in the order of the columns.
+        outputs : sequence of str, optional
+            Names of outputs of the model, in the order of the rows; all of them when not given.
 
         Raises
         ------
@@ -169,13 +242,6 @@ class LinearModel:
             state, input_matrix[:, columns], output_matrix[rows], self.feedthrough(speed)[np.ix_(rows, columns)],
             states=list(self.states), inputs=list(inputs), outputs=list(chosen), name=name,
         )  # fmt: skip
-
-
-def _polynomial(coefficients: Mapping[int, Array], v: Array) -> Array:
-    total: Any = 0.0
-    for power, matrix in coefficients.items():
-        total = total + np.power(v, float(power))[..., None, None] * matrix
-    return np.array(total)
 
 
 def _position(name: str, names: tuple[str, ...], what: str) -> int:

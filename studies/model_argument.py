@@ -11,6 +11,7 @@ import click
 
 from studies.reporting.output import verbose
 from tyre.base.errors import InputError, unknown
+from tyre.base.units import PASCAL_PER_BAR
 
 if TYPE_CHECKING:
     from bicycle.model import Model
@@ -62,10 +63,14 @@ def takes_model(command: Callable[..., Any]) -> Callable[..., Any]:
 
     for decorate in (
         verbose,
-        click.option("--extrapolate", is_flag=True, help="Take tyre values far outside what was measured."),
+        click.option("--extrapolate", is_flag=True, help="Take tyre values far outside the range where they hold."),
         click.option("--surface", metavar="SURFACE", help="Of --tyre: flat (default) or drum."),
         click.option("--pressure", metavar="BAR", help="Of --tyre, bar: one number, or REAR,FRONT."),
-        click.option("--tyre", metavar="TYRE", help="Put a measured tyre on both wheels: a packaged one or its table."),
+        click.option(
+            "--tyre",
+            metavar="TYRE",
+            help="Put a tyre on both wheels: a packaged one, a table (.csv), a .tir or Pacejka-89 file.",
+        ),
         click.argument("model", metavar="MODEL", shell_complete=_complete),
     ):
         with_model = decorate(with_model)
@@ -136,7 +141,7 @@ def _whipple(bicycle: str, text: str) -> ChosenModel:
 
 def _absolute(content: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     """The content of a model file with the files it names made absolute."""
-    from bicycle.files.model_file import located
+    from bicycle.files.wheel_tyres import located
 
     found, bicycle, effects = dict(content), content.get("bicycle"), content.get("effects")
     if isinstance(bicycle, str) and (folder / bicycle).is_file():
@@ -158,17 +163,19 @@ def _extrapolating(chosen: ChosenModel) -> ChosenModel:
 
 
 def _tyre_file(tyre: str) -> str:
-    from tyre.maps.table_io import is_file_name
+    from tyre.read_tyre import is_file_name
 
     return Path(tyre).resolve().as_posix() if is_file_name(tyre) else tyre
 
 
 def _pressure(tyre: str, surface: str | None, text: str | None) -> Any:
-    from tyre import TyreMap
+    from tyre import read_tyre
 
     if text is None:
-        measured = ", ".join(f"{p / 1e5:g}" for p in TyreMap.of(_tyre_file(tyre), surface=surface).pressures)
-        raise InputError(f"--tyre {tyre} needs --pressure, in bar; it was measured at {measured} bar")
+        found = read_tyre(_tyre_file(tyre), surface=surface)
+        measured = ", ".join(f"{p / PASCAL_PER_BAR:g}" for p in found.pressures)
+        said = f"; it was measured at {measured} bar" if measured else ""
+        raise InputError(f"--tyre {tyre} needs --pressure, in bar{said}")
     try:
         bars = [float(part) for part in text.split(",")]
     except ValueError:

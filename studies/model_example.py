@@ -4,12 +4,12 @@ from textwrap import wrap
 
 from bicycle.effect import Effect, Parameter, effect_class, registry
 from bicycle.effect_signature import sentence
-from bicycle.files.model_file import TYRE_KEYS
+from bicycle.files.wheel_tyres import TYRE_KEYS
 from bicycle.model import Model
 from bicycle.parameters import Bicycle
-from tyre import TyreMap
 from tyre.base.errors import InputError
-from tyre.maps.reach import out_of_reach
+from tyre.base.units import PASCAL_PER_BAR
+from tyre.tyre_source import TyreSource, out_of_reach
 
 HEAD = """\
 # A model for velotyre: a bicycle, and what acts on it beyond rigid bodies. Units are SI unless a key names another.
@@ -32,28 +32,31 @@ allow_unusual = false
 
 {tyre_says}
 [effects.relaxation_length]
-# A measured tyre, taken at the bicycle's own wheel loads ({rear:.0f} N rear, {front:.0f} N front).
+# A tyre, taken at the bicycle's own wheel loads ({rear:.0f} N rear, {front:.0f} N front).
 # Each of these keys is one value, or {{rear = .., front = ..}}.
-tyre = "{tyre}"  # packaged (velotyre tyres lists them), or a table of tyre fit: "fit/maps/NAME_flat.csv"
-surface = "flat"  # or "drum"; may be left out
+# tyre: packaged (velotyre tyres lists them), a table of tyre fit ("fit/maps/NAME_flat.csv"), a tyre property file
+# ("mine.tir") or Pacejka-89 coefficients ("mine.toml").
+tyre = "{tyre}"
+surface = "{surface}"  # or "drum"; may be left out
 pressure_bar = {pressure:g}  # measured at {pressures} bar
 extrapolate = {beyond}
 """
+LAW_GIVES = ("cornering_stiffness", "relaxation_length")  # by tyre and pressure_bar, with no more to write
 SHARES = (0.5, 0.25, 0.0)  # of the typical range, until the bicycle takes the values
 UNFIT = "# (Typical values, but not all at once on this bicycle: velotyre says what does not fit.)\n"
 NEAR = "true takes the tyre farther outside the measured loads and pressures than their range is wide"
 GUESS = "the wheel loads are farther outside the measured ones than their range is wide: the tyre values are a guess"
 
 
-def example_model(bicycle: Bicycle, tyre: TyreMap, *, file: str) -> str:
+def example_model(bicycle: Bicycle, tyre: TyreSource, *, file: str) -> str:
     """Text of a model file that runs as it is, with every key explained and every effect to be switched on.
 
     Parameters
     ----------
     bicycle : Bicycle
         A packaged one.
-    tyre : TyreMap
-        A packaged tyre, on the flat track.
+    tyre : TyreSource
+        A packaged tyre.
     file : str
         Name of the file, for the commands in its first lines.
     """
@@ -63,9 +66,9 @@ def example_model(bicycle: Bicycle, tyre: TyreMap, *, file: str) -> str:
     effects = registry()
     law = effects["relaxation_length"]
     head = HEAD.format(
-        file=file, bicycle=bicycle.name, tyre=tyre.tyre, rear=rear, front=front, pressure=middle / 1e5,
-        pressures=", ".join(f"{bar / 1e5:g}" for bar in tyre.pressures), tyre_says=_said(law),
-        beyond=f"true  # {GUESS}" if far else f"false  # {NEAR}",
+        file=file, bicycle=bicycle.name, tyre=tyre.tyre, rear=rear, front=front, pressure=middle / PASCAL_PER_BAR,
+        pressures=", ".join(f"{bar / PASCAL_PER_BAR:g}" for bar in tyre.pressures), tyre_says=_said(law),
+        surface=tyre.surface, beyond=f"true  # {GUESS}" if far else f"false  # {NEAR}",
     )  # fmt: skip
     own = f"# Numbers of your own instead of {', '.join(TYRE_KEYS)}:\n" + _lines(law, bicycle)
     laws = [e for e in effects.values() if e.slot == law.slot and e is not law and e.parameters]
@@ -109,4 +112,5 @@ def _line(p: Parameter, value: float) -> str:
     text = sentence(p).rstrip(".")
     tied = f"; left out, it is {p.default} of the bicycle" if isinstance(p.default, str) else ""
     wheels = "; or {rear = .., front = ..}" if p.per_wheel else ""
+    wheels += '; or "tyre", what a .tir or Pacejka-89 file holds' if p.tyre and p.tyre not in LAW_GIVES else ""
     return f"# {p.name} = {value:.4g}  # {p.unit}; {text[0].lower()}{text[1:]}{tied}{wheels}\n"

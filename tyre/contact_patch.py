@@ -10,7 +10,14 @@ def string_trail(*, half_length: Any, relaxation_length: Any) -> Any:
     """Pneumatic trail (m) of a stretched string in contact over 2a, t = (L^3 - (L - a)^3) / (3 L^2).
 
     L is the cornering over the lateral stiffness, sigma + a. Of a short contact it is a, of one without free ends a/3.
-    Source: von Schlippe & Dietrich (1941); Pacejka, Tire and Vehicle Dynamics, ch. 5. Numbers or sympy expressions.
+    Source: von Schlippe & Dietrich (1941); Pacejka, Tire and Vehicle Dynamics, ch. 5.
+
+    Parameters
+    ----------
+    half_length : float or sympy expression
+        a, m.
+    relaxation_length : float or sympy expression
+        L, m, not 0.
     """
     free = 1 - half_length / relaxation_length
     return relaxation_length / 3 * (1 - free**3)
@@ -18,6 +25,11 @@ def string_trail(*, half_length: Any, relaxation_length: Any) -> Any:
 
 def half_length_of_trail(*, pneumatic_trail: float, relaxation_length: float) -> float:
     """Half the length (m) of the contact of a string that has a measured trail: the inverse of :func:`string_trail`.
+
+    Parameters
+    ----------
+    pneumatic_trail, relaxation_length : float
+        t and L, m, positive.
 
     Raises
     ------
@@ -37,8 +49,17 @@ def half_length_under_load(*, load: float, pressure: float, wheel_radius: float,
     """Estimate half the length (m) of the contact ellipse of a tyre: a = sqrt(N/(pi p) sqrt(R/rho)).
 
     The air carries the load, pi a b = N/p, and the ellipse has the ratio of a torus of the radii R and rho = width/2
-    pressed on a plane, a/b = sqrt(R/rho). SI units. An estimate: a stiff casing shortens the contact, thick rubber and
+    pressed on a plane, a/b = sqrt(R/rho). An estimate: a stiff casing shortens the contact, thick rubber and
     the flank of the tyre lengthen it (the chord of a measured drop d, a = sqrt(2 R d), is the longest).
+
+    Parameters
+    ----------
+    load : float
+        Vertical load, N.
+    pressure : float
+        Inflation pressure, Pa.
+    wheel_radius, tyre_width : float
+        m.
 
     Raises
     ------

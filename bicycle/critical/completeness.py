@@ -1,15 +1,14 @@
 """Whether crossings of the imaginary axis are complete: roots at tracked speeds, counted and followed in between."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.modal.matching import laurent
+from bicycle.critical.critical_speed import CriticalSpeed
 from bicycle.modal.tracking import TrackedRange
+from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.base.arrays import Array, Complex
-
-Crossing = tuple[float, float, int]  # speed (m/s), angular frequency (rad/s), +1 destabilising or -1 stabilising
 
 UNTRACKED = 12  # speeds at which unstable roots are counted below those that are tracked
 NEAR_AXIS = 0.2  # of the real part at the nearest node: a root that comes so near is looked at
@@ -17,11 +16,29 @@ NOISE = 1e-12  # of the largest root: a root smaller than this is zero
 
 
 def missing_crossings(
-    coefficients: Mapping[int, Array], found: Sequence[Crossing], low: float, high: float, tracked: TrackedRange | None
-) -> Array:
-    """Speeds next to crossings that are not in ``found``: where the number of unstable roots changes without them."""
-    speeds = np.array([speed for speed, _, _ in found])
-    change = np.array([sign * (2 if frequency else 1) for _, frequency, sign in found])
+    polynomial: SpeedPolynomial, crossings: Sequence[CriticalSpeed], low: float, high: float,
+    tracked: TrackedRange | None,
+) -> Array:  # fmt: skip
+    """Speeds next to crossings that are not listed: where the number of unstable roots changes without them.
+
+    Parameters
+    ----------
+    polynomial : SpeedPolynomial, shape (n, n)
+        Scaled state matrix of one speed range, 1/s.
+    crossings : sequence of CriticalSpeed
+        Those that are known.
+    low, high : float
+        Ends of the range that is looked at, m/s.
+    tracked : TrackedRange, optional
+        Roots that are known already.
+
+    Returns
+    -------
+    ndarray, shape (k,)
+        m/s; empty where the count adds up.
+    """
+    speeds = np.array([crossing.speed for crossing in crossings])
+    change = np.array([crossing.unstable_roots for crossing in crossings], int)
     nodes, count = np.empty(0), np.empty(0, np.intp)
     if tracked:
         inside = (tracked.speeds > low) & (tracked.speeds <= high)
@@ -31,19 +48,31 @@ def missing_crossings(
     others = np.concatenate([np.linspace(low, first, below), (speeds[1:] + speeds[:-1]) / 2, [high]])
     others = np.setdiff1d(others, nodes)
     points = np.concatenate([nodes, others])
-    count = np.concatenate([count, _unstable(coefficients, others)])
+    count = np.concatenate([count, _unstable(polynomial, others)])
     order = np.argsort(points)
     order = order[~np.isin(points[order], speeds)]
     points, count = points[order], count[order]
     known = np.append(0, np.cumsum(change))[np.searchsorted(speeds, points)]
     missing = []
     for k in np.flatnonzero(np.diff(count - known) != 0):
-        missing += _bisect(coefficients, points[k], points[k + 1])
+        missing += _bisect(polynomial, points[k], points[k + 1])
     return np.array(missing)
 
 
 def near_touches(tracked: TrackedRange, low: float, high: float) -> Array:
-    """Speeds next to which a real part that turns back between two nodes may be zero, before and after it turns."""
+    """Speeds next to which a real part that turns back between two nodes may be zero, before and after it turns.
+
+    Parameters
+    ----------
+    tracked : TrackedRange
+    low, high : float
+        Ends of the range that is looked at, m/s.
+
+    Returns
+    -------
+    ndarray, shape (k,)
+        m/s.
+    """
     within = (tracked.speeds[1:] > low) & (tracked.speeds[1:] <= high) & tracked.smooth
     h = np.diff(tracked.speeds)[:, None]
     noise = NOISE * np.abs(tracked.values).max(1, keepdims=True)
@@ -63,13 +92,13 @@ def near_touches(tracked: TrackedRange, low: float, high: float) -> Array:
     return np.concatenate([(start + width * at)[reached] for at in (t - apart, t + apart)])
 
 
-def _bisect(coefficients: Mapping[int, Array], a: float, b: float) -> list[float]:
+def _bisect(polynomial: SpeedPolynomial, a: float, b: float) -> list[float]:
     """Narrow every change of the count of unstable roots in (a, b) down to a speed Newton can start from."""
-    found, open_ = [], [(a, b)]
+    narrowed, open_ = [], [(a, b)]
     while open_:
         ends = np.array(open_)
         middle = ends.mean(1)
-        count = _unstable(coefficients, np.concatenate([ends[:, 0], middle, ends[:, 1]])).reshape(3, -1)
+        count = _unstable(polynomial, np.concatenate([ends[:, 0], middle, ends[:, 1]])).reshape(3, -1)
         halves = [((lo, mid), (mid, hi)) for (lo, hi), mid in zip(open_, middle, strict=True)]
         open_ = []
         for k, pair in enumerate(halves):
@@ -77,14 +106,14 @@ def _bisect(coefficients: Mapping[int, Array], a: float, b: float) -> list[float
                 if count[side, k] == count[side + 1, k]:
                     continue
                 if hi - lo < 1e-9 * hi:
-                    found.append((lo + hi) / 2)
+                    narrowed.append((lo + hi) / 2)
                 else:
                     open_.append((lo, hi))
-    return found
+    return narrowed
 
 
-def _unstable(coefficients: Mapping[int, Array], speeds: Array) -> NDArray[np.intp]:
-    return _above(np.linalg.eigvals(laurent(coefficients, speeds)).astype(complex, copy=False))
+def _unstable(polynomial: SpeedPolynomial, speeds: Array) -> NDArray[np.intp]:
+    return _above(np.linalg.eigvals(polynomial(speeds)).astype(complex, copy=False))
 
 
 def _above(values: Complex) -> NDArray[np.intp]:

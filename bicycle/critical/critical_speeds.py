@@ -9,21 +9,23 @@ does not add up (large or singular pencils lose digits), the missing ones are fo
 tracked speeds where more would not change them, from all otherwise.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from bicycle.critical.bialternate import bialternate_sum, singular_speeds
-from bicycle.critical.completeness import NOISE, Crossing, missing_crossings, near_touches
-from bicycle.critical.newton import polished
+from bicycle.critical.completeness import NOISE, missing_crossings, near_touches
+from bicycle.critical.critical_speed import CriticalSpeed
+from bicycle.critical.newton import newton_crossings
 from bicycle.linear_model import LinearModel
 from bicycle.modal.naming import speed_unit
 from bicycle.modal.speed_limits import check_trackable
 from bicycle.modal.tracker import Tracker
 from bicycle.modal.tracking import TrackedRange
 from bicycle.model import Model, as_linear
+from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 
@@ -32,32 +34,18 @@ REST = 1e-7  # of sqrt(g w): closer to rest is rest, where undamped pairs lie on
 
 
 @dataclass(frozen=True)
-class CriticalSpeed:
-    """A speed at which a mode changes its stability.
+class _SearchedRange:
+    """The part low < v <= high (m/s) of a speed range of the model, and its scaled state matrix."""
 
-    Attributes
-    ----------
-    speed : float
-        m/s.
-    kind : str
-        ``oscillatory`` (a pair crosses the imaginary axis) or ``real`` (a real root crosses zero).
-    mode : str
-        Name as in :func:`bicycle.modal.named_modes.modes`.
-    frequency_hz : float
-        Of the crossing pair, Hz; 0 for a real root.
-    direction : str
-        What happens to that root as the speed grows: ``stabilising`` or ``destabilising``.
-    """
+    number: int
+    polynomial: SpeedPolynomial
+    low: float
+    high: float
 
-    speed: float
-    kind: str
-    mode: str
-    frequency_hz: float
-    direction: str
-
-    def __repr__(self) -> str:
-        oscillation = f" at {self.frequency_hz:.4g} Hz" if self.kind == "oscillatory" else ", a real root"
-        return f"<CriticalSpeed {self.speed:.6g} m/s: {self.mode} {self.direction}{oscillation}>"
+    def near(self, crossings: Sequence[CriticalSpeed], further: Array) -> list[CriticalSpeed]:
+        """Those crossings again, and those next to ``further`` speeds (m/s)."""
+        candidates = np.concatenate([[crossing.speed for crossing in crossings], further])
+        return newton_crossings(self.polynomial, self.low, self.high, candidates)
 
 
 def critical_speeds(model: Model | LinearModel, max_speed: float = 60.0) -> tuple[CriticalSpeed, ...]:
@@ -69,8 +57,14 @@ def critical_speeds(model: Model | LinearModel, max_speed: float = 60.0) -> tupl
     Parameters
     ----------
     model : Model or LinearModel
+        A bicycle with its effects, or its linear model.
     max_speed : float
         m/s.
+
+    Returns
+    -------
+    tuple of CriticalSpeed
+        :func:`bicycle.critical.critical_speed.identified` tells which is which in another model.
 
     Raises
     ------
@@ -82,77 +76,78 @@ def critical_speeds(model: Model | LinearModel, max_speed: float = 60.0) -> tupl
         raise InputError(f"max_speed = {max_speed!r} m/s is not allowed; give a finite speed > 0 m/s")
     check_trackable(model, np.array([max_speed]), "max_speed")
     rest = REST * speed_unit(model)
-    switches = [piece.lower for piece in model.ranges if 0 < piece.lower <= max_speed]
-    ranges = [
-        (coefficients, max(piece.lower, rest), min(piece.upper, max_speed))
-        for piece, coefficients in zip(model.ranges, model.coefficients, strict=True)
+    switches = [at.lower for at in model.ranges if 0 < at.lower <= max_speed]
+    whole = [
+        _SearchedRange(number, polynomial, max(at.lower, rest), min(at.upper, max_speed))
+        for number, (at, polynomial) in enumerate(zip(model.ranges, model.coefficients, strict=True))
     ]
-    found = [polished(*part, _candidates(*part)) if part[1] < part[2] else [] for part in ranges]
+    searched = [part for part in whole if part.low < part.high]
+    by_part = [part.near([], _candidates(part)) for part in searched]
     while True:
-        lowest = min([speed for crossings in found for speed, _, _ in crossings] + switches + [max_speed])
+        lowest = min([crossing.speed for crossings in by_part for crossing in crossings] + switches + [max_speed])
         tracker = Tracker.over(model, lowest, max_speed, sparse=True)
-        found = [
-            _completed(*part, crossings, tracker.within(number)) if part[1] < part[2] else []
-            for number, (part, crossings) in enumerate(zip(ranges, found, strict=True))
+        by_part = [
+            _completed(part, crossings, tracker.within(part.number))
+            for part, crossings in zip(searched, by_part, strict=True)
         ]
-        every = [crossing for crossings in found for crossing in crossings]
-        if not every or min(every)[0] >= tracker.stretches[0].speeds[0]:
+        every = [crossing for crossings in by_part for crossing in crossings]
+        speeds = np.array([crossing.speed for crossing in every])
+        if not every or speeds.min() >= tracker.tracked[0].speeds[0]:
             break
-    if not tracker.sure(np.array([speed for speed, _, _ in every])):
+    if not tracker.sure(speeds):
         tracker = Tracker.over(model, lowest, max_speed)
     return tuple(sorted(_named(tracker, every) + _jumps(tracker, max_speed), key=lambda c: (c.speed, c.frequency_hz)))
 
 
-def _named(tracker: Tracker, crossings: Sequence[Crossing]) -> list[CriticalSpeed]:
+def _named(tracker: Tracker, crossings: Sequence[CriticalSpeed]) -> list[CriticalSpeed]:
     if not crossings:
         return []
-    speeds, frequencies, _ = np.array(crossings).T
+    speeds = np.array([crossing.speed for crossing in crossings])
+    roots = np.array([1j * crossing.angular_frequency for crossing in crossings])
     ordered = tracker.ordered(speeds)
-    branches = np.abs(ordered - 1j * frequencies[:, None]).argmin(1)
+    branches = np.abs(ordered - roots[:, None]).argmin(1)
     index, labels = tracker.labels(speeds, ordered)
     return [
-        _critical_speed(*crossing, labels[case][branch])
-        for crossing, case, branch in zip(crossings, index, branches, strict=True)
+        crossing.named(labels[case][branch]) for crossing, case, branch in zip(crossings, index, branches, strict=True)
     ]
 
 
-def _critical_speed(speed: float, angular_frequency: float, sign: int, mode: str) -> CriticalSpeed:
-    kind = "oscillatory" if angular_frequency else "real"
-    hertz = float(angular_frequency / (2 * np.pi))
-    return CriticalSpeed(speed, kind, mode, hertz, "destabilising" if sign > 0 else "stabilising")
-
-
 def _jumps(tracker: Tracker, max_speed: float) -> list[CriticalSpeed]:
-    found = []
-    for below, above in pairwise(tracker.stretches):
+    """Roots that jump across the axis where the equations switch."""
+    jumps = []
+    for below, above in pairwise(tracker.tracked):
         before, after, speed = below.values[-1], above.values[0], float(above.speeds[0])
         was, is_ = (x.real > NOISE * np.abs(x).max() for x in (before, after))
         for i in np.flatnonzero((was != is_) & (after.imag >= 0)):
             if speed <= max_speed:
-                sign = 1 if is_[i] else -1
                 _, labels = tracker.labels(np.array([speed]), before[None, :])
-                found.append(_critical_speed(speed, float(after[i].imag), sign, labels[0][i]))
-    return found
+                jumps.append(
+                    CriticalSpeed.of_root(
+                        speed=speed, root=1j * after[i].imag, destabilising=bool(is_[i]), mode=labels[0][i]
+                    )
+                )
+    return jumps
 
 
 def _completed(
-    coefficients: Mapping[int, Array], low: float, high: float, found: list[Crossing], tracked: TrackedRange | None
-) -> list[Crossing]:
-    """What was found, and what the roots at the tracked speeds tell is missing."""
-    missing = near_touches(tracked, low, high) if tracked else np.empty(0)
+    part: _SearchedRange, crossings: list[CriticalSpeed], tracked: TrackedRange | None
+) -> list[CriticalSpeed]:
+    """The crossings known, and what the roots at the tracked speeds tell is missing."""
+    missing = near_touches(tracked, part.low, part.high) if tracked else np.empty(0)
     if missing.size:
-        found = polished(coefficients, low, high, np.concatenate([[c[0] for c in found], missing]))
+        crossings = part.near(crossings, missing)
     for _ in range(3):
-        missing = missing_crossings(coefficients, found, low, high, tracked)
+        missing = missing_crossings(part.polynomial, crossings, part.low, part.high, tracked)
         if not missing.size:
             break
-        found = polished(coefficients, low, high, np.concatenate([[c[0] for c in found], missing]))
-    return found
+        crossings = part.near(crossings, missing)
+    return crossings
 
 
-def _candidates(coefficients: Mapping[int, Array], low: float, high: float) -> Array:
-    sums = {power: bialternate_sum(matrix) for power, matrix in coefficients.items()}
-    roots = np.concatenate([singular_speeds(coefficients), singular_speeds(sums)])
+def _candidates(part: _SearchedRange) -> Array:
+    """Speeds (k,) near which a real root may be zero or a pair imaginary, m/s."""
+    sums = SpeedPolynomial({power: bialternate_sum(matrix) for power, matrix in part.polynomial.items()})
+    roots = np.concatenate([singular_speeds(part.polynomial), singular_speeds(sums)])
     near = np.abs(roots.imag) <= NEARLY_REAL * np.abs(roots)
     speeds = roots[near].real
-    return np.sort(speeds[(speeds > low * (1 - 1e-3)) & (speeds < high * (1 + 1e-3))])
+    return np.sort(speeds[(speeds > part.low * (1 - 1e-3)) & (speeds < part.high * (1 + 1e-3))])

@@ -3,13 +3,14 @@
 What rounding changes in a root, divided by the slope of its real part, is how well the speed of a crossing is known.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from bicycle.critical.completeness import Crossing
-from bicycle.modal.matching import eigen, laurent, uncertainty
+from bicycle.critical.critical_speed import CriticalSpeed
+from bicycle.eigenvalues.decomposition import Decomposition, decompose, uncertainty
+from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.base.arrays import Array, Complex
 
 MOST_STEPS = 30  # of Newton
@@ -19,9 +20,6 @@ FARTHEST = 0.2  # of the speed: a crossing so far from its candidate has another
 SAME_SPEED, SAME_FREQUENCY = 1e-9, 1e-6
 WELL_KNOWN = 1e-8  # of the speed: a crossing known better than this needs no second look
 HARDLY_KNOWN = 0.02  # of the speed: a crossing known no better than this is none
-
-
-Solved = tuple[Complex, ...]  # values, slopes, right and left vectors: bicycle.modal.matching.eigen
 
 
 @dataclass(frozen=True)
@@ -34,26 +32,41 @@ class _Zero:
     doubt: float
 
 
-def polished(coefficients: Mapping[int, Array], low: float, high: float, candidates: Array) -> list[Crossing]:
-    """Newton from every candidate and every root that may be the crossing one; each crossing once, touches left out."""
+def newton_crossings(polynomial: SpeedPolynomial, low: float, high: float, candidates: Array) -> list[CriticalSpeed]:
+    """Newton from every candidate and every root that may be the crossing one; each crossing once, touches left out.
+
+    Parameters
+    ----------
+    polynomial : SpeedPolynomial, shape (n, n)
+        Scaled state matrix of one speed range, 1/s.
+    low, high : float
+        Crossings at low < v <= high are kept, m/s.
+    candidates : ndarray, shape (k,)
+        Speeds near crossings, m/s.
+
+    Returns
+    -------
+    list of CriticalSpeed
+        By speed, without names.
+    """
     if not len(candidates):
         return []
-    at = eigen(coefficients, candidates)
-    values, slopes = at[:2]
+    at = decompose(polynomial, candidates)
+    values, slopes = at.values, at.slopes
     size = np.abs(values).max(1, keepdims=True)
     step = np.abs(values.real) / np.maximum(np.abs(slopes.real), 1e-300)
     near = (values.imag >= 0) & ((step <= 0.05 * candidates[:, None]) | (np.abs(values.real) < 1e-6 * size))
     k, i = np.nonzero(near)
-    found = _newton(coefficients, candidates[k], values[k, i], tuple(part[k] for part in at)) if k.size else []
-    sure = _crossing(coefficients, [one for one in found if low < one.speed <= high])
-    return [(one.speed, one.angular_frequency, 1 if one.slope.real > 0 else -1) for one in _once(sure)]
+    zeros = _newton(polynomial, candidates[k], values[k, i], Decomposition(*(part[k] for part in at))) if k.size else []
+    sure = _crossing(polynomial, [zero for zero in zeros if low < zero.speed <= high])
+    return [
+        CriticalSpeed.of_root(speed=zero.speed, root=1j * zero.angular_frequency, destabilising=zero.slope.real > 0)
+        for zero in _once(sure)
+    ]
 
 
-def _newton(coefficients: Mapping[int, Array], speeds: Array, roots: Complex, at: Solved) -> list[_Zero]:
-    """Solve Re lambda(v) = 0 along the roots given; those that converge.
-
-    ``at`` is what :func:`bicycle.modal.matching.eigen` gives at ``speeds``.
-    """
+def _newton(polynomial: SpeedPolynomial, speeds: Array, roots: Complex, at: Decomposition) -> list[_Zero]:
+    """Solve Re lambda(v) = 0 along the roots given; those that converge. ``at`` is of the matrices at ``speeds``."""
     v, expected, still = speeds.copy(), roots.copy(), np.zeros(len(speeds), bool)
     last, row = np.full(len(speeds), np.inf), np.arange(len(speeds))
     for _ in range(MOST_STEPS):
@@ -71,10 +84,10 @@ def _newton(coefficients: Mapping[int, Array], speeds: Array, roots: Complex, at
             root = np.where(root.imag == 0, expected.real, expected)
             break
         last = step
-        at = eigen(coefficients, v)
+        at = decompose(polynomial, v)
     else:
         v = v - moved
-    error = uncertainty(values, left, laurent(coefficients, v), right)[row, own]
+    error = uncertainty(values, left, polynomial(v), right)[row, own]
     rise = v * np.abs(slope.real)
     good = (np.abs(root.real) <= np.maximum(error, ROUNDING * rise)) & (np.abs(v - speeds) <= FARTHEST * speeds)
     error = np.maximum(error, np.abs(root.real))
@@ -85,34 +98,34 @@ def _newton(coefficients: Mapping[int, Array], speeds: Array, roots: Complex, at
     ]
 
 
-def _crossing(coefficients: Mapping[int, Array], found: Sequence[_Zero]) -> list[_Zero]:
+def _crossing(polynomial: SpeedPolynomial, zeros: Sequence[_Zero]) -> list[_Zero]:
     """Those whose real part changes its sign beyond doubt; what rounding makes of a touch of the axis does not."""
-    sure = [one for one in found if one.doubt <= WELL_KNOWN * one.speed]
-    rest = [one for one in found if one.doubt > WELL_KNOWN * one.speed]
+    sure = [zero for zero in zeros if zero.doubt <= WELL_KNOWN * zero.speed]
+    rest = [zero for zero in zeros if zero.doubt > WELL_KNOWN * zero.speed]
     if rest:
-        away = 2 * np.array([[-one.doubt, one.doubt] for one in rest])
-        values = eigen(coefficients, (np.array([[one.speed] for one in rest]) + away).reshape(-1))[0]
-        crossing = np.array([[1j * one.angular_frequency] for one in rest])
-        roots = crossing + np.array([[one.slope] for one in rest]) * away
+        away = 2 * np.array([[-zero.doubt, zero.doubt] for zero in rest])
+        values = decompose(polynomial, (np.array([[zero.speed] for zero in rest]) + away).reshape(-1)).values
+        crossing = np.array([[1j * zero.angular_frequency] for zero in rest])
+        roots = crossing + np.array([[zero.slope] for zero in rest]) * away
         own = np.abs(values - roots.reshape(-1, 1)).argmin(1)
         before, after = values[np.arange(len(own)), own].reshape(-1, 2).T
         sure += [
-            one
-            for one, a, b in zip(rest, before.real, after.real, strict=True)
-            if one.slope.real * a < 0 < one.slope.real * b
+            zero
+            for zero, a, b in zip(rest, before.real, after.real, strict=True)
+            if zero.slope.real * a < 0 < zero.slope.real * b
         ]
     return sure
 
 
-def _once(found: Sequence[_Zero]) -> list[_Zero]:
+def _once(zeros: Sequence[_Zero]) -> list[_Zero]:
     """Each crossing once, by speed; two that cannot be told apart and go opposite ways are a touch."""
     groups: list[list[_Zero]] = []
-    for one in sorted(found, key=lambda zero: (zero.speed, zero.angular_frequency)):
-        group = next((group for group in groups if _same(group[-1], one)), None)
+    for zero in sorted(zeros, key=lambda zero: (zero.speed, zero.angular_frequency)):
+        group = next((group for group in groups if _same(group[-1], zero)), None)
         if group:
-            group.append(one)
+            group.append(zero)
         else:
-            groups.append([one])
+            groups.append([zero])
     best = [min(g, key=lambda zero: zero.doubt) for g in groups if g[0].slope.real * g[-1].slope.real > 0]
     return sorted(best, key=lambda zero: (zero.speed, zero.angular_frequency))
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import sympy as sp
 
-from bicycle.derivation.speed_polynomial import SpeedPolynomial
+from bicycle.derivation.symbolic_polynomial import SymbolicPolynomial
 from bicycle.parameters import UNITS
 
 Expression = Any  # sympy.Expr; the library carries no types
@@ -21,10 +21,10 @@ class SymbolicModel:
     outputs: tuple[str, ...]
     parameters: tuple[str, ...]
     mass: Any
-    dynamics: SpeedPolynomial
-    input_matrix: SpeedPolynomial
-    output_matrix: SpeedPolynomial
-    feedthrough: SpeedPolynomial
+    dynamics: SymbolicPolynomial
+    input_matrix: SymbolicPolynomial
+    output_matrix: SymbolicPolynomial
+    feedthrough: SymbolicPolynomial
     static_loads: tuple[Expression, Expression]
     load_transfer: Expression
     switches: Mapping[Expression, Expression]
@@ -64,10 +64,10 @@ def assemble(rows: OpenModel) -> SymbolicModel:
         outputs=tuple(rows.outputs),
         parameters=_parameters(rows.switches, right, e),
         mass=e,
-        dynamics=SpeedPolynomial.of_linear(right, rows.motion, rows.speed),
-        input_matrix=SpeedPolynomial.of_linear(right, rows.inputs, rows.speed),
-        output_matrix=SpeedPolynomial.of_linear(shown, rows.motion, rows.speed),
-        feedthrough=SpeedPolynomial.of_linear(shown, rows.inputs, rows.speed),
+        dynamics=SymbolicPolynomial.of_linear(right, rows.motion, rows.speed),
+        input_matrix=SymbolicPolynomial.of_linear(right, rows.inputs, rows.speed),
+        output_matrix=SymbolicPolynomial.of_linear(shown, rows.motion, rows.speed),
+        feedthrough=SymbolicPolynomial.of_linear(shown, rows.inputs, rows.speed),
         static_loads=rows.static_loads,
         load_transfer=rows.load_transfer,
         switches=rows.switches,

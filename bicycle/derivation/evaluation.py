@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any, Protocol
 
@@ -11,25 +11,36 @@ import sympy as sp
 
 from bicycle.derivation.builder import SPEED, ModelBuilder
 from bicycle.derivation.closing import SymbolicModel
+from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.base.arrays import Array
 
-POLYNOMIALS = ("dynamics", "input_matrix", "output_matrix", "feedthrough")
+POLYNOMIALS = {
+    "dynamics": ("states", "states"), "input_matrix": ("states", "inputs"), "output_matrix": ("outputs", "states"),
+    "feedthrough": ("outputs", "inputs"),
+}  # fmt: skip
+"""What depends on the speed, with what its rows and columns are."""
 
 
 @dataclass(frozen=True)
 class Matrices:
     """Numbers of E x' = F(v) x + B(v) u, y = C(v) x + D(v) u for parameters of any common shape ``(...)``.
 
-    ``mass`` has shape (..., n, n); the polynomials map a power of v to (..., n, n), (..., n, inputs),
-    (..., outputs, n) and (..., outputs, inputs); ``static_loads`` (..., 2) in N, rear first.
+    Attributes
+    ----------
+    mass : ndarray, shape (..., n, n)
+        E.
+    dynamics, input_matrix, output_matrix, feedthrough : SpeedPolynomial
+        F (..., n, n), B (..., n, inputs), C (..., outputs, n) and D (..., outputs, inputs).
+    static_loads : ndarray, shape (..., 2)
+        N, rear first.
     """
 
     mass: Array
-    dynamics: Mapping[int, Array]
-    input_matrix: Mapping[int, Array]
-    output_matrix: Mapping[int, Array]
+    dynamics: SpeedPolynomial
+    input_matrix: SpeedPolynomial
+    output_matrix: SpeedPolynomial
+    feedthrough: SpeedPolynomial
     static_loads: Array
-    feedthrough: Mapping[int, Array] = field(default_factory=dict)
 
 
 class Evaluator:
@@ -71,14 +82,7 @@ class Evaluator:
         )
         return math.sqrt(front / per_speed) if per_speed > 0 else math.inf
 
-    def derivative(
-        self,
-        key: str,
-        values: Mapping[str, Any],
-        indicators: tuple[Any, ...] = (),
-        *,
-        along: Mapping[str, float] | None = None,
-    ) -> Matrices:
+    def derivative(self, key: str, values: Mapping[str, Any], indicators: tuple[Any, ...] = ()) -> Matrices:
         """Derivative of every matrix with respect to the parameter ``key`` (SI units per unit of the parameter)."""
         function = self._derivatives(key)
         arguments = [np.asarray(values[name], float) for name in self.symbolic.parameters]
@@ -105,17 +109,22 @@ class Evaluator:
 
     def _fill(self, numbers: list[Any], shape: tuple[int, ...]) -> Matrices:
         single: dict[str, Array] = {}
-        polynomials: dict[str, dict[int, Array]] = {kind: {} for kind in POLYNOMIALS}
+        coefficients: dict[str, dict[int, Array]] = {kind: {} for kind in POLYNOMIALS}
         position = 0
         for kind, power, (rows, columns), places in self._blocks:
             matrix = np.zeros((*shape, rows, columns))
             for i, j in places:
                 matrix[..., i, j] = numbers[position]
                 position += 1
-            if kind in polynomials:
-                polynomials[kind][power] = matrix
+            if kind in coefficients:
+                coefficients[kind][power] = matrix
             else:
                 single[kind] = matrix
+        sizes = {kind: len(getattr(self.symbolic, kind)) for kind in ("states", "inputs", "outputs")}
+        polynomials = {
+            kind: SpeedPolynomial(coefficients[kind], shape=(*shape, sizes[rows], sizes[columns]))
+            for kind, (rows, columns) in POLYNOMIALS.items()
+        }
         return Matrices(single["mass"], **polynomials, static_loads=single["static_loads"][..., 0, :])
 
 

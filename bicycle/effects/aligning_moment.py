@@ -21,10 +21,11 @@ class AligningMoment(Effect):
         Parameter(
             "aligning_stiffness", "N m/rad", "moment against the slip, per slip angle",
             bounds=(0.0, math.inf), typical=(50.0, 220.0), neutral=0.0, per_wheel=True,
+            tyre="aligning_stiffness",
         ),
         Parameter(
             "relaxation_length", "m", "travelled distance in which 63 % of the moment builds up",
-            bounds=(1e-6, math.inf), typical=(0.05, 0.25), per_wheel=True,
+            bounds=(1e-6, math.inf), typical=(0.05, 0.25), per_wheel=True, tyre="relaxation_length",
         ),
     )  # fmt: skip
     source = "Pacejka, Tire and Vehicle Dynamics, ch. 5 and 7"

@@ -20,6 +20,7 @@ class CamberThrust(Effect):
         Parameter(
             "camber_stiffness", "N/rad", "side force per camber angle",
             bounds=(0.0, math.inf), typical=(150.0, 700.0), neutral=0.0, per_wheel=True,
+            tyre="camber_stiffness",
         ),
         Parameter(
             "lag_share", "1", "share of the camber force that lags with the slip force",

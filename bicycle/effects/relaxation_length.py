@@ -22,10 +22,11 @@ class RelaxationLength(Effect):
         Parameter(
             "cornering_stiffness", "N/rad", "slope of the side force at zero slip",
             bounds=(0.0, math.inf), typical=(2000.0, 12000.0), per_wheel=True,
+            tyre="cornering_stiffness",
         ),
         Parameter(
             "relaxation_length", "m", "travelled distance in which 63 % of the side force builds up",
-            bounds=(1e-6, math.inf), typical=(0.05, 0.25), per_wheel=True,
+            bounds=(1e-6, math.inf), typical=(0.05, 0.25), per_wheel=True, tyre="relaxation_length",
         ),
     )  # fmt: skip
     source = "Dell'Orto, Ballo, Mastinu & Gobbi, eq. 1 and 3; Pacejka, Tire and Vehicle Dynamics, ch. 7"

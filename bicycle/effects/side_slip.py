@@ -20,6 +20,7 @@ class SideSlip(Effect):
         Parameter(
             "cornering_stiffness", "N/rad", "slope of the side force at zero slip",
             bounds=(0.0, math.inf), typical=(2000.0, 12000.0), per_wheel=True,
+            tyre="cornering_stiffness",
         ),
     )  # fmt: skip
     source = "Pacejka, Tire and Vehicle Dynamics, ch. 1"

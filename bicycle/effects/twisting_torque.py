@@ -11,6 +11,7 @@ class TwistingTorque(Effect):
     """Moment Mz = +k gamma about the vertical that turns a leaning wheel into the lean.
 
     The inner side of the contact patch rolls on a smaller radius than the outer side. Under no_slip it acts as well.
+    Beside a pneumatic_trail, whose moment -t F holds the camber force too, it is what the moment of camber has more.
     Source: Cossalter, Motorcycle Dynamics, ch. 2; Pacejka, Tire and Vehicle Dynamics, ch. 11.
     """
 
@@ -18,6 +19,7 @@ class TwistingTorque(Effect):
         Parameter(
             "twisting_stiffness", "N m/rad", "moment into the lean, per camber angle",
             bounds=(0.0, math.inf), typical=(0.5, 3.0), default=1.0, neutral=0.0, per_wheel=True,
+            tyre="twisting_stiffness", tyre_beside="pneumatic_trail",
         ),
     )  # fmt: skip
     source = "Cossalter, Motorcycle Dynamics, ch. 2; Pacejka, Tire and Vehicle Dynamics, ch. 11"

@@ -31,8 +31,7 @@ class Canonical:
         matrices, g = linear.ranges[0].matrices, model.bicycle["g"]
         rate = [linear.states.index(name) for name in ("lean_rate", "steer_rate")]
         angle = [linear.states.index(name) for name in ("lean", "steer")]
-        none = np.zeros((len(linear.states), len(linear.states)))
-        constant, first, second = (-matrices.dynamics.get(power, none)[rate] for power in (0, 1, 2))
+        constant, first, second = (-matrices.dynamics.coefficient(power)[rate] for power in (0, 1, 2))
         force = matrices.input_matrix[0][rate, linear.inputs.index("lateral_force")]
         return cls(
             matrices.mass[np.ix_(rate, rate)], first[:, rate], constant[:, angle] / g, second[:, angle], force, g

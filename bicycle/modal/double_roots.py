@@ -53,7 +53,7 @@ def between(a: Nodes, b: Nodes, compute: Callable[[Array], Nodes], smallest: flo
     if not alone.any():
         return compute((a.v + b.v) / 2)
     k = np.flatnonzero(alone)
-    targets = dict(zip(k.tolist(), _meeting(a.take(k), b.take(k), compute).tolist(), strict=True))
+    targets = dict(zip(k.tolist(), _double_root_speeds(a.take(k), b.take(k), compute).tolist(), strict=True))
     ends = list(zip(a.v.tolist(), b.v.tolist(), strict=True))
     chains = [list(_halvings(*end, targets[n], smallest)) if n in targets else [] for n, end in enumerate(ends)]
     steps = [step for end, chain in zip(ends, chains, strict=True) for step in pairwise(sorted([*end, *chain]))]
@@ -108,7 +108,7 @@ def _right_turns(chain: list[float], counts: list[int], low: int, high: int) -> 
     return len(counts)
 
 
-def _meeting(a: Nodes, b: Nodes, compute: Callable[[Array], Nodes]) -> Array:
+def _double_root_speeds(a: Nodes, b: Nodes, compute: Callable[[Array], Nodes]) -> Array:
     """Speeds (k,) at which two real roots of one node meet to be a pair of the other."""
     h = b.v - a.v
     ends = zip(map(_couples, a.values, a.slopes), map(_couples, b.values, b.slopes), h.tolist(), strict=True)
@@ -129,13 +129,13 @@ def _meeting(a: Nodes, b: Nodes, compute: Callable[[Array], Nodes]) -> Array:
     return speed
 
 
-def one_meets(a: Nodes, b: Nodes) -> list[int]:
+def steps_with_one(a: Nodes, b: Nodes) -> list[int]:
     """Indices of the intervals from ``a`` to ``b`` in which the number of real roots changes by two."""
     change = (a.values.imag == 0).sum(1) - (b.values.imag == 0).sum(1)
     return list(np.flatnonzero(np.abs(change) == 2).tolist())
 
 
-def join_meeting(a: Nodes, b: Nodes, k: int) -> tuple[Members, Members] | None:
+def join_double_root(a: Nodes, b: Nodes, k: int) -> tuple[Members, Members] | None:
     """Give the two roots that meet their mean, which is smooth, in place; say which they are.
 
     None where it is not plain which two: they must be nearer to each other than to any other root.

@@ -43,7 +43,7 @@ class ModeEvent:
 
 
 def mode_events(
-    states: tuple[str, ...], stretches: Sequence[TrackedRange], meetings: Sequence[Meeting], naming: Naming
+    states: tuple[str, ...], tracked: Sequence[TrackedRange], meetings: Sequence[Meeting], naming: Naming
 ) -> tuple[ModeEvent, ...]:
     """All events of tracked branches, by speed.
 
@@ -51,27 +51,27 @@ def mode_events(
     ----------
     states : tuple of str
         Names of the model's states.
-    stretches : sequence of TrackedRange
+    tracked : sequence of TrackedRange
         One for each speed range that was tracked.
     meetings : sequence of Meeting
     naming : Naming
-        Of all nodes of the stretches.
+        Of all nodes of the ranges.
     """
-    speeds = np.concatenate([s.speeds for s in stretches])
+    speeds = np.concatenate([s.speeds for s in tracked])
     events = [
         ModeEvent(m.speed, m.kind, real, m.eigenvalue, pair)
         for m in meetings
         for real, pair in [_met(m, speeds, naming)]
     ]
     start = 0
-    for below, above in pairwise(stretches):
+    for below, above in pairwise(tracked):
         start += len(below.speeds)
         jump = np.abs(above.values[0] - below.values[-1]) > SAME_ROOT * np.abs(below.values[-1]).max()
         if jump.any():
             label = naming.labels[naming.cases[start - 1]]
             jumped = sorted({name for i in np.flatnonzero(jump) for name in label[i]})
             events.append(ModeEvent(float(above.speeds[0]), "switch", tuple(jumped)))
-    return tuple(sorted(events + _exchanges(states, stretches, naming), key=lambda e: (e.speed, e.kind, e.modes)))
+    return tuple(sorted(events + _exchanges(states, tracked, naming), key=lambda e: (e.speed, e.kind, e.modes)))
 
 
 def _met(meeting: Meeting, speeds: Array, naming: Naming) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -82,11 +82,11 @@ def _met(meeting: Meeting, speeds: Array, naming: Naming) -> tuple[tuple[str, ..
     return (below, above) if meeting.kind == "merge" else (above, below)
 
 
-def _exchanges(states: tuple[str, ...], stretches: Sequence[TrackedRange], naming: Naming) -> list[ModeEvent]:
+def _exchanges(states: tuple[str, ...], tracked: Sequence[TrackedRange], naming: Naming) -> list[ModeEvent]:
     """Where two pairs begin to play each other's role better than their own, or their own again."""
-    speeds = np.concatenate([s.speeds for s in stretches])
-    values = np.concatenate([s.values for s in stretches])
-    share = state_shares(states, np.concatenate([s.participation for s in stretches]))
+    speeds = np.concatenate([s.speeds for s in tracked])
+    values = np.concatenate([s.values for s in tracked])
+    share = state_shares(states, np.concatenate([s.participation for s in tracked]))
     at = {name: _branch_of(name, values, naming) for name in MARK}
     names = [name for name, branch in at.items() if (branch >= 0).any()]
     rows = np.arange(len(speeds))

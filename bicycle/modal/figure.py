@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from bicycle.eigenvalues.oscillation import frequency_hz, oscillating
 from bicycle.modal.looks import EXTRAPOLATED, UNSTABLE, mode_look, mode_marker, mode_words
 from tyre.base.notes import extrapolated
 
@@ -62,7 +63,7 @@ def _draw(frequency: Any, real: Any, name: str, speeds: Any, values: Any) -> Non
             continue
         real.plot(speeds, branch.real, markevery=every, label=label, **style)
         label = None
-        hertz = np.where(branch.imag > 0, branch.imag / (2 * np.pi), np.nan)
+        hertz = frequency_hz(oscillating(branch))
         frequency.plot(speeds, np.where(branch.real > 0, hertz, np.nan), color=UNSTABLE, linewidth=7, zorder=1)
         frequency.plot(speeds, hertz, markevery=every, **style)
 
@@ -74,4 +75,4 @@ def _limits(frequency: Any, real: Any, values: Any) -> None:
     high = max(float(there.real.max()), -0.15 * low, 1.0)
     real.set_ylim(ROOM * min(low, -1.0), ROOM * high)
     slow = there.imag[there.real >= low]
-    frequency.set_ylim(0, ROOM * max(float(slow.max()) / (2 * np.pi), 0.5))
+    frequency.set_ylim(0, ROOM * max(float(frequency_hz(1j * slow.max())), 0.5))

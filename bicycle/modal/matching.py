@@ -1,6 +1,5 @@
-"""Roots at neighbouring nodes: eigenvalues with slopes and vectors, and which of one node is which of the next."""
+"""Which root of one node is which of the next, told by where they are heading and by their vectors."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,12 +8,9 @@ from scipy.optimize import linear_sum_assignment
 
 from tyre.base.arrays import Array, Complex
 
-BATCH = 1000  # matrices a call: they fit the cache
 CLEAR = 0.2  # a match is clear when its error is below this share of the distance to any rival
 TWIN = 1e-7  # roots closer than this share of the largest cannot be told apart, and need not be
 MAC_ENOUGH = 0.5
-DOUBTFUL = 1e-7  # a pair with an imaginary part below this share of the largest root may be a double real root
-DIGITS = 30 * np.finfo(float).eps  # what rounding may change in the last digits of a root
 
 
 @dataclass
@@ -38,64 +34,6 @@ class Nodes:
         places[order] = np.arange(len(order))
         every = (np.concatenate(pair) for pair in zip(vars(self).values(), vars(new).values(), strict=True))
         return Nodes(*(part[order] for part in every)), places[: len(self.v)]
-
-
-def laurent(coefficients: Mapping[int, Array], speeds: Array, *, derivative: bool = False) -> Array:
-    """Sum of v^k A_k (or its derivative in v) at speeds (m,), shape (m, rows, columns)."""
-    total = np.zeros((len(speeds), *next(iter(coefficients.values())).shape))
-    for power, matrix in coefficients.items():
-        if not derivative:
-            total += (speeds**power if power else np.ones_like(speeds))[:, None, None] * matrix
-        elif power:
-            total += (power * (speeds ** (power - 1) if power != 1 else np.ones_like(speeds)))[:, None, None] * matrix
-    return total
-
-
-def eigen(coefficients: Mapping[int, Array], speeds: Array) -> tuple[Complex, Complex, Complex, Complex]:
-    """Eigenvalues (m, n), slopes d(lambda)/dv, right (columns) and left (rows) eigenvectors with left right = 1."""
-    if len(speeds) > BATCH:
-        parts = [eigen(coefficients, v) for v in np.array_split(speeds, -(-len(speeds) // BATCH))]
-        values, slopes, right, left = (np.concatenate(part) for part in zip(*parts, strict=True))
-        return values, slopes, right, left
-    matrices = laurent(coefficients, speeds)
-    values, right = np.linalg.eig(matrices)
-    left = inverse(right)
-    slopes = projected(left, laurent(coefficients, speeds, derivative=True), right)
-    values = values.astype(complex, copy=False)
-    k = np.flatnonzero(doubtful(values))
-    if k.size:
-        rounding = np.abs(values[k].imag) <= uncertainty(values[k], left[k], matrices[k], right[k])
-        values[k] = np.where(rounding, values[k].real, values[k])
-    return values, slopes.astype(complex, copy=False), right.astype(complex, copy=False), left
-
-
-def projected(left: Complex, matrices: Array, right: Complex) -> Complex:
-    """u_i M x_i of every left and right eigenvector, (m, n)."""
-    return np.asarray(((left @ matrices).swapaxes(1, 2) * right).sum(1))
-
-
-def doubtful(values: Complex) -> NDArray[np.bool_]:
-    """Where a pair may be two equal real roots that rounding has split; values (m, n)."""
-    size = np.abs(values.imag)
-    return np.asarray(((size > 0) & (size <= DOUBTFUL * np.abs(values).max(1, keepdims=True))).any(1))
-
-
-def uncertainty(values: Complex, left: Complex, matrices: Array, right: Complex) -> Array:
-    """What rounding may change in each root: eps times the largest root, or more where the root is sensitive.
-
-    That is ``eps |u| |A| |x|``, with absolute values of left and right eigenvectors, u x = 1. ``left`` and
-    ``right`` are (m, n, n); the result is (m, n), 1/s.
-    """
-    own = ((np.abs(left) @ np.abs(matrices)).swapaxes(1, 2) * np.abs(right)).sum(1)
-    return np.asarray(DIGITS * np.maximum(own, np.abs(values).max(1, keepdims=True)))
-
-
-def inverse(matrices: Complex) -> Complex:
-    """Inverses (m, n, n); pseudo-inverses where a matrix of eigenvectors is exactly defective."""
-    try:
-        return np.asarray(np.linalg.inv(matrices), complex)
-    except np.linalg.LinAlgError:
-        return np.asarray(np.linalg.pinv(matrices), complex)
 
 
 def link(a: Nodes, b: Nodes) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bicycle.eigenvalues.oscillation import frequency_hz, pair_damping_ratio
 from bicycle.linear_model import LinearModel
 from bicycle.modal.events import ModeEvent
 from bicycle.modal.shapes import ModeShape, mode_shape
@@ -90,7 +91,7 @@ class Modes:
 
     def frequency(self, name: str) -> Array:
         """Damped frequency Im/(2 pi) in Hz, shape (m,); 0 where the roots are real, NaN where there is no such mode."""
-        return np.asarray(self.branch(name)[:, 0].imag / (2 * np.pi))
+        return frequency_hz(self.branch(name)[:, 0])
 
     def damping_ratio(self, name: str) -> Array:
         """Damping ratio, shape (m,).
@@ -98,11 +99,7 @@ class Modes:
         -Re/|lambda| of a pair, -(a + b) / (2 sqrt(a b)) of two real roots of one sign (above 1 in size), otherwise
         (one real root, roots of both signs, no such mode) NaN.
         """
-        first, second = self.branch(name)[:, :2].T
-        with np.errstate(invalid="ignore", divide="ignore"):
-            overdamped = -(first + second).real / (2 * np.sqrt(np.maximum((first * second).real, 0)))
-            ratio = np.where(first.imag > 0, -first.real / np.abs(first), overdamped)
-        return np.where(np.isfinite(ratio), ratio, np.nan)
+        return pair_damping_ratio(*self.branch(name)[:, :2].T)
 
     def shape(self, name: str) -> ModeShape:
         """Magnitude and phase of lean, steer, yaw and lateral motion (of the first value of a branch)."""
@@ -144,7 +141,7 @@ class Modes:
                 for root in np.flatnonzero(~np.isnan(values[k])).tolist():
                     z = values[k, root]
                     ratio = self.damping_ratio(name)[k]
-                    row = (self.speeds[k], name, z.real, z.imag, abs(z.imag) / (2 * np.pi), ratio)
+                    row = (self.speeds[k], name, z.real, z.imag, abs(float(frequency_hz(z))), ratio)
                     for column, value in zip(columns.values(), row, strict=True):
                         column.append(value)
         found = pd.DataFrame(columns)

@@ -72,12 +72,12 @@ def speed_unit(model: LinearModel) -> float:
     return float(np.sqrt(model.parameters["g"] * model.parameters["w"]))
 
 
-def name_branches(model: LinearModel, stretches: Sequence[TrackedRange]) -> Naming:
+def name_branches(model: LinearModel, tracked: Sequence[TrackedRange]) -> Naming:
     """Name every branch at every node; those without a role are other_1, other_2 ... from slow to fast."""
     unit = speed_unit(model)
-    speeds = np.concatenate([s.speeds for s in stretches])
-    values = np.concatenate([s.values for s in stretches])
-    share = state_shares(model.states, np.concatenate([s.participation for s in stretches]))
+    speeds = np.concatenate([s.speeds for s in tracked])
+    values = np.concatenate([s.values for s in tracked])
+    share = state_shares(model.states, np.concatenate([s.participation for s in tracked]))
 
     anchor, core = _anchor(speeds / unit, values, share)
     modes, plain = _modes(speeds, values, share, anchor, core, window(model))

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from bicycle.linear_model import LinearModel
-from bicycle.modal.matching import laurent
 from tyre.base.arrays import Array, Complex
 
 COMPONENTS = ("lean", "steer", "yaw", "lateral")
@@ -50,17 +49,14 @@ def mode_shape(model: LinearModel, speeds: Array, eigenvalues: Complex) -> ModeS
     joints = tuple(s for s in model.states if f"{s}_rate" in model.states and s not in ("lean", "steer"))
     phasors = np.full((len(speeds), 4 + len(joints)), np.nan, complex)
     rows = [model.outputs.index(name) for name in ("lean", "steer", "yaw_rate", "rear_lateral_velocity", *joints)]
-    for piece in model.ranges:
-        k = np.flatnonzero(
-            ~np.isnan(eigenvalues) & (speeds <= piece.upper) & ((speeds > piece.lower) | (piece.lower == 0))
-        )
-        if not k.size:
-            continue
+    there = np.flatnonzero(~np.isnan(eigenvalues))
+    for number, places in model.by_range(speeds[there]):
+        k = there[places]
         v, root = speeds[k], eigenvalues[k, None]
         values, vectors = np.linalg.eig(model.state_matrix(v))
         nearest = np.abs(values - root).argmin(1)
         states = model.scale * np.take_along_axis(vectors, nearest[:, None, None], 2)[..., 0]
-        outputs = (laurent(piece.matrices.output_matrix, v)[:, rows] @ states[..., None])[..., 0]
+        outputs = (model.ranges[number].matrices.output_matrix(v)[:, rows] @ states[..., None])[..., 0]
         lean, steer, yaw_rate, lateral, *further = outputs.T[..., None]
         with np.errstate(divide="ignore", invalid="ignore"):  # a root at exactly zero: a steady turn without end
             shape = np.hstack(

@@ -6,10 +6,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from bicycle.eigenvalues.decomposition import decompose, doubtful
 from bicycle.linear_model import LinearModel
 from bicycle.modal.events import ModeEvent, mode_events
 from bicycle.modal.identity import conjugate_index
-from bicycle.modal.matching import doubtful, eigen
 from bicycle.modal.naming import Naming, name_branches, window
 from bicycle.modal.tracking import Meeting, TrackedRange, track
 from tyre.base.arrays import Array, Complex
@@ -20,7 +20,7 @@ class Tracker:
     """A model tracked once over a range of speeds and named; answers for any speeds inside, whatever else is asked."""
 
     model: LinearModel
-    stretches: tuple[TrackedRange, ...]
+    tracked: tuple[TrackedRange, ...]
     meetings: tuple[Meeting, ...]
     naming: Naming
 
@@ -37,22 +37,23 @@ class Tracker:
             Save nodes: names are the same where they are :meth:`sure`, events are given coarsely.
         """
         low, high = window(model)
-        stretches, meetings = track(model, min(lowest, low), max(highest, high), sparse=sparse)
-        return cls(model, stretches, meetings, name_branches(model, stretches))
+        tracked, meetings = track(model, min(lowest, low), max(highest, high), sparse=sparse)
+        return cls(model, tracked, meetings, name_branches(model, tracked))
 
     @cached_property
     def events(self) -> tuple[ModeEvent, ...]:
         """What happens to the modes on the way, by speed."""
-        return mode_events(self.model.states, self.stretches, self.meetings, self.naming)
+        return mode_events(self.model.states, self.tracked, self.meetings, self.naming)
 
     def ordered(self, speeds: Array) -> Complex:
         """Eigenvalues (m, n), 1/s, at ``speeds`` (m,), m/s; one column a branch."""
         values = self.model.eigenvalues(speeds)
-        for number, (part, stretch) in enumerate(self._parts(speeds), self._first):
-            again = part[doubtful(values[part])]
+        for number, places in self.model.by_range(speeds):
+            again = places[doubtful(values[places])]
             if again.size:
-                values[again] = eigen(self.model.coefficients[number], speeds[again])[0]
-            values[part] = np.take_along_axis(values[part], stretch.follow(speeds[part], values[part]), 1)
+                values[again] = decompose(self.model.coefficients[number], speeds[again]).values
+            order = self._in_range(number).follow(speeds[places], values[places])
+            values[places] = np.take_along_axis(values[places], order, 1)
         return values
 
     def labels(self, speeds: Array, ordered: Complex) -> tuple[NDArray[np.intp], tuple[tuple[str, ...], ...]]:
@@ -66,50 +67,50 @@ class Tracker:
             Their eigenvalues (1/s) as :meth:`ordered` gives them.
         """
         index = np.empty(len(speeds), np.intp)
-        start = 0
         mate = conjugate_index(ordered)
-        for part, stretch in self._parts(speeds):
-            nodes = np.arange(start, start + len(stretch.speeds))
-            right = nodes[np.clip(np.searchsorted(stretch.speeds, speeds[part]), 0, len(nodes) - 1)]
-            left = nodes[np.clip(np.searchsorted(stretch.speeds, speeds[part], side="right") - 1, 0, len(nodes) - 1)]
-            up = speeds[part] >= self.naming.anchor
+        for number, places in self.model.by_range(speeds):
+            nodes, start, v = self._in_range(number).speeds, self._start(number), speeds[places]
+            right = start + np.clip(np.searchsorted(nodes, v), 0, len(nodes) - 1)
+            left = start + np.clip(np.searchsorted(nodes, v, side="right") - 1, 0, len(nodes) - 1)
+            up = v >= self.naming.anchor
             inner, outer = np.where(up, left, right), np.where(up, right, left)
-            like_outer = (mate[part] == conjugate_index(self._values[outer])).all(1)
-            index[part] = self.naming.cases[np.where(like_outer, outer, inner)]
-            start += len(stretch.speeds)
+            like_outer = (mate[places] == conjugate_index(self._values[outer])).all(1)
+            index[places] = self.naming.cases[np.where(like_outer, outer, inner)]
         # next to a meeting neither node need have the pairs of this speed: a pair has one name
         key, inverse = np.unique(np.column_stack([index, mate]), axis=0, return_inverse=True)
         return inverse.reshape(-1), tuple(_joint(self.naming.labels[case[0]], case[1:]) for case in key)
 
     def sure(self, speeds: Array) -> bool:
         """Whether more nodes would not change any name at ``speeds`` (m,), m/s: nothing happens in the steps around."""
-        start = 0
-        for part, stretch in self._parts(speeds):
-            right = np.clip(np.searchsorted(stretch.speeds, speeds[part]), 1, len(stretch.speeds) - 1)
-            cases = self.naming.cases[start : start + len(stretch.speeds)]
-            if part.size and not (stretch.smooth[right - 1] & (cases[right] == cases[right - 1])).all():
+        for number, places in self.model.by_range(speeds):
+            own, start = self._in_range(number), self._start(number)
+            right = np.clip(np.searchsorted(own.speeds, speeds[places]), 1, len(own.speeds) - 1)
+            cases = self.naming.cases[start : start + len(own.speeds)]
+            if not (own.smooth[right - 1] & (cases[right] == cases[right - 1])).all():
                 return False
-            start += len(stretch.speeds)
         return self.naming.clear
 
     @cached_property
     def _values(self) -> Complex:
-        return np.concatenate([s.values for s in self.stretches])
+        return np.concatenate([own.values for own in self.tracked])
 
     @cached_property
     def _first(self) -> int:
         """Number of the first speed range that is tracked."""
-        return int(np.searchsorted([piece.upper for piece in self.model.ranges], self.stretches[0].speeds[-1]))
+        ((number, _),) = self.model.by_range(self.tracked[0].speeds[-1])
+        return number
+
+    def _start(self, number: int) -> int:
+        """Number of the first node of a speed range among all nodes."""
+        return sum(len(own.speeds) for own in self.tracked[: number - self._first])
+
+    def _in_range(self, number: int) -> TrackedRange:
+        return self.tracked[number - self._first]
 
     def within(self, number: int) -> TrackedRange | None:
-        """The stretch in the speed range with index ``number`` of the model, None where it is not tracked."""
+        """The roots tracked in the speed range with index ``number`` of the model, None where none are."""
         at = number - self._first
-        return self.stretches[at] if 0 <= at < len(self.stretches) else None
-
-    def _parts(self, speeds: Array) -> list[tuple[NDArray[np.intp], TrackedRange]]:
-        """Which speeds lie in which stretch; a switch speed belongs to the range below it."""
-        at = np.searchsorted([piece.upper for piece in self.model.ranges], speeds) - self._first
-        return [(np.flatnonzero(at == k), stretch) for k, stretch in enumerate(self.stretches)]
+        return self.tracked[at] if 0 <= at < len(self.tracked) else None
 
 
 def _joint(label: tuple[tuple[str, ...], ...], mate: NDArray[np.intp]) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ larger real root with the upper half of the pair. What is asked at other speeds 
 does not depend on its neighbours.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -16,9 +16,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bicycle.eigenvalues.decomposition import decompose
 from bicycle.linear_model import LinearModel
-from bicycle.modal.double_roots import between, join_meeting, one_meets
-from bicycle.modal.matching import Nodes, assign, eigen, link, set_cost
+from bicycle.modal.double_roots import between, join_double_root, steps_with_one
+from bicycle.modal.matching import Nodes, assign, link, set_cost
+from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.base.arrays import Array, Complex
 
 STEP = 0.1  # of the grid, in units of sqrt(g w): about 0.3 m/s
@@ -54,7 +56,7 @@ class TrackedRange:
     participation: Array  # (m, states, n): |left times right eigenvector|, columns sum to 1
 
     def follow(self, speeds: Array, eigenvalues: Complex) -> NDArray[np.intp]:
-        """For speeds (k,) inside the stretch: which eigenvalue (k, n) belongs to each branch."""
+        """For speeds (k,) inside the range: which eigenvalue (k, n) belongs to each branch."""
         if len(self.speeds) == 1:
             return assign(np.abs(self.values[[0] * len(speeds), :, None] - eigenvalues[:, None, :]))
         at = np.clip(np.searchsorted(self.speeds, speeds, side="right") - 1, 0, len(self.speeds) - 2)
@@ -76,36 +78,35 @@ class TrackedRange:
 def track(
     model: LinearModel, lowest: float, highest: float, *, sparse: bool = False
 ) -> tuple[tuple[TrackedRange, ...], tuple[Meeting, ...]]:
-    """Track all roots from ``lowest`` to ``highest`` (model units, usually m/s); one stretch for each speed range.
+    """Track all roots from ``lowest`` to ``highest`` (model units, usually m/s), within each speed range.
 
-    Columns of all stretches are the same branches: across a speed at which the equations switch, roots are matched by
+    Columns of all ranges are the same branches: across a speed at which the equations switch, roots are matched by
     distance. ``sparse`` takes fewer nodes: wide steps at high speed, and none to close in on the meetings of roots.
     """
     unit = float(np.sqrt(model.parameters["g"] * model.parameters["w"]))
-    stretches: list[TrackedRange] = []
+    tracked: list[TrackedRange] = []
     meetings: list[Meeting] = []
-    for piece, coefficients in zip(model.ranges, model.coefficients, strict=True):
-        low, high = max(piece.lower, lowest), min(piece.upper, highest)
-        if high < low or (stretches and high == low):
+    for at, polynomial in zip(model.ranges, model.coefficients, strict=True):
+        low, high = max(at.lower, lowest), min(at.upper, highest)
+        if high < low or (tracked and high == low):
             continue
-        nodes = grid(low, high, unit, singular=-1 in coefficients, sparse=sparse)
-        nodes = np.unique(np.clip(nodes, piece.lower, piece.upper))
-        compute = partial(_nodes, coefficients)
-        stretch, met = in_branches(*refine(compute(nodes), compute, unit * STEP * SMALLEST_STEP, sparse=sparse))
-        if stretches:
-            order = assign(set_cost(stretches[-1].values[-1:], stretch.values[:1]))[0]
+        nodes = grid(low, high, unit, singular=-1 in polynomial, sparse=sparse)
+        nodes = np.unique(np.clip(nodes, at.lower, at.upper))
+        compute = partial(_nodes, polynomial)
+        own, met = in_branches(*refine(compute(nodes), compute, unit * STEP * SMALLEST_STEP, sparse=sparse))
+        if tracked:
+            order = assign(set_cost(tracked[-1].values[-1:], own.values[:1]))[0]
             rank = np.argsort(order)
-            stretch = TrackedRange(
-                stretch.speeds, stretch.values[:, order], stretch.slopes[:, order], stretch.smooth,
-                stretch.participation[:, :, order],
+            own = TrackedRange(
+                own.speeds, own.values[:, order], own.slopes[:, order], own.smooth, own.participation[:, :, order],
             )  # fmt: skip
             met = [
                 Meeting(m.speed, m.kind, (int(rank[m.branches[0]]), int(rank[m.branches[1]])), m.eigenvalue)
                 for m in met
             ]
-        stretches.append(stretch)
+        tracked.append(own)
         meetings += met
-    return tuple(stretches), tuple(meetings)
+    return tuple(tracked), tuple(meetings)
 
 
 def grid(low: float, high: float, unit: float, *, singular: bool, sparse: bool = False) -> Array:
@@ -145,7 +146,7 @@ def refine(
     while not done.all():
         open_ = np.flatnonzero(~done)
         a, b = nodes.take(open_), nodes.take(open_ + 1)
-        met = {k: join_meeting(a, b, k) for k in one_meets(a, b)} if sparse else {}
+        met = {k: join_double_root(a, b, k) for k in steps_with_one(a, b)} if sparse else {}
         links[open_], good = link(a, b)
         smooth[open_] = good
         for k, two in met.items():
@@ -177,8 +178,8 @@ def _moved(part: NDArray[Any], places: NDArray[np.intp], count: int) -> NDArray[
     return moved
 
 
-def _nodes(coefficients: Mapping[int, Array], speeds: Array) -> Nodes:
-    return Nodes(speeds, *eigen(coefficients, speeds))
+def _nodes(polynomial: SpeedPolynomial, speeds: Array) -> Nodes:
+    return Nodes(speeds, *decompose(polynomial, speeds))
 
 
 def in_branches(nodes: Nodes, links: NDArray[np.intp], smooth: NDArray[np.bool_]) -> tuple[TrackedRange, list[Meeting]]:

@@ -13,26 +13,25 @@ while their sum and product move smoothly: :func:`pair_sensitivities`.
 (1, 4)
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import sympy as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import linalg
 
-from bicycle.critical.critical_speeds import CriticalSpeed
-from bicycle.derivation.evaluation import Matrices
-from bicycle.eigenvalues.batch import eigenvalue_derivative_terms
+from bicycle.critical.critical_speed import CriticalSpeed
+from bicycle.eigenvalues.decomposition import eigensystem
 from bicycle.eigenvalues.solvers import BATCH
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model
+from bicycle.sensitivity.derivative_terms import eigenvalue_derivative_terms
+from bicycle.sensitivity.matrix_slopes import Slopes, matrix_slopes
 from tyre.base.arrays import Array, Complex
 from tyre.base.blas import one_blas_thread
 from tyre.base.errors import InputError, unknown
-
-Slopes = Mapping[str, tuple[Matrices, ...]]  # of E and F with each parameter, in every speed range
 
 ON_AXIS = 1e-6  # a root on the imaginary axis, relative to the largest root
 schur: Any = linalg.schur  # its stubs know no sort of complex values
@@ -53,7 +52,7 @@ class Sensitivities:
         parameter because none was given moves with it and is not listed.
     derivatives : ndarray, shape (m, n, parameters)
         1/s per SI unit of the parameter; the indicator of a speed at which the equations switch is held.
-    with_speed : ndarray, shape (m, n)
+    d_dspeed : ndarray, shape (m, n)
         d(eigenvalue)/dv, 1/m.
     """
 
@@ -61,10 +60,15 @@ class Sensitivities:
     eigenvalues: Complex
     parameters: tuple[str, ...]
     derivatives: Complex
-    with_speed: Complex
+    d_dspeed: Complex
 
     def of(self, key: str) -> Complex:
         """Derivatives (m, n) with respect to one parameter.
+
+        Parameters
+        ----------
+        key : str
+            One of ``parameters``.
 
         Raises
         ------
@@ -88,7 +92,14 @@ class PairSensitivities:
 
 
 def sensitivities(model: Model, speeds: ArrayLike) -> Sensitivities:
-    """Derivatives of all eigenvalues at speeds (m,), batched over the speeds.
+    """Derivatives of all eigenvalues with respect to every free parameter, batched over the speeds.
+
+    Parameters
+    ----------
+    model : Model
+        A bicycle with its effects.
+    speeds : array_like, shape (m,)
+        m/s.
 
     Raises
     ------
@@ -98,52 +109,58 @@ def sensitivities(model: Model, speeds: ArrayLike) -> Sensitivities:
     linear = model.linear_model()
     v = np.atleast_1d(linear.check_speeds(speeds))
     slopes = matrix_slopes(model, linear)
-    values, with_speed = (np.empty((len(v), linear.order), complex) for _ in range(2))
-    found = np.empty((*values.shape, len(slopes)), complex)
+    values, d_dspeed = (np.empty((len(v), linear.order), complex) for _ in range(2))
+    derivatives = np.empty((*values.shape, len(slopes)), complex)
     with one_blas_thread():
         for start in range(0, len(v), BATCH):
             part = slice(start, start + BATCH)
-            _derivatives(linear, slopes, v[part], values[part], found[part], with_speed[part])
-    return Sensitivities(v, values, tuple(slopes), found, with_speed)
+            _derivatives(linear, slopes, v[part], values[part], derivatives[part], d_dspeed[part])
+    return Sensitivities(v, values, tuple(slopes), derivatives, d_dspeed)
 
 
 def _derivatives(
-    linear: LinearModel, slopes: Slopes, v: Array, values: Complex, found: Complex, with_speed: Complex
+    linear: LinearModel, slopes: Slopes, v: Array, values: Complex, derivatives: Complex, d_dspeed: Complex
 ) -> None:
     """Fill in eigenvalues (m, n), derivatives (m, n, parameters) and derivatives with speed (m, n)."""
-    roots, right = (part.astype(complex, copy=False) for part in np.linalg.eig(linear.state_matrix(v)))
-    left = np.linalg.inv(right)
+    roots, right, left = eigensystem(linear.state_matrix(v))
     order = np.lexsort((roots.imag, roots.real), axis=-1)
     values[:] = np.take_along_axis(roots, order, -1)
     place = np.argsort(order, axis=-1)
     upper = roots.imag >= 0  # of a pair, the other half is the conjugate
-    for number, part in _parts(linear, v):
+    for number, part in linear.by_range(v):
         k, i = np.nonzero(upper[part])
-        if not k.size:
-            continue
         at, own = part[k], linear.ranges[number].matrices
         root = roots[at, i]
         x = linear.scale * right[at, :, i]
         u = (left[at, i] / linear.scale) @ np.linalg.inv(own.mass)
         every, speed = [slope[number] for slope in slopes.values()], v[at]
-        terms = [(-root, np.array([slope.mass for slope in every]))]
+        terms: list[tuple[Any, Array]] = [(-root, np.array([slope.mass for slope in every]))]
         for power in own.dynamics:
             terms.append((speed ** float(power), np.array([slope.dynamics[power] for slope in every])))
         pair = np.flatnonzero(root.imag > 0)
         targets = place[at, i], place[at[pair], i[pair] + 1]  # LAPACK puts the conjugate next to it
-        derivatives = eigenvalue_derivative_terms(u, x, terms)
-        found[at, targets[0]] = derivatives
-        found[at[pair], targets[1]] = derivatives[pair].conj()
-        terms = [(power * speed ** float(power - 1), m[None]) for power, m in own.dynamics.items() if power]
+        slope = eigenvalue_derivative_terms(u, x, terms)
+        derivatives[at, targets[0]] = slope
+        derivatives[at[pair], targets[1]] = slope[pair].conj()
+        terms = [(speed ** float(power), matrix[None]) for power, matrix in own.dynamics.derivative.items()]
         along = eigenvalue_derivative_terms(u, x, terms)[:, 0] if terms else np.zeros(len(at), complex)
-        with_speed[at, targets[0]], with_speed[at[pair], targets[1]] = along, along[pair].conj()
+        d_dspeed[at, targets[0]], d_dspeed[at[pair], targets[1]] = along, along[pair].conj()
 
 
 def pair_sensitivities(model: Model, speed: float, pair: tuple[complex, complex]) -> PairSensitivities:
-    """Sum and product of the two roots nearest to ``pair`` at a speed (m/s), with derivatives.
+    """Sum and product of two roots at a speed, with derivatives.
 
     The two span an invariant subspace with right basis X and left basis U, U X = 1, on which the state matrix acts as
     B = U A X; the sum is tr B, the product det B, and dB = U dA X to first order in both.
+
+    Parameters
+    ----------
+    model : Model
+        A bicycle with its effects.
+    speed : float
+        m/s.
+    pair : (complex, complex)
+        Near which the two roots are, 1/s.
 
     Raises
     ------
@@ -166,16 +183,12 @@ def pair_sensitivities(model: Model, speed: float, pair: tuple[complex, complex]
     basis, dual = q[:, :2], np.hstack([np.eye(2), tie]) @ q.conj().T
     block = t[:2, :2]
     slopes = matrix_slopes(model, linear)
-    number = next(number for number, part in _parts(linear, v) if part.size)
+    ((number, _),) = linear.by_range(v)
     mass = linear.ranges[number].matrices.mass
     u = np.linalg.solve(mass.T, (dual / linear.scale).T).T
     x = linear.scale[:, None] * basis
     changes = np.array(
-        [
-            u @ sum(float(speed) ** power * m for power, m in slope[number].dynamics.items()) @ x
-            - u @ slope[number].mass @ x @ block
-            for slope in slopes.values()
-        ]
+        [u @ slope[number].dynamics(float(speed)) @ x - u @ slope[number].mass @ x @ block for slope in slopes.values()]
     )
     adjugate = np.array([[block[1, 1], -block[0, 1]], [-block[1, 0], block[0, 0]]])
     return PairSensitivities(
@@ -185,21 +198,33 @@ def pair_sensitivities(model: Model, speed: float, pair: tuple[complex, complex]
 
 
 def critical_speed_sensitivities(model: Model, critical: Sequence[CriticalSpeed]) -> dict[str, Array]:
-    """d(critical speed)/d(parameter), m/s per SI unit: parameter -> one value for each of ``critical``.
+    """d(critical speed)/d(parameter), m/s per SI unit of the parameter.
+
+    Parameters
+    ----------
+    model : Model
+        A bicycle with its effects.
+    critical : sequence of CriticalSpeed
+        Critical speeds of this model.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (len(critical),)
+        Every free parameter -> one derivative for each critical speed.
 
     Where a root jumps across the axis because the equations switch, the critical speed is the switch speed.
     """
-    found = sensitivities(model, [c.speed for c in critical])
-    rows = np.empty((len(critical), len(found.parameters)))
-    for k, c in enumerate(critical):
-        values = found.eigenvalues[k]
-        distance = np.abs(values - 2j * np.pi * c.frequency_hz)
+    at_each = sensitivities(model, [crossing.speed for crossing in critical])
+    rows = np.empty((len(critical), len(at_each.parameters)))
+    for k, crossing in enumerate(critical):
+        values = at_each.eigenvalues[k]
+        distance = np.abs(values - 1j * crossing.angular_frequency)
         at = int(distance.argmin())
         if distance[at] <= ON_AXIS * np.abs(values).max():
-            rows[k] = -found.derivatives[k, at].real / found.with_speed[k, at].real
+            rows[k] = -at_each.derivatives[k, at].real / at_each.d_dspeed[k, at].real
         else:
-            rows[k] = _switch_slopes(model, c.speed, found.parameters)
-    return dict(zip(found.parameters, rows.T, strict=True))
+            rows[k] = _switch_slopes(model, crossing.speed, at_each.parameters)
+    return dict(zip(at_each.parameters, rows.T, strict=True))
 
 
 def _switch_slopes(model: Model, speed: float, parameters: Sequence[str]) -> list[float]:
@@ -208,49 +233,3 @@ def _switch_slopes(model: Model, speed: float, parameters: Sequence[str]) -> lis
     switch = list(symbolic.switches.values())[int(np.abs(np.subtract(speeds, speed)).argmin())]
     known = {sp.Symbol(name, real=True): values[name] for name in symbolic.parameters}
     return [float(sp.diff(switch, sp.Symbol(key, real=True)).subs(known)) for key in parameters]
-
-
-def matrix_slopes(model: Model, linear: LinearModel) -> Slopes:
-    """Derivatives of the matrices of a model with each free, finite parameter, one set for every speed range."""
-    evaluate, values = model.evaluator, model.parameters
-    indicators = [
-        tuple(float(piece.upper <= speed) for speed in evaluate.switch_speeds(values)) for piece in linear.ranges
-    ]
-    tied = model.tied
-
-    def slope(key: str) -> tuple[Matrices, ...]:
-        return tuple(evaluate.derivative(key, values, at) for at in indicators)
-
-    found = {}
-    for key, value in values.items():
-        if key in tied or not np.isfinite(value) or (key not in evaluate.symbolic.parameters and "." not in key):
-            continue
-        followers = [name for name, leader in tied.items() if leader == key]
-        found[key] = tuple(map(_added, zip(*map(slope, [key, *followers]), strict=True)))
-    return found
-
-
-def _added(terms: tuple[Matrices, ...]) -> Matrices:
-    first, *rest = terms
-    if not rest:
-        return first
-    powers = {power for term in terms for power in term.dynamics}
-
-    def total(parts: list[Array]) -> Array:
-        return np.asarray(np.sum(parts, axis=0))
-
-    return Matrices(
-        total([term.mass for term in terms]),
-        {power: total([term.dynamics.get(power, np.zeros_like(first.mass)) for term in terms]) for power in powers},
-        {}, {}, total([term.static_loads for term in terms]),
-    )  # fmt: skip
-
-
-def _parts(linear: LinearModel, v: Array) -> list[tuple[int, NDArray[np.intp]]]:
-    """Which speeds lie in which speed range; a switch speed belongs to the range below it."""
-    at = np.searchsorted([piece.upper for piece in linear.ranges], v)
-    return [(number, np.flatnonzero(at == number)) for number in range(len(linear.ranges))]
-
-
-def _between(u: Any, matrix: Array, x: Any) -> Complex:
-    return np.asarray(np.einsum("mij,mji->mi", u @ matrix, x))

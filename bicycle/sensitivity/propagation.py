@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bicycle.critical.critical_speeds import CriticalSpeed
+from bicycle.critical.critical_speed import CriticalSpeed
+from bicycle.eigenvalues.oscillation import frequency_hz
 from bicycle.model import Model
 from bicycle.parameter_key import entries_of
 from bicycle.sensitivity.eigenvalue_derivatives import critical_speed_sensitivities, sensitivities
@@ -19,19 +20,54 @@ from tyre.base.errors import InputError, unknown
 
 
 def frequency_gradient(slope: ArrayLike) -> Array:
-    """Derivatives (Hz) of the damped frequency from those of the eigenvalue (1/s), any shape."""
-    return np.asarray(np.asarray(slope, complex).imag / (2 * np.pi))
+    """Derivatives of the damped frequency, which is linear in the eigenvalue.
+
+    Parameters
+    ----------
+    slope : array_like, shape (...)
+        Derivatives of the eigenvalue, 1/s.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Hz.
+    """
+    return frequency_hz(slope)
 
 
 def damping_ratio_gradient(eigenvalue: ArrayLike, slope: ArrayLike) -> Array:
-    """Derivatives of the damping ratio of oscillations from those of their eigenvalues (1/s), of shapes that match."""
+    """Derivatives of the damping ratio of oscillations.
+
+    Parameters
+    ----------
+    eigenvalue : array_like, shape (...)
+        1/s.
+    slope : array_like, shape (...)
+        Their derivatives, 1/s; the two shapes broadcast.
+
+    Returns
+    -------
+    ndarray, of the common shape
+    """
     root: Any = np.asarray(eigenvalue, complex)
     change: Any = np.asarray(slope, complex)
     return np.asarray(root.imag * (root.real * change.imag - root.imag * change.real) / abs(root) ** 3)
 
 
 def standard_deviation(gradient: ArrayLike, covariance: ArrayLike) -> Array:
-    """First-order sd, sqrt(g' S g), of quantities with gradients (..., p) in parameters of covariance (p, p)."""
+    """First-order sd, sqrt(g' S g).
+
+    Parameters
+    ----------
+    gradient : array_like, shape (..., p)
+        Derivatives of each quantity with the parameters.
+    covariance : array_like, shape (p, p)
+        Of the parameters, SI units.
+
+    Returns
+    -------
+    ndarray, shape (...)
+    """
     g = np.asarray(gradient, float)
     return np.sqrt(np.maximum(np.einsum("...i,ij,...j->...", g, np.asarray(covariance, float), g), 0.0))
 
@@ -41,6 +77,8 @@ def mode_gradients(model: Model, speed: ArrayLike, eigenvalue: ArrayLike, names:
 
     Parameters
     ----------
+    model : Model
+        A bicycle with its effects.
     speed : array_like, shape () or (m,)
         m/s.
     eigenvalue : array_like, shape (...) or (m, ...)
@@ -63,11 +101,11 @@ def mode_gradients(model: Model, speed: ArrayLike, eigenvalue: ArrayLike, names:
     if np.ndim(speed) and wanted.shape[:1] != v.shape:
         raise InputError(f"{len(v)} speeds, but eigenvalues of shape {wanted.shape}; give a row for each speed")
     rows = wanted.reshape(len(v), -1)
-    found = sensitivities(model, v)
-    slopes = np.stack([_slope(name, found.parameters, found.of) for name in names], -1)  # (m, n, p)
-    distance = np.abs(found.eigenvalues[:, None, :] - rows[:, :, None])
+    every = sensitivities(model, v)
+    slopes = np.stack([_slope(name, every.parameters, every.of) for name in names], -1)  # (m, n, p)
+    distance = np.abs(every.eigenvalues[:, None, :] - rows[:, :, None])
     at = np.where(np.isnan(distance), np.inf, distance).argmin(-1)
-    root: Any = np.take_along_axis(found.eigenvalues, at, 1)
+    root: Any = np.take_along_axis(every.eigenvalues, at, 1)
     root = np.where(np.isnan(rows) | (root.imag == 0), np.nan, root)
     change = np.take_along_axis(slopes, at[..., None], 1)
     frequency = frequency_gradient(np.where(np.isnan(root)[..., None], np.nan * 1j, change))
@@ -83,7 +121,7 @@ def mode_sd(
 
     Parameters
     ----------
-    speed, eigenvalue, names
+    model, speed, eigenvalue, names
         As in :func:`mode_gradients`.
     covariance : array_like, shape (p, p)
         Of the parameters, SI units; what rear and front tyre share stands off the diagonal.
@@ -104,19 +142,46 @@ def mode_sd(
 
 
 def critical_speed_gradients(model: Model, critical: Sequence[CriticalSpeed], names: Sequence[str]) -> Array:
-    """Derivatives of critical speeds (m/s) with respect to parameters, shape (len(critical), p)."""
+    """Derivatives of critical speeds with respect to parameters.
+
+    Parameters
+    ----------
+    model : Model
+        A bicycle with its effects.
+    critical : sequence of CriticalSpeed
+        Critical speeds of this model, k of them.
+    names : sequence of str
+        As in :func:`mode_gradients`.
+
+    Returns
+    -------
+    ndarray, shape (k, p)
+        m/s per SI unit of the parameter.
+    """
     if not critical:
         return np.empty((0, len(names)))
-    found = critical_speed_sensitivities(model, critical)
-    return np.stack([_slope(name, found, found.__getitem__) for name in names], -1)
+    slopes = critical_speed_sensitivities(model, critical)
+    return np.stack([_slope(name, slopes, slopes.__getitem__) for name in names], -1)
 
 
 def critical_speed_sd(
     model: Model, critical: Sequence[CriticalSpeed], names: Sequence[str], covariance: ArrayLike
 ) -> Array:
-    """Sd of critical speeds, m/s, shape (len(critical),); ``names`` and ``covariance`` as in :func:`mode_sd`.
+    """Sd of critical speeds.
 
     First order knows no end of a critical speed: where two of them are a few sd apart, draws may lose both.
+
+    Parameters
+    ----------
+    model, critical
+        As in :func:`critical_speed_gradients`.
+    names, covariance
+        As in :func:`mode_sd`.
+
+    Returns
+    -------
+    ndarray, shape (len(critical),)
+        m/s.
 
     Raises
     ------
@@ -128,7 +193,14 @@ def critical_speed_sd(
 
 
 def checked_covariance(names: Sequence[str], covariance: ArrayLike) -> Array:
-    """The covariance of the parameters ``names`` as an array (p, p).
+    """The covariance of parameters as an array (p, p).
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the parameters, p of them.
+    covariance : array_like, shape (p, p)
+        SI units.
 
     Raises
     ------

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from bicycle.eigenvalues.oscillation import frequency_hz
 from bicycle.linear_model import LinearModel
 from bicycle.responses.linear import Response, modal_response
 
@@ -25,7 +26,7 @@ def modal_motion(model: LinearModel, *, speed: float, eigenvalue: complex, ampli
         Number of samples.
     """
     if eigenvalue.imag:
-        time = 2 * np.pi / abs(eigenvalue.imag) * np.arange(frames) / frames
+        time = np.arange(frames) / frames / abs(frequency_hz(eigenvalue))
         envelope = amplitude * np.exp(-eigenvalue.real * time)
     else:
         rate = max(abs(eigenvalue.real), SLOWEST)

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from bicycle.eigenvalues.oscillation import damping_ratio, frequency_hz
 from bicycle.modal.named_modes import Modes
 from studies.reporting.plotting import drawing, look
 
@@ -66,7 +67,7 @@ def _panel(axes: Any, found: Modes, name: str, number: int) -> None:
 def describe(root: complex) -> str:
     """Frequency and damping ratio of a pair, time constant of a real ``root`` (1/s)."""
     if root.imag:
-        return f"{abs(root.imag) / (2 * np.pi):.2f} Hz, damping ratio {-root.real / abs(root):.3f}"
+        return f"{abs(frequency_hz(root)):.2f} Hz, damping ratio {damping_ratio(root):.3f}"
     if root.real == 0:
         return "neutral"
     return f"{'grows' if root.real > 0 else 'decays'} by e in {1 / abs(root.real):.2g} s"

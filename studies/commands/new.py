@@ -19,7 +19,7 @@ def command(target: Path, bicycle: str, tyre: str, force: bool) -> None:
     from bicycle.files.bicycle_file import available_bicycles, load_bicycle
     from bicycle.files.model_file import build_model
     from studies.model_example import example_model
-    from tyre import TyreMap
+    from tyre import read_tyre
     from tyre.base.errors import InputError, unknown
     from tyre.base.files import write_text
     from tyre.base.toml_file import tomllib
@@ -30,7 +30,7 @@ def command(target: Path, bicycle: str, tyre: str, force: bool) -> None:
         raise InputError(f"{target} exists; give --force to overwrite it or another name")
     if bicycle not in available_bicycles():
         raise InputError(f"--bicycle: {unknown('bicycle', bicycle, available_bicycles())}")
-    text = example_model(load_bicycle(bicycle), TyreMap.load(tyre), file=target.name)
+    text = example_model(load_bicycle(bicycle), read_tyre(tyre), file=target.name)
     build_model(tomllib.loads(text))  # refuses what would not run: a tyre far outside its tests, for example
     write_text(target, text)
     click.echo(f"{target}: {bicycle} on {tyre}; next: velotyre modes {target}")

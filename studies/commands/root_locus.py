@@ -26,8 +26,8 @@ def command(
     chosen: ChosenModel, parameter: str, span: str, speed: float | None, out: Path, max_frequency: float | None,
     json_file: str | None,
 ) -> None:  # fmt: skip
-    import math
 
+    from bicycle.eigenvalues.oscillation import angular_frequency
     from studies.reporting.output import print_table, print_warnings, write_csv, write_json
     from studies.root_loci.figure import draw_root_locus
     from studies.root_loci.parameter_path import parameter_path
@@ -48,7 +48,7 @@ def command(
         found = [
             {
                 "value": c.value, "mode": c.mode,
-                "frequency_Hz": c.frequency_hz, "frequency_rad_s": 2 * math.pi * c.frequency_hz,
+                "frequency_Hz": c.frequency_hz, "frequency_rad_s": float(angular_frequency(c.frequency_hz)),
                 "destabilising": c.destabilising, "extrapolated": c.extrapolated,
             }
             for c in locus.crossings

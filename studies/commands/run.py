@@ -24,7 +24,10 @@ WIDTH = 110
 @click.option("--out", default="out", show_default=True, help="Folder to write into.")
 @click.option("--bicycle", help="A packaged bicycle, or a file; default: a measured frame with a rider in the drops.")
 @click.option(
-    "--tyre", "tyres", multiple=True, help="File of a tyre table to study too (of tyre fit); may be repeated."
+    "--tyre",
+    "tyres",
+    multiple=True,
+    help="File of a tyre to study too: a table of tyre fit, .tir or Pacejka-89; may be repeated.",
 )
 @click.option(
     "--pressures", metavar="LIST", help="Pressures to study, bar, such as 3.5,5,7; default: the measured ones."

@@ -239,8 +239,7 @@ def weave_words(study: Study, results: list[Result]) -> str:
     """Where weave grows at a speed that is looked at, hands off and with a flexible front; empty where it does not."""
     limit = study.settings.fastest
     first = [
-        min((c.speed for c in r.crossings if c.mode == WEAVE and c.direction == "destabilising"), default=math.inf)
-        for r in results
+        min((c.speed for c in r.crossings if c.mode == WEAVE and c.destabilising), default=math.inf) for r in results
     ]
     onsets = [v for v in first if v <= limit]
     if not onsets:

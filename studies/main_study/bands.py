@@ -8,10 +8,9 @@ apart, and tracking gives both names, the frequency decides.
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
 
-import numpy as np
-
+from bicycle.critical.critical_speed import ACriticalSpeed, CriticalSpeed
+from bicycle.eigenvalues.oscillation import frequency_hz
 from bicycle.linear_model import LinearModel
 
 WOBBLE, WEAVE = "wobble", "weave"
@@ -21,75 +20,35 @@ SLOWER_THAN_TYRES = 15.0  # Hz: near rest the wheels vibrate on their tyres at 1
 NEAR_REST = 1e-3  # of the highest speed looked at; at rest a bicycle without damping is neutral
 
 
-class Edge(Protocol):
-    """A critical speed."""
-
-    @property
-    def mode(self) -> str:
-        """Name."""
-
-    @property
-    def kind(self) -> str:
-        """``oscillatory`` or ``real``."""
-
-    @property
-    def direction(self) -> str:
-        """``destabilising`` or ``stabilising``."""
-
-    @property
-    def speed(self) -> float:
-        """m/s."""
-
-    @property
-    def frequency_hz(self) -> float:
-        """Hz."""
-
-
-AnEdge = TypeVar("AnEdge", bound=Edge)
-
-
 @dataclass(frozen=True)
-class Crossing:
-    """A critical speed (m/s): where ``mode`` becomes stable or unstable; frequency in Hz.
+class UncertainCriticalSpeed(CriticalSpeed):
+    """A critical speed with standard deviations (m/s): of tyre data and bicycle, and of the tyre data alone."""
 
-    ``sd`` is of the tyre data and the bicycle, ``tyre_sd`` of the tyre data alone.
-    """
-
-    mode: str
-    kind: str
-    direction: str
-    speed: float
     sd: float
     tyre_sd: float
-    frequency_hz: float
 
     @property
     def value(self) -> float:
         """The speed, m/s."""
         return self.speed
 
-    @property
-    def destabilising(self) -> bool:
-        """True where the mode loses its stability as the speed grows."""
-        return self.direction == "destabilising"
-
 
 @dataclass(frozen=True)
 class Band:
     """Speeds in which a mode is unstable; None: it begins below, or goes on above, the speeds looked at."""
 
-    start: Crossing | None
-    end: Crossing | None
+    start: UncertainCriticalSpeed | None
+    end: UncertainCriticalSpeed | None
 
 
-def is_wobble(edge: Edge) -> bool:
+def is_wobble(edge: CriticalSpeed) -> bool:
     """Whether wobble begins or ends at a critical speed."""
-    if edge.kind != "oscillatory" or WOBBLE not in edge.mode.split("+") or edge.frequency_hz >= SLOWER_THAN_TYRES:
+    if not edge.oscillatory or WOBBLE not in edge.mode.split("+") or edge.frequency_hz >= SLOWER_THAN_TYRES:
         return False
     return edge.mode == WOBBLE or edge.frequency_hz >= FASTER_THAN_WEAVE
 
 
-def wobble_edges(edges: Iterable[AnEdge]) -> list[AnEdge]:
+def wobble_edges(edges: Iterable[ACriticalSpeed]) -> list[ACriticalSpeed]:
     """Critical speeds at which wobble begins or ends, rising."""
     return sorted((edge for edge in edges if is_wobble(edge)), key=lambda edge: edge.speed)
 
@@ -114,7 +73,7 @@ class Span:
         return f"from {low:.1f} to {high:.1f} m/s ({KMH * low:.0f} to {KMH * high:.0f} km/h)"
 
 
-def wobble_span(linear: LinearModel, edges: Iterable[Edge], limit: float) -> Span | None:
+def wobble_span(linear: LinearModel, edges: Iterable[CriticalSpeed], limit: float) -> Span | None:
     """Unstable wobble up to ``limit`` (m/s), from its first onset to its last end; None where there is none."""
     mine = [edge for edge in wobble_edges(edges) if edge.speed <= limit]
     if not mine:
@@ -122,8 +81,8 @@ def wobble_span(linear: LinearModel, edges: Iterable[Edge], limit: float) -> Spa
         return Span(0.0, math.inf, limit) if throughout else None
     first, last = mine[0], mine[-1]
     return Span(
-        float(first.speed) if first.direction == "destabilising" else 0.0,
-        math.inf if last.direction == "destabilising" else float(last.speed),
+        float(first.speed) if first.destabilising else 0.0,
+        math.inf if last.destabilising else float(last.speed),
         limit,
     )
 
@@ -131,14 +90,14 @@ def wobble_span(linear: LinearModel, edges: Iterable[Edge], limit: float) -> Spa
 def grows_fast(linear: LinearModel, speed: float) -> bool:
     """Whether an oscillation as fast as wobble grows at a ``speed`` (m/s)."""
     values = linear.eigenvalues(speed)
-    hertz = values.imag / (2 * np.pi)
+    hertz = frequency_hz(values)
     return bool(((values.real > 0) & (hertz >= FASTER_THAN_WEAVE) & (hertz < SLOWER_THAN_TYRES)).any())
 
 
-def unstable_bands(crossings: Sequence[Crossing]) -> list[Band]:
+def unstable_bands(crossings: Sequence[UncertainCriticalSpeed]) -> list[Band]:
     """Pair the crossings of one mode into bands of instability."""
     bands: list[Band] = []
-    start: Crossing | None = None
+    start: UncertainCriticalSpeed | None = None
     inside = False
     for crossing in sorted(crossings, key=lambda c: c.speed):
         if crossing.destabilising:

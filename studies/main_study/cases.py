@@ -1,5 +1,6 @@
 """The tyres of the main study: measured ones at the bicycle's wheel loads, and the one that a model file gives."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,16 +10,16 @@ import numpy as np
 
 from bicycle.default_sd import CORNERING_STIFFNESS, EFFECT
 from bicycle.effect import WHEELS, effect_class
-from bicycle.files.model_file import EXTRAPOLATE, TYRE_KEYS, wheel_maps
+from bicycle.files.wheel_tyres import EXTRAPOLATE, TYRE_KEYS, wheel_sources
 from bicycle.parameters import Bicycle
 from studies.main_study.settings import Settings, Table
-from tyre import TyreMap, TyreProperties, available_tyres
+from tyre import TyreMap, TyreProperties, available_tyres, read_tyre
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
-from tyre.maps.reach import out_of_reach
-from tyre.maps.table_io import is_file_name
+from tyre.base.units import PASCAL_PER_BAR
+from tyre.read_tyre import is_file_name
+from tyre.tyre_source import TyreSource, out_of_reach
 
-PASCAL_PER_BAR = 1e5
 CONTACT = tuple(
     f"relaxation_length.{name}.{wheel}" for wheel in WHEELS for name in ("cornering_stiffness", "relaxation_length")
 )
@@ -95,6 +96,8 @@ def tyre_cases(settings: Settings) -> Cases:
     if settings.contact is not None:
         found += given_cases(settings.contact, settings.bicycle, settings.pressures)
     for source, measured, packaged in measured_tyres(settings.tyres):
+        if not settings.pressures and not measured.pressures.size:
+            left_out.append(f"{measured.label}: its file states no pressure; give some")
         for pressure in settings.pressures or [one / PASCAL_PER_BAR for one in measured.pressures]:
             table = {"tyre": source, "surface": measured.surface, "pressure_bar": round(float(pressure), 9),
                      EXTRAPOLATE: True}  # fmt: skip
@@ -133,9 +136,9 @@ def subject_first(found: Sequence[TyreCase]) -> Iterator[TyreCase]:
     yield from (case for case in found if case.name != name)
 
 
-def measured_tyres(files: Sequence[str]) -> Iterator[tuple[str, TyreMap, bool]]:
+def measured_tyres(files: Sequence[str]) -> Iterator[tuple[str, TyreSource, bool]]:
     """Source as in a model file, map, and whether it is packaged: those of ``files``, then all that are packaged."""
-    packaged = [
+    packaged: list[tuple[str, TyreSource]] = [
         (name, TyreMap.load(name, surface=on).assuming(CORNERING_STIFFNESS))
         for name, surfaces in available_tyres().items()
         for on in surfaces
@@ -143,8 +146,11 @@ def measured_tyres(files: Sequence[str]) -> Iterator[tuple[str, TyreMap, bool]]:
     seen = {(one.tyre, one.surface) for _, one in packaged}
     for file in files:
         if not is_file_name(file):
-            raise InputError(f"tyre {file!r} is no file of a tyre table (.csv); the packaged tyres are studied anyway")
-        measured = TyreMap.of(Path(file).resolve().as_posix()).assuming(CORNERING_STIFFNESS)
+            raise InputError(
+                f"tyre {file!r} is no file of a tyre table (.csv), .tir or Pacejka-89 file; the packaged tyres are "
+                "studied anyway"
+            )
+        measured = read_tyre(Path(file).resolve().as_posix()).assuming(CORNERING_STIFFNESS)
         if (measured.tyre, measured.surface) in seen:
             raise InputError(
                 f"{file}: there is another {measured.tyre} {measured.surface}; rename the tyre in its .toml"
@@ -155,14 +161,14 @@ def measured_tyres(files: Sequence[str]) -> Iterator[tuple[str, TyreMap, bool]]:
         yield name, measured, True
 
 
-def measured_case(table: Table, maps: Mapping[str, TyreMap], bicycle: Bicycle, packaged: bool) -> TyreCase:
+def measured_case(table: Table, tyres: Mapping[str, TyreSource], bicycle: Bicycle, packaged: bool) -> TyreCase:
     """A measured tyre, or one on each wheel, at the wheel loads.
 
     Parameters
     ----------
     table : Table
         Of a model file: tyre, surface and pressure, each for both wheels or {rear, front}.
-    maps : mapping of str to TyreMap
+    tyres : mapping of str to TyreSource
         By the tyre as the table names it.
     bicycle : Bicycle
         Whose wheel loads are taken.
@@ -176,7 +182,7 @@ def measured_case(table: Table, maps: Mapping[str, TyreMap], bicycle: Bicycle, p
     """
     bars = [float(one) for one in per_wheel(table["pressure_bar"])]
     at = [(load, bar * PASCAL_PER_BAR) for load, bar in zip(bicycle.static_loads, bars, strict=True)]
-    rear, front = (maps[wheel] for wheel in WHEELS)
+    rear, front = (tyres[wheel] for wheel in WHEELS)
     if (rear.tyre, rear.surface) == (front.tyre, front.surface):
         properties, joint = rear.joint(at)
         covariance = joint[USED]
@@ -186,19 +192,26 @@ def measured_case(table: Table, maps: Mapping[str, TyreMap], bicycle: Bicycle, p
         covariance = np.zeros((4, 4))
         for k, (_, joint) in enumerate(parts):
             covariance[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] = joint[np.ix_([0, 2], [0, 2])]
-    tyres = list(dict.fromkeys(named(one) for one in (rear, front)))
+    for one, p in zip((rear, front), properties, strict=True):
+        if math.isnan(p.relaxation_length):
+            raise InputError(
+                f"{one.label} holds no lateral stiffness, so no relaxation length, which the main study is about; add "
+                "what a pull test gives to its file (lateral_stiffness_N_per_mm of a Pacejka-89 set, LATERAL_STIFFNESS "
+                "of a .tir file)"
+            )
+    names = list(dict.fromkeys(named(one) for one in (rear, front)))
     return TyreCase(
-        f"{' / '.join(tyres)} {rear.surface}", joint_mean(*properties), covariance, table, (bars[0], bars[1]),
-        properties, " / ".join(tyres), rear.surface, packaged, any(one.measured.synthetic for one in (rear, front)),
-        rear.measured.width,
+        f"{' / '.join(names)} {rear.surface}", joint_mean(*properties), covariance, table, (bars[0], bars[1]),
+        properties, " / ".join(names), rear.surface, packaged, any(one.synthetic for one in (rear, front)),
+        rear.width,
         any(out_of_reach(one, load=load, pressure=p) for one, (load, p) in zip((rear, front), at, strict=True)),
     )  # fmt: skip
 
 
-def named(measured: TyreMap) -> str:
+def named(measured: TyreSource) -> str:
     """Name of a tyre, and whether its values are synthetic."""
     said = "synthetic" in measured.tyre.lower()
-    return measured.tyre + (" (synthetic)" if measured.measured.synthetic and not said else "")
+    return measured.tyre + (" (synthetic)" if measured.synthetic and not said else "")
 
 
 def given_cases(table: Table, bicycle: Bicycle, pressures: Sequence[float]) -> Iterator[TyreCase]:
@@ -226,7 +239,7 @@ def given_case(table: Table, bicycle: Bicycle) -> TyreCase:
     tyre, surface = (dict(zip(WHEELS, per_wheel(table.get(key)), strict=True)) for key in ("tyre", "surface"))
     return measured_case(
         {key: table[key] for key in TYRE_KEYS if key in table} | {EXTRAPOLATE: True},  # random wheel loads lie around
-        wheel_maps(tyre, surface),
+        wheel_sources(tyre, surface),
         bicycle,
         packaged=not any(map(is_file_name, tyre.values())),
     )

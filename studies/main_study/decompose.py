@@ -2,16 +2,17 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from bicycle.critical.critical_speed import CriticalSpeed, CrossingIdentity, identified
 from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.eigenvalues.oscillation import damping_ratio
 from studies.main_study.assemble import build
-from studies.main_study.bands import WOBBLE, wobble_edges
+from studies.main_study.bands import WOBBLE, is_wobble
 from studies.main_study.cases import TyreCase
 from studies.main_study.settings import Settings, Setup
-from studies.main_study.solve import Result, damping_ratio, nearest, oscillations
+from studies.main_study.solve import Result, nearest, oscillations
 from tyre.base.arrays import Array
 
 DAMPING = "damping_ratio"
@@ -27,15 +28,20 @@ class Change:
 
     ``stiffness_part`` varies the cornering stiffness alone and ``length_part`` the relaxation length alone, both from
     the higher pressure; ``interaction`` is what is left of ``total``. ``quantity`` is ``damping_ratio`` or
-    ``critical_speed_m_s``; ``name`` says which.
+    ``critical_speed_m_s``; ``of`` says of which mode, or which critical speed.
     """
 
-    name: str
+    of: str | CrossingIdentity
     quantity: str
     before: float
     after: float
     stiffness_part: float
     length_part: float
+
+    @property
+    def name(self) -> str:
+        """What changes, in words."""
+        return str(self.of)
 
     @property
     def total(self) -> float:
@@ -63,16 +69,16 @@ class Decomposition:
     setup: Setup
     changes: tuple[Change, ...]
 
-    def change(self, name: str, quantity: str = CRITICAL) -> Change | None:
+    def change(self, of: str | CrossingIdentity, quantity: str = CRITICAL) -> Change | None:
         """The change of one quantity; None where it does not exist at both pressures and in between.
 
         Parameters
         ----------
-        name : str
-            Of a mode, or of a critical speed as :func:`named_speeds` calls it.
+        of : str or CrossingIdentity
+            A mode, or a critical speed as :func:`named_speeds` tells it from others.
         quantity : str, optional
         """
-        return next((c for c in self.changes if (c.name, c.quantity) == (name, quantity)), None)
+        return next((c for c in self.changes if (c.of, c.quantity) == (of, quantity)), None)
 
 
 def decompose(settings: Settings, higher: Result, lower: Result) -> Decomposition:
@@ -85,32 +91,25 @@ def decompose(settings: Settings, higher: Result, lower: Result) -> Decompositio
     for contact in (only_stiffness, only_length):
         speeds.append(named_speeds(critical_speeds(build(settings, setup, contact), max_speed=settings.max_speed)))
     changes = []
-    for name, start in speeds[0].items():
-        if all(name in corner for corner in speeds):
-            end, stiffness, length = (corner[name] for corner in speeds[1:])
-            change = Change(name, CRITICAL, start, end, stiffness - start, length - start)
+    for which, start in speeds[0].items():
+        if all(which in corner for corner in speeds):
+            end, stiffness, length = (corner[which] for corner in speeds[1:])
+            change = Change(which, CRITICAL, start, end, stiffness - start, length - start)
             if change.of_one_crossing:
                 changes.append(change)
     at_lower = oscillations(lower.modes, -1)
     for mode, eigenvalue in oscillations(higher.modes, -1).items():
         roots = [follow(settings, setup, before, to, eigenvalue) for to in (after, only_stiffness, only_length)]
         if mode in at_lower and abs(roots[0] - at_lower[mode]) < SAME * abs(roots[0]):  # else another root has the name
-            ratios = [damping_ratio(value) for value in (eigenvalue, *roots)]
+            ratios = [float(damping_ratio(value)) for value in (eigenvalue, *roots)]
             changes.append(Change(mode, DAMPING, ratios[0], ratios[1], ratios[2] - ratios[0], ratios[3] - ratios[0]))
     return Decomposition(higher.case, lower.case, setup, tuple(changes))
 
 
-def named_speeds(crossings: Iterable[Any]) -> dict[str, float]:
-    """Speeds (m/s) of ``crossings``, named by mode, direction and, where a mode crosses several times, a number."""
-    values: dict[str, float] = {}
-    every = list(crossings)
-    wobbles = [id(edge) for edge in wobble_edges(every)]
-    for crossing in every:
-        mode = WOBBLE if id(crossing) in wobbles else crossing.mode
-        name = f"{mode} {'unstable' if crossing.direction == 'destabilising' else 'stable'} above"
-        number = 1 + sum(key.startswith(name) for key in values)
-        values[name if number == 1 else f"{name} ({number})"] = float(crossing.speed)
-    return values
+def named_speeds(crossings: Iterable[CriticalSpeed]) -> dict[CrossingIdentity, float]:
+    """Critical speeds (m/s) by what tells them apart; what ends or begins unstable wobble counts as wobble's."""
+    every = identified(crossing.named(WOBBLE) if is_wobble(crossing) else crossing for crossing in crossings)
+    return {which: float(crossing.speed) for which, crossing in every.items()}
 
 
 def follow(settings: Settings, setup: Setup, start: Array, end: Array, eigenvalue: complex) -> complex:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from bicycle.eigenvalues.oscillation import angular_frequency, frequency_hz
 from studies.main_study.paths import paths
 from studies.main_study.settings import Setup
 from studies.main_study.solve import Result
@@ -42,7 +43,7 @@ def draw_eigenvalues(study: Study, setup: Setup, target: Path) -> Path:
         grid = canvas.subplots(2, len(study.names), sharex=True, sharey="row", squeeze=False)
         shown: dict[str, Any] = {}
         grid[0, 0].set(ylabel="Real part, 1/s (shaded: unstable)", ylim=REAL_RANGE, xlim=(speeds[0], speeds[-1]))
-        top = highest_wobble(study.of(setup)) * HEADROOM / (2 * np.pi)
+        top = highest_wobble(study.of(setup)) * HEADROOM / angular_frequency(1.0)
         grid[1, 0].set(ylabel="Frequency, Hz", ylim=(0, top))
         for column, name in enumerate(study.names):
             real, frequency = grid[:, column]
@@ -74,7 +75,7 @@ def _draw(real: Any, frequency: Any, result: Result, speeds: Any, number: int, s
         style = {"color": mode_look(mode).colour, "linewidth": 1.3, "markersize": 4.5, **mode_marker(mode)}
         every, line = (MARKS[0] * (1 + number), MARKS[1]), PRESSURE_LINES[number % len(PRESSURE_LINES)]
         for branch in values.T:
-            for axes, part in ((real, branch.real), (frequency, branch.imag / (2 * np.pi))):
+            for axes, part in ((real, branch.real), (frequency, frequency_hz(branch))):
                 inside = np.where(branch.imag > 0, part, np.nan) if axes is frequency else part
                 low, high = axes.get_ylim()
                 seen = np.where((inside > 2 * low - high) & (inside < 2 * high - low), inside, np.nan)

@@ -5,7 +5,8 @@ from pathlib import Path
 from textwrap import fill
 from typing import Any
 
-from studies.main_study.bands import KMH, WEAVE, WOBBLE, Crossing
+from bicycle.critical.critical_speed import CriticalSpeed, CrossingIdentity
+from studies.main_study.bands import KMH, WEAVE, WOBBLE
 from studies.main_study.decompose import Change
 from studies.main_study.plausible import Plausible
 from studies.main_study.settings import Setup
@@ -13,7 +14,9 @@ from studies.main_study.solve import Result
 from studies.main_study.study import Study
 from studies.reporting.plotting import EXTRAPOLATED, drawing, look
 
-EDGES = (("begins", f"{WOBBLE} unstable above"), ("ends", f"{WOBBLE} stable above"))
+EDGES = (
+    ("begins", CrossingIdentity(WOBBLE, destabilising=True)), ("ends", CrossingIdentity(WOBBLE, destabilising=False)),
+)  # fmt: skip
 PARTS = ("relaxation length", "cornering stiffness", "interaction")
 GROUP_GAP = 0.9
 THICK = 0.5
@@ -81,7 +84,7 @@ def draw_bands(axes: Any, study: Study, setup: Setup) -> None:
             if outer:
                 _outer(axes, outer, height + OUTER_DROP, look(number).colour, fastest)
             for crossing in result.crossings:
-                if crossing.mode == WEAVE and crossing.speed < fastest and crossing.kind == "oscillatory":
+                if crossing.mode == WEAVE and crossing.speed < fastest and crossing.oscillatory:
                     _weave_mark(axes, crossing, height + MARK_DROP)
             ticks[height] = result.case.condition
             height += 1
@@ -101,9 +104,7 @@ def draw_bands(axes: Any, study: Study, setup: Setup) -> None:
 def caption(study: Study, results: list[Result]) -> str:
     """Explains the marks that are there, and no others."""
     fastest = study.settings.fastest
-    weave = [
-        c for r in results for c in r.crossings if c.mode == WEAVE and c.speed < fastest and c.kind == "oscillatory"
-    ]
+    weave = [c for r in results for c in r.crossings if c.mode == WEAVE and c.speed < fastest and c.oscillatory]
     circles = [
         words for words, there in (
             ("stable (hollow)", any(not c.destabilising for c in weave)),
@@ -165,7 +166,7 @@ def _outer(axes: Any, outer: Plausible, height: float, colour: str, fastest: flo
         axes.text(ROOM * fastest, height - OUTER_DROP, words, fontsize=7.5, color="0.35", ha="right", va="center")
 
 
-def _weave_mark(axes: Any, crossing: Crossing, height: float) -> None:
+def _weave_mark(axes: Any, crossing: CriticalSpeed, height: float) -> None:
     face = "black" if crossing.destabilising else "white"
     axes.plot(crossing.speed, height, "o", color="black", markerfacecolor=face, markersize=3.8, zorder=4)
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from bicycle.eigenvalues.oscillation import angular_frequency, frequency_hz
 from bicycle.modal.named_modes import Modes
 from studies.main_study.figure_eigenvalues import HEADROOM, REAL_RANGE, TITLE, highest_wobble, panels_width
 from studies.main_study.paths import paths
@@ -57,7 +58,9 @@ def draw_speed_locus(study: Study, setup: Setup, target: Path) -> Path:
                 axes.axvspan(0, WINDOW[1], color=UNSTABLE, zorder=0)
                 axes.axvline(0, color="0.2", linewidth=1, zorder=1)
                 hatch_extrapolated(axes, any(r.case.extrapolated for r in study.of(setup, name)))
-        hertz = grid[0, -1].secondary_yaxis("right", functions=(lambda w: w / (2 * np.pi), lambda f: f * 2 * np.pi))
+        hertz = grid[0, -1].secondary_yaxis(
+            "right", functions=(lambda w: frequency_hz(1j * np.asarray(w)), angular_frequency)
+        )
         hertz.set_ylabel("Frequency, Hz")
         for number, condition in enumerate(study.conditions):
             marker = PRESSURE_MARKERS[number % len(PRESSURE_MARKERS)]

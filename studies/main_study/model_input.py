@@ -6,10 +6,12 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from bicycle.effect import effect_class
+from bicycle.effect import WHEELS, effect_class
 from bicycle.files.bicycle_file import load_bicycle
-from bicycle.files.model_file import MOST_BAR, located, read_model
-from bicycle.model import DEFAULT_CONTACT
+from bicycle.files.model_file import read_model
+from bicycle.files.tyre_values import values_of_tyres
+from bicycle.files.wheel_tyres import MOST_BAR, located
+from bicycle.model import DEFAULT_CONTACT, Model
 from bicycle.parameter_key import ParameterKey
 from bicycle.parameters import Bicycle
 from studies.main_study.riders import packaged_postures, with_rider
@@ -69,6 +71,7 @@ def settings_of(
             f"{model}: the main study is about tyres with a relaxation length, but the file has {law}; use {LAW}, or "
             f"velotyre critical {model} for this model"
         )
+    tables = with_numbers(tables, whole)
     contact = tables.pop(LAW, None)
     tables.pop(DEFAULT_CONTACT, None)
     return Settings(
@@ -77,6 +80,18 @@ def settings_of(
         arms=own_arms(tables.pop("rider_arms", None)), further=tables,
         contact=None if contact is None else located(contact, Path(model).parent),
     )  # fmt: skip
+
+
+def with_numbers(tables: Mapping[str, Any], model: Model) -> dict[str, Any]:
+    """Tables of effects in which what the tyre of the model file gives beside its contact law stands as numbers."""
+    found = {name: dict(table) for name, table in tables.items()}
+    for text in values_of_tyres(tables):
+        key = ParameterKey.parse(text)
+        if key.effect != LAW:
+            given = found[key.effect][key.name]
+            each = dict(given) if isinstance(given, Mapping) else dict.fromkeys(WHEELS, given)
+            found[key.effect][key.name] = each | {key.wheel: model.parameters[text]}
+    return found
 
 
 def own_front(table: Mapping[str, Any] | None, bicycle: Bicycle) -> Front:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.critical.critical_speeds import critical_speeds
-from bicycle.model import linear_model
+from bicycle.model_family import ModelFamily
 from studies.main_study.assemble import CAMBER, FRICTION, beside
 from studies.main_study.bands import wobble_span
 from studies.main_study.cases import TyreCase
@@ -64,14 +64,14 @@ def plausible(settings: Settings, case: TyreCase, setup: Setup) -> Plausible:
     onset, end = np.full((2, count), np.nan)
     computed = np.zeros(count, bool)
     uncertain = uncertainty(settings, case, setup)
-    nominal = uncertain.nominal
+    family = ModelFamily(uncertain.nominal)
     drawn = shares(settings)
     for k, values in enumerate(draws(settings, case, uncertain, count)):
         if values is None:
             continue
         try:
             numbers = values | changed(settings, setup, drawn, k, values)
-            linear = linear_model(nominal.evaluator, numbers, nominal)
+            linear = family.linear_model(numbers)
             span = wobble_span(linear, critical_speeds(linear, max_speed=settings.fastest), settings.fastest)
         except InputError:  # a draw that makes no model is counted, and said where the count is shown
             continue

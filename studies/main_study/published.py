@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from bicycle.critical.critical_speed import CrossingIdentity
 from studies.main_study.bands import WEAVE, WOBBLE
 from studies.main_study.settings import Setup
 from studies.main_study.solve import RIDDEN, Result
@@ -151,7 +152,7 @@ def _ratios(study: Study, setup: Setup) -> list[float]:
 
 def _weave(study: Study, setup: Setup) -> list[float]:
     ds = [d for d in study.decompositions if d.setup == setup]
-    return [abs(c.total) for d in ds if (c := d.change(f"{WEAVE} stable above"))]
+    return [abs(c.total) for d in ds if (c := d.change(CrossingIdentity(WEAVE, destabilising=False)))]
 
 
 def _per_wheel(study: Study, of: Callable[[Sequence[float], float], float]) -> list[float]:

@@ -9,7 +9,7 @@ from typing import Any
 
 from bicycle.default_sd import CORNERING_STIFFNESS
 from studies.main_study.answer import Answer, begins
-from studies.main_study.bands import FASTER_THAN_WEAVE, KMH, WOBBLE, Crossing
+from studies.main_study.bands import FASTER_THAN_WEAVE, KMH, WOBBLE, UncertainCriticalSpeed
 from studies.main_study.cases import TyreCase
 from studies.main_study.decompose import CRITICAL, DAMPING
 from studies.main_study.figure_headline import assumed as world
@@ -31,6 +31,7 @@ from studies.main_study.report_tables import (
 from studies.main_study.settings import CAMBER_RANGE, CONTACT_LENGTH
 from studies.main_study.solve import RIDDEN, Result
 from studies.main_study.study import Study
+from tyre.base.units import PASCAL_PER_BAR
 
 
 def write_report(study: Study, answer: Answer, folder: Path, *, paper_figures: Sequence[str]) -> tuple[Path, Path]:
@@ -98,7 +99,7 @@ def counted_as_wobble(study: Study) -> str:
     )
 
 
-def _edges(result: Result, limit: float) -> list[Crossing]:
+def _edges(result: Result, limit: float) -> list[UncertainCriticalSpeed]:
     """Ends of the bands of unstable wobble that begin up to ``limit`` (m/s)."""
     return [edge for band in result.bands(limit) for edge in (band.start, band.end) if edge]
 
@@ -187,7 +188,7 @@ def published_words(study: Study) -> str:
 def extrapolated_words(cases: Sequence[TyreCase]) -> str:
     """Name every condition that lies outside the measurements, or say that none does."""
     outside = [
-        f"{case.name}, {wheel} wheel at {p.load:.0f} N, {p.pressure / 1e5:g} bar"
+        f"{case.name}, {wheel} wheel at {p.load:.0f} N, {p.pressure / PASCAL_PER_BAR:g} bar"
         for case in cases for wheel, p in zip(("rear", "front"), case.properties, strict=False) if not p.inside
     ]  # fmt: skip
     if not outside:

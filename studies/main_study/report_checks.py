@@ -1,5 +1,6 @@
 """What the report says of linear propagation beside Monte Carlo."""
 
+from bicycle.critical.critical_speed import CrossingIdentity
 from bicycle.sensitivity.eigenvalue_derivatives import critical_speed_sensitivities
 from studies.main_study.checks import FAR, differs, excess
 from studies.main_study.report_numbers import shown_like, signed, signed_range, table
@@ -85,30 +86,32 @@ def share_table(study: Study) -> str:
     found = group_shares(study)
     groups = [group for group in dict.fromkeys(g for one in found.values() for g in one)
               if max(one.get(group, 0.0) for one in found.values()) >= SMALL]  # fmt: skip
-    rows = [[name, *(f"{100 * one.get(group, 0.0):.0f} %" for group in groups)] for name, one in found.items()]
+    rows = [[str(which), *(f"{100 * one.get(group, 0.0):.0f} %" for group in groups)] for which, one in found.items()]
     return table(rows, ["share of the variance of", *groups]) if rows else ""
 
 
-def group_shares(study: Study) -> dict[str, dict[str, float]]:
+def group_shares(study: Study) -> dict[CrossingIdentity, dict[str, float]]:
     """Critical speed -> group of uncertain numbers -> its share of the linear variance, for the case in focus."""
     uncertain = _focus_uncertainty(study)
     crossings = uncertain.crossings(study.settings.fastest)
     slopes = critical_speed_sensitivities(uncertain.nominal, list(crossings.values())) if crossings else {}
     return {
-        name: contributions.by_group(uncertain.shares(uncertain.gradient({key: one[k] for key, one in slopes.items()})))
-        for k, name in enumerate(crossings)
+        which: contributions.by_group(
+            uncertain.shares(uncertain.gradient({key: one[k] for key, one in slopes.items()}))
+        )
+        for k, which in enumerate(crossings)
     }
 
 
 def uncertainty_lines(study: Study) -> list[str]:
     """What causes the uncertainty of the first critical speed of wobble, or of weave, and what counts as exact."""
     found = group_shares(study)
-    name = next((one for mode in COMPARED_MODES for one in found if one.startswith(mode)), None)
+    first = next((which for mode in COMPARED_MODES for which in found if which.mode.split("+")[0] == mode), None)
     lines = []
-    if name:
-        ranked = sorted(found[name].items(), key=lambda one: -one[1])
+    if first:
+        ranked = sorted(found[first].items(), key=lambda one: -one[1])
         shares = ", ".join(f"{group} {100 * share:.0f} %" for group, share in ranked if share >= SMALL)
-        lines.append(f"uncertainty of '{name}' ({study.focus.name}, {study.focus.condition}): {shares}")
+        lines.append(f"uncertainty of '{first}' ({study.focus.name}, {study.focus.condition}): {shares}")
     exact = contributions.counted_as_exact(_focus_uncertainty(study))
     alone = [key for key in exact if not varied_apart(key)]
     said = f"counted as exact: {', '.join(alone) or 'nothing'}"

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from studies.main_study.bands import KMH, Band, Crossing
+from studies.main_study.bands import KMH, Band, UncertainCriticalSpeed
 from studies.main_study.cases import TyreCase
 from studies.main_study.decompose import Change
 from studies.main_study.hinges import End
@@ -240,7 +240,7 @@ def bands_words(bands: Sequence[Band], max_speed: float) -> str:
     return "; ".join(words) or "none"
 
 
-def one_sd(edge: Crossing) -> str:
+def one_sd(edge: UncertainCriticalSpeed) -> str:
     """``3.16 ± 0.05``."""
     return f"{shown_like(edge.speed, edge.sd)} ± {shown_like(edge.sd, edge.sd)}"
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.eigenvalues.oscillation import angular_frequency, damping_ratio, frequency_hz
 from bicycle.linear_model import LinearModel
 from bicycle.modal.named_modes import Modes, modes
 from bicycle.sensitivity.propagation import critical_speed_gradients, mode_gradients, standard_deviation
@@ -14,8 +15,8 @@ from studies.main_study.bands import (
     WEAVE,
     WOBBLE,
     Band,
-    Crossing,
     Span,
+    UncertainCriticalSpeed,
     unstable_bands,
     wobble_edges,
     wobble_span,
@@ -47,7 +48,7 @@ class LeastDamped:
     @property
     def damping_ratio(self) -> float:
         """Below zero where it grows."""
-        return damping_ratio(self.eigenvalue)
+        return float(damping_ratio(self.eigenvalue))
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +58,7 @@ class Result:
     case: TyreCase
     setup: Setup
     modes: Modes
-    crossings: tuple[Crossing, ...]
+    crossings: tuple[UncertainCriticalSpeed, ...]
     frequency: dict[str, Uncertain]  # mode -> Hz at the report speed; missing where it is no oscillation
     damping: dict[str, Uncertain]  # mode -> damping ratio, likewise
     least: LeastDamped | None
@@ -73,7 +74,7 @@ class Result:
         return [band for band in found if not band.start or band.start.speed <= limit]
 
     @property
-    def wobble_edges(self) -> list[Crossing]:
+    def wobble_edges(self) -> list[UncertainCriticalSpeed]:
         """Critical speeds at which unstable wobble begins or ends, rising."""
         return wobble_edges(self.crossings)
 
@@ -86,11 +87,6 @@ def nearest(linear: LinearModel, speed: float, eigenvalue: complex) -> complex:
     """The eigenvalue (1/s) of a model at a ``speed`` (m/s) that is nearest to ``eigenvalue`` (1/s)."""
     values = linear.eigenvalues(speed)
     return complex(values[int(np.argmin(np.abs(values - eigenvalue)))])
-
-
-def damping_ratio(eigenvalue: complex) -> float:
-    """Minus the real part over the modulus of an ``eigenvalue`` (1/s)."""
-    return -eigenvalue.real / abs(eigenvalue)
 
 
 def solve(settings: Settings, case: TyreCase, setup: Setup) -> Result:
@@ -111,14 +107,14 @@ def solve(settings: Settings, case: TyreCase, setup: Setup) -> Result:
     sds = [[standard_deviation(one, covariance).tolist() for covariance in covariances] for one in gradients]
     frequency, damping = {}, {}
     for k, (mode, root) in enumerate(roots.items()):
-        frequency[mode] = Uncertain(root.imag / (2 * np.pi), *(sd[k] for sd in sds[0]))
-        damping[mode] = Uncertain(damping_ratio(root), *(sd[k] for sd in sds[1]))
+        frequency[mode] = Uncertain(float(frequency_hz(root)), *(sd[k] for sd in sds[0]))
+        damping[mode] = Uncertain(float(damping_ratio(root)), *(sd[k] for sd in sds[1]))
     critical = critical_speeds(linear, max_speed=settings.max_speed)
     slopes = critical_speed_gradients(built, critical, names)
     moved = [standard_deviation(slopes, covariance).tolist() for covariance in covariances]
     crossings = [
-        Crossing(c.mode, c.kind, c.direction, float(c.speed), sd, tyre_sd, float(c.frequency_hz))
-        for c, sd, tyre_sd in zip(critical, *moved, strict=True)
+        UncertainCriticalSpeed(**vars(crossing), sd=sd, tyre_sd=tyre_sd)
+        for crossing, sd, tyre_sd in zip(critical, *moved, strict=True)
     ]
     return Result(case, setup, found, tuple(crossings), frequency, damping, least_damped(found))
 
@@ -128,7 +124,7 @@ def least_damped(found: Modes) -> LeastDamped | None:
     ridden = (found.speeds >= RIDDEN[0]) & (found.speeds <= RIDDEN[1])
     best: LeastDamped | None = None
     for name, values in found.branches.items():
-        slowest = 0.0 if name == WOBBLE else 2 * np.pi * FASTER_THAN_WEAVE
+        slowest = 0.0 if name == WOBBLE else angular_frequency(FASTER_THAN_WEAVE)
         if WOBBLE not in name.split("+"):
             continue
         for speed, root in zip(found.speeds[ridden], values[ridden, 0], strict=True):

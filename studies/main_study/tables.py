@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bicycle.eigenvalues.oscillation import damping_ratio, frequency_hz, oscillating
 from studies.main_study.cases import TyreCase
 from studies.main_study.decompose import CRITICAL, DAMPING, Decomposition
 from studies.main_study.published import compared
@@ -83,13 +84,12 @@ def _eigenvalues(study: Study, result: Result) -> "pd.DataFrame":
             value = values[: len(speeds), branch]
             there = ~np.isnan(value)
             kept = value[there]
-            with np.errstate(invalid="ignore", divide="ignore"):
-                ratio = np.where(kept.imag > 0, -kept.real / np.abs(kept), np.nan)
+            ratio = damping_ratio(oscillating(kept))
             parts.append(
                 pd.DataFrame(
                     {
                         "speed_m_s": speeds[there], "mode": mode, "branch": branch + 1, "real_1_per_s": kept.real,
-                        "imaginary_rad_per_s": kept.imag, "frequency_Hz": kept.imag / (2 * np.pi),
+                        "imaginary_rad_per_s": kept.imag, "frequency_Hz": frequency_hz(kept),
                         "damping_ratio": ratio,
                     }
                 )

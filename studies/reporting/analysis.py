@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bicycle.critical.critical_speeds import CriticalSpeed, critical_speeds
+from bicycle.critical.critical_speed import CriticalSpeed
+from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.linear_model import LinearModel
 from bicycle.modal.named_modes import Modes, modes
 
@@ -33,7 +34,7 @@ def record(model: LinearModel, found: Modes | None, critical: Sequence[CriticalS
                 "mode": c.mode,
                 "kind": c.kind,
                 "frequency_Hz": c.frequency_hz,
-                "frequency_rad_s": 2 * np.pi * c.frequency_hz,
+                "frequency_rad_s": c.angular_frequency,
                 "direction": c.direction,
             }
             for c in critical

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from studies.rig_campaign.canvas import COLOURS, DASHES, MARKERS, blank, mean_curve, reach, titled
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.campaign import Campaign
 from tyre.campaigns.condition import ConditionResult
 
@@ -58,7 +59,7 @@ def carpet(conditions: Sequence[ConditionResult]) -> "Figure":
                     "color": "0.25",
                 }
                 panel.annotate(f"{slip:g}°", line[-1], **label)
-        panel.set_title(f"{pressure / 1e5:g} bar", fontsize=10)
+        panel.set_title(f"{pressure / PASCAL_PER_BAR:g} bar", fontsize=10)
         panel.set_xlim(-0.3, slips[-1] + _LOAD_SHIFT * (len(loads) - 1) + 0.9)
         panel.set_xticks([])
         panel.set_xlabel("slip angle, shifted by load")
@@ -108,7 +109,7 @@ def stiffness_over_load(conditions: Sequence[ConditionResult]) -> "Figure":
                     capsize=2.5,
                     lw=1.2,
                     ms=5,
-                    label=f"{pressure / 1e5:g} bar, {surface}",
+                    label=f"{pressure / PASCAL_PER_BAR:g} bar, {surface}",
                 )
         panel.set_xlabel("vertical load (N)")
         panel.set_ylabel(label)
@@ -150,7 +151,7 @@ def flat_against_drum(
             marker=MARKERS[number % 6],
             ls=DASHES[number % 6],
             capsize=3,
-            label=f"{pressure / 1e5:g} bar",
+            label=f"{pressure / PASCAL_PER_BAR:g} bar",
         )
     for exponent in campaign.curvature:
         if exponent.tyre == tyre:

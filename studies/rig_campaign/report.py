@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.campaign import Campaign
 from tyre.campaigns.condition import ConditionResult, Repeatability
 from tyre.campaigns.export import write_tables
@@ -74,7 +75,7 @@ def report_text(campaign: Campaign, figures: Sequence[Path], remarks: Sequence[s
             c.tyre,
             c.surface,
             f"{c.load:g}",
-            f"{c.pressure / 1e5:g}",
+            f"{c.pressure / PASCAL_PER_BAR:g}",
             _text(c.cornering_stiffness, _N_PER_DEG, 2),
             _text(c.lateral_stiffness, 1e-3, 2) + (" (flat)" if c.borrowed_stiffness else ""),
             _text(c.relaxation_length, 1e3, 1),
@@ -166,7 +167,7 @@ def _condition_row(c: ConditionResult) -> dict[str, Any]:
         "tyre": c.tyre,
         "surface": c.surface,
         "load_N": c.load,
-        "pressure_bar": c.pressure / 1e5,
+        "pressure_bar": c.pressure / PASCAL_PER_BAR,
         "drum_radius_m": c.drum_radius,
     }
     for name, unit, factor, estimate in (
@@ -205,7 +206,7 @@ def _recording_rows(campaign: Campaign) -> list[dict[str, Any]]:
                 "tyre": item.condition.tyre,
                 "surface": item.condition.surface,
                 "load_N": item.condition.load,
-                "pressure_bar": item.condition.pressure / 1e5,
+                "pressure_bar": item.condition.pressure / PASCAL_PER_BAR,
                 "quantity": {"slip_sweep": "C_Fy_N_per_rad", "pull_test": "K_y_N_per_m", "slip_step": "length_m"}[
                     item.kind
                 ],

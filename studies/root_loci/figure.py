@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bicycle.eigenvalues.oscillation import angular_frequency, frequency_hz, oscillating
 from bicycle.parameter_key import ParameterKey
 from bicycle.parameters import UNITS
 from studies.reporting.plotting import GREY, Look, drawing, hatch_extrapolated, mode_look
@@ -45,14 +46,14 @@ def draw_root_locus(locus: RootLocus, target: Path, *, title: str, max_frequency
             _branch(locus, i, name, plane, real, frequency, limits)
         for crossing in locus.crossings:
             style = {"marker": "*", "color": "black", "markersize": 10, "linestyle": "none", "zorder": 6}
-            plane.plot(0, 2 * np.pi * crossing.frequency_hz, **style)
+            plane.plot(0, angular_frequency(crossing.frequency_hz), **style)
             real.plot(crossing.value, 0, **style)
             frequency.plot(crossing.value, crossing.frequency_hz, **style)
         _label_crossings(plane, locus, limits)
         real.axhspan(0, 1e6, color=UNSTABLE, zorder=0)
         real.set(ylabel="Real part, 1/s", ylim=(max(limits[0], -limits[3] / 3), limits[1]))
         frequency.set(
-            ylabel="Frequency, Hz", xlabel=f"{_said(locus.key)}, {locus.unit}", ylim=(0, limits[3] / (2 * np.pi))
+            ylabel="Frequency, Hz", xlabel=f"{_said(locus.key)}, {locus.unit}", ylim=(0, frequency_hz(1j * limits[3]))
         )
         real.set_xlim(locus.values[0], locus.values[-1])
         real.tick_params(labelbottom=False)
@@ -76,9 +77,13 @@ def _limits(locus: RootLocus, max_frequency_hz: float | None) -> tuple[float, fl
     """Left, right, bottom, top of the window; real roots far left of it are cut off."""
     main = [name in MAIN for name in locus.names]
     roots = locus.eigenvalues[:, main] if locus.eigenvalues[:, main].imag.any() else locus.eigenvalues
-    top = 1.15 * (roots.imag.max() or np.abs(roots).max()) if max_frequency_hz is None else 2 * np.pi * max_frequency_hz
+    top = (
+        1.15 * (roots.imag.max() or np.abs(roots).max())
+        if max_frequency_hz is None
+        else float(angular_frequency(max_frequency_hz))
+    )
     if max_frequency_hz is None:
-        top = max(top, 1.15 * max((2 * np.pi * crossing.frequency_hz for crossing in locus.crossings), default=0.0))
+        top = max(top, 1.15 * max((float(angular_frequency(c.frequency_hz)) for c in locus.crossings), default=0.0))
     below = locus.eigenvalues[locus.eigenvalues.imag <= top].real
     left = min(max(1.08 * below.min(), -0.75 * top), -0.1 * top)
     return left, max(1.25 * min(below.max(), top), -0.15 * left), -0.035 * top, top
@@ -109,8 +114,8 @@ def _plane(axes: Any, limits: tuple[float, float, float, float]) -> None:
         axes.plot([0, -end], [0, end * slope], color="0.78", linewidth=0.7, linestyle=(0, (4, 3)), zorder=1)
         axes.text(-end, end * slope, f"ζ = {ratio:g}", **quiet)
     angle = np.linspace(0, np.pi / 2, 90)
-    for hertz in _round_steps(0.97 * top / (2 * np.pi)):
-        radius = 2 * np.pi * hertz
+    for hertz in _round_steps(0.97 * float(frequency_hz(1j * top))):
+        radius = angular_frequency(hertz)
         axes.plot(-radius * np.sin(angle), radius * np.cos(angle), color="0.85", linewidth=0.7, zorder=1)
         axes.text(
             0.98 * right, radius, f"{hertz:g} Hz", **{**quiet, "ha": "right", "bbox": {**box, "facecolor": UNSTABLE}}
@@ -127,7 +132,7 @@ def _branch(
     label = name.replace("_", " ") + ("" if visible else " (out of view)")
     plane.plot(shown.real, shown.imag, label=label, zorder=3, **line)
     real.plot(locus.values, shown.real, **line)
-    frequency.plot(locus.values, np.where(root.imag > 0, root.imag, np.nan) / (2 * np.pi), **line)
+    frequency.plot(locus.values, frequency_hz(oscillating(root)), **line)
     for k, marker in ((0, "x"), (-1, "o")):
         if root[k].imag >= 0:
             filled = {"markerfacecolor": "white", "markeredgewidth": 1.3} if marker == "o" else {"markeredgewidth": 1.6}
@@ -156,7 +161,7 @@ def _label_crossings(axes: Any, locus: RootLocus, limits: tuple[float, ...]) -> 
     """Parameter values beside the stars, pushed apart where they would overlap."""
     gap, lowest = 0.045 * (limits[3] - limits[2]), -np.inf
     for crossing in sorted(locus.crossings, key=lambda c: c.frequency_hz):
-        omega = 2 * np.pi * crossing.frequency_hz
+        omega = float(angular_frequency(crossing.frequency_hz))
         height = max(omega + 0.3 * gap, lowest + gap)
         lowest = height
         axes.annotate(

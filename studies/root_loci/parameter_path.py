@@ -9,25 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.effect import WHEELS, PerWheel
-from bicycle.files.model_file import (
-    EXTRAPOLATE,
-    MOST_BAR,
-    TYRE_KEYS,
-    allows_unusual,
-    build_model,
-    located,
-    read_model,
-    refuse_absurd_values,
-    wheel_maps,
-    wheel_tyres,
-)
+from bicycle.files.model_file import allows_unusual, build_model, read_model, refuse_absurd_values
+from bicycle.files.tyre_values import values_of_tyres
+from bicycle.files.wheel_tyres import EXTRAPOLATE, MOST_BAR, TYRE_KEYS, located, wheel_sources, wheel_tyres
 from bicycle.model import Model
-from bicycle.parameters import UNITS
+from bicycle.model_family import ModelFamily
+from bicycle.parameter_key import WHEELS, ParameterKey, entries_of
+from bicycle.parameters import UNITS, UNUSED
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError, unknown
 from tyre.base.toml_file import read_toml
-from tyre.maps.tables import PASCAL_PER_BAR
+from tyre.base.units import PASCAL_PER_BAR
 
 OF_THE_TYRE = {"pressure_bar": "bar", "load_N": "N"}
 
@@ -84,13 +76,16 @@ def parameter_path(model_file: str | Path | Mapping[str, Any], key: str, *, spee
     if speed is None:
         raise InputError(f"parameter {key!r}: give the --speed (m/s) at which it runs")
     model.linear_model().check_speeds(speed)
-    if key.partition(".")[0] in OF_THE_TYRE:
-        return _tyre_path(content.get("effects", {}), folder, model, key, speed)
-    entries = entries_of(model, key)
-    values = {model.parameters[entry] for entry in entries}
+    own = ParameterKey.parse(key)
+    if own.effect in OF_THE_TYRE:
+        raise InputError(f"parameter {key!r}: {unknown('wheel', own.name, WHEELS)}")
+    if own.name in OF_THE_TYRE:
+        return _tyre_path(content.get("effects", {}), folder, model, own, speed)
+    family = path_family(model, key)
+    values = {model.parameters[entry] for entry in family.entries(key)}
 
     def matrices(given: Array) -> Array:
-        return state_matrices(model, dict.fromkeys(entries, given), speed)
+        return family.state_matrices({key: given}, np.full((len(given), 1), speed))[:, 0]
 
     base = values.pop() if len(values) == 1 else math.nan
     allow = allows_unusual(content)
@@ -98,67 +93,25 @@ def parameter_path(model_file: str | Path | Mapping[str, Any], key: str, *, spee
     def at(value: float) -> tuple[Model, float]:
         if not allow:
             refuse_absurd_values(model, {key: [value]})
-        return with_value(model, key, value), speed
+        return family.with_values({key: value}), speed
 
     return ParameterPath(key, _unit(model, key), matrices, at, base)
 
 
-def entries_of(model: Model, key: str) -> tuple[str, ...]:
-    """Parameters that ``key`` stands for: itself, or rear and front of a parameter per wheel."""
-    if key in UNITS or key in model.parameters:
-        return (key,)
-    both = tuple(f"{key}.{wheel}" for wheel in WHEELS)
-    if all(entry in model.parameters for entry in both):
-        return both
-    known = {name.removesuffix(".rear").removesuffix(".front") for name in model.parameters} & {
-        *UNITS, *(f"{effect.identifier}.{p.name}" for effect in model.effects for p in effect.parameters)
-    }  # fmt: skip
-    raise InputError(unknown("parameter", key, {"speed", *OF_THE_TYRE, *known}))
-
-
-def with_value(model: Model, key: str, value: float) -> Model:
-    """The model with the parameter ``key`` changed to ``value`` (SI), checked as if it came from a file."""
-    if key in UNITS:
-        return Model(model.bicycle.replace(**{key: value}), model.effects, model.notes, model.sd, model.assumed_sd)
-    identifier, name, *wheel = key.split(".")
-    effect = next(effect for effect in model.effects if effect.identifier == identifier)
-    table: dict[str, Any] = {p.name: getattr(effect, p.name) for p in effect.parameters if hasattr(effect, p.name)}
-    if wheel:
-        table[name] = PerWheel(**{w: value if w == wheel[0] else table[name][w] for w in WHEELS})
-    else:
-        table[name] = value
-    return model.with_effect(type(effect)(**table))
-
-
-def state_matrices(model: Model, changed: Mapping[str, Array], speed: float) -> Array:
-    """Scaled state matrices (m, n, n) at one ``speed`` (m/s) with some parameters ``changed`` to arrays (m,), SI."""
-    bicycle: dict[str, Any] = {**model.bicycle.values, **{key: x for key, x in changed.items() if key in UNITS}}
-    values: dict[str, Any] = dict(bicycle)
-    for effect in model.effects:
-        values |= effect.values(bicycle)
-    values |= changed
-    evaluate, (m,) = model.evaluator, next(iter(changed.values())).shape
-    indicators: tuple[Any, ...] = ()
-    if evaluate.symbolic.switches:
-        each = [{k: np.broadcast_to(x, m)[i] for k, x in values.items()} for i in range(m)]
-        indicators = tuple(np.array([[speed <= s for s in evaluate.switch_speeds(one)] for one in each], float).T)
-    found = evaluate(values, indicators)
-    mass = np.broadcast_to(found.mass, (m, *found.mass.shape[-2:]))
-    bad = np.linalg.eigvalsh((mass + mass.swapaxes(1, 2)) / 2)[:, 0] <= 0
-    if bad.any():
-        key, given = next(iter(changed.items()))
-        raise InputError(f"{key} = {given[bad][0]:g}: the mass matrix is not positive definite; take another range")
-    scale = model.linear_model().scale
-    dynamics = sum((speed**power * matrix for power, matrix in found.dynamics.items() if speed or power >= 0), 0.0)
-    return np.asarray(np.linalg.solve(mass, np.broadcast_to(dynamics, mass.shape) * scale) / scale[:, None])
+def path_family(model: Model, key: str) -> ModelFamily:
+    """The models along one parameter of bicycle or effects."""
+    known = {str(ParameterKey.parse(entry).whole) for entry in model.parameters} - set(UNUSED)
+    if not entries_of(key, model.parameters):
+        raise InputError(unknown("parameter", key, {"speed", *OF_THE_TYRE, *known}))
+    return ModelFamily(model, (key,))
 
 
 def _unit(model: Model, key: str) -> str:
     if key in UNITS:
         return UNITS[key]
-    identifier, name, *_ = key.split(".")
-    effect = next(effect for effect in model.effects if effect.identifier == identifier)
-    return next(p.unit for p in effect.parameters if p.name == name)
+    own = ParameterKey.parse(key)
+    effect = next(effect for effect in model.effects if effect.identifier == own.effect)
+    return next(p.unit for p in effect.parameters if p.name == own.name)
 
 
 def _read(model_file: str | Path | Mapping[str, Any]) -> tuple[Model, Mapping[str, Any], Path]:
@@ -169,10 +122,8 @@ def _read(model_file: str | Path | Mapping[str, Any]) -> tuple[Model, Mapping[st
     return read_model(path), read_toml(path, "model file"), path.parent
 
 
-def _tyre_path(tables: Mapping[str, Any], folder: Path, model: Model, key: str, speed: float) -> ParameterPath:
-    what, _, one = key.partition(".")
-    if one and one not in WHEELS:
-        raise InputError(f"parameter {key!r}: {unknown('wheel', one, WHEELS)}")
+def _tyre_path(tables: Mapping[str, Any], folder: Path, model: Model, key: ParameterKey, speed: float) -> ParameterPath:
+    what = key.name
     law = next((identifier for identifier, table in tables.items() if "tyre" in table), None)
     if law is None:
         raise InputError(f"{what} needs a measured tyre in the model file (tyre, surface, pressure_bar)")
@@ -182,9 +133,11 @@ def _tyre_path(tables: Mapping[str, Any], folder: Path, model: Model, key: str, 
         tyre=tyre, surface=surface, pressure_bar=table["pressure_bar"], bicycle=model.bicycle,
         extrapolate=table.get(EXTRAPOLATE, False),
     )  # fmt: skip
-    maps = wheel_maps(tyre, surface)
-    wheels = (one,) if one else WHEELS
-    names = [n for n in ("cornering_stiffness", "relaxation_length") if f"{law}.{n}.rear" in model.parameters]
+    sources = wheel_sources(tyre, surface)
+    wheels = (key.wheel,) if key.wheel else WHEELS
+    family = ModelFamily(model)
+    of_tyres = ((ParameterKey.parse(text), name) for text, name in values_of_tyres(tables).items())
+    taken = {own: name for own, name in of_tyres if own.wheel in wheels}
 
     def properties(wheel: str, value: float) -> Any:
         if what == "pressure_bar" and value > MOST_BAR:
@@ -193,24 +146,22 @@ def _tyre_path(tables: Mapping[str, Any], folder: Path, model: Model, key: str, 
             )
         given = {"load": now[wheel].load, "pressure": now[wheel].pressure}
         given |= {"load": value} if what == "load_N" else {"pressure": value * PASCAL_PER_BAR}
-        return maps[wheel].at(**given)
+        return sources[wheel].at(**given)
 
     def matrices(values: Array) -> Array:
-        found = {wheel: [properties(wheel, value) for value in values] for wheel in wheels}
-        changed = {
-            f"{law}.{n}.{wheel}": np.array([getattr(p, n) for p in f]) for n in names for wheel, f in found.items()
-        }
-        return state_matrices(model, changed, speed)
+        tyres = {wheel: [properties(wheel, value) for value in values] for wheel in wheels}
+        changed = {str(own): np.array([getattr(p, name) for p in tyres[own.wheel]]) for own, name in taken.items()}
+        return family.state_matrices(changed, np.full((len(values), 1), speed))[:, 0]
 
     def at(value: float) -> tuple[Model, float]:
-        changed = model
-        for wheel in wheels:
-            for name in names:
-                changed = with_value(changed, f"{law}.{name}.{wheel}", getattr(properties(wheel, value), name))
-        return changed, speed
+        tyres = {wheel: properties(wheel, value) for wheel in wheels}
+        changed = {str(own): getattr(tyres[own.wheel], name) for own, name in taken.items()}
+        return family.with_values(changed), speed
 
     def inside(values: Array) -> NDArray[np.bool_]:
         return np.array([all(properties(wheel, value).inside for wheel in wheels) for value in values])
 
     bases = {now[w].load if what == "load_N" else now[w].pressure / PASCAL_PER_BAR for w in wheels}
-    return ParameterPath(key, OF_THE_TYRE[what], matrices, at, bases.pop() if len(bases) == 1 else math.nan, inside)
+    return ParameterPath(
+        str(key), OF_THE_TYRE[what], matrices, at, bases.pop() if len(bases) == 1 else math.nan, inside
+    )

@@ -4,17 +4,15 @@ Neighbouring values are matched as neighbouring speeds are in :mod:`bicycle.moda
 heading and by the bi-orthogonal modal assurance criterion, with the step halved until the match is beyond doubt.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
-from bicycle.modal.matching import Nodes, inverse, projected
+from bicycle.eigenvalues.oscillation import damping_ratio, frequency_hz, oscillating
 from bicycle.modal.named_modes import modes
-from bicycle.modal.tracking import in_branches, refine
+from bicycle.modal.parameter_branches import BranchCrossing, branch_crossings, follow_branches
 from studies.root_loci.parameter_path import ParameterPath
 from tyre.base.arrays import Array, Complex
 from tyre.base.errors import InputError
@@ -24,8 +22,6 @@ if TYPE_CHECKING:
 
 
 NODES = 200
-SMALLEST_STEP = 2.0**-26  # of the range
-SLOPE_STEP = 1e-6  # of the range, for d(A)/d(parameter); slopes only say where roots are heading
 MOST_VALUES = 100_000
 
 
@@ -68,8 +64,8 @@ class RootLocus:
         for value, roots, inside in zip(self.values, self.eigenvalues, self.inside, strict=True):
             for name, root in zip(self.names, roots, strict=True):
                 if root.imag >= 0:
-                    ratio = -root.real / abs(root) if root.imag > 0 else np.nan
-                    rows.append([value, name, root.real, root.imag, root.imag / (2 * np.pi), ratio, inside])
+                    ratio, hertz = float(damping_ratio(oscillating(root))), float(frequency_hz(root))
+                    rows.append([value, name, root.real, root.imag, hertz, ratio, inside])
         named = f"{self.key}_{self.unit}" if not self.key.endswith(f"_{self.unit}") else self.key
         columns = [named.replace("/", "_").replace(" ", "_"), "mode", "real_1_s", "imaginary_rad_s", "frequency_Hz"]
         table = pd.DataFrame(rows, columns=[*columns, "damping_ratio", "tyre_inside_measured_range"])
@@ -124,43 +120,15 @@ def root_locus(path: ParameterPath, values: Array) -> RootLocus:
         model.linear_model().check_speeds(speed)
     anchor = _anchor(path, values)
     nodes, asked = np.union1d(values, [anchor]), values
-    grid, roots = follow(path.matrices, nodes)
+    grid, roots = follow_branches(path.matrices, nodes)
     names = _names(path, anchor, roots[np.searchsorted(grid, anchor)])
-    crossings = tuple(_completed(path, crossing) for crossing in _crossings(path.matrices, grid, roots, names))
+    crossings = tuple(
+        _completed(path, crossing, names[crossing.branch]) for crossing in branch_crossings(path.matrices, grid, roots)
+    )
     return RootLocus(
         path.key, path.unit, grid, roots, names, crossings,
         np.isin(grid, asked), path.inside(grid),
     )  # fmt: skip
-
-
-def follow(matrices: Callable[[Array], Array], values: Array) -> tuple[Array, Complex]:
-    """Values with those put in between, (m,), and eigenvalues (m, n), 1/s, one column a branch.
-
-    Parameters
-    ----------
-    matrices : callable
-        State matrices (k, n, n) at values (k,).
-    values : ndarray, shape (k,)
-        Of the parameter, rising.
-    """
-    low, high = values[0], values[-1]
-
-    def compute(at: Array) -> Nodes:
-        return _eigen(matrices, at, low, high)
-
-    stretch, _ = in_branches(*refine(compute(values), compute, SMALLEST_STEP * (high - low)))
-    return stretch.speeds, stretch.values
-
-
-def _eigen(matrices: Callable[[Array], Array], values: Array, low: float, high: float) -> Nodes:
-    """Eigenvalues, their slopes and vectors; one-sided differences at the ends of the range."""
-    h = SLOPE_STEP * (high - low)
-    ahead, behind = np.minimum(values + h, high), np.maximum(values - h, low)
-    matrix, up, down = np.split(matrices(np.concatenate([values, ahead, behind])), 3)
-    roots, right = np.linalg.eig(matrix)
-    left = inverse(right)
-    slopes = projected(left, (up - down) / (ahead - behind)[:, None, None], right)
-    return Nodes(values, *(x.astype(complex) for x in (roots, slopes, right, left)))
 
 
 def _anchor(path: ParameterPath, values: Array) -> float:
@@ -179,34 +147,10 @@ def _names(path: ParameterPath, value: float, roots: Complex) -> tuple[str, ...]
     return tuple(named[k][0] for k in distance.argmin(1))
 
 
-def _completed(path: ParameterPath, crossing: AxisCrossing) -> AxisCrossing:
+def _completed(path: ParameterPath, crossing: BranchCrossing, mode: str) -> AxisCrossing:
     """The crossing with what the tyre's range says and, along speed, the name that a list of modes gives there."""
-    value = crossing.value
-    mode = crossing.mode
-    if path.key == "speed" and value > 0:  # a branch has one name, but modes that meet lose theirs beyond the meeting
-        (mode,) = _names(path, value, np.array([2j * np.pi * crossing.frequency_hz]))
-    return replace(crossing, mode=mode, extrapolated=not path.inside(np.array([value]))[0])
-
-
-def _crossings(
-    matrices: Callable[[Array], Array], values: Array, roots: Complex, names: tuple[str, ...]
-) -> tuple[AxisCrossing, ...]:
-    found = []
-    for k, i in np.argwhere((roots.real[:-1] > 0) != (roots.real[1:] > 0)):
-        ends = roots[[k, k + 1], i]
-        if (ends.imag < 0).any():
-            continue
-
-        def near(value: float, a: float = values[k], b: float = values[k + 1], ends: Complex = ends) -> complex:
-            t = (value - a) / (b - a)
-            candidates = np.linalg.eigvals(matrices(np.array([value]))[0])
-            return complex(candidates[np.abs(candidates - (1 - t) * ends[0] - t * ends[1]).argmin()])
-
-        sides = [near(value).real > 0 for value in values[[k, k + 1]]]
-        if sides[0] == sides[1]:  # rounding moved a root that lies on the axis
-            continue
-        value = float(brentq(lambda x, near=near: near(x).real, values[k], values[k + 1], xtol=1e-14, rtol=1e-13))
-        found.append(
-            AxisCrossing(value, names[i], abs(near(value).imag) / (2 * np.pi), bool(ends[1].real > ends[0].real))
-        )
-    return tuple(sorted(found, key=lambda crossing: (crossing.value, crossing.frequency_hz)))
+    root = 1j * abs(crossing.root.imag)
+    if path.key == "speed" and crossing.value > 0:  # modes that meet lose the one name of a branch beyond the meeting
+        (mode,) = _names(path, crossing.value, np.array([root]))
+    inside = bool(path.inside(np.array([crossing.value]))[0])
+    return AxisCrossing(crossing.value, mode, float(frequency_hz(root)), crossing.destabilising, not inside)

@@ -15,6 +15,7 @@ from bicycle.model import Model
 from bicycle.parameter_key import ParameterKey, entries_of
 from bicycle.parameters import UNITS
 from bicycle.sensitivity.eigenvalue_derivatives import critical_speed_sensitivities, pair_sensitivities, sensitivities
+from bicycle.sensitivity.propagation import frequency_gradient
 from tyre.base.errors import InputError, unknown
 
 NEAR = 1e-4  # two real roots are a meeting below this distance, relative to their size
@@ -102,7 +103,7 @@ def rank(
     changes = [
         Change(
             key, unit_of(key), model.parameters[key], deviations[key].sd, deviations[key].origin,
-            float(slope.real * deviations[key].sd), float(slope.imag * deviations[key].sd / (2 * math.pi)),
+            float(slope.real * deviations[key].sd), float(frequency_gradient(slope * deviations[key].sd)),
             tuple(float(d * deviations[key].sd) for d in moves[key]),
         )
         for key, slope in zip(found.parameters, slopes, strict=True)

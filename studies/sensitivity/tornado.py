@@ -1,12 +1,12 @@
 """Tornado figure: what one standard deviation of each parameter does to the growth rate of a mode."""
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from bicycle.default_sd import ASSUMED
+from bicycle.eigenvalues.oscillation import frequency_hz
 from studies.sensitivity.ranking import Change, Ranking
 
 
@@ -38,7 +38,7 @@ def draw_tornado(ranking: Ranking, target: Path, *, top: int = 15) -> None:
         axes.set_xlabel("change of the growth rate, 1/s (> 0: less stable)", fontsize=8.5)
         figure.suptitle(
             f"What moves {ranking.mode} at {ranking.speed:g} m/s\n"
-            f"growth rate {z.real:.3g} 1/s, {abs(z.imag) / (2 * math.pi):.2f} Hz{note}",
+            f"growth rate {z.real:.3g} 1/s, {abs(frequency_hz(z)):.2f} Hz{note}",
             fontsize=10, weight="bold",
         )  # fmt: skip
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.critical.critical_speeds import critical_speeds
-from bicycle.eigenvalues.batch import coefficients, state_matrices
+from bicycle.eigenvalues.oscillation import least_damping_ratio
 from bicycle.eigenvalues.solvers import default_solver, eigenvalues
 from bicycle.modal.named_modes import ORDER, modes
 from bicycle.sensitivity.eigenvalue_derivatives import sensitivities
@@ -67,26 +67,26 @@ class Worker:
     def items(self, start: int, stop: int) -> Arrays:
         """Outputs of items ``start`` to ``stop`` - 1 by name, the first axis is the item."""
         points = self._points(start, stop)
-        found: Arrays = {}
+        outputs: Arrays = {}
         if self.fast:
             values = self._by_blocks(start, stop)
-            found |= {name: FAST[name](values) for name in self.fast}
+            outputs |= {name: FAST[name](values) for name in self.fast}
         if self.slow:
             harmless = points.harmless
             rows = [self._one(harmless, item, start) for item in range(stop - start)]
-            found |= {name: np.array([row[name] for row in rows]) for name in self.slow}
+            outputs |= {name: np.array([row[name] for row in rows]) for name in self.slow}
         if points.extrapolated is not None:
-            found["tyre_extrapolated"] = points.extrapolated.astype(float)
-        for array in found.values():
+            outputs["tyre_extrapolated"] = points.extrapolated.astype(float)
+        for array in outputs.values():
             array[points.refused.mask] = np.nan
         if "parameters" in self.sweep.outputs:
-            found["parameters"] = np.stack(
+            outputs["parameters"] = np.stack(
                 [np.broadcast_to(points.values[key], stop - start) for key in self.parameters], -1
             )
-        found["impossible"] = points.refused.mask.astype(float)
+        outputs["impossible"] = points.refused.mask.astype(float)
         if not self.sweep.speeds:  # one speed, or none, of its own for each item: no axis
-            found |= {name: found[name][:, 0] for name in self.sweep.outputs if name in BY_SPEED}
-        return {name: found[name] for name in stored(self.sweep)}
+            outputs |= {name: outputs[name][:, 0] for name in self.sweep.outputs if name in BY_SPEED}
+        return {name: outputs[name] for name in stored(self.sweep)}
 
     def _points(self, start: int, stop: int) -> Points:
         points = self.sampler.points(start, stop)
@@ -100,22 +100,16 @@ class Worker:
         parts = []
         for first in range(start - start % block, stop, block):
             last = min(first + block, self.sweep.items)
-            found = self._eigenvalues(self._points(first, last).harmless, last - first)
-            parts.append(found[max(start - first, 0) : min(stop, last) - first])
+            values = self._eigenvalues(self._points(first, last).harmless, last - first)
+            parts.append(values[max(start - first, 0) : min(stop, last) - first])
         return np.concatenate(parts)
 
     def _eigenvalues(self, points: Points, count: int) -> NDArray[np.complex128]:
         """Eigenvalues of possible bicycles."""
         speeds = points.speeds
         self.linear.check_speeds(speeds)
-        if self.sampler.model.evaluator.symbolic.switches:  # ranges differ from item to item
-            matrices = np.array(
-                [self.sampler.variant(points, i).linear_model().state_matrix(_row(speeds, i)) for i in range(count)]
-            )
-        else:
-            found = coefficients(self.linear, self.sampler.model.evaluator, points.values, count)
-            matrices = state_matrices(found, speeds)
-        return eigenvalues(matrices, solver=default_solver())
+        every = np.broadcast_to(speeds, (count, speeds.shape[1]))
+        return eigenvalues(self.sampler.family.state_matrices(points.values, every), solver=default_solver())
 
     def _one(self, points: Points, item: int, start: int) -> Mapping[str, Any]:
         """Named results of one possible bicycle."""
@@ -124,16 +118,17 @@ class Worker:
             model = self.sampler.variant(points, item)
             linear = model.linear_model()
             if {"modes", "frequencies", "damping_ratios"} & set(self.slow):
-                found = modes(linear, speeds)
-                branches = [found.branches.get(name, np.full((len(speeds), 1), np.nan))[:, 0] for name in ORDER]
-                here = [name in found.branches for name in ORDER]
+                named = modes(linear, speeds)
                 nothing = np.full(len(speeds), np.nan)
-                result["modes"] = np.array(branches).T
+                here = [name in named.branches for name in ORDER]
+                result["modes"] = np.array(
+                    [named.branch(name)[:, 0] if ok else nothing + 0j for name, ok in zip(ORDER, here, strict=True)]
+                ).T
                 result["frequencies"] = np.array(
-                    [found.frequency(name) if ok else nothing for name, ok in zip(ORDER, here, strict=True)]
+                    [named.frequency(name) if ok else nothing for name, ok in zip(ORDER, here, strict=True)]
                 ).T
                 result["damping_ratios"] = np.array(
-                    [found.damping_ratio(name) if ok else nothing for name, ok in zip(ORDER, here, strict=True)]
+                    [named.damping_ratio(name) if ok else nothing for name, ok in zip(ORDER, here, strict=True)]
                 ).T
             if "critical_speeds" in self.slow:
                 result["critical_speeds"] = self._critical(linear)
@@ -172,17 +167,10 @@ def block_items(sweep: Sweep) -> int:
     return max(1, min(most, BLOCK // sweep.points_per_item))
 
 
-def least_damping(values: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """Smallest damping ratio -Re/|z| of the oscillating roots (..., n), NaN where none oscillates."""
-    with np.errstate(invalid="ignore", divide="ignore"):
-        ratio = np.where(values.imag > 0, -values.real / np.abs(values), np.inf).min(-1)
-    return np.where(np.isinf(ratio), np.nan, ratio)
-
-
 FAST = {
     "eigenvalues": lambda values: values,
     "largest_growth_rate": lambda values: values.real.max(-1),
-    "smallest_damping_ratio": least_damping,
+    "smallest_damping_ratio": least_damping_ratio,
 }
 SLOW = ("modes", "frequencies", "damping_ratios", "critical_speeds", "sensitivities")
 
@@ -206,9 +194,9 @@ _workers: OrderedDict[str, Worker] = OrderedDict()
 
 def _worker(sweep: Sweep) -> Worker:
     """The worker of this sweep in this process; threads may build it twice, which changes nothing."""
-    found = _workers.get(sweep.fingerprint)
-    if found is None:
-        found = _workers[sweep.fingerprint] = Worker(sweep)
+    worker = _workers.get(sweep.fingerprint)
+    if worker is None:
+        worker = _workers[sweep.fingerprint] = Worker(sweep)
         while len(_workers) > 4:
             _workers.popitem(last=False)
-    return found
+    return worker

@@ -1,6 +1,6 @@
 """Which parameters an item of a sweep has: grid cell, draws and measured tyre put together, checked, as arrays."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.effect import Effect, PerWheel
-from bicycle.eigenvalues.batch import no_mass
-from bicycle.files.model_file import TYRE_KEYS
+from bicycle.effect import Effect
+from bicycle.files.tyre_values import values_of_tyres
+from bicycle.files.wheel_tyres import TYRE_KEYS
 from bicycle.impossible import impossible_bicycles
 from bicycle.model import Model
-from bicycle.parameter_key import WHEELS, ParameterKey, entries_of
-from bicycle.parameters import UNITS, bodies, static_loads
+from bicycle.model_family import ModelFamily
+from bicycle.parameter_key import WHEELS, ParameterKey
+from bicycle.parameters import bodies, static_loads
 from studies.sampling.bounded_draws import BoundedDraws
 from studies.sampling.draws import normal, uniform
 from studies.sampling.refused import Refused
@@ -24,6 +25,7 @@ from studies.sweeps.tyre_table import TyreTable
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 
+FOLLOWS = {"aligning_stiffness": "pneumatic_trail", "crown_radius": "overturning_stiffness"}
 TYRE_DRAWS = tuple(f"tyre {what} stiffness {wheel}" for wheel in WHEELS for what in ("cornering", "lateral"))
 
 
@@ -72,9 +74,11 @@ class Sampler:
     def __init__(self, sweep: Sweep) -> None:
         self.sweep = sweep
         self.model = sweep.nominal
+        self.family = ModelFamily(self.model)
         self.nominal = self.model.parameters
         self.tied = self.model.tied
         tables = sweep.model.get("effects", {})
+        self.taken = values_of_tyres(tables)
         self.contact = next((name for name, table in tables.items() if any(key in table for key in TYRE_KEYS)), None)
 
     @property
@@ -122,10 +126,7 @@ class Sampler:
             given[one.name] = (one.low + (one.high - one.low) * u)[sample - first]
         speeds = np.atleast_2d(sweep.speeds) if SPEED not in given else given.pop(SPEED)[:, None]
         conditions = {key: given.pop(key) for key in list(given) if ParameterKey.parse(key).name in TYRE_UNITS}
-        values = self.nominal | self._both_wheels(given)
-        for follower, leader in self.tied.items():
-            if follower not in given and leader in given:
-                values[follower] = values[leader]
+        values = self.family.values(given)
         points = Points(values, speeds, self.nominal, Refused.none(count))
         for why, mask in impossible_bicycles(values).items():
             points.refused.add(why, mask)
@@ -133,7 +134,15 @@ class Sampler:
         if self.contact:
             tyre = self._standard(TYRE_DRAWS, sample, draws).T if sweep.tyre_covariance else None
             apart = Refused.none(count) if linear else points.refused  # a slope at a bound takes a step beyond it
-            found = self._fill_tyre(points, conditions, tyre, apart, linear=linear, share=share)
+            found = self._fill_tyre(
+                points,
+                conditions,
+                {entry for key in given for entry in self.family.entries(key)},
+                tyre,
+                apart,
+                linear=linear,
+                share=share,
+            )
             points = replace(points, extrapolated=found)
             for why, mask in apart.reasons.items() if linear else ():
                 points.refused.add(why, mask, apart.examples[why])
@@ -141,7 +150,7 @@ class Sampler:
             self._mark_effects(points)
         if not points.refused.mask.all():
             why = "the mass matrix is not positive definite"
-            points.refused.add(why, no_mass(self.model.evaluator, points.harmless.values, count))
+            points.refused.add(why, self.family.without_mass(points.harmless.values, count))
         return points
 
     def centres(self) -> "Sampler":
@@ -171,20 +180,8 @@ class Sampler:
 
     def variant(self, points: Points, item: int) -> Model:
         """The model of one item, checked like any other."""
-        changes = {key: points.value(key, item) for key in points.values}
-        bicycle = self.model.bicycle.replace(**{key: changes[key] for key in UNITS})
-        return Model(bicycle, tuple(self._effect(effect, changes) for effect in self.model.effects))
-
-    def _effect(self, effect: Effect, changes: Mapping[str, float]) -> Effect:
-        table: dict[str, Any] = {}
-        for parameter in effect.parameters:
-            if f"{effect.identifier}.{parameter.entries()[0]}" not in self.tied:
-                numbers = [changes[f"{effect.identifier}.{entry}"] for entry in parameter.entries()]
-                table[parameter.name] = PerWheel(*numbers) if parameter.per_wheel else numbers[0]
-        return type(effect)(**table)
-
-    def _both_wheels(self, given: Mapping[str, Array]) -> dict[str, Array]:
-        return {key: array for name, array in given.items() for key in entries_of(name, self.nominal)}
+        changed = self.family.with_values({key: points.value(key, item) for key in points.values})
+        return Model(changed.bicycle, changed.effects)  # notes and sd are of the nominal one
 
     def _standard(self, names: Sequence[str], sample: NDArray[np.intp], draws: Mapping[str, Array] | None) -> Array:
         if draws is not None:
@@ -194,34 +191,30 @@ class Sampler:
         return np.array(z)[:, sample - first]
 
     def _fill_tyre(
-        self, points: Points, conditions: Mapping[str, Any], z: Array | None, refused: Refused, *,
-        linear: bool, share: float,
+        self, points: Points, conditions: Mapping[str, Any], given: Collection[str], z: Array | None,
+        refused: Refused, *, linear: bool, share: float,
     ) -> NDArray[np.bool_]:  # fmt: skip
         sweep, contact, values = self.sweep, str(self.contact), points.values
         table, count = sweep.model["effects"][contact], len(refused.mask)
         loads = static_loads(bodies(values), values["w"], values["g"])
         choices = []
         for (wheel, nominal), load in zip(self._static_loads, loads, strict=True):
-            found = {"load_N": np.where(refused.mask, nominal, load), "surface": ""} | {
+            choice = {"load_N": np.where(refused.mask, nominal, load), "surface": ""} | {
                 key: value[wheel] if isinstance(value, Mapping) else value
                 for key, value in table.items()
                 if key in TYRE_KEYS
             }
-            for key in found:
-                found[key] = conditions.get(f"{key}.{wheel}", conditions.get(key, found[key]))
-            choices.append({key: np.broadcast_to(value, count) for key, value in found.items()})
+            for key in choice:
+                choice[key] = conditions.get(f"{key}.{wheel}", conditions.get(key, choice[key]))
+            choices.append({key: np.broadcast_to(value, count) for key, value in choice.items()})
         nominal_loads = [
             conditions.get(f"load_N.{w}", conditions.get("load_N", load)) for w, load in self._static_loads
         ]
-        tyres = self._tyres.stiffnesses(choices, z, nominal_loads, refused, linear=linear, share=share)
-        cornering, lateral, extrapolated = tyres
-        for k, wheel in enumerate(WHEELS):
-            for name, value in (
-                ("cornering_stiffness", cornering[k]),
-                ("relaxation_length", cornering[k] / lateral[k]),
-            ):
-                if f"{contact}.{name}.{wheel}" in values:
-                    values[f"{contact}.{name}.{wheel}"] = value  # type: ignore[index]
+        taken = {key: name for key, name in self.taken.items() if key not in given}
+        wanted = [_fields([name for key, name in taken.items() if ParameterKey.parse(key).wheel == w]) for w in WHEELS]
+        found, extrapolated = self._tyres.values(choices, wanted, z, nominal_loads, refused, linear=linear, share=share)
+        for key, name in taken.items():
+            values[key] = found[WHEELS.index(ParameterKey.parse(key).wheel)][name]  # type: ignore[index]
         return extrapolated
 
     @cached_property
@@ -250,7 +243,7 @@ class Sampler:
         for item in np.flatnonzero(~refused.mask):
             changes = {key: number(value, int(item)) for key, value in values.items()}
             try:
-                self._effect(effect, changes).check(changes)
+                self.family.effect_with(effect, changes).check(changes)
             except InputError as error:
                 bad[item], said = True, said or str(error)
         refused.add(f"a condition of effect {effect.identifier!r}", bad, said)
@@ -281,6 +274,11 @@ class Sampler:
         names += [f"sample {sample}"] if self.sweep.samples > 1 else []
         names += [where] if where else []
         raise ImpossibleItem(", ".join(names) or "its only point", why)
+
+
+def _fields(names: Sequence[str]) -> list[str]:
+    """Fields of a tyre's properties that others follow from, too."""
+    return [*names, *(field for name, field in FOLLOWS.items() if name in names)]
 
 
 def number(value: Any, item: int) -> float:

@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from bicycle.eigenvalues.solvers import default_solver
-from bicycle.files.model_file import MOST_BAR, build_model
+from bicycle.files.model_file import build_model
+from bicycle.files.wheel_tyres import MOST_BAR
 from bicycle.model import Model
 from bicycle.parameter_key import ParameterKey
 from bicycle.parameters import BOUNDS
-from tyre.maps.table_io import is_file_name, read_table
+from tyre.read_tyre import is_file_name, read_tyre
 
 SPEED = "speed_m_s"
 TYRE_UNITS = {"pressure_bar": "bar", "load_N": "N", "tyre": "", "surface": ""}
@@ -115,15 +116,15 @@ class Sweep:
 
     @property
     def _tyre_files(self) -> dict[str, Any]:
-        """What the tables of tyres hold that are given by a file."""
+        """What the tyres hold that are given by a file."""
         tyres = [table.get("tyre") for table in self.model.get("effects", {}).values()]
         named = [name for tyre in tyres for name in (tyre.values() if isinstance(tyre, Mapping) else [tyre])]
         named += [value for axis in self.axes if ParameterKey.parse(axis.name).name == "tyre" for value in axis.values]
         own = [Path(name) for name in named if isinstance(name, str) and is_file_name(name)]
-        tables = sorted({file.with_suffix(".csv") for file in own})
-        for table in tables:
-            read_table(table)  # complains of a file that is missing or bad
-        files = [table.with_suffix(suffix) for table in tables for suffix in (".csv", ".toml")]
+        for file in sorted(own):
+            read_tyre(file)  # complains of a file that is missing or bad
+        both = {file.with_suffix(suffix) for file in own for suffix in (".csv", ".toml")}  # of a table
+        files = sorted({*own, *(file for file in both if file.is_file())})
         return {"tyre_files": {str(f): hashlib.sha256(f.read_bytes()).hexdigest() for f in files}} if files else {}
 
 

@@ -29,7 +29,9 @@ from pathlib import Path
 from typing import Any
 
 from bicycle.files.bicycle_file import load_bicycle
-from bicycle.files.model_file import TYRE_KEYS, allows_unusual, build_model, located, refuse_absurd_values
+from bicycle.files.model_file import allows_unusual, build_model, refuse_absurd_values
+from bicycle.files.tyre_values import values_of_tyres
+from bicycle.files.wheel_tyres import TYRE_KEYS, located
 from bicycle.model import Model
 from bicycle.parameter_key import entries_of
 from bicycle.parameters import UNITS
@@ -65,7 +67,7 @@ def build_sweep(content: Mapping[str, Any], *, folder: Path = Path()) -> Sweep:
     known(content, TOP_KEYS, "key")
     model, nominal = _model(content.get("model"), folder)
     tyre = next((t for t in model.get("effects", {}).values() if any(key in t for key in TYRE_KEYS)), None)
-    allowed = variable_names(nominal, tyre=tyre is not None)
+    allowed = variable_names(nominal, values_of_tyres(model.get("effects", {})))
     axes, speeds = read_grid(content.get("grid", {}), allowed, folder)
     sampled = content.get("sampled", {})
     normals, uniforms = read_sampled(sampled, allowed, nominal, tyre or {})

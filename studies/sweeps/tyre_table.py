@@ -1,4 +1,4 @@
-"""Measured tyres for many bicycles at once: the values of `TyreMap`, vectorised over load and pressure."""
+"""Tyres for many bicycles at once: what a `TyreSource` holds, vectorised over load and pressure."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -9,74 +9,83 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.default_sd import CORNERING_STIFFNESS
-from bicycle.files.model_file import MOST_BAR
+from bicycle.files.wheel_tyres import MOST_BAR
 from studies.sampling.bounded_draws import BoundedDraws
 from studies.sampling.refused import Refused
-from tyre import TyreMap
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
-from tyre.maps.conditions_grid import ConditionsGrid
-from tyre.maps.map_notes import stiffness_note
-from tyre.maps.tables import PASCAL_PER_BAR
+from tyre.base.units import PASCAL_PER_BAR
+from tyre.properties import parameters_of_effects, stiffness_note
+from tyre.read_tyre import read_tyre
+from tyre.tyre_source import TyreSource
 
 NO_TYRE = "the tyre's table says nothing of the load or pressure"
 BLOCKS = (np.array([0, 2]), np.array([1, 3]))  # cornering stiffness of both wheels, lateral stiffness of both
+STIFFNESSES = ("cornering_stiffness", "lateral_stiffness")
+FIELDS = ("pneumatic_trail", "camber_stiffness", "twisting_stiffness", "overturning_stiffness")
 POSITIVE = (0.0, math.inf)
 FACTORS = 4096  # kept in memory: a sampled pressure makes one for each item
 Choice = Mapping[str, NDArray[Any]]  # tyre, surface, pressure_bar, load_N of one wheel, (m,) each
 
 
 class TyreTable:
-    """Tyre maps by name and surface, kept in memory."""
+    """Tyres by name and surface, kept in memory."""
 
     def __init__(self, relative_cornering_stiffness_sd: float) -> None:
         self.relative_sd = relative_cornering_stiffness_sd
         self.map = cache(self._load)
         self.factor = lru_cache(FACTORS)(self._factor)
 
-    def _load(self, tyre: str, surface: str) -> TyreMap:
-        return TyreMap.of(tyre, surface=surface).assuming(self.relative_sd)
+    def _load(self, tyre: str, surface: str) -> TyreSource:
+        found: TyreSource = read_tyre(tyre, surface=surface).assuming(self.relative_sd)
+        return found
 
-    def stiffnesses(
+    def values(
         self,
         wheels: Sequence[Choice],
+        wanted: Sequence[Sequence[str]],
         z: Array | None,
         nominal_loads: Sequence[Any],
         refused: Refused,
         *,
         linear: bool = False,
         share: float = 1.0,
-    ) -> tuple[list[Array], list[Array], NDArray[np.bool_]]:
-        """Cornering (N/rad) and lateral (N/m) stiffness of both wheels, and where an item's tyre is extrapolated.
+    ) -> tuple[list[dict[str, Array]], NDArray[np.bool_]]:
+        """Properties of the tyres of both wheels by name, (m,) each, and where an item's tyre is extrapolated.
 
-        With standard normal ``z`` (m, 4) the relative deviations of a tyre at the wheel loads of the unvaried bicycle
-        are drawn from their measured covariance, positive stiffnesses (``linear``: normal ones, ``share`` of the way);
-        what the two wheels share stays shared. Conditions that a map refuses are marked in ``refused``.
-        """  # fmt: skip
+        ``wanted`` are the names of :class:`tyre.TyreProperties` for each wheel; a tyre that holds nothing of one gives
+        NaN. With standard normal ``z`` (m, 4) the relative deviations of a tyre at the wheel loads of the unvaried
+        bicycle are drawn from their measured covariance, positive stiffnesses (``linear``: normal ones, ``share`` of
+        the way); what the two wheels share stays shared. Conditions that a tyre refuses are marked in ``refused``.
+        """
         count = len(wheels[0]["load_N"])
-        stiffness = [np.empty((2, count)) for _ in wheels]
+        found = [{name: np.full(count, np.nan) for name in (*STIFFNESSES, *FIELDS)} for _ in wheels]
         outside = np.zeros(count, bool)
         conditions = [(wheel["load_N"].astype(float), wheel["pressure_bar"] * PASCAL_PER_BAR) for wheel in wheels]
         for k, wheel in enumerate(wheels):
             for rows in _alike(wheel["tyre"], wheel["surface"]):
-                found = self.map(str(wheel["tyre"][rows[0]]), str(wheel["surface"][rows[0]]))
-                _mark(found, *conditions[k], rows, refused)
-        for (load, pressure), wheel, out in zip(conditions, wheels, stiffness, strict=True):
+                tyre = self.map(str(wheel["tyre"][rows[0]]), str(wheel["surface"][rows[0]]))
+                _mark(tyre, *conditions[k], rows, refused)
+        for (load, pressure), wheel, values, names in zip(conditions, wheels, found, wanted, strict=True):
             for rows in _alike(wheel["tyre"], wheel["surface"]):
-                found = self.map(str(wheel["tyre"][rows[0]]), str(wheel["surface"][rows[0]]))
-                measured, bad = found.measured, refused.mask[rows]
-                n, p = (np.where(bad, one[0], x[rows]) for one, x in (
-                    (measured.load, load), (measured.pressure, pressure)))  # fmt: skip
-                weights = ConditionsGrid(measured.load, measured.pressure).weights(n, p)
-                for row, trend in enumerate((found.cornering_stiffness_trend, found.lateral_stiffness_trend)):
-                    out[row, rows] = trend.evaluate(n, p)[0] + (weights * trend.residuals).sum(1)
-                for value, lines in ((n, found.loads), (p, found.pressures)):
-                    outside[rows] |= (value < lines[0] * (1 - 1e-9)) | (value > lines[-1] * (1 + 1e-9))
+                tyre = self.map(str(wheel["tyre"][rows[0]]), str(wheel["surface"][rows[0]]))
+                bad, usual = refused.mask[rows], (tyre.loads, tyre.pressures)
+                n, p = (np.where(bad, x[rows] if not len(one) else one[0], x[rows])
+                        for one, x in zip(usual, (load, pressure), strict=True))  # fmt: skip
+                held = tyre.linear(load=n, pressure=p)
+                for name in values:
+                    values[name][rows] = held[name] if name in held else _one_by_one(tyre, name, names, n, p)
+                for value, (low, high) in ((n, tyre.load_range), (p, tyre.pressure_range)):
+                    outside[rows] |= (value < low * (1 - 1e-9)) | (value > high * (1 + 1e-9))
         if z is not None:
             away = self._relative(wheels, z, nominal_loads, refused, linear=linear)
-            for k, out in enumerate(stiffness):
-                out *= 1 + share * away[:, 2 * k : 2 * k + 2].T
-        return [out[0] for out in stiffness], [out[1] for out in stiffness], outside
+            for k, values in enumerate(found):
+                for column, name in enumerate(STIFFNESSES):
+                    values[name] *= 1 + share * away[:, 2 * k + column]
+        for values, (load, _) in zip(found, conditions, strict=True):
+            values["relaxation_length"] = values["cornering_stiffness"] / values["lateral_stiffness"]
+            values |= parameters_of_effects(values, load=load)
+        return found, outside
 
     def _relative(
         self, wheels: Sequence[Choice], z: Array, nominal_loads: Sequence[Any], refused: Refused, *, linear: bool
@@ -122,6 +131,7 @@ class TyreTable:
         for k, p in enumerate(both):
             mean[2 * k : 2 * k + 2] = p.cornering_stiffness, p.lateral_stiffness
         relative = covariance / np.outer(mean, mean)
+        relative[~np.isfinite(relative)] = 0.0  # of a tyre that holds no lateral stiffness
         roots = []
         for block in BLOCKS:
             values, vectors = np.linalg.eigh(relative[np.ix_(block, block)])
@@ -130,8 +140,8 @@ class TyreTable:
         return cornering, lateral
 
 
-def _mark(found: TyreMap, load: Array, pressure: Array, rows: NDArray[np.intp], refused: Refused) -> None:
-    """Mark the items whose load (N) or pressure (Pa) the map refuses, with its own message for the first."""
+def _mark(found: TyreSource, load: Array, pressure: Array, rows: NDArray[np.intp], refused: Refused) -> None:
+    """Mark the items whose load (N) or pressure (Pa) the tyre refuses, with its own message for the first."""
     rows = rows[~refused.mask[rows]]
     if not rows.size or not _message(found, load[rows], pressure[rows]):
         return
@@ -142,8 +152,8 @@ def _mark(found: TyreMap, load: Array, pressure: Array, rows: NDArray[np.intp], 
     refused.add(NO_TYRE, bad, said)
 
 
-def _message(found: TyreMap, load: Array, pressure: Array) -> str:
-    """What the map says against the corners of these conditions; empty where all are possible."""
+def _message(found: TyreSource, load: Array, pressure: Array) -> str:
+    """What the tyre says against the corners of these conditions; empty where all are possible."""
     if pressure.max() > MOST_BAR * PASCAL_PER_BAR:
         bar = pressure.max() / PASCAL_PER_BAR
         return f"pressure_bar = {bar:g} must be a number above 0 and up to {MOST_BAR:g} bar"
@@ -153,6 +163,15 @@ def _message(found: TyreMap, load: Array, pressure: Array) -> str:
         except InputError as error:
             return str(error)
     return ""
+
+
+def _one_by_one(tyre: TyreSource, name: str, names: Sequence[str], load: Array, pressure: Array) -> Array | float:
+    """What a tyre says of one property condition by condition, if it is wanted and the tyre cannot tell it at once."""
+    if name not in names:
+        return math.nan
+    asked, at = np.unique(np.column_stack([load, pressure]), axis=0, return_inverse=True)
+    said = [getattr(tyre.at(load=one[0], pressure=one[1]), name) for one in asked]
+    return np.array([math.nan if value is None else value for value in said])[at.ravel()]
 
 
 def said_of_stiffness(warnings: Sequence[str], relative_cornering_stiffness_sd: float) -> tuple[str, ...]:

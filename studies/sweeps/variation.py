@@ -1,12 +1,12 @@
 """What a sweep varies: values on a grid, and distributions by mean and sd, by both ends, or joint."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from bicycle.files.model_file import tyre_file
+from bicycle.files.wheel_tyres import tyre_file
 from bicycle.model import Model
 from bicycle.parameter_key import WHEELS, ParameterKey, entries_of
 from bicycle.parameters import UNITS
@@ -21,16 +21,15 @@ NAMES = ("tyre", "surface")  # varied by name, not by number
 MOST_VALUES = 10**6  # of one axis
 
 
-def variable_names(model: Model, *, tyre: bool) -> set[str]:
-    """Names that can be varied; ``tyre`` is whether the model has a measured one."""
-    given_by_tyre = ("cornering_stiffness", "relaxation_length") if tyre else ()
+def variable_names(model: Model, taken: Collection[str]) -> set[str]:
+    """Names that can be varied; ``taken`` are the parameters that a tyre gives, of which the contact law's cannot."""
     names = {*UNITS, SPEED}
     for effect in model.effects:
         for parameter in effect.parameters:
-            if effect.slot == "contact law" and parameter.name in given_by_tyre:
+            if effect.slot == "contact law" and f"{effect.identifier}.{parameter.entries()[0]}" in taken:
                 continue
             names |= {f"{effect.identifier}.{key}" for key in (parameter.name, *parameter.entries())}
-    if tyre:
+    if taken:
         names |= {str(ParameterKey("", key, wheel)) for key in TYRE_UNITS for wheel in ("", *WHEELS)}
     return names
 

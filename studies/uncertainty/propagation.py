@@ -5,8 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.critical.critical_speeds import CriticalSpeed, critical_speeds
-from bicycle.eigenvalues.batch import follow_crossing, state_matrices
+from bicycle.critical.critical_speed import CriticalSpeed, CrossingIdentity, identified
+from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.critical.followed import follow_crossing
+from bicycle.eigenvalues.oscillation import damping_ratio, frequency_hz, oscillating
 from bicycle.eigenvalues.solvers import eigenvalues
 from bicycle.modal.matching import assign
 from bicycle.modal.named_modes import modes
@@ -78,29 +80,23 @@ class Uncertainty(UncertainModel):
         seed : int, optional
             Of the draws, any whole number.
         """
-        listed = {q.name: q.samples for q in found}
-        crossings = {name: one for name, one in self.crossings(max_speed).items() if name in listed}
+        listed = {q.crossing: q.samples for q in found}
+        crossings = {which: crossing for which, crossing in self.crossings(max_speed).items() if which in listed}
         z, _ = self.possible(self.draw(samples, seed))
         speeds = np.linspace(min(LOOK, max_speed), max_speed, max(2, round(max_speed / LOOK)))
         number = 0
-        for rows, matrices, _ in self.batches(z, LOOKED_AT):
-            unstable = (eigenvalues(state_matrices(matrices, speeds[None])).real > 0).sum(-1)  # (m, speeds)
+        for rows, polynomial, _ in self.batches(z, LOOKED_AT):
+            unstable = (eigenvalues(polynomial(speeds[None])).real > 0).sum(-1)  # (m, speeds)
             change = np.zeros_like(unstable)
-            for name, one in crossings.items():
-                at = listed[name][rows, None]
-                roots = (2 if one.kind == "oscillatory" else 1) * (1 if one.direction == "destabilising" else -1)
-                change += roots * ((speeds[0] < at) & (at <= speeds))
+            for which, crossing in crossings.items():
+                at = listed[which][rows, None]
+                change += crossing.unstable_roots * ((speeds[0] < at) & (at <= speeds))
             number += int((unstable - unstable[:, :1] != change).any(1).sum())
         return number
 
-    def crossings(self, max_speed: float = 60.0) -> dict[str, CriticalSpeed]:
-        """Critical speeds of the nominal model up to ``max_speed`` (m/s), by a name of their own."""
-        found: dict[str, CriticalSpeed] = {}
-        for one in critical_speeds(self.nominal.linear_model(), max_speed=max_speed):
-            name = f"{one.mode} {'unstable' if one.direction == 'destabilising' else 'stable'} above"
-            number = 1 + sum(other.startswith(name) for other in found)
-            found[name if number == 1 else f"{name} ({number})"] = one
-        return found
+    def crossings(self, max_speed: float = 60.0) -> dict[CrossingIdentity, CriticalSpeed]:
+        """Critical speeds of the nominal model up to ``max_speed`` (m/s), each by what tells it from the others."""
+        return identified(critical_speeds(self.nominal.linear_model(), max_speed=max_speed))
 
     def crossing_speeds(
         self, crossing: CriticalSpeed, slopes: Mapping[str, float], z: Array, max_speed: float
@@ -119,7 +115,7 @@ class Uncertainty(UncertainModel):
             m/s.
         """
         start = np.maximum(crossing.speed + self.change(slopes, z), 0.2 * crossing.speed)
-        omega = 2 * np.pi * crossing.frequency_hz
+        omega = crossing.angular_frequency
         result, _ = self._newton(crossing, z, start, np.full(len(z), omega))
         lost = np.flatnonzero(np.isnan(result))
         if lost.size:  # too far for one leap: from the nominal bicycle in small steps
@@ -139,9 +135,10 @@ class Uncertainty(UncertainModel):
         self, crossing: CriticalSpeed, z: Array, start: Array, frequency: Array, *, share: float = 1.0
     ) -> tuple[Array, Array]:
         result, omega = np.full((2, len(z)), np.nan)
-        destabilising = crossing.direction == "destabilising"
-        for rows, found, refused in self.batches(z, share=share):
-            v, w, there = follow_crossing(found, start[rows], frequency[rows], destabilising=destabilising)
+        for rows, polynomial, refused in self.batches(z, share=share):
+            v, w, there = follow_crossing(
+                polynomial, start[rows], frequency[rows], destabilising=crossing.destabilising
+            )
             result[rows], omega[rows] = np.where(there & ~refused, v, np.nan), w
         return result, omega
 
@@ -160,13 +157,11 @@ class Uncertainty(UncertainModel):
                     continue
                 at = int(np.abs(slopes.eigenvalues[k] - value).argmin())
                 root, slope, drawn = slopes.eigenvalues[k, at], gradients[k, at], sampled[k, :, at]
-                with np.errstate(invalid="ignore"):
-                    oscillates = np.where(drawn.imag > 0, drawn, LOST)
+                drawn = oscillating(drawn)
                 pairs = (
-                    ("frequency", "Hz", root.imag / (2 * np.pi), frequency_gradient(slope),
-                     oscillates.imag / (2 * np.pi)),
-                    ("damping ratio", "1", -root.real / abs(root), damping_ratio_gradient(complex(root), slope),
-                     -oscillates.real / np.abs(oscillates)),
+                    ("frequency", "Hz", frequency_hz(root), frequency_gradient(slope), frequency_hz(drawn)),
+                    ("damping ratio", "1", damping_ratio(root), damping_ratio_gradient(complex(root), slope),
+                     damping_ratio(drawn)),
                 )  # fmt: skip
                 for what, unit, nominal, gradient, samples in pairs:
                     label = f"{name} {what} at {speed:g} m/s"
@@ -176,8 +171,8 @@ class Uncertainty(UncertainModel):
     def _followed(self, speeds: Array, roots: Any, slopes: Mapping[str, Any], z: Array) -> Any:
         """Eigenvalues (speeds, samples, n) in the order of the nominal ``roots``; NaN where two are confused."""
         result = np.full((len(speeds), len(z), roots.shape[1]), LOST)
-        for rows, found, _ in self.batches(z):
-            values, change = eigenvalues(state_matrices(found, speeds[None])), self.change(slopes, z[rows])
+        for rows, polynomial, _ in self.batches(z):
+            values, change = eigenvalues(polynomial(speeds[None])), self.change(slopes, z[rows])
             for k in range(len(speeds)):
                 expected = roots[k] + change[:, k]
                 cost = np.abs(expected[:, :, None] - values[:, k, None, :])
@@ -189,11 +184,16 @@ class Uncertainty(UncertainModel):
         return result
 
     def _critical(self, z: Array, max_speed: float, only: Collection[str] | None) -> list[Quantity]:
-        found = {name: one for name, one in self.crossings(max_speed).items() if only is None or one.mode in only}
-        slopes = critical_speed_sensitivities(self.nominal, list(found.values()))
+        crossings = {
+            which: crossing
+            for which, crossing in self.crossings(max_speed).items()
+            if only is None or crossing.mode in only
+        }
+        slopes = critical_speed_sensitivities(self.nominal, list(crossings.values()))
         result = []
-        for k, (name, crossing) in enumerate(found.items()):
+        for k, (which, crossing) in enumerate(crossings.items()):
             gradient = self.gradient({key: value[k] for key, value in slopes.items()})
             samples = self.crossing_speeds(crossing, {key: float(v[k]) for key, v in slopes.items()}, z, max_speed)
-            result.append(Quantity(name, "m/s", crossing.speed, gradient, self.shares(gradient), samples))
+            shares = self.shares(gradient)
+            result.append(Quantity(str(which), "m/s", crossing.speed, gradient, shares, samples, which))
         return result

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bicycle.critical.critical_speed import CrossingIdentity
 from tyre.base.arrays import Array
 
 
@@ -13,7 +14,8 @@ class Quantity:
     """One result with its uncertainty.
 
     ``shares`` is the part of the linear variance each measurement causes; ``samples`` are the Monte Carlo values, NaN
-    where the quantity does not exist or its root cannot be told from another.
+    where the quantity does not exist or its root cannot be told from another. ``crossing`` says of a critical speed
+    which one it is.
     """
 
     name: str
@@ -22,6 +24,7 @@ class Quantity:
     gradient: Array  # per standard normal number
     shares: Mapping[str, float]
     samples: Array
+    crossing: CrossingIdentity | None = None
 
     @property
     def linear_sd(self) -> float:

@@ -11,7 +11,7 @@ so z = 0 is the median of a draw, not the nominal bicycle.
 """
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from copy import copy
 from dataclasses import replace
 from functools import cached_property
@@ -22,10 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.default_sd import ASSUMED, CORNERING_STIFFNESS, GIVEN, TABLE, Deviation, standard_deviations
-from bicycle.eigenvalues.batch import Coefficients, coefficients
 from bicycle.files.model_file import build_model, read_model
 from bicycle.model import Model
+from bicycle.model_family import ModelFamily
 from bicycle.parameter_key import ParameterKey
+from bicycle.speed_polynomial import SpeedPolynomial
 from studies.sampling.draws import normal
 from studies.sweeps.points import TYRE_DRAWS, Points, Sampler
 from studies.sweeps.sweep_file import build_sweep
@@ -85,10 +86,13 @@ class UncertainModel:
         relative = (CORNERING_STIFFNESS if defaults else 0.0) if relative is None else relative
         self._stated = _read(content["model"], bicycle_sd)
         self.relative, self._relative_given = relative, bool(relative_cornering_stiffness_sd)
+        laws = [e.identifier for e in self._stated.effects if e.slot == "contact law"]
+        # drawn from the covariance of the tyre
+        self._of_tyre = tuple(key for key in self._stated.sd if key.split(".")[0] in laws)
         self._own = self._deviations(sd or {}, assume=defaults)
         for key, deviation in self._own.items():
             shared = str(ParameterKey.parse(key).whole) in (sd or {})  # one number for both wheels, or as given
-            if not shared and key not in self._stated.sd:  # the latter are drawn from the covariance of the tyre
+            if not shared and key not in self._of_tyre:
                 content["sampled"].setdefault(key, {"sd": deviation.sd})
         content["sampled"] = {key: value for key, value in content["sampled"].items() if value["sd"]}
         if measured:
@@ -120,11 +124,13 @@ class UncertainModel:
         """Key -> :class:`bicycle.default_sd.Deviation` of every parameter that does not follow another."""
         found = dict(self._own)
         columns = [self.names.index(name) for name in TYRE_DRAWS if name in self.names]
-        for key in self._stated.sd:  # what the tyre's covariance gives, with what is assumed here
+        for key in self._of_tyre:  # what the tyre's covariance gives, with what is assumed here
             origin, why = TABLE, ""
             if key in self._stated.assumed_sd and self.relative:
                 origin = GIVEN if self._relative_given else ASSUMED
                 why = f"{100 * self.relative:.3g} % at each measured condition, the tyre's source states none"
+                if key.split(".")[1] == "relaxation_length":
+                    why = f"{100 * self.relative:.3g} % of either stiffness, the tyre's source states none"
             found[key] = Deviation(float(np.linalg.norm(self.jacobian[key][columns])), origin, why)
         return found
 
@@ -135,7 +141,8 @@ class UncertainModel:
             return next(
                 d.origin for key, d in self._own.items() if {key, str(ParameterKey.parse(key).whole)} & set(names)
             )
-        if names[0] != TYRE_DRAWS[0] or not (self._stated.assumed_sd and self.relative):
+        unstated = ("cornering_stiffness", "relaxation_length")[TYRE_DRAWS.index(names[0])]
+        if not (self.relative and any(ParameterKey.parse(key).name == unstated for key in self._stated.assumed_sd)):
             return TABLE
         return GIVEN if self._relative_given else ASSUMED
 
@@ -210,14 +217,8 @@ class UncertainModel:
     def matched_draw(self, samples: int, seed: int) -> Array:
         """As :meth:`draw`, shifted and mixed so that their mean is 0 and their covariance 1 exactly.
 
-        The sd of these samples then differs from the linear one by what is not linear, hardly by chance.
-
-        Parameters
-        ----------
-        samples : int
-            Number of rows.
-        seed : int
-            Of the draws, any whole number.
+        A number ``samples`` of rows, from ``seed``. The sd of these samples then differs from the linear one by what is not
+        linear, hardly by chance.
 
         Raises
         ------
@@ -266,8 +267,8 @@ class UncertainModel:
 
     def batches(
         self, z: Array, size: int = BATCH, *, share: float = 1.0
-    ) -> list[tuple[slice, Coefficients, NDArray[np.bool_]]]:
-        """Coefficient matrices of bicycles, in batches, and which of them are impossible: not to be used.
+    ) -> Iterator[tuple[slice, SpeedPolynomial, NDArray[np.bool_]]]:
+        """State matrices of bicycles, in batches, and which of them are impossible: not to be used.
 
         ``z`` (m, names) are standard normal numbers, ``size`` the number of bicycles in a batch; ``share`` as in
         :meth:`points`.
@@ -277,17 +278,16 @@ class UncertainModel:
         InputError
             The equations switch at a speed.
         """
-        linear, found = self.nominal.linear_model(), []
-        if len(linear.ranges) > 1:
+        family = ModelFamily(self.nominal)
+        if len(self.nominal.linear_model().ranges) > 1:
             raise InputError(
                 "the equations of this model switch at a speed, which uncertainty propagation does not cover"
             )
         for start in range(0, len(z), size):
             rows = slice(start, min(start + size, len(z)))
             points = self.points(z[rows], share=share)
-            matrices = coefficients(linear, self.nominal.evaluator, points.harmless.values, rows.stop - start)
-            found.append((rows, matrices, points.refused.mask | matrices.refused))
-        return found
+            polynomial, refused = family.polynomials(points.harmless.values, rows.stop - start)
+            yield rows, polynomial, points.refused.mask | refused
 
 
 def _read(model: Any, bicycle_sd: Mapping[str, float] | None) -> Model:

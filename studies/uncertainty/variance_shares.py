@@ -2,18 +2,20 @@
 
 import numpy as np
 
+from bicycle.critical.critical_speed import CrossingIdentity
 from bicycle.sensitivity.eigenvalue_derivatives import critical_speed_sensitivities
 from studies.uncertainty.propagation import Uncertainty
 from tyre.base.errors import InputError
 
 
 def total_effects(
-    uncertainty: Uncertainty, name: str, *, max_speed: float = 60.0, base: int = 512, seed: int = 0
+    uncertainty: Uncertainty, name: str | CrossingIdentity, *, max_speed: float = 60.0, base: int = 512, seed: int = 0
 ) -> dict[str, tuple[float, float, float]]:
     """Which measurement would narrow a critical speed most: variance-based indices of each (Saltelli et al. 2010).
 
-    Returns measurement -> (first-order index, total index, its 95 % half-width). The first-order index is the part of
-    the variance that vanishes on average when that measurement is made exact.
+    ``name`` says which critical speed, as the table of the results writes it. Returns measurement -> (first-order
+    index, total index, its 95 % half-width). The first-order index is the part of the variance that vanishes on average
+    when that measurement is made exact.
 
     Parameters
     ----------
@@ -38,9 +40,9 @@ def total_effects(
     except ImportError as error:
         raise InputError("SALib is not installed; install it with pip install 'velotyre[sensitivity]'") from error
     crossings = uncertainty.crossings(max_speed)
-    if name not in crossings:
-        raise InputError(f"no critical speed {name!r}; this model has {', '.join(crossings) or 'none'}")
-    crossing = crossings[name]
+    crossing = next((crossing for which, crossing in crossings.items() if str(which) == str(name)), None)
+    if crossing is None:
+        raise InputError(f"no critical speed {str(name)!r}; this model has {', '.join(map(str, crossings)) or 'none'}")
     slopes = critical_speed_sensitivities(uncertainty.nominal, [crossing])
     count = len(uncertainty.names)
     groups = [group for group, members in uncertainty.measurements.items() for _ in members]

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.eigenvalues.batch import coefficients, state_matrices
 from bicycle.eigenvalues.solvers import BATCH, Solver, eigenvalues, eigenvalues_along, lapack
 from bicycle.files.bicycle_file import load_bicycle
 from bicycle.modal.matching import assign
 from bicycle.model import Model
+from bicycle.model_family import ModelFamily
 from studies.validations._speed_timing import SPREAD, Pair, alternating, tyre_model
 from tyre.base.arrays import Array
 from tyre.base.blas import one_blas_thread
@@ -53,11 +53,11 @@ def peer_bicycles(count: int, solver: Solver, repeats: int) -> Pair:
     """Eigenvalues of Whipple bicycles of different trail at one speed, assembly included."""
     peer, trails = peer_model(), np.linspace(0.05, 0.1, count)
     model = Model(load_bicycle("benchmark"))
-    linear = model.linear_model()
+    family = ModelFamily(model, ("c",))
 
     def batch(values: Array) -> Any:
-        found = coefficients(linear, model.evaluator, model.parameters | {"c": values}, len(values), solver=solver)
-        return eigenvalues(state_matrices(found, np.array([[5.0]])), solver=solver)
+        polynomial, _ = family.polynomials({"c": values}, len(values), solver=solver)
+        return eigenvalues(polynomial(np.array([[5.0]])), solver=solver)
 
     def ours(values: Array = trails) -> Any:
         with one_blas_thread(), ThreadPoolExecutor(2) as pool:
@@ -77,14 +77,14 @@ def python_loop(count: int, points: int, repeats: int, solver: Solver) -> Pair:
             changes = {key: model.bicycle[key] + float(d) for key, d in zip(SPREAD, row, strict=True)}
             Model(model.bicycle.replace(**changes), model.effects).linear_model().eigenvalues(8.0)
 
-    linear, speed = model.linear_model(), np.array([[8.0]])
+    family, speed = ModelFamily(model, tuple(SPREAD)), np.array([[8.0]])
     spread = np.random.default_rng(2).normal(size=(count, len(SPREAD))) * list(SPREAD.values())
 
     def batch(start: int) -> Any:
         rows = spread[start : start + BATCH].T
-        values = model.parameters | {key: model.bicycle[key] + d for key, d in zip(SPREAD, rows, strict=True)}
-        found = coefficients(linear, model.evaluator, values, rows.shape[1], solver=solver)
-        return eigenvalues(state_matrices(found, speed), solver=solver)
+        numbers = {key: model.bicycle[key] + d for key, d in zip(SPREAD, rows, strict=True)}
+        polynomial, _ = family.polynomials(numbers, rows.shape[1], solver=solver)
+        return eigenvalues(polynomial(speed), solver=solver)
 
     def together() -> None:
         with one_blas_thread(), ThreadPoolExecutor(2) as pool:

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.critical.critical_speeds import CriticalSpeed, critical_speeds
+from bicycle.critical.critical_speed import CriticalSpeed
+from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.linear_model import LinearModel
 from studies.validations._random_models import random_model
 
@@ -57,9 +58,7 @@ def unexplained(model: LinearModel, found: tuple[CriticalSpeed, ...]) -> list[tu
     values = np.linalg.eigvals(model.state_matrix(speeds))
     count = (values.real > 0).sum(1)
     at = np.array([c.speed for c in found])
-    change = np.array(
-        [(2 if c.kind == "oscillatory" else 1) * (1 if c.direction == "destabilising" else -1) for c in found]
-    )
+    change = np.array([crossing.unstable_roots for crossing in found])
     listed = np.array([change[(at > a) & (at <= b)].sum() if found else 0 for a, b in pairwise(speeds)])
     wrong = np.flatnonzero(np.diff(count) != listed)
     smallest = np.abs(values.real).min(1) / np.abs(values).max(1)

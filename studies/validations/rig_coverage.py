@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from tyre.base.parallel import worker_pool
+from tyre.base.units import PASCAL_PER_BAR
 
 CONDITIONS = 2
 SWEEPS = (1.0, 2.0, 1.0)  # rates over the slower one; the faster one is drawn between 2 and 2.5 times as fast
@@ -155,7 +156,7 @@ def one_campaign(seed: np.random.SeedSequence) -> list[dict[str, float]]:
             rows.append(
                 {
                     "load_N": condition.load,
-                    "pressure_bar": condition.pressure / 1e5,
+                    "pressure_bar": condition.pressure / PASCAL_PER_BAR,
                     "C_N_per_rad": truth["C"],
                     "K_N_per_m": truth["K"],
                     "C_error": c.value / truth["C"] - 1.0,
@@ -217,7 +218,7 @@ def _write(folder: Path, rng: np.random.Generator, calibration: Any) -> dict[flo
         DialGauge(),
     ]
     axes = str(rng.choice(["ISO", "SAE", "adapted SAE"]))
-    pressure = 1e5 * round(rng.uniform(3.5, 7.5), 1)
+    pressure = PASCAL_PER_BAR * round(rng.uniform(3.5, 7.5), 1)
     loads = [float(round(rng.uniform(330.0, 400.0))), float(round(rng.uniform(420.0, 500.0)))]
     slow, ratio = np.deg2rad(rng.uniform(0.8, 1.5)), rng.uniform(2.0, 2.5)
     truths = {}

@@ -26,7 +26,9 @@ PLACES = {
     "bicycle.modal.named_modes": ("Modes", "modes"),
     "bicycle.responses.linear": ("FrequencyResponse", "Response", "frequency_response", "respond"),
     "studies.missing_effect": ("diagnose", "read_measurement"),
-    "tyre": ("InputError", "MeasuredTable", "TyreMap", "TyreProperties", "available_tyres"),
+    "tyre": (
+        "InputError", "MeasuredTable", "TyreMap", "TyreProperties", "TyreSource", "available_tyres", "read_tyre",
+    ),
     "tyre.fits.pull_test": ("fit_pull_test",),
     "tyre.fits.slip_sweep": ("fit_slip_sweep",),
     "tyre.recordings.read": ("read_recording",),

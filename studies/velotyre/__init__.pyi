@@ -17,7 +17,7 @@ from bicycle.modal.named_modes import Modes, modes
 from bicycle.responses.inputs import InputHistory, doublet, pulse, step
 from bicycle.responses.linear import FrequencyResponse, Response, frequency_response, respond
 from studies.missing_effect import diagnose, read_measurement
-from tyre import InputError, MeasuredTable, TyreMap, TyreProperties, available_tyres
+from tyre import InputError, MeasuredTable, TyreMap, TyreProperties, TyreSource, available_tyres, read_tyre
 from tyre.fits.pull_test import fit_pull_test
 from tyre.fits.slip_sweep import fit_slip_sweep
 from tyre.recordings.read import read_recording
@@ -76,6 +76,7 @@ __all__ = [
     "TwistingTorque",
     "TyreMap",
     "TyreProperties",
+    "TyreSource",
     "WheelCompliance",
     "available_bicycles",
     "available_tyres",
@@ -94,6 +95,7 @@ __all__ = [
     "read_measurement",
     "read_model",
     "read_recording",
+    "read_tyre",
     "registry",
     "respond",
     "step",

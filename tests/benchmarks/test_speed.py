@@ -10,8 +10,8 @@ import pytest
 
 from bicycle import Model, load_bicycle
 from bicycle.critical.critical_speeds import critical_speeds
-from bicycle.eigenvalues.batch import coefficients, state_matrices
 from bicycle.eigenvalues.solvers import compiled, eigenvalues, eigenvalues_along, lapack
+from bicycle.model_family import ModelFamily
 from bicycle.sensitivity.eigenvalue_derivatives import sensitivities
 from studies.validations import _speed_of_eigenvalues as of_eigenvalues
 from studies.validations import _speed_of_studies as of_studies
@@ -43,11 +43,11 @@ def test_eigenvalues_along_speed(benchmark, solver):
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_distinct_bicycles_with_assembly(benchmark, solver):
     model = timing.tyre_model(8)
-    linear, values = model.linear_model(), model.parameters | {"mB": np.linspace(70, 100, COUNT)}
+    family, masses = ModelFamily(model, ("mB",)), np.linspace(70, 100, COUNT)
 
     def together():
-        found = coefficients(linear, model.evaluator, values, COUNT, solver=solver)
-        return eigenvalues(state_matrices(found, np.array([[8.0]])), solver=solver)
+        polynomial, _ = family.polynomials({"mB": masses}, COUNT, solver=solver)
+        return eigenvalues(polynomial(np.array([[8.0]])), solver=solver)
 
     assert benchmark(together).shape == (COUNT, 1, 8)
 

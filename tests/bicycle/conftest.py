@@ -9,6 +9,7 @@ import pytest
 from bicycle import Bicycle, LinearModel, Model, available_bicycles, effect_class, load_bicycle
 from bicycle.derivation.evaluation import Matrices
 from bicycle.linear_model import SpeedRange
+from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.base.errors import InputError
 
 
@@ -32,7 +33,16 @@ def synthetic() -> Callable[..., LinearModel]:
         edges = (0.0, *borders, np.inf)
         ranges = tuple(
             SpeedRange(
-                low, high, Matrices(np.eye(n), {k: np.array(a, float) for k, a in piece.items()}, {}, {}, np.ones(2))
+                low,
+                high,
+                Matrices(
+                    np.eye(n),
+                    SpeedPolynomial(piece, shape=(n, n)),
+                    SpeedPolynomial({}, shape=(n, 0)),
+                    SpeedPolynomial({}, shape=(0, n)),
+                    SpeedPolynomial({}, shape=(0, 0)),
+                    np.ones(2),
+                ),
             )
             for low, high, piece in zip(edges[:-1], edges[1:], pieces, strict=True)
         )

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from studies.main_study.answer import answer
-from studies.main_study.bands import Crossing
+from studies.main_study.bands import UncertainCriticalSpeed
 from studies.main_study.plausible import Plausible
 from studies.main_study.solve import LeastDamped
 
@@ -21,7 +21,7 @@ def edges(low, high):
     found = []
     for speed, direction in ((low, "destabilising"), (high, "stabilising")):
         if speed:
-            found.append(Crossing("wobble", "oscillatory", direction, speed, 0.1, 0.1, 7.0))
+            found.append(UncertainCriticalSpeed(speed, "oscillatory", "wobble", 7.0, direction, sd=0.1, tyre_sd=0.1))
     return tuple(found)
 
 

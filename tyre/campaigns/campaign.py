@@ -13,6 +13,7 @@ import numpy as np
 
 from tyre.base.errors import InputError
 from tyre.base.parallel import worker_pool
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.condition import (
     ConditionResult,
     Key,
@@ -24,6 +25,7 @@ from tyre.campaigns.condition import (
 from tyre.campaigns.consistency import check_repeats, near_conditions
 from tyre.campaigns.recording import summarise
 from tyre.campaigns.summary import FitSettings, RecordingSummary
+from tyre.drum import log_curvature
 from tyre.fits.estimate import Estimate
 
 _IN_PROCESS = 8  # below this many files a pool of workers costs more than it saves
@@ -163,7 +165,7 @@ def _assemble(
     for summary in summaries:
         groups[condition_key(summary)].append(summary)
     for (tyre, surface, load, pressure), group in groups.items():
-        check_repeats(group, f"{folder}: {tyre}, {surface}, {load:g} N, {pressure / 1e5:g} bar")
+        check_repeats(group, f"{folder}: {tyre}, {surface}, {load:g} N, {pressure / PASCAL_PER_BAR:g} bar")
     near = near_conditions(groups)
 
     def of(kind: str) -> list[list[RecordingSummary]]:
@@ -212,7 +214,7 @@ def _curvature(conditions: Sequence[ConditionResult], wheel_radius: float) -> tu
             partner = flat.get((c.load, c.pressure))
             if c.tyre == tyre and c.surface == "drum" and c.drum_radius and c.cornering_stiffness and partner:
                 logs.append(np.log(partner.value / c.cornering_stiffness.value))
-                bases.append(np.log(1.0 + wheel_radius / c.drum_radius))
+                bases.append(log_curvature(wheel_radius=wheel_radius, drum_radius=c.drum_radius))
                 radii.append(c.drum_radius)
         if not logs:
             continue
@@ -277,7 +279,7 @@ def _condition_json(condition: ConditionResult) -> dict[str, Any]:
         "tyre": condition.tyre,
         "surface": condition.surface,
         "load_N": condition.load,
-        "pressure_bar": round(condition.pressure / 1e5, 6),
+        "pressure_bar": round(condition.pressure / PASCAL_PER_BAR, 6),
         "cornering_stiffness_N_per_rad": plain(condition.cornering_stiffness),
         "lateral_stiffness_N_per_m": plain(condition.lateral_stiffness),
         "relaxation_length_m": plain(condition.relaxation_length),

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.consistency import repeat_warnings
 from tyre.campaigns.summary import RecordingSummary
 from tyre.fits.estimate import Calibration, Estimate, combine_uncertainties
@@ -74,7 +75,7 @@ class ConditionResult:
     @property
     def label(self) -> str:
         """``tyre, surface, load, pressure`` in the units of the field."""
-        return f"{self.tyre}, {self.surface}, {self.load:g} N, {self.pressure / 1e5:g} bar"
+        return f"{self.tyre}, {self.surface}, {self.load:g} N, {self.pressure / PASCAL_PER_BAR:g} bar"
 
 
 def condition_key(summary: RecordingSummary) -> Key:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from tyre.base.errors import InputError
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.summary import RecordingSummary
 
 STIFFNESS_PER_LOAD = (2.0, 60.0)  # 1/rad; road, city and car tyres lie between 5 and 40
@@ -115,7 +116,7 @@ def near_conditions(keys: Iterable[tuple[str, str, float, float]]) -> dict[tuple
             abs(a / b - 1) < NEAR for a, b in zip(one[2:], other[2:], strict=True)
         ):
             text = " and ".join(
-                f"{tyre}, {load:g} N, {pressure / 1e5:g} bar" for tyre, _, load, pressure in (one, other)
+                f"{tyre}, {load:g} N, {pressure / PASCAL_PER_BAR:g} bar" for tyre, _, load, pressure in (one, other)
             )
             said[one] = said[other] = f"nearly the same condition is taken as two: {text}"
     return said

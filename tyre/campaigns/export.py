@@ -9,6 +9,7 @@ import numpy as np
 
 from tyre.base.arrays import Array
 from tyre.base.files import slug
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.campaign import Campaign
 from tyre.campaigns.condition import ConditionResult
 from tyre.fits.estimate import Calibration, Estimate
@@ -146,7 +147,7 @@ def _write_property_files(table: MeasuredTable, folder: Path, name: str, wheel_r
     write_tir(model, paths[0], unloaded_radius=wheel_radius, **common)
     for value in np.unique(pressure):
         here: Array = pressure == value
-        paths.append(folder / f"{name}_{value / 1e5:.2f}bar_mf52.tir")
+        paths.append(folder / f"{name}_{value / PASCAL_PER_BAR:.2f}bar_mf52.tir")
         old = fit_mf52(
             load=load[here],
             pressure=float(value),

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from tyre.magic_formula import side_force
 from tyre.recordings.recording import Channel
 
 # Two-point Gauss-Laguerre rule: the mean over an exponentially fading past, exact for a cubic history.
@@ -18,8 +19,8 @@ def magic_formula(
 ) -> tuple[Channel, NDArray[np.float64]]:
     """Magic Formula in terms of its slope at zero, with derivatives.
 
-    F = D sin(C atan(B x - E (B x - atan(B x)))), B = cornering_stiffness / (C D) (Bakker, Pacejka & Lidner, SAE 890087;
-    Dell'Orto et al., eqs. 4 and 5, in newtons).
+    That of :mod:`tyre.magic_formula.side_force` with B = cornering_stiffness / (C D), in newtons (Dell'Orto et
+    al., eqs. 4 and 5).
 
     Parameters
     ----------
@@ -37,24 +38,18 @@ def magic_formula(
     derivatives : ndarray, shape (5, n)
         With respect to slip, cornering stiffness, peak, shape, curvature.
     """
-    slope = cornering_stiffness / (shape * peak)
-    u = slope * slip
-    bent = u - np.arctan(u)
-    w = u - curvature * bent
-    angle = shape * np.arctan(w)
-    sine, cosine = np.sin(angle), np.cos(angle)
-    by_w = peak * cosine * shape / (1.0 + w * w)
-    by_u = by_w * (1.0 - curvature * u * u / (1.0 + u * u))
+    u = cornering_stiffness / (shape * peak) * slip
+    curve = side_force.magic_formula_derivatives(u, shape_factor=shape, curvature_factor=curvature)
     derivatives = np.stack(
         [
-            by_u * slope,
-            by_u * slip / (shape * peak),
-            sine - by_u * u / peak,
-            peak * cosine * np.arctan(w) - by_u * u / shape,
-            -by_w * bent,
+            curve.by_slip * cornering_stiffness / shape,
+            curve.by_slip * slip / shape,
+            curve.value - curve.by_slip * u,
+            peak * (curve.by_shape - curve.by_slip * u / shape),
+            peak * curve.by_curvature,
         ]
     )
-    return peak * sine, derivatives
+    return peak * curve.value, derivatives
 
 
 def lagged_magic_formula(

@@ -1,14 +1,9 @@
-"""Lateral stiffness of the Magic Formula tyre models over load and pressure: what a .tir file says of C, K, sigma.
+"""What a .tir file holds of a tyre near straight running: coefficients and the linear properties they give.
 
-MF-Tyre 6.1/6.2 (Besselink, Schmeitz & Pacejka 2010, doi 10.1080/00423111003748088; Pacejka, Tire and Vehicle
-Dynamics, 3rd ed. 2012, eqs. 4.E25 and A3.9-A3.10) at zero camber, with dfz = (Fz - FNOMIN') / FNOMIN',
-dpi = (p - NOMPRES) / NOMPRES and FNOMIN' = LFZO FNOMIN:
+MF-Tyre 6.1/6.2: the laws of :mod:`tyre.magic_formula.mf61` with FNOMIN' = LFZO FNOMIN and LKY Kya, and
+sigma_y = abs(Kya / Cy) (Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, eqs. 4.E25 and A3.9-A3.10).
 
-    Kya = LKY PKY1 FNOMIN' (1 + PPY1 dpi) sin{PKY4 atan[Fz / (PKY2 (1 + PPY2 dpi) FNOMIN')]}
-    Cy  = LATERAL_STIFFNESS (1 + PCFY1 dfz + PCFY2 dfz^2) (1 + PCFY3 dpi)
-    sigma_y = abs(Kya / Cy)
-
-MF-Tyre 5.2 (PAC2002) has no pressure: Kya as above without its PPY terms and with PKY4 = 2, and
+MF-Tyre 5.2 (PAC2002) has no pressure: Kya without its PPY terms and with PKY4 = 2, and
 
     sigma_alpha = PTY1 sin{2 atan[Fz / (PTY2 FNOMIN')]} (1 - PKY3 abs(camber)) R0 LFZO LSGAL
     K = abs(Kya) / sigma_alpha
@@ -19,9 +14,10 @@ Signs are ISO: PKY1 < 0. The functions here return Kya as C_Fy > 0 (side force g
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Values = NDArray[np.float64]
+from tyre.base.arrays import Array
+from tyre.magic_formula import mf61
 
 
 @dataclass(frozen=True)
@@ -29,7 +25,7 @@ class MF61Lateral:
     """Coefficients of MF-Tyre 6.1/6.2 that hold C_Fy and K_y over load and pressure.
 
     ``fnomin`` N, ``nompres`` Pa, ``lateral_stiffness`` N/m, the rest without unit; ``pky1`` < 0 (ISO). ``load_range``
-    (N) and ``pressure_range`` (Pa) are FZMIN, FZMAX, PRESMIN, PRESMAX.
+    (N) and ``pressure_range`` (Pa) are FZMIN, FZMAX, PRESMIN, PRESMAX; ``lateral_stiffness`` is NaN in a file without.
     """
 
     fnomin: float
@@ -48,21 +44,40 @@ class MF61Lateral:
     lfzo: float = 1.0
     lky: float = 1.0
 
-    def cornering_stiffness(self, *, load: ArrayLike, pressure: ArrayLike) -> Values:
-        """C_Fy, N/rad, at load (N) and pressure (Pa), broadcast."""
-        dpi = (np.asarray(pressure, dtype=np.float64) - self.nompres) / self.nompres
-        fz = np.asarray(load, dtype=np.float64) / (self.lfzo * self.fnomin)
-        angle = np.arctan(fz / (self.pky2 * (1.0 + self.ppy2 * dpi)))
-        return -self.lky * self.pky1 * self.lfzo * self.fnomin * (1.0 + self.ppy1 * dpi) * np.sin(self.pky4 * angle)
+    def cornering_stiffness(self, *, load: ArrayLike, pressure: ArrayLike) -> Array:
+        """C_Fy, N/rad.
 
-    def lateral_stiffness_at(self, *, load: ArrayLike, pressure: ArrayLike) -> Values:
-        """K_y, N/m, at load (N) and pressure (Pa), broadcast."""
-        dpi = (np.asarray(pressure, dtype=np.float64) - self.nompres) / self.nompres
-        dfz = np.asarray(load, dtype=np.float64) / (self.lfzo * self.fnomin) - 1.0
-        return self.lateral_stiffness * (1.0 + self.pcfy1 * dfz + self.pcfy2 * dfz**2) * (1.0 + self.pcfy3 * dpi)
+        Parameters
+        ----------
+        load, pressure : array_like
+            N and Pa, broadcast.
+        """
+        return mf61.cornering_stiffness(
+            load, pressure, PKY1=-self.lky * self.pky1, PKY2=self.pky2, PPY1=self.ppy1, PPY2=self.ppy2,
+            PKY4=self.pky4, FNOMIN=self.lfzo * self.fnomin, NOMPRES=self.nompres,
+        )  # fmt: skip
 
-    def relaxation_length(self, *, load: ArrayLike, pressure: ArrayLike) -> Values:
-        """sigma_y = |Kya / Cy|, m."""
+    def lateral_stiffness_at(self, *, load: ArrayLike, pressure: ArrayLike) -> Array:
+        """K_y, N/m.
+
+        Parameters
+        ----------
+        load, pressure : array_like
+            N and Pa, broadcast.
+        """
+        return mf61.lateral_stiffness(
+            load, pressure, LATERAL_STIFFNESS=self.lateral_stiffness, PCFY1=self.pcfy1, PCFY2=self.pcfy2,
+            PCFY3=self.pcfy3, FNOMIN=self.lfzo * self.fnomin, NOMPRES=self.nompres,
+        )  # fmt: skip
+
+    def relaxation_length(self, *, load: ArrayLike, pressure: ArrayLike) -> Array:
+        """sigma_y = |Kya / Cy|, m.
+
+        Parameters
+        ----------
+        load, pressure : array_like
+            N and Pa, broadcast.
+        """
         stiffness = self.cornering_stiffness(load=load, pressure=pressure)
         return np.abs(stiffness / self.lateral_stiffness_at(load=load, pressure=pressure))
 
@@ -88,21 +103,39 @@ class MF52Lateral:
     lky: float = 1.0
     lsgal: float = 1.0
 
-    def cornering_stiffness(self, *, load: ArrayLike, camber: ArrayLike = 0.0) -> Values:
-        """C_Fy, N/rad, at load (N) and camber (rad)."""
-        shape = np.sin(2.0 * np.arctan(self._relative(load) / self.pky2))
+    def cornering_stiffness(self, *, load: ArrayLike, camber: ArrayLike = 0.0) -> Array:
+        """C_Fy, N/rad.
+
+        Parameters
+        ----------
+        load, camber : array_like
+            N and rad, broadcast.
+        """
+        shape = mf61.saturation(self._relative(load) / self.pky2)
         lean = 1.0 - self.pky3 * np.abs(np.asarray(camber, dtype=np.float64))
         return -self.lky * self.pky1 * self.lfzo * self.fnomin * shape * lean
 
-    def relaxation_length(self, *, load: ArrayLike, camber: ArrayLike = 0.0) -> Values:
-        """sigma_alpha, m, at load (N) and camber (rad)."""
-        shape = np.sin(2.0 * np.arctan(self._relative(load) / self.pty2))
+    def relaxation_length(self, *, load: ArrayLike, camber: ArrayLike = 0.0) -> Array:
+        """sigma_alpha, m.
+
+        Parameters
+        ----------
+        load, camber : array_like
+            N and rad, broadcast.
+        """
+        shape = mf61.saturation(self._relative(load) / self.pty2)
         lean = 1.0 - self.pky3 * np.abs(np.asarray(camber, dtype=np.float64))
         return self.pty1 * shape * lean * self.unloaded_radius * self.lfzo * self.lsgal
 
-    def lateral_stiffness_at(self, *, load: ArrayLike) -> Values:
-        """K_y = C_Fy / sigma_alpha, N/m."""
+    def lateral_stiffness_at(self, *, load: ArrayLike) -> Array:
+        """K_y = C_Fy / sigma_alpha, N/m.
+
+        Parameters
+        ----------
+        load : array_like
+            N.
+        """
         return self.cornering_stiffness(load=load) / self.relaxation_length(load=load)
 
-    def _relative(self, load: ArrayLike) -> Values:
+    def _relative(self, load: ArrayLike) -> Array:
         return np.asarray(load, dtype=np.float64) / (self.lfzo * self.fnomin)

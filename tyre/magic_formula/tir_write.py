@@ -1,6 +1,7 @@
 """Tyre property files (.tir) written from measured stiffnesses, in SI units and ISO signs."""
 
 from collections.abc import Mapping
+from math import isfinite
 from pathlib import Path
 
 from tyre.base.errors import InputError
@@ -96,7 +97,7 @@ def _sections(
             "PRESMAX": model.pressure_range[1],
         }
         sections["STRUCTURAL"] = {
-            "LATERAL_STIFFNESS": model.lateral_stiffness,
+            **({"LATERAL_STIFFNESS": model.lateral_stiffness} if isfinite(model.lateral_stiffness) else {}),
             "PCFY1": model.pcfy1,
             "PCFY2": model.pcfy2,
             "PCFY3": model.pcfy3,

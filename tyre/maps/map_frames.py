@@ -5,9 +5,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tyre.base.arrays import Array
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.maps.stiffness_covariance import StiffnessCovariance
 from tyre.maps.stiffness_trend import Trend
-from tyre.maps.tables import PASCAL_PER_BAR, MeasuredTable
+from tyre.maps.tables import MeasuredTable
 
 if TYPE_CHECKING:
     import pandas as pd

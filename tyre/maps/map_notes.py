@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.maps.stiffness_trend import Trend
-from tyre.maps.tables import PASCAL_PER_BAR, MeasuredTable
-from tyre.properties import Origin
+from tyre.maps.tables import MeasuredTable
+from tyre.properties import Origin, stiffness_note
 
 
 def measured_range(table: MeasuredTable) -> str:
@@ -16,22 +17,6 @@ def measured_range(table: MeasuredTable) -> str:
     """
     loads, pressures = table.loads, table.pressures / PASCAL_PER_BAR
     return f"the measured {loads[0]:g}-{loads[-1]:g} N and {pressures[0]:g}-{pressures[-1]:g} bar"
-
-
-def stiffness_note(relative_sd: float) -> str:
-    """What is taken for the uncertainty of C_Fy where a source states none.
-
-    Parameters
-    ----------
-    relative_sd : float
-        sd(C_Fy) / C_Fy.
-    """
-    taken = (
-        f"assumed is {100 * relative_sd:g} % (one standard deviation)"
-        if relative_sd
-        else "none is assumed, so it counts as exact where it was measured"
-    )
-    return f"the source states no uncertainty of the cornering stiffness; {taken}"
 
 
 def condition_notes(

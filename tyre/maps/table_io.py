@@ -36,11 +36,12 @@ import numpy as np
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.base.paths import data_root
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.maps.calibration import CommonCalibration
 from tyre.maps.measured_column import MeasuredColumn
 from tyre.maps.table_cells import cell_value
 from tyre.maps.table_sidecar import listed, read_sidecar, suggestion
-from tyre.maps.tables import PASCAL_PER_BAR, MeasuredTable
+from tyre.maps.tables import MeasuredTable
 
 _REQUIRED_COLUMNS = ("load_N", "pressure_bar", "cornering_stiffness_N_per_deg")
 _STIFFNESS_COLUMNS = ("relaxation_length_mm", "lateral_stiffness_N_per_mm")
@@ -50,16 +51,6 @@ _DOF_COLUMNS = ("cornering_stiffness_dof", "lateral_stiffness_dof")
 _TRAIL = "pneumatic_trail"
 _DIRECT = {"slip step": "relaxation_length_slip_step", "two sweep rates": "relaxation_length_two_rates"}
 _MEASURED = tuple(f"{name}{end}" for name in (_TRAIL, *_DIRECT.values()) for end in ("_mm", "_sd_mm", "_dof"))
-
-
-def is_file_name(tyre: str) -> bool:
-    """Whether a tyre is given by the file of its table, not by name.
-
-    Parameters
-    ----------
-    tyre : str
-    """
-    return tyre.endswith((".csv", ".toml"))
 
 
 def read_folder(folder: Traversable | None = None) -> list[MeasuredTable]:

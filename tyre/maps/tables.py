@@ -8,13 +8,13 @@ import numpy as np
 
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.maps.calibration import CommonCalibration
 from tyre.maps.measured_column import MeasuredColumn
 from tyre.maps.table_sidecar import listed
 
 SURFACES = ("flat", "drum")
 SHAREABLE = ("load", "pressure", "surface")
-PASCAL_PER_BAR = 1e5
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,8 @@ from tyre.maps.joint import JointProperties
 from tyre.maps.map_notes import measured_range
 from tyre.maps.stiffness_trend import Trend
 from tyre.maps.table_evaluation import TableEvaluation
-from tyre.maps.table_io import is_file_name, read_table, write_table
+from tyre.maps.table_facts import TableFacts
+from tyre.maps.table_io import read_table, write_table
 from tyre.maps.tables import MeasuredTable, common_lateral_stiffness
 from tyre.properties import Origin, TyreProperties
 
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class TyreMap:
+class TyreMap(TableFacts):
     """A measured tyre on one surface, evaluated at any load and pressure.
 
     The measured conditions are returned as they stand. Between them the value is a smooth trend plus the bilinearly
@@ -125,44 +126,17 @@ class TyreMap:
         common_lateral_stiffness([table])
         return cls(table, relative_cornering_stiffness_sd)
 
-    @classmethod
-    def of(cls, tyre: str, *, surface: str | None = None, relative_cornering_stiffness_sd: float = 0.0) -> "TyreMap":
-        """Return a packaged tyre (flat if no surface is given), or the table in a file (``.csv`` or ``.toml``).
-
-        Parameters
-        ----------
-        tyre, surface : str
-            Name or file; ``flat`` or ``drum``.
-        relative_cornering_stiffness_sd : float
-            As that of the class.
-
-        Raises
-        ------
-        InputError
-            No such tyre or file, or a surface on which it was not measured.
-        """
-        if not is_file_name(tyre):
-            return cls.load(
-                tyre, surface=surface or "flat", relative_cornering_stiffness_sd=relative_cornering_stiffness_sd
-            )
-        table = cls.from_file(tyre, relative_cornering_stiffness_sd=relative_cornering_stiffness_sd)
-        if surface and surface != table.surface:
-            raise InputError(
-                f"{tyre} was not measured on surface '{surface}', only on: {table.surface}; leave surface out"
-            )
-        return table
-
-    def assuming(self, relative_cornering_stiffness_sd: float) -> "TyreMap":
+    def assuming(self, relative_sd: float, /) -> "TyreMap":
         """The same tyre with sd(C_Fy) / C_Fy assumed where its table states none; where it does, as it is.
 
         Parameters
         ----------
-        relative_cornering_stiffness_sd : float
+        relative_sd : float
             0.03 is 3 %.
         """
         if self.measured.cornering_stiffness_sd is not None:
             return self
-        return replace(self, relative_cornering_stiffness_sd=relative_cornering_stiffness_sd)
+        return replace(self, relative_cornering_stiffness_sd=relative_sd)
 
     def to_file(self, path: str | Path) -> None:
         """Write the measured table and its sidecar; the assumption on C_Fy is not part of it.

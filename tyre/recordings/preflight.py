@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.recordings.axes import CONVENTIONS, slope_grows
 from tyre.recordings.preflight_signal import count_branches, dropouts, slope, stuck, time_faults
 from tyre.recordings.recording import Channel, Condition, PullTest, RigRun
@@ -93,7 +94,7 @@ def _describe(condition: Condition, axes: str, synthetic: bool) -> str:
     surface = f"drum of {condition.drum_radius:g} m radius" if condition.drum_radius else "flat track"
     return (
         f"{'SYNTHETIC, ' if synthetic else ''}{condition.tyre}, {condition.load:g} N, "
-        f"{condition.pressure / 1e5:g} bar, {surface}, {axes} axes"
+        f"{condition.pressure / PASCAL_PER_BAR:g} bar, {surface}, {axes} axes"
     )
 
 

@@ -11,6 +11,7 @@ import tomli_w
 from tyre.base.errors import InputError
 from tyre.base.schema import Check, flag, maybe, number, read, refused, table, text
 from tyre.base.toml_file import read_toml
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.recordings.axes import CONVENTIONS, signs
 from tyre.recordings.check import check_condition
 from tyre.recordings.recording import COMPUTED_NOTE, Condition, PullTest, RigRun
@@ -119,7 +120,7 @@ def write_sidecar(recording: RigRun | PullTest, path: Path) -> None:
         "kind": recording.kind if isinstance(recording, RigRun) else "pull_test",
         "tyre": condition.tyre,
         "load_N": condition.load,
-        "pressure_bar": _printed(condition.pressure / 1e5),
+        "pressure_bar": _printed(condition.pressure / PASCAL_PER_BAR),
         "surface": condition.surface,
         "drum_radius_m": condition.drum_radius,
         "rim": condition.rim,

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from tyre.base.errors import InputError
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.recordings.axes import signs
 from tyre.recordings.check import check_channels, check_condition
 from tyre.recordings.recording import Channel, Condition, PullTest, RigRun
@@ -272,7 +273,7 @@ def _constants(recording: RigRun | PullTest) -> list[Entry]:
     entries = [
         Entry("IDENTITY", "Identity of the tyre", "", condition.tyre),
         Entry("FNOMIN", "Nominal vertical load", "N", f"{condition.load:.10g}"),
-        Entry("NOMPRES", "Nominal inflation pressure", "bar", f"{condition.pressure / 1e5:.10g}"),
+        Entry("NOMPRES", "Nominal inflation pressure", "bar", f"{condition.pressure / PASCAL_PER_BAR:.10g}"),
         Entry("TRCKSURF", "Surface of track", "", condition.surface),
         Entry("TESTKIND", "Kind of test", "", kind),
     ]

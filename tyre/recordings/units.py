@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 from tyre.base.errors import InputError, hint
+from tyre.base.units import PASCAL_PER_BAR
 
 _DEGREE = math.pi / 180.0
 _POUND_FORCE = 4.4482216152605
@@ -16,7 +17,7 @@ _UNITS: dict[str, dict[str, float]] = {
     "force": {"n": 1.0, "newton": 1.0, "kn": 1e3, "lbf": _POUND_FORCE, "pound_force": _POUND_FORCE},
     "moment": {"nm": 1.0, "knm": 1e3, "nmm": 1e-3},
     "length": {"m": 1.0, "meter": 1.0, "metre": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "inch": _INCH, "in": _INCH},
-    "pressure": {"pa": 1.0, "hpa": 1e2, "kpa": 1e3, "mpa": 1e6, "bar": 1e5, "psi": _POUND_FORCE / _INCH**2},
+    "pressure": {"pa": 1.0, "hpa": 1e2, "kpa": 1e3, "mpa": 1e6, "bar": PASCAL_PER_BAR, "psi": _POUND_FORCE / _INCH**2},
     "speed": {"m/s": 1.0, "km/h": 1 / 3.6, "kmh": 1 / 3.6, "kph": 1 / 3.6, "mph": 0.44704},
     "time": {"s": 1.0, "sec": 1.0, "second": 1.0, "ms": 1e-3, "min": 60.0},
     "temperature": {"c": 1.0, "degc": 1.0, "k": 1.0, "degf": 5 / 9, "f": 5 / 9},

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from tyre.base.errors import InputError, hint
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.recordings.recording import Condition, PullTest, RigRun
 from tyre.rig.effect import RigEffect, simulated_effects
 from tyre.rig.effects.dial_gauge import DialGauge
@@ -183,7 +184,7 @@ def write_campaign_files(
                     temperature=22.0,
                 )
                 truth.append(_truth(tyre, condition, effects))
-                stem = f"{surface}_{pressure / 1e5:g}bar_{load:g}N"
+                stem = f"{surface}_{pressure / PASCAL_PER_BAR:g}bar_{load:g}N"
                 common: dict[str, Any] = {"tyre": tyre, "effects": effects, "rng": rng, "axes": plan.axes}
                 for rate in plan.rates:
                     driven = replace(protocol, slip_rate=rate)
@@ -216,7 +217,7 @@ def _truth(tyre: RigTyre, condition: Condition, effects: Sequence[RigEffect]) ->
         "tyre": condition.tyre,
         "surface": condition.surface,
         "load_N": condition.load,
-        "pressure_bar": condition.pressure / 1e5,
+        "pressure_bar": condition.pressure / PASCAL_PER_BAR,
         "cornering_stiffness_N_per_rad": tyre.cornering_stiffness,
         "lateral_stiffness_N_per_m": tyre.lateral_stiffness,
         "relaxation_length_m": tyre.cornering_stiffness / tyre.lateral_stiffness,

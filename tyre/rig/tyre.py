@@ -5,14 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from tyre.base.arrays import Array
+from tyre.magic_formula.side_force import magic_formula
 
 
 @dataclass(frozen=True)
 class RigTyre:
     """The truth of one tyre at one load and pressure (SI units).
 
-    Steady side force Sv + D sin(C atan(B x - E (B x - atan(B x)))) with x = slip + Sh and
-    B = cornering_stiffness / (C D); aligning moment -t (F - Sv) with t = pneumatic_trail / (1 + (x / trail_slip)^2).
+    Steady side force Sv + D times the Magic Formula of B x, with x = slip + Sh and B = cornering_stiffness / (C D);
+    aligning moment -t (F - Sv) with t = pneumatic_trail / (1 + (x / trail_slip)^2).
 
     Attributes
     ----------
@@ -58,6 +59,6 @@ class RigTyre:
 
     def steady_force(self, slip: Array) -> Array:
         """Side force of the steadily rolling tyre, N (n,), at ``slip`` (n,), rad."""
-        x = self.cornering_stiffness / (self.shape * self.peak_force) * (slip + self.offset_slip)
-        bent = x - self.curvature * (x - np.arctan(x))
-        return np.asarray(self.offset_force + self.peak_force * np.sin(self.shape * np.arctan(bent)))
+        u = self.cornering_stiffness / (self.shape * self.peak_force) * (slip + self.offset_slip)
+        curve = magic_formula(u, shape_factor=self.shape, curvature_factor=self.curvature)
+        return np.asarray(self.offset_force + self.peak_force * curve)

@@ -8,6 +8,7 @@ import click
 
 from studies.reporting.examples import example
 from tyre.base.errors import InputError
+from tyre.base.units import PASCAL_PER_BAR
 
 if TYPE_CHECKING:
     from tyre.rig.campaign import CampaignPlan
@@ -85,7 +86,7 @@ def _plan(options: Mapping[str, Any]) -> "CampaignPlan":
         if min(numbers[what]) <= 0.0:
             raise InputError(f"{what} must be positive, got {min(numbers[what]):g}")
     return CampaignPlan(
-        tyre=options["name"], loads=numbers["loads"], pressures=tuple(1e5 * p for p in numbers["pressures"]),
+        tyre=options["name"], loads=numbers["loads"], pressures=tuple(PASCAL_PER_BAR * p for p in numbers["pressures"]),
         surfaces=tuple(options["surfaces"].split(",")), rates=tuple(float(np.deg2rad(r)) for r in numbers["rates"]),
         axes=options["axes"], file_format=options["file_format"], **counts,
     )  # fmt: skip

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from bicycle.eigenvalues.decomposition import eigensystem
+from bicycle.eigenvalues.oscillation import angular_frequency
 from bicycle.model import Model, check_compatible
 from studies.inference.forward import ForwardModel, ProposedMeasurement
 from studies.inference.parameter import Candidate, UncertainParameter, central_differences
@@ -18,7 +20,7 @@ from tyre.base.errors import InputError
 SPEED_AXIS = "speed, m/s"
 FORCED = "swept steer torque"
 FORCED_SPEEDS = (1.0, 1.5, 2.0)  # of the fastest measured speed
-FORCED_FREQUENCY = 2 * np.pi * np.geomspace(0.5, 4.0, 6)  # rad/s
+FORCED_HZ = np.geomspace(0.5, 4.0, 6)
 FORCED_OUTPUTS = ("lean_rate", "steer", "yaw_rate")
 FORCED_SD = 0.05  # of the magnitude of a frequency response, and of a tenth of its peak
 MOST_GROWTH = 0.5  # 1/s; what grows faster is not held up while the torque sweeps
@@ -93,12 +95,11 @@ class BicycleForward(ForwardModel):
         nominal, proposals = np.array([u.centre for u in self.nuisances]), []
         for speed in (factor * fastest for factor in FORCED_SPEEDS):
             system = self.family(())(nominal[None], np.array([speed]))
-            growth = np.linalg.eigvals(np.linalg.solve(system.mass[0, 0], system.dynamics[0, 0])).real.max()
-            if growth > MOST_GROWTH:
+            if eigensystem(system.dynamics[0], mass=system.mass[0]).values.real.max() > MOST_GROWTH:
                 continue
             size = np.abs(self._response((), nominal[None], speed)[0])
             sd = FORCED_SD * (size + 0.1 * size.max(0)).ravel()
-            low, high = FORCED_FREQUENCY[[0, -1]] / (2 * np.pi)
+            low, high = FORCED_HZ[[0, -1]]
             what = f"{FORCED}, {low:g}-{high:g} Hz, at {speed:.3g} m/s (lean rate, steer, yaw rate)"
             proposals.append(ForcedResponse(what, np.repeat(sd, 2), speed))
         return tuple(proposals)
@@ -119,9 +120,9 @@ class BicycleForward(ForwardModel):
     def _response(self, candidates: tuple[Candidate, ...], theta: Array, speed: float) -> NDArray[np.complex128]:
         """C (i w E - F)^-1 B for coordinates (K, p): (K, frequencies, outputs), per N m of steer torque."""
         family = self.family(candidates)
-        names, system = family.evaluate.symbolic, family(theta, np.array([speed]))
-        column = names.inputs.index("steer_torque")
-        rows = [names.outputs.index(name) for name in FORCED_OUTPUTS]
-        pencil = 1j * FORCED_FREQUENCY[:, None, None] * system.mass[:, :1] - system.dynamics[:, :1]
-        state = np.linalg.solve(pencil, np.broadcast_to(system.input[:, :1, :, column, None], (*pencil.shape[:3], 1)))
-        return np.asarray((system.output[:, :1][:, :, rows] @ state)[..., 0])
+        names, system = family.symbolic, family(theta, np.array([speed]))
+        gains = system.frequency_response(
+            angular_frequency(FORCED_HZ), inputs=[names.inputs.index("steer_torque")],
+            outputs=[names.outputs.index(name) for name in FORCED_OUTPUTS],
+        )  # fmt: skip
+        return np.asarray(gains[:, 0, ..., 0])

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.derivation.evaluation import evaluator
 from bicycle.effect import WHEELS, Effect, Parameter, registry
 from bicycle.model import Model
+from bicycle.model_family import ModelFamily, effect_of
 from studies.inference.parameter import Candidate, UncertainParameter
 from tyre.base.errors import InputError
 
@@ -90,7 +90,7 @@ def candidate(
             floating = _unknown(p, _factors(p, keys, model), given.get(p.name), limit=bool(shared))
             unknowns += [replace(u, labels=WHEELS) if p.per_wheel else u for u in floating]
     sizes = [u for u in unknowns if u.size]
-    if len(sizes) > 1 and _vanishes_with(model, effect, values, sizes[0], replaced):
+    if len(sizes) > 1 and _vanishes_with(model, effect, values, sizes[0]):
         unknowns = [u for u in unknowns if not u.size or u is sizes[0]]  # the others only scale it
     return Candidate(
         effect.identifier, tuple(unknowns), effect, values, ties,
@@ -171,12 +171,9 @@ def _unknown(
         yield UncertainParameter(p.name, p.unit, sets, centre, (high - low) / 4, *p.bounds)
 
 
-def _vanishes_with(
-    model: Model, effect: type[Effect], values: dict[str, float], size: UncertainParameter, replaced: Effect | None
-) -> bool:
+def _vanishes_with(model: Model, effect: type[Effect], values: dict[str, float], size: UncertainParameter) -> bool:
     """Whether the equations lose the effect where this one parameter is neutral, the others at their defaults."""
-    kept = [type(e) for e in model.effects if replaced is None or e.identifier != replaced.identifier]
-    evaluate = evaluator(tuple(sorted([*kept, effect], key=lambda e: e.identifier)))
+    evaluate = ModelFamily(model, further=(effect,)).evaluate
     parent = model.linear_model().ranges[0].matrices
     at_neutral = {**model.parameters, **values, **dict.fromkeys(size.sets, size.centre)}
     indicators = tuple(1.0 for _ in evaluate.symbolic.switches)
@@ -194,8 +191,4 @@ def physical(candidate: Candidate, coordinates: Sequence[float]) -> Effect:
     values = dict(candidate.fixed)
     for u, x in zip(candidate.unknowns, coordinates, strict=True):
         values |= {key: factor * float(u.value(np.asarray(x))) for key, factor in u.sets.items()}
-    given: dict[str, Any] = {}
-    for p in candidate.effect.parameters:
-        numbers = [values[f"{candidate.identifier}.{entry}"] for entry in p.entries()]
-        given[p.name] = dict(zip(WHEELS, numbers, strict=True)) if p.per_wheel else numbers[0]
-    return candidate.effect(**given)
+    return effect_of(candidate.effect, values)

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from bicycle.eigenvalues.oscillation import angular_frequency
 from bicycle.identification.canonical import Canonical, Motion, identify
 from bicycle.model import Model
 from studies.inference.folds import MOST_FOLDS
@@ -93,13 +94,11 @@ class CanonicalForward(BicycleForward):
 
     def _motion(self, candidates: tuple[Candidate, ...], theta: Array) -> Motion:
         family, speeds = self.family(candidates), np.array(self.table.speeds)
-        names, system = family.evaluate.symbolic, family(theta, speeds)
-        omega = 2 * np.pi * np.geomspace(*self.table.band, FREQUENCIES)
-        pencil = 1j * omega[:, None, None] * system.mass[:, :, None] - system.dynamics[:, :, None]
-        inputs = [names.inputs.index(name) for name in ("steer_torque", "lateral_force")]
-        outputs = [names.outputs.index(name) for name in ("lean", "steer")]
-        state = np.linalg.solve(pencil, system.input[:, :, None, :, inputs] + 0j)
-        response = system.output[:, :, None, outputs] @ state  # (K, speeds, frequencies, lean and steer, inputs)
+        names, omega = family.symbolic, angular_frequency(np.geomspace(*self.table.band, FREQUENCIES))
+        response = family(theta, speeds).frequency_response(  # (K, speeds, frequencies, lean and steer, inputs)
+            omega, inputs=[names.inputs.index(name) for name in ("steer_torque", "lateral_force")],
+            outputs=[names.outputs.index(name) for name in ("lean", "steer")],
+        )  # fmt: skip
         steer, force = np.zeros((2, *omega.shape, 2))
         steer[:, 0], force[:, 1] = STEER_RATE / omega, FORCE
         torque = (steer - response[..., 1, 1, None] * force) / response[..., 1, 0, None]

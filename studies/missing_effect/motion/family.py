@@ -1,4 +1,4 @@
-"""The base model with candidates built in: state matrices for a whole batch of parameter vectors at once."""
+"""The base model with candidates built in: from the coordinates of a fit to parameters and matrices, in batches."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -6,8 +6,10 @@ from functools import cached_property
 
 import numpy as np
 
-from bicycle.derivation.evaluation import Evaluator, evaluator
-from bicycle.model import Model, state_scale
+from bicycle.derivation.closing import SymbolicModel
+from bicycle.descriptor import DescriptorStack
+from bicycle.model import Model
+from bicycle.model_family import ModelFamily
 from studies.inference.parameter import Candidate, UncertainParameter
 from tyre.base.arrays import Array
 
@@ -15,19 +17,10 @@ SPEED_SCALE = "measurement.speed_scale"  # true speed over recorded speed, minus
 FEEDBACK = "feedback."  # feedback.OUTPUT.INPUT: a phenomenological torque proportional to an output
 
 
-@dataclass(frozen=True)
-class Descriptor:
-    """E x' = F x + B u, y = C x for K parameter vectors and S speeds; forces in the fixed unit of the model."""
-
-    mass: Array  # (K, S, n, n)
-    dynamics: Array  # (K, S, n, n)
-    input: Array  # (K, S, n, inputs)
-    output: Array  # (K, S, outputs, n)
-
-    def slope(self, steps: Array) -> "Descriptor":
-        """Derivatives (p, S, ...) of a batch made by :meth:`Family.stencil`."""
-        p, h = len(steps), 2 * steps[:, None, None, None]
-        return Descriptor(*((part[1 : p + 1] - part[p + 1 :]) / h for part in vars(self).values()))
+def stencil_slope(system: DescriptorStack, steps: Array) -> DescriptorStack:
+    """Derivatives (p, k, ...) of a batch made by :meth:`Family.stencil`."""
+    p, h = len(steps), 2 * steps[:, None, None, None]
+    return DescriptorStack(*((part[1 : p + 1] - part[p + 1 :]) / h for part in vars(system).values()))
 
 
 @dataclass(frozen=True)
@@ -44,12 +37,15 @@ class Family:
         return (*self.nuisances, *(u for candidate in self.candidates for u in candidate.unknowns))
 
     @cached_property
-    def evaluate(self) -> Evaluator:
-        """The evaluator of this set of effects."""
-        gone = {candidate.replaces for candidate in self.candidates}
-        kinds = [type(effect) for effect in self.base.effects if effect.identifier not in gone]
-        kinds += [candidate.effect for candidate in self.candidates if candidate.effect is not None]
-        return evaluator(tuple(sorted(kinds, key=lambda effect: effect.identifier)))
+    def models(self) -> ModelFamily:
+        """All models with these effects."""
+        kinds = (candidate.effect for candidate in self.candidates)
+        return ModelFamily(self.base, further=tuple(kind for kind in kinds if kind is not None))
+
+    @property
+    def symbolic(self) -> SymbolicModel:
+        """Names of states, inputs and outputs."""
+        return self.models.evaluate.symbolic
 
     @cached_property
     def _fixed(self) -> Mapping[str, float]:
@@ -57,10 +53,6 @@ class Family:
         for candidate in self.candidates:
             values |= candidate.fixed
         return values
-
-    @cached_property
-    def state_scale(self) -> Array:
-        return state_scale(self.evaluate.symbolic.states, sum(self.base.bicycle.static_loads))
 
     def values(self, theta: Array) -> dict[str, Array]:
         """Every parameter for coordinates (K, unknowns), arrays (K, 1)."""
@@ -72,29 +64,17 @@ class Family:
             values |= {key: values[source] for key, source in candidate.ties.items()}
         return values
 
-    def __call__(self, theta: Array, speeds: Array) -> Descriptor:
+    def __call__(self, theta: Array, speeds: Array) -> DescriptorStack:
         """Matrices for coordinates (K, unknowns) at recorded speeds (S,) in m/s."""
         values = self.values(theta)
         v = speeds * (1.0 + values.get(SPEED_SCALE, np.zeros((len(theta), 1))))
-        names = self.evaluate.symbolic.parameters
-        switch = self.evaluate.switch_function(*(values[name] for name in names))
-        matrices = self.evaluate(values, tuple((v <= speed).astype(float) for speed in switch))
-
-        def at(polynomial: Mapping[int, Array]) -> Array:
-            total: Array = np.zeros(1)
-            for power, matrix in polynomial.items():
-                total = total + (np.power(v, float(power))[..., None, None] * matrix if power else matrix)
-            return np.broadcast_to(total, (*v.shape, *total.shape[2:]))
-
-        mass, dynamics = matrices.mass * self.state_scale, at(matrices.dynamics) * self.state_scale
-        inputs, outputs = at(matrices.input_matrix), at(matrices.output_matrix) * self.state_scale
+        system = self.models.descriptor(values, v)
         for key in values:
             if key.startswith(FEEDBACK):
                 seen, torque = key.removeprefix(FEEDBACK).split(".")
-                b = inputs[..., self.evaluate.symbolic.inputs.index(torque)]
-                c = outputs[..., self.evaluate.symbolic.outputs.index(seen), :]
-                dynamics = dynamics + values[key][..., None, None] * b[..., :, None] * c[..., None, :]
-        return Descriptor(np.broadcast_to(mass, dynamics.shape), dynamics, inputs, outputs)
+                column, row = self.symbolic.inputs.index(torque), self.symbolic.outputs.index(seen)
+                system = system.with_feedback(input=column, output=row, gain=values[key])
+        return system
 
     def stencil(self, theta: Array) -> tuple[Array, Array]:
         """Batch [theta, theta + h_k, theta - h_k ...] (2 p + 1, p) and the steps h (p,)."""

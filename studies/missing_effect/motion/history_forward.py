@@ -239,7 +239,7 @@ class HistoryForward(BicycleForward):
     def _start_scale(self, family: Family) -> Array:
         weight = sum(self.base.bicycle.static_loads)
         found = []
-        for state, unit in zip(family.evaluate.symbolic.states, family.state_scale, strict=True):
+        for state, unit in zip(family.symbolic.states, family.models.scale, strict=True):
             ending = next(end for end in START if state.endswith(end))
             joint = ending in JOINT_START and state.removesuffix(ending) not in ANGLES
             found.append(

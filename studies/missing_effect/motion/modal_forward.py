@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from bicycle.eigenvalues.decomposition import eigensystem
 from studies.inference.folds import folds
 from studies.inference.forward import ProposedMeasurement, Rows, Series
 from studies.inference.parameter import Candidate
 from studies.missing_effect.motion.bicycle_forward import SPEED_AXIS, BicycleForward, error
-from studies.missing_effect.motion.family import SPEED_SCALE, Family
+from studies.missing_effect.motion.family import SPEED_SCALE, Family, stencil_slope
 from studies.missing_effect.motion.modal_table import ModalPoint
 from tyre.base.arrays import Array, Complex
 
@@ -110,10 +111,9 @@ def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True
     batch, steps = family.stencil(theta) if slopes else (theta[None], theta[:0])
     system = family(batch, speeds)
     mass, output = system.mass[0], system.output[0]
-    values, right = np.linalg.eig(np.linalg.solve(mass, system.dynamics[0]))
-    values, right = values.astype(complex), right.astype(complex)
+    values, right, left = eigensystem(system.dynamics[0], mass=mass)
     chosen, at = root_of(wanted, speeds, values), np.searchsorted(speeds, wanted.speed)
-    names = family.evaluate.symbolic.outputs
+    names = family.symbolic.outputs
     rows = [names.index(name) for name in ("lean_rate", *RATIO_OUTPUT.values())]
     root, x = values[at, chosen], right[at, :, chosen]
     c = output[at][:, rows]
@@ -123,11 +123,11 @@ def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True
     number = np.concatenate([root[:, None], ratio], axis=1)
     slope = np.zeros((*number.shape, len(steps)), complex)
     if len(steps):
-        d = system.slope(steps)
+        d = stencil_slope(system, steps)
         force = np.einsum("pmij,mj->mip", d.dynamics[:, at], x) - root[:, None, None] * np.einsum(
             "pmij,mj->mip", d.mass[:, at], x
         )
-        turned = np.linalg.inv(mass @ right)[at] @ force  # u_i (dF - lambda dE) x / (u_i E x_i)
+        turned = left[at] @ force  # u_i (dF - lambda dE) x / (u_i E x_i)
         gap = root[:, None] - values[at]
         point = np.arange(len(at))
         gap[point, chosen] = np.inf
@@ -278,7 +278,7 @@ class ModalForward(BicycleForward):
         near, family = nearest.eigenvalue, self.family(candidates)
         for v in np.linspace(nearest.speed, speed, 12):
             system = family(theta[None], np.array([v]))
-            values = np.linalg.eigvals(np.linalg.solve(system.mass[0, 0], system.dynamics[0, 0]))
+            values = eigensystem(system.dynamics[0], mass=system.mass[0]).values[0]
             cost = np.where(values.imag >= 0, np.abs(values - near), np.inf)
             near = values[int(cost.argmin())]
         return np.array([near])

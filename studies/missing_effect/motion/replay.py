@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from bicycle.identification.recording import CHANNELS, INPUTS, Run
-from studies.missing_effect.motion.discretised import discretised
+from bicycle.responses.discretisation import discretised
 from studies.missing_effect.motion.family import Family
 from tyre.base.arrays import Array
 
@@ -58,7 +58,7 @@ class Replay:
         speeds = np.array([run.speed for run in self.runs])
         steps = np.array([run.step for run in self.runs])
         system = family(theta, speeds)
-        names = family.evaluate.symbolic
+        names = family.symbolic
         columns = [names.inputs.index(INPUTS[u]) for u in self.runs[0].inputs]
         state = np.linalg.solve(system.mass, system.dynamics)
         inputs = np.linalg.solve(system.mass, system.input[..., columns])

@@ -15,6 +15,7 @@ from scipy.linalg import solve_triangular
 from scipy.signal import savgol_filter
 
 from tyre.base.arrays import Array
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.fits.noise_in_time import AR1Noise, estimate_noise
 from tyre.fits.pull_test import fit_pull_test
 from tyre.fits.slip_sweep import SlipSweepFit, fit_slip_sweep
@@ -149,7 +150,7 @@ class PullReadings:
 
 def condition_label(condition: Condition) -> str:
     """Load, pressure and surface of a ``condition``, in words."""
-    return f"{condition.load:g} N, {condition.pressure / 1e5:g} bar, {condition.surface}"
+    return f"{condition.load:g} N, {condition.pressure / PASCAL_PER_BAR:g} bar, {condition.surface}"
 
 
 def reduce_sweep(name: str, run: RigRun) -> tuple[SweepBlocks, tuple[str, ...]]:

@@ -19,17 +19,13 @@ from studies.missing_effect.rig.proposals import GAUGE_SD, FurtherSweep, RimGaug
 from studies.missing_effect.rig.recordings import RigRecordings
 from studies.missing_effect.rig.reference import PEAK, Curve
 from tyre.base.arrays import Array
+from tyre.drum import log_curvature
 from tyre.recordings.recording import Condition
 from tyre.rig.regression import Contribution, PullTerms, SweepTerms, Term
 
 Values = Mapping[str, Array]
 LOAD_EXPONENT = 0.7  # d(ln C)/d(ln load) where the reference has one load only
 FOLDS, SEGMENTS = 3, 6  # of a recording held out in turn, where there are fewer than three recordings
-
-
-def bend(wheel_radius: float, drum_radius: float | None) -> float:
-    """ln(1 + R/Rd) for the radii R and Rd (m); zero on a flat track, whose radius is None."""
-    return float(np.log1p(wheel_radius / drum_radius)) if drum_radius else 0.0
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -81,9 +77,8 @@ class RigRecordingsForward(ForwardModel):
         assert curve.cornering_stiffness is not None
         v = _Values(values)
         radius = self.recordings.wheel_radius
-        t = SweepTerms(
-            condition.load / curve.load, bend(radius, condition.drum_radius) - bend(radius, curve.drum_radius)
-        )
+        here, there = (log_curvature(wheel_radius=radius, drum_radius=x.drum_radius) for x in (condition, curve))
+        t = SweepTerms(condition.load / curve.load, here - there)
         for term in self.terms:
             term.add_to(t, values)
         loaded, factor = 1 + v["load gain"] + t.load_gain, np.exp(t.log_stiffness)

@@ -14,6 +14,7 @@ import numpy as np
 
 from tyre.base.errors import InputError
 from tyre.base.schema import anything, list_of, maybe, needed, number, read, table, text
+from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.campaign import fit_campaign
 from tyre.campaigns.summary import FitSettings
 from tyre.fits.estimate import Calibration
@@ -129,9 +130,9 @@ class Reference:
         """
         near = [c for c in self.curves if abs(c.pressure / pressure - 1) < ALIKE]
         if not near:
-            have = ", ".join(f"{p / 1e5:g}" for p in sorted({c.pressure for c in self.curves}))
+            have = ", ".join(f"{p / PASCAL_PER_BAR:g}" for p in sorted({c.pressure for c in self.curves}))
             raise InputError(
-                f"the reference ({self.origin}) has nothing at {pressure / 1e5:g} bar (it has {have} bar); "
+                f"the reference ({self.origin}) has nothing at {pressure / PASCAL_PER_BAR:g} bar (it has {have} bar); "
                 "stiffness is not extrapolated over pressure"
             )
         near.sort(key=lambda c: c.load)
@@ -266,7 +267,7 @@ def _campaign(path: Path, drum: float | None) -> Reference:
         if on_drum and drum is None:
             raise InputError(f"{path}: a campaign on a drum; add drum_radius_m in [rig.reference]")
         stiffness, lateral = c["cornering_stiffness_N_per_rad"], c["lateral_stiffness_N_per_m"]
-        pressure = 1e5 * c["pressure_bar"]
+        pressure = PASCAL_PER_BAR * c["pressure_bar"]
         curve = Curve(c["load_N"], pressure, stiffness, lateral, length, drum_radius=drum if on_drum else None)
         rows.append((c["tyre"], c["surface"], curve))
     return _of_conditions(rows, f"campaign {path.name}", str(path))
@@ -300,7 +301,7 @@ def _condition(content: Any, where: str) -> Curve:
         return (row[key], row.get(sd_key, relative * row[key])) if key in row else None
 
     return Curve(
-        row["load_N"], 1e5 * row["pressure_bar"], pair("cornering_stiffness", "N_per_rad", UNSTATED),
+        row["load_N"], PASCAL_PER_BAR * row["pressure_bar"], pair("cornering_stiffness", "N_per_rad", UNSTATED),
         pair("lateral_stiffness", "N_per_m", UNSTATED), pair("relaxation_length", "m", LENGTH_SD), row.get("peak_N"),
         row.get("shape", SHAPE), row.get("curvature", CURVATURE), row.get("drum_radius_m"),
     )  # fmt: skip

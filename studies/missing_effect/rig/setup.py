@@ -3,9 +3,11 @@
 from studies.missing_effect.rig.candidates import PHENOMENOLOGICAL, chosen, rig_candidates, rig_nuisances
 from studies.missing_effect.rig.data import PullReadings, SweepBlocks, reduce_pull, reduce_sweep
 from studies.missing_effect.rig.recordings import RigRecordings
-from studies.missing_effect.rig.recordings_forward import RigRecordingsForward, bend
+from studies.missing_effect.rig.recordings_forward import RigRecordingsForward
 from studies.missing_effect.rig.reference import ALIKE, PEAK, Curve
 from tyre.base.errors import InputError
+from tyre.base.units import PASCAL_PER_BAR
+from tyre.drum import log_curvature
 from tyre.rig.effect import rig_terms
 from tyre.rig.regression import Recorded
 
@@ -41,11 +43,15 @@ def rig_forward_model(recordings: RigRecordings, *, without: tuple[str, ...] = (
         if getattr(curve, needed) is None:
             raise InputError(
                 f"{recording.name}: the reference ({recordings.reference.origin}) has no {needed.replace('_', ' ')} "
-                f"at {curve.load:g} N, {curve.pressure / 1e5:g} bar; add it or leave the recording out"
+                f"at {curve.load:g} N, {curve.pressure / PASCAL_PER_BAR:g} bar; add it or leave the recording out"
             )
         curves[recording.label] = curve
     length = curves[sweeps[0].label].length if sweeps else None
-    bends = [bend(radius, s.condition.drum_radius) - bend(radius, curves[s.label].drum_radius) for s in sweeps]
+    bends = [
+        log_curvature(wheel_radius=radius, drum_radius=s.condition.drum_radius)
+        - log_curvature(wheel_radius=radius, drum_radius=curves[s.label].drum_radius)
+        for s in sweeps
+    ]
     off = any(abs(s.condition.load / curves[s.label].load - 1) > ALIKE for s in sweeps)
     recorded = Recorded(
         sweeps=bool(sweeps), pulls=bool(pulls),

@@ -20,6 +20,8 @@ from studies.missing_effect.rig.recordings import WHEEL_RADIUS, TyreMeasurement
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError, refuse_unknown
 from tyre.base.schema import path_key, read, table
+from tyre.base.units import PASCAL_PER_BAR
+from tyre.drum import log_curvature
 from tyre.maps.table_io import read_table
 from tyre.maps.tables import MeasuredTable
 from tyre.rig.effects.drum_curvature import DrumCurvature
@@ -70,7 +72,8 @@ class TablesForward(ForwardModel):
         """One row a condition; loads are held out in turn."""
         t = self.measured
         where = tuple(
-            f"{load:.0f} N, {pressure / 1e5:g} bar" for load, pressure in zip(t.load, t.pressure, strict=True)
+            f"{load:.0f} N, {pressure / PASCAL_PER_BAR:g} bar"
+            for load, pressure in zip(t.load, t.pressure, strict=True)
         )
         fold = np.unique(t.load, return_inverse=True)[1]
         name = "cornering stiffness"
@@ -86,7 +89,7 @@ class TablesForward(ForwardModel):
         found["load_scale"] = (self._log_reference(t.load * (1 + h), t.pressure) - at) / h
         found["pressure_scale"] = (self._log_reference(t.load, t.pressure * (1 + h)) - at) / h
         if t.drum_diameter:
-            found[DRUM] = -one * np.log1p(WHEEL_RADIUS / (t.drum_diameter / 2))
+            found[DRUM] = -one * log_curvature(wheel_radius=WHEEL_RADIUS, drum_radius=t.drum_diameter / 2)
         return found
 
     def _log_reference(self, load: Array, pressure: Array) -> Array:

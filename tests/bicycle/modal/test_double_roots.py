@@ -7,35 +7,39 @@ import pytest
 
 from bicycle import load_bicycle
 from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.eigenvalues.decomposition import decompose
 from bicycle.modal import tracking
-from bicycle.modal.double_roots import join_meeting
-from bicycle.modal.matching import Nodes, eigen, link
+from bicycle.modal.double_roots import join_double_root
+from bicycle.modal.matching import Nodes, link
 from bicycle.modal.tracker import Tracker
+from bicycle.speed_polynomial import SpeedPolynomial
 
 BASE, SMALLEST = np.arange(0.0, 12.0, 0.3), 1e-7  # m/s
 
 
 def meeting_at(speed, other=-40.0):
     """Roots -1 +- sqrt(7 / speed v - 7) and ``other``."""
-    return {
-        0: np.array([[-2.0, -8.0, 0], [1, 0, 0], [0, 0, other]]),
-        1: np.diag([7 / speed, 0], 1)[:3, :3] * [[1], [0], [0]],
-    }
+    return SpeedPolynomial(
+        {
+            0: np.array([[-2.0, -8.0, 0], [1, 0, 0], [0, 0, other]]),
+            1: np.diag([7 / speed, 0], 1)[:3, :3] * [[1], [0], [0]],
+        }
+    )
 
 
-def counting(coefficients):
+def counting(polynomial):
     """Nodes at asked speeds, and the numbers of speeds asked for."""
     calls = []
 
     def compute(speeds):
         calls.append(len(speeds))
-        return Nodes(speeds, *eigen(coefficients, speeds))
+        return Nodes(speeds, *decompose(polynomial, speeds))
 
     return compute, calls
 
 
-def refined(coefficients, *, sparse=False):
-    compute, calls = counting(coefficients)
+def refined(polynomial, *, sparse=False):
+    compute, calls = counting(polynomial)
     nodes, _, smooth = tracking.refine(compute(BASE), compute, SMALLEST, sparse=sparse)
     return nodes.v, smooth, calls
 
@@ -95,8 +99,8 @@ def test_two_roots_that_meet_next_to_a_third_are_not_plain():
     ends = np.array([5.2, 5.5])
 
     def joined(other):
-        nodes = Nodes(ends, *eigen(meeting_at(5.37, other), ends))
-        return join_meeting(nodes.take(np.array([0])), nodes.take(np.array([1])), 0)
+        nodes = Nodes(ends, *decompose(meeting_at(5.37, other), ends))
+        return join_double_root(nodes.take(np.array([0])), nodes.take(np.array([1])), 0)
 
     assert joined(-1.2) is None
     below, above = joined(-40.0)
@@ -145,8 +149,8 @@ def test_names_that_are_sure_are_those_of_the_full_track(tyred):
 
 def test_names_inside_the_step_of_a_meeting_are_not_sure(tyred):
     tracker = Tracker.over(tyred(), 0.0, 10.0, sparse=True)
-    (stretch,) = tracker.stretches
-    assert (~stretch.smooth).any()
-    middles = (stretch.speeds[1:] + stretch.speeds[:-1]) / 2
-    assert [tracker.sure(np.array([v])) for v in middles[~stretch.smooth]] == [False] * (~stretch.smooth).sum()
-    assert tracker.sure(middles[stretch.smooth][-5:])
+    (own,) = tracker.tracked
+    assert (~own.smooth).any()
+    middles = (own.speeds[1:] + own.speeds[:-1]) / 2
+    assert [tracker.sure(np.array([v])) for v in middles[~own.smooth]] == [False] * (~own.smooth).sum()
+    assert tracker.sure(middles[own.smooth][-5:])

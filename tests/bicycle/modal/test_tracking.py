@@ -20,11 +20,11 @@ def pair(real, frequency):
 
 
 def followed(model, speeds, low=0.0, high=30.0):
-    stretches, meetings = track(model, low, high)
+    tracked, meetings = track(model, low, high)
     v = np.asarray(speeds, float)
     values = model.eigenvalues(v)
-    (stretch,) = stretches
-    return np.take_along_axis(values, stretch.follow(v, values), 1), meetings, stretch
+    (own,) = tracked
+    return np.take_along_axis(values, own.follow(v, values), 1), meetings, own
 
 
 def branch_through(ordered, value):
@@ -78,8 +78,8 @@ def test_the_speed_where_real_roots_meet(synthetic, sign, kind):
 def test_identical_roots_cost_nothing(synthetic):
     """Two equal roots -2 v at all speeds (two wheels with one relaxation length) are not refined without end."""
     model = synthetic(rotated(([[0]], [[0]], pair(-1, 9)), ([[-2]], [[-2]], pair(0, 0.1))))
-    _, meetings, stretch = followed(model, [1.0])
-    assert len(stretch.speeds) < 400
+    _, meetings, own = followed(model, [1.0])
+    assert len(own.speeds) < 400
     assert meetings == ()
 
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from eigenvalue_sets import assert_same_eigenvalues, in_order_of
 
-from bicycle.critical.critical_speeds import CriticalSpeed, critical_speeds
+from bicycle.critical.critical_speed import CriticalSpeed
+from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.effect import effect_class
 from bicycle.files.bicycle_file import load_bicycle
 from bicycle.model import Model
@@ -50,7 +51,7 @@ def test_derivative_with_speed():
     model, h = flexible(), 1e-4
     found = sensitivities(model, [8.0])
     low, high = (in_order_of(found.eigenvalues[0], model.linear_model().eigenvalues(8.0 + s)) for s in (-h, h))
-    np.testing.assert_allclose(found.with_speed[0], (high - low) / (2 * h), rtol=1e-6, atol=1e-7)
+    np.testing.assert_allclose(found.d_dspeed[0], (high - low) / (2 * h), rtol=1e-6, atol=1e-7)
 
 
 def test_a_tied_parameter_moves_with_the_bicycle():

@@ -17,6 +17,7 @@ from studies.cli import main
 from studies.model_example import example_model
 from tyre import TyreMap, available_tyres
 from tyre.base.errors import InputError
+from tyre.read_tyre import packaged_formulas
 
 
 def json_of(capsys, *arguments: str) -> dict:
@@ -64,7 +65,7 @@ def test_tyres_are_listed_with_what_was_measured(capsys):
             assert "3.5, 5.5, 7.5" in line
     assert {(t["tyre"], t["surface"]) for t in json_of(capsys, "tyres")["tyres"]} == {
         (tyre, surface) for tyre, surfaces in available_tyres().items() for surface in surfaces
-    }
+    } | {(name, tyre.surface) for name, tyre in packaged_formulas().items()}
 
 
 def test_one_tyre_in_full(capsys):

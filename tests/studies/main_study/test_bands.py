@@ -8,13 +8,14 @@ from small_study import chosen, small
 
 from bicycle.critical.critical_speeds import critical_speeds
 from studies.main_study.assemble import build
-from studies.main_study.bands import Crossing, Span, unstable_bands, wobble_edges, wobble_span
+from studies.main_study.bands import Span, UncertainCriticalSpeed, unstable_bands, wobble_edges, wobble_span
 from studies.main_study.settings import Front
 from studies.main_study.solve import solve
 
 
 def edge(mode, speed, hertz, *, loses=True, kind="oscillatory"):
-    return Crossing(mode, kind, "destabilising" if loses else "stabilising", speed, 0.1, 0.1, hertz)
+    direction = "destabilising" if loses else "stabilising"
+    return UncertainCriticalSpeed(speed, kind, mode, hertz, direction, sd=0.1, tyre_sd=0.1)
 
 
 class Growing:

@@ -5,7 +5,7 @@ import pytest
 from by_hand import FRONT, by_hand, growing
 from small_study import chosen, small
 
-from studies.main_study.bands import Crossing
+from bicycle.critical.critical_speed import CriticalSpeed, CrossingIdentity
 from studies.main_study.decompose import CRITICAL, DAMPING, Change, decompose, named_speeds
 from studies.main_study.solve import solve
 
@@ -13,7 +13,7 @@ from studies.main_study.solve import solve
 def test_parts_of_a_change_by_varying_one_and_holding_the_other(racing):
     decomposition = racing.decomposition(racing.settings.reference, "Tyre1 flat")
     high, low = decomposition.higher.contact, decomposition.lower.contact
-    change = decomposition.change("wobble stable above")
+    change = decomposition.change(CrossingIdentity("wobble", destabilising=False))
 
     def last_edge(contact) -> float:
         model = by_hand(racing.settings.bicycle, contact, front=FRONT)
@@ -32,7 +32,9 @@ def test_parts_of_a_change_by_varying_one_and_holding_the_other(racing):
 
 
 def test_capsize_speed_does_not_depend_on_the_relaxation_length(racing):
-    found = [d.change("capsize unstable above") for d in racing.decompositions if d.setup.arms is None]
+    found = [
+        d.change(CrossingIdentity("capsize", destabilising=True)) for d in racing.decompositions if d.setup.arms is None
+    ]
     assert len(found) == 4
     for change in found:
         assert abs(change.length_part) < 1e-8
@@ -57,19 +59,19 @@ def test_what_exists_at_one_pressure_only_has_no_decomposition():
     assert results[0].span(30.0) is None
     assert results[1].span(30.0) is not None
     found = decompose(settings, *results)
-    assert found.change("wobble unstable above") is None
-    assert found.change("weave stable above") is not None
+    assert found.change(CrossingIdentity("wobble", destabilising=True)) is None
+    assert found.change(CrossingIdentity("weave", destabilising=False)) is not None
     assert found.change("wobble", DAMPING) is not None
 
 
 def test_several_critical_speeds_of_one_name_are_numbered():
     def edge(mode, speed, hertz, direction):
-        return Crossing(mode, "oscillatory", direction, speed, 0.1, 0.1, hertz)
+        return CriticalSpeed(speed, "oscillatory", mode, hertz, direction)
 
     edges = [edge("wobble", 4, 6, "destabilising"), edge("wobble", 8, 7, "stabilising"),
              edge("wobble", 12, 8, "destabilising"), edge("weave", 5, 0.4, "stabilising"),
              edge("weave+wobble", 20, 5, "stabilising")]  # fmt: skip
-    assert named_speeds(edges) == {
+    assert {str(which): speed for which, speed in named_speeds(edges).items()} == {
         "wobble unstable above": 4, "wobble stable above": 8, "wobble unstable above (2)": 12,
         "weave stable above": 5, "wobble stable above (2)": 20,
     }  # fmt: skip
@@ -77,6 +79,10 @@ def test_several_critical_speeds_of_one_name_are_numbered():
 
 def test_a_band_that_goes_is_not_explained_as_a_shift():
     """From 58 to 10 m/s, of which the two parts explain 3: another crossing has the name at the other pressure."""
-    assert not Change("wobble unstable above", CRITICAL, 58.0, 10.2, -2.0, -1.0).of_one_crossing
-    assert Change("wobble unstable above", CRITICAL, 9.757, 5.898, -0.777, -3.623).of_one_crossing
-    assert Change("capsize unstable above", CRITICAL, 9.813, 9.818, 0.0, 0.001).of_one_crossing  # too small to matter
+    assert not Change(CrossingIdentity("wobble", destabilising=True), CRITICAL, 58.0, 10.2, -2.0, -1.0).of_one_crossing
+    assert Change(
+        CrossingIdentity("wobble", destabilising=True), CRITICAL, 9.757, 5.898, -0.777, -3.623
+    ).of_one_crossing
+    assert Change(
+        CrossingIdentity("capsize", destabilising=True), CRITICAL, 9.813, 9.818, 0.0, 0.001
+    ).of_one_crossing  # too small to matter

@@ -8,12 +8,12 @@ from scipy.linalg import expm
 
 from bicycle import Model, load_bicycle
 from bicycle.identification.recording import Run
+from bicycle.responses.discretisation import exponential
 from bicycle.responses.inputs import InputHistory
 from bicycle.responses.linear import respond
 from studies.inference.fit import fit
 from studies.missing_effect import diagnose, read_measurement
 from studies.missing_effect.blind.histories import coloured, history_case
-from studies.missing_effect.motion.discretised import exponential
 from studies.missing_effect.motion.measurements import HistoryMeasurement
 from studies.missing_effect.report import write_report
 

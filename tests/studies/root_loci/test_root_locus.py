@@ -12,9 +12,10 @@ from eigenvalue_sets import assert_same_eigenvalues
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.files.model_file import read_model
+from bicycle.model_family import ModelFamily
 from studies.cli import main
 from studies.root_loci.figure import _limits, line_look
-from studies.root_loci.parameter_path import parameter_path, with_value
+from studies.root_loci.parameter_path import parameter_path
 from studies.root_loci.root_locus import AxisCrossing, RootLocus, parse_range, root_locus
 from tyre import TyreMap
 from tyre.base.errors import InputError
@@ -78,7 +79,7 @@ def test_every_root_is_in_one_continuous_branch(file, key, span):
         value = float(locus.values[k])
         expected = (
             model.linear_model().eigenvalues(value) if key == "speed"
-            else with_value(model, key, value).linear_model().eigenvalues(7.0)
+            else ModelFamily(model, (key,)).with_values({key: value}).linear_model().eigenvalues(7.0)
         )  # fmt: skip
         assert_same_eigenvalues(locus.eigenvalues[k], expected, atol=1e-9 * np.abs(expected).max())
     step = np.abs(np.diff(locus.eigenvalues, axis=0)).max(axis=1)

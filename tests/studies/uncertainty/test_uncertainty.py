@@ -7,6 +7,7 @@ import pytest
 
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.model_family import ModelFamily
 from bicycle.sensitivity.propagation import (
     critical_speed_sd,
     damping_ratio_gradient,
@@ -15,7 +16,6 @@ from bicycle.sensitivity.propagation import (
     standard_deviation,
 )
 from studies.cli import main
-from studies.sweeps import points
 from studies.uncertainty.comparison import remarks
 from studies.uncertainty.propagation import Uncertainty
 from studies.uncertainty.quantity import Quantity
@@ -294,12 +294,12 @@ def test_draws_that_make_no_bicycle_are_left_out_and_counted(monkeypatch):
     assert uncertainty.left_out(samples=400) == {"IBxx IBzz < IBxz^2": beyond.sum()}
     found = uncertainty.quantities([6.0], samples=400)
     assert {len(q.samples) for q in found} == {400 - beyond.sum()}
-    monkeypatch.setattr(points, "no_mass", lambda evaluate, values, count: np.arange(count) == 3)
+    monkeypatch.setattr(ModelFamily, "without_mass", lambda self, numbers, count: np.arange(count) == 3)
     assert Uncertainty(GIVEN, sd={"c": 0.001}).left_out(samples=9) == {"the mass matrix is not positive definite": 1}
 
 
 def test_a_study_of_which_no_draw_is_possible_says_so(monkeypatch):
-    monkeypatch.setattr(points, "no_mass", lambda evaluate, values, count: np.arange(count) >= 0)
+    monkeypatch.setattr(ModelFamily, "without_mass", lambda self, numbers, count: np.arange(count) >= 0)
     uncertainty = Uncertainty(GIVEN, sd={"c": 0.001})
     found = uncertainty.quantities([6.0], samples=9)
     assert all(len(q.samples) == 0 and np.isnan(q.sampled_sd) and np.isnan(q.band()).all() for q in found)

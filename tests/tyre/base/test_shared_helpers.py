@@ -12,7 +12,7 @@ from tyre import TyreMap
 from tyre.base.files import replacing, write_text
 from tyre.base.notes import Note, extrapolated, folded
 from tyre.base.progress import progress_bar
-from tyre.maps.reach import out_of_reach
+from tyre.tyre_source import out_of_reach
 
 ROOT = Path(__file__).parents[3]
 

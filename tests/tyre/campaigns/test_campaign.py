@@ -102,7 +102,7 @@ def test_map_and_property_files_can_be_read_back(campaign, tmp_path):
     assert at.cornering_stiffness == pytest.approx(flat.cornering_stiffness.value, rel=1e-9)
     assert at.lateral_stiffness_sd == pytest.approx(flat.lateral_stiffness.sd, rel=1e-9)
     for name in ("Synthetic_tyre_flat_mf61.tir", "Synthetic_tyre_flat_4.00bar_mf52.tir"):
-        properties = read_tir(out / "tir" / name).properties_at(load=350.0, pressure=4e5)
+        properties = read_tir(out / "tir" / name).at(load=350.0, pressure=4e5)
         assert properties.cornering_stiffness == pytest.approx(flat.cornering_stiffness.value, rel=0.02)
         assert properties.relaxation_length == pytest.approx(flat.relaxation_length.value, rel=0.02)
     assert "synthetic" in (out / "tir" / "Synthetic_tyre_flat_mf61.tir").read_text()

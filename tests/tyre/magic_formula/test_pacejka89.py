@@ -8,7 +8,8 @@ import pytest
 
 from tyre.base.errors import InputError
 from tyre.base.paths import data_root
-from tyre.magic_formula.pacejka89 import Pacejka89, check_coefficients, read_pacejka89
+from tyre.magic_formula.pacejka89 import Pacejka89
+from tyre.magic_formula.pacejka89_file import check_coefficients, read_pacejka89
 
 # A made-up but sound tyre: no shifts, no camber, 100 N/deg at the load of the largest slope.
 LATERAL = (1.3, 0.0, 1000.0, 100.0, 0.5, 0.0, 0.0, -1.0, 0.05, 0.0, 0.0, 5.0, 0.0, 0.0)

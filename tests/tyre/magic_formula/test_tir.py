@@ -8,8 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tyre.base.errors import InputError
-from tyre.magic_formula.tir import MF52Lateral, MF61Lateral, parse_tir, read_tir, write_tir
+from tyre.magic_formula.tir import parse_tir, read_tir
+from tyre.magic_formula.tir_coefficients import MF52Lateral, MF61Lateral
 from tyre.magic_formula.tir_fit import fit_mf52, fit_mf61
+from tyre.magic_formula.tir_write import write_tir
 
 # Made up for the test, of the size of a small racing tyre.
 MF61 = """[UNITS]
@@ -74,7 +76,7 @@ PTY2 = 1.5
 
 
 def test_mf61_by_hand():
-    found = parse_tir(MF61, source="a.tir").properties_at(load=800.0, pressure=80e3)
+    found = parse_tir(MF61, source="a.tir").at(load=800.0, pressure=80e3)
     dpi, fz = (80e3 - 97e3) / 97e3, 800.0 / 2750.0
     # Pacejka (2012), eq. 4.E25 without camber: PKY1 Fz0 (1 + PPY1 dpi) sin{2 atan[Fz / (PKY2 (1 + PPY2 dpi) Fz0)]}
     stiffness = 19.0 * 2750.0 * (1 + 0.14 * dpi) * math.sin(2 * math.atan(fz / (1.6 * (1 + 0.9 * dpi))))
@@ -84,11 +86,12 @@ def test_mf61_by_hand():
     assert found.lateral_stiffness == pytest.approx(lateral, rel=1e-13)
     assert found.relaxation_length == pytest.approx(stiffness / lateral, rel=1e-13)
     assert found.origin == "interpolated"
-    assert np.isnan(found.covariance).all()
+    assert not found.covariance.any()  # the format holds none, and none is assumed here
+    assert any("states no uncertainty" in note for note in found.notes)
 
 
 def test_mf52_by_hand_in_millimetres_and_kilonewtons():
-    found = parse_tir(MF52, source="a.tir").properties_at(load=400.0, pressure=5.5e5)
+    found = parse_tir(MF52, source="a.tir").at(load=400.0, pressure=5.5e5)
     stiffness = 0.9 * 16.0 * 500.0 * math.sin(2 * math.atan(400.0 / (1.2 * 500.0)))
     # sigma_alpha = PTY1 sin{2 atan[Fz / (PTY2 Fz0)]} R0 LSGAL, in metres
     sigma = 0.4 * math.sin(2 * math.atan(400.0 / (1.5 * 500.0))) * 0.336 * 1.1
@@ -106,17 +109,17 @@ def test_camber_lowers_mf52_by_pky3():
 
 def test_beyond_the_range_is_extrapolated():
     tir = parse_tir(MF61, source="a.tir")
-    assert tir.properties_at(load=1700.0, pressure=80e3).origin == "extrapolated"
-    assert tir.properties_at(load=800.0, pressure=99e3).origin == "extrapolated"
-    assert not tir.properties_at(load=800.0, pressure=99e3).inside
+    assert tir.at(load=1700.0, pressure=80e3).origin == "extrapolated"
+    assert tir.at(load=800.0, pressure=99e3).origin == "extrapolated"
+    assert not tir.at(load=800.0, pressure=99e3).inside
 
 
 def test_consistent_units_without_a_pressure_unit():
     # newton and millimetre: pressure in N/mm^2 = MPa, stiffness in N/mm
     text = MF61.replace("'meter'", "'mm'").replace("= 97000", "= 0.097").replace("= 55000", "= 0.055")
     text = text.replace("= 100000", "= 100")
-    a = parse_tir(text, source="a.tir").properties_at(load=800.0, pressure=80e3)
-    b = parse_tir(MF61, source="a.tir").properties_at(load=800.0, pressure=80e3)
+    a = parse_tir(text, source="a.tir").at(load=800.0, pressure=80e3)
+    b = parse_tir(MF61, source="a.tir").at(load=800.0, pressure=80e3)
     assert a.cornering_stiffness == pytest.approx(b.cornering_stiffness)
     assert a.relaxation_length == pytest.approx(b.relaxation_length)
     assert a.inside
@@ -124,13 +127,13 @@ def test_consistent_units_without_a_pressure_unit():
 
 def test_old_files_without_relaxation_coefficients_fall_back_on_lateral_stiffness():
     text = MF52.replace("PTY1 = 0.4\n", "").replace("PTY2 = 1.5\n", "LATERAL_STIFFNESS = 0.05\n")
-    found = parse_tir(text, source="a.tir").properties_at(load=400.0, pressure=5.5e5)
+    found = parse_tir(text, source="a.tir").at(load=400.0, pressure=5.5e5)
     assert found.lateral_stiffness == pytest.approx(5e4)  # 0.05 kN/mm
     assert any("LATERAL_STIFFNESS gives the relaxation length" in note for note in found.notes)
 
 
 def test_positive_pky1_is_said():
-    found = parse_tir(MF61.replace("= -19", "= 19"), source="a.tir").properties_at(load=800.0, pressure=80e3)
+    found = parse_tir(MF61.replace("= -19", "= 19"), source="a.tir").at(load=800.0, pressure=80e3)
     assert found.cornering_stiffness > 0.0
     assert any("does not keep ISO signs" in note for note in found.notes)
 
@@ -161,10 +164,18 @@ def test_mf61_round_trip(tmp_path):
                   further={"PCY1": np.float64(1.3)}, notes=("synthetic",))  # fmt: skip
         back = read_tir(tmp_path / "a.tir")
         assert back.coefficients == model
-        assert back.sections["MODEL"]["FITTYP"] == version
-        assert back.sections["LATERAL_COEFFICIENTS"]["PCY1"] == 1.3
-        assert "! synthetic\n" in back.text
-        assert back.properties_at(load=400.0, pressure=5e5).surface == "drum"
+        assert back.file.sections["MODEL"]["FITTYP"] == version
+        assert back.file.sections["LATERAL_COEFFICIENTS"]["PCY1"] == 1.3
+        assert "! synthetic\n" in back.file.text
+        assert back.at(load=400.0, pressure=5e5).surface == "drum"
+
+
+def test_a_file_without_lateral_stiffness_is_written_without(tmp_path):
+    model = MF61Lateral(415.0, 5.5e5, -15.8, 1.25, 0, 0, math.nan, 0, 0, 0, (340.0, 490.0), (3.5e5, 7.5e5))
+    write_tir(model, tmp_path / "a.tir", tyre="T", surface="flat", unloaded_radius=0.336)
+    back = read_tir(tmp_path / "a.tir")
+    assert "LATERAL_STIFFNESS" not in back.file.text
+    assert math.isnan(back.at(load=400.0, pressure=5e5).relaxation_length)
 
 
 def test_mf52_one_file_per_pressure(tmp_path):
@@ -177,7 +188,7 @@ def test_mf52_one_file_per_pressure(tmp_path):
     assert isinstance(back.coefficients, MF52Lateral)
     assert back.coefficients == model
     with pytest.raises(InputError, match=r"holds one pressure, here 5\.5 bar; 3\.5 bar needs a file of its own"):
-        back.properties_at(load=400.0, pressure=3.5e5)
+        back.at(load=400.0, pressure=3.5e5)
 
 
 def test_one_condition_is_enough_for_a_fit():
@@ -204,15 +215,17 @@ def test_one_condition_is_enough_for_a_fit():
         (MF61.replace("PPY2", "PPY1"), "line 3.: PPY1 is given twice in its section"),
         (MF61.replace("[UNITS]\n", ""), "line 1: .* stands before the first .SECTION."),
         (MF61 + "nonsense here\n", "'nonsense here' is no section, assignment"),
-        (MF61.replace("0.5", "50"), "the coefficients give C = .*both must be positive"),
-        (MF52.replace("PTY1 = 0.4", ""), "has neither PTY1 and PTY2 nor LATERAL_STIFFNESS"),
+        (
+            MF61.replace("0.5", "50"),
+            "the coefficients give a lateral stiffness of .* which is not physical; stay nearer",
+        ),
         ("", "has no .SECTION."),
     ],
 )
 def test_malformed_files_are_refused(text, message):
     pressure = 5.5e5 if "PAC2002" in text else 55e3
     with pytest.raises(InputError, match=message):
-        parse_tir(text, source="a.tir").properties_at(load=800.0, pressure=pressure)
+        parse_tir(text, source="a.tir").at(load=800.0, pressure=pressure)
 
 
 def test_wrong_calls_are_refused(tmp_path):
@@ -229,8 +242,8 @@ def test_wrong_calls_are_refused(tmp_path):
         write_tir(wrong, tmp_path / "a.tir", **words)
     with pytest.raises(InputError, match="cannot be read"):
         read_tir(tmp_path / "none.tir")
-    with pytest.raises(InputError, match="must be positive and finite"):
-        parse_tir(MF61, source="a.tir").properties_at(load=-1.0, pressure=8e4)
+    with pytest.raises(InputError, match="load is -1 N; it must be finite and > 0"):
+        parse_tir(MF61, source="a.tir").at(load=-1.0, pressure=8e4)
     with pytest.raises(InputError, match="must be lists of one length"):
         fit_mf61(load=[1.0, 2.0], pressure=[1.0], cornering_stiffness=[1.0], lateral_stiffness=[1.0])
     with pytest.raises(InputError, match="lateral stiffness must be positive everywhere"):

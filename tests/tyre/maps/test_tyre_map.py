@@ -1,15 +1,19 @@
 """Tyre maps: values between and beyond conditions, uncertainty, joint covariance, and refusals."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from scipy.optimize import curve_fit
 
 from tyre import InputError, MeasuredTable, TyreMap, available_tyres
-from tyre.maps.stiffness_trend import fit_cornering_stiffness, kya
+from tyre.magic_formula.mf61 import cornering_stiffness as kya
+from tyre.magic_formula.mf61 import cornering_stiffness_gradient, lateral_stiffness, lateral_stiffness_gradient
+from tyre.maps.stiffness_trend import fit_cornering_stiffness
 
 LOADS = np.array([300.0, 400.0, 500.0])
 PRESSURES = np.array([3e5, 5e5, 7e5])
@@ -19,15 +23,30 @@ MF = {"PKY1": 17.0, "PKY2": 1.8, "PPY1": 0.2, "PPY2": 0.5, "FNOMIN": 400.0, "NOM
 conditions = st.lists(st.tuples(st.floats(250.0, 600.0), st.floats(2.5e5, 9e5)), min_size=1, max_size=5)
 
 
+def product_law(load: Any, pressure: Any, *, at_nominal: float = 60e3, by_load: float = 0.25, by_pressure: float = 0.6):
+    """Lateral stiffness of MF6.1 (Pacejka 2012, eq. A3.9 without the square of the load), N/m."""
+    return at_nominal * (1 + by_load * (load / 400 - 1)) * (1 + by_pressure * (pressure / 5e5 - 1))
+
+
+def fitted_product_law(stiffness: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    """Its coefficients by scipy's own derivatives, and the sum of squares left."""
+
+    def law(_: object, a: float, b: float, c: float) -> NDArray[np.float64]:
+        return product_law(LOAD, PRESSURE, at_nominal=1e4 * a, by_load=b, by_pressure=c)
+
+    found = curve_fit(law, LOAD, stiffness, p0=[6.0, 0.0, 0.0], xtol=1e-14, ftol=1e-14, gtol=1e-14)[0]
+    return found, float(((law(None, *found) - stiffness) ** 2).sum())
+
+
 def synthetic(**changes: object) -> MeasuredTable:
-    """A synthetic tyre: MF6.1 cornering stiffness, lateral stiffness linear in load and pressure."""
+    """A synthetic tyre: MF6.1 cornering stiffness, lateral stiffness linear in load and in pressure."""
     fields: dict[str, object] = {
         "tyre": "synthetic",
         "surface": "flat",
         "load": LOAD,
         "pressure": PRESSURE,
-        "cornering_stiffness": kya(LOAD, PRESSURE, **MF)[0],
-        "lateral_stiffness": 60e3 + 40.0 * (LOAD - 400) + 0.08 * (PRESSURE - 5e5),
+        "cornering_stiffness": kya(LOAD, PRESSURE, **MF),
+        "lateral_stiffness": product_law(LOAD, PRESSURE),
         "lateral_stiffness_sd": np.full(9, 1500.0),
         "synthetic": True,
     }
@@ -85,12 +104,12 @@ def test_magic_formula_fit_recovers_known_coefficients() -> None:
 
 def test_magic_formula_by_hand_and_its_gradient() -> None:
     """At NOMPRES and Fz = PKY2 FNOMIN it peaks at PKY1 FNOMIN; at half that load sin(2 atan 1/2) = 0.8."""
-    peak, _ = kya(np.array([720.0, 360.0]), np.array([5e5, 5e5]), **MF)
+    peak = kya(np.array([720.0, 360.0]), np.array([5e5, 5e5]), **MF)
     np.testing.assert_allclose(peak, [6800.0, 0.8 * 6800.0], rtol=1e-14)
-    _, gradient = kya(LOAD, PRESSURE, **MF)
+    gradient = cornering_stiffness_gradient(LOAD, PRESSURE, **MF)
     for column, name in enumerate(("PKY1", "PKY2", "PPY1", "PPY2")):
         step = 1e-6
-        up, down = (kya(LOAD, PRESSURE, **(MF | {name: MF[name] + sign * step}))[0] for sign in (1, -1))
+        up, down = (kya(LOAD, PRESSURE, **(MF | {name: MF[name] + sign * step})) for sign in (1, -1))
         np.testing.assert_allclose(gradient[:, column], (up - down) / (2 * step), rtol=1e-6, atol=1e-3)
 
 
@@ -98,9 +117,9 @@ def test_smooth_tyre_is_predicted_everywhere_without_added_uncertainty() -> None
     tyre_map = TyreMap(synthetic())
     for load, pressure in ((333.0, 4.1e5), (470.0, 6.6e5), (600.0, 8e5), (250.0, 2.5e5)):
         here = tyre_map.at(load=load, pressure=pressure)
-        expected, _ = kya(np.array([load]), np.array([pressure]), **MF)
+        expected = kya(np.array([load]), np.array([pressure]), **MF)
         assert here.cornering_stiffness == pytest.approx(expected[0], rel=1e-6)
-        assert here.lateral_stiffness == pytest.approx(60e3 + 40 * (load - 400) + 0.08 * (pressure - 5e5), rel=1e-9)
+        assert here.lateral_stiffness == pytest.approx(product_law(load, pressure), rel=1e-9)
         assert here.cornering_stiffness_sd < 1e-3
 
 
@@ -142,10 +161,9 @@ def test_misfit_is_the_root_mean_square_over_degrees_of_freedom() -> None:
     ):
         expected = np.sqrt((left[column] ** 2).sum() / trend.degrees_of_freedom)
         assert trend.misfit * scale == pytest.approx(expected, rel=1e-12)
-    # a straight plane through nine points, by an independent least squares
-    design = np.column_stack([np.ones(9), LOAD, PRESSURE])
-    _, squares, _, _ = np.linalg.lstsq(design, tyre_map.measured.lateral_stiffness, rcond=None)
-    assert tyre_map.lateral_stiffness_trend.misfit == pytest.approx(np.sqrt(squares[0] / 6), rel=1e-9)
+    # the law through nine points, by an independent least squares
+    _, squares = fitted_product_law(tyre_map.measured.lateral_stiffness)
+    assert tyre_map.lateral_stiffness_trend.misfit == pytest.approx(np.sqrt(squares / 6), rel=1e-9)
 
 
 def test_interpolation_error_covers_left_out_conditions() -> None:
@@ -258,7 +276,7 @@ def test_wheels_at_one_pressure_are_correlated_between_conditions_too() -> None:
 def test_propagation_agrees_with_monte_carlo() -> None:
     """Perturb the measured values by their stated errors and evaluate again: the spread is the stated covariance."""
     table = synthetic(
-        cornering_stiffness_sd=0.01 * kya(LOAD, PRESSURE, **MF)[0],
+        cornering_stiffness_sd=0.01 * kya(LOAD, PRESSURE, **MF),
         lateral_stiffness_sd=0.02 * synthetic().lateral_stiffness,
         lateral_stiffness_shared_over=("load",),
     )
@@ -316,12 +334,12 @@ def test_impossible_conditions_are_refused(load: float, pressure: float, message
 
 
 def test_unphysical_extrapolation_is_refused() -> None:
-    falling = synthetic(lateral_stiffness=60e3 + 40.0 * (LOAD - 400) - 0.08 * (PRESSURE - 5e5))
+    falling = synthetic(lateral_stiffness=product_law(LOAD, PRESSURE, by_pressure=-2 / 3))
     with pytest.raises(
         InputError, match=r"to 400 N, 15 bar gives a lateral stiffness of -20000 N/m, which is not physical"
     ):
         TyreMap(falling).at(load=400, pressure=15e5)
-    softening = synthetic(cornering_stiffness=kya(LOAD, PRESSURE, **(MF | {"PPY1": -0.5}))[0])
+    softening = synthetic(cornering_stiffness=kya(LOAD, PRESSURE, **(MF | {"PPY1": -0.5})))
     with pytest.raises(InputError, match=r"the fitted 1 \+ PPY1 dpi is not positive"):
         TyreMap(softening).at(load=400, pressure=15.1e5)
 
@@ -353,13 +371,31 @@ def test_table_holds_the_measured_conditions_in_the_units_of_the_field() -> None
 
 
 def test_far_outside_the_uncertainty_is_that_of_a_regression_forecast() -> None:
-    """sd^2 = s^2 (1 + x' (X' X)^-1 x) for a linear law, two intervals beyond the grid, with exact measurements."""
+    """sd^2 = s^2 (1 + g' (J' J)^-1 g) of a law with slopes g, beyond the grid, with exact measurements."""
     table = rough(np.random.default_rng(5))
     exact = synthetic(lateral_stiffness=table.lateral_stiffness, lateral_stiffness_sd=np.zeros(9))
-    design = np.column_stack([np.ones(9), LOAD, PRESSURE / 1e5])
-    coefficients, squares, _, _ = np.linalg.lstsq(design, table.lateral_stiffness, rcond=None)
-    asked = np.array([1.0, 700.0, 6.0])
-    variance = squares[0] / 6 * (1 + asked @ np.linalg.inv(design.T @ design) @ asked)
+    coefficients, squares = fitted_product_law(table.lateral_stiffness)
+
+    def law(load: Any, pressure: Any, values: Any) -> Any:
+        return product_law(load, pressure, at_nominal=1e4 * values[0], by_load=values[1], by_pressure=values[2])
+
+    def slopes(load: Any, pressure: Any) -> Any:
+        step = 1e-5 * np.eye(3)
+        return np.array(
+            [(law(load, pressure, coefficients + h) - law(load, pressure, coefficients - h)) / 2e-5 for h in step]
+        ).T
+
+    at, design = slopes(700.0, 6e5), slopes(LOAD, PRESSURE)
+    variance = squares / 6 * (1 + at @ np.linalg.inv(design.T @ design) @ at)
     here = TyreMap(exact).at(load=700.0, pressure=6e5)
-    assert here.lateral_stiffness == pytest.approx(asked @ coefficients, rel=1e-9)
-    assert here.lateral_stiffness_sd == pytest.approx(np.sqrt(variance), rel=1e-9)
+    # a least sum of squares fixes its coefficients to the root of the last digit
+    assert here.lateral_stiffness == pytest.approx(law(700.0, 6e5, coefficients), rel=1e-6)
+    assert here.lateral_stiffness_sd == pytest.approx(np.sqrt(variance), rel=1e-6)
+
+
+def test_gradient_of_the_lateral_law() -> None:
+    known = {"LATERAL_STIFFNESS": 5e4, "PCFY1": 0.3, "PCFY3": 0.5, "FNOMIN": 400.0, "NOMPRES": 5e5}
+    gradient = lateral_stiffness_gradient(LOAD, PRESSURE, **known)
+    for column, (name, step) in enumerate((("LATERAL_STIFFNESS", 1.0), ("PCFY1", 1e-5), ("PCFY3", 1e-5))):
+        up, down = (lateral_stiffness(LOAD, PRESSURE, **(known | {name: known[name] + s * step})) for s in (1, -1))
+        np.testing.assert_allclose(gradient[:, column], (up - down) / (2 * step), rtol=1e-8, atol=1e-4)

@@ -6,7 +6,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tyre.base.errors import InputError
-from tyre.magic_formula.tir import MF52Lateral, MF61Lateral, parse_tir, write_tir
+from tyre.magic_formula.tir import parse_tir
+from tyre.magic_formula.tir_coefficients import MF52Lateral, MF61Lateral
+from tyre.magic_formula.tir_write import write_tir
 from tyre.recordings.preflight import preflight
 from tyre.recordings.read import read_recording, write_csv
 from tyre.recordings.recording import Condition, PullTest, RigRun
@@ -108,7 +110,7 @@ def test_mutated_tir(tmp_path, version, mutations):
     write_tir(model, path, tyre="T", surface="flat", unloaded_radius=0.33)
     text = mutate(path.read_text(), mutations)
     try:
-        found = parse_tir(text, source="a.tir").properties_at(load=400.0, pressure=5.5e5)
+        found = parse_tir(text, source="a.tir").at(load=400.0, pressure=5.5e5)
     except InputError as error:
         found, message = None, str(error)
     if found is None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tyre.base.arrays import Array
+from tyre.drum import flat_over_drum
 from tyre.recordings.recording import Condition
 from tyre.rig.effect import RigEffect, declared
 from tyre.rig.regression import Recorded, RigParameter, SweepTerms, Term, needs_sweep
@@ -45,5 +46,7 @@ class DrumCurvature(RigEffect):
     def on_tyre(self, tyre: RigTyre, condition: Condition, rng: np.random.Generator) -> RigTyre:
         if condition.surface != "drum" or condition.drum_radius is None:
             return tyre
-        ratio = (1.0 + self.wheel_radius / condition.drum_radius) ** self.exponent
-        return replace(tyre, cornering_stiffness=tyre.cornering_stiffness / ratio)
+        ratio = flat_over_drum(
+            exponent=self.exponent, wheel_radius=self.wheel_radius, drum_radius=condition.drum_radius
+        )
+        return replace(tyre, cornering_stiffness=tyre.cornering_stiffness / float(ratio))

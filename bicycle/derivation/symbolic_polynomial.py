@@ -1,4 +1,7 @@
-"""A matrix that is a Laurent polynomial in the forward speed, from v^-1 to v^2."""
+"""A matrix of expressions that is a Laurent polynomial in the forward speed, from v^-1 to v^2.
+
+With numbers it is a :class:`bicycle.speed_polynomial.SpeedPolynomial`.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -10,13 +13,13 @@ POWERS = (-1, 0, 1, 2)
 
 
 @dataclass(frozen=True)
-class SpeedPolynomial:
-    """``coefficients[k]`` is the (symbolic) matrix of v^k; powers that do not occur are absent."""
+class SymbolicPolynomial:
+    """``coefficients[k]`` is the symbolic matrix of v^k; powers that do not occur are absent."""
 
     coefficients: Mapping[int, Any]
 
     @classmethod
-    def of_linear(cls, rows: Any, variables: Sequence[Any], speed: Any) -> "SpeedPolynomial":
+    def of_linear(cls, rows: Any, variables: Sequence[Any], speed: Any) -> "SymbolicPolynomial":
         """Coefficients of expressions that are linear in ``variables`` and a Laurent polynomial in ``speed``.
 
         Raises

@@ -1,0 +1,103 @@
+"""Matrices that are a Laurent polynomial in the forward speed v: the one place where such a polynomial is evaluated.
+
+>>> import numpy as np
+>>> drag = SpeedPolynomial({0: np.eye(2), 2: 0.5 * np.eye(2)})
+>>> drag([0.0, 2.0])[:, 0, 0]
+array([1., 3.])
+>>> drag.derivative(2.0)[0, 0]
+np.float64(2.0)
+"""
+
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tyre.base.arrays import Array
+
+
+class SpeedPolynomial(Mapping[int, Array]):
+    """P(v) = sum over k of v^k P_k; as a mapping, power k -> coefficient P_k, of the powers that occur.
+
+    Parameters
+    ----------
+    coefficients : mapping of int to array_like, shape (..., rows, columns)
+        Power of the speed -> its matrix, or a stack of them, one for each bicycle; all of one shape.
+    shape : tuple of int, optional
+        That shape; needed where no power occurs and the polynomial is zero.
+    """
+
+    def __init__(self, coefficients: Mapping[int, ArrayLike], *, shape: tuple[int, ...] | None = None) -> None:
+        self._coefficients: dict[int, Array] = {
+            power: np.asarray(matrix, float) for power, matrix in coefficients.items()
+        }
+        if shape is None:
+            shape = next(iter(self._coefficients.values())).shape
+        self.shape = shape
+
+    def __getitem__(self, power: int) -> Array:
+        return self._coefficients[power]
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(self._coefficients)
+
+    def __len__(self) -> int:
+        return len(self._coefficients)
+
+    def __repr__(self) -> str:
+        return f"<SpeedPolynomial {self.shape} in v^{', v^'.join(map(str, self)) or '- (zero)'}>"
+
+    def coefficient(self, power: int) -> Array:
+        """The matrix of v^power, zeros where that power does not occur, shape (..., rows, columns)."""
+        return self._coefficients[power] if power in self._coefficients else np.zeros(self.shape)
+
+    def __call__(self, speeds: ArrayLike) -> Array:
+        """The matrices at speeds.
+
+        Parameters
+        ----------
+        speeds : array_like, shape (...)
+            m/s, not zero where a negative power occurs. Of a stack of bicycles (m, rows, columns), the first axis of
+            the speeds is that of the bicycles (or 1, the same speeds for all): (m,) is a speed each, (m, k) are k
+            speeds each; a single number is the speed of all.
+
+        Returns
+        -------
+        ndarray, shape (..., rows, columns)
+            The shape of the speeds, broadcast against that of the stack, and the matrix behind it.
+        """
+        v = np.asarray(speeds, float)
+        *bicycles, rows, columns = self.shape
+        if v.ndim and v.ndim < len(bicycles):
+            raise ValueError(f"speeds of shape {v.shape} do not go with a stack of shape {tuple(bicycles)}")
+        aligned = (*bicycles, *(1,) * (v.ndim - len(bicycles)))
+        shape = (*np.broadcast_shapes(v.shape, aligned), rows, columns)
+        total: Any = None
+        for power, matrix in self._coefficients.items():
+            term: Any = matrix.reshape(*aligned, rows, columns)
+            if power:
+                term = np.asarray(v if power == 1 else v**power)[..., None, None] * term
+            total = term if total is None else total + term
+        if total is None:
+            return np.zeros(shape)
+        return np.array(np.broadcast_to(total, shape)) if len(self) == 1 else np.asarray(total)
+
+    @cached_property
+    def derivative(self) -> "SpeedPolynomial":
+        """dP/dv, a polynomial too; called like this one, per m/s."""
+        return SpeedPolynomial(
+            {power - 1: power * matrix for power, matrix in self._coefficients.items() if power}, shape=self.shape
+        )
+
+    def take(self, bicycles: Any) -> "SpeedPolynomial":
+        """The polynomial of some bicycles of a stack.
+
+        Parameters
+        ----------
+        bicycles : slice, or ndarray of int or bool
+            Index along the first axis.
+        """
+        taken = {power: matrix[bicycles] for power, matrix in self._coefficients.items()}
+        return SpeedPolynomial(taken, shape=np.broadcast_to(0.0, self.shape)[bicycles].shape)

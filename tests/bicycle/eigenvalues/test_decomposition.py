@@ -1,0 +1,61 @@
+"""Left and right eigenvectors and slopes against their definitions and against differences."""
+
+import numpy as np
+from eigenvalue_sets import in_order_of
+
+from bicycle import Model, effect_class, load_bicycle
+from bicycle.eigenvalues.decomposition import BATCH, decompose, eigensystem, projected
+from bicycle.model_family import ModelFamily
+from bicycle.speed_polynomial import SpeedPolynomial
+
+TYRE = effect_class("relaxation_length")(cornering_stiffness=6000.0, relaxation_length=0.1)
+
+
+def test_slopes_along_speed_are_those_of_differences():
+    model = Model(load_bicycle("benchmark"), (TYRE,))
+    linear = model.linear_model()
+    values, slopes, _, _ = decompose(linear.coefficients[0], np.array([7.0]))
+    ahead, behind = (in_order_of(values[0], linear.eigenvalues(7.0 + h)) for h in (1e-5, -1e-5))
+    np.testing.assert_allclose(slopes[0], (ahead - behind) / 2e-5, rtol=1e-5, atol=1e-6)
+
+
+def test_vectors_of_a_pencil_are_those_of_its_definition():
+    rng = np.random.default_rng(5)
+    dynamics, mass = rng.normal(size=(2, 4, 6, 6))
+    mass += 6 * np.eye(6)
+    values, right, left = eigensystem(dynamics, mass=mass)
+    np.testing.assert_allclose(dynamics @ right, mass @ right * values[:, None, :], atol=1e-11)
+    np.testing.assert_allclose(left @ mass @ right, np.broadcast_to(np.eye(6), mass.shape), atol=1e-11)
+    np.testing.assert_allclose(projected(left, dynamics, right), values, atol=1e-11)
+
+
+def test_many_matrices_are_many_calls_of_one():
+    rng = np.random.default_rng(6)
+    speeds = rng.uniform(1.0, 9.0, 2 * BATCH + 3)
+    one = SpeedPolynomial({0: rng.normal(size=(3, 3)), 1: rng.normal(size=(3, 3))})
+    stack = ModelFamily(Model(load_bicycle("benchmark"), (TYRE,)), ("c",)).polynomials(
+        {"c": np.linspace(0.03, 0.1, len(speeds))}, len(speeds)
+    )[0]
+    for polynomial in (one, stack):
+        together = decompose(polynomial, speeds)
+        for k in (0, BATCH - 1, BATCH + 5, len(speeds) - 1):
+            own = polynomial if polynomial is one else stack.take(slice(k, k + 1))
+            alone = decompose(own, speeds[k : k + 1])
+            for part, expected in zip(together, alone, strict=True):
+                np.testing.assert_allclose(part[k], expected[0], rtol=1e-9, atol=1e-9)
+
+
+def test_a_double_real_root_that_rounding_splits_is_real():
+    """Roots -1 +- sqrt(v - 2), turned by a random basis: at v = 2 rounding leaves a tiny pair."""
+    rng = np.random.default_rng(7)
+    basis = rng.normal(size=(3, 3))
+    turned = {
+        power: basis @ matrix @ np.linalg.inv(basis)
+        for power, matrix in {
+            0: np.array([[-1.0, -2, 0], [1, -1, 0], [0, 0, -9]]),
+            1: np.array([[0.0, 1, 0], [0, 0, 0], [0, 0, 0]]),
+        }.items()
+    }
+    values = decompose(SpeedPolynomial(turned), np.array([2.0, 1.5])).values
+    assert (values[0].imag == 0).all()
+    assert (values[1].imag != 0).sum() == 2

@@ -1,0 +1,148 @@
+"""Many bicycles at once against one at a time, each built by itself and solved by LAPACK."""
+
+import numpy as np
+import pytest
+from eigenvalue_sets import assert_same_eigenvalues
+
+from bicycle import Model, effect_class, load_bicycle
+from bicycle.eigenvalues.solvers import compiled, eigenvalues, eigenvalues_along, lapack
+from bicycle.model_family import ModelFamily, effect_of
+from tyre.base.errors import InputError
+
+TYRE = effect_class("relaxation_length")(cornering_stiffness=6000.0, relaxation_length=0.1)
+MODELS = {
+    "no slip": Model(load_bicycle("benchmark")),
+    "side slip": Model(load_bicycle("benchmark"), (effect_class("side_slip")(cornering_stiffness=6000.0),)),
+    "relaxation": Model(load_bicycle("benchmark"), (TYRE,)),
+    "drag": Model(
+        load_bicycle("benchmark"), (TYRE, effect_class("aerodynamic_drag")(drag_area=0.6, centre_of_pressure_z=-1.1))
+    ),
+}
+SWITCHING = Model(load_bicycle("benchmark"), (TYRE, effect_class("steer_assist")(gain=8.0, fade_speed=6.0)))
+MASSES, TRAILS = np.linspace(60, 100, 5), np.linspace(0.03, 0.1, 5)
+
+
+@pytest.mark.parametrize("solver", [lapack, compiled])
+@pytest.mark.parametrize("name", MODELS)
+def test_a_family_is_its_bicycles(name, solver):
+    if solver is compiled:
+        pytest.importorskip("numba")
+    model, speeds = MODELS[name], np.array([[1.0, 6.0, 14.0]])
+    polynomial, refused = ModelFamily(model, ("mB", "c")).polynomials({"mB": MASSES, "c": TRAILS}, 5, solver=solver)
+    assert not refused.any()
+    roots = eigenvalues(polynomial(speeds), solver=solver)
+    for k, (mass, trail) in enumerate(zip(MASSES, TRAILS, strict=True)):
+        alone = Model(model.bicycle.replace(mB=float(mass), c=float(trail)), model.effects).linear_model()
+        for mine in (roots[k], eigenvalues_along(alone, speeds[0])):
+            assert_same_eigenvalues(mine, alone.eigenvalues(speeds[0]), rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("model", [*MODELS.values(), SWITCHING])
+def test_state_matrices_are_those_of_each_model_on_both_sides_of_a_switch(model):
+    """Parameters of effects for both wheels and for one; the switch moves with its parameter."""
+    law = next(e.identifier for e in model.effects if e.slot == "contact law")
+    numbers = {"c": TRAILS}
+    if law != "no_slip":
+        numbers |= {f"{law}.cornering_stiffness.front": np.linspace(3000.0, 9000.0, 5)}
+    if model is SWITCHING:
+        numbers |= {"steer_assist.fade_speed": np.linspace(4.0, 8.0, 5)}
+    family, speeds = ModelFamily(model, tuple(numbers)), np.array([[2.0, 5.0, 6.0, 14.0]])
+    stack = family.state_matrices(numbers, speeds)
+    for k in range(5):
+        alone = family.with_values({key: float(values[k]) for key, values in numbers.items()})
+        np.testing.assert_allclose(stack[k], alone.linear_model().state_matrix(speeds[0]), rtol=1e-11, atol=1e-9)
+    own = family.state_matrices(numbers, np.linspace(1.0, 9.0, 5)[:, None])
+    np.testing.assert_allclose(own[2, 0], family.state_matrices(numbers, [[5.0]])[2, 0], rtol=1e-14)
+
+
+def test_a_model_is_built_again_from_its_own_numbers():
+    for model in (*MODELS.values(), SWITCHING):
+        assert ModelFamily(model).with_values(model.parameters) == model
+        assert ModelFamily(model).with_values(model.parameters).tied == model.tied
+
+
+def test_numbers_go_where_they_belong():
+    family = ModelFamily(MODELS["relaxation"])
+    both = family.with_values({"relaxation_length.cornering_stiffness": 5000.0, "rF": 0.33})
+    assert both.parameters["relaxation_length.cornering_stiffness.rear"] == 5000.0
+    assert both.parameters["relaxation_length.cornering_stiffness.front"] == 5000.0
+    assert both.bicycle["rF"] == 0.33
+    front = family.with_values({"relaxation_length.cornering_stiffness.front": 5000.0})
+    assert front.effects[0].cornering_stiffness.rear == 6000.0
+    assert front.effects[0].cornering_stiffness.front == 5000.0
+
+
+def test_what_is_tied_follows_until_it_is_given():
+    """The axis of front_compliance is perpendicular to the steer axis unless a tilt is given."""
+    front = effect_class("front_compliance")(stiffness=3000.0, damping=15.0, joint_x=0.8, joint_z=-0.85)
+    family = ModelFamily(Model(load_bicycle("benchmark"), (TYRE, front)))
+    follower = "front_compliance.axis_tilt"
+    tilted = family.with_values({"lam": 0.4})
+    assert tilted.parameters[follower] == 0.4
+    assert tilted.tied == {follower: "lam"}
+    np.testing.assert_array_equal(family.values({"lam": TRAILS})[follower], TRAILS)
+    given = family.with_values({"lam": 0.4, follower: 0.2})
+    assert given.parameters[follower] == 0.2
+    assert given.tied == {}
+
+
+def test_effects_without_numbers_take_them_from_the_call():
+    """A model rolling without slip, with the tyre among what varies: its law takes the place of no_slip."""
+    tyre = effect_class("relaxation_length")
+    family = ModelFamily(MODELS["no slip"], further=(tyre,))
+    values = family.values(TYRE.values({}))
+    speeds = np.array([[3.0, 9.0]])
+    system = family.descriptor(values, speeds)
+    expected = MODELS["relaxation"].linear_model().state_matrix(speeds[0])
+    np.testing.assert_allclose(np.linalg.solve(system.mass, system.dynamics)[0], expected, rtol=1e-11, atol=1e-9)
+    assert effect_of(tyre, values) == TYRE
+
+
+@pytest.mark.parametrize("solver", [lapack, compiled])
+def test_an_impossible_mass_matrix_is_marked_and_leaves_the_others_alone(solver):
+    if solver is compiled:
+        pytest.importorskip("numba")
+    family, numbers = ModelFamily(MODELS["relaxation"], ("IBxx",)), {"IBxx": np.array([9.2, -200.0, 9.2])}
+    polynomial, refused = family.polynomials(numbers, 3, solver=solver)
+    assert refused.tolist() == [False, True, False]
+    assert family.without_mass(numbers, 3).tolist() == [False, True, False]
+    roots = eigenvalues(polynomial(np.array([[5.0]])), solver=solver)
+    np.testing.assert_array_equal(roots[0], roots[2])
+    assert_same_eigenvalues(roots[0, 0], MODELS["relaxation"].linear_model().eigenvalues(5.0), rtol=1e-9)
+    with pytest.raises(InputError, match="IBxx = -200: the mass matrix is not positive definite; take another range"):
+        family.state_matrices(numbers, [[5.0]])
+
+
+def test_an_unknown_key_is_refused_with_the_nearest_match():
+    with pytest.raises(InputError, match=r"unknown parameter 'relaxation_length\.cornering_stifness'.*cornering_stiff"):
+        ModelFamily(MODELS["relaxation"], ("c", "relaxation_length.cornering_stifness"))
+
+
+def test_the_answer_to_a_harmonic_torque_is_that_of_one_model_at_a_time():
+    family = ModelFamily(MODELS["relaxation"])
+    columns = {key: np.reshape(value, (-1, 1)) for key, value in (family.base | {"c": TRAILS}).items()}
+    system = family.descriptor(columns, np.full((5, 2), [4.0, 8.0]))
+    omega, symbolic = np.array([3.0, 20.0]), family.evaluate.symbolic
+    gains = system.frequency_response(
+        omega, inputs=[symbolic.inputs.index("steer_torque")], outputs=[symbolic.outputs.index("steer")]
+    )
+    torque = symbolic.inputs.index("steer_torque")
+    for k, trail in enumerate(TRAILS):
+        state, push, seen = family.with_values({"c": trail}).linear_model().matrices_at(8.0)
+        for f, w in enumerate(omega):
+            answer = np.linalg.solve(1j * w * np.eye(len(state)) - state, push[:, torque])
+            expected = seen[symbolic.outputs.index("steer")] @ answer
+            assert gains[k, 1, f, 0, 0] == pytest.approx(expected, rel=1e-10)
+
+
+def test_feedback_of_an_output_is_a_spring():
+    """A steer torque proportional to steer is what the effect steer_spring adds."""
+    family = ModelFamily(MODELS["relaxation"])
+    symbolic, speeds = family.evaluate.symbolic, np.array([[7.0]])
+    system = family.descriptor(family.base, speeds).with_feedback(
+        input=symbolic.inputs.index("steer_torque"), output=symbolic.outputs.index("steer"), gain=np.array([[-12.0]])
+    )
+    sprung = MODELS["relaxation"].with_effect(effect_class("steer_spring")(stiffness=12.0)).linear_model()
+    np.testing.assert_allclose(
+        np.linalg.solve(system.mass, system.dynamics)[0, 0], sprung.state_matrix(7.0), rtol=1e-11, atol=1e-9
+    )

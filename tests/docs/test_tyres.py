@@ -1,0 +1,42 @@
+"""The page on tyres: its examples are read and run, and it names every coefficient that is told of in its table."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from bicycle.effect import registry
+from bicycle.files.model_file import read_model
+from tyre import read_tyre
+
+PAGE = (Path(__file__).parents[2] / "docs" / "tyres.md").read_text(encoding="utf-8")
+BLOCK = re.compile(r"^```\{code-block\} \w+\n:caption: (\S+)\n(.*?)^```", flags=re.MULTILINE | re.DOTALL)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    root = tmp_path_factory.mktemp("page")
+    for name, text in BLOCK.findall(PAGE):
+        (root / name).write_text(text, encoding="utf-8")
+    return root
+
+
+def test_the_examples_are_tyres_under_a_bicycle(folder):
+    model = read_model(folder / "model.toml")
+    # the tyre's force of camber is carried by its load: PKY6 of it
+    load = model.bicycle.static_loads[1]
+    assert model.parameters["camber_thrust.camber_stiffness.front"] == pytest.approx(0.85 * load)
+    for name in ("example.tir", "example.toml"):
+        tyre = read_tyre(folder / name)
+        assert tyre.synthetic
+        assert tyre.at(load=400.0, pressure=4e5).inside
+    text = (folder / "model.toml").read_text().replace("example.tir", "example.toml").replace("= 5\n", "= 4\n")
+    (folder / "other.toml").write_text(text)
+    assert read_model(folder / "other.toml").parameters["relaxation_length.relaxation_length.rear"] > 0
+
+
+def test_every_parameter_that_a_tyre_can_give_is_on_the_page():
+    for identifier, effect in registry().items():
+        for parameter in effect.parameters:
+            if parameter.tyre and effect.slot != "contact law":
+                assert f"`{identifier}.{parameter.name}`" in PAGE
