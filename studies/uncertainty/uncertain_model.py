@@ -217,8 +217,8 @@ class UncertainModel:
     def matched_draw(self, samples: int, seed: int) -> Array:
         """As :meth:`draw`, shifted and mixed so that their mean is 0 and their covariance 1 exactly.
 
-        A number ``samples`` of rows, from ``seed``. The sd of these samples then differs from the linear one by what is not
-        linear, hardly by chance.
+        A number ``samples`` of rows, from ``seed``. The sd of these samples then differs from the linear one by what is
+        not linear, hardly by chance.
 
         Raises
         ------
@@ -270,8 +270,8 @@ class UncertainModel:
     ) -> Iterator[tuple[slice, SpeedPolynomial, NDArray[np.bool_]]]:
         """State matrices of bicycles, in batches, and which of them are impossible: not to be used.
 
-        ``z`` (m, names) are standard normal numbers, ``size`` the number of bicycles in a batch; ``share`` as in
-        :meth:`points`.
+        ``z`` (m, names) are standard normal numbers, ``size`` the number of bicycles in a batch; the ``share`` of the way
+        from the nominal bicycle as in :meth:`points`.
 
         Raises
         ------
