@@ -78,7 +78,7 @@ class Modes:
         return tuple(self.branches)
 
     def branch(self, name: str) -> Complex:
-        """Values (m, 2) of one mode.
+        """Values (m, 2), 1/s, of the mode called ``name``.
 
         Raises
         ------
@@ -90,11 +90,11 @@ class Modes:
         return self.branches[name]
 
     def frequency(self, name: str) -> Array:
-        """Damped frequency Im/(2 pi) in Hz, shape (m,); 0 where the roots are real, NaN where there is no such mode."""
+        """Damped frequency Im/(2 pi) of the mode ``name``, Hz (m,); 0 for real roots, NaN where there is no such mode."""
         return frequency_hz(self.branch(name)[:, 0])
 
     def damping_ratio(self, name: str) -> Array:
-        """Damping ratio, shape (m,).
+        """Damping ratio of the mode ``name``, shape (m,).
 
         -Re/|lambda| of a pair, -(a + b) / (2 sqrt(a b)) of two real roots of one sign (above 1 in size), otherwise
         (one real root, roots of both signs, no such mode) NaN.
@@ -102,7 +102,7 @@ class Modes:
         return pair_damping_ratio(*self.branch(name)[:, :2].T)
 
     def shape(self, name: str) -> ModeShape:
-        """Magnitude and phase of lean, steer, yaw and lateral motion (of the first value of a branch)."""
+        """Magnitude and phase of lean, steer, yaw and lateral motion in the mode ``name`` (first value of it)."""
         return mode_shape(self.model, self.speeds, self.branch(name)[:, 0])
 
     def plot(self, axes: Any = None) -> tuple[Any, Any]:

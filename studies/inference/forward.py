@@ -64,7 +64,7 @@ class Rows:
     axis: str = ""
 
     def show(self, series: str) -> Series:
-        """How a series of this name is shown."""
+        """How the series called ``series`` is shown."""
         return self.shown.get(series, Series(series))
 
     @property
@@ -129,10 +129,10 @@ class Forward(Protocol):
         """What was assumed."""
 
     def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
-        """(measured - computed) / sd, shape (n,), and its derivative (n, p), or (n, 0) without ``slopes``."""
+        """(measured - computed) / sd at ``theta`` (p,), (n,), and slopes (n, p), or (n, 0) without ``slopes``."""
 
     def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
-        """Of the covariance of what was marginalised inside (initial states); part of the evidence."""
+        """Of the covariance of what was marginalised inside (initial states) at ``theta`` (p,); part of the evidence."""
 
     def proposed(self) -> tuple[ProposedMeasurement, ...]:
         """Feasible further measurements."""
@@ -140,7 +140,7 @@ class Forward(Protocol):
     def predict(
         self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
     ) -> tuple[Array, Array]:
-        """What one of the ``proposed`` measurements would give, in its sd (m,), and the derivative (m, p)."""
+        """What one of the ``proposed`` measurements would give at ``theta`` (p,), in its sd (m,), and slopes."""
 
     def compatible(self, candidates: tuple[Candidate, ...]) -> bool:
         """Whether these candidates make a model together."""
@@ -176,7 +176,7 @@ class ForwardModel:
     def predict(
         self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
     ) -> tuple[Array, Array]:
-        """Never asked where there is no ``proposal``; arguments as :meth:`Forward.predict`."""
+        """Never asked, at no ``theta`` (p,), where there is no ``proposal``; see :meth:`Forward.predict`."""
         raise NotImplementedError
 
     def compatible(self, candidates: tuple[Candidate, ...]) -> bool:

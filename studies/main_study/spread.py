@@ -17,7 +17,7 @@ VARIED_APART = ("front_compliance", "rider_arms", FRICTION, ParameterKey.parse(C
 
 
 def varied_apart(key: str) -> bool:
-    """Whether a parameter belongs to an effect that the plausible fronts vary."""
+    """Whether the parameter ``key`` belongs to an effect that the plausible fronts vary."""
     return ParameterKey.parse(key).effect in VARIED_APART
 
 

@@ -99,7 +99,7 @@ def parameter_path(model_file: str | Path | Mapping[str, Any], key: str, *, spee
 
 
 def path_family(model: Model, key: str) -> ModelFamily:
-    """The models along one parameter of bicycle or effects."""
+    """The models along the parameter ``key`` of bicycle or effects."""
     known = {str(ParameterKey.parse(entry).whole) for entry in model.parameters} - set(UNUSED)
     if not entries_of(key, model.parameters):
         raise InputError(unknown("parameter", key, {"speed", *OF_THE_TYRE, *known}))

@@ -270,8 +270,8 @@ class UncertainModel:
     ) -> Iterator[tuple[slice, SpeedPolynomial, NDArray[np.bool_]]]:
         """State matrices of bicycles, in batches, and which of them are impossible: not to be used.
 
-        ``z`` (m, names) are standard normal numbers, ``size`` the number of bicycles in a batch; the ``share`` of the way
-        from the nominal bicycle as in :meth:`points`.
+        ``z`` (m, names) are standard normal numbers, ``size`` the number of bicycles in a batch; ``share`` is the part
+        of the way from the nominal bicycle (0 to 1, no unit), as in :meth:`points`.
 
         Raises
         ------

@@ -8,7 +8,7 @@ arguments is documented
   backticks;
 - and if its annotation says that it carries numbers (or if it has none), this entry or sentence holds a unit
   (``N/rad``, ``m``, "no unit"), a shape (``(n, 2)``) or a word that says why there is neither ("number of", "share",
-  "index"). A name that ends in its unit (``start_hz``) has said it.
+  "index"). A name that ends in its unit (``start_hz``) or is such a word (``seed``) has said it.
 
 A method may take over what a base class in the house says of the same argument. In ``studies``, programs rather than a
 library, an argument may go unnamed if its annotation is a type of the house: that type's docstring says what it is.
@@ -107,6 +107,7 @@ def test_a_unit_in_another_sentence_does_not_count():
     assert mentions("Force in N. Of ``x`` nothing is said.", "x") == ["Of  nothing is said."]
     assert Argument("f", "x", "float", "Force in N. Of ``x`` nothing is said.").lacks == "no unit or shape"
     assert Argument("f", "x_m_s", "float", "Force in N. Of ``x_m_s`` nothing is said.").lacks == ""
+    assert Argument("f", "seed", "int", "Of ``seed`` nothing is said.").lacks == ""
 
 
 def test_public_functions_methods_and_their_arguments_are_found():

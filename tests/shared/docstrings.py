@@ -14,8 +14,8 @@ UNIT = re.compile(
         (k|m|M)?(m|g|s|N|Pa|Hz|bar|rad|deg|J|W|K|V)(\^-?\d)?(?![\w'])  # a unit alone or the first of a product
         | 1/\w | % | per\ ?cent | dB | SI | (no|any|same|own)\ units? | units? | dimensionless
         | shape | scalar | \([\w, .*+]*,[\w, .*+]*\)  # (n,), (..., n, n)
-        | (?i:ratio | shares? | factors? | fractions? | quantile | probability | exponent | numbers? | counts?
-            | how\ many | index | indices | places? | seed | bytes | rows? | lines? | pixels)\b
+        | (?i:ratio | relative | shares? | factors? | fractions? | quantile | probability | exponent | numbers?
+            | counts? | how\ many | index | indices | places? | seed | bytes | rows? | lines? | pixels)\b
     )""",
     re.VERBOSE,
 )
@@ -50,9 +50,8 @@ class Argument:
         texts = mentions(self.docstring, self.name)
         if not texts:
             return "not mentioned"
-        if self.numeric and not NAME_WITH_UNIT.search(self.name) and not any(UNIT.search(text) for text in texts):
-            return "no unit or shape"
-        return ""
+        told = NAME_WITH_UNIT.search(self.name) or UNIT.fullmatch(self.name) or any(UNIT.search(text) for text in texts)
+        return "" if told or not self.numeric else "no unit or shape"
 
     def is_of(self, types: set[str]) -> bool:
         """Whether the annotation names nothing but these types, one or several of them."""

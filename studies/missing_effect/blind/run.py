@@ -27,7 +27,7 @@ FEWER_RUNS = 4
 
 
 def make(cell: str, seed: int, folder: Path) -> tuple[Truth, tuple[str, ...]]:
-    """Write one case; returns its truth and the effects taken out of the library."""
+    """Write the case with ``seed`` of a ``cell`` into ``folder``; returns its truth and the effects left out."""
     rng = np.random.default_rng([seed, CELLS.index(cell)])
     names = list(HIDDEN)
     one = (str(rng.choice(names)),)
@@ -49,7 +49,7 @@ def make(cell: str, seed: int, folder: Path) -> tuple[Truth, tuple[str, ...]]:
 
 
 def run_case(cell: str, seed: int) -> dict[str, Any]:
-    """Make, diagnose, score."""
+    """Make, diagnose and score the case with ``seed`` of a ``cell``."""
     from studies.missing_effect.diagnose import diagnose
     from studies.missing_effect.measurement import read_measurement
 
@@ -67,7 +67,7 @@ def run_case(cell: str, seed: int) -> dict[str, Any]:
 
 
 def read_results(path: Path) -> list[dict[str, Any]]:
-    """Results so far; InputError where the file is something else."""
+    """Results so far in ``path``; InputError where the file is something else."""
     if not path.exists():
         return []
     try:
@@ -80,7 +80,20 @@ def read_results(path: Path) -> list[dict[str, Any]]:
 
 
 def blind_test(path: Path, *, cases: int, seed: int, cells: tuple[str, ...], workers: int) -> Iterator[dict[str, Any]]:
-    """Run what the file does not hold yet, ``cases`` of each cell; yields and appends each result."""
+    """Run what the file does not hold yet; yields and appends each result.
+
+    Parameters
+    ----------
+    path : Path
+        JSON lines.
+    cases : int
+        Number of cases of each cell.
+    seed : int
+        Of the first case.
+    cells : tuple of str
+    workers : int
+        Number of processes.
+    """
     done = {(record["cell"], record["seed"]) for record in read_results(path)}
     todo = [(cell, seed + k) for k in range(cases) for cell in cells if (cell, seed + k) not in done]
     from tyre.base.progress import progress_bar

@@ -70,6 +70,15 @@ def candidate(
 ) -> Candidate:
     """One effect as a candidate.
 
+    Parameters
+    ----------
+    model : Model
+    effect : subclass of Effect
+    known : mapping
+        Values of its parameters that do not float, SI.
+    replaced : Effect, optional
+        The effect whose place it takes.
+
     Raises
     ------
     InputError
@@ -99,7 +108,7 @@ def candidate(
 
 
 def check_known(effect: type[Effect], known: Mapping[str, Any]) -> None:
-    """Refuse values of a candidate that it cannot have.
+    """Refuse values of a candidate, ``known`` (SI, by parameter), that it cannot have.
 
     Raises
     ------
@@ -186,7 +195,7 @@ def _vanishes_with(model: Model, effect: type[Effect], values: dict[str, float],
 
 
 def physical(candidate: Candidate, coordinates: Sequence[float]) -> Effect:
-    """The effect of a candidate with numbers, for :meth:`Model.with_effect`."""
+    """The effect of a candidate at ``coordinates`` (number of unknowns,), for :meth:`Model.with_effect`."""
     assert candidate.effect is not None
     values = dict(candidate.fixed)
     for u, x in zip(candidate.unknowns, coordinates, strict=True):

@@ -89,7 +89,7 @@ class CanonicalForward(BicycleForward):
         return Rows(where, number, series, number.astype(np.intp) % MOST_FOLDS, condition=subsets, shown=shown)
 
     def coefficients(self, candidates: tuple[Candidate, ...], theta: Array) -> Array:
-        """What the identification would give (K, 9), for coordinates (K, p)."""
+        """What the identification would give (K, 9), for coordinates ``theta`` (K, p)."""
         return identify(self._motion(candidates, theta), self.whipple)
 
     def _motion(self, candidates: tuple[Candidate, ...], theta: Array) -> Motion:
@@ -126,7 +126,7 @@ class CanonicalForward(BicycleForward):
         return self.table.whipple, carried
 
     def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
-        """(identified - computed) / sd and its derivative, by central differences."""
+        """(identified - computed) / sd at ``theta`` (p,) and, with ``slopes``, central differences of it."""
         batch, steps = self.family(candidates).stencil(theta) if slopes else (theta[None], theta[:0])
         base, carried = self._base
         change = self.coefficients(candidates, batch) - self.whipple.free

@@ -137,7 +137,7 @@ class HistoryForward(BicycleForward):
         return Rows(tuple(where), np.array(speed), tuple(series), fold, known, shown=shown, axis=SPEED_AXIS)
 
     def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
-        """Whitened residual, initial states marginalised, and its derivative at fixed initial states."""
+        """Whitened residual at ``theta`` (p,), initial states marginalised; derivative at fixed ones if ``slopes``."""
         family = self.family(candidates)
         runs = self._fitted(family, candidates, theta)
         residual = np.concatenate([run.residual for run in runs])
@@ -171,7 +171,7 @@ class HistoryForward(BicycleForward):
         return {}
 
     def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
-        """Sum of ln(1 + s^2) over the runs."""
+        """Sum of ln(1 + s^2) over the runs at ``theta`` (p,)."""
         runs = self._fitted(self.family(candidates), candidates, theta)
         return float(-2 * sum(np.log1p(run.gain).sum() for run in runs))
 
@@ -197,7 +197,7 @@ class HistoryForward(BicycleForward):
     def predict(
         self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
     ) -> tuple[Array, Array]:
-        """The channel with the initial states that fit best; a forced response is without them.
+        """The channel at ``theta`` (p,) with the initial states that fit best; a forced response is without them.
 
         Arguments as :meth:`studies.inference.forward.Forward.predict`.
         """
