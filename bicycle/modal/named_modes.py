@@ -90,7 +90,7 @@ class Modes:
         return self.branches[name]
 
     def frequency(self, name: str) -> Array:
-        """Damped frequency Im/(2 pi) of the mode ``name``, Hz (m,); 0 for real roots, NaN where there is no such mode."""
+        """Damped frequency Im/(2 pi) of the mode ``name``, Hz (m,); 0 for real roots, NaN where there is none."""
         return frequency_hz(self.branch(name)[:, 0])
 
     def damping_ratio(self, name: str) -> Array:

@@ -129,7 +129,7 @@ class Forward(Protocol):
         """What was assumed."""
 
     def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
-        """(measured - computed) / sd at ``theta`` (p,), (n,), and slopes (n, p), or (n, 0) without ``slopes``."""
+        """(measured - computed) / sd (n,) at ``theta`` (p,), and slopes (n, p); (n, 0) without ``slopes``."""
 
     def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
         """Of the covariance of what was marginalised inside (initial states) at ``theta`` (p,); part of the evidence."""

@@ -98,7 +98,7 @@ class Sampler:
         linear: bool = False,
         share: float = 1.0,
     ) -> Points:
-        """Parameters of the items number ``start`` to ``stop`` - 1, from standard normal ``draws`` (m,) if given.
+        """Parameters of items number ``start`` to ``stop`` - 1, from standard normal ``draws`` (m,) if given.
 
         Draws stay within what is physically possible (:mod:`studies.sampling.bounded_draws`); a ``share`` < 1 (no unit)
         goes only that part of the way from the mean to them. ``linear`` instead takes mean + factor z, whatever the
