@@ -11,6 +11,7 @@ import numpy as np
 from bicycle.derivation.evaluation import Evaluator, evaluator
 from bicycle.effect import Effect, effect_class
 from bicycle.linear_model import LinearModel, SpeedRange
+from bicycle.parameter_covariance import ParameterCovariance
 from bicycle.parameter_key import entries_of
 from bicycle.parameters import Bicycle
 from tyre.base.errors import InputError
@@ -23,6 +24,7 @@ class Model:
     """A bicycle with effects; ``sd`` holds one standard deviation of effect parameters where a measurement gave it.
 
     ``assumed_sd`` are those of its keys whose deviation the source does not state and a default stands for.
+    ``covariance`` says what those of them have in common that were measured together, as the numbers of one tyre.
 
     ``effects`` is one effect or several. Without a contact law the wheels roll without slip (the Whipple bicycle).
     Models with the same bicycle, effects and standard deviations are equal.
@@ -38,12 +40,14 @@ class Model:
     notes: tuple[str, ...] = field(default=(), compare=False)
     sd: Mapping[str, float] = field(default_factory=dict)
     assumed_sd: tuple[str, ...] = ()
+    covariance: ParameterCovariance = field(default_factory=ParameterCovariance)
 
     if TYPE_CHECKING:  # what a call may give, where the fields say what is kept
 
         def __init__(
             self, bicycle: Bicycle, effects: Effect | Iterable[Effect] = (), notes: Iterable[str] = (),
             sd: Mapping[str, float] = ..., assumed_sd: Iterable[str] = (),
+            covariance: ParameterCovariance = ...,
         ) -> None: ...  # fmt: skip
 
     def __post_init__(self) -> None:
@@ -56,7 +60,7 @@ class Model:
             effect.check(self.parameters)
 
     def __hash__(self) -> int:  # a mapping does not hash
-        return hash((self.bicycle, self.effects, frozenset(self.sd.items())))
+        return hash((self.bicycle, self.effects, frozenset(self.sd.items()), self.covariance))
 
     def __repr__(self) -> str:
         return f"<Model of {self.bicycle!r}\n with {', '.join(map(repr, self.effects))}>"
@@ -92,7 +96,7 @@ class Model:
             for other in self.effects
             if type(other) is not type(effect) and (effect.slot is None or other.slot != effect.slot)
         )
-        return Model(self.bicycle, (*kept, effect), self.notes, self.sd, self.assumed_sd)
+        return Model(self.bicycle, (*kept, effect), self.notes, self.sd, self.assumed_sd, self.covariance)
 
     def linear_model(self) -> LinearModel:
         """Build the numeric model.

@@ -5,6 +5,7 @@ from typing import Any, Protocol
 
 from tyre.base.arrays import Array
 from tyre.base.units import PASCAL_PER_BAR
+from tyre.joint_properties import JointProperties
 from tyre.properties import Origin, TyreProperties
 
 
@@ -68,8 +69,8 @@ class TyreSource(Ranged, Protocol):
     def at(self, *, load: float, pressure: float) -> TyreProperties:
         """Return the properties at one vertical load (N) and inflation pressure (Pa)."""
 
-    def joint(self, conditions: Sequence[tuple[float, float]]) -> tuple[tuple[TyreProperties, ...], Array]:
-        """Return the properties at (load N, pressure Pa) and the covariance (3 n, 3 n) of C, K and length of all."""
+    def jointly(self, conditions: Sequence[tuple[float, float]]) -> JointProperties:
+        """Return the properties at (load N, pressure Pa), with their joint covariance."""
 
     def origin(self, *, load: float, pressure: float) -> Origin:
         """Say how values come about at a load (N) and pressure (Pa)."""

@@ -6,9 +6,10 @@ from typing import Any
 
 from bicycle.effect import Effect, effect_class
 from bicycle.files.bicycle_file import checked_bicycle, load_bicycle
-from bicycle.files.tyre_values import mounted_tyres, with_tyre_values
+from bicycle.files.tyre_values import mounted_tyres, unused_offers, with_tyre_values
 from bicycle.files.wheel_tyres import tyre_notes
 from bicycle.model import Model
+from bicycle.parameter_covariance import ParameterCovariance
 from bicycle.parameter_key import ParameterKey
 from bicycle.parameters import Bicycle, doubts_about
 from tyre.base.errors import InputError, is_number, shown, unknown
@@ -51,18 +52,18 @@ def build_model(content: Mapping[str, Any], *, folder: Path = Path()) -> Model:
         raise InputError("effects are tables: write [effects.NAME] and the parameters below it")
     tyres = mounted_tyres(tables, folder, bicycle)
     effects: list[Effect] = []
-    sd: dict[str, float] = {}
+    covariance = ParameterCovariance()
     assumed: list[str] = []
     for identifier, table in tables.items():
         kind = effect_class(identifier)
-        table, known, unstated = with_tyre_values(kind, table, tyres, tables)
-        sd |= known
-        assumed += unstated
-        effects.append(kind(**table))
+        filled = with_tyre_values(kind, table, tyres, tables)
+        covariance = covariance.and_also(filled.covariance)
+        assumed += filled.assumed
+        effects.append(kind(**filled.table))
         if not allow:
             refuse_absurd(effects[-1].doubts().values(), where="model file")
-    notes = () if tyres is None else tuple(tyre_notes(tyres.properties))
-    return Model(bicycle, tuple(effects), notes, sd, tuple(assumed))
+    notes = [] if tyres is None else [*tyre_notes(tyres.properties), *unused_offers(tyres, tables)]
+    return Model(bicycle, tuple(effects), tuple(notes), covariance.sd, tuple(assumed), covariance)
 
 
 def allows_unusual(content: Mapping[str, Any]) -> bool:

@@ -1,16 +1,22 @@
 """Values of a model file's tyres, put into the tables of its effects."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bicycle.effect import WHEELS, Effect, Parameter, effect_class
-from bicycle.files.wheel_tyres import EXTRAPOLATE, TYRE_KEYS, located, wheel_tyres
+import numpy as np
+
+from bicycle.effect import WHEELS, Effect, Parameter, effect_class, registry
+from bicycle.files.wheel_tyres import EXTRAPOLATE, TYRE_KEYS, headline_of, joint_wheel_tyres, located
+from bicycle.parameter_covariance import ParameterCovariance
 from bicycle.parameters import Bicycle
 from tyre.base.errors import InputError
+from tyre.base.notes import Note
+from tyre.joint_properties import QUANTITIES, JointProperties
 from tyre.properties import TyreProperties
 
+TRAIL = "pneumatic_trail"
 FROM_TYRE = "tyre"
 """Value of a parameter that is to be what the tyre of the contact law holds."""
 
@@ -21,6 +27,35 @@ class MountedTyres:
 
     law: str
     properties: Mapping[str, TyreProperties]
+    joint: JointProperties | None = None
+
+    def covariance(self, kind: type[Effect], asked: Sequence[tuple[Parameter, tuple[str, ...]]]) -> ParameterCovariance:
+        """Of the values of an effect that the tyres give and whose uncertainty is known or assumed.
+
+        Parameters
+        ----------
+        kind : type of Effect
+        asked : sequence of (Parameter, wheels)
+            What it takes, and of which wheels.
+        """
+        assert self.joint is not None
+        taken = [(wheel, p) for wheel in WHEELS for p, wheels in asked if wheel in wheels and p.tyre in QUANTITIES]
+        places = [3 * WHEELS.index(wheel) + QUANTITIES.index(p.tyre) for wheel, p in taken]
+        chosen, spread = np.ix_(places, places), self.joint.joint.variance_spread or ()
+        covariance = ParameterCovariance(
+            tuple(f"{kind.identifier}.{p.name}.{wheel}" for wheel, p in taken), self.joint.covariance[chosen],
+            tuple(part[chosen] for part in spread),
+        )  # fmt: skip
+        trails = self.joint.trails
+        for parameter, wheels in asked if trails is not None else ():
+            if parameter.tyre == TRAIL and trails is not None:
+                rows = [WHEELS.index(wheel) for wheel in wheels]
+                here = np.ix_(rows, rows)
+                covariance = covariance.and_also(ParameterCovariance(
+                    tuple(f"{kind.identifier}.{parameter.name}.{wheel}" for wheel in wheels),
+                    trails.covariance[here], tuple(part[here] for part in trails.variance_spread),
+                ))  # fmt: skip
+        return covariance
 
     def values(self, kind: type[Effect], parameter: Parameter, wheels: Iterable[str]) -> dict[str, float]:
         """What the tyres of these wheels hold of a parameter.
@@ -43,6 +78,26 @@ class MountedTyres:
                 )
             found[wheel] = value
         return found
+
+
+@dataclass(frozen=True)
+class FilledTable:
+    """The table of an effect with values of the tyres.
+
+    Attributes
+    ----------
+    table : dict
+        Without the keys of a tyre; with numbers where a tyre gives them.
+    covariance : ParameterCovariance
+        Of the values filled in.
+    assumed : tuple of str
+        Those of its names whose source states no standard deviation: ``CORNERING_STIFFNESS`` of
+        :mod:`bicycle.default_sd` stands for it.
+    """
+
+    table: dict[str, Any]
+    covariance: ParameterCovariance
+    assumed: tuple[str, ...]
 
 
 def mounted_tyres(tables: Mapping[str, Mapping[str, Any]], folder: Path, bicycle: Bicycle) -> MountedTyres | None:
@@ -82,17 +137,17 @@ def mounted_tyres(tables: Mapping[str, Mapping[str, Any]], folder: Path, bicycle
                     "surface)"
                 )
         table = located(table, folder)
-        properties = wheel_tyres(
+        joint = joint_wheel_tyres(
             tyre=table["tyre"], surface=table.get("surface"), pressure_bar=table["pressure_bar"], bicycle=bicycle,
             extrapolate=table.get(EXTRAPOLATE, False),
         )  # fmt: skip
-        found = MountedTyres(identifier, properties)
+        found = MountedTyres(identifier, dict(zip(WHEELS, joint.properties, strict=True)), joint)
     return found
 
 
 def with_tyre_values(
     kind: type[Effect], table: Mapping[str, Any], tyres: MountedTyres | None, present: Mapping[str, Any]
-) -> tuple[dict[str, Any], dict[str, float], list[str]]:
+) -> FilledTable:
     """The table of an effect with the values of the tyres in it.
 
     Parameters
@@ -107,19 +162,14 @@ def with_tyre_values(
 
     Returns
     -------
-    table : dict
-        Without the keys of a tyre; with numbers where a tyre gives them.
-    sd : dict
-        One standard deviation of each value filled in whose tyre states one, by parameter key.
-    assumed : list of str
-        Those of its keys whose source states none: ``CORNERING_STIFFNESS`` of :mod:`bicycle.default_sd` stands for it.
+    FilledTable
     """
     filled = {key: value for key, value in table.items() if key not in (*TYRE_KEYS, EXTRAPOLATE)}
     if tyres is None or tyres.law != kind.identifier:
         filled = dict(table)
-    sd: dict[str, float] = {}
     assumed: list[str] = []
-    for parameter, wheels in _asked(kind, table, tyres):
+    asked = list(_asked(kind, table, tyres))
+    for parameter, wheels in asked:
         if tyres is None:
             raise InputError(
                 f'effect {kind.identifier!r}: {parameter.name} = "{FROM_TYRE}" needs a tyre: give '
@@ -134,12 +184,8 @@ def with_tyre_values(
         values = dict(given) if isinstance(given, Mapping) else {}
         filled[parameter.name] = values | tyres.values(kind, parameter, wheels)
         for wheel in wheels:
-            properties, key = tyres.properties[wheel], f"{kind.identifier}.{parameter.name}.{wheel}"
-            deviation = getattr(properties, f"{parameter.tyre}_sd", None)
-            if deviation is not None:
-                sd[key] = deviation
-            if not _stated(properties, parameter.tyre):
-                assumed.append(key)
+            if not _stated(tyres.properties[wheel], parameter.tyre):
+                assumed.append(f"{kind.identifier}.{parameter.name}.{wheel}")
     for parameter in kind.parameters:
         missing = parameter.tyre and parameter.default is None and parameter.name not in filled
         if missing and tyres is not None and _holds(tyres, parameter):
@@ -147,7 +193,34 @@ def with_tyre_values(
                 f"effect {kind.identifier!r}: {parameter.name} is missing; give a number ({parameter.unit}), or "
                 f'"{FROM_TYRE}" for what the tyre holds'
             )
-    return filled, sd, assumed
+    covariance = tyres.covariance(kind, asked) if tyres is not None and asked else ParameterCovariance()
+    return FilledTable(filled, covariance, tuple(assumed))
+
+
+def unused_offers(tyres: MountedTyres, present: Mapping[str, Any]) -> list[str]:
+    """Notes on a trail that was measured with the tyre and that no effect of the model takes.
+
+    Parameters
+    ----------
+    tyres : MountedTyres
+    present : mapping
+        Effects of the model, by identifier.
+    """
+    joint = tyres.joint
+    if joint is None or joint.trails is None:
+        return []
+    values = ", ".join(f"{wheel} {p.pneumatic_trail:.4g}" for wheel, p in tyres.properties.items())
+    return [
+        Note(
+            f"{subject}: {parameter.name} for the effect {kind.identifier} was measured too, {values} "
+            f'({parameter.unit}), but is not used; [effects.{kind.identifier}] with {parameter.name} = "{FROM_TYRE}" '
+            "takes it", subject, headline, all(p.inside for p in joint.properties),
+        )
+        for kind in registry().values()
+        for parameter in kind.parameters
+        if parameter.tyre == TRAIL and kind.identifier not in present
+        for subject, headline in [headline_of(tyres.properties)]
+    ]  # fmt: skip
 
 
 def values_of_tyres(tables: Mapping[str, Any]) -> dict[str, str]:

@@ -10,22 +10,48 @@ from bicycle.parameters import Bicycle
 from tyre.base.errors import InputError, is_number, shown
 from tyre.base.notes import Note
 from tyre.base.units import PASCAL_PER_BAR
+from tyre.joint_properties import JointProperties
 from tyre.properties import TyreProperties
 from tyre.read_tyre import is_file_name, read_tyre
 from tyre.tyre_source import TyreSource, out_of_reach
+from tyre.wheels import wheel_properties
 
 TYRE_KEYS = ("tyre", "surface", "pressure_bar")
 EXTRAPOLATE = "extrapolate"
 MOST_BAR = 20.0  # no bicycle tyre holds more; a pressure in kPa or Pa is caught here
 
 
+def headline_of(properties: Mapping[str, TyreProperties]) -> tuple[str, str]:
+    """The tyres of the wheels in words, and their conditions.
+
+    Parameters
+    ----------
+    properties : mapping
+        Of each wheel by its name.
+    """
+    names = dict.fromkeys(f"{p.tyre} on {p.surface}" for p in properties.values())
+    return " / ".join(names), "; ".join(
+        _condition(wheel, p) + ", synthetic" * p.synthetic for wheel, p in properties.items()
+    )
+
+
+def _condition(wheel: str, p: TyreProperties) -> str:
+    return f"{wheel} {p.load:.0f} N, {p.pressure / PASCAL_PER_BAR:g} bar, {p.origin}"
+
+
 def tyre_notes(properties: Mapping[str, TyreProperties]) -> list[str]:
-    """What must be told of each wheel's tyre, once for both wheels where it is the same."""
+    """What must be told of each wheel's tyre, once for both wheels where it is the same.
+
+    Parameters
+    ----------
+    properties : mapping
+        Of each wheel by its name.
+    """
     inside = all(p.inside for p in properties.values())
     said: dict[tuple[str, str, str], list[str]] = {}
     conditions: dict[str, list[str]] = {}
     for wheel, p in properties.items():
-        condition = f"{wheel} {p.load:.0f} N, {p.pressure / PASCAL_PER_BAR:g} bar, {p.origin}"
+        condition = _condition(wheel, p)
         conditions.setdefault(f"{p.tyre} on {p.surface}", []).append(condition + ", synthetic" * p.synthetic)
         for note in p.notes:
             said.setdefault((p.tyre, p.surface, note), []).append(condition)
@@ -64,7 +90,28 @@ def wheel_sources(tyre: Mapping[str, Any], surface: Mapping[str, Any]) -> dict[s
 def wheel_tyres(
     *, tyre: Any, surface: Any, pressure_bar: Any, bicycle: Bicycle, extrapolate: Any = False
 ) -> dict[str, TyreProperties]:
-    """Properties of the tyres at each wheel's static load; every argument is one value or {rear, front}.
+    """Properties of the tyres at each wheel's static load, by wheel; as :func:`joint_wheel_tyres`."""
+    tyres = joint_wheel_tyres(
+        tyre=tyre, surface=surface, pressure_bar=pressure_bar, bicycle=bicycle, extrapolate=extrapolate
+    )
+    return dict(zip(WHEELS, tyres.properties, strict=True))
+
+
+def joint_wheel_tyres(
+    *, tyre: Any, surface: Any, pressure_bar: Any, bicycle: Bicycle, extrapolate: Any = False
+) -> JointProperties:
+    """Properties of the tyres of rear and front wheel at their static loads, with their joint covariance.
+
+    Parameters
+    ----------
+    tyre, surface : str or {rear, front}
+        Name or file; ``flat``, ``drum`` or None.
+    pressure_bar : float or {rear, front}
+        bar.
+    bicycle : Bicycle
+        Gives the loads.
+    extrapolate : bool
+        Let conditions pass that are out of reach of the tyre.
 
     Raises
     ------
@@ -80,7 +127,7 @@ def wheel_tyres(
             raise InputError(f"{name} has the keys {', '.join(map(str, per_wheel))}; give rear and front, or one value")
         choices[name] = per_wheel
     sources = wheel_sources(choices["tyre"], choices["surface"])
-    found = {}
+    conditions = []
     for wheel, load in zip(WHEELS, bicycle.static_loads, strict=True):
         pressure = choices["pressure_bar"][wheel]
         if not is_number(pressure) or not 0 < pressure <= MOST_BAR:
@@ -94,5 +141,5 @@ def wheel_tyres(
                 f"{wheel} wheel: {beyond}; take a bicycle and pressures nearer to the tests, or, if a guess will do, "
                 f"{EXTRAPOLATE} = true in the table of the effect (--{EXTRAPOLATE} on the command line)"
             )
-        found[wheel] = sources[wheel].at(load=load, pressure=pressure * PASCAL_PER_BAR)
-    return found
+        conditions.append((load, pressure * PASCAL_PER_BAR))
+    return wheel_properties([sources[wheel] for wheel in WHEELS], conditions)

@@ -19,6 +19,7 @@ from tyre.base.errors import InputError
 from tyre.base.units import PASCAL_PER_BAR
 from tyre.read_tyre import is_file_name
 from tyre.tyre_source import TyreSource, out_of_reach
+from tyre.wheels import wheel_properties
 
 CONTACT = tuple(
     f"relaxation_length.{name}.{wheel}" for wheel in WHEELS for name in ("cornering_stiffness", "relaxation_length")
@@ -183,15 +184,8 @@ def measured_case(table: Table, tyres: Mapping[str, TyreSource], bicycle: Bicycl
     bars = [float(one) for one in per_wheel(table["pressure_bar"])]
     at = [(load, bar * PASCAL_PER_BAR) for load, bar in zip(bicycle.static_loads, bars, strict=True)]
     rear, front = (tyres[wheel] for wheel in WHEELS)
-    if (rear.tyre, rear.surface) == (front.tyre, front.surface):
-        properties, joint = rear.joint(at)
-        covariance = joint[USED]
-    else:
-        parts = [one.joint([condition]) for one, condition in zip((rear, front), at, strict=True)]
-        properties = tuple(part[0][0] for part in parts)
-        covariance = np.zeros((4, 4))
-        for k, (_, joint) in enumerate(parts):
-            covariance[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] = joint[np.ix_([0, 2], [0, 2])]
+    joint = wheel_properties([rear, front], at)
+    properties, covariance = joint.properties, joint.covariance[USED]
     for one, p in zip((rear, front), properties, strict=True):
         if math.isnan(p.relaxation_length):
             raise InputError(

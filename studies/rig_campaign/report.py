@@ -56,7 +56,15 @@ def write_campaign(
 def report_text(campaign: Campaign, figures: Sequence[Path], remarks: Sequence[str], out: Path) -> str:
     """The report as Markdown: tables, agreement of the routes, repeatability budget, skipped files, warnings.
 
-    ``figures`` are shown by their place under ``out``, ``remarks`` stand with the warnings.
+    Parameters
+    ----------
+    campaign : Campaign
+    figures : sequence of Path
+        Below ``out``.
+    remarks : sequence of str
+        What could not be exported.
+    out : Path
+        Folder of the report.
     """
     from tabulate import tabulate
 

@@ -18,9 +18,11 @@ from tyre.base.units import PASCAL_PER_BAR
 from tyre.properties import parameters_of_effects, stiffness_note
 from tyre.read_tyre import read_tyre
 from tyre.tyre_source import TyreSource
+from tyre.wheels import wheel_properties
 
 NO_TYRE = "the tyre's table says nothing of the load or pressure"
 BLOCKS = (np.array([0, 2]), np.array([1, 3]))  # cornering stiffness of both wheels, lateral stiffness of both
+USED = np.ix_([0, 1, 3, 4], [0, 1, 3, 4])  # C and K among C, K, relaxation length of two wheels
 STIFFNESSES = ("cornering_stiffness", "lateral_stiffness")
 FIELDS = ("pneumatic_trail", "camber_stiffness", "twisting_stiffness", "overturning_stiffness")
 POSITIVE = (0.0, math.inf)
@@ -106,43 +108,45 @@ class TyreTable:
             pair = [(str(t[at]), str(s[at]), float(p[at]), float(n[at])) for t, s, p, n in columns]
             used = rows[~refused.mask[rows]]
             try:
-                joint = self.factor(*pair) if used.size else ()
+                joint = self.factor(*pair) if used.size else []
             except InputError as error:  # at the loads of the unvaried bicycle
                 mask = np.zeros_like(refused.mask)
                 mask[used] = True
                 refused.add(NO_TYRE, mask, str(error))
                 continue
-            for block, draws in zip(BLOCKS, joint, strict=bool(joint)):
+            for block, draws in joint:
                 drawn = np.ascontiguousarray(z[np.ix_(used, block)].T)
                 result[np.ix_(used, block)] = (draws.linear(drawn) if linear else draws(drawn)).T - 1
         return result
 
-    def _factor(self, *wheels: tuple[str, str, float, float]) -> tuple[BoundedDraws, BoundedDraws]:
-        """Draws of C and of K of both wheels, rear then front, relative to their values: C and K are measured apart."""
-        (tyre, surface, *_), (other_tyre, other_surface, *_) = wheels
-        conditions = [(load, pressure * PASCAL_PER_BAR) for _, _, pressure, load in wheels]
-        covariance, mean = np.zeros((4, 4)), np.empty(4)
-        if (tyre, surface) == (other_tyre, other_surface):
-            used = [0, 1, 3, 4]
-            both, joint = self.map(tyre, surface).joint(conditions)
-            covariance[:] = joint[np.ix_(used, used)]
-        else:
-            both = ()
-            for k, (name, on, *_) in enumerate(wheels):
-                at = slice(2 * k, 2 * k + 2)
-                one, joint = self.map(name, on).joint(conditions[k : k + 1])
-                both += one
-                covariance[at, at] = joint[:2, :2]
-        for k, p in enumerate(both):
-            mean[2 * k : 2 * k + 2] = p.cornering_stiffness, p.lateral_stiffness
-        relative = covariance / np.outer(mean, mean)
+    def _factor(self, *wheels: tuple[str, str, float, float]) -> list[tuple[NDArray[np.intp], BoundedDraws]]:
+        """Draws of C and K of both wheels, rear then front, relative to their values, with the places they take.
+
+        C and K are measured apart and drawn apart, unless the calibration of one load cell is in both: then the part of
+        K that hangs on it is drawn with C.
+        """
+        maps = [self.map(tyre, surface) for tyre, surface, *_ in wheels]
+        joint = wheel_properties(maps, [(load, pressure * PASCAL_PER_BAR) for _, _, pressure, load in wheels])
+        mean = np.array([value for p in joint.properties for value in (p.cornering_stiffness, p.lateral_stiffness)])
+        relative = joint.covariance[USED] / np.outer(mean, mean)
         relative[~np.isfinite(relative)] = 0.0  # of a tyre that holds no lateral stiffness
-        roots = []
-        for block in BLOCKS:
-            values, vectors = np.linalg.eigh(relative[np.ix_(block, block)])
-            roots.append(vectors * np.sqrt(np.maximum(values, 0)))
-        cornering, lateral = (BoundedDraws([1.0, 1.0], root, [POSITIVE] * 2) for root in roots)
-        return cornering, lateral
+        cornering, lateral = BLOCKS
+        root, shared = _root(relative[np.ix_(cornering, cornering)]), relative[np.ix_(lateral, cornering)]
+        own = relative[np.ix_(lateral, lateral)]
+        if not shared.any():
+            return [(cornering, _positive(root)), (lateral, _positive(_root(own)))]
+        carried = shared @ np.linalg.pinv(root).T
+        whole = np.block([[root, np.zeros((2, 2))], [carried, _root(own - carried @ carried.T)]])
+        return [(np.concatenate(BLOCKS), _positive(whole))]
+
+
+def _root(covariance: Array) -> Array:
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0)))
+
+
+def _positive(root: Array) -> BoundedDraws:
+    return BoundedDraws(np.ones(len(root)), root, [POSITIVE] * len(root))
 
 
 def _mark(found: TyreSource, load: Array, pressure: Array, rows: NDArray[np.intp], refused: Refused) -> None:

@@ -77,7 +77,8 @@ class UncertainModel:
         content: dict[str, Any] = {"model": str(model) if isinstance(model, str | Path) else model}
         content |= {"outputs": ["parameters"], "samples": 2, "sampled": {k: {"sd": v} for k, v in (sd or {}).items()}}
         probe = build_sweep(content | {"sampled": {}, "samples": 1})
-        measured = any("tyre" in table for table in probe.model.get("effects", {}).values())
+        laws = [name for name, table in probe.model.get("effects", {}).items() if "tyre" in table]
+        measured = bool(laws)
         if relative_cornering_stiffness_sd and not measured:
             raise InputError(
                 "relative_cornering_stiffness_sd needs a measured tyre in the model file (tyre, pressure_bar)"
@@ -90,11 +91,15 @@ class UncertainModel:
         # drawn from the covariance of the tyre
         self._of_tyre = tuple(key for key in self._stated.sd if key.split(".")[0] in laws)
         self._own = self._deviations(sd or {}, assume=defaults)
+        beside = [key for key in self._stated.covariance.names if self._beside_the_law(key)]
         for key, deviation in self._own.items():
             shared = str(ParameterKey.parse(key).whole) in (sd or {})  # one number for both wheels, or as given
-            if not shared and key not in self._of_tyre:
+            if not shared and key not in self._of_tyre and key not in beside:
                 content["sampled"].setdefault(key, {"sd": deviation.sd})
         content["sampled"] = {key: value for key, value in content["sampled"].items() if value["sd"]}
+        if beside:
+            spread = self._stated.covariance.among(beside).tolist()
+            content["sampled"]["joint"] = [{"parameters": beside, "covariance": spread}]
         if measured:
             content["sampled"]["tyre_covariance"] = True
             content["sampled"]["relative_cornering_stiffness_sd"] = relative
@@ -106,6 +111,10 @@ class UncertainModel:
         self.sampler = Sampler(build_sweep(content))
         self.measurements = self.sampler.draws
         self.names = tuple(name for group in self.measurements.values() for name in group)
+
+    def _beside_the_law(self, key: str) -> bool:
+        """Whether a parameter comes from the tyre's table, but is not drawn with the stiffnesses: its trail."""
+        return key not in self._of_tyre and key in self._own and self._own[key].origin == TABLE
 
     def _deviations(self, sd: Mapping[str, float], *, assume: bool) -> dict[str, Deviation]:
         """Of every parameter that is free: neither tied to another, nor made by ``follow``."""

@@ -79,7 +79,12 @@ class ConditionResult:
 
 
 def condition_key(summary: RecordingSummary) -> Key:
-    """Tyre, surface, load rounded to 0.1 N and pressure to 0.001 bar: what makes recordings repeats of each other."""
+    """Tyre, surface, load rounded to 0.1 N and pressure to 0.001 bar: what makes recordings repeats of each other.
+
+    Parameters
+    ----------
+    summary : RecordingSummary
+    """
     condition = summary.condition
     return condition.tyre, condition.surface, round(condition.load, 1), round(condition.pressure / 100.0) * 100.0
 

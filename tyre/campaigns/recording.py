@@ -61,6 +61,11 @@ def summarise(path: Path, *, name: str, settings: FitSettings, cache_folder: Pat
 def fit_recording(path: Path, *, name: str, settings: FitSettings) -> tuple[RecordingSummary, dict[str, list[float]]]:
     """Fit one recording by its kind; also returns up to 240 points (measured, fitted) for figures.
 
+    Parameters
+    ----------
+    path, name, settings
+        As in :func:`summarise`.
+
     Raises
     ------
     InputError
@@ -86,7 +91,12 @@ def fit_recording(path: Path, *, name: str, settings: FitSettings) -> tuple[Reco
 
 
 def points_of(summary: RecordingSummary) -> dict[str, Any]:
-    """Points of a fitted recording for a figure, from the cache; empty where none were kept."""
+    """Points of a fitted recording for a figure, from the cache; empty where none were kept.
+
+    Parameters
+    ----------
+    summary : RecordingSummary
+    """
     if summary.cache is None or not summary.cache.exists():
         return {}
     return {

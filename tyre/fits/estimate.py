@@ -26,12 +26,24 @@ class Estimate:
         return self.value - half, self.value + half
 
     def covers(self, truth: float) -> bool:
-        """Whether the 95 % interval holds ``truth``."""
+        """Whether the 95 % interval holds a value.
+
+        Parameters
+        ----------
+        truth : float
+            In the unit of ``value``.
+        """
         low, high = self.ci95
         return low <= truth <= high
 
     def scaled(self, factor: float) -> "Estimate":
-        """The same in another unit: ``factor`` times the value."""
+        """The same in another unit.
+
+        Parameters
+        ----------
+        factor : float
+            Of the value; the standard deviation follows.
+        """
         return Estimate(factor * self.value, abs(factor) * self.sd, self.dof)
 
     def as_json(self) -> dict[str, object]:

@@ -180,7 +180,13 @@ def fit_pull_test(test: PullTest, *, calibration: Calibration | None = None) -> 
 
 
 def reading_step(displacement: Channel) -> float:
-    """Resolution of a gauge seen in its readings: the step they are all multiples of, m; 0 where none is visible."""
+    """Resolution of a gauge seen in its readings: the step (m) they are all multiples of; 0 where none is visible.
+
+    Parameters
+    ----------
+    displacement : ndarray, shape (n,)
+        Readings, m.
+    """
     values = np.unique(np.round(displacement, 9))
     if values.size < 2:
         return 0.0

@@ -71,7 +71,18 @@ class SlipSweepFit:
     residuals: Channel
 
     def steady_force(self, slip: Channel) -> Channel:
-        """Fitted steady side force, N, at ``slip`` (rad), offsets included."""
+        """Fitted steady side force, offsets included.
+
+        Parameters
+        ----------
+        slip : ndarray, shape (n,)
+            rad.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            N.
+        """
         p = self.parameters
         force, _ = magic_formula(
             slip=np.asarray(slip) + p["horizontal_shift"],

@@ -62,7 +62,13 @@ class SweepModel:
         return np.array(list(units.values()))
 
     def expanded(self, values: Channel) -> Channel:
-        """All nine scaled parameters from the free ones, shape (p,)."""
+        """All nine scaled parameters.
+
+        Parameters
+        ----------
+        values : ndarray, shape (p,)
+            The free ones.
+        """
         full = self.start.copy()
         full[self.free] = values
         return full

@@ -10,6 +10,7 @@ import numpy as np
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.base.units import PASCAL_PER_BAR
+from tyre.joint_properties import JointCovariance, JointProperties
 from tyre.properties import Origin, TyreProperties, stiffness_note
 from tyre.tyre_source import stated_range
 
@@ -96,6 +97,17 @@ class FormulaTyre(ABC):
             N and Pa.
         """
         return self.joint([(load, pressure)])[0][0]
+
+    def jointly(self, conditions: Sequence[tuple[float, float]]) -> JointProperties:
+        """Return the properties at several conditions with their covariance; see `joint`.
+
+        Parameters
+        ----------
+        conditions : sequence of (load, pressure)
+            N and Pa.
+        """
+        properties, covariance = self.joint(conditions)
+        return JointProperties(properties, JointCovariance(covariance, None))
 
     def joint(self, conditions: Sequence[tuple[float, float]]) -> tuple[tuple[TyreProperties, ...], Array]:
         """Return the properties at several conditions and the covariance of all of them together.

@@ -22,17 +22,37 @@ class ConditionsGrid:
     pressure: Array
 
     def weights(self, load: Array, pressure: Array) -> Array:
-        """Weight of every measured condition at the asked ones, shape (n, N); rows are bilinear inside the grid."""
+        """Weight of every measured condition at the asked ones, shape (n, N); rows are bilinear inside the grid.
+
+        Parameters
+        ----------
+        load, pressure : ndarray, shape (n,)
+            N and Pa.
+        """
         return self.correlation(load, pressure, self.load, self.pressure)
 
     def correlation(self, load: Array, pressure: Array, other_load: Array, other_pressure: Array) -> Array:
-        """Correlation of the leftover field between two lists of conditions, shape (n, m)."""
+        """Correlation of the leftover field between two lists of conditions, shape (n, m).
+
+        Parameters
+        ----------
+        load, pressure : ndarray, shape (n,)
+            N and Pa of the first.
+        other_load, other_pressure : ndarray, shape (m,)
+            Of the second.
+        """
         along_load = _triangular(np.unique(self.load), load, other_load)
         along_pressure = _triangular(np.unique(self.pressure), pressure, other_pressure)
         return along_load * along_pressure
 
     def prediction_error(self, load: Array, pressure: Array) -> Array:
-        """Covariance of the prediction error over misfit^2 at the asked conditions, shape (n, n)."""
+        """Covariance of the prediction error over misfit^2 at the asked conditions, shape (n, n).
+
+        Parameters
+        ----------
+        load, pressure : ndarray, shape (n,)
+            N and Pa.
+        """
         weights = self.weights(load, pressure)
         return self.correlation(load, pressure, load, pressure) - weights @ weights.T
 

@@ -6,9 +6,9 @@ from functools import cached_property
 import numpy as np
 
 from tyre.base.arrays import Array
-from tyre.fits.estimate import Estimate
+from tyre.joint_properties import JointProperties
 from tyre.maps.column_prediction import ColumnPrediction, predicted_column
-from tyre.maps.joint import JointProperties, joint_covariance
+from tyre.maps.joint import joint_covariance
 from tyre.maps.map_limits import check_condition, check_physical
 from tyre.maps.map_notes import condition_notes
 from tyre.maps.prediction import MeasuredQuantity
@@ -76,10 +76,10 @@ class TableEvaluation:
         c_dof, k_dof = table.cornering_stiffness_dof, table.lateral_stiffness_dof
         dof = None if c_dof is None or k_dof is None else (c_dof, k_dof)
         joint = joint_covariance(cornering, lateral, self.covariance, dof)
-        trails, trail_covariance = self._trails(load, pressure)
-        routes = {name: column.at(load, pressure)[0] for name, column in self._direct.items()}
+        trails = None if self._trail is None else self._trail.at(load, pressure)
+        routes = {name: column.at(load, pressure).estimates for name, column in self._direct.items()}
         properties = []
-        for row, trail in enumerate(trails):
+        for row, trail in enumerate(trails.estimates if trails else (None,) * load.size):
             origin = self.origin(load=float(load[row]), pressure=float(pressure[row]))
             covariance, freedom = joint.of(row)
             direct = {name: lengths[row] for name, lengths in routes.items()}
@@ -104,7 +104,7 @@ class TableEvaluation:
                     direct_relaxation_lengths={name: one for name, one in direct.items() if one is not None},
                 )
             )
-        return JointProperties(tuple(properties), joint, trail_covariance)
+        return JointProperties(tuple(properties), joint, trails)
 
     def origin(self, *, load: float, pressure: float) -> Origin:
         """Say whether a condition was measured, lies between the measured ones, or outside.
@@ -121,11 +121,6 @@ class TableEvaluation:
             if value < lines[0] * (1 - 1e-9) or value > lines[-1] * (1 + 1e-9):
                 return "extrapolated"
         return "interpolated"
-
-    def _trails(self, load: Array, pressure: Array) -> tuple[tuple[Estimate | None, ...], Array]:
-        if self._trail is None:
-            return (None,) * load.size, np.full((load.size, load.size), np.nan)
-        return self._trail.at(load, pressure)
 
     @cached_property
     def _trail(self) -> ColumnPrediction | None:

@@ -11,9 +11,9 @@ import numpy as np
 
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
+from tyre.joint_properties import JointProperties
 from tyre.maps import map_frames
 from tyre.maps.find_table import find_table
-from tyre.maps.joint import JointProperties
 from tyre.maps.map_notes import measured_range
 from tyre.maps.stiffness_trend import Trend
 from tyre.maps.table_evaluation import TableEvaluation
