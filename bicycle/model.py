@@ -110,12 +110,22 @@ class Model:
 
 
 def as_linear(model: "Model | LinearModel") -> LinearModel:
-    """The linear model of a model, or a linear model as it is: what functions of the dynamics take."""
+    """The linear model of ``model``, or a linear model as it is: what functions of the dynamics take."""
     return model.linear_model() if isinstance(model, Model) else model
 
 
 def linear_model(evaluate: Evaluator, values: Mapping[str, float], model: Model) -> LinearModel:
-    """Numbers for one parameter set; a model whose equations switch at a speed gets one range on each side."""
+    """Numbers for one parameter set; a model whose equations switch at a speed gets one range on each side of it.
+
+    Parameters
+    ----------
+    evaluate : Evaluator
+        Of the equations of its effects.
+    values : mapping of str to float
+        Every parameter by its key, SI.
+    model : Model
+        That names come from.
+    """
     switches = evaluate.switch_speeds(values)
     borders = sorted({0.0, *(speed for speed in switches if speed > 0), math.inf})
     ranges = []
@@ -173,7 +183,7 @@ def _lift_off(speed: float) -> tuple[str, ...]:
 
 
 def check_compatible(effects: tuple[Effect, ...]) -> None:
-    """Refuse double-booked slots, repeated effects and unmet needs, naming both sides."""
+    """Refuse double-booked slots, repeated ``effects`` and unmet needs, naming both sides."""
     slots: dict[str, Effect] = {}
     provided = {thing for effect in effects for thing in effect.provides}
     for number, effect in enumerate(effects):
@@ -194,6 +204,6 @@ def check_compatible(effects: tuple[Effect, ...]) -> None:
 
 
 def state_scale(states: tuple[str, ...], weight: float) -> Any:
-    """Force and moment states in units of the nearest power of two to the weight; everything else in SI."""
+    """Size of each of ``states``: for forces and moments the power of two nearest to ``weight`` (N), else 1 in SI."""
     force_unit = 2.0 ** round(math.log2(weight))
     return np.array([force_unit if name.endswith(("_force", "_moment")) else 1.0 for name in states])

@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tyre.fits.estimate import Estimate
+from tyre.estimate import Estimate
 
 Origin = Literal["measured", "interpolated", "extrapolated"]
 

@@ -132,7 +132,7 @@ class Forward(Protocol):
         """(measured - computed) / sd (n,) at ``theta`` (p,), and slopes (n, p); (n, 0) without ``slopes``."""
 
     def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
-        """Of the covariance of what was marginalised inside (initial states) at ``theta`` (p,); part of the evidence."""
+        """Of the covariance of what was marginalised (initial states) at ``theta`` (p,); part of the evidence."""
 
     def proposed(self) -> tuple[ProposedMeasurement, ...]:
         """Feasible further measurements."""

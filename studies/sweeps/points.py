@@ -102,8 +102,8 @@ class Sampler:
 
         Draws stay within what is physically possible (:mod:`studies.sampling.bounded_draws`); a ``share`` < 1 (no unit)
         goes only that part of the way from the mean to them. ``linear`` instead takes mean + factor z, whatever the
-        bounds, and the middle of what is uniform: with draws of zero it is the mean of everything. What is impossible is
-        marked, not refused.
+        bounds, and the middle of what is uniform: with draws of zero it is the mean of everything. What is impossible
+        is marked, not refused.
         """
         sweep, count = self.sweep, stop - start
         *cell, sample = np.unravel_index(np.arange(start, stop), sweep.shape)

@@ -17,7 +17,7 @@ from studies.missing_effect.motion import canonical_table, modal_table, nuisance
 from studies.missing_effect.report import SAYS
 from studies.missing_effect.rig import measurement as rig_measurement
 from studies.missing_effect.rig import reference, tables_forward
-from tyre.fits.estimate import Calibration
+from tyre.estimate import Calibration
 
 PAGE = (Path(__file__).parents[2] / "docs" / "measurement_files.md").read_text(encoding="utf-8")
 BLOCK = re.compile(r"^```\{code-block\} \w+\n:caption: (\S+)\n(.*?)^```", flags=re.MULTILINE | re.DOTALL)

@@ -89,7 +89,7 @@ class Cells:
         return [name.strip() for name in self.rows[0][1]]
 
     def column(self, place: int) -> list[str]:
-        """Cells of one column (its place from 0) below the header."""
+        """Cells of one column (``place``: its index) below the header."""
         return [cells[place].strip() for _, cells in self.rows[1:]]
 
     def numbers(self, places: Sequence[int], *, missing: Collection[str] = ()) -> list[Array]:

@@ -74,7 +74,7 @@ def nearest(name: object, allowed: Iterable[str], *, cutoff: float = 0.6) -> str
 
 
 def hint(name: object, allowed: Iterable[str]) -> str:
-    """The nearest known name as a question that ends a message; empty where there is none."""
+    """The nearest of the ``allowed`` names to ``name`` as a question that ends a message; empty where there is none."""
     near = nearest(name, allowed)
     return f"; did you mean {near!r}?" if near else ""
 

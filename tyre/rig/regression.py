@@ -110,7 +110,7 @@ class SweepTerms:
     compliance: Contribution = 0.0
 
     def add(self, **contributions: Contribution) -> None:
-        """Add to contributions by name."""
+        """Add to ``contributions`` by name."""
         _add(self, contributions)
 
 
@@ -140,7 +140,7 @@ class PullTerms:
     force: Contribution = 0.0
 
     def add(self, **contributions: Contribution) -> None:
-        """Add to contributions by name."""
+        """Add to ``contributions`` by name."""
         _add(self, contributions)
 
 
@@ -178,11 +178,11 @@ class Term:
     needs: Callable[[Recorded], str] = _always
 
     def key(self, parameter: RigParameter) -> str:
-        """Name of one of its parameters among those of all effects."""
+        """Name of one ``parameter`` of its own among those of all effects."""
         return f"{self.identifier}.{parameter.name}"
 
     def add_to(self, terms: SweepTerms | PullTerms, values: Mapping[str, Array]) -> None:
-        """Add the effect to a sweep or a pull, where ``values`` (K,) by :meth:`key` have it."""
+        """Add the effect to the ``terms`` of a sweep or a pull, where ``values`` (K,) by :meth:`key` have it."""
         add = self.sweep if isinstance(terms, SweepTerms) else self.pull
         keys = {p.name: self.key(p) for p in self.parameters}
         if add is not None and all(key in values for key in keys.values()):

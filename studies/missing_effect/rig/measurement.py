@@ -25,7 +25,7 @@ from studies.missing_effect.rig.setup import rig_forward_model
 from tyre.base.errors import InputError
 from tyre.base.schema import anything, by_name, list_of, maybe, needed, number, read, table, text
 from tyre.campaigns.campaign import recordings_in
-from tyre.fits.estimate import Calibration
+from tyre.estimate import Calibration
 from tyre.fits.slip_step import is_slip_step
 from tyre.recordings.preflight import preflight
 from tyre.recordings.read import read_recording

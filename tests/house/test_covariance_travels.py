@@ -23,7 +23,7 @@ from tyre.base.errors import InputError
 from tyre.campaigns.campaign import fit_campaign
 from tyre.campaigns.export import measured_tables, write_tables
 from tyre.campaigns.summary import FitSettings
-from tyre.fits.estimate import Calibration
+from tyre.estimate import Calibration
 from tyre.maps.table_io import read_table
 from tyre.maps.tyre_map import TyreMap
 from tyre.rig.campaign import CampaignPlan, default_effects, write_campaign_files
