@@ -16,8 +16,8 @@ UNIT = re.compile(
         | shape | scalar | \([\w, .*+]*,[\w, .*+]*\)  # (n,), (..., n, n)
         | -?\d+(\.\d+)?\ (to|or)\ -?\d | [Aa]s\ (in|of|that|for|what)\b | :(func|meth|class|attr):`
         | (?i:ratio | relative | shares? | factors? | fractions? | quantile | probability | exponent | numbers?
-            | counts? | samples? | entries | how\ many | index | indices | places? | seed | bytes | rows? | columns? | lines?
-            | inch(es)?)\b | \{\d[\d, ]*\}
+            | counts? | samples? | entries | how\ many | index | indices | places? | seed | bytes | rows? | columns?
+            | lines? | inch(es)?)\b | \{\d[\d, ]*\}
     )""",
     re.VERBOSE,
 )
