@@ -90,7 +90,7 @@ class Model:
         return evaluator(tuple(type(effect) for effect in self.effects))
 
     def with_effect(self, effect: Effect) -> "Model":
-        """The same model with one more effect; a contact law takes the place of the one there was."""
+        """The same model with one more ``effect``; a contact law takes the place of the one there was."""
         kept = tuple(
             other
             for other in self.effects
@@ -110,21 +110,26 @@ class Model:
 
 
 def as_linear(model: "Model | LinearModel") -> LinearModel:
-    """The linear model of ``model``, or a linear model as it is: what functions of the dynamics take."""
+    """The linear model of a ``model``, or a linear model as it is: what functions of the dynamics take."""
     return model.linear_model() if isinstance(model, Model) else model
 
 
 def linear_model(evaluate: Evaluator, values: Mapping[str, float], model: Model) -> LinearModel:
-    """Numbers for one parameter set; a model whose equations switch at a speed gets one range on each side of it.
+    """Numbers for one parameter set; a model whose equations switch at a speed gets one range on each side.
 
     Parameters
     ----------
     evaluate : Evaluator
-        Of the equations of its effects.
+        Of the effects of the model.
     values : mapping of str to float
-        Every parameter by its key, SI.
+        Every parameter, SI.
     model : Model
-        That names come from.
+        Names the bicycle and gives notes and warnings.
+
+    Raises
+    ------
+    InputError
+        The mass matrix is not positive definite.
     """
     switches = evaluate.switch_speeds(values)
     borders = sorted({0.0, *(speed for speed in switches if speed > 0), math.inf})
@@ -183,7 +188,7 @@ def _lift_off(speed: float) -> tuple[str, ...]:
 
 
 def check_compatible(effects: tuple[Effect, ...]) -> None:
-    """Refuse double-booked slots, repeated ``effects`` and unmet needs, naming both sides."""
+    """Refuse ``effects`` with double-booked slots, repeated ones and unmet needs, naming both sides."""
     slots: dict[str, Effect] = {}
     provided = {thing for effect in effects for thing in effect.provides}
     for number, effect in enumerate(effects):
@@ -204,6 +209,6 @@ def check_compatible(effects: tuple[Effect, ...]) -> None:
 
 
 def state_scale(states: tuple[str, ...], weight: float) -> Any:
-    """Size of each of ``states``: for forces and moments the power of two nearest to ``weight`` (N), else 1 in SI."""
+    """Force and moment states in units of the nearest power of two to the ``weight`` (N); other ``states`` in SI."""
     force_unit = 2.0 ** round(math.log2(weight))
     return np.array([force_unit if name.endswith(("_force", "_moment")) else 1.0 for name in states])

@@ -265,8 +265,10 @@ class ModelFamily:
 
         Parameters
         ----------
-        numbers, count
-            As in :meth:`polynomials`.
+        numbers : mapping of str to array_like, shape () or (count,)
+            As in :meth:`values`.
+        count : int
+            Number of bicycles.
 
         Returns
         -------

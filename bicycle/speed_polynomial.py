@@ -50,7 +50,7 @@ class SpeedPolynomial(Mapping[int, Array]):
         return f"<SpeedPolynomial {self.shape} in v^{', v^'.join(map(str, self)) or '- (zero)'}>"
 
     def coefficient(self, power: int) -> Array:
-        """The matrix of v^``power`` (a whole number), zeros where that does not occur, shape (..., rows, columns)."""
+        """The matrix of v to the ``power`` (no unit), zeros where it does not occur, shape (..., rows, columns)."""
         return self._coefficients[power] if power in self._coefficients else np.zeros(self.shape)
 
     def __call__(self, speeds: ArrayLike) -> Array:

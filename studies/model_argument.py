@@ -54,7 +54,7 @@ def takes_model(command: Callable[..., Any]) -> Callable[..., Any]:
 
     @functools.wraps(command)
     def with_model(
-        model: str, tyre: str | None, pressure: str | None, surface: str | None, extrapolate: bool, **rest: Any
+        model: str, tyre: str | None, pressure: str | None, surface: str | None, *, extrapolate: bool, **rest: Any
     ) -> Any:
         chosen = choose(model, tyre=tyre, pressure=pressure, surface=surface, extrapolate=extrapolate)
         if chosen.remark:

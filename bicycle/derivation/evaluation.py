@@ -62,17 +62,28 @@ class Evaluator:
         )
 
     def __call__(self, values: Mapping[str, Any], indicators: tuple[Any, ...] = ()) -> Matrices:
-        """Evaluate at parameters (floats or arrays that broadcast); ``indicators`` are the 0/1 of the switches."""
+        """Evaluate the matrices.
+
+        Parameters
+        ----------
+        values : mapping of str to array_like
+            Every parameter of the model (more do no harm) -> number or array, SI; the shapes broadcast.
+        indicators : tuple of array_like
+            For each switch of the equations 1 below its speed and 0 above; shapes that broadcast too.
+        """
         arguments = [np.asarray(values[name], float) for name in self.symbolic.parameters]
         arguments += [np.asarray(value, float) for value in indicators]
         return self._fill(self._function(*arguments), np.broadcast_shapes(*(a.shape for a in arguments)))
 
     def switch_speeds(self, values: Mapping[str, float]) -> tuple[float, ...]:
-        """Speeds (m/s) at which the equations change, in the order of the indicators."""
+        """Speeds (m/s) at which the equations change, in the order of the indicators; ``values`` in SI."""
         return tuple(float(s) for s in self.switch_function(*(values[name] for name in self.symbolic.parameters)))
 
     def lift_off_speed(self, values: Mapping[str, float]) -> float:
-        """Speed (m/s) above which the front contact would have to pull, infinite where no load moves with speed."""
+        """Speed (m/s) above which the front contact would have to pull, infinite where no load moves with speed.
+
+        ``values`` are the parameters of one bicycle, SI.
+        """
         transfer = self.symbolic.load_transfer.subs(SPEED, 1)  # drag-like: proportional to v^2
         if transfer == 0:
             return math.inf
@@ -83,7 +94,10 @@ class Evaluator:
         return math.sqrt(front / per_speed) if per_speed > 0 else math.inf
 
     def derivative(self, key: str, values: Mapping[str, Any], indicators: tuple[Any, ...] = ()) -> Matrices:
-        """Derivative of every matrix with respect to the parameter ``key`` (SI units per unit of the parameter)."""
+        """Derivative of every matrix with respect to the parameter ``key``, in SI units per unit of the parameter.
+
+        ``values`` (SI) and ``indicators`` (0 or 1, no unit) are those of :meth:`__call__`.
+        """
         function = self._derivatives(key)
         arguments = [np.asarray(values[name], float) for name in self.symbolic.parameters]
         arguments += [np.asarray(value, float) for value in indicators]
@@ -140,11 +154,11 @@ class Contribution(Protocol):
         """The thing with a symbol for every parameter."""
 
     def apply(self, model: ModelBuilder) -> None:
-        """Add it to the open model."""
+        """Add it to the open ``model``."""
 
 
 def derive(effects: tuple[type[Contribution], ...]) -> SymbolicModel:
-    """Derive the model of a set of effects; exactly one of them must be a contact law (checked by the caller)."""
+    """Derive the model of a set of ``effects``; exactly one of them must be a contact law (checked by the caller)."""
     model = ModelBuilder()
     for effect in effects:
         effect.symbolic().apply(model)
@@ -153,5 +167,5 @@ def derive(effects: tuple[type[Contribution], ...]) -> SymbolicModel:
 
 @cache
 def evaluator(effects: tuple[type[Contribution], ...]) -> Evaluator:
-    """The evaluator of a set of effects: derived at the first call (about a second), then kept in memory."""
+    """The evaluator of a set of ``effects``: derived at the first call (about a second), then kept in memory."""
     return Evaluator(derive(effects))

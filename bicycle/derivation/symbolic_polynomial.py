@@ -20,7 +20,10 @@ class SymbolicPolynomial:
 
     @classmethod
     def of_linear(cls, rows: Any, variables: Sequence[Any], speed: Any) -> "SymbolicPolynomial":
-        """Coefficients of expressions that are linear in ``variables`` and a Laurent polynomial in ``speed``.
+        """Coefficients of ``rows`` of expressions, linear in ``variables`` and a Laurent polynomial in ``speed``.
+
+        ``rows`` has shape (r,) and ``variables`` (c,), so that each coefficient has shape (r, c); ``speed`` is the
+        symbol of v, m/s.
 
         Raises
         ------

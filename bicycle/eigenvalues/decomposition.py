@@ -132,7 +132,7 @@ def uncertainty(values: Complex, left: Complex, matrices: Array, right: Complex)
 
 
 def inverse(matrices: Complex) -> Complex:
-    """Inverses (m, n, n) of ``matrices`` (m, n, n); pseudo-inverses of eigenvectors that are exactly defective."""
+    """Inverses of ``matrices`` (m, n, n); pseudo-inverses where a matrix of eigenvectors is exactly defective."""
     try:
         return np.asarray(np.linalg.inv(matrices))
     except np.linalg.LinAlgError:

@@ -16,20 +16,24 @@ def reduce_pencil(
     out: NDArray[np.float64],
     refused: NDArray[np.bool_],
 ) -> None:
-    """Fill ``out`` (p, m, n, n) with inv(D) inv(M) F D for p stacks F; mark M that are not positive definite.
-
-    Gaussian elimination with partial pivoting; M counts as positive where its symmetric part has a Cholesky factor.
+    """Fill ``out`` with inv(D) inv(M) F D, D = diag(scale), for p stacks F; mark M that are not positive.
 
     Parameters
     ----------
     mass : ndarray, shape (m, n, n)
-        M, in any units.
+        M.
     parts : tuple of p ndarrays, shape (m, n, n)
-        F.
+        The stacks F.
     scale : ndarray, shape (n,)
-        The diagonal of D.
+        Diagonal of D.
+    out : ndarray, shape (p, m, n, n)
+        Filled.
     refused : ndarray of bool, shape (m,)
-        Set where M is not positive definite.
+        Filled: True where M is not positive.
+
+    Notes
+    -----
+    Gaussian elimination with partial pivoting; M counts as positive where its symmetric part has a Cholesky factor.
     """
     m, n, p = mass.shape[0], mass.shape[1], len(parts)
     a, factor, right = np.empty((n, n)), np.empty((n, n)), np.empty((n, n * p))

@@ -24,16 +24,16 @@ Solver = Callable[[NDArray[np.float64]], Complex]
 
 
 def eigenvalues(stack: ArrayLike, *, threads: int = 1, solver: Solver | None = None) -> Complex:
-    """Eigenvalues (1/s) of matrices (..., n, n), shape (..., n), sorted by real then imaginary part.
+    """Eigenvalues (..., n) in 1/s of matrices, sorted by real then imaginary part.
 
     Each matrix is treated by itself: the result depends neither on its neighbours nor on the number of threads.
 
     Parameters
     ----------
     stack : array_like, shape (..., n, n)
-        Real matrices.
+        Real matrices, 1/s.
     threads : int
-        Sub-batches are spread over so many threads; numpy and the compiled kernel leave the interpreter free.
+        Number of threads that sub-batches are spread over; numpy and the compiled kernel leave the interpreter free.
     solver : callable, optional
         :func:`lapack` or :func:`compiled`; by default compiled where numba (extra ``fast``) is installed.
 
@@ -65,9 +65,17 @@ def eigenvalues(stack: ArrayLike, *, threads: int = 1, solver: Solver | None = N
 def eigenvalues_along(
     model: LinearModel, speeds: ArrayLike, *, threads: int = 1, solver: Solver | None = None
 ) -> Complex:
-    """Eigenvalues (1/s) of one model at speeds (m,) in m/s, shape (m, n): the matrices are made where they are used.
+    """Eigenvalues (m, n) in 1/s of one model along speed: the matrices are made where they are used.
 
-    Otherwise like :func:`eigenvalues`.
+    Parameters
+    ----------
+    model : LinearModel
+    speeds : array_like, shape (m,)
+        m/s.
+    threads : int
+        Number of threads, as in :func:`eigenvalues`.
+    solver : callable, optional
+        As in :func:`eigenvalues`.
 
     Raises
     ------
@@ -102,12 +110,12 @@ def _in_batches(
 
 
 def lapack(stack: NDArray[np.float64]) -> Complex:
-    """Eigenvalues (m, n) of a stack (m, n, n) by LAPACK's ``dgeev`` through numpy, sorted."""
+    """Eigenvalues (m, n) of a ``stack``, shape (m, n, n), by LAPACK's ``dgeev`` through numpy, sorted."""
     return np.sort(np.linalg.eigvals(stack).astype(complex, copy=False), axis=-1)
 
 
 def compiled(stack: NDArray[np.float64]) -> Complex:
-    """Eigenvalues (m, n) of a stack (m, n, n) by the QR kernel of this room, sorted; LAPACK where it gives up."""
+    """Eigenvalues (m, n) of a ``stack``, shape (m, n, n), by the QR kernel of this room; LAPACK where it gives up."""
     from bicycle.eigenvalues.qr_kernel import solve
 
     result = np.empty(stack.shape[:2], complex)

@@ -96,36 +96,43 @@ class _Walk:
         for k in nodes:
             if not past or other[min(k, past[-1])]:
                 before = owner.copy()
-                now, settled = self._settle(k, owner)
-                for group in settled:
+                now, changed = self._assign(k, owner)
+                for group in changed:
                     self._blur(past, before, group, self.speeds[k])
             self.labels[k] = now
             past.append(k)
 
-    def _settle(self, k: int, owner: NDArray[np.intp]) -> tuple[tuple[Label, ...], list[frozenset[int]]]:
+    def _assign(self, k: int, owner: NDArray[np.intp]) -> tuple[tuple[Label, ...], list[frozenset[int]]]:
         """Labels at node k, and the groups of modes in which roots changed hands."""
         mate = self.mate[k]
         links = [frozenset((int(owner[i]), int(owner[j]))) for i, j in enumerate(mate) if owner[i] != owner[j]]
-        settled = []
+        changed = []
         slow_first = np.lexsort((self.values[k].real, np.abs(self.values[k]).round(12))).tolist()
         label: list[Label] = [(int(mode),) for mode in owner]
         for group in _united(links):
             branches = [i for i in slow_first if owner[i] in group]  # ties must not hang on the order of columns
-            pairs = [(i, int(mate[i])) for i in branches if self.values[k, i].imag > 0]
-            reals = [i for i in branches if mate[i] == i]
-            double = sorted(m for m in group if len(self.modes[m]) == 2)
-            single = sorted(m for m in group if len(self.modes[m]) == 1)
-            if len(pairs) == len(double) and len(reals) == len(single) and self._likely(k, pairs, reals, single):
-                if self._hand_over(k, owner, pairs, reals, double, single):
-                    settled.append(group)
-                for i in branches:
-                    label[i] = (int(owner[i]),)
-                continue
-            tyre = [m for m in single if m != self.castering]
-            wobble = self.castering in single and len(tyre) == 1 and not double and tyre[0] >= self._first_free
+            handed_over = self._assign_group(k, owner, group, branches)
+            if handed_over:
+                changed.append(group)
             for i in branches:
-                label[i] = (tyre[0],) if wobble else tuple(sorted(group))
-        return tuple(label), settled
+                label[i] = (int(owner[i]),) if handed_over is not None else self._joint(group)
+        return tuple(label), changed
+
+    def _assign_group(self, k: int, owner: NDArray[np.intp], group: frozenset[int], branches: list[int]) -> bool | None:
+        """Give the roots of a group of modes back to them; True if any changed hands, None where it cannot be told."""
+        mate = self.mate[k]
+        pairs = [(i, int(mate[i])) for i in branches if self.values[k, i].imag > 0]
+        reals = [i for i in branches if mate[i] == i]
+        double, single = ([m for m in sorted(group) if len(self.modes[m]) == size] for size in (2, 1))
+        told = len(pairs) == len(double) and len(reals) == len(single) and self._likely(k, pairs, reals, single)
+        return self._hand_over(k, owner, pairs, reals, double, single) if told else None
+
+    def _joint(self, group: frozenset[int]) -> Label:
+        """The label of roots that may belong to any mode of a group; castering and one root of a tyre are wobble."""
+        single = [m for m in group if len(self.modes[m]) == 1]
+        tyre = [m for m in single if m != self.castering]
+        only_these = self.castering in single and len(tyre) == 1 and len(single) == len(group)
+        return (tyre[0],) if only_these and tyre[0] >= self._first_free else tuple(sorted(group))
 
     def _likely(self, k: int, pairs: list[tuple[int, int]], reals: list[int], single: list[int]) -> bool:
         """False where castering, which is fast, would turn slow, or another real mode much faster than the pair."""

@@ -24,11 +24,11 @@ class Nodes:
     left: Complex
 
     def take(self, index: NDArray[np.intp]) -> "Nodes":
-        """The nodes with the indices ``index`` (k,)."""
+        """The nodes at ``index`` (k,)."""
         return Nodes(*(part[index] for part in vars(self).values()))
 
     def joined(self, new: "Nodes") -> tuple["Nodes", NDArray[np.intp]]:
-        """All nodes, these and ``new`` ones, in order of ``v``, and the places of the old ones among them."""
+        """These and the ``new`` nodes in order of ``v``, and the places of the old ones among them."""
         order = np.argsort(np.concatenate([self.v, new.v]), kind="stable")
         places = np.empty_like(order)
         places[order] = np.arange(len(order))
@@ -37,7 +37,10 @@ class Nodes:
 
 
 def link(a: Nodes, b: Nodes) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-    """Match neighbouring nodes ``a`` and ``b``: partner of each root (k, n), and where it is beyond doubt (k,)."""
+    """Match the nodes ``a`` and their neighbours ``b``, k each: which root follows which, and where it is beyond doubt.
+
+    Returns the match (k, n) and whether it is good (k,).
+    """
     half = (b.v - a.v)[:, None] / 2
     cost = np.abs((a.values + half * a.slopes)[:, :, None] - (b.values - half * b.slopes)[:, None, :])
     size = np.maximum(np.abs(a.values).max(1), np.abs(b.values).max(1))[:, None]
@@ -60,16 +63,16 @@ def link(a: Nodes, b: Nodes) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
 
 
 def set_cost(a: Complex, b: Complex) -> Array:
-    """Cost (k, n, n) of matching roots ``a`` and ``b`` (k, n), 1/s^2, as a set.
+    """Squared distance of roots ``a`` and ``b``, shape (k, n) each, in 1/s^2, shape (k, n, n).
 
-    Squared distance, with a light hand that leads the larger of two real roots to the upper half of a pair.
+    A light hand leads the larger of two real roots to the upper half of a pair.
     """
     rank_a, rank_b = a.real + a.imag, b.real + b.imag
     return np.abs(a[:, :, None] - b[:, None, :]) ** 2 + 1e-3 * (rank_a[:, :, None] - rank_b[:, None, :]) ** 2
 
 
 def assign(cost: Array) -> NDArray[np.intp]:
-    """Cheapest one-to-one match: for ``cost`` (k, n, n) the column of each row, (k, n)."""
+    """Cheapest one-to-one match, ``cost`` of shape (k, n, n) -> column of each row (k, n)."""
     match = cost.argmin(2)
     for row in np.flatnonzero((np.sort(match) != np.arange(match.shape[1])).any(1)):
         match[row] = linear_sum_assignment(cost[row])[1]

@@ -78,7 +78,7 @@ class Modes:
         return tuple(self.branches)
 
     def branch(self, name: str) -> Complex:
-        """Values (m, 2), 1/s, of the mode called ``name``.
+        """Values (m, 2) of the mode called ``name``, 1/s.
 
         Raises
         ------
@@ -90,7 +90,10 @@ class Modes:
         return self.branches[name]
 
     def frequency(self, name: str) -> Array:
-        """Damped frequency Im/(2 pi) of the mode ``name``, Hz (m,); 0 for real roots, NaN where there is none."""
+        """Damped frequency Im/(2 pi) of the mode ``name`` in Hz, shape (m,).
+
+        0 where the roots are real, NaN where there is no such mode.
+        """
         return frequency_hz(self.branch(name)[:, 0])
 
     def damping_ratio(self, name: str) -> Array:
@@ -102,7 +105,7 @@ class Modes:
         return pair_damping_ratio(*self.branch(name)[:, :2].T)
 
     def shape(self, name: str) -> ModeShape:
-        """Magnitude and phase of lean, steer, yaw and lateral motion in the mode ``name`` (first value of it)."""
+        """Magnitude and phase of lean, steer, yaw and lateral motion, of the first value of the branch ``name``."""
         return mode_shape(self.model, self.speeds, self.branch(name)[:, 0])
 
     def plot(self, axes: Any = None) -> tuple[Any, Any]:

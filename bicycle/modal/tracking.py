@@ -56,7 +56,7 @@ class TrackedRange:
     participation: Array  # (m, states, n): |left times right eigenvector|, columns sum to 1
 
     def follow(self, speeds: Array, eigenvalues: Complex) -> NDArray[np.intp]:
-        """Index (k, n) of the root of each branch among ``eigenvalues`` (k, n) at ``speeds`` (k,) inside the range."""
+        """For ``speeds`` (k,) inside the range: which of the ``eigenvalues`` (k, n) belongs to each branch."""
         if len(self.speeds) == 1:
             return assign(np.abs(self.values[[0] * len(speeds), :, None] - eigenvalues[:, None, :]))
         at = np.clip(np.searchsorted(self.speeds, speeds, side="right") - 1, 0, len(self.speeds) - 2)
@@ -78,7 +78,7 @@ class TrackedRange:
 def track(
     model: LinearModel, lowest: float, highest: float, *, sparse: bool = False
 ) -> tuple[tuple[TrackedRange, ...], tuple[Meeting, ...]]:
-    """Track all roots of ``model`` from ``lowest`` to ``highest`` (model units, usually m/s), within each speed range.
+    """Track all roots of a ``model`` from ``lowest`` to ``highest`` (its unit, usually m/s), within each speed range.
 
     Columns of all ranges are the same branches: across a speed at which the equations switch, roots are matched by
     distance. ``sparse`` takes fewer nodes: wide steps at high speed, and none to close in on the meetings of roots.
@@ -110,18 +110,10 @@ def track(
 
 
 def grid(low: float, high: float, unit: float, *, singular: bool, sparse: bool = False) -> Array:
-    """Nodes of a fixed sequence that cover a range: even steps, geometric towards 0 where the model is singular.
+    """Nodes of a fixed sequence that cover [low, high]: even steps, geometric towards 0 where the model is singular.
 
-    Parameters
-    ----------
-    low, high : float
-        m/s.
-    unit : float
-        sqrt(g w), m/s.
-    singular : bool
-        Whether slip divides by the speed.
-    sparse : bool
-        Take every :data:`SPARSE`-th node from :data:`SPARSE_FROM` on.
+    ``low`` and ``high`` in m/s, ``unit`` the model's unit of speed, sqrt(g w), in m/s; ``singular`` says whether the
+    model divides by the speed, ``sparse`` whether fewer nodes will do.
     """
     step = unit * STEP
     numbers = np.arange(max(np.floor(low / step), 0), np.ceil(high / step) + 1)
@@ -139,9 +131,10 @@ def grid(low: float, high: float, unit: float, *, singular: bool, sparse: bool =
 def refine(
     nodes: Nodes, compute: Callable[[Array], Nodes], smallest: float, *, sparse: bool = False
 ) -> tuple[Nodes, NDArray[np.intp], NDArray[np.bool_]]:
-    """Halve steps between ``nodes`` until every match is beyond doubt, or the step no larger than ``smallest`` (m/s).
+    """Halve the steps between ``nodes`` until every match is beyond doubt, or the step no larger than ``smallest``.
 
-    With ``sparse``, steps may span the meeting of two roots where it is plain which two.
+    ``compute`` gives the nodes at new places (k,); ``smallest`` is in the unit of these, usually m/s. With ``sparse``,
+    steps may span the meeting of two roots where it is plain which two.
 
     Returns
     -------
@@ -195,15 +188,9 @@ def _nodes(polynomial: SpeedPolynomial, speeds: Array) -> Nodes:
 
 
 def in_branches(nodes: Nodes, links: NDArray[np.intp], smooth: NDArray[np.bool_]) -> tuple[TrackedRange, list[Meeting]]:
-    """Columns of roots along the links, and where real roots meet.
+    """Columns of the roots of ``nodes`` along ``links``, and where real roots meet.
 
-    Parameters
-    ----------
-    nodes : Nodes
-        m of them.
-    links : ndarray of int, shape (m - 1, n)
-    smooth : ndarray of bool, shape (m - 1,)
-        As :func:`refine` gives them.
+    ``links`` (m - 1, n) and ``smooth`` (m - 1,) are what :func:`refine` gives with the nodes.
     """
     n = nodes.values.shape[1]
     order = np.empty((len(nodes.v), n), np.intp)

@@ -122,7 +122,7 @@ def mode_sd(
     Parameters
     ----------
     model, speed, eigenvalue, names
-        As in :func:`mode_gradients`.
+        As in :func:`mode_gradients`: speed () or (m,) in m/s, eigenvalue (...) or (m, ...) in 1/s.
     covariance : array_like, shape (p, p)
         Of the parameters, SI units; what rear and front tyre share stands off the diagonal.
 
@@ -175,8 +175,10 @@ def critical_speed_sd(
     ----------
     model, critical
         As in :func:`critical_speed_gradients`.
-    names, covariance
-        As in :func:`mode_sd`.
+    names : sequence of str
+        As in :func:`mode_gradients`.
+    covariance : array_like, shape (p, p)
+        Of the parameters, SI units.
 
     Returns
     -------

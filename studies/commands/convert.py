@@ -16,7 +16,7 @@ from studies.reporting.output import verbose
 @click.argument("bicycle")
 @click.option("--to", "target", required=True, metavar="FILE", type=click.Path(path_type=Path), help=".toml or .yml")
 @click.option("--force", is_flag=True, help="Overwrite an existing file.")
-def command(bicycle: str, target: Path, force: bool) -> None:
+def command(bicycle: str, target: Path, *, force: bool) -> None:
     from bicycle.files.bicycle_file import load_bicycle, to_toml, to_yaml
     from studies.reporting.output import print_warnings
     from tyre.base.errors import InputError

@@ -15,7 +15,7 @@ from studies.reporting.examples import example
 @click.option("--bicycle", default="benchmark", show_default=True, help="A packaged bicycle to begin with.")
 @click.option("--tyre", default="Tyre1", show_default=True, help="A packaged tyre to begin with.")
 @click.option("--force", is_flag=True, help="Overwrite an existing file.")
-def command(target: Path, bicycle: str, tyre: str, force: bool) -> None:
+def command(target: Path, bicycle: str, tyre: str, *, force: bool) -> None:
     from bicycle.files.bicycle_file import available_bicycles, load_bicycle
     from bicycle.files.model_file import build_model
     from studies.model_example import example_model

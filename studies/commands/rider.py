@@ -29,7 +29,7 @@ from studies.reporting.output import verbose
 @click.option("--force", is_flag=True, help="Overwrite existing files.")
 def command(
     bicycle: str, rider_name: str | None, height: float | None, mass: float | None, posture: str,
-    torso_lean: float | None, back_rounding: float, elbows_out: float, geometry: Path | None, out: Path, force: bool,
+    torso_lean: float | None, back_rounding: float, elbows_out: float, geometry: Path | None, out: Path, *, force: bool,
 ) -> None:  # fmt: skip
     import math
     import shlex
@@ -42,7 +42,7 @@ def command(
     from studies.riders import rider_words
     from studies.riders.rider_figure import save_figure
 
-    _check_target(out, force)
+    _check_target(out, force=force)
     frame = load_bicycle(bicycle)
     person = _rider(rider_name, height, mass)
     known = geometry or packaged_geometry(bicycle)
@@ -77,7 +77,7 @@ def command(
     click.echo(f"{out.as_posix()}, {out.with_suffix('.png').as_posix()}")
 
 
-def _check_target(out: Path, force: bool) -> None:
+def _check_target(out: Path, *, force: bool) -> None:
     from tyre.base.errors import InputError
 
     if out.suffix.lower() != ".toml":

@@ -30,7 +30,7 @@ from studies.reporting.examples import example
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, help="Folder for the results.")
 def command(
     chosen: ChosenModel, speed: float, duration: float, sample: float, initial: str, inputs: tuple[str, ...],
-    frequency_response: str | None, nonlinear: bool, friction: float, shape_factor: float, curvature_factor: float,
+    frequency_response: str | None, *, nonlinear: bool, friction: float, shape_factor: float, curvature_factor: float,
     offset: float, out: Path,
 ) -> None:  # fmt: skip
     import math

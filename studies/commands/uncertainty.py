@@ -35,7 +35,7 @@ HEADERS = ["quantity", "unit", "value", "sd linear", "sd Monte Carlo", "2.5 %", 
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(
     chosen: ChosenModel, speeds: str | None, sds: tuple[str, ...], relative_cornering_stiffness_sd: float | None,
-    stated_only: bool, max_speed: float, samples: int, seed: int, narrow: str | None, json_file: str | None,
+    *, stated_only: bool, max_speed: float, samples: int, seed: int, narrow: str | None, json_file: str | None,
 ) -> None:  # fmt: skip
     import numpy as np
 

@@ -153,7 +153,7 @@ def fit(
     upper = np.minimum((np.array([u.highest for u in unknowns]) - centre) / sd, FARTHEST)
     used = np.ones(len(forward.rows.where), bool) if rows is None else rows
 
-    def evaluate(z: Array, slopes: bool) -> tuple[Array, Array]:
+    def evaluate(z: Array, *, slopes: bool) -> tuple[Array, Array]:
         residual, jacobian = forward.residual(candidates, centre + sd * z, slopes=slopes)
         return residual, jacobian * sd if slopes else jacobian
 
@@ -212,7 +212,7 @@ def outlook(forward: Forward, parent: Fit, candidate: Candidate) -> float:
     return min(promised)
 
 
-Evaluate = Callable[[Array, bool], tuple[Array, Array]]
+Evaluate = Callable[..., tuple[Array, Array]]
 
 
 def minimise(
@@ -236,7 +236,7 @@ def minimise(
         Where it ended; residual and jacobian of all rows.
     """
     z = np.clip(z, lower, upper)
-    residual, jacobian = evaluate(z, True)
+    residual, jacobian = evaluate(z, slopes=True)
     objective = float(residual[used] @ residual[used] + z @ z)
     damping = 1e-3
     for _ in range(ITERATIONS):
@@ -253,12 +253,12 @@ def minimise(
             damped = hessian[np.ix_(free, free)] + damping * np.diag(hessian.diagonal()[free])
             step[free] = -np.linalg.solve(damped, gradient[free])
             trial = np.clip(z + step, lower, upper)
-            new_residual, _ = evaluate(trial, False)
+            new_residual, _ = evaluate(trial, slopes=False)
             new = float(new_residual[used] @ new_residual[used] + trial @ trial)
             if np.isfinite(new) and new <= objective:
                 improved = objective - new
                 z, objective = trial, new
-                residual, jacobian = evaluate(z, True)
+                residual, jacobian = evaluate(z, slopes=True)
                 damping = max(damping / 10, 1e-9)
                 break
             damping *= 10

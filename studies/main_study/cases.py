@@ -103,7 +103,7 @@ def tyre_cases(settings: Settings) -> Cases:
             table = {"tyre": source, "surface": measured.surface, "pressure_bar": round(float(pressure), 9),
                      EXTRAPOLATE: True}  # fmt: skip
             try:
-                found.append(measured_case(table, dict.fromkeys(WHEELS, measured), settings.bicycle, packaged))
+                found.append(measured_case(table, dict.fromkeys(WHEELS, measured), settings.bicycle, packaged=packaged))
             except InputError as error:
                 left_out.append(f"{measured.tyre} {measured.surface} at {pressure:g} bar: {error}")
     if not found:
@@ -162,7 +162,7 @@ def measured_tyres(files: Sequence[str]) -> Iterator[tuple[str, TyreSource, bool
         yield name, measured, True
 
 
-def measured_case(table: Table, tyres: Mapping[str, TyreSource], bicycle: Bicycle, packaged: bool) -> TyreCase:
+def measured_case(table: Table, tyres: Mapping[str, TyreSource], bicycle: Bicycle, *, packaged: bool) -> TyreCase:
     """A measured tyre, or one on each wheel, at the wheel loads.
 
     Parameters

@@ -44,7 +44,7 @@ def draw_critical_speeds(study: Study, target: Path) -> Path:
             (shown[words],) = grid[0].plot([], [], "o", color="0.3", markerfacecolor=face)
         columns = legend_columns(list(shown), width=WIDTH)
         canvas.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=columns)
-        note = extrapolated_note(any(case.extrapolated for case in rows))
+        note = extrapolated_note(extrapolated=any(case.extrapolated for case in rows))
         canvas.suptitle(
             f"{study.settings.bicycle.name}: critical speeds; bars: one standard deviation of tyre and bicycle (thick: "
             f"of the tyre data alone){note}",

@@ -19,7 +19,7 @@ def draw_damping(study: Study, target: Path) -> Path:
                     mine = [r for r in study.of(setup, name) if mode in r.damping and r.case.pressures_bar]
                     if mine:
                         _line(axes, mine, mode, number, name)
-                hatch_extrapolated(axes, any(r.case.extrapolated for r in study.of(setup)))
+                hatch_extrapolated(axes, extrapolated=any(r.case.extrapolated for r in study.of(setup)))
                 if row == 0:
                     axes.set_title(setup.label.replace(", ", ",\n"), fontsize=8.5)
             _same_scale(list(grid[row]))
@@ -29,7 +29,7 @@ def draw_damping(study: Study, target: Path) -> Path:
             axes.set_xticks(sorted({case.pressure_bar for case in study.cases if case.pressures_bar}))
         handles, labels = max((axes.get_legend_handles_labels() for axes in grid.flat), key=lambda pair: len(pair[1]))
         canvas.legend(handles, labels, loc="outside lower center", ncols=len(labels))
-        note = extrapolated_note(any(case.extrapolated for case in study.cases))
+        note = extrapolated_note(extrapolated=any(case.extrapolated for case in study.cases))
         canvas.suptitle(
             f"{study.settings.bicycle.name} at {study.settings.report_speed:g} m/s; bands: one standard deviation of "
             f"tyre and bicycle (darker: of the tyre data alone); shaded: unstable{note}", x=0.01, ha="left",

@@ -54,14 +54,14 @@ def draw_eigenvalues(study: Study, setup: Setup, target: Path) -> Path:
             real.set_title(fill(name, TITLE))
             frequency.set_xlabel("Speed, m/s")
             for axes in (real, frequency):
-                hatch_extrapolated(axes, any(result.case.extrapolated for result in results))
+                hatch_extrapolated(axes, extrapolated=any(result.case.extrapolated for result in results))
         handles = {mode_words(mode): shown[mode] for mode in sorted(shown, key=lambda mode: mode.count("+"))}
         for number, condition in enumerate(study.conditions):
             (line,) = grid[0, 0].plot([], [], color="0.2", linestyle=PRESSURE_LINES[number % len(PRESSURE_LINES)])
             handles[condition] = line
         columns = legend_columns(list(handles), width=width)
         canvas.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=columns)
-        note = extrapolated_note(any(result.case.extrapolated for result in study.of(setup)))
+        note = extrapolated_note(extrapolated=any(result.case.extrapolated for result in study.of(setup)))
         canvas.suptitle(f"{study.settings.bicycle.name}: {setup.label}{note}", x=0.01, ha="left")
     return target
 

@@ -57,7 +57,7 @@ def draw_speed_locus(study: Study, setup: Setup, target: Path) -> Path:
             for axes in (plane, real):
                 axes.axvspan(0, WINDOW[1], color=UNSTABLE, zorder=0)
                 axes.axvline(0, color="0.2", linewidth=1, zorder=1)
-                hatch_extrapolated(axes, any(r.case.extrapolated for r in study.of(setup, name)))
+                hatch_extrapolated(axes, extrapolated=any(r.case.extrapolated for r in study.of(setup, name)))
         hertz = grid[0, -1].secondary_yaxis(
             "right", functions=(lambda w: frequency_hz(1j * np.asarray(w)), angular_frequency)
         )
@@ -68,7 +68,7 @@ def draw_speed_locus(study: Study, setup: Setup, target: Path) -> Path:
         handles, words = grid[0, 0].get_legend_handles_labels()
         canvas.legend(handles, words, loc="outside lower center", ncols=len(words))
         canvas.colorbar(grid[0, 0].collections[0], ax=grid, label="Speed, m/s", pad=0.01)
-        note = extrapolated_note(any(result.case.extrapolated for result in study.of(setup)))
+        note = extrapolated_note(extrapolated=any(result.case.extrapolated for result in study.of(setup)))
         canvas.suptitle(f"{study.settings.bicycle.name}: {setup.label}; shaded: unstable{note}", x=0.01, ha="left")
     return target
 

@@ -14,7 +14,7 @@ from tyre.base.files import replacing
 
 __all__ = [
     "EXTRAPOLATED", "FORMATS", "GREY", "LOOKS", "STYLE", "UNSTABLE", "Look", "drawing", "extrapolated_note",
-    "hatch_extrapolated", "legend_columns", "look", "mode_look", "mode_marker", "mode_words", "pressure_shade",
+    "hatch_extrapolated", "legend_columns", "look", "mode_look", "mode_marker", "mode_words",
 ]  # fmt: skip
 
 FORMATS = ("png", "svg")
@@ -78,17 +78,12 @@ def drawing(target: Path, *, width: float, height: float) -> Iterator[Any]:
                 figure.savefig(part, metadata=metadata)
 
 
-def pressure_shade(number: int, count: int) -> str:
-    """Grey from light (lowest pressure) to black (highest) for pressure number ``number`` of a number ``count``."""
-    return f"{0.7 * (1 - number / max(count - 1, 1)):.3f}"
-
-
-def hatch_extrapolated(axes: Any, extrapolated: bool) -> None:
+def hatch_extrapolated(axes: Any, *, extrapolated: bool) -> None:
     """Hatch the background of ``axes`` where their content rests on ``extrapolated`` tyre values."""
     if extrapolated:
         axes.patch.set(**EXTRAPOLATED)
 
 
-def extrapolated_note(extrapolated: bool) -> str:
+def extrapolated_note(*, extrapolated: bool) -> str:
     """What the title of a figure says of tyre values that are ``extrapolated``."""
     return "; hatched: tyre values extrapolated" if extrapolated else ""

@@ -61,7 +61,7 @@ def draw_root_locus(locus: RootLocus, target: Path, *, title: str, max_frequency
             _hatch_outside(axes, locus)
         if not locus.inside.all():
             frequency.legend(loc="center right", fontsize=7.5, frameon=True, edgecolor="none")
-        hatch_extrapolated(plane, not locus.inside.any())
+        hatch_extrapolated(plane, extrapolated=not locus.inside.any())
         handles, labels = _legend(plane, locus)
         canvas.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6))
         canvas.suptitle(title, x=0.01, ha="left")

@@ -52,7 +52,7 @@ def run_sweep(sweep: Sweep, out: str | Path, *, engine: Engine | None = None, pr
     parts = open_parts(out, sweep)
     todo = [piece for piece in pieces(sweep) if not parts.has(piece)]
     try:
-        _compute(sweep, parts, todo, engine or in_loop(), progress)
+        _compute(sweep, parts, todo, engine or in_loop(), progress=progress)
         _finish(sweep, parts, out)
     except ImpossibleItem as error:
         if not any(parts.has(piece) for piece in pieces(sweep)):
@@ -114,7 +114,7 @@ def pieces(sweep: Sweep) -> Iterator[tuple[int, int]]:
         yield start, min(start + step, sweep.items)
 
 
-def _compute(sweep: Sweep, parts: Parts, todo: list[tuple[int, int]], engine: Engine, progress: bool) -> None:
+def _compute(sweep: Sweep, parts: Parts, todo: list[tuple[int, int]], engine: Engine, *, progress: bool) -> None:
     from tyre.base.progress import progress_bar
 
     points = sweep.points_per_item

@@ -33,7 +33,7 @@ def run(*, out: Path, quick: bool = False, table: str = "") -> dict[str, Any]:
 
     machine = timing.machine()
     rows: list[Row] = []
-    for name, target, measured in progress_bar(list(_rows(quick)), desc="rows"):
+    for name, target, measured in progress_bar(list(_rows(quick=quick)), desc="rows"):
         row: Row = {"figure": name, "target": target}
         try:
             row |= measured()
@@ -46,7 +46,7 @@ def run(*, out: Path, quick: bool = False, table: str = "") -> dict[str, Any]:
     return result
 
 
-def _rows(quick: bool) -> Iterator[tuple[str, str, Measured]]:
+def _rows(*, quick: bool) -> Iterator[tuple[str, str, Measured]]:
     few, repeats = (10, 1) if quick else (1, 5)
     speeds, bicycles, points = 100_000 // few, 100_000 // few, 1_000_000 // few
     for path, over_speeds, over_bicycles in (("numpy", 10, 15), ("fast", 50, 50)):

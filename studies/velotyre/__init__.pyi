@@ -11,7 +11,8 @@ from bicycle import (
     load_bicycle,
     registry,
 )
-from bicycle.critical.critical_speeds import CriticalSpeed, critical_speeds
+from bicycle.critical.critical_speed import CriticalSpeed
+from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.files.model_file import build_model, read_model
 from bicycle.modal.named_modes import Modes, modes
 from bicycle.responses.inputs import InputHistory, doublet, pulse, step

@@ -3,10 +3,15 @@
 import doctest
 import inspect
 import pydoc
+import re
+import subprocess
+import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
+import bicycle
 import studies.velotyre as vt
 from bicycle.effect import registry
 from studies.door_stubs import FOLDER, stubs
@@ -76,3 +81,23 @@ def test_the_door_holds_no_logic():
         text = (Path(vt.__file__).parent / file).read_text(encoding="utf-8")
         names = [line.split("(")[0].removeprefix("def ") for line in text.splitlines() if line.startswith("def ")]
         assert set(names) <= {"__getattr__", "__dir__", "_classes"}
+
+
+def test_the_door_of_the_bicycle_gives_what_is_computed_from_a_model():
+    """Every name leads home, and the types of the stub are of the same things."""
+    for name, home in bicycle.LATER.items():
+        assert getattr(bicycle, name) is getattr(import_module(home), name)
+    stub = (Path(bicycle.__file__).with_suffix(".pyi")).read_text(encoding="utf-8")
+    homes = {name: home for home, name in re.findall(r"^from ([\w.]+) import \w+ as (\w+)$", stub, re.MULTILINE)}
+    assert sorted(homes) == bicycle.__all__
+    for name, home in homes.items():
+        assert getattr(bicycle, name) is getattr(import_module(home), name)
+        assert name in dir(bicycle)
+    with pytest.raises(AttributeError, match="module 'bicycle' has no attribute 'mods'"):
+        _ = bicycle.mods
+
+
+def test_importing_the_bicycle_leaves_out_what_is_computed_from_a_model():
+    said = "import bicycle, sys; print([home for home in bicycle.LATER.values() if home in sys.modules])"
+    shown = subprocess.run([sys.executable, "-c", said], capture_output=True, text=True, check=True)
+    assert shown.stdout.strip() == "[]"

@@ -29,6 +29,7 @@ def command(
     folder: Path,
     out: Path,
     json_file: Path | None,
+    *,
     skip_bad: bool,
     jobs: int | None,
     force_calibration: float,

@@ -219,13 +219,13 @@ def modal_case(
         for k, root in enumerate(found.branch(mode)[:, 0]):
             if not root.imag > 0.5 or -root.real > 0.7 * abs(root) or abs(root) > 100:
                 continue  # nothing that a free decay would show
-            rows.append(table_row(speeds[k], mode, root, shape[k], noise, ratios, rng))
+            rows.append(table_row(speeds[k], mode, root, shape[k], noise, rng, ratios=ratios))
     write_modal(folder, nominal.name, effects, {key: s / too_tight for key, s in sd.items()}, rows)
     return Truth(drawn, cell, noise=noise)
 
 
 def table_row(
-    speed: float, mode: str, root: complex, shape: Array, noise: float, ratios: bool, rng: np.random.Generator
+    speed: float, mode: str, root: complex, shape: Array, noise: float, rng: np.random.Generator, *, ratios: bool
 ) -> dict[str, Any]:
     """A row of a modal table with noise.
 

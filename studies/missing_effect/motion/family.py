@@ -18,7 +18,7 @@ FEEDBACK = "feedback."  # feedback.OUTPUT.INPUT: a phenomenological torque propo
 
 
 def stencil_slope(system: DescriptorStack, steps: Array) -> DescriptorStack:
-    """Derivatives (p, k, ...) of a batch made by :meth:`Family.stencil` with ``steps`` (p,)."""
+    """Derivatives (p, k, ...) of the ``system`` of a batch made by :meth:`Family.stencil` with ``steps`` (p,)."""
     p, h = len(steps), 2 * steps[:, None, None, None]
     return DescriptorStack(*((part[1 : p + 1] - part[p + 1 :]) / h for part in vars(system).values()))
 
@@ -55,7 +55,7 @@ class Family:
         return values
 
     def values(self, theta: Array) -> dict[str, Array]:
-        """Every parameter for coordinates ``theta`` (K, unknowns), arrays (K, 1)."""
+        """Every parameter for coordinates (K, unknowns), arrays (K, 1)."""
         values = {key: np.full((len(theta), 1), value) for key, value in self._fixed.items()}
         for column, u in enumerate(self.unknowns):
             value = u.value(theta[:, column, None])
@@ -65,7 +65,7 @@ class Family:
         return values
 
     def __call__(self, theta: Array, speeds: Array) -> DescriptorStack:
-        """Matrices for coordinates ``theta`` (K, unknowns) at recorded ``speeds`` (S,) in m/s."""
+        """Matrices for coordinates (K, unknowns) at recorded speeds (S,) in m/s."""
         values = self.values(theta)
         v = speeds * (1.0 + values.get(SPEED_SCALE, np.zeros((len(theta), 1))))
         system = self.models.descriptor(values, v)
@@ -77,7 +77,7 @@ class Family:
         return system
 
     def stencil(self, theta: Array) -> tuple[Array, Array]:
-        """Batch [theta, theta + h_k, theta - h_k ...] (2 p + 1, p) about ``theta`` (p,), and the steps h (p,)."""
+        """Batch [theta, theta + h_k, theta - h_k ...] (2 p + 1, p) and the steps h (p,)."""
         steps = np.array([u.step(x) for u, x in zip(self.unknowns, theta, strict=True)])
         shift = np.diag(steps)
         return np.vstack([theta[None], theta + shift, theta - shift]), steps

@@ -75,7 +75,7 @@ def test_a_hidden_rider_who_sways_is_named(tmp_path):
     speeds = np.sort(rng.uniform(3, 8, 8).round(3))
     found = modes(real, speeds)
     rows = [
-        generator.table_row(v, mode, z, s, 1.0, True, rng)
+        generator.table_row(v, mode, z, s, 1.0, rng, ratios=True)
         for mode in ("weave", "rider")
         for v, z, s in zip(speeds, found.branch(mode)[:, 0], found.shape(mode).phasors, strict=True)
         if z.imag > 0.5 and -z.real < 0.7 * abs(z)

@@ -6,6 +6,7 @@ import pytest
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.modal.named_modes import modes
 from studies.missing_effect.motion.candidates import find_candidates
+from studies.missing_effect.motion.family import stencil_slope
 from studies.missing_effect.motion.modal_forward import ModalForward, measurement_candidates
 from studies.missing_effect.motion.modal_table import ModalPoint
 from studies.missing_effect.motion.nuisances import nuisances
@@ -59,11 +60,11 @@ def test_matrix_slopes_agree_with_the_symbolic_derivative(forward):
     family = forward.family(())
     theta = np.array([u.centre for u in forward.nuisances])
     batch, steps = family.stencil(theta)
-    slope = family(batch, np.array([5.0])).slope(steps)
+    slope = stencil_slope(family(batch, np.array([5.0])), steps)
     for key in ("lam", "IBxx", "c"):
         k = [u.name for u in forward.nuisances].index(key)
-        exact = family.evaluate.derivative(key, forward.base.parameters)
-        total = sum(5.0**power * matrix for power, matrix in exact.dynamics.items()) * family.state_scale
+        exact = family.models.evaluate.derivative(key, forward.base.parameters)
+        total = sum(5.0**power * matrix for power, matrix in exact.dynamics.items()) * family.models.scale
         np.testing.assert_allclose(slope.dynamics[k, 0], total, rtol=1e-6, atol=1e-6 * np.abs(total).max())
 
 
