@@ -64,7 +64,7 @@ class Hypotheses:
         return next(share for hypothesis, share in self.probabilities if hypothesis is self.null)
 
     def best(self, effects: int | None = None) -> list[Fit]:
-        """Fits with effects (of that number), most probable first."""
+        """Fits with effects (a number ``effects`` of them), most probable first."""
         kept = [f for f in self.fits if effects is None or len(f.candidates) == effects]
         return sorted(kept, key=lambda f: -self.log_posterior(f))
 

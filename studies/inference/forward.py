@@ -64,7 +64,7 @@ class Rows:
     axis: str = ""
 
     def show(self, series: str) -> Series:
-        """How a series of this name is shown."""
+        """How the series called ``series`` is shown."""
         return self.shown.get(series, Series(series))
 
     @property
@@ -179,7 +179,7 @@ class ForwardModel:
     def predict(
         self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
     ) -> tuple[Array, Array]:
-        """Never asked where there is no ``proposal``; arguments as :meth:`Forward.predict`."""
+        """Never asked, at no ``theta`` (p,), where there is no ``proposal``; see :meth:`Forward.predict`."""
         raise NotImplementedError
 
     def compatible(self, candidates: tuple[Candidate, ...]) -> bool:

@@ -34,7 +34,7 @@ Arrays = dict[str, NDArray[Any]]
 
 
 def compute(sweep: Sweep, start: int, stop: int) -> Arrays:
-    """Results of items ``start`` to ``stop`` - 1: arrays whose first axis is the item, or sketches of them.
+    """Results of the items with numbers ``start`` to ``stop`` - 1: arrays, first axis the item, or sketches.
 
     Draws that make no bicycle have NaN everywhere but in ``parameters``, and 1 in ``impossible``.
 
@@ -77,7 +77,7 @@ class Worker:
         self.modes = mode_names(self.linear)
 
     def items(self, start: int, stop: int) -> Arrays:
-        """Outputs of items ``start`` to ``stop`` - 1 by name, the first axis is the item."""
+        """Outputs by name of the items with the numbers ``start`` to ``stop`` - 1, the first axis is the item."""
         points = self._points(start, stop)
         outputs: Arrays = {}
         if self.fast:

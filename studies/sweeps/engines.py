@@ -29,7 +29,7 @@ def in_loop() -> Engine:
 
 
 def in_threads(workers: int) -> Engine:
-    """Threads of this process; numpy and the compiled kernel leave the interpreter free."""
+    """Threads of this process, a number ``workers``; numpy and the compiled kernel leave the interpreter free."""
 
     def run(work: Work, pieces: Iterable[Piece]) -> Results:
         with one_blas_thread(), ThreadPoolExecutor(workers) as pool:
@@ -39,7 +39,7 @@ def in_threads(workers: int) -> Engine:
 
 
 def in_processes(workers: int) -> Engine:
-    """Processes of this machine."""
+    """Processes of this machine, a number ``workers``."""
 
     def run(work: Work, pieces: Iterable[Piece]) -> Results:
         from concurrent.futures.process import BrokenProcessPool

@@ -37,7 +37,7 @@ class Variable:
 
 
 def assemble(sweep: Sweep, parts: Parts, pieces: Iterable[tuple[int, int]], store: Path) -> None:
-    """Write the zarr store from all parts; one part is in memory at a time."""
+    """Write the zarr ``store`` from the parts of all ``pieces`` (numbers of items); one part is in memory at a time."""
     import zarr
 
     labels = coordinates(sweep)
@@ -99,7 +99,7 @@ TRAILING = {
 
 
 def variables(sweep: Sweep, labels: Labels, name: str) -> list[Variable]:
-    """The arrays that hold one output: itself, or what its reduction over the samples gives."""
+    """The arrays that hold the output ``name``: itself, or what its reduction over the samples gives."""
     inner = ((SPEED,) if name in BY_SPEED and sweep.speeds else ()) + TRAILING.get(name, ())
     grid = tuple(axis.name for axis in sweep.axes)
     dtype = "complex128" if name in ("eigenvalues", "modes", "sensitivities") else "float64"
@@ -118,7 +118,7 @@ def variables(sweep: Sweep, labels: Labels, name: str) -> list[Variable]:
 
 
 def impossible_draws(out: Path) -> int:
-    """How many draws of a finished sweep make no bicycle."""
+    """How many draws of the finished sweep ``out`` make no bicycle."""
     import xarray as xr
 
     opened = xr.open_zarr(out, consolidated=False) if out.is_dir() else xr.open_dataset(out, engine="netcdf4")
@@ -146,7 +146,19 @@ def sweep_shape(sweep: Sweep) -> tuple[int, ...]:
 
 
 def write_rows(target: Any, shape: Sequence[int], start: int, rows: NDArray[Any], at: tuple[int, ...] = ()) -> None:
-    """Write rows ``start``... of the C-ordered leading dimensions ``shape`` of ``target``, box by box."""
+    """Write rows of the C-ordered leading dimensions of an array, box by box.
+
+    Parameters
+    ----------
+    target : zarr or numpy array
+    shape : sequence of int
+        Leading dimensions that the rows run through (a shape).
+    start : int
+        Index of the first row.
+    rows : ndarray, shape (k, ...)
+    at : tuple of int
+        Indices before these dimensions.
+    """
     if not shape:
         target[(*at, ...)] = rows[0]
         return
@@ -196,7 +208,7 @@ def _unit(name: str, sweep: Sweep) -> str:
 
 
 def remove(path: Path) -> None:
-    """Delete a file or a folder, if there is one."""
+    """Delete the file or folder ``path``, if there is one."""
     if path.is_dir():
         shutil.rmtree(path)
     else:

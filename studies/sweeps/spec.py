@@ -138,7 +138,7 @@ class Sweep:
 
 
 def bounds_of(model: Model, name: str) -> tuple[float, float]:
-    """Physically possible values of what can be varied, as the bicycle, an effect or the tyre's condition declares."""
+    """Physically possible values of what is called ``name``, as bicycle, effect or the tyre's condition declare."""
     key = ParameterKey.parse(name)
     for effect in model.effects:
         for parameter in effect.parameters:

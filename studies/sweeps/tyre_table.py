@@ -59,6 +59,11 @@ class TyreTable:
         NaN. With standard normal ``z`` (m, 4) the relative deviations of a tyre at the wheel loads of the unvaried
         bicycle are drawn from their measured covariance, positive stiffnesses (``linear``: normal ones, ``share`` of
         the way); what the two wheels share stays shared. Conditions that a tyre refuses are marked in ``refused``.
+
+        Parameters
+        ----------
+        nominal_loads : sequence of object
+            Of both wheels of the unvaried bicycle, N.
         """
         count = len(wheels[0]["load_N"])
         found = [{name: np.full(count, np.nan) for name in (*STIFFNESSES, *FIELDS)} for _ in wheels]
@@ -179,7 +184,10 @@ def _one_by_one(tyre: TyreSource, name: str, names: Sequence[str], load: Array, 
 
 
 def said_of_stiffness(warnings: Sequence[str], relative_cornering_stiffness_sd: float) -> tuple[str, ...]:
-    """Warnings of a model file with what a sweep assumes of C_Fy in place of the default."""
+    """``warnings`` of a model file with what a sweep assumes of C_Fy in place of the default.
+
+    ``relative_cornering_stiffness_sd`` is a ratio to the stiffness.
+    """
     plain, assumed = stiffness_note(CORNERING_STIFFNESS), stiffness_note(relative_cornering_stiffness_sd)
     return tuple(warning.replace(plain, assumed) for warning in warnings)
 

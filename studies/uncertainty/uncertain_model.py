@@ -226,14 +226,8 @@ class UncertainModel:
     def matched_draw(self, samples: int, seed: int) -> Array:
         """As :meth:`draw`, shifted and mixed so that their mean is 0 and their covariance 1 exactly.
 
-        The sd of these samples then differs from the linear one by what is not linear, hardly by chance.
-
-        Parameters
-        ----------
-        samples : int
-            Number of rows.
-        seed : int
-            Of the draws, any whole number.
+        A number ``samples`` of rows, from ``seed``. The sd of these samples then differs from the linear one by what is
+        not linear, hardly by chance.
 
         Raises
         ------
@@ -283,16 +277,10 @@ class UncertainModel:
     def batches(
         self, z: Array, size: int = BATCH, *, share: float = 1.0
     ) -> Iterator[tuple[slice, SpeedPolynomial, NDArray[np.bool_]]]:
-        """State matrices of bicycles (m, names), in batches, and which of them are impossible: not to be used.
+        """State matrices of bicycles, in batches, and which of them are impossible: not to be used.
 
-        Parameters
-        ----------
-        z : ndarray, shape (m, names)
-            Standard normal numbers.
-        size : int, optional
-            Number of bicycles in a batch.
-        share : float, optional
-            Part of the way from the nominal bicycle (0 to 1, no unit).
+        ``z`` (m, names) are standard normal numbers, ``size`` the number of bicycles in a batch; ``share`` is the part
+        of the way from the nominal bicycle (0 to 1, no unit), as in :meth:`points`.
 
         Raises
         ------

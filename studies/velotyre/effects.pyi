@@ -437,10 +437,6 @@ class TwistingTorque(Effect):
     ----------
     twisting_stiffness : float or {rear, front}, N m/rad, default 1
         Moment into the lean, per camber angle; typical 0.5 .. 3, allowed 0 .. inf; the effect vanishes at 0.
-
-    Notes
-    -----
-    Source: Cossalter, Motorcycle Dynamics, ch. 2; Pacejka, Tire and Vehicle Dynamics, ch. 11.
     """
 
     twisting_stiffness: PerWheel

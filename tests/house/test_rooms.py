@@ -22,7 +22,7 @@ PRESENTATION = {"matplotlib", "jinja2", "click", "tabulate"}
 DRAWN_BY_THE_MODES = {"bicycle.modal.figure", "bicycle.modal.looks"}
 """What ``Modes.plot`` draws with: the only presentation below ``studies``."""
 
-COMPLEX_KERNELS = {"bicycle/eigenvalues/hessenberg_kernel.py:reduce"}
+COMPLEX_KERNELS = {"bicycle/eigenvalues/hessenberg_kernel.py:_reduce"}
 """Householder reduction written out for numba (Golub & Van Loan, Matrix Computations, 4th ed., algorithm 7.4.2)."""
 
 BESIDE_THE_ROOMS = {"benchmarks", "docs", "house", "published", "shared"}

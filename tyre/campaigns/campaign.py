@@ -116,7 +116,7 @@ def fit_campaign(
     skip_bad : bool
         Leave out files that cannot be read or fitted, and say so in ``skipped``; else the first one raises.
     jobs : int, optional
-        Worker processes; default: one per processor.
+        Number of processes; default: one per processor.
     wheel_radius : float
         Radius of the wheel with tyre, m, for the curvature exponent.
     progress : bool

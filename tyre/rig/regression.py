@@ -113,7 +113,7 @@ class SweepTerms:
     compliance: Contribution = 0.0
 
     def add(self, **contributions: Contribution) -> None:
-        """Add to contributions by name."""
+        """Add to ``contributions`` by name."""
         _add(self, contributions)
 
 
@@ -143,7 +143,7 @@ class PullTerms:
     force: Contribution = 0.0
 
     def add(self, **contributions: Contribution) -> None:
-        """Add to contributions by name."""
+        """Add to ``contributions`` by name."""
         _add(self, contributions)
 
 
@@ -181,7 +181,7 @@ class Term:
     needs: Callable[[Recorded], str] = _always
 
     def key(self, parameter: RigParameter) -> str:
-        """Name of one of its parameters among those of all effects."""
+        """Name of one ``parameter`` of its own among those of all effects."""
         return f"{self.identifier}.{parameter.name}"
 
     def add_to(self, terms: SweepTerms | PullTerms, values: Mapping[str, Array]) -> None:

@@ -107,7 +107,7 @@ class BicycleForward(ForwardModel):
     def predict(
         self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
     ) -> tuple[Array, Array]:
-        """Whitened real and imaginary parts (m,) of the responses that :meth:`forced` proposes, slopes (m, p).
+        """Whitened real and imaginary parts (m,) of the responses of :meth:`forced` at ``theta`` (p,), slopes (m, p).
 
         Arguments as :meth:`studies.inference.forward.Forward.predict`.
         """

@@ -198,7 +198,7 @@ class HistoryForward(BicycleForward):
     def predict(
         self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
     ) -> tuple[Array, Array]:
-        """The channel with the initial states that fit best; a forced response is without them.
+        """The channel at ``theta`` (p,) with the initial states that fit best; a forced response is without them.
 
         Arguments as :meth:`studies.inference.forward.Forward.predict`.
         """

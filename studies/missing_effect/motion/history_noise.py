@@ -36,7 +36,7 @@ class ChannelNoise:
         return white
 
     def colour_again(self, white: Array) -> Array:
-        """Undo the whitening of one series (n,)."""
+        """Undo the whitening of one series ``white`` (n,)."""
         raw = white * self.sd
         if self.colour:
             for k in range(1, len(raw)):

@@ -253,7 +253,7 @@ class ModalForward(BicycleForward):
     def predict(
         self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
     ) -> tuple[Array, Array]:
-        """Whitened prediction of a further measurement, NaN where it cannot be made.
+        """Whitened prediction of a further measurement at ``theta`` (p,), NaN where it cannot be made.
 
         Arguments as :meth:`studies.inference.forward.Forward.predict`.
         """
