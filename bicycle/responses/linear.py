@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import expm
 
+from bicycle.eigenvalues.decomposition import eigensystem
+from bicycle.eigenvalues.oscillation import angular_frequency
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model, as_linear
 from bicycle.responses.inputs import InputHistory
@@ -90,7 +92,7 @@ def modal_response(model: LinearModel, *, speed: float, eigenvalue: complex, tim
         Increasing, s.
     """
     t = check_time(time)
-    values, vectors = np.linalg.eig(model.state_matrix(speed))
+    (values,), (vectors,), _ = eigensystem(model.state_matrix([speed]))
     k = int(np.abs(values - eigenvalue).argmin())
     root = values[k]
     phasors = dict(zip(model.outputs, model.matrices_at(speed)[2] @ (model.scale * vectors[:, k]), strict=True))
@@ -131,7 +133,7 @@ def frequency_response(
         raise InputError(f"frequency {hertz[bad][0]:g} Hz is not allowed; give finite values > 0")
     a, (_, b, c) = model.state_matrix(speed), model.matrices_at(speed)
     j = model.inputs.index(input)
-    omega = 2 * np.pi * hertz[:, None, None]
+    omega = angular_frequency(hertz)[:, None, None]
     states = np.linalg.solve(1j * omega * np.eye(model.order) - a, (b[:, j] / model.scale)[:, None])
     gains = (c * model.scale @ states)[..., 0] + model.feedthrough(speed)[:, j]
     return FrequencyResponse(

@@ -89,7 +89,7 @@ class UncertainModel:
         self.relative, self._relative_given = relative, bool(relative_cornering_stiffness_sd)
         laws = [e.identifier for e in self._stated.effects if e.slot == "contact law"]
         # drawn from the covariance of the tyre
-        self._of_tyre = tuple(key for key in self._stated.sd if key.split(".")[0] in laws)
+        self._of_tyre = tuple(key for key in self._stated.sd if ParameterKey.parse(key).effect in laws)
         self._own = self._deviations(sd or {}, assume=defaults)
         beside = [key for key in self._stated.covariance.names if self._beside_the_law(key)]
         for key, deviation in self._own.items():
@@ -138,7 +138,7 @@ class UncertainModel:
             if key in self._stated.assumed_sd and self.relative:
                 origin = GIVEN if self._relative_given else ASSUMED
                 why = f"{100 * self.relative:.3g} % at each measured condition, the tyre's source states none"
-                if key.split(".")[1] == "relaxation_length":
+                if ParameterKey.parse(key).name == "relaxation_length":
                     why = f"{100 * self.relative:.3g} % of either stiffness, the tyre's source states none"
             found[key] = Deviation(float(np.linalg.norm(self.jacobian[key][columns])), origin, why)
         return found
