@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from bicycle.derivation.evaluation import Evaluator, Matrices, evaluator
 from bicycle.descriptor import DescriptorStack
 from bicycle.effect import Effect
-from bicycle.effect_parameter import PerWheel
+from bicycle.effect.parameter import PerWheel
 from bicycle.eigenvalues.solvers import Solver, compiled, default_solver
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model, linear_model, state_scale

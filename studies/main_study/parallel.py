@@ -22,7 +22,7 @@ def spread(workers: int, step: Callable[[str], None]) -> Iterator[Each]:
     if workers < 2:
         yield _here(step)
         return
-    from bicycle.effect_workers import model_workers
+    from bicycle.effect.workers import model_workers
 
     with model_workers(workers) as pool:
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.effect import take_over
-from bicycle.effect_files import Origin
+from bicycle.effect.files import Origin
 from bicycle.eigenvalues.oscillation import least_damping_ratio
 from bicycle.eigenvalues.solvers import default_solver, eigenvalues
 from bicycle.linear_model import LinearModel

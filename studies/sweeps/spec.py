@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from bicycle.effect import effect_class, packaged_effects
-from bicycle.effect_files import Origin
+from bicycle.effect.files import Origin
 from bicycle.eigenvalues.solvers import default_solver
 from bicycle.files.model_file import build_model
 from bicycle.files.wheel_tyres import MOST_BAR

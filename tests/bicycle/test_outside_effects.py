@@ -10,7 +10,7 @@ import pytest
 
 from bicycle import Effect, Mode, Model, Parameter, effect_class, load_bicycle, load_effects, registry
 from bicycle.effect import outside_effects, packaged_effects, register
-from bicycle.effect_workers import model_workers
+from bicycle.effect.workers import model_workers
 from tyre.base.errors import InputError
 
 SPRING = '''

@@ -61,7 +61,7 @@ def test_the_bicycle_stands_on_at_most_eight_floors():
 def test_derivation_knows_no_effect():
     known = {room(target) for module in inside("bicycle.derivation") for target in GRAPH[module]}
     assert (
-        known & {"bicycle.effect", "bicycle.effects", "bicycle.effect_parameter", "bicycle.effect_signature"} == set()
+        known & {"bicycle.effect", "bicycle.effects", "bicycle.effect.parameter", "bicycle.effect.signature"} == set()
     )
 
 

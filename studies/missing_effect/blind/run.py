@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.effect_workers import model_workers
+from bicycle.effect.workers import model_workers
 from studies.missing_effect.blind.generator import HIDDEN, Truth, modal_case
 from studies.missing_effect.blind.histories import history_case
 from studies.missing_effect.blind.score import judge

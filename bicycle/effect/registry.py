@@ -6,17 +6,10 @@ from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 
-from bicycle.derivation.declarations import Mode
-from bicycle.effect_base import Effect
-from bicycle.effect_declaration import check_declaration
-from bicycle.effect_files import Origin, classes_of_file, installed_classes, packaged_classes
-from bicycle.effect_parameter import WHEELS, Parameter, PerWheel, PerWheelValue
+from bicycle.effect.base import Effect
+from bicycle.effect.declaration import check_declaration
+from bicycle.effect.files import Origin, classes_of_file, installed_classes, packaged_classes
 from tyre.base.errors import InputError, unknown
-
-__all__ = [
-    "WHEELS", "Effect", "Mode", "Parameter", "PerWheel", "PerWheelValue", "effect_class", "load_effects",
-    "outside_effects", "outside_origins", "packaged_effects", "register", "registry", "take_over",
-]  # fmt: skip
 
 
 def registry() -> Mapping[str, type[Effect]]:

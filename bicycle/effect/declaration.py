@@ -5,8 +5,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from bicycle.derivation.declarations import BASE_MODES, Mode
-from bicycle.effect_files import GUIDE, Origin
-from bicycle.effect_parameter import Parameter
+from bicycle.effect.files import GUIDE, Origin
+from bicycle.effect.parameter import Parameter
 from bicycle.parameters import UNITS
 from tyre.base.errors import InputError, is_number, shown
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 
-from bicycle.effect import outside_origins, take_over
+from bicycle.effect.registry import outside_origins, take_over
 from tyre.base.parallel import worker_pool
 
 

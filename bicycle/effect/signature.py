@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from textwrap import fill
 from typing import Any
 
-from bicycle.effect_parameter import Parameter
+from bicycle.effect.parameter import Parameter
 
 
 @dataclass(frozen=True)

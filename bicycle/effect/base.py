@@ -8,8 +8,8 @@ import sympy as sp
 
 from bicycle.derivation.builder import ModelBuilder
 from bicycle.derivation.declarations import Mode
-from bicycle.effect_parameter import Parameter, PerWheel, PerWheelValue, checked_numbers
-from bicycle.effect_signature import docstring, signature
+from bicycle.effect.parameter import Parameter, PerWheel, PerWheelValue, checked_numbers
+from bicycle.effect.signature import docstring, signature
 from tyre.base.errors import InputError, unknown
 from tyre.base.plausible import Doubt
 
