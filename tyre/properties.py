@@ -113,6 +113,13 @@ class TyreProperties:
         return float(np.sqrt(self.covariance[2, 2]))
 
 
+MEASURED_BESIDE = ("pneumatic_trail", "camber_stiffness", "twisting_stiffness", "overturning_stiffness")
+"""Fields of `TyreProperties` that a tyre may hold beside its stiffnesses."""
+
+FOLLOWS_FROM = {"aligning_stiffness": "pneumatic_trail", "crown_radius": "overturning_stiffness"}
+"""Properties that follow from one of these fields (and the cornering stiffness or the load)."""
+
+
 def parameters_of_effects(values: Mapping[str, Any], *, load: Any) -> dict[str, Any]:
     """Add the properties of `TyreProperties` that follow from its fields, as far as those are there.
 

@@ -24,8 +24,8 @@ from studies.sweeps.spec import SPEED, TYRE_UNITS, Sweep, bounds_of
 from studies.sweeps.tyre_table import TyreTable
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
+from tyre.properties import FOLLOWS_FROM
 
-FOLLOWS = {"aligning_stiffness": "pneumatic_trail", "crown_radius": "overturning_stiffness"}
 TYRE_DRAWS = tuple(f"tyre {what} stiffness {wheel}" for wheel in WHEELS for what in ("cornering", "lateral"))
 
 
@@ -285,7 +285,7 @@ class Sampler:
 
 def _fields(names: Sequence[str]) -> list[str]:
     """Fields of a tyre's properties that others follow from, too."""
-    return [*names, *(field for name, field in FOLLOWS.items() if name in names)]
+    return [*names, *(field for name, field in FOLLOWS_FROM.items() if name in names)]
 
 
 def number(value: Any, item: int) -> float:

@@ -77,8 +77,7 @@ class UncertainModel:
         content: dict[str, Any] = {"model": str(model) if isinstance(model, str | Path) else model}
         content |= {"outputs": ["parameters"], "samples": 2, "sampled": {k: {"sd": v} for k, v in (sd or {}).items()}}
         probe = build_sweep(content | {"sampled": {}, "samples": 1})
-        laws = [name for name, table in probe.model.get("effects", {}).items() if "tyre" in table]
-        measured = bool(laws)
+        measured = any("tyre" in table for table in probe.model.get("effects", {}).values())
         if relative_cornering_stiffness_sd and not measured:
             raise InputError(
                 "relative_cornering_stiffness_sd needs a measured tyre in the model file (tyre, pressure_bar)"

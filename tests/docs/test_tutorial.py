@@ -31,7 +31,7 @@ def test_its_commands_know_the_file(tmp_path, monkeypatch, capsys):
     Path("swaying_box.py").write_text(re.findall(r"^```python\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)[0])
     Path("model.toml").write_text('bicycle = "benchmark"\n[effects.swaying_box]\nmass = 6.0\n')
     (block,) = re.findall(r"^```bash\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
-    for line in block.splitlines()[:2]:  # the third needs a measurement: tests/outside_effects
+    for line in block.splitlines()[:2]:  # the third needs a measurement: tests/house/outside_effects
         main(line.split()[1:])
     shown = capsys.readouterr().out
     assert "# swaying_box" in shown

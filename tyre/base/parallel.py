@@ -2,12 +2,13 @@
 
 import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager, nullcontext
 from functools import cache
 from importlib.util import find_spec
-from multiprocessing import get_context
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from concurrent.futures import ProcessPoolExecutor
 
 _ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -15,7 +16,7 @@ _ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 @contextmanager
 def worker_pool(
     jobs: int, *, prepare: Callable[..., None] | None = None, arguments: tuple[Any, ...] = ()
-) -> Iterator[ProcessPoolExecutor]:
+) -> "Iterator[ProcessPoolExecutor]":
     """Open a pool of fresh processes with one BLAS thread each.
 
     The matrices of a fit are tiny: BLAS threads would only fight over the processors (measured: ten times slower on a
@@ -34,6 +35,9 @@ def worker_pool(
     ------
     concurrent.futures.ProcessPoolExecutor
     """
+    from concurrent.futures import ProcessPoolExecutor  # here, so that who only limits BLAS does not pay for it
+    from multiprocessing import get_context
+
     saved = {name: os.environ.get(name) for name in _ONE_THREAD}
     os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
     try:

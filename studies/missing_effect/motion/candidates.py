@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 
 from bicycle.effect import WHEELS, Effect, Parameter, registry
+from bicycle.effect.numbers import effect_of
 from bicycle.model import Model
-from bicycle.model_family import ModelFamily, effect_of
+from bicycle.model_family import ModelFamily
 from studies.inference.parameter import Candidate, UncertainParameter
 from tyre.base.errors import InputError
 
