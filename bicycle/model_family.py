@@ -74,8 +74,8 @@ class ModelFamily:
     def kinds(self) -> tuple[type[Effect], ...]:
         """Classes of the effects, by identifier."""
         slots = {kind.slot for kind in self.further if kind.slot is not None}
-        kept = [type(effect) for effect in self.model.effects if effect.slot not in slots]
-        return tuple(sorted([*kept, *self.further], key=lambda kind: kind.identifier))
+        kept = (type(effect) for effect in self.model.effects if effect.slot not in slots)
+        return tuple(sorted((*kept, *self.further), key=lambda kind: kind.identifier))
 
     @cached_property
     def evaluate(self) -> Evaluator:
@@ -90,8 +90,7 @@ class ModelFamily:
     @cached_property
     def scale(self) -> Array:
         """Fixed powers of two (n,), as of a :class:`bicycle.linear_model.LinearModel`."""
-        scale: Array = state_scale(self.evaluate.symbolic.declared.states, sum(self.model.bicycle.static_loads))
-        return scale
+        return np.asarray(state_scale(self.evaluate.symbolic.declared.states, sum(self.model.bicycle.static_loads)))
 
     @cached_property
     def _known(self) -> frozenset[str]:

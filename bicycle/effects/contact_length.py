@@ -43,6 +43,18 @@ class ContactLength(Effect):
     signature = "a trail of the side force, less lag of the force on long waves; turn slip damps the yaw of the wheels"
 
     def check(self, parameters: Mapping[str, float]) -> None:
+        """Refuse a contact that leaves nothing of the relaxation length, which contains it.
+
+        Parameters
+        ----------
+        parameters : mapping of str to float
+            Every parameter of bicycle and effects, SI.
+
+        Raises
+        ------
+        InputError
+            Half the contact is as long as the relaxation length.
+        """
         for wheel in WHEELS:
             tyre = f".relaxation_length.{wheel}"  # of whatever contact law there is: no other effect may have one
             half, length = self.half_length[wheel], next(v for key, v in parameters.items() if key.endswith(tyre))
@@ -59,6 +71,7 @@ class ContactLength(Effect):
     def renewed_force(
         self, model: ModelBuilder, wheel: Wheel, *, force: Any, cornering_stiffness: Any, relaxation_length: Any
     ) -> Any:
+        """Force that rolling straight on takes away; arguments as :meth:`.ContactLine.renewed_force`."""
         trail = string_trail(half_length=self.half_length[wheel], relaxation_length=relaxation_length)
         moment = model.add_state(f"{wheel.name}_aligning_moment", unit="N m")
         stiffness = self.turn_slip_share * trail * cornering_stiffness

@@ -22,4 +22,5 @@ class NoSlip(Effect):
         model.set_contact_law(self)
 
     def side_force(self, model: ModelBuilder, wheel: Wheel) -> Any:
+        """None: the constraint force holds the contact. Arguments as :meth:`.ContactLaw.side_force`."""
         return sp.S.Zero

@@ -35,6 +35,7 @@ class RelaxationLength(Effect):
         model.set_contact_law(self)
 
     def side_force(self, model: ModelBuilder, wheel: Wheel) -> Any:
+        """The lagged force, a state, and what camber gives at once, N. Arguments as :meth:`.ContactLaw.side_force`."""
         stiffness, tyre_length = self.cornering_stiffness[wheel], self.relaxation_length[wheel]
         length = tyre_length + stiffness * wheel.series_compliance
         force = model.add_state(f"{wheel.name}_side_force", unit="N", role=wheel.name)

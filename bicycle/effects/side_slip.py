@@ -31,6 +31,7 @@ class SideSlip(Effect):
         model.set_contact_law(self)
 
     def side_force(self, model: ModelBuilder, wheel: Wheel) -> Any:
+        """That of the slip angle, and of camber, N. Arguments as :meth:`.ContactLaw.side_force`."""
         slip_angle = -wheel.slip_velocity / model.speed
         camber_force = wheel.lagged_camber_force + wheel.direct_camber_force
         return self.cornering_stiffness[wheel] * slip_angle + camber_force

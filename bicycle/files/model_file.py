@@ -40,6 +40,11 @@ MODEL = schema.table(
 def read_model(path: str | Path) -> Model:
     """Read a model file.
 
+    Parameters
+    ----------
+    path : str or Path
+        A TOML file.
+
     Raises
     ------
     InputError
@@ -57,6 +62,13 @@ def build_model(content: Mapping[str, Any], *, folder: Path = Path()) -> Model:
     """Build a model from the content of a model file; files it names are relative to ``folder``.
 
     Values far outside their typical range are refused unless the content has ``allow_unusual = true``.
+
+    Parameters
+    ----------
+    content : mapping
+        As read from TOML: ``bicycle``, ``effects``, ``allow_unusual``.
+    folder : Path
+        What file names are relative to.
     """
     given = schema.read(MODEL, content)
     allow = given[WAY_OUT]
@@ -79,14 +91,24 @@ def build_model(content: Mapping[str, Any], *, folder: Path = Path()) -> Model:
 
 
 def allows_unusual(content: Mapping[str, Any]) -> bool:
-    """Whether a model file lets values pass that are far outside their typical range (``allow_unusual = true``)."""
+    """Whether the ``content`` of a model file lets values far outside their typical range pass."""
     return bool(schema.read(flag, content.get(WAY_OUT, False), section=WAY_OUT))
 
 
 def refuse_absurd_values(model: Model, values: Mapping[str, Iterable[float]]) -> None:
-    """Refuse values of a model's parameters, ``effect.name[.wheel]`` or of the bicycle, far outside the typical range.
+    """Refuse values of a model's parameters far outside the typical range.
 
-    Other keys (speed, pressure, load) are left alone.
+    Parameters
+    ----------
+    model : Model
+        Whose effects declare the ranges.
+    values : mapping of str to iterable of float
+        ``effect.name[.wheel]`` or key of the bicycle -> values, SI; other keys (speed, pressure, load) are left alone.
+
+    Raises
+    ------
+    InputError
+        The first such value.
     """
     declared = {f"{e.identifier}.{p.name}": p for e in model.effects for p in e.parameters}
     for key, given in values.items():

@@ -90,7 +90,7 @@ def wheel_sources(tyre: Mapping[str, Any], surface: Mapping[str, Any]) -> dict[s
 def wheel_tyres(
     *, tyre: Any, surface: Any, pressure_bar: Any, bicycle: Bicycle, extrapolate: Any = False
 ) -> dict[str, TyreProperties]:
-    """Properties of the tyres at each wheel's static load, by wheel; as :func:`joint_wheel_tyres`.
+    """Properties of the tyres at each wheel's static load, by wheel. Arguments as :func:`joint_wheel_tyres`.
 
     Parameters
     ----------

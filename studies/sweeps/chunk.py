@@ -48,7 +48,16 @@ def compute(sweep: Sweep, start: int, stop: int) -> Arrays:
 
 
 def compute_with(effects: Sequence[Origin], sweep: Sweep, start: int, stop: int) -> Arrays:
-    """:func:`compute` in whatever process: effects from outside the package are made known there first."""
+    """What :func:`compute` gives, in whatever process: effects from outside the package are made known there first.
+
+    Parameters
+    ----------
+    effects : sequence of Origin
+        Where those from outside are.
+    sweep : Sweep
+    start, stop : int
+        Index of the first item, and one beyond the last.
+    """
     take_over(effects)
     return compute(sweep, start, stop)
 

@@ -86,8 +86,7 @@ class UncertainModel:
         relative = (CORNERING_STIFFNESS if defaults else 0.0) if relative is None else relative
         self._stated = _read(content["model"], bicycle_sd)
         self.relative, self._relative_given = relative, bool(relative_cornering_stiffness_sd)
-        laws = [e.identifier for e in self._stated.effects if e.slot == "contact law"]
-        # drawn from the covariance of the tyre
+        laws = [e.identifier for e in self._stated.effects if e.slot == "contact law"]  # drawn as the tyre is
         self._of_tyre = tuple(key for key in self._stated.sd if ParameterKey.parse(key).effect in laws)
         self._own = self._deviations(sd or {}, assume=defaults)
         beside = [key for key in self._stated.covariance.names if self._beside_the_law(key)]
@@ -288,9 +287,7 @@ class UncertainModel:
         """
         family = ModelFamily(self.nominal)
         if len(self.nominal.linear_model().ranges) > 1:
-            raise InputError(
-                "the equations of this model switch at a speed, which uncertainty propagation does not cover"
-            )
+            raise InputError("the equations of this model switch at a speed; uncertainty propagation does not cover it")
         for start in range(0, len(z), size):
             rows = slice(start, min(start + size, len(z)))
             points = self.points(z[rows], share=share)

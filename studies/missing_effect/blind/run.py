@@ -87,13 +87,13 @@ def blind_test(path: Path, *, cases: int, seed: int, cells: tuple[str, ...], wor
     path : Path
         Results, one JSON object a line.
     cases : int
-        Of each cell.
+        Number of cases of each cell.
     seed : int
         Of the first case; the others follow.
     cells : tuple of str
         Of :data:`CELLS`.
     workers : int
-        Processes.
+        Number of processes.
     """
     done = {(record["cell"], record["seed"]) for record in read_results(path)}
     todo = [(cell, seed + k) for k in range(cases) for cell in cells if (cell, seed + k) not in done]

@@ -126,7 +126,7 @@ class CanonicalForward(BicycleForward):
         return self.table.whipple, carried
 
     def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
-        """(identified - computed) / sd (n,) and its derivative (n, p). See :meth:`.Forward.residual`."""
+        """(identified - computed) / sd (n,) and its derivative (n, p). Arguments as :meth:`.Forward.residual`."""
         batch, steps = self.family(candidates).stencil(theta) if slopes else (theta[None], theta[:0])
         base, carried = self._base
         change = self.coefficients(candidates, batch) - self.whipple.free

@@ -64,7 +64,7 @@ class Family:
         return values
 
     def values(self, theta: Array) -> dict[str, Array]:
-        """Every parameter for coordinates (K, unknowns), arrays (K, 1)."""
+        """Every parameter for coordinates ``theta`` (K, unknowns), arrays (K, 1)."""
         values = {key: np.full((len(theta), 1), value) for key, value in self._fixed.items()}
         for column, u in enumerate(self.unknowns):
             value = u.value(theta[:, column, None])
@@ -74,7 +74,7 @@ class Family:
         return values
 
     def __call__(self, theta: Array, speeds: Array) -> DescriptorStack:
-        """Matrices for coordinates (K, unknowns) at recorded speeds (S,) in m/s."""
+        """Matrices for coordinates ``theta`` (K, unknowns) at recorded ``speeds`` (S,) in m/s."""
         values = self.values(theta)
         v = speeds * (1.0 + values.get(SPEED_SCALE, np.zeros((len(theta), 1))))
         system = self.models.descriptor(values, v)
@@ -85,7 +85,7 @@ class Family:
         return system
 
     def stencil(self, theta: Array) -> tuple[Array, Array]:
-        """Batch [theta, theta + h_k, theta - h_k ...] (2 p + 1, p) and the steps h (p,)."""
+        """Batch [theta, theta + h_k, theta - h_k ...] (2 p + 1, p) about ``theta`` (p,), and the steps h (p,)."""
         steps = np.array([u.step(x) for u, x in zip(self.unknowns, theta, strict=True)])
         shift = np.diag(steps)
         return np.vstack([theta[None], theta + shift, theta - shift]), steps

@@ -137,7 +137,7 @@ class HistoryForward(BicycleForward):
     def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
         """Whitened residual (n,), initial states marginalised, and its derivative (n, p) at fixed initial states.
 
-        See :meth:`.Forward.residual`.
+        Arguments as :meth:`.Forward.residual`.
         """
         family = self.family(candidates)
         runs = self._fitted(family, candidates, theta)

@@ -228,7 +228,7 @@ class ModalForward(BicycleForward):
         return np.array([[True, *(name in p.ratios for name in RATIO_OUTPUT)] for p in self.points])
 
     def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
-        """(measured - computed) / sd (n,) and its derivative (n, p). See :meth:`.Forward.residual`."""
+        """(measured - computed) / sd (n,) and its derivative (n, p). Arguments as :meth:`.Forward.residual`."""
         measured, sd = self.measured
         computed, slope = _flat(*predict(self.family(candidates), self.wanted, theta, slopes=slopes), self._kept)
         return (measured - computed) / sd, -slope / sd[:, None]

@@ -7,6 +7,7 @@ import subprocess
 import sys
 
 import pytest
+from effects_known import known
 
 from bicycle import Effect, Mode, Model, Parameter, effect_class, load_bicycle, load_effects, registry
 from bicycle.effect import outside_effects, packaged_effects, register
@@ -59,10 +60,6 @@ def test_effects_of_a_block_are_forgotten(spring):
         assert "my_spring" in registry()
     assert "my_spring" not in registry()
     assert set(packaged_effects()) <= set(registry())
-
-
-def known() -> list[str]:
-    return list(registry())
 
 
 def test_worker_processes_know_them(spring):
