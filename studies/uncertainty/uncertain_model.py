@@ -287,7 +287,8 @@ class UncertainModel:
         """
         family = ModelFamily(self.nominal)
         if len(self.nominal.linear_model().ranges) > 1:
-            raise InputError("the equations of this model switch at a speed; uncertainty propagation does not cover it")
+            what = "the equations of this model switch at a speed"
+            raise InputError(f"{what}, which uncertainty propagation does not cover")
         for start in range(0, len(z), size):
             rows = slice(start, min(start + size, len(z)))
             points = self.points(z[rows], share=share)
