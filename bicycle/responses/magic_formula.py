@@ -1,8 +1,7 @@
 """Time-domain simulation with Magic Formula tyres: the yardstick of the linear model.
 
-Masses, gyroscopic couplings, springs and geometry are those of the linear model, derived with the contacts left open
-(:class:`bicycle.responses.open_contact.OpenContact`): the side forces act as free inputs, and slip, camber and loads
-are read off as probes. The tyre is written down here, not taken from
+Masses, gyroscopic couplings, springs and geometry are those of the linear model
+(:mod:`bicycle.responses.magic_formula_model`). The tyre is written down here, not taken from
 :class:`bicycle.effects.relaxation_length.RelaxationLength`:
 
     lambda d(alpha')/dt = -s - v (alpha' - F_camber / C),     F = load [D sin{C atan[...alpha' + ...]} + Sv]
@@ -19,11 +18,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 
-from bicycle.effect import WHEELS, registry
-from bicycle.model import Model
+from bicycle.effect import WHEELS
 from bicycle.responses.inputs import InputHistory
-from bicycle.responses.linear import PATH, Response, check_names, check_time, initial_state, input_grid, units_of
-from bicycle.responses.open_contact import LAGS, PROBES, OpenContact, takes_magic_tyres
+from bicycle.responses.linear import PATH, Response, check_names, check_time, initial_state, input_grid
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.magic_formula.side_force import normalised_side_force, normalised_side_force_slope
@@ -62,7 +59,7 @@ class MagicTyre:
 
 
 @dataclass(frozen=True)
-class NonlinearModel:
+class MagicFormulaModel:
     """x' = A x + P F(G x) + B u at one speed; outputs C x and the side forces.
 
     ``states`` end with ``rear_transient_slip`` and ``front_transient_slip`` (rad) where the tyre has a relaxation
@@ -216,84 +213,3 @@ class NonlinearModel:
             "stiffness_factor": factor, "shape_factor": shape, "peak_factor": peak,
             "curvature_factor": self._of("curvature_factor"),
         }  # fmt: skip
-
-
-def nonlinear_model(
-    model: Model, *, speed: float, rear: MagicTyre | None = None, front: MagicTyre | None = None
-) -> NonlinearModel:
-    """Put Magic Formula tyres under a model whose contact law is linear in the slip, with or without one lag.
-
-    Parameters
-    ----------
-    model : Model
-        Its contact law has a ``cornering_stiffness`` and, where it provides a ``relaxing contact``, a
-        ``relaxation_length``.
-    speed : float
-        m/s.
-    rear, front : MagicTyre, optional
-        By default those of :class:`MagicTyre`.
-
-    Returns
-    -------
-    NonlinearModel
-
-    Raises
-    ------
-    InputError
-        Another contact law, a contact with a length, a speed that is not allowed, or a wheel that the drag lifts off.
-    """
-    law = next(effect for effect in model.effects if effect.slot == "contact law")
-    if not takes_magic_tyres(type(law)):
-        laws = sorted(filter(takes_magic_tyres, registry().values()), key=lambda effect: len(effect.parameters))
-        raise InputError(
-            f"nonlinear tyres need the effect {' or '.join(effect.identifier for effect in laws)}; "
-            f"this model rolls with {law.identifier!r}"
-        )
-    for effect in model.effects:
-        if set(effect.requires) - set(OpenContact.provides):
-            raise InputError(
-                f"nonlinear tyres touch the ground at a point; the effect {effect.identifier!r} is linear only: "
-                "leave it out"
-            )
-    lags = LAGS in law.provides
-    opened = model.with_effect(OpenContact()).linear_model()
-    if not lags and speed == 0:
-        model.linear_model().check_speeds(speed)  # refused: slip without relaxation is singular at rest
-    a, b, c = opened.matrices_at(speed)
-    forces = [opened.states.index(f"{wheel}_side_force") for wheel in WHEELS]
-    probe = {name: [opened.states.index(f"{wheel} {name}") for wheel in WHEELS] for name in PROBES}
-    kept = [k for k, name in enumerate(opened.states) if k not in forces and k not in np.ravel(list(probe.values()))]
-
-    stiffness = np.array([model.parameters[f"{law.identifier}.cornering_stiffness.{wheel}"] for wheel in WHEELS])
-    if (stiffness == 0).any():
-        raise InputError("nonlinear tyres need a cornering_stiffness > 0 on both wheels")
-    transfer = a[probe["load transfer"], forces]
-    loads = np.array(opened.static_loads) + np.array([1.0, -1.0]) * transfer
-    if (loads <= 0).any():
-        lifted = WHEELS[int(loads.argmin())]
-        raise InputError(f"at {speed:g} m/s the drag lifts the {lifted} wheel off the road; ride slower")
-    slip, slip_input = a[np.ix_(probe["slip velocity"], kept)], b[probe["slip velocity"]]
-    lagged, direct = (
-        a[np.ix_(probe[f"{kind} camber force"], kept)] / stiffness[:, None] for kind in ("lagged", "direct")
-    )
-
-    mechanical, states = a[np.ix_(kept, kept)], tuple(opened.states[k] for k in kept)
-    port, input_matrix, seen = a[np.ix_(kept, forces)], b[kept], direct
-    outputs = tuple(name for name in opened.outputs if not name.endswith("_side_force"))
-    shown = c[np.ix_([opened.outputs.index(name) for name in outputs], kept)]
-    if lags:
-        length = np.array([model.parameters[f"{law.identifier}.relaxation_length.{wheel}"] for wheel in WHEELS])
-        length = (length + stiffness * a[probe["series compliance"], forces])[:, None]
-        lag = np.hstack([(speed * lagged - slip) / length, np.diag(-speed / length[:, 0])])
-        mechanical = np.vstack([np.hstack([mechanical, np.zeros((len(kept), 2))]), lag])
-        port, input_matrix = np.vstack([port, np.zeros((2, 2))]), np.vstack([input_matrix, -slip_input / length])
-        seen, shown = np.hstack([seen, np.eye(2)]), np.hstack([shown, np.zeros((len(shown), 2))])
-        slip_input = np.zeros_like(slip_input)
-        states = (*states, *(f"{wheel}_transient_slip" for wheel in WHEELS))
-    else:
-        seen, slip_input = seen + lagged - slip / speed, -slip_input / speed
-    return NonlinearModel(
-        float(speed), states, opened.inputs, outputs, mechanical, port, seen, slip_input, input_matrix, shown,
-        stiffness, loads, (rear or MagicTyre(), front or MagicTyre()),
-        {**units_of(opened), **dict.fromkeys(states[len(kept) :], "rad")},
-    )  # fmt: skip

@@ -40,7 +40,8 @@ def command(
 
     from bicycle.responses.linear import frequency_response as gains
     from bicycle.responses.linear import respond
-    from bicycle.responses.magic_formula import MagicTyre, nonlinear_model
+    from bicycle.responses.magic_formula import MagicTyre
+    from bicycle.responses.magic_formula_model import magic_formula_model
     from studies.animation.figure_response import draw_frequency_response, draw_responses
     from studies.animation.simulation_options import check_within, parse_initial, parse_inputs
     from studies.reporting.output import print_warnings, write_csv
@@ -72,7 +73,7 @@ def command(
         responses["linear"] = respond(linear, speed=speed, time=time, initial=start, inputs=histories)
     if nonlinear:
         tyre = MagicTyre(friction, shape_factor, curvature_factor, offset)
-        system = nonlinear_model(model, speed=speed, rear=tyre, front=tyre)
+        system = magic_formula_model(model, speed=speed, rear=tyre, front=tyre)
         responses["Magic Formula"] = system.simulate(time=time, initial=start, inputs=histories)
     spectrum = None
     if frequency_response:

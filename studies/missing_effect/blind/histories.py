@@ -11,7 +11,7 @@ import numpy as np
 from bicycle import load_bicycle
 from bicycle.responses.inputs import InputHistory
 from bicycle.responses.linear import respond
-from bicycle.responses.magic_formula import nonlinear_model
+from bicycle.responses.magic_formula_model import magic_formula_model
 from studies.missing_effect.blind.generator import (
     HIDDEN,
     Truth,
@@ -125,7 +125,7 @@ def history_case(
             torque = InputHistory(torque.time, size * torque.value)
             settings["inputs"] = {"steer_torque": torque}
         if nonlinear:
-            response = nonlinear_model(model, speed=float(speed)).simulate(**settings, tolerance=1e-6)
+            response = magic_formula_model(model, speed=float(speed)).simulate(**settings, tolerance=1e-6)
         else:
             response = respond(model.linear_model(), speed=float(speed), **settings)
         table = {"time_s": time}

@@ -16,7 +16,7 @@ from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.effect import Effect, effect_class
 from bicycle.files.bicycle_file import load_bicycle
 from bicycle.model import Model
-from bicycle.responses.magic_formula import nonlinear_model
+from bicycle.responses.magic_formula_model import magic_formula_model
 from tyre.base.errors import InputError
 from tyre.contact_patch import half_length_of_trail, half_length_under_load, string_trail
 
@@ -436,7 +436,7 @@ def test_a_contact_longer_than_the_relaxation_length_allows_is_refused():
 
 def test_nonlinear_tyres_refuse_it():
     with pytest.raises(InputError, match="touch the ground at a point; the effect 'contact_length' is linear only"):
-        nonlinear_model(model(tyre(), effect("contact_length")), speed=5.0)
+        magic_formula_model(model(tyre(), effect("contact_length")), speed=5.0)
 
 
 # ------------------------------------------------------------------------- how long a contact is

@@ -7,7 +7,8 @@ from eigenvalue_sets import assert_same_eigenvalues
 from bicycle import Model, effect_class, load_bicycle, registry
 from bicycle.responses.inputs import pulse, step
 from bicycle.responses.linear import respond
-from bicycle.responses.magic_formula import MagicTyre, nonlinear_model
+from bicycle.responses.magic_formula import MagicTyre
+from bicycle.responses.magic_formula_model import magic_formula_model
 from tyre.base.errors import InputError
 
 STIFFNESS = {"rear": 6302.5, "front": 6016.1}  # N/rad
@@ -36,7 +37,7 @@ def build(*effects):
 @pytest.mark.parametrize("speed", [2.0, 6.5])
 def test_its_linearisation_is_the_linear_model(effects, speed):
     model = build(*effects)
-    system = nonlinear_model(model, speed=speed, rear=MagicTyre(0.7, 1.5, -0.8), front=MagicTyre(1.1, 1.1, 0.4))
+    system = magic_formula_model(model, speed=speed, rear=MagicTyre(0.7, 1.5, -0.8), front=MagicTyre(1.1, 1.1, 0.4))
     found = np.linalg.eigvals(system.jacobian(np.zeros(len(system.states)), np.zeros(len(system.inputs))))
     expected = model.linear_model().eigenvalues(speed)
     assert_same_eigenvalues(found, expected, atol=1e-10 * np.abs(expected).max())
@@ -61,7 +62,7 @@ def relative_difference(nonlinear, linear, trim):
 @pytest.mark.parametrize("effects", [SETS["tyre"], SETS["static"], SETS["front"]], ids=["tyre", "static", "front"])
 def test_half_the_kick_is_a_quarter_of_the_relative_difference(effects):
     model, time = build(*effects), np.linspace(0.0, 1.5, 151)
-    system, linear = nonlinear_model(model, speed=6.0), model.linear_model()
+    system, linear = magic_formula_model(model, speed=6.0), model.linear_model()
     still = system.simulate(time=time)
     assert all(np.abs(still.outputs[name]).max() == 0 for name in SHOWN)
     size, previous, count = 0.005, np.inf, 0
@@ -79,7 +80,7 @@ def test_with_an_offset_half_the_kick_is_half_of_the_relative_difference():
     # (equal offsets would only make it turn, without slip, at a lean of Sv)
     rear, front = (MagicTyre(friction=0.5, offset=offset) for offset in (-0.05, 0.05))
     model, time = build(LAGGED, CAMBER), np.linspace(0.0, 1.5, 151)
-    system = nonlinear_model(model, speed=6.0, rear=rear, front=front)
+    system = magic_formula_model(model, speed=6.0, rear=rear, front=front)
     trim = system.trim()
     state = np.array([trim[name] for name in system.states])
     slope = system.local_stiffness(system.slip_matrix @ state)
@@ -104,7 +105,7 @@ def test_with_an_offset_half_the_kick_is_half_of_the_relative_difference():
 
 def test_side_forces_never_exceed_friction_times_load():
     model = build(LAGGED, CAMBER)
-    system = nonlinear_model(model, speed=6.0, rear=MagicTyre(0.3), front=MagicTyre(0.3))
+    system = magic_formula_model(model, speed=6.0, rear=MagicTyre(0.3), front=MagicTyre(0.3))
     found = system.simulate(time=np.linspace(0, 1.5, 151), inputs={"lateral_force": pulse(400.0, duration=0.5)})
     for wheel, load in zip(("rear", "front"), load_bicycle("benchmark").static_loads, strict=True):
         largest = np.abs(found.outputs[f"{wheel}_side_force"]).max()
@@ -114,12 +115,12 @@ def test_side_forces_never_exceed_friction_times_load():
 def test_drag_shifts_load_from_the_front_wheel_to_the_rear():
     # D h / w with D = density area v^2 / 2 (Sharp 2001)
     drag = {"drag_area": 0.4, "centre_of_pressure_z": -1.1, "air_density": 1.225}
-    system = nonlinear_model(build(LAGGED, ("aerodynamic_drag", drag)), speed=10.0)
+    system = magic_formula_model(build(LAGGED, ("aerodynamic_drag", drag)), speed=10.0)
     shift = 1.225 * 0.4 * 10.0**2 / 2 * 1.1 / 1.02
     rear, front = load_bicycle("benchmark").static_loads
     assert system.loads.tolist() == pytest.approx([rear + shift, front - shift], rel=1e-12)
     with pytest.raises(InputError, match="at 60 m/s the drag lifts the front wheel off the road; ride slower"):
-        nonlinear_model(build(LAGGED, ("aerodynamic_drag", drag)), speed=60.0)
+        magic_formula_model(build(LAGGED, ("aerodynamic_drag", drag)), speed=60.0)
 
 
 def test_slip_step_of_a_bicycle_that_stays_straight_gives_the_magic_formula():
@@ -128,7 +129,7 @@ def test_slip_step_of_a_bicycle_that_stays_straight_gives_the_magic_formula():
     heavy = heavy.replace(g=1e-9 * 9.81, **{k: 1e9 * heavy[k] for k in heavy.values if k[0] == "I" or k[0] == "m"})
     law = effect_class("relaxation_length")(cornering_stiffness=6000.0, relaxation_length=0.1)
     tyre = MagicTyre(friction=0.7, shape_factor=1.4, curvature_factor=-0.5, offset=0.02)
-    system = nonlinear_model(Model(heavy, (law,)), speed=5.0, rear=tyre, front=tyre)
+    system = magic_formula_model(Model(heavy, (law,)), speed=5.0, rear=tyre, front=tyre)
     found = system.simulate(time=[0.0, 2.0], inputs={"rear_slip": step(0.1)})
     load = load_bicycle("benchmark").static_loads[0]
     b = 6000.0 / (1.4 * 0.7 * load)
@@ -142,7 +143,7 @@ def test_inputs_that_jump_between_samples_are_integrated_from_jump_to_jump():
     model = build(*SETS["static"])
     inputs = {"steer_torque": pulse(1e-4, start=0.1234, duration=0.2), "rear_slip": step(1e-5, start=0.5011)}
     time = np.linspace(0, 1, 11)
-    found = nonlinear_model(model, speed=5.0).simulate(time=time, inputs=inputs, tolerance=1e-12)
+    found = magic_formula_model(model, speed=5.0).simulate(time=time, inputs=inputs, tolerance=1e-12)
     expected = respond(model.linear_model(), speed=5.0, time=time, inputs=inputs)
     for name, values in expected.outputs.items():
         assert np.allclose(found.outputs[name], values, rtol=0, atol=1e-6 * np.abs(values).max())
@@ -150,7 +151,7 @@ def test_inputs_that_jump_between_samples_are_integrated_from_jump_to_jump():
 
 def test_a_standing_bicycle_has_springs_for_tyres():
     # at v = 0 the relaxing tyre is the spring C / lambda (Dell'Orto et al., eq. 3)
-    system = nonlinear_model(build(LAGGED), speed=0.0)
+    system = magic_formula_model(build(LAGGED), speed=0.0)
     slope = system.state_matrix[
         system.states.index("rear_transient_slip"), system.states.index("rear_lateral_velocity")
     ]
@@ -161,12 +162,12 @@ def test_refused_models_and_motions():
     with pytest.raises(
         InputError, match="need the effect side_slip or relaxation_length; this model rolls with 'no_slip'"
     ):
-        nonlinear_model(build(), speed=5.0)
+        magic_formula_model(build(), speed=5.0)
     with pytest.raises(InputError, match="speed 0 m/s is not allowed with side_slip"):
-        nonlinear_model(build(STATIC), speed=0.0)
+        magic_formula_model(build(STATIC), speed=0.0)
     with pytest.raises(InputError, match="need a cornering_stiffness > 0 on both wheels"):
-        nonlinear_model(build(("side_slip", {"cornering_stiffness": 0.0})), speed=5.0)
-    system = nonlinear_model(build(LAGGED), speed=1.0)
+        magic_formula_model(build(("side_slip", {"cornering_stiffness": 0.0})), speed=5.0)
+    system = magic_formula_model(build(LAGGED), speed=1.0)
     with pytest.raises(InputError, match="unknown state 'rear_side_force'; known: front_transient_slip"):
         system.simulate(time=[0, 1], initial={"rear_side_force": 1.0})
     with pytest.raises(InputError, match="unknown input 'steer'"):
