@@ -3,7 +3,7 @@
 import json
 import platform
 from collections import OrderedDict
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.effect import take_over
-from bicycle.effect.files import Origin
 from bicycle.eigenvalues.oscillation import least_damping_ratio
 from bicycle.eigenvalues.solvers import default_solver, eigenvalues
 from bicycle.linear_model import LinearModel
@@ -43,23 +42,9 @@ def compute(sweep: Sweep, start: int, stop: int) -> Arrays:
     InputError
         A cell of the grid whose parameters are physically impossible, named by its place in the sweep.
     """
+    take_over(sweep.outside_effects)  # which came along from where the sweep was started
     arrays = _worker(sweep).items(start, stop)
     return arrays if sweep.quantiles is None else sketch(arrays, start, sweep.samples)
-
-
-def compute_with(effects: Sequence[Origin], sweep: Sweep, start: int, stop: int) -> Arrays:
-    """What :func:`compute` gives, in whatever process: effects from outside the package are made known there first.
-
-    Parameters
-    ----------
-    effects : sequence of Origin
-        Where those from outside are.
-    sweep : Sweep
-    start, stop : int
-        Index of the first item, and one beyond the last.
-    """
-    take_over(effects)
-    return compute(sweep, start, stop)
 
 
 class Worker:

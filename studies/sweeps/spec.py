@@ -117,9 +117,9 @@ class Sweep:
         content |= {"effects": {o.name: o.digest for o in self.outside_effects}} if self.outside_effects else {}
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
-    @property
+    @cached_property
     def outside_effects(self) -> tuple[Origin, ...]:
-        """Where those of its effects stand that are not of the package."""
+        """Where those of its effects stand that are not of the package; goes along to the workers."""
         kinds = [effect_class(name) for name in self.model.get("effects", {}) if name not in packaged_effects()]
         return tuple(Origin.of(kind) for kind in kinds)
 
