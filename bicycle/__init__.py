@@ -12,7 +12,7 @@ What is computed from a model is imported when it is asked for: a model alone ne
 from importlib import import_module
 from typing import Any
 
-from bicycle.effect import Effect, Parameter, effect_class, registry
+from bicycle.effect import Effect, Mode, Parameter, effect_class, load_effects, registry
 from bicycle.files.bicycle_file import available_bicycles, load_bicycle
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model
@@ -22,6 +22,7 @@ __all__ = [
     "Bicycle",
     "Effect",
     "LinearModel",
+    "Mode",
     "Model",
     "ModelFamily",
     "Parameter",
@@ -29,6 +30,7 @@ __all__ = [
     "critical_speeds",
     "effect_class",
     "load_bicycle",
+    "load_effects",
     "modes",
     "read_model",
     "registry",

@@ -1,7 +1,9 @@
 from bicycle.critical.critical_speeds import critical_speeds as critical_speeds
 from bicycle.effect import Effect as Effect
+from bicycle.effect import Mode as Mode
 from bicycle.effect import Parameter as Parameter
 from bicycle.effect import effect_class as effect_class
+from bicycle.effect import load_effects as load_effects
 from bicycle.effect import registry as registry
 from bicycle.files.bicycle_file import available_bicycles as available_bicycles
 from bicycle.files.bicycle_file import load_bicycle as load_bicycle

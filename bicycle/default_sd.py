@@ -119,7 +119,7 @@ def _default(model: Model, values: Mapping[str, float], key: str) -> Deviation:
         row = next(row for row in DEFAULTS if key in row.keys)
         sd, why = row.size * _scale(row, values, key), row.why
     elif model.sd.get(key):  # of a measured tyre whose source states none
-        of = " of either stiffness" if key.split(".")[1] == "relaxation_length" else ""
+        of = " of either stiffness" if ParameterKey.parse(key).name == "relaxation_length" else ""
         sd, why = model.sd[key], f"{CORNERING_STIFFNESS:.0%}{of}, the tyre's source states none"
     else:
         sd, why = EFFECT * abs(values[key]), f"{EFFECT:.0%} of the value"

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bicycle.derivation.declarations import Declarations
 from bicycle.derivation.evaluation import Matrices
 from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.base.arrays import Array
@@ -42,6 +43,8 @@ class LinearModel:
         Vertical load of the rear and front wheel at rest, N.
     warnings : tuple of str
         What a reader of a result must be told.
+    declared : Declarations
+        Unit and role of every state, the modes that the effects bring, units of inputs and outputs.
     """
 
     states: tuple[str, ...]
@@ -53,6 +56,7 @@ class LinearModel:
     static_loads: tuple[float, float]
     effects: tuple[str, ...] = ()
     warnings: tuple[str, ...] = field(default=())
+    declared: Declarations = field(default=Declarations(), repr=False)
 
     def __repr__(self) -> str:
         rear, front = self.static_loads

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bicycle.derivation.declarations import State
 from bicycle.derivation.evaluation import Evaluator, evaluator
 from bicycle.effect import Effect, effect_class
 from bicycle.linear_model import LinearModel, SpeedRange
@@ -152,7 +153,8 @@ def linear_model(evaluate: Evaluator, values: Mapping[str, float], model: Model)
         inputs=symbolic.inputs,
         outputs=symbolic.outputs,
         ranges=tuple(ranges),
-        scale=state_scale(symbolic.states, rear + front),
+        scale=state_scale(symbolic.declared.states, rear + front),
+        declared=symbolic.declared,
         parameters=dict(values),
         static_loads=(rear, front),
         effects=tuple(effect.identifier for effect in model.effects),
@@ -208,7 +210,19 @@ def check_compatible(effects: tuple[Effect, ...]) -> None:
                 )
 
 
-def state_scale(states: tuple[str, ...], weight: float) -> Any:
-    """Force and moment states in units of the nearest power of two to the ``weight`` (N); other ``states`` in SI."""
+def state_scale(states: Iterable[State], weight: float) -> Any:
+    """Scale of each state: forces and moments in units of the nearest power of two to the weight, all else in SI.
+
+    Parameters
+    ----------
+    states : iterable of State
+        Those of a model, n of them.
+    weight : float
+        Of the bicycle, N.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+    """
     force_unit = 2.0 ** round(math.log2(weight))
-    return np.array([force_unit if name.endswith(("_force", "_moment")) else 1.0 for name in states])
+    return np.array([force_unit if state.forcelike else 1.0 for state in states])

@@ -9,7 +9,7 @@
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -19,7 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 from bicycle.derivation.evaluation import Evaluator, Matrices, evaluator
 from bicycle.descriptor import DescriptorStack
 from bicycle.effect import Effect
-from bicycle.effect_parameter import PerWheel
+from bicycle.effect.numbers import effect_of
+from bicycle.eigenvalues.decomposition import positive_definite
 from bicycle.eigenvalues.solvers import Solver, compiled, default_solver
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model, linear_model, state_scale
@@ -89,7 +90,7 @@ class ModelFamily:
     @cached_property
     def scale(self) -> Array:
         """Fixed powers of two (n,), as of a :class:`bicycle.linear_model.LinearModel`."""
-        scale: Array = state_scale(self.evaluate.symbolic.states, sum(self.model.bicycle.static_loads))
+        scale: Array = state_scale(self.evaluate.symbolic.declared.states, sum(self.model.bicycle.static_loads))
         return scale
 
     @cached_property
@@ -157,7 +158,7 @@ class ModelFamily:
         if changed:
             bicycle = bicycle.replace(**changed)
         effects = tuple(self.effect_with(effect, values) for effect in self.model.effects)
-        return Model(bicycle, effects, self.model.notes, self.model.sd, self.model.assumed_sd)
+        return replace(self.model, bicycle=bicycle, effects=effects)
 
     def effect_with(self, effect: Effect, values: Mapping[str, float]) -> Effect:
         """An effect of the model with the numbers of a parameter set.
@@ -216,7 +217,7 @@ class ModelFamily:
                 np.ascontiguousarray(mass), tuple(map(np.ascontiguousarray, parts)), self.scale, solved, refused
             )
         else:
-            refused = ~_positive_definite(mass)
+            refused = ~positive_definite(mass)
             if refused.any():
                 mass = np.where(refused[:, None, None], np.eye(n), mass)
             right = np.concatenate([part * self.scale for part in parts], -1)
@@ -278,7 +279,7 @@ class ModelFamily:
             mass = self.evaluate(self.values(numbers), (0.0,) * len(self.evaluate.symbolic.switches)).mass
         mass = np.broadcast_to(mass, (count, *mass.shape[-2:]))
         finite = np.asarray(np.isfinite(mass).all((-2, -1)))
-        return ~_positive_definite(np.where(finite[:, None, None], mass, np.eye(mass.shape[-1]))) | ~finite
+        return ~positive_definite(np.where(finite[:, None, None], mass, np.eye(mass.shape[-1]))) | ~finite
 
     def descriptor(self, values: Mapping[str, Any], speeds: Array) -> DescriptorStack:
         """Matrices of bicycles at speeds, where equations switch those that hold at each speed.
@@ -298,36 +299,3 @@ class ModelFamily:
             np.broadcast_to(matrices.mass * self.scale, dynamics.shape), dynamics,
             matrices.input_matrix(speeds), matrices.output_matrix(speeds) * self.scale,
         )  # fmt: skip
-
-
-def effect_of(kind: type[Effect], values: Mapping[str, float], names: Any = None) -> Effect:
-    """An effect from flat numbers.
-
-    Parameters
-    ----------
-    kind : effect class
-    values : mapping of str to float
-        ``identifier.name[.wheel]`` -> number, SI; more of them do not matter.
-    names : collection of str, optional
-        Parameters to be given; the others take their defaults. All of them when not given.
-
-    Raises
-    ------
-    InputError
-        A number that the effect does not allow.
-    """
-    table: dict[str, Any] = {}
-    for parameter in kind.parameters:
-        if names is None or parameter.name in names:
-            numbers = [float(values[f"{kind.identifier}.{entry}"]) for entry in parameter.entries()]
-            table[parameter.name] = PerWheel(*numbers) if parameter.per_wheel else numbers[0]
-    return kind(**table)
-
-
-def _positive_definite(mass: Array) -> NDArray[np.bool_]:
-    symmetric = (mass + mass.swapaxes(-1, -2)) / 2
-    try:
-        np.linalg.cholesky(symmetric)
-    except np.linalg.LinAlgError:
-        return np.asarray(np.linalg.eigvalsh(symmetric)[..., 0] > 0)
-    return np.ones(len(mass), bool)

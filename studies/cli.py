@@ -2,6 +2,7 @@
 
 import pkgutil
 import sys
+from contextlib import ExitStack
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -13,6 +14,7 @@ from tyre.base.errors import InputError, unknown
 
 ABOUT = "From bicycle-tyre rig data to the stability of the bicycle."
 EXAMPLE = ("velotyre bicycles", "velotyre modes benchmark", "velotyre run")
+EFFECTS = "effect_files"
 NO_ARGUMENTS = getattr(click.exceptions, "NoArgsIsHelpError", ())  # click before 8.2 shows the help by itself
 
 
@@ -38,7 +40,10 @@ class ModuleGroup(click.Group):
         module = import_module(f"{self.package.__name__}.{cmd_name.replace('-', '_')}")
         if hasattr(module, "__path__"):
             return ModuleGroup(module, name=cmd_name, help=module.__doc__, epilog=example(*module.EXAMPLE))
-        return module.command
+        command: click.Command = module.command
+        if not any(parameter.name == EFFECTS for parameter in command.params):
+            command.params.append(effects_option())
+        return command
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -52,10 +57,27 @@ class ModuleGroup(click.Group):
         return super().resolve_command(ctx, args)
 
 
+def effects_option() -> click.Option:
+    """``--effects FILE``, before or after the command: effects of the user, known while it runs."""
+    return click.Option(
+        ["--effects", EFFECTS], multiple=True, metavar="FILE", type=click.Path(), expose_value=False, is_eager=True,
+        callback=_know_effects, help="Python file with effects of your own (docs/add_an_effect.md); may be repeated.",
+    )  # fmt: skip
+
+
+def _know_effects(context: click.Context, parameter: click.Parameter, files: tuple[str, ...]) -> None:
+    if files and not context.resilient_parsing:
+        from bicycle.effect import outside_effects
+
+        stack = context.find_object(ExitStack)
+        known = outside_effects(files)
+        context.with_resource(known) if stack is None else stack.enter_context(known)
+
+
 def build() -> click.Group:
     """Return the whole command tree."""
     package = import_module("studies.commands")
-    group = ModuleGroup(package, name="velotyre", help=ABOUT, epilog=example(*EXAMPLE))
+    group = ModuleGroup(package, name="velotyre", help=ABOUT, epilog=example(*EXAMPLE), params=[effects_option()])
     return click.version_option(package_name="velotyre", prog_name="velotyre")(group)
 
 
@@ -65,7 +87,8 @@ def main(arguments: list[str] | None = None) -> None:
     Bad input or usage ends with exit code 2 and one line on stderr.
     """
     try:
-        build().main(args=arguments, prog_name="velotyre", standalone_mode=False)
+        with ExitStack() as until_the_end:
+            build().main(args=arguments, prog_name="velotyre", standalone_mode=False, obj=until_the_end)
     except NO_ARGUMENTS as help_page:
         click.echo(help_page.format_message())
     except click.ClickException as error:

@@ -7,7 +7,7 @@ writes the stubs again from the same tables and declarations; a test compares.
 import math
 from pathlib import Path
 
-from bicycle.effect import Effect, Parameter, registry
+from bicycle.effect import Effect, Parameter, packaged_effects
 from studies.velotyre import PLACES
 
 FOLDER = Path(__file__).parent / "velotyre"
@@ -20,7 +20,7 @@ def stubs() -> dict[str, str]:
 
 
 def _door() -> str:
-    classes = sorted(effect.__name__ for effect in registry().values())
+    classes = sorted(effect.__name__ for effect in packaged_effects().values())
     places = {module: sorted(names, key=_order) for module, names in PLACES.items()}
     lines = [_import(module, places[module]) for module in sorted(places)]
     names = sorted([*classes, *(name for names in places.values() for name in names), "effects"], key=_order)
@@ -38,7 +38,7 @@ def _import(module: str, names: list[str]) -> str:
 
 def _effects() -> str:
     head = f"{HEAD}from bicycle.effect import Effect, PerWheel, PerWheelValue\n"
-    return head + "".join(f"\n{_stub(effect)}" for effect in registry().values())
+    return head + "".join(f"\n{_stub(effect)}" for effect in packaged_effects().values())
 
 
 def _stub(effect: type[Effect]) -> str:

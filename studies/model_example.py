@@ -3,7 +3,7 @@
 from textwrap import wrap
 
 from bicycle.effect import Effect, Parameter, effect_class, registry
-from bicycle.effect_signature import sentence
+from bicycle.effect.signature import sentence
 from bicycle.files.wheel_tyres import TYRE_KEYS
 from bicycle.model import Model
 from bicycle.parameters import Bicycle

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tyre.base.arrays import Array
-from tyre.fits.estimate import Estimate
+from tyre.estimate import Estimate
 from tyre.properties import TyreProperties
 
 QUANTITIES = ("cornering_stiffness", "lateral_stiffness", "relaxation_length")

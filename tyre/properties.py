@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tyre.fits.estimate import Estimate
+from tyre.estimate import Estimate
 
 Origin = Literal["measured", "interpolated", "extrapolated"]
 
@@ -111,6 +111,13 @@ class TyreProperties:
     def relaxation_length_sd(self) -> float:
         """One standard deviation of the relaxation length, m."""
         return float(np.sqrt(self.covariance[2, 2]))
+
+
+MEASURED_BESIDE = ("pneumatic_trail", "camber_stiffness", "twisting_stiffness", "overturning_stiffness")
+"""Fields of `TyreProperties` that a tyre may hold beside its stiffnesses."""
+
+FOLLOWS_FROM = {"aligning_stiffness": "pneumatic_trail", "crown_radius": "overturning_stiffness"}
+"""Properties that follow from one of these fields (and the cornering stiffness or the load)."""
 
 
 def parameters_of_effects(values: Mapping[str, Any], *, load: Any) -> dict[str, Any]:

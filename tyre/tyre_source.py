@@ -67,22 +67,22 @@ class TyreSource(Ranged, Protocol):
     def pressures(self) -> Array: ...
 
     def at(self, *, load: float, pressure: float) -> TyreProperties:
-        """Return the properties at one vertical load (N) and inflation pressure (Pa)."""
+        """Return the properties at one vertical ``load`` (N) and inflation ``pressure`` (Pa)."""
 
     def jointly(self, conditions: Sequence[tuple[float, float]]) -> JointProperties:
-        """Return the properties at (load N, pressure Pa), with their joint covariance."""
+        """Return the properties at ``conditions`` (load N, pressure Pa), with their joint covariance."""
 
     def origin(self, *, load: float, pressure: float) -> Origin:
-        """Say how values come about at a load (N) and pressure (Pa)."""
+        """Say how values come about at a ``load`` (N) and ``pressure`` (Pa)."""
 
     def linear(self, *, load: Array, pressure: Array) -> Mapping[str, Array]:
-        """Values by the name of a field of `TyreProperties`, for loads (N) and pressures (Pa), (n,) each.
+        """Values by the name of a field of `TyreProperties`, for ``load`` (N) and ``pressure`` (Pa), (n,) each.
 
         The conditions are not checked. What the tyre does not hold is left out.
         """
 
     def assuming(self, relative_sd: float, /) -> Any:
-        """Return the same tyre with this relative standard deviation wherever its source states none."""
+        """Return the same tyre with ``relative_sd`` as standard deviation wherever its source states none."""
 
 
 def stated_range(tyre: Ranged) -> str:

@@ -10,16 +10,18 @@ V2 = -g sum m_i z_i + sum N_k z_k, and Q what effects add. V = dy/dt - v psi rep
 of bodies (:mod:`bicycle.rigid_bodies`); with both contacts held it gives the equations of Meijaard et al. (2007).
 """
 
-from typing import Any
-
 import sympy as sp
 
-from bicycle.derivation.closing import OpenModel, SymbolicModel, assemble, hold_contacts
+from bicycle.derivation.closing import SymbolicModel
+from bicycle.derivation.declarations import Mode, State, check_modes
+from bicycle.derivation.equations import equations
 from bicycle.derivation.ports import ContactLaw, Coordinate, Expression, Wheel
-from bicycle.parameters import UNITS, bodies, static_loads
-from bicycle.rigid_bodies import Body, Joint, displacement_row, height_hessian, lean_row, mass_matrix, yaw_row
+from bicycle.parameters import UNITS, bodies
+from bicycle.rigid_bodies import Body, Joint, displacement_row
+from tyre.base.errors import InputError, unknown
 
 SPEED = sp.Symbol("v", real=True)
+OF_CONTACT = {"slip": "rad", "side_force": "N"}  # what is put in or read off at each contact, and its unit
 
 
 class ModelBuilder:
@@ -38,56 +40,202 @@ class ModelBuilder:
         self.switches: dict[Expression, Expression] = {}
         self.extra_inertia: dict[tuple[str, str], Expression] = {}
         self._frame_joints: list[tuple[Joint, Coordinate]] = []
-        self._coordinate_forces: list[tuple[Coordinate, Expression]] = []
-        self._point_forces: list[tuple[str, Expression, Expression]] = []
-        self._yaw_moments: list[tuple[str, Expression]] = []
-        self.states: dict[Expression, Expression] = {}  # extra state -> its rate of change
+        self.coordinate_forces: list[tuple[Coordinate, Expression]] = []
+        self.yaw_moments: list[tuple[str, Expression]] = []
+        self.rates: dict[Expression, Expression | None] = {}  # extra state -> its rate of change
+        self.states: dict[str, State] = {}
+        self.modes: dict[str, Mode] = {}
         self.load_transfer: Expression = sp.S.Zero  # N, from the front contact to the rear
         self.drive_force: Expression = sp.S.Zero  # N, forward at the rear contact
-        loads = static_loads(tuple(self.bodies), p["w"], p["g"])
         self.wheels = (self._wheel("rear", sp.S.Zero, p["rR"]), self._wheel("front", p["w"], p["rF"]))
-        self._loads = dict(zip(self.wheels, loads, strict=True))
-
-    # ------------------------------------------------------------------ what effects call
+        self._declare("rear_lateral_velocity", "m/s", "rear")
+        self._declare("yaw_rate", "rad/s", "yaw")
+        for coordinate in (self.lean, self.steer):
+            self._declare_angle(coordinate.name, coordinate.name, joint=False)
 
     def add_body(self, body: Body) -> None:
-        """Add a rigid body to the rear frame (a joint may carry it)."""
+        """Add a rigid body to the rear frame (a joint may carry it); the contacts carry its weight.
+
+        Parameters
+        ----------
+        body : Body
+
+        Raises
+        ------
+        InputError
+            There is a body of that name.
+        """
+        if any(body.name == other.name for other in self.bodies):
+            raise InputError(f"two bodies are called {body.name!r}; give the effect's body a name of its own")
         self.bodies.append(body)
 
     def add_joint(
-        self, name: str, *, axis: tuple[Expression, Expression], point: tuple[Expression, Expression], carries: set[str]
-    ) -> Coordinate:
-        """Add a hinge with axis (x, z) through point (x, z), after the lean and before the steer axis."""
+        self, name: str, *, axis: tuple[Expression, Expression], point: tuple[Expression, Expression],
+        carries: set[str], role: str = "",
+    ) -> Coordinate:  # fmt: skip
+        """Add a hinge after the lean and before the steer axis.
+
+        Parameters
+        ----------
+        name : str
+            Of its angle (rad); its rate (rad/s) is ``NAME_rate``. Both are states and outputs of the model.
+        axis : two expressions
+            Direction (x, z) of the axis, a unit vector; x forward, z down.
+        point : two expressions
+            A point (x, z) of the axis, m from the rear contact.
+        carries : set of str
+            Names of the bodies that turn with it.
+        role : str
+            Group of states that marks a mode (:class:`bicycle.derivation.declarations.Mode`); by default ``name``.
+
+        Returns
+        -------
+        Coordinate
+            Angle and rate, to put torques on.
+
+        Raises
+        ------
+        InputError
+            There is a state of that name, or no such body.
+        """
+        for body in sorted(carries - {body.name for body in self.bodies}):
+            raise InputError(f"the joint {name!r} carries {unknown('body', body, [b.name for b in self.bodies])}")
+        self._declare_angle(name, role or name, joint=True)
         coordinate = Coordinate(name, sp.Symbol(name), sp.Symbol(f"{name}_rate"))
         self._frame_joints.append((Joint(name, *axis, *point, frozenset(carries)), coordinate))
         return coordinate
 
     def add_torque(self, coordinate: Coordinate, torque: Expression) -> None:
-        """Add a torque (N m) that acts on a joint angle, in terms of coordinates, rates, speed and states."""
-        self._coordinate_forces.append((coordinate, torque))
+        """Add a torque (N m) that acts on a joint angle, in terms of coordinates, rates, speed and states.
+
+        Parameters
+        ----------
+        coordinate : Coordinate
+            ``model.lean``, ``model.steer`` or what :meth:`add_joint` gave.
+        torque : expression
+            N m, in terms of coordinates, rates, speed and states.
+        """
+        self.coordinate_forces.append((coordinate, torque))
 
     def add_inertia(self, coordinate: Coordinate, inertia: Expression) -> None:
-        """Add a moment of inertia (kg m^2) that moves with one joint angle only."""
+        """Add a moment of inertia (kg m^2) that moves with one joint angle only.
+
+        Parameters
+        ----------
+        coordinate : Coordinate
+        inertia : expression
+            kg m^2.
+        """
         key = (coordinate.name, coordinate.name)
         self.extra_inertia[key] = self.extra_inertia.get(key, sp.S.Zero) + inertia
 
     def add_yaw_moment(self, body: str, moment: Expression) -> None:
-        """Add an external moment about the vertical (N m) on a body."""
-        self._yaw_moments.append((body, moment))
+        """Add an external moment about the vertical (N m) on a body.
+
+        Parameters
+        ----------
+        body : str
+            Name of a body.
+        moment : expression
+            N m, > 0 to the right.
+        """
+        self.yaw_moments.append((body, moment))
+
+    def add_drive_force(self, force: Expression) -> None:
+        """Add a force forward at the rear contact (N), for example what balances a drag.
+
+        Parameters
+        ----------
+        force : expression, N
+        """
+        self.drive_force += force
+
+    def add_load_transfer(self, force: Expression) -> None:
+        """Move vertical load (N) from the front contact to the rear.
+
+        Parameters
+        ----------
+        force : expression, N
+        """
+        self.load_transfer += force
+
+    def set_contact_law(self, law: ContactLaw) -> None:
+        """Let ``law`` close both contacts; its effect declares ``slot = "contact law"``.
+
+        Parameters
+        ----------
+        law : ContactLaw
+        """
+        self.contact_law = law
 
     def lateral_offset(self, body: str, x: Expression, z: Expression) -> Expression:
-        """Lateral displacement (m) of a point of a body out of the plane through the rear contact along the heading."""
-        row = displacement_row(self._joints(), body, x, z)[2:]
-        return sum((a * c.angle for a, c in zip(row, self._coordinates(), strict=True)), sp.S.Zero)
+        """Lateral displacement (m) of a point of a body out of the plane through the rear contact along the heading.
 
-    def add_state(self, name: str) -> Expression:
-        """Add a first-order state; set its rate with ``model.states[state] = ...``."""
+        Parameters
+        ----------
+        body : str
+            Name of a body.
+        x, z : expressions
+            The point, m; x forward, z down.
+        """
+        row = displacement_row(self.joints(), body, x, z)[2:]
+        return sum((a * c.angle for a, c in zip(row, self.coordinates(), strict=True)), sp.S.Zero)
+
+    def add_state(self, name: str, *, unit: str, role: str = "") -> Expression:
+        """Add a first-order state; :meth:`set_rate` says how it changes.
+
+        Parameters
+        ----------
+        name, unit : str
+            Name in results, and SI unit such as ``N`` or ``rad/s``.
+        role : str
+            ``rear`` or ``front`` of a side force, or a group of the effect's own that marks its mode; empty: none.
+
+        Returns
+        -------
+        expression
+            The symbol of the state.
+
+        Raises
+        ------
+        InputError
+            There is a state of that name.
+        """
+        self._declare(name, unit, role)
         state = sp.Symbol(name)
-        self.states[state] = sp.S.Zero
+        self.rates[state] = None
         return state
 
+    def set_rate(self, state: Expression, rate: Expression) -> None:
+        """Say how a state of :meth:`add_state` changes, in its unit per second and linear in the motion.
+
+        Parameters
+        ----------
+        state : expression
+            Its symbol.
+        rate : expression
+            In the unit of the state per second.
+        """
+        self.rates[state] = rate
+
+    def add_mode(self, mode: Mode) -> None:
+        """Declare a mode (what an effect lists in ``modes``); two effects may bring the same.
+
+        Parameters
+        ----------
+        mode : Mode
+        """
+        if self.modes.setdefault(mode.name, mode) != mode:
+            raise InputError(f"two effects declare the mode {mode.name!r} differently; give one of them another name")
+
     def below(self, speed: Expression) -> Expression:
-        """Return a symbol that is 1 at speeds below ``speed`` and 0 above."""
+        """Return a symbol that is 1 at speeds below ``speed`` and 0 above.
+
+        Parameters
+        ----------
+        speed : expression
+            m/s, of parameters only.
+        """
         indicator = sp.Symbol(f"below_{len(self.switches)}")
         self.switches[indicator] = speed
         return indicator
@@ -95,56 +243,29 @@ class ModelBuilder:
     # ------------------------------------------------------------------ closing
 
     def close(self) -> SymbolicModel:
-        """Assemble the matrices once every effect has been applied."""
+        """Assemble the matrices once every effect has been applied.
+
+        Raises
+        ------
+        InputError
+            A state without a rate of change, or a mode that no state marks.
+        """
         if self.contact_law is None:
             raise ValueError("no contact law has been applied")
-        law, v = self.contact_law, self.speed
-        joints, coordinates = self._joints(), self._coordinates()
-        angles, rates = [c.angle for c in coordinates], [c.rate for c in coordinates]
-        velocities = [self.lateral_velocity, self.yaw_rate, *rates]
-
-        mass = sp.Matrix(mass_matrix(self.bodies, joints))
-        names = ["", "", *(c.name for c in coordinates)]
-        for (row, column), inertia in self.extra_inertia.items():
-            mass[names.index(row), names.index(column)] += inertia
-
-        forces = {wheel: law.side_force(self, wheel) for wheel in self.wheels}
-        generalised = self._generalised_forces(joints, coordinates)
-        meaning = self._meaning(joints, coordinates)
-        if not law.holds_contact:
-            for wheel, force in forces.items():
-                meaning[wheel.side_force] = force.xreplace(meaning)
-        generalised = generalised.applyfunc(lambda entry: _resolve(entry, meaning))
-        extra = list(self.states)
-        extra_rates = sp.Matrix([_resolve(rate, meaning) for rate in self.states.values()])
-
-        motion = [*velocities, *angles, *extra]
-        inputs = [sp.Symbol(name) for name in self.input_names()]
-        coriolis = v * mass[:, 0] * self.yaw_rate + self._gyroscopic(joints, velocities)
-        stiffness = self._stiffness(joints, meaning)
-        right = generalised - coriolis - stiffness * sp.Matrix(angles)
-        outputs = self._outputs(meaning)
-        rear_load, front_load = self._loads.values()
-        rows = OpenModel(
-            mass, right, sp.Matrix(rates), extra_rates, motion, inputs, outputs, v,
-            (rear_load, front_load), self.load_transfer, self.switches,
-        )  # fmt: skip
-        if not law.holds_contact:
-            return assemble(rows)
-        slips = [meaning[wheel.slip_velocity] for wheel in self.wheels]
-        return hold_contacts(rows, slips, [wheel.side_force for wheel in self.wheels])
+        forces = {wheel: self.contact_law.side_force(self, wheel) for wheel in self.wheels}
+        check_modes(self.modes.values(), self.states.values())
+        for state, rate in self.rates.items():
+            if rate is None:
+                raise InputError(f"the state {str(state)!r} has no rate of change; give it one with model.set_rate")
+        return equations(self, forces)
 
     def input_names(self) -> tuple[str, ...]:
         """Inputs of the model: the two torques, a side force at the rear frame's mass centre, imposed slip angles."""
         slips = () if self.contact_law is not None and self.contact_law.holds_contact else ("rear_slip", "front_slip")
         return (*self.torques, "lateral_force", *slips)
 
-    @staticmethod
-    def _wheel(name: str, x: Expression, radius: Expression) -> Wheel:
-        seen = ("slip_velocity", "camber", "yaw_rate", "side_force", "static_load")
-        return Wheel(name, f"{name} wheel", x, radius, **{what: sp.Symbol(f"{name} {what}") for what in seen})
-
-    def _joints(self) -> list[Joint]:
+    def joints(self) -> list[Joint]:
+        """Lean, the joints of the effects and steer, from the ground outward."""
         p = self.bicycle
         everything = frozenset(body.name for body in self.bodies)
         lean = Joint("lean", 1, 0, 0, 0, everything)
@@ -153,81 +274,26 @@ class ModelBuilder:
         )
         return [lean, *(joint for joint, _ in self._frame_joints), steer]
 
-    def _coordinates(self) -> list[Coordinate]:
+    def coordinates(self) -> list[Coordinate]:
+        """Angle and rate of each of :meth:`joints`."""
         return [self.lean, *(coordinate for _, coordinate in self._frame_joints), self.steer]
 
-    def _meaning(self, joints: list[Joint], coordinates: list[Coordinate]) -> dict[Expression, Expression]:
-        """Slip velocity, yaw rate, camber and static load of each wheel in terms of the motion."""
-        velocities = sp.Matrix([self.lateral_velocity, self.yaw_rate, *(c.rate for c in coordinates)])
-        angles = sp.Matrix([c.angle for c in coordinates])
-        meaning = {}
-        for wheel in self.wheels:
-            row = sp.Matrix([list(displacement_row(joints, wheel.body, wheel.x, 0))])
-            heading = sp.Matrix([list(yaw_row(joints, wheel.body)[2:])])
-            slip = (row * velocities)[0] - self.speed * (heading * angles)[0]
-            if f"{wheel.name}_slip" in self.input_names():
-                slip -= self.speed * sp.Symbol(f"{wheel.name}_slip")
-            meaning[wheel.slip_velocity] = slip
-            meaning[wheel.yaw_rate] = (sp.Matrix([list(yaw_row(joints, wheel.body))]) * velocities)[0]
-            meaning[wheel.camber] = (sp.Matrix([list(lean_row(joints, wheel.body)[2:])]) * angles)[0]
-            meaning[wheel.static_load] = self._loads[wheel]
-        return meaning
+    def units(self) -> dict[str, str]:
+        """SI unit of every state, input and output by name."""
+        at_contacts = {f"{wheel.name}_{what}": unit for wheel in self.wheels for what, unit in OF_CONTACT.items()}
+        states = {state.name: state.unit for state in self.states.values()}
+        return {**dict.fromkeys(self.torques, "N m"), "lateral_force": "N", **at_contacts, **states}
 
-    def _generalised_forces(self, joints: list[Joint], coordinates: list[Coordinate]) -> Any:
-        total = sp.zeros(2 + len(joints), 1)
-        for wheel in self.wheels:
-            total += sp.Matrix(displacement_row(joints, wheel.body, wheel.x, 0)) * wheel.side_force
-            total += sp.Matrix(yaw_row(joints, wheel.body)) * wheel.moment
-        for body, moment in self._yaw_moments:
-            total += sp.Matrix(yaw_row(joints, body)) * moment
-        rear = self.wheels[0]  # a toroidal tyre leaning by gamma touches the ground rho gamma beside its mid-plane
-        contact_shift = rear.crown_radius * rear.camber
-        total -= sp.Matrix(yaw_row(joints, rear.body)) * self.drive_force * contact_shift
-        for coordinate, torque in self._coordinate_forces:
-            total[2 + coordinates.index(coordinate)] += torque
-        for name, coordinate in self.torques.items():
-            total[2 + coordinates.index(coordinate)] += sp.Symbol(name)
-        frame = self.bodies[0]
-        return total + sp.Matrix(displacement_row(joints, frame.name, frame.x, frame.z)) * sp.Symbol("lateral_force")
+    def _declare(self, name: str, unit: str, role: str, *, joint: bool = False) -> None:
+        if name in self.states:
+            raise InputError(f"two states are called {name!r}; give the effect's state a name of its own")
+        self.states[name] = State(name, unit, role, joint)
 
-    def _gyroscopic(self, joints: list[Joint], velocities: list[Expression]) -> Any:
-        """Rate of change of the wheels' spin momentum h = -Iyy v / r (about +y), on the left side."""
-        total = sp.zeros(len(velocities), 1)
-        for body in self.bodies:
-            if body.spin_inertia == 0:
-                continue
-            momentum = -body.spin_inertia * self.speed / body.radius
-            tx, tz = sp.Matrix(lean_row(joints, body.name)), sp.Matrix(yaw_row(joints, body.name))
-            motion = sp.Matrix(velocities)
-            total += momentum * (tz * (tx.T * motion)[0] - tx * (tz.T * motion)[0])
-        return total
+    def _declare_angle(self, name: str, role: str, *, joint: bool) -> None:
+        self._declare(name, "rad", role, joint=joint)
+        self._declare(f"{name}_rate", "rad/s", role, joint=joint)
 
-    def _stiffness(self, joints: list[Joint], meaning: dict[Expression, Expression]) -> Any:
-        """Hessian of V2 = -g sum m z + sum N z_lowest (physics: weight against the static contact loads)."""
-        n = len(joints)
-        total = sp.zeros(n, n)
-        for body in self.bodies:
-            total -= self.bicycle["g"] * body.mass * sp.Matrix(height_hessian(joints, body.name, body.x, body.z))
-        for wheel, sign in zip(self.wheels, (1, -1), strict=True):
-            load = meaning[wheel.static_load] + sign * self.load_transfer
-            camber = sp.Matrix(lean_row(joints, wheel.body)[2:])
-            lowest = sp.Matrix(height_hessian(joints, wheel.body, wheel.x, -wheel.radius))
-            lowest -= (wheel.radius - wheel.crown_radius) * camber * camber.T
-            total += load * lowest
-        return sp.Matrix.vstack(sp.zeros(2, n), total)  # lateral motion and yaw do not change V2
-
-    def _outputs(self, meaning: dict[Expression, Expression]) -> dict[str, Expression]:
-        """Named outputs; ``d_`` symbols stand for the rate of change of a state."""
-        outputs = {c.name: c.angle for c in self._coordinates()}
-        outputs |= {f"{c.name}_rate": c.rate for c in self._coordinates()}
-        outputs["yaw_rate"] = self.yaw_rate
-        outputs["rear_lateral_velocity"] = self.lateral_velocity
-        if self.contact_law is not None and not self.contact_law.holds_contact:
-            for wheel in self.wheels:
-                outputs[f"{wheel.name}_side_force"] = _resolve(wheel.side_force, meaning)
-        return outputs
-
-
-def _resolve(expression: Expression, meaning: dict[Expression, Expression]) -> Expression:
-    """Replace port symbols by the motion; twice, because a force may contain a slip velocity."""
-    return sp.sympify(expression).xreplace(meaning).xreplace(meaning)
+    @staticmethod
+    def _wheel(name: str, x: Expression, radius: Expression) -> Wheel:
+        seen = ("slip_velocity", "camber", "yaw_rate", "side_force", "static_load")
+        return Wheel(name, f"{name} wheel", x, radius, **{what: sp.Symbol(f"{name} {what}") for what in seen})

@@ -6,6 +6,7 @@ from typing import Any
 
 import sympy as sp
 
+from bicycle.derivation.declarations import Declarations, Mode, State
 from bicycle.derivation.symbolic_polynomial import SymbolicPolynomial
 from bicycle.parameters import UNITS
 
@@ -28,6 +29,7 @@ class SymbolicModel:
     static_loads: tuple[Expression, Expression]
     load_transfer: Expression
     switches: Mapping[Expression, Expression]
+    declared: Declarations
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,7 @@ class OpenModel:
 
     ``mass`` times the first rates is ``right``; then follow the rates of the angles and of the extra states.
     ``speed`` is the symbol v; ``static_loads``, ``load_transfer`` and ``switches`` as in :class:`SymbolicModel`.
+    ``states`` are those of the motion by name, ``modes`` what the effects bring, ``units`` those of inputs and outputs.
     """
 
     mass: Any
@@ -49,17 +52,26 @@ class OpenModel:
     static_loads: tuple[Expression, Expression]
     load_transfer: Expression
     switches: Mapping[Expression, Expression]
+    states: Mapping[str, State]
+    modes: Sequence[Mode]
+    units: Mapping[str, str]
 
 
 def assemble(rows: OpenModel) -> SymbolicModel:
-    """Matrices of rows as they stand."""
+    """Matrices of rows as they stand.
+
+    Parameters
+    ----------
+    rows : OpenModel
+    """
+    states = tuple(rows.states[str(state)] for state in rows.motion)
     n_fast, n = len(rows.right), len(rows.motion)
     e = sp.eye(n)
     e[:n_fast, :n_fast] = rows.mass
     right = sp.Matrix([*rows.right, *rows.angle_rates, *rows.extra_rates])
     shown = sp.Matrix(list(rows.outputs.values()))
     return SymbolicModel(
-        states=tuple(map(str, rows.motion)),
+        states=tuple(state.name for state in states),
         inputs=tuple(map(str, rows.inputs)),
         outputs=tuple(rows.outputs),
         parameters=_parameters(rows.switches, right, e),
@@ -71,6 +83,7 @@ def assemble(rows: OpenModel) -> SymbolicModel:
         static_loads=rows.static_loads,
         load_transfer=rows.load_transfer,
         switches=rows.switches,
+        declared=Declarations(states, tuple(rows.modes), {**rows.units, **{s.name: s.unit for s in states}}),
     )
 
 

@@ -4,13 +4,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 import sympy as sp
 
 from bicycle.derivation.builder import SPEED, ModelBuilder
 from bicycle.derivation.closing import SymbolicModel
+from bicycle.derivation.declarations import Mode
 from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.base.arrays import Array
 
@@ -76,13 +77,22 @@ class Evaluator:
         return self._fill(self._function(*arguments), np.broadcast_shapes(*(a.shape for a in arguments)))
 
     def switch_speeds(self, values: Mapping[str, float]) -> tuple[float, ...]:
-        """Speeds (m/s) at which the equations change, in the order of the indicators; ``values`` in SI."""
+        """Speeds (m/s) at which the equations change, in the order of the indicators.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            Every parameter of the model, SI.
+        """
         return tuple(float(s) for s in self.switch_function(*(values[name] for name in self.symbolic.parameters)))
 
     def lift_off_speed(self, values: Mapping[str, float]) -> float:
         """Speed (m/s) above which the front contact would have to pull, infinite where no load moves with speed.
 
-        ``values`` are the parameters of one bicycle, SI.
+        Parameters
+        ----------
+        values : mapping of str to float
+            Every parameter of the model, SI.
         """
         transfer = self.symbolic.load_transfer.subs(SPEED, 1)  # drag-like: proportional to v^2
         if transfer == 0:
@@ -94,9 +104,14 @@ class Evaluator:
         return math.sqrt(front / per_speed) if per_speed > 0 else math.inf
 
     def derivative(self, key: str, values: Mapping[str, Any], indicators: tuple[Any, ...] = ()) -> Matrices:
-        """Derivative of every matrix with respect to the parameter ``key``, in SI units per unit of the parameter.
+        """Derivative of every matrix with respect to the parameter ``key`` (SI units per unit of the parameter).
 
-        ``values`` (SI) and ``indicators`` (0 or 1, no unit) are those of :meth:`__call__`.
+        Parameters
+        ----------
+        key : str
+            Of the parameter.
+        values, indicators : mapping, tuple
+            As in a call.
         """
         function = self._derivatives(key)
         arguments = [np.asarray(values[name], float) for name in self.symbolic.parameters]
@@ -147,25 +162,49 @@ def _symbol(name: str) -> Any:
 
 
 class Contribution(Protocol):
-    """What a derivation takes: a kind of thing that adds itself, with symbols for its parameters, to a model."""
+    """What a derivation takes: a kind of thing that adds itself, with symbols for its parameters, to a model.
+
+    ``modes`` are those that it brings.
+    """
+
+    modes: ClassVar[tuple[Mode, ...]]
 
     @classmethod
     def symbolic(cls) -> "Contribution":
         """The thing with a symbol for every parameter."""
 
     def apply(self, model: ModelBuilder) -> None:
-        """Add it to the open ``model``."""
+        """Add it to the open model.
+
+        Parameters
+        ----------
+        model : ModelBuilder
+        """
 
 
 def derive(effects: tuple[type[Contribution], ...]) -> SymbolicModel:
-    """Derive the model of a set of ``effects``; exactly one of them must be a contact law (checked by the caller)."""
+    """Derive the model of a set of effects; exactly one of them must be a contact law (checked by the caller).
+
+    Parameters
+    ----------
+    effects : tuple of type
+        Classes of the effects, each once.
+    """
     model = ModelBuilder()
     for effect in effects:
         effect.symbolic().apply(model)
+        for mode in effect.modes:
+            model.add_mode(mode)
     return model.close()
 
 
 @cache
 def evaluator(effects: tuple[type[Contribution], ...]) -> Evaluator:
-    """The evaluator of a set of ``effects``: derived at the first call (about a second), then kept in memory."""
+    """The evaluator of a set of effects: derived at the first call (about a second), then kept in memory.
+
+    Parameters
+    ----------
+    effects : tuple of type
+        Classes of the effects, each once.
+    """
     return Evaluator(derive(effects))

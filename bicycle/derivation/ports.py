@@ -36,16 +36,70 @@ class Wheel:
     yaw_rate: Expression
     side_force: Expression
     static_load: Expression
-    crown_radius: Expression = sp.S.Zero
+    crown_radius: Expression = sp.S.Zero  # m, of the cross-section
     series_compliance: Expression = sp.S.Zero  # m/N, of rim and spokes in series with the tyre
-    lagged_camber_force: Expression = sp.S.Zero
-    direct_camber_force: Expression = sp.S.Zero
-    moment: Expression = sp.S.Zero
+    lagged_camber_force: Expression = sp.S.Zero  # N
+    direct_camber_force: Expression = sp.S.Zero  # N
+    moment: Expression = sp.S.Zero  # N m about the vertical
     contact_line: "ContactLine | None" = None  # None: a point, as long as no effect gives the contact a length
 
     def add_moment(self, moment: Expression) -> None:
-        """Add a moment about the vertical (N m, > 0 turns the wheel to the right)."""
+        """Add a moment about the vertical (N m, > 0 turns the wheel to the right).
+
+        Parameters
+        ----------
+        moment : expression, N m
+        """
         self.moment += moment
+
+    def add_crown_radius(self, radius: Expression) -> None:
+        """Round the cross-section of the tyre by a radius (m): leaning shifts the contact sideways.
+
+        Parameters
+        ----------
+        radius : expression, m
+        """
+        self.crown_radius += radius
+
+    def add_series_compliance(self, compliance: Expression) -> None:
+        """Add a lateral compliance (m/N) between hub and tyre; a contact law with a lag takes it into account.
+
+        Parameters
+        ----------
+        compliance : expression, m/N
+        """
+        self.series_compliance += compliance
+
+    def add_camber_force(self, force: Expression, *, lag_share: Expression = 1) -> None:
+        """Add a side force of camber (N, > 0 to the right); ``lag_share`` (0 .. 1) of it builds up as the slip force.
+
+        The contact law takes both parts into its side force; under rolling without slip they act on nothing.
+
+        Parameters
+        ----------
+        force : expression
+            N, > 0 to the right.
+        lag_share : expression
+            Share that lags, 0 .. 1.
+        """
+        self.lagged_camber_force += lag_share * force
+        self.direct_camber_force += (1 - lag_share) * force
+
+    def lengthen_contact(self, line: "ContactLine") -> None:
+        """Let ``line`` say how rolling renews the force of a contact that is longer than a point.
+
+        Parameters
+        ----------
+        line : ContactLine
+
+        Raises
+        ------
+        ValueError
+            Another effect has done so; give both effects one ``slot``.
+        """
+        if self.contact_line is not None:
+            raise ValueError(f"two effects give the contact of the {self.body} a length; declare one slot for both")
+        self.contact_line = line
 
 
 class ContactLine(Protocol):
@@ -58,6 +112,15 @@ class ContactLine(Protocol):
         """Force (N) that rolling straight on takes away per relaxation length; of a point all of ``force``.
 
         ``force`` is the lagged side force less what camber holds up; stiffness and length are those of the tyre alone.
+
+        Parameters
+        ----------
+        model : ModelBuilder
+        wheel : Wheel
+        force : expression
+            Lagged side force less what camber holds up, N.
+        cornering_stiffness, relaxation_length : expressions
+            Of the tyre alone, N/rad and m.
         """
 
 
@@ -67,4 +130,11 @@ class ContactLaw(Protocol):
     holds_contact: bool
 
     def side_force(self, model: Builder, wheel: Wheel) -> Expression:
-        """Side force in terms of slip velocity, camber and states of its own."""
+        """Side force in terms of slip velocity, camber and states of its own.
+
+        Parameters
+        ----------
+        model : ModelBuilder
+        wheel : Wheel
+            Where the force acts, N, > 0 to the right.
+        """

@@ -25,6 +25,14 @@ class SymbolicPolynomial:
         ``rows`` has shape (r,) and ``variables`` (c,), so that each coefficient has shape (r, c); ``speed`` is the
         symbol of v, m/s.
 
+        Parameters
+        ----------
+        rows : matrix of expressions
+        variables : sequence of symbols
+            What the rows are linear in.
+        speed : symbol
+            v, m/s.
+
         Raises
         ------
         ValueError

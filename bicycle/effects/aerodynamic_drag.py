@@ -1,7 +1,6 @@
 """Air drag and the drive force that balances it."""
 
 import math
-from typing import Any
 
 from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import Effect, Parameter
@@ -14,32 +13,26 @@ class AerodynamicDrag(Effect):
     does not move forward (dx = 0), so nothing acts on lean directly. The lateral offset of the centre of pressure
     gives the yaw moment D offset, the pitching moment shifts D |z| / w of vertical load from the front wheel to the
     rear. The front wheel lifts where that exceeds its load; the linear model does not know.
-    Source: Sharp (2001), Vehicle System Dynamics 35; Debraux et al. (2011), Sports Biomechanics 10 (drag areas).
     """
 
-    parameters = (
-        Parameter(
-            "drag_area", "m^2", "drag coefficient times frontal area",
-            bounds=(0.0, math.inf), typical=(0.3, 0.6), default=0.4, neutral=0.0,
-        ),
-        Parameter(
-            "centre_of_pressure_z", "m", "height of the drag on the rear frame, z down",
-            bounds=(-math.inf, 0.0), typical=(-1.3, -0.9),
-        ),
-        Parameter(
-            "air_density", "kg/m^3", "1.225 at 15 °C and sea level",
-            bounds=(0.0, math.inf), typical=(1.0, 1.3), default=1.225, neutral=0.0,
-        ),
+    drag_area = Parameter(
+        "m^2", "drag coefficient times frontal area",
+        bounds=(0.0, math.inf), typical=(0.3, 0.6), default=0.4, neutral=0.0,
     )  # fmt: skip
-    source = "Sharp (2001), Vehicle System Dynamics 35; Debraux et al. (2011), Sports Biomechanics 10"
+    centre_of_pressure_z = Parameter(
+        "m", "height of the drag on the rear frame, z down",
+        bounds=(-math.inf, 0.0), typical=(-1.3, -0.9),
+    )  # fmt: skip
+    air_density = Parameter(
+        "kg/m^3", "1.225 at 15 °C and sea level",
+        bounds=(0.0, math.inf), typical=(1.0, 1.3), default=1.225, neutral=0.0,
+    )  # fmt: skip
+    source = "Sharp (2001), Vehicle System Dynamics 35; Debraux et al. (2011), Sports Biomechanics 10 (areas)"
     signature = "grows with v^2: capsize above all; the front wheel loses load at high speed"
-    drag_area: Any
-    centre_of_pressure_z: Any
-    air_density: Any
 
     def apply(self, model: ModelBuilder) -> None:
         drag = self.air_density * self.drag_area * model.speed**2 / 2
         z = self.centre_of_pressure_z
-        model.drive_force += drag
+        model.add_drive_force(drag)
         model.add_yaw_moment("rear frame", drag * model.lateral_offset("rear frame", 0, z))
-        model.load_transfer += -drag * z / model.bicycle["w"]
+        model.add_load_transfer(-drag * z / model.bicycle["w"])

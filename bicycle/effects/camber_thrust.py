@@ -1,7 +1,6 @@
 """Side force of a leaning tyre."""
 
 import math
-from typing import Any
 
 from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import Effect, Parameter
@@ -11,29 +10,22 @@ class CamberThrust(Effect):
     """Side force C_gamma gamma towards the lean; ``lag_share`` of it builds up with the slip force, the rest at once.
 
     A tyre whose camber stiffness equals its load carries a steady lean without slipping. Some tyres show a
-    non-lagging part. Source: Pacejka, Tire and Vehicle Dynamics, ch. 7 and 11.
+    non-lagging part.
     """
 
     requires = ("tyre force",)
     why = "under no_slip the constraint already carries the side force; use side_slip or relaxation_length"
-    parameters = (
-        Parameter(
-            "camber_stiffness", "N/rad", "side force per camber angle",
-            bounds=(0.0, math.inf), typical=(150.0, 700.0), neutral=0.0, per_wheel=True,
-            tyre="camber_stiffness",
-        ),
-        Parameter(
-            "lag_share", "1", "share of the camber force that lags with the slip force",
-            bounds=(0.0, 1.0), typical=(0.0, 1.0), default=1.0,
-        ),
+    camber_stiffness = Parameter(
+        "N/rad", "side force per camber angle",
+        bounds=(0.0, math.inf), typical=(150.0, 700.0), neutral=0.0, per_wheel=True, tyre="camber_stiffness",
+    )  # fmt: skip
+    lag_share = Parameter(
+        "1", "share of the camber force that lags with the slip force",
+        bounds=(0.0, 1.0), typical=(0.0, 1.0), default=1.0,
     )  # fmt: skip
     source = "Pacejka, Tire and Vehicle Dynamics, ch. 7 and 11"
     signature = "takes back what slip alone does to weave and capsize"
-    camber_stiffness: Any
-    lag_share: Any
 
     def apply(self, model: ModelBuilder) -> None:
         for wheel in model.wheels:
-            force = self.camber_stiffness[wheel] * wheel.camber
-            wheel.lagged_camber_force += self.lag_share * force
-            wheel.direct_camber_force += (1 - self.lag_share) * force
+            wheel.add_camber_force(self.camber_stiffness[wheel] * wheel.camber, lag_share=self.lag_share)

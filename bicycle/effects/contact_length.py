@@ -31,24 +31,21 @@ class ContactLength(Effect):
     slot = "aligning moment"
     requires = ("relaxing contact",)
     why = "it gives a length to the contact of a tyre with a relaxation length; use relaxation_length"
-    parameters = (
-        Parameter(
-            "half_length", "m", "half the length of the contact, a",
-            bounds=(1e-6, math.inf), typical=(0.02, 0.06), default=0.03, per_wheel=True,
-        ),
-        Parameter(
-            "turn_slip_share", "1", "share of the turn slip that deforms the contact",
-            bounds=(0.0, 1.0), typical=(0.0, 1.0), default=1.0,
-        ),
+    half_length = Parameter(
+        "m", "half the length of the contact, a",
+        bounds=(1e-6, math.inf), typical=(0.02, 0.06), default=0.03, per_wheel=True,
+    )  # fmt: skip
+    turn_slip_share = Parameter(
+        "1", "share of the turn slip that deforms the contact",
+        bounds=(0.0, 1.0), typical=(0.0, 1.0), default=1.0,
     )  # fmt: skip
     source = "von Schlippe & Dietrich (1941); Pacejka, Tire and Vehicle Dynamics, ch. 5"
     signature = "a trail of the side force, less lag of the force on long waves; turn slip damps the yaw of the wheels"
-    half_length: Any
-    turn_slip_share: Any
 
     def check(self, parameters: Mapping[str, float]) -> None:
         for wheel in WHEELS:
-            half, length = self.half_length[wheel], parameters[f"relaxation_length.relaxation_length.{wheel}"]
+            tyre = f".relaxation_length.{wheel}"  # of whatever contact law there is: no other effect may have one
+            half, length = self.half_length[wheel], next(v for key, v in parameters.items() if key.endswith(tyre))
             if half >= length:
                 raise InputError(
                     f"effect {self.identifier!r}: half_length.{wheel} = {half:g} m leaves nothing of the relaxation "
@@ -57,14 +54,14 @@ class ContactLength(Effect):
 
     def apply(self, model: ModelBuilder) -> None:
         for wheel in model.wheels:
-            wheel.contact_line = self
+            wheel.lengthen_contact(self)
 
     def renewed_force(
         self, model: ModelBuilder, wheel: Wheel, *, force: Any, cornering_stiffness: Any, relaxation_length: Any
     ) -> Any:
         trail = string_trail(half_length=self.half_length[wheel], relaxation_length=relaxation_length)
-        moment = model.add_state(f"{wheel.name}_aligning_moment")
+        moment = model.add_state(f"{wheel.name}_aligning_moment", unit="N m")
         stiffness = self.turn_slip_share * trail * cornering_stiffness
-        model.states[moment] = -stiffness * wheel.yaw_rate - model.speed * (force + moment / trail)
+        model.set_rate(moment, -stiffness * wheel.yaw_rate - model.speed * (force + moment / trail))
         wheel.add_moment(moment)
         return -moment / trail

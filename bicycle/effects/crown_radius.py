@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import WHEELS, Effect, Parameter
@@ -13,19 +12,16 @@ class CrownRadius(Effect):
     """A toroidal tyre of crown radius rho: the contact moves sideways by rho gamma, so the wheel centre sinks less.
 
     Height of the lowest point z = z_centre + (r - rho) cos(gamma) + rho, to second order in the potential; the side
-    force still acts at the ground. Source: Sharp (1971), J. Mech. Eng. Sci. 13(5); Cossalter, Motorcycle Dynamics.
+    force still acts at the ground.
     """
 
-    parameters = (
-        Parameter(
-            "crown_radius", "m", "radius of the tyre's cross-section",
-            bounds=(0.0, math.inf), typical=(0.01, 0.03), default=0.0125, neutral=0.0, per_wheel=True,
-            tyre="crown_radius",
-        ),
+    crown_radius = Parameter(
+        "m", "radius of the tyre's cross-section",
+        bounds=(0.0, math.inf), typical=(0.01, 0.03), default=0.0125, neutral=0.0, per_wheel=True,
+        tyre="crown_radius",
     )  # fmt: skip
     source = "Sharp (1971), J. Mech. Eng. Sci. 13(5), 316-329; Cossalter, Motorcycle Dynamics, ch. 1"
     signature = "the bicycle falls more slowly and the capsize speed falls"
-    crown_radius: Any
 
     def check(self, bicycle: Mapping[str, float]) -> None:
         for wheel, key in zip(WHEELS, ("rR", "rF"), strict=True):
@@ -37,4 +33,4 @@ class CrownRadius(Effect):
 
     def apply(self, model: ModelBuilder) -> None:
         for wheel in model.wheels:
-            wheel.crown_radius += self.crown_radius[wheel]
+            wheel.add_crown_radius(self.crown_radius[wheel])

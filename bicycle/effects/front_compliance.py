@@ -2,12 +2,11 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 import sympy as sp
 
 from bicycle.derivation.builder import ModelBuilder
-from bicycle.effect import Effect, Parameter
+from bicycle.effect import Effect, Mode, Parameter
 from tyre.base.errors import InputError
 
 
@@ -15,33 +14,25 @@ class FrontCompliance(Effect):
     """A sprung and damped hinge between rear frame and steer axis that carries the whole front assembly.
 
     Axis (cos axis_tilt, 0, -sin axis_tilt) through (joint_x, 0, joint_z), by default perpendicular to the steer axis.
-    Source: Sharp & Alstead (1980), Vehicle System Dynamics 9; Plöchl, Edelmann, Angrosch & Ott (2012), Vehicle System
-    Dynamics 50.
     """
 
-    parameters = (
-        Parameter(
-            "stiffness", "N m/rad", "of the hinge",
-            bounds=(0.0, math.inf), typical=(1e3, 1e4), default=3e3, neutral=math.inf,
-        ),
-        Parameter("damping", "N m s/rad", "of the hinge", bounds=(0.0, math.inf), typical=(1.0, 30.0), default=15.0),
-        Parameter("joint_x", "m", "hinge", bounds=(-math.inf, math.inf), typical=(0.7, 1.0)),
-        Parameter("joint_z", "m", "hinge, z down", bounds=(-math.inf, math.inf), typical=(-1.0, -0.6)),
-        Parameter(
-            "axis_tilt", "rad", "angle of the hinge axis above the horizontal, forward end up",
-            bounds=(-math.pi, math.pi), typical=(0.0, 0.5), default="lam",
-        ),
+    stiffness = Parameter(
+        "N m/rad", "of the hinge",
+        bounds=(0.0, math.inf), typical=(1e3, 1e4), default=3e3, neutral=math.inf,
+    )  # fmt: skip
+    damping = Parameter("N m s/rad", "of the hinge", bounds=(0.0, math.inf), typical=(1.0, 30.0), default=15.0)
+    joint_x = Parameter("m", "hinge", bounds=(-math.inf, math.inf), typical=(0.7, 1.0))
+    joint_z = Parameter("m", "hinge, z down", bounds=(-math.inf, math.inf), typical=(-1.0, -0.6))
+    axis_tilt = Parameter(
+        "rad", "angle of the hinge axis above the horizontal, forward end up",
+        bounds=(-math.pi, math.pi), typical=(0.0, 0.5), default="lam",
     )  # fmt: skip
     source = (
         "Sharp & Alstead (1980), Vehicle System Dynamics 9; "
         "Plöchl, Edelmann, Angrosch & Ott (2012), Vehicle System Dynamics 50"
     )
+    modes = (Mode("front_compliance", marks=("front_compliance", "front"), weight=1.0, place=5, look=1),)
     signature = "wobble at 5-8 Hz becomes unstable at ordinary speeds and stable again above; weave loses damping"
-    stiffness: Any
-    damping: Any
-    joint_x: Any
-    joint_z: Any
-    axis_tilt: Any
 
     def check(self, bicycle: Mapping[str, float]) -> None:
         if math.isinf(self.stiffness):
@@ -51,5 +42,6 @@ class FrontCompliance(Effect):
         twist = model.add_joint(
             self.identifier, axis=(sp.cos(self.axis_tilt), -sp.sin(self.axis_tilt)),
             point=(self.joint_x, self.joint_z), carries={"front frame", "front wheel"},
+            role="front_compliance",
         )  # fmt: skip
         model.add_torque(twist, -self.stiffness * twist.angle - self.damping * twist.rate)

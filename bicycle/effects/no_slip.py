@@ -10,19 +10,16 @@ from bicycle.effect import Effect
 
 
 class NoSlip(Effect):
-    """Wheels that roll without side slip; the side force is whatever holds the contact (the Whipple bicycle).
-
-    Source: Meijaard, Papadopoulos, Ruina & Schwab (2007), Proc. R. Soc. A 463, doi 10.1098/rspa.2007.1857.
-    """
+    """Wheels that roll without side slip; the side force is whatever holds the contact (the Whipple bicycle)."""
 
     slot = "contact law"
     provides = ("contact force",)
-    source = "Meijaard et al. (2007), doi 10.1098/rspa.2007.1857"
+    source = "Meijaard, Papadopoulos, Ruina & Schwab (2007), Proc. R. Soc. A 463, doi 10.1098/rspa.2007.1857"
     signature = "weave, capsize and castering only: no wobble"
     holds_contact = True
 
     def apply(self, model: ModelBuilder) -> None:
-        model.contact_law = self
+        model.set_contact_law(self)
 
     def side_force(self, model: ModelBuilder, wheel: Wheel) -> Any:
         return sp.S.Zero

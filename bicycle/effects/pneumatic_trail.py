@@ -1,7 +1,5 @@
 """Aligning moment of the side force."""
 
-from typing import Any
-
 from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import Effect, Parameter
 
@@ -9,22 +7,19 @@ from bicycle.effect import Effect, Parameter
 class PneumaticTrail(Effect):
     """The side force acts behind the contact centre: Mz = -t F on both wheels, camber part included.
 
-    Under no_slip F is the constraint force. Source: Pacejka, Tire and Vehicle Dynamics, ch. 3.
+    Under no_slip F is the constraint force.
     """
 
     slot = "aligning moment"
     requires = ("contact force",)
     why = "the aligning moment needs a side force"
-    parameters = (
-        Parameter(
-            "trail", "m", "distance of the side force behind the contact centre",
-            bounds=(0.0, 0.2), typical=(0.0, 0.03), default=0.017, neutral=0.0, per_wheel=True,
-            tyre="pneumatic_trail",
-        ),
+    trail = Parameter(
+        "m", "distance of the side force behind the contact centre",
+        bounds=(0.0, 0.2), typical=(0.0, 0.03), default=0.017, neutral=0.0, per_wheel=True,
+        tyre="pneumatic_trail",
     )  # fmt: skip
     source = "Pacejka, Tire and Vehicle Dynamics, ch. 3"
     signature = "lengthens the trail of a bicycle: weave changes its damping and the capsize speed falls"
-    trail: Any
 
     def apply(self, model: ModelBuilder) -> None:
         for wheel in model.wheels:

@@ -6,6 +6,7 @@ from typing import Any
 from bicycle.derivation.builder import ModelBuilder
 from bicycle.derivation.ports import Wheel
 from bicycle.effect import Effect, Parameter
+from bicycle.effects.side_slip import REAR_TYRE
 
 
 class RelaxationLength(Effect):
@@ -13,39 +14,34 @@ class RelaxationLength(Effect):
 
     Written as dF/dt = -(C/lambda) s - (v/lambda) (F - camber force): C/lambda is the lateral stiffness K_y of the
     standing tyre. A compliance 1/K_w in series (rim, spokes) lengthens lambda to C (1/K_y + 1/K_w).
-    Source: Dell'Orto, Ballo, Mastinu & Gobbi, eq. 1 and 3; Pacejka, Tire and Vehicle Dynamics, ch. 7.
     """
 
     slot = "contact law"
     provides = ("contact force", "tyre force", "lagged force", "relaxing contact")
-    parameters = (
-        Parameter(
-            "cornering_stiffness", "N/rad", "slope of the side force at zero slip",
-            bounds=(0.0, math.inf), typical=(2000.0, 12000.0), per_wheel=True,
-            tyre="cornering_stiffness",
-        ),
-        Parameter(
-            "relaxation_length", "m", "travelled distance in which 63 % of the side force builds up",
-            bounds=(1e-6, math.inf), typical=(0.05, 0.25), per_wheel=True, tyre="relaxation_length",
-        ),
+    cornering_stiffness = Parameter(
+        "N/rad", "slope of the side force at zero slip",
+        bounds=(0.0, math.inf), typical=(2000.0, 12000.0), per_wheel=True, tyre="cornering_stiffness",
+    )  # fmt: skip
+    relaxation_length = Parameter(
+        "m", "travelled distance in which 63 % of the side force builds up",
+        bounds=(1e-6, math.inf), typical=(0.05, 0.25), per_wheel=True, tyre="relaxation_length",
     )  # fmt: skip
     source = "Dell'Orto, Ballo, Mastinu & Gobbi, eq. 1 and 3; Pacejka, Tire and Vehicle Dynamics, ch. 7"
+    modes = (REAR_TYRE,)
     signature = "wobble appears and loses damping as the relaxation length grows"
     holds_contact = False
-    cornering_stiffness: Any
-    relaxation_length: Any
 
     def apply(self, model: ModelBuilder) -> None:
-        model.contact_law = self
+        model.set_contact_law(self)
 
     def side_force(self, model: ModelBuilder, wheel: Wheel) -> Any:
         stiffness, tyre_length = self.cornering_stiffness[wheel], self.relaxation_length[wheel]
         length = tyre_length + stiffness * wheel.series_compliance
-        force = model.add_state(f"{wheel.name}_side_force")
+        force = model.add_state(f"{wheel.name}_side_force", unit="N", role=wheel.name)
         renewed = force - wheel.lagged_camber_force
         if wheel.contact_line is not None:
             renewed = wheel.contact_line.renewed_force(
                 model, wheel, force=renewed, cornering_stiffness=stiffness, relaxation_length=tyre_length
             )
-        model.states[force] = -stiffness / length * wheel.slip_velocity - model.speed / length * renewed
+        model.set_rate(force, -stiffness / length * wheel.slip_velocity - model.speed / length * renewed)
         return force + wheel.direct_camber_force

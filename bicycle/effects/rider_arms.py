@@ -1,7 +1,6 @@
 """Hands on the handlebar."""
 
 import math
-from typing import Any
 
 from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import Effect, Parameter
@@ -10,29 +9,25 @@ from bicycle.effect import Effect, Parameter
 class RiderArms(Effect):
     """Arms as a moment of inertia, a spring and a damper between the rear frame and the steering.
 
-    The inertia moves with the steer angle only. Source: Schwab, Meijaard & Kooijman (2012), Vehicle System
-    Dynamics 50; Klinger et al. (2014), Vehicle System Dynamics 52 (wobble, hands on and off).
+    The inertia moves with the steer angle only.
     """
 
-    parameters = (
-        Parameter(
-            "inertia", "kg m^2", "of the arms about the steer axis",
-            bounds=(0.0, math.inf), typical=(0.05, 0.4), default=0.1, neutral=0.0,
-        ),
-        Parameter(
-            "stiffness", "N m/rad", "of the arms against steering",
-            bounds=(0.0, math.inf), typical=(0.0, 30.0), default=5.0, neutral=0.0,
-        ),
-        Parameter(
-            "damping", "N m s/rad", "of the arms against steering",
-            bounds=(0.0, math.inf), typical=(0.2, 3.0), default=1.0, neutral=0.0,
-        ),
+    inertia = Parameter(
+        "kg m^2", "of the arms about the steer axis",
+        bounds=(0.0, math.inf), typical=(0.05, 0.4), default=0.1, neutral=0.0,
     )  # fmt: skip
-    source = "Schwab, Meijaard & Kooijman (2012), Vehicle System Dynamics 50; Klinger et al. (2014), ibid. 52"
+    stiffness = Parameter(
+        "N m/rad", "of the arms against steering",
+        bounds=(0.0, math.inf), typical=(0.0, 30.0), default=5.0, neutral=0.0,
+    )  # fmt: skip
+    damping = Parameter(
+        "N m s/rad", "of the arms against steering",
+        bounds=(0.0, math.inf), typical=(0.2, 3.0), default=1.0, neutral=0.0,
+    )  # fmt: skip
+    source = "Schwab, Meijaard & Kooijman (2012), Vehicle System Dynamics 50; Klinger et al. (2014), ibid. 52 (hands)"
+    needs_rider = True
+    acts_through = "steer_torque"
     signature = "inertia and damping raise the weave speed, the spring lowers it and makes capsize unstable earlier"
-    inertia: Any
-    stiffness: Any
-    damping: Any
 
     def apply(self, model: ModelBuilder) -> None:
         steer = model.steer

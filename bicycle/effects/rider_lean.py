@@ -2,12 +2,11 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
 from bicycle.derivation.builder import ModelBuilder
-from bicycle.effect import Effect, Parameter
+from bicycle.effect import Effect, Mode, Parameter
 from bicycle.rigid_bodies import Body
 from tyre.base.errors import InputError
 
@@ -18,34 +17,24 @@ class RiderLean(Effect):
     """A body taken out of the rear frame and put back on a sprung, damped hinge along x at height joint_z.
 
     The rear frame of the bicycle must contain the body; inertias are about the body's mass centre.
-    Source: Schwab, Meijaard & Kooijman (2012), Vehicle System Dynamics 50.
     """
 
-    parameters = (
-        Parameter("mass", "kg", "of the moving body", bounds=(0.0, math.inf), typical=(20.0, 60.0)),
-        Parameter("x", "m", "mass centre", bounds=ANY, typical=(0.2, 0.6)),
-        Parameter("z", "m", "mass centre, z down", bounds=ANY, typical=(-1.5, -1.0)),
-        Parameter("Ixx", "kg m^2", "moment of inertia", bounds=(0.0, math.inf), typical=(0.5, 5.0)),
-        Parameter("Izz", "kg m^2", "checked; a hinge along x hides it", bounds=(0.0, math.inf), typical=(0.3, 3.0)),
-        Parameter("Ixz", "kg m^2", "tensor entry", bounds=ANY, typical=(-0.3, 0.3), default=0.0),
-        Parameter("joint_z", "m", "height of the hinge, z down", bounds=ANY, typical=(-1.1, -0.7)),
-        Parameter(
-            "stiffness", "N m/rad", "of the hinge",
-            bounds=(0.0, math.inf), typical=(500.0, 3000.0), default=1500.0, neutral=math.inf,
-        ),
-        Parameter("damping", "N m s/rad", "of the hinge", bounds=(0.0, math.inf), typical=(10.0, 150.0), default=60.0),
+    mass = Parameter("kg", "of the moving body", bounds=(0.0, math.inf), typical=(20.0, 60.0))
+    x = Parameter("m", "mass centre", bounds=ANY, typical=(0.2, 0.6))
+    z = Parameter("m", "mass centre, z down", bounds=ANY, typical=(-1.5, -1.0))
+    Ixx = Parameter("kg m^2", "moment of inertia", bounds=(0.0, math.inf), typical=(0.5, 5.0))
+    Izz = Parameter("kg m^2", "checked; a hinge along x hides it", bounds=(0.0, math.inf), typical=(0.3, 3.0))
+    Ixz = Parameter("kg m^2", "tensor entry", bounds=ANY, typical=(-0.3, 0.3), default=0.0)
+    joint_z = Parameter("m", "height of the hinge, z down", bounds=ANY, typical=(-1.1, -0.7))
+    stiffness = Parameter(
+        "N m/rad", "of the hinge",
+        bounds=(0.0, math.inf), typical=(500.0, 3000.0), default=1500.0, neutral=math.inf,
     )  # fmt: skip
+    damping = Parameter("N m s/rad", "of the hinge", bounds=(0.0, math.inf), typical=(10.0, 150.0), default=60.0)
     source = "Schwab, Meijaard & Kooijman (2012), Vehicle System Dynamics 50; Doria & Tognazzo (2014), IMechE C 228"
+    modes = (Mode("rider", weight=3.0, place=6, look=6, main=True),)
+    needs_rider = True
     signature = "adds a rider mode at 1-3 Hz; weave changes frequency and damping where the two come close"
-    mass: Any
-    x: Any
-    z: Any
-    Ixx: Any
-    Izz: Any
-    Ixz: Any
-    joint_z: Any
-    stiffness: Any
-    damping: Any
 
     def check(self, bicycle: Mapping[str, float]) -> None:
         where, rest = f"effect {self.identifier!r}", bicycle["mB"] - self.mass
@@ -72,5 +61,5 @@ class RiderLean(Effect):
         shape = (self.x, self.z, self.Ixx, self.Izz, self.Ixz)
         model.add_body(Body("rider", self.mass, *shape))
         model.add_body(Body("rider in the rear frame", -self.mass, *shape[:2], *(-inertia for inertia in shape[2:])))
-        sway = model.add_joint(self.identifier, axis=(1, 0), point=(0, self.joint_z), carries={"rider"})
+        sway = model.add_joint(self.identifier, axis=(1, 0), point=(0, self.joint_z), carries={"rider"}, role="rider")
         model.add_torque(sway, -self.stiffness * sway.angle - self.damping * sway.rate)

@@ -5,31 +5,30 @@ from typing import Any
 
 from bicycle.derivation.builder import ModelBuilder
 from bicycle.derivation.ports import Wheel
-from bicycle.effect import Effect, Parameter
+from bicycle.effect import Effect, Mode, Parameter
+
+REAR_TYRE = Mode("rear_tyre", marks=("rear",), weight=1.0, place=4, look=5)  # of every contact that slips
 
 
 class SideSlip(Effect):
     """Side force without lag, F = C alpha + camber force, alpha = -s / v (s: slip velocity of the contact).
 
-    Singular at v = 0. Source: Pacejka, Tire and Vehicle Dynamics, ch. 1.
+    Singular at v = 0.
     """
 
     slot = "contact law"
     provides = ("contact force", "tyre force")
-    parameters = (
-        Parameter(
-            "cornering_stiffness", "N/rad", "slope of the side force at zero slip",
-            bounds=(0.0, math.inf), typical=(2000.0, 12000.0), per_wheel=True,
-            tyre="cornering_stiffness",
-        ),
+    cornering_stiffness = Parameter(
+        "N/rad", "slope of the side force at zero slip",
+        bounds=(0.0, math.inf), typical=(2000.0, 12000.0), per_wheel=True, tyre="cornering_stiffness",
     )  # fmt: skip
     source = "Pacejka, Tire and Vehicle Dynamics, ch. 1"
+    modes = (REAR_TYRE,)
     signature = "weave loses damping at low cornering stiffness; the contacts slip sideways at a rate C / (m v)"
     holds_contact = False
-    cornering_stiffness: Any
 
     def apply(self, model: ModelBuilder) -> None:
-        model.contact_law = self
+        model.set_contact_law(self)
 
     def side_force(self, model: ModelBuilder, wheel: Wheel) -> Any:
         slip_angle = -wheel.slip_velocity / model.speed

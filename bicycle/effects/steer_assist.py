@@ -1,7 +1,6 @@
 """Balance assist by a motor on the steering."""
 
 import math
-from typing import Any
 
 from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import Effect, Parameter
@@ -11,28 +10,22 @@ class SteerAssist(Effect):
     """Steer torque gain (fade_speed - v) d(lean)/dt below the fade speed, lean_gain (v - fade_speed) lean above it.
 
     The torque acts between rear frame and steering and steers into the fall for positive gains.
-    Source: Schwab, Kooijman & Meijaard (2008), Some recent developments in bicycle dynamics and control.
     """
 
-    parameters = (
-        Parameter(
-            "gain", "N s^2/rad", "torque per lean rate and per m/s below the fade speed",
-            bounds=(-math.inf, math.inf), typical=(0.0, 20.0), default=5.0, neutral=0.0,
-        ),
-        Parameter(
-            "fade_speed", "m/s", "speed at which the assist vanishes and changes over",
-            bounds=(0.0, math.inf), typical=(3.0, 8.0), default=5.0,
-        ),
-        Parameter(
-            "lean_gain", "N s/rad", "torque per lean angle and per m/s above the fade speed",
-            bounds=(-math.inf, math.inf), typical=(0.0, 5.0), default=0.0, neutral=0.0,
-        ),
+    gain = Parameter(
+        "N s^2/rad", "torque per lean rate and per m/s below the fade speed",
+        bounds=(-math.inf, math.inf), typical=(0.0, 20.0), default=5.0, neutral=0.0,
+    )  # fmt: skip
+    fade_speed = Parameter(
+        "m/s", "speed at which the assist vanishes and changes over",
+        bounds=(0.0, math.inf), typical=(3.0, 8.0), default=5.0,
+    )  # fmt: skip
+    lean_gain = Parameter(
+        "N s/rad", "torque per lean angle and per m/s above the fade speed",
+        bounds=(-math.inf, math.inf), typical=(0.0, 5.0), default=0.0, neutral=0.0,
     )  # fmt: skip
     source = "Schwab, Kooijman & Meijaard (2008), 4th European Conference on Structural Control, St. Petersburg"
     signature = "weave becomes stable at low speed, capsize above the fade speed; equations change at the fade speed"
-    gain: Any
-    fade_speed: Any
-    lean_gain: Any
 
     def apply(self, model: ModelBuilder) -> None:
         below, excess = model.below(self.fade_speed), model.speed - self.fade_speed

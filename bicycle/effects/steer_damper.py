@@ -1,7 +1,6 @@
 """Viscous damping of the steering."""
 
 import math
-from typing import Any
 
 from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import Effect, Parameter
@@ -10,15 +9,12 @@ from bicycle.effect import Effect, Parameter
 class SteerDamper(Effect):
     """Torque -c d(steer)/dt between rear frame and front assembly (Sharp 1971)."""
 
-    parameters = (
-        Parameter(
-            "damping", "N m s/rad", "steering damper",
-            bounds=(0.0, math.inf), typical=(0.0, 5.0), default=0.5, neutral=0.0,
-        ),
+    damping = Parameter(
+        "N m s/rad", "steering damper",
+        bounds=(0.0, math.inf), typical=(0.0, 5.0), default=0.5, neutral=0.0,
     )  # fmt: skip
     source = "Sharp (1971), J. Mech. Eng. Sci. 13(5), 316-329"
     signature = "wobble gains damping, weave at high speed loses some"
-    damping: Any
 
     def apply(self, model: ModelBuilder) -> None:
         model.add_torque(model.steer, -self.damping * model.steer.rate)

@@ -1,7 +1,6 @@
 """Elastic torque on the steering."""
 
 import math
-from typing import Any
 
 from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import Effect, Parameter
@@ -10,15 +9,12 @@ from bicycle.effect import Effect, Parameter
 class SteerSpring(Effect):
     """Torque -k steer between rear frame and front assembly, as bent cables and hoses give."""
 
-    parameters = (
-        Parameter(
-            "stiffness", "N m/rad", "torque that centres the steering",
-            bounds=(0.0, math.inf), typical=(0.0, 20.0), default=2.0, neutral=0.0,
-        ),
+    stiffness = Parameter(
+        "N m/rad", "torque that centres the steering",
+        bounds=(0.0, math.inf), typical=(0.0, 20.0), default=2.0, neutral=0.0,
     )  # fmt: skip
     source = "Schwab, Meijaard & Kooijman (2012), Vehicle System Dynamics 50 (stiffness on the steering)"
     signature = "weave becomes stable at a lower speed and capsize unstable at a lower speed"
-    stiffness: Any
 
     def apply(self, model: ModelBuilder) -> None:
         model.add_torque(model.steer, -self.stiffness * model.steer.angle)

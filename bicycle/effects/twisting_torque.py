@@ -1,7 +1,6 @@
 """Twisting torque of a leaning tyre."""
 
 import math
-from typing import Any
 
 from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import Effect, Parameter
@@ -15,16 +14,13 @@ class TwistingTorque(Effect):
     Source: Cossalter, Motorcycle Dynamics, ch. 2; Pacejka, Tire and Vehicle Dynamics, ch. 11.
     """
 
-    parameters = (
-        Parameter(
-            "twisting_stiffness", "N m/rad", "moment into the lean, per camber angle",
-            bounds=(0.0, math.inf), typical=(0.5, 3.0), default=1.0, neutral=0.0, per_wheel=True,
-            tyre="twisting_stiffness", tyre_beside="pneumatic_trail",
-        ),
+    twisting_stiffness = Parameter(
+        "N m/rad", "moment into the lean, per camber angle",
+        bounds=(0.0, math.inf), typical=(0.5, 3.0), default=1.0, neutral=0.0, per_wheel=True,
+        tyre="twisting_stiffness", tyre_beside="pneumatic_trail",
     )  # fmt: skip
     source = "Cossalter, Motorcycle Dynamics, ch. 2; Pacejka, Tire and Vehicle Dynamics, ch. 11"
     signature = "capsize becomes more stable: the bicycle steers into the lean"
-    twisting_stiffness: Any
 
     def apply(self, model: ModelBuilder) -> None:
         for wheel in model.wheels:

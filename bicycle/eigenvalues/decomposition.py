@@ -137,3 +137,19 @@ def inverse(matrices: Complex) -> Complex:
         return np.asarray(np.linalg.inv(matrices))
     except np.linalg.LinAlgError:
         return np.asarray(np.linalg.pinv(matrices))
+
+
+def positive_definite(mass: Array) -> NDArray[np.bool_]:
+    """Which of many matrices are positive definite, (m,).
+
+    Parameters
+    ----------
+    mass : ndarray, shape (m, n, n)
+        Only the symmetric part counts.
+    """
+    symmetric = (mass + mass.swapaxes(-1, -2)) / 2
+    try:
+        np.linalg.cholesky(symmetric)
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.eigvalsh(symmetric)[..., 0] > 0)
+    return np.ones(len(mass), bool)

@@ -1,8 +1,8 @@
-"""What comes before QR: many small real matrices, side by side, balanced and brought to Hessenberg form. Needs numba.
+"""Hessenberg form of many small real matrices, compiled: 64 matrices go side by side.
 
-The steps are those of LAPACK's ``dgebal`` and ``dgehrd`` (Golub & Van Loan, Matrix Computations, 4th ed., 7.4). What
-these functions compile to is kept with :mod:`bicycle.eigenvalues.qr_kernel`, and numba looks at that file only: who
-changes something here removes the ``__pycache__`` of this folder.
+Needs numba (extra ``fast``). One matrix alone waits on every square root and division; 64 in step fill the vector
+unit. The steps are those of LAPACK's ``dgebal`` and ``dgehrd`` (Golub & Van Loan, Matrix Computations, 4th ed., 7.4
+and 7.5), so is the backward error: a few eps times the norm.
 """
 
 import math
@@ -24,11 +24,36 @@ Places = NDArray[np.int64]
 
 
 @compiled
-def isolate(a: Array, order: Places) -> None:
-    """Order rows and columns so that roots that stand alone on the diagonal come first or last (block triangular).
+def hessenberg(stack: Array, start: int, count: int, h: Array, unit: Array) -> None:
+    """Balance matrices and reduce them to upper Hessenberg form, one a lane.
 
-    ``a`` has shape (n, n); ``order`` (n,) is filled with the numbers of its rows.
+    Parameters
+    ----------
+    stack : ndarray, shape (m, n, n)
+        In any unit.
+    start, count : int
+        Index of the first matrix and number of matrices; lanes beyond them repeat the last.
+    h : ndarray, shape (n + 1, n + 1, LANES)
+        Gets the matrices; the last row and column are free for what follows.
+    unit : ndarray, shape (LANES,)
+        Gets the power of two that each was divided by.
     """
+    n = stack.shape[1]
+    v, lane, order = np.empty((n, LANES)), np.empty((8, LANES)), np.empty(n, np.int64)
+    for k in range(LANES):
+        source = start + min(k, count - 1)
+        _isolate(stack[source], order)
+        for i in range(n):
+            for j in range(n):
+                h[i, j, k] = stack[source, order[i], order[j]]
+    _normalise(h, n, unit)
+    _balance(h, n, lane)
+    _reduce(h, n, v, lane)
+
+
+@compiled
+def _isolate(a: Array, order: Places) -> None:
+    """Order rows and columns so that roots that stand alone on the diagonal come first or last (block triangular)."""
     n = a.shape[0]
     for i in range(n):
         order[i] = i
@@ -56,12 +81,8 @@ def isolate(a: Array, order: Places) -> None:
 
 
 @compiled
-def normalise(h: Array, n: int, unit: Array) -> None:
-    """Divide by a power of two near the largest entry.
-
-    The first ``n`` rows and columns of ``h``, shape (n + 1, n + 1, LANES), are changed in place; ``unit``, shape
-    (LANES,), is filled with the divisors.
-    """
+def _normalise(h: Array, n: int, unit: Array) -> None:
+    """Divide by a power of two near the largest entry, kept in ``unit``."""
     for k in range(LANES):
         unit[k] = 0.0
     for i in range(n):
@@ -79,12 +100,8 @@ def normalise(h: Array, n: int, unit: Array) -> None:
 
 
 @compiled
-def balance(h: Array, n: int, lane: Array) -> None:
-    """Scale by powers of two until rows and columns have like norms.
-
-    The first ``n`` rows and columns (a number) of ``h``, shape (n + 1, n + 1, LANES), are changed in place; ``lane``,
-    shape (8, LANES), is room to work in.
-    """
+def _balance(h: Array, n: int, lane: Array) -> None:
+    """Scale by powers of two until rows and columns have like norms."""
     row, column, factor = lane[0], lane[1], lane[2]
     bits = factor.view(np.int64)
     for _ in range(100):
@@ -120,12 +137,8 @@ def balance(h: Array, n: int, lane: Array) -> None:
 
 
 @compiled
-def reduce(h: Array, n: int, v: Array, lane: Array) -> None:
-    """Reduce to upper Hessenberg form by Householder reflections 1 - tau v v'.
-
-    ``h``, shape (n + 1, n + 1, LANES), is changed in place, ``n`` is the number of its rows that hold the matrices;
-    ``v``, shape (n, LANES), and ``lane``, shape (8, LANES), are room to work in.
-    """
+def _reduce(h: Array, n: int, v: Array, lane: Array) -> None:
+    """Reduce to upper Hessenberg form by Householder reflections 1 - tau v v'."""
     below, tau, total = lane[0], lane[1], lane[2]
     for c in range(n - 2):
         top = c + 1

@@ -1,16 +1,15 @@
-"""Eigenvalues of many small real matrices, compiled: 64 matrices go side by side through balancing and shifted QR.
+"""Eigenvalues of many small real matrices, compiled: 64 matrices go side by side through shifted QR.
 
-Needs numba (extra ``fast``). One matrix alone waits on every square root and division; 64 in step fill the vector
-unit. A matrix that is done, or whose rows are not in work, is masked: nothing it holds depends on its neighbours. The
-steps are those of LAPACK's ``dgebal``, ``dgehrd`` and ``dlahqr`` (Golub & Van Loan, Matrix Computations, 4th ed.,
-7.4-7.5; deflation after Ahues & Tisseur 1997), so is the backward error: a few eps times the norm.
+Needs numba (extra ``fast``). A matrix that is done, or whose rows are not in work, is masked: nothing it holds depends
+on its neighbours. The steps are those of LAPACK's ``dlahqr`` (Golub & Van Loan, Matrix Computations, 4th ed., 7.5;
+deflation after Ahues & Tisseur 1997), so is the backward error: a few eps times the norm.
 """
 
 import math
 
 import numpy as np
 
-from bicycle.eigenvalues.hessenberg_kernel import LANES, Places, balance, compiled, isolate, normalise, reduce
+from bicycle.eigenvalues.hessenberg_kernel import LANES, Places, compiled, hessenberg
 from tyre.base.arrays import Array
 
 EPS = float(np.finfo(float).eps)
@@ -18,42 +17,42 @@ NOTHING = 1e-140  # of the norm: its square is still a number
 MOST_ITERATIONS = 300  # of one eigenvalue; two or three are usual
 
 
-@compiled
 def solve(stack: Array, real: Array, imag: Array) -> int:
-    """Eigenvalues of many small matrices.
+    """Fill in the eigenvalues of matrices, each row sorted by real then imaginary part.
 
     Parameters
     ----------
     stack : ndarray, shape (m, n, n)
-        Real, finite matrices, 1/s.
+        In any unit.
     real, imag : ndarray, shape (m, n)
-        Filled with the parts of the eigenvalues (1/s), each row sorted by real then imaginary part.
+        Get the parts of the eigenvalues, in the same unit.
 
     Returns
     -------
     int
-        First matrix whose iteration failed, -1 where none did.
+        Index of the first matrix that failed, or -1.
     """
     m, n = stack.shape[0], stack.shape[1]
-    h = np.zeros((n + 1, n + 1, LANES))  # one row and column more: a reflection may reach over the edge
-    v, unit, lane = np.empty((n, LANES)), np.empty(LANES), np.empty((8, LANES))
-    window, order = np.empty((3, LANES), np.int64), np.empty(n, np.int64)
+    h, unit = np.zeros((n + 1, n + 1, LANES)), np.empty(LANES)  # a reflection may reach over the edge by one
     for start in range(0, m, LANES):
         count = min(LANES, m - start)
-        for k in range(LANES):
-            source = start + min(k, count - 1)
-            isolate(stack[source], order)
-            for i in range(n):
-                for j in range(n):
-                    h[i, j, k] = stack[source, order[i], order[j]]
-        normalise(h, n, unit)
-        balance(h, n, lane)
-        reduce(h, n, v, lane)
-        failed = _iterate(h, n, window, lane)
-        if 0 <= failed < count:
-            return start + failed
-        for k in range(count):
-            _collect(h, n, k, unit[k], real[start + k], imag[start + k])
+        hessenberg(stack, start, count, h, unit)
+        failed = _roots(h, unit, start, count, real, imag)
+        if failed >= 0:
+            return int(start + failed)
+    return -1
+
+
+@compiled
+def _roots(h: Array, unit: Array, start: int, count: int, real: Array, imag: Array) -> int:
+    """Fill in the eigenvalues of matrices in Hessenberg form; first lane that failed, or -1."""
+    n = h.shape[0] - 1
+    window, lane = np.empty((3, LANES), np.int64), np.empty((8, LANES))
+    failed = _iterate(h, n, window, lane)
+    if 0 <= failed < count:
+        return failed
+    for k in range(count):
+        _collect(h, n, k, unit[k], real[start + k], imag[start + k])
     return -1
 
 

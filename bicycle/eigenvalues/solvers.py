@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from bicycle.linear_model import LinearModel
 from tyre.base.arrays import Complex
-from tyre.base.blas import one_blas_thread
 from tyre.base.errors import InputError
+from tyre.base.parallel import one_blas_thread
 
 BATCH = 1024  # matrices a call: they fit the cache, and there is enough for every thread
 

@@ -23,6 +23,7 @@ def describe(effect: type[Effect]) -> str:
         "Exclusive as": effect.slot,
         "Needs": ", ".join(effect.requires) + (f" ({effect.why})" if effect.why else "") if effect.requires else None,
         "Provides": ", ".join(effect.provides),
+        "Brings the mode": ", ".join(mode.name for mode in effect.modes),
         "What one sees": effect.signature,
         "Source": effect.source,
     }
@@ -51,6 +52,7 @@ def record(effect: type[Effect]) -> dict[str, Any]:
         "slot": effect.slot,
         "requires": list(effect.requires),
         "provides": list(effect.provides),
+        "modes": [mode.name for mode in effect.modes],
         "signature": effect.signature,
         "source": effect.source,
     }

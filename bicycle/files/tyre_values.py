@@ -60,6 +60,15 @@ class MountedTyres:
     def values(self, kind: type[Effect], parameter: Parameter, wheels: Iterable[str]) -> dict[str, float]:
         """What the tyres of these wheels hold of a parameter.
 
+        Parameters
+        ----------
+        kind : subclass of Effect
+            The effect.
+        parameter : Parameter
+            Of it.
+        wheels : iterable of str
+            ``rear``, ``front``.
+
         Raises
         ------
         InputError

@@ -63,7 +63,7 @@ def tyre_notes(properties: Mapping[str, TyreProperties]) -> list[str]:
 
 
 def located(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """The table of a contact law with the files of tyres, relative to ``folder``, made absolute."""
+    """The ``table`` of a contact law with the files of tyres, relative to ``folder``, made absolute."""
     tyre = table.get("tyre")
     if isinstance(tyre, Mapping):
         return dict(table) | {"tyre": {wheel: tyre_file(one, folder) for wheel, one in tyre.items()}}
@@ -71,12 +71,12 @@ def located(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
 
 
 def tyre_file(tyre: Any, folder: Path) -> Any:
-    """An absolute path where a tyre is given by its file; else what was given."""
+    """An absolute path where ``tyre`` is given by its file, relative to ``folder``; else what was given."""
     return (folder / tyre).resolve().as_posix() if isinstance(tyre, str) and is_file_name(tyre) else tyre
 
 
 def wheel_sources(tyre: Mapping[str, Any], surface: Mapping[str, Any]) -> dict[str, TyreSource]:
-    """The tyre of each wheel; without a surface, a packaged one is flat and a file has its own.
+    """The tyre of each wheel by ``tyre`` and ``surface``; without one, a packaged tyre is flat and a file has its own.
 
     Where its source states no standard deviation, the default one is assumed.
     """
@@ -90,7 +90,16 @@ def wheel_sources(tyre: Mapping[str, Any], surface: Mapping[str, Any]) -> dict[s
 def wheel_tyres(
     *, tyre: Any, surface: Any, pressure_bar: Any, bicycle: Bicycle, extrapolate: Any = False
 ) -> dict[str, TyreProperties]:
-    """Properties of the tyres at each wheel's static load, by wheel; as :func:`joint_wheel_tyres`."""
+    """Properties of the tyres at each wheel's static load, by wheel; as :func:`joint_wheel_tyres`.
+
+    Parameters
+    ----------
+    tyre, surface : str or mapping
+        Names.
+    pressure_bar : float or mapping, in bar
+    bicycle : Bicycle
+        Whose static wheel loads are taken.
+    """
     tyres = joint_wheel_tyres(
         tyre=tyre, surface=surface, pressure_bar=pressure_bar, bicycle=bicycle, extrapolate=extrapolate
     )

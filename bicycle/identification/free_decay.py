@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares, minimize_scalar
 
+from bicycle.eigenvalues.oscillation import angular_frequency, frequency_hz
 from bicycle.identification.recording import Run
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
@@ -80,8 +81,8 @@ def identify(run: Run, *, first_s: float = 0.0, last_s: float = math.inf, start_
     InputError
         Fewer than 20 samples in the window, a channel that is constant there, a start frequency out of range.
     """
-    if start_hz is not None and not SLOWEST < 2 * math.pi * start_hz < FASTEST:
-        low, high = (omega / (2 * math.pi) for omega in (SLOWEST, FASTEST))
+    if start_hz is not None and not SLOWEST < angular_frequency(start_hz) < FASTEST:
+        low, high = (float(frequency_hz(1j * omega)) for omega in (SLOWEST, FASTEST))
         raise InputError(f"start_hz = {start_hz:g} is outside {low:.2g} .. {high:.2g} Hz")
     keep = (run.time >= run.time[0] + first_s - 1e-9) & (run.time <= run.time[0] + last_s + 1e-9)
     if keep.sum() < 20:
@@ -97,7 +98,7 @@ def identify(run: Run, *, first_s: float = 0.0, last_s: float = math.inf, start_
         )
     scale = {name: float(np.std(x)) for name, x in signals.items()}
     noise = {name: (0.3 * scale[name], 0.0) for name in signals}  # sd, autoregressive coefficient
-    guesses = [2 * math.pi * start_hz] if start_hz is not None else _frequencies(t, signals)
+    guesses = [float(angular_frequency(start_hz))] if start_hz is not None else _frequencies(t, signals)
     best = None
     for round_ in range(ROUNDS):
         starts = [(s, w) for w in guesses for s in (-0.5, -2.0)] if best is None else [tuple(best.x)]
@@ -115,7 +116,7 @@ def identify(run: Run, *, first_s: float = 0.0, last_s: float = math.inf, start_
     r_squared = 1 - left / (len(t) * len(signals))
     return Decay(
         run.name, run.speed, complex(sigma, omega), (math.sqrt(covariance[0, 0]), math.sqrt(covariance[1, 1])),
-        _ratios(best.x, t, signals, noise), r_squared, omega * t[-1] / (2 * math.pi),
+        _ratios(best.x, t, signals, noise), r_squared, float(frequency_hz(1j * omega) * t[-1]),
     )  # fmt: skip
 
 
@@ -124,7 +125,7 @@ def _frequencies(t: Array, signals: Mapping[str, Array]) -> list[float]:
     step = t[1] - t[0]
     size = 8 * len(t)
     power = sum(np.abs(np.fft.rfft((x - x.mean()) / np.std(x), size)) ** 2 for x in signals.values())
-    frequency = 2 * np.pi * np.fft.rfftfreq(size, step)
+    frequency = angular_frequency(np.fft.rfftfreq(size, step))
     power = np.where((frequency < 1.0) | (frequency > FASTEST / 2), 0.0, power)
     first = float(frequency[int(np.argmax(power))])
     return [first, 0.6 * first, 1.6 * first]

@@ -7,7 +7,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.modal.naming import MARK, Naming, state_shares
+from bicycle.linear_model import LinearModel
+from bicycle.modal.naming import Naming, every_mode, state_shares
 from bicycle.modal.tracking import Meeting, TrackedRange
 from tyre.base.arrays import Array, Complex
 
@@ -43,17 +44,17 @@ class ModeEvent:
 
 
 def mode_events(
-    states: tuple[str, ...], tracked: Sequence[TrackedRange], meetings: Sequence[Meeting], naming: Naming
+    model: LinearModel, tracked: Sequence[TrackedRange], meetings: Sequence[Meeting], naming: Naming
 ) -> tuple[ModeEvent, ...]:
     """All events of tracked branches, by speed.
 
     Parameters
     ----------
-    states : tuple of str
-        Names of the model's states.
+    model : LinearModel
     tracked : sequence of TrackedRange
         One for each speed range that was tracked.
     meetings : sequence of Meeting
+        Where two real roots meet.
     naming : Naming
         Of all nodes of the ranges.
     """
@@ -71,7 +72,7 @@ def mode_events(
             label = naming.labels[naming.cases[start - 1]]
             jumped = sorted({name for i in np.flatnonzero(jump) for name in label[i]})
             events.append(ModeEvent(float(above.speeds[0]), "switch", tuple(jumped)))
-    return tuple(sorted(events + _exchanges(states, tracked, naming), key=lambda e: (e.speed, e.kind, e.modes)))
+    return tuple(sorted(events + _exchanges(model, tracked, naming), key=lambda e: (e.speed, e.kind, e.modes)))
 
 
 def _met(meeting: Meeting, speeds: Array, naming: Naming) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -82,19 +83,20 @@ def _met(meeting: Meeting, speeds: Array, naming: Naming) -> tuple[tuple[str, ..
     return (below, above) if meeting.kind == "merge" else (above, below)
 
 
-def _exchanges(states: tuple[str, ...], tracked: Sequence[TrackedRange], naming: Naming) -> list[ModeEvent]:
+def _exchanges(model: LinearModel, tracked: Sequence[TrackedRange], naming: Naming) -> list[ModeEvent]:
     """Where two pairs begin to play each other's role better than their own, or their own again."""
     speeds = np.concatenate([s.speeds for s in tracked])
     values = np.concatenate([s.values for s in tracked])
-    share = state_shares(states, np.concatenate([s.participation for s in tracked]))
-    at = {name: _branch_of(name, values, naming) for name in MARK}
+    share = state_shares(model.declared.states, np.concatenate([s.participation for s in tracked]))
+    mark = {mode.name: mode.marks[0] for mode in every_mode(model)}
+    at = {name: _branch_of(name, values, naming) for name in mark}
     names = [name for name, branch in at.items() if (branch >= 0).any()]
     rows = np.arange(len(speeds))
     found = []
     for number, a in enumerate(names):
         for b in names[:number]:
             i, j = at[a], at[b]
-            mine, yours = share[MARK[a]], share[MARK[b]]
+            mine, yours = share[mark[a]], share[mark[b]]
             own = (mine[rows, i] > CLEARLY * mine[rows, j]) & (yours[rows, j] > CLEARLY * yours[rows, i])
             swapped = (mine[rows, j] > CLEARLY * mine[rows, i]) & (yours[rows, i] > CLEARLY * yours[rows, j])
             clear = np.flatnonzero((own | swapped) & (i >= 0) & (j >= 0))

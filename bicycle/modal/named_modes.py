@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from bicycle.eigenvalues.oscillation import frequency_hz, pair_damping_ratio
 from bicycle.linear_model import LinearModel
 from bicycle.modal.events import ModeEvent
+from bicycle.modal.naming import every_mode
 from bicycle.modal.shapes import ModeShape, mode_shape
 from bicycle.modal.speed_limits import check_trackable
 from bicycle.modal.tracker import Tracker
@@ -188,16 +189,18 @@ def modes(model: Model | LinearModel, speeds: ArrayLike) -> Modes:
     index, labels = tracker.labels(v, ordered)
     events = tuple(event for event in tracker.events if v.min() <= event.speed <= v.max())
     return Modes(
-        v, np.sort_complex(ordered), _branches(ordered, index, labels, tracker.naming.names), events,
+        v, np.sort_complex(ordered), _branches(model, ordered, index, labels, tracker.naming.names), events,
         tracker.naming.anchor, model,
     )  # fmt: skip
 
 
 def _branches(
-    ordered: Complex, index: NDArray[np.intp], labels: Sequence[tuple[str, ...]], names: Sequence[str]
-) -> dict[str, Complex]:
+    model: LinearModel, ordered: Complex, index: NDArray[np.intp], labels: Sequence[tuple[str, ...]],
+    names: Sequence[str],
+) -> dict[str, Complex]:  # fmt: skip
     shown = np.where(ordered.imag < 0, np.nan, ordered)  # a pair is shown by its upper half
-    every = sorted({*names, *(name for case in labels for name in case)}, key=_rank)
+    listed = [mode.name for mode in every_mode(model)]
+    every = sorted({*names, *(name for case in labels for name in case)}, key=lambda name: _rank(name, listed))
     found = {name: np.full((len(ordered), 2), np.nan, complex) for name in every}
     for k, case in enumerate(labels):
         rows = np.flatnonzero(index == k)
@@ -215,8 +218,5 @@ def _branches(
     return found
 
 
-ORDER = ("weave", "wobble", "capsize", "castering", "rear_tyre", "front_compliance", "rider")
-
-
-def _rank(name: str) -> tuple[int, int, str]:
-    return name.count("+"), ORDER.index(name) if name in ORDER else len(ORDER), name
+def _rank(name: str, order: Sequence[str]) -> tuple[int, int, str]:
+    return name.count("+"), order.index(name) if name in order else len(order), name

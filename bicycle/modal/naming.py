@@ -2,19 +2,21 @@
 
 At low riding speed the four roots of lean and steer (weave, capsize, castering) are the slowest of all, because a
 tyre that hardly moves forward is a stiff spring: there, at the anchor speed, they are named by size and by the
-participation of lean, steer and yaw. The pairs that remain are named by the participation of the front assembly, the
-rear tyre and the other joints, averaged over a range of speed. Participation (left times right eigenvector) has no
-unit and speeds are judged in units of sqrt(g w), so that names do not depend on the system of units.
+participation of lean, steer and yaw. The pairs that remain are named by the participation of the states that mark a
+mode, as the effects declare it (:class:`Mode`), averaged over a range of speed. Participation (left times right
+eigenvector) has no unit and speeds are judged in units of sqrt(g w), so that names do not depend on the units.
 Roles after Sharp (1971), Meijaard et al. (2007) and Pacejka, Tire and Vehicle Dynamics, ch. 11.
 """
 
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from bicycle.derivation.declarations import BASE_MODES, Mode, State
 from bicycle.linear_model import LinearModel
 from bicycle.modal.identity import Regions, conjugate_index, regions
 from bicycle.modal.tracking import TrackedRange
@@ -30,20 +32,10 @@ MARGIN = 0.1  # by which a role is clearly played
 SHORT = 0.1  # about 0.3 m/s: as wide as a step of the track
 OVERDAMPED = 0.3  # wobble is an oscillation: steering by a real root counts so much
 
-ROLES: tuple[tuple[str, float, tuple[str, ...]], ...] = (  # name, weight, groups of states that mark it
-    ("wobble", 4.0, ("steer",)),
-    ("rider", 3.0, ("rider",)),
-    ("front_compliance", 1.0, ("compliance", "front")),
-    ("rear_tyre", 1.0, ("rear",)),
-)
-MARK = {
-    "weave": "lean", "capsize": "lean", "wobble": "steer", "castering": "steer", "rider": "rider",
-    "front_compliance": "compliance", "rear_tyre": "rear",
-}  # fmt: skip
-"""The group of states that marks each role."""
+BY_SIZE = ("weave", "capsize", "castering")  # named at the anchor; the other modes are named by their share
 
 Unit = tuple[int, ...]  # branches of a pair or of a single real root
-Shares = dict[str, Array]  # (m, n) each: share of a group of states in each branch
+Shares = Mapping[str, Array]  # (m, n) each: share of the states of a role in each branch
 
 
 @dataclass(frozen=True)
@@ -62,47 +54,101 @@ class Naming:
 
 
 def window(model: LinearModel) -> tuple[float, float]:
-    """Speeds that are always tracked, in the model's unit of speed."""
+    """Speeds that are always tracked, in the model's unit of speed.
+
+    Parameters
+    ----------
+    model : LinearModel
+    """
     unit = speed_unit(model)
     return (LOWEST * unit if model.singular_at_rest else 0.0), HIGHEST * unit
 
 
 def speed_unit(model: LinearModel) -> float:
-    """sqrt(g w), about 3 m/s."""
+    """sqrt(g w), about 3 m/s.
+
+    Parameters
+    ----------
+    model : LinearModel
+    """
     return float(np.sqrt(model.parameters["g"] * model.parameters["w"]))
 
 
 def name_branches(model: LinearModel, tracked: Sequence[TrackedRange]) -> Naming:
-    """Name every branch at every node; those without a role are other_1, other_2 ... from slow to fast."""
+    """Name every branch at every node; those without a role are other_1, other_2 ... from slow to fast.
+
+    Parameters
+    ----------
+    model : LinearModel
+    tracked : sequence of TrackedRange
+        Its tracked branches, one for each speed range.
+    """
     unit = speed_unit(model)
     speeds = np.concatenate([s.speeds for s in tracked])
     values = np.concatenate([s.values for s in tracked])
-    share = state_shares(model.states, np.concatenate([s.participation for s in tracked]))
+    share = state_shares(model.declared.states, np.concatenate([s.participation for s in tracked]))
 
     anchor, core = _anchor(speeds / unit, values, share)
-    modes, plain = _modes(speeds, values, share, anchor, core, window(model))
+    joints = sorted({state.role for state in model.declared.states if state.joint})
+    modes, plain = _modes(speeds, values, share, anchor, core, joints, window(model))
     castering = [name for name, _ in modes].index("castering") if "castering" in core else -1
     found = regions(speeds, values, [branches for _, branches in modes], castering, anchor, window(model))
-    names, clear = _roles(speeds / unit, values, share, modes, found)
+    names, clear = _roles(speeds / unit, values, share, modes, found, roles(model))
     labels = tuple(tuple(tuple(sorted(names[m] for m in label)) for label in case) for case in found.labels)
     return Naming(tuple(sorted(names)), labels, found.cases, float(speeds[anchor]), clear and plain and found.clear)
 
 
-def state_shares(states: tuple[str, ...], participation: Array) -> Shares:
-    """Share of groups of states in each branch, from participation (m, states, n)."""
-    groups = {
-        "lean": ("lean", "lean_rate"), "steer": ("steer", "steer_rate"), "yaw": ("yaw_rate",),
-        "compliance": ("front_compliance", "front_compliance_rate"), "rider": ("rider_lean", "rider_lean_rate"),
-        "rear": ("rear_lateral_velocity", "rear_side_force"), "front": ("front_side_force",),
-    }  # fmt: skip
-    return {
-        group: participation[:, [i for i, state in enumerate(states) if state in members], :].sum(1)
-        for group, members in groups.items()
-    }
+def every_mode(model: LinearModel) -> tuple[Mode, ...]:
+    """The modes that a model may have by name, in the order of tables; others are ``other_1`` ...
+
+    Parameters
+    ----------
+    model : LinearModel
+    """
+    return tuple(sorted((*BASE_MODES, *model.declared.modes), key=lambda mode: (mode.place, mode.name)))
+
+
+def roles(model: LinearModel) -> tuple[Mode, ...]:
+    """Those of :func:`every_mode` that are named by the share of states in their motion, the heaviest first.
+
+    Parameters
+    ----------
+    model : LinearModel
+    """
+    found = (mode for mode in every_mode(model) if mode.name not in BY_SIZE)
+    return tuple(sorted(found, key=lambda mode: (-mode.weight, mode.name)))
+
+
+def state_shares(states: Sequence[State], participation: Array) -> Shares:
+    """Share of the states of each role in each branch.
+
+    Parameters
+    ----------
+    states : sequence of State
+        Those of the model, n of them.
+    participation : ndarray, shape (m, n, n)
+        Of each state (second axis) in each branch (third) at m speeds.
+
+    Returns
+    -------
+    mapping of str to ndarray, shape (m, n)
+        By role; zero for a role that no state has.
+    """
+    nothing = np.zeros((len(participation), participation.shape[2]))
+    found: defaultdict[str, Array] = defaultdict(lambda: nothing)
+    for role in {state.role for state in states}:
+        found[role] = participation[:, [i for i, state in enumerate(states) if state.role == role], :].sum(1)
+    return found
 
 
 def units_of(values: Complex) -> list[list[Unit]]:
-    """At each node the pairs and single real roots of the branches (m, n) as tuples of branches, slow first."""
+    """At each node the pairs and single real roots of the branches (m, n) as tuples of branches, slow first.
+
+    Parameters
+    ----------
+    values : ndarray, shape (m, n)
+        Eigenvalues, 1/s, a column a branch.
+    """
     mate, upper = conjugate_index(values), values.imag > 0
     shown = (upper | (mate == np.arange(values.shape[1]))).tolist()
     order = np.argsort(np.abs(values), axis=1, kind="stable").tolist()
@@ -154,12 +200,13 @@ def _plainness(values: Complex, core: NDArray[np.bool_]) -> Array:
     return np.asarray(np.minimum(np.where(other, gap, np.inf).min((1, 2)), own.min(1)))
 
 
-Mode = tuple[str, Unit]  # name ("" as long as it has none) and branches
+Branches = tuple[str, Unit]  # name ("" as long as it has none) and branches
 
 
 def _modes(
-    speeds: Array, values: Complex, share: Shares, anchor: int, core: dict[str, Unit], always: tuple[float, float]
-) -> tuple[list[Mode], bool]:
+    speeds: Array, values: Complex, share: Shares, anchor: int, core: dict[str, Unit], joints: Sequence[str],
+    always: tuple[float, float],
+) -> tuple[list[Branches], bool]:  # fmt: skip
     """The core and everything else at the anchor; real roots that are a pair at another speed are one mode.
 
     What happens outside the speeds ``always`` tracked does not count, whatever else is asked for. Also says whether it
@@ -175,7 +222,7 @@ def _modes(
         (float(distance[mate[:, i] == j].min()), i, j)
         for number, i in enumerate(single) for j in single[:number] if (mate[:, i] == j).any()
     )  # fmt: skip
-    for joint in ("rider", "compliance"):  # an overdamped joint
+    for joint in joints:  # an overdamped one
         own = [i for i in single if share[joint][anchor, i] > MOSTLY]
         meet += [(np.inf, i, j) for i, j in zip(own[1::2], own[::2], strict=False)]
     joined: set[int] = set()
@@ -191,23 +238,25 @@ def _modes(
     return [*core.items(), *(("", unit) for unit in units)], plain
 
 
-def _roles(speeds: Array, values: Complex, share: Shares, modes: list[Mode], found: Regions) -> tuple[list[str], bool]:
+def _roles(
+    speeds: Array, values: Complex, share: Shares, modes: list[Branches], found: Regions, played: Sequence[Mode]
+) -> tuple[list[str], bool]:
     """Name the modes of tyres and joints by their mean share over a range of speed; and whether that is clear."""
     weight = np.gradient(speeds) * ((speeds >= WALKING) & (speeds <= FAST))
     own = np.array([[[label == (m,) for label in case] for m in range(len(modes))] for case in found.labels])
     weight = weight[:, None, None] * own[found.cases]  # (nodes, modes, branches)
     total = weight.sum((0, 2)) + 1e-300
     form = np.where(values.imag != 0, 1.0, OVERDAMPED)
-    mean, factors = np.zeros((len(ROLES), len(modes))), np.array([[factor] for _, factor, _ in ROLES])
-    for r, (_, _, groups) in enumerate(ROLES):
-        if share[groups[0]].any():
-            part = sum(share[group] for group in groups) * (form if groups == ("steer",) else 1.0)
+    mean, factors = np.zeros((len(played), len(modes))), np.array([[role.weight] for role in played])
+    for r, role in enumerate(played):
+        if share[role.marks[0]].any():
+            part = sum(share[mark] for mark in role.marks) * (form if role.oscillation else 1.0)
             mean[r] = np.einsum("kmi,ki->m", weight, part) / total
     names = [name for name, _ in modes]
     free = [m for m, name in enumerate(names) if not name]
     cast, clear = _cast(mean[:, free], factors)
     for row, column in cast:
-        names[free[column]] = ROLES[row][0]
+        names[free[column]] = played[row].name
     others = [m for m in free if not names[m]]
     for number, m in enumerate(others, 1):
         names[m] = f"other_{number}"

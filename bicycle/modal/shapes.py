@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bicycle.eigenvalues.decomposition import eigensystem
 from bicycle.linear_model import LinearModel
 from tyre.base.arrays import Array, Complex
 
@@ -53,7 +54,7 @@ def mode_shape(model: LinearModel, speeds: Array, eigenvalues: Complex) -> ModeS
     for number, places in model.by_range(speeds[there]):
         k = there[places]
         v, root = speeds[k], eigenvalues[k, None]
-        values, vectors = np.linalg.eig(model.state_matrix(v))
+        values, vectors, _ = eigensystem(model.state_matrix(v))
         nearest = np.abs(values - root).argmin(1)
         states = model.scale * np.take_along_axis(vectors, nearest[:, None, None], 2)[..., 0]
         outputs = (model.ranges[number].matrices.output_matrix(v)[:, rows] @ states[..., None])[..., 0]

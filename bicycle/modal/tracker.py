@@ -43,7 +43,7 @@ class Tracker:
     @cached_property
     def events(self) -> tuple[ModeEvent, ...]:
         """What happens to the modes on the way, by speed."""
-        return mode_events(self.model.states, self.tracked, self.meetings, self.naming)
+        return mode_events(self.model, self.tracked, self.meetings, self.naming)
 
     def ordered(self, speeds: Array) -> Complex:
         """Eigenvalues (m, n), 1/s, at ``speeds`` (m,), m/s; one column a branch."""

@@ -34,24 +34,54 @@ class InputHistory:
         object.__setattr__(self, "value", value)
 
     def at(self, time: ArrayLike) -> Array:
-        """Value just after each time (s)."""
+        """Value just after each time (s).
+
+        Parameters
+        ----------
+        time : array_like
+            s.
+        """
         before = np.searchsorted(self.time, np.asarray(time, float), side="right")
         return np.asarray(np.concatenate([[0.0], self.value])[before])
 
 
 def step(size: float, *, start: float = 0.0) -> InputHistory:
-    """``size`` (SI) from ``start`` (s) on."""
+    """``size`` (SI) from ``start`` (s) on.
+
+    Parameters
+    ----------
+    size : float
+        SI.
+    start : float
+        s.
+    """
     return InputHistory(np.array([start]), np.array([size]))
 
 
 def pulse(size: float, *, start: float = 0.0, duration: float) -> InputHistory:
-    """``size`` from ``start`` for ``duration`` (s)."""
+    """``size`` from ``start`` for ``duration`` (s).
+
+    Parameters
+    ----------
+    size : float
+        SI.
+    start, duration : float
+        s.
+    """
     _check_duration("pulse", duration)
     return InputHistory(np.array([start, start + duration]), np.array([size, 0.0]))
 
 
 def doublet(size: float, *, start: float = 0.0, duration: float) -> InputHistory:
-    """``size``, then ``-size``, each for half of ``duration`` (s)."""
+    """``size``, then ``-size``, each for half of ``duration`` (s).
+
+    Parameters
+    ----------
+    size : float
+        SI.
+    start, duration : float
+        s.
+    """
     _check_duration("doublet", duration)
     return InputHistory(start + duration * np.array([0.0, 0.5, 1.0]), np.array([size, -size, 0.0]))
 

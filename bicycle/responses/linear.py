@@ -11,114 +11,19 @@ array([0.02   , 0.02971])
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import expm
 
+from bicycle.eigenvalues.decomposition import eigensystem
+from bicycle.eigenvalues.oscillation import angular_frequency
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model, as_linear
 from bicycle.responses.inputs import InputHistory
-from tyre.base.arrays import Array, Complex
+from bicycle.responses.response import PATH, FrequencyResponse, Response, units_of
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError, unknown
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-
-PATH = ("yaw", "rear_lateral_displacement")
-UNITS = (
-    ("_lateral_displacement", "m"), ("_velocity", "m/s"), ("_rate", "rad/s"), ("_force", "N"), ("_moment", "N m"),
-    ("_torque", "N m"),
-)  # fmt: skip
-LINEAR_UP_TO = 0.35  # rad: the geometry is linear in lean and steer; sin and tan leave it by 2 to 4 % here
-
-
-def unit_of(name: str) -> str:
-    """SI unit of a state, input or output of a model; what has no ending of :data:`UNITS` is an angle."""
-    return next((unit for ending, unit in UNITS if name.endswith(ending)), "rad")
-
-
-def column(name: str) -> str:
-    """Column name with unit: ``yaw_rate`` -> ``yaw_rate_rad_s``."""
-    return f"{name}_{unit_of(name).replace('/', '_').replace(' ', '_')}"
-
-
-@dataclass(frozen=True)
-class Response:
-    """A time history at constant speed.
-
-    Attributes
-    ----------
-    time : ndarray, shape (m,)
-        s.
-    speed : float
-        m/s.
-    outputs, inputs : mapping of str to ndarray, shape (m,)
-        SI units (:func:`unit_of`); an input is given from each sample on.
-    """
-
-    time: Array
-    speed: float
-    outputs: Mapping[str, Array]
-    inputs: Mapping[str, Array] = field(default_factory=dict)
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """Where the motion leaves what linear geometry can describe."""
-        largest = {name: float(np.abs(self.outputs[name]).max()) for name in ("lean", "steer")}
-        fallen = [] if self.fall is None else [f"the bicycle has fallen at {self.time[self.fall]:.2f} s"]
-        return (*fallen, *(
-            f"{name} reaches {value:.2g} rad, but the geometry is linear and holds up to about {LINEAR_UP_TO} rad"
-            for name, value in largest.items()
-            if value > LINEAR_UP_TO
-        ))  # fmt: skip
-
-    @property
-    def fall(self) -> int | None:
-        """Number of the first sample with lean or steer beyond 90 degrees, None if there is none."""
-        fallen = np.maximum(np.abs(self.outputs["lean"]), np.abs(self.outputs["steer"])) > np.pi / 2
-        return int(fallen.argmax()) if fallen.any() else None
-
-    def until_fall(self) -> "Response":
-        """The same history up to and with the sample :attr:`fall`; all of it if the bicycle does not fall."""
-        kept = slice(None if self.fall is None else self.fall + 1)
-        outputs, inputs = ({name: x[kept] for name, x in of.items()} for of in (self.outputs, self.inputs))
-        return Response(self.time[kept], self.speed, outputs, inputs)
-
-    def frame(self) -> "pd.DataFrame":
-        """A row per sample: time_s, outputs, inputs, with the unit in every column name."""
-        import pandas as pd
-
-        named = {**self.outputs, **self.inputs}
-        return pd.DataFrame({"time_s": self.time, **{column(name): values for name, values in named.items()}})
-
-    def to_csv(self, path: str | Path) -> None:
-        """Write :meth:`frame` as CSV with all digits."""
-        self.frame().to_csv(path, index=False, lineterminator="\n")
-
-
-@dataclass(frozen=True)
-class FrequencyResponse:
-    """Complex gains ``outputs[name]`` (m,) from one input, SI, at ``frequency_hz`` (m,)."""
-
-    frequency_hz: Array
-    speed: float
-    input: str
-    outputs: Mapping[str, Complex]
-
-    def frame(self) -> "pd.DataFrame":
-        """A row per frequency: Hz, then gain and phase (rad, unwrapped) of each output."""
-        import pandas as pd
-
-        columns = {"frequency_Hz": self.frequency_hz}
-        for name, gain in self.outputs.items():
-            columns[f"{column(name)}_per_{column(self.input)}"] = np.abs(gain)
-            columns[f"{name}_phase_rad"] = np.unwrap(np.angle(gain))
-        return pd.DataFrame(columns)
 
 
 def respond(
@@ -149,7 +54,7 @@ def respond(
     given = dict(inputs or {})
     check_names("input", given, model.inputs)
     t = check_time(time)
-    x = initial_state(model.states, initial) / model.scale
+    x = initial_state(model.states, initial, units_of(model)) / model.scale
     _, input_matrix, output_matrix = model.matrices_at(speed)
     columns = [model.inputs.index(name) for name in given]
     a, b, c = _with_path(
@@ -167,7 +72,7 @@ def respond(
     shown = held[np.searchsorted(grid, t)]
     values[:, : len(model.outputs)] += shown @ model.feedthrough(speed)[:, columns].T
     outputs = dict(zip((*model.outputs, *PATH), values.T, strict=True))
-    return Response(t, float(speed), outputs, dict(zip(given, shown.T, strict=True)))
+    return Response(t, float(speed), outputs, dict(zip(given, shown.T, strict=True)), units_of(model))
 
 
 def modal_response(model: LinearModel, *, speed: float, eigenvalue: complex, time: ArrayLike) -> Response:
@@ -175,24 +80,45 @@ def modal_response(model: LinearModel, *, speed: float, eigenvalue: complex, tim
 
     The largest of lean, steer and yaw starts with amplitude 1, lean with phase 0. ``eigenvalue`` (1/s) picks the
     nearest root of the model at ``speed`` (m/s).
+
+    Parameters
+    ----------
+    model : LinearModel
+    speed : float
+        m/s.
+    eigenvalue : complex
+        1/s.
+    time : array_like, shape (m,)
+        Increasing, s.
     """
     t = check_time(time)
-    values, vectors = np.linalg.eig(model.state_matrix(speed))
+    (values,), (vectors,), _ = eigensystem(model.state_matrix([speed]))
     k = int(np.abs(values - eigenvalue).argmin())
     root = values[k]
     phasors = dict(zip(model.outputs, model.matrices_at(speed)[2] @ (model.scale * vectors[:, k]), strict=True))
     yaw = phasors["yaw_rate"] / root
-    phasors |= {"yaw": yaw, PATH[1]: (phasors["rear_lateral_velocity"] + speed * yaw) / root}
+    phasors |= {"yaw": yaw, "rear_lateral_displacement": (phasors["rear_lateral_velocity"] + speed * yaw) / root}
     largest = max(abs(phasors[name]) for name in ("lean", "steer", "yaw"))
     unit = largest * (phasors["lean"] / abs(phasors["lean"]) if phasors["lean"] else 1.0)
     growth = np.exp(root * t)
-    return Response(t, float(speed), {name: (phasor / unit * growth).real for name, phasor in phasors.items()})
+    motion = {name: (phasor / unit * growth).real for name, phasor in phasors.items()}
+    return Response(t, float(speed), motion, units=units_of(model))
 
 
 def frequency_response(
     model: Model | LinearModel, *, speed: float, input: str, frequency_hz: ArrayLike
 ) -> FrequencyResponse:
     """Gain C (i omega - A)^-1 B + D from one input to every output, omega = 2 pi ``frequency_hz``.
+
+    Parameters
+    ----------
+    model : Model or LinearModel
+    speed : float
+        m/s.
+    input : str
+        Of the model.
+    frequency_hz : array_like, shape (m,)
+        Hz, > 0.
 
     Raises
     ------
@@ -207,40 +133,72 @@ def frequency_response(
         raise InputError(f"frequency {hertz[bad][0]:g} Hz is not allowed; give finite values > 0")
     a, (_, b, c) = model.state_matrix(speed), model.matrices_at(speed)
     j = model.inputs.index(input)
-    omega = 2 * np.pi * hertz[:, None, None]
+    omega = angular_frequency(hertz)[:, None, None]
     states = np.linalg.solve(1j * omega * np.eye(model.order) - a, (b[:, j] / model.scale)[:, None])
     gains = (c * model.scale @ states)[..., 0] + model.feedthrough(speed)[:, j]
-    return FrequencyResponse(hertz, float(speed), input, dict(zip(model.outputs, gains.T, strict=True)))
+    return FrequencyResponse(
+        hertz, float(speed), input, dict(zip(model.outputs, gains.T, strict=True)), units_of(model)
+    )
 
 
 def check_names(kind: str, given: Mapping[str, object] | list[str], allowed: tuple[str, ...]) -> None:
-    """Refuse a name that the model does not have."""
+    """Refuse a name that the model does not have.
+
+    Parameters
+    ----------
+    kind : str
+        What the words call it.
+    given : mapping or list of str
+    allowed : tuple of str
+    """
     for name in given:
         if name not in allowed:
             raise InputError(unknown(kind, name, allowed))
 
 
 def check_time(time: ArrayLike) -> Array:
-    """Increasing, finite times as an array (s)."""
+    """Increasing, finite times as an array (s).
+
+    Parameters
+    ----------
+    time : array_like, shape (m,)
+        s.
+    """
     t = np.atleast_1d(np.asarray(time, float))
     if t.ndim != 1 or not t.size or not np.isfinite(t).all() or (np.diff(t) <= 0).any():
         raise InputError("time must be one or more finite, increasing instants in s")
     return t
 
 
-def initial_state(states: tuple[str, ...], initial: Mapping[str, float] | None) -> Array:
-    """Initial values (n,) by name, SI."""
+def initial_state(states: tuple[str, ...], initial: Mapping[str, float] | None, units: Mapping[str, str]) -> Array:
+    """Initial values (n,) of named states, SI; ``units`` of the states by name are for the words of an error.
+
+    Parameters
+    ----------
+    states : tuple of str
+    initial : mapping of str to float, optional
+        State -> value, SI.
+    units : mapping of str to str
+        Unit of each state, for the words of an error.
+    """
     x = np.zeros(len(states))
     check_names("state", dict(initial or {}), states)
     for name, value in (initial or {}).items():
         if not np.isfinite(value):
-            raise InputError(f"initial {name} = {value!r} {unit_of(name)} must be finite")
+            raise InputError(f"initial {name} = {value!r} {units[name]} must be finite")
         x[states.index(name)] = value
     return x
 
 
 def input_grid(time: Array, inputs: Mapping[str, InputHistory]) -> tuple[Array, Array]:
-    """Times (k,) with every jump among them, and the inputs (k, number) that hold from each on."""
+    """Times (k,) with every jump among them, and the inputs (k, number) that hold from each on.
+
+    Parameters
+    ----------
+    time : ndarray, shape (m,)
+        s.
+    inputs : mapping of str to InputHistory
+    """
     jumps = [h.time[(h.time > time[0]) & (h.time < time[-1])] for h in inputs.values()]
     grid = np.unique(np.concatenate([time, *jumps]))
     return grid, np.array([h.at(grid) for h in inputs.values()]).reshape(len(inputs), len(grid)).T

@@ -1,8 +1,9 @@
 """Time-domain simulation with Magic Formula tyres: the yardstick of the linear model.
 
 Masses, gyroscopic couplings, springs and geometry are those of the linear model, derived with the contacts left open
-(:class:`OpenContact`): the side forces act as free inputs, and slip, camber and loads are read off as probes. The tyre
-is written down here, not taken from :class:`bicycle.effects.relaxation_length.RelaxationLength`:
+(:class:`bicycle.responses.open_contact.OpenContact`): the side forces act as free inputs, and slip, camber and loads
+are read off as probes. The tyre is written down here, not taken from
+:class:`bicycle.effects.relaxation_length.RelaxationLength`:
 
     lambda d(alpha')/dt = -s - v (alpha' - F_camber / C),     F = load [D sin{C atan[...alpha' + ...]} + Sv]
 
@@ -13,49 +14,21 @@ Lean and steer stay small in the geometry; a lagged aligning_moment stays linear
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
 
 import numpy as np
-import sympy as sp
 from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 
-from bicycle.derivation.builder import ModelBuilder
-from bicycle.derivation.ports import Wheel
-from bicycle.effect import WHEELS, Effect
+from bicycle.effect import WHEELS, registry
 from bicycle.model import Model
 from bicycle.responses.inputs import InputHistory
-from bicycle.responses.linear import PATH, Response, check_names, check_time, initial_state, input_grid
+from bicycle.responses.linear import PATH, Response, check_names, check_time, initial_state, input_grid, units_of
+from bicycle.responses.open_contact import LAGS, PROBES, OpenContact, takes_magic_tyres
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.magic_formula.side_force import normalised_side_force, normalised_side_force_slope
 
-PROBES = ("slip velocity", "lagged camber force", "direct camber force", "series compliance", "load transfer")
 NEWTON_STEPS = 50
-
-
-class OpenContact(Effect):
-    """Contacts whose side force is free: a state without a law, beside probes whose rates are what a tyre would see."""
-
-    identifier: ClassVar[str] = "open_contact"
-    slot = "contact law"
-    provides = ("contact force", "tyre force", "lagged force")
-    holds_contact = False
-
-    def apply(self, model: ModelBuilder) -> None:
-        """Become the contact law."""
-        model.contact_law = self
-
-    def side_force(self, model: ModelBuilder, wheel: Wheel) -> Any:
-        """Return the free side force."""
-        force = model.add_state(f"{wheel.name}_side_force")
-        seen = (
-            wheel.slip_velocity, wheel.lagged_camber_force, wheel.direct_camber_force,
-            wheel.series_compliance * force, sp.sympify(model.load_transfer) * force,
-        )  # fmt: skip
-        for name, quantity in zip(PROBES, seen, strict=True):
-            model.states[model.add_state(f"{wheel.name} {name}")] = quantity
-        return force
 
 
 @dataclass(frozen=True)
@@ -109,28 +82,56 @@ class NonlinearModel:
     cornering_stiffness: Array
     loads: Array
     tyres: tuple[MagicTyre, MagicTyre]
+    units: Mapping[str, str]  # of states, inputs and outputs
 
     def side_forces(self, slip: Array) -> Array:
-        """Side force (..., 2) in N at effective slip angles (..., 2) in rad."""
+        """Side force (..., 2) in N at effective slip angles (..., 2) in rad.
+
+        Parameters
+        ----------
+        slip : ndarray, shape (..., 2)
+            Effective slip angles, rad, rear first.
+        """
         curve = normalised_side_force(slip, **self._coefficients, vertical_shift=self._of("offset"))
         return np.asarray(self.loads * curve)
 
     def local_stiffness(self, slip: Array) -> Array:
-        """Slope of the side force (..., 2), N/rad."""
+        """Slope of the side force (..., 2), N/rad.
+
+        Parameters
+        ----------
+        slip : ndarray, shape (..., 2)
+            Effective slip angles, rad, rear first.
+        """
         return np.asarray(self.loads * normalised_side_force_slope(slip, **self._coefficients))
 
     def rate(self, state: Array, inputs: Array) -> Array:
-        """dx/dt (n,)."""
+        """dx/dt (n,).
+
+        Parameters
+        ----------
+        state, inputs : ndarrays, shapes (n,) and (inputs,), SI
+        """
         force = self.side_forces(self.slip_matrix @ state + self.slip_input @ inputs)
         return np.asarray(self.state_matrix @ state + self.force_matrix @ force + self.input_matrix @ inputs)
 
     def jacobian(self, state: Array, inputs: Array) -> Array:
-        """d(dx/dt)/dx (n, n)."""
+        """d(dx/dt)/dx (n, n).
+
+        Parameters
+        ----------
+        state, inputs : ndarrays, shapes (n,) and (inputs,), SI
+        """
         slope = self.local_stiffness(self.slip_matrix @ state + self.slip_input @ inputs)
         return np.asarray(self.state_matrix + (self.force_matrix * slope) @ self.slip_matrix)
 
     def trim(self, inputs: Mapping[str, float] | None = None) -> dict[str, float]:
         """Steady motion (state -> value) under constant inputs and tyre offsets, by Newton's method.
+
+        Parameters
+        ----------
+        inputs : mapping of str to float, optional
+            Constant inputs, SI.
 
         Raises
         ------
@@ -168,7 +169,7 @@ class NonlinearModel:
         """
         given = dict(inputs or {})
         check_names("input", given, self.inputs)
-        t, x = check_time(time), np.concatenate([initial_state(self.states, initial), np.zeros(len(PATH))])
+        t, x = check_time(time), np.concatenate([initial_state(self.states, initial, self.units), np.zeros(len(PATH))])
         spread = np.zeros((len(self.inputs), len(given)))
         spread[[self.inputs.index(name) for name in given], range(len(given))] = 1.0
         grid, held = input_grid(t, given)
@@ -202,7 +203,7 @@ class NonlinearModel:
         named = dict(zip(self.outputs, (states[:, :-2] @ self.output_matrix.T).T, strict=True))
         named |= {f"{wheel}_side_force": forces[:, k] for k, wheel in enumerate(WHEELS)}
         named |= dict(zip(PATH, states[:, -2:].T, strict=True))
-        return Response(t, self.speed, named, dict(zip(given, shown.T, strict=True)))
+        return Response(t, self.speed, named, dict(zip(given, shown.T, strict=True)), self.units)
 
     def _of(self, name: str) -> Array:
         return np.array([getattr(tyre, name) for tyre in self.tyres])
@@ -220,7 +221,21 @@ class NonlinearModel:
 def nonlinear_model(
     model: Model, *, speed: float, rear: MagicTyre | None = None, front: MagicTyre | None = None
 ) -> NonlinearModel:
-    """Put Magic Formula tyres under a model that has ``side_slip`` or ``relaxation_length``, at one speed (m/s).
+    """Put Magic Formula tyres under a model whose contact law is linear in the slip, with or without one lag.
+
+    Parameters
+    ----------
+    model : Model
+        Its contact law has a ``cornering_stiffness`` and, where it provides a ``relaxing contact``, a
+        ``relaxation_length``.
+    speed : float
+        m/s.
+    rear, front : MagicTyre, optional
+        By default those of :class:`MagicTyre`.
+
+    Returns
+    -------
+    NonlinearModel
 
     Raises
     ------
@@ -228,9 +243,11 @@ def nonlinear_model(
         Another contact law, a contact with a length, a speed that is not allowed, or a wheel that the drag lifts off.
     """
     law = next(effect for effect in model.effects if effect.slot == "contact law")
-    if law.identifier not in ("side_slip", "relaxation_length"):
+    if not takes_magic_tyres(type(law)):
+        laws = sorted(filter(takes_magic_tyres, registry().values()), key=lambda effect: len(effect.parameters))
         raise InputError(
-            f"nonlinear tyres need the effect side_slip or relaxation_length; this model rolls with {law.identifier!r}"
+            f"nonlinear tyres need the effect {' or '.join(effect.identifier for effect in laws)}; "
+            f"this model rolls with {law.identifier!r}"
         )
     for effect in model.effects:
         if set(effect.requires) - set(OpenContact.provides):
@@ -238,7 +255,7 @@ def nonlinear_model(
                 f"nonlinear tyres touch the ground at a point; the effect {effect.identifier!r} is linear only: "
                 "leave it out"
             )
-    lags = law.identifier == "relaxation_length"
+    lags = LAGS in law.provides
     opened = model.with_effect(OpenContact()).linear_model()
     if not lags and speed == 0:
         model.linear_model().check_speeds(speed)  # refused: slip without relaxation is singular at rest
@@ -265,7 +282,7 @@ def nonlinear_model(
     outputs = tuple(name for name in opened.outputs if not name.endswith("_side_force"))
     shown = c[np.ix_([opened.outputs.index(name) for name in outputs], kept)]
     if lags:
-        length = np.array([model.parameters[f"relaxation_length.relaxation_length.{wheel}"] for wheel in WHEELS])
+        length = np.array([model.parameters[f"{law.identifier}.relaxation_length.{wheel}"] for wheel in WHEELS])
         length = (length + stiffness * a[probe["series compliance"], forces])[:, None]
         lag = np.hstack([(speed * lagged - slip) / length, np.diag(-speed / length[:, 0])])
         mechanical = np.vstack([np.hstack([mechanical, np.zeros((len(kept), 2))]), lag])
@@ -278,4 +295,5 @@ def nonlinear_model(
     return NonlinearModel(
         float(speed), states, opened.inputs, outputs, mechanical, port, seen, slip_input, input_matrix, shown,
         stiffness, loads, (rear or MagicTyre(), front or MagicTyre()),
+        {**units_of(opened), **dict.fromkeys(states[len(kept) :], "rad")},
     )  # fmt: skip

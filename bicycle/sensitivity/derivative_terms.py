@@ -19,7 +19,7 @@ def eigenvalue_derivative_terms(left: Complex, right: Complex, terms: Sequence[t
         Left and right eigenvector of each eigenvalue.
     terms : sequence of (weight, matrices)
         Weights (k,), and real matrices (p, n, n); only places where some matrix is not zero cost anything.
-        Small as it is, the product is quicker in one BLAS thread (:func:`tyre.base.blas.one_blas_thread`).
+        Small as it is, the product is quicker in one BLAS thread (:func:`tyre.base.parallel.one_blas_thread`).
 
     Returns
     -------

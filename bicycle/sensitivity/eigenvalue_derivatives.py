@@ -30,8 +30,8 @@ from bicycle.model import Model
 from bicycle.sensitivity.derivative_terms import eigenvalue_derivative_terms
 from bicycle.sensitivity.matrix_slopes import Slopes, matrix_slopes
 from tyre.base.arrays import Array, Complex
-from tyre.base.blas import one_blas_thread
 from tyre.base.errors import InputError, unknown
+from tyre.base.parallel import one_blas_thread
 
 ON_AXIS = 1e-6  # a root on the imaginary axis, relative to the largest root
 schur: Any = linalg.schur  # its stubs know no sort of complex values

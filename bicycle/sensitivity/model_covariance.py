@@ -9,7 +9,7 @@ from bicycle.default_sd import GIVEN, standard_deviations
 from bicycle.model import Model
 from bicycle.sensitivity.propagation import critical_speed_gradients, standard_deviation
 from tyre.base.arrays import Array
-from tyre.fits.estimate import Estimate
+from tyre.estimate import Estimate
 
 
 def model_covariance(

@@ -117,8 +117,7 @@ def _numbers(model: Model) -> tuple[tuple[Body, ...], tuple[Joint, ...]]:
         return float(sp.sympify(expression).subs(values))
 
     joints = tuple(
-        Joint(j.name, number(j.axis_x), number(j.axis_z), number(j.x), number(j.z), j.carries)
-        for j in builder._joints()
+        Joint(j.name, number(j.axis_x), number(j.axis_z), number(j.x), number(j.z), j.carries) for j in builder.joints()
     )
     bodies = tuple(Body(b.name, *(number(e) for e in (b.mass, b.x, b.z, b.Ixx, b.Izz))) for b in builder.bodies)
     return bodies, joints

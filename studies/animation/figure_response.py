@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.responses.linear import FrequencyResponse, Response, unit_of
+from bicycle.responses.linear import FrequencyResponse, Response
 from studies.reporting.plotting import drawing, look
 
 PANELS = (("lean", "steer"), ("yaw_rate",), ("rear_side_force", "front_side_force"), ("rear_lateral_displacement",))
@@ -31,7 +31,7 @@ def draw_responses(responses: Mapping[str, Response], target: Path, *, title: st
     with drawing(target, width=8.5, height=1.6 * len(panels) + 0.9) as canvas:
         rows = canvas.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
         for axes, names in zip(rows, panels, strict=True):
-            unit, factor = DEGREES.get(unit_of(names[0]), (unit_of(names[0]), 1.0))
+            unit, factor = DEGREES.get(first.units[names[0]], (first.units[names[0]], 1.0))
             for number, name in enumerate(names):
                 for order, (label, response) in enumerate(responses.items()):
                     upright = slice(response.fall)  # what follows a fall means nothing
@@ -62,7 +62,7 @@ def draw_frequency_response(response: FrequencyResponse, target: Path, *, title:
         for number, name in enumerate(OF_INPUT):
             values, style = response.outputs[name], look(number)
             line: dict[str, Any] = {"color": style.colour, "linestyle": style.line}
-            said = f"{_plain(name)}, {unit_of(name)} per {unit_of(response.input)}"
+            said = f"{_plain(name)}, {response.units[name]} per {response.units[response.input]}"
             gain.loglog(hertz, np.abs(values), label=said, **line)
             phase.semilogx(hertz, np.degrees(np.unwrap(np.angle(values))), **line)
         gain.set_ylabel("Gain")

@@ -34,4 +34,4 @@ def modal_motion(model: LinearModel, *, speed: float, eigenvalue: complex, ampli
         envelope = np.full(frames, amplitude * (np.exp(-SPAN) if eigenvalue.real > 0 else 1.0))
     motion = modal_response(model, speed=speed, eigenvalue=eigenvalue, time=time)
     outputs = {name: values * envelope for name, values in motion.outputs.items()}
-    return Response(time, motion.speed, outputs)
+    return Response(time, motion.speed, outputs, units=motion.units)

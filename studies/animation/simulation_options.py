@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from bicycle.responses.inputs import InputHistory, doublet, pulse, step
-from bicycle.responses.linear import column
+from bicycle.responses.response import column
 from tyre.base.csv_table import read_columns
 from tyre.base.errors import InputError, unknown
 
@@ -40,10 +40,10 @@ def parse_initial(text: str) -> dict[str, float]:
     return values
 
 
-def parse_inputs(texts: Sequence[str], *, allowed: Sequence[str] | None = None) -> dict[str, InputHistory]:
+def parse_inputs(texts: Sequence[str], *, allowed: Mapping[str, str]) -> dict[str, InputHistory]:
     """Input -> history from ``texts`` like ``steer_torque:step:0.5@1.0``; see :data:`HOW`.
 
-    ``allowed`` are the inputs of the model; without it every name is taken.
+    ``allowed`` are the inputs of the model and their SI units.
 
     Raises
     ------
@@ -54,14 +54,14 @@ def parse_inputs(texts: Sequence[str], *, allowed: Sequence[str] | None = None) 
     for text in texts:
         name, _, rest = text.partition(":")
         shape, _, value = rest.partition(":")
-        if allowed is not None and name not in allowed:
+        if name not in allowed:
             raise InputError(f"input {text!r}: {unknown('input', name, allowed)}")
         if name in inputs:
             raise InputError(f"input {text!r}: {name} is given twice")
         if not value:
             raise InputError(f"input {text!r}: {HOW}")
         if shape == "file":
-            inputs[name] = read_history(Path(value), name)
+            inputs[name] = read_history(Path(value), name, allowed[name])
         elif shape in SHAPES:
             inputs[name] = _shaped(text, shape, value)
         else:
@@ -85,9 +85,9 @@ def check_within(inputs: Mapping[str, InputHistory], duration: float) -> None:
             )
 
 
-def read_history(path: Path, name: str) -> InputHistory:
-    """The input ``name`` from a CSV ``path`` with ``time_s`` and a column with its unit, e.g. ``steer_torque_N_m``."""
-    wanted = ("time_s", column(name))
+def read_history(path: Path, name: str, unit: str) -> InputHistory:
+    """The input ``name`` in ``unit`` from a CSV ``path`` with ``time_s`` and a column ``steer_torque_N_m``, say."""
+    wanted = ("time_s", column(name, unit))
     numbers = read_columns(path, numbers=wanted, needed=wanted, others=True).numbers
     try:
         return InputHistory(numbers["time_s"], numbers[wanted[1]])

@@ -23,13 +23,13 @@ def command(
 
     from bicycle.identification.free_decay import identify
     from bicycle.identification.recording import FASTEST, read_run
-    from studies.missing_effect.motion.modal_table import MODES
+    from bicycle.modal.known_modes import known_modes
     from studies.reporting.output import print_table
     from tyre.base.errors import InputError, unknown
     from tyre.base.files import replacing
 
-    if mode not in MODES:
-        raise InputError(unknown("mode", mode, MODES))
+    if mode not in known_modes():
+        raise InputError(unknown("mode", mode, known_modes()))
     shown, rows = [], []
     for given in runs:
         name, _, text = given.rpartition("@")

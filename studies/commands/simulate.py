@@ -61,7 +61,8 @@ def command(
     model = chosen.model
     linear = model.linear_model()
     time = np.arange(math.floor(duration / sample * (1 + 1e-12)) + 1) * sample
-    start, histories = parse_initial(initial), parse_inputs(inputs, allowed=linear.inputs)
+    taken = {name: linear.declared.units[name] for name in linear.inputs}
+    start, histories = parse_initial(initial), parse_inputs(inputs, allowed=taken)
     check_within(histories, float(time[-1]))
     if not (start or histories or frequency_response or (nonlinear and offset)):
         raise InputError("nothing moves the bicycle; give --initial or --input, such as --initial lean=0.02")

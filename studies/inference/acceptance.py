@@ -91,7 +91,7 @@ def likelier(known: Hypotheses, hypothesis: Fit) -> list[Fit]:
 
 
 def mimics(forward: Forward, hypothesis: Fit) -> tuple[Mimic, ...]:
-    """Phenomenological terms that would lower the objective of ``hypothesis`` by a tenth or more, best first."""
+    """Terms without a cause of ``forward`` that lower the objective of ``hypothesis`` by a tenth, best first."""
     terms = []
     for term in forward.phenomenological():
         if not forward.compatible((*hypothesis.candidates, term)):

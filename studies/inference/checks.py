@@ -159,7 +159,15 @@ def _input_correlation(forward: Forward, residual: Array, inputs: Array) -> floa
 
 
 def with_wider_nuisances(forward: Forward, known: Hypotheses, leaders: list[Fit]) -> Hypotheses:
-    """The null and the ``leaders`` among the ``known`` hypotheses, refitted with twice the nuisance sd."""
+    """The null and some hypotheses refitted with twice the nuisance sd.
+
+    Parameters
+    ----------
+    forward : Forward
+    known : Hypotheses
+    leaders : list of Fit
+        Those that are refitted.
+    """
     null = fit(forward, starts=[known.null.theta], nuisance_scale=WIDER_NUISANCES)
     fits = [fit(forward, f.candidates, starts=[f.theta], nuisance_scale=WIDER_NUISANCES) for f in leaders]
     return Hypotheses(null, tuple(fits), known.library)

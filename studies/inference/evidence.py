@@ -37,7 +37,10 @@ class Hypotheses:
     library: int
 
     def log_posterior(self, hypothesis: Fit) -> float:
-        """Log evidence of a fit plus log prior: half for nothing, half of the rest for each further effect, shared."""
+        """Log evidence of a ``hypothesis`` plus log prior.
+
+        Half for nothing, half of the rest for each further effect, shared equally.
+        """
         k, m = len(hypothesis.candidates), self.library
         return hypothesis.log_evidence + math.log(0.5) - (k > 0) * math.log(2 ** (k - 1) * math.comb(m, k))
 
@@ -61,7 +64,7 @@ class Hypotheses:
         return next(share for hypothesis, share in self.probabilities if hypothesis is self.null)
 
     def best(self, effects: int | None = None) -> list[Fit]:
-        """Fits with effects (of that number), most probable first."""
+        """Fits with effects (a number ``effects`` of them), most probable first."""
         kept = [f for f in self.fits if effects is None or len(f.candidates) == effects]
         return sorted(kept, key=lambda f: -self.log_posterior(f))
 

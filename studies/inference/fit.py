@@ -198,7 +198,15 @@ def _half_normal(distance: float, gradient: float, variance: float) -> float:
 
 
 def outlook(forward: Forward, parent: Fit, candidate: Candidate) -> float:
-    """Objective that one Gauss-Newton step promises when ``candidate`` joins the fitted ``parent``: a cheap preview."""
+    """Objective that one Gauss-Newton step promises when a candidate joins a fitted hypothesis: a cheap preview.
+
+    Parameters
+    ----------
+    forward : Forward
+    parent : Fit
+    candidate : Candidate
+        None of the parent's own.
+    """
     joined = (*parent.candidates, candidate)
     centre, sd = prior((*parent.unknowns, *candidate.unknowns), joined, 1.0)
     promised = []

@@ -64,7 +64,7 @@ class Rows:
     axis: str = ""
 
     def show(self, series: str) -> Series:
-        """How a series of this name is shown."""
+        """How the series called ``series`` is shown."""
         return self.shown.get(series, Series(series))
 
     @property
@@ -129,10 +129,13 @@ class Forward(Protocol):
         """What was assumed."""
 
     def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
-        """(measured - computed) / sd, shape (n,), and its derivative (n, p), or (n, 0) without ``slopes``."""
+        """(measured - computed) / sd with ``candidates`` at ``theta`` (p,).
+
+        Its shape is (n,); that of its derivative (n, p), or (n, 0) without ``slopes``.
+        """
 
     def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
-        """Of the covariance of what was marginalised inside (initial states); part of the evidence."""
+        """Of the covariance of what was marginalised inside (initial states), with ``candidates`` at ``theta`` (p,)."""
 
     def proposed(self) -> tuple[ProposedMeasurement, ...]:
         """Feasible further measurements."""
@@ -140,19 +143,19 @@ class Forward(Protocol):
     def predict(
         self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
     ) -> tuple[Array, Array]:
-        """What one of the ``proposed`` measurements would give, in its sd (m,), and the derivative (m, p)."""
+        """What a ``proposal`` would give with ``candidates`` at ``theta`` (p,), in its sd (m,), and slopes (m, p)."""
 
     def compatible(self, candidates: tuple[Candidate, ...]) -> bool:
-        """Whether these candidates make a model together."""
+        """Whether these ``candidates`` make a model together."""
 
     def enabled_by(self, candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
-        """Candidates that only these make possible (camber thrust once there is a tyre)."""
+        """Further candidates that only these ``candidates`` make possible (camber thrust once there is a tyre)."""
 
     def phenomenological(self) -> tuple[Candidate, ...]:
         """Terms without a physical cause that can mimic an unknown one."""
 
     def refined(self, best: Residual) -> "Forward":
-        """The same with its noise estimated from the residual of a good fit; itself where the noise is known."""
+        """The same with its noise estimated from the residual of the ``best`` fit; itself where the noise is known."""
 
 
 class ForwardModel:
@@ -176,7 +179,7 @@ class ForwardModel:
     def predict(
         self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
     ) -> tuple[Array, Array]:
-        """Never asked where there is no ``proposal``; arguments as :meth:`Forward.predict`."""
+        """Never asked, at no ``theta`` (p,), where there is no ``proposal``; see :meth:`Forward.predict`."""
         raise NotImplementedError
 
     def compatible(self, candidates: tuple[Candidate, ...]) -> bool:

@@ -77,7 +77,7 @@ def equivalents(forward: Forward, known: Hypotheses, leader: Fit) -> list[Fit]:
 
 
 def separating(forward: Forward, members: list[Fit]) -> list[Separation]:
-    """Feasible measurements that would separate the first of ``members`` from its rivals, best first."""
+    """Measurements that ``forward`` proposes and that separate the first of ``members`` from the others."""
     return sorted([*_proposed(forward, members), *_bench_tests(members)], key=lambda s: -s.gain)
 
 

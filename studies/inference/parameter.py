@@ -58,15 +58,15 @@ class UncertainParameter:
             raise ValueError(f"{self.name}: nothing lies between the bounds {self.lowest:g} and {self.highest:g}")
 
     def value(self, coordinate: Array) -> Array:
-        """Physical value (same shape) of coordinates, an array of any shape."""
+        """Physical value (same shape) of ``coordinate``, an array of any shape."""
         return np.exp(coordinate) if self.power == 0 else coordinate**self.power
 
     def slope(self, coordinate: float) -> float:
-        """Size of d(value)/d(coordinate) at ``coordinate``."""
+        """Size of d(value)/d(coordinate) at ``coordinate``, a scalar in its own unit."""
         return math.exp(coordinate) if self.power == 0 else abs(self.power * coordinate ** (self.power - 1))
 
     def step(self, coordinate: float) -> float:
-        """Step of a central difference about ``coordinate`` that stays on the allowed side of a singular zero."""
+        """Step of a central difference about the scalar ``coordinate``, on the allowed side of a singular zero."""
         return STEP * (min(self.scale, coordinate) if self.lowest > 0 else self.scale)
 
     @property
@@ -153,6 +153,6 @@ def stencil(unknowns: Sequence[UncertainParameter], theta: Array) -> tuple[Array
 
 
 def central_differences(computed: Array, steps: Array) -> Array:
-    """Derivatives (n, p) from what was computed at a :func:`stencil` (2 p + 1, n) of ``steps`` (p,)."""
+    """Derivatives (n, p) from what was ``computed`` (2 p + 1, n) at a :func:`stencil` of ``steps`` (p,)."""
     p = len(steps)
     return np.asarray(((computed[1 : p + 1] - computed[p + 1 :]) / (2 * steps[:, None])).T)

@@ -83,7 +83,7 @@ def settings_of(
 
 
 def with_numbers(tables: Mapping[str, Any], model: Model) -> dict[str, Any]:
-    """Tables of effects in which what the tyre of the model file gives beside its contact law stands as numbers."""
+    """The ``tables`` of effects, in which what the tyre gives beside its contact law stands as numbers."""
     found = {name: dict(table) for name, table in tables.items()}
     for text in values_of_tyres(tables):
         key = ParameterKey.parse(text)

@@ -22,11 +22,9 @@ def spread(workers: int, step: Callable[[str], None]) -> Iterator[Each]:
     if workers < 2:
         yield _here(step)
         return
-    import multiprocessing
-    from concurrent.futures import ProcessPoolExecutor
+    from bicycle.effect.workers import model_workers
 
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=context, initializer=_alone) as pool:
+    with model_workers(workers) as pool:
 
         def each(work: Callable[..., Done], items: Iterable[tuple[Any, ...]], said: Callable[..., str]) -> list[Done]:
             todo = list(items)
@@ -49,10 +47,3 @@ def _here(step: Callable[[str], None]) -> Each:
         return found
 
     return each
-
-
-def _alone() -> None:
-    """One BLAS thread for each process."""
-    from threadpoolctl import threadpool_limits
-
-    threadpool_limits(1)

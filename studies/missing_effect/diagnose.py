@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from bicycle.model import Model
 from studies.inference.judge import Judgement, judge
 from studies.missing_effect.interface import Measurement
-from tyre.base.blas import one_blas_thread
+from tyre.base.parallel import one_blas_thread
 from tyre.base.progress import progress_bar
 
 

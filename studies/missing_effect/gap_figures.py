@@ -31,7 +31,7 @@ def shown_models(judgement: Judgement) -> tuple[str, ...]:
 
 
 def panels(figure: Any, count: int) -> Any:
-    """Axes (count,) in two columns of a matplotlib ``figure``."""
+    """A number ``count`` of axes in two columns of a matplotlib ``figure``."""
     columns = 1 if count == 1 else 2
     axes = figure.subplots(-(-count // columns), columns, squeeze=False).ravel()
     for spare in axes[count:]:
@@ -40,7 +40,7 @@ def panels(figure: Any, count: int) -> Any:
 
 
 def legend_above(figure: Any, axis: Any, *, columns: int) -> None:
-    """One legend for a whole ``figure``, of the curves of one ``axis``, in so many ``columns``."""
+    """One legend for a whole ``figure``, of the curves of one ``axis``, in a number ``columns`` of columns."""
     handles, labels = axis.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=columns)
 

@@ -62,7 +62,7 @@ OF_A_TYRE = {
 
 
 def read_measurement(path: str | Path) -> Measurement:
-    """Read MEASUREMENT.toml and the tables it names; a packaged one is given by its name.
+    """Read the file at ``path`` and the tables it names; a packaged one is given by its name.
 
     Raises
     ------

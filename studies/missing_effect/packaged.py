@@ -18,7 +18,7 @@ def available_measurements() -> tuple[str, ...]:
 
 @contextmanager
 def packaged_measurement(name_or_path: str | Path) -> Iterator[Path]:
-    """Give the file of a measurement for as long as it is read: the path itself, or that of a packaged name.
+    """Give the file of a measurement for as long as it is read: ``name_or_path`` itself, or that of a packaged name.
 
     A package inside a zip file is unpacked, for a measurement names its tables by paths beside it.
 

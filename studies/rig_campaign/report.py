@@ -12,7 +12,7 @@ from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.campaign import Campaign
 from tyre.campaigns.condition import ConditionResult, Repeatability
 from tyre.campaigns.export import write_tables
-from tyre.fits.estimate import Estimate
+from tyre.estimate import Estimate
 
 _N_PER_DEG = math.pi / 180.0
 

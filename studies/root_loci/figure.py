@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.eigenvalues.oscillation import angular_frequency, frequency_hz, oscillating
+from bicycle.modal.known_modes import known_modes
 from bicycle.parameter_key import ParameterKey
 from bicycle.parameters import UNITS
 from studies.reporting.plotting import GREY, Look, drawing, hatch_extrapolated, mode_look
@@ -16,15 +17,14 @@ from tyre.base.arrays import Array
 RATIOS = (0.05, 0.1, 0.2, 0.4, 0.7)
 ARROWS = (0.3, 0.7)  # of the length of a branch in view
 SHORTEST = 0.05  # of the width of the figure: shorter branches carry one arrow or none
-MAIN = ("weave", "wobble", "rider", "capsize")
-LONG_SHORT = (0, (9, 2, 3, 2))
 UNSTABLE = "#f6dedb"
 
 
 def draw_root_locus(locus: RootLocus, target: Path, *, title: str, max_frequency_hz: float | None = None) -> Path:
     """Complex plane (upper half) on the left, real part and frequency against the parameter on the right.
 
-    Shown up to ``max_frequency_hz`` (Hz), by default a little above weave, wobble, rider and every crossing.
+    Shown up to ``max_frequency_hz`` (Hz), by default a little above weave, wobble, capsize, what effects declare as
+    ``main`` modes, and every crossing.
 
     Parameters
     ----------
@@ -69,13 +69,15 @@ def draw_root_locus(locus: RootLocus, target: Path, *, title: str, max_frequency
 
 
 def line_look(name: str) -> Look:
-    """The look of the line of mode ``name``, without markers; the rear tyre's dashes would look like the front's."""
-    return mode_look(name)._replace(line=LONG_SHORT) if name.split("+")[0] == "rear_tyre" else mode_look(name)
+    """The look of the line of mode ``name``; some have another dash then, which markers would tell apart."""
+    look = mode_look(name)
+    return look._replace(line=look.bare or look.line)
 
 
 def _limits(locus: RootLocus, max_frequency_hz: float | None) -> tuple[float, float, float, float]:
     """Left, right, bottom, top of the window; real roots far left of it are cut off."""
-    main = [name in MAIN for name in locus.names]
+    known = known_modes()
+    main = [name in known and known[name].main for name in locus.names]
     roots = locus.eigenvalues[:, main] if locus.eigenvalues[:, main].imag.any() else locus.eigenvalues
     top = (
         1.15 * (roots.imag.max() or np.abs(roots).max())

@@ -3,7 +3,7 @@
 import json
 import platform
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -11,9 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.effect import take_over
+from bicycle.effect.files import Origin
 from bicycle.eigenvalues.oscillation import least_damping_ratio
 from bicycle.eigenvalues.solvers import default_solver, eigenvalues
-from bicycle.modal.named_modes import ORDER, modes
+from bicycle.linear_model import LinearModel
+from bicycle.modal.known_modes import packaged_modes
+from bicycle.modal.named_modes import modes
+from bicycle.modal.naming import every_mode
 from bicycle.sensitivity.eigenvalue_derivatives import sensitivities
 from studies.sweeps.points import Points, Sampler
 from studies.sweeps.sketch import sketch
@@ -24,12 +29,12 @@ BLOCK = 2048  # matrices worked on at a time; blocks start at fixed items, so th
 SLOW_ITEMS = 32  # per part, where every bicycle is tracked by itself
 OCCURRENCES = 4  # of a critical speed of one mode in one direction
 CHANGES = ("destabilising", "stabilising")
-MODES = (*ORDER, "other")
+OTHER = "other"  # where critical speeds of modes without a name stand
 Arrays = dict[str, NDArray[Any]]
 
 
 def compute(sweep: Sweep, start: int, stop: int) -> Arrays:
-    """Results of items ``start`` to ``stop`` - 1: arrays whose first axis is the item, or sketches of them.
+    """Results of the items with numbers ``start`` to ``stop`` - 1: arrays, first axis the item, or sketches.
 
     Draws that make no bicycle have NaN everywhere but in ``parameters``, and 1 in ``impossible``.
 
@@ -40,6 +45,12 @@ def compute(sweep: Sweep, start: int, stop: int) -> Arrays:
     """
     arrays = _worker(sweep).items(start, stop)
     return arrays if sweep.quantiles is None else sketch(arrays, start, sweep.samples)
+
+
+def compute_with(effects: Sequence[Origin], sweep: Sweep, start: int, stop: int) -> Arrays:
+    """:func:`compute` in whatever process: effects from outside the package are made known there first."""
+    take_over(effects)
+    return compute(sweep, start, stop)
 
 
 class Worker:
@@ -63,9 +74,10 @@ class Worker:
         self.slow = [name for name in sweep.outputs if name in SLOW]
         self.fast = [name for name in sweep.outputs if name in FAST]
         self.parameters = parameter_names(self.sampler)
+        self.modes = mode_names(self.linear)
 
     def items(self, start: int, stop: int) -> Arrays:
-        """Outputs of items ``start`` to ``stop`` - 1 by name, the first axis is the item."""
+        """Outputs by name of the items with the numbers ``start`` to ``stop`` - 1, the first axis is the item."""
         points = self._points(start, stop)
         outputs: Arrays = {}
         if self.fast:
@@ -119,16 +131,19 @@ class Worker:
             linear = model.linear_model()
             if {"modes", "frequencies", "damping_ratios"} & set(self.slow):
                 named = modes(linear, speeds)
+                here = [name in named.branches for name in self.modes]
                 nothing = np.full(len(speeds), np.nan)
-                here = [name in named.branches for name in ORDER]
                 result["modes"] = np.array(
-                    [named.branch(name)[:, 0] if ok else nothing + 0j for name, ok in zip(ORDER, here, strict=True)]
+                    [
+                        named.branch(name)[:, 0] if ok else nothing + 0j
+                        for name, ok in zip(self.modes, here, strict=True)
+                    ]
                 ).T
                 result["frequencies"] = np.array(
-                    [named.frequency(name) if ok else nothing for name, ok in zip(ORDER, here, strict=True)]
+                    [named.frequency(name) if ok else nothing for name, ok in zip(self.modes, here, strict=True)]
                 ).T
                 result["damping_ratios"] = np.array(
-                    [named.damping_ratio(name) if ok else nothing for name, ok in zip(ORDER, here, strict=True)]
+                    [named.damping_ratio(name) if ok else nothing for name, ok in zip(self.modes, here, strict=True)]
                 ).T
             if "critical_speeds" in self.slow:
                 result["critical_speeds"] = self._critical(linear)
@@ -140,11 +155,11 @@ class Worker:
         return result
 
     def _critical(self, linear: Any) -> NDArray[np.float64]:
-        result = np.full((len(MODES), len(CHANGES), OCCURRENCES), np.nan)
+        names = (*self.modes, OTHER)
+        result = np.full((len(names), len(CHANGES), OCCURRENCES), np.nan)
         for crossing in critical_speeds(linear, self.sweep.max_speed):
-            row = result[
-                MODES.index(crossing.mode if crossing.mode in ORDER else "other"), CHANGES.index(crossing.direction)
-            ]
+            name = crossing.mode if crossing.mode in self.modes else OTHER
+            row = result[names.index(name), CHANGES.index(crossing.direction)]
             free = np.flatnonzero(np.isnan(row))
             if not free.size:
                 raise InputError(
@@ -178,6 +193,12 @@ SLOW = ("modes", "frequencies", "damping_ratios", "critical_speeds", "sensitivit
 def parameter_names(sampler: Sampler) -> tuple[str, ...]:
     """Names along the axis ``parameter`` of the output ``parameters``: all that a bicycle or effect has."""
     return tuple(sampler.nominal)
+
+
+def mode_names(linear: LinearModel) -> tuple[str, ...]:
+    """Names along the axis ``mode``: those of the package, so that sweeps can be compared, then the model's further."""
+    packaged = packaged_modes()
+    return (*packaged, *(mode.name for mode in every_mode(linear) if mode.name not in packaged))
 
 
 def free_parameters(sampler: Sampler) -> tuple[str, ...]:

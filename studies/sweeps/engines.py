@@ -3,11 +3,11 @@
 import ctypes
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, ProcessPoolExecutor, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, ThreadPoolExecutor, wait
 from typing import Any
 
-from tyre.base.blas import one_blas_thread
 from tyre.base.errors import InputError
+from tyre.base.parallel import one_blas_thread, worker_pool
 
 Piece = tuple[int, int]
 Work = Callable[[int, int], Any]
@@ -29,7 +29,7 @@ def in_loop() -> Engine:
 
 
 def in_threads(workers: int) -> Engine:
-    """Threads of this process; numpy and the compiled kernel leave the interpreter free."""
+    """Threads of this process, a number ``workers``; numpy and the compiled kernel leave the interpreter free."""
 
     def run(work: Work, pieces: Iterable[Piece]) -> Results:
         with one_blas_thread(), ThreadPoolExecutor(workers) as pool:
@@ -39,13 +39,12 @@ def in_threads(workers: int) -> Engine:
 
 
 def in_processes(workers: int) -> Engine:
-    """Processes of this machine."""
+    """Processes of this machine, a number ``workers``."""
 
     def run(work: Work, pieces: Iterable[Piece]) -> Results:
-        import multiprocessing
         from concurrent.futures.process import BrokenProcessPool
 
-        with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
+        with worker_pool(workers) as pool:
             try:
                 yield from _spread(pool, work, pieces, workers)
             except BrokenProcessPool as error:

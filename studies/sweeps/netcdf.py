@@ -9,7 +9,7 @@ import numpy as np
 
 
 def to_netcdf(store: Path, target: Path) -> None:
-    """Export the store; a complex variable becomes ``name_real`` and ``name_imag``, which netCDF can hold.
+    """Export ``store`` to ``target``; a complex variable becomes ``name_real`` and ``name_imag``, as netCDF needs.
 
     Raises
     ------

@@ -49,7 +49,10 @@ class Parts:
             return dict(found)
 
     def write(self, piece: Piece, arrays: dict[str, NDArray[Any]]) -> None:
-        """Write under another name, make sure it is on the disk, then rename: a kill leaves no half file."""
+        """Write ``arrays`` (any shape) under another name, make sure they are on the disk, then rename.
+
+        A kill leaves no half file.
+        """
         temporary, buffer = self.file(piece).with_suffix(".tmp"), io.BytesIO()
         np.savez(buffer, **arrays)  # type: ignore[arg-type]
         content = buffer.getbuffer()
@@ -77,7 +80,7 @@ class Parts:
 
 
 def open_parts(out: Path, sweep: Sweep) -> Parts:
-    """The folder ``OUT.parts``, new or of an interrupted run of the same sweep.
+    """The folder of parts beside ``out``, new or of an interrupted run of the same sweep.
 
     Raises
     ------

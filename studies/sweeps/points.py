@@ -24,8 +24,8 @@ from studies.sweeps.spec import SPEED, TYRE_UNITS, Sweep, bounds_of
 from studies.sweeps.tyre_table import TyreTable
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
+from tyre.properties import FOLLOWS_FROM
 
-FOLLOWS = {"aligning_stiffness": "pneumatic_trail", "crown_radius": "overturning_stiffness"}
 TYRE_DRAWS = tuple(f"tyre {what} stiffness {wheel}" for wheel in WHEELS for what in ("cornering", "lateral"))
 
 
@@ -43,7 +43,7 @@ class Points:
     extrapolated: NDArray[np.bool_] | None = field(default=None)
 
     def value(self, key: str, item: int) -> float:
-        """One parameter of one item."""
+        """The parameter ``key`` (SI) of the item with index ``item``."""
         return number(self.values[key], item)
 
     @property
@@ -98,12 +98,12 @@ class Sampler:
         linear: bool = False,
         share: float = 1.0,
     ) -> Points:
-        """Parameters of items ``start`` to ``stop`` - 1, from standard normal ``draws`` (m,) by name if given.
+        """Parameters of items number ``start`` to ``stop`` - 1, from standard normal ``draws`` (m,) if given.
 
-        Draws stay within what is physically possible (:mod:`studies.sampling.bounded_draws`); ``share`` < 1 goes only
-        that part of the way from the mean to them. ``linear`` instead takes mean + factor z, whatever the bounds, and
-        the middle of what is uniform: with draws of zero it is the mean of everything. What is impossible is marked,
-        not refused.
+        Draws stay within what is physically possible (:mod:`studies.sampling.bounded_draws`); a ``share`` < 1 (no unit)
+        goes only that part of the way from the mean to them. ``linear`` instead takes mean + factor z, whatever the
+        bounds, and the middle of what is uniform: with draws of zero it is the mean of everything. What is impossible
+        is marked, not refused.
         """
         sweep, count = self.sweep, stop - start
         *cell, sample = np.unravel_index(np.arange(start, stop), sweep.shape)
@@ -160,7 +160,7 @@ class Sampler:
         return found
 
     def zeros(self, count: int) -> dict[str, Array]:
-        """Draws of zero."""
+        """Draws of zero, a number ``count`` of each."""
         return {name: np.zeros(count) for names in self.draws.values() for name in names}
 
     @property
@@ -179,7 +179,7 @@ class Sampler:
         )
 
     def variant(self, points: Points, item: int) -> Model:
-        """The model of one item, checked like any other."""
+        """The model of the item with index ``item``, checked like any other."""
         changed = self.family.with_values({key: points.value(key, item) for key in points.values})
         return Model(changed.bicycle, changed.effects)  # notes and sd are of the nominal one
 
@@ -249,7 +249,14 @@ class Sampler:
         refused.add(f"a condition of effect {effect.identifier!r}", bad, said)
 
     def refuse_any(self, points: Points, start: int, *, where: str = "") -> None:
-        """Refuse the first impossible item, counting all of them; the message is that of the bicycle or effect itself.
+        """Refuse the first impossible item, counting all; the message is that of the bicycle or effect itself.
+
+        Parameters
+        ----------
+        start : int
+            Number of the first item.
+        where : str, optional
+            Added to the place of the item.
 
         Raises
         ------
@@ -268,7 +275,7 @@ class Sampler:
         self.refuse(item, start, f"{why}; {bad.sum()} of the {len(bad)} bicycles looked at are impossible", where=where)
 
     def refuse(self, item: int, start: int, why: str, *, where: str = "") -> None:
-        """Say which item is impossible and why."""
+        """Say ``why`` item number ``item`` after number ``start`` is impossible; ``where`` is added to its place."""
         *cell, sample = (int(i) for i in np.unravel_index(start + item, self.sweep.shape))
         names = [f"{axis.name} = {axis.values[i]}" for axis, i in zip(self.sweep.axes, cell, strict=True)]
         names += [f"sample {sample}"] if self.sweep.samples > 1 else []
@@ -278,10 +285,10 @@ class Sampler:
 
 def _fields(names: Sequence[str]) -> list[str]:
     """Fields of a tyre's properties that others follow from, too."""
-    return [*names, *(field for name, field in FOLLOWS.items() if name in names)]
+    return [*names, *(field for name, field in FOLLOWS_FROM.items() if name in names)]
 
 
 def number(value: Any, item: int) -> float:
-    """One number of a parameter that is a number or an array (m,)."""
+    """Number ``item`` of a ``value`` that is a number or an array (m,)."""
     found = np.asarray(value)
     return float(found[item] if found.ndim else found)

@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.modal.named_modes import ORDER
 from bicycle.parameter_key import ParameterKey
 from bicycle.parameters import UNITS
-from studies.sweeps.chunk import CHANGES, MODES, OCCURRENCES, free_parameters, parameter_names, stored
+from studies.sweeps.chunk import CHANGES, OCCURRENCES, OTHER, free_parameters, mode_names, parameter_names, stored
 from studies.sweeps.parts import Parts
 from studies.sweeps.points import Sampler
 from studies.sweeps.sketch import EXTREMES, Merged
@@ -38,7 +37,7 @@ class Variable:
 
 
 def assemble(sweep: Sweep, parts: Parts, pieces: Iterable[tuple[int, int]], store: Path) -> None:
-    """Write the zarr store from all parts; one part is in memory at a time."""
+    """Write the zarr ``store`` from the parts of all ``pieces`` (numbers of items); one part is in memory at a time."""
     import zarr
 
     labels = coordinates(sweep)
@@ -85,9 +84,10 @@ def coordinates(sweep: Sweep) -> Labels:
     if "parameters" in sweep.outputs:
         labels["parameter"] = parameter_names(sampler)
     if {"modes", "frequencies", "damping_ratios"} & set(sweep.outputs):
-        labels["mode"] = ORDER
+        labels["mode"] = mode_names(sampler.model.linear_model())
     if "critical_speeds" in sweep.outputs:
-        labels |= {"crossing_mode": MODES, "as_speed_grows": CHANGES, "occurrence": range(1, OCCURRENCES + 1)}
+        crossing = (*mode_names(sampler.model.linear_model()), OTHER)
+        labels |= {"crossing_mode": crossing, "as_speed_grows": CHANGES, "occurrence": range(1, OCCURRENCES + 1)}
     return labels
 
 
@@ -99,7 +99,7 @@ TRAILING = {
 
 
 def variables(sweep: Sweep, labels: Labels, name: str) -> list[Variable]:
-    """The arrays that hold one output: itself, or what its reduction over the samples gives."""
+    """The arrays that hold the output ``name``: itself, or what its reduction over the samples gives."""
     inner = ((SPEED,) if name in BY_SPEED and sweep.speeds else ()) + TRAILING.get(name, ())
     grid = tuple(axis.name for axis in sweep.axes)
     dtype = "complex128" if name in ("eigenvalues", "modes", "sensitivities") else "float64"
@@ -118,7 +118,7 @@ def variables(sweep: Sweep, labels: Labels, name: str) -> list[Variable]:
 
 
 def impossible_draws(out: Path) -> int:
-    """How many draws of a finished sweep make no bicycle."""
+    """How many draws of the finished sweep ``out`` make no bicycle."""
     import xarray as xr
 
     opened = xr.open_zarr(out, consolidated=False) if out.is_dir() else xr.open_dataset(out, engine="netcdf4")
@@ -146,7 +146,19 @@ def sweep_shape(sweep: Sweep) -> tuple[int, ...]:
 
 
 def write_rows(target: Any, shape: Sequence[int], start: int, rows: NDArray[Any], at: tuple[int, ...] = ()) -> None:
-    """Write rows ``start``... of the C-ordered leading dimensions ``shape`` of ``target``, box by box."""
+    """Write rows of the C-ordered leading dimensions of an array, box by box.
+
+    Parameters
+    ----------
+    target : zarr or numpy array
+    shape : sequence of int
+        Leading dimensions that the rows run through (a shape).
+    start : int
+        Index of the first row.
+    rows : ndarray, shape (k, ...)
+    at : tuple of int
+        Indices before these dimensions.
+    """
     if not shape:
         target[(*at, ...)] = rows[0]
         return
@@ -196,7 +208,7 @@ def _unit(name: str, sweep: Sweep) -> str:
 
 
 def remove(path: Path) -> None:
-    """Delete a file or a folder, if there is one."""
+    """Delete the file or folder ``path``, if there is one."""
     if path.is_dir():
         shutil.rmtree(path)
     else:

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 
 from studies.sampling.refused import left_out
-from studies.sweeps.chunk import SLOW, SLOW_ITEMS, block_items, compute
+from studies.sweeps.chunk import SLOW, SLOW_ITEMS, block_items, compute_with
 from studies.sweeps.engines import Engine, in_loop
 from studies.sweeps.netcdf import to_netcdf
 from studies.sweeps.parts import Parts, open_parts
@@ -121,7 +121,7 @@ def _compute(sweep: Sweep, parts: Parts, todo: list[tuple[int, int]], engine: En
     left = sum(stop - start for start, stop in todo) * points
     total = sweep.items * points
     with progress_bar(total=total, initial=total - left, unit="points", unit_scale=True, show=progress) as bar:
-        for piece, arrays in engine(partial(compute, sweep), todo):
+        for piece, arrays in engine(partial(compute_with, sweep.outside_effects, sweep), todo):
             parts.write(piece, arrays)
             bar.update((piece[1] - piece[0]) * points)
 

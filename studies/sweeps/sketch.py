@@ -19,23 +19,32 @@ EXTREMES = ("min", "max", "min_sample", "max_sample", "count", "above_zero")
 
 
 def keys(values: Array) -> NDArray[np.uint64]:
-    """Bin of every number; bins are ordered like the numbers."""
+    """Bin of each of ``values`` (any shape); bins are ordered like the numbers."""
     bits = np.ascontiguousarray(values + 0.0).view(np.uint64)  # -0 becomes 0
     ordered = np.where(bits & SIGN, ~bits, bits | SIGN)
     return np.asarray(ordered >> SHIFT)
 
 
 def centre(key: NDArray[np.uint64]) -> Array:
-    """Number in the middle of a bin."""
+    """Number in the middle of each bin ``key`` (any shape)."""
     ordered = (key << SHIFT) | (np.uint64(1) << (SHIFT - np.uint64(1)))
     return np.where(ordered & SIGN, ordered & ~SIGN, ~ordered).view(np.float64)
 
 
 def sketch(arrays: dict[str, NDArray[Any]], start: int, samples: int) -> dict[str, NDArray[Any]]:
-    """Counts and extremes of each output over the samples, for every cell of the grid the items touch.
+    """Counts and extremes of ``arrays`` over the samples, for every cell of the grid that the items touch.
 
     ``name|bins`` holds column << 22 | bin, ascending, and ``name|counts`` how many; a column is a cell (from the first
     one touched, ``cells`` (2,)) and a place of the output. Not-a-number is left out and shows in ``count``.
+
+    Parameters
+    ----------
+    arrays : mapping of str to ndarray
+        Outputs of items by name, the first axis is the item.
+    start : int
+        Number of the first item.
+    samples : int
+        Number of items of a cell.
     """
     count = len(next(iter(arrays.values())))
     first_cell, last_cell = start // samples, (start + count - 1) // samples + 1
@@ -77,7 +86,10 @@ class Merged:
         self.extremes: list[Array] = []
 
     def add(self, part: dict[str, NDArray[Any]], name: str) -> list[tuple[int, Array, Array]]:
-        """Take in one part; returns (cell, quantiles (width, q), extremes (width, 6)) of cells it completes."""
+        """Take in one part; returns (cell, quantiles (width, q), extremes (width, 6)) of cells it completes.
+
+        ``part`` holds the arrays (any shape) of :func:`sketch`, ``name`` is the output.
+        """
         done = []
         first, last = part["cells"]
         bins, counts, extremes = (part[f"{name}|{what}"] for what in ("bins", "counts", "extremes"))

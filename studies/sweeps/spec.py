@@ -10,6 +10,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from bicycle.effect import effect_class, packaged_effects
+from bicycle.effect.files import Origin
 from bicycle.eigenvalues.solvers import default_solver
 from bicycle.files.model_file import build_model
 from bicycle.files.wheel_tyres import MOST_BAR
@@ -112,7 +114,14 @@ class Sweep:
     def fingerprint(self) -> str:
         """Same fingerprint, same numbers to the last bit; the size of the parts does not matter."""
         content = asdict(replace(self, points_per_part=0)) | {"software": software()} | self._tyre_files
+        content |= {"effects": {o.name: o.digest for o in self.outside_effects}} if self.outside_effects else {}
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+    @property
+    def outside_effects(self) -> tuple[Origin, ...]:
+        """Where those of its effects stand that are not of the package."""
+        kinds = [effect_class(name) for name in self.model.get("effects", {}) if name not in packaged_effects()]
+        return tuple(Origin.of(kind) for kind in kinds)
 
     @property
     def _tyre_files(self) -> dict[str, Any]:
@@ -129,7 +138,7 @@ class Sweep:
 
 
 def bounds_of(model: Model, name: str) -> tuple[float, float]:
-    """Physically possible values of what can be varied, as the bicycle, an effect or the tyre's condition declares."""
+    """Physically possible values of what is called ``name``, as bicycle, effect or the tyre's condition declare."""
     key = ParameterKey.parse(name)
     for effect in model.effects:
         for parameter in effect.parameters:

@@ -15,7 +15,7 @@ from studies.sampling.refused import Refused
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.base.units import PASCAL_PER_BAR
-from tyre.properties import parameters_of_effects, stiffness_note
+from tyre.properties import MEASURED_BESIDE, parameters_of_effects, stiffness_note
 from tyre.read_tyre import read_tyre
 from tyre.tyre_source import TyreSource
 from tyre.wheels import wheel_properties
@@ -24,7 +24,6 @@ NO_TYRE = "the tyre's table says nothing of the load or pressure"
 BLOCKS = (np.array([0, 2]), np.array([1, 3]))  # cornering stiffness of both wheels, lateral stiffness of both
 USED = np.ix_([0, 1, 3, 4], [0, 1, 3, 4])  # C and K among C, K, relaxation length of two wheels
 STIFFNESSES = ("cornering_stiffness", "lateral_stiffness")
-FIELDS = ("pneumatic_trail", "camber_stiffness", "twisting_stiffness", "overturning_stiffness")
 POSITIVE = (0.0, math.inf)
 FACTORS = 4096  # kept in memory: a sampled pressure makes one for each item
 Choice = Mapping[str, NDArray[Any]]  # tyre, surface, pressure_bar, load_N of one wheel, (m,) each
@@ -59,9 +58,14 @@ class TyreTable:
         NaN. With standard normal ``z`` (m, 4) the relative deviations of a tyre at the wheel loads of the unvaried
         bicycle are drawn from their measured covariance, positive stiffnesses (``linear``: normal ones, ``share`` of
         the way); what the two wheels share stays shared. Conditions that a tyre refuses are marked in ``refused``.
+
+        Parameters
+        ----------
+        nominal_loads : sequence of object
+            Of both wheels of the unvaried bicycle, N.
         """
         count = len(wheels[0]["load_N"])
-        found = [{name: np.full(count, np.nan) for name in (*STIFFNESSES, *FIELDS)} for _ in wheels]
+        found = [{name: np.full(count, np.nan) for name in (*STIFFNESSES, *MEASURED_BESIDE)} for _ in wheels]
         outside = np.zeros(count, bool)
         conditions = [(wheel["load_N"].astype(float), wheel["pressure_bar"] * PASCAL_PER_BAR) for wheel in wheels]
         for k, wheel in enumerate(wheels):
@@ -179,7 +183,10 @@ def _one_by_one(tyre: TyreSource, name: str, names: Sequence[str], load: Array, 
 
 
 def said_of_stiffness(warnings: Sequence[str], relative_cornering_stiffness_sd: float) -> tuple[str, ...]:
-    """Warnings of a model file with what a sweep assumes of C_Fy in place of the default."""
+    """``warnings`` of a model file with what a sweep assumes of C_Fy in place of the default.
+
+    ``relative_cornering_stiffness_sd`` is a ratio to the stiffness.
+    """
     plain, assumed = stiffness_note(CORNERING_STIFFNESS), stiffness_note(relative_cornering_stiffness_sd)
     return tuple(warning.replace(plain, assumed) for warning in warnings)
 

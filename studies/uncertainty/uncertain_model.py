@@ -77,8 +77,7 @@ class UncertainModel:
         content: dict[str, Any] = {"model": str(model) if isinstance(model, str | Path) else model}
         content |= {"outputs": ["parameters"], "samples": 2, "sampled": {k: {"sd": v} for k, v in (sd or {}).items()}}
         probe = build_sweep(content | {"sampled": {}, "samples": 1})
-        laws = [name for name, table in probe.model.get("effects", {}).items() if "tyre" in table]
-        measured = bool(laws)
+        measured = any("tyre" in table for table in probe.model.get("effects", {}).values())
         if relative_cornering_stiffness_sd and not measured:
             raise InputError(
                 "relative_cornering_stiffness_sd needs a measured tyre in the model file (tyre, pressure_bar)"
@@ -89,7 +88,7 @@ class UncertainModel:
         self.relative, self._relative_given = relative, bool(relative_cornering_stiffness_sd)
         laws = [e.identifier for e in self._stated.effects if e.slot == "contact law"]
         # drawn from the covariance of the tyre
-        self._of_tyre = tuple(key for key in self._stated.sd if key.split(".")[0] in laws)
+        self._of_tyre = tuple(key for key in self._stated.sd if ParameterKey.parse(key).effect in laws)
         self._own = self._deviations(sd or {}, assume=defaults)
         beside = [key for key in self._stated.covariance.names if self._beside_the_law(key)]
         for key, deviation in self._own.items():
@@ -138,7 +137,7 @@ class UncertainModel:
             if key in self._stated.assumed_sd and self.relative:
                 origin = GIVEN if self._relative_given else ASSUMED
                 why = f"{100 * self.relative:.3g} % at each measured condition, the tyre's source states none"
-                if key.split(".")[1] == "relaxation_length":
+                if ParameterKey.parse(key).name == "relaxation_length":
                     why = f"{100 * self.relative:.3g} % of either stiffness, the tyre's source states none"
             found[key] = Deviation(float(np.linalg.norm(self.jacobian[key][columns])), origin, why)
         return found
@@ -226,14 +225,8 @@ class UncertainModel:
     def matched_draw(self, samples: int, seed: int) -> Array:
         """As :meth:`draw`, shifted and mixed so that their mean is 0 and their covariance 1 exactly.
 
-        The sd of these samples then differs from the linear one by what is not linear, hardly by chance.
-
-        Parameters
-        ----------
-        samples : int
-            Number of rows.
-        seed : int
-            Of the draws, any whole number.
+        A number ``samples`` of rows, from ``seed``. The sd of these samples then differs from the linear one by what is
+        not linear, hardly by chance.
 
         Raises
         ------
@@ -283,16 +276,10 @@ class UncertainModel:
     def batches(
         self, z: Array, size: int = BATCH, *, share: float = 1.0
     ) -> Iterator[tuple[slice, SpeedPolynomial, NDArray[np.bool_]]]:
-        """State matrices of bicycles (m, names), in batches, and which of them are impossible: not to be used.
+        """State matrices of bicycles, in batches, and which of them are impossible: not to be used.
 
-        Parameters
-        ----------
-        z : ndarray, shape (m, names)
-            Standard normal numbers.
-        size : int, optional
-            Number of bicycles in a batch.
-        share : float, optional
-            Part of the way from the nominal bicycle (0 to 1, no unit).
+        ``z`` (m, names) are standard normal numbers, ``size`` the number of bicycles in a batch; ``share`` is the part
+        of the way from the nominal bicycle (0 to 1, no unit), as in :meth:`points`.
 
         Raises
         ------

@@ -15,7 +15,7 @@ from bicycle.model import Model
 from bicycle.model_family import ModelFamily
 from studies.validations._speed_timing import SPREAD, Pair, alternating, tyre_model
 from tyre.base.arrays import Array
-from tyre.base.blas import one_blas_thread
+from tyre.base.parallel import one_blas_thread
 
 
 def peer_model() -> Any:

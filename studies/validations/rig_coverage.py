@@ -127,7 +127,7 @@ def one_campaign(seed: np.random.SeedSequence) -> list[dict[str, float]]:
     """Simulate (from ``seed``), write, read and fit one campaign; one row per condition."""
     from tyre.campaigns.campaign import fit_campaign
     from tyre.campaigns.summary import FitSettings
-    from tyre.fits.estimate import Calibration
+    from tyre.estimate import Calibration
 
     calibration = Calibration()
     rng = np.random.default_rng(seed)

@@ -17,8 +17,8 @@ from typing import Any
 
 PLACES = {
     "bicycle": (
-        "Bicycle", "Effect", "LinearModel", "Model", "Parameter", "available_bicycles", "effect_class", "load_bicycle",
-        "registry",
+        "Bicycle", "Effect", "LinearModel", "Mode", "Model", "Parameter", "available_bicycles", "effect_class",
+        "load_bicycle", "load_effects", "registry",
     ),
     "bicycle.critical.critical_speed": ("CriticalSpeed",),
     "bicycle.critical.critical_speeds": ("critical_speeds",),

@@ -9,7 +9,6 @@ class AerodynamicDrag(Effect):
     does not move forward (dx = 0), so nothing acts on lean directly. The lateral offset of the centre of pressure
     gives the yaw moment D offset, the pitching moment shifts D |z| / w of vertical load from the front wheel to the
     rear. The front wheel lifts where that exceeds its load; the linear model does not know.
-    Source: Sharp (2001), Vehicle System Dynamics 35; Debraux et al. (2011), Sports Biomechanics 10 (drag areas).
 
     Parameters
     ----------
@@ -19,6 +18,10 @@ class AerodynamicDrag(Effect):
         Height of the drag on the rear frame, z down; typical -1.3 .. -0.9, allowed -inf .. 0.
     air_density : float, kg/m^3, default 1.225
         1.225 at 15 °C and sea level; typical 1 .. 1.3, allowed 0 .. inf; the effect vanishes at 0.
+
+    Notes
+    -----
+    Source: Sharp (2001), Vehicle System Dynamics 35; Debraux et al. (2011), Sports Biomechanics 10 (areas).
     """
 
     drag_area: float
@@ -36,7 +39,7 @@ class AligningMoment(Effect):
     """Lagged moment of the slip angle on each wheel, dMz/dt = (C_M/length) s - (v/length) Mz, steady Mz = -C_M alpha.
 
     The side force and its moment need not build up over the same distance. With C_M = t C, equal lengths and no
-    camber thrust it is the pneumatic trail t. Source: Pacejka, Tire and Vehicle Dynamics, ch. 5 and 7.
+    camber thrust it is the pneumatic trail t.
 
     Parameters
     ----------
@@ -44,6 +47,10 @@ class AligningMoment(Effect):
         Moment against the slip, per slip angle; typical 50 .. 220, allowed 0 .. inf; the effect vanishes at 0.
     relaxation_length : float or {rear, front}, m
         Travelled distance in which 63 % of the moment builds up; typical 0.05 .. 0.25, allowed 1e-06 .. inf.
+
+    Notes
+    -----
+    Source: Pacejka, Tire and Vehicle Dynamics, ch. 5 and 7.
     """
 
     aligning_stiffness: PerWheel
@@ -59,7 +66,7 @@ class CamberThrust(Effect):
     """Side force C_gamma gamma towards the lean; ``lag_share`` of it builds up with the slip force, the rest at once.
 
     A tyre whose camber stiffness equals its load carries a steady lean without slipping. Some tyres show a
-    non-lagging part. Source: Pacejka, Tire and Vehicle Dynamics, ch. 7 and 11.
+    non-lagging part.
 
     Parameters
     ----------
@@ -67,6 +74,10 @@ class CamberThrust(Effect):
         Side force per camber angle; typical 150 .. 700, allowed 0 .. inf; the effect vanishes at 0.
     lag_share : float, dimensionless, default 1
         Share of the camber force that lags with the slip force; typical 0 .. 1, allowed 0 .. 1.
+
+    Notes
+    -----
+    Source: Pacejka, Tire and Vehicle Dynamics, ch. 7 and 11.
     """
 
     camber_stiffness: PerWheel
@@ -119,7 +130,7 @@ class CrownRadius(Effect):
     """A toroidal tyre of crown radius rho: the contact moves sideways by rho gamma, so the wheel centre sinks less.
 
     Height of the lowest point z = z_centre + (r - rho) cos(gamma) + rho, to second order in the potential; the side
-    force still acts at the ground. Source: Sharp (1971), J. Mech. Eng. Sci. 13(5); Cossalter, Motorcycle Dynamics.
+    force still acts at the ground.
 
     Parameters
     ----------
@@ -142,8 +153,6 @@ class FrontCompliance(Effect):
     """A sprung and damped hinge between rear frame and steer axis that carries the whole front assembly.
 
     Axis (cos axis_tilt, 0, -sin axis_tilt) through (joint_x, 0, joint_z), by default perpendicular to the steer axis.
-    Source: Sharp & Alstead (1980), Vehicle System Dynamics 9; Plöchl, Edelmann, Angrosch & Ott (2012), Vehicle System
-    Dynamics 50.
 
     Parameters
     ----------
@@ -157,6 +166,11 @@ class FrontCompliance(Effect):
         Hinge, z down; typical -1 .. -0.6, allowed any.
     axis_tilt : float, rad, default lam of the bicycle
         Angle of the hinge axis above the horizontal, forward end up; typical 0 .. 0.5, allowed -3.14159 .. 3.14159.
+
+    Notes
+    -----
+    Source: Sharp & Alstead (1980), Vehicle System Dynamics 9; Plöchl, Edelmann, Angrosch & Ott (2012), Vehicle
+    System Dynamics 50.
     """
 
     stiffness: float
@@ -177,11 +191,9 @@ class FrontCompliance(Effect):
 class NoSlip(Effect):
     """Wheels that roll without side slip; the side force is whatever holds the contact (the Whipple bicycle).
 
-    Source: Meijaard, Papadopoulos, Ruina & Schwab (2007), Proc. R. Soc. A 463, doi 10.1098/rspa.2007.1857.
-
     Notes
     -----
-    Source: Meijaard et al. (2007), doi 10.1098/rspa.2007.1857.
+    Source: Meijaard, Papadopoulos, Ruina & Schwab (2007), Proc. R. Soc. A 463, doi 10.1098/rspa.2007.1857.
     """
 
     def __init__(self) -> None: ...
@@ -189,13 +201,17 @@ class NoSlip(Effect):
 class PneumaticTrail(Effect):
     """The side force acts behind the contact centre: Mz = -t F on both wheels, camber part included.
 
-    Under no_slip F is the constraint force. Source: Pacejka, Tire and Vehicle Dynamics, ch. 3.
+    Under no_slip F is the constraint force.
 
     Parameters
     ----------
     trail : float or {rear, front}, m, default 0.017
         Distance of the side force behind the contact centre; typical 0 .. 0.03, allowed 0 .. 0.2; the effect
         vanishes at 0.
+
+    Notes
+    -----
+    Source: Pacejka, Tire and Vehicle Dynamics, ch. 3.
     """
 
     trail: PerWheel
@@ -210,7 +226,6 @@ class RelaxationLength(Effect):
 
     Written as dF/dt = -(C/lambda) s - (v/lambda) (F - camber force): C/lambda is the lateral stiffness K_y of the
     standing tyre. A compliance 1/K_w in series (rim, spokes) lengthens lambda to C (1/K_y + 1/K_w).
-    Source: Dell'Orto, Ballo, Mastinu & Gobbi, eq. 1 and 3; Pacejka, Tire and Vehicle Dynamics, ch. 7.
 
     Parameters
     ----------
@@ -218,6 +233,10 @@ class RelaxationLength(Effect):
         Slope of the side force at zero slip; typical 2000 .. 12000, allowed 0 .. inf.
     relaxation_length : float or {rear, front}, m
         Travelled distance in which 63 % of the side force builds up; typical 0.05 .. 0.25, allowed 1e-06 .. inf.
+
+    Notes
+    -----
+    Source: Dell'Orto, Ballo, Mastinu & Gobbi, eq. 1 and 3; Pacejka, Tire and Vehicle Dynamics, ch. 7.
     """
 
     cornering_stiffness: PerWheel
@@ -232,8 +251,7 @@ class RelaxationLength(Effect):
 class RiderArms(Effect):
     """Arms as a moment of inertia, a spring and a damper between the rear frame and the steering.
 
-    The inertia moves with the steer angle only. Source: Schwab, Meijaard & Kooijman (2012), Vehicle System
-    Dynamics 50; Klinger et al. (2014), Vehicle System Dynamics 52 (wobble, hands on and off).
+    The inertia moves with the steer angle only.
 
     Parameters
     ----------
@@ -246,7 +264,7 @@ class RiderArms(Effect):
 
     Notes
     -----
-    Source: Schwab, Meijaard & Kooijman (2012), Vehicle System Dynamics 50; Klinger et al. (2014), ibid. 52.
+    Source: Schwab, Meijaard & Kooijman (2012), Vehicle System Dynamics 50; Klinger et al. (2014), ibid. 52 (hands).
     """
 
     inertia: float
@@ -264,7 +282,6 @@ class RiderLean(Effect):
     """A body taken out of the rear frame and put back on a sprung, damped hinge along x at height joint_z.
 
     The rear frame of the bicycle must contain the body; inertias are about the body's mass centre.
-    Source: Schwab, Meijaard & Kooijman (2012), Vehicle System Dynamics 50.
 
     Parameters
     ----------
@@ -318,12 +335,16 @@ class RiderLean(Effect):
 class SideSlip(Effect):
     """Side force without lag, F = C alpha + camber force, alpha = -s / v (s: slip velocity of the contact).
 
-    Singular at v = 0. Source: Pacejka, Tire and Vehicle Dynamics, ch. 1.
+    Singular at v = 0.
 
     Parameters
     ----------
     cornering_stiffness : float or {rear, front}, N/rad
         Slope of the side force at zero slip; typical 2000 .. 12000, allowed 0 .. inf.
+
+    Notes
+    -----
+    Source: Pacejka, Tire and Vehicle Dynamics, ch. 1.
     """
 
     cornering_stiffness: PerWheel
@@ -337,7 +358,6 @@ class SteerAssist(Effect):
     """Steer torque gain (fade_speed - v) d(lean)/dt below the fade speed, lean_gain (v - fade_speed) lean above it.
 
     The torque acts between rear frame and steering and steers into the fall for positive gains.
-    Source: Schwab, Kooijman & Meijaard (2008), Some recent developments in bicycle dynamics and control.
 
     Parameters
     ----------
@@ -431,7 +451,6 @@ class WheelCompliance(Effect):
 
     Rigs measure the tyre on a stiff rim; the wheel of a rider is softer. Its mass and its camber are not affected,
     and a relaxation length of aligning_moment is taken as given.
-    Source: Dell'Orto, Ballo, Mastinu & Gobbi, eq. 3, with two springs in series; Pacejka, ch. 7.
 
     Parameters
     ----------
@@ -441,7 +460,7 @@ class WheelCompliance(Effect):
 
     Notes
     -----
-    Source: Dell'Orto, Ballo, Mastinu & Gobbi, eq. 3; Pacejka, Tire and Vehicle Dynamics, ch. 7.
+    Source: Dell'Orto, Ballo, Mastinu & Gobbi, eq. 3, springs in series; Pacejka, Tire and Vehicle Dynamics, ch. 7.
     """
 
     stiffness: PerWheel

@@ -50,7 +50,7 @@ def test_unknown_effect_lists_the_known_ones():
 def test_a_new_effect_needs_one_class_only():
     class Lock(Effect):
         identifier = "steering_lock"
-        parameters = (Parameter("stiffness", "N m/rad", "lock", bounds=(0.0, 1e9), typical=(0.0, 10.0), default=3.0),)
+        stiffness = Parameter("N m/rad", "lock", bounds=(0.0, 1e9), typical=(0.0, 10.0), default=3.0)
 
     assert Lock().values({}) == {"steering_lock.stiffness": 3.0}
     assert str(Lock.symbolic().stiffness) == "steering_lock.stiffness"

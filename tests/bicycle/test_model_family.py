@@ -5,8 +5,9 @@ import pytest
 from eigenvalue_sets import assert_same_eigenvalues
 
 from bicycle import Model, effect_class, load_bicycle
+from bicycle.effect.numbers import effect_of
 from bicycle.eigenvalues.solvers import compiled, eigenvalues, eigenvalues_along, lapack
-from bicycle.model_family import ModelFamily, effect_of
+from bicycle.model_family import ModelFamily
 from tyre.base.errors import InputError
 
 TYRE = effect_class("relaxation_length")(cornering_stiffness=6000.0, relaxation_length=0.1)

@@ -10,14 +10,14 @@ import pytest
 
 from bicycle import default_sd
 from bicycle.identification import free_decay, recording
-from bicycle.modal.named_modes import ORDER
+from bicycle.modal.known_modes import known_modes
 from bicycle.parameters import UNITS
 from studies.missing_effect import diagnose, measurement, read_measurement
 from studies.missing_effect.motion import canonical_table, modal_table, nuisances
 from studies.missing_effect.report import SAYS
 from studies.missing_effect.rig import measurement as rig_measurement
 from studies.missing_effect.rig import reference, reference_file, tables_forward
-from tyre.fits.estimate import Calibration
+from tyre.estimate import Calibration
 
 PAGE = (Path(__file__).parents[2] / "docs" / "measurement_files.md").read_text(encoding="utf-8")
 BLOCK = re.compile(r"^```\{code-block\} \w+\n:caption: (\S+)\n(.*?)^```", flags=re.MULTILINE | re.DOTALL)
@@ -64,7 +64,7 @@ def test_the_examples_of_modes_and_of_a_pull_are_diagnosed_as_in_the_text(folder
 def test_every_name_stands_on_the_page():
     names = {
         *measurement.TOP_KEYS, *measurement.EVERY_KIND, *tables_forward.KEYS,
-        *UNITS, *ORDER, *modal_table.NUMBERS, *recording.CHANNELS, *recording.INPUTS,
+        *UNITS, *known_modes(), *modal_table.NUMBERS, *recording.CHANNELS, *recording.INPUTS,
         *recording.RUN.keys, *canonical_table.COEFFICIENTS, *canonical_table.UNITS.values(), *SAYS,
         *rig_measurement.KEYS, *reference_file.SOURCES, *reference_file.CONDITION_KEYS,
         *(f.name for f in fields(Calibration)),

@@ -8,7 +8,10 @@ arguments is documented
   backticks;
 - and if its annotation says that it carries numbers (or if it has none), this entry or sentence holds a unit
   (``N/rad``, ``m``, "no unit"), a shape (``(n, 2)``) or a word that says why there is neither ("number of", "share",
-  "index"). A name that ends in its unit (``start_hz``) has said it.
+  "index", "0 to 1") or where it is said ("as in", ``:func:``). A name that ends in its unit (``start_hz``) or is such
+  a word (``seed``) has said it.
+
+A docstring may leave all of it to another one: "Arguments as :func:`...`".
 
 A method may take over what a base class in the house says of the same argument. In ``studies``, programs rather than a
 library, an argument may go unnamed if its annotation is a type of the house: that type's docstring says what it is.
@@ -97,8 +100,11 @@ def test_numbers_are_known_by_the_annotation():
 
 @pytest.mark.parametrize(
     "text",
-    ["``x`` in N", "m/s, as ``x``", "shape (n,) of ``x``", "how many ``x``", "``x`` (n, 2)", "``x`` without units"],
-)
+    [
+        "``x`` in N", "m/s, as ``x``", "shape (n,) of ``x``", "how many ``x``", "``x`` (n, 2)", "``x`` without units",
+        "``x`` from 0 to 1", "``x`` as in :func:`f`", "Arguments as :func:`f`.",
+    ],
+)  # fmt: skip
 def test_units_and_shapes_are_found(text):
     assert Argument("f", "x", "float", text).lacks == ""
 
@@ -107,6 +113,7 @@ def test_a_unit_in_another_sentence_does_not_count():
     assert mentions("Force in N. Of ``x`` nothing is said.", "x") == ["Of  nothing is said."]
     assert Argument("f", "x", "float", "Force in N. Of ``x`` nothing is said.").lacks == "no unit or shape"
     assert Argument("f", "x_m_s", "float", "Force in N. Of ``x_m_s`` nothing is said.").lacks == ""
+    assert Argument("f", "seed", "int", "Of ``seed`` nothing is said.").lacks == ""
 
 
 def test_public_functions_methods_and_their_arguments_are_found():

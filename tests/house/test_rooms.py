@@ -22,7 +22,7 @@ PRESENTATION = {"matplotlib", "jinja2", "click", "tabulate"}
 DRAWN_BY_THE_MODES = {"bicycle.modal.figure", "bicycle.modal.looks"}
 """What ``Modes.plot`` draws with: the only presentation below ``studies``."""
 
-COMPLEX_KERNELS = {"bicycle/eigenvalues/hessenberg_kernel.py:reduce"}
+COMPLEX_KERNELS = {"bicycle/eigenvalues/hessenberg_kernel.py:_reduce"}
 """Householder reduction written out for numba (Golub & Van Loan, Matrix Computations, 4th ed., algorithm 7.4.2)."""
 
 BESIDE_THE_ROOMS = {"benchmarks", "docs", "house", "published", "shared"}
@@ -61,7 +61,7 @@ def test_the_bicycle_stands_on_at_most_eight_floors():
 def test_derivation_knows_no_effect():
     known = {room(target) for module in inside("bicycle.derivation") for target in GRAPH[module]}
     assert (
-        known & {"bicycle.effect", "bicycle.effects", "bicycle.effect_parameter", "bicycle.effect_signature"} == set()
+        known & {"bicycle.effect", "bicycle.effects", "bicycle.effect.parameter", "bicycle.effect.signature"} == set()
     )
 
 

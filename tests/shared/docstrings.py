@@ -14,14 +14,21 @@ UNIT = re.compile(
         (k|m|M)?(m|g|s|N|Pa|Hz|bar|rad|deg|J|W|K|V)(\^-?\d)?(?![\w'])  # a unit alone or the first of a product
         | 1/\w | % | per\ ?cent | dB | SI | (no|any|same|own)\ units? | units? | dimensionless
         | shape | scalar | \([\w, .*+]*,[\w, .*+]*\)  # (n,), (..., n, n)
-        | (?i:ratio | shares? | factors? | fractions? | quantile | probability | exponent | numbers? | counts?
-            | how\ many | index | indices | places? | seed | bytes | rows? | lines? | pixels)\b
+        | -?\d+(\.\d+)?\ (to|or)\ -?\d | [Aa]s\ (in|of|that|for|what)\b | :(func|meth|class|attr):`
+        | (?i:ratio | relative | shares? | factors? | fractions? | quantile | probability | exponent | numbers?
+            | counts? | samples? | entries | how\ many | index | indices | places? | seed | bytes | rows? | columns?
+            | lines? | inch(es)?)\b | \{\d[\d, ]*\}
     )""",
     re.VERBOSE,
 )
-"""A unit, a shape, or a word that says why there is none."""
+"""A unit, a shape, a range of plain numbers, a word that says why there is none, or where it is said."""
 
-NAME_WITH_UNIT = re.compile(r"_(m|mm|s|n|bar|pa|hz|deg|rad|kg|m_s|n_rad|n_m|n_m_s|n_m_rad|1_s|rad_s|percent)$")
+ELSEWHERE = re.compile(r"(Parameters|Arguments|arguments)[^.]* as (in )?:(func|meth):`")
+"""The docstring of another function, which is named, says what the arguments are."""
+
+NAME_WITH_UNIT = re.compile(
+    r"^relative_|_(m|mm|s|n|bar|pa|hz|deg|rad|kg|m_s|n_rad|n_m|n_m_s|n_m_rad|1_s|rad_s|percent)$"
+)
 
 CONTAINERS = {"None", "Sequence", "Iterable", "Iterator", "list", "tuple", "dict", "set", "Mapping", "str", "type"}
 
@@ -48,11 +55,12 @@ class Argument:
     def lacks(self) -> str:
         """What the docstring leaves out: the argument itself, its unit or shape, or nothing."""
         texts = mentions(self.docstring, self.name)
+        if ELSEWHERE.search(self.docstring):
+            return ""
         if not texts:
             return "not mentioned"
-        if self.numeric and not NAME_WITH_UNIT.search(self.name) and not any(UNIT.search(text) for text in texts):
-            return "no unit or shape"
-        return ""
+        told = NAME_WITH_UNIT.search(self.name) or UNIT.fullmatch(self.name) or any(UNIT.search(text) for text in texts)
+        return "" if told or not self.numeric else "no unit or shape"
 
     def is_of(self, types: set[str]) -> bool:
         """Whether the annotation names nothing but these types, one or several of them."""

@@ -1,16 +1,22 @@
-"""Worker processes for many small fits."""
+"""Worker processes, and one BLAS thread where ours run beside each other: the one way of the whole house."""
 
 import os
-from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
-from multiprocessing import get_context
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
+from functools import cache
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from concurrent.futures import ProcessPoolExecutor
 
 _ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 @contextmanager
-def worker_pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
+def worker_pool(
+    jobs: int, *, prepare: Callable[..., None] | None = None, arguments: tuple[Any, ...] = ()
+) -> "Iterator[ProcessPoolExecutor]":
     """Open a pool of fresh processes with one BLAS thread each.
 
     The matrices of a fit are tiny: BLAS threads would only fight over the processors (measured: ten times slower on a
@@ -20,15 +26,24 @@ def worker_pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
     ----------
     jobs : int
         Number of processes.
+    prepare : callable, optional
+        Called in every process before its first work, with ``arguments``.
+    arguments : tuple
+        What can be pickled.
 
     Yields
     ------
     concurrent.futures.ProcessPoolExecutor
     """
+    from concurrent.futures import ProcessPoolExecutor  # here, so that who only limits BLAS does not pay for it
+    from multiprocessing import get_context
+
     saved = {name: os.environ.get(name) for name in _ONE_THREAD}
     os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
     try:
-        with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+        with ProcessPoolExecutor(
+            jobs, mp_context=get_context("spawn"), initializer=prepare, initargs=arguments
+        ) as pool:
             yield pool
     finally:
         for name, value in saved.items():
@@ -36,3 +51,18 @@ def worker_pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = value
+
+
+@contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """Keep BLAS from starting threads of its own inside ours (where threadpoolctl is installed)."""
+    with _controller().limit(limits=1, user_api="blas") if find_spec("threadpoolctl") else nullcontext():
+        yield
+
+
+@cache
+def _controller() -> Any:
+    """What finds the BLAS libraries of this process; looking for them takes milliseconds."""
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()

@@ -26,7 +26,7 @@ from tyre.campaigns.consistency import check_repeats, near_conditions
 from tyre.campaigns.recording import summarise
 from tyre.campaigns.summary import FitSettings, RecordingSummary
 from tyre.drum import log_curvature
-from tyre.fits.estimate import Estimate
+from tyre.estimate import Estimate
 
 _IN_PROCESS = 8  # below this many files a pool of workers costs more than it saves
 _WAITING = 4  # files handed out per worker, so that memory does not grow with the campaign
@@ -116,7 +116,7 @@ def fit_campaign(
     skip_bad : bool
         Leave out files that cannot be read or fitted, and say so in ``skipped``; else the first one raises.
     jobs : int, optional
-        Worker processes; default: one per processor.
+        Number of processes; default: one per processor.
     wheel_radius : float
         Radius of the wheel with tyre, m, for the curvature exponent.
     progress : bool

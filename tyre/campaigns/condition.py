@@ -10,7 +10,7 @@ from scipy import stats
 from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.consistency import repeat_warnings
 from tyre.campaigns.summary import RecordingSummary
-from tyre.fits.estimate import Calibration, Estimate, combine_uncertainties
+from tyre.estimate import Calibration, Estimate, combine_uncertainties
 from tyre.fits.relaxation import (
     Agreement,
     agreement,

@@ -12,7 +12,7 @@ from tyre.base.files import slug
 from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.campaign import Campaign
 from tyre.campaigns.condition import ConditionResult
-from tyre.fits.estimate import Calibration, Estimate
+from tyre.estimate import Calibration, Estimate
 from tyre.maps.calibration import CommonCalibration
 from tyre.maps.measured_column import MeasuredColumn
 from tyre.maps.table_io import write_table

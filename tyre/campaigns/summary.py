@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from tyre.fits.estimate import Calibration
+from tyre.estimate import Calibration
 from tyre.recordings.recording import Condition
 
 

@@ -11,7 +11,7 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 
 from tyre.base.arrays import Array
-from tyre.base.blas import one_blas_thread
+from tyre.base.parallel import one_blas_thread
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ def estimate_noise(time: Array, residual: Array, basis: Array, floor: float) -> 
     basis : ndarray, shape (n, p)
         Orthonormal, of the tangent space of the fit.
     floor : float
-        Least white variance.
+        Least white variance, in the unit of the data squared.
     """
     step, power = float(np.median(np.diff(time))), max(float(residual @ residual) / len(residual), floor)
     start = np.log([0.3 * power, 0.7 * power, 3 * step])

@@ -10,7 +10,7 @@ from scipy import stats
 from scipy.optimize import least_squares
 
 from tyre.base.errors import InputError
-from tyre.fits.estimate import Calibration, Estimate, combine_uncertainties
+from tyre.estimate import Calibration, Estimate, combine_uncertainties
 from tyre.fits.friction import dahl_after
 from tyre.recordings.recording import Channel, Condition, PullTest
 

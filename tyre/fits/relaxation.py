@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from tyre.fits.estimate import Calibration, Estimate, combine_uncertainties
+from tyre.estimate import Calibration, Estimate, combine_uncertainties
 from tyre.fits.slip_step import SlipStepFit
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from tyre.base.errors import InputError
-from tyre.fits.estimate import Estimate
+from tyre.estimate import Estimate
 from tyre.fits.lag import first_order_lag
 from tyre.fits.noise import correlated_covariance
 from tyre.recordings.recording import Channel, Condition, RigRun

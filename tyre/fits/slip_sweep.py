@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from tyre.base.errors import InputError
-from tyre.fits.estimate import Calibration, Estimate, combine_uncertainties
+from tyre.estimate import Calibration, Estimate, combine_uncertainties
 from tyre.fits.sweep_branches import Blocks, block_means
 from tyre.fits.sweep_curve import CURVE, lagged_magic_formula, magic_formula
 from tyre.fits.sweep_model import BOUNDS, NAMES, sweep_model

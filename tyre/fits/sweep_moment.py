@@ -41,7 +41,7 @@ def fit_aligning_moment(
     cornering_stiffness : float
         Fitted C_Fy, N/rad.
     parameters : dict
-        Those of the side-force fit, at least ``CURVE`` of :mod:`tyre.fits.sweep_curve`.
+        Those of the side-force fit (SI), at least ``CURVE`` of :mod:`tyre.fits.sweep_curve`.
 
     Returns
     -------

@@ -43,7 +43,10 @@ class SweepSolution:
     settled: bool
 
     def sd_of_sum(self, **weights: float) -> float:
-        """Standard deviation of a weighted sum of parameters; a weight per name, the others count nothing."""
+        """Standard deviation of a weighted sum of parameters (SI).
+
+        ``weights`` holds a factor for each name; the others count nothing.
+        """
         row = np.array([weights.get(name, 0.0) for name in NAMES])
         return float(np.sqrt(row @ self.covariance @ row))
 
@@ -106,7 +109,7 @@ def solve_least_squares(
     loss : str
         ``linear`` or ``soft_l1``.
     margin : float
-        Residual beyond which a robust loss grows linearly.
+        Residual beyond which a robust loss grows linearly, in its unit.
     tolerance : float
         Relative change of cost, parameters and gradient at which to stop.
 

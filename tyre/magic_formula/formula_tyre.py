@@ -33,7 +33,7 @@ class FormulaTyre(ABC):
 
     @abstractmethod
     def linear(self, *, load: Array, pressure: Array) -> Mapping[str, Array]:
-        """Values by the name of a field of `TyreProperties` for conditions (n,), N and Pa; unknown ones left out."""
+        """Values by name of a field of `TyreProperties` at ``load`` (N), ``pressure`` (Pa), (n,), where known."""
 
     @property
     @abstractmethod

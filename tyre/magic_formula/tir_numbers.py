@@ -136,7 +136,7 @@ class TirNumbers:
         key : str
             Its name.
         default : float, optional
-            Where it is missing; None: it must be there.
+            Where it is missing, in the same unit; None: it must be there.
         """
         value = self.text.find(key)
         if value is None and default is not None:
@@ -156,7 +156,7 @@ class TirNumbers:
         key : str
             Its name.
         default : float, optional
-            Where it is missing; None: it must be there.
+            Where it is missing, in the same unit; None: it must be there.
         """
         value = self.number(key, default)
         if not 0.0 < value < 1e12:

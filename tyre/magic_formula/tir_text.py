@@ -32,7 +32,7 @@ class TirText:
     comments: dict[str, str]
 
     def find(self, *keys: str) -> float | str | None:
-        """Return the value of the first of these keys in any section; None where there is none."""
+        """Return the value of the first of ``keys`` in any section; None where there is none."""
         for key in keys:
             for section in self.sections.values():
                 if key in section:

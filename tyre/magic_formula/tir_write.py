@@ -34,7 +34,7 @@ def write_tir(
     version : {61, 62}
         FITTYP of an ``MF61Lateral``; both have the same lateral stiffnesses.
     further : mapping of str to float, optional
-        More lateral coefficients such as PCY1 and PDY1, which a slip sweep of a few degrees does not identify.
+        More lateral coefficients (SI) such as PCY1 and PDY1, which a slip sweep of a few degrees does not identify.
     notes : tuple of str
         More comment lines, for example that the data are synthetic.
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tyre.base.arrays import Array
-from tyre.fits.estimate import Estimate
+from tyre.estimate import Estimate
 from tyre.joint_properties import JointLengths, effective_degrees_of_freedom
 from tyre.maps.measured_column import MeasuredColumn
 from tyre.maps.prediction import MeasuredQuantity

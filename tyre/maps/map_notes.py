@@ -36,7 +36,7 @@ def condition_notes(
     cornering, lateral : Trend
         Of the stiffnesses.
     relative_cornering_stiffness_sd : float
-        Assumed where the table states none.
+        Assumed where the table states none; a ratio.
     """
     notes = list(table.notes)
     if table.synthetic:

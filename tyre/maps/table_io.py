@@ -85,7 +85,10 @@ def read_table(file: str | Path) -> MeasuredTable:
     """
     file = Path(file)
     if file.suffix not in (".csv", ".toml"):
-        raise InputError(f"{file}: a tyre table is a .csv with a .toml beside it; give the path of either.")
+        raise InputError(
+            f"{file}: a tyre table is a .csv with a .toml beside it; give the path of either (read_tyre reads .tir and "
+            "Pacejka-89 files)."
+        )
     return _parse(file.with_suffix(".csv"), file.with_suffix(".toml"))
 
 

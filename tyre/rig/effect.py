@@ -28,7 +28,7 @@ OUTSIDE: dict[str, type["RigEffect"]] = {}
 
 
 def declared(parameter: RigParameter, default: float) -> Any:
-    """A field of an effect: the ``parameter`` with the ``default`` of a fair laboratory."""
+    """A field of an effect: the ``parameter`` with the ``default`` (in its unit) of a fair laboratory."""
     return field(default=default, metadata={"parameter": parameter})
 
 

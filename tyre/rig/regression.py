@@ -70,6 +70,8 @@ class SweepTerms:
 
     Attributes
     ----------
+    load : float
+        N.
     load_ratio : float
         Load over that of the reference.
     track_curvature : float
@@ -94,6 +96,7 @@ class SweepTerms:
         m/N, in series with the tyre.
     """
 
+    load: float
     load_ratio: float
     track_curvature: float
     log_stiffness: Contribution = 0.0
@@ -110,7 +113,7 @@ class SweepTerms:
     compliance: Contribution = 0.0
 
     def add(self, **contributions: Contribution) -> None:
-        """Add to contributions by name."""
+        """Add to ``contributions`` by name."""
         _add(self, contributions)
 
 
@@ -140,7 +143,7 @@ class PullTerms:
     force: Contribution = 0.0
 
     def add(self, **contributions: Contribution) -> None:
-        """Add to contributions by name."""
+        """Add to ``contributions`` by name."""
         _add(self, contributions)
 
 
@@ -178,11 +181,11 @@ class Term:
     needs: Callable[[Recorded], str] = _always
 
     def key(self, parameter: RigParameter) -> str:
-        """Name of one of its parameters among those of all effects."""
+        """Name of one ``parameter`` of its own among those of all effects."""
         return f"{self.identifier}.{parameter.name}"
 
     def add_to(self, terms: SweepTerms | PullTerms, values: Mapping[str, Array]) -> None:
-        """Add the effect to a sweep or a pull, where ``values`` (K,) by :meth:`key` have it."""
+        """Add the effect to the ``terms`` of a sweep or a pull, where ``values`` (K,) by :meth:`key` have it."""
         add = self.sweep if isinstance(terms, SweepTerms) else self.pull
         keys = {p.name: self.key(p) for p in self.parameters}
         if add is not None and all(key in values for key in keys.values()):

@@ -50,7 +50,7 @@ def command(
     from tyre.base.files import write_text
     from tyre.campaigns.campaign import fit_campaign
     from tyre.campaigns.summary import FitSettings
-    from tyre.fits.estimate import Calibration
+    from tyre.estimate import Calibration
 
     if not 0.05 <= wheel_radius <= 1.0:
         raise InputError(f"--wheel-radius {wheel_radius:g} m must be from 0.05 to 1 m")

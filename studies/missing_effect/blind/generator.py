@@ -78,7 +78,7 @@ class Truth:
 
 
 def perturbed(bicycle: Bicycle, sd: Mapping[str, float], rng: np.random.Generator) -> Bicycle:
-    """A bicycle drawn around another; drawn again until it is physical."""
+    """A bicycle drawn (by ``rng``) around another with ``sd`` by key, SI; drawn again until it is physical."""
     for _ in range(TRIES):
         try:
             return bicycle.replace(**{key: bicycle[key] + s * rng.standard_normal() for key, s in sd.items()})
@@ -99,7 +99,16 @@ def uncertainty(bicycle: Bicycle) -> dict[str, float]:
 
 
 def base_effects(kind: str, loads: tuple[float, float], rng: np.random.Generator) -> dict[str, dict[str, Any]]:
-    """Effects that the file declares, as a model file has them."""
+    """Effects that the file declares, as a model file has them.
+
+    Parameters
+    ----------
+    kind : str
+        Of contact law.
+    loads : pair of float
+        Static load of rear and front wheel, N.
+    rng : numpy.random.Generator
+    """
 
     def by_load(factor: float) -> dict[str, float]:
         return {"rear": round(factor * loads[0], 2), "front": round(factor * loads[1], 2)}
@@ -117,7 +126,7 @@ def base_effects(kind: str, loads: tuple[float, float], rng: np.random.Generator
 
 
 def draw_effect(name: str, bicycle: Bicycle, rng: np.random.Generator) -> dict[str, Any]:
-    """Random parameters of a hidden effect."""
+    """Random parameters of the hidden effect ``name``, from ``rng``."""
     hidden = HIDDEN[name]
     values: dict[str, Any] = {
         key: float(np.exp(rng.uniform(math.log(low), math.log(high)))) for key, (low, high) in hidden.draw.items()
@@ -130,7 +139,7 @@ def draw_effect(name: str, bicycle: Bicycle, rng: np.random.Generator) -> dict[s
 def true_model(
     bicycle: Bicycle, effects: Mapping[str, Mapping[str, Any]], hidden: Mapping[str, Mapping[str, Any]]
 ) -> Model:
-    """The bicycle as it is, hidden effects included."""
+    """The bicycle as it is: tables of ``effects`` that the file declares and of ``hidden`` ones."""
     model = Model(bicycle, tuple(effect_class(name)(**table) for name, table in effects.items()))
     for name, table in hidden.items():
         given = dict(table)
@@ -144,7 +153,18 @@ def hide(
     names: tuple[str, ...], nominal: Bicycle, real: Bicycle, effects: Mapping[str, Mapping[str, Any]],
     rng: np.random.Generator,
 ) -> tuple[dict[str, dict[str, Any]], Model]:  # fmt: skip
-    """Draw the effects to hide, again until the bicycle can hold them; their values and the model as it is."""
+    """Draw the effects to hide, again until the bicycle can hold them; their values and the model as it is.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Effects to hide.
+    nominal, real : Bicycle
+        As the file states it, and as it is.
+    effects : mapping
+        Tables of effects that the file declares.
+    rng : numpy.random.Generator
+    """
     for _ in range(TRIES):
         drawn = {name: draw_effect(name, nominal, rng) for name in names}
         try:
@@ -161,9 +181,26 @@ def modal_case(
 ) -> Truth:  # fmt: skip
     """Write MEASUREMENT.toml and its table; return what is hidden.
 
-    ``noise`` scales standard deviations of 0.03 1/s + 1 % of |eigenvalue| and 0.02 + 1 % of a ratio; ``too_tight`` is
-    the factor by which the stated uncertainty of the bicycle is too small; ``extra_speeds`` (m/s) are measured besides
-    random ones.
+    Parameters
+    ----------
+    folder : Path
+    hidden : tuple of str
+        Names of effects.
+    rng : numpy.random.Generator
+    points : int
+        Number of speeds.
+    noise : float
+        Factor of standard deviations of 0.03 1/s + 1 % of |eigenvalue| and 0.02 + 1 % of a ratio.
+    ratios : bool
+        Whether shape ratios are measured.
+    too_tight : float
+        Factor by which the stated uncertainty of the bicycle is too small.
+    bicycle, kind : str, optional
+        Packaged bicycle, and kind of contact law; by default drawn.
+    cell : str
+        Of the blind test, kept in the truth.
+    extra_speeds : tuple of float
+        Measured besides random ones, m/s.
     """
     first = HIDDEN[hidden[0]] if hidden else HIDDEN[str(rng.choice(["steer_damper", "twisting_torque"]))]
     nominal = load_bicycle(bicycle or str(rng.choice(first.bicycles)))
@@ -190,7 +227,23 @@ def modal_case(
 def table_row(
     speed: float, mode: str, root: complex, shape: Array, noise: float, rng: np.random.Generator, *, ratios: bool
 ) -> dict[str, Any]:
-    """A row of a modal table with noise; ``shape`` holds the phasors of lean, steer and yaw."""
+    """A row of a modal table with noise.
+
+    Parameters
+    ----------
+    speed : float
+        m/s.
+    mode : str
+    root : complex
+        True eigenvalue, 1/s.
+    shape : ndarray, shape (3,)
+        Phasors of lean, steer and yaw.
+    noise : float
+        Factor of the usual standard deviations.
+    ratios : bool
+        Whether shape ratios are measured.
+    rng : numpy.random.Generator
+    """
     sd = noise * (0.03 + 0.01 * abs(root))
     seen = root + sd * complex(*rng.standard_normal(2))
     row: dict[str, Any] = {
@@ -209,7 +262,19 @@ def table_row(
 def write_modal(
     folder: Path, bicycle: str, effects: Mapping[str, Any], sd: Mapping[str, float], rows: list[dict[str, Any]]
 ) -> None:
-    """Write the measurement file and its table."""
+    """Write the measurement file and its table.
+
+    Parameters
+    ----------
+    folder : Path
+    bicycle : str
+    effects : mapping
+        Tables as in a model file.
+    sd : mapping of str to float
+        Stated standard deviations by key, SI.
+    rows : list of dict
+        Of the table.
+    """
     import tomli_w
 
     folder.mkdir(parents=True, exist_ok=True)

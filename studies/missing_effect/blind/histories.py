@@ -31,7 +31,18 @@ MOST_GROWTH = 2.0  # growth rate times duration
 
 
 def coloured(size: int, sd: float, colour: float, rng: np.random.Generator) -> Array:
-    """First-order autoregressive noise with marginal standard deviation ``sd``."""
+    """First-order autoregressive noise (size,), in the unit of its marginal standard deviation.
+
+    Parameters
+    ----------
+    size : int
+        Number of samples.
+    sd : float
+        Marginal standard deviation, in any unit.
+    colour : float
+        Correlation of neighbours, no unit.
+    rng : numpy.random.Generator
+    """
     noise = np.empty(size)
     noise[0] = rng.standard_normal()
     for k in range(1, size):
@@ -40,7 +51,16 @@ def coloured(size: int, sd: float, colour: float, rng: np.random.Generator) -> A
 
 
 def doublets(duration: float, size: float, rng: np.random.Generator) -> InputHistory:
-    """Random steer torque: held for 0.1 to 0.5 s, either sign, then released."""
+    """Random steer torque: held for 0.1 to 0.5 s, either sign, then released.
+
+    Parameters
+    ----------
+    duration : float
+        s.
+    size : float
+        Of the torque, N m.
+    rng : numpy.random.Generator
+    """
     times, values, t = [0.0], [0.0], 0.2
     while t < 0.7 * duration:
         times.append(round(t, 2))
@@ -57,8 +77,25 @@ def history_case(
 ) -> Truth:  # fmt: skip
     """Write MEASUREMENT.toml and one CSV a run; return what is hidden.
 
-    ``transient`` (s) adds a decaying disturbance at the start, as of a hand that has not quite let go. Arguments as in
-    :func:`studies.missing_effect.blind.generator.modal_case`.
+    Other arguments are those of :func:`studies.missing_effect.blind.generator.modal_case`: ``folder``, ``hidden``,
+    ``rng``, ``noise`` and ``too_tight`` (factors), ``bicycle``, ``cell``.
+
+    Parameters
+    ----------
+    runs : int
+        Number of runs.
+    duration : float
+        Of each, s.
+    forced : bool
+        Whether the steer torque pushes.
+    nonlinear : bool
+        Whether the tyres follow the Magic Formula.
+    speeds : pair of float, optional
+        Slowest and fastest, m/s.
+    transient : float
+        s; adds a decaying disturbance at the start, as of a hand that has not quite let go.
+    state_noise : bool
+        Whether noise is stated in the file.
     """
     import tomli_w
 

@@ -76,7 +76,7 @@ def intervals(found: Summary) -> str:
 
 
 def draw_power(found: Summary, target: Path) -> None:
-    """Share of detected single effects over the noise, with intervals."""
+    """Share of detected single effects over the noise, with intervals, as ``target``."""
     from studies.reporting.plotting import drawing, look
 
     with drawing(target, width=5, height=3) as figure:
@@ -103,7 +103,7 @@ TITLES = {"modal-one": "modal data", "history-one": "histories"}
 
 
 def write_report(found: Summary, folder: Path) -> None:
-    """Write report.md and power.png/.svg."""
+    """Write report.md and power.png/.svg into ``folder``."""
     folder.mkdir(parents=True, exist_ok=True)
     text = report(found)
     if found["power"]:

@@ -8,13 +8,13 @@ import json
 import tempfile
 import time
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
+from concurrent.futures import as_completed
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from bicycle.effect.workers import model_workers
 from studies.missing_effect.blind.generator import HIDDEN, Truth, modal_case
 from studies.missing_effect.blind.histories import history_case
 from studies.missing_effect.blind.score import judge
@@ -27,7 +27,7 @@ FEWER_RUNS = 4
 
 
 def make(cell: str, seed: int, folder: Path) -> tuple[Truth, tuple[str, ...]]:
-    """Write one case; returns its truth and the effects taken out of the library."""
+    """Write a case of ``cell`` and ``seed`` into ``folder``; its truth and the effects taken out of the library."""
     rng = np.random.default_rng([seed, CELLS.index(cell)])
     names = list(HIDDEN)
     one = (str(rng.choice(names)),)
@@ -49,7 +49,7 @@ def make(cell: str, seed: int, folder: Path) -> tuple[Truth, tuple[str, ...]]:
 
 
 def run_case(cell: str, seed: int) -> dict[str, Any]:
-    """Make, diagnose, score."""
+    """Make, diagnose and score one case of a ``cell`` with its ``seed``."""
     from studies.missing_effect.diagnose import diagnose
     from studies.missing_effect.measurement import read_measurement
 
@@ -67,7 +67,7 @@ def run_case(cell: str, seed: int) -> dict[str, Any]:
 
 
 def read_results(path: Path) -> list[dict[str, Any]]:
-    """Results so far; InputError where the file is something else."""
+    """Results so far in the file ``path``; InputError where it is something else."""
     if not path.exists():
         return []
     try:
@@ -80,15 +80,28 @@ def read_results(path: Path) -> list[dict[str, Any]]:
 
 
 def blind_test(path: Path, *, cases: int, seed: int, cells: tuple[str, ...], workers: int) -> Iterator[dict[str, Any]]:
-    """Run what the file does not hold yet, ``cases`` of each cell; yields and appends each result."""
+    """Run what the file does not hold yet; yields and appends each result.
+
+    Parameters
+    ----------
+    path : Path
+        Results, one JSON object a line.
+    cases : int
+        Of each cell.
+    seed : int
+        Of the first case; the others follow.
+    cells : tuple of str
+        Of :data:`CELLS`.
+    workers : int
+        Processes.
+    """
     done = {(record["cell"], record["seed"]) for record in read_results(path)}
     todo = [(cell, seed + k) for k in range(cases) for cell in cells if (cell, seed + k) not in done]
     from tyre.base.progress import progress_bar
 
-    context = get_context("spawn")
     with (
         path.open("a", encoding="utf-8") as file,
-        ProcessPoolExecutor(workers, mp_context=context) as pool,
+        model_workers(workers) as pool,
         progress_bar(total=len(todo), desc="blind test", unit=" cases") as bar,
     ):
         waiting = {pool.submit(run_case, *job) for job in todo}

@@ -13,7 +13,7 @@ SAYS_MISSING = ("named", "class", "partial")
 
 
 def judge(verdict: Mapping[str, Any], truth: Mapping[str, Any]) -> dict[str, Any]:
-    """What one case adds to the tables.
+    """What one case adds to the tables: its ``verdict`` as JSON against its ``truth``.
 
     ``right``: the class has at most three members and holds exactly what was hidden. ``covered``: the 95 % intervals
     of the named parameters hold the true values. ``misnamed``: named or a class, with nothing of what was hidden.
@@ -52,7 +52,10 @@ def _intervals(verdict: Mapping[str, Any], truth: Mapping[str, Any]) -> list[tup
 
 
 def wilson(hits: int, total: int, z: float = 1.96) -> tuple[float, float]:
-    """Wilson's 95 % interval of a share (Wilson 1927, J. Am. Stat. Assoc. 22)."""
+    """Wilson's interval of the share of a number ``hits`` in a number ``total`` (Wilson 1927, J. Am. Stat. Assoc. 22).
+
+    ``z`` is the quantile of the normal distribution: 1.96 for 95 %.
+    """
     if not total:
         return 0.0, 1.0
     share, extra = hits / total, z * z / total
@@ -62,7 +65,7 @@ def wilson(hits: int, total: int, z: float = 1.96) -> tuple[float, float]:
 
 
 def summary(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Shares by cell with intervals, power against noise, intervals by parameter, and the confusion matrices."""
+    """Shares by cell of ``records`` with intervals, power against noise, intervals by parameter, confusion matrices."""
     cells: dict[str, list[Mapping[str, Any]]] = {}
     for record in records:
         cells.setdefault(record["cell"], []).append(record)

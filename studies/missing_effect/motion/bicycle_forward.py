@@ -27,7 +27,7 @@ MOST_GROWTH = 0.5  # 1/s; what grows faster is not held up while the torque swee
 
 
 def error(name: str, unit: str, key: str, scale: float) -> UncertainParameter:
-    """An error of the measurement: zero with standard deviation ``scale`` in ``unit``, kept under ``key``."""
+    """An error ``name`` of the measurement: zero with standard deviation ``scale`` in ``unit``, kept under ``key``."""
     return UncertainParameter(name, unit, {key: 1.0}, 0.0, scale, -10 * scale, 10 * scale, size=True)
 
 
@@ -107,7 +107,7 @@ class BicycleForward(ForwardModel):
     def predict(
         self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
     ) -> tuple[Array, Array]:
-        """Whitened real and imaginary parts (m,) of the responses that :meth:`forced` proposes, slopes (m, p).
+        """Whitened real and imaginary parts (m,) of the responses of :meth:`forced` at ``theta`` (p,), slopes (m, p).
 
         Arguments as :meth:`studies.inference.forward.Forward.predict`.
         """

@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 
 from bicycle.effect import WHEELS, Effect, Parameter, registry
+from bicycle.effect.numbers import effect_of
 from bicycle.model import Model
-from bicycle.model_family import ModelFamily, effect_of
+from bicycle.model_family import ModelFamily
 from studies.inference.parameter import Candidate, UncertainParameter
 from tyre.base.errors import InputError
 
@@ -51,7 +52,7 @@ def find_candidates(
         if replaced is not None and len(effect.parameters) <= len(replaced.parameters):
             refused[identifier] = f"{replaced.identifier} of the base model already takes its place"
             continue
-        if identifier.startswith("rider") and model.bicycle["mB"] < RIDDEN:
+        if effect.needs_rider and model.bicycle["mB"] < RIDDEN:
             refused[identifier] = f"nobody rides: mB = {model.bicycle['mB']:g} kg is less than {RIDDEN:g} kg"
             continue
         needs = set(effect.requires) - {thing for other in model.effects for thing in other.provides}
@@ -69,6 +70,16 @@ def candidate(
     model: Model, effect: type[Effect], known: Mapping[str, Any], replaced: Effect | None = None
 ) -> Candidate:
     """One effect as a candidate.
+
+    Parameters
+    ----------
+    model : Model
+        The base model.
+    effect : type of Effect
+    known : mapping
+        Its parameters that need no fit, SI.
+    replaced : Effect, optional
+        The effect of the base model whose place it takes.
 
     Raises
     ------
@@ -99,7 +110,7 @@ def candidate(
 
 
 def check_known(effect: type[Effect], known: Mapping[str, Any]) -> None:
-    """Refuse values of a candidate that it cannot have.
+    """Refuse ``known`` values of an ``effect`` that it cannot have.
 
     Raises
     ------
@@ -186,7 +197,7 @@ def _vanishes_with(model: Model, effect: type[Effect], values: dict[str, float],
 
 
 def physical(candidate: Candidate, coordinates: Sequence[float]) -> Effect:
-    """The effect of a candidate with numbers, for :meth:`Model.with_effect`."""
+    """The effect of a ``candidate`` at ``coordinates`` (its own, in their order), for :meth:`Model.with_effect`."""
     assert candidate.effect is not None
     values = dict(candidate.fixed)
     for u, x in zip(candidate.unknowns, coordinates, strict=True):

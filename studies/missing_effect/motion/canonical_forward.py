@@ -16,12 +16,13 @@ from typing import Any
 
 import numpy as np
 
+from bicycle.effect import Effect, registry
 from bicycle.eigenvalues.oscillation import angular_frequency
 from bicycle.identification.canonical import Canonical, Motion, identify
 from bicycle.model import Model
 from studies.inference.folds import MOST_FOLDS
 from studies.inference.forward import ProposedMeasurement, Rows, Series
-from studies.inference.parameter import Candidate, UncertainParameter
+from studies.inference.parameter import Candidate
 from studies.missing_effect.motion.bicycle_forward import BicycleForward, error
 from studies.missing_effect.motion.candidates import SINGULAR
 from studies.missing_effect.motion.canonical_table import COEFFICIENTS, CanonicalTable, unit
@@ -31,7 +32,6 @@ from tyre.base.arrays import Array, Complex
 FREQUENCIES = 16
 STEER_RATE, FORCE = 0.3, 20.0  # rad/s and N at each frequency; only their ratio counts
 SENSORS = ("lean", "steer", "steer_torque", "lateral_force")
-HANDS = ("rider_arms", "hands act through the steer torque, which was measured")
 GAIN, DELAY = "measurement.{}_gain", "measurement.{}_delay"
 
 
@@ -68,10 +68,10 @@ class CanonicalForward(BicycleForward):
         rest
             Fields of :class:`BicycleForward`.
         """
-        hands, why = HANDS
-        rest["candidates"] = tuple(with_compliance(c) for c in rest["candidates"] if c.identifier != hands)
-        rest["refused"] = {**rest["refused"], hands: why}
-        return cls(table=table, barred=(hands, *without), **rest)
+        inside = {name: why for name, effect in registry().items() if (why := measured_with(effect))}
+        rest["candidates"] = tuple(with_compliance(c) for c in rest["candidates"] if c.identifier not in inside)
+        rest["refused"] = {**rest["refused"], **inside}
+        return cls(table=table, barred=(*inside, *without), **rest)
 
     @cached_property
     def whipple(self) -> Canonical:
@@ -89,7 +89,7 @@ class CanonicalForward(BicycleForward):
         return Rows(where, number, series, number.astype(np.intp) % MOST_FOLDS, condition=subsets, shown=shown)
 
     def coefficients(self, candidates: tuple[Candidate, ...], theta: Array) -> Array:
-        """What the identification would give (K, 9), for coordinates (K, p)."""
+        """What the identification would give (K, 9) with ``candidates`` at the coordinates ``theta`` (K, p)."""
         return identify(self._motion(candidates, theta), self.whipple)
 
     def _motion(self, candidates: tuple[Candidate, ...], theta: Array) -> Motion:
@@ -126,7 +126,7 @@ class CanonicalForward(BicycleForward):
         return self.table.whipple, carried
 
     def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
-        """(identified - computed) / sd and its derivative, by central differences."""
+        """(identified - computed) / sd (n,) and its derivative (n, p). See :meth:`.Forward.residual`."""
         batch, steps = self.family(candidates).stencil(theta) if slopes else (theta[None], theta[:0])
         base, carried = self._base
         change = self.coefficients(candidates, batch) - self.whipple.free
@@ -151,7 +151,9 @@ class CanonicalForward(BicycleForward):
 
 
 def with_compliance(candidate: Candidate) -> Candidate:
-    """A tyre in place of rolling without slip, by its compliance 1/C: the slip is gone at zero, where a search begins.
+    """A ``candidate`` tyre in place of rolling without slip, by its compliance 1/C.
+
+    The slip is gone at zero, where a search begins.
 
     Prior as for every effect that is gone at infinity: half the compliance of the softest typical tyre is one sigma.
     """
@@ -162,9 +164,15 @@ def with_compliance(candidate: Candidate) -> Candidate:
     for u in candidate.unknowns:
         if u.name == "cornering_stiffness":
             scale = 0.5 / softest[u.name]
-            u = UncertainParameter(u.name, u.unit, u.sets, 0.0, scale, SINGULAR * scale, math.inf, power=-1, size=True)
+            u = replace(u, centre=0.0, scale=scale, lowest=SINGULAR * scale, highest=math.inf, power=-1, size=True)
         found.append(u)
     return replace(candidate, unknowns=tuple(found))
+
+
+def measured_with(effect: type[Effect]) -> str:
+    """Why an ``effect`` is part of what was measured, in words; empty where it is not."""
+    through = effect.acts_through
+    return f"it acts through the {through.replace('_', ' ')}, which was measured" if through in SENSORS else ""
 
 
 def assumed(model: Model, table: CanonicalTable) -> tuple[str, ...]:

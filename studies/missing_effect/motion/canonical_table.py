@@ -74,7 +74,7 @@ class CanonicalTable:
 
 
 def unit(coefficient: str) -> str:
-    """SI unit of a coefficient."""
+    """SI unit of a ``coefficient``."""
     return UNITS[coefficient.split("_")[0]]
 
 

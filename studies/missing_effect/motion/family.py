@@ -14,7 +14,16 @@ from studies.inference.parameter import Candidate, UncertainParameter
 from tyre.base.arrays import Array
 
 SPEED_SCALE = "measurement.speed_scale"  # true speed over recorded speed, minus 1
-FEEDBACK = "feedback."  # feedback.OUTPUT.INPUT: a phenomenological torque proportional to an output
+SEEN = ("lean", "steer", "lean_rate", "steer_rate")
+TORQUES = ("steer_torque", "lean_torque")
+
+
+def feedback_key(seen: str, torque: str) -> str:
+    """What the gain of a phenomenological torque called ``torque`` is called, proportional to the output ``seen``."""
+    return f"feedback.{torque}_from_{seen}"
+
+
+FEEDBACK = {feedback_key(seen, torque): (seen, torque) for seen in SEEN for torque in TORQUES}
 
 
 def stencil_slope(system: DescriptorStack, steps: Array) -> DescriptorStack:
@@ -69,9 +78,8 @@ class Family:
         values = self.values(theta)
         v = speeds * (1.0 + values.get(SPEED_SCALE, np.zeros((len(theta), 1))))
         system = self.models.descriptor(values, v)
-        for key in values:
-            if key.startswith(FEEDBACK):
-                seen, torque = key.removeprefix(FEEDBACK).split(".")
+        for key, (seen, torque) in FEEDBACK.items():
+            if key in values:
                 column, row = self.symbolic.inputs.index(torque), self.symbolic.outputs.index(seen)
                 system = system.with_feedback(input=column, output=row, gain=values[key])
         return system

@@ -22,13 +22,11 @@ from studies.missing_effect.motion.history_noise import LARGEST_SIGNAL, ChannelN
 from studies.missing_effect.motion.replay import DELAY, GAIN, Replay
 from tyre.base.arrays import Array
 
-START = {"_rate": 3.0, "lateral_velocity": 2.0, "_force": 0.3, "_moment": 0.1, "": 0.5}
-"""Prior sd of an initial state by the end of its name: rad/s, m/s, weights, weights times m, rad."""
+START = {"rad/s": 3.0, "m/s": 2.0, "N": 0.3, "N m": 0.1, "rad": 0.5}
+"""Prior sd of an initial state by its unit, of forces and moments in weights and weights times m; of others 1."""
 
-JOINT_START = {"_rate": 0.5, "": 0.05}
+JOINT_START = {"rad/s": 0.5, "rad": 0.05}
 """The same of an elastic joint, which gives way by a fraction of the lean (rad/s, rad); wider would veil a new mode."""
-
-ANGLES = ("lean", "steer", "yaw")
 
 BIAS = {"roll_rate_rad_s": 0.02, "lean_rad": 0.03, "steer_rad": 0.02, "steer_rate_rad_s": 0.02, "yaw_rate_rad_s": 0.02}
 BIAS_KEY = "bias"
@@ -137,7 +135,10 @@ class HistoryForward(BicycleForward):
         return Rows(tuple(where), np.array(speed), tuple(series), fold, known, shown=shown, axis=SPEED_AXIS)
 
     def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
-        """Whitened residual, initial states marginalised, and its derivative at fixed initial states."""
+        """Whitened residual (n,), initial states marginalised, and its derivative (n, p) at fixed initial states.
+
+        See :meth:`.Forward.residual`.
+        """
         family = self.family(candidates)
         runs = self._fitted(family, candidates, theta)
         residual = np.concatenate([run.residual for run in runs])
@@ -171,7 +172,7 @@ class HistoryForward(BicycleForward):
         return {}
 
     def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
-        """Sum of ln(1 + s^2) over the runs."""
+        """Sum of ln(1 + s^2) over the runs, with ``candidates`` at ``theta`` (p,)."""
         runs = self._fitted(self.family(candidates), candidates, theta)
         return float(-2 * sum(np.log1p(run.gain).sum() for run in runs))
 
@@ -197,7 +198,7 @@ class HistoryForward(BicycleForward):
     def predict(
         self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
     ) -> tuple[Array, Array]:
-        """The channel with the initial states that fit best; a forced response is without them.
+        """The channel at ``theta`` (p,) with the initial states that fit best; a forced response is without them.
 
         Arguments as :meth:`studies.inference.forward.Forward.predict`.
         """
@@ -239,12 +240,9 @@ class HistoryForward(BicycleForward):
     def _start_scale(self, family: Family) -> Array:
         weight = sum(self.base.bicycle.static_loads)
         found = []
-        for state, unit in zip(family.symbolic.states, family.models.scale, strict=True):
-            ending = next(end for end in START if state.endswith(end))
-            joint = ending in JOINT_START and state.removesuffix(ending) not in ANGLES
-            found.append(
-                (JOINT_START if joint else START)[ending] * (weight if ending in ("_force", "_moment") else 1.0) / unit
-            )
+        for state, unit in zip(family.symbolic.declared.states, family.models.scale, strict=True):
+            sd = (JOINT_START if state.joint else START).get(state.unit, 1.0)
+            found.append(sd * (weight if state.forcelike else 1.0) / unit)
         return np.array(found)
 
 

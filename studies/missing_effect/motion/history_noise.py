@@ -36,7 +36,7 @@ class ChannelNoise:
         return white
 
     def colour_again(self, white: Array) -> Array:
-        """Undo the whitening of one series (n,)."""
+        """Undo the whitening of one series ``white`` (n,)."""
         raw = white * self.sd
         if self.colour:
             for k in range(1, len(raw)):
@@ -53,7 +53,7 @@ class ChannelNoise:
 
 
 def rough_noise(channels: list[Array]) -> ChannelNoise:
-    """Noise from second differences of one channel in all runs, (n,) each, until a fit is there."""
+    """Noise from second differences of one channel in all runs, ``channels`` (n,) each, until a fit is there."""
     rough = np.sqrt(np.mean([np.var(np.diff(x, 2)) / 6 for x in channels]))
     floor = 1e-3 * np.sqrt(np.mean([np.var(x) for x in channels]))
     return ChannelNoise(float(max(rough, floor)))

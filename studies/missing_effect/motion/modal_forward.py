@@ -228,7 +228,7 @@ class ModalForward(BicycleForward):
         return np.array([[True, *(name in p.ratios for name in RATIO_OUTPUT)] for p in self.points])
 
     def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
-        """(measured - computed) / sd and its derivative."""
+        """(measured - computed) / sd (n,) and its derivative (n, p). See :meth:`.Forward.residual`."""
         measured, sd = self.measured
         computed, slope = _flat(*predict(self.family(candidates), self.wanted, theta, slopes=slopes), self._kept)
         return (measured - computed) / sd, -slope / sd[:, None]
@@ -253,7 +253,7 @@ class ModalForward(BicycleForward):
     def predict(
         self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
     ) -> tuple[Array, Array]:
-        """Whitened prediction of a further measurement, NaN where it cannot be made.
+        """Whitened prediction of a further measurement at ``theta`` (p,), NaN where it cannot be made.
 
         Arguments as :meth:`studies.inference.forward.Forward.predict`.
         """

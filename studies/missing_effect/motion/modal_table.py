@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.modal.named_modes import ORDER as MODES
+from bicycle.modal.known_modes import known_modes
 from tyre.base.csv_table import Columns, read_columns
 from tyre.base.errors import InputError, unknown
 from tyre.base.schema import path_key, read, table
@@ -72,8 +72,8 @@ def _point(path: Path, row: int, columns: Columns) -> ModalPoint:
     where, texts = f"{path}, line {columns.lines[row]}", columns.texts
     cell = {name: float(column[row]) for name, column in columns.numbers.items()}
     mode, speed = texts["mode"][row], cell["speed_m_s"]
-    if mode not in MODES:
-        raise InputError(f"{where}: {unknown('mode', mode, MODES)}")
+    if mode not in known_modes():
+        raise InputError(f"{where}: {unknown('mode', mode, known_modes())}")
     if not 0 < speed <= FASTEST:
         raise InputError(f"{where}: speed_m_s = {speed:g} is outside 0 .. {FASTEST:g} m/s; is it in km/h?")
     root = complex(cell["real_1_s"], cell["imag_rad_s"])

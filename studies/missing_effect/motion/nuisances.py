@@ -21,7 +21,8 @@ def nuisances(model: Model, given: Mapping[str, float]) -> tuple[tuple[Uncertain
     ----------
     model : Model
     given : mapping
-        1-sigma by key of the bicycle, or ``effect.parameter`` (both wheels) or ``effect.parameter.wheel``; 0 fixes it.
+        1-sigma (SI) by key of the bicycle, ``effect.parameter`` (both wheels) or ``effect.parameter.wheel``; 0 fixes
+        it.
 
     Returns
     -------

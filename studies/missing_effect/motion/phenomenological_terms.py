@@ -7,7 +7,7 @@ import math
 from dataclasses import replace
 
 from studies.inference.parameter import Candidate, UncertainParameter
-from studies.missing_effect.motion.family import FEEDBACK
+from studies.missing_effect.motion.family import feedback_key
 
 TERMS = {
     ("steer", "steer_torque"): 5.0, ("steer_rate", "steer_torque"): 1.0,
@@ -26,7 +26,7 @@ def feedback_terms() -> tuple[Candidate, ...]:
         name = f"{torque.removesuffix('_torque')} torque from {seen.replace('_', ' ')}"
         found.append(
             Candidate(
-                name, (UncertainParameter("gain", unit, {f"{FEEDBACK}{seen}.{torque}": 1.0}, 0.0, scale, size=True),)
+                name, (UncertainParameter("gain", unit, {feedback_key(seen, torque): 1.0}, 0.0, scale, size=True),)
             )
         )
     return tuple(found)

@@ -39,7 +39,7 @@ def find_folder() -> Path:
 
 
 def steer_by_wire(folder: str | Path, *, per_speed: int = 3) -> HistoryMeasurement:
-    """The first ``per_speed`` runs judged good of each treadmill speed, as a measurement."""
+    """The first ``per_speed`` runs in ``folder`` judged good of each treadmill speed, as a measurement."""
     folder = Path(folder)
     content = json.loads((folder / "bicycle.json").read_text(encoding="utf-8"))
     values = {key: value for key, value in content["parameters"].items() if value is not None}

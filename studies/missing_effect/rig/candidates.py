@@ -10,7 +10,7 @@ from studies.inference.parameter import Candidate, UncertainParameter
 from studies.missing_effect.rig.data import PullReadings, SweepBlocks
 from studies.missing_effect.rig.reference import Curve
 from tyre.base.errors import InputError, refuse_unknown
-from tyre.fits.estimate import Calibration
+from tyre.estimate import Calibration
 from tyre.rig.regression import Recorded, RigParameter, Term, needs_pull, needs_sweep
 
 PEAK_SD, SHAPE_SD, CURVATURE_SD = 0.1, 0.15, 0.5  # of the curve: 4 deg of slip do not tell them one by one

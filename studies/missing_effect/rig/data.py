@@ -95,7 +95,7 @@ class SweepBlocks:
         return np.asarray(solve_triangular(self._factor, rows, lower=True, check_finite=False))
 
     def computed(self, terms: Array, *, slopes: bool = True) -> tuple[Array, Array]:
-        """Side force (n,), N, for the values of ``SWEEP_TERMS`` (12,), and with ``slopes`` its derivatives (n, 12)."""
+        """Side force (n,), N, for ``terms`` (12,), see ``SWEEP_TERMS``; with ``slopes`` its derivatives (n, 12)."""
         c, peak, shape, curvature, shift, lag, play, offset, drift, delay, warming, asymmetry = terms
 
         def curve(later: float = 0.0) -> tuple[Array, Array]:

@@ -26,7 +26,7 @@ from tyre.base.checks import anything, list_of, number, text
 from tyre.base.errors import InputError
 from tyre.base.schema import by_name, maybe, needed, read, table
 from tyre.campaigns.campaign import recordings_in
-from tyre.fits.estimate import Calibration
+from tyre.estimate import Calibration
 from tyre.fits.slip_step import is_slip_step
 from tyre.recordings.preflight import preflight
 from tyre.recordings.read import read_recording

@@ -9,7 +9,7 @@ from bicycle.model import Model
 from studies.inference.fit import Fit
 from studies.missing_effect.rig.reference import Reference
 from tyre.base.errors import InputError
-from tyre.fits.estimate import Calibration
+from tyre.estimate import Calibration
 from tyre.recordings.recording import PullTest, RigRun
 
 WHEEL_RADIUS = 0.34  # m

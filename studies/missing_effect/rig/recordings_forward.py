@@ -78,7 +78,7 @@ class RigRecordingsForward(ForwardModel):
         v = _Values(values)
         radius = self.recordings.wheel_radius
         here, there = (log_curvature(wheel_radius=radius, drum_radius=x.drum_radius) for x in (condition, curve))
-        t = SweepTerms(condition.load / curve.load, here - there)
+        t = SweepTerms(condition.load, condition.load / curve.load, here - there)
         for term in self.terms:
             term.add_to(t, values)
         loaded, factor = 1 + v["load gain"] + t.load_gain, np.exp(t.log_stiffness)
@@ -170,7 +170,7 @@ class RigRecordingsForward(ForwardModel):
         return Rows(tuple(where), np.array(x), tuple(series), np.array(fold) % MOST_FOLDS, shown=shown)
 
     def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
-        """Innovations (measured - computed) / sd (n,) and their derivatives (n, p). See :meth:`.Forward.residual`."""
+        """Innovations (n,) at ``theta`` (p,) and, with ``slopes``, slopes (n, p). See :meth:`.Forward.residual`."""
         batch, steps = self._batch(candidates, theta, slopes=slopes)
         residual, jacobian = [], []
         for s in self.sweeps:
@@ -218,7 +218,7 @@ class RigRecordingsForward(ForwardModel):
     def predict(
         self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
     ) -> tuple[Array, Array]:
-        """Whitened prediction (m,) and its derivative (m, p). See :meth:`.Forward.predict`."""
+        """Whitened prediction (m,) at ``theta`` (p,) and its derivative (m, p). See :meth:`.Forward.predict`."""
         values, steps = self._batch(candidates, theta, slopes=True)
         if isinstance(proposal, RimGauge):
             terms = PullTerms(np.zeros(1))

@@ -53,7 +53,7 @@ class Reference:
     tyre: str | None = None
 
     def at(self, load: float, pressure: float) -> Curve:
-        """The curve for a condition: its own, else between two loads (in logarithms), else that of the nearest load.
+        """The curve for a ``load`` (N) and ``pressure`` (Pa): its own, else between loads, else of the nearest load.
 
         Its ``load`` is the load for which its numbers hold.
 
@@ -91,7 +91,7 @@ class Reference:
         )  # fmt: skip
 
     def load_exponent(self, pressure: float) -> float | None:
-        """d(ln C)/d(ln load) at a pressure; None with fewer than two loads."""
+        """d(ln C)/d(ln load) at a ``pressure`` (Pa); None with fewer than two loads."""
         near = [c for c in self.curves if abs(c.pressure / pressure - 1) < ALIKE and c.cornering_stiffness]
         loads = np.log([c.load for c in near])
         if len(near) < 2 or np.ptp(loads) < ALIKE:

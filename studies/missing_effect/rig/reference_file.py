@@ -16,7 +16,7 @@ from tyre.base.schema import maybe, needed, read, table
 from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.campaign import fit_campaign
 from tyre.campaigns.summary import FitSettings
-from tyre.fits.estimate import Calibration
+from tyre.estimate import Calibration
 from tyre.maps.table_io import read_table
 
 TRACK = {"flat": "on a flat track", "drum": "on a drum"}

@@ -104,7 +104,7 @@ class TablesForward(ForwardModel):
         return np.asarray(terms(load, pressure) @ fitted)
 
     def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
-        """(ln measured - ln predicted) / sd; the sd holds both tables. See :meth:`.Forward.residual`."""
+        """(ln measured - ln predicted) / sd at ``theta`` (p,), ``slopes`` or not; the sd holds both tables."""
         t, sd = self.measured, np.sqrt(2) * REPEATABILITY
         columns = [self._slopes[c.identifier] for c in candidates]
         jacobian = np.stack(columns, 1) if columns else np.empty((len(t.load), 0))

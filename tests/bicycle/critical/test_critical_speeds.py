@@ -9,6 +9,7 @@ from bicycle import load_bicycle
 from bicycle.critical.bialternate import bialternate_sum, singular_speeds
 from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.modal.named_modes import modes
+from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.base.errors import InputError
 
 C_110 = 110 * 180 / np.pi  # N/rad, a tyre of 110 N/deg
@@ -115,7 +116,7 @@ def test_crossings_that_the_pencil_loses_are_found_on_the_tracked_roots(syntheti
         found = listed(model)
         assert [f[0] for f in found] == pytest.approx([3.1, 3.11, 7.0], abs=1e-5)
         assert [f[3] for f in found] == ["stabilising", "destabilising", "destabilising"]
-        sums = {power: bialternate_sum(matrix) for power, matrix in model.coefficients[0].items()}
+        sums = SpeedPolynomial({power: bialternate_sum(m) for power, m in model.coefficients[0].items()})
         near = singular_speeds(sums)
         lost += not ((np.abs(near - 3.105) < 0.3) & (np.abs(near.imag) < 1e-3)).any()
     assert lost > 0

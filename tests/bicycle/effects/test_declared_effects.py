@@ -41,7 +41,7 @@ def test_the_written_docstring_is_kept_apart():
     class Toy(Effect):
         """A toy. Source: none."""
 
-        parameters = (Parameter("size", "m", "of the toy", bounds=(0.0, 9.0), typical=(1.0, 2.0), neutral=0.0),)
+        size = Parameter("m", "of the toy", bounds=(0.0, 9.0), typical=(1.0, 2.0), neutral=0.0)
         source = "Toys (1999)"
 
     assert Toy.description == "A toy. Source: none."

@@ -15,6 +15,7 @@ MODEL = """bicycle = "benchmark"
 cornering_stiffness = 6000.0
 relaxation_length = 0.12
 """
+INPUTS = {"steer_torque": "N m", "lean_torque": "N m", "rear_slip": "rad"}
 
 
 @pytest.fixture
@@ -31,7 +32,7 @@ def test_linear_run_writes_the_response(file, tmp_path, capsys):
     table = pd.read_csv(out / "response_linear.csv")
     assert table["time_s"].to_numpy() == pytest.approx(np.arange(11) * 0.1)
     assert table["steer_torque_N_m"].tolist() == [0, 0, 0] + [0.5] * 8
-    inputs = parse_inputs(["steer_torque:step:0.5@0.3"])
+    inputs = parse_inputs(["steer_torque:step:0.5@0.3"], allowed=INPUTS)
     expected = respond(
         read_model(file).linear_model(), speed=6.0, time=table["time_s"], initial={"lean": 0.02, "steer_rate": 0.1},
         inputs=inputs,
@@ -98,7 +99,8 @@ def test_an_offset_alone_moves_the_bicycle(file, tmp_path):
 def test_inputs_from_a_file(tmp_path):
     (tmp_path / "t.csv").write_text("time_s,steer_torque_N_m\n0,1.5\n0.5,-2\n")
     found = parse_inputs(
-        [f"steer_torque:file:{tmp_path / 't.csv'}", "rear_slip:doublet:0.02@1+0.5", "lean_torque:step:3"]
+        [f"steer_torque:file:{tmp_path / 't.csv'}", "rear_slip:doublet:0.02@1+0.5", "lean_torque:step:3"],
+        allowed=INPUTS,
     )
     assert found["steer_torque"].at([0.0, 0.49, 0.5]).tolist() == [1.5, 1.5, -2.0]
     assert found["rear_slip"].at([1.0, 1.25, 1.5]).tolist() == [0.02, -0.02, 0.0]
@@ -121,12 +123,12 @@ def test_inputs_from_a_file(tmp_path):
 )
 def test_refused_inputs(text, words):
     with pytest.raises((InputError, FileNotFoundError), match=words):
-        parse_inputs([text])
+        parse_inputs([text], allowed=INPUTS)
 
 
 def test_input_given_twice():
     with pytest.raises(InputError, match="steer_torque is given twice"):
-        parse_inputs(["steer_torque:step:1", "steer_torque:step:2"])
+        parse_inputs(["steer_torque:step:1", "steer_torque:step:2"], allowed=INPUTS)
 
 
 @pytest.mark.parametrize(
@@ -143,7 +145,7 @@ def test_input_given_twice():
 def test_refused_input_files(content, words, tmp_path):
     (tmp_path / "t.csv").write_text(content)
     with pytest.raises(InputError, match=f"t.csv(, line 2)?: {words}"):
-        parse_inputs([f"steer_torque:file:{tmp_path / 't.csv'}"])
+        parse_inputs([f"steer_torque:file:{tmp_path / 't.csv'}"], allowed=INPUTS)
 
 
 @pytest.mark.parametrize(

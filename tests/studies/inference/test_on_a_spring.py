@@ -28,7 +28,7 @@ from studies.inference import (
 TIME = np.linspace(0.0, 6.0, 61)
 STARTS = (0.5, 1.0, 1.5)  # m
 NOISE = 0.02  # m
-STEPS = 4  # of Runge and Kutta from one reading to the next
+STEPS = 2  # of Runge and Kutta from one reading to the next
 
 NUISANCES = (
     UncertainParameter("mass", "kg", {"mass": 1.0}, 2.0, 0.02),
@@ -112,7 +112,7 @@ def test_two_that_are_missing_are_both_named():
     assert {effect.identifier for effect in verdict.effects} == {"damper", "stiffening"}
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(4))
 def test_noise_alone_names_nothing(seed):
     """Also with the mass and the stiffness off by a standard deviation."""
     verdict = judge(Spring(recorded(seed))).verdict
@@ -121,7 +121,7 @@ def test_noise_alone_names_nothing(seed):
 
 
 def test_what_is_not_in_the_library_is_not_given_another_name():
-    """A force that is constant in size and against the motion: dry friction, which no candidate is."""
+    """Dry friction and a hum of the floor: neither is a candidate."""
 
     def rate(t, y):
         return y[1], -(8.0 * y[0] + 0.4 * np.tanh(y[1] / 1e-2) + 1.2 * np.sin(5 * t)) / 2.0

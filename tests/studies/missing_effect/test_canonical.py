@@ -196,7 +196,7 @@ def test_hands_and_what_is_left_out_are_not_tried():
     assert "rider_arms" in {c.identifier for c in find_candidates(forward.base, {})[0]}  # it would be
     assert "the steer torque, which was measured" in forward.refused["rider_arms"]
     slip = tuple(c for c in forward.candidates if c.identifier == "side_slip")
-    assert {c.identifier for c in forward.further(slip)} == {"camber_thrust", "aligning_moment"}
+    assert {c.identifier for c in forward.enabled_by(slip)} == {"camber_thrust", "aligning_moment"}
     assert {"steer_delay", "lateral_force_scale"} <= {c.identifier for c in sensor_candidates()}
 
 

@@ -15,7 +15,7 @@ from studies.missing_effect.report import write_report
 from studies.missing_effect.rig.measurement import RigMeasurement
 from studies.missing_effect.rig.reference import Curve, Reference
 from tyre.base.errors import InputError
-from tyre.fits.estimate import Calibration
+from tyre.estimate import Calibration
 from tyre.fits.noise_in_time import AR1Noise, estimate_noise
 from tyre.recordings.read import write_csv
 from tyre.recordings.recording import Condition

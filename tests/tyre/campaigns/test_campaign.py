@@ -12,7 +12,7 @@ from tyre.campaigns.campaign import fit_campaign, recordings_in
 from tyre.campaigns.condition import Repeatability, combine, pooled_repeatability
 from tyre.campaigns.export import write_tables
 from tyre.campaigns.summary import FitSettings, RecordingSummary
-from tyre.fits.estimate import Calibration
+from tyre.estimate import Calibration
 from tyre.magic_formula.tir import read_tir
 from tyre.maps.tyre_map import TyreMap
 from tyre.recordings.recording import Condition

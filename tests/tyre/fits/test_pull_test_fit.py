@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tyre.base.errors import InputError
-from tyre.fits.estimate import Calibration
+from tyre.estimate import Calibration
 from tyre.fits.pull_test import fit_pull_test, reading_step
 from tyre.recordings.recording import Condition, PullTest
 

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from tyre.base.errors import InputError
-from tyre.fits.estimate import Calibration, Estimate, combine_uncertainties
+from tyre.estimate import Calibration, Estimate, combine_uncertainties
 from tyre.fits.relaxation import (
     agreement,
     mean_of_steps,

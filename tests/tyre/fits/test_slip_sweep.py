@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tyre.base.errors import InputError
-from tyre.fits.estimate import Calibration
+from tyre.estimate import Calibration
 from tyre.fits.slip_sweep import fit_slip_sweep
 from tyre.fits.sweep_branches import slip_reversals
 from tyre.fits.sweep_solution import solve_least_squares

@@ -10,7 +10,7 @@ from tyre import InputError, MeasuredTable, TyreMap
 from tyre.maps.calibration import CommonCalibration
 from tyre.maps.measured_column import MeasuredColumn
 from tyre.maps.table_io import read_folder, read_table, write_table
-from tyre.maps.wheels import wheel_properties
+from tyre.wheels import wheel_properties
 
 GAINS = CommonCalibration(force=0.006, slip=0.004, displacement=0.003)
 LOAD, PRESSURE = (np.array([300.0, 500.0, 300.0, 500.0]), np.array([4e5, 4e5, 6e5, 6e5]))

@@ -4,7 +4,9 @@ Toy (synthetic): a track that leans across, so that a share of the load pushes t
 """
 
 import json
-from dataclasses import dataclass, fields, replace
+import re
+from dataclasses import fields, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,40 +19,26 @@ from studies.missing_effect.rig.reference import Curve, Reference
 from tyre.base.errors import InputError
 from tyre.recordings.recording import Condition
 from tyre.rig.campaign import set_effect
-from tyre.rig.effect import RigEffect, declared, register, rig_effects, rig_terms
+from tyre.rig.effect import RigEffect, register, rig_effects, rig_terms
 from tyre.rig.effects.noise import Noise
-from tyre.rig.regression import RigParameter, Term, needs_sweep
 from tyre.rig.simulator import Protocol, simulate_sweep
 from tyre.rig.tyre import RigTyre
 
 C = 7600.0
 TYRE = RigTyre(C, 75e3, peak_force=430.0, curvature=0.1, relaxation=False)
 FLAT = Condition(tyre="Synthetic", load=400.0, pressure=5.5e5, surface="flat", temperature=22.0)
-LEAN = RigParameter("lean", "rad", (-0.06, 0.06), (-0.2, 0.2))
+PAGE = Path(__file__).parents[3] / "docs" / "rig_effects.md"
 CURVE = Curve(400.0, 5.5e5, (C, 76.0), (75e3, 750.0), None, 430.0, 1.4, 0.1)
-
-
-@dataclass(frozen=True)
-class LeaningTrack(RigEffect):
-    """A track that leans by ``lean`` (rad) pushes the tyre aside with a share of its load."""
-
-    lean: float = declared(LEAN, 0.02)
-    terms = (
-        Term(
-            "leaning_track", "the track leans and pushes the tyre aside", (LEAN,),
-            sweep=lambda terms, *, lean: terms.add(side_force=400.0 * lean), needs=needs_sweep,
-        ),
-    )  # fmt: skip
-
-    def on_rolling(self, channels, rng):
-        channels["side_force"] += self.lean * channels["vertical_load"]
 
 
 @pytest.fixture
 def leaning(monkeypatch):
-    """Known for as long as a test runs."""
+    """The effect of the documentation, known for as long as a test runs."""
     monkeypatch.setattr(tyre.rig.effect, "OUTSIDE", {})
-    return register(LeaningTrack)
+    (block,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    namespace = {"__name__": "a_laboratory"}
+    exec(compile(block, PAGE.name, "exec"), namespace)
+    return namespace["LeaningTrack"]
 
 
 def test_it_is_found_simulated_and_named(leaning):
@@ -84,7 +72,7 @@ def test_a_name_that_is_taken_is_refused(leaning):
         pass
 
     class Another(RigEffect):
-        terms = (replace(LeaningTrack.terms[0], identifier="conicity"),)
+        terms = (replace(leaning.terms[0], identifier="conicity"),)
 
     for effect, name in ((DialGauge, "dial_gauge"), (Another, "conicity")):
         with pytest.raises(InputError, match=f"a rig effect or term '{name}' exists already; give {effect.__name__}"):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from textwrap import fill
 from typing import Any
 
-from bicycle.effect_parameter import Parameter
+from bicycle.effect.parameter import Parameter
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,14 @@ class Tied:
 
 
 def signature(parameters: Sequence[Parameter], per_wheel: Any) -> inspect.Signature:
-    """Keyword-only signature; ``per_wheel`` is the type of a parameter with a value for each wheel."""
+    """Keyword-only signature; ``per_wheel`` is the type of a parameter with a value for each wheel.
+
+    Parameters
+    ----------
+    parameters : sequence of Parameter
+    per_wheel : type
+        Of a parameter with a value for each wheel.
+    """
     ordered = sorted(parameters, key=lambda p: p.default is not None)  # what must be given stands first
     kinds = [per_wheel if p.per_wheel else float for p in ordered]
     arguments = [
@@ -32,7 +39,16 @@ def signature(parameters: Sequence[Parameter], per_wheel: Any) -> inspect.Signat
 
 
 def docstring(description: str, parameters: Sequence[Parameter], source: str) -> str:
-    """The effect in words, then every parameter with unit, default, typical and allowed values (numpydoc)."""
+    """The effect in words, then every parameter with unit, default, typical and allowed values (numpydoc).
+
+    Parameters
+    ----------
+    description : str
+        The effect in words.
+    parameters : sequence of Parameter
+    source : str
+        Literature.
+    """
     lines = [description]
     if parameters:
         lines += ["", "Parameters", "----------"]
@@ -46,12 +62,22 @@ def docstring(description: str, parameters: Sequence[Parameter], source: str) ->
 
 
 def unit(parameter: Parameter) -> str:
-    """Unit in words."""
+    """Unit in words.
+
+    Parameters
+    ----------
+    parameter : Parameter
+    """
     return "dimensionless" if parameter.unit == "1" else parameter.unit
 
 
 def sentence(p: Parameter) -> str:
-    """Meaning, typical and allowed range of a parameter, and where it makes the effect vanish."""
+    """Meaning, typical and allowed range of a parameter, and where it makes the effect vanish.
+
+    Parameters
+    ----------
+    p : Parameter
+    """
     text = f"{p.description[0].upper()}{p.description[1:]}; typical {_range(p.typical)}, allowed {_range(p.bounds)}"
     vanishes = "" if p.neutral is None else f"; the effect vanishes at {p.neutral:g}"
     return f"{text}{vanishes}."

@@ -1,37 +1,43 @@
 """What an effect is: declared parameters, what it needs of the model, and ``apply``."""
 
-import importlib
 import inspect
-import math
-import pkgutil
 from collections.abc import Iterator, Mapping
-from functools import cache
-from types import MappingProxyType
 from typing import Any, ClassVar
 
 import sympy as sp
 
 from bicycle.derivation.builder import ModelBuilder
-from bicycle.effect_parameter import WHEELS, Parameter, PerWheel, PerWheelValue
-from bicycle.effect_signature import docstring, signature
-from tyre.base.errors import InputError, is_number, refuse_unknown, shown
-from tyre.base.plausible import Doubt, suspicion
-
-__all__ = ["WHEELS", "Effect", "Parameter", "PerWheel", "PerWheelValue", "effect_class", "registry"]
+from bicycle.derivation.declarations import Mode
+from bicycle.effect.parameter import Parameter, PerWheel, PerWheelValue, checked_numbers
+from bicycle.effect.signature import docstring, signature
+from tyre.base.errors import InputError, unknown
+from tyre.base.plausible import Doubt
 
 
 class Effect:
-    """A physical effect beyond the rigid bicycle: subclass it in one file of ``bicycle/effects`` and it is found.
+    """A physical effect beyond the rigid bicycle: a subclass in a file of its own, given by :func:`load_effects`,
+    ``velotyre --effects FILE`` or the entry points ``velotyre.effects`` of a package; those of ``bicycle/effects`` are
+    found.
 
     Attributes
     ----------
+    identifier : str
+        Key of model files: the name of the effect's file, unless it is given.
     parameters : tuple of Parameter
+        Those declared as attributes, in their order.
+    modes : tuple of Mode
+        Modes of vibration that the effect brings, each marked by the role of a joint or state that it adds.
     slot : str, optional
         Effects with the same slot exclude each other (``contact law``).
     requires, provides : tuple of str
         Needs that another effect must provide, for example ``tyre force``; ``why`` explains a missing one.
     source, signature : str
         Literature, and what one sees in the modes when the effect is there.
+    needs_rider : bool
+        Whether it is of a rider: the diagnosis does not try it on a bicycle without one.
+    acts_through : str
+        Input of the model through which it acts, ``steer_torque`` for hands: a sensor of that input measures the effect
+        with it.
     description : str
         The docstring as it was written; ``help()`` shows it with the parameters, their units and ranges below.
 
@@ -47,10 +53,22 @@ class Effect:
     source: ClassVar[str] = ""
     signature: ClassVar[str] = ""
     description: ClassVar[str] = ""
+    modes: ClassVar[tuple[Mode, ...]] = ()
+    needs_rider: ClassVar[bool] = False
+    acts_through: ClassVar[str] = ""
 
     def __init_subclass__(cls) -> None:
         if "identifier" not in cls.__dict__:
             cls.identifier = cls.__module__.rsplit(".", 1)[-1]
+        if "parameters" in cls.__dict__:
+            raise InputError(
+                f"effect {cls.identifier!r}: declare each parameter as an attribute of the class, "
+                "stiffness = Parameter(unit, meaning, ...), not in a tuple"
+            )
+        declared = {name: thing for kind in reversed(cls.__mro__) for name, thing in vars(kind).items()}
+        cls.parameters = tuple(thing for thing in declared.values() if isinstance(thing, Parameter))
+        for parameter in cls.parameters:
+            parameter.check_ranges(cls.identifier)
         cls.description = inspect.cleandoc(cls.__doc__ or "")
         cls.__doc__ = docstring(cls.description, cls.parameters, cls.source)
         cls.__signature__ = signature(cls.parameters, PerWheelValue)  # type: ignore[attr-defined]
@@ -59,7 +77,9 @@ class Effect:
         """Check and store the parameters; see ``parameters`` of the class for names, units and bounds."""
         self._given: dict[str, float] = {}
         known = {parameter.name: parameter for parameter in self.parameters}
-        refuse_unknown("parameter", given, known, where=f"effect {self.identifier!r}")
+        for name in given:
+            if name not in known:
+                raise InputError(f"effect {self.identifier!r}: {unknown('parameter', name, known)}")
         for parameter in self.parameters:
             value = given.get(parameter.name, parameter.default)
             if value is None:
@@ -72,39 +92,18 @@ class Effect:
             self._store(parameter, value)
 
     def _store(self, parameter: Parameter, value: Any) -> None:
-        where = f"effect {self.identifier!r}: {parameter.name}"
-        if parameter.per_wheel:
-            if isinstance(value, PerWheel):
-                value = {"rear": value.rear, "front": value.front}
-            if not isinstance(value, Mapping):
-                value = {"rear": value, "front": value}
-            if set(value) != set(WHEELS):
-                raise InputError(
-                    f"{where} has the keys {', '.join(map(str, value)) or 'none'}; give rear and front, or one number"
-                )
-            numbers = {f"{parameter.name}.{wheel}": value[wheel] for wheel in WHEELS}
-        else:
-            if isinstance(value, Mapping):
-                raise InputError(f"{where} is one number for the bicycle, not a table of rear and front")
-            numbers = {parameter.name: value}
-        low, high = parameter.bounds
-        for key, number in numbers.items():
-            unit = "" if parameter.unit == "1" else f" {parameter.unit}"
-            if not is_number(number) or math.isnan(number):
-                raise InputError(f"effect {self.identifier!r}: {key} = {shown(number)} must be a number{unit}")
-            if not (low <= number <= high) or (math.isinf(number) and number != parameter.neutral):
-                why = "" if math.isinf(number) else suspicion(number, unit=parameter.unit, typical=parameter.typical)
-                raise InputError(
-                    f"effect {self.identifier!r}: {key} = {number:g}{unit} is outside {low:g} .. {high:g}{unit}{why}"
-                )
-            self._given[key] = float(number)
-        if parameter.per_wheel:
-            setattr(self, parameter.name, PerWheel(*(float(value[wheel]) for wheel in WHEELS)))
-        else:
-            setattr(self, parameter.name, float(value))
+        numbers = checked_numbers(parameter, value, self.identifier)
+        self._given |= numbers
+        setattr(self, parameter.name, PerWheel(*numbers.values()) if parameter.per_wheel else numbers[parameter.name])
 
     def values(self, bicycle: Mapping[str, float]) -> dict[str, float]:
-        """Every parameter as ``identifier.name[.wheel]`` -> SI value; defaults tied to the bicycle are filled in."""
+        """Every parameter as ``identifier.name[.wheel]`` -> SI value; defaults tied to the bicycle are filled in.
+
+        Parameters
+        ----------
+        bicycle : mapping of str to float
+            Parameters of the bicycle, SI.
+        """
         filled = {}
         for parameter in self.parameters:
             for key in parameter.entries():
@@ -152,32 +151,20 @@ class Effect:
         return twin
 
     def check(self, bicycle: Mapping[str, float]) -> None:
-        """Refuse values that make no sense beside the bicycle's and the other effects' (overridden where needed)."""
+        """Refuse values that make no sense beside the bicycle's and the other effects' (overridden where needed).
+
+        Parameters
+        ----------
+        bicycle : mapping of str to float
+            Parameters of the bicycle and of every effect, SI.
+        """
 
     def apply(self, model: ModelBuilder) -> None:
-        """Add the effect to the symbolic model."""
+        """Add the effect to the symbolic model.
+
+        Parameters
+        ----------
+        model : ModelBuilder
+            The open model, which the effect extends through its methods.
+        """
         raise NotImplementedError
-
-
-@cache
-def registry() -> Mapping[str, type[Effect]]:
-    """Every effect of ``bicycle.effects`` by identifier, sorted."""
-    package = importlib.import_module("bicycle.effects")
-    found: dict[str, type[Effect]] = {}
-    for module in pkgutil.iter_modules(package.__path__):
-        found.update((effect.identifier, effect) for effect in _effects_of(f"{package.__name__}.{module.name}"))
-    return MappingProxyType(dict(sorted(found.items())))
-
-
-def _effects_of(module_name: str) -> Iterator[type[Effect]]:
-    module = importlib.import_module(module_name)
-    for thing in vars(module).values():
-        if isinstance(thing, type) and issubclass(thing, Effect) and thing.__module__ == module_name:
-            yield thing
-
-
-def effect_class(identifier: str) -> type[Effect]:
-    """Look an effect up by identifier; InputError lists the known ones."""
-    known = registry()
-    refuse_unknown("effect", [identifier], known)
-    return known[identifier]

@@ -1,0 +1,181 @@
+"""A TOY effect with a joint, outside the package, is there by name wherever the house shows an effect or its mode."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from bicycle.effect import outside_effects, registry
+from studies.cli import main
+
+PANNIER = str(Path(__file__).with_name("pannier.py"))
+MODEL = """bicycle = "benchmark"
+[effects.relaxation_length]
+cornering_stiffness = 6000.0
+relaxation_length = 0.12
+[effects.pannier]
+mass = 10.0
+stiffness = 100.0
+"""
+
+
+@pytest.fixture
+def model(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "m.toml").write_text(MODEL)
+    return "m.toml"
+
+
+def test_modes_and_their_figure(model, capsys):
+    main(["modes", model, "--effects", PANNIER, "--speeds", "3,6", "--csv", "modes.csv", "--plot", "modes.svg"])
+    assert "pannier 1/s" in capsys.readouterr().out.splitlines()[0]
+    assert "pannier" not in registry()  # known while the command runs
+    rows = pd.read_csv("modes.csv")
+    mine = rows[(rows["mode"] == "pannier") & (rows["speed_m_s"] == 3)]
+    # at walking speed the box hangs as a pendulum on the slowly moving frame: f^2 = (k + m g h) / (I + m h^2) / 4 pi^2
+    alone = np.sqrt((100 + 10 * 9.81 * 0.2) / (10 * 0.12**2 + 10 * 0.2**2)) / (2 * np.pi)
+    assert mine["frequency_hz"].item() == pytest.approx(alone, rel=0.1)
+    assert not rows["mode"].str.startswith("other").any()
+
+
+def test_the_legend_of_a_figure(model):
+    from matplotlib.figure import Figure
+
+    from bicycle.files.model_file import read_model
+    from bicycle.modal.looks import LOOKS, mode_look
+    from bicycle.modal.named_modes import modes
+
+    with outside_effects([PANNIER]):
+        found = modes(read_model(model), [3.0, 6.0])
+        frequency, real = found.plot(Figure().subplots(2, 1))
+        look = mode_look("pannier")
+    words = [text.get_text() for text in frequency.get_legend().get_texts()]
+    assert words[-1] == "pannier"  # after the modes of the package
+    line = next(line for line in real.lines if line.get_label() == "pannier")
+    assert (line.get_color(), line.get_marker()) == (look.colour, look.marker)
+    assert mode_look("pannier") == look  # also where the effect is not known
+    assert look.colour not in [known.colour for known in LOOKS]
+
+
+def test_critical_speeds_before_the_command(tmp_path, capsys):
+    """An undamped box: its own mode changes its stability, once damped by the rolling bicycle and once driven by it."""
+    (tmp_path / "m.toml").write_text(
+        'bicycle = "benchmark"\n[effects.pannier]\nmass = 5.0\nstiffness = 30.0\ndamping = 0.0\n'
+    )
+    main(["--effects", PANNIER, "critical", str(tmp_path / "m.toml"), "--json", "-"])
+    found = json.loads(capsys.readouterr().out)["critical_speeds"]
+    own = [c for c in found if c["mode"] == "pannier"]
+    assert [c["direction"] for c in own] == ["stabilising", "destabilising"]
+    alone = np.sqrt((30 + 5 * 9.81 * 0.2) / (5 * 0.12**2 + 5 * 0.2**2)) / (2 * np.pi)
+    assert [c["frequency_Hz"] for c in own] == pytest.approx([alone, alone], rel=0.15)
+    assert not any(c["mode"].startswith("other") for c in found)
+
+
+def test_sensitivity_and_uncertainty(model, capsys):
+    main(["sensitivity", model, "--effects", PANNIER, "--mode", "pannier", "--speed", "3", "--json", "-"])
+    ranked = json.loads(capsys.readouterr().out)["parameters"]
+    units = {row["parameter"]: row["unit"] for row in ranked}
+    assert ranked[0]["parameter"].startswith("pannier.")
+    assert units["pannier.gyration"] == "m"
+    main(["uncertainty", model, "--effects", PANNIER, "--speeds", "3", "--samples", "4", "--max-speed", "10"])
+    assert "pannier frequency at 3 m/s" in capsys.readouterr().out
+
+
+def test_simulated_outputs_have_its_unit(model):
+    main(["simulate", model, "--effects", PANNIER, "--speed", "6", "--duration", "0.5", "--initial", "pannier=0.1",
+          "--out", "sim"])  # fmt: skip
+    table = pd.read_csv("sim/response_linear.csv")
+    assert table["pannier_rad"][0] == 0.1
+    assert "pannier_rate_rad_s" in table
+
+
+def test_root_locus(model):
+    main(["root-locus", model, "--effects", PANNIER, "--parameter", "pannier.stiffness", "--range", "50:150:50",
+          "--speed", "4", "--out", "locus"])  # fmt: skip
+    (csv,) = Path("locus").glob("*.csv")
+    rows = pd.read_csv(csv)
+    mine = rows[rows["mode"] == "pannier"]["frequency_Hz"].to_numpy()
+    # of the box alone: sqrt of (k + m g h)
+    assert mine[2] / mine[0] == pytest.approx(np.sqrt((150 + 19.62) / (50 + 19.62)), rel=0.05)
+    (figure,) = Path("locus").glob("*.svg")
+    assert figure.stat().st_size > 1000
+
+
+def test_lists_and_pages(capsys):
+    main(["effects", "--effects", PANNIER])
+    (row,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("pannier")]
+    assert "kg" in row
+    main(["effects", "pannier", "--effects", PANNIER])
+    page = capsys.readouterr().out
+    assert page.startswith("# pannier\n\nTOY: a box")
+    assert "- Brings the mode: pannier" in page
+    main(["effects", "pannier", "--effects", PANNIER, "--json", "-"])
+    assert json.loads(capsys.readouterr().out)["modes"] == ["pannier"]
+
+
+SWEEP = """model = "m.toml"
+outputs = ["frequencies", "critical_speeds"]
+max_speed_m_s = 5.0
+[grid]
+speed_m_s = [3.0]
+pannier.stiffness = [50.0, 100.0]
+"""
+
+
+def test_sweep_columns_in_other_processes(model, tmp_path):
+    import xarray as xr
+
+    (tmp_path / "s.toml").write_text(SWEEP)
+    main(["sweep", "s.toml", "--effects", PANNIER, "--processes", "1", "--out", "s.zarr"])
+    with xr.open_zarr("s.zarr", consolidated=False) as found:
+        names = found["mode"].values.tolist()
+        own = found["frequencies"].sel(mode="pannier").values[..., 0]
+    assert names == ["weave", "wobble", "capsize", "castering", "rear_tyre", "front_compliance", "rider", "pannier"]
+    assert own[1] > own[0] > 1
+
+
+def test_a_sweep_whose_effect_has_changed_is_another(model, tmp_path):
+    from studies.sweeps.sweep_file import read_sweep
+
+    (tmp_path / "s.toml").write_text(SWEEP)
+    own = tmp_path / "pannier.py"
+    prints = set()
+    for factor in ("", "2 * "):
+        own.write_text(Path(PANNIER).read_text().replace("-self.stiffness", f"-{factor}self.stiffness"))
+        with outside_effects([own]):
+            prints.add(read_sweep(tmp_path / "s.toml").fingerprint)
+    assert len(prints) == 2
+
+
+def test_diagnosis_names_it(tmp_path, monkeypatch, capsys):
+    """Synthetic: weave and the mode of a box that the base model does not have."""
+    from bicycle import Model, effect_class, load_bicycle
+    from bicycle.modal.named_modes import modes
+
+    monkeypatch.chdir(tmp_path)
+    speeds, rng = [4.5, 5.0, 5.5, 6.0, 6.5], np.random.default_rng(1)
+    with outside_effects([PANNIER]):
+        truth = effect_class("pannier")(mass=4.0, stiffness=40.0, damping=0.4)
+        found = modes(Model(load_bicycle("kooijman2008"), truth), speeds)
+    lines = ["speed_m_s,mode,real_1_s,imag_rad_s,real_sd_1_s,imag_sd_rad_s"]
+    for mode in ("weave", "pannier"):
+        for speed, z in zip(
+            speeds, found.branch(mode)[:, 0] + 0.05 * (rng.normal(size=5) + 1j * rng.normal(size=5)), strict=True
+        ):
+            lines.append(f"{speed},{mode},{z.real:.5f},{z.imag:.5f},0.05,0.05")
+    (tmp_path / "t.csv").write_text("\n".join(lines) + "\n")
+    known = "".join(f"{key} = {getattr(truth, key)}\n" for key in ("mass", "x", "z", "gyration", "joint_z"))
+    (tmp_path / "measured.toml").write_text(
+        f'kind = "modal"\nbicycle = "kooijman2008"\n[candidates.pannier]\n{known}[modal]\ntable = "t.csv"\n'
+    )
+    dear = ("aerodynamic_drag", "crown_radius", "relaxation_length", "side_slip", "steer_assist", "twisting_torque")
+    without = [word for name in dear for word in ("--without", name)]
+    main(["diagnose", "measured.toml", "--effects", PANNIER, *without, "--json", "-"])
+    verdict = json.loads(capsys.readouterr().out)
+    assert verdict["verdict"] == "named"
+    (named,) = verdict["effects"]
+    assert named["identifier"] == "pannier"
+    stiffness = named["parameters"]["stiffness"]
+    assert abs(stiffness["value"] - 40.0) < 4 * stiffness["sd"] < 4.0
