@@ -40,6 +40,10 @@ MODEL = schema.table(
 def read_model(path: str | Path) -> Model:
     """Read a model file.
 
+    Parameters
+    ----------
+    path : path
+
     Raises
     ------
     InputError
@@ -57,6 +61,12 @@ def build_model(content: Mapping[str, Any], *, folder: Path = Path()) -> Model:
     """Build a model from the content of a model file; files it names are relative to ``folder``.
 
     Values far outside their typical range are refused unless the content has ``allow_unusual = true``.
+
+    Parameters
+    ----------
+    content : mapping
+        As TOML gives it: SI units, but for a tyre's ``pressure_bar``.
+    folder : Path
     """
     given = schema.read(MODEL, content)
     allow = given[WAY_OUT]
@@ -79,7 +89,13 @@ def build_model(content: Mapping[str, Any], *, folder: Path = Path()) -> Model:
 
 
 def allows_unusual(content: Mapping[str, Any]) -> bool:
-    """Whether a model file lets values pass that are far outside their typical range (``allow_unusual = true``)."""
+    """Whether a model file lets values pass that are far outside their typical range (``allow_unusual = true``).
+
+    Parameters
+    ----------
+    content : mapping
+        Of the file; its units do not matter.
+    """
     return bool(schema.read(flag, content.get(WAY_OUT, False), section=WAY_OUT))
 
 
@@ -87,6 +103,12 @@ def refuse_absurd_values(model: Model, values: Mapping[str, Iterable[float]]) ->
     """Refuse values of a model's parameters, ``effect.name[.wheel]`` or of the bicycle, far outside the typical range.
 
     Other keys (speed, pressure, load) are left alone.
+
+    Parameters
+    ----------
+    model : Model
+    values : mapping of str to iterable of float
+        By parameter key, SI units.
     """
     declared = {f"{e.identifier}.{p.name}": p for e in model.effects for p in e.parameters}
     for key, given in values.items():

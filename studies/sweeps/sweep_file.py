@@ -82,6 +82,10 @@ TOP_KEYS = SWEEP.keys
 def read_sweep(path: str | Path) -> Sweep:
     """Read a sweep file; files it names are relative to it.
 
+    Parameters
+    ----------
+    path : path
+
     Raises
     ------
     InputError
@@ -96,7 +100,20 @@ def read_sweep(path: str | Path) -> Sweep:
 
 
 def build_sweep(content: Mapping[str, Any], *, folder: Path = Path()) -> Sweep:
-    """Build a sweep from the content of a sweep file."""
+    """Build a sweep from the content of a sweep file.
+
+    Parameters
+    ----------
+    content : mapping
+        As TOML gives it, units in its keys.
+    folder : Path
+        Where the files that it names are.
+
+    Raises
+    ------
+    InputError
+        As :func:`read_sweep`.
+    """
     given = read(SWEEP, content, dotted=True)
     model, nominal = _model(given["model"], folder)
     tyre = next((t for t in model.get("effects", {}).values() if any(key in t for key in TYRE_KEYS)), None)
