@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tyre.base.errors import InputError, hint
+from tyre.base.errors import InputError, refuse_unknown
 from tyre.base.units import PASCAL_PER_BAR
 from tyre.recordings.recording import Condition, PullTest, RigRun
 from tyre.rig.effect import RigEffect, simulated_effects
@@ -101,16 +101,12 @@ def set_effect(effects: Sequence[RigEffect], name: str, values: Mapping[str, flo
         For an unknown effect or parameter; the message suggests the nearest.
     """
     known = simulated_effects()
-    if name not in known:
-        raise InputError(f"effect {name!r} is unknown (known: {', '.join(sorted(known))}){hint(name, known)}")
+    refuse_unknown("effect", [name], known)
     kind = known[name]
     if values is None:
         return tuple(effect for effect in effects if type(effect) is not kind)
     allowed = [item.name for item in fields(kind)]
-    for key in values:
-        if key not in allowed:
-            names = ", ".join(allowed)
-            raise InputError(f"effect {name}: parameter {key!r} is unknown (known: {names}){hint(key, allowed)}")
+    refuse_unknown("parameter", values, allowed, where=f"effect {name}")
     if any(type(effect) is kind for effect in effects):
         return tuple(replace(effect, **values) if type(effect) is kind else effect for effect in effects)
     return (*effects, kind(**values))

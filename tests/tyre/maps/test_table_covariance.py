@@ -162,8 +162,8 @@ def test_tables_that_state_nothing_are_written_as_before(tmp_path):
 @pytest.mark.parametrize(
     ("more", "cells", "toml", "message"),
     [
-        (",stiffness_correlation", (",1.2", ",0"), "", r"row 2: stiffness_correlation is 1.2; it must be from -1 to 1"),
-        (",cornering_stiffness_dof", (",0", ",1"), "", r"row 2: cornering_stiffness_dof is 0; it must be > 0 \(inf"),
+        (",stiffness_correlation", (",1.2", ",0"), "", r"line 2: stiffness_correlation = 1.2 must be from -1 to 1"),
+        (",cornering_stiffness_dof", (",0", ",1"), "", r"line 2: cornering_stiffness_dof = 0 must be > 0 \(inf"),
         (",cornering_stiffness_dof", (",4", ",4"), "", "degrees of freedom of one stiffness only; give those of both"),
         (",pneumatic_trail_mm", (",17", ",18"), "", "pneumatic_trail_mm and pneumatic_trail_sd_mm belong together"),
         (
@@ -172,15 +172,15 @@ def test_tables_that_state_nothing_are_written_as_before(tmp_path):
         ),
         (
             ",pneumatic_trail_mm,pneumatic_trail_sd_mm", (",17,0.3", ",inf,1"), "",
-            "row 3: pneumatic_trail_mm is inf; it must be finite, or empty where it was not measured",
+            "line 3: pneumatic_trail_mm = inf must be finite, or empty where it was not measured",
         ),
         (
             ",pneumatic_trail_mm,pneumatic_trail_sd_mm", (",17,-0.3", ",,"), "",
-            "row 2: pneumatic_trail_sd_mm is -0.3; it must be finite and >= 0",
+            "line 2: pneumatic_trail_sd_mm = -0.3 must be finite and >= 0",
         ),
-        (",pneumatic_tail_mm", (",17", ",18"), "", r"'pneumatic_tail_mm' \(did you mean 'pneumatic_trail"),
-        ("", ("", ""), "[calibration]\nforce = 0.003\n", r"\[calibration\] needs 'force', 'slip', 'displacement'"),
-        ("", ("", ""), CALIBRATION.replace("slip", "slipp"), r"'calibration.slipp' \(did you mean 'slip'\?\)"),
+        (",pneumatic_tail_mm", (",17", ",18"), "", r"column 'pneumatic_tail_mm'; did you mean 'pneumatic_trail"),
+        ("", ("", ""), "[calibration]\nforce = 0.003\n", r"calibration: give 'force', 'slip', 'displacement'"),
+        ("", ("", ""), CALIBRATION.replace("slip", "slipp"), r"key of calibration: 'slipp'; did you mean 'slip'"),
         ("", ("", ""), CALIBRATION.replace("0.003", "0.9"), "calibration.displacement = 0.9 must be a relative"),
         ("", ("", ""), CALIBRATION.replace("0.003", "true"), "calibration.displacement = True must be a number"),
     ],
