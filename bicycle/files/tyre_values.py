@@ -223,7 +223,7 @@ def unused_offers(tyres: MountedTyres, present: Mapping[str, Any]) -> list[str]:
         Note(
             f"{subject}: {parameter.name} for the effect {kind.identifier} was measured too, {values} "
             f'({parameter.unit}), but is not used; [effects.{kind.identifier}] with {parameter.name} = "{FROM_TYRE}" '
-            "takes it", subject, headline, all(p.inside for p in joint.properties),
+            "takes it", subject, headline, inside=all(p.inside for p in joint.properties),
         )
         for kind in registry().values()
         for parameter in kind.parameters

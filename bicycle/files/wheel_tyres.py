@@ -56,7 +56,7 @@ def tyre_notes(properties: Mapping[str, TyreProperties]) -> list[str]:
         for note in p.notes:
             said.setdefault((p.tyre, p.surface, note), []).append(condition)
     return [
-        Note(f"{subject} ({'; '.join(at)}): {note}", subject, "; ".join(conditions[subject]), inside)
+        Note(f"{subject} ({'; '.join(at)}): {note}", subject, "; ".join(conditions[subject]), inside=inside)
         for (name, surface, note), at in said.items()
         for subject in [f"{name} on {surface}"]
     ]

@@ -21,7 +21,7 @@ MOST_SPEEDS = 1_000_000
 VERBOSE = "velotyre.verbose"
 
 
-def _remember(context: click.Context, parameter: click.Parameter, value: bool) -> None:
+def _remember(context: click.Context, parameter: click.Parameter, value: bool) -> None:  # noqa: FBT001 (as click calls it)
     context.meta[VERBOSE] = value
 
 

@@ -20,14 +20,14 @@ class Note(str):
     headline: str
     inside: bool
 
-    def __new__(cls, text: str, subject: str = "", headline: str = "", inside: bool = True) -> "Note":
+    def __new__(cls, text: str, subject: str = "", headline: str = "", *, inside: bool = True) -> "Note":
         note = super().__new__(cls, text)
         note.subject, note.headline, note.inside = subject, headline, inside
         return note
 
     def replace(self, old: str, new: str, count: int = -1) -> "Note":  # type: ignore[override]
         """The same note with ``new`` words for ``old`` ones, at most ``count`` times (any number if negative)."""
-        return Note(super().replace(old, new, count), self.subject, self.headline, self.inside)
+        return Note(super().replace(old, new, count), self.subject, self.headline, inside=self.inside)
 
 
 def extrapolated(notes: Sequence[str]) -> bool:

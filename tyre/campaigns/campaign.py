@@ -138,7 +138,7 @@ def fit_campaign(
     tasks = [(path, path.relative_to(folder).as_posix(), settings, cache_folder) for path in files]
     summaries: list[RecordingSummary] = []
     skipped: dict[str, str] = {}
-    for name, outcome in _progress(_run(tasks, jobs), len(tasks), progress):
+    for name, outcome in _progress(_run(tasks, jobs), len(tasks), show=progress):
         if isinstance(outcome, RecordingSummary):
             summaries.append(outcome)
         elif skip_bad:
@@ -261,7 +261,7 @@ def _run(tasks: Sequence[Any], jobs: int | None) -> Iterator[tuple[str, Recordin
                 future.cancel()
 
 
-def _progress(items: Iterable[Any], total: int, show: bool) -> Iterable[Any]:
+def _progress(items: Iterable[Any], total: int, *, show: bool) -> Iterable[Any]:
     from tyre.base.progress import progress_bar
 
     return progress_bar(items, total=total, desc="recordings", unit="file", show=show)

@@ -128,7 +128,7 @@ def sweep_model(
     InputError
         A known relaxation length without a speed, too few blocks, no slip at zero, or a force that falls with slip.
     """
-    free = _free_parameters(blocks, lag_correction, relaxation_length, notes, where)
+    free = _free_parameters(blocks, relaxation_length, notes, where, lag_correction=lag_correction)
     if blocks.settled.sum() < 2 * free.sum():
         raise InputError(
             f"{where}: only {blocks.settled.sum()} tenths of a degree of slip are left after the lag has settled; "
@@ -147,7 +147,7 @@ def sweep_model(
 
 
 def _free_parameters(
-    blocks: Blocks, lag_correction: bool, relaxation_length: float | None, notes: list[str], where: str
+    blocks: Blocks, relaxation_length: float | None, notes: list[str], where: str, *, lag_correction: bool
 ) -> NDArray[np.bool_]:
     rates = blocks.branch_rates[np.unique(blocks.branch[blocks.settled])]
     both = bool((rates > 0.0).any() and (rates < 0.0).any())

@@ -77,7 +77,7 @@ def preflight(recording: RigRun | PullTest) -> Preflight:
     kind = recording.kind if isinstance(recording, RigRun) else "pull_test"
     return Preflight(
         source=str(recording.source) if recording.source else kind,
-        present=(_describe(recording.condition, recording.axes, recording.synthetic), *present),
+        present=(_describe(recording.condition, recording.axes, synthetic=recording.synthetic), *present),
         missing=tuple(missing),
         problems=tuple(text for text, _ in faults),
         usable=not any(blocking for _, blocking in faults),
@@ -90,7 +90,7 @@ def _needed(recording: RigRun | PullTest) -> tuple[str, ...]:
     return ("side_force", "plate_displacement", "rim_displacement")
 
 
-def _describe(condition: Condition, axes: str, synthetic: bool) -> str:
+def _describe(condition: Condition, axes: str, *, synthetic: bool) -> str:
     surface = f"drum of {condition.drum_radius:g} m radius" if condition.drum_radius else "flat track"
     return (
         f"{'SYNTHETIC, ' if synthetic else ''}{condition.tyre}, {condition.load:g} N, "
