@@ -36,6 +36,7 @@ from tyre.base.errors import InputError
 
 STEP = 1e-3  # in standard deviations, of the smooth map from z to parameters
 BATCH = 4096  # bicycles at a time
+SWITCHING = "the equations of this model switch at a speed, which uncertainty propagation does not cover"
 
 
 class UncertainModel:
@@ -287,8 +288,7 @@ class UncertainModel:
         """
         family = ModelFamily(self.nominal)
         if len(self.nominal.linear_model().ranges) > 1:
-            what = "the equations of this model switch at a speed"
-            raise InputError(f"{what}, which uncertainty propagation does not cover")
+            raise InputError(SWITCHING)
         for start in range(0, len(z), size):
             rows = slice(start, min(start + size, len(z)))
             points = self.points(z[rows], share=share)
