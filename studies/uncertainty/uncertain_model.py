@@ -83,9 +83,8 @@ class UncertainModel:
             raise InputError(
                 "relative_cornering_stiffness_sd needs a measured tyre in the model file (tyre, pressure_bar)"
             )
-        relative = relative_cornering_stiffness_sd
+        self._stated, relative = _read(content["model"], bicycle_sd), relative_cornering_stiffness_sd
         relative = (CORNERING_STIFFNESS if defaults else 0.0) if relative is None else relative
-        self._stated = _read(content["model"], bicycle_sd)
         self.relative, self._relative_given = relative, bool(relative_cornering_stiffness_sd)
         laws = [e.identifier for e in self._stated.effects if e.slot == "contact law"]  # drawn as the tyre is
         self._of_tyre = tuple(key for key in self._stated.sd if ParameterKey.parse(key).effect in laws)
