@@ -6,6 +6,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import reduce
+from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
@@ -142,8 +143,16 @@ def classes_of_file(path: Path, base: type[T]) -> tuple[type[T], ...]:
     return found
 
 
+class _Uncached(SourceFileLoader):
+    """Reads the source itself: a cache of compiled files takes two states of one second and one length for the same."""
+
+    def get_code(self, fullname: str) -> Any:
+        return self.source_to_code(self.get_data(self.path), self.path)
+
+
 def _run(path: Path, name: str) -> ModuleType:
-    spec = spec_from_file_location(name, path.resolve())
+    at = str(path.resolve())
+    spec = spec_from_file_location(name, at, loader=_Uncached(name, at))
     assert spec is not None
     assert spec.loader is not None
     for parent in (LOADED, name.rpartition(".")[0]):  # pickle imports what stands before the dots
@@ -164,8 +173,8 @@ def _run(path: Path, name: str) -> ModuleType:
 
         calls = traceback.extract_tb(error.__traceback__)
         lines = [call.lineno for call in calls if Path(call.filename) == path.resolve()]
-        at = f", line {lines[-1]}" if lines else ""
-        raise InputError(f"{path}{at}: the file cannot be run: {_said(error)}; mend it") from error
+        where = f", line {lines[-1]}" if lines else ""
+        raise InputError(f"{path}{where}: the file cannot be run: {_said(error)}; mend it") from error
     return module
 
 
