@@ -163,7 +163,7 @@ def _extrapolating(chosen: ChosenModel) -> ChosenModel:
 
 
 def _tyre_file(tyre: str) -> str:
-    from tyre.read_tyre import is_file_name
+    from tyre.find_tyre import is_file_name
 
     return Path(tyre).resolve().as_posix() if is_file_name(tyre) else tyre
 

@@ -9,7 +9,7 @@ from tyre import TyreMap, TyreSource, available_tyres, read_tyre
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.base.units import PASCAL_PER_BAR
-from tyre.read_tyre import packaged_formulas
+from tyre.find_tyre import packaged_formulas
 
 if TYPE_CHECKING:
     import pandas as pd

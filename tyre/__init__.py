@@ -1,12 +1,10 @@
-"""Bicycle-tyre rig data: cornering stiffness, lateral stiffness and relaxation length, each with its uncertainty."""
+"""Bicycle-tyre rig data: cornering stiffness, lateral stiffness and relaxation length, each with its uncertainty.
 
-from tyre.base.errors import InputError
-from tyre.maps.find_table import available_tyres
-from tyre.maps.tables import MeasuredTable
-from tyre.maps.tyre_map import TyreMap
-from tyre.properties import TyreProperties
-from tyre.read_tyre import read_tyre
-from tyre.tyre_source import TyreSource
+Every name is imported when it is first used: the command line needs none of them to start.
+"""
+
+from importlib import import_module
+from typing import Any
 
 __all__ = [
     "InputError",
@@ -17,3 +15,25 @@ __all__ = [
     "available_tyres",
     "read_tyre",
 ]
+
+HOME = {
+    "InputError": "tyre.base.errors",
+    "MeasuredTable": "tyre.maps.tables",
+    "TyreMap": "tyre.maps.tyre_map",
+    "TyreProperties": "tyre.properties",
+    "TyreSource": "tyre.tyre_source",
+    "available_tyres": "tyre.maps.find_table",
+    "read_tyre": "tyre.find_tyre",
+}
+"""Name -> its home; ``__init__.pyi`` tells the types."""
+
+
+def __getattr__(name: str) -> Any:
+    if name not in HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = getattr(import_module(HOME[name]), name)
+    return globals()[name]
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *HOME})

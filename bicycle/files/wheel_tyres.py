@@ -10,9 +10,9 @@ from bicycle.parameters import Bicycle
 from tyre.base.errors import InputError, is_number, shown
 from tyre.base.notes import Note
 from tyre.base.units import PASCAL_PER_BAR
+from tyre.find_tyre import is_file_name, read_tyre
 from tyre.joint_properties import JointProperties
 from tyre.properties import TyreProperties
-from tyre.read_tyre import is_file_name, read_tyre
 from tyre.tyre_source import TyreSource, out_of_reach
 from tyre.wheels import wheel_properties
 

@@ -17,7 +17,7 @@ from tyre import TyreMap, TyreProperties, available_tyres, read_tyre
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.base.units import PASCAL_PER_BAR
-from tyre.read_tyre import is_file_name
+from tyre.find_tyre import is_file_name
 from tyre.tyre_source import TyreSource, out_of_reach
 from tyre.wheels import wheel_properties
 

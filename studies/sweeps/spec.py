@@ -18,7 +18,7 @@ from bicycle.files.wheel_tyres import MOST_BAR
 from bicycle.model import Model
 from bicycle.parameter_key import ParameterKey
 from bicycle.parameters import BOUNDS
-from tyre.read_tyre import is_file_name, read_tyre
+from tyre.find_tyre import is_file_name, read_tyre
 
 SPEED = "speed_m_s"
 TYRE_UNITS = {"pressure_bar": "bar", "load_N": "N", "tyre": "", "surface": ""}

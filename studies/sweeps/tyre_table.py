@@ -15,8 +15,8 @@ from studies.sampling.refused import Refused
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.base.units import PASCAL_PER_BAR
+from tyre.find_tyre import read_tyre
 from tyre.properties import MEASURED_BESIDE, parameters_of_effects, stiffness_note
-from tyre.read_tyre import read_tyre
 from tyre.tyre_source import TyreSource
 from tyre.wheels import wheel_properties
 

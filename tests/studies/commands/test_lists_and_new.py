@@ -17,7 +17,7 @@ from studies.cli import main
 from studies.model_example import example_model
 from tyre import TyreMap, available_tyres
 from tyre.base.errors import InputError
-from tyre.read_tyre import packaged_formulas
+from tyre.find_tyre import packaged_formulas
 
 
 def json_of(capsys, *arguments: str) -> dict:
