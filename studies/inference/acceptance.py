@@ -1,7 +1,7 @@
 """Whether the leading hypothesis is named: the rules that must hold, and what is said where they do not."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -10,13 +10,14 @@ from studies.inference.evidence import CLEAR_ODDS, Hypotheses
 from studies.inference.fit import Fit, fit
 from studies.inference.forward import Forward
 from studies.inference.identifiability import equivalents
+from studies.inference.search import NOTHING, POOR_FIT
 from studies.inference.verdict import AcceptanceCheck, Mimic
 
-NOTHING = 0.05  # P(nothing is missing) above which nothing is named
-POOR_FIT = 0.01  # p below which a model does not fit
 PARTIAL_SHARE = 0.5  # of the nuisance-only held-out gap that a partial name must close
 PARTIAL_REST = 2.0  # held-out gap (in sd) beyond which a name would be a guess
 LIKELIER_ODDS = 3.0  # beyond which a hypothesis with one effect more than the leader joins its class, though not clear
+MANY = 3  # effects at once, each of which must stand alone
+EVEN = 0.5  # P(nothing is missing) above which a poor fit of nothing alone names nothing
 MOST_LEADERS = 6  # that are refitted with wider nuisances
 MOST_MIMICS = 5
 MIMIC_SHARE = 0.9  # of the objective that a term must leave at most
@@ -34,8 +35,14 @@ class Acceptance:
         The leader where it is named, else the null.
     held_out : mapping
         ``nuisance_only`` and ``final``.
+    leader : Fit, optional
+        What was judged, named or not.
     members : tuple of Fit
         What cannot be told from the leader, itself first; empty where nothing is named.
+    reasons : mapping
+        Name of a member -> why it cannot be told from the leader.
+    reservations : tuple of str
+        On what a tentative name rests.
     checks : tuple of AcceptanceCheck
     mimics : tuple of Mimic
         Phenomenological terms that would lower chi^2, where something remains unexplained.
@@ -44,7 +51,10 @@ class Acceptance:
     verdict: str
     final: Fit
     held_out: Mapping[str, HeldOut]
+    leader: Fit | None = None
     members: tuple[Fit, ...] = ()
+    reasons: Mapping[str, str] = field(default_factory=dict)
+    reservations: tuple[str, ...] = ()
     checks: tuple[AcceptanceCheck, ...] = ()
     mimics: tuple[Mimic, ...] = ()
 
@@ -55,7 +65,7 @@ class _Leader:
 
     fit: Fit
     score: HeldOut
-    members: tuple[Fit, ...]
+    members: dict[Fit, str]  # with the reason of each
     wide: Hypotheses  # with wider nuisances
 
 
@@ -72,17 +82,29 @@ def accept(forward: Forward, known: Hypotheses, leader: Fit | None) -> Acceptanc
     null_score = held_out(forward, known.null)
     if leader is None:
         check = AcceptanceCheck("P(nothing is missing) < 0.05", f"{known.nothing:.3g}", False)
-        return _nothing_named(forward, known, null_score, (check,))
+        if known.nothing >= EVEN or not known.fits:
+            return _nothing_named(forward, known, null_score, (check,))
+        leader = max(known.fits, key=lambda f: (f.admissible, known.log_posterior(f)))
     led = _studied(forward, known, leader)
-    vital, fitting = _vital(known, led, null_score), _fitting(forward, leader)
-    checks = (*vital, *fitting)
+    vital = _vital(forward, led)
+    reserved = (*_reserved(known, led, null_score), *_each_alone(forward, known, led, null_score))
+    fitting = _fitting(forward, leader)
+    checks = (*vital, *reserved, *fitting)
     scores = {"nuisance_only": null_score, "final": led.score}
-    if all(c.passed for c in checks):
-        return Acceptance("named" if len(led.members) == 1 else "class", leader, scores, led.members, checks)
+    members, explains = tuple(led.members), all(c.passed for c in (*vital, *fitting))
+    reasons = {f.name: why for f, why in led.members.items()}
+    doubts = tuple(f"{c.what}: {c.figure}" for c in reserved if not c.passed)
+    if explains and not doubts:
+        word = "named" if len(members) == 1 else "class"
+        return Acceptance(word, leader, scores, leader, members, reasons, (), checks)
+    unlikely = led.score.log_score <= null_score.log_score or known.nothing >= NOTHING
+    if explains and not (unlikely and goodness_of_fit(forward, known.null) > POOR_FIT):
+        return Acceptance("tentative", leader, scores, leader, members, reasons, doubts, checks)
     closes = led.score.gap <= min(PARTIAL_SHARE * null_score.gap, PARTIAL_REST)
-    if all(c.passed for c in vital) and closes:
-        return Acceptance("partial", leader, scores, led.members, checks, mimics(forward, leader))
-    return _nothing_named(forward, known, null_score, checks)
+    if all(c.passed for c in (*vital, *reserved)) and closes:
+        rest = mimics(forward, leader)
+        return Acceptance("partial", leader, scores, leader, members, reasons, (), checks, rest)
+    return _nothing_named(forward, known, null_score, checks, leader)
 
 
 def likelier(known: Hypotheses, hypothesis: Fit) -> list[Fit]:
@@ -98,53 +120,83 @@ def mimics(forward: Forward, hypothesis: Fit) -> tuple[Mimic, ...]:
             continue
         start = np.concatenate([hypothesis.theta, term.starts[0]])
         trial = fit(forward, (*hypothesis.candidates, term), starts=[start])
-        if trial.objective < MIMIC_SHARE * hypothesis.objective:
+        if trial.objective < MIMIC_SHARE * hypothesis.objective and trial.chi2 < hypothesis.chi2:
             u = term.unknowns[0]
             terms.append(Mimic(f"{term.identifier} ({u.unit})", float(trial.theta[-1]), trial.chi2))
     return tuple(sorted(terms, key=lambda mimic: mimic.chi2)[:MOST_MIMICS])
 
 
 def _nothing_named(
-    forward: Forward, known: Hypotheses, score: HeldOut, checks: tuple[AcceptanceCheck, ...]
+    forward: Forward, known: Hypotheses, score: HeldOut, checks: tuple[AcceptanceCheck, ...], leader: Fit | None = None
 ) -> Acceptance:
     scores = {"nuisance_only": score, "final": score}
     if goodness_of_fit(forward, known.null) > POOR_FIT:
-        return Acceptance("none", known.null, scores, checks=checks)
-    return Acceptance("unknown", known.null, scores, checks=checks, mimics=mimics(forward, known.null))
+        return Acceptance("none", known.null, scores, leader, checks=checks)
+    return Acceptance("unknown", known.null, scores, leader, checks=checks, mimics=mimics(forward, known.null))
 
 
 def _studied(forward: Forward, known: Hypotheses, leader: Fit) -> _Leader:
     members = equivalents(forward, known, leader)
-    members += likelier(known, leader)[:1]
+    for f in likelier(known, leader)[:1]:
+        members[f] = f"one effect more, odds {known.odds(f, leader):.0f} : 1 for it: too few to add it"
     peers = list(dict.fromkeys([*members, *known.best(len(leader.candidates))[:MOST_LEADERS]]))
-    wide = with_wider_nuisances(forward, known, peers)
-    first = wide.best()[0]
-    shaky = [f.identifiers for f in wide.best() if wide.odds(first, f) < CLEAR_ODDS and f.physical]
-    members += [f for f in peers if f.identifiers in shaky and f not in members]  # no name may hang on the priors
-    return _Leader(leader, held_out(forward, leader), tuple(members), wide)
+    wide = with_wider_nuisances(forward, known, [f for f in peers if f.converged or f is leader])
+    best = wide.best()[0]
+    for f in wide.best() if wide.nothing < NOTHING else ():  # else the reservation says it
+        own = known.find(f.identifiers)
+        if own is not None and own not in members and f.physical and wide.odds(best, f) < CLEAR_ODDS:
+            odds = wide.odds(best, f)  # no name may hang on the priors
+            members[own] = "with doubled uncertainty of the parameters " + (
+                "it is the most probable" if f is best else f"the odds against it are {odds:.0f} : 1"
+            )
+    return _Leader(leader, held_out(forward, leader), members, wide)
 
 
-def _vital(known: Hypotheses, led: _Leader, null_score: HeldOut) -> tuple[AcceptanceCheck, ...]:
-    """What must hold for a name, a partial one too."""
+def _vital(forward: Forward, led: _Leader) -> tuple[AcceptanceCheck, ...]:
+    """What must hold for any name."""
+    bounds, small, unusual = led.fit.at_bound(), led.fit.negligible(), led.fit.unusual
+    return (
+        AcceptanceCheck("two speeds, loads or inputs", "yes" if forward.varied else "one", forward.varied),
+        AcceptanceCheck("the fit converged", "yes" if led.fit.converged else "no", led.fit.converged),
+        AcceptanceCheck("inside its bounds, physical sign", ", ".join(bounds) or "yes", not bounds),
+        AcceptanceCheck("large enough to matter", ", ".join(small) or "yes", not small),
+        AcceptanceCheck("at most one of a size that seldom occurs", f"{unusual}", unusual < 2),
+    )
+
+
+def _reserved(known: Hypotheses, led: _Leader, null_score: HeldOut) -> tuple[AcceptanceCheck, ...]:
+    """What must hold for a name without reservation."""
     gain = led.score.log_score - null_score.log_score
-    bounds, sizes, wide = led.fit.at_bound(), led.fit.implausible(), led.wide
+    sizes, wide = led.fit.implausible(), led.wide
+    doubled = f"P(nothing) {wide.nothing:.3g}, then {wide.best()[0].name}"
     return (
         AcceptanceCheck("P(nothing is missing) < 0.05", f"{known.nothing:.3g}", known.nothing < NOTHING),
         AcceptanceCheck(
             "held-out log score improves", f"{gain:+.1f}" if led.score.possible else "one run: none to hold out",
             gain > 0,
         ),
-        AcceptanceCheck(
-            "survives doubling the uncertainty of the parameters",
-            f"P(nothing) {wide.nothing:.3g}, then {wide.best()[0].name}", wide.nothing < NOTHING,
-        ),
-        AcceptanceCheck("inside its bounds, physical sign", ", ".join(bounds) or "yes", not bounds),
+        AcceptanceCheck("survives doubling the uncertainty of the parameters", doubled, wide.nothing < NOTHING),
         AcceptanceCheck("a size that occurs", ", ".join(sizes) or "yes", not sizes),
     )  # fmt: skip
 
 
+def _each_alone(forward: Forward, known: Hypotheses, led: _Leader, null_score: HeldOut) -> tuple[AcceptanceCheck, ...]:
+    """Three effects at once fit much: each must also beat nothing by itself, in odds and on held-out data."""
+    if len(led.fit.candidates) < MANY:
+        return ()
+    weak = []
+    for c in led.fit.candidates:
+        own = known.find(frozenset({c.identifier}))
+        gain = -np.inf if own is None else held_out(forward, own).log_score - null_score.log_score
+        if own is None or known.odds(own, known.null) < CLEAR_ODDS or gain <= 0:
+            weak.append(c.identifier)
+    return (
+        AcceptanceCheck("each of three effects stands alone", f"not {', '.join(weak)}" if weak else "yes", not weak),
+    )
+
+
 def _fitting(forward: Forward, leader: Fit) -> tuple[AcceptanceCheck, ...]:
-    p, white = goodness_of_fit(forward, leader), whiteness(forward, leader.residual)
+    p, white = goodness_of_fit(forward, leader), whiteness(forward, leader)
     return (
         AcceptanceCheck("goodness of fit p > 0.01", f"{p:.3g}", p > POOR_FIT),
         AcceptanceCheck("residuals white, p > 0.01", f"{white:.3g}", white > POOR_FIT),

@@ -1,5 +1,7 @@
 """The verdict in numbers and words, from what was decided about the leading hypothesis."""
 
+import math
+
 import numpy as np
 
 from studies.inference.acceptance import Acceptance, likelier
@@ -8,8 +10,10 @@ from studies.inference.checks import HeldOut, goodness_of_fit
 from studies.inference.evidence import Hypotheses
 from studies.inference.fit import Fit
 from studies.inference.forward import Forward
-from studies.inference.identifiability import separating
+from studies.inference.identifiability import Separation, separating
 from studies.inference.parameter import Candidate
+from studies.inference.search import POOR_FIT
+from studies.inference.sentence import sentence
 from studies.inference.verdict import Named, Verdict
 
 NEGLIGIBLE = 1e-3  # posterior of a pair that is not worth a line
@@ -32,24 +36,69 @@ def account(forward: Forward, known: Hypotheses, acceptance: Acceptance, nominal
     scale = HeldOut(0.0, nominal).gap
     gaps = {name: (s.gap / scale if scale > 0 and s.possible else None) for name, s in acceptance.held_out.items()}
     variance = _widened(known, final)
+    if acceptance.verdict == "partial":  # the misfit counts as noise: Birge (1932), Phys. Rev. 40, 207-227
+        variance = variance * max(1.0, final.objective / len(nominal))
+    effects = tuple(named(final, c, variance) for c in final.candidates)
     return Verdict(
         verdict=acceptance.verdict,
-        effects=tuple(named(final, c, variance) for c in final.candidates),
+        effects=effects,
         equivalent=tuple(f.name for f in acceptance.members),
         posterior={f.name: p for f, p in known.probabilities if p > NEGLIGIBLE or len(f.candidates) < 2},
         chi2={
             "n": len(nominal), "nominal": float(nominal @ nominal), "nuisance_only": known.null.chi2,
-            "final": final.chi2,
+            "final": final.chi2, "penalty": final.penalty,
         },
         held_out_gap={"nominal": 1.0 if scale > 0 else None, **gaps},
         worst=_worst(forward, final),
-        separating_measurements=(
-            tuple(separating(forward, list(acceptance.members))) if len(acceptance.members) > 1 else ()
-        ),
+        separating_measurements=_next(forward, known, acceptance),
         goodness_of_fit_p=goodness_of_fit(forward, final),
         checks=acceptance.checks, mimics=acceptance.mimics, refused=forward.refused,
         warnings=(*forward.notes, *_warnings(known, acceptance, gap=scale > 0)),
+        sentence=sentence(forward, known, acceptance, effects), reasons=acceptance.reasons,
+        refused_leaders=_refused(forward, known, acceptance),
     )  # fmt: skip
+
+
+def _next(forward: Forward, known: Hypotheses, acceptance: Acceptance) -> tuple[Separation, ...]:
+    """What to measure next: what tells the class apart, else the leader from its nearest rival."""
+    members = list(acceptance.members)
+    if len(members) < 2:
+        leader = acceptance.leader or next(iter(f for f in known.best() if f.converged), None)
+        if leader is None:
+            return ()
+        rivals = [f for f in (*known.best(), known.null) if f is not leader and (f.admissible or f is known.null)]
+        rivals = [f for f in rivals if not leader.identifiers < f.identifiers]
+        members = [leader, max(rivals, key=known.log_posterior)]
+    return tuple(separating(forward, members))
+
+
+def _refused(forward: Forward, known: Hypotheses, acceptance: Acceptance) -> tuple[tuple[str, float, str], ...]:
+    """Hypotheses more probable than what is named, and the rule that each fails."""
+    found, taken = [], acceptance.final
+    for f, share in known.probabilities:
+        if f is taken:
+            break
+        found.append((f.name, share, _rule(forward, known, acceptance, f)))
+    return tuple(found)
+
+
+def _rule(forward: Forward, known: Hypotheses, acceptance: Acceptance, f: Fit) -> str:
+    if f is acceptance.leader:
+        failed = [c.what for c in acceptance.checks if not c.passed]
+        return f"does not hold: {'; '.join(failed)}"
+    if not f.converged:
+        return "its fit did not converge: it is not judged"
+    if f.at_bound():
+        return f"at a bound or of an unphysical sign: {', '.join(f.at_bound())}"
+    if f.negligible():
+        return f"too small to matter: {', '.join(f.negligible())}"
+    if f.implausible() and goodness_of_fit(forward, f) <= POOR_FIT:
+        return f"of a size that does not occur ({', '.join(f.implausible())}), and it does not fit"
+    if not f.candidates:
+        return "nothing is missing, if the data alone decide"
+    if acceptance.final.identifiers < f.identifiers:
+        return f"one effect more, and not clearly more probable ({known.odds(f, acceptance.final):.2g} : 1)"
+    return "each of its effects must stand by its own odds and held-out gain, and one does not"
 
 
 def _worst(forward: Forward, final: Fit) -> tuple[tuple[str, float], ...]:
@@ -67,6 +116,12 @@ def _warnings(known: Hypotheses, acceptance: Acceptance, *, gap: bool) -> list[s
         warnings.append("one run: nothing can be held out, so nothing is named; record further runs or speeds")
     if acceptance.verdict == "unknown":
         warnings.append("something is missing that the library does not explain")
+    stuck = [f.name for f in (known.null, *known.best()) if not f.converged and known.posterior[f.name] > NEGLIGIBLE]
+    poor = [f.name for f in known.best() if not math.isfinite(f.objective)]
+    if stuck:
+        warnings.append(f"did not converge and are not judged: {', '.join(stuck)}")
+    if poor:
+        warnings.append(f"could not be computed and are not judged: {', '.join(poor)}")
     larger = known.larger(final) if final.candidates else []
     if larger:
         warnings.append(_beside(known, final, larger))

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import chi2 as chi2_distribution
 
 from studies.inference.arrays import Array
@@ -14,6 +15,7 @@ from studies.inference.forward import Forward
 
 FEWEST_RESIDUALS = 8  # of a series that can be judged white
 MOST_LAGS = 10
+DRAWS = 200  # of white noise
 WIDER_NUISANCES = 2.0  # times their standard deviations
 
 
@@ -83,12 +85,14 @@ def log_normal(r: Array, j: Array, covariance: Array) -> float:
     covariance : ndarray, shape (p, p)
         Of the coordinates.
     """
+    if not (np.isfinite(r).all() and np.isfinite(j).all()):
+        return -math.inf  # what falls over predicts nothing
     scale = np.sqrt(np.maximum(covariance.diagonal(), 1e-300))
     size, axes = np.linalg.eigh(covariance / np.outer(scale, scale))
     g = j @ (scale[:, None] * axes * np.sqrt(np.maximum(size, 0.0)))  # rounding may leave it a little indefinite
     inner = np.eye(g.shape[1]) + g.T @ g
     projected = g.T @ r
-    squared = float(r @ r - projected @ np.linalg.solve(inner, projected))
+    squared = float(r @ r - projected @ np.linalg.lstsq(inner, projected)[0])
     return -0.5 * (squared + float(np.linalg.slogdet(inner)[1]) + len(r) * math.log(2 * math.pi))
 
 
@@ -104,58 +108,75 @@ def goodness_of_fit(forward: Forward, hypothesis: Fit) -> float:
     return float(chi2_distribution.sf(hypothesis.objective, max(freedom, 1)))
 
 
-def whiteness(forward: Forward, residual: Array) -> float:
+def whiteness(forward: Forward, hypothesis: Fit) -> float:
     """P value of Ljung-Box over all series, and of cross-correlation with the inputs; the smaller, doubled.
+
+    A fit takes something out of the noise, and so do initial states that are integrated out: the statistics are
+    compared with those of white noise from which the same was taken out, by their mean and variance (Satterthwaite
+    1946, Biometrics Bulletin 2, 110-114).
 
     Parameters
     ----------
     forward : Forward
-    residual : ndarray, shape (n,)
-        Whitened, of a fit.
+    hypothesis : Fit
+        To all rows.
     """
-    values = [_ljung_box(forward, residual)]
+    rows = [series for series in _series(forward)]
+    if not rows:
+        return 1.0
+    noise = np.random.default_rng(0).standard_normal((len(hypothesis.residual), DRAWS))
+    noise = forward.marginalised(hypothesis.candidates, hypothesis.theta, noise)
+    noise -= hypothesis.jacobian @ (hypothesis.covariance @ (hypothesis.jacobian.T @ noise))
+    every = np.column_stack([hypothesis.residual, noise])
+    values = [_share_beyond(_ljung_box(rows, every))]
     if forward.rows.inputs is not None:
-        values.append(_input_correlation(forward, residual, forward.rows.inputs))
+        values.append(_share_beyond(_input_correlation(rows, every, forward.rows.inputs)))
     return min(1.0, len(values) * min(values))
 
 
-def _series(forward: Forward) -> Iterator[Array]:
+def _share_beyond(statistic: Array) -> float:
+    """P(larger) of the first of the statistics by the chi^2 distribution with the moments of the others."""
+    mean, variance = float(statistic[1:].mean()), float(statistic[1:].var(ddof=1))
+    if not (variance > 0 and math.isfinite(statistic[0])):
+        return 1.0
+    return float(chi2_distribution.sf(2 * mean * statistic[0] / variance, 2 * mean**2 / variance))
+
+
+def _series(forward: Forward) -> Iterator[NDArray[np.intp]]:
     """Rows of each series that is long enough."""
     series = np.array(forward.rows.series)
     for name in dict.fromkeys(forward.rows.series):
-        rows = series == name
-        if rows.sum() >= FEWEST_RESIDUALS:
+        rows = np.flatnonzero(series == name)
+        if len(rows) >= FEWEST_RESIDUALS:
             yield rows
 
 
-def _ljung_box(forward: Forward, residual: Array) -> float:
-    statistic, freedom = 0.0, 0
-    for rows in _series(forward):
+def _ljung_box(series: list[NDArray[np.intp]], residual: Array) -> Array:
+    """Sum of n (n + 2) rho^2 / (n - lag) over lags and ``series``, of residuals (n, k): (k,)."""
+    statistic = np.zeros(residual.shape[1])
+    for rows in series:
         r = residual[rows]
         n = len(r)
-        r = r - r.mean()
-        lags = min(MOST_LAGS, n // 4)
-        for lag in range(1, lags + 1):
-            rho = float(r[lag:] @ r[:-lag]) / float(r @ r)
-            statistic += n * (n + 2) * rho**2 / (n - lag)
-        freedom += lags
-    return float(chi2_distribution.sf(statistic, freedom)) if freedom else 1.0
+        r = r - r.mean(0)
+        power = np.maximum((r**2).sum(0), 1e-300)
+        for lag in range(1, min(MOST_LAGS, n // 4) + 1):
+            statistic += n * (n + 2) * ((r[lag:] * r[:-lag]).sum(0) / power) ** 2 / (n - lag)
+    return statistic
 
 
-def _input_correlation(forward: Forward, residual: Array, inputs: Array) -> float:
-    statistic, freedom = 0.0, 0
-    for rows in _series(forward):
+def _input_correlation(series: list[NDArray[np.intp]], residual: Array, inputs: Array) -> Array:
+    """Sum of squared correlations with the ``inputs`` (n, inputs) over lags and series, of residuals (n, k): (k,)."""
+    statistic = np.zeros(residual.shape[1])
+    for rows in series:
         r = residual[rows]
+        power = np.maximum((r**2).mean(0), 1e-300)
         for u in inputs[rows].T:
             u = u - u.mean()
-            power = float(u @ u)
-            if power == 0:
+            if not u.any():
                 continue
             for lag in range(MOST_LAGS):
-                shifted = float(r[lag:] @ u[: len(u) - lag])
-                statistic += shifted**2 / (power * float(r @ r) / len(r))
-                freedom += 1
-    return float(chi2_distribution.sf(statistic, freedom)) if freedom else 1.0
+                statistic += (u[: len(u) - lag] @ r[lag:]) ** 2 / (float(u @ u) * power)
+    return statistic
 
 
 def with_wider_nuisances(forward: Forward, known: Hypotheses, leaders: list[Fit]) -> Hypotheses:

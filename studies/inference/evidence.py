@@ -1,23 +1,17 @@
-"""Which hypotheses are fitted, and how probable each is: singles, then pairs of the best, from Laplace evidence."""
+"""How probable each fitted hypothesis is, from its Laplace evidence and a prior that favours few and usual effects."""
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from studies.inference.arrays import Array
-from studies.inference.fit import Fit, fit, outlook
-from studies.inference.forward import Forward
+from studies.inference.fit import Fit
 from studies.inference.parameter import Candidate
 
-BEAM = 2  # hypotheses that are expanded
-MOST_EFFECTS = 3
-MOST_TRIED = 4  # candidates that are fitted beside a parent
-WORTH_A_FIT = 4.0  # promised decrease of the objective below which they are not
 CLEAR_ODDS = 20.0  # of a hypothesis with one more effect against its parent
-Progress = Callable[[str], None]
-"""Called with the name of each hypothesis before it is fitted."""
+SELDOM = 0.05  # prior share of sizes that seldom occur
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,27 +22,42 @@ class Hypotheses:
     ----------
     null : Fit
     fits : tuple of Fit
-    library : int
-        Number of candidates that were tried alone; at least 1.
+    library : tuple of Candidate
+        What was tried alone.
     """
 
     null: Fit
     fits: tuple[Fit, ...]
-    library: int
+    library: tuple[Candidate, ...]
 
     def log_posterior(self, hypothesis: Fit) -> float:
         """Log evidence of a ``hypothesis`` plus log prior.
 
-        Half for nothing, half of the rest for each further effect, shared equally.
+        Half for nothing, half of the rest for each further effect, shared by the weights of the candidates; a size
+        that seldom occurs has a twentieth of the prior of its candidate.
         """
-        k, m = len(hypothesis.candidates), self.library
-        return hypothesis.log_evidence + math.log(0.5) - (k > 0) * math.log(2 ** (k - 1) * math.comb(m, k))
+        k = len(hypothesis.candidates)
+        if not k:
+            return hypothesis.log_evidence + math.log(0.5)
+        shares = sum(math.log(c.weight) for c in hypothesis.candidates) - math.log(self._together(k))
+        seldom = sum(any(u.widened > 1 for u in c.unknowns) for c in hypothesis.candidates)
+        return hypothesis.log_evidence + math.log(0.5) + shares - (k - 1) * math.log(2) + seldom * math.log(SELDOM)
+
+    def _together(self, effects: int) -> float:
+        """Sum over all sets of a number of ``effects`` of the product of their weights."""
+        sums = np.zeros(effects + 1)
+        sums[0] = 1.0
+        for candidate in self.library:
+            sums[1:] += candidate.weight * sums[:-1]
+        return float(sums[effects]) or 1.0
 
     @property
     def probabilities(self) -> list[tuple[Fit, float]]:
         """Each hypothesis with its probability, most probable first."""
         every = (self.null, *self.fits)
         logs = np.array([self.log_posterior(hypothesis) for hypothesis in every])
+        if not np.isfinite(logs).any():
+            logs = np.where(np.arange(len(logs)) == 0, 0.0, -np.inf)
         weight = np.exp(logs - logs.max())
         share = weight / weight.sum()
         return [(every[k], float(share[k])) for k in np.argsort(-share, kind="stable")]
@@ -74,56 +83,28 @@ class Hypotheses:
         return [f for f in more if self.odds(hypothesis, f) < CLEAR_ODDS]
 
     def odds(self, first: Fit, second: Fit) -> float:
-        """Posterior odds of the ``first`` against the ``second``."""
-        return math.exp(min(self.log_posterior(first) - self.log_posterior(second), 700.0))
+        """Posterior odds of the ``first`` against the ``second``; infinite where only the second is impossible."""
+        one, other = self.log_posterior(first), self.log_posterior(second)
+        if math.isinf(other):
+            return math.inf if math.isfinite(one) else 1.0
+        return math.exp(min(one - other, 700.0))
+
+    def find(self, identifiers: frozenset[str]) -> Fit | None:
+        """The fit of these ``identifiers``; the null of none."""
+        return next((f for f in (self.null, *self.fits) if f.identifiers == identifiers), None)
+
+    def replaced(self, better: Sequence[Fit]) -> "Hypotheses":
+        """With ``better`` fits in the place of those of the same effects, and further ones."""
+        fits = {f.identifiers: f for f in (self.null, *self.fits)} | {f.identifiers: f for f in better}
+        null = fits.pop(frozenset())
+        return Hypotheses(null, tuple(sorted(fits.values(), key=lambda f: len(f.candidates))), self.library)
 
 
-def singles(forward: Forward, progress: Progress) -> Hypotheses:
-    """Fit nothing and each candidate of ``forward`` alone; ``progress`` is told of each."""
-    progress("parameters only")
-    null = fit(forward)
-    fits = []
-    for candidate in forward.candidates:
-        progress(candidate.identifier)
-        starts = _beside(null, candidate)
-        if forward.thorough:
-            nominal = np.array([u.centre for u in forward.nuisances])
-            starts += [np.concatenate([nominal, start]) for start in candidate.starts[1:]]
-        fits.append(fit(forward, (candidate,), starts=starts))
-    return Hypotheses(null, tuple(fits), max(len(forward.candidates), 1))
+def coordinates(hypothesis: Fit, candidates: Sequence[Candidate]) -> Array:
+    """Coordinates of a ``hypothesis`` for other ``candidates``: its own where it has them, else their smallest start.
 
-
-def expand(forward: Forward, known: Hypotheses, parents: Iterable[Fit], progress: Progress) -> Hypotheses:
-    """Add one more candidate to each parent: those whose first step promises most.
-
-    Parameters
-    ----------
-    forward : Forward
-    known : Hypotheses
-        What is fitted already and not fitted again.
-    parents : iterable of Fit
-    progress : callable
-        Told of each fit.
+    Shape (p,), the nuisances first.
     """
-    done = {f.identifiers for f in known.fits}
-    fits = list(known.fits)
-    for parent in parents:
-        promising: list[tuple[float, int, Candidate]] = []
-        for candidate in (*forward.candidates, *forward.enabled_by(parent.candidates)):
-            names = parent.identifiers | {candidate.identifier}
-            if names in done or len(names) == len(parent.candidates):
-                continue
-            if forward.compatible((*parent.candidates, candidate)):
-                promising.append((outlook(forward, parent, candidate), len(promising), candidate))
-        for promised, _, candidate in sorted(promising)[:MOST_TRIED]:
-            if not promised < parent.objective - WORTH_A_FIT and candidate.unknowns:
-                continue
-            done.add(parent.identifiers | {candidate.identifier})
-            joined = (*parent.candidates, candidate)
-            progress("+".join(c.identifier for c in joined))
-            fits.append(fit(forward, joined, starts=_beside(parent, candidate)))
-    return Hypotheses(known.null, tuple(fits), known.library)
-
-
-def _beside(parent: Fit, candidate: Candidate) -> list[Array]:
-    return [np.concatenate([parent.theta, start]) for start in candidate.first_starts]
+    own = {c.identifier: hypothesis.theta[hypothesis.columns(c)] for c in hypothesis.candidates}
+    nuisances = hypothesis.theta[: hypothesis.effect_columns.start]
+    return np.concatenate([nuisances, *(own.get(c.identifier, c.starts[0]) for c in candidates)])

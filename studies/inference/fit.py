@@ -1,7 +1,7 @@
-"""Maximum a posteriori fits by Levenberg-Marquardt with bounds, and Laplace evidence."""
+"""Maximum a posteriori fits from several starts, and Laplace evidence."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,12 +10,9 @@ from scipy.special import log_ndtr
 
 from studies.inference.arrays import Array
 from studies.inference.forward import Forward
+from studies.inference.minimise import GUIDE, THOROUGH, End, minimise, spread
 from studies.inference.parameter import Candidate, UncertainParameter, together
 
-ITERATIONS = 40
-MOST_DAMPING = 1e6
-SMALLEST_GAIN = 1e-5  # relative decrease of the objective below which a fit has ended
-POOR_CHI2, POOR_GAIN = 10.0, 1e-2  # a fit with chi^2 of ten a row is not polished beyond a per cent
 MOST_SCALES = 3.0  # prior sd of a size that occurs
 FARTHEST = 100.0  # prior sd: no fit comes near, but a trial step may overflow beyond
 AT_BOUND = 1e-9
@@ -39,6 +36,8 @@ class Fit:
         Laplace, without the constant that all hypotheses share.
     nuisance_scale : float
         Factor on the prior sd of the nuisances.
+    converged : bool
+        Whether gradient and step are as small as a minimum asks for; what is not is never judged.
     """
 
     candidates: tuple[Candidate, ...]
@@ -50,6 +49,7 @@ class Fit:
     objective: float
     log_evidence: float
     nuisance_scale: float = field(default=1.0)
+    converged: bool = True
 
     @property
     def name(self) -> str:
@@ -86,13 +86,41 @@ class Fit:
             f"{c.identifier}.{u.name}"
             for c in self.candidates
             for u, x in zip(c.unknowns, self.theta[self.columns(c)], strict=True)
-            if u.size and abs(x - u.centre) > MOST_SCALES * u.scale
+            if u.size and abs(x - u.centre) > MOST_SCALES * u.scale / u.widened
+        ]
+
+    def negligible(self) -> list[str]:
+        """Candidates all of whose sizes are below the least that is worth a name."""
+        return [
+            c.identifier
+            for c in self.candidates
+            if any(u.size for u in c.unknowns)
+            and all(
+                abs(x - u.centre) < u.least
+                for u, x in zip(c.unknowns, self.theta[self.columns(c)], strict=True)
+                if u.size
+            )
         ]
 
     @property
+    def penalty(self) -> float:
+        """What of the objective is the prior's: the sum of squares of all coordinates in prior sd, of a fit to all."""
+        return self.objective - self.chi2
+
+    @property
+    def unusual(self) -> int:
+        """How many of the candidates have a size that seldom occurs."""
+        return len({name.split(".")[0] for name in self.implausible()})
+
+    @property
+    def admissible(self) -> bool:
+        """Converged, inside its bounds, no candidate too small for a name; its size may be unusual."""
+        return self.converged and not self.at_bound() and not self.negligible()
+
+    @property
     def physical(self) -> bool:
-        """Inside its bounds and of a size that occurs."""
-        return not self.at_bound() and not self.implausible()
+        """Admissible and of a size that occurs."""
+        return self.admissible and not self.implausible()
 
     def at_bound(self) -> list[str]:
         """Sizes of effects that ended at a bound."""
@@ -129,9 +157,11 @@ def fit(
     forward: Forward,
     candidates: tuple[Candidate, ...] = (),
     *,
-    starts: list[Array] | None = None,
+    starts: Sequence[Array] | None = None,
     rows: NDArray[np.bool_] | None = None,
     nuisance_scale: float = 1.0,
+    turns: tuple[int, int] = THOROUGH,
+    patient: bool = False,
 ) -> Fit:
     """Fit nuisances and candidates.
 
@@ -140,49 +170,86 @@ def fit(
     forward : Forward
     candidates : tuple of Candidate
         What joins the base model.
-    starts : list of ndarray, shape (p,), optional
+    starts : sequence of ndarray, shape (p,), optional
         Coordinates from which to begin; the best end is kept. By default those of the candidates.
     rows : ndarray of bool, shape (n,), optional
         What is fitted; all by default.
     nuisance_scale : float
         Factor on the prior sd of the nuisances.
+    turns : pair of int
+        Most iterations, as :func:`studies.inference.minimise.minimise` takes them.
+    patient : bool
+        Whether each start also goes the way through the easier problems of ``forward``, from the easiest to itself.
     """
-    unknowns = (*forward.nuisances, *(u for c in candidates for u in c.unknowns))
-    centre, sd = prior(unknowns, candidates, nuisance_scale)
-    lower = np.maximum((np.array([u.lowest for u in unknowns]) - centre) / sd, -FARTHEST)
-    upper = np.minimum((np.array([u.highest for u in unknowns]) - centre) / sd, FARTHEST)
+    problem = _Problem(candidates, (*forward.nuisances, *(u for c in candidates for u in c.unknowns)), nuisance_scale)
     used = np.ones(len(forward.rows.where), bool) if rows is None else rows
-
-    def evaluate(z: Array, *, slopes: bool) -> tuple[Array, Array]:
-        residual, jacobian = forward.residual(candidates, centre + sd * z, slopes=slopes)
-        return residual, jacobian * sd if slopes else jacobian
-
-    best = None
-    for x in starts or _starts(forward, candidates):
-        end = minimise(evaluate, (x - centre) / sd, lower, upper, used)
-        if best is None or end[1] < best[1] or not math.isfinite(best[1]):
-            best = end
-    assert best is not None
-    z, objective, residual, jacobian = best
-    kept = jacobian[used]
-    hessian = kept.T @ kept + np.eye(len(z))
-    inverse = np.linalg.inv(hessian)
-    with np.errstate(invalid="ignore"):
-        log_evidence = -objective / 2 - float(np.linalg.slogdet(hessian)[1]) / 2
-    log_evidence -= forward.log_determinant(candidates, centre + sd * z) / 2
-    gradient = kept.T @ residual[used] + z
-    for i, u in enumerate(unknowns):
-        if u.one_sided:
-            log_evidence += _half_normal(z[i] - lower[i], gradient[i], inverse[i, i])
-    if not np.isfinite(log_evidence):  # every start fell over
-        log_evidence, objective = -math.inf, math.inf
-    return Fit(
-        candidates, unknowns, centre + sd * z, inverse * np.outer(sd, sd), residual, jacobian / sd, objective,
-        log_evidence, nuisance_scale,
-    )  # fmt: skip
+    starts = starts or default_starts(forward, candidates)
+    begins = [begin for x in starts for begin in (x, *(problem.guided(forward, x) if patient else ()))]
+    ends = [problem.end(forward, begin, used, turns) for begin in begins]
+    return problem.evidence(forward, min(ends, key=lambda end: end.objective), used)
 
 
-def _starts(forward: Forward, candidates: tuple[Candidate, ...]) -> list[Array]:
+@dataclass(frozen=True)
+class _Problem:
+    """What is fitted, in prior sd from the prior mean."""
+
+    candidates: tuple[Candidate, ...]
+    unknowns: tuple[UncertainParameter, ...]
+    nuisance_scale: float
+
+    @property
+    def prior(self) -> tuple[Array, Array]:
+        return prior(self.unknowns, self.candidates, self.nuisance_scale)
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        centre, sd = self.prior
+        lower = np.maximum((np.array([u.lowest for u in self.unknowns]) - centre) / sd, -FARTHEST)
+        return lower, np.minimum((np.array([u.highest for u in self.unknowns]) - centre) / sd, FARTHEST)
+
+    def end(self, forward: Forward, x: Array, used: NDArray[np.bool_], turns: tuple[int, int] = THOROUGH) -> End:
+        centre, sd = self.prior
+
+        def evaluate(z: Array, *, slopes: bool) -> tuple[Array, Array]:
+            residual, jacobian = forward.residual(self.candidates, centre + sd * z, slopes=slopes)
+            return residual, jacobian * sd if slopes else jacobian
+
+        return minimise(evaluate, (x - centre) / sd, *self.bounds, used, turns=turns)
+
+    def guided(self, forward: Forward, x: Array) -> list[Array]:
+        """Where the easier problems lead, each begun where the one before ended; empty where there are none."""
+        centre, sd = self.prior
+        led = []
+        for easier in forward.easier():
+            end = self.end(easier, x, np.ones(len(easier.rows.where), bool), GUIDE)
+            if not math.isfinite(end.objective):
+                continue
+            x = centre + sd * end.z
+            led.append(x)
+        return led[-1:]
+
+    def evidence(self, forward: Forward, end: End, used: NDArray[np.bool_]) -> Fit:
+        """The fit at its end; what is not finite gets no evidence at all."""
+        centre, sd = self.prior
+        z, theta = end.z, centre + sd * end.z
+        log_evidence, inverse = -math.inf, np.eye(len(z))
+        if math.isfinite(end.objective):
+            inverse, volume = spread(end.jacobian[used])
+            log_evidence = -(end.objective + volume + forward.log_determinant(self.candidates, theta)) / 2
+            gradient = end.jacobian[used].T @ end.residual[used] + z
+            for i, u in enumerate(self.unknowns):
+                if u.one_sided:
+                    log_evidence += _half_normal(z[i] - self.bounds[0][i], gradient[i], inverse[i, i])
+        finite = math.isfinite(log_evidence)
+        return Fit(
+            self.candidates, self.unknowns, theta, inverse * np.outer(sd, sd), end.residual, end.jacobian / sd,
+            end.objective if finite else math.inf, log_evidence if finite else -math.inf, self.nuisance_scale,
+            finite and end.converged,
+        )  # fmt: skip
+
+
+def default_starts(forward: Forward, candidates: tuple[Candidate, ...]) -> list[Array]:
+    """Nuisances at their prior means, with the starts of the ``candidates``: coordinates (p,), several."""
     nominal = np.array([u.centre for u in forward.nuisances])
     longest = max((len(c.starts) for c in candidates), default=1)
     return [
@@ -215,61 +282,6 @@ def outlook(forward: Forward, parent: Fit, candidate: Candidate) -> float:
         residual, jacobian = forward.residual(joined, theta)
         z, scaled = (theta - centre) / sd, jacobian * sd
         gradient = scaled.T @ residual + z
-        hessian = scaled.T @ scaled + np.eye(len(z))
-        promised.append(float(residual @ residual + z @ z - gradient @ np.linalg.solve(hessian, gradient)))
+        value = float(residual @ residual + z @ z - gradient @ spread(scaled)[0] @ gradient)
+        promised.append(value if math.isfinite(value) else math.inf)
     return min(promised)
-
-
-Evaluate = Callable[..., tuple[Array, Array]]
-
-
-def minimise(
-    evaluate: Evaluate, z: Array, lower: Array, upper: Array, used: NDArray[np.bool_]
-) -> tuple[Array, float, Array, Array]:
-    """Levenberg-Marquardt on |residual[used]|^2 + |z|^2 within bounds.
-
-    A coordinate at a bound that the gradient pushes outward is held there (projected Newton).
-
-    Parameters
-    ----------
-    evaluate : callable
-        (z, whether derivatives are wanted) -> residual (n,), derivative (n, p).
-    z, lower, upper : ndarray, shape (p,)
-        Start and bounds, in prior sd from the prior mean.
-    used : ndarray of bool, shape (n,)
-
-    Returns
-    -------
-    z, objective, residual, jacobian
-        Where it ended; residual and jacobian of all rows.
-    """
-    z = np.clip(z, lower, upper)
-    residual, jacobian = evaluate(z, slopes=True)
-    objective = float(residual[used] @ residual[used] + z @ z)
-    damping = 1e-3
-    for _ in range(ITERATIONS):
-        kept = jacobian[used]
-        gradient = kept.T @ residual[used] + z
-        hessian = kept.T @ kept + np.eye(len(z))
-        held = ((z <= lower) & (gradient > 0)) | ((z >= upper) & (gradient < 0))
-        free = np.flatnonzero(~held)
-        improved = 0.0
-        if not np.isfinite(gradient).all():
-            break
-        while damping < MOST_DAMPING:
-            step = np.zeros_like(z)
-            damped = hessian[np.ix_(free, free)] + damping * np.diag(hessian.diagonal()[free])
-            step[free] = -np.linalg.solve(damped, gradient[free])
-            trial = np.clip(z + step, lower, upper)
-            new_residual, _ = evaluate(trial, slopes=False)
-            new = float(new_residual[used] @ new_residual[used] + trial @ trial)
-            if np.isfinite(new) and new <= objective:
-                improved = objective - new
-                z, objective = trial, new
-                residual, jacobian = evaluate(z, slopes=True)
-                damping = max(damping / 10, 1e-9)
-                break
-            damping *= 10
-        if improved < (SMALLEST_GAIN if objective < POOR_CHI2 * used.sum() else POOR_GAIN) * (1 + objective):
-            break
-    return z, objective, residual, jacobian

@@ -137,6 +137,9 @@ class Forward(Protocol):
     def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
         """Of the covariance of what was marginalised inside (initial states), with ``candidates`` at ``theta`` (p,)."""
 
+    def marginalised(self, candidates: tuple[Candidate, ...], theta: Array, white: Array) -> Array:
+        """What marginalising inside leaves of ``white`` noise (n, draws), with ``candidates`` at ``theta`` (p,)."""
+
     def proposed(self) -> tuple[ProposedMeasurement, ...]:
         """Feasible further measurements."""
 
@@ -154,6 +157,13 @@ class Forward(Protocol):
     def phenomenological(self) -> tuple[Candidate, ...]:
         """Terms without a physical cause that can mimic an unknown one."""
 
+    @property
+    def varied(self) -> bool:
+        """Whether the conditions differ enough for a name: two speeds, two loads, two inputs."""
+
+    def easier(self) -> tuple["Forward", ...]:
+        """Problems of the same unknowns with fewer local optima, from the easiest; a fit is guided by them to this."""
+
     def refined(self, best: Residual) -> "Forward":
         """The same with its noise estimated from the residual of the ``best`` fit; itself where the noise is known."""
 
@@ -165,12 +175,17 @@ class ForwardModel:
     """
 
     thorough = True
+    varied = True
     refused: Mapping[str, str] = {}
     notes: tuple[str, ...] = ()
 
     def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
         """Zero, whatever ``candidates`` at ``theta`` (p,): nothing is marginalised."""
         return 0.0
+
+    def marginalised(self, candidates: tuple[Candidate, ...], theta: Array, white: Array) -> Array:
+        """All of ``white`` (n, draws), whatever ``candidates`` at ``theta`` (p,): nothing is marginalised."""
+        return white
 
     def proposed(self) -> tuple[ProposedMeasurement, ...]:
         """None."""
@@ -191,6 +206,10 @@ class ForwardModel:
         return ()
 
     def phenomenological(self) -> tuple[Candidate, ...]:
+        """None."""
+        return ()
+
+    def easier(self) -> tuple[Forward, ...]:
         """None."""
         return ()
 

@@ -57,8 +57,10 @@ def similarity(forward: Forward, null: Fit, fits: list[Fit]) -> Array:
     return np.clip(gram / np.outer(size, size), -1.0, 1.0)
 
 
-def equivalents(forward: Forward, known: Hypotheses, leader: Fit) -> list[Fit]:
-    """The leader and what cannot be told from it: odds below 20, or directions alike and odds not hopeless.
+def equivalents(forward: Forward, known: Hypotheses, leader: Fit) -> dict[Fit, str]:
+    """The leader and what cannot be told from it, with the reason of each.
+
+    Odds below 20, or directions alike and odds not hopeless.
 
     Parameters
     ----------
@@ -67,13 +69,20 @@ def equivalents(forward: Forward, known: Hypotheses, leader: Fit) -> list[Fit]:
         Those with as many effects as the leader are compared.
     leader : Fit
     """
-    peers = [f for f in known.best(len(leader.candidates)) if f is not leader and f.physical]
+    peers = [f for f in known.best(len(leader.candidates)) if f is not leader and f.admissible]
     peers = [f for f in peers if known.odds(leader, f) < HOPELESS_ODDS]
     cosines = similarity(forward, known.null, [leader, *peers])[0, 1:]
-    return [
-        leader,
-        *(f for f, c in zip(peers, cosines, strict=True) if known.odds(leader, f) < CLEAR_ODDS or c > ALIKE_COSINE),
-    ]
+    members = {leader: "the most probable"}
+    for f, cosine in zip(peers, cosines, strict=True):
+        odds = known.odds(leader, f)
+        if odds < CLEAR_ODDS:
+            unusual = f", of an unusual size ({', '.join(f.implausible())})" if f.implausible() else ""
+            members[f] = f"odds of only {odds:.2g} : 1 against it{unusual}"
+        elif cosine > ALIKE_COSINE and f.physical:
+            members[f] = (
+                f"does the same to the data (cosine {cosine:.3f}), whatever the odds ({odds:.2g} : 1 against it)"
+            )
+    return members
 
 
 def separating(forward: Forward, members: list[Fit]) -> list[Separation]:

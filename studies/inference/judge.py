@@ -9,14 +9,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studies.inference.acceptance import NOTHING, accept
+from studies.inference.acceptance import accept
 from studies.inference.account import account
 from studies.inference.arrays import Array
-from studies.inference.checks import HeldOut, held_out
-from studies.inference.evidence import BEAM, CLEAR_ODDS, MOST_EFFECTS, Hypotheses, Progress, expand, singles
+from studies.inference.checks import HeldOut
+from studies.inference.evidence import Hypotheses
 from studies.inference.fit import Fit
 from studies.inference.forward import Forward
 from studies.inference.identifiability import similarity
+from studies.inference.search import Progress, again, search, singles
 from studies.inference.verdict import Verdict
 
 MOST_SIMILAR = 10  # single effects that are compared
@@ -78,11 +79,11 @@ def judge(forward: Forward, *, progress: Progress | None = None) -> Judgement:
     better = forward.refined(known.best()[0] if known.fits else known.null)
     if better is not forward:
         forward = better
-        known = singles(forward, advance)
-    known, leader = _search(forward, known, advance)
+        known = again(forward, known, advance)
+    known, leader = search(forward, known, advance)
     acceptance = accept(forward, known, leader)
     nominal, _ = forward.residual((), np.array([u.centre for u in forward.nuisances]))
-    fits = physical_first(known.best(1))[:MOST_SIMILAR]
+    fits = _comparable(known)[:MOST_SIMILAR]
     return Judgement(
         forward=forward, verdict=account(forward, known, acceptance, nominal), hypotheses=known,
         final=acceptance.final, nominal=nominal, held_out=dict(acceptance.held_out),
@@ -99,23 +100,7 @@ def _check(forward: Forward) -> None:
             raise ValueError(f"{names.count(name)} candidates are called {name!r}; give each an identifier of its own")
 
 
-def _search(forward: Forward, known: Hypotheses, progress: Progress) -> tuple[Hypotheses, Fit | None]:
-    """The best hypothesis, enlarged by one effect at a time as long as evidence and held-out score clearly gain."""
-    if not known.fits or known.nothing >= NOTHING:
-        return known, None
-    leader = physical_first(known.best(1))[0]
-    for _ in range(MOST_EFFECTS - 1):
-        size = len(leader.candidates)
-        known = expand(forward, known, physical_first(known.best(size))[:BEAM], progress)
-        larger = [f for f in known.best(size + 1) if f.physical]
-        if not larger or known.odds(larger[0], leader) < CLEAR_ODDS:
-            break
-        if held_out(forward, larger[0]).log_score <= held_out(forward, leader).log_score:
-            break
-        leader = larger[0]
-    return known, leader
-
-
-def physical_first(fits: list[Fit]) -> list[Fit]:
-    """Those of ``fits`` inside their bounds and of a size that occurs; all where none is."""
-    return [f for f in fits if f.physical] or fits
+def _comparable(known: Hypotheses) -> list[Fit]:
+    """Single effects that may be named; all that could be computed where none may."""
+    finite = [f for f in known.best(1) if np.isfinite(f.objective)]
+    return [f for f in finite if f.admissible] or finite

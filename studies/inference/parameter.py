@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from studies.inference.arrays import Array
 
+UNUSUAL = 5.0  # times the prior sd of a size: one that seldom occurs
 STEP = 1e-3  # of the prior scale: central differences of the (smooth) matrices, error about 1e-9
 
 
@@ -31,6 +32,10 @@ class UncertainParameter:
         The value is the coordinate (1), its reciprocal (-1; a compliance) or its exponential (0), as in Box & Cox.
     size : bool
         It measures the size of the effect: the effect is absent at ``centre``.
+    widened : float
+        Factor by which the scale exceeds the declared one: what occurs is judged by the latter.
+    least : float
+        Smallest distance of the coordinate from ``centre`` that is worth a name.
     labels : tuple of str
         Of the parameters in ``sets``, in their order, where each is reported by itself (``rear``, ``front``).
 
@@ -50,6 +55,8 @@ class UncertainParameter:
     power: int = 1
     size: bool = False
     labels: tuple[str, ...] = ()
+    widened: float = 1.0
+    least: float = 0.0
 
     def __post_init__(self) -> None:
         if not self.scale > 0:
@@ -95,6 +102,8 @@ class Candidate:
         The effect it takes the place of.
     signature : str
         What it does to the data, in words, for the report.
+    weight : float
+        Prior weight, relative to that of an ordinary candidate.
     """
 
     identifier: str
@@ -104,6 +113,14 @@ class Candidate:
     ties: Mapping[str, str] = field(default_factory=dict)
     replaces: str | None = None
     signature: str = ""
+    weight: float = 1.0
+
+    def unusual(self) -> "Candidate":
+        """The same with sizes that seldom occur: prior sd of the sizes wider by :data:`UNUSUAL`."""
+        unknowns = tuple(
+            replace(u, scale=UNUSUAL * u.scale, widened=UNUSUAL * u.widened) if u.size else u for u in self.unknowns
+        )
+        return replace(self, unknowns=unknowns)
 
     @cached_property
     def starts(self) -> tuple[Array, ...]:
@@ -115,6 +132,11 @@ class Candidate:
             if share > 0 or (self.unknowns and (clipped == start).all()):
                 found.append(clipped)
         return tuple(found)
+
+    @property
+    def neutral(self) -> Array:
+        """Coordinates (p,) at which it is absent, or as near to that as its bounds allow."""
+        return np.array([min(max(u.centre, u.lowest), u.highest) for u in self.unknowns])
 
     @property
     def first_starts(self) -> tuple[Array, ...]:

@@ -53,7 +53,8 @@ class Verdict:
     Attributes
     ----------
     verdict : str
-        ``none``, ``named``, ``class``, ``partial`` (something named, a gap remains) or ``unknown``.
+        ``none``, ``named``, ``class``, ``partial`` (something named, a gap remains), ``tentative`` (an effect explains
+        the data, with a reservation) or ``unknown``.
     effects : tuple of Named
         The leading effect or effects; empty for ``none`` and ``unknown``.
     equivalent : tuple of str
@@ -78,6 +79,12 @@ class Verdict:
         Effects that were not tried, and why.
     warnings : tuple of str
         What was assumed, and what the reader must know.
+    sentence : str
+        The verdict in words.
+    reasons : mapping
+        Member of the class -> why it cannot be told from the leader.
+    refused_leaders : tuple of (str, float, str)
+        Hypothesis more probable than what is named, its probability, the rule that it fails.
     """
 
     verdict: str
@@ -93,11 +100,15 @@ class Verdict:
     mimics: tuple[Mimic, ...] = ()
     refused: Mapping[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    sentence: str = ""
+    reasons: Mapping[str, str] = field(default_factory=dict)
+    refused_leaders: tuple[tuple[str, float, str], ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON of ``velotyre diagnose``."""
         return {
             "verdict": self.verdict,
+            "sentence": self.sentence,
             "effects": [
                 {
                     "identifier": e.identifier,
@@ -106,6 +117,8 @@ class Verdict:
                 for e in self.effects
             ],
             "class": list(self.equivalent),
+            "reasons": dict(self.reasons),
+            "refused_leaders": [{"what": w, "probability": p, "rule": rule} for w, p, rule in self.refused_leaders],
             "posterior": dict(self.posterior),
             "chi2": dict(self.chi2),
             "held_out_gap": dict(self.held_out_gap),

@@ -8,6 +8,7 @@ Noise of a channel is first-order autoregressive: e_k = rho e_(k-1) + innovation
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from bicycle.identification.recording import CHANNELS, INPUTS, Run
 from studies.inference.folds import folds
 from studies.inference.forward import ProposedMeasurement, Residual, Rows, Series
 from studies.inference.parameter import Candidate, central_differences
-from studies.missing_effect.motion.bicycle_forward import SPEED_AXIS, BicycleForward, error
+from studies.missing_effect.motion.bicycle_forward import SPEED_AXIS, BicycleForward, distinct_speeds, error
 from studies.missing_effect.motion.family import SPEED_SCALE, Family
 from studies.missing_effect.motion.history_noise import LARGEST_SIGNAL, ChannelNoise, rough_noise
 from studies.missing_effect.motion.replay import DELAY, GAIN, Replay
@@ -30,6 +31,7 @@ JOINT_START = {"rad/s": 0.5, "rad": 0.05}
 
 BIAS = {"roll_rate_rad_s": 0.02, "lean_rad": 0.03, "steer_rad": 0.02, "steer_rate_rad_s": 0.02, "yaw_rate_rad_s": 0.02}
 BIAS_KEY = "bias"
+PIECE = 0.6  # s
 FURTHER_SD = {"roll_rate_rad_s": 0.02, "steer_rad": 0.005, "yaw_rate_rad_s": 0.02}
 SENSOR = {
     "roll_rate_rad_s": "roll_rate", "lean_rad": "lean", "steer_rad": "steer", "steer_rate_rad_s": "steer_rate",
@@ -176,6 +178,26 @@ class HistoryForward(BicycleForward):
         runs = self._fitted(self.family(candidates), candidates, theta)
         return float(-2 * sum(np.log1p(run.gain).sum() for run in runs))
 
+    def marginalised(self, candidates: tuple[Candidate, ...], theta: Array, white: Array) -> Array:
+        """``white`` noise (n, draws) without what the initial states absorb, with ``candidates`` at ``theta`` (p,)."""
+        runs = self._fitted(self.family(candidates), candidates, theta)
+        parts = np.split(white, np.cumsum([len(run.residual) for run in runs])[:-1])
+        return np.concatenate([_shrink(part, run.left, run.gain) for part, run in zip(parts, runs, strict=True)])
+
+    @property
+    def varied(self) -> bool:
+        """Whether the runs are of two speeds, or pushed by two inputs."""
+        pushed = {name for run in self.runs for name, u in run.inputs.items() if np.ptp(u) > 0}
+        return distinct_speeds([run.speed for run in self.runs]) > 1 or len(pushed) > 1
+
+    def easier(self) -> tuple["HistoryForward", ...]:
+        """The runs in pieces, each with a start of its own, as in multiple shooting: what grows stays near its start.
+
+        Bock (1983), Recent advances in parameter identification techniques for O.D.E.; empty where runs are short.
+        """
+        pieces = tuple(piece for run in self.runs for piece in _cut(run))
+        return (replace(self, runs=pieces),) if len(pieces) > len(self.runs) else ()
+
     def refined(self, best: Residual) -> "HistoryForward":
         """Noise estimated from the residuals of the ``best`` fit, where it was not given; its colour in any case."""
         series = np.array(self.rows.series)
@@ -244,6 +266,19 @@ class HistoryForward(BicycleForward):
             sd = (JOINT_START if state.joint else START).get(state.unit, 1.0)
             found.append(sd * (weight if state.forcelike else 1.0) / unit)
         return np.array(found)
+
+
+def _cut(run: Run) -> list[Run]:
+    """A run in pieces of about :data:`PIECE` seconds."""
+    count = max(1, round(len(run.time) * run.step / PIECE))
+    edges = np.linspace(0, len(run.time), count + 1).round().astype(int)
+    return [
+        replace(
+            run, name=f"{run.name} {a}", time=run.time[a:b],
+            channels={c: x[a:b] for c, x in run.channels.items()}, inputs={c: x[a:b] for c, x in run.inputs.items()},
+        )
+        for a, b in pairwise(edges)
+    ]  # fmt: skip
 
 
 def _shrink(white: Array, left: Array, gain: Array) -> Array:

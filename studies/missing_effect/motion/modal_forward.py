@@ -16,7 +16,7 @@ from bicycle.eigenvalues.decomposition import eigensystem
 from studies.inference.folds import folds
 from studies.inference.forward import ProposedMeasurement, Rows, Series
 from studies.inference.parameter import Candidate
-from studies.missing_effect.motion.bicycle_forward import SPEED_AXIS, BicycleForward, error
+from studies.missing_effect.motion.bicycle_forward import SPEED_AXIS, BicycleForward, distinct_speeds, error
 from studies.missing_effect.motion.family import SPEED_SCALE, Family, stencil_slope
 from studies.missing_effect.motion.modal_table import ModalPoint
 from tyre.base.arrays import Array, Complex
@@ -190,6 +190,11 @@ class ModalForward(BicycleForward):
             np.array([p.speed for p in self.points]), tuple(p.mode for p in self.points),
             np.array([p.eigenvalue for p in self.points]),
         )  # fmt: skip
+
+    @property
+    def varied(self) -> bool:
+        """Whether the points are of two speeds."""
+        return distinct_speeds([p.speed for p in self.points]) > 1
 
     @cached_property
     def measured(self) -> tuple[Array, Array]:

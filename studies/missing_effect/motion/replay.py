@@ -75,11 +75,11 @@ class Replay:
             x[0, ..., 0] = starts
         else:
             x[0, ..., 1:] = np.eye(n)
-        push = np.einsum("krnm,krtm->tkrn", g0, torque[:, :, :-1]) + np.einsum("krnm,krtm->tkrn", g1, torque[:, :, 1:])
+        push = torque[:, :, :-1] @ g0.swapaxes(-1, -2) + torque[:, :, 1:] @ g1.swapaxes(-1, -2)  # (K, R, T - 1, n)
         with np.errstate(over="ignore", invalid="ignore"):
             for t in range(length - 1):
                 np.matmul(ad, x[t], out=x[t + 1])
-                x[t + 1, ..., 0] += push[t]
+                x[t + 1, ..., 0] += push[:, :, t]
             y = self._sensed(seen @ x, values, steps)
         outputs = np.moveaxis(y[..., 0], 0, 2)
         free = [y[:, 0, run, :, 1:] for run in range(r)] if starts is None else []

@@ -1,0 +1,85 @@
+"""The verdict in one sentence, made of the figures that stand beside it."""
+
+from studies.inference.acceptance import Acceptance
+from studies.inference.checks import goodness_of_fit
+from studies.inference.evidence import Hypotheses
+from studies.inference.forward import Forward
+from studies.inference.search import POOR_FIT
+from studies.inference.verdict import Named
+
+
+def sentence(forward: Forward, known: Hypotheses, acceptance: Acceptance, effects: tuple[Named, ...]) -> str:
+    """What was decided, in words that the figures bear.
+
+    Parameters
+    ----------
+    forward : Forward
+    known : Hypotheses
+    acceptance : Acceptance
+    effects : tuple of Named
+        With their values.
+    """
+    what = " and ".join(map(in_words, effects))
+    p = goodness_of_fit(forward, acceptance.final)
+    if acceptance.verdict == "none":
+        return _none(known, p)
+    if acceptance.verdict == "unknown":
+        return _unknown(forward, known, acceptance)
+    if acceptance.verdict == "partial":
+        final, n = acceptance.final, len(forward.rows.where)
+        return (
+            f"{what} closes part of the gap: chi^2 {known.null.chi2:.4g} with the parameters adjusted, "
+            f"{final.chi2:.4g} with it, of {n} numbers; something significant remains (p = {p:.2g})."
+        )
+    others = [f.name for f in acceptance.members[1:]]
+    alone = goodness_of_fit(forward, known.null)
+    without = f"without it the adjusted parameters {'fit too' if alone > POOR_FIT else 'do not fit'} (p = {alone:.2g})"
+    whole = f"it explains the data (p = {p:.2g}); {without}, P(nothing is missing) = {known.nothing:.2g}"
+    if acceptance.verdict == "named":
+        return f"{what} is missing, relative to this library: {whole}."
+    either = f", which these data cannot tell from {' or '.join(others)}" if others else ""
+    if acceptance.verdict == "class":
+        return f"An effect is missing; the most probable is {what}{either}: {whole}."
+    return f"Tentatively {what}{either}: {whole}. Reservation: {'; '.join(acceptance.reservations)}."
+
+
+def in_words(effect: Named) -> str:
+    """An ``effect`` with its values: ``steer_spring (stiffness 0.70 +- 0.10 N m/rad)``."""
+    values = [
+        f"{name} {value:.3g} +- {sd:.2g} {'' if effect.units.get(name) == '1' else effect.units.get(name, '')}".rstrip()
+        for name, (value, sd) in effect.parameters.items()
+    ]
+    return f"{effect.identifier} ({', '.join(values)})" if values else effect.identifier
+
+
+def _none(known: Hypotheses, p: float) -> str:
+    fits = "explains the data" if p > POOR_FIT else "does not fit well"
+    said = f"The base model with its parameters adjusted {fits} (p = {p:.2g}), P(nothing is missing) = "
+    said += f"{known.nothing:.2g}: no effect is named."
+    best = known.best()
+    if best and known.nothing < 0.5:
+        share = known.posterior[best[0].name]
+        said = said.removesuffix(".") + f", though {best[0].name} has P = {share:.2g}; more data would tell."
+    return said
+
+
+def _unknown(forward: Forward, known: Hypotheses, acceptance: Acceptance) -> str:
+    leader = acceptance.leader
+    null = goodness_of_fit(forward, known.null)
+    said = f"The base model with its parameters adjusted does not fit (p = {null:.2g})"
+    if leader is None:
+        return f"{said}, and no effect of the library makes it more probable."
+    p = goodness_of_fit(forward, leader)
+    if p <= POOR_FIT:
+        return f"{said}, nor does any hypothesis of the library; the most probable, {leader.name}, leaves p = {p:.2g}."
+    if not forward.varied:
+        return (
+            f"{said}; {leader.name} would (p = {p:.2g}), but one speed and one input are no evidence for a name: measure "
+            "at a second speed."
+        )
+    if leader.at_bound():
+        return f"{said}; only {leader.name} at a bound of what is physical does (p = {p:.2g}: {leader.at_bound()[0]})."
+    if not leader.converged:
+        return f"{said}; {leader.name} comes near (p = {p:.2g}), but its fit did not converge: it is not judged."
+    failed = "; ".join(f"{c.what}: {c.figure}" for c in acceptance.checks if not c.passed)
+    return f"{said}; {leader.name} would in sum (p = {p:.2g}), but fails a rule ({failed})."
