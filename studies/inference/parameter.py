@@ -33,11 +33,13 @@ class UncertainParameter:
         It measures the size of the effect: the effect is absent at ``centre``.
     labels : tuple of str
         Of the parameters in ``sets``, in their order, where each is reported by itself (``rear``, ``front``).
+    least : float
+        Smallest size |coordinate - centre| that is worth a name: less makes no difference that anyone would repair.
 
     Raises
     ------
     ValueError
-        A scale that is not positive, or bounds that leave nothing between them.
+        A least size below zero, a scale that is not positive, or bounds that leave nothing between them.
     """
 
     name: str
@@ -50,8 +52,11 @@ class UncertainParameter:
     power: int = 1
     size: bool = False
     labels: tuple[str, ...] = ()
+    least: float = 0.0
 
     def __post_init__(self) -> None:
+        if not self.least >= 0:
+            raise ValueError(f"{self.name}: least = {self.least:g} must be 0 or more; it is a size")
         if not self.scale > 0:
             raise ValueError(f"{self.name}: scale = {self.scale:g} must be above 0; leave out what does not float")
         if not self.lowest < self.highest:
@@ -95,6 +100,13 @@ class Candidate:
         The effect it takes the place of.
     signature : str
         What it does to the data, in words, for the report.
+    weight : float
+        Prior probability relative to an ordinary candidate: less for a mistake that a careful laboratory rarely makes.
+
+    Raises
+    ------
+    ValueError
+        A weight that is not positive and finite.
     """
 
     identifier: str
@@ -104,6 +116,11 @@ class Candidate:
     ties: Mapping[str, str] = field(default_factory=dict)
     replaces: str | None = None
     signature: str = ""
+    weight: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not 0 < self.weight < math.inf:
+            raise ValueError(f"{self.identifier}: weight = {self.weight:g} must be above 0 and finite")
 
     @cached_property
     def starts(self) -> tuple[Array, ...]:
