@@ -7,7 +7,7 @@ joints). The functions use plain arithmetic, so that they serve sympy expression
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -34,7 +34,7 @@ class Body:
     Ixz: Scalar = 0
     spin_inertia: Scalar = 0
     radius: Scalar = 1
-    fixed_to: str = ""
+    fixed_to: str = field(default="", kw_only=True)
 
 
 @dataclass(frozen=True)

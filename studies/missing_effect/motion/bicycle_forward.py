@@ -26,11 +26,6 @@ FORCED_SD = 0.05  # of the magnitude of a frequency response, and of a tenth of 
 MOST_GROWTH = 0.5  # 1/s; what grows faster is not held up while the torque sweeps
 
 
-def error(name: str, unit: str, key: str, scale: float) -> UncertainParameter:
-    """An error ``name`` of the measurement: zero with standard deviation ``scale`` in ``unit``, kept under ``key``."""
-    return UncertainParameter(name, unit, {key: 1.0}, 0.0, scale, -10 * scale, 10 * scale, size=True)
-
-
 @dataclass(frozen=True, eq=False)
 class ForcedResponse(ProposedMeasurement):
     """Frequency responses to steer torque at a ``speed`` (m/s)."""
@@ -65,7 +60,9 @@ class BicycleForward(ForwardModel):
         return Family(self.base, self.nuisances, candidates)
 
     def compatible(self, candidates: tuple[Candidate, ...]) -> bool:
-        """Whether these ``candidates`` make a model together."""
+        """Whether these ``candidates`` make a model together; a drift is a bias already."""
+        if {"bias", "drift"} <= {c.identifier for c in candidates}:
+            return False
         gone = {c.replaces for c in candidates}
         kinds = [e for e in self.base.effects if e.identifier not in gone]
         kinds += [c.effect.__new__(c.effect) for c in candidates if c.effect is not None]

@@ -128,15 +128,16 @@ class TyreTables(TyreMeasurement):
     description: str = ""
     source: str = ""
 
-    def forward(self, *, without: tuple[str, ...] = ()) -> TablesForward:
-        """The forward model; effects in ``without`` are not tried.
+    def forward(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> TablesForward:
+        """The forward model; effects in ``without`` are not tried, those in ``also`` are tried anyway.
 
         Raises
         ------
         InputError
-            An effect in ``without`` that does not exist.
+            An effect in ``without`` or ``also`` that does not exist.
         """
-        refuse_unknown("effect", without, EFFECTS, where="--without")
+        for option, names in (("--without", without), ("--with", also)):
+            refuse_unknown("effect", names, EFFECTS, where=option)
         return TablesForward(self.reference, self.measured, without)
 
     def figures(self) -> dict[str, Figure]:
