@@ -106,7 +106,9 @@ def unknown_of(term: Term, p: RigParameter, recorded: Recorded) -> UncertainPara
         value, sd = recorded.known[p.name]
         return UncertainParameter(p.name, p.unit, sets, value, sd, p.bounds[0])
     if p.size:
-        return UncertainParameter(p.name, p.unit, sets, 0.0, 0.5 * max(abs(low), abs(high)), *p.bounds, size=True)
+        return UncertainParameter(
+            p.name, p.unit, sets, 0.0, 0.5 * max(abs(low), abs(high)), *p.bounds, size=True, least=p.least
+        )
     return UncertainParameter(p.name, p.unit, sets, 0.5 * math.log(low * high), math.log(high / low) / 4, power=0)
 
 

@@ -60,6 +60,7 @@ def rig_forward_model(
     recorded = Recorded(
         sweeps=bool(sweeps), pulls=bool(pulls),
         both_branches=len({float(way) for s in sweeps for way in s.direction}) > 1,
+        both_signs=any(s.slip.min() < 0 < s.slip.max() for s in sweeps),
         speeds=all(s.speed for s in sweeps), other_track=max(map(abs, bends), default=0.0) > SAME_TRACK,
         other_loads=off, known={} if length is None else {"relaxation_length": length},
     )  # fmt: skip

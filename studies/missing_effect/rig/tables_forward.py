@@ -59,11 +59,13 @@ class TablesForward(ForwardModel):
     def candidates(self) -> tuple[Candidate, ...]:
         """The drum's curvature where there is a drum, and the rig's calibration."""
         found = [
-            Candidate(name, (UncertainParameter("scale", "1", {name: 1.0}, 0.0, sd, -5 * sd, 5 * sd, size=True),))
+            Candidate(
+                name, (UncertainParameter("scale", "1", {name: 1.0}, 0.0, sd, -5 * sd, 5 * sd, size=True, least=0.002),)
+            )
             for name, sd in SCALES.items()
         ]
         if self.measured.drum_diameter:
-            exponent = UncertainParameter("exponent", "1", {DRUM: 1.0}, 0.0, 0.6, 0.0, 3.0, size=True)
+            exponent = UncertainParameter("exponent", "1", {DRUM: 1.0}, 0.0, 0.6, 0.0, 3.0, size=True, least=0.02)
             found.append(Candidate(DRUM, (exponent,), signature=DrumCurvature.terms[0].signature))
         return tuple(c for c in found if c.identifier not in self.without)
 
