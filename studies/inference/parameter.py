@@ -122,6 +122,11 @@ class Candidate:
         if not 0 < self.weight < math.inf:
             raise ValueError(f"{self.identifier}: weight = {self.weight:g} must be above 0 and finite")
 
+    @property
+    def mistake(self) -> bool:
+        """Not a thing that is there, but a mistake of a sensor or of a file: its weight is below one."""
+        return self.weight < 1
+
     @cached_property
     def starts(self) -> tuple[Array, ...]:
         """Coordinates from which fits begin: small and typical sizes, of either sign where both are physical."""
