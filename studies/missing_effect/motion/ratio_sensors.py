@@ -44,21 +44,27 @@ def apply_sensor(
     errors : list
         Of :func:`errors_of`.
     power : int
-        -1 for the sensor in the denominator.
+        1, or -1 for the sensor in the denominator; no unit.
     """
-    if not any(errors):
-        return
-    gain, delay, tau = (e[1] if e else 0.0 for e in errors)
-    root, slow = number[:, 0].copy(), 1 / (1 + number[:, 0] * tau)
-    factor = ((1 + gain) * np.exp(-root * delay) * slow) ** power
-    by_root = power * (-delay - tau * slow)  # of the logarithm of the factor
-    by_error = (np.full_like(root, 1 / (1 + gain)), -root, -root * slow)
-    slope[:, row] = factor[:, None] * (slope[:, row] + (number[:, row] * by_root)[:, None] * slope[:, 0])
-    number[:, row] *= factor
-    if slope.shape[2]:
-        for entry, by in zip(errors, by_error, strict=True):
-            if entry is not None:
+    gain, delay, tau = errors
+    late, constant = (e[1] if e else 0.0 for e in (delay, tau))
+    root = number[:, 0].copy()
+    if delay or tau:
+        with np.errstate(divide="ignore", invalid="ignore"):  # a real root at the filter's own
+            slow = 1 / (1 + root * constant)
+            number[:, row] *= (np.exp(-root * late) * slow) ** power
+            by_root = number[:, row] * power * (-late - constant * slow)
+            slope[:, row] = slope[:, row] * (np.exp(-root * late) * slow)[:, None] ** power
+            slope[:, row] += by_root[:, None] * slope[:, 0]
+        for entry, by in ((delay, -root), (tau, -root * slow)):
+            if entry is not None and slope.shape[2]:
                 slope[:, row, entry[0]] += power * by * number[:, row]
+    if gain:
+        pure = number[:, row].copy()
+        number[:, row] *= (1 + gain[1]) ** power
+        slope[:, row] *= (1 + gain[1]) ** power
+        if slope.shape[2]:
+            slope[:, row, gain[0]] += power * pure * (1 + gain[1]) ** (power - 1)
 
 
 def measurement_candidates(ratios: Sequence[str], speeds: Sequence[float]) -> tuple[Candidate, ...]:
