@@ -7,7 +7,7 @@ joints). The functions use plain arithmetic, so that they serve sympy expression
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,8 @@ Row = NDArray[Any]  # shape (2 + number of joints,), dtype object or float
 class Body:
     """A rigid body: mass, mass centre (x, z) and inertia-tensor entries about it (Ixz as Meijaard tabulates it).
 
-    ``spin_inertia`` and ``radius`` are those of a rolling wheel, zero spin inertia otherwise.
+    ``spin_inertia`` and ``radius`` are those of a rolling wheel, zero spin inertia otherwise. A body that is
+    ``fixed_to`` another one, by its name, turns with every joint that carries that.
     """
 
     name: str
@@ -33,6 +34,7 @@ class Body:
     Ixz: Scalar = 0
     spin_inertia: Scalar = 0
     radius: Scalar = 1
+    fixed_to: str = field(default="", kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -49,6 +51,22 @@ class Joint:
     def lever(self, x: Scalar, z: Scalar) -> Scalar:
         """Lateral displacement of the carried point (``x``, ``z``), m, per radian: (axis x arm) . y, m/rad."""
         return self.axis_z * (x - self.x) - self.axis_x * (z - self.z)
+
+
+def with_guests(joint: Joint, bodies: Iterable[Body]) -> Joint:
+    """The ``joint`` with all it carries: bodies that are fixed to a carried one come along.
+
+    Parameters
+    ----------
+    joint : Joint
+    bodies : iterable of Body
+        In an order in which none is fixed to a later one.
+    """
+    carried = set(joint.carries)
+    for body in bodies:
+        if body.fixed_to in carried:
+            carried.add(body.name)
+    return replace(joint, carries=frozenset(carried))
 
 
 def displacement_row(joints: Sequence[Joint], body: str, x: Scalar, z: Scalar) -> Row:

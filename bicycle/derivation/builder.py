@@ -17,10 +17,11 @@ from bicycle.derivation.declarations import Mode, State, check_modes
 from bicycle.derivation.equations import equations
 from bicycle.derivation.ports import ContactLaw, Coordinate, Expression, Wheel
 from bicycle.parameters import UNITS, bodies
-from bicycle.rigid_bodies import Body, Joint, displacement_row
+from bicycle.rigid_bodies import Body, Joint, displacement_row, with_guests
 from tyre.base.errors import InputError, unknown
 
 SPEED = sp.Symbol("v", real=True)
+STEERED = frozenset(("front frame", "front wheel"))
 OF_CONTACT = {"slip": "rad", "side_force": "N"}  # what is put in or read off at each contact, and its unit
 
 
@@ -54,7 +55,7 @@ class ModelBuilder:
             self._declare_angle(coordinate.name, coordinate.name, joint=False)
 
     def add_body(self, body: Body) -> None:
-        """Add a rigid body to the rear frame (a joint may carry it); the contacts carry its weight.
+        """Add a rigid body to the rear frame, or to what it is ``fixed_to`` (a joint may carry it); it has weight.
 
         Parameters
         ----------
@@ -63,9 +64,12 @@ class ModelBuilder:
         Raises
         ------
         InputError
-            There is a body of that name.
+            There is a body of that name, or none that it could be fixed to.
         """
-        if any(body.name == other.name for other in self.bodies):
+        names = [other.name for other in self.bodies]
+        if body.fixed_to and body.fixed_to not in names:
+            raise InputError(f"the body {body.name!r} is fixed to an {unknown('body', body.fixed_to, names)}")
+        if body.name in names:
             raise InputError(f"two bodies are called {body.name!r}; give the effect's body a name of its own")
         self.bodies.append(body)
 
@@ -267,12 +271,9 @@ class ModelBuilder:
     def joints(self) -> list[Joint]:
         """Lean, the joints of the effects and steer, from the ground outward."""
         p = self.bicycle
-        everything = frozenset(body.name for body in self.bodies)
-        lean = Joint("lean", 1, 0, 0, 0, everything)
-        steer = Joint(
-            "steer", sp.sin(p["lam"]), sp.cos(p["lam"]), p["w"] + p["c"], 0, frozenset(("front frame", "front wheel"))
-        )
-        return [lean, *(joint for joint, _ in self._frame_joints), steer]
+        lean = Joint("lean", 1, 0, 0, 0, frozenset(body.name for body in self.bodies))
+        steer = Joint("steer", sp.sin(p["lam"]), sp.cos(p["lam"]), p["w"] + p["c"], 0, STEERED)
+        return [lean, *(with_guests(joint, self.bodies) for joint in (*(j for j, _ in self._frame_joints), steer))]
 
     def coordinates(self) -> list[Coordinate]:
         """Angle and rate of each of :meth:`joints`."""

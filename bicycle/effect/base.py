@@ -33,6 +33,8 @@ class Effect:
         Needs that another effect must provide, for example ``tyre force``; ``why`` explains a missing one.
     source, signature : str
         Literature, and what one sees in the modes when the effect is there.
+    powered : bool
+        Whether a motor does it: the diagnosis tries it on request only, for no bicycle has one unknown to its owner.
     needs_rider : bool
         Whether it is of a rider: the diagnosis does not try it on a bicycle without one.
     acts_through : str
@@ -54,6 +56,7 @@ class Effect:
     signature: ClassVar[str] = ""
     description: ClassVar[str] = ""
     modes: ClassVar[tuple[Mode, ...]] = ()
+    powered: ClassVar[bool] = False
     needs_rider: ClassVar[bool] = False
     acts_through: ClassVar[str] = ""
 

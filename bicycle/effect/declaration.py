@@ -1,5 +1,6 @@
 """Whether an effect from outside the package declares what the house needs, said in one line where it does not."""
 
+import math
 import re
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -76,6 +77,21 @@ def _wrong_parameter(p: Parameter) -> Iterator[str]:
     for what, value in (("default", p.default), ("neutral", p.neutral)):
         if value is not None and not isinstance(value, str) and not (is_number(value) and low <= value <= high):
             yield f"{p.name}: {what} = {shown(value)} is outside the bounds {low:g} .. {high:g}"
+    yield from _wrong_least(p)
+
+
+def _wrong_least(p: Parameter) -> Iterator[str]:
+    """A least size must leave something of the typical range to be named."""
+    if not is_number(p.least) or not 0 <= p.least < math.inf:
+        yield f"{p.name}: least = {shown(p.least)} must be a size in {p.unit}, 0 or more"
+    elif p.least and p.neutral == math.inf:
+        if p.least <= p.typical[0]:
+            yield (
+                f"{p.name}: least = {p.least:g} {p.unit} is the stiffness above which it does not matter, so it must "
+                f"be above the softest typical one, {p.typical[0]:g}"
+            )
+    elif p.least >= max(abs(end - (p.neutral or 0.0)) for end in p.typical) and p.neutral is not None:
+        yield f"{p.name}: least = {p.least:g} {p.unit} is as large as anything typical; nothing would be named"
 
 
 def _wrong_mode(mode: Any, others: Mapping[str, Mode]) -> Iterator[str]:

@@ -28,6 +28,9 @@ class Parameter:
         Value when none is given; a string names the bicycle parameter it equals. None: it must be given.
     neutral : float, optional
         Value at which the effect vanishes (may be infinite).
+    least : float
+        Smallest size that is worth a name in a diagnosis, as a distance from ``neutral``; of a stiffness whose effect
+        vanishes at infinity, the stiffness above which it does not matter. 0: any.
     per_wheel : bool
         One value for each wheel, written ``{rear = .., front = ..}`` or one number for both.
     name : str
@@ -45,6 +48,7 @@ class Parameter:
     typical: tuple[float, float]
     default: float | str | None = None
     neutral: float | None = None
+    least: float = 0.0
     per_wheel: bool = False
     tyre: str = ""
     tyre_beside: str = ""

@@ -17,7 +17,7 @@ class AerodynamicDrag(Effect):
 
     drag_area = Parameter(
         "m^2", "drag coefficient times frontal area",
-        bounds=(0.0, math.inf), typical=(0.3, 0.6), default=0.4, neutral=0.0,
+        bounds=(0.0, math.inf), typical=(0.3, 0.6), default=0.4, neutral=0.0, least=0.02,
     )  # fmt: skip
     centre_of_pressure_z = Parameter(
         "m", "height of the drag on the rear frame, z down",
@@ -25,7 +25,7 @@ class AerodynamicDrag(Effect):
     )  # fmt: skip
     air_density = Parameter(
         "kg/m^3", "1.225 at 15 °C and sea level",
-        bounds=(0.0, math.inf), typical=(1.0, 1.3), default=1.225, neutral=0.0,
+        bounds=(0.0, math.inf), typical=(1.0, 1.3), default=1.225, neutral=0.0, least=0.06,
     )  # fmt: skip
     source = "Sharp (2001), Vehicle System Dynamics 35; Debraux et al. (2011), Sports Biomechanics 10 (areas)"
     signature = "grows with v^2: capsize above all; the front wheel loses load at high speed"

@@ -17,7 +17,8 @@ class CamberThrust(Effect):
     why = "under no_slip the constraint already carries the side force; use side_slip or relaxation_length"
     camber_stiffness = Parameter(
         "N/rad", "side force per camber angle",
-        bounds=(0.0, math.inf), typical=(150.0, 700.0), neutral=0.0, per_wheel=True, tyre="camber_stiffness",
+        bounds=(0.0, math.inf), typical=(150.0, 700.0), neutral=0.0, least=20.0, per_wheel=True,
+        tyre="camber_stiffness",
     )  # fmt: skip
     lag_share = Parameter(
         "1", "share of the camber force that lags with the slip force",

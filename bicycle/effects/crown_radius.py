@@ -17,7 +17,7 @@ class CrownRadius(Effect):
 
     crown_radius = Parameter(
         "m", "radius of the tyre's cross-section",
-        bounds=(0.0, math.inf), typical=(0.01, 0.03), default=0.0125, neutral=0.0, per_wheel=True,
+        bounds=(0.0, math.inf), typical=(0.01, 0.03), default=0.0125, neutral=0.0, least=1e-3, per_wheel=True,
         tyre="crown_radius",
     )  # fmt: skip
     source = "Sharp (1971), J. Mech. Eng. Sci. 13(5), 316-329; Cossalter, Motorcycle Dynamics, ch. 1"

@@ -18,7 +18,7 @@ class FrontCompliance(Effect):
 
     stiffness = Parameter(
         "N m/rad", "of the hinge",
-        bounds=(0.0, math.inf), typical=(1e3, 1e4), default=3e3, neutral=math.inf,
+        bounds=(0.0, math.inf), typical=(1e3, 1e4), default=3e3, neutral=math.inf, least=2e4,
     )  # fmt: skip
     damping = Parameter("N m s/rad", "of the hinge", bounds=(0.0, math.inf), typical=(1.0, 30.0), default=15.0)
     joint_x = Parameter("m", "hinge", bounds=(-math.inf, math.inf), typical=(0.7, 1.0))

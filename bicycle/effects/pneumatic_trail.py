@@ -15,7 +15,7 @@ class PneumaticTrail(Effect):
     why = "the aligning moment needs a side force"
     trail = Parameter(
         "m", "distance of the side force behind the contact centre",
-        bounds=(0.0, 0.2), typical=(0.0, 0.03), default=0.017, neutral=0.0, per_wheel=True,
+        bounds=(0.0, 0.2), typical=(0.0, 0.03), default=0.017, neutral=0.0, least=1e-3, per_wheel=True,
         tyre="pneumatic_trail",
     )  # fmt: skip
     source = "Pacejka, Tire and Vehicle Dynamics, ch. 3"

@@ -28,7 +28,7 @@ class RiderLean(Effect):
     joint_z = Parameter("m", "height of the hinge, z down", bounds=ANY, typical=(-1.1, -0.7))
     stiffness = Parameter(
         "N m/rad", "of the hinge",
-        bounds=(0.0, math.inf), typical=(500.0, 3000.0), default=1500.0, neutral=math.inf,
+        bounds=(0.0, math.inf), typical=(500.0, 3000.0), default=1500.0, neutral=math.inf, least=2e4,
     )  # fmt: skip
     damping = Parameter("N m s/rad", "of the hinge", bounds=(0.0, math.inf), typical=(10.0, 150.0), default=60.0)
     source = "Schwab, Meijaard & Kooijman (2012), Vehicle System Dynamics 50; Doria & Tognazzo (2014), IMechE C 228"

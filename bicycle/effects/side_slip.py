@@ -20,7 +20,8 @@ class SideSlip(Effect):
     provides = ("contact force", "tyre force")
     cornering_stiffness = Parameter(
         "N/rad", "slope of the side force at zero slip",
-        bounds=(0.0, math.inf), typical=(2000.0, 12000.0), per_wheel=True, tyre="cornering_stiffness",
+        bounds=(0.0, math.inf), typical=(2000.0, 12000.0), least=4e4, per_wheel=True,
+        tyre="cornering_stiffness",
     )  # fmt: skip
     source = "Pacejka, Tire and Vehicle Dynamics, ch. 1"
     modes = (REAR_TYRE,)

@@ -14,7 +14,7 @@ class SteerAssist(Effect):
 
     gain = Parameter(
         "N s^2/rad", "torque per lean rate and per m/s below the fade speed",
-        bounds=(-math.inf, math.inf), typical=(0.0, 20.0), default=5.0, neutral=0.0,
+        bounds=(-math.inf, math.inf), typical=(0.0, 20.0), default=5.0, neutral=0.0, least=0.05,
     )  # fmt: skip
     fade_speed = Parameter(
         "m/s", "speed at which the assist vanishes and changes over",
@@ -22,9 +22,10 @@ class SteerAssist(Effect):
     )  # fmt: skip
     lean_gain = Parameter(
         "N s/rad", "torque per lean angle and per m/s above the fade speed",
-        bounds=(-math.inf, math.inf), typical=(0.0, 5.0), default=0.0, neutral=0.0,
+        bounds=(-math.inf, math.inf), typical=(0.0, 5.0), default=0.0, neutral=0.0, least=0.05,
     )  # fmt: skip
     source = "Schwab, Kooijman & Meijaard (2008), 4th European Conference on Structural Control, St. Petersburg"
+    powered = True
     signature = "weave becomes stable at low speed, capsize above the fade speed; equations change at the fade speed"
 
     def apply(self, model: ModelBuilder) -> None:

@@ -11,7 +11,7 @@ class SteerDamper(Effect):
 
     damping = Parameter(
         "N m s/rad", "steering damper",
-        bounds=(0.0, math.inf), typical=(0.0, 5.0), default=0.5, neutral=0.0,
+        bounds=(0.0, math.inf), typical=(0.0, 5.0), default=0.5, neutral=0.0, least=0.02,
     )  # fmt: skip
     source = "Sharp (1971), J. Mech. Eng. Sci. 13(5), 316-329"
     signature = "wobble gains damping, weave at high speed loses some"

@@ -16,7 +16,7 @@ class TwistingTorque(Effect):
 
     twisting_stiffness = Parameter(
         "N m/rad", "moment into the lean, per camber angle",
-        bounds=(0.0, math.inf), typical=(0.5, 3.0), default=1.0, neutral=0.0, per_wheel=True,
+        bounds=(0.0, math.inf), typical=(0.5, 3.0), default=1.0, neutral=0.0, least=0.1, per_wheel=True,
         tyre="twisting_stiffness", tyre_beside="pneumatic_trail",
     )  # fmt: skip
     source = "Cossalter, Motorcycle Dynamics, ch. 2; Pacejka, Tire and Vehicle Dynamics, ch. 11"

@@ -14,8 +14,11 @@ from studies.reporting.output import verbose
 @verbose
 @click.option("--out", "folder", metavar="DIR", help="Write the report (Markdown, HTML, figures) there.")
 @click.option("--without", metavar="EFFECT", multiple=True, help="Do not try this effect; may be repeated.")
+@click.option("--with", "with_", metavar="EFFECT", multiple=True, help="Try this motor too (steer_assist).")
 @click.option("--json", "json_file", metavar="FILE", help="Write the verdict as JSON; - is standard output.")
-def command(measurement_file: str, folder: str | None, without: tuple[str, ...], json_file: str | None) -> None:
+def command(
+    measurement_file: str, folder: str | None, without: tuple[str, ...], with_: tuple[str, ...], json_file: str | None
+) -> None:
     from pathlib import Path
 
     from studies.missing_effect import diagnose, read_measurement
@@ -26,7 +29,7 @@ def command(measurement_file: str, folder: str | None, without: tuple[str, ...],
         raise InputError(f"--out {folder} is a file; give a folder")
     if json_file and json_file != "-" and not Path(json_file).parent.is_dir():
         raise InputError(f"--json {json_file}: no such folder; make it first")
-    found = diagnose(read_measurement(measurement_file), without=without, progress=True)
+    found = diagnose(read_measurement(measurement_file), without=without, with_=with_, progress=True)
     verdict = found.verdict
     if folder:
         from studies.missing_effect.report import write_report

@@ -38,11 +38,13 @@ class UncertainParameter:
         Smallest distance of the coordinate from ``centre`` that is worth a name.
     labels : tuple of str
         Of the parameters in ``sets``, in their order, where each is reported by itself (``rear``, ``front``).
+    least : float
+        Smallest size |coordinate - centre| that is worth a name: less makes no difference that anyone would repair.
 
     Raises
     ------
     ValueError
-        A scale that is not positive, or bounds that leave nothing between them.
+        A least size below zero, a scale that is not positive, or bounds that leave nothing between them.
     """
 
     name: str
@@ -59,6 +61,8 @@ class UncertainParameter:
     least: float = 0.0
 
     def __post_init__(self) -> None:
+        if not self.least >= 0:
+            raise ValueError(f"{self.name}: least = {self.least:g} must be 0 or more; it is a size")
         if not self.scale > 0:
             raise ValueError(f"{self.name}: scale = {self.scale:g} must be above 0; leave out what does not float")
         if not self.lowest < self.highest:
@@ -103,7 +107,12 @@ class Candidate:
     signature : str
         What it does to the data, in words, for the report.
     weight : float
-        Prior weight, relative to that of an ordinary candidate.
+        Prior probability relative to an ordinary candidate: less for a mistake that a careful laboratory rarely makes.
+
+    Raises
+    ------
+    ValueError
+        A weight that is not positive and finite.
     """
 
     identifier: str
@@ -114,6 +123,15 @@ class Candidate:
     replaces: str | None = None
     signature: str = ""
     weight: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not 0 < self.weight < math.inf:
+            raise ValueError(f"{self.identifier}: weight = {self.weight:g} must be above 0 and finite")
+
+    @property
+    def mistake(self) -> bool:
+        """Not a thing that is there, but a mistake of a sensor or of a file: its weight is below one."""
+        return self.weight < 1
 
     def unusual(self) -> "Candidate":
         """The same with sizes that seldom occur: prior sd of the sizes wider by :data:`UNUSUAL`."""

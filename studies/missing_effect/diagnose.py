@@ -26,7 +26,12 @@ class Diagnosis(Judgement):
 
 @one_blas_thread()  # the matrices are small: threads make it ten times slower
 def diagnose(
-    measurement: Measurement, model: Model | None = None, *, without: tuple[str, ...] = (), progress: bool = False
+    measurement: Measurement,
+    model: Model | None = None,
+    *,
+    without: tuple[str, ...] = (),
+    with_: tuple[str, ...] = (),
+    progress: bool = False,
 ) -> Diagnosis:
     """Diagnose a measurement.
 
@@ -38,6 +43,8 @@ def diagnose(
         Base model in place of the measurement's own; of a bicycle only.
     without : tuple of str
         Effects that are not tried.
+    with_ : tuple of str
+        Motors that are tried: effects that are ``powered``, such as ``steer_assist``, are tried on request only.
     progress : bool
         Show a progress bar on standard error.
 
@@ -49,7 +56,7 @@ def diagnose(
     Raises
     ------
     InputError
-        An effect in ``without`` that does not exist, a bicycle model for a tyre, data that cannot be used.
+        An effect in ``without`` or ``with_`` that does not exist, a bicycle model for a tyre, data that cannot be used.
     """
     if model is not None:
         measurement = measurement.on(model)
@@ -59,5 +66,5 @@ def diagnose(
             bar.set_postfix_str(what, refresh=False)
             bar.update()
 
-        judgement = judge(measurement.forward(without=without), progress=advance)
+        judgement = judge(measurement.forward(without=without, also=with_), progress=advance)
     return Diagnosis(measurement=measurement, model=measurement.model_with(judgement.final), **vars(judgement))

@@ -31,13 +31,13 @@ class Measurement(Protocol):
     def source(self) -> str:
         """Where it comes from; may be empty."""
 
-    def forward(self, *, without: tuple[str, ...] = ()) -> Forward:
-        """The forward model with its candidates; effects in ``without`` are not tried.
+    def forward(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> Forward:
+        """The forward model with its candidates; effects in ``without`` are not tried, motors in ``also`` are.
 
         Raises
         ------
         InputError
-            An effect in ``without`` that does not exist, or data that cannot be used.
+            An effect in ``without`` or ``also`` that does not exist, or data that cannot be used.
         """
 
     def figures(self) -> dict[str, Figure]:

@@ -29,10 +29,12 @@ from . import effects
 from .effects import (
     AerodynamicDrag,
     AligningMoment,
+    BarBag,
     CamberThrust,
     ContactLength,
     CrownRadius,
     FrontCompliance,
+    Luggage,
     NoSlip,
     PneumaticTrail,
     RelaxationLength,
@@ -51,6 +53,7 @@ PLACES: dict[str, tuple[str, ...]]
 __all__ = [
     "AerodynamicDrag",
     "AligningMoment",
+    "BarBag",
     "Bicycle",
     "CamberThrust",
     "ContactLength",
@@ -62,6 +65,7 @@ __all__ = [
     "InputError",
     "InputHistory",
     "LinearModel",
+    "Luggage",
     "MeasuredTable",
     "Mode",
     "Model",

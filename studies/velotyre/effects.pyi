@@ -62,6 +62,36 @@ class AligningMoment(Effect):
         relaxation_length: PerWheelValue,
     ) -> None: ...
 
+class BarBag(Effect):
+    """A point mass fixed to the steered front frame that the bicycle's parameters do not contain: bag, basket, lamp.
+
+    It turns with the steering and with whatever carries the front frame; its own extent is neglected.
+
+    Parameters
+    ----------
+    mass : float, kg
+        Of the bag; typical 0.5 .. 5, allowed 0 .. inf; the effect vanishes at 0.
+    x : float, m, default 0.85
+        Mass centre, ahead of the rear contact; typical 0.6 .. 1, allowed any.
+    z : float, m, default -0.9
+        Mass centre, z down; typical -1.1 .. -0.7, allowed any.
+
+    Notes
+    -----
+    Source: Meijaard, Papadopoulos, Ruina & Schwab (2007), Proc. R. Soc. A 463, appendix B (a further rigid body).
+    """
+
+    mass: float
+    x: float
+    z: float
+    def __init__(
+        self,
+        *,
+        mass: float,
+        x: float = 0.85,
+        z: float = -0.9,
+    ) -> None: ...
+
 class CamberThrust(Effect):
     """Side force C_gamma gamma towards the lean; ``lag_share`` of it builds up with the slip force, the rest at once.
 
@@ -186,6 +216,36 @@ class FrontCompliance(Effect):
         stiffness: float = 3000.0,
         damping: float = 15.0,
         axis_tilt: float = ...,
+    ) -> None: ...
+
+class Luggage(Effect):
+    """A point mass fixed to the rear frame that the bicycle's parameters do not contain: bag, rack, battery, lock.
+
+    It brings weight, inertia and wheel loads; its own extent is small beside its distance from the wheels' contacts.
+
+    Parameters
+    ----------
+    mass : float, kg
+        Of the luggage; typical 0.5 .. 10, allowed 0 .. inf; the effect vanishes at 0.
+    x : float, m, default 0.05
+        Mass centre, ahead of the rear contact; typical -0.1 .. 0.25, allowed any.
+    z : float, m, default -0.8
+        Mass centre, z down; typical -1 .. -0.6, allowed any.
+
+    Notes
+    -----
+    Source: Meijaard, Papadopoulos, Ruina & Schwab (2007), Proc. R. Soc. A 463, appendix B (a further rigid body).
+    """
+
+    mass: float
+    x: float
+    z: float
+    def __init__(
+        self,
+        *,
+        mass: float,
+        x: float = 0.05,
+        z: float = -0.8,
     ) -> None: ...
 
 class NoSlip(Effect):

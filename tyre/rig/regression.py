@@ -26,6 +26,8 @@ class RigParameter:
         What is possible.
     size : bool
         The effect is absent at zero; otherwise the number is positive and its logarithm is fitted.
+    least : float
+        Smallest size that is worth a name in a diagnosis; 0: any.
     """
 
     name: str
@@ -33,6 +35,7 @@ class RigParameter:
     typical: tuple[float, float]
     bounds: tuple[float, float] = (-math.inf, math.inf)
     size: bool = True
+    least: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -45,6 +48,8 @@ class Recorded:
         Whether there are slip sweeps, pull tests.
     both_branches : bool
         Slip both rises and falls.
+    both_signs : bool
+        A sweep has slip angles of either sign.
     speeds : bool
         Every sweep has its rolling speed.
     other_track : bool
@@ -58,6 +63,7 @@ class Recorded:
     sweeps: bool = True
     pulls: bool = True
     both_branches: bool = True
+    both_signs: bool = True
     speeds: bool = True
     other_track: bool = True
     other_loads: bool = True
@@ -80,6 +86,8 @@ class SweepTerms:
         ln of the factor on cornering stiffness and relaxation length.
     load_gain, force_gain, slip_gain : array or float
         True over indicated load, indicated over true force and slip, less one.
+    gain_by_sign : array or float
+        Gain of the indicated force to the right less that to the left.
     slip_offset, half_gap : array or float
         rad of true slip: of the whole curve, and by which the wheel stays behind the sensor.
     side_force : array or float
@@ -103,6 +111,7 @@ class SweepTerms:
     load_gain: Contribution = 0.0
     force_gain: Contribution = 0.0
     slip_gain: Contribution = 0.0
+    gain_by_sign: Contribution = 0.0
     slip_offset: Contribution = 0.0
     half_gap: Contribution = 0.0
     side_force: Contribution = 0.0

@@ -33,11 +33,6 @@ def distinct_speeds(speeds: ArrayLike) -> int:
     return 1 + int((np.diff(ordered) > SAME_SPEED * ordered[1:]).sum())
 
 
-def error(name: str, unit: str, key: str, scale: float) -> UncertainParameter:
-    """An error ``name`` of the measurement: zero with standard deviation ``scale`` in ``unit``, kept under ``key``."""
-    return UncertainParameter(name, unit, {key: 1.0}, 0.0, scale, -10 * scale, 10 * scale, size=True)
-
-
 @dataclass(frozen=True, eq=False)
 class ForcedResponse(ProposedMeasurement):
     """Frequency responses to steer torque at a ``speed`` (m/s)."""
@@ -72,7 +67,9 @@ class BicycleForward(ForwardModel):
         return Family(self.base, self.nuisances, candidates)
 
     def compatible(self, candidates: tuple[Candidate, ...]) -> bool:
-        """Whether these ``candidates`` make a model together."""
+        """Whether these ``candidates`` make a model together; a drift is a bias already."""
+        if {"bias", "drift"} <= {c.identifier for c in candidates}:
+            return False
         gone = {c.replaces for c in candidates}
         kinds = [e for e in self.base.effects if e.identifier not in gone]
         kinds += [c.effect.__new__(c.effect) for c in candidates if c.effect is not None]

@@ -27,7 +27,7 @@ SINGULAR = 1e-2  # smallest coordinate, in prior scales, where zero is singular
 
 
 def find_candidates(
-    model: Model, known: Mapping[str, Mapping[str, Any]], without: tuple[str, ...] = ()
+    model: Model, known: Mapping[str, Mapping[str, Any]], without: tuple[str, ...] = (), also: tuple[str, ...] = ()
 ) -> tuple[tuple[Candidate, ...], dict[str, str]]:
     """Candidates for a base model, and why the other effects cannot be tried.
 
@@ -38,6 +38,8 @@ def find_candidates(
         ``identifier -> {parameter: value}``: what is known of a candidate and needs no fit (a hinge's place).
     without : tuple of str
         Identifiers that are not tried.
+    also : tuple of str
+        Identifiers of powered effects that are tried; so are those that are ``known``, were it nothing of them.
     """
     present = {effect.identifier: effect for effect in model.effects}
     law = next(effect for effect in model.effects if effect.slot == "contact law")
@@ -47,6 +49,9 @@ def find_candidates(
             continue
         if identifier in without:
             refused[identifier] = LEFT_OUT
+            continue
+        if effect.powered and identifier not in (*also, *known):
+            refused[identifier] = f"a motor: tried on request, --with {identifier}"
             continue
         replaced = next((e for e in model.effects if e.slot is not None and e.slot == effect.slot), None)
         if replaced is not None and len(effect.parameters) <= len(replaced.parameters):
@@ -167,12 +172,15 @@ def _unknown(
     if math.isinf(low) or math.isinf(high) or low == high:
         return
     if p.neutral is not None and math.isinf(p.neutral):
-        scale = 0.5 / low
-        yield UncertainParameter(p.name, p.unit, sets, 0.0, scale, SINGULAR * scale, math.inf, power=-1, size=True)
+        scale, least = 0.5 / low, least_coordinate(p, reciprocal=True)
+        yield UncertainParameter(
+            p.name, p.unit, sets, 0.0, scale, SINGULAR * scale, math.inf, power=-1, size=True, least=least
+        )
     elif p.neutral is not None or limit:
         scale, neutral = 0.5 * max(abs(low), abs(high)), p.neutral or 0.0
         lowest = SINGULAR * scale if limit else p.bounds[0]
-        yield UncertainParameter(p.name, p.unit, sets, neutral, scale, lowest, p.bounds[1], size=True)
+        least = least_coordinate(p, reciprocal=False)
+        yield UncertainParameter(p.name, p.unit, sets, neutral, scale, lowest, p.bounds[1], size=True, least=least)
     elif _wide(p):
         yield UncertainParameter(
             p.name, p.unit, sets, math.log(middle or math.sqrt(low * high)), math.log(high / low) / 4, power=0
@@ -180,6 +188,13 @@ def _unknown(
     else:
         centre = next(x for x in (middle, p.default, (low + high) / 2) if isinstance(x, int | float))
         yield UncertainParameter(p.name, p.unit, sets, centre, (high - low) / 4, *p.bounds)
+
+
+def least_coordinate(p: Parameter, *, reciprocal: bool) -> float:
+    """The least size of a parameter in its coordinate: itself, or the compliance of a stiffness (``reciprocal``)."""
+    if reciprocal:
+        return 1 / p.least if p.least else 0.0
+    return p.least
 
 
 def _vanishes_with(model: Model, effect: type[Effect], values: dict[str, float], size: UncertainParameter) -> bool:

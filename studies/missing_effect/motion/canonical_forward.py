@@ -10,6 +10,7 @@ torque, keeps the bicycle's own resonances out of the weights.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -23,24 +24,28 @@ from bicycle.model import Model
 from studies.inference.folds import MOST_FOLDS
 from studies.inference.forward import ProposedMeasurement, Rows, Series
 from studies.inference.parameter import Candidate
-from studies.missing_effect.motion.bicycle_forward import BicycleForward, error
-from studies.missing_effect.motion.candidates import SINGULAR
+from studies.missing_effect.motion.bicycle_forward import BicycleForward
+from studies.missing_effect.motion.candidates import SINGULAR, least_coordinate
 from studies.missing_effect.motion.canonical_table import COEFFICIENTS, CanonicalTable, unit
-from studies.missing_effect.motion.family import SPEED_SCALE
+from studies.missing_effect.motion.sensor_errors import DELAY, GAIN, delay_error, gain_error, speed_errors
 from tyre.base.arrays import Array, Complex
 
 FREQUENCIES = 16
 STEER_RATE, FORCE = 0.3, 20.0  # rad/s and N at each frequency; only their ratio counts
 SENSORS = ("lean", "steer", "steer_torque", "lateral_force")
-GAIN, DELAY = "measurement.{}_gain", "measurement.{}_delay"
 
 
-def sensor_candidates() -> tuple[Candidate, ...]:
-    """What may be wrong with the recordings: speed, gain and delay of each signal (a delay of all does nothing)."""
-    found = [Candidate("speed_scale", (error("scale", "1", SPEED_SCALE, 0.02),))]
+def sensor_candidates(speeds: Sequence[float]) -> tuple[Candidate, ...]:
+    """What may be wrong with the recordings: the speed, gain and delay of each signal (a delay of all does nothing).
+
+    Parameters
+    ----------
+    speeds : sequence of float
+        At which the identification is imitated, m/s.
+    """
+    found = [*speed_errors(speeds)]
     for name in SENSORS:
-        found.append(Candidate(f"{name}_scale", (error("scale", "1", GAIN.format(name), 0.1),)))
-        found.append(Candidate(f"{name}_delay", (error("delay", "s", DELAY.format(name), 0.01),)))
+        found += [gain_error(name, name), delay_error(name, name)]
     return tuple(found)
 
 
@@ -160,11 +165,15 @@ def with_compliance(candidate: Candidate) -> Candidate:
     if candidate.replaces is None or candidate.effect is None:
         return candidate
     softest = {p.name: p.typical[0] for p in candidate.effect.parameters}
+    stiffest = {p.name: least_coordinate(p, reciprocal=True) for p in candidate.effect.parameters}
     found = []
     for u in candidate.unknowns:
         if u.name == "cornering_stiffness":
             scale = 0.5 / softest[u.name]
-            u = replace(u, centre=0.0, scale=scale, lowest=SINGULAR * scale, highest=math.inf, power=-1, size=True)
+            u = replace(
+                u, centre=0.0, scale=scale, lowest=SINGULAR * scale, highest=math.inf, power=-1, size=True,
+                least=stiffest[u.name],
+            )  # fmt: skip
         found.append(u)
     return replace(candidate, unknowns=tuple(found))
 

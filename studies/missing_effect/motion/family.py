@@ -14,6 +14,8 @@ from studies.inference.parameter import Candidate, UncertainParameter
 from tyre.base.arrays import Array
 
 SPEED_SCALE = "measurement.speed_scale"  # true speed over recorded speed, minus 1
+SPEED_OFFSET = "measurement.speed_offset"  # true speed less what the scale makes of the recorded one, m/s
+WRONG = "wrong."  # WRONG + key: what the key's stated value is too small by, whatever floats about it
 SEEN = ("lean", "steer", "lean_rate", "steer_rate")
 TORQUES = ("steer_torque", "lean_torque")
 
@@ -69,6 +71,9 @@ class Family:
         for column, u in enumerate(self.unknowns):
             value = u.value(theta[:, column, None])
             values |= {key: factor * value for key, factor in u.sets.items()}
+        for key in [key for key in values if key.startswith(WRONG)]:
+            stated = key.removeprefix(WRONG)
+            values[stated] = values[stated] + values[key]
         for candidate in self.candidates:
             values |= {key: values[source] for key, source in candidate.ties.items()}
         return values
@@ -76,7 +81,8 @@ class Family:
     def __call__(self, theta: Array, speeds: Array) -> DescriptorStack:
         """Matrices for coordinates ``theta`` (K, unknowns) at recorded ``speeds`` (S,) in m/s."""
         values = self.values(theta)
-        v = speeds * (1.0 + values.get(SPEED_SCALE, np.zeros((len(theta), 1))))
+        nothing = np.zeros((len(theta), 1))
+        v = speeds * (1.0 + values.get(SPEED_SCALE, nothing)) + values.get(SPEED_OFFSET, nothing)
         system = self.models.descriptor(values, v)
         for key, (seen, torque) in FEEDBACK.items():
             if key in values:

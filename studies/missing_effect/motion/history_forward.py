@@ -5,7 +5,7 @@ free responses Phi S = U s V', the residual is multiplied by (I + Phi S^2 Phi')^
 Noise of a channel is first-order autoregressive: e_k = rho e_(k-1) + innovation.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -13,14 +13,24 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.identification.recording import CHANNELS, INPUTS, Run
+from bicycle.identification.recording import Run
 from studies.inference.folds import folds
 from studies.inference.forward import ProposedMeasurement, Residual, Rows, Series
 from studies.inference.parameter import Candidate, central_differences
-from studies.missing_effect.motion.bicycle_forward import SPEED_AXIS, BicycleForward, distinct_speeds, error
-from studies.missing_effect.motion.family import SPEED_SCALE, Family
+from studies.missing_effect.motion.bicycle_forward import SPEED_AXIS, BicycleForward, distinct_speeds
+from studies.missing_effect.motion.family import Family
+from studies.missing_effect.motion.friction import FRICTION, friction_refused
 from studies.missing_effect.motion.history_noise import LARGEST_SIGNAL, ChannelNoise, rough_noise
-from studies.missing_effect.motion.replay import DELAY, GAIN, Replay
+from studies.missing_effect.motion.replay import Replay
+from studies.missing_effect.motion.sensor_errors import (
+    constant_errors,
+    delay_error,
+    error,
+    gain_error,
+    lowpass_error,
+    one_speed,
+    speed_errors,
+)
 from tyre.base.arrays import Array
 
 START = {"rad/s": 3.0, "m/s": 2.0, "N": 0.3, "N m": 0.1, "rad": 0.5}
@@ -30,13 +40,12 @@ JOINT_START = {"rad/s": 0.5, "rad": 0.05}
 """The same of an elastic joint, which gives way by a fraction of the lean (rad/s, rad); wider would veil a new mode."""
 
 BIAS = {"roll_rate_rad_s": 0.02, "lean_rad": 0.03, "steer_rad": 0.02, "steer_rate_rad_s": 0.02, "yaw_rate_rad_s": 0.02}
-BIAS_KEY = "bias"
+BIAS_KEY, DRIFT_KEY = "bias", "drift"
 PIECE = 0.6  # s
 FURTHER_SD = {"roll_rate_rad_s": 0.02, "steer_rad": 0.005, "yaw_rate_rad_s": 0.02}
 SENSOR = {
     "roll_rate_rad_s": "roll_rate", "lean_rad": "lean", "steer_rad": "steer", "steer_rate_rad_s": "steer_rate",
-    "yaw_rate_rad_s": "yaw_rate", "lateral_acceleration_m_s2": "lateral_acceleration_m_s2",
-    "steer_torque_N_m": "steer_torque", "lean_torque_N_m": "lean_torque",
+    "yaw_rate_rad_s": "yaw_rate", "steer_torque_N_m": "steer_torque", "lean_torque_N_m": "lean_torque",
 }  # fmt: skip
 """What the errors of a channel or a torque are called after."""
 
@@ -48,14 +57,27 @@ class FurtherChannel(ProposedMeasurement):
     channel: str
 
 
-def history_candidates(run: Run) -> tuple[Candidate, ...]:
-    """What may be wrong with recordings like ``run``: speed, gain and delay of each channel and torque, a bias."""
-    found = [Candidate("speed_scale", (error("scale", "1", SPEED_SCALE, 0.02),)), Candidate(BIAS_KEY, ())]
-    names = [name for name in (*run.channels, *run.inputs) if name in CHANNELS or name in INPUTS]
-    for name in names:
-        found.append(Candidate(f"{SENSOR[name]}_scale", (error("scale", "1", GAIN.format(name), 0.1),)))
-        found.append(Candidate(f"{SENSOR[name]}_delay", (error("delay", "s", DELAY.format(name), 0.01),)))
+def history_candidates(runs: Sequence[Run]) -> tuple[Candidate, ...]:
+    """What may be wrong with ``runs``, and what else only runs can show.
+
+    Speed, a bias or drift, gain and delay of each channel and torque, low-pass of each channel; friction of the
+    steering (see :mod:`.friction`), which is no mistake.
+    """
+    channels = [name for name in runs[0].channels if name in BIAS]
+    found = [*speed_errors([run.speed for run in runs]), *constant_errors()]
+    for name in (*channels, *runs[0].inputs):
+        found += [gain_error(SENSOR[name], name), delay_error(SENSOR[name], name)]
+    found += [lowpass_error(SENSOR[name], name) for name in channels]
+    if not friction_refused(runs[0]):
+        torque = error("torque", "N m", FRICTION, 0.5, least=0.02, lowest=0.0)
+        found.append(Candidate("steer_friction", (torque,), signature="a torque of one size against the steer rate"))
     return tuple(found)
+
+
+def histories_refused(runs: Sequence[Run]) -> dict[str, str]:
+    """Which of :func:`history_candidates` cannot be tried on ``runs``, and why."""
+    friction = friction_refused(runs[0])
+    return one_speed([run.speed for run in runs]) | ({"steer_friction": friction} if friction else {})
 
 
 @dataclass(frozen=True)
@@ -242,15 +264,14 @@ class HistoryForward(BicycleForward):
     def _marginal(
         self, run: Run, free: Array, white: Array, candidates: tuple[Candidate, ...], family: Family
     ) -> RunFit:
-        """Integrate the initial state out (and a bias of each channel, where it is a candidate)."""
-        scale = self._start_scale(family)
+        """Integrate the initial state out (and a bias or drift of each channel, where one is a candidate)."""
+        states = self._start_scale(family)
+        scale = np.concatenate([states, np.ones(free.shape[-1] - len(states))])  # low-passes bring their own
         phi = self._white(free) * scale
         n = phi.shape[1]
-        if any(c.identifier == BIAS_KEY for c in candidates):
-            constant = np.zeros((len(run.time), len(self.noise), len(self.noise)))
-            for c, name in enumerate(self.noise):
-                constant[:, c, c] = BIAS[name]
-            phi = np.hstack([phi, self._white(constant)])
+        names = {c.identifier for c in candidates}
+        if names & {BIAS_KEY, DRIFT_KEY}:
+            phi = np.hstack([phi, self._white(self._slow(run, trend=DRIFT_KEY in names))])
         if not (np.abs(phi).max() < LARGEST_SIGNAL and np.abs(white).max() < LARGEST_SIGNAL):  # fallen, or not a number
             nothing = np.full((len(phi), 1), np.nan)
             return RunFit(nothing[:, 0], nothing, np.zeros(1), np.zeros(n))
@@ -258,6 +279,16 @@ class HistoryForward(BicycleForward):
         best = vt.T @ (s / (1 + s**2) * (u.T @ white))
         gain = 1 / np.sqrt(1 + s**2) - 1
         return RunFit(_shrink(white[:, None], u, gain)[:, 0], u, gain, best[:n] * scale)
+
+    def _slow(self, run: Run, *, trend: bool) -> Array:
+        """A constant of each channel, 1 sd, and a ``trend`` of as much over half the run (T, channels, columns)."""
+        count = len(self.noise)
+        shapes = [np.ones(len(run.time)), *([np.linspace(-1.0, 1.0, len(run.time))] if trend else [])]
+        found = np.zeros((len(run.time), count, count * len(shapes)))
+        for c, name in enumerate(self.noise):
+            for k, shape in enumerate(shapes):
+                found[:, c, c + k * count] = BIAS[name] * shape
+        return found
 
     def _start_scale(self, family: Family) -> Array:
         weight = sum(self.base.bicycle.static_loads)

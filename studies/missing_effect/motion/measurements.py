@@ -16,11 +16,15 @@ from studies.missing_effect.motion.bicycle_forward import BicycleForward
 from studies.missing_effect.motion.candidates import find_candidates, physical
 from studies.missing_effect.motion.canonical_forward import CanonicalForward, assumed, sensor_candidates
 from studies.missing_effect.motion.canonical_table import CanonicalTable
-from studies.missing_effect.motion.history_forward import HistoryForward, history_candidates
-from studies.missing_effect.motion.modal_forward import ModalForward, measurement_candidates
+from studies.missing_effect.motion.history_forward import HistoryForward, histories_refused, history_candidates
+from studies.missing_effect.motion.modal_forward import ModalForward
 from studies.missing_effect.motion.modal_table import ModalPoint
 from studies.missing_effect.motion.nuisances import nuisances
-from tyre.base.errors import InputError, unknown
+from studies.missing_effect.motion.ratio_sensors import measurement_candidates
+from studies.missing_effect.motion.sensor_errors import geometry_errors, one_speed
+from tyre.base.errors import InputError, refuse_unknown
+
+DRY = {"steer_friction": "needs time histories: dry friction is not linear in the motion, so no mode has it"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,20 +56,24 @@ class BicycleMeasurement(ABC):
 
     @abstractmethod
     def sensors(self) -> tuple[Candidate, ...]:
-        """What may be wrong with the measurement itself."""
+        """What may be wrong with the measurement itself, and what only this kind of data can show."""
+
+    @abstractmethod
+    def impossible(self) -> dict[str, str]:
+        """What cannot be tried with this measurement though others may show it, and why."""
 
     def assumptions(self) -> tuple[str, ...]:
         """What is assumed of this kind of data, in words."""
         return ()
 
     @abstractmethod
-    def forward(self, *, without: tuple[str, ...] = ()) -> BicycleForward:
-        """The forward model; effects in ``without`` are not tried.
+    def forward(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> BicycleForward:
+        """The forward model; effects in ``without`` are not tried, motors in ``also`` are.
 
         Raises
         ------
         InputError
-            An effect in ``without`` that does not exist.
+            An effect in ``without`` or ``also`` that does not exist, or that is in both.
         """
 
     def figures(self) -> dict[str, Figure]:
@@ -87,19 +95,22 @@ class BicycleMeasurement(ABC):
             return None
         return model
 
-    def _library(self, without: tuple[str, ...]) -> dict[str, Any]:
+    def _library(self, without: tuple[str, ...], also: tuple[str, ...]) -> dict[str, Any]:
         """Fields of :class:`BicycleForward`."""
-        sensors = self.sensors()
-        known = {*registry(), *(c.identifier for c in sensors)}
-        for name in without:
-            if name not in known:
-                raise InputError(f"--without: {unknown('effect', name, known)}")
         floating, said = nuisances(self.model, self.uncertainty)
-        candidates, refused = find_candidates(self.model, self.known, without)
-        sensors = tuple(c for c in sensors if c.identifier not in without)
+        geometry, narrow = geometry_errors(self.model, floating)
+        mistakes = (*self.sensors(), *geometry)
+        refused = {**self.impossible(), **narrow}
+        known = {*registry(), *(c.identifier for c in mistakes), *refused}
+        for option, names in (("--without", without), ("--with", also)):
+            refuse_unknown("effect", names, known, where=option)
+        for name in set(without) & set(also):
+            raise InputError(f"--without and --with both name {name!r}; give one of them")
+        candidates, others = find_candidates(self.model, self.known, without, also)
+        mistakes = tuple(c for c in mistakes if c.identifier not in without)
         return {
-            "base": self.model, "nuisances": floating, "candidates": (*candidates, *sensors), "refused": refused,
-            "notes": (*self.notes, *self.assumptions(), *said),
+            "base": self.model, "nuisances": floating, "candidates": (*candidates, *mistakes),
+            "refused": others | refused, "notes": (*self.notes, *self.assumptions(), *said),
         }  # fmt: skip
 
 
@@ -110,12 +121,17 @@ class ModalMeasurement(BicycleMeasurement):
     points: tuple[ModalPoint, ...]
 
     def sensors(self) -> tuple[Candidate, ...]:
-        """Speed, and gain and delay of the sensors of the ratios."""
-        return measurement_candidates(tuple(dict.fromkeys(name for p in self._sorted for name in p.ratios)))
+        """Speed, and gain, delay and low-pass of the sensors of the ratios."""
+        ratios = dict.fromkeys(name for p in self._sorted for name in p.ratios)
+        return measurement_candidates(tuple(ratios), [p.speed for p in self._sorted])
 
-    def forward(self, *, without: tuple[str, ...] = ()) -> ModalForward:
-        """See :meth:`BicycleMeasurement.forward`; ``without`` names effects that are not tried."""
-        return ModalForward(points=self._sorted, **self._library(without))
+    def impossible(self) -> dict[str, str]:
+        """Dry friction, and an offset of a single speed."""
+        return DRY | one_speed([p.speed for p in self.points])
+
+    def forward(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> ModalForward:
+        """See :meth:`BicycleMeasurement.forward` for ``without`` and ``also``."""
+        return ModalForward(points=self._sorted, **self._library(without, also))
 
     @property
     def _sorted(self) -> tuple[ModalPoint, ...]:
@@ -130,12 +146,16 @@ class HistoryMeasurement(BicycleMeasurement):
     noise_sd: Mapping[str, float] = field(default_factory=dict)
 
     def sensors(self) -> tuple[Candidate, ...]:
-        """Speed, gain and delay of each channel and torque, a bias in each run."""
-        return history_candidates(self.runs[0])
+        """Speed, gain, delay and low-pass of the signals, a bias or drift in each run; dry friction of the steering."""
+        return history_candidates(self.runs)
 
-    def forward(self, *, without: tuple[str, ...] = ()) -> HistoryForward:
-        """See :meth:`BicycleMeasurement.forward`; ``without`` names effects that are not tried."""
-        return HistoryForward.of_runs(self.runs, self.noise_sd, **self._library(without))
+    def impossible(self) -> dict[str, str]:
+        """Friction without a steer angle, and an offset of a single speed."""
+        return histories_refused(self.runs)
+
+    def forward(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> HistoryForward:
+        """See :meth:`BicycleMeasurement.forward` for ``without`` and ``also``."""
+        return HistoryForward.of_runs(self.runs, self.noise_sd, **self._library(without, also))
 
     def figures(self) -> dict[str, Figure]:
         """The gap; there are too many samples to show the values."""
@@ -150,12 +170,16 @@ class CanonicalMeasurement(BicycleMeasurement):
 
     def sensors(self) -> tuple[Candidate, ...]:
         """Speed, and gain and delay of each signal."""
-        return sensor_candidates()
+        return sensor_candidates(self.coefficients.speeds)
+
+    def impossible(self) -> dict[str, str]:
+        """Dry friction; at the speeds of an identification, of which there are two or more, an offset can be told."""
+        return DRY
 
     def assumptions(self) -> tuple[str, ...]:
         """How the identification is imitated."""
         return assumed(self.model, self.coefficients)
 
-    def forward(self, *, without: tuple[str, ...] = ()) -> CanonicalForward:
-        """See :meth:`BicycleMeasurement.forward`; ``without`` names effects that are not tried."""
-        return CanonicalForward.of_table(self.coefficients, without, **self._library(without))
+    def forward(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> CanonicalForward:
+        """See :meth:`BicycleMeasurement.forward` for ``without`` and ``also``."""
+        return CanonicalForward.of_table(self.coefficients, without, **self._library(without, also))

@@ -4,7 +4,6 @@ d(lambda) = u (dA) x with left and right eigenvectors u x = 1, and dx from the o
 of the matrices, which are smooth and cheap, so that the derivative of the eigenvalue itself is analytic.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,15 +15,14 @@ from bicycle.eigenvalues.decomposition import eigensystem
 from studies.inference.folds import folds
 from studies.inference.forward import ProposedMeasurement, Rows, Series
 from studies.inference.parameter import Candidate
-from studies.missing_effect.motion.bicycle_forward import SPEED_AXIS, BicycleForward, distinct_speeds, error
-from studies.missing_effect.motion.family import SPEED_SCALE, Family, stencil_slope
+from studies.missing_effect.motion.bicycle_forward import SPEED_AXIS, BicycleForward, distinct_speeds
+from studies.missing_effect.motion.family import Family, stencil_slope
 from studies.missing_effect.motion.modal_table import ModalPoint
+from studies.missing_effect.motion.ratio_sensors import LEAN, apply_sensor, errors_of
 from tyre.base.arrays import Array, Complex
 
 RATIO_OUTPUT = {"steer_over_lean": "steer_rate", "yaw_over_lean": "yaw_rate"}
 OTHER_KIND = 3.0  # a real root stands in for a measured oscillation only where no pair is three times as near
-RATIO_SENSOR = {"steer_over_lean": "steer", "yaw_over_lean": "yaw"}
-GAIN, DELAY = "measurement.{}_gain", "measurement.{}_delay"
 FURTHER_SPEEDS = (0.8, 1.25, 1.5, 2.0)  # of the slowest or fastest measured speed
 FURTHER_RATIO_SD = 0.05
 FURTHER_RUNS = 6  # at a further speed
@@ -138,42 +136,14 @@ def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True
             slope[:, 1:] = (dseen[:, 1:] - ratio[:, :, None] * dseen[:, :1]) / seen[:, :1, None]
     errors = _coordinates(family, theta)
     for r, name in enumerate(RATIO_OUTPUT, 1):
-        _apply_channel(number, slope, r, errors.get(GAIN.format(name)), errors.get(DELAY.format(name)))
+        apply_sensor(number, slope, r, errors_of(errors, name))
+        apply_sensor(number, slope, r, errors_of(errors, LEAN), power=-1)
     return number, slope
 
 
 def _coordinates(family: Family, theta: Array) -> dict[str, tuple[int, float]]:
     """Column and value of the coordinate that sets a parameter."""
     return {key: (column, float(theta[column])) for column, u in enumerate(family.unknowns) for key in u.sets}
-
-
-def _apply_channel(
-    number: Complex, slope: Complex, row: int, gain: tuple[int, float] | None, delay: tuple[int, float] | None
-) -> None:
-    """Multiply a ratio by (1 + gain) exp(-lambda delay)."""
-    with_slope = slope.shape[2] > 0
-    if gain is not None:
-        pure = number[:, row].copy()
-        number[:, row] *= 1 + gain[1]
-        slope[:, row] *= 1 + gain[1]
-        if with_slope:
-            slope[:, row, gain[0]] += pure
-    if delay is not None:
-        factor = np.exp(-number[:, 0] * delay[1])
-        slope[:, row] = factor[:, None] * (slope[:, row] - (number[:, row] * delay[1])[:, None] * slope[:, 0])
-        number[:, row] *= factor
-        if with_slope:
-            slope[:, row, delay[0]] -= number[:, 0] * number[:, row]
-
-
-def measurement_candidates(ratios: Sequence[str]) -> tuple[Candidate, ...]:
-    """What may be wrong with the measurement: speed scale, gain and delay of the sensors of ``ratios``, by name."""
-    found = [Candidate("speed_scale", (error("scale", "1", SPEED_SCALE, 0.02),))]
-    for ratio in ratios:
-        sensor = RATIO_SENSOR[ratio]
-        found.append(Candidate(f"{sensor}_sensor_scale", (error("scale", "1", GAIN.format(ratio), 0.1),)))
-        found.append(Candidate(f"{sensor}_sensor_delay", (error("delay", "s", DELAY.format(ratio), 0.01),)))
-    return tuple(found)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -33,11 +33,14 @@ def feedback_terms() -> tuple[Candidate, ...]:
 
 
 def reversed_signs(candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
-    """The one-sided candidates of a single parameter, with the opposite sign only."""
+    """The one-sided effects of a single parameter among ``candidates``, with the opposite sign only."""
     found = []
     for c in candidates:
-        if len(c.unknowns) != 1 or not c.unknowns[0].one_sided or c.unknowns[0].power != 1 or c.replaces:
+        if c.effect is None or c.replaces or len(c.unknowns) != 1:
             continue
-        u = replace(c.unknowns[0], lowest=-math.inf, highest=c.unknowns[0].centre)
+        u = c.unknowns[0]
+        if not u.one_sided or u.power != 1:
+            continue
+        u = replace(u, lowest=-math.inf, highest=u.centre)
         found.append(replace(c, identifier=f"{c.identifier} with the wrong sign", unknowns=(u,)))
     return tuple(found)

@@ -9,9 +9,11 @@ import numpy as np
 from bicycle.identification.recording import CHANNELS, INPUTS, Run
 from bicycle.responses.discretisation import discretised
 from studies.missing_effect.motion.family import Family
+from studies.missing_effect.motion.friction import FRICTION, direction
+from studies.missing_effect.motion.lowpass import begun, lowpassed
+from studies.missing_effect.motion.sensor_errors import DELAY, GAIN, LOWPASS
 from tyre.base.arrays import Array
 
-GAIN, DELAY = "measurement.{}_gain", "measurement.{}_delay"  # of a channel or a torque
 HELD_SHARE = 0.5  # of samples that repeat the one before
 
 
@@ -45,13 +47,14 @@ class Replay:
             The model with its p unknowns and n states.
         theta : ndarray, shape (K, p)
             Coordinates.
-        starts : ndarray, shape (R, n), optional
-            Initial states; without them the runs begin at rest, and the free responses are given too.
+        starts : ndarray, shape (R, n + filters), optional
+            Initial states, then those of the low-pass of each channel that has one, in shares of the channel's size;
+            without them the runs begin at rest, and the free responses are given too.
 
         Returns
         -------
         outputs : ndarray, shape (K, R, T, channels)
-        free : list of ndarray, shape (T, channels, n)
+        free : list of ndarray, shape (T, channels, n + filters)
             For each run, without ``starts`` only; of the first coordinates.
         """
         values = family.values(theta)
@@ -60,6 +63,9 @@ class Replay:
         system = family(theta, speeds)
         names = family.symbolic
         columns = [names.inputs.index(INPUTS[u]) for u in self.runs[0].inputs]
+        recorded = len(columns)
+        if FRICTION in values:
+            columns.append(names.inputs.index("steer_torque"))
         state = np.linalg.solve(system.mass, system.dynamics)
         inputs = np.linalg.solve(system.mass, system.input[..., columns])
         seen = system.output[..., [names.outputs.index(CHANNELS[c]) for c in self.channels], :]
@@ -67,12 +73,13 @@ class Replay:
         torque = np.stack([self._torque(run, values, len(theta), length) for run in self.runs], 1)  # (K, R, T, m)
         ad, g0, g1 = discretised(np.asarray(state, float), np.asarray(inputs, float), steps)
         if self.held:
-            g0, g1 = g0 + g1, np.zeros_like(g1)
+            g0[..., :recorded] += g1[..., :recorded]
+            g1[..., :recorded] = 0.0
         k, r, n = len(theta), len(self.runs), state.shape[-1]
         wide = 1 if starts is not None else 1 + n
         x = np.zeros((length, k, r, n, wide))
         if starts is not None:
-            x[0, ..., 0] = starts
+            x[0, ..., 0] = starts[:, :n]
         else:
             x[0, ..., 1:] = np.eye(n)
         push = torque[:, :, :-1] @ g0.swapaxes(-1, -2) + torque[:, :, 1:] @ g1.swapaxes(-1, -2)  # (K, R, T - 1, n)
@@ -81,12 +88,17 @@ class Replay:
                 np.matmul(ad, x[t], out=x[t + 1])
                 x[t + 1, ..., 0] += push[:, :, t]
             y = self._sensed(seen @ x, values, steps)
+        behind = self._filter_starts(values, length, steps)
+        if starts is not None:
+            y[..., 0] += np.einsum("tkrcf,rf->tkrc", behind, starts[:, n : n + behind.shape[-1]])
         outputs = np.moveaxis(y[..., 0], 0, 2)
-        free = [y[:, 0, run, :, 1:] for run in range(r)] if starts is None else []
-        return outputs, free
+        free = [np.concatenate([y[:, 0, run, :, 1:], behind[:, 0, run]], -1) for run in range(r)]
+        return outputs, free if starts is None else []
 
     def _torque(self, run: Run, values: Mapping[str, Array], k: int, length: int) -> Array:
-        found = np.zeros((k, length, len(run.inputs)))
+        found = np.zeros((k, length, len(run.inputs) + (FRICTION in values)))
+        if FRICTION in values:
+            found[:, : len(run.time), -1] = -values[FRICTION] * self._directions[run.name]
         for m, (name, u) in enumerate(run.inputs.items()):
             gain = 1 + values.get(GAIN.format(name), np.zeros((k, 1)))[:, 0]
             delay = values.get(DELAY.format(name), np.zeros((k, 1)))[:, 0]
@@ -95,9 +107,27 @@ class Replay:
                 found[i, : len(u), m] = gain[i] * shifted
         return found
 
+    @cached_property
+    def _directions(self) -> dict[str, Array]:
+        """Expected sign (n,) of the steer rate of each run by its name."""
+        return {run.name: direction(run) for run in self.runs}
+
+    def _filter_starts(self, values: Mapping[str, Array], length: int, steps: Array) -> Array:
+        """What the unknown state of each low-pass does to the channels (T, K, R, channels, filters)."""
+        filtered = [c for c, name in enumerate(self.channels) if LOWPASS.format(name) in values]
+        k = len(next(iter(values.values())))
+        found = np.zeros((length, k, len(self.runs), len(self.channels), len(filtered)))
+        for f, c in enumerate(filtered):
+            name = self.channels[c]
+            size = np.array([np.sqrt(np.mean(run.channels[name] ** 2)) for run in self.runs])
+            found[:, :, :, c, f] = size * begun(length, values[LOWPASS.format(name)][:, 0], steps)
+        return found
+
     def _sensed(self, y: Array, values: Mapping[str, Array], steps: Array) -> Array:
-        """Gain and delay (to second order in time) of each channel, outputs (T, K, R, channels, ...)."""
+        """Low-pass, delay (to second order in time) and gain of each channel, outputs (T, K, R, channels, ...)."""
         for c, name in enumerate(self.channels):
+            if LOWPASS.format(name) in values:
+                y[:, :, :, c] = lowpassed(y[:, :, :, c], values[LOWPASS.format(name)][:, 0], steps)
             if DELAY.format(name) in values:
                 tau = values[DELAY.format(name)][:, :1] / steps  # (K, R), in samples
                 first = np.gradient(y[:, :, :, c], axis=0)

@@ -106,12 +106,18 @@ def unknown_of(term: Term, p: RigParameter, recorded: Recorded) -> UncertainPara
         value, sd = recorded.known[p.name]
         return UncertainParameter(p.name, p.unit, sets, value, sd, p.bounds[0])
     if p.size:
-        return UncertainParameter(p.name, p.unit, sets, 0.0, 0.5 * max(abs(low), abs(high)), *p.bounds, size=True)
+        return UncertainParameter(
+            p.name, p.unit, sets, 0.0, 0.5 * max(abs(low), abs(high)), *p.bounds, size=True, least=p.least
+        )
     return UncertainParameter(p.name, p.unit, sets, 0.5 * math.log(low * high), math.log(high / low) / 4, power=0)
 
 
 def chosen(
-    candidates: tuple[Candidate, ...], refused: Mapping[str, str], includes: Sequence[str], without: Sequence[str]
+    candidates: tuple[Candidate, ...],
+    refused: Mapping[str, str],
+    includes: Sequence[str],
+    without: Sequence[str],
+    also: Sequence[str] = (),
 ) -> tuple[tuple[Candidate, ...], tuple[UncertainParameter, ...]]:
     """Candidates that are tried, and the unknowns of those that the base model includes.
 
@@ -121,8 +127,8 @@ def chosen(
         All that the recordings can show.
     refused : mapping
         Why they cannot show the others.
-    includes, without : sequence of str
-        Effects of the base model, and effects that are not tried.
+    includes, without, also : sequence of str
+        Effects of the base model, effects that are not tried, and effects of which only the name is checked.
 
     Raises
     ------
@@ -131,7 +137,7 @@ def chosen(
     """
     can = {c.identifier: c for c in candidates}
     known = {*can, *refused}
-    for what, names in (("[rig]: includes", includes), ("--without", without)):
+    for what, names in (("[rig]: includes", includes), ("--without", without), ("--with", also)):
         refuse_unknown("rig effect", names, known, where=what)
     for name in includes:
         if name in refused:

@@ -27,7 +27,7 @@ SMOOTHED = 15  # blocks of 0.1 deg of the slip angle
 MOST_BLOCKS = 240  # of a sweep; of longer ones every second, third ... block is compared
 SWEEP_TERMS = (
     "cornering_stiffness", "peak", "shape", "curvature", "shift", "lag", "play", "offset", "drift", "delay", "warming",
-    "asymmetry",
+    "asymmetry", "gain_by_sign",
 )  # fmt: skip
 """What the force of a sweep depends on, in the units of the recording (its own scales included)."""
 
@@ -95,8 +95,8 @@ class SweepBlocks:
         return np.asarray(solve_triangular(self._factor, rows, lower=True, check_finite=False))
 
     def computed(self, terms: Array, *, slopes: bool = True) -> tuple[Array, Array]:
-        """Side force (n,), N, for ``terms`` (12,), see ``SWEEP_TERMS``; with ``slopes`` its derivatives (n, 12)."""
-        c, peak, shape, curvature, shift, lag, play, offset, drift, delay, warming, asymmetry = terms
+        """Side force (n,), N, for ``terms`` (13,), see ``SWEEP_TERMS``; with ``slopes`` its derivatives (n, 13)."""
+        c, peak, shape, curvature, shift, lag, play, offset, drift, delay, warming, asymmetry, by_sign = terms
 
         def curve(later: float = 0.0) -> tuple[Array, Array]:
             return lagged_magic_formula(
@@ -106,7 +106,8 @@ class SweepBlocks:
             )  # fmt: skip
 
         force, part = curve()
-        gain = 1.0 + warming * self.clock
+        sign = np.sign(force)
+        gain = 1.0 + warming * self.clock + by_sign / 2 * sign
         total = gain * force + offset + drift * self.clock + asymmetry * self.slip**2
         if not slopes:
             return total, np.empty((len(total), 0))
@@ -114,7 +115,8 @@ class SweepBlocks:
         by_delay = -(curve(h)[0] - curve(-h)[0]) / (2 * h)
         one = np.ones_like(force)
         columns = [
-            *(gain * part), one, self.clock, gain * by_delay, force * self.clock, self.slip**2
+            *(gain * part), one, self.clock, gain * by_delay, force * self.clock, self.slip**2,
+            sign * force / 2,
         ]  # fmt: skip
         return total, np.stack(columns, 1)
 

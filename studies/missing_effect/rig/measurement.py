@@ -57,15 +57,15 @@ KEYS = RIG.keys
 class RigMeasurement(RigRecordings):
     """Recordings of one tyre and the reference they are compared with, as a measurement."""
 
-    def forward(self, *, without: tuple[str, ...] = ()) -> RigRecordingsForward:
-        """The forward model; effects in ``without`` are not tried.
+    def forward(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> RigRecordingsForward:
+        """The forward model; effects in ``without`` are not tried, those in ``also`` are tried anyway.
 
         Raises
         ------
         InputError
             An effect that does not exist, recordings that cannot be used, a reference that lacks what they need.
         """
-        return rig_forward_model(self, without=without)
+        return rig_forward_model(self, without=without, also=also)
 
     def figures(self) -> dict[str, Figure]:
         """The gap, and what the effects say of it in newtons."""

@@ -63,7 +63,7 @@ class RigRecordingsForward(ForwardModel):
     # ------------------------------------------------------------------ the model
 
     def swept(self, sweep: SweepBlocks, values: Values, *, turned: bool = False) -> Array:
-        """Values of ``SWEEP_TERMS`` (K, 12) for a sweep.
+        """Values of ``SWEEP_TERMS`` (K, 13) for a sweep.
 
         Parameters
         ----------
@@ -98,7 +98,7 @@ class RigRecordingsForward(ForwardModel):
             true * force / slip, peak * force, curve.shape + v["shape"], curve.curvature + v["curvature"],
             t.slip_offset * slip + v["slip zero"], lag, t.half_gap * slip,
             side * t.side_force * force + v[f"zero, {sweep.name}"],
-            v[f"drift, {sweep.name}"], t.delay, t.warming, t.asymmetry,
+            v[f"drift, {sweep.name}"], t.delay, t.warming, t.asymmetry, t.gain_by_sign,
         )  # fmt: skip
         return np.stack([np.broadcast_to(np.asarray(x, float), v.count) for x in each], axis=1)
 

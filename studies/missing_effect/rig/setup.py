@@ -14,7 +14,9 @@ from tyre.rig.regression import Recorded
 SAME_TRACK = 1e-9  # of ln(1 + R/Rd)
 
 
-def rig_forward_model(recordings: RigRecordings, *, without: tuple[str, ...] = ()) -> RigRecordingsForward:
+def rig_forward_model(
+    recordings: RigRecordings, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()
+) -> RigRecordingsForward:
     """The forward model of rig recordings.
 
     Parameters
@@ -22,6 +24,8 @@ def rig_forward_model(recordings: RigRecordings, *, without: tuple[str, ...] = (
     recordings : RigRecordings
     without : tuple of str
         Effects that are not tried.
+    also : tuple of str
+        Effects of which only the name is checked: none of a rig is tried on request only.
 
     Raises
     ------
@@ -56,12 +60,13 @@ def rig_forward_model(recordings: RigRecordings, *, without: tuple[str, ...] = (
     recorded = Recorded(
         sweeps=bool(sweeps), pulls=bool(pulls),
         both_branches=len({float(way) for s in sweeps for way in s.direction}) > 1,
+        both_signs=any(s.slip.min() < 0 < s.slip.max() for s in sweeps),
         speeds=all(s.speed for s in sweeps), other_track=max(map(abs, bends), default=0.0) > SAME_TRACK,
         other_loads=off, known={} if length is None else {"relaxation_length": length},
     )  # fmt: skip
     terms = (*rig_terms(), *PHENOMENOLOGICAL)
     candidates, refused = rig_candidates(rig_terms(), recorded)
-    candidates, included = chosen(candidates, refused, recordings.includes, without)
+    candidates, included = chosen(candidates, refused, recordings.includes, without, also)
     without_cause, _ = rig_candidates(PHENOMENOLOGICAL, recorded)
     floating = rig_nuisances(sweeps, pulls, curves, recordings.calibration)
     notes += _assumed(recordings, sweeps, pulls, curves, off=off)

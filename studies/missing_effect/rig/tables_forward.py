@@ -59,11 +59,13 @@ class TablesForward(ForwardModel):
     def candidates(self) -> tuple[Candidate, ...]:
         """The drum's curvature where there is a drum, and the rig's calibration."""
         found = [
-            Candidate(name, (UncertainParameter("scale", "1", {name: 1.0}, 0.0, sd, -5 * sd, 5 * sd, size=True),))
+            Candidate(
+                name, (UncertainParameter("scale", "1", {name: 1.0}, 0.0, sd, -5 * sd, 5 * sd, size=True, least=0.002),)
+            )
             for name, sd in SCALES.items()
         ]
         if self.measured.drum_diameter:
-            exponent = UncertainParameter("exponent", "1", {DRUM: 1.0}, 0.0, 0.6, 0.0, 3.0, size=True)
+            exponent = UncertainParameter("exponent", "1", {DRUM: 1.0}, 0.0, 0.6, 0.0, 3.0, size=True, least=0.02)
             found.append(Candidate(DRUM, (exponent,), signature=DrumCurvature.terms[0].signature))
         return tuple(c for c in found if c.identifier not in self.without)
 
@@ -128,15 +130,16 @@ class TyreTables(TyreMeasurement):
     description: str = ""
     source: str = ""
 
-    def forward(self, *, without: tuple[str, ...] = ()) -> TablesForward:
-        """The forward model; effects in ``without`` are not tried.
+    def forward(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> TablesForward:
+        """The forward model; effects in ``without`` are not tried, those in ``also`` are tried anyway.
 
         Raises
         ------
         InputError
-            An effect in ``without`` that does not exist.
+            An effect in ``without`` or ``also`` that does not exist.
         """
-        refuse_unknown("effect", without, EFFECTS, where="--without")
+        for option, names in (("--without", without), ("--with", also)):
+            refuse_unknown("effect", names, EFFECTS, where=option)
         return TablesForward(self.reference, self.measured, without)
 
     def figures(self) -> dict[str, Figure]:

@@ -99,6 +99,11 @@ def test_a_class_of_a_session_cannot_go_to_workers(spring):
         ("toy.py", SPRING.replace("(0.0, 1e9)", "5.0"), "stiffness: bounds = 5.0 must be two numbers .low, high."),
         ("toy.py", SPRING.replace("default=3.0", "default='lam_'"), "default = 'lam_' must be a number or a parameter"),
         ("toy.py", SPRING.replace("default=3.0", "default=-3.0"), "default = -3.0 is outside the bounds 0 .. 1e.09"),
+        ("toy.py", SPRING.replace("=0.0)", "=0.0, least=-1)"), "least = -1 must be a size in N m/rad, 0 or more"),
+        ("toy.py", SPRING.replace("=0.0)", "=0.0, least=10)"), "least = 10 N m/rad is as large as anything typical"),
+        ("toy.py", SPRING.replace("neutral=0.0)", "neutral=math.inf, least=1)").replace("1e9", "math.inf")
+         .replace("(0.0, 10.0)", "(1.0, 10.0)").replace("from b", "import math\nfrom b"),
+         "least = 1 N m/rad is the stiffness above which it does not matter, so it must be above the softest typical"),
         ("toy.py", SPRING.replace('"N m/rad"', '""'), "stiffness has no unit or no meaning"),
         ("toy.py", SPRING + "    requires = ('a tyer',)\n", "it requires 'a tyer', which no effect provides; there"),
         ("toy.py", SPRING + "    modes = ('sway',)\n", "modes holds 'sway'; write modes = .Mode.'a_name'"),

@@ -197,7 +197,7 @@ def test_hands_and_what_is_left_out_are_not_tried():
     assert "the steer torque, which was measured" in forward.refused["rider_arms"]
     slip = tuple(c for c in forward.candidates if c.identifier == "side_slip")
     assert {c.identifier for c in forward.enabled_by(slip)} == {"camber_thrust", "aligning_moment"}
-    assert {"steer_delay", "lateral_force_scale"} <= {c.identifier for c in sensor_candidates()}
+    assert {"steer_delay", "lateral_force_scale"} <= {c.identifier for c in sensor_candidates((2.0, 3.0))}
 
 
 def test_the_davis_bicycle_is_the_one_of_the_thesis():

@@ -7,9 +7,11 @@ from bicycle import Model, effect_class, load_bicycle
 from bicycle.modal.named_modes import modes
 from studies.missing_effect.motion.candidates import find_candidates
 from studies.missing_effect.motion.family import stencil_slope
-from studies.missing_effect.motion.modal_forward import ModalForward, measurement_candidates
+from studies.missing_effect.motion.modal_forward import ModalForward
 from studies.missing_effect.motion.modal_table import ModalPoint
 from studies.missing_effect.motion.nuisances import nuisances
+from studies.missing_effect.motion.ratio_sensors import measurement_candidates
+from studies.missing_effect.motion.sensor_errors import geometry_errors
 
 TYRE = {"cornering_stiffness": {"rear": 6000.0, "front": 4500.0}, "relaxation_length": 0.1}
 
@@ -25,7 +27,7 @@ def forward_at(model, speeds, mode="weave"):
     )
     unknowns, _ = nuisances(model, {})
     candidates, refused = find_candidates(model, {})
-    sensors = measurement_candidates(("steer_over_lean", "yaw_over_lean"))
+    sensors = measurement_candidates(("steer_over_lean", "yaw_over_lean"), speeds) + geometry_errors(model, unknowns)[0]
     return ModalForward(
         base=model, points=points, nuisances=unknowns, candidates=(*candidates, *sensors), refused=refused
     )

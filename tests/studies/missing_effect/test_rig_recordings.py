@@ -10,6 +10,7 @@ import pytest
 
 import studies.missing_effect
 from studies.cli import main
+from studies.inference.fit import fit
 from studies.missing_effect import diagnose, read_measurement
 from studies.missing_effect.report import write_report
 from studies.missing_effect.rig.measurement import RigMeasurement
@@ -21,6 +22,7 @@ from tyre.recordings.read import write_csv
 from tyre.recordings.recording import Condition
 from tyre.rig.effects.dial_gauge import DialGauge
 from tyre.rig.effects.drum_curvature import DrumCurvature
+from tyre.rig.effects.force_gain_by_sign import ForceGainBySign
 from tyre.rig.effects.load_cell_drift import LoadCellDrift
 from tyre.rig.effects.noise import Noise
 from tyre.rig.effects.ply_steer import PlySteer
@@ -171,6 +173,39 @@ def test_a_late_force_channel():
     assert (found.verdict, found.equivalent) == ("named", ("channel_delay",))
     delay, sd = value(found, "channel_delay", "delay")
     assert delay == pytest.approx(late, abs=3 * sd)
+
+
+def test_a_force_cell_with_another_gain_to_the_left():
+    """Readings are changed by hand; the simulator's own effect does the same to them."""
+    runs = [sweep(34), sweep(35, rate=2.0)]
+    by_hand = [dataclasses.replace(r, side_force=r.side_force + 0.02 * np.abs(r.side_force)) for r in runs]
+    forward = measurement(by_hand).forward()
+    candidate = next(c for c in forward.candidates if c.identifier == "force_gain_by_sign")
+    found = fit(forward, (candidate,))
+    difference, sd = found.theta[-1], np.sqrt(found.covariance[-1, -1])
+    assert difference == pytest.approx(0.04, abs=3 * sd)
+    assert sd < 0.01
+    assert fit(forward).objective - found.objective > 20
+    assert candidate.unknowns[0].least == 0.002
+    channels = {"side_force": runs[0].side_force.copy()}
+    ForceGainBySign(difference=0.04).on_rolling(channels, np.random.default_rng(0))
+    np.testing.assert_allclose(channels["side_force"], by_hand[0].side_force, rtol=1e-12)
+
+
+def test_a_gain_by_sign_needs_both_signs():
+    run = sweep(36, branch="up")
+    right = run.slip_angle > np.deg2rad(0.3)
+    half = dataclasses.replace(run, **{name: getattr(run, name)[right] for name in CHANNELS})
+    refused = measurement([half]).forward().refused["force_gain_by_sign"]
+    assert refused == "every sweep has slip angles of one sign, where it is another gain of the force cell"
+    assert measurement(pulls=[pull(2)]).forward().refused["force_gain_by_sign"] == "no slip sweep"
+
+
+def test_the_names_of_rig_effects_are_checked_on_request_too():
+    with pytest.raises(
+        InputError, match="--with: unknown rig effect 'force_gain_by_sing'; did you mean 'force_gain_by_"
+    ):
+        measurement([sweep(1)]).forward(also=("force_gain_by_sing",))
 
 
 def test_three_effects_at_once():

@@ -96,7 +96,7 @@ def test_every_effect_declares_its_numbers():
             assert term.sweep or term.pull, term.identifier
             assert len(term.signature) > 10, term.identifier
     names = [term.identifier for term in rig_terms()]
-    assert len(names) == len(set(names)) == 14
+    assert len(names) == len(set(names)) == 15
 
 
 def test_a_number_out_of_its_bounds_is_refused():

@@ -8,7 +8,7 @@ from tyre.base.arrays import Array
 from tyre.rig.effect import Channels, RigEffect, declared
 from tyre.rig.regression import RigParameter, SweepTerms, Term, needs_sweep
 
-DELAY = RigParameter("delay", "s", (-0.01, 0.01))
+DELAY = RigParameter("delay", "s", (-0.01, 0.01), least=5e-4)
 
 
 def _sweep(terms: SweepTerms, *, delay: Array) -> None:

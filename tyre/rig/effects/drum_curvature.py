@@ -11,7 +11,7 @@ from tyre.rig.effect import RigEffect, declared
 from tyre.rig.regression import Recorded, RigParameter, SweepTerms, Term, needs_sweep
 from tyre.rig.tyre import RigTyre
 
-EXPONENT = RigParameter("exponent", "1", (0.0, 1.2), (0.0, 3.0))
+EXPONENT = RigParameter("exponent", "1", (0.0, 1.2), (0.0, 3.0), least=0.02)
 WHEEL_RADIUS = RigParameter("wheel_radius", "m", (0.3, 0.36), (0.05, 1.0), size=False)
 
 

@@ -8,7 +8,7 @@ from tyre.base.arrays import Array
 from tyre.rig.effect import RigEffect
 from tyre.rig.regression import Recorded, RigParameter, SweepTerms, Term, needs_sweep
 
-EXPONENT = RigParameter("exponent", "1", (-1.0, 1.0), (-1.0, 3.0))
+EXPONENT = RigParameter("exponent", "1", (-1.0, 1.0), (-1.0, 3.0), least=0.02)
 
 
 def _needs(recorded: Recorded) -> str:

@@ -10,8 +10,8 @@ from tyre.rig.effect import RigEffect, declared
 from tyre.rig.regression import RigParameter, SweepTerms, Term, needs_sweep
 from tyre.rig.tyre import RigTyre
 
-FORCE = RigParameter("force", "N", (-24.0, 24.0))
-SLIP = RigParameter("slip", "rad", (-3e-3, 3e-3))
+FORCE = RigParameter("force", "N", (-24.0, 24.0), least=0.2)
+SLIP = RigParameter("slip", "rad", (-3e-3, 3e-3), least=2e-5)
 
 
 def _turn(terms: SweepTerms, *, slip: Array) -> None:

@@ -12,7 +12,7 @@ from tyre.rig.regression import PullTerms, RigParameter, Term, needs_pull
 
 BUILT_UP, SPREAD = 5e-5, math.exp(1.4)  # m over which friction builds up in the middle, and the factor to its ends
 FORCE = RigParameter("force", "N", (0.0, 3.0), (0.0, math.inf))
-FRICTION = RigParameter("friction", "N", (0.0, 3.0), (0.0, 30.0))
+FRICTION = RigParameter("friction", "N", (0.0, 3.0), (0.0, 30.0), least=0.05)
 PRESLIDING = RigParameter("presliding", "m", (BUILT_UP / SPREAD, BUILT_UP * SPREAD), (1e-9, 1.0), size=False)
 
 

@@ -12,7 +12,7 @@ from tyre.rig.regression import PullTerms, RigParameter, SweepTerms, Term, needs
 from tyre.rig.tyre import RigTyre
 
 STIFFNESS = RigParameter("stiffness", "N/m", (5e4, math.inf), (1e3, math.inf), size=False)
-COMPLIANCE = RigParameter("compliance", "m/N", (0.0, 2e-5), (0.0, 2e-4))
+COMPLIANCE = RigParameter("compliance", "m/N", (0.0, 2e-5), (0.0, 2e-4), least=1e-7)
 
 
 def _add(terms: SweepTerms | PullTerms, *, compliance: Array) -> None:

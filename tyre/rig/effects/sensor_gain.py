@@ -11,7 +11,7 @@ from tyre.rig.regression import PullTerms, RigParameter, SweepTerms, Term, needs
 RANGE = (-0.05, 0.05)
 FORCE, SLIP = RigParameter("force", "1", RANGE), RigParameter("slip", "1", RANGE)
 DISPLACEMENT = RigParameter("displacement", "1", RANGE)
-SCALE = RigParameter("scale", "1", RANGE)  # of any one of them
+SCALE = RigParameter("scale", "1", RANGE, least=0.002)  # of any one of them
 
 
 def _force(terms: SweepTerms | PullTerms, *, scale: Array) -> None:

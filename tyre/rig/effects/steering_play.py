@@ -8,7 +8,7 @@ from tyre.base.arrays import Array
 from tyre.rig.effect import Channels, RigEffect, declared
 from tyre.rig.regression import Recorded, RigParameter, SweepTerms, Term, needs_sweep
 
-HALF_GAP = RigParameter("half_gap", "rad", (0.0, 1e-3), (0.0, 0.02))
+HALF_GAP = RigParameter("half_gap", "rad", (0.0, 1e-3), (0.0, 0.02), least=1e-5)
 
 
 def _needs(recorded: Recorded) -> str:

@@ -6,7 +6,7 @@ from tyre.base.arrays import Array
 from tyre.rig.effect import RigEffect
 from tyre.rig.regression import Recorded, RigParameter, SweepTerms, Term, needs_sweep
 
-LENGTH = RigParameter("relaxation_length", "m", (0.0, 0.2), (0.0, 2.0))
+LENGTH = RigParameter("relaxation_length", "m", (0.0, 0.2), (0.0, 2.0), least=0.005)
 
 
 def _needs(recorded: Recorded) -> str:

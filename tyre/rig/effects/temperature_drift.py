@@ -10,7 +10,7 @@ from tyre.rig.regression import RigParameter, SweepTerms, Term, needs_sweep
 
 RISE = RigParameter("rise", "K", (0.0, 20.0))
 PER_KELVIN = RigParameter("per_kelvin", "1/K", (-0.01, 0.01))
-CHANGE = RigParameter("change", "1", (-0.02, 0.02))
+CHANGE = RigParameter("change", "1", (-0.02, 0.02), least=0.001)
 
 
 def _sweep(terms: SweepTerms, *, change: Array) -> None:

@@ -1,0 +1,33 @@
+"""Luggage on the rear rack."""
+
+import math
+from collections.abc import Mapping
+
+from bicycle.derivation.builder import ModelBuilder
+from bicycle.effect import Effect, Parameter
+from bicycle.effect.point_mass import check_wheel_loads
+from bicycle.rigid_bodies import Body
+
+ANY = (-math.inf, math.inf)
+
+
+class Luggage(Effect):
+    """A point mass fixed to the rear frame that the bicycle's parameters do not contain: bag, rack, battery, lock.
+
+    It brings weight, inertia and wheel loads; its own extent is small beside its distance from the wheels' contacts.
+    """
+
+    mass = Parameter(
+        "kg", "of the luggage",
+        bounds=(0.0, math.inf), typical=(0.5, 10.0), neutral=0.0, least=0.2,
+    )  # fmt: skip
+    x = Parameter("m", "mass centre, ahead of the rear contact", bounds=ANY, typical=(-0.1, 0.25), default=0.05)
+    z = Parameter("m", "mass centre, z down", bounds=ANY, typical=(-1.0, -0.6), default=-0.8)
+    source = "Meijaard, Papadopoulos, Ruina & Schwab (2007), Proc. R. Soc. A 463, appendix B (a further rigid body)"
+    signature = "like another mass, height and inertia of the rear frame: weave becomes slower and starts earlier"
+
+    def check(self, bicycle: Mapping[str, float]) -> None:
+        check_wheel_loads(self.identifier, bicycle, mass=self.mass, x=self.x)
+
+    def apply(self, model: ModelBuilder) -> None:
+        model.add_body(Body("luggage", self.mass, self.x, self.z, 0, 0))

@@ -1,0 +1,39 @@
+"""Dry friction of the steering as a known torque: against the steer rate that was measured.
+
+Coulomb friction is not linear in the motion, but with the sign of the measured steer rate it is linear in its size T:
+the torque -T sign(rate) is replayed like a recorded one. While the steering sticks the torque is anything below T and
+the sign means nothing; the sign is softened there by how well the rate is known, and the sticking itself is not
+modelled. So this holds for motion that is large beside the noise and does not stop: a steering that rests for a good
+part of a run is stiffer than this says, and a size found in such runs is too small.
+"""
+
+import numpy as np
+from scipy.signal import savgol_coeffs, savgol_filter
+from scipy.special import erf
+
+from bicycle.identification.recording import Run
+from tyre.base.arrays import Array
+
+FRICTION = "measurement.steer_friction"
+RATE, ANGLE = "steer_rate_rad_s", "steer_rad"
+WINDOW, FEWEST, ORDER = 0.1, 5, 2  # s and samples over which a parabola smooths the rate
+
+
+def friction_refused(run: Run) -> str:
+    """Why friction of the steering cannot be tried on runs like ``run``; empty where it can."""
+    if RATE in run.channels or ANGLE in run.channels:
+        return ""
+    return f"the direction of friction is that of the steering, which was not recorded ({ANGLE} or {RATE})"
+
+
+def direction(run: Run) -> Array:
+    """Expected sign (n,) of the steer rate of a ``run``: -1 to 1, about 0 where noise hides it."""
+    derivative = 0 if RATE in run.channels else 1
+    signal = run.channels[RATE if RATE in run.channels else ANGLE]
+    window = max(FEWEST, round(WINDOW / run.step) // 2 * 2 + 1)
+    window = min(window, len(signal) - 1 + len(signal) % 2)
+    how = {"polyorder": ORDER, "deriv": derivative, "delta": run.step}
+    rate = savgol_filter(signal, window, **how)
+    noise = np.std(np.diff(signal, 3)) / np.sqrt(20.0)  # white noise of sd 1 has third differences of variance 20
+    sd = noise * np.linalg.norm(savgol_coeffs(window, **how))
+    return np.asarray(erf(rate / (np.sqrt(2.0) * max(float(sd), 1e-9))))

@@ -1,0 +1,100 @@
+"""Luggage and bar bag against the bicycle whose frames contain them by the parallel axis theorem."""
+
+import numpy as np
+import pytest
+from eigenvalue_sets import assert_same_eigenvalues
+
+from bicycle import Bicycle, Effect, Model, effect_class, load_bicycle, load_effects
+from bicycle.derivation.builder import ModelBuilder
+from bicycle.effect import outside_effects
+from bicycle.rigid_bodies import Body
+from tyre.base.errors import InputError
+
+PLACES = {"luggage": ("B", -0.06, -0.8), "bar_bag": ("H", 0.95, -0.9)}
+TYRE = {"cornering_stiffness": 6000.0, "relaxation_length": 0.1}
+OTHERS = {
+    "rolling": {},
+    "tyres and a soft fork": {
+        "relaxation_length": TYRE,
+        "front_compliance": {"stiffness": 2e3, "joint_x": 0.8, "joint_z": -0.85, "damping": 5.0},
+    },
+}
+
+
+def enlarged(bicycle: Bicycle, part: str, mass: float, x: float, z: float) -> Bicycle:
+    """The bicycle with a point mass rigidly in one of its frames, from total mass, mass centre and inertia alone."""
+    masses = np.array([bicycle[f"m{part}"], mass])
+    places = np.array([[bicycle[f"x{part}"], bicycle[f"z{part}"]], [x, z]])
+    centre = masses @ places / masses.sum()
+    dx, dz = (places - centre).T
+    return bicycle.replace(**{
+        f"m{part}": masses.sum(), f"x{part}": centre[0], f"z{part}": centre[1],
+        f"I{part}xx": bicycle[f"I{part}xx"] + masses @ dz**2,
+        f"I{part}zz": bicycle[f"I{part}zz"] + masses @ dx**2,
+        f"I{part}xz": bicycle[f"I{part}xz"] - masses @ (dx * dz),
+    })  # fmt: skip
+
+
+def effects(given: dict[str, dict[str, float]]) -> tuple[Effect, ...]:
+    return tuple(effect_class(name)(**values) for name, values in given.items())
+
+
+@pytest.mark.parametrize("identifier", PLACES)
+@pytest.mark.parametrize("others", OTHERS)
+def test_a_point_mass_is_part_of_its_frame(identifier, others):
+    part, x, z = PLACES[identifier]
+    bicycle = load_bicycle("benchmark")
+    added = Model(bicycle, (*effects(OTHERS[others]), effect_class(identifier)(mass=4.0, x=x, z=z))).linear_model()
+    inside = Model(enlarged(bicycle, part, 4.0, x, z), effects(OTHERS[others])).linear_model()
+    for speed in (0.0, 3.0, 7.0):
+        assert_same_eigenvalues(added.eigenvalues(speed), inside.eigenvalues(speed), atol=1e-7)
+    bare = Model(bicycle, effects(OTHERS[others])).linear_model()
+    assert np.abs(np.sort_complex(added.eigenvalues(5.0)) - np.sort_complex(bare.eigenvalues(5.0))).max() > 0.01
+    weight = 4.0 * 9.81
+    front = bicycle.static_loads[1] + weight * x / bicycle["w"]
+    assert added.static_loads == pytest.approx((sum(bicycle.static_loads) + weight - front, front))
+
+
+def test_a_bag_at_the_bar_is_not_one_on_the_rack():
+    """At the same place the two differ by what turns with the steering: the steer inertia and weight."""
+    at = {"mass": 4.0, "x": 0.95, "z": -0.9}
+    found = [Model(load_bicycle("benchmark"), effects({name: at})).linear_model().eigenvalues(5.0) for name in PLACES]
+    assert np.abs(np.sort_complex(found[0]) - np.sort_complex(found[1])).max() > 0.1
+
+
+@pytest.mark.parametrize(
+    ("identifier", "at", "words"),
+    [
+        ("luggage", {"mass": 60.0, "x": -1.0}, "60 kg at x = -1 m lift the front wheel; give less mass or more x"),
+        ("bar_bag", {"mass": 90.0, "x": 2.0}, "90 kg at x = 2 m lift the rear wheel; give less mass or less x"),
+    ],
+)
+def test_a_mass_that_lifts_a_wheel_is_refused(identifier, at, words):
+    with pytest.raises(InputError, match=f"effect '{identifier}': {words}"):
+        Model(load_bicycle("benchmark"), effect_class(identifier)(**at))
+
+
+def test_a_body_is_fixed_to_one_that_there_is():
+    with pytest.raises(InputError, match="the body 'lamp' is fixed to an unknown body 'front fram'; did you mean 'f"):
+        ModelBuilder().add_body(Body("lamp", 1, 0, 0, 0, 0, fixed_to="front fram"))
+
+
+def test_what_is_fixed_to_a_fixed_body_comes_along(tmp_path):
+    """A mass on a massless bracket at the bar moves as a bag there."""
+    path = tmp_path / "bracket.py"
+    path.write_text(
+        '"""x."""\n'
+        "from bicycle import Effect\n"
+        "from bicycle.rigid_bodies import Body\n"
+        "class Bracket(Effect):\n"
+        '    """A bracket with a mass."""\n'
+        '    source = "made up"\n    signature = "as a bag"\n'
+        "    def apply(self, model):\n"
+        '        model.add_body(Body("bracket", 0, 0.9, -1, 0, 0, fixed_to="front frame"))\n'
+        '        model.add_body(Body("lamp", 4, 0.95, -0.9, 0, 0, fixed_to="bracket"))\n'
+    )
+    with outside_effects(()):
+        (bracket,) = load_effects(path)
+        found = Model(load_bicycle("benchmark"), bracket()).linear_model().eigenvalues(5.0)
+    bag = effects({"bar_bag": {"mass": 4.0, "x": 0.95, "z": -0.9}})
+    assert_same_eigenvalues(found, Model(load_bicycle("benchmark"), bag).linear_model().eigenvalues(5.0), atol=1e-9)

@@ -1,0 +1,304 @@
+"""Mistakes of sensors and files, dry friction and luggage: each is put into synthetic data, and fitted back.
+
+Motion comes from published matrices or from own simulations (``published_bicycle``); a channel is spoilt by editing it.
+"""
+
+import numpy as np
+import pytest
+from published_bicycle import ride, weave
+from scipy.signal import lfilter
+
+from bicycle import Bicycle, Model, load_bicycle
+from bicycle.identification.recording import Run
+from bicycle.modal.named_modes import modes
+from studies.inference.fit import fit
+from studies.missing_effect.motion.candidates import find_candidates
+from studies.missing_effect.motion.friction import direction
+from studies.missing_effect.motion.lowpass import begun, lowpassed
+from studies.missing_effect.motion.measurements import HistoryMeasurement, ModalMeasurement
+from studies.missing_effect.motion.modal_table import ModalPoint
+from tyre.base.errors import InputError
+
+SPEEDS = (4.6, 5.2, 5.8, 6.4)
+NOISE = {"roll_rate_rad_s": 0.004, "steer_rad": 0.002}
+EXACT = dict.fromkeys(("w", "c", "lam", "rR", "rF", "mB", "xB", "zB", "IBxx", "IBzz", "IBxz", "IHzz", "xH", "zH"), 0.0)
+
+
+def torque(t):
+    return 2.0 * np.sin(2 * np.pi * 0.9 * t) + 1.0 * np.sin(2 * np.pi * 2.3 * t + 1)
+
+
+def runs(*, spoil=lambda channels, time: channels, shown=lambda speed: speed, friction=0.0, every=10, seed=1):
+    """Rides at four speeds, spoilt at 1 kHz by ``spoil``, sampled at 100 Hz, with white noise."""
+    rng, found = np.random.default_rng(seed), []
+    for speed in SPEEDS:
+        time, x = ride(speed, 2.5, torque, friction=friction)
+        channels = spoil({"roll_rate_rad_s": x[:, 2].copy(), "steer_rad": x[:, 1].copy()}, time)
+        seen = {name: y[::every] + NOISE[name] * rng.standard_normal(len(y[::every])) for name, y in channels.items()}
+        given = {"steer_torque_N_m": torque(time[::every])}
+        found.append(Run(f"{speed}", shown(speed), time[::every], seen, given))
+    return tuple(found)
+
+
+def histories(recorded, bicycle=None, **rest):
+    model = Model(bicycle or load_bicycle("benchmark"))
+    return HistoryMeasurement(name="own", model=model, runs=recorded, noise_sd=NOISE, **rest)
+
+
+def fitted(measurement, identifier, **how):
+    """Value and sd of the first unknown of a candidate, chi^2 a number with it, and the objective without it."""
+    forward = measurement.forward(**how)
+    candidate = next(c for c in forward.candidates if c.identifier == identifier)
+    found = fit(forward, (candidate,))
+    where = found.columns(candidate)
+    sd = np.sqrt(np.diag(found.covariance)[where])
+    null = fit(forward)
+    return found.theta[where], sd, found.chi2 / len(found.residual), null.objective - found.objective
+
+
+def lag(tau, *, start):
+    """A first-order low-pass at 1 kHz (bilinear), in step with the signal at first or at rest."""
+
+    def spoil(channels, time):
+        k = 2 * tau / (time[1] - time[0])
+        b, a = np.array([1, 1]) / (1 + k), [1, (1 - k) / (1 + k)]
+        u = channels["roll_rate_rad_s"]
+        zi = [(b[1] - a[1] * b[0]) * u[0] / (b[0] + b[1]) * (1 + a[1])] if start == "in step" else [0.0]
+        channels["roll_rate_rad_s"] = lfilter(b, a, u, zi=zi)[0]
+        return channels
+
+    return spoil
+
+
+def test_the_unspoilt_rides_have_nothing_to_explain():
+    forward = histories(runs()).forward()
+    null = fit(forward)
+    assert null.chi2 / len(null.residual) == pytest.approx(1.0, abs=0.08)
+
+
+@pytest.mark.parametrize("start", ["in step", "at rest"])
+def test_a_low_pass_is_found_with_its_time_constant(start):
+    (tau,), (sd,), chi2, gain = fitted(histories(runs(spoil=lag(0.03, start=start))), "roll_rate_lowpass")
+    assert tau == pytest.approx(0.03, abs=4 * sd)
+    assert sd < 1e-3
+    assert chi2 == pytest.approx(1.0, abs=0.1)
+    assert gain > 100
+
+
+def test_a_drift_is_found_where_a_bias_is_not_enough():
+    def walk(channels, time):
+        channels["steer_rad"] += 0.01 + 0.02 * (time / time[-1] - 0.5)
+        return channels
+
+    measurement = histories(runs(spoil=walk))
+    forward = measurement.forward()
+    ends = {c.identifier: fit(forward, (c,)) for c in forward.candidates if c.identifier in ("bias", "drift")}
+    assert ends["drift"].chi2 / len(ends["drift"].residual) == pytest.approx(1.0, abs=0.1)
+    assert ends["drift"].log_evidence > ends["bias"].log_evidence + 20
+    both = tuple(c for c in forward.candidates if c.identifier in ends)
+    assert not forward.compatible(both)
+    assert forward.compatible(both[:1])
+
+
+def test_an_offset_of_the_speed_is_told_from_a_scale():
+    measurement = histories(runs(shown=lambda speed: speed - 0.2), uncertainty=EXACT)
+    (offset,), (sd,), chi2, gain = fitted(measurement, "speed_offset")
+    assert offset == pytest.approx(0.2, abs=4 * sd)
+    assert chi2 == pytest.approx(1.0, abs=0.1)
+    assert gain > 50
+    one = HistoryMeasurement(name="one", model=measurement.model, runs=measurement.runs[:1], noise_sd=NOISE).forward()
+    assert "one speed: an offset is a scale there" in one.refused["speed_offset"]
+    assert "speed_offset" not in {c.identifier for c in one.candidates}
+
+
+def test_dry_friction_of_the_steering_is_found():
+    (size,), (sd,), chi2, gain = fitted(histories(runs(friction=0.25)), "steer_friction")
+    assert size == pytest.approx(0.25, abs=max(4 * sd, 0.02))  # the sign is smoothed where the steering turns round
+    assert chi2 < 1.3
+    assert gain > 100
+    (none,), (sd,), *_ = fitted(histories(runs()), "steer_friction")
+    assert none < 3 * sd
+
+
+def test_the_direction_of_steering_is_soft_where_noise_hides_it():
+    time = np.arange(200) * 0.01
+    noise = 1e-4 * np.random.default_rng(0).standard_normal(200)
+    swing = Run("a", 5.0, time, {"steer_rad": 0.1 * np.sin(2 * np.pi * time) + noise}, {})
+    found, rate = direction(swing), np.cos(2 * np.pi * time)
+    assert (np.sign(found) == np.sign(rate))[np.abs(rate) > 0.1].all()
+    assert np.abs(found[np.abs(rate) > 0.3]).min() > 0.999
+    rest = direction(Run("b", 5.0, time, {"steer_rad": noise}, {}))
+    assert np.mean(np.abs(rest)) < 0.7  # a sign would have 1
+    given = Run("c", 5.0, time, {"steer_rate_rad_s": rate + 100 * noise}, {})
+    assert (np.sign(direction(given)) == np.sign(rate))[np.abs(rate) > 0.1].all()
+
+
+def test_friction_needs_the_steering_and_time():
+    without = tuple(
+        Run(r.name, r.speed, r.time, {"roll_rate_rad_s": r.channels["roll_rate_rad_s"]}, r.inputs) for r in runs()
+    )
+    words = histories(without).forward().refused["steer_friction"]
+    assert "which was not recorded (steer_rad or steer_rate_rad_s)" in words
+    assert "dry friction is not linear in the motion" in modal().forward().refused["steer_friction"]
+
+
+@pytest.mark.parametrize(("identifier", "key", "off"), [("wrong_tilt", "lam", 0.08), ("wrong_trail", "c", 0.03)])
+@pytest.mark.parametrize("stated", ["fixed", "narrow"])
+def test_a_wrong_geometry_is_found_however_the_file_states_it(identifier, key, off, stated):
+    """Rides of the published bicycle; its file has another tilt or trail, fixed or with a small sd."""
+    bicycle = load_bicycle("benchmark")
+    wrong = bicycle.replace(**{key: bicycle[key] - off})
+    sd = {key: 0.0 if stated == "fixed" else 0.02 * off}
+    (size,), (spread,), chi2, gain = fitted(histories(runs(), wrong, uncertainty={**EXACT, **sd}), identifier)
+    assert size == pytest.approx(off, abs=4 * spread)
+    assert chi2 == pytest.approx(1.0, abs=0.1)
+    assert gain > 100
+
+
+def test_a_geometry_that_is_stated_widely_is_not_called_wrong():
+    wide = modal(uncertainty={"lam": 0.06, "c": 0.003}).forward()
+    assert wide.refused["wrong_tilt"] == "the stated sd of lam, 0.06 rad, already allows for it (0.05 rad)"
+    trail = next(c for c in wide.candidates if c.identifier == "wrong_trail")
+    assert trail.unknowns[0].least == pytest.approx(0.009)
+    assert trail.weight == 0.2
+    assert trail.mistake
+
+
+def test_what_is_tied_to_the_tilt_follows_a_wrong_one():
+    model = Model(load_bicycle("benchmark"), _fork())
+    forward = ModalMeasurement(name="own", model=model, points=modal().points, uncertainty={"lam": 0.0}).forward()
+    tilt = next(c for c in forward.candidates if c.identifier == "wrong_tilt")
+    nominal = np.array([u.centre for u in forward.nuisances])
+    values = forward.family((tilt,)).values(np.append(nominal, 0.1)[None])
+    for key in ("lam", "front_compliance.axis_tilt"):
+        assert values[key][0, 0] == pytest.approx(load_bicycle("benchmark")["lam"] + 0.1)
+
+
+def _fork():
+    from bicycle import effect_class
+
+    return effect_class("front_compliance")(joint_x=0.8, joint_z=-0.85)
+
+
+def modal(change=lambda root, ratio: (root, ratio), speeds=(4.6, 5.2, 5.8, 6.6, 7.4, 8.2), **rest):
+    """Weave of the published bicycle, its ratio of steer to lean changed."""
+    points = []
+    for speed in speeds:
+        root, ratio = change(*weave(speed))
+        points.append(ModalPoint(speed, "weave", root, (0.01, 0.01), {"steer_over_lean": (ratio, 0.005)}))
+    return ModalMeasurement(name="own", model=Model(load_bicycle("benchmark")), points=tuple(points), **rest)
+
+
+@pytest.mark.parametrize(
+    ("identifier", "change", "size"),
+    [
+        ("steer_sensor_lowpass", lambda s, r: (s, r / (1 + 0.03 * s)), 0.03),
+        ("steer_sensor_delay", lambda s, r: (s, r * np.exp(-0.03 * s)), 0.03),
+        ("lean_sensor_lowpass", lambda s, r: (s, r * (1 + 0.03 * s)), 0.03),
+        ("lean_sensor_delay", lambda s, r: (s, r * np.exp(0.03 * s)), 0.03),
+    ],
+)
+def test_the_sensors_of_a_ratio(identifier, change, size):
+    (found,), (sd,), chi2, gain = fitted(modal(change), identifier)
+    assert found == pytest.approx(size, abs=4 * sd)
+    assert chi2 < 0.1  # without noise
+    assert gain > 50
+
+
+@pytest.mark.parametrize(("identifier", "part"), [("luggage", "B"), ("bar_bag", "H")])
+def test_a_mass_that_the_file_does_not_have(identifier, part):
+    """3 kg put into a frame by the parallel axis theorem, the file without; the place is told."""
+    x, z = {"luggage": (-0.05, -0.85), "bar_bag": (0.9, -0.95)}[identifier]
+    bicycle = load_bicycle("benchmark")
+    points = weave_of(loaded(bicycle, part, 3.0, x, z))
+    measurement = ModalMeasurement(
+        name="own", model=Model(bicycle), points=points, uncertainty=EXACT, known={identifier: {"x": x, "z": z}}
+    )
+    (mass,), (sd,), chi2, gain = fitted(measurement, identifier)
+    assert mass == pytest.approx(3.0, abs=4 * sd)
+    assert sd < 0.5
+    assert chi2 < 0.1
+    assert gain > 20
+
+
+def loaded(bicycle: Bicycle, part, mass, x, z) -> Bicycle:
+    masses = np.array([bicycle[f"m{part}"], mass])
+    places = np.array([[bicycle[f"x{part}"], bicycle[f"z{part}"]], [x, z]])
+    centre = masses @ places / masses.sum()
+    dx, dz = (places - centre).T
+    return bicycle.replace(**{
+        f"m{part}": masses.sum(), f"x{part}": centre[0], f"z{part}": centre[1],
+        f"I{part}xx": bicycle[f"I{part}xx"] + masses @ dz**2,
+        f"I{part}zz": bicycle[f"I{part}zz"] + masses @ dx**2,
+        f"I{part}xz": bicycle[f"I{part}xz"] - masses @ (dx * dz),
+    })  # fmt: skip
+
+
+def weave_of(bicycle):
+    speeds = (4.6, 5.2, 5.8, 6.6, 7.4, 8.2)
+    found = modes(Model(bicycle).linear_model(), speeds)
+    ratio = [s[1] / s[0] for s in found.shape("weave").phasors]
+    return tuple(
+        ModalPoint(v, "weave", complex(root), (0.01, 0.01), {"steer_over_lean": (complex(r), 0.005)})
+        for v, root, r in zip(speeds, found.branch("weave")[:, 0], ratio, strict=True)
+    )
+
+
+def test_signals_lag_and_never_lead():
+    for forward in (histories(runs()).forward(), modal().forward()):
+        late = [c for c in forward.candidates if c.identifier.endswith(("_delay", "_lowpass"))]
+        assert len(late) >= 4
+        for c in late:
+            (u,) = c.unknowns
+            assert (u.lowest, u.one_sided, u.least) == (0.0, True, 5e-4), c.identifier
+            assert c.mistake, c.identifier
+        assert not [t for t in forward.phenomenological() if "delay" in t.identifier or "lowpass" in t.identifier]
+
+
+def test_mistakes_weigh_less_than_what_a_bicycle_has():
+    forward = histories(runs()).forward()
+    weights = {c.identifier: c.weight for c in forward.candidates}
+    sensors = ("speed_scale", "speed_offset", "bias", "drift", "steer_lowpass", "steer_scale")
+    assert {weights[n] for n in sensors} == {0.5}
+    assert {weights[n] for n in ("wrong_tilt", "wrong_trail")} == {0.2}
+    assert {weights[n] for n in ("steer_friction", "luggage", "bar_bag", "steer_damper", "pneumatic_trail")} == {1.0}
+
+
+def test_least_sizes_reach_the_coordinates():
+    least = {
+        f"{c.identifier}.{u.name}": u.least
+        for c in find_candidates(Model(load_bicycle("benchmark")), {})[0] for u in c.unknowns
+    }  # fmt: skip
+    assert least["steer_spring.stiffness"] == 0.1
+    assert least["pneumatic_trail.trail"] == 1e-3
+    assert least["front_compliance.stiffness"] == pytest.approx(1 / 2e4)  # a compliance
+    assert least["front_compliance.damping"] == 0  # no size
+    assert least["luggage.mass"] == 0.2
+
+
+def test_a_motor_is_tried_on_request():
+    measurement = modal()
+    assert measurement.forward().refused["steer_assist"] == "a motor: tried on request, --with steer_assist"
+    asked = measurement.forward(also=("steer_assist",))
+    known = ModalMeasurement(name="own", model=measurement.model, points=measurement.points, known={"steer_assist": {}})
+    for forward in (asked, known.forward()):
+        assert "steer_assist" in {c.identifier for c in forward.candidates}
+        assert "steer_assist" not in forward.refused
+    with pytest.raises(InputError, match="--with: unknown effect 'steer_asist'; did you mean 'steer_assist'"):
+        measurement.forward(also=("steer_asist",))
+    with pytest.raises(InputError, match="--without and --with both name 'steer_assist'; give one of them"):
+        measurement.forward(without=("steer_assist",), also=("steer_assist",))
+
+
+def test_the_filter_is_exact_for_straight_lines():
+    """y of tau y' + y = 1 + 2 t that begins in step: 1 + 2 (t - tau) from its start 1 - 2 tau, at any sampling."""
+    for step in (0.001, 0.02):
+        time = np.arange(100) * step
+        signal = np.broadcast_to((1 + 2 * time)[:, None, None], (100, 3, 1)).copy()
+        tau = np.array([0.0, 0.004, 0.3])
+        found = lowpassed(signal, tau, np.array([step]))
+        np.testing.assert_allclose(found[:, :, 0], 1 + 2 * (time[:, None] - tau), rtol=1e-12)
+        np.testing.assert_allclose(lowpassed(signal, -tau, np.array([step])), 2 * signal - found, rtol=1e-12)
+    other = begun(50, np.array([0.0, 0.02]), np.array([0.01]))
+    np.testing.assert_allclose(other[:, 1, 0], 2 / 3 * np.exp(-np.arange(50) / 2), rtol=1e-12)
+    assert (other[:, 0] == 0).all()
