@@ -46,7 +46,9 @@ def assisted(**motor: float):
 @pytest.mark.parametrize("speed", SPEEDS)
 def test_a_lag_is_a_state_of_its_own(speed):
     for share, lag in ((1.0, 0.03), (0.6, 0.1), (0.6, 0.004)):
-        assert_same_eigenvalues(assisted(share=share, lag=lag).eigenvalues(speed), by_hand(speed, share, lag), rtol=1e-9)
+        assert_same_eigenvalues(
+            assisted(share=share, lag=lag).eigenvalues(speed), by_hand(speed, share, lag), rtol=1e-9
+        )
 
 
 @pytest.mark.parametrize("speed", SPEEDS)
