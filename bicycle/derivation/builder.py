@@ -15,7 +15,7 @@ import sympy as sp
 from bicycle.derivation.closing import SymbolicModel
 from bicycle.derivation.declarations import Mode, State, check_modes
 from bicycle.derivation.equations import equations
-from bicycle.derivation.ports import ContactLaw, Coordinate, Expression, Wheel
+from bicycle.derivation.ports import ContactLaw, Coordinate, Expression, Motor, Wheel
 from bicycle.parameters import UNITS, bodies
 from bicycle.rigid_bodies import Body, Joint, displacement_row, with_guests
 from tyre.base.errors import InputError, unknown
@@ -37,6 +37,7 @@ class ModelBuilder:
         self.steer = Coordinate("steer", sp.Symbol("steer"), sp.Symbol("steer_rate"))
         self.lateral_velocity, self.yaw_rate = sp.symbols("rear_lateral_velocity yaw_rate")
         self.torques = {"steer_torque": self.steer, "lean_torque": self.lean}
+        self.motor = Motor()
         self.contact_law: ContactLaw | None = None
         self.switches: dict[Expression, Expression] = {}
         self.extra_inertia: dict[tuple[str, str], Expression] = {}

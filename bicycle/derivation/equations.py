@@ -62,7 +62,7 @@ def equations(model: Builder, side_forces: dict[Wheel, Expression]) -> SymbolicM
 
 
 def _meaning(model: Builder, joints: list[Joint], coordinates: list[Coordinate]) -> dict[Expression, Expression]:
-    """Slip velocity, yaw rate, camber and static load of each wheel in terms of the motion."""
+    """Slip velocity, yaw rate, camber and load of each wheel, and the motor's command, in terms of the motion."""
     velocities = sp.Matrix([model.lateral_velocity, model.yaw_rate, *(c.rate for c in coordinates)])
     angles = sp.Matrix([c.angle for c in coordinates])
     meaning = {}
@@ -76,6 +76,7 @@ def _meaning(model: Builder, joints: list[Joint], coordinates: list[Coordinate])
         meaning[wheel.yaw_rate] = (sp.Matrix([list(yaw_row(joints, wheel.body))]) * velocities)[0]
         meaning[wheel.camber] = (sp.Matrix([list(lean_row(joints, wheel.body)[2:])]) * angles)[0]
     meaning |= zip((wheel.static_load for wheel in model.wheels), _loads(model), strict=True)
+    meaning[model.motor.command] = model.motor.told
     return meaning
 
 
@@ -97,6 +98,7 @@ def _generalised_forces(model: Builder, joints: list[Joint], coordinates: list[C
     total -= sp.Matrix(yaw_row(joints, rear.body)) * model.drive_force * contact_shift
     for coordinate, torque in model.coordinate_forces:
         total[2 + coordinates.index(coordinate)] += torque
+    total[2 + coordinates.index(model.steer)] += model.motor.torque
     for name, coordinate in model.torques.items():
         total[2 + coordinates.index(coordinate)] += sp.Symbol(name)
     frame = model.bodies[0]

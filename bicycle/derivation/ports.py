@@ -1,6 +1,6 @@
-"""What effects see of the model: joint angles, and the two contacts with what a tyre feels and returns."""
+"""What effects see of the model: joint angles, a steer motor, and the contacts with what a tyre feels and returns."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import sympy as sp
@@ -100,6 +100,49 @@ class Wheel:
         if self.contact_line is not None:
             raise ValueError(f"two effects give the contact of the {self.body} a length; declare one slot for both")
         self.contact_line = line
+
+
+@dataclass(eq=False)
+class Motor:
+    """A motor between rear frame and steering: what controllers tell it to give, and what arrives (N m).
+
+    ``command`` is a symbol for all that it is told; ``torque``, what acts on the steering, equals it unless an effect
+    says otherwise.
+    """
+
+    command: Expression = field(default_factory=lambda: sp.Symbol("steer motor command"))
+    told: Expression = sp.S.Zero
+    _torque: Expression | None = None
+
+    def tell(self, torque: Expression) -> None:
+        """Add to the commanded torque (N m, > 0 to the right), in terms of coordinates, rates and speed.
+
+        Parameters
+        ----------
+        torque : expression, N m
+        """
+        self.told += torque
+
+    @property
+    def torque(self) -> Expression:
+        """What acts on the steering, N m."""
+        return self.command if self._torque is None else self._torque
+
+    def give(self, torque: Expression) -> None:
+        """Let the motor give ``torque`` (N m) instead of its command.
+
+        Parameters
+        ----------
+        torque : expression, N m
+
+        Raises
+        ------
+        ValueError
+            Another effect has done so.
+        """
+        if self._torque is not None:
+            raise ValueError("two effects say what the steer motor gives; declare one slot for both")
+        self._torque = torque
 
 
 class ContactLine(Protocol):

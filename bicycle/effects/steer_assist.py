@@ -9,8 +9,12 @@ from bicycle.effect import Effect, Parameter
 class SteerAssist(Effect):
     """Steer torque gain (fade_speed - v) d(lean)/dt below the fade speed, lean_gain (v - fade_speed) lean above it.
 
-    The torque acts between rear frame and steering and steers into the fall for positive gains.
+    The torque acts between rear frame and steering and steers into the fall for positive gains. It is what the
+    motor is told: all of it arrives at once, unless ``steer_motor`` says what does. Beyond the greatest torque of a
+    real motor the equations, which are linear, do not hold.
     """
+
+    provides = ("motor command",)
 
     gain = Parameter(
         "N s^2/rad", "torque per lean rate and per m/s below the fade speed",
@@ -30,5 +34,5 @@ class SteerAssist(Effect):
 
     def apply(self, model: ModelBuilder) -> None:
         below, excess = model.below(self.fade_speed), model.speed - self.fade_speed
-        model.add_torque(model.steer, -below * self.gain * excess * model.lean.rate)
-        model.add_torque(model.steer, (1 - below) * self.lean_gain * excess * model.lean.angle)
+        model.motor.tell(-below * self.gain * excess * model.lean.rate)
+        model.motor.tell((1 - below) * self.lean_gain * excess * model.lean.angle)

@@ -112,8 +112,9 @@ def _law(model: Model) -> Effect:
             f"nonlinear tyres need the effect {' or '.join(effect.identifier for effect in laws)}; "
             f"this model rolls with {law.identifier!r}"
         )
+    given = {thing for effect in (OpenContact, *model.effects) if effect is not law for thing in effect.provides}
     for effect in model.effects:
-        if set(effect.requires) - set(OpenContact.provides):
+        if set(effect.requires) - given:
             raise InputError(
                 f"nonlinear tyres touch the ground at a point; the effect {effect.identifier!r} is linear only: "
                 "leave it out"

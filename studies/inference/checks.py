@@ -121,7 +121,7 @@ def whiteness(forward: Forward, hypothesis: Fit) -> float:
     hypothesis : Fit
         To all rows.
     """
-    rows = [series for series in _series(forward)]
+    rows = list(_series(forward))
     if not rows:
         return 1.0
     noise = np.random.default_rng(0).standard_normal((len(hypothesis.residual), DRAWS))

@@ -34,8 +34,6 @@ class UncertainParameter:
         It measures the size of the effect: the effect is absent at ``centre``.
     widened : float
         Factor by which the scale exceeds the declared one: what occurs is judged by the latter.
-    least : float
-        Smallest distance of the coordinate from ``centre`` that is worth a name.
     labels : tuple of str
         Of the parameters in ``sets``, in their order, where each is reported by itself (``rear``, ``front``).
     least : float

@@ -74,8 +74,8 @@ def _unknown(forward: Forward, known: Hypotheses, acceptance: Acceptance) -> str
         return f"{said}, nor does any hypothesis of the library; the most probable, {leader.name}, leaves p = {p:.2g}."
     if not forward.varied:
         return (
-            f"{said}; {leader.name} would (p = {p:.2g}), but one speed and one input are no evidence for a name: measure "
-            "at a second speed."
+            f"{said}; {leader.name} would (p = {p:.2g}), but one speed and one input are no evidence for a name: "
+            "measure at a second speed."
         )
     if leader.at_bound():
         return f"{said}; only {leader.name} at a bound of what is physical does (p = {p:.2g}: {leader.at_bound()[0]})."

@@ -99,7 +99,8 @@ def _measurement(content: Mapping[str, Any], path: Path) -> Measurement:
     }  # fmt: skip
     nuisances(model, common["uncertainty"])  # complains here, where the file is known
     if kind == "modal":
-        points, notes = read_modal(given["modal"], path.parent)
+        points, notes = read_modal(given["modal"], path.parent, model, common["uncertainty"])
+        common["uncertainty"] |= {key: 0.0 for key, _ in points[0].settings}
         return ModalMeasurement(**common, points=points, notes=notes)
     if kind == "canonical":
         coefficients, notes = read_canonical(given["canonical"], path.parent)

@@ -417,7 +417,9 @@ class SideSlip(Effect):
 class SteerAssist(Effect):
     """Steer torque gain (fade_speed - v) d(lean)/dt below the fade speed, lean_gain (v - fade_speed) lean above it.
 
-    The torque acts between rear frame and steering and steers into the fall for positive gains.
+    The torque acts between rear frame and steering and steers into the fall for positive gains. It is what the
+    motor is told: all of it arrives at once, unless ``steer_motor`` says what does. Beyond the greatest torque of a
+    real motor the equations, which are linear, do not hold.
 
     Parameters
     ----------
@@ -464,6 +466,34 @@ class SteerDamper(Effect):
         self,
         *,
         damping: float = 0.5,
+    ) -> None: ...
+
+class SteerMotor(Effect):
+    """A share of the commanded torque, after a first-order lag: lag dT/dt = share T_command - T.
+
+    A share below 1: friction in motor and gear, a motor constant that is smaller than the controller assumes. The lag
+    stands for filters of the measured motion, sampling and the motor's own current loop. The greatest torque of the
+    motor is not part of it (the equations are linear).
+
+    Parameters
+    ----------
+    share : float, dimensionless, default 1
+        Share of the commanded torque that arrives; typical 0.4 .. 1, allowed 0 .. inf.
+    lag : float, s, default 0.03
+        Time in which 63 % of a step of the command arrive; typical 0.005 .. 0.1, allowed 0.0001 .. inf.
+
+    Notes
+    -----
+    Source: Franklin, Powell & Emami-Naeini, Feedback Control of Dynamic Systems, ch. 2 (models of motors).
+    """
+
+    share: float
+    lag: float
+    def __init__(
+        self,
+        *,
+        share: float = 1.0,
+        lag: float = 0.03,
     ) -> None: ...
 
 class SteerSpring(Effect):

@@ -11,6 +11,7 @@ from bicycle.descriptor import DescriptorStack
 from bicycle.model import Model
 from bicycle.model_family import ModelFamily
 from studies.inference.parameter import Candidate, UncertainParameter
+from studies.missing_effect.motion.row_settings import Settings
 from tyre.base.arrays import Array
 
 SPEED_SCALE = "measurement.speed_scale"  # true speed over recorded speed, minus 1
@@ -36,11 +37,15 @@ def stencil_slope(system: DescriptorStack, steps: Array) -> DescriptorStack:
 
 @dataclass(frozen=True)
 class Family:
-    """All models that differ in the numbers of the nuisances and of some candidates."""
+    """All models that differ in the numbers of the nuisances and of some candidates.
+
+    ``settings`` take the place of numbers of the base model.
+    """
 
     base: Model
     nuisances: tuple[UncertainParameter, ...]
     candidates: tuple[Candidate, ...] = ()
+    settings: Settings = ()
 
     @cached_property
     def unknowns(self) -> tuple[UncertainParameter, ...]:
@@ -60,7 +65,7 @@ class Family:
 
     @cached_property
     def _fixed(self) -> Mapping[str, float]:
-        values = dict(self.base.parameters)
+        values = dict(self.base.parameters) | dict(self.settings)
         for candidate in self.candidates:
             values |= candidate.fixed
         return values

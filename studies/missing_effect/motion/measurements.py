@@ -135,7 +135,7 @@ class ModalMeasurement(BicycleMeasurement):
 
     @property
     def _sorted(self) -> tuple[ModalPoint, ...]:
-        return tuple(sorted(self.points, key=lambda p: (p.mode, p.speed)))
+        return tuple(sorted(self.points, key=lambda p: (p.mode, p.settings, p.speed)))
 
 
 @dataclass(frozen=True, kw_only=True)

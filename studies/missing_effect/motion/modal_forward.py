@@ -4,12 +4,11 @@ d(lambda) = u (dA) x with left and right eigenvectors u x = 1, and dx from the o
 of the matrices, which are smooth and cheap, so that the derivative of the eigenvalue itself is analytic.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from bicycle.eigenvalues.decomposition import eigensystem
 from studies.inference.folds import folds
@@ -19,10 +18,11 @@ from studies.missing_effect.motion.bicycle_forward import SPEED_AXIS, BicycleFor
 from studies.missing_effect.motion.family import Family, stencil_slope
 from studies.missing_effect.motion.modal_table import ModalPoint
 from studies.missing_effect.motion.ratio_sensors import LEAN, apply_sensor, errors_of
+from studies.missing_effect.motion.row_settings import Settings
+from studies.missing_effect.motion.wanted_modes import Wanted, root_of
 from tyre.base.arrays import Array, Complex
 
 RATIO_OUTPUT = {"steer_over_lean": "steer_rate", "yaw_over_lean": "yaw_rate"}
-OTHER_KIND = 3.0  # a real root stands in for a measured oscillation only where no pair is three times as near
 FURTHER_SPEEDS = (0.8, 1.25, 1.5, 2.0)  # of the slowest or fastest measured speed
 FURTHER_RATIO_SD = 0.05
 FURTHER_RUNS = 6  # at a further speed
@@ -39,56 +39,11 @@ class MissingRatio(ProposedMeasurement):
 
 @dataclass(frozen=True, eq=False)
 class ModeAtSpeed(ProposedMeasurement):
-    """A mode at another speed (m/s)."""
+    """A mode at another speed (m/s), with settings that were measured."""
 
     mode: str
     speed: float
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """What is to be predicted: at recorded speeds, modes near ``near``."""
-
-    speed: Array
-    mode: tuple[str, ...]
-    near: Complex
-
-    @cached_property
-    def crowded(self) -> tuple[list[int], ...]:
-        """Points of each speed at which several modes are wanted."""
-        found = []
-        for speed in np.unique(self.speed):
-            points = np.flatnonzero(self.speed == speed).tolist()
-            if len({self.mode[i] for i in points}) > 1:
-                found.append(points)
-        return tuple(found)
-
-
-def root_of(wanted: Wanted, speeds: Array, values: Complex) -> NDArray[np.intp]:
-    """Index (m,) of the eigenvalue that each wanted mode is: the nearest, one root for each mode of a speed.
-
-    Parameters
-    ----------
-    wanted : Wanted
-        m modes.
-    speeds : ndarray, shape (S,)
-        m/s, sorted.
-    values : ndarray, shape (S, n)
-        Eigenvalues, 1/s.
-    """
-    at = np.searchsorted(speeds, wanted.speed)
-    near, here = wanted.near[:, None], values[at]
-    cost = np.abs(here - near)
-    oscillates = np.abs(here.imag) > 1e-9 * np.abs(here).max(1, keepdims=True)
-    cost[oscillates != (np.abs(near.imag) > 1e-6 * np.abs(near))] *= OTHER_KIND
-    cost[here.imag < 0] = 1e6
-    found = cost.argmin(1)
-    for points in wanted.crowded:
-        names = sorted({wanted.mode[i] for i in points})
-        total = np.array([np.sum([cost[i] for i in points if wanted.mode[i] == name], axis=0) for name in names])
-        chosen = dict(zip(names, linear_sum_assignment(total)[1], strict=True))
-        found[points] = [chosen[wanted.mode[i]] for i in points]
-    return np.asarray(found)
+    settings: Settings = ()
 
 
 def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True) -> tuple[Complex, Complex]:
@@ -154,12 +109,31 @@ class ModalForward(BicycleForward):
     points: tuple[ModalPoint, ...]
 
     @cached_property
-    def wanted(self) -> Wanted:
-        """The measured modes."""
-        return Wanted(
-            np.array([p.speed for p in self.points]), tuple(p.mode for p in self.points),
-            np.array([p.eigenvalue for p in self.points]),
-        )  # fmt: skip
+    def wanted(self) -> tuple[tuple[Settings, NDArray[np.intp], Wanted], ...]:
+        """The measured modes, those of one setting together: settings, indices of the points, what is wanted there."""
+        found = []
+        for settings in dict.fromkeys(p.settings for p in self.points):
+            here = [i for i, p in enumerate(self.points) if p.settings == settings]
+            points = [self.points[i] for i in here]
+            wanted = Wanted(
+                np.array([p.speed for p in points]), tuple(p.mode for p in points),
+                np.array([p.eigenvalue for p in points]),
+            )  # fmt: skip
+            found.append((settings, np.array(here), wanted))
+        return tuple(found)
+
+    def _at(self, settings: Settings, candidates: tuple[Candidate, ...]) -> Family:
+        return replace(self.family(candidates), settings=settings)
+
+    def _measured_modes(
+        self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True
+    ) -> tuple[Complex, Complex]:
+        """:func:`predict` of all points, in their order."""
+        parts = [predict(self._at(settings, candidates), wanted, theta, slopes=slopes)
+                 for settings, _, wanted in self.wanted]  # fmt: skip
+        order = np.argsort(np.concatenate([here for _, here, _ in self.wanted]))
+        number, slope = (np.concatenate(part)[order] for part in zip(*parts, strict=True))
+        return number, slope
 
     @property
     def varied(self) -> bool:
@@ -186,7 +160,7 @@ class ModalForward(BicycleForward):
         shown: dict[str, Series] = {}
         for k, p in enumerate(self.points):
             for name in ("", *(name for name in RATIO_OUTPUT if name in p.ratios)):
-                what = f"{p.mode} {name.replace('_', ' ')}".strip()
+                what = f"{p.called} {name.replace('_', ' ')}".strip()
                 for part, (quantity, unit) in PARTS.items():
                     shown[f"{what}, {part}"] = Series(what, quantity if name else f"{quantity}, {unit}")
                     where.append(f"{what}, {p.speed:g} m/s, {part}")
@@ -205,7 +179,7 @@ class ModalForward(BicycleForward):
     def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
         """(measured - computed) / sd (n,) and its derivative (n, p). Arguments as :meth:`.Forward.residual`."""
         measured, sd = self.measured
-        computed, slope = _flat(*predict(self.family(candidates), self.wanted, theta, slopes=slopes), self._kept)
+        computed, slope = _flat(*self._measured_modes(candidates, theta, slopes=slopes), self._kept)
         return (measured - computed) / sd, -slope / sd[:, None]
 
     def proposed(self) -> tuple[ProposedMeasurement, ...]:
@@ -220,9 +194,10 @@ class ModalForward(BicycleForward):
                 proposals.append(MissingRatio(what, np.full(2 * len(self.points), FURTHER_RATIO_SD), number))
         for factor in FURTHER_SPEEDS:
             speed = factor * (max(speeds) if factor > 1 else min(speeds))
-            mode = self.points[-1].mode
-            what = f"{mode} at {speed:.3g} m/s, {FURTHER_RUNS} runs"
-            proposals.append(ModeAtSpeed(what, np.full(2, sd / np.sqrt(FURTHER_RUNS)), mode, speed))
+            last = self.points[-1]
+            what = f"{last.called} at {speed:.3g} m/s, {FURTHER_RUNS} runs"
+            further_sd = np.full(2, sd / np.sqrt(FURTHER_RUNS))
+            proposals.append(ModeAtSpeed(what, further_sd, last.mode, speed, last.settings))
         return (*proposals, *self.forced(max(speeds)))
 
     def predict(
@@ -233,25 +208,26 @@ class ModalForward(BicycleForward):
         Arguments as :meth:`studies.inference.forward.Forward.predict`.
         """
         if isinstance(proposal, MissingRatio):
-            kept, wanted = np.zeros((len(self.points), 3), bool), self.wanted
+            kept = np.zeros((len(self.points), 3), bool)
             kept[:, proposal.number] = True
+            number, slopes = self._measured_modes(candidates, theta)
         elif isinstance(proposal, ModeAtSpeed):
-            kept = np.array([[True, False, False]])
-            near = self._followed(candidates, theta, proposal.mode, proposal.speed)
-            wanted = Wanted(np.array([proposal.speed]), (proposal.mode,), near)
+            kept, family = np.array([[True, False, False]]), self._at(proposal.settings, candidates)
+            near = self._followed(family, theta, proposal)
+            number, slopes = predict(family, Wanted(np.array([proposal.speed]), (proposal.mode,), near), theta)
         else:
             return super().predict(proposal, candidates, theta)
-        number, slopes = predict(self.family(candidates), wanted, theta)
         if (np.abs(number[:, 0].real) > MOST_DAMPED * np.abs(number[:, 0])).any():
             number[:] = np.nan  # too damped to be seen in a free decay
         computed, slope = _flat(number, slopes, kept)
         return computed / proposal.sd, slope / proposal.sd[:, None]
 
-    def _followed(self, candidates: tuple[Candidate, ...], theta: Array, mode: str, speed: float) -> Complex:
+    def _followed(self, family: Family, theta: Array, there: ModeAtSpeed) -> Complex:
         """Where a mode goes from its nearest measured speed, in small steps."""
-        nearest = min((p for p in self.points if p.mode == mode), key=lambda p: abs(p.speed - speed))
-        near, family = nearest.eigenvalue, self.family(candidates)
-        for v in np.linspace(nearest.speed, speed, 12):
+        measured = (p for p in self.points if (p.mode, p.settings) == (there.mode, there.settings))
+        nearest = min(measured, key=lambda p: abs(p.speed - there.speed))
+        near = nearest.eigenvalue
+        for v in np.linspace(nearest.speed, there.speed, 12):
             system = family(theta[None], np.array([v]))
             values = eigensystem(system.dynamics[0], mass=system.mass[0]).values[0]
             cost = np.where(values.imag >= 0, np.abs(values - near), np.inf)

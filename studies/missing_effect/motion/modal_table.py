@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.modal.known_modes import known_modes
+from bicycle.model import Model
+from studies.missing_effect.motion.row_settings import Settings, read_settings, said, settable
 from tyre.base.csv_table import Columns, read_columns
 from tyre.base.errors import InputError, unknown
 from tyre.base.schema import path_key, read, table
@@ -31,7 +33,10 @@ MOST_SCATTER = 1.5  # ratio of scatter to stated sd above which a between-repeat
 
 @dataclass(frozen=True)
 class ModalPoint:
-    """One eigenvalue (1/s; imaginary part >= 0) with 1-sigma of its parts, and shape ratios ``name -> (value, sd)``."""
+    """One eigenvalue (1/s; imaginary part >= 0) with 1-sigma of its parts, and shape ratios ``name -> (value, sd)``.
+
+    ``settings`` are what effects of the model had set otherwise there (:mod:`.row_settings`).
+    """
 
     speed: float
     mode: str
@@ -39,9 +44,17 @@ class ModalPoint:
     sd: tuple[float, float]
     ratios: Mapping[str, tuple[complex, float]] = field(default_factory=dict)
     group: str = ""
+    settings: Settings = ()
+
+    @property
+    def called(self) -> str:
+        """The mode, with the settings where there are any: ``weave (steer_assist.gain = 8)``."""
+        return f"{self.mode} ({', '.join(said(self.settings))})" if self.settings else self.mode
 
 
-def read_modal(content: Mapping[str, Any], folder: Path) -> tuple[tuple[ModalPoint, ...], tuple[str, ...]]:
+def read_modal(
+    content: Mapping[str, Any], folder: Path, model: Model, uncertainty: Mapping[str, float]
+) -> tuple[tuple[ModalPoint, ...], tuple[str, ...]]:
     """Points of the table ``[modal]`` and notes on what was assumed.
 
     Parameters
@@ -50,22 +63,33 @@ def read_modal(content: Mapping[str, Any], folder: Path) -> tuple[tuple[ModalPoi
         The table.
     folder : Path
         Where the file that it names is.
+    model : Model
+        The base model, whose effects' parameters may be columns.
+    uncertainty : mapping
+        1-sigma (SI) that the file gives, by parameter.
 
     Raises
     ------
     InputError
-        See :func:`read_columns`; also unknown modes, speeds or eigenvalues out of range, a standard deviation that is
-        not positive, half a ratio, a repeated row, fewer than three points.
+        See :func:`read_columns` and :func:`.read_settings`; also unknown modes, speeds or eigenvalues out of range, a
+        standard deviation that is not positive, half a ratio, a repeated row, fewer than three points.
     """
     path = folder / read(TABLE, content, section="modal")["table"]
-    columns = read_columns(path, numbers=NUMBERS, texts=("mode", "group"), needed=("speed_m_s", "mode", *EIGENVALUE))
-    points = tuple(_point(path, row, columns) for row in range(len(columns.lines)))
+    columns = read_columns(
+        path, numbers=(*NUMBERS, *settable(model)), texts=("mode", "group"), needed=("speed_m_s", "mode", *EIGENVALUE)
+    )
+    settings = read_settings(path, columns, model, uncertainty)
+    points = tuple(replace(_point(path, row, columns), settings=known) for row, known in enumerate(settings))
     if len(points) < 3:
         raise InputError(f"{path}: {len(points)} point(s) cannot be diagnosed; give at least three, at several speeds")
     _refuse_repeats(path, points, columns.lines)
     points, notes = _with_sd(points, [name in columns.numbers for name in SD])
     unused = [name for name in UNUSED if name in columns.numbers]
-    return points, (*notes, *([f"{', '.join(unused)}: read, but not used"] if unused else []))
+    notes = (*notes, *([f"{', '.join(unused)}: read, but not used"] if unused else []))
+    if settings[0]:
+        keys = ", ".join(key for key, _ in settings[0])
+        notes = (*notes, f"{keys}: known in each row of the table, without uncertainty")
+    return points, notes
 
 
 def _point(path: Path, row: int, columns: Columns) -> ModalPoint:
@@ -107,7 +131,7 @@ def _point(path: Path, row: int, columns: Columns) -> ModalPoint:
 def _refuse_repeats(path: Path, points: tuple[ModalPoint, ...], lines: tuple[int, ...]) -> None:
     seen: dict[tuple[float, str, complex], int] = {}
     for row, point in enumerate(points):
-        key = (point.speed, point.mode, point.eigenvalue)
+        key = (point.speed, point.called, point.eigenvalue)
         if key in seen:
             raise InputError(
                 f"{path}, line {lines[row]}: the same run as line {lines[seen[key]]} (equal speed, mode and "
@@ -149,11 +173,11 @@ def _with_sd(points: tuple[ModalPoint, ...], given: list[bool]) -> tuple[tuple[M
 def _scatter(points: tuple[ModalPoint, ...]) -> tuple[NDArray[np.float64], int]:
     """Pooled standard deviation of real and imaginary part within repeats, and its degrees of freedom."""
     squares, freedom = np.zeros(2), 0
-    order = sorted(points, key=lambda p: (p.mode, p.speed))
+    order = sorted(points, key=lambda p: (p.called, p.speed))
     start = 0
     for end in range(1, len(order) + 1):
-        first = order[start]
-        if end < len(order) and order[end].mode == first.mode and order[end].speed <= first.speed * (1 + SAME_SPEED):
+        first, last = order[start], order[min(end, len(order) - 1)]
+        if end < len(order) and last.called == first.called and last.speed <= first.speed * (1 + SAME_SPEED):
             continue
         roots = np.array([p.eigenvalue for p in order[start:end]])
         parts = np.stack([roots.real, roots.imag])

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 from bicycle.default_sd import ASSUMED, standard_deviations
 from bicycle.model import Model
-from bicycle.parameter_key import entries_of
+from bicycle.parameter_key import ParameterKey, entries_of
 from bicycle.parameters import UNITS, UNUSED
 from studies.inference.parameter import UncertainParameter
 from tyre.base.errors import InputError, is_number, shown, unknown
@@ -41,12 +41,25 @@ def nuisances(model: Model, given: Mapping[str, float]) -> tuple[tuple[Uncertain
         notes = (f"no uncertainty given for {', '.join(assumed)}: documented defaults are used (1 sigma)",)
     found = [
         UncertainParameter(
-            key, UNITS.get(key, ""), dict.fromkeys((key, *followers.get(key, ())), 1.0), values[key], deviation.sd
+            key,
+            UNITS.get(key, ""),
+            dict.fromkeys((key, *followers.get(key, ())), 1.0),
+            values[key],
+            deviation.sd,
+            *_bounds(model, key),
         )
         for key, deviation in deviations.items()
         if deviation.sd > 0
     ]
     return tuple(found), notes
+
+
+def _bounds(model: Model, key: str) -> tuple[float, float]:
+    """What an effect declares, so that a lag does not become a lead; the bicycle's own go where the data take them."""
+    own = ParameterKey.parse(key)
+    effects = (effect for effect in model.effects if effect.identifier == own.effect)
+    declared = (p.bounds for effect in effects for p in effect.parameters if p.name == own.name)
+    return next(declared, (-math.inf, math.inf))
 
 
 def _check(given: Mapping[str, float], values: Mapping[str, float]) -> None:

@@ -38,8 +38,11 @@ def draw(effect: type[Effect], share: float = 0.5, **changes: float) -> Effect:
 
 
 def companions(effect: type[Effect], share: float = 0.5) -> tuple[Effect, ...]:
-    """A contact law that gives what the effect needs: the relaxing tyre, unless the effect is a contact law."""
-    return () if effect.slot == "contact law" else (draw(EFFECTS["relaxation_length"], share),)
+    """What the effect needs: the relaxing tyre, unless it is a contact law, and for a motor the controller."""
+    if effect.slot == "contact law":
+        return ()
+    commands = "motor command" in effect.requires
+    return tuple(draw(EFFECTS[name], share) for name in ("relaxation_length", *["steer_assist"] * commands))
 
 
 def unmatched(small: np.ndarray, large: np.ndarray) -> float:
@@ -150,7 +153,7 @@ def test_units_do_not_matter(effect, exponents, share, speed):
     assert unmatched(here, there * factor("s")) < 1e-9
 
 
-@pytest.mark.parametrize("effect", [e for e in EFFECTS.values() if e.identifier != "side_slip"])
+@pytest.mark.parametrize("effect", [e for e in EFFECTS.values() if e.identifier not in ("side_slip", "steer_motor")])
 def test_at_rest_without_dampers_eigenvalues_come_in_pairs(effect):
     """No damping, no motion, no control: the equations are the same backwards in time, so -z goes with every z."""
     off = {p.name: 0.0 for p in effect.parameters if p.name in ("damping", "gain", "lean_gain")}
@@ -200,9 +203,10 @@ def test_every_pair_builds_or_is_refused_with_a_reason():
     assert ("camber_thrust", "no_slip") in refused
     assert ("side_slip", "wheel_compliance") in refused
     assert ("aligning_moment", "no_slip") in refused
+    assert ("relaxation_length", "steer_motor") in refused
     for name, effect in EFFECTS.items():
         if name not in laws:
-            assert tuple(sorted(("relaxation_length", name))) not in refused
+            assert effect.requires == ("motor command",) or tuple(sorted(("relaxation_length", name))) not in refused
             assert effect.requires or tuple(sorted(("no_slip", name))) not in refused
 
 
@@ -227,8 +231,7 @@ def test_a_derivation_has_no_hidden_parameters():
     """Every declared parameter occurs in the equations, but one: a hinge along x cannot tell a body's Izz."""
     idle = set()
     for effect in EFFECTS.values():
-        law = () if effect.slot == "contact law" else (EFFECTS["relaxation_length"],)
-        found = derive((*law, effect)).parameters
+        found = derive((*map(type, companions(effect)), effect)).parameters
         declared = {f"{effect.identifier}.{key}" for p in effect.parameters for key in p.entries()}
         idle |= declared - set(found)
     assert idle == {"rider_lean.Izz"}
