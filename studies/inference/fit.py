@@ -39,6 +39,8 @@ class Fit:
         Laplace, without the constant that all hypotheses share.
     nuisance_scale : float
         Factor on the prior sd of the nuisances.
+    converged : bool
+        Whether it ended at an optimum.
     """
 
     candidates: tuple[Candidate, ...]
@@ -50,6 +52,7 @@ class Fit:
     objective: float
     log_evidence: float
     nuisance_scale: float = field(default=1.0)
+    converged: bool = True
 
     @property
     def name(self) -> str:

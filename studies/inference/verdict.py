@@ -78,6 +78,12 @@ class Verdict:
         Effects that were not tried, and why.
     warnings : tuple of str
         What was assumed, and what the reader must know.
+    sentence : str
+        The verdict in one true sentence.
+    reasons : mapping
+        Member of the class -> why it cannot be told apart.
+    refused_leaders : tuple of (str, float, str)
+        A hypothesis more probable than what is named, its probability, the rule it fails.
     """
 
     verdict: str
@@ -93,6 +99,9 @@ class Verdict:
     mimics: tuple[Mimic, ...] = ()
     refused: Mapping[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    sentence: str = ""
+    reasons: Mapping[str, str] = field(default_factory=dict)
+    refused_leaders: tuple[tuple[str, float, str], ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON of ``velotyre diagnose``."""
