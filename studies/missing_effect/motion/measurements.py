@@ -20,6 +20,7 @@ from studies.missing_effect.motion.history_forward import HistoryForward, histor
 from studies.missing_effect.motion.modal_forward import ModalForward, measurement_candidates
 from studies.missing_effect.motion.modal_table import ModalPoint
 from studies.missing_effect.motion.nuisances import nuisances
+from studies.missing_effect.motion.trace_figure import TRACES
 from tyre.base.errors import InputError, unknown
 
 
@@ -138,8 +139,8 @@ class HistoryMeasurement(BicycleMeasurement):
         return HistoryForward.of_runs(self.runs, self.noise_sd, **self._library(without))
 
     def figures(self) -> dict[str, Figure]:
-        """The gap; there are too many samples to show the values."""
-        return {"gap": GAP}
+        """The gap, and some runs in time."""
+        return {"gap": GAP, "before_after": TRACES}
 
 
 @dataclass(frozen=True, kw_only=True)

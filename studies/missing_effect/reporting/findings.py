@@ -54,7 +54,7 @@ class Findings:
             "upper_limits": [
                 {
                     "effect": u.identifier, "parameter": u.parameter, "unit": u.unit,
-                    "limit": {name: value for name, value in u.values.items()},
+                    "limit": dict(u.values),
                     "kind": "at least" if u.least else "size at most" if u.two_sided else "at most",
                     "limited_by_data": u.limited,
                 }

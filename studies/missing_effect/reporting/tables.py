@@ -56,7 +56,7 @@ def tried(judgement: Judgement) -> Table:
 def fate(judgement: Judgement) -> dict[str, str]:
     """What became of hypotheses of a ``judgement``, by the engine's name; of those that are neither, nothing."""
     verdict, known, final = judgement.verdict, judgement.hypotheses, judgement.final
-    found = {name: "in the class" for name in verdict.equivalent}
+    found = dict.fromkeys(verdict.equivalent, "in the class")
     refused = {name: rule for name, _, rule in verdict.refused_leaders}
     for f in known.fits:
         faults = [*(f"{name} at its bound" for name in f.at_bound()), *(f"{name} larger than occurs" for name in
@@ -131,11 +131,11 @@ def limited(found: tuple[UpperLimit, ...]) -> tuple[Table, list[str]]:
 
 def _limit(limit: UpperLimit) -> tuple[str, str]:
     sign = "≥" if limit.least else "≤"
-    shown = ", ".join(
-        f"{f'{name.partition(".")[2]} ' if '.' in name else ''}{sign} {value:.3g}" for name, value in
-        limit.values.items()
-    )  # fmt: skip
-    return f"{'size of ' if limit.two_sided else ''}{limit.parameter}", f"{shown}{unit_of(limit.unit)}"
+    shown = []
+    for name, value in limit.values.items():
+        wheel = name.partition(".")[2]
+        shown.append(f"{wheel} {sign} {value:.3g}".strip())
+    return f"{'size of ' if limit.two_sided else ''}{limit.parameter}", f"{', '.join(shown)}{unit_of(limit.unit)}"
 
 
 def varied(found: Stability) -> Table:
