@@ -25,7 +25,7 @@ def command(
 
     from studies.missing_effect import diagnose, read_measurement
     from studies.missing_effect.reporting.findings import find, with_stability
-    from studies.missing_effect.reporting.sentences import closing, first_lines, fitting
+    from studies.missing_effect.reporting.sentences import closing, first_lines, fitting, told_apart
     from studies.missing_effect.reporting.tables import named
     from studies.missing_effect.reporting.words import explains, said
     from studies.reporting.output import print_table, print_warnings, write_json
@@ -66,7 +66,7 @@ def command(
         why = f": {verdict.reasons[member]}" if member in verdict.reasons else ""
         click.echo(f"cannot be told apart from {said(member)}{why}")
     for advice in findings.further[:3]:
-        click.echo(f"measure next: {advice.what} ({advice.gain:.1f} sd)")
+        click.echo(f"measure next: {advice.what} (tells {told_apart(findings)} by {advice.gain:.1f} sd)")
     click.echo(closing(found).replace("χ²", "chi^2"))
     click.echo(fitting(found).replace("χ²", "chi^2"))
     for mimic in [m for m in verdict.mimics if m.chi2 < verdict.chi2["final"]][:3]:

@@ -1,5 +1,6 @@
 """The report of a diagnosis: Markdown, HTML and figures in one folder."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from studies.reporting.output import write_json
 from tyre.base.errors import InputError
 from tyre.base.files import write_text
 
-__all__ = ["SAYS", "record", "write_report"]
+__all__ = ["SAYS", "page", "record", "write_report"]
 
 MOST_FURTHER = 8  # measurements that are proposed
 MODEL = "model.toml"
@@ -32,23 +33,38 @@ def write_report(diagnosis: Diagnosis, folder: Path, findings: Findings | None =
     findings : Findings, optional
         Found here where they are not given, without judging variants.
     """
-    import jinja2
     import markdown
 
     folder.mkdir(parents=True, exist_ok=True)
     findings = findings or find(diagnosis)
     captions = draw_all(diagnosis, folder)
-    environment = jinja2.Environment(trim_blocks=False, autoescape=False, undefined=jinja2.ChainableUndefined)
-    corrected = _write_model(diagnosis, folder / MODEL)
-    content = _content(diagnosis, findings) | {"captions": captions, "corrected": corrected}
-    text = environment.from_string(TEMPLATE).render(**content)
-    lines = [line.rstrip() for line in text.splitlines()]
-    text = "\n".join(line for k, line in enumerate(lines) if line or (k and lines[k - 1])) + "\n"
+    text = page(diagnosis, findings, captions, corrected=_write_model(diagnosis, folder / MODEL))
     write_text(folder / "report.md", text)
     body = markdown.markdown(text, extensions=["tables", "md_in_html"])
     title = f"What is missing: {diagnosis.measurement.name}"
     write_text(folder / "report.html", PAGE.format(title=title, body=body))
     write_json(record(diagnosis, findings), str(folder / "verdict.json"))
+
+
+def page(diagnosis: Diagnosis, findings: Findings, captions: Mapping[str, str], *, corrected: str = "") -> str:
+    """The report as Markdown.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    findings : Findings
+    captions : mapping of str to str
+        Of the figures that there are, by name.
+    corrected : str
+        What to say of the corrected model.
+    """
+    import jinja2
+
+    environment = jinja2.Environment(trim_blocks=False, autoescape=False, undefined=jinja2.StrictUndefined)
+    content = _content(diagnosis, findings) | {"captions": captions, "corrected": corrected}
+    text = environment.from_string(TEMPLATE).render(**content)
+    lines = [line.rstrip() for line in text.splitlines()]
+    return "\n".join(line for k, line in enumerate(lines) if line or (k and lines[k - 1])) + "\n"
 
 
 def record(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
@@ -75,7 +91,7 @@ def _content(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
         for name, value in verdict.held_out_gap.items()
         if name in models
     ]
-    moved = tables.moved(findings.moved)
+    moved = tables.moved(diagnosis, findings.moved)
     mimics = [m for m in verdict.mimics if m.chi2 < verdict.chi2["final"]]
     gone = {"still": not moved[1], "mimics": not mimics}
     rows = "\n".join(f"| {' | '.join(row)} |" for row in tables.named(diagnosis))
@@ -83,6 +99,7 @@ def _content(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
         "v": verdict, "f": findings, "name": measurement.name, "sentence": sentences.sentence(verdict),
         "description": measurement.description, "source": measurement.source, "said": said,
         "probability": probability, "closing": sentences.closing(diagnosis), "moved": moved,
+        "went": [f"moved, {title}" for title in list(models.values())[1:]],
         "limits": tables.limited(findings.limits), "limits_note": sentences.limits_note(diagnosis),
         "further": findings.further[:MOST_FURTHER], "next_note": sentences.next_note(findings),
         "stability_note": sentences.stability_note(findings),

@@ -37,7 +37,7 @@ def draw_traces(judgement: Judgement, target: Path) -> bool:
     shown = sorted(np.argsort(np.nan_to_num(gap, nan=np.inf))[::-1][:MOST_RUNS].tolist())
     with drawing(target, width=1 + 3.2 * len(channels), height=1.0 + 1.9 * len(shown)) as figure:
         axes = figure.subplots(len(shown), len(channels), squeeze=False)
-        for line, k in zip(axes, shown, strict=True):
+        for row, (line, k) in enumerate(zip(axes, shown, strict=True)):
             run = forward.runs[k]
             for c, (axis, name) in enumerate(zip(line, channels, strict=True)):
                 seen = run.channels[name]
@@ -49,7 +49,7 @@ def draw_traces(judgement: Judgement, target: Path) -> bool:
                 axis.set_ylim(seen.min() - room, seen.max() + room)
                 axis.set_title(f"{run.name}, {run.speed:.3g} m/s" if not c else "")
                 axis.set_ylabel(name)
-                if line is axes[-1]:
+                if row == len(shown) - 1:
                     axis.set_xlabel("time, s")
         legend_above(figure, axes[0, 0], columns=4)
     return True

@@ -1,6 +1,7 @@
 """Gaps that no physics makes: a whole channel in other units or with the other sign, or numbers that are absurd."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,7 +13,8 @@ from studies.missing_effect.motion.replay import Replay
 from tyre.base.arrays import Array
 
 ABSURD = 1e4  # chi^2 a number, with the parameters adjusted
-NEAR, CONSISTENT = 0.15, 0.3  # relative: of a factor to a known one, of the rest to the values
+NEAR, CONSISTENT = 0.15, 0.3  # relative: of the middle of some ratios to a known factor, of most of them to it
+CLOSE, CLOSER = 0.8, 0.6  # relative: of what a factor leaves to the values, and to what is left without it
 FEWEST = 3  # values or runs that agree
 GAP = 25.0  # chi^2 a number of a series that is worth a doubt
 NAMED = ("named", "class", "tentative")
@@ -29,11 +31,16 @@ FACTORS = {
 }
 """Measured over computed, and what to ask."""
 
+FREQUENCY = (2 * math.pi, 1 / (2 * math.pi))
+SPEED = (3.6, 1 / 3.6)
+
 
 def doubts(diagnosis: Diagnosis) -> tuple[str, ...]:
     """What of the data of a ``diagnosis`` is surely in other units or of the other sign, in words."""
     forward = diagnosis.forward
     found: list[str] = []
+    if isinstance(forward, ModalForward):
+        found += _of_frequencies(forward)
     if isinstance(forward, ModalForward | CanonicalForward):
         found += _of_values(diagnosis, *forward.measured)
     if isinstance(forward, HistoryForward) and len(forward.noise) > 1:
@@ -53,20 +60,56 @@ def known_factor(ratio: float) -> float | None:
 
 
 def _of_values(diagnosis: Diagnosis, measured: Array, sd: Array) -> list[str]:
-    """Series whose values are all off by a known factor from the base model's."""
+    """Series whose values a known factor brings near those of the base model, which are far off without it."""
     rows, residual = diagnosis.forward.rows, diagnosis.nominal
     series = np.array(rows.series)
     found: dict[str, list[str]] = {}
+    roots = [name for name in rows.series if _is_frequency(name)] if isinstance(diagnosis.forward, ModalForward) else []
     for name in dict.fromkeys(rows.series):
         here = series == name
-        if here.sum() < FEWEST or not (residual[here] ** 2).mean() > GAP:
+        if name in roots or here.sum() < FEWEST or not (residual[here] ** 2).mean() > GAP:
             continue
         seen, computed = measured[here], (measured - sd * residual)[here]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            factor = known_factor(float(np.median(seen / computed)))
-        if factor is not None and np.linalg.norm(seen - factor * computed) < CONSISTENT * np.linalg.norm(seen):
-            found.setdefault(_asked(factor), []).append(_words(rows.show(name).channel, rows.show(name).quantity))
+        rest = {
+            factor: float(np.linalg.norm(seen - factor * computed))
+            for factor in FACTORS
+            if factor not in (*FREQUENCY, *SPEED)
+        }
+        best = min(rest, key=lambda factor: rest[factor])
+        if _brings_near(seen, rest[best], float(np.linalg.norm(seen - computed))):
+            found.setdefault(_asked(best), []).append(_words(rows.show(name).channel, rows.show(name).quantity))
     return [f"{', '.join(names)}: {asked}" for asked, names in found.items()]
+
+
+def _brings_near(seen: Array, rest: float, without: float) -> bool:
+    return rest < CLOSE * float(np.linalg.norm(seen)) and rest < CLOSER * without
+
+
+def _of_frequencies(forward: ModalForward) -> list[str]:
+    """Imaginary parts that are frequencies in Hz, or were turned twice: the measured roots decide which is compared."""
+    nominal = np.array([u.centre for u in forward.nuisances])
+    here = np.array([_is_frequency(name) for name in forward.rows.series])
+    seen = forward.measured[0][here]
+    found: dict[float, float] = {}
+    for factor in (1.0, *FREQUENCY):
+        points = tuple(
+            replace(p, eigenvalue=complex(p.eigenvalue.real, p.eigenvalue.imag / factor)) for p in forward.points
+        )
+        trial = replace(forward, points=points)
+        residual, _ = trial.residual((), nominal, slopes=False)
+        rest = float(np.linalg.norm((trial.measured[1] * residual)[here])) * factor
+        found[factor] = rest if math.isfinite(rest) else math.inf
+    without = found.pop(1.0)
+    best = min(found, key=lambda factor: found[factor])
+    named = ", ".join(dict.fromkeys(f"{p.mode} (imaginary part, rad/s)" for p in forward.points))
+    if here.sum() < FEWEST or not seen.any() or not _brings_near(seen, found[best], without):
+        return []
+    return [f"{named}: {_asked(best)}"]
+
+
+def _is_frequency(series: str) -> bool:
+    """Whether a series of modal data is the imaginary part of an eigenvalue, and not of a ratio."""
+    return series.endswith(", imaginary") and " over " not in series
 
 
 def _words(channel: str, quantity: str) -> str:

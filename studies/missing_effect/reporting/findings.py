@@ -100,7 +100,8 @@ def with_stability(findings: Findings, diagnosis: Diagnosis, progress: Callable[
 def leading_two(diagnosis: Diagnosis) -> tuple[Fit, ...]:
     """The final hypothesis of a ``diagnosis``, or where nothing is named the most probable one, and its best rival."""
     known, final = diagnosis.hypotheses, diagnosis.final
-    possible = [f for f, _ in known.probabilities if f is known.null or f.physical]
+    every = [f for f, _ in known.probabilities]
+    ranked = sorted(every, key=lambda f: not (f is known.null or f.physical))  # those that cannot be, last
     if not final.candidates:
-        return tuple(possible[:2])
-    return (final, *(f for f in possible if f.identifiers != final.identifiers))[:2]
+        return tuple(ranked[:2])
+    return (final, *(f for f in ranked if f.identifiers != final.identifiers))[:2]

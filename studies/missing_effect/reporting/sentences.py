@@ -77,12 +77,17 @@ def limits_note(diagnosis: Diagnosis) -> str:
 
 def next_note(findings: Findings) -> str:
     """Which hypotheses a further measurement would tell apart."""
-    if not findings.further:
+    if not findings.further or len(findings.between) < 2:
         return "Nothing that this kind of data proposes would tell the leading hypotheses apart."
-    leader, *rivals = map(said, findings.between or ("the leading hypothesis",))
-    nearest = "the nearest of " if len(rivals) > 1 else ""
-    who = f"between {leader} and {nearest}{listed(rivals)}" if rivals else "of the leading hypotheses"
-    return f"Predicted distance {who}, in standard deviations of the new measurement."
+    return (
+        f"How well it tells {told_apart(findings)}: the predicted distance, in standard deviations of what it measures."
+    )
+
+
+def told_apart(findings: Findings) -> str:
+    """What a further measurement tells from what."""
+    leader, *rivals = map(said, findings.between)
+    return f"{leader} from {'the nearest of ' if len(rivals) > 1 else ''}{listed(rivals)}"
 
 
 def stability_note(findings: Findings) -> str:

@@ -10,7 +10,7 @@ from studies.inference.limits import UpperLimit
 from studies.inference.moved import Moved
 from studies.inference.stability import Stability
 from studies.missing_effect.gap_figures import MOST_SERIES, residuals
-from studies.missing_effect.reporting.words import NO_NUMBERS, explains, probability, said, unit_of, values_of
+from studies.missing_effect.reporting.words import NO_NUMBERS, explains, probability, said, titles, unit_of, values_of
 
 Table = list[list[str]]
 MUCH = 0.5  # prior sd beyond which a parameter's way is on the first page
@@ -59,8 +59,8 @@ def fate(judgement: Judgement) -> dict[str, str]:
     found = dict.fromkeys(verdict.equivalent, "in the class")
     refused = {name: rule for name, _, rule in verdict.refused_leaders}
     for f in known.fits:
-        faults = [*(f"{name} at its bound" for name in f.at_bound()), *(f"{name} larger than occurs" for name in
-                  f.implausible())]  # fmt: skip
+        faults = [f"{name.partition('.')[0]} at its bound" for name in f.at_bound()]
+        faults += [f"{name.partition('.')[0]} larger than occurs" for name in f.implausible()]
         if not f.converged:
             faults.append("the fit did not converge")
         if f.name in refused:
@@ -106,14 +106,15 @@ def widened(judgement: Judgement) -> float:
     return max(ratios)
 
 
-def moved(found: tuple[Moved, ...]) -> tuple[Table, Table]:
-    """How parameters moved: those that went far, and the rest."""
+def moved(judgement: Judgement, found: tuple[Moved, ...]) -> tuple[Table, Table]:
+    """How parameters moved in the models of a ``judgement`` that differ: those ``found`` to go far, and the rest."""
+    models = len(titles(judgement)) - 1
     table: tuple[Table, Table] = ([], [])
     for m in found:
         unit = unit_of(m.unit) if m.unit else ""
         row = [
             m.name, f"{m.prior:.4g} ± {m.prior_sd:.2g}{unit}", f"{m.value:.4g} ± {m.sd:.2g}{unit}",
-            f"{m.alone:+.1f}", f"{m.shift:+.1f}",
+            *(f"{m.alone:+.1f}", f"{m.shift:+.1f}")[:models],
         ]  # fmt: skip
         table[max(abs(m.shift), abs(m.alone)) <= MUCH].append(row)
     return table

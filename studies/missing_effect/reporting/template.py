@@ -8,13 +8,15 @@ TEMPLATE = """# What is missing: {{ name }}
 **Check first:** {{ doubt }}.
 {% endfor %}
 {% if description %}{{ description }}
+
 {% endif %}{% if source %}Source: {{ source }}
+
 {% endif %}
 {% if v.effects and v.verdict != 'partial' %}{{ named_table() }}{% endif %}
 {% if v.equivalent|length > 1 %}
 These cannot be told apart with the data at hand:
 {% for member in v.equivalent %}
-- {{ said(member) }}{% if v.reasons[member] %}: {{ v.reasons[member] }}{% endif %}{% endfor %}
+- {{ said(member) }}{% if member in v.reasons %}: {{ v.reasons[member] }}{% endif %}{% endfor %}
 {% endif %}
 {% if v.refused_leaders %}
 More probable than what the verdict rests on, but refused:
@@ -32,11 +34,11 @@ More probable than what the verdict rests on, but refused:
 ## Parameters that moved
 
 {% if moved[0] %}
-| parameter | stated | now | parameters only, sd | final, sd |
-|---|---|---|---|---|
+| parameter | stated | now | {{ went|join(' | ') }} |
+|---|---|---|{{ '---|' * went|length }}
 {% for row in moved[0] %}| {{ row|join(' | ') }} |
 {% endfor %}
-Values ± one standard deviation. The last columns: how far the parameter went, in stated standard deviations;
+Values ± one standard deviation; "moved" is how far the parameter went, in its stated standard deviations;
 {{ moved[1]|length }} others went less than half of one.
 {% elif moved[1] %}
 None of {{ moved[1]|length }} went farther than half its stated standard deviation.
@@ -46,7 +48,7 @@ None floats.
 ## What could still be there
 
 {% if limits[0] %}
-| effect | parameter | 95 % limit | of the limit of its prior |
+| effect | parameter | 95 % limit | share of what its prior allows |
 |---|---|---|---|
 {% for row in limits[0] %}| {{ row|join(' | ') }} |
 {% endfor %}
@@ -102,7 +104,7 @@ Not limited by these data (the limit is that of the prior, or beyond): {{ limits
 |---|---|{{ '---|' * models|length }}
 {% for row in parts %}| {{ row|join(' | ') }} |
 {% endfor %}
-Largest shares of the χ² of {{ models[-1] if v.effects else models[1] }}:
+Largest shares of the χ² that remains ({{ models[-1] }}):
 {% for where, share in v.worst %}
 - {{ where }}: {{ '%.0f' % (100 * share) }} %{% endfor %}
 
@@ -137,8 +139,8 @@ Largest shares of the χ² of {{ models[-1] if v.effects else models[1] }}:
 {% if moved[1] %}
 {{ open('still') }}
 
-| parameter | stated | now | parameters only, sd | final, sd |
-|---|---|---|---|---|
+| parameter | stated | now | {{ went|join(' | ') }} |
+|---|---|---|{{ '---|' * went|length }}
 {% for row in moved[1] %}| {{ row|join(' | ') }} |
 {% endfor %}
 {{ close }}

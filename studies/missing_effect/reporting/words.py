@@ -43,7 +43,7 @@ def unit_of(unit: str) -> str:
 def probability(share: float) -> str:
     """A ``share`` between 0 and 1: two digits, as many nines as are needed, and no more of what is hopeless."""
     if 0.99 <= share < 1:
-        return f"{share:.{min(6, 2 - math.floor(math.log10(1 - share)))}f}" if 1 - share > 1e-6 else "1"
+        return f"{share:.{-math.floor(math.log10(1 - share))}f}" if 1 - share > 1e-6 else "1"
     return f"{share:.2g}"
 
 
