@@ -5,6 +5,8 @@ import click
 from studies.reporting.examples import example
 from studies.reporting.output import verbose
 
+WORTH_PROCESSES = 5.0  # s that a judgement takes, from which on processes are worth their start
+
 
 @click.command(
     help="Find where simulation and MEASUREMENT (a file or a packaged name) disagree, and name the missing effect.",
@@ -17,13 +19,18 @@ from studies.reporting.output import verbose
 )
 @click.option("--without", metavar="EFFECT", multiple=True, help="Do not try this effect; may be repeated.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the verdict as JSON; - is standard output.")
-@click.option("--no-stability", is_flag=True, help="Do not judge variants (noise, priors, a speed or channel out).")
+@click.option("--no-stability", is_flag=True, help="With --out: do not judge variants of noise, priors and data.")
+@click.option("--workers", type=click.IntRange(1), help="Processes for the variants; default: one a core, up to 4.")
 def command(
-    measurement_file: str, folder: str | None, without: tuple[str, ...], json_file: str | None, *, no_stability: bool
-) -> None:
+    measurement_file: str, folder: str | None, without: tuple[str, ...], json_file: str | None, workers: int | None, *,
+    no_stability: bool,
+) -> None:  # fmt: skip
+    from os import cpu_count
     from pathlib import Path
+    from time import perf_counter
 
     from studies.missing_effect import diagnose, read_measurement
+    from studies.missing_effect.report import record, write_report
     from studies.missing_effect.reporting.findings import find, with_stability
     from studies.missing_effect.reporting.sentences import closing, first_lines, fitting, told_apart
     from studies.missing_effect.reporting.tables import named
@@ -36,23 +43,22 @@ def command(
         raise InputError(f"--out {folder} is a file; give a folder")
     if json_file and json_file != "-" and not Path(json_file).parent.is_dir():
         raise InputError(f"--json {json_file}: no such folder; make it first")
+    started = perf_counter()
     found = diagnose(read_measurement(measurement_file), without=without, progress=True)
+    took = perf_counter() - started
     verdict, findings = found.verdict, find(found)
-    if (folder or json_file) and not no_stability:
+    if folder and not no_stability:
+        most = workers or (min(cpu_count() or 1, 4) if took > WORTH_PROCESSES else 1)
         with progress_bar(desc="does it stand?", unit=" variants", leave=False) as bar:
 
             def advance(what: str) -> None:
                 bar.set_postfix_str(what, refresh=False)
                 bar.update()
 
-            findings = with_stability(findings, found, advance)
+            findings = with_stability(findings, found, advance, workers=most)
     if folder:
-        from studies.missing_effect.report import write_report
-
         write_report(found, Path(folder), findings)
     if json_file:
-        from studies.missing_effect.report import record
-
         write_json(record(found, findings), json_file)
     if json_file == "-":
         return

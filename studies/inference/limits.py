@@ -67,9 +67,7 @@ def upper_limits(forward: Forward, known: Hypotheses, final: Fit) -> tuple[Upper
         Its fits are used where they add one candidate to the final one.
     final : Fit
     """
-    widened = 1.0
-    if goodness_of_fit(forward, final) < POOR_FIT:
-        widened = max(1.0, math.sqrt(final.chi2 / len(final.residual)))
+    widened = widening(forward, final)
     fitted = {f.identifiers: f for f in known.fits}
     found = []
     for candidate in forward.candidates:
@@ -85,6 +83,19 @@ def upper_limits(forward: Forward, known: Hypotheses, final: Fit) -> tuple[Upper
             if math.isfinite(m) and math.isfinite(variance) and variance > 0:
                 found.append(_limit(candidate, candidate.unknowns[k], m, math.sqrt(variance)))
     return tuple(sorted(found, key=lambda limit: limit.share))
+
+
+def widening(forward: Forward, final: Fit) -> float:
+    """Factor on the noise with which the final fit would fit as well as can be asked; 1 where it does (p > 0.01).
+
+    Parameters
+    ----------
+    forward : Forward
+    final : Fit
+    """
+    if goodness_of_fit(forward, final) > POOR_FIT:
+        return 1.0
+    return max(1.0, math.sqrt(final.objective / len(final.residual)))
 
 
 def _gaussian(forward: Forward, f: Fit, widened: float) -> tuple[Array, Array]:

@@ -169,7 +169,8 @@ class Stability:
         counted: dict[str, int] = {}
         for one in self.outcomes:
             if not one.same:
-                words = f"{one.verdict} ({one.names[0]})" if one.names else one.verdict
+                leader = " + ".join(sorted(_effects(one.names[0]))) if one.names else ""
+                words = f"{one.verdict} ({leader})" if leader else one.verdict
                 counted[words] = counted.get(words, 0) + 1
         others = ", ".join(f"{words} in {count}" for words, count in sorted(counted.items(), key=lambda c: -c[1]))
         return f"The verdict holds in {holds} of {n} variants; the others say {others}."
@@ -197,13 +198,18 @@ def stability(judgement: Judgement, *, run: Run = map, progress: Callable[[str],
     tried = leading(judgement)
     verdict, outcomes = judgement.verdict, []
     for one in run(outcome, variants(judgement.forward, tried)):
-        members = set(verdict.equivalent)
-        same = one.verdict == verdict.verdict and (one.names[0] in members if one.names else not members)
+        members = {_effects(name) for name in verdict.equivalent}
+        same = one.verdict == verdict.verdict and (_effects(one.names[0]) in members if one.names else not members)
         outcomes.append(replace(one, same=same))
         if progress:
             progress(one.what)
     names = tuple(c.identifier for c in tried)
     return Stability(tuple(outcomes), names, len(judgement.forward.candidates))
+
+
+def _effects(name: str) -> frozenset[str]:
+    """Effects of a hypothesis called ``name``, whatever their order."""
+    return frozenset(name.split("+"))
 
 
 def leading(judgement: Judgement) -> tuple[Candidate, ...]:

@@ -27,10 +27,10 @@ def draw_traces(judgement: Judgement, target: Path) -> bool:
     forward, null, final = judgement.forward, judgement.hypotheses.null, judgement.final
     assert isinstance(forward, HistoryForward)
     nominal = np.array([u.centre for u in forward.nuisances])
-    models = ((), nominal), (null.candidates, null.theta), (final.candidates, final.theta)
-    missed = {
-        title: forward.unexplained(*model) for title, model in zip(titles(judgement).values(), models, strict=False)
-    }
+    models = {
+        "nominal": ((), nominal), "nuisance_only": ((), null.theta), "final": (final.candidates, final.theta),
+    }  # fmt: skip
+    missed = {title: forward.unexplained(*models[model]) for model, title in titles(judgement).items()}
     channels = tuple(forward.noise)
     sd = np.array([noise.sd for noise in forward.noise.values()])
     gap = [float(np.mean((e / sd) ** 2)) for e in next(iter(missed.values()))]

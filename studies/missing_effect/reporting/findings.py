@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
+from bicycle.effect.workers import model_workers
 from studies.inference.fit import Fit
 from studies.inference.identifiability import Separation, separating
 from studies.inference.limits import UpperLimit, upper_limits
@@ -84,7 +85,9 @@ def find(diagnosis: Diagnosis) -> Findings:
 
 
 @one_blas_thread()
-def with_stability(findings: Findings, diagnosis: Diagnosis, progress: Callable[[str], None] | None = None) -> Findings:
+def with_stability(
+    findings: Findings, diagnosis: Diagnosis, progress: Callable[[str], None] | None = None, *, workers: int = 1
+) -> Findings:
     """The ``findings`` of a ``diagnosis`` with its variants judged.
 
     Parameters
@@ -93,15 +96,20 @@ def with_stability(findings: Findings, diagnosis: Diagnosis, progress: Callable[
     diagnosis : Diagnosis
     progress : callable, optional
         Told the words of each variant that is done.
+    workers : int
+        Number of processes.
     """
-    return replace(findings, stability=stability(diagnosis, progress=progress))
+    if workers == 1:
+        return replace(findings, stability=stability(diagnosis, progress=progress))
+    with model_workers(workers) as pool:
+        return replace(findings, stability=stability(diagnosis, run=pool.map, progress=progress))
 
 
 def leading_two(diagnosis: Diagnosis) -> tuple[Fit, ...]:
     """The final hypothesis of a ``diagnosis``, or where nothing is named the most probable one, and its best rival."""
     known, final = diagnosis.hypotheses, diagnosis.final
-    every = [f for f, _ in known.probabilities]
-    ranked = sorted(every, key=lambda f: not (f is known.null or f.physical))  # those that cannot be, last
+    every = (known.null, *known.fits)  # probabilities may all be too small for a number, their logarithms are not
+    ranked = sorted(every, key=lambda f: (not (f is known.null or f.physical), -known.log_posterior(f)))
     if not final.candidates:
         return tuple(ranked[:2])
     return (final, *(f for f in ranked if f.identifiers != final.identifiers))[:2]

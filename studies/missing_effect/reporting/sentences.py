@@ -1,14 +1,12 @@
 """Sentences of a report, each true of the numbers beside it."""
 
-import math
-
-from studies.inference.checks import goodness_of_fit
+from studies.inference.limits import widening
 from studies.inference.moved import share_closed
 from studies.inference.verdict import Verdict
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.reporting.findings import Findings
 from studies.missing_effect.reporting.tables import WIDER, penalty, widened
-from studies.missing_effect.reporting.words import ADJUSTED, explains, listed, said
+from studies.missing_effect.reporting.words import ADJUSTED, explains, listed, misfit, percent, said
 
 SAYS = {
     "none": "Nothing is named: the base model with its uncertain parameters explains the measurement.",
@@ -30,14 +28,16 @@ def closing(diagnosis: Diagnosis) -> str:
     """Which share of chi^2 goes by moving parameters, and which with what was named."""
     chi2 = diagnosis.verdict.chi2
     nominal, adjusted, final = chi2["nominal"], chi2["nuisance_only"], chi2["final"]
-    told = [f"χ² over {chi2['n']} numbers is {nominal:.1f} for the base model"]
+    told = [f"χ² over {chi2['n']} numbers is {misfit(nominal)} for the base model"]
     if diagnosis.forward.nuisances:
         share = share_closed(nominal, adjusted)
-        told.append(f"{share:.0%} of it goes by moving parameters within their uncertainty ({adjusted:.1f} remain)")
+        told.append(
+            f"{percent(share)} of it goes by moving parameters within their uncertainty ({misfit(adjusted)} remain)"
+        )
     if diagnosis.final.candidates:
         more = (adjusted - final) / nominal if nominal > 0 else 0.0
         of_it = "more" if diagnosis.forward.nuisances else "of it goes"
-        told.append(f"{more:.0%} {of_it} with {explains(diagnosis.final)} ({final:.1f} remain)")
+        told.append(f"{percent(more)} {of_it} with {explains(diagnosis.final)} ({misfit(final)} remain)")
     return f"{', '.join(told)}."
 
 
@@ -69,9 +69,10 @@ def limits_note(diagnosis: Diagnosis) -> str:
     final = diagnosis.final
     beside = f"beside {explains(final)}" if final.candidates else f"beside {ADJUSTED}"
     note = f"With 95 % probability an effect {beside} is no larger than this, given these data and its prior."
-    p, level = goodness_of_fit(diagnosis.forward, final), final.chi2 / len(final.residual)
-    if p < 0.01 and level > 1:
-        note += f" As that model does not fit (p = {p:.2g}), the noise is taken {math.sqrt(level):.2g} times larger."
+    wider = widening(diagnosis.forward, final)
+    if wider > 1:
+        p = diagnosis.verdict.goodness_of_fit_p
+        note += f" As that model does not fit (p = {p:.2g}), the noise is taken {wider:.3g} times larger."
     return note
 
 

@@ -10,7 +10,17 @@ from studies.inference.limits import UpperLimit
 from studies.inference.moved import Moved
 from studies.inference.stability import Stability
 from studies.missing_effect.gap_figures import MOST_SERIES, residuals
-from studies.missing_effect.reporting.words import NO_NUMBERS, explains, probability, said, titles, unit_of, values_of
+from studies.missing_effect.reporting.words import (
+    NO_NUMBERS,
+    explains,
+    misfit,
+    number,
+    probability,
+    said,
+    titles,
+    unit_of,
+    values_of,
+)  # fmt: skip
 
 Table = list[list[str]]
 MUCH = 0.5  # prior sd beyond which a parameter's way is on the first page
@@ -26,14 +36,14 @@ def by_place(judgement: Judgement) -> Table:
     if len(set(rows.series)) > MOST_SERIES:
         series = rows.channels
     groups = {str(name): series == name for name in dict.fromkeys(series.tolist())}
-    for number, name in enumerate(rows.condition):
-        groups[name] = rows.abscissa == number
+    for k, name in enumerate(rows.condition):
+        groups[name] = rows.abscissa == k
     for low, high in pairwise(edges) if rows.one_axis else ():
         inside = (rows.abscissa >= low) & ((rows.abscissa < high) | (high == edges[-1]))
         if inside.any() and high > low:
             groups[f"{low:.3g} to {high:.3g} m/s"] = inside
     return [
-        [name, str(inside.sum()), *(f"{float(r[inside] @ r[inside]):.1f}" for r in models.values())]
+        [name, str(inside.sum()), *(misfit(float(r[inside] @ r[inside])) for r in models.values())]
         for name, inside in groups.items()
     ]
 
@@ -48,7 +58,7 @@ def tried(judgement: Judgement) -> Table:
         shown.append(judgement.final)
     fates = fate(judgement)
     return [
-        [explains(f), probability(posterior[f.name]), f"{f.chi2:.1f}", values_of(f) or "-", fates.get(f.name, "")]
+        [explains(f), probability(posterior[f.name]), misfit(f.chi2), values_of(f) or "-", fates.get(f.name, "")]
         for f in sorted(shown, key=lambda f: -posterior[f.name])
     ]
 
@@ -85,7 +95,7 @@ def named(judgement: Judgement) -> Table:
         for k, (name, (value, sd)) in enumerate(e.parameters.items()):
             unit = unit_of(e.units.get(name, "1"))
             table.append(
-                [e.identifier if not k else "", name, f"{value:.4g}{unit}", f"± {sd:.2g}{unit}",
+                [e.identifier if not k else "", name, f"{number(value, 4)}{unit}", f"± {number(sd, 2)}{unit}",
                  e.signature if not k else ""]
             )  # fmt: skip
     return table
@@ -113,7 +123,8 @@ def moved(judgement: Judgement, found: tuple[Moved, ...]) -> tuple[Table, Table]
     for m in found:
         unit = unit_of(m.unit) if m.unit else ""
         row = [
-            m.name, f"{m.prior:.4g} ± {m.prior_sd:.2g}{unit}", f"{m.value:.4g} ± {m.sd:.2g}{unit}",
+            m.name,
+            *(f"{number(value, 4)} ± {number(sd, 2)}{unit}" for value, sd in ((m.prior, m.prior_sd), (m.value, m.sd))),
             *(f"{m.alone:+.1f}", f"{m.shift:+.1f}")[:models],
         ]  # fmt: skip
         table[max(abs(m.shift), abs(m.alone)) <= MUCH].append(row)
@@ -135,7 +146,7 @@ def _limit(limit: UpperLimit) -> tuple[str, str]:
     shown = []
     for name, value in limit.values.items():
         wheel = name.partition(".")[2]
-        shown.append(f"{wheel} {sign} {value:.3g}".strip())
+        shown.append(f"{wheel} {sign} {number(value, 3)}".strip())
     return f"{'size of ' if limit.two_sided else ''}{limit.parameter}", f"{', '.join(shown)}{unit_of(limit.unit)}"
 
 

@@ -53,7 +53,9 @@ None floats.
 {% for row in limits[0] %}| {{ row|join(' | ') }} |
 {% endfor %}
 {% endif %}
-{{ limits_note }}
+{% if limits[0] %}{{ limits_note }}
+{% elif not limits[1] %}No further effect of the library has a size that could be limited.
+{% endif %}
 {% if limits[1] %}
 Not limited by these data (the limit is that of the prior, or beyond): {{ limits[1]|join(', ') }}.
 {% endif %}
@@ -187,6 +189,7 @@ table{{border-collapse:collapse;font-size:.85rem;display:block;overflow-x:auto}}
 td,th{{border-bottom:1px solid #ccc;padding:.2rem .6rem;text-align:left;vertical-align:top}}
 h1,h2{{line-height:1.25}} h2{{font-size:1.2rem;margin:1.6rem 0 .4rem}}
 summary{{cursor:pointer;font-weight:bold;padding:.3rem 0}} details{{border-top:1px solid #ccc}}
+#tried td:nth-child(2){{white-space:nowrap}}
 img{{max-width:100%}}</style><script>
 function show(){{const d=document.getElementById(location.hash.slice(1));if(d&&d.tagName=="DETAILS")d.open=true}}
 addEventListener("hashchange",show);addEventListener("DOMContentLoaded",show)

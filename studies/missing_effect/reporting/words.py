@@ -28,8 +28,8 @@ def listed(names: Iterable[str]) -> str:
 
 
 def titles(judgement: Judgement) -> dict[str, str]:
-    """The models of a ``judgement`` that differ and what they are called: the last only where something is named."""
-    found = {"nominal": BASE, "nuisance_only": ADJUSTED}
+    """The models of a ``judgement`` that differ, and their names: without parameters or effects there are fewer."""
+    found = {"nominal": BASE} | ({"nuisance_only": ADJUSTED} if judgement.forward.nuisances else {})
     if judgement.final is not judgement.hypotheses.null:
         found["final"] = f"with {explains(judgement.final)}"
     return found
@@ -41,10 +41,33 @@ def unit_of(unit: str) -> str:
 
 
 def probability(share: float) -> str:
-    """A ``share`` between 0 and 1: two digits, as many nines as are needed, and no more of what is hopeless."""
+    """A ``share`` between 0 and 1: two digits, or as many nines as are needed."""
+    if share == 0:
+        return "0"
     if 0.99 <= share < 1:
         return f"{share:.{-math.floor(math.log10(1 - share))}f}" if 1 - share > 1e-6 else "1"
     return f"{share:.2g}"
+
+
+def percent(share: float) -> str:
+    """A ``share`` in per cent that is never rounded to all or nothing."""
+    digits = 0
+    while digits < 4 and 0 < share < 1 and float(f"{100 * share:.{digits}f}") in (0.0, 100.0):
+        digits += 1
+    return f"{100 * share:.{digits}f} %"
+
+
+def number(value: float, digits: int) -> str:
+    """A ``value`` with so many significant ``digits``, without an exponent from a thousandth to a million."""
+    if value == 0 or not 1e-4 <= abs(value) < 1e7:
+        return f"{value:.{digits}g}"
+    places = digits - 1 - math.floor(math.log10(abs(value)))
+    return f"{round(value, places):.{max(places, 0)}f}"
+
+
+def misfit(value: float) -> str:
+    """A chi^2 ``value``: with a decimal where it counts."""
+    return f"{value:.1f}" if value < 1e4 else f"{value:.0f}"
 
 
 def values_of(hypothesis: Fit) -> str:
@@ -54,5 +77,5 @@ def values_of(hypothesis: Fit) -> str:
         if not c.unknowns:
             shown.append(f"{c.identifier}: {NO_NUMBERS.get(c.identifier, 'without a number of its own')}")
         for u, x in zip(c.unknowns, hypothesis.theta[hypothesis.columns(c)], strict=True):
-            shown.append(f"{u.name} {float(u.value(x)):.3g}{unit_of(u.unit)}")
+            shown.append(f"{u.name} {number(float(u.value(x)), 3)}{unit_of(u.unit)}")
     return ", ".join(shown)

@@ -25,8 +25,10 @@ def draw_recordings(judgement: Judgement, target: Path) -> bool:
     forward, null, final = judgement.forward, judgement.hypotheses.null, judgement.final
     assert isinstance(forward, RigRecordingsForward)
     nominal = np.array([u.centre for u in forward.nuisances])
-    models = ((), nominal), (null.candidates, null.theta), (final.candidates, final.theta)
-    computed = {title: forward.forces(*model) for title, model in zip(titles(judgement).values(), models, strict=False)}
+    models = {
+        "nominal": ((), nominal), "nuisance_only": ((), null.theta), "final": (final.candidates, final.theta),
+    }  # fmt: skip
+    computed = {title: forward.forces(*models[model]) for model, title in titles(judgement).items()}
     base = next(iter(computed.values()))
     shown: list[tuple[str, Array, Array, Array, str]] = [
         (s.name, np.rad2deg(s.slip), s.force, s.direction, "slip angle, deg") for s in forward.sweeps

@@ -242,6 +242,15 @@ def test_a_leader_from_the_class_is_the_same_and_another_word_is_not():
     assert found.to_dict()["variants"][0]["names"] == ["other", "linear"]
 
 
+def test_the_order_of_effects_in_a_name_does_not_count():
+    judgement = judge(STRONG)
+    pair = dataclasses.replace(judgement.verdict, equivalent=("linear+shift",))
+    turned = [Outcome("a", pair.verdict, ("shift+linear",), 0.0), Outcome("b", "partial", ("shift+linear",), 0.0)]
+    found = stability(dataclasses.replace(judgement, verdict=pair), run=lambda _, __: turned)
+    assert [one.same for one in found.outcomes] == [True, False]
+    assert found.sentence.endswith("the others say partial (linear + shift) in 1.")
+
+
 def test_all_variants_alike_are_told_in_one_sentence():
     same = tuple(Outcome(what, "none", (), 0.99, same=True) for what in "ab")
     assert Stability(same, (), 5).sentence == "The verdict holds in all 2 variants."

@@ -201,7 +201,7 @@ def test_the_command_says_the_sentence_and_where_the_report_is(modal, tmp_path, 
            "steer_sensor_scale", "steer_spring", "rider_arms")]  # fmt: skip
     more = [] if variants else ["--no-stability"]
     out = tmp_path / "out"
-    main(["diagnose", str(modal / "MEASUREMENT.toml"), "--out", str(out), *few, *more])
+    main(["diagnose", str(modal / "MEASUREMENT.toml"), "--out", str(out), "--workers", "1", *few, *more])
     shown = capsys.readouterr().out.splitlines()
     found = json.loads((out / "verdict.json").read_text())
     assert shown[0] == f"{found['verdict']}: {found['sentence']}"

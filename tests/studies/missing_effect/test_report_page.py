@@ -17,7 +17,16 @@ from studies.missing_effect.gap_figures import GAP, residuals
 from studies.missing_effect.report import page, record, write_report
 from studies.missing_effect.reporting import sentences, tables
 from studies.missing_effect.reporting.findings import find, leading_two, with_stability
-from studies.missing_effect.reporting.words import listed, probability, said, titles, values_of
+from studies.missing_effect.reporting.words import (
+    listed,
+    misfit,
+    number,
+    percent,
+    probability,
+    said,
+    titles,
+    values_of,
+)
 
 PLACES = np.repeat(np.arange(1.0, 7.0), 4)
 POWERS = {"linear": 1, "alike": 1, "shift": 0, "bias": 2}
@@ -120,7 +129,7 @@ def test_a_named_effect_stands_with_its_sd_before_anything_else(one):
     text = written(one)
     (effect,) = one.verdict.effects
     value, sd = effect.parameters["rate"]
-    assert f"| linear | rate | {value:.4g} m/s | ± {sd:.2g} m/s |" in first_page(text)
+    assert f"| linear | rate | {number(value, 4)} m/s | ± {number(sd, 2)} m/s |" in first_page(text)
     assert text.index("| linear | rate |") < text.index("## The gap")
     assert value == pytest.approx(9.0, abs=4 * sd)
 
@@ -129,9 +138,9 @@ def test_the_sentence_on_the_gap_is_that_of_the_three_fits(one):
     text = first_page(written(one))
     nominal, adjusted, final = (float(r @ r) for r in residuals(one).values())
     assert f"χ² over 24 numbers is {nominal:.1f} for the base model" in text
-    assert f"{100 * (1 - adjusted / nominal):.0f}% of it goes by moving parameters" in text
+    assert f"{100 * (1 - adjusted / nominal):.0f} % of it goes by moving parameters" in text
     assert (
-        f"({adjusted:.1f} remain), {100 * (adjusted - final) / nominal:.0f}% more with linear ({final:.1f} remain)"
+        f"({adjusted:.1f} remain), {100 * (adjusted - final) / nominal:.0f} % more with linear ({final:.1f} remain)"
         in text
     )
 
@@ -179,7 +188,7 @@ def test_parameters_that_went_far_are_on_the_first_page_and_the_rest_are_not(one
     text = written(one)
     for k, u in enumerate(one.forward.nuisances):
         shift, alone = ((f.theta[k] - u.centre) / u.scale for f in (one.final, one.hypotheses.null))
-        line = f"| {u.name} | {u.centre:.4g} ± {u.scale:.2g} m |"
+        line = f"| {u.name} | {number(u.centre, 4)} ± {number(u.scale, 2)} m |"
         assert (line in first_page(text)) == (max(abs(shift), abs(alone)) > 0.5), u.name
         assert line in text
         assert f"| {alone:+.1f} | {shift:+.1f} |" in text
@@ -189,7 +198,7 @@ def test_limits_beside_the_named_effect(one):
     page = first_page(written(one))
     (limit,) = find(one).limits
     assert limit.identifier == "shift"
-    assert f"| shift | rate | ≤ {limit.values['rate']:.3g} m/s |" in page or "Not limited by these data" in page
+    assert f"| shift | rate | ≤ {number(limit.values['rate'], 3)} m/s |" in page or "Not limited by these data" in page
     assert "an effect beside linear is no larger than this" in page
 
 
@@ -238,7 +247,7 @@ def test_a_partial_name_comes_last_and_says_how_far_its_sd_is_widened(one):
     wide = dataclasses.replace(effect, parameters={"rate": (value, 3 * sd)})
     page = first_page(written(changed(one, verdict="partial", effects=(wide,))))
     assert page.index("## Named in part") > page.index("## What to measure next")
-    assert f"± {3 * sd:.2g} m/s" in page
+    assert f"± {number(3 * sd, 2)} m/s" in page
     assert "up to 3 times that of the fit alone" in page
     assert tables.widened(one) == pytest.approx(1.0, abs=1e-6)
 
@@ -307,6 +316,15 @@ def test_captions_are_those_of_the_figures_that_are_there(one, folder):
     assert names == ["gap", "posterior", "similarity", "held_out"]
     for name in names:
         assert (folder / f"{name}.png").stat().st_size > 5000
+
+
+def test_numbers_keep_their_digits_and_lose_their_exponents():
+    assert [number(x, 4) for x in (11563.0, 0.006094439, -1.0, 1e-9, 2.0e5)] == [
+        "11560", "0.006094", "-1.000", "1e-09", "200000"
+    ]  # fmt: skip
+    assert [number(x, 2) for x in (2859.0, 0.0008494, 0.0, 44.6)] == ["2900", "0.00085", "0", "45"]
+    assert [percent(x) for x in (0.613, 0.9971, 0.0013, 1.0, 0.0)] == ["61 %", "99.7 %", "0.1 %", "100 %", "0 %"]
+    assert [misfit(x) for x in (65.81, 1319202.34)] == ["65.8", "1319202"]
 
 
 def test_words():
