@@ -5,6 +5,8 @@ import click
 from studies.reporting.examples import example
 from studies.reporting.output import verbose
 
+WORTH_PROCESSES = 5.0  # s that a judgement takes, from which on processes are worth their start
+
 
 @click.command(
     help="Find where simulation and MEASUREMENT (a file or a packaged name) disagree, and name the missing effect.",
@@ -12,49 +14,73 @@ from studies.reporting.output import verbose
 )
 @click.argument("measurement_file", metavar="MEASUREMENT")
 @verbose
-@click.option("--out", "folder", metavar="DIR", help="Write the report (Markdown, HTML, figures) there.")
+@click.option(
+    "--out", "folder", metavar="DIR", help="Write the report (HTML, Markdown, figures, corrected model) there."
+)
 @click.option("--without", metavar="EFFECT", multiple=True, help="Do not try this effect; may be repeated.")
 @click.option("--with", "with_", metavar="EFFECT", multiple=True, help="Try this motor too (steer_assist).")
 @click.option("--json", "json_file", metavar="FILE", help="Write the verdict as JSON; - is standard output.")
+@click.option("--no-stability", is_flag=True, help="With --out: do not judge variants of noise, priors and data.")
+@click.option("--workers", type=click.IntRange(1), help="Processes for the variants; default: one a core, up to 4.")
 def command(
-    measurement_file: str, folder: str | None, without: tuple[str, ...], with_: tuple[str, ...], json_file: str | None
-) -> None:
+    measurement_file: str, folder: str | None, without: tuple[str, ...], with_: tuple[str, ...], json_file: str | None,
+    workers: int | None, *, no_stability: bool,
+) -> None:  # fmt: skip
+    from os import cpu_count
     from pathlib import Path
+    from time import perf_counter
 
     from studies.missing_effect import diagnose, read_measurement
+    from studies.missing_effect.report import record, write_report
+    from studies.missing_effect.reporting.findings import find, with_stability
+    from studies.missing_effect.reporting.sentences import closing, first_lines, fitting, told_apart
+    from studies.missing_effect.reporting.tables import named
+    from studies.missing_effect.reporting.words import explains, said
     from studies.reporting.output import print_table, print_warnings, write_json
     from tyre.base.errors import InputError
+    from tyre.base.progress import progress_bar
 
     if folder and Path(folder).exists() and not Path(folder).is_dir():
         raise InputError(f"--out {folder} is a file; give a folder")
     if json_file and json_file != "-" and not Path(json_file).parent.is_dir():
         raise InputError(f"--json {json_file}: no such folder; make it first")
+    started = perf_counter()
     found = diagnose(read_measurement(measurement_file), without=without, with_=with_, progress=True)
-    verdict = found.verdict
-    if folder:
-        from studies.missing_effect.report import write_report
+    took = perf_counter() - started
+    verdict, findings = found.verdict, find(found)
+    if folder and not no_stability:
+        most = workers or (min(cpu_count() or 1, 4) if took > WORTH_PROCESSES else 1)
+        with progress_bar(desc="does it stand?", unit=" variants", leave=False) as bar:
 
-        write_report(found, Path(folder))
+            def advance(what: str) -> None:
+                bar.set_postfix_str(what, refresh=False)
+                bar.update()
+
+            findings = with_stability(findings, found, advance, workers=most)
+    if folder:
+        write_report(found, Path(folder), findings)
     if json_file:
-        write_json(verdict.to_dict(), json_file)
+        write_json(record(found, findings), json_file)
     if json_file == "-":
         return
-    chi2 = verdict.chi2
-    click.echo(f"verdict: {verdict.verdict}")
-    rows = [
-        [e.identifier, name, value, sd] for e in verdict.effects for name, (value, sd) in e.parameters.items()
-    ]  # fmt: skip
-    if rows:
-        print_table(rows, ["effect", "parameter", "value (SI)", "1 sd"])
-    if len(verdict.equivalent) > 1:
-        click.echo(f"cannot be told apart: {', '.join(verdict.equivalent)}")
-    for advice in verdict.separating_measurements[:3]:
-        click.echo(f"measure next: {advice.what} (separates by {advice.gain:.1f} sd)")
-    click.echo(
-        f"chi^2 of {chi2['n']} numbers: base model {chi2['nominal']:.1f}, "
-        f"parameters adjusted {chi2['nuisance_only']:.1f}, "
-        f"final {chi2['final']:.1f} (p = {verdict.goodness_of_fit_p:.2g})"
-    )
-    for mimic in verdict.mimics[:3]:
-        click.echo(f"would mimic the rest: {mimic.what} = {mimic.value:.3g} (chi^2 {mimic.chi2:.1f})")
+    place = str(Path(folder) / "report.html") if folder else ""
+    for line in first_lines(found, findings, place):
+        click.echo(line)
+    rows = [row[:4] for row in named(found)]
+    if rows and verdict.verdict != "partial":
+        print_table(rows, ["effect", "parameter", "value", "1 sd"])
+    for member in verdict.equivalent[1:]:
+        why = f": {verdict.reasons[member]}" if member in verdict.reasons else ""
+        click.echo(f"cannot be told apart from {said(member)}{why}")
+    for advice in findings.further[:3]:
+        click.echo(f"measure next: {advice.what} (tells {told_apart(findings)} by {advice.gain:.1f} sd)")
+    click.echo(closing(found).replace("χ²", "chi^2"))
+    click.echo(fitting(found).replace("χ²", "chi^2"))
+    for mimic in [m for m in verdict.mimics if m.chi2 < verdict.chi2["final"]][:3]:
+        click.echo(
+            f"would mimic the rest beside {explains(found.final)}: {mimic.what} = {mimic.value:.3g} "
+            f"(chi^2 {mimic.chi2:.1f})"
+        )
+    if rows and verdict.verdict == "partial":
+        print_table(rows, ["effect", "parameter", "value", "1 sd"])
     print_warnings(verdict.warnings)

@@ -117,6 +117,10 @@ class Forward(Protocol):
         """What may be missing."""
 
     @property
+    def library(self) -> tuple[Candidate, ...]:
+        """What shares the prior: the candidates, or more where only some are tried again."""
+
+    @property
     def refused(self) -> Mapping[str, str]:
         """Effects that cannot be tried, and why."""
 
@@ -178,6 +182,12 @@ class ForwardModel:
     varied = True
     refused: Mapping[str, str] = {}
     notes: tuple[str, ...] = ()
+    candidates: tuple[Candidate, ...]
+
+    @property
+    def library(self) -> tuple[Candidate, ...]:
+        """The candidates."""
+        return self.candidates
 
     def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
         """Zero, whatever ``candidates`` at ``theta`` (p,): nothing is marginalised."""

@@ -46,7 +46,7 @@ def singles(forward: Forward, progress: Progress) -> Hypotheses:
         else:
             starts = _promising(forward, (candidate,), [*starts, *nominal[: len(starts)]], len(starts))
         fits.append(_fitted(forward, (candidate,), starts, turns=_turns(forward)))
-    known = Hypotheses(null, tuple(fits), forward.candidates)
+    known = Hypotheses(null, tuple(fits), forward.library)
     return _retried(forward, _none_worse(forward, known))
 
 

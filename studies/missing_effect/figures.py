@@ -4,21 +4,28 @@ from pathlib import Path
 
 import numpy as np
 
-from studies.inference.fit import Fit
 from studies.inference.judge import Judgement
 from studies.missing_effect.diagnose import Diagnosis
-from studies.missing_effect.gap_figures import TITLES, shown_models
 from studies.missing_effect.interface import Figure
-from studies.reporting.plotting import drawing, look
+from studies.missing_effect.reporting.tables import fate
+from studies.missing_effect.reporting.words import BASE, probability, said, titles
+from studies.reporting.plotting import GREY, drawing, look
 
 MOST_BARS = 12
+LEAST = 1e-6  # probability that is drawn
+LETTERS = 46  # of a reason beside a bar
 
 
 def draw_all(diagnosis: Diagnosis, folder: Path) -> dict[str, str]:
     """Draw every figure of a ``diagnosis`` into ``folder``; returns name -> caption of those that there are."""
     figures: dict[str, Figure] = {
         **diagnosis.measurement.figures(),
-        "posterior": (_posterior, "Probability of each hypothesis, relative to this library."),
+        "posterior": (
+            _posterior,
+            "Probability of each hypothesis, relative to this library, on a logarithmic axis down to one in a million. "
+            "Dark: named or explaining the data; light: cannot be told from it; hatched: refused, with the rule it "
+            "fails.",
+        ),
         "similarity": (_similarity, "|cosine| of what two effects do to the data, parameters marginalised."),
         "held_out": (_held_out, "χ²/n on data left out of the fit; 1 is noise alone."),
     }
@@ -30,12 +37,28 @@ def draw_all(diagnosis: Diagnosis, folder: Path) -> dict[str, str]:
 
 
 def _posterior(judgement: Judgement, target: Path) -> bool:
-    shares = list(judgement.verdict.posterior.items())[:MOST_BARS][::-1]
-    with drawing(target, width=7, height=1 + 0.3 * len(shares)) as figure:
+    posterior, fates = judgement.hypotheses.posterior, fate(judgement)
+    every = list(posterior)
+    wanted = {judgement.final.name, *judgement.verdict.equivalent}
+    named = [*every[:MOST_BARS], *(name for name in every[MOST_BARS:] if name in wanted)][::-1]
+    with drawing(target, width=8, height=1 + 0.32 * len(named)) as figure:
         axis = figure.subplots()
-        bars = axis.barh([name for name, _ in shares], [p for _, p in shares], color=look(0).colour)
-        axis.bar_label(bars, [f"{p:.3g}" for _, p in shares], padding=3, fontsize=8)
-        axis.set(xlim=(0, 1.12), xlabel="posterior probability")
+        for place, name in enumerate(named):
+            share, what = posterior[name], fates.get(name, "")
+            style = {"color": GREY, "alpha": 0.6}
+            if what.startswith("refused"):
+                style = {"color": "w", "edgecolor": GREY, "hatch": "////"}
+            elif name == judgement.final.name and judgement.verdict.verdict != "unknown":
+                style = {"color": look(0).colour}
+            elif what:
+                style = {"color": look(1).colour}
+            axis.barh(place, max(share, LEAST), **style)
+            reason = what if len(what) < LETTERS else f"{what[:LETTERS]}..."
+            text = f" {probability(share)}{f'  ({reason})' if reason else ''}"
+            axis.text(max(share, LEAST), place, text, va="center", fontsize=8)
+        axis.set_yticks(range(len(named)), [said(name) for name in named])
+        axis.set(xscale="log", xlim=(LEAST, 1e4), xlabel="posterior probability")
+        axis.set_xticks([1e-6, 1e-4, 1e-2, 1], ["0.000001", "0.0001", "0.01", "1"])
         axis.grid(visible=False, axis="y")
     return True
 
@@ -63,11 +86,12 @@ def _held_out(judgement: Judgement, target: Path) -> bool:
     from matplotlib.ticker import StrMethodFormatter
 
     n = len(judgement.nominal)
-    values = {"nominal": float(judgement.nominal @ judgement.nominal) / n}
-    values |= {name: judgement.held_out[name].chi2 / n for name in shown_models(judgement)[1:]}
-    with drawing(target, width=6, height=2.2) as figure:
+    values = {BASE: float(judgement.nominal @ judgement.nominal) / n}
+    models = list(titles(judgement).items())[1:]
+    values |= {title: judgement.held_out[model].chi2 / n for model, title in models}
+    with drawing(target, width=6, height=1.3 + 0.3 * len(values)) as figure:
         axis = figure.subplots()
-        names = [TITLES[name] for name in values][::-1]
+        names = list(values)[::-1]
         bars = axis.barh(names, list(values.values())[::-1], color=[look(k).colour for k in range(len(names))][::-1])
         axis.bar_label(bars, [f"{value:.3g}" for value in list(values.values())[::-1]], padding=3, fontsize=8)
         axis.axvline(1, color="k", linestyle=":", linewidth=1)
@@ -75,8 +99,3 @@ def _held_out(judgement: Judgement, target: Path) -> bool:
         axis.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         axis.grid(visible=False, axis="y")
     return True
-
-
-def explains(hypothesis: Fit) -> str:
-    """Name of a ``hypothesis`` in words."""
-    return " and ".join(c.identifier for c in hypothesis.candidates) or "parameters only"

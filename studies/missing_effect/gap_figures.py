@@ -9,25 +9,20 @@ from numpy.typing import NDArray
 from studies.inference.forward import Rows
 from studies.inference.judge import Judgement
 from studies.missing_effect.interface import Figure
+from studies.missing_effect.reporting.words import titles
 from studies.reporting.plotting import GREY, drawing, look
 
 MOST_SERIES = 8  # panels; of more, the residuals are summed by channel
 MOST_LETTERS = 40  # of the names of the conditions below one panel
-TITLES = {"nominal": "base model", "nuisance_only": "parameters adjusted", "final": "with what was named"}
 
 
 def residuals(judgement: Judgement) -> dict[str, NDArray[np.float64]]:
-    """Whitened residuals (n,) of the three models of a ``judgement``."""
-    return {
+    """Whitened residuals (n,) of the models of a ``judgement`` that differ, by what they are called."""
+    every = {
         "nominal": judgement.nominal, "nuisance_only": judgement.hypotheses.null.residual,
         "final": judgement.final.residual,
     }  # fmt: skip
-
-
-def shown_models(judgement: Judgement) -> tuple[str, ...]:
-    """Names of the models that differ: the last only where a ``judgement`` has named something."""
-    names = tuple(TITLES)
-    return names if judgement.final is not judgement.hypotheses.null else names[:2]
+    return {title: every[model] for model, title in titles(judgement).items()}
 
 
 def panels(figure: Any, count: int) -> Any:
@@ -58,9 +53,9 @@ def draw_gap(judgement: Judgement, target: Path) -> bool:
         for axis, name in zip(panels(figure, len(names)), names, strict=True):
             here = series == name
             axis.axhspan(-2, 2, color="0.92", zorder=0)
-            for k, model in enumerate(shown_models(judgement)):
+            for k, (title, gap) in enumerate(residuals(judgement).items()):
                 style = {**look(k).plot, "linestyle": "none", "markersize": 4}
-                axis.plot(rows.abscissa[here], residuals(judgement)[model][here], label=TITLES[model], **style)
+                axis.plot(rows.abscissa[here], gap[here], label=title, **style)
             axis.set(title=name, ylabel="gap / sd")
             _label_abscissa(axis, rows, name)
         legend_above(figure, axis, columns=3)
@@ -78,10 +73,10 @@ def _gap_by_channel(judgement: Judgement, target: Path) -> bool:
         for axis, name in zip(panels(figure, len(names)), names, strict=True):
             axis.axhline(1, color="k", linestyle=":", linewidth=1)
             places = np.unique(rows.abscissa[channel == name])
-            for k, model in enumerate(shown_models(judgement)):
-                squares = residuals(judgement)[model] ** 2
+            for k, (title, gap) in enumerate(residuals(judgement).items()):
+                squares = gap**2
                 rms = [float(np.sqrt(squares[(channel == name) & (rows.abscissa == x)].mean())) for x in places]
-                axis.plot(places, rms, label=TITLES[model], **look(k).plot)
+                axis.plot(places, rms, label=title, **look(k).plot)
             axis.set(title=name, xlabel=rows.axis, ylabel="rms gap / sd", yscale="log")
             axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 1.5, 2.0, 3.0, 5.0, 7.0)))
             axis.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
@@ -110,10 +105,10 @@ def draw_before_after(judgement: Judgement, target: Path) -> bool:
                 rows.abscissa[here], measured[here], 1.96 * sd[here], fmt="o", color="k", ecolor=GREY, markersize=3,
                 elinewidth=0.8, label="measured, 95 %",
             )  # fmt: skip
-            for k, model in enumerate(shown_models(judgement)):
-                computed = measured[here] - sd[here] * residuals(judgement)[model][here]
+            for k, (title, gap) in enumerate(residuals(judgement).items()):
+                computed = measured[here] - sd[here] * gap[here]
                 style = {"linestyle": "none", "markersize": 4} if rows.condition else {"marker": ""}
-                axis.plot(rows.abscissa[here], computed, **{**look(k).plot, **style}, label=TITLES[model])
+                axis.plot(rows.abscissa[here], computed, **{**look(k).plot, **style}, label=title)
             axis.set(title=rows.show(name).channel, ylabel=rows.show(name).quantity)
             _label_abscissa(axis, rows, name)
         legend_above(figure, axis, columns=4)

@@ -1,179 +1,131 @@
 """The report of a diagnosis: Markdown, HTML and figures in one folder."""
 
-from itertools import pairwise
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from studies.missing_effect.diagnose import Diagnosis
-from studies.missing_effect.figures import draw_all, explains
-from studies.missing_effect.gap_figures import MOST_SERIES, residuals
+from studies.missing_effect.figures import draw_all
+from studies.missing_effect.reporting import sentences, tables
+from studies.missing_effect.reporting.corrected_model import model_text
+from studies.missing_effect.reporting.findings import Findings, find
+from studies.missing_effect.reporting.sentences import SAYS
+from studies.missing_effect.reporting.template import CLOSE, NAMED, OPEN, PAGE, SECTIONS, TEMPLATE
+from studies.missing_effect.reporting.words import explains, probability, said, titles
 from studies.reporting.output import write_json
+from tyre.base.errors import InputError
+from tyre.base.files import write_text
 
-SAYS = {
-    "none": "Nothing is missing: the base model with its uncertain parameters explains the measurement.",
-    "named": "One effect is missing and is named, relative to the library that was tried.",
-    "class": "An effect is missing, but these data cannot tell which of several it is.",
-    "partial": "An effect is named, but something significant remains; see the rules that do not hold.",
-    "unknown": "Something is missing that no effect of the library explains.",
-}
+__all__ = ["SAYS", "page", "record", "write_report"]
 
-TEMPLATE = """# What is missing: {{ name }}
-
-**{{ v.verdict }}** — {{ says }}
-
-{% if description %}{{ description }}
-{% endif %}{% if source %}Source: {{ source }}
-{% endif %}
-{% for e in v.effects %}- **{{ e.identifier }}**: {% for key, (value, sd) in e.parameters.items() -%}
-{{ key }} = {{ '%.4g' % value }} ± {{ '%.2g' % sd }} {{ e.units[key] if e.units[key] != '1' }}
-{{- ', ' if not loop.last }}
-{%- endfor %} (1 sd){% if e.signature %}. What it does: {{ e.signature }}{% endif %}
-{% endfor %}
-{% if v.equivalent|length > 1 %}
-These cannot be told apart with the data at hand: {{ v.equivalent|join(', ') }}.
-{% endif %}
-## Where the gap is
-
-χ² over {{ v.chi2.n }} numbers: {{ '%.1f' % v.chi2.nominal }} for the base model,
-{{ '%.1f' % v.chi2.nuisance_only }} with the parameters adjusted within their uncertainty,
-{{ '%.1f' % v.chi2.final }} with what was named.
-
-| χ² by | n | base model | parameters adjusted | final |
-|---|---|---|---|---|
-{% for row in parts %}| {{ row|join(' | ') }} |
-{% endfor %}
-{% for figure in ('gap', 'before_after') if figure in captions %}
-![{{ captions[figure] }}]({{ figure }}.png)
-
-*{{ captions[figure] }}*
-{% endfor %}
-Largest shares of the final χ²:
-{% for where, share in v.worst %}
-- {{ where }}: {{ '%.0f' % (100 * share) }} %{% endfor %}
-
-## What was tried
-
-| hypothesis | P | χ² | parameters |
-|---|---|---|---|
-{% for row in tried %}| {{ row|join(' | ') }} |
-{% endfor %}
-{% for reason, names in not_tried.items() %}- not tried: {{ names|join(', ') }}: {{ reason }}
-{% endfor %}
-{% for figure in ('posterior', 'similarity') if figure in captions %}
-![{{ captions[figure] }}]({{ figure }}.png)
-
-*{{ captions[figure] }}*
-{% endfor %}
-## How sure
-
-| rule | figure | holds |
-|---|---|---|
-{% for c in v.checks %}| {{ c.what }} | {{ c.figure }} | {{ 'yes' if c.passed else 'no' }} |
-{% endfor %}
-The final model fits with p = {{ '%.3g' % v.goodness_of_fit_p }}. Gap on held-out data, relative to the base model:
-{{ gaps }}.
-{% if 'held_out' in captions %}
-![{{ captions.held_out }}](held_out.png)
-
-*{{ captions.held_out }}*
-{% endif %}
-{% if v.separating_measurements %}
-## What to measure next
-
-Predicted distance of the leading effect to its nearest rival, in standard deviations of the new measurement:
-
-| measurement | gain |
-|---|---|
-{% for s in v.separating_measurements %}| {{ s.what }} | {{ '%.1f' % s.gain }} |
-{% endfor %}{% endif %}
-{% if v.mimics %}
-## What would mimic the rest
-
-Terms without a physical cause, and effects with the sign that nature does not give.
-They are not named; they say where to look.
-
-| term | value | χ² |
-|---|---|---|
-{% for m in v.mimics %}| {{ m.what }} | {{ '%.3g' % m.value }} | {{ '%.1f' % m.chi2 }} |
-{% endfor %}{% endif %}
-## Assumptions
-
-{% for line in v.warnings %}- {{ line }}
-{% else %}None.
-{% endfor %}"""
-
-PAGE = """<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
-body{{max-width:52rem;margin:2rem auto;padding:0 1rem;font:16px/1.5 Georgia,serif}}
-table{{border-collapse:collapse;font-size:.85rem;display:block;overflow-x:auto}}
-td,th{{border-bottom:1px solid #ccc;padding:.2rem .6rem;text-align:left}}
-img{{max-width:100%}}</style></head><body>{body}</body></html>
-"""
+MOST_FURTHER = 8  # measurements that are proposed
+MODEL = "model.toml"
 
 
-def write_report(diagnosis: Diagnosis, folder: Path) -> None:
-    """Write ``report.md``, ``report.html``, ``verdict.json`` and the figures of a ``diagnosis`` into ``folder``."""
-    import jinja2
+def write_report(diagnosis: Diagnosis, folder: Path, findings: Findings | None = None) -> None:
+    """Write ``report.md``, ``report.html``, ``verdict.json``, the figures and, of a bicycle, the corrected model.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    folder : Path
+        It is made where it does not exist.
+    findings : Findings, optional
+        Found here where they are not given, without judging variants.
+    """
     import markdown
 
     folder.mkdir(parents=True, exist_ok=True)
+    findings = findings or find(diagnosis)
     captions = draw_all(diagnosis, folder)
-    environment = jinja2.Environment(trim_blocks=False, autoescape=False, undefined=jinja2.StrictUndefined)
-    text = environment.from_string(TEMPLATE).render(**_content(diagnosis), captions=captions)
-    lines = [line.rstrip() for line in text.splitlines()]
-    text = "\n".join(line for k, line in enumerate(lines) if line or (k and lines[k - 1])) + "\n"
-    (folder / "report.md").write_text(text, encoding="utf-8")
-    body = markdown.markdown(text, extensions=["tables"])
+    text = page(diagnosis, findings, captions, corrected=_write_model(diagnosis, folder / MODEL))
+    write_text(folder / "report.md", text)
+    body = markdown.markdown(text, extensions=["tables", "md_in_html"])
     title = f"What is missing: {diagnosis.measurement.name}"
-    (folder / "report.html").write_text(PAGE.format(title=title, body=body), encoding="utf-8")
-    write_json(diagnosis.verdict.to_dict(), str(folder / "verdict.json"))
+    write_text(folder / "report.html", PAGE.format(title=title, body=body))
+    write_json(record(diagnosis, findings), str(folder / "verdict.json"))
 
 
-def _content(diagnosis: Diagnosis) -> dict[str, Any]:
+def page(diagnosis: Diagnosis, findings: Findings, captions: Mapping[str, str], *, corrected: str = "") -> str:
+    """The report as Markdown.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    findings : Findings
+    captions : mapping of str to str
+        Of the figures that there are, by name.
+    corrected : str
+        What to say of the corrected model.
+    """
+    import jinja2
+
+    environment = jinja2.Environment(trim_blocks=False, autoescape=False, undefined=jinja2.StrictUndefined)
+    content = _content(diagnosis, findings) | {"captions": captions, "corrected": corrected}
+    text = environment.from_string(TEMPLATE).render(**content)
+    lines = [line.rstrip() for line in text.splitlines()]
+    return "\n".join(line for k, line in enumerate(lines) if line or (k and lines[k - 1])) + "\n"
+
+
+def record(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
+    """The JSON of ``velotyre diagnose``: the verdict of a ``diagnosis`` and its ``findings``."""
+    verdict = diagnosis.verdict
+    more = {
+        "sentence": sentences.sentence(verdict), "reasons": dict(verdict.reasons),
+        "refused_leaders": [
+            {"hypothesis": name, "probability": share, "rule": rule} for name, share, rule in verdict.refused_leaders
+        ],
+    }  # fmt: skip
+    return {**verdict.to_dict(), **more, **findings.to_dict()}
+
+
+def _content(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
     verdict, measurement = diagnosis.verdict, diagnosis.measurement
     not_tried: dict[str, list[str]] = {}
     for name, reason in verdict.refused.items():
         not_tried.setdefault(reason, []).append(name)
+    models = titles(diagnosis)
     absent = "no gap to close" if verdict.held_out_gap["nominal"] is None else "not known, one run"
     gaps = [
-        f"{name.replace('_', ' ')} {absent if value is None else format(value, '.2f')}"
+        f"{models[name]} {absent if value is None else format(value, '.2f')}"
         for name, value in verdict.held_out_gap.items()
+        if name in models
     ]
+    moved = tables.moved(diagnosis, findings.moved)
+    mimics = [m for m in verdict.mimics if m.chi2 < verdict.chi2["final"]]
+    gone = {"still": not moved[1], "mimics": not mimics}
+    rows = "\n".join(f"| {' | '.join(row)} |" for row in tables.named(diagnosis))
     return {
-        "v": verdict, "name": measurement.name, "says": SAYS[verdict.verdict], "gaps": ", ".join(gaps),
-        "description": measurement.description, "source": measurement.source, "parts": _parts(diagnosis),
-        "tried": _tried(diagnosis), "not_tried": not_tried,
+        "v": verdict, "f": findings, "name": measurement.name, "sentence": sentences.sentence(verdict),
+        "description": measurement.description, "source": measurement.source, "said": said,
+        "probability": probability, "closing": sentences.closing(diagnosis), "moved": moved,
+        "went": [f"moved, {title}" for title in list(models.values())[1:]],
+        "limits": tables.limited(findings.limits), "limits_note": sentences.limits_note(diagnosis),
+        "further": findings.further[:MOST_FURTHER], "next_note": sentences.next_note(findings),
+        "stability_note": sentences.stability_note(findings),
+        "varied": tables.varied(findings.stability) if findings.stability else [], "gaps": ", ".join(gaps),
+        "fitting": sentences.fitting(diagnosis), "parts": tables.by_place(diagnosis), "models": list(models.values()),
+        "tried": tables.tried(diagnosis), "not_tried": not_tried, "mimics": mimics,
+        "compared": explains(diagnosis.final), "close": CLOSE,
+        "named_table": lambda: NAMED.format(rows=rows, note=sentences.named_note(diagnosis)),
+        "contents": [(anchor, title) for anchor, title in SECTIONS.items() if not gone.get(anchor)],
+        "open": lambda anchor: OPEN.format(anchor=anchor, title=SECTIONS[anchor]),
     }  # fmt: skip
 
 
-def _parts(diagnosis: Diagnosis) -> list[list[str]]:
-    """Chi^2 by series and by third of the speeds, of the three models."""
-    rows, models = diagnosis.forward.rows, residuals(diagnosis)
-    series, table = np.array(rows.series), []
-    edges = np.quantile(rows.abscissa, [0, 1 / 3, 2 / 3, 1])
-    if len(set(rows.series)) > MOST_SERIES:
-        series = rows.channels
-    groups = {str(name): series == name for name in dict.fromkeys(series.tolist())}
-    for number, name in enumerate(rows.condition):
-        groups[name] = rows.abscissa == number
-    for low, high in pairwise(edges) if rows.one_axis else ():
-        inside = (rows.abscissa >= low) & ((rows.abscissa < high) | (high == edges[-1]))
-        if inside.any() and high > low:
-            groups[f"{low:.3g} to {high:.3g} m/s"] = inside
-    for name, inside in groups.items():
-        table.append([name, str(inside.sum()), *(f"{float(r[inside] @ r[inside]):.1f}" for r in models.values())])
-    return table
-
-
-def _tried(diagnosis: Diagnosis) -> list[list[str]]:
-    known, posterior = diagnosis.hypotheses, diagnosis.hypotheses.posterior
-    shown = [known.null, *known.best(1), *known.best(2)[:5], *known.best(3)[:3]]
-    table = []
-    for f in sorted(shown, key=lambda f: -posterior[f.name]):
-        values = [
-            f"{u.name} {float(u.value(np.asarray(x))):.3g} {'' if u.unit == '1' else u.unit}".rstrip()
-            for u, x in zip(f.unknowns[f.effect_columns], f.theta[f.effect_columns], strict=True)
-        ]
-        table.append([explains(f), f"{posterior[f.name]:.2g}", f"{f.chi2:.1f}", ", ".join(values)])
-    return table
+def _write_model(diagnosis: Diagnosis, target: Path) -> str:
+    """Write the corrected model of a bicycle; says so, or why there is none, and nothing of a tyre."""
+    try:
+        text = model_text(diagnosis)
+    except InputError as error:
+        return f"There is no corrected model: {error}"
+    if not text:
+        return ""
+    write_text(target, text)
+    added = explains(diagnosis.final) if diagnosis.final.candidates else "nothing"
+    left = [c.identifier for c in diagnosis.final.candidates if c.effect is None]
+    errors = f" ({', '.join(left)} lies in the measurement and is left out)" if left else ""
+    return (
+        f"[`{MODEL}`]({MODEL}) is the base model with its parameters adjusted and {added} added{errors}; every other "
+        f"command reads it: `velotyre modes {MODEL} --speeds 2:10:1`."
+    )

@@ -14,7 +14,8 @@ from bicycle.modal.known_modes import known_modes
 from bicycle.parameters import UNITS
 from studies.missing_effect import diagnose, measurement, read_measurement
 from studies.missing_effect.motion import canonical_table, modal_table, nuisances
-from studies.missing_effect.report import SAYS
+from studies.missing_effect.report import SAYS, record
+from studies.missing_effect.reporting.findings import find
 from studies.missing_effect.rig import measurement as rig_measurement
 from studies.missing_effect.rig import reference, reference_file, tables_forward
 from tyre.estimate import Calibration
@@ -49,7 +50,8 @@ def test_the_examples_of_modes_and_of_a_pull_are_diagnosed_as_in_the_text(folder
     assert (found.verdict, set(found.equivalent)) == ("class", {"steer_damper", "rider_arms"})
     damping, sd = found.effects[0].parameters["damping"]
     assert damping == pytest.approx(2.0, abs=3 * sd)
-    pull = diagnose(read_measurement(folder / "rig" / "MEASUREMENT.toml")).verdict
+    whole = diagnose(read_measurement(folder / "rig" / "MEASUREMENT.toml"))
+    pull = whole.verdict
     assert pull.verdict == "named"
     compliance, sd = pull.effects[0].parameters["compliance"]
     assert compliance == pytest.approx(1 / 300e3, abs=3 * sd)
@@ -57,7 +59,7 @@ def test_the_examples_of_modes_and_of_a_pull_are_diagnosed_as_in_the_text(folder
     assert drum.verdict == "named"
     exponent, sd = drum.effects[0].parameters["exponent"]
     assert exponent == pytest.approx(0.5, abs=3 * sd)
-    for key in pull.to_dict():
+    for key in record(whole, find(whole)):
         assert f"| `{key}` |" in PAGE
 
 

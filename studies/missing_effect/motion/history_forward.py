@@ -255,6 +255,19 @@ class HistoryForward(BicycleForward):
         flat = np.concatenate([moved[:, k, : len(run.time), 0] for k, run in enumerate(self.runs)], axis=1)
         return flat[0] / proposal.sd, central_differences(flat, steps) / proposal.sd[:, None]
 
+    def unexplained(self, candidates: tuple[Candidate, ...], theta: Array) -> list[Array]:
+        """Measured minus computed signals of each run (T, channels), in the channels' units, from the best starts.
+
+        Arguments as :meth:`.Forward.residual`, without slopes.
+        """
+        found = []
+        for run, fitted in zip(self.runs, self._fitted(self.family(candidates), candidates, theta), strict=True):
+            white = _shrink(fitted.residual[:, None], fitted.left, fitted.gain)[:, 0]  # once more: nothing integrated
+            channels = np.split(white, len(self.noise))
+            raw = [noise.colour_again(w) for noise, w in zip(self.noise.values(), channels, strict=True)]
+            found.append(np.stack(raw, 1).reshape(len(run.time), -1))
+        return found
+
     # ------------------------------------------------------------------ inside
 
     def _white(self, signals: Array) -> Array:

@@ -22,6 +22,7 @@ from studies.missing_effect.motion.modal_table import ModalPoint
 from studies.missing_effect.motion.nuisances import nuisances
 from studies.missing_effect.motion.ratio_sensors import measurement_candidates
 from studies.missing_effect.motion.sensor_errors import geometry_errors, one_speed
+from studies.missing_effect.motion.trace_figure import TRACES
 from tyre.base.errors import InputError, refuse_unknown
 
 DRY = {"steer_friction": "needs time histories: dry friction is not linear in the motion, so no mode has it"}
@@ -158,8 +159,8 @@ class HistoryMeasurement(BicycleMeasurement):
         return HistoryForward.of_runs(self.runs, self.noise_sd, **self._library(without, also))
 
     def figures(self) -> dict[str, Figure]:
-        """The gap; there are too many samples to show the values."""
-        return {"gap": GAP}
+        """The gap, and some runs in time."""
+        return {"gap": GAP, "before_after": TRACES}
 
 
 @dataclass(frozen=True, kw_only=True)

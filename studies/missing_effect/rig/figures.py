@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studies.inference.judge import Judgement
-from studies.missing_effect.gap_figures import TITLES, legend_above, panels, shown_models
+from studies.missing_effect.gap_figures import legend_above, panels
+from studies.missing_effect.reporting.words import titles
 from studies.missing_effect.rig.recordings_forward import RigRecordingsForward
 from studies.reporting.plotting import GREY, drawing, look
 from tyre.base.arrays import Array
@@ -24,10 +25,10 @@ def draw_recordings(judgement: Judgement, target: Path) -> bool:
     forward, null, final = judgement.forward, judgement.hypotheses.null, judgement.final
     assert isinstance(forward, RigRecordingsForward)
     nominal = np.array([u.centre for u in forward.nuisances])
-    models = ((), nominal), (null.candidates, null.theta), (final.candidates, final.theta)
-    computed = {
-        TITLES[name]: forward.forces(*model) for name, model in zip(shown_models(judgement), models, strict=False)
-    }
+    models = {
+        "nominal": ((), nominal), "nuisance_only": ((), null.theta), "final": (final.candidates, final.theta),
+    }  # fmt: skip
+    computed = {title: forward.forces(*models[model]) for model, title in titles(judgement).items()}
     base = next(iter(computed.values()))
     shown: list[tuple[str, Array, Array, Array, str]] = [
         (s.name, np.rad2deg(s.slip), s.force, s.direction, "slip angle, deg") for s in forward.sweeps

@@ -131,7 +131,7 @@ def test_one_speed_holds_out_its_repeats_and_one_run_names_nothing(tmp_path):
     assert any("one run: nothing can be held out" in w for w in found.verdict.warnings)
     assert found.verdict.held_out_gap == {"nominal": 1.0, "nuisance_only": None, "final": None}
     write_report(found, tmp_path / "report")
-    assert "final not known, one run" in (tmp_path / "report" / "report.md").read_text()
+    assert "base model 1.00, parameters only not known, one run" in (tmp_path / "report" / "report.md").read_text()
 
 
 def test_advice_for_histories_ranks_forced_inputs_too(tmp_path):

@@ -1,0 +1,89 @@
+"""The corrected model of a diagnosis as a model file that every other command reads."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from bicycle.effect import Effect
+from bicycle.effect.numbers import effect_of
+from bicycle.files.model_file import build_model
+from bicycle.model import DEFAULT_CONTACT, Model
+from bicycle.parameters import Bicycle
+from studies.missing_effect.diagnose import Diagnosis
+from studies.missing_effect.motion.family import Family
+from studies.missing_effect.motion.measurements import BicycleMeasurement
+from studies.missing_effect.reporting.words import explains
+from tyre.base.errors import InputError
+from tyre.base.plausible import WAY_OUT
+
+
+def corrected_model(diagnosis: Diagnosis) -> Model | None:
+    """The base model with its parameters adjusted and with what was named; None of a tyre.
+
+    Errors of the measurement have no part in it.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+
+    Raises
+    ------
+    InputError
+        The values make no bicycle, effect or combination.
+    """
+    measurement, final = diagnosis.measurement, diagnosis.final
+    if not isinstance(measurement, BicycleMeasurement):
+        return None
+    model = measurement.model_with(final)
+    if model is None:
+        raise InputError(f"{explains(final)}: the base model cannot take these values")
+    unknowns = Family(measurement.model, diagnosis.forward.nuisances, final.candidates)
+    values = {key: float(found[0, 0]) for key, found in unknowns.values(np.asarray(final.theta)[None]).items()}
+    base = model.bicycle
+    bicycle = Bicycle(
+        f"{base.name}, corrected", {key: values[key] for key in base.values}, {}, base.description, base.source
+    )
+    return Model(bicycle, tuple(_at(effect, values) for effect in model.effects))
+
+
+def model_text(diagnosis: Diagnosis) -> str:
+    """Text of a model file with the corrected model of a ``diagnosis``; empty of a tyre.
+
+    Raises
+    ------
+    InputError
+        See :func:`corrected_model`.
+    """
+    import tomli_w
+
+    model = corrected_model(diagnosis)
+    if model is None:
+        return ""
+    name, verdict = diagnosis.measurement.name, diagnosis.verdict.verdict
+    what = f"with {explains(diagnosis.final)}" if diagnosis.final.candidates else "nothing added"
+    content: dict[str, Any] = {
+        "description": f"Corrected by velotyre diagnose from {name}: verdict {verdict}, {what}, parameters adjusted.",
+        WAY_OUT: False, "bicycle": dict(model.bicycle.values),
+        "effects": {e.identifier: _table(e) for e in model.effects if e.identifier != DEFAULT_CONTACT},
+    }  # fmt: skip
+    try:
+        build_model(content)
+    except InputError:
+        content[WAY_OUT] = True  # far from other bicycles, but what the data say
+        build_model(content)
+    return tomli_w.dumps(content)
+
+
+def _at(effect: Effect, values: Mapping[str, float]) -> Effect:
+    """The same kind of effect with the numbers of ``values``; what follows the bicycle still does."""
+    return effect_of(type(effect), values, [p.name for p in effect.parameters if hasattr(effect, p.name)])
+
+
+def _table(effect: Effect) -> dict[str, Any]:
+    given = {}
+    for p in effect.parameters:
+        if hasattr(effect, p.name):
+            value = getattr(effect, p.name)
+            given[p.name] = {"rear": value.rear, "front": value.front} if p.per_wheel else float(value)
+    return given

@@ -1,0 +1,115 @@
+"""What the first page needs beyond the verdict: what moved, what could still be there, what next, how stable."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from bicycle.effect.workers import model_workers
+from studies.inference.fit import Fit
+from studies.inference.identifiability import Separation, separating
+from studies.inference.limits import UpperLimit, upper_limits
+from studies.inference.moved import Moved, moved
+from studies.inference.stability import Stability, stability
+from studies.missing_effect.diagnose import Diagnosis
+from studies.missing_effect.reporting.doubts import doubts
+from tyre.base.parallel import one_blas_thread
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What a report says beyond the verdict.
+
+    Attributes
+    ----------
+    moved : tuple of Moved
+        How far each parameter went.
+    limits : tuple of UpperLimit
+        What could still be there beside the final hypothesis.
+    between : tuple of str
+        Hypotheses that ``further`` tells apart, the leader first.
+    further : tuple of Separation
+        What to measure next, best first.
+    doubts : tuple of str
+        Units and signs that are surely wrong, in words.
+    stability : Stability, optional
+        The verdict in variants, where they were judged.
+    """
+
+    moved: tuple[Moved, ...]
+    limits: tuple[UpperLimit, ...]
+    between: tuple[str, ...]
+    further: tuple[Separation, ...]
+    doubts: tuple[str, ...]
+    stability: Stability | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON, beside the verdict."""
+        return {
+            "moved": [
+                {
+                    "parameter": m.name, "unit": m.unit, "prior": m.prior, "prior_sd": m.prior_sd, "value": m.value,
+                    "sd": m.sd, "shift_parameters_only": m.alone, "shift": m.shift,
+                }
+                for m in self.moved
+            ],
+            "upper_limits": [
+                {
+                    "effect": u.identifier, "parameter": u.parameter, "unit": u.unit,
+                    "limit": dict(u.values),
+                    "kind": "at least" if u.least else "size at most" if u.two_sided else "at most",
+                    "limited_by_data": u.limited,
+                }
+                for u in self.limits
+            ],
+            "measure_next": {
+                "between": list(self.between),
+                "measurements": [{"what": s.what, "gain": s.gain} for s in self.further],
+            },
+            "doubts": list(self.doubts),
+            "stability": None if self.stability is None else self.stability.to_dict(),
+        }  # fmt: skip
+
+
+@one_blas_thread()
+def find(diagnosis: Diagnosis) -> Findings:
+    """All but the variants of a ``diagnosis``, which take as long as it took itself."""
+    known, final, forward = diagnosis.hypotheses, diagnosis.final, diagnosis.forward
+    verdict, rivals = diagnosis.verdict, leading_two(diagnosis)
+    between, further = verdict.equivalent, verdict.separating_measurements
+    if not further and len(rivals) == 2:
+        between, further = tuple(f.name for f in rivals), tuple(separating(forward, list(rivals)))
+    return Findings(
+        moved=moved(known.null, final), limits=upper_limits(forward, known, final), between=between, further=further,
+        doubts=doubts(diagnosis),
+    )  # fmt: skip
+
+
+@one_blas_thread()
+def with_stability(
+    findings: Findings, diagnosis: Diagnosis, progress: Callable[[str], None] | None = None, *, workers: int = 1
+) -> Findings:
+    """The ``findings`` of a ``diagnosis`` with its variants judged.
+
+    Parameters
+    ----------
+    findings : Findings
+    diagnosis : Diagnosis
+    progress : callable, optional
+        Told the words of each variant that is done.
+    workers : int
+        Number of processes.
+    """
+    if workers == 1:
+        return replace(findings, stability=stability(diagnosis, progress=progress))
+    with model_workers(workers) as pool:
+        return replace(findings, stability=stability(diagnosis, run=pool.map, progress=progress))
+
+
+def leading_two(diagnosis: Diagnosis) -> tuple[Fit, ...]:
+    """The final hypothesis of a ``diagnosis``, or where nothing is named the most probable one, and its best rival."""
+    known, final = diagnosis.hypotheses, diagnosis.final
+    every = (known.null, *known.fits)  # probabilities may all be too small for a number, their logarithms are not
+    ranked = sorted(every, key=lambda f: (not (f is known.null or f.physical), -known.log_posterior(f)))
+    if not final.candidates:
+        return tuple(ranked[:2])
+    return (final, *(f for f in ranked if f.identifiers != final.identifiers))[:2]

@@ -1,0 +1,120 @@
+"""Sentences of a report, each true of the numbers beside it."""
+
+from studies.inference.limits import widening
+from studies.inference.moved import share_closed
+from studies.inference.verdict import Verdict
+from studies.missing_effect.diagnose import Diagnosis
+from studies.missing_effect.reporting.findings import Findings
+from studies.missing_effect.reporting.tables import WIDER, penalty, widened
+from studies.missing_effect.reporting.words import ADJUSTED, explains, listed, misfit, percent, said
+
+SAYS = {
+    "none": "Nothing is named: the base model with its uncertain parameters explains the measurement.",
+    "named": "One hypothesis explains what is missing and is named, relative to the library that was tried.",
+    "class": "Something is missing, but these data cannot tell which of several hypotheses it is.",
+    "tentative": "One hypothesis explains the measurement, but its name rests on what is stated below.",
+    "partial": "An effect is named, but something significant remains; see the rules that do not hold.",
+    "unknown": "A gap remains for which nothing in the library can be named; see the rules that do not hold.",
+}
+"""What each verdict means; the verdict's own sentence says more."""
+
+
+def sentence(verdict: Verdict) -> str:
+    """The ``verdict`` in a sentence."""
+    return verdict.sentence or SAYS[verdict.verdict]
+
+
+def closing(diagnosis: Diagnosis) -> str:
+    """Which share of chi^2 goes by moving parameters, and which with what was named."""
+    chi2 = diagnosis.verdict.chi2
+    nominal, adjusted, final = chi2["nominal"], chi2["nuisance_only"], chi2["final"]
+    told = [f"χ² over {chi2['n']} numbers is {misfit(nominal)} for the base model"]
+    if diagnosis.forward.nuisances:
+        share = share_closed(nominal, adjusted)
+        told.append(
+            f"{percent(share)} of it goes by moving parameters within their uncertainty ({misfit(adjusted)} remain)"
+        )
+    if diagnosis.final.candidates:
+        more = (adjusted - final) / nominal if nominal > 0 else 0.0
+        of_it = "more" if diagnosis.forward.nuisances else "of it goes"
+        told.append(f"{percent(more)} {of_it} with {explains(diagnosis.final)} ({misfit(final)} remain)")
+    return f"{', '.join(told)}."
+
+
+def fitting(diagnosis: Diagnosis) -> str:
+    """What p of the final model of a ``diagnosis`` is made of."""
+    final = diagnosis.final
+    n, free = len(final.residual), sum(u.size for c in final.candidates for u in c.unknowns)
+    who = f"the model with {explains(final)}" if final.candidates else f"the model with {ADJUSTED}"
+    numbers = f"{n} numbers" if not free else f"{n} numbers less {free} fitted freely"
+    return (
+        f"χ² {final.chi2:.1f} + {penalty(final):.1f} penalty for what moved from its prior = {final.objective:.1f} for "
+        f"{numbers}: p = {diagnosis.verdict.goodness_of_fit_p:.3g} of {who}."
+    )
+
+
+def named_note(diagnosis: Diagnosis) -> str:
+    """What the standard deviations of the named effects of a ``diagnosis`` hold."""
+    ratio = widened(diagnosis)
+    if ratio <= WIDER:
+        return "± is one standard deviation, given that nothing else is missing."
+    return (
+        f"± is one standard deviation, up to {ratio:.2g} times that of the fit alone: it holds what else is possible "
+        "or remains unexplained."
+    )
+
+
+def limits_note(diagnosis: Diagnosis) -> str:
+    """What the upper limits of a ``diagnosis`` assume."""
+    final = diagnosis.final
+    beside = f"beside {explains(final)}" if final.candidates else f"beside {ADJUSTED}"
+    note = f"With 95 % probability an effect {beside} is no larger than this, given these data and its prior."
+    wider = widening(diagnosis.forward, final)
+    if wider > 1:
+        p = diagnosis.verdict.goodness_of_fit_p
+        note += f" As that model does not fit (p = {p:.2g}), the noise is taken {wider:.3g} times larger."
+    return note
+
+
+def next_note(findings: Findings) -> str:
+    """Which hypotheses a further measurement would tell apart."""
+    if not findings.further or len(findings.between) < 2:
+        return "Nothing that this kind of data proposes would tell the leading hypotheses apart."
+    return (
+        f"How well it tells {told_apart(findings)}: the predicted distance, in standard deviations of what it measures."
+    )
+
+
+def told_apart(findings: Findings) -> str:
+    """What a further measurement tells from what."""
+    leader, *rivals = map(said, findings.between)
+    return f"{leader} from {'the nearest of ' if len(rivals) > 1 else ''}{listed(rivals)}"
+
+
+def stability_note(findings: Findings) -> str:
+    """What was judged anew."""
+    found = findings.stability
+    if found is None:
+        return ""
+    return (
+        f"{found.sentence} Judged anew in each variant: {len(found.tried)} of {found.library} candidates, those of the "
+        f"leading hypotheses ({', '.join(found.tried) or 'none'}); the prior is that of the whole library, the noise "
+        "that of the first judgement times the factor."
+    )
+
+
+def first_lines(diagnosis: Diagnosis, findings: Findings | None, place: str) -> list[str]:
+    """What the terminal says.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    findings : Findings, optional
+    place : str
+        Where the report is; empty where there is none.
+    """
+    lines = [f"{diagnosis.verdict.verdict}: {sentence(diagnosis.verdict)}"]
+    if findings is not None:
+        lines += [f"check first: {doubt}" for doubt in findings.doubts]
+        lines += [findings.stability.sentence] if findings.stability is not None else []
+    return [*lines, *([f"report: {place}"] if place else [])]

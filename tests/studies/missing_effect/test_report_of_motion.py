@@ -1,0 +1,217 @@
+"""Reports of a bicycle: doubts about units and signs, traces of histories, the corrected model, the command."""
+
+import csv
+import dataclasses
+import json
+from itertools import islice
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bicycle.files.model_file import read_model
+from studies.cli import main
+from studies.inference import stability
+from studies.inference.fit import fit
+from studies.inference.judge import Judgement
+from studies.missing_effect import read_measurement
+from studies.missing_effect.blind.histories import history_case
+from studies.missing_effect.diagnose import Diagnosis
+from studies.missing_effect.motion.trace_figure import draw_traces
+from studies.missing_effect.reporting.corrected_model import corrected_model, model_text
+from studies.missing_effect.reporting.doubts import doubts, known_factor
+from tyre.base.errors import InputError
+
+every_variant = stability.variants
+PAGE = Path(__file__).parents[3] / "docs" / "measurement_files.md"
+
+
+@pytest.fixture(scope="module")
+def modal(tmp_path_factory):
+    """The weave of the page on measurement files: synthetic, made outside velotyre, with a damper hidden."""
+    root, text = tmp_path_factory.mktemp("modal"), PAGE.read_text(encoding="utf-8")
+    for name in ("modal/MEASUREMENT.toml", "modal/weave.csv"):
+        content = text.split(f":caption: {name}\n")[1].split("```")[0]
+        (root / name).name and (root / Path(name).name).write_text(content, encoding="utf-8")
+    return root
+
+
+def times(source, target, factors):
+    """The measurement with columns of its table multiplied."""
+    rows = list(csv.DictReader((source / "weave.csv").read_text().splitlines()))
+    for row in rows:
+        for column, factor in factors.items():
+            row[column] = repr(float(row[column]) * factor)
+    with (target / "weave.csv").open("w", newline="") as file:
+        writer = csv.DictWriter(file, rows[0])
+        writer.writeheader()
+        writer.writerows(rows)
+    (target / "MEASUREMENT.toml").write_text((source / "MEASUREMENT.toml").read_text())
+    return read_measurement(target / "MEASUREMENT.toml")
+
+
+def begun(measurement, identifier="", *, verdict="none"):
+    """A diagnosis as far as doubts, traces and model need it: nothing but parameters, or one effect, fitted."""
+    forward = measurement.forward()
+    null = fit(forward)
+    candidates = tuple(c for c in forward.candidates if c.identifier == identifier)
+    final = fit(forward, candidates) if candidates else null
+    nominal, _ = forward.residual((), np.array([u.centre for u in forward.nuisances]))
+    return SimpleNamespace(
+        measurement=measurement, forward=forward, final=final, nominal=nominal,
+        hypotheses=SimpleNamespace(null=null), verdict=SimpleNamespace(verdict=verdict),
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def damped(modal):
+    return begun(read_measurement(modal / "MEASUREMENT.toml"), "steer_damper", verdict="class")
+
+
+def test_no_doubt_where_physics_makes_the_gap(damped):
+    assert float(damped.nominal @ damped.nominal) > 10 * len(damped.nominal)
+    assert doubts(damped) == ()
+
+
+@pytest.mark.parametrize(
+    ("factors", "words"),
+    [
+        ({"imag_rad_s": 1 / (2 * np.pi)}, "weave (imaginary part, rad/s): the measured values are about 1/6.28 of "
+         "those of the base model throughout; are they in Hz?"),
+        ({"imag_rad_s": 2 * np.pi}, "about 6.28 times"),
+        ({"steer_over_lean_re": -1, "steer_over_lean_im": -1}, "weave steer over lean (real part): the measured values "
+         "have the sign opposite to the base model's throughout; is the sign that of the conventions"),
+        ({"steer_over_lean_re": 57.3, "steer_over_lean_im": 57.3}, "about 57.3 times those of the base model "
+         "throughout; are they in degrees?"),
+    ],
+)  # fmt: skip
+def test_a_column_in_another_unit_or_of_the_other_sign_is_asked_about(modal, tmp_path, factors, words):
+    found = " | ".join(doubts(begun(times(modal, tmp_path, factors))))
+    assert words in found
+    assert "weave (real part" not in found
+
+
+def test_an_absurd_gap_asks_for_units(damped):
+    absurd = SimpleNamespace(**vars(damped))
+    absurd.hypotheses = SimpleNamespace(null=SimpleNamespace(chi2=1.1e4 * len(damped.nominal)))
+    absurd.verdict = SimpleNamespace(verdict="unknown")
+    (found,) = doubts(absurd)
+    assert found.startswith("chi^2 is 1.1e+04 a number even with the parameters adjusted: check the units")
+    absurd.verdict = SimpleNamespace(verdict="class")
+    assert doubts(absurd) == ()
+
+
+def test_factors_near_known_ones_are_known():
+    assert known_factor(55.0) == pytest.approx(57.3, abs=0.01)
+    assert known_factor(-1.1) == -1.0
+    assert known_factor(990.0) == 1000.0
+    assert known_factor(1.0) is None
+    assert known_factor(2.0) is None
+
+
+@pytest.fixture(scope="module")
+def histories(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("histories")
+    history_case(folder, hidden=(), rng=np.random.default_rng(3), bicycle="browser", runs=3, duration=2.5)
+    return read_measurement(folder / "MEASUREMENT.toml")
+
+
+def scaled(measurement, channel, factor):
+    runs = tuple(
+        dataclasses.replace(run, channels={**run.channels, channel: factor * run.channels[channel]})
+        for run in measurement.runs
+    )
+    return dataclasses.replace(measurement, runs=runs)
+
+
+@pytest.mark.parametrize(
+    ("channel", "factor", "words"),
+    [
+        ("roll_rate_rad_s", 180 / np.pi, "roll_rate_rad_s: the measured values are about 57.3 times"),
+        ("yaw_rate_rad_s", 1000.0, "yaw_rate_rad_s: the measured values are about 1e+03 times"),
+        ("steer_rad", -1.0, "steer_rad: the measured values have the sign opposite"),
+    ],
+)
+def test_a_channel_that_does_not_fit_the_others_is_asked_about(histories, channel, factor, words):
+    assert any(doubt.startswith(words) for doubt in doubts(_of(scaled(histories, channel, factor))))
+
+
+def test_channels_that_fit_each_other_are_not(histories):
+    assert doubts(_of(histories)) == ()
+
+
+def _of(measurement):
+    forward = measurement.forward()
+    null = SimpleNamespace(chi2=0.0)
+    return SimpleNamespace(forward=forward, nominal=np.zeros(3), hypotheses=SimpleNamespace(null=null))
+
+
+def test_traces_leave_what_the_noise_is(histories, tmp_path):
+    """Nothing is hidden: measured minus computed is noise alone, far below the motion."""
+    forward = histories.forward()
+    null = fit(forward)
+    for run, rest in zip(histories.runs, forward.unexplained((), null.theta), strict=True):
+        assert rest.shape == (len(run.time), len(forward.noise))
+        for c, name in enumerate(forward.noise):
+            assert rest[:, c].std() < 0.5 * run.channels[name].std()
+            assert abs(np.corrcoef(rest[:, c], run.channels[name])[0, 1]) < 0.5
+    nominal, _ = forward.residual((), np.array([u.centre for u in forward.nuisances]))
+    judgement = Judgement(
+        forward=forward, verdict=None, hypotheses=SimpleNamespace(null=null), final=null, nominal=nominal, held_out={},
+        similar=((), np.zeros((0, 0))),
+    )  # fmt: skip
+    assert draw_traces(judgement, tmp_path / "traces")
+    svg = (tmp_path / "traces.svg").read_text(encoding="utf-8")
+    for words in ("measured", "base model", "parameters only", "time, s", *forward.noise):
+        assert f"<!-- {words} -->" in svg, words
+    assert "with" not in {line for line in svg.splitlines() if line.strip().startswith("<!--")}
+
+
+def test_the_corrected_model_has_the_values_of_the_final_fit(damped, tmp_path):
+    (tmp_path / "model.toml").write_text(model_text(damped))
+    model = read_model(tmp_path / "model.toml")
+    final = damped.final
+    for u, x in zip(damped.forward.nuisances, final.theta, strict=False):
+        assert model.parameters[u.name] == pytest.approx(float(x), rel=1e-12), u.name
+    assert model.parameters["steer_damper.damping"] == pytest.approx(final.theta[-1], rel=1e-12)
+    assert model == corrected_model(damped).__class__(model.bicycle, model.effects)
+    assert not np.allclose(final.theta[:-1], [u.centre for u in damped.forward.nuisances])
+
+
+def test_errors_of_the_measurement_are_not_in_the_model(modal):
+    found = begun(read_measurement(modal / "MEASUREMENT.toml"), "speed_scale", verdict="named")
+    assert [e.identifier for e in corrected_model(found).effects] == ["no_slip"]
+
+
+def test_a_model_that_cannot_be_says_why(damped):
+    broken = SimpleNamespace(**vars(damped))
+    theta = damped.final.theta.copy()
+    theta[[u.name for u in damped.forward.nuisances].index("mB")] = -3.0
+    broken.final = dataclasses.replace(damped.final, theta=theta)
+    with pytest.raises(InputError, match="mB"):
+        model_text(broken)
+
+
+@pytest.mark.parametrize("variants", [True, False])
+def test_the_command_says_the_sentence_and_where_the_report_is(modal, tmp_path, capsys, monkeypatch, variants):
+    monkeypatch.setattr(stability, "variants", lambda *given: islice(every_variant(*given), 2))
+    few = [f"--without={name}" for name in ("side_slip", "relaxation_length", "front_compliance", "aerodynamic_drag",
+           "steer_assist", "rider_lean", "twisting_torque", "crown_radius", "speed_scale", "steer_sensor_delay",
+           "steer_sensor_scale", "steer_spring", "rider_arms")]  # fmt: skip
+    more = [] if variants else ["--no-stability"]
+    out = tmp_path / "out"
+    main(["diagnose", str(modal / "MEASUREMENT.toml"), "--out", str(out), "--workers", "1", *few, *more])
+    shown = capsys.readouterr().out.splitlines()
+    found = json.loads((out / "verdict.json").read_text())
+    assert shown[0] == f"{found['verdict']}: {found['sentence']}"
+    assert f"report: {out / 'report.html'}" in shown
+    assert (found["stability"] is not None) == variants
+    if variants:
+        assert found["stability"]["sentence"] in shown
+    main(["modes", str(out / "model.toml"), "--speeds", "4:6:1"])
+    assert "weave" in capsys.readouterr().out
+    text = (out / "report.md").read_text(encoding="utf-8")
+    assert "[`model.toml`](model.toml) is the base model with its parameters adjusted and steer_damper added" in text
+    assert isinstance(found["moved"], list)
+    assert Diagnosis.__doc__

@@ -1,0 +1,333 @@
+"""The first page of a report: every sentence against the figures beside it, on readings of a mass that is let go."""
+
+import dataclasses
+import json
+import re
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from studies.inference import Candidate, ForwardModel, Rows, UncertainParameter, judge
+from studies.inference.verdict import Mimic
+from studies.missing_effect.diagnose import Diagnosis
+from studies.missing_effect.figures import draw_all
+from studies.missing_effect.gap_figures import GAP, residuals
+from studies.missing_effect.report import page, record, write_report
+from studies.missing_effect.reporting import sentences, tables
+from studies.missing_effect.reporting.findings import find, leading_two, with_stability
+from studies.missing_effect.reporting.words import (
+    listed,
+    misfit,
+    number,
+    percent,
+    probability,
+    said,
+    titles,
+    values_of,
+)
+
+PLACES = np.repeat(np.arange(1.0, 7.0), 4)
+POWERS = {"linear": 1, "alike": 1, "shift": 0, "bias": 2}
+
+
+@dataclass(frozen=True, eq=False)
+class Line(ForwardModel):
+    """Synthetic readings of level + rate t, sd 1, at six times; it is told apart by nothing but its growth."""
+
+    data: np.ndarray
+    candidates: tuple
+    nuisances: tuple = (
+        UncertainParameter("level", "m", {"level": 1.0}, 2.0, 0.5),
+        UncertainParameter("swing", "m", {"swing": 1.0}, 0.0, 0.5),
+    )
+
+    @property
+    def rows(self):
+        fold = (PLACES - 1).astype(int)
+        where = tuple(f"{t:g} s" for t in PLACES)
+        return Rows(where, PLACES, tuple("ab"[k % 2] for k in range(24)), fold, axis="time, s")
+
+    def residual(self, candidates, theta, *, slopes=True):
+        base = [np.ones(24), np.where(PLACES > 3, 0.3, -0.3)]
+        columns = base + [(PLACES / 6) ** POWERS[c.identifier] for c in candidates for _ in c.unknowns]
+        jacobian = np.stack(columns, 1)
+        residual = self.data - jacobian @ theta
+        if any(not c.unknowns for c in candidates):
+            residual, jacobian = residual - residual.mean(), jacobian - jacobian.mean(0)
+        return residual, -jacobian if slopes else np.empty((24, 0))
+
+
+@dataclass(frozen=True)
+class Readings:
+    """A measurement without a bicycle."""
+
+    name: str = "readings"
+    description: str = "Synthetic: a line."
+    source: str = "made up"
+
+    def figures(self):
+        return {"gap": GAP}
+
+    def model_with(self, final):
+        return None
+
+
+def growth(name):
+    return Candidate(name, (UncertainParameter("rate", "m/s", {name: 1.0}, 0.0, 3.0, 0.0, size=True),))
+
+
+def diagnosed(rate, *names, seed=1, level=1.4):
+    data = level + rate * PLACES / 6 + np.random.default_rng(seed).standard_normal(24)
+    found = judge(Line(data, tuple(growth(name) for name in names)))
+    return Diagnosis(measurement=Readings(), model=None, **vars(found))
+
+
+def changed(found, **fields):
+    return dataclasses.replace(found, verdict=dataclasses.replace(found.verdict, **fields))
+
+
+@pytest.fixture(scope="module")
+def one():
+    found = diagnosed(9.0, "linear", "shift")
+    assert (found.verdict.verdict, found.verdict.equivalent) == ("named", ("linear",))
+    return found
+
+
+@pytest.fixture(scope="module")
+def nothing():
+    found = diagnosed(0.0, "linear", "shift")
+    assert found.verdict.verdict == "none"
+    return found
+
+
+@pytest.fixture(scope="module")
+def several():
+    found = diagnosed(9.0, "linear", "alike")
+    assert set(found.verdict.equivalent) == {"linear", "alike"}
+    return found
+
+
+@pytest.fixture(scope="module")
+def folder(one, tmp_path_factory):
+    """The report of a named effect, with its variants."""
+    root = tmp_path_factory.mktemp("report")
+    write_report(one, root, with_stability(find(one), one))
+    return root
+
+
+def written(found, findings=None):
+    return page(found, findings or find(found), {})
+
+
+def first_page(text):
+    return text.split("# Details")[0]
+
+
+def test_a_named_effect_stands_with_its_sd_before_anything_else(one):
+    text = written(one)
+    (effect,) = one.verdict.effects
+    value, sd = effect.parameters["rate"]
+    assert f"| linear | rate | {number(value, 4)} m/s | ± {number(sd, 2)} m/s |" in first_page(text)
+    assert text.index("| linear | rate |") < text.index("## The gap")
+    assert value == pytest.approx(9.0, abs=4 * sd)
+
+
+def test_the_sentence_on_the_gap_is_that_of_the_three_fits(one):
+    text = first_page(written(one))
+    nominal, adjusted, final = (float(r @ r) for r in residuals(one).values())
+    assert f"χ² over 24 numbers is {nominal:.1f} for the base model" in text
+    assert f"{100 * (1 - adjusted / nominal):.0f} % of it goes by moving parameters" in text
+    assert (
+        f"({adjusted:.1f} remain), {100 * (adjusted - final) / nominal:.0f} % more with linear ({final:.1f} remain)"
+        in text
+    )
+
+
+def test_p_follows_from_chi2_and_penalty_as_they_are_printed(one, nothing):
+    for found in (one, nothing):
+        text = sentences.fitting(found)
+        misfit, penalty, total, n = (
+            float(x) for x in re.findall(r"[-\d.]+(?= \+| penalty| for \d|(?= numbers))", text)
+        )
+        assert misfit + penalty == pytest.approx(total, abs=0.11)
+        free = len(found.final.candidates)
+        shown = float(re.search(r"p = ([\d.e-]+)", text)[1])
+        assert shown == pytest.approx(chi2.sf(found.final.objective, n - free), rel=0.01)
+    assert "less 1 fitted freely" in sentences.fitting(one)
+    assert "fitted freely" not in sentences.fitting(nothing)
+
+
+def test_where_nothing_is_named_nothing_is_said_to_be(nothing):
+    text = written(nothing)
+    assert "with linear" not in text.replace("between", "")
+    assert list(titles(nothing).values()) == ["base model", "parameters only"]
+    assert "| χ² by | n | base model | parameters only |" in text
+    assert "more with" not in sentences.closing(nothing)
+    assert "moved, parameters only |" in text
+    assert list(residuals(nothing)) == ["base model", "parameters only"]
+
+
+def test_figures_and_tables_call_a_hypothesis_alike(one, folder):
+    assert said("none") == "parameters only"
+    assert said("a+b") == "a + b"
+    text = (folder / "report.md").read_text(encoding="utf-8")
+    svg = (folder / "posterior.svg").read_text(encoding="utf-8")
+    for row in tables.tried(one):
+        assert f"| {row[0]} | {row[1]} |" in text
+        assert f"<!-- {row[0]} -->" in svg
+    gap = (folder / "gap.svg").read_text(encoding="utf-8")
+    for title in titles(one).values():
+        assert f"<!-- {title} -->" in gap
+        assert title in text
+    assert "<!-- 0.000001 -->" in svg
+
+
+def test_parameters_that_went_far_are_on_the_first_page_and_the_rest_are_not(one):
+    text = written(one)
+    for k, u in enumerate(one.forward.nuisances):
+        shift, alone = ((f.theta[k] - u.centre) / u.scale for f in (one.final, one.hypotheses.null))
+        line = f"| {u.name} | {number(u.centre, 4)} ± {number(u.scale, 2)} m |"
+        assert (line in first_page(text)) == (max(abs(shift), abs(alone)) > 0.5), u.name
+        assert line in text
+        assert f"| {alone:+.1f} | {shift:+.1f} |" in text
+
+
+def test_limits_beside_the_named_effect(one):
+    page = first_page(written(one))
+    (limit,) = find(one).limits
+    assert limit.identifier == "shift"
+    assert f"| shift | rate | ≤ {number(limit.values['rate'], 3)} m/s |" in page or "Not limited by these data" in page
+    assert "an effect beside linear is no larger than this" in page
+
+
+def test_what_to_measure_next_is_said_for_every_verdict(one, nothing, several):
+    for found in (one, nothing, several):
+        findings = find(found)
+        text = first_page(written(found))
+        assert "## What to measure next" in text
+        assert len(findings.between) >= 2
+        if findings.further:
+            assert f"| {findings.further[0].what} | {findings.further[0].gain:.1f} |" in text
+            assert f"How well it tells {said(findings.between[0])} from" in text
+    assert leading_two(one)[0] is one.final
+    assert leading_two(nothing)[0] is nothing.hypotheses.null
+
+
+def test_each_member_of_a_class_says_why(several):
+    leader, other = several.verdict.equivalent
+    text = written(changed(several, reasons={other: "the same direction in the data, cosine 1.00"}))
+    assert f"- {other}: the same direction in the data, cosine 1.00" in first_page(text)
+    assert f"- {leader}\n" in text
+    fates = tables.fate(several)
+    assert (fates[leader], fates[other]) == ("leads the class", "in the class")
+
+
+def test_a_refused_leader_is_marked_with_its_rule_wherever_it_stands(one, tmp_path):
+    found = changed(one, refused_leaders=(("shift", 0.4, "a size that occurs"),), verdict="tentative",
+                    sentence="Linear explains everything, but rests on the level.")  # fmt: skip
+    findings = find(found)
+    text = written(found, findings)
+    draw_all(found, tmp_path)
+    assert "**tentative** — Linear explains everything, but rests on the level." in text
+    assert "- shift (P = 0.4): a size that occurs" in first_page(text)
+    (row,) = [row for row in tables.tried(found) if row[0] == "shift"]
+    assert row[-1] == "refused: a size that occurs"
+    assert "refused: a size that occurs" in (tmp_path / "posterior.svg").read_text(encoding="utf-8")
+    assert tables.fate(found)["linear"] == "named, tentatively"
+    assert record(found, findings)["refused_leaders"] == [
+        {"hypothesis": "shift", "probability": 0.4, "rule": "a size that occurs"}
+    ]
+
+
+def test_a_partial_name_comes_last_and_says_how_far_its_sd_is_widened(one):
+    (effect,) = one.verdict.effects
+    value, sd = effect.parameters["rate"]
+    wide = dataclasses.replace(effect, parameters={"rate": (value, 3 * sd)})
+    page = first_page(written(changed(one, verdict="partial", effects=(wide,))))
+    assert page.index("## Named in part") > page.index("## What to measure next")
+    assert f"± {number(3 * sd, 2)} m/s" in page
+    assert "up to 3 times that of the fit alone" in page
+    assert tables.widened(one) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_an_effect_without_numbers_is_not_printed_empty():
+    data = 7.0 + np.random.default_rng(2).standard_normal(24)
+    found = judge(Line(data, (Candidate("bias", ()),)))
+    diagnosis = Diagnosis(measurement=Readings(), model=None, **vars(found))
+    assert values_of(found.hypotheses.fits[0]) == "bias: a constant in each run, integrated out"
+    assert diagnosis.verdict.equivalent == ("bias",)
+    assert "| bias | - | a constant in each run, integrated out |" in first_page(written(diagnosis))
+
+
+def test_only_what_improves_is_shown_to_mimic_the_rest(one):
+    final = one.verdict.chi2["final"]
+    better, worse = Mimic("torque from lean (N m/rad)", 2.0, final - 5), Mimic("torque from steer", 1.0, final + 5)
+    text = written(changed(one, mimics=(better, worse)))
+    assert f"| torque from lean (N m/rad) | 2 | {final - 5:.1f} |" in text
+    assert "torque from steer" not in text
+    assert f"each added to linear\n(χ² {final:.1f})" in text
+    assert "mimic" not in written(changed(one, mimics=(worse,)))
+
+
+def test_the_stability_table_is_that_of_the_variants(one):
+    findings = with_stability(find(one), one)
+    page = first_page(written(one, findings))
+    outcomes = findings.stability.outcomes
+    for o in outcomes:
+        assert f"| {o.what} | {o.verdict} |" in page
+    rows = re.findall(r"\| (yes|no) \|$", page, flags=re.MULTILINE)
+    assert rows.count("yes") == sum(o.same for o in outcomes)
+    assert findings.stability.sentence in page
+    assert "Does the verdict stand?" not in written(one)
+
+
+def test_json_has_what_the_page_says(one, folder):
+    findings = with_stability(find(one), one)
+    found = json.loads((folder / "verdict.json").read_text())
+    assert found == json.loads(json.dumps(record(one, findings)))
+    assert found["sentence"]
+    assert {m["parameter"] for m in found["moved"]} == {"level", "swing"}
+    assert found["upper_limits"][0]["effect"] == "shift"
+    assert len(found["stability"]["variants"]) == len(findings.stability.outcomes)
+    assert found["measure_next"]["between"][0] == "linear"
+    assert found["doubts"] == []
+
+
+def test_the_page_opens_its_details_from_a_table_of_contents(one, folder):
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    anchors = re.findall(r'<a href="#(\w+)">', page)
+    assert anchors
+    assert anchors == re.findall(r'<details id="(\w+)">', page)
+    assert page.count("<details") == page.count("</details>") == page.count("<summary>")
+    assert "| --- |" not in page
+    assert "{{" not in page
+
+
+def test_no_model_is_written_where_there_is_no_bicycle(one, folder):
+    assert "corrected model" not in (folder / "report.md").read_text(encoding="utf-8")
+    assert not (folder / "model.toml").exists()
+
+
+def test_captions_are_those_of_the_figures_that_are_there(one, folder):
+    text = (folder / "report.md").read_text(encoding="utf-8")
+    names = re.findall(r"\]\((\w+)\.png\)", text)
+    assert names == ["gap", "posterior", "similarity", "held_out"]
+    for name in names:
+        assert (folder / f"{name}.png").stat().st_size > 5000
+
+
+def test_numbers_keep_their_digits_and_lose_their_exponents():
+    assert [number(x, 4) for x in (11563.0, 0.006094439, -1.0, 1e-9, 2.0e5)] == [
+        "11560", "0.006094", "-1.000", "1e-09", "200000"
+    ]  # fmt: skip
+    assert [number(x, 2) for x in (2859.0, 0.0008494, 0.0, 44.6)] == ["2900", "0.00085", "0", "45"]
+    assert [percent(x) for x in (0.613, 0.9971, 0.0013, 1.0, 0.0)] == ["61 %", "99.7 %", "0.1 %", "100 %", "0 %"]
+    assert [misfit(x) for x in (65.81, 1319202.34)] == ["65.8", "1319202"]
+
+
+def test_words():
+    assert listed(["a"]) == "a"
+    assert listed(["a", "b", "c"]) == "a, b and c"
+    assert [probability(p) for p in (1.0, 0.9996, 0.5, 8.3e-21)] == ["1", "0.9996", "0.5", "8.3e-21"]
