@@ -30,7 +30,8 @@ class Parameter:
         Value at which the effect vanishes (may be infinite).
     least : float
         Smallest size that is worth a name in a diagnosis, as a distance from ``neutral``; of a stiffness whose effect
-        vanishes at infinity, the stiffness above which it does not matter. 0: any.
+        vanishes at infinity (as slip does with the cornering stiffness), the one above which it does not matter. 0:
+        any.
     per_wheel : bool
         One value for each wheel, written ``{rear = .., front = ..}`` or one number for both.
     name : str

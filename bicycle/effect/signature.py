@@ -72,7 +72,7 @@ def unit(parameter: Parameter) -> str:
 
 
 def sentence(p: Parameter) -> str:
-    """Meaning, typical and allowed range of a parameter, and where it makes the effect vanish.
+    """Meaning, typical and allowed range of a parameter, where it makes the effect vanish and where it does not matter.
 
     Parameters
     ----------
@@ -80,7 +80,9 @@ def sentence(p: Parameter) -> str:
     """
     text = f"{p.description[0].upper()}{p.description[1:]}; typical {_range(p.typical)}, allowed {_range(p.bounds)}"
     vanishes = "" if p.neutral is None else f"; the effect vanishes at {p.neutral:g}"
-    return f"{text}{vanishes}."
+    side = "above" if p.neutral == math.inf else "below"
+    least = f"; negligible {side} {p.least:g}" if p.least and p.neutral is not None else ""
+    return f"{text}{vanishes}{least}."
 
 
 def _default(p: Parameter) -> Any:

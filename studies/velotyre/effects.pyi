@@ -13,11 +13,13 @@ class AerodynamicDrag(Effect):
     Parameters
     ----------
     drag_area : float, m^2, default 0.4
-        Drag coefficient times frontal area; typical 0.3 .. 0.6, allowed 0 .. inf; the effect vanishes at 0.
+        Drag coefficient times frontal area; typical 0.3 .. 0.6, allowed 0 .. inf; the effect vanishes at 0;
+        negligible below 0.02.
     centre_of_pressure_z : float, m
         Height of the drag on the rear frame, z down; typical -1.3 .. -0.9, allowed -inf .. 0.
     air_density : float, kg/m^3, default 1.225
-        1.225 at 15 °C and sea level; typical 1 .. 1.3, allowed 0 .. inf; the effect vanishes at 0.
+        1.225 at 15 °C and sea level; typical 1 .. 1.3, allowed 0 .. inf; the effect vanishes at 0; negligible below
+        0.06.
 
     Notes
     -----
@@ -44,7 +46,8 @@ class AligningMoment(Effect):
     Parameters
     ----------
     aligning_stiffness : float or {rear, front}, N m/rad
-        Moment against the slip, per slip angle; typical 50 .. 220, allowed 0 .. inf; the effect vanishes at 0.
+        Moment against the slip, per slip angle; typical 50 .. 220, allowed 0 .. inf; the effect vanishes at 0;
+        negligible below 5.
     relaxation_length : float or {rear, front}, m
         Travelled distance in which 63 % of the moment builds up; typical 0.05 .. 0.25, allowed 1e-06 .. inf.
 
@@ -70,7 +73,7 @@ class BarBag(Effect):
     Parameters
     ----------
     mass : float, kg
-        Of the bag; typical 0.5 .. 5, allowed 0 .. inf; the effect vanishes at 0.
+        Of the bag; typical 0.5 .. 5, allowed 0 .. inf; the effect vanishes at 0; negligible below 0.2.
     x : float, m, default 0.85
         Mass centre, ahead of the rear contact; typical 0.6 .. 1, allowed any.
     z : float, m, default -0.9
@@ -101,7 +104,8 @@ class CamberThrust(Effect):
     Parameters
     ----------
     camber_stiffness : float or {rear, front}, N/rad
-        Side force per camber angle; typical 150 .. 700, allowed 0 .. inf; the effect vanishes at 0.
+        Side force per camber angle; typical 150 .. 700, allowed 0 .. inf; the effect vanishes at 0; negligible
+        below 20.
     lag_share : float, dimensionless, default 1
         Share of the camber force that lags with the slip force; typical 0 .. 1, allowed 0 .. 1.
 
@@ -165,7 +169,8 @@ class CrownRadius(Effect):
     Parameters
     ----------
     crown_radius : float or {rear, front}, m, default 0.0125
-        Radius of the tyre's cross-section; typical 0.01 .. 0.03, allowed 0 .. inf; the effect vanishes at 0.
+        Radius of the tyre's cross-section; typical 0.01 .. 0.03, allowed 0 .. inf; the effect vanishes at 0;
+        negligible below 0.001.
 
     Notes
     -----
@@ -187,7 +192,7 @@ class FrontCompliance(Effect):
     Parameters
     ----------
     stiffness : float, N m/rad, default 3000
-        Of the hinge; typical 1000 .. 10000, allowed 0 .. inf; the effect vanishes at inf.
+        Of the hinge; typical 1000 .. 10000, allowed 0 .. inf; the effect vanishes at inf; negligible above 20000.
     damping : float, N m s/rad, default 15
         Of the hinge; typical 1 .. 30, allowed 0 .. inf.
     joint_x : float, m
@@ -226,7 +231,7 @@ class Luggage(Effect):
     Parameters
     ----------
     mass : float, kg
-        Of the luggage; typical 0.5 .. 10, allowed 0 .. inf; the effect vanishes at 0.
+        Of the luggage; typical 0.5 .. 10, allowed 0 .. inf; the effect vanishes at 0; negligible below 0.2.
     x : float, m, default 0.05
         Mass centre, ahead of the rear contact; typical -0.1 .. 0.25, allowed any.
     z : float, m, default -0.8
@@ -267,7 +272,7 @@ class PneumaticTrail(Effect):
     ----------
     trail : float or {rear, front}, m, default 0.017
         Distance of the side force behind the contact centre; typical 0 .. 0.03, allowed 0 .. 0.2; the effect
-        vanishes at 0.
+        vanishes at 0; negligible below 0.001.
 
     Notes
     -----
@@ -316,11 +321,14 @@ class RiderArms(Effect):
     Parameters
     ----------
     inertia : float, kg m^2, default 0.1
-        Of the arms about the steer axis; typical 0.05 .. 0.4, allowed 0 .. inf; the effect vanishes at 0.
+        Of the arms about the steer axis; typical 0.05 .. 0.4, allowed 0 .. inf; the effect vanishes at 0;
+        negligible below 0.005.
     stiffness : float, N m/rad, default 5
-        Of the arms against steering; typical 0 .. 30, allowed 0 .. inf; the effect vanishes at 0.
+        Of the arms against steering; typical 0 .. 30, allowed 0 .. inf; the effect vanishes at 0; negligible below
+        0.1.
     damping : float, N m s/rad, default 1
-        Of the arms against steering; typical 0.2 .. 3, allowed 0 .. inf; the effect vanishes at 0.
+        Of the arms against steering; typical 0.2 .. 3, allowed 0 .. inf; the effect vanishes at 0; negligible below
+        0.02.
 
     Notes
     -----
@@ -360,7 +368,7 @@ class RiderLean(Effect):
     joint_z : float, m
         Height of the hinge, z down; typical -1.1 .. -0.7, allowed any.
     stiffness : float, N m/rad, default 1500
-        Of the hinge; typical 500 .. 3000, allowed 0 .. inf; the effect vanishes at inf.
+        Of the hinge; typical 500 .. 3000, allowed 0 .. inf; the effect vanishes at inf; negligible above 20000.
     damping : float, N m s/rad, default 60
         Of the hinge; typical 10 .. 150, allowed 0 .. inf.
 
@@ -425,12 +433,12 @@ class SteerAssist(Effect):
     ----------
     gain : float, N s^2/rad, default 5
         Torque per lean rate and per m/s below the fade speed; typical 0 .. 20, allowed any; the effect vanishes at
-        0.
+        0; negligible below 0.05.
     fade_speed : float, m/s, default 5
         Speed at which the assist vanishes and changes over; typical 3 .. 8, allowed 0 .. inf.
     lean_gain : float, N s/rad, default 0
         Torque per lean angle and per m/s above the fade speed; typical 0 .. 5, allowed any; the effect vanishes at
-        0.
+        0; negligible below 0.05.
 
     Notes
     -----
@@ -454,7 +462,7 @@ class SteerDamper(Effect):
     Parameters
     ----------
     damping : float, N m s/rad, default 0.5
-        Steering damper; typical 0 .. 5, allowed 0 .. inf; the effect vanishes at 0.
+        Steering damper; typical 0 .. 5, allowed 0 .. inf; the effect vanishes at 0; negligible below 0.02.
 
     Notes
     -----
@@ -502,7 +510,8 @@ class SteerSpring(Effect):
     Parameters
     ----------
     stiffness : float, N m/rad, default 2
-        Torque that centres the steering; typical 0 .. 20, allowed 0 .. inf; the effect vanishes at 0.
+        Torque that centres the steering; typical 0 .. 20, allowed 0 .. inf; the effect vanishes at 0; negligible
+        below 0.1.
 
     Notes
     -----
@@ -526,7 +535,8 @@ class TwistingTorque(Effect):
     Parameters
     ----------
     twisting_stiffness : float or {rear, front}, N m/rad, default 1
-        Moment into the lean, per camber angle; typical 0.5 .. 3, allowed 0 .. inf; the effect vanishes at 0.
+        Moment into the lean, per camber angle; typical 0.5 .. 3, allowed 0 .. inf; the effect vanishes at 0;
+        negligible below 0.1.
     """
 
     twisting_stiffness: PerWheel
@@ -546,7 +556,7 @@ class WheelCompliance(Effect):
     ----------
     stiffness : float or {rear, front}, N/m, default 300000
         Lateral stiffness of rim and spokes at the contact; typical 100000 .. 600000, allowed 1e-06 .. inf; the
-        effect vanishes at inf.
+        effect vanishes at inf; negligible above 3e+06.
 
     Notes
     -----

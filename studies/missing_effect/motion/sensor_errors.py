@@ -36,9 +36,9 @@ def error(
     scale : float
         Standard deviation about zero, in ``unit``.
     least : float
-        Smallest size worth a name.
+        Smallest size worth a name, in the unit of the scale.
     lowest : float, optional
-        Bound; ten standard deviations by default.
+        Bound, in the unit of the scale; ten standard deviations by default.
     """
     low = -10 * scale if lowest is None else lowest
     return UncertainParameter(name, unit, {key: 1.0}, 0.0, scale, low, 10 * scale, size=True, least=least)

@@ -44,7 +44,8 @@ def test_the_model_replays_its_own_response(tmp_path):
 def test_derivatives_agree_with_differences_of_the_residual(tmp_path):
     _, measurement = case(tmp_path, (), 3, bicycle="pista", **FEW)
     forward = measurement.forward()
-    for identifier in ("steer_damper", "steer_torque_delay", "roll_rate_delay", "steer_scale", "speed_scale"):
+    identifiers = ("steer_damper", "steer_torque_delay", "roll_rate_delay", "steer_scale", "speed_scale")
+    for identifier in (*identifiers, "roll_rate_lowpass", "steer_friction", "speed_offset", "wrong_tilt", "luggage"):
         candidate = next(c for c in forward.candidates if c.identifier == identifier)
         theta = np.concatenate([[u.centre for u in forward.nuisances], candidate.starts[0]])
         _, jacobian = forward.residual((candidate,), theta)

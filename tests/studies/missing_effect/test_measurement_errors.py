@@ -103,6 +103,15 @@ def test_modal_table(tmp_path, head, rows, words):
         read_measurement(modal(tmp_path, head=head, rows=rows))
 
 
+def test_a_motor_is_asked_for_in_the_file_or_on_the_command_line(tmp_path, capsys):
+    assert "--with steer_assist" in read_measurement(modal(tmp_path)).forward().refused["steer_assist"]
+    asked = read_measurement(modal(tmp_path, toml=MODAL + "[candidates.steer_assist]\n")).forward()
+    assert "steer_assist" in {c.identifier for c in asked.candidates}
+    with pytest.raises(SystemExit):
+        main(["diagnose", str(modal(tmp_path)), "--with", "steer_asist"])
+    assert "--with: unknown effect 'steer_asist'; did you mean 'steer_assist'" in capsys.readouterr().err
+
+
 def test_quotes_comments_and_the_mark_of_a_spreadsheet(tmp_path):
     """A # inside quotes is text, outside it begins a comment; byte-order mark and Windows line ends are passed over."""
     file = modal(tmp_path)
