@@ -14,11 +14,11 @@ from studies.missing_effect.blind import causes
 from studies.missing_effect.blind.generator import modal_case
 from studies.missing_effect.blind.hidden import HIDDEN, UNRIDDEN, UNUSUAL, Cause, Hidden, Truth
 from studies.missing_effect.blind.histories import LOUD, history_case
-from studies.missing_effect.blind.opposed import opposed_sizes
+from studies.missing_effect.blind.opposed import NOISE as QUIET
+from studies.missing_effect.blind.opposed import opposed_pair
 
 Made = tuple[Truth, tuple[str, ...]]
 PAIRS = (("steer_damper", "steer_spring"), ("steer_damper", "pneumatic_trail"), ("steer_spring", "pneumatic_trail"))
-OPPOSED = (("pneumatic_trail", "crown_radius"), ("steer_spring", "crown_radius"))
 NOISE = (0.5, 1.0, 2.0)
 SHORT: Mapping[str, Any] = {"runs": 4, "duration": 3.0}
 TIGHT = 1.5
@@ -167,18 +167,17 @@ def history_unusual(folder: Path, rng: np.random.Generator) -> Made:
 
 
 def modal_opposed(folder: Path, rng: np.random.Generator) -> Made:
-    """Trail or steer spring, and a crown radius that nearly undoes it, in ``folder``, by ``rng``."""
-    pair, bicycle = OPPOSED[int(rng.integers(len(OPPOSED)))], str(rng.choice(UNRIDDEN))
-    sizes = opposed_sizes(pair, bicycle, rng)
-    return modal_case(folder, hidden=pair, rng=rng, noise=0.5, points=16, bicycle=bicycle, sizes=sizes), ()
+    """Two effects that hide each other (:mod:`.opposed`), in ``folder``, by ``rng``."""
+    bicycle, sizes = opposed_pair(rng)
+    settings: dict[str, Any] = {"bicycle": bicycle, "sizes": sizes, "noise": QUIET, "points": 16}
+    return modal_case(folder, hidden=tuple(sizes), rng=rng, **settings), ()
 
 
 def history_opposed(folder: Path, rng: np.random.Generator) -> Made:
-    """Trail or steer spring, and a crown radius that nearly undoes it, in ``folder``, by ``rng``."""
-    pair, bicycle = OPPOSED[int(rng.integers(len(OPPOSED)))], str(rng.choice(UNRIDDEN))
-    sizes = opposed_sizes(pair, bicycle, rng)
-    settings: dict[str, Any] = {"runs": 6, "duration": 3.0, "noise": 0.5}
-    return history_case(folder, hidden=pair, rng=rng, bicycle=bicycle, sizes=sizes, **settings), ()
+    """Two effects that hide each other (:mod:`.opposed`), in ``folder``, by ``rng``."""
+    bicycle, sizes = opposed_pair(rng)
+    settings: dict[str, Any] = {"bicycle": bicycle, "sizes": sizes, "noise": QUIET, "runs": 6, "duration": 3.0}
+    return history_case(folder, hidden=tuple(sizes), rng=rng, **settings), ()
 
 
 def eigenvalues_none(folder: Path, rng: np.random.Generator) -> Made:

@@ -67,41 +67,53 @@ def at_speed(c: Coefficients, law: Ground, v: float, maxwell: tuple[float, float
     maxwell : pair of float
         Spring (N m/rad) and relaxation time (s) at the steer.
     """
-    n = len(c.names)
-    damping = c.damping + v * c.gyroscopic
-    damping[:, 1] += v * c.mass[:, 0]  # d2y/dt2 = dV/dt + v r
-    joints = np.arange(2, n)
-    stiffness, turned, camber = (of[:, joints] for of in (c.stiffness, v * c.slip_angle, c.camber))
-    pull = np.zeros((n, 2))
+    pull = np.zeros((len(c.names), 2))
     pull[c.names.index("steer"), 0] = pull[c.names.index("lean"), 1] = 1.0
-    if law.cornering is None:
-        space = _rolling(c, damping, stiffness, turned, pull)
-    else:
-        space = _slipping(c, law, v, (damping, stiffness, turned, camber, pull))
+    space = _rolling(c, v, pull) if law.cornering is None else _slipping(c, law, v, pull)
     return _with_maxwell(space, maxwell) if maxwell[0] else space
 
 
-def _rolling(c: Coefficients, damping: Real, stiffness: Real, turned: Real, pull: Real) -> Space:
+def canonical(c: Coefficients, v: float) -> tuple[Real, Real, Real]:
+    """Mass, rate and angle matrices of the joints (lean, ..., steer) of a bicycle that rolls without slip.
+
+    Parameters
+    ----------
+    c : Coefficients
+    v : float
+        m/s.
+    """
+    mass, rates, angles, *_ = _without_slip(c, v)
+    return mass, rates, angles
+
+
+def _without_slip(c: Coefficients, v: float) -> tuple[Real, Real, Real, Real, Real]:
     """V and r follow from the joints; what is orthogonal to the contact forces remains."""
     k = len(c.names) - 2
+    damping = c.damping + v * c.gyroscopic
+    damping[:, 1] += v * c.mass[:, 0]  # d2y/dt2 = dV/dt + v r
     follow = np.linalg.inv(c.slip_rate[:, :2])
     rate = np.vstack([-follow @ c.slip_rate[:, 2:], np.eye(k)])  # u = rate * joint rates + angle * joints
-    angle = np.vstack([-follow @ turned, np.zeros((k, k))])
+    angle = np.vstack([-follow @ (v * c.slip_angle[:, 2:]), np.zeros((k, k))])
     left = np.hstack([-c.forces[2:] @ np.linalg.inv(c.forces[:2]), np.eye(k)])  # left @ forces = 0
-    mass = left @ c.mass @ rate
     rates = left @ (c.mass @ angle + damping @ rate)
-    angles = left @ (damping @ angle + stiffness)
-    solve = np.linalg.inv(mass)
+    return left @ c.mass @ rate, rates, left @ (damping @ angle + c.stiffness[:, 2:]), left, np.hstack([rate, angle])
+
+
+def _rolling(c: Coefficients, v: float, pull: Real) -> Space:
+    mass, rates, angles, left, follow = _without_slip(c, v)
+    k, solve = len(mass), np.linalg.inv(mass)
     matrix = np.block([[-solve @ rates, -solve @ angles], [np.eye(k), np.zeros((k, k))]])
     inputs = np.vstack([solve @ left @ pull, np.zeros((k, 2))])
-    return Space(matrix, inputs, _outputs(c, np.hstack([rate, angle])), *(np.zeros((0, 2 * k)),) * 3)
+    return Space(matrix, inputs, _outputs(c, follow), *(np.zeros((0, 2 * k)),) * 3)
 
 
-def _slipping(c: Coefficients, law: Ground, v: float, parts: tuple[Real, ...]) -> Space:
-    damping, stiffness, turned, camber, pull = parts
+def _slipping(c: Coefficients, law: Ground, v: float, pull: Real) -> Space:
     assert law.cornering is not None
     n = len(c.names)
     k = n - 2
+    damping = c.damping + v * c.gyroscopic
+    damping[:, 1] += v * c.mass[:, 0]
+    stiffness, turned, camber = c.stiffness[:, 2:], v * c.slip_angle[:, 2:], c.camber[:, 2:]
     slip = np.hstack([c.slip_rate, turned])  # over u and joints
     leaning = np.hstack([np.zeros((2, n)), camber])
     solve = np.linalg.inv(c.mass)

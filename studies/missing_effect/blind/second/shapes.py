@@ -9,6 +9,7 @@ from studies.missing_effect.blind.second.closing import Machine
 SLOWEST = 0.5  # rad/s
 FASTEST = 100.0  # 1/s
 MOST_DAMPED = 0.7  # share of the decay in the eigenvalue: nothing that a free decay would show beyond
+ALMOST_REAL = 0.95  # the same for what is no oscillation at all
 WOBBLE = 18.0  # rad/s, above it a steer oscillation is wobble
 
 
@@ -26,7 +27,7 @@ def shapes(machine: Machine, speed: float) -> dict[str, Shape]:
     """Oscillations of a ``machine`` at a ``speed`` (m/s) by name.
 
     The rider's is that in which he sways most against the bicycle; weave is the slowest of the others, wobble the
-    slowest faster one in which the steer moves more than the lean.
+    least damped faster one in which the steer moves more than the lean.
     """
     space = machine.space(speed)
     roots, vectors = np.linalg.eig(space.matrix)
@@ -38,12 +39,16 @@ def shapes(machine: Machine, speed: float) -> dict[str, Shape]:
         if sway is not None and len(waiting) > 1:
             waiting.remove(sway)
             found["rider"] = _shape("rider", roots[sway], sway, seen)
-    for k in waiting:
-        lean, steer = abs(seen["lean"][k]), abs(seen["steer"][k])
-        if "weave" not in found and roots[k].imag < FASTEST / 3 and lean > 0.1 * steer:
-            found["weave"] = _shape("weave", roots[k], k, seen)
-        elif "weave" in found and "wobble" not in found and roots[k].imag > WOBBLE and steer > 1.5 * lean:
-            found["wobble"] = _shape("wobble", roots[k], k, seen)
+    share = {k: abs(seen["lean"][k] / seen["steer"][k]) for k in waiting}
+    slow = [k for k in waiting if roots[k].imag < FASTEST / 3 and share[k] > 0.1]
+    swinging = [k for k in slow if -roots[k].real <= ALMOST_REAL * abs(roots[k])]
+    if swinging:
+        weave = swinging[0]
+        found["weave"] = _shape("weave", roots[weave], weave, seen)
+        turning = [k for k in waiting if roots[k].imag > max(WOBBLE, roots[weave].imag) and share[k] < 1 / 1.5]
+        if turning:
+            wobble = max(turning, key=lambda k: roots[k].real)
+            found["wobble"] = _shape("wobble", roots[wobble], wobble, seen)
     return {name: one for name, one in found.items() if -one.root.real <= MOST_DAMPED * abs(one.root)}
 
 
