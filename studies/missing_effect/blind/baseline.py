@@ -1,8 +1,8 @@
 """The baseline of the blind test: sparse regression of the torque that the stated model leaves over.
 
 As in SINDy (Brunton, Proctor & Kutz 2016, PNAS 113): the measured channels are differentiated, the torques on lean and
-steer that the stated bicycle (rolling without slip, two equations) leaves unexplained are regressed on a library of terms,
-and terms that contribute little are dropped, again and again. The terms that survive are compared with the change that
+steer that the stated bicycle (rolling without slip, two equations) leaves unexplained are regressed on a library of
+terms, and terms that contribute little are dropped, again and again. The terms that survive are compared with the change that
 each known effect makes to the same terms; the closest gives the name.
 
 Limits: noise is differentiated; tyres, a flexible front and a rider who sways have states of their own, so they have no
@@ -114,8 +114,7 @@ def _names(found: Array, columns: tuple[Array, Array], table: Mapping[str, Array
         a, b = (found * size).ravel(), (change * size).ravel()
         alike[name] = float(a @ b / max(np.linalg.norm(a) * np.linalg.norm(b), 1e-300))
     best = max(alike.values())
-    near = sorted((name for name, c in alike.items() if c >= max(ALIKE, best - TIED)), key=lambda n: -alike[n])
-    return near
+    return sorted((name for name, c in alike.items() if c >= max(ALIKE, best - TIED)), key=lambda n: -alike[n])
 
 
 Parts = tuple[tuple[Array, Array], tuple[Array, Array], tuple[float, float]]

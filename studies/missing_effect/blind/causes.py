@@ -127,7 +127,9 @@ def second_order_filter(rng: Random) -> Cause:
 def tilted_gyro(rng: Random) -> Cause:
     """A roll gyro that is 8 to 20 degrees off sees the yaw rate; ``rng`` draws it."""
     share = np.tan(np.radians(_signed(rng, 8, 20)))
-    return Cause({"tilted_gyro": {}}, sensors={COLUMNS["roll_rate"]: Sensor(crosstalk=share, other=COLUMNS["yaw_rate"])})
+    return Cause(
+        {"tilted_gyro": {}}, sensors={COLUMNS["roll_rate"]: Sensor(crosstalk=share, other=COLUMNS["yaw_rate"])}
+    )
 
 
 def saturating_sensor(rng: Random) -> Cause:

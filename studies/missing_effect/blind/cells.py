@@ -1,6 +1,6 @@
 """The cells of the blind test: name and seed -> files and truth. Each cell is a function of a folder and a generator.
 
-Sizes are those of :mod:`.hidden` and :mod:`.causes`; noise takes 0.5, 1 or 2 times the middle level for the power curve.
+Sizes are those of :mod:`.hidden` and :mod:`.causes`; noise takes 0.5, 1 or 2 times the middle level (power curve).
 """
 
 from collections.abc import Callable, Mapping

@@ -12,6 +12,7 @@ import numpy as np
 
 from bicycle import load_bicycle
 from studies.missing_effect.blind.hidden import (
+    AS_STATED,
     HIDDEN,
     Cause,
     Hidden,
@@ -30,7 +31,7 @@ MODES = ("weave", "wobble", "rider")
 def modal_case(
     folder: Path, *, hidden: tuple[str, ...], rng: np.random.Generator, points: int = 12, noise: float = 1.0,
     ratios: bool = True, too_tight: float = 1.0, bicycle: str | None = None, kind: str | None = None, cell: str = "",
-    extra_speeds: tuple[float, ...] = (), cause: Cause = Cause(), sizes: Mapping[str, Hidden] = HIDDEN,  # noqa: B008
+    extra_speeds: tuple[float, ...] = (), cause: Cause = AS_STATED, sizes: Mapping[str, Hidden] = HIDDEN,
     modes: tuple[str, ...] = MODES,
 ) -> Truth:  # fmt: skip
     """Write MEASUREMENT.toml and its table; return what is hidden.
@@ -82,9 +83,7 @@ def modal_case(
     return Truth(drawn | dict(cause.told), cell, noise=noise)
 
 
-def table_row(
-    speed: float, shape: Shape, noise: float, rng: np.random.Generator, *, ratios: bool
-) -> dict[str, Any]:
+def table_row(speed: float, shape: Shape, noise: float, rng: np.random.Generator, *, ratios: bool) -> dict[str, Any]:
     """A row of a modal table with noise.
 
     Parameters

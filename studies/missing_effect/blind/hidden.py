@@ -113,6 +113,9 @@ class Cause:
     friction: float = 0.0
 
 
+AS_STATED = Cause()
+
+
 @dataclass(frozen=True)
 class Truth:
     """What was hidden: identifier -> {parameter: value}, and how the case was made."""
@@ -181,7 +184,7 @@ def draw_effect(hidden: Hidden, bicycle: Bicycle, rng: np.random.Generator) -> d
     return values | {key: float(rng.uniform(*span)) for key, span in hidden.place.items()}
 
 
-def true_machine(bicycle: Bicycle, effects: Tables, hidden: Tables, cause: Cause = Cause()) -> Machine:  # noqa: B008
+def true_machine(bicycle: Bicycle, effects: Tables, hidden: Tables, cause: Cause = AS_STATED) -> Machine:
     """The bicycle as it is.
 
     Parameters
@@ -219,7 +222,7 @@ def check_rest(bicycle: Bicycle, rider: Mapping[str, float]) -> None:
 
 def hide(
     names: tuple[str, ...], nominal: Bicycle, real: Bicycle, effects: Tables, rng: np.random.Generator,
-    cause: Cause = Cause(), sizes: Mapping[str, Hidden] = HIDDEN,  # noqa: B008
+    cause: Cause = AS_STATED, sizes: Mapping[str, Hidden] = HIDDEN,
 ) -> tuple[dict[str, dict[str, Any]], Machine]:  # fmt: skip
     """Draw the effects to hide, again until the bicycle can hold them; their values and the machine as it is.
 

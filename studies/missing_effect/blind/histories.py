@@ -12,6 +12,7 @@ import numpy as np
 
 from bicycle import load_bicycle
 from studies.missing_effect.blind.hidden import (
+    AS_STATED,
     HIDDEN,
     Cause,
     Hidden,
@@ -58,6 +59,7 @@ class Recording:
     shorter: float = 0.0
 
 
+QUIET = Recording()
 LOUD = Recording(loud=0.02, growth=6.0, largest=0.7, shorter=1.2)
 """Noise of 2 % of the motion, some runs grow until they are cut: chi^2 up to 10^6."""
 
@@ -108,7 +110,7 @@ def history_case(
     noise: float = 1.0, forced: bool = True, nonlinear: bool = False, too_tight: float = 1.0,
     bicycle: str | None = None,
     speeds: tuple[float, float] | None = None, transient: float = 0.0, state_noise: bool = True, cell: str = "",
-    cause: Cause = Cause(), sizes: Mapping[str, Hidden] = HIDDEN, recording: Recording = Recording(),  # noqa: B008
+    cause: Cause = AS_STATED, sizes: Mapping[str, Hidden] = HIDDEN, recording: Recording = QUIET,
     kind: str | None = None,
 ) -> Truth:  # fmt: skip
     """Write MEASUREMENT.toml and one CSV a run; return what is hidden.
@@ -144,7 +146,7 @@ def history_case(
     drawn, machine = hide(hidden, nominal, real, effects, rng, cause, sizes)
     colour = float(rng.uniform(0.2, 0.7))
     low, high = speeds or (max(first.speeds[0], 4.5), first.speeds[1])
-    time = np.arange(round(duration / SAMPLE) + 1) * SAMPLE
+    time = np.arange(round(duration / SAMPLE) + 1, dtype=float) * SAMPLE
     loads = machine.coefficients.loads
     bends = Nonlinear((GRIP * loads[0], GRIP * loads[1]) if nonlinear else (0.0, 0.0), cause.friction)
     made = []
@@ -186,9 +188,7 @@ def _run(
         size = min(size, 1.5)  # a kick of 0.45 rad/s of lean rate at most
     states, push = size * states, size * push
     if bends:
-        states = simulate_nonlinear(
-            space, machine.law, speed + cause.speed_offset, bends, (size * start, push, SAMPLE)
-        )
+        states = simulate_nonlinear(space, machine.law, speed + cause.speed_offset, bends, (size * start, push, SAMPLE))
     channels = {name: (states @ space.outputs[output])[:end] for name, (output, _) in CHANNELS.items()}
     return Run(speed, time[:end], channels, None if torque is None else push[:end])
 

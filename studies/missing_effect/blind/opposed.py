@@ -1,15 +1,15 @@
 """Pairs of effects that hide each other, with sizes at which both could be found.
 
-A twisting torque undoes what trail or a steer spring does to weave (their changes are opposed, cosine about -0.9). A crown
-radius changes it in the same direction as either of them (cosine 0.7 to 0.99, for physical signs of both), so that one
-alone passes for both. Sizes are drawn until each of the two stands out by :data:`STANDS_OUT` standard deviations once the
-other and every parameter of the bicycle are adjusted: below that no search could be blamed.
+A twisting torque undoes what trail or a steer spring does to weave (their changes are opposed, cosine about -0.9). A
+crown radius changes it in the same direction as either of them (cosine 0.7 to 0.99, for physical signs of both), so
+that one alone passes for both. Sizes are drawn until each of the two stands out by :data:`STANDS_OUT` standard
+deviations once the other and every parameter of the bicycle are adjusted: below that no search could be blamed.
 """
 
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 
@@ -48,7 +48,7 @@ def seen_weave(bicycle: Bicycle, hidden: Mapping[str, Mapping[str, float]]) -> A
     return np.array(found)
 
 
-@lru_cache(maxsize=None)
+@cache
 def slopes(name: str) -> tuple[dict[str, Array], Array]:
     """Change of what is seen by unit size of each effect, and by one sd of each parameter, of the bicycle ``name``."""
     bicycle = load_bicycle(name)

@@ -186,7 +186,7 @@ def touch(wheel: Wheel, motion: Motion) -> tuple[Complex, Complex, complex]:
 
 
 def slopes(function: Callable[[Complex], Complex], at: Real, columns: list[int]) -> Real:
-    """Derivatives (values, columns) of a ``function`` of a vector, ``at`` a point (n,), by complex steps in ``columns``."""
+    """Derivatives (values, columns) of a ``function`` of a vector ``at`` a point (n,), by complex steps in ``columns``."""
     found = []
     for k in columns:
         point = at.astype(complex)

@@ -11,7 +11,14 @@ from typing import Any
 import numpy as np
 
 from studies.missing_effect.blind.second.chain import Real
-from studies.missing_effect.blind.second.machine import Coefficients, Effects, Extras, coefficients, wheel_pair
+from studies.missing_effect.blind.second.machine import (
+    NO_EXTRAS,
+    Coefficients,
+    Effects,
+    Extras,
+    coefficients,
+    wheel_pair,
+)
 
 
 @dataclass(frozen=True)
@@ -184,6 +191,6 @@ class Machine:
         return float(np.linalg.eigvals(self.space(speed).matrix).real.max())
 
 
-def build(p: Mapping[str, float], effects: Effects, extras: Extras = Extras()) -> Machine:  # noqa: B008
+def build(p: Mapping[str, float], effects: Effects, extras: Extras = NO_EXTRAS) -> Machine:
     """The machine of Meijaard's keys ``p`` (SI) with ``effects`` of the library and ``extras`` outside it."""
     return Machine(coefficients(p, effects, extras), ground(effects), extras.maxwell)

@@ -1,8 +1,8 @@
 """A bicycle with effects as a chain of bodies, and its small lateral motion at any speed.
 
 Parameters and signs are those of docs/physics.md; the equations are those of :mod:`.chain`. Coordinates y, yaw, joints
-from the ground outward, steer; the lateral velocity of the rear contact V = dy/dt - v yaw and the yaw rate replace y and
-yaw. What is added besides the effects of the library is listed in :class:`Extras`.
+from the ground outward, steer; the lateral velocity of the rear contact V = dy/dt - v yaw and the yaw rate replace y
+and yaw. What is added besides the effects of the library is listed in :class:`Extras`.
 """
 
 from collections.abc import Mapping
@@ -48,6 +48,9 @@ class Extras:
     bar_mass: tuple[float, float, float] = (0.0, 0.0, 0.0)
     rack: float = 0.0
     bar: float = 0.0
+
+
+NO_EXTRAS = Extras()
 
 
 @dataclass
@@ -172,7 +175,7 @@ BAR_ABOVE = -0.15
 """Luggage on the bar against the mass centre of the front frame, m (z down)."""
 
 
-def coefficients(p: Values, effects: Effects, extras: Extras = Extras()) -> Coefficients:  # noqa: B008
+def coefficients(p: Values, effects: Effects, extras: Extras = NO_EXTRAS) -> Coefficients:
     """Linear lateral motion of a bicycle.
 
     Parameters
@@ -203,7 +206,8 @@ def coefficients(p: Values, effects: Effects, extras: Extras = Extras()) -> Coef
     forward[plan.names["x"]], forward[rear], forward[front] = 1.0, -1 / p["rR"], -1 / p["rF"]
 
     def bear(q: Any, u: Any, a: Any, f: Any = none) -> Any:
-        return chain.unbalanced(q + 0j, u + 0j, a + 0j, f + 0j, trail)[own]
+        q, u, a, f = (np.asarray(of, complex) for of in (q, u, a, f))
+        return chain.unbalanced(q, u, a, f, trail)[own]
 
     still = slopes(lambda u: bear(zero, u, zero), zero, own)
     moving = slopes(lambda u: bear(zero, u, zero), forward, own)
@@ -215,8 +219,8 @@ def coefficients(p: Values, effects: Effects, extras: Extras = Extras()) -> Coef
         gyroscopic=moving - still,
         stiffness=stiffness,
         forces=-slopes(lambda f: bear(zero, zero, zero, f), none, [0, 1]),
-        slip_rate=slopes(lambda u: chain.slips(zero + 0j, u), forward, own),
-        slip_angle=slopes(lambda q: chain.slips(q, forward + 0j), zero, own),
+        slip_rate=slopes(lambda u: chain.slips(zero.astype(complex), u), forward, own),
+        slip_angle=slopes(lambda q: chain.slips(q, forward.astype(complex)), zero, own),
         camber=slopes(chain.cambers, zero, own),
         loads=loads,
     )

@@ -109,7 +109,7 @@ def derivative(space: Space, law: Ground, speed: float, bends: Nonlinear) -> Cal
 
     def rate(x: Real, torque: float) -> Real:
         if bends.friction:
-            torque = torque - bends.friction * np.tanh(steering @ x / SLIDING)
+            torque -= bends.friction * float(np.tanh(steering @ x / SLIDING))
         found = matrix @ x + pull * torque
         if len(wanted):
             demand = wanted @ x
