@@ -4,7 +4,7 @@ import click
 
 from studies.reporting.examples import example
 
-SHOWN = ("something_named", "right_when_named", "misnamed", "truth_inside_95")
+SHOWN = ("something_named", "right_when_named", "tentative", "misnamed", "truth_inside_95", "crashed")
 MEDIANS = ("gap_left", "class_size", "seconds")
 
 
@@ -14,7 +14,7 @@ MEDIANS = ("gap_left", "class_size", "seconds")
 )
 @click.option("--cases", default=20, show_default=True, help="Cases of each cell.")
 @click.option("--seed", default=1, show_default=True, help="Seed of the first case; the others follow.")
-@click.option("--cell", "cells", multiple=True, metavar="CELL", help="Only this cell; may be repeated.")
+@click.option("--cell", "--cells", "cells", multiple=True, metavar="CELL", help="Only this cell; may be repeated.")
 @click.option("--workers", default=2, show_default=True, help="Processes.")
 @click.option("--out", "out_file", required=True, metavar="FILE", help="Results, one JSON object a line.")
 @click.option("--report", "report_folder", metavar="DIR", help="Write tables (report.md) and the power curve.")
@@ -29,8 +29,9 @@ def command(
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")  # of the workers: one core each
 
+    from studies.missing_effect.blind.cells import CELLS
     from studies.missing_effect.blind.report import write_report
-    from studies.missing_effect.blind.run import CELLS, blind_test, read_results
+    from studies.missing_effect.blind.run import blind_test, read_results
     from studies.missing_effect.blind.score import summary
     from studies.reporting.output import print_table, write_json
     from tyre.base.errors import InputError, unknown
@@ -58,4 +59,7 @@ def command(
         [cell, c["cases"], *(share(c[key]) for key in SHOWN), *(c[f"median_{key}"] for key in MEDIANS)]
         for cell, c in found["cells"].items()
     ]  # fmt: skip
-    print_table(rows, ["cell", "cases", "named", "right", "misnamed", "in 95 %", "gap left", "class", "s"])
+    print_table(
+        rows,
+        ["cell", "cases", "named", "right", "tentative", "misnamed", "in 95 %", "crashed", "gap left", "class", "s"],
+    )

@@ -1,25 +1,31 @@
-"""Synthetic time histories for the blind test: kicks, torque doublets, coloured noise, linear or Magic Formula tyres.
+"""Synthetic time histories for the blind test: kicks, torque doublets, coloured noise, linear or saturating tyres.
 
 Like :mod:`studies.missing_effect.blind.generator`, this shares nothing with the fitter. All synthetic.
 """
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from bicycle import load_bicycle
-from bicycle.responses.inputs import InputHistory
-from bicycle.responses.linear import respond
-from bicycle.responses.magic_formula_model import magic_formula_model
-from studies.missing_effect.blind.generator import (
+from studies.missing_effect.blind.hidden import (
+    AS_STATED,
     HIDDEN,
+    Cause,
+    Hidden,
     Truth,
     base_effects,
     hide,
     perturbed,
+    pick,
     uncertainty,
 )
+from studies.missing_effect.blind.second.closing import Machine, Space
+from studies.missing_effect.blind.second.moving import Nonlinear, simulate, simulate_nonlinear
+from studies.missing_effect.blind.second.sensors import Sensor
 from tyre.base.arrays import Array
 
 CHANNELS = {"roll_rate_rad_s": ("lean_rate", 0.02), "steer_rad": ("steer", 0.004), "yaw_rate_rad_s": ("yaw_rate", 0.01)}
@@ -28,6 +34,45 @@ CHANNELS = {"roll_rate_rad_s": ("lean_rate", 0.02), "steer_rad": ("steer", 0.004
 SAMPLE = 0.01  # s
 LARGEST_ANGLE = 0.15  # rad of lean and steer
 MOST_GROWTH = 2.0  # growth rate times duration
+GRIP = 0.9  # of the load
+
+
+@dataclass(frozen=True)
+class Recording:
+    """How a set of runs is made; the first edition's by default.
+
+    Attributes
+    ----------
+    loud : float
+        Noise over the motion of the middle run; 0 for the absolute noise of :data:`CHANNELS`.
+    growth : float
+        Largest growth rate times duration; a run is made faster until it stays below.
+    largest : float
+        Largest lean or steer, rad.
+    shorter : float
+        s; a run that grows beyond half the largest angle may be cut here; 0 for never.
+    """
+
+    loud: float = 0.0
+    growth: float = MOST_GROWTH
+    largest: float = LARGEST_ANGLE
+    shorter: float = 0.0
+
+
+QUIET = Recording()
+LOUD = Recording(loud=0.02, growth=6.0, largest=0.7, shorter=1.2)
+"""Noise of 2 % of the motion, some runs grow until they are cut: chi^2 up to 10^6."""
+
+
+@dataclass
+class Run:
+    """True motion of a run and the torque that was recorded with it."""
+
+    speed: float
+    time: Array
+    channels: dict[str, Array]
+    torque: Array | None
+    seen: dict[str, Array] = field(default_factory=dict)
 
 
 def coloured(size: int, sd: float, colour: float, rng: np.random.Generator) -> Array:
@@ -50,23 +95,14 @@ def coloured(size: int, sd: float, colour: float, rng: np.random.Generator) -> A
     return sd * noise
 
 
-def doublets(duration: float, size: float, rng: np.random.Generator) -> InputHistory:
-    """Random steer torque: held for 0.1 to 0.5 s, either sign, then released.
-
-    Parameters
-    ----------
-    duration : float
-        s.
-    size : float
-        Of the torque, N m.
-    rng : numpy.random.Generator
-    """
-    times, values, t = [0.0], [0.0], 0.2
-    while t < 0.7 * duration:
-        times.append(round(t, 2))
-        values.append(float(rng.choice([-1, 0, 1])) * size)
+def doublets(time: Array, rng: np.random.Generator) -> Array:
+    """Random steer torque of size 1 at ``time`` (samples,): held for 0.1 to 0.5 s, either sign, then released."""
+    torque, t, end = np.zeros(len(time)), 0.2, time[-1]
+    while t < 0.7 * end:
+        value, start = float(rng.choice([-1, 0, 1])), round(t / SAMPLE)
         t += rng.uniform(0.1, 0.5)
-    return InputHistory(np.array([*times, round(t, 2)]), np.array([*values, 0.0]))
+        torque[start : round(t / SAMPLE)] = value
+    return torque
 
 
 def history_case(
@@ -74,11 +110,13 @@ def history_case(
     noise: float = 1.0, forced: bool = True, nonlinear: bool = False, too_tight: float = 1.0,
     bicycle: str | None = None,
     speeds: tuple[float, float] | None = None, transient: float = 0.0, state_noise: bool = True, cell: str = "",
+    cause: Cause = AS_STATED, sizes: Mapping[str, Hidden] = HIDDEN, recording: Recording = QUIET,
+    kind: str | None = None,
 ) -> Truth:  # fmt: skip
     """Write MEASUREMENT.toml and one CSV a run; return what is hidden.
 
     Other arguments are those of :func:`studies.missing_effect.blind.generator.modal_case`: ``folder``, ``hidden``,
-    ``rng``, ``noise`` and ``too_tight`` (factors), ``bicycle``, ``cell``.
+    ``rng``, ``noise`` and ``too_tight`` (factors), ``bicycle``, ``kind``, ``cell``, ``cause``, ``sizes``.
 
     Parameters
     ----------
@@ -89,60 +127,119 @@ def history_case(
     forced : bool
         Whether the steer torque pushes.
     nonlinear : bool
-        Whether the tyres follow the Magic Formula.
+        Whether the tyres saturate.
     speeds : pair of float, optional
         Slowest and fastest, m/s.
     transient : float
         s; adds a decaying disturbance at the start, as of a hand that has not quite let go.
     state_noise : bool
         Whether noise is stated in the file.
+    recording : Recording, optional
+        Loudness and growth.
+    """
+    first = sizes[hidden[0]] if hidden else HIDDEN["twisting_torque" if nonlinear else "steer_damper"]
+    nominal = load_bicycle(bicycle) if bicycle else pick(first.bicycles, rng)
+    stated = load_bicycle(cause.stated) if cause.stated else nominal
+    real = perturbed(nominal, uncertainty(nominal), rng)
+    base = kind or ("tyre" if nonlinear and first.base == "rolling" else first.base)
+    effects = base_effects(base, nominal.static_loads, rng)
+    drawn, machine = hide(hidden, nominal, real, effects, rng, cause, sizes)
+    colour = float(rng.uniform(0.2, 0.7))
+    low, high = speeds or (max(first.speeds[0], 4.5), first.speeds[1])
+    time = np.arange(round(duration / SAMPLE) + 1, dtype=float) * SAMPLE
+    loads = machine.coefficients.loads
+    bends = Nonlinear((GRIP * loads[0], GRIP * loads[1]) if nonlinear else (0.0, 0.0), cause.friction)
+    made = []
+    for speed in np.linspace(low, high, runs).round(2):
+        while machine.growth(speed + cause.speed_offset) * duration > recording.growth and speed < 2 * high:
+            speed = round(speed + 0.25, 2)  # a bicycle that falls gives no record
+        torque = doublets(time, rng) if forced else None
+        made.append(_run(machine, float(speed), cause, bends, (time, torque), recording, rng))
+    levels = _levels(made, noise, recording)
+    for run in made:
+        _measure(run, levels, colour, transient, cause.sensors, rng)
+    histories: dict[str, Any] = {"drop_first_s": 3 * transient}
+    if state_noise:
+        histories["noise_sd"] = levels
+    content = {
+        "kind": "histories", "description": "synthetic", "bicycle": stated.name, "effects": effects,
+        "uncertainty": {key: s / too_tight for key, s in uncertainty(stated).items()}, "histories": histories,
+    }  # fmt: skip
+    write_histories(folder, content, made)
+    return Truth(drawn | dict(cause.told), cell, noise=noise)
+
+
+def _run(
+    machine: Machine, speed: float, cause: Cause, bends: Nonlinear, motion: tuple[Array, Array | None],
+    recording: Recording, rng: np.random.Generator,
+) -> Run:  # fmt: skip
+    """A kick, scaled so that the bicycle stays upright: the linear motion is proportional to torque and start."""
+    time, torque = motion
+    space = machine.space(speed + cause.speed_offset)
+    push = np.zeros(len(time)) if torque is None else torque
+    start = rng.normal(0, 0.01) * _state(space, "lean") + 0.3 * _state(space, "lean_rate")
+    states = simulate(space, start, push, SAMPLE)
+    end, angles = len(time), np.max([np.abs(states @ space.outputs[name]) for name in ("lean", "steer")], axis=0)
+    if recording.shorter and angles.max() > 3 * angles[time <= recording.shorter].max():
+        end = round(recording.shorter / SAMPLE) + 1
+    largest = recording.largest / 4 if bends.grip[0] else recording.largest
+    size = largest / angles[:end].max()
+    if recording.shorter:
+        size = min(size, 1.5)  # a kick of 0.45 rad/s of lean rate at most
+    states, push = size * states, size * push
+    if bends:
+        states = simulate_nonlinear(space, machine.law, speed + cause.speed_offset, bends, (size * start, push, SAMPLE))
+    channels = {name: (states @ space.outputs[output])[:end] for name, (output, _) in CHANNELS.items()}
+    return Run(speed, time[:end], channels, None if torque is None else push[:end])
+
+
+def _state(space: Space, name: str) -> Array:
+    """Unit state of an output, the others at rest: the smallest state whose output it is."""
+    rows = np.array([space.outputs[key] for key in ("lean", "steer", "lean_rate", "steer_rate", "yaw_rate")])
+    wanted = np.array([float(key == name) for key in ("lean", "steer", "lean_rate", "steer_rate", "yaw_rate")])
+    return np.asarray(np.linalg.lstsq(rows, wanted, rcond=None)[0])
+
+
+def _levels(made: list[Run], noise: float, recording: Recording) -> dict[str, float]:
+    """Noise sd of every channel."""
+    if not recording.loud:
+        return {name: noise * level for name, (_, level) in CHANNELS.items()}
+    middle = {name: float(np.median([run.channels[name].std() for run in made])) for name in CHANNELS}
+    return {name: float(f"{noise * recording.loud * size:.3g}") for name, size in middle.items()}
+
+
+def _measure(
+    run: Run, levels: Mapping[str, float], colour: float, transient: float, sensors: Mapping[str, Sensor],
+    rng: np.random.Generator,
+) -> None:  # fmt: skip
+    for name, level in levels.items():
+        true, sensor = run.channels[name], sensors.get(name)
+        if sensor:
+            true = sensor.read(run.time, true, run.channels[sensor.other] if sensor.other else None)
+        disturbance = 5 * level * np.exp(-run.time / transient) if transient else 0.0
+        run.seen[name] = true + coloured(len(run.time), level, colour, rng) + disturbance
+
+
+def write_histories(folder: Path, content: dict[str, Any], made: list[Run]) -> None:
+    """Write the measurement file and one CSV a run.
+
+    Parameters
+    ----------
+    folder : Path
+    content : dict
+        Of the file; its runs are added.
+    made : list of Run
     """
     import tomli_w
 
-    first = HIDDEN[hidden[0]] if hidden else HIDDEN["twisting_torque" if nonlinear else "steer_damper"]
-    nominal = load_bicycle(bicycle or str(rng.choice(first.bicycles)))
-    sd = uncertainty(nominal)
-    real = perturbed(nominal, sd, rng)
-    kind = "tyre" if nonlinear and first.base == "rolling" else first.base
-    effects = base_effects(kind, nominal.static_loads, rng)
-    drawn, model = hide(hidden, nominal, real, effects, rng)
-    colour = float(rng.uniform(0.2, 0.7))
-    entries, (low, high) = [], speeds or (max(first.speeds[0], 4.5), first.speeds[1])
     folder.mkdir(parents=True, exist_ok=True)
-    time = np.arange(round(duration / SAMPLE) + 1) * SAMPLE
-    for k, speed in enumerate(np.linspace(low, high, runs).round(2)):
-        while model.linear_model().eigenvalues(speed).real.max() * duration > MOST_GROWTH and speed < 2 * high:
-            speed = round(speed + 0.25, 2)  # a bicycle that falls gives no record
-        settings: dict[str, Any] = {"time": time, "initial": {"lean": float(rng.normal(0, 0.01)), "lean_rate": 0.3}}
-        torque = doublets(duration, 1.0, rng) if forced else None
-        if torque:
-            settings["inputs"] = {"steer_torque": torque}
-        trial = respond(model.linear_model(), speed=float(speed), **settings)
-        largest = LARGEST_ANGLE / 4 if nonlinear else LARGEST_ANGLE
-        size = largest / max(float(np.abs(trial.outputs[name]).max()) for name in ("lean", "steer"))
-        settings["initial"] = {name: size * value for name, value in settings["initial"].items()}
-        if torque:  # the motion is linear in torque and start: scaled so that the bicycle stays well upright
-            torque = InputHistory(torque.time, size * torque.value)
-            settings["inputs"] = {"steer_torque": torque}
-        if nonlinear:
-            response = magic_formula_model(model, speed=float(speed)).simulate(**settings, tolerance=1e-6)
-        else:
-            response = respond(model.linear_model(), speed=float(speed), **settings)
-        table = {"time_s": time}
-        for name, (output, level) in CHANNELS.items():
-            disturbance = 5 * level * np.exp(-time / transient) if transient else 0.0
-            table[name] = response.outputs[output] + coloured(len(time), noise * level, colour, rng) + disturbance
-        if torque:
-            table["steer_torque_N_m"] = torque.at(time)
+    entries = []
+    for k, run in enumerate(made):
+        table = {"time_s": run.time, **run.seen}
+        if run.torque is not None:
+            table["steer_torque_N_m"] = run.torque
         lines = [",".join(table)] + [",".join(f"{x:.6g}" for x in row) for row in zip(*table.values(), strict=True)]
         (folder / f"run{k:02d}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
-        entries.append({"file": f"run{k:02d}.csv", "speed_m_s": float(speed)})
-    histories: dict[str, Any] = {"drop_first_s": 3 * transient, "runs": entries}
-    if state_noise:
-        histories["noise_sd"] = {name: noise * level for name, (_, level) in CHANNELS.items()}
-    content = {
-        "kind": "histories", "description": "synthetic", "bicycle": nominal.name, "effects": effects,
-        "uncertainty": {key: s / too_tight for key, s in sd.items()}, "histories": histories,
-    }  # fmt: skip
+        entries.append({"file": f"run{k:02d}.csv", "speed_m_s": run.speed})
+    content["histories"]["runs"] = entries
     (folder / "MEASUREMENT.toml").write_text(tomli_w.dumps(content), encoding="utf-8")
-    return Truth(drawn, cell, noise=noise)

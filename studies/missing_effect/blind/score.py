@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from statistics import median
 from typing import Any
 
@@ -10,6 +10,20 @@ from bicycle.parameter_key import ParameterKey
 
 LARGEST_CLASS = 3  # a class of more counts as wrong
 SAYS_MISSING = ("named", "class", "partial")
+TENTATIVE = "tentative"  # a hypothesis with a reservation: scored in rows of its own
+
+CALLED: Mapping[str, tuple[str, ...]] = {
+    "luggage_rear": ("luggage_rack", "rear_luggage", "luggage_on_rack"),
+    "luggage_bar": ("bar_luggage", "luggage_on_bar", "luggage_front"),
+    "speed_offset": ("speed_bias",),
+    "wrong_tilt": ("wrong_geometry", "geometry_tilt", "steer_axis_tilt", "wrong_steer_axis_tilt"),
+    "wrong_trail": ("wrong_geometry", "geometry_trail", "mechanical_trail"),
+    "steer_friction": ("coulomb_friction", "steer_coulomb_friction"),
+    **{f"{c}_low_pass": (f"{c}_lag", f"{c}_filter") for c in ("roll_rate", "steer", "yaw_rate")},
+    **{f"{c}_drift": ("drift", "sensor_drift") for c in ("roll_rate", "steer", "yaw_rate")},
+    **{f"{c}_bias": ("bias", "constant_bias") for c in ("roll_rate", "steer", "yaw_rate")},
+}
+"""Name of a hidden cause -> what a search may call it; what is not listed has the same name on both sides."""
 
 
 def judge(verdict: Mapping[str, Any], truth: Mapping[str, Any]) -> dict[str, Any]:
@@ -18,30 +32,43 @@ def judge(verdict: Mapping[str, Any], truth: Mapping[str, Any]) -> dict[str, Any
     ``right``: the class has at most three members and holds exactly what was hidden. ``covered``: the 95 % intervals
     of the named parameters hold the true values. ``misnamed``: named or a class, with nothing of what was hidden.
     ``some_false``: the leading hypothesis, a partial one too, has something that was not hidden, no member is right.
+    ``tentative_right``: the same as right for a tentative verdict. ``any_name``: named, class, partial or tentative.
     """
     hidden = set(truth["effects"])
-    members = [set(name.split("+")) for name in verdict["class"]]
-    says = verdict["verdict"] in SAYS_MISSING
-    named = {e["identifier"] for e in verdict["effects"]}
+    members = [translated(name.split("+"), hidden) for name in verdict["class"]]
+    says, tentative = verdict["verdict"] in SAYS_MISSING, verdict["verdict"] == TENTATIVE
+    named = translated((e["identifier"] for e in verdict["effects"]), hidden)
     covered = [inside for _, _, inside in _intervals(verdict, truth)]
+    holds = hidden in members and len(members) <= LARGEST_CLASS
     gap = verdict["held_out_gap"]
     return {
-        "detected": says or verdict["verdict"] == "unknown",
+        "detected": says or tentative or verdict["verdict"] == "unknown",
         "says": says,
-        "right": says and hidden in members and len(members) <= LARGEST_CLASS,
+        "right": says and holds,
+        "tentative": tentative,
+        "tentative_right": tentative and holds,
+        "class_right": verdict["verdict"] == "class" and holds,
+        "any_name": says or tentative,
         "misnamed": verdict["verdict"] in ("named", "class") and not any(member & hidden for member in members),
-        "some_false": says and bool(named - hidden) and hidden not in members,
+        "some_false": says and bool((named or set().union(*members)) - hidden) and hidden not in members,
         "class_size": len(members),
         "covered": sum(covered), "judged": len(covered),
         "gap": gap["final"] if gap["nominal"] is not None and says else None,
     }  # fmt: skip
 
 
+def translated(names: Iterable[str], hidden: set[str]) -> set[str]:
+    """Identifiers ``names`` of a search in the words of the truth, where they mean what was ``hidden``."""
+    return {next((cause for cause in sorted(hidden) if name in CALLED.get(cause, ())), name) for name in names}
+
+
 def _intervals(verdict: Mapping[str, Any], truth: Mapping[str, Any]) -> list[tuple[str, str, bool]]:
     """Effect, parameter, and whether its 95 % interval holds the truth, of what was hidden and named."""
     found = []
+    hidden = set(truth["effects"])
     for effect in verdict["effects"]:
-        true = truth["effects"].get(effect["identifier"], {})
+        (cause,) = translated([effect["identifier"]], hidden)
+        true = truth["effects"].get(cause, {})
         for key, number in effect["parameters"].items():
             own = ParameterKey.parse(key)
             value = true.get(own.name)
@@ -65,37 +92,65 @@ def wilson(hits: int, total: int, z: float = 1.96) -> tuple[float, float]:
 
 
 def summary(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Shares by cell of ``records`` with intervals, power against noise, intervals by parameter, confusion matrices."""
+    """Shares by cell of ``records`` with intervals, power against noise, intervals by parameter, confusion matrices.
+
+    Cases that raised count in ``crashed`` only, cases that could not be made in ``left_out``.
+    """
     cells: dict[str, list[Mapping[str, Any]]] = {}
     for record in records:
         cells.setdefault(record["cell"], []).append(record)
-    ones = {cell: rows for cell, rows in sorted(cells.items()) if cell.endswith("-one")}
+    told = {cell: [row for row in rows if row["verdict"]] for cell, rows in sorted(cells.items())}
+    ones = {cell: rows for cell, rows in told.items() if cell.endswith("-one")}
     return {
-        "cells": {cell: _cell(rows) for cell, rows in sorted(cells.items())},
+        "cells": {cell: _cell(rows, told[cell]) for cell, rows in sorted(cells.items())},
         "power": {cell: {"all": _power(rows)} | _by_hidden(rows, _power) for cell, rows in ones.items()},
         "truth_inside_95": {cell: _by_parameter(rows) for cell, rows in ones.items()},
-        "confusion": {cell: _by_hidden(rows, _confusion) for cell, rows in sorted(cells.items())},
+        "confusion": {cell: _by_hidden(rows, _confusion) for cell, rows in told.items()},
     }
 
 
-def _cell(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _cell(every: Sequence[Mapping[str, Any]], rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Figures of a cell: ``every`` case counts for crashes, those with a verdict (``rows``) for the rest."""
     scores = [judge(row["verdict"], row["truth"]) for row in rows]
     told = [s for s in scores if s["says"]]
     gaps = [s["gap"] for s in told if s["gap"] is not None]
     right = [s for s in told if s["right"]]
+    classes = [s for s in scores if s["class_right"]]
+    tentative = [s for s in scores if s["tentative"]]
+    guesses = [judge(row["baseline"], row["truth"]) for row in rows if row.get("baseline")]
+    guessed = [s for s in guesses if s["says"]]
+    made = [row for row in every if row.get("made", True)]
+
+    def some(key: str, of: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+        return _share(sum(s[key] for s in of), len(of))
+
+    def inside(of: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+        return _share(sum(s["covered"] for s in of), sum(s["judged"] for s in of))
+
     return {
         "cases": len(rows),
+        "left_out": len(every) - len(made),
+        "crashed": _share(sum(not row["verdict"] for row in made), len(made)),
         "something_named": _share(len(told), len(rows)),
-        "detected": _share(sum(s["detected"] for s in scores), len(rows)),
-        "right": _share(sum(s["right"] for s in scores), len(rows)),
-        "right_when_named": _share(sum(s["right"] for s in told), len(told)),
-        "misnamed": _share(sum(s["misnamed"] for s in scores), len(rows)),
-        "some_false_name": _share(sum(s["some_false"] for s in scores), len(rows)),
-        "truth_inside_95": _share(sum(s["covered"] for s in scores), sum(s["judged"] for s in scores)),
-        "truth_inside_95_when_right": _share(sum(s["covered"] for s in right), sum(s["judged"] for s in right)),
+        "detected": some("detected", scores),
+        "right": some("right", scores),
+        "right_when_named": some("right", told),
+        "tentative": _share(len(tentative), len(rows)),
+        "tentative_right": some("tentative_right", tentative),
+        "right_or_tentative_right": _share(sum(s["right"] or s["tentative_right"] for s in scores), len(scores)),
+        "any_name": some("any_name", scores),
+        "misnamed": some("misnamed", scores),
+        "some_false_name": some("some_false", scores),
+        "truth_inside_95": inside(scores),
+        "truth_inside_95_when_right": inside(right),
+        "truth_inside_95_in_class": inside(classes),
+        "baseline_named": _share(len(guessed), len(guesses)),
+        "baseline_right": some("right", guesses),
+        "baseline_right_when_named": some("right", guessed),
+        "baseline_misnamed": some("misnamed", guesses),
         "median_gap_left": median(gaps) if gaps else None,
         "median_class_size": median(s["class_size"] for s in told) if told else None,
-        "median_seconds": median(row["seconds"] for row in rows),
+        "median_seconds": median(row["seconds"] for row in rows) if rows else None,
     }
 
 
@@ -129,12 +184,14 @@ def _by_parameter(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 def _confusion(rows: Sequence[Mapping[str, Any]]) -> dict[str, int]:
     """How often each answer was given, most frequent first."""
-    answers = Counter(f"{row['verdict']['verdict']}: {_said(row['verdict'])}" for row in rows)
+    answers = Counter(
+        f"{row['verdict']['verdict']}: {_said(row['verdict'], set(row['truth']['effects']))}" for row in rows
+    )
     return dict(answers.most_common())
 
 
-def _said(verdict: Mapping[str, Any]) -> str:
-    return " or ".join("+".join(sorted(name.split("+"))) for name in verdict["class"]) or "-"
+def _said(verdict: Mapping[str, Any], hidden: set[str]) -> str:
+    return " or ".join("+".join(sorted(translated(name.split("+"), hidden))) for name in verdict["class"]) or "-"
 
 
 def _share(hits: int, total: int) -> dict[str, Any]:
