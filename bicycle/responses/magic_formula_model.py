@@ -112,7 +112,8 @@ def _law(model: Model) -> Effect:
             f"nonlinear tyres need the effect {' or '.join(effect.identifier for effect in laws)}; "
             f"this model rolls with {law.identifier!r}"
         )
-    given = {thing for effect in (OpenContact, *model.effects) if effect is not law for thing in effect.provides}
+    given = {thing for effect in model.effects if effect is not law for thing in effect.provides}
+    given |= set(OpenContact.provides)
     for effect in model.effects:
         if set(effect.requires) - given:
             raise InputError(

@@ -179,15 +179,18 @@ class ForwardModel:
     """
 
     thorough = True
-    varied = True
     refused: Mapping[str, str] = {}
     notes: tuple[str, ...] = ()
-    candidates: tuple[Candidate, ...]
+
+    @property
+    def varied(self) -> bool:
+        """They do."""
+        return True
 
     @property
     def library(self) -> tuple[Candidate, ...]:
         """The candidates."""
-        return self.candidates
+        return self.candidates  # type: ignore[attr-defined]
 
     def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
         """Zero, whatever ``candidates`` at ``theta`` (p,): nothing is marginalised."""
