@@ -1,9 +1,9 @@
 """The baseline of the blind test: sparse regression of the torque that the stated model leaves over.
 
 As in SINDy (Brunton, Proctor & Kutz 2016, PNAS 113): the measured channels are differentiated, the torques on lean and
-steer that the stated bicycle (rolling without slip, two equations) leaves unexplained are regressed on a library of
-terms, and terms that contribute little are dropped, again and again. The terms that survive are compared with the change that
-each known effect makes to the same terms; the closest gives the name.
+steer that the stated bicycle (rolling without slip, two equations) leaves over are regressed on a library of terms, and
+terms that contribute little are dropped, one after the other. The torque of the terms that survive is compared with
+that of the change which each known effect makes to the same terms; the closest gives the name.
 
 Limits: noise is differentiated; tyres, a flexible front and a rider who sways have states of their own, so they have no
 entry in the table and cannot be named; stated uncertainties of the bicycle are not used, so it knows no ``partial``.
@@ -31,7 +31,7 @@ TERMS = (
 LEAST = 0.05
 """Share of the base model's own torque (root mean square) below which a term is dropped."""
 ALIKE = 0.8
-"""Cosine between the terms found and those of an effect, from which on it is named."""
+"""Cosine between the torque of the terms found and that of an effect, from which on it is named."""
 TIED = 0.02
 """Effects whose cosines differ by less are a class."""
 RIDGE = 0.02
@@ -63,8 +63,8 @@ def terms_of(c: Coefficients) -> Array:
     return np.array(columns).T
 
 
-def baseline(folder: Path) -> dict[str, Any]:
-    """Answer for the measurement in a ``folder``, with the keys of a verdict that the score needs."""
+def baseline(folder: Path, without: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Answer for the measurement in a ``folder``, in the keys of a verdict; effects ``without`` which it has to do."""
     content = tomllib.loads((folder / "MEASUREMENT.toml").read_text(encoding="utf-8"))
     values = load_bicycle(content["bicycle"]).values
     own = terms_of(coefficients(values, {}))
@@ -73,7 +73,8 @@ def baseline(folder: Path) -> dict[str, Any]:
     for equation in (0, 1):
         if len(torque[equation]):
             found[equation] = sparse(columns[equation], torque[equation], LEAST * scale[equation])
-    names = _names(found, columns, known_changes(values))
+    table = {name: change for name, change in known_changes(values).items() if name not in without}
+    names = _names(found, columns, scale, table)
     verdict = "none" if not found.any() else ("unknown", "named", "class")[min(len(names), 2)]
     return {"verdict": verdict, "class": names, "effects": [], "held_out_gap": {"nominal": None, "final": None}}
 
@@ -92,27 +93,30 @@ def sparse(columns: Array, torque: Array, least: float) -> Array:
     size = np.sqrt(np.mean(columns**2, axis=0))
     kept = size > 0
     found = np.zeros(columns.shape[1])
-    for _ in range(len(size)):
+    while kept.any():
         found[:] = 0.0
-        if not kept.any():
-            break
         unit = columns[:, kept] / size[kept]
         grip = unit.T @ unit / len(unit) + RIDGE * np.eye(unit.shape[1])
         found[kept] = np.linalg.solve(grip, unit.T @ torque / len(unit)) / size[kept]
         share = np.where(kept, np.abs(found) * size, np.inf)
         if share.min() >= max(least, TERM * share[kept].max()):
             break
-        kept[np.argmin(share)] = False
+        found[np.argmin(share)], kept[np.argmin(share)] = 0.0, False
     return found
 
 
-def _names(found: Array, columns: tuple[Array, Array], table: Mapping[str, Array]) -> list[str]:
-    """Effects whose change of the terms has the direction of what was found; terms count as they contribute."""
-    size = np.array([np.sqrt(np.mean(c**2, axis=0)) if len(c) else np.zeros(len(TERMS)) for c in columns])
-    alike = {}
+def _names(
+    found: Array, columns: tuple[Array, Array], scale: tuple[float, float], table: Mapping[str, Array]
+) -> list[str]:
+    """Effects whose torque has the course of that which was found, both equations over their scales."""
+
+    def torque(terms: Array) -> Array:
+        return np.concatenate([columns[k] @ terms[k] / scale[k] for k in (0, 1)])
+
+    seen, alike = torque(found), {}
     for name, change in table.items():
-        a, b = (found * size).ravel(), (change * size).ravel()
-        alike[name] = float(a @ b / max(np.linalg.norm(a) * np.linalg.norm(b), 1e-300))
+        own = torque(change)
+        alike[name] = float(seen @ own) / max(float(np.linalg.norm(seen)) * float(np.linalg.norm(own)), 1e-300)
     best = max(alike.values())
     return sorted((name for name, c in alike.items() if c >= max(ALIKE, best - TIED)), key=lambda n: -alike[n])
 

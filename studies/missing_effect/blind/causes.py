@@ -97,8 +97,8 @@ def steer_rate_force(rng: Random) -> Cause:
 
 
 def structural_damper(rng: Random) -> Cause:
-    """A spring of 4 to 15 N m/rad in series with a damper (0.1 to 0.4 s) at the steer; ``rng`` draws both."""
-    return Cause({"structural_damper": {}}, Extras(maxwell=(rng.uniform(4, 15), rng.uniform(0.1, 0.4))))
+    """A spring of 2 to 6 N m/rad in series with a damper (0.05 to 0.2 s) at the steer; ``rng`` draws both."""
+    return Cause({"structural_damper": {}}, Extras(maxwell=(rng.uniform(2, 6), rng.uniform(0.05, 0.2))))
 
 
 def rotor(rng: Random) -> Cause:
@@ -108,8 +108,8 @@ def rotor(rng: Random) -> Cause:
 
 
 def rear_twist(rng: Random) -> Cause:
-    """A rear triangle that twists with 300 to 1500 N m/rad and 1 to 5 N m s/rad; ``rng`` draws both."""
-    return Cause({"rear_twist": {}}, Extras(rear_twist=(rng.uniform(300, 1500), rng.uniform(1, 5))))
+    """A rear hub or triangle that twists with 60 to 200 N m/rad and 0.2 to 1 N m s/rad; ``rng`` draws both."""
+    return Cause({"rear_twist": {}}, Extras(rear_twist=(rng.uniform(60, 200), rng.uniform(0.2, 1))))
 
 
 def bar_mass(rng: Random) -> Cause:

@@ -24,8 +24,10 @@ from studies.missing_effect.blind.hidden import (
     uncertainty,
 )
 from studies.missing_effect.blind.second.shapes import Shape, shapes
+from tyre.base.errors import InputError
 
 MODES = ("weave", "wobble", "rider")
+FEWEST, TRIES = 6, 20  # oscillations of a table, and draws of a bicycle that must show them
 
 
 def modal_case(
@@ -66,18 +68,19 @@ def modal_case(
     first = sizes[hidden[0]] if hidden else HIDDEN[str(rng.choice(["steer_damper", "twisting_torque"]))]
     nominal = load_bicycle(bicycle) if bicycle else pick(first.bicycles, rng)
     stated = load_bicycle(cause.stated) if cause.stated else nominal
-    real = perturbed(nominal, uncertainty(nominal), rng)
-    effects = base_effects(kind or first.base, nominal.static_loads, rng)
-    drawn, machine = hide(hidden, nominal, real, effects, rng, cause, sizes)
-    low, high = first.speeds
-    speeds = np.sort(np.concatenate([rng.uniform(low, high, points).round(3), extra_speeds]))
-    found = [shapes(machine, float(speed) + cause.speed_offset) for speed in speeds]
-    rows = [
-        table_row(float(speed), one[mode], noise, rng, ratios=ratios)
-        for mode in modes
-        for speed, one in zip(speeds, found, strict=True)
-        if mode in one
-    ]
+    for _ in range(TRIES):
+        real = perturbed(nominal, uncertainty(nominal), rng)
+        effects = base_effects(kind or first.base, nominal.static_loads, rng)
+        drawn, machine = hide(hidden, nominal, real, effects, rng, cause, sizes)
+        low, high = first.speeds
+        speeds = np.sort(np.concatenate([rng.uniform(low, high, points).round(3), extra_speeds]))
+        found = [shapes(machine, float(speed) + cause.speed_offset) for speed in speeds]
+        seen = [(v, one[mode]) for mode in modes for v, one in zip(speeds, found, strict=True) if mode in one]
+        if len(seen) >= FEWEST:
+            break
+    else:
+        raise InputError(f"{nominal.name!r} with {', '.join([*hidden, *cause.told])} hardly oscillates")
+    rows = [table_row(float(speed), shape, noise, rng, ratios=ratios) for speed, shape in seen]
     sd = uncertainty(stated)
     write_modal(folder, stated.name, effects, {key: s / too_tight for key, s in sd.items()}, rows)
     return Truth(drawn | dict(cause.told), cell, noise=noise)

@@ -74,7 +74,7 @@ UNUSUAL: Mapping[str, Hidden] = {
         place={"joint_x": (0.75, 0.95), "joint_z": (-0.85, -0.65)},
     ),
     "steer_spring": Hidden("rolling", UNRIDDEN, {"stiffness": (25.0, 60.0)}, (4.0, 9.0)),
-    "steer_damper": Hidden("rolling", UNRIDDEN, {"damping": (7.0, 20.0)}),
+    "steer_damper": Hidden("rolling", ("kooijman2008", "benchmark"), {"damping": (5.5, 8.0)}, (5.0, 10.0)),
     "pneumatic_trail": Hidden("rolling", UNRIDDEN, {"trail": (0.035, 0.06)}),
     "crown_radius": Hidden("rolling", UNRIDDEN, {"crown_radius": (0.045, 0.09)}),
     "twisting_torque": Hidden("tyre", UNRIDDEN, {"twisting_stiffness": (5.0, 12.0)}, (4.0, 12.0)),
@@ -205,7 +205,7 @@ def true_machine(bicycle: Bicycle, effects: Tables, hidden: Tables, cause: Cause
 
 
 def check_rest(bicycle: Bicycle, rider: Mapping[str, float]) -> None:
-    """Refuse a ``rider`` whose removal leaves no physical frame of the ``bicycle``."""
+    """Refuse a ``rider`` (parameters in SI) whose removal leaves no physical frame of the ``bicycle``."""
     rest = bicycle["mB"] - rider["mass"]
     if rest > 0:
         x = (bicycle["mB"] * bicycle["xB"] - rider["mass"] * rider["x"]) / rest

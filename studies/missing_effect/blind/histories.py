@@ -96,7 +96,7 @@ def coloured(size: int, sd: float, colour: float, rng: np.random.Generator) -> A
 
 
 def doublets(time: Array, rng: np.random.Generator) -> Array:
-    """Random steer torque of size 1 at ``time`` (samples,): held for 0.1 to 0.5 s, either sign, then released."""
+    """Random steer torque of size 1 at ``time`` (samples,), by ``rng``: held 0.1 to 0.5 s, of either sign or 0."""
     torque, t, end = np.zeros(len(time)), 0.2, time[-1]
     while t < 0.7 * end:
         value, start = float(rng.choice([-1, 0, 1])), round(t / SAMPLE)

@@ -65,7 +65,7 @@ def slopes(name: str) -> tuple[dict[str, Array], Array]:
 
 
 def stand_out(name: str, sizes: Mapping[str, float]) -> float:
-    """Size of the weaker of two effects of ``sizes`` in sd, the other and all parameters of bicycle ``name`` free."""
+    """Size in sd of the weaker of two effects of ``sizes`` (SI), parameters of bicycle ``name`` and the other free."""
     effects, nuisances = slopes(name)
     both = np.array([effects[effect] * size for effect, size in sizes.items()]).T
     spread = np.eye(len(both)) + nuisances @ nuisances.T

@@ -50,7 +50,7 @@ def judge(verdict: Mapping[str, Any], truth: Mapping[str, Any]) -> dict[str, Any
         "class_right": verdict["verdict"] == "class" and holds,
         "any_name": says or tentative,
         "misnamed": verdict["verdict"] in ("named", "class") and not any(member & hidden for member in members),
-        "some_false": says and bool((named or set().union(*members)) - hidden) and hidden not in members,
+        "some_false": says and bool(named - hidden) and hidden not in members,
         "class_size": len(members),
         "covered": sum(covered), "judged": len(covered),
         "gap": gap["final"] if gap["nominal"] is not None and says else None,

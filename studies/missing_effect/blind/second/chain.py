@@ -82,7 +82,7 @@ class Chain:
     gravity: float
 
     def supported(self, joint: int) -> list[int]:
-        """A ``joint`` and all below it."""
+        """Numbers of the joint of index ``joint`` and of all below it."""
         found = []
         while joint >= 0:
             found.append(joint)
@@ -186,7 +186,7 @@ def touch(wheel: Wheel, motion: Motion) -> tuple[Complex, Complex, complex]:
 
 
 def slopes(function: Callable[[Complex], Complex], at: Real, columns: list[int]) -> Real:
-    """Derivatives (values, columns) of a ``function`` of a vector ``at`` a point (n,), by complex steps in ``columns``."""
+    """Derivatives (values, columns) of a ``function`` of a vector ``at`` a point (n,), by complex ``columns``."""
     found = []
     for k in columns:
         point = at.astype(complex)

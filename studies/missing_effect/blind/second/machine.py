@@ -240,7 +240,7 @@ def with_springs(
     effects, extras :
         As of :func:`coefficients`.
     sprung : mapping
-        Stiffness and damping by name of joint.
+        Stiffness (N m/rad) and damping (N m s/rad) by name of joint.
     """
     damping, stiffness, at = found.damping.copy(), found.stiffness.copy(), found.names.index
     steer, lean, yaw = at("steer"), at("lean"), at("yaw")

@@ -10,7 +10,7 @@ SLOWEST = 0.5  # rad/s
 FASTEST = 100.0  # 1/s
 MOST_DAMPED = 0.7  # share of the decay in the eigenvalue: nothing that a free decay would show beyond
 ALMOST_REAL = 0.95  # the same for what is no oscillation at all
-WOBBLE = 18.0  # rad/s, above it a steer oscillation is wobble
+WOBBLE = 10.0  # rad/s, above it a steer oscillation is wobble: 1.6 Hz with a very soft front, 4 to 10 Hz usually
 
 
 @dataclass(frozen=True)

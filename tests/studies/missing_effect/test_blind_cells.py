@@ -1,0 +1,181 @@
+"""Every cell of the blind test makes readable, repeatable cases; its sizes, causes and its baseline."""
+
+import csv
+import tomllib
+
+import numpy as np
+import pytest
+
+from bicycle import load_bicycle
+from studies.missing_effect import read_measurement
+from studies.missing_effect.blind import causes, generator
+from studies.missing_effect.blind.baseline import TERMS, baseline, known_changes, sparse, terms_of
+from studies.missing_effect.blind.cells import CELLS, make
+from studies.missing_effect.blind.generator import modal_case
+from studies.missing_effect.blind.hidden import HIDDEN, UNUSUAL, Hidden, check_rest
+from studies.missing_effect.blind.opposed import opposed_pair, stand_out
+from studies.missing_effect.blind.score import CALLED
+from studies.missing_effect.blind.second.machine import coefficients
+from studies.missing_effect.blind.second.sensors import Sensor
+from tyre.base.errors import InputError
+
+
+def contents(folder):
+    return {file.name: file.read_text() for file in sorted(folder.iterdir())}
+
+
+@pytest.mark.parametrize("cell", CELLS)
+def test_every_cell_makes_readable_cases_that_are_the_same_for_the_same_seed(tmp_path, cell):
+    for seed in range(1, 6):
+        truth, left_out = make(cell, seed, tmp_path / str(seed))
+        assert bool(truth.effects) == ("none" not in cell)
+        assert (truth.cell, truth.seed) == (cell, seed)
+        assert set(left_out) <= set(truth.effects)
+        assert not left_out or cell.endswith("outside")
+        found = read_measurement(tmp_path / str(seed) / "MEASUREMENT.toml")
+        assert len(getattr(found, "points", None) or found.runs) >= 3
+        assert "hidden" not in "".join(contents(tmp_path / str(seed)).values())
+    again, _ = make(cell, 5, tmp_path / "again")
+    assert again == truth
+    assert contents(tmp_path / "5") == contents(tmp_path / "again")
+
+
+def test_loud_runs_are_50_times_their_noise_and_some_grow(tmp_path):
+    grown = 0
+    for seed in range(4):
+        make("loud-one", seed, tmp_path / str(seed))
+        content = tomllib.loads((tmp_path / str(seed) / "MEASUREMENT.toml").read_text())["histories"]
+        rates, ends = [], []
+        for run in content["runs"]:
+            table = np.loadtxt(tmp_path / str(seed) / run["file"], delimiter=",", skiprows=1)
+            rates.append(table[:, 1].std())
+            third = len(table) // 3
+            ends.append(np.ptp(table[-third:, 1]) / np.ptp(table[:third, 1]))
+        assert len(rates) == 8
+        assert np.median(rates) / content["noise_sd"]["roll_rate_rad_s"] == pytest.approx(50, rel=0.05)
+        grown += sum(end > 1.3 for end in ends)
+    assert grown > 1
+
+
+def test_one_speed_is_one_speed(tmp_path):
+    make("one-speed", 3, tmp_path)
+    runs = tomllib.loads((tmp_path / "MEASUREMENT.toml").read_text())["histories"]["runs"]
+    speeds = [run["speed_m_s"] for run in runs]
+    assert len(speeds) == 3
+    assert max(speeds) / min(speeds) < 1.01
+
+
+def test_tight_priors_are_tighter(tmp_path):
+    for name, tight in (("a", 1.0), ("b", 1.5)):
+        modal_case(tmp_path / name, hidden=(), rng=np.random.default_rng(1), too_tight=tight)
+    loose, close = (tomllib.loads((tmp_path / n / "MEASUREMENT.toml").read_text())["uncertainty"] for n in "ab")
+    assert loose["lam"] / close["lam"] == pytest.approx(1.5)
+    assert (tmp_path / "a" / "modes.csv").read_text() == (tmp_path / "b" / "modes.csv").read_text()
+
+
+def test_eigenvalues_only_have_no_shapes(tmp_path):
+    make("eigenvalues-one", 1, tmp_path)
+    with (tmp_path / "modes.csv").open() as file:
+        assert not any("over_lean" in name for name in csv.DictReader(file).fieldnames)
+
+
+def test_unusual_sizes_lie_beyond_the_usual_ones():
+    for name, unusual in UNUSUAL.items():
+        key = next(iter(unusual.draw))
+        (low, high), (least, most) = unusual.draw[key], HIDDEN[name].draw[key]
+        assert low > most or high < least, name
+
+
+def test_pairs_that_hide_each_other_could_be_told_apart():
+    name, sizes = opposed_pair(np.random.default_rng(2))
+    assert stand_out(name, {effect: next(iter(h.draw.values()))[0] for effect, h in sizes.items()}) > 4
+
+
+@pytest.mark.parametrize("maker", [*causes.LIBRARY_HISTORIES.values(), *causes.SENSORS.values()])
+def test_a_cause_tells_what_it_does(maker):
+    cause = maker(np.random.default_rng(3))
+    ((name, values),) = cause.told.items()
+    (size,) = values.values()
+    done = [cause.extras.rack, cause.extras.bar, cause.speed_offset, cause.friction, *cause.shifts.values()]
+    for sensor in cause.sensors.values():
+        done += [sensor.gain - 1, sensor.delay, sensor.low_pass, sensor.bias, sensor.drift]
+    assert [x for x in done if x] == pytest.approx([size])
+    assert name not in HIDDEN
+
+
+def test_causes_outside_the_library_have_no_name_in_it():
+    for maker in causes.OUTSIDE_HISTORIES.values():
+        ((name, values),) = maker(np.random.default_rng(3)).told.items()
+        assert not values
+        assert name not in CALLED
+
+
+def test_sensors():
+    """A ramp through a first-order lag ends one time constant late, through two of them two."""
+    time = np.arange(300) * 0.01
+    for sensor, late in (
+        (Sensor(low_pass=0.05), 0.05),
+        (Sensor(low_pass=0.05, order=2), 0.1),
+        (Sensor(delay=0.03), 0.03),
+    ):
+        assert sensor.read(time, 2 * time)[-1] == pytest.approx(2 * (time[-1] - late), abs=1e-6)
+    waves = np.sin(3 * time)
+    np.testing.assert_allclose(Sensor(gain=1.2, bias=0.1, drift=0.5).read(time, waves), 1.2 * waves + 0.1 + 0.5 * time)
+    assert np.abs(Sensor(limit=0.3).read(time, waves)).max() < 0.3
+    np.testing.assert_allclose(Sensor(crosstalk=0.2).read(time, waves, time), waves + 0.2 * time)
+
+
+def test_a_rider_who_leaves_no_frame_is_refused():
+    rider = {"mass": 40.0, "x": 0.33, "z": -1.3, "Ixx": 2.0, "Izz": 1.0, "joint_z": -0.9}
+    check_rest(load_bicycle("rigid_rider"), rider)
+    with pytest.raises(InputError, match="'browser' cannot hold rider_lean"):
+        check_rest(load_bicycle("browser"), rider)
+
+
+# The baseline.
+
+
+def test_sparse_regression_finds_the_terms_of_a_known_torque():
+    rng = np.random.default_rng(1)
+    columns = rng.standard_normal((500, len(TERMS))) * np.geomspace(0.1, 10, len(TERMS))
+    wanted = np.zeros(len(TERMS))
+    wanted[[2, 7]] = 3.0, -0.2
+    found = sparse(columns, columns @ wanted + 0.01 * rng.standard_normal(500), 0.05)
+    assert set(np.flatnonzero(found)) == {2, 7}
+    np.testing.assert_allclose(found, wanted, atol=0.1)
+    assert not sparse(columns, 0.01 * rng.standard_normal(500), 0.05).any()
+
+
+def test_the_table_of_the_baseline_knows_a_damper_and_a_spring():
+    table = known_changes(load_bicycle("browser").values)
+    for name, term, size in (("steer_damper", "steer rate", 1.0), ("steer_spring", "steer", 3.0)):
+        expected = np.zeros((2, len(TERMS)))
+        expected[1, TERMS.index(term)] = size
+        np.testing.assert_allclose(table[name], expected, atol=1e-12)
+
+
+def test_the_terms_are_those_of_the_published_benchmark():
+    """Meijaard et al. (2007), section on the benchmark: M, C1, K0, K2."""
+    found = dict(zip(TERMS, terms_of(coefficients(load_bicycle("benchmark").values, {})).T, strict=True))
+    g = 9.81
+    for term, column in {
+        "lean acceleration": (80.81722, 2.31941332208709),
+        "steer acceleration": (2.31941332208709, 0.29784188199686),
+        "lean rate": (0, 0),
+        "v lean rate": (0, -0.85035641456978),
+        "v steer rate": (33.86641391492494, 1.68540397397560),
+        "lean": (-80.95 * g, -2.59951685249872 * g),
+        "steer": (-2.59951685249872 * g, -0.80329488458618 * g),
+        "v^2 steer": (76.59734589573222, 2.65431523794604),
+    }.items():
+        np.testing.assert_allclose(found[term], column, rtol=1e-9, atol=1e-9, err_msg=term)
+
+
+def test_the_baseline_finds_nothing_in_quiet_data_of_the_stated_bicycle_and_a_strong_damper(tmp_path, monkeypatch):
+    monkeypatch.setattr(generator, "perturbed", lambda bicycle, sd, rng: bicycle)
+    strong = {"steer_damper": Hidden("rolling", (), {"damping": (2.0, 2.0)})}
+    for names, expected in (((), "none"), (("steer_damper",), "named")):
+        settings = {"bicycle": "benchmark", "kind": "rolling", "noise": 1e-3, "sizes": strong}
+        generator.modal_case(tmp_path, hidden=names, rng=np.random.default_rng(2), **settings)
+        found = baseline(tmp_path)
+        assert (found["verdict"], tuple(found["class"])) == (expected, names)
