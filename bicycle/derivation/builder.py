@@ -30,8 +30,7 @@ class ModelBuilder:
 
     def __init__(self) -> None:
         self.speed = SPEED
-        self.bicycle = {key: sp.Symbol(key, real=True) for key in UNITS}
-        p = self.bicycle
+        self.bicycle = p = {key: sp.Symbol(key, real=True) for key in UNITS}
         self.bodies: list[Body] = list(bodies(p))
         self.lean = Coordinate("lean", sp.Symbol("lean"), sp.Symbol("lean_rate"))
         self.steer = Coordinate("steer", sp.Symbol("steer"), sp.Symbol("steer_rate"))

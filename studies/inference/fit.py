@@ -176,7 +176,7 @@ def fit(
         What is fitted; all by default.
     nuisance_scale : float
         Factor on the prior sd of the nuisances.
-    turns : pair of int
+    turns : tuple of int, shape (2,)
         Most iterations, as :func:`studies.inference.minimise.minimise` takes them.
     patient : bool
         Whether each start also goes the way through the easier problems of ``forward``, from the easiest to itself.

@@ -14,6 +14,7 @@ THOROUGH, GUIDE, ROUGH = (60, 60), (20, 20), (20, 7)
 
 LEAST_DAMPING, MOST_DAMPING = 1e-9, 1e6
 EXACT = 1e-3  # decrease of the objective that one more step promises, below which a fit has converged
+TINY = 1e-9  # that no step is worth
 RELATIVE = 1e-5  # the same in shares of the objective
 POOR_DECREMENT = 1e-2  # a fit that is poor anyway is not polished beyond a per cent, but where it must converge
 POOR_CHI2 = 10.0  # objective a row beyond which a fit is poor
@@ -75,7 +76,7 @@ def minimise(
     z, lower, upper : ndarray, shape (p,)
         Start and bounds, in prior sd from the prior mean.
     used : ndarray of bool, shape (n,)
-    turns : pair of int
+    turns : tuple of int, shape (2,)
         Most iterations, in all and of a fit that is still poor then; it is not converged where they do not suffice.
     """
     z = np.clip(z, lower, upper)
@@ -94,10 +95,11 @@ def minimise(
         promised = solve_triangular(triangle, gradient[free], trans="T", check_finite=False)
         decrement = float(promised @ promised)
         poor = turns != THOROUGH and objective > POOR_CHI2 * used.sum()
-        if not np.isfinite(decrement) or decrement <= (POOR_DECREMENT * objective if poor else small(objective)):
+        if not np.isfinite(decrement) or (poor and decrement <= POOR_DECREMENT * objective) or decrement < TINY:
             break
         if poor and turn >= turns[1]:
             break
+        last = decrement <= small(objective)  # its step is still taken: the next decrement is smaller by far
         size = np.sqrt((triangle**2).sum(0))
         improved = False
         while damping < MOST_DAMPING:
@@ -111,7 +113,7 @@ def minimise(
                 damping = max(damping / 10, LEAST_DAMPING)
                 break
             damping *= 10
-        if not improved:
+        if last or not improved:
             break
     return End(z, objective, residual, jacobian, decrement)
 

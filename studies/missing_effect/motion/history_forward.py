@@ -5,7 +5,7 @@ free responses Phi S = U s V', the residual is multiplied by (I + Phi S^2 Phi')^
 Noise of a channel is first-order autoregressive: e_k = rho e_(k-1) + innovation.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -19,18 +19,9 @@ from studies.inference.forward import ProposedMeasurement, Residual, Rows, Serie
 from studies.inference.parameter import Candidate, central_differences
 from studies.missing_effect.motion.bicycle_forward import SPEED_AXIS, BicycleForward, distinct_speeds
 from studies.missing_effect.motion.family import Family
-from studies.missing_effect.motion.friction import FRICTION, friction_refused
+from studies.missing_effect.motion.history_candidates import BIAS, BIAS_KEY, DRIFT_KEY
 from studies.missing_effect.motion.history_noise import LARGEST_SIGNAL, ChannelNoise, rough_noise
 from studies.missing_effect.motion.replay import Replay
-from studies.missing_effect.motion.sensor_errors import (
-    constant_errors,
-    delay_error,
-    error,
-    gain_error,
-    lowpass_error,
-    one_speed,
-    speed_errors,
-)
 from tyre.base.arrays import Array
 
 START = {"rad/s": 3.0, "m/s": 2.0, "N": 0.3, "N m": 0.1, "rad": 0.5}
@@ -39,15 +30,8 @@ START = {"rad/s": 3.0, "m/s": 2.0, "N": 0.3, "N m": 0.1, "rad": 0.5}
 JOINT_START = {"rad/s": 0.5, "rad": 0.05}
 """The same of an elastic joint, which gives way by a fraction of the lean (rad/s, rad); wider would veil a new mode."""
 
-BIAS = {"roll_rate_rad_s": 0.02, "lean_rad": 0.03, "steer_rad": 0.02, "steer_rate_rad_s": 0.02, "yaw_rate_rad_s": 0.02}
-BIAS_KEY, DRIFT_KEY = "bias", "drift"
 PIECE = 0.6  # s
 FURTHER_SD = {"roll_rate_rad_s": 0.02, "steer_rad": 0.005, "yaw_rate_rad_s": 0.02}
-SENSOR = {
-    "roll_rate_rad_s": "roll_rate", "lean_rad": "lean", "steer_rad": "steer", "steer_rate_rad_s": "steer_rate",
-    "yaw_rate_rad_s": "yaw_rate", "steer_torque_N_m": "steer_torque", "lean_torque_N_m": "lean_torque",
-}  # fmt: skip
-"""What the errors of a channel or a torque are called after."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,29 +39,6 @@ class FurtherChannel(ProposedMeasurement):
     """A ``channel`` that was not recorded, in the same runs."""
 
     channel: str
-
-
-def history_candidates(runs: Sequence[Run]) -> tuple[Candidate, ...]:
-    """What may be wrong with ``runs``, and what else only runs can show.
-
-    Speed, a bias or drift, gain and delay of each channel and torque, low-pass of each channel; friction of the
-    steering (see :mod:`.friction`), which is no mistake.
-    """
-    channels = [name for name in runs[0].channels if name in BIAS]
-    found = [*speed_errors([run.speed for run in runs]), *constant_errors()]
-    for name in (*channels, *runs[0].inputs):
-        found += [gain_error(SENSOR[name], name), delay_error(SENSOR[name], name)]
-    found += [lowpass_error(SENSOR[name], name) for name in channels]
-    if not friction_refused(runs[0]):
-        torque = error("torque", "N m", FRICTION, 0.5, least=0.02, lowest=0.0)
-        found.append(Candidate("steer_friction", (torque,), signature="a torque of one size against the steer rate"))
-    return tuple(found)
-
-
-def histories_refused(runs: Sequence[Run]) -> dict[str, str]:
-    """Which of :func:`history_candidates` cannot be tried on ``runs``, and why."""
-    friction = friction_refused(runs[0])
-    return one_speed([run.speed for run in runs]) | ({"steer_friction": friction} if friction else {})
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,8 @@ from studies.missing_effect.motion.bicycle_forward import BicycleForward
 from studies.missing_effect.motion.candidates import find_candidates, physical
 from studies.missing_effect.motion.canonical_forward import CanonicalForward, assumed, sensor_candidates
 from studies.missing_effect.motion.canonical_table import CanonicalTable
-from studies.missing_effect.motion.history_forward import HistoryForward, histories_refused, history_candidates
+from studies.missing_effect.motion.history_candidates import histories_refused, history_candidates
+from studies.missing_effect.motion.history_forward import HistoryForward
 from studies.missing_effect.motion.modal_forward import ModalForward
 from studies.missing_effect.motion.modal_table import ModalPoint
 from studies.missing_effect.motion.nuisances import nuisances

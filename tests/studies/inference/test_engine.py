@@ -15,10 +15,10 @@ from threadpoolctl import threadpool_info, threadpool_limits
 from bicycle import Model, load_bicycle
 from bicycle.identification.recording import Run
 from studies.inference.checks import held_out, log_normal
-from studies.inference.evidence import singles
 from studies.inference.fit import fit
 from studies.inference.forward import ForwardModel, Rows
 from studies.inference.parameter import Candidate, UncertainParameter
+from studies.inference.search import singles
 from studies.missing_effect import diagnose, read_measurement
 from studies.missing_effect.motion.measurements import HistoryMeasurement
 from tyre.base.paths import data_root

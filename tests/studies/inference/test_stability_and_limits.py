@@ -193,7 +193,7 @@ def test_the_prior_of_the_library_stays_where_fewer_candidates_are_tried():
 
     def odds(model):
         null, one = fit(model), fit(model, (first,))
-        return Hypotheses(null, (one,), len(model.candidates)).odds(one, null)
+        return Hypotheses(null, (one,), model.library).odds(one, null)
 
     assert odds(few) == pytest.approx(odds(forward), rel=1e-9)
 
