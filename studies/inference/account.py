@@ -10,7 +10,7 @@ from studies.inference.checks import HeldOut, goodness_of_fit
 from studies.inference.evidence import Hypotheses
 from studies.inference.fit import Fit
 from studies.inference.forward import Forward
-from studies.inference.identifiability import Separation, separating
+from studies.inference.identifiability import separating
 from studies.inference.parameter import Candidate
 from studies.inference.search import POOR_FIT
 from studies.inference.sentence import sentence
@@ -50,26 +50,15 @@ def account(forward: Forward, known: Hypotheses, acceptance: Acceptance, nominal
         },
         held_out_gap={"nominal": 1.0 if scale > 0 else None, **gaps},
         worst=_worst(forward, final),
-        separating_measurements=_next(forward, known, acceptance),
+        separating_measurements=(
+            tuple(separating(forward, list(acceptance.members))) if len(acceptance.members) > 1 else ()
+        ),
         goodness_of_fit_p=goodness_of_fit(forward, final),
         checks=acceptance.checks, mimics=acceptance.mimics, refused=forward.refused,
         warnings=(*forward.notes, *_warnings(known, acceptance, gap=scale > 0)),
         sentence=sentence(forward, known, acceptance, effects), reasons=acceptance.reasons,
         refused_leaders=_refused(forward, known, acceptance),
     )  # fmt: skip
-
-
-def _next(forward: Forward, known: Hypotheses, acceptance: Acceptance) -> tuple[Separation, ...]:
-    """What to measure next: what tells the class apart, else the leader from its nearest rival."""
-    members = list(acceptance.members)
-    if len(members) < 2:
-        leader = acceptance.leader or next(iter(f for f in known.best() if f.converged), None)
-        if leader is None:
-            return ()
-        rivals = [f for f in (*known.best(), known.null) if f is not leader and (f.admissible or f is known.null)]
-        rivals = [f for f in rivals if not leader.identifiers < f.identifiers]
-        members = [leader, max(rivals, key=known.log_posterior)]
-    return tuple(separating(forward, members))
 
 
 def _refused(forward: Forward, known: Hypotheses, acceptance: Acceptance) -> tuple[tuple[str, float, str], ...]:

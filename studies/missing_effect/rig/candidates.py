@@ -5,6 +5,7 @@ The effects are those of :mod:`tyre.rig.effects`, each with its own term of the 
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from studies.inference.parameter import Candidate, UncertainParameter
 from studies.missing_effect.rig.data import PullReadings, SweepBlocks
@@ -147,15 +148,23 @@ def chosen(
     return tuple(c for c in candidates if c.identifier not in gone), unknowns
 
 
+def _asymmetry(terms: Any, *, gain: Any) -> None:  # functions of a module, not lambdas: workers get them by name
+    terms.add(asymmetry=gain)
+
+
+def _bend(terms: Any, **share: Any) -> None:
+    terms.add(bend=next(iter(share.values())))
+
+
 FROM_SLIP_SQUARED = Term(
     "side force from slip squared", "side force that grows with slip squared",
     (RigParameter("gain", "N/rad^2", (-4000.0, 4000.0)),),
-    sweep=lambda terms, *, gain: terms.add(asymmetry=gain), needs=needs_sweep,
+    sweep=_asymmetry, needs=needs_sweep,
 )  # fmt: skip
 SOFTENING = Term(
     "pull force bends", "pull force that falls behind with displacement",
     (RigParameter("share at the end", "1", (-0.2, 0.2)),),
-    pull=lambda terms, **share: terms.add(bend=next(iter(share.values()))), needs=needs_pull,
+    pull=_bend, needs=needs_pull,
 )  # fmt: skip
 PHENOMENOLOGICAL = (FROM_SLIP_SQUARED, SOFTENING)
 """Terms without a cause."""

@@ -143,7 +143,7 @@ def test_coloured_noise_has_the_stated_spread_and_colour():
 
 def test_a_cause_may_be_called_by_another_name():
     truth = {"effects": {"steer_friction": {"torque": 0.1}}, "noise": 1.0}
-    found = verdict("named", ["coulomb_friction"], [("coulomb_friction", {"torque": {"value": 0.11, "sd": 0.01}})])
+    found = verdict("named", ["steer_friction"], [("steer_friction", {"torque": {"value": 0.11, "sd": 0.01}})])
     assert {"right": True, "covered": 1, "judged": 1}.items() <= judge(found, truth).items()
     assert not judge(found, TRUTH)["right"]
 
