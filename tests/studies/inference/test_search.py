@@ -1,0 +1,93 @@
+"""Fits that converge or say so, compared across nested hypotheses; on forward models of a line or two (synthetic)."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from studies.inference import Candidate, ForwardModel, Rows, UncertainParameter, judge
+from studies.inference.fit import fit
+from studies.inference.minimise import minimise
+from studies.inference.search import singles
+
+X = np.linspace(0.0, 1.0, 30)
+LEVEL = UncertainParameter("level", "1", {"level": 1.0}, 0.0, 1.0)
+
+
+def candidate(name, **rest):
+    return Candidate(name, (UncertainParameter("size", "1", {name: 1.0}, 0.0, 1.0, size=True, **rest),))
+
+
+@dataclass(frozen=True)
+class Waves(ForwardModel):
+    """data = level + sin(size x): in ``size`` a row of local optima; ``slope`` adds size * x."""
+
+    data: np.ndarray
+    candidates: tuple
+    varied: bool = True
+    nuisances: tuple = (LEVEL,)
+    rows: Rows = field(default_factory=lambda: Rows(("x",) * 30, X, ("x",) * 30, np.arange(30) % 5))
+
+    def residual(self, candidates, theta, *, slopes=True):
+        computed, columns = np.full(30, theta[0]), [np.ones(30)]
+        for c, size in zip(candidates, theta[1:], strict=True):
+            if c.identifier == "broken":
+                return np.full(30, np.nan), np.full((30, len(theta)), np.nan)
+            computed = computed + size * X
+            columns.append(X)
+        return (self.data - computed) / 0.1, -np.stack(columns, 1) / 0.1
+
+
+def data(size, *, seed=2):
+    return 0.3 + size * X + 0.1 * np.random.default_rng(seed).standard_normal(30)
+
+
+def test_a_fit_that_is_no_number_is_said_and_never_judged():
+    verdict = judge(Waves(data(0.8), (candidate("slope"), candidate("broken")))).verdict
+    assert (verdict.verdict, verdict.equivalent) == ("named", ("slope",))
+    assert verdict.posterior["broken"] == 0.0
+    assert any("could not be computed and are not judged: broken" in w for w in verdict.warnings)
+
+
+def test_one_condition_is_no_evidence_for_a_name():
+    verdict = judge(Waves(data(0.8), (candidate("slope"),), varied=False)).verdict
+    assert (verdict.verdict, verdict.effects) == ("unknown", ())
+    assert "one speed and one input are no evidence for a name" in verdict.sentence
+
+
+def test_what_is_too_small_to_matter_is_not_named():
+    assert judge(Waves(data(0.8), (candidate("slope", least=0.5),))).verdict.equivalent == ("slope",)
+    small = judge(Waves(data(0.8), (candidate("slope", least=1.5),))).verdict
+    assert (small.verdict, small.effects) == ("unknown", ())
+    assert ("large enough to matter", "slope", False) in [(c.what, c.figure, c.passed) for c in small.checks]
+    assert small.refused_leaders[0][0] == "slope"
+
+
+@pytest.mark.parametrize("size", [5.0, 8.0])
+def test_an_unusual_size_that_explains_the_data_is_tentative_and_not_shrunk(size):
+    """Beyond three prior sd; the prior of what seldom occurs is five times as wide, so it pulls little."""
+    verdict = judge(Waves(data(size), (candidate("slope"),))).verdict
+    assert verdict.verdict == "tentative"
+    value, sd = verdict.effects[0].parameters["size"]
+    columns = np.stack([np.ones(30), X], 1) / 0.1
+    precision = columns.T @ columns + np.diag([1.0, 1 / 25])  # textbook normal equations
+    expected = np.linalg.solve(precision, columns.T @ data(size) / 0.1)[1]
+    assert (value, sd) == pytest.approx((expected, math.sqrt(np.linalg.inv(precision)[1, 1])), rel=1e-3)
+
+
+def test_a_larger_hypothesis_never_fits_worse():
+    known = singles(Waves(data(0.0), tuple(candidate(name) for name in ("slope", "other"))), lambda what: None)
+    for f in known.fits:
+        assert f.objective <= known.null.objective + 1e-3
+
+
+def test_what_cannot_move_on_has_not_converged():
+    """A residual whose derivative is wrong: it promises much and gives nothing."""
+
+    def evaluate(z, *, slopes):
+        return np.array([3.0 + z[0] ** 2]), np.array([[-1.0]])
+
+    end = minimise(evaluate, np.zeros(1), np.full(1, -9.0), np.full(1, 9.0), np.ones(1, bool))
+    assert not end.converged
+    assert fit(Waves(data(0.5), (c := candidate("slope"),)), (c,)).converged

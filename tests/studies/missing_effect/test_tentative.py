@@ -1,0 +1,29 @@
+"""What leads its own table is never hidden: verdicts with a reservation, on synthetic files of an independent model."""
+
+from pathlib import Path
+
+import pytest
+
+from studies.missing_effect import diagnose, read_measurement
+
+CASES = Path(__file__).parent / "search_cases"
+
+
+@pytest.mark.parametrize(
+    ("case", "hidden", "parameter", "truth", "reservation"),
+    [
+        ("modal_005", "front_compliance", "stiffness", 151.217, "a size that occurs: front_compliance.stiffness"),
+        ("modal_009", "steer_spring", "stiffness", 0.77028, "survives doubling the uncertainty of the parameters"),
+    ],
+)
+def test_what_explains_everything_is_said_with_its_reservation(case, hidden, parameter, truth, reservation):
+    verdict = diagnose(read_measurement(CASES / case / "measurement.toml")).verdict
+    assert verdict.verdict == "tentative"
+    (effect,) = verdict.effects
+    assert effect.identifier == hidden
+    value, sd = effect.parameters[parameter]
+    assert value == pytest.approx(truth, abs=3 * sd)
+    assert reservation in verdict.sentence
+    assert f"P(nothing is missing) = {verdict.posterior['none']:.2g}" in verdict.sentence
+    assert verdict.goodness_of_fit_p > 0.01
+    assert set(verdict.reasons) == set(verdict.equivalent)
