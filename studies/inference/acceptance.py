@@ -10,13 +10,12 @@ from studies.inference.evidence import CLEAR_ODDS, Hypotheses
 from studies.inference.fit import Fit, fit
 from studies.inference.forward import Forward
 from studies.inference.identifiability import equivalents
-from studies.inference.search import NOTHING, POOR_FIT
+from studies.inference.search import MANY, NOTHING, POOR_FIT, beats_nothing
 from studies.inference.verdict import AcceptanceCheck, Mimic
 
 PARTIAL_SHARE = 0.5  # of the nuisance-only held-out gap that a partial name must close
 PARTIAL_REST = 2.0  # held-out gap (in sd) beyond which a name would be a guess
 LIKELIER_ODDS = 3.0  # beyond which a hypothesis with one effect more than the leader joins its class, though not clear
-MANY = 3  # effects at once, each of which must stand alone
 EVEN = 0.5  # P(nothing is missing) above which a poor fit of nothing alone names nothing
 MOST_LEADERS = 6  # that are refitted with wider nuisances
 MOST_MIMICS = 5
@@ -184,12 +183,8 @@ def _each_alone(forward: Forward, known: Hypotheses, led: _Leader, null_score: H
     """Three effects at once fit much: each must also beat nothing by itself, in odds and on held-out data."""
     if len(led.fit.candidates) < MANY:
         return ()
-    weak = []
-    for c in led.fit.candidates:
-        own = known.find(frozenset({c.identifier}))
-        gain = -np.inf if own is None else held_out(forward, own).log_score - null_score.log_score
-        if own is None or known.odds(own, known.null) < CLEAR_ODDS or gain <= 0:
-            weak.append(c.identifier)
+    nothing = null_score.log_score
+    weak = [c.identifier for c in led.fit.candidates if not beats_nothing(forward, known, c, nothing)]
     return (
         AcceptanceCheck("each of three effects stands alone", f"not {', '.join(weak)}" if weak else "yes", not weak),
     )

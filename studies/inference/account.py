@@ -85,6 +85,13 @@ def _rule(forward: Forward, known: Hypotheses, acceptance: Acceptance, f: Fit) -
         return f"of a size that does not occur ({', '.join(f.implausible())}), and it does not fit"
     if not f.candidates:
         return "nothing is missing, if the data alone decide"
+    if not acceptance.final.candidates:
+        p = goodness_of_fit(forward, f)
+        return (
+            f"it does not fit (p = {p:.2g})"
+            if p <= POOR_FIT
+            else "less probable than what was judged, which fails a rule"
+        )
     if acceptance.final.identifiers < f.identifiers:
         return f"one effect more, and not clearly more probable ({known.odds(f, acceptance.final):.2g} : 1)"
     return "each of its effects must stand by its own odds and held-out gain, and one does not"

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 
 from studies.inference.arrays import Array
-from studies.inference.checks import goodness_of_fit, held_out
+from studies.inference.checks import goodness_of_fit, held_out, whiteness
 from studies.inference.evidence import CLEAR_ODDS, SELDOM, Hypotheses, coordinates
 from studies.inference.fit import Fit, default_starts, fit, outlook
 from studies.inference.forward import Forward
@@ -23,6 +23,7 @@ MOST_TRIED = 4  # candidates that are fitted beside a parent
 WORTH_A_FIT = 4.0  # promised decrease of the objective below which they are not
 NOTHING = 0.05  # P(nothing is missing) above which nothing is named
 POOR_FIT = 0.01  # p below which a model does not fit
+MANY = 3  # effects at once, each of which must stand alone
 LOUD = 1.3  # objective a row beyond which every hypothesis is tried again
 RETRIED = 5  # poor fits that are tried from other starts
 POLISHED = 8  # most probable fits that must converge
@@ -111,7 +112,8 @@ def _preferred(forward: Forward, fits: Iterable[Fit]) -> list[Fit]:
 
 
 def _fits(forward: Forward, hypothesis: Fit) -> bool:
-    return goodness_of_fit(forward, hypothesis) > POOR_FIT
+    """In sum, and with nothing but noise left over."""
+    return goodness_of_fit(forward, hypothesis) > POOR_FIT and whiteness(forward, hypothesis) > POOR_FIT
 
 
 def expand(forward: Forward, known: Hypotheses, parents: Iterable[Fit], progress: Progress) -> Hypotheses:
@@ -280,6 +282,7 @@ def _guided(easier: Forward, known: Hypotheses) -> list[Fit]:
 
 def _each_alone(forward: Forward, known: Hypotheses, leader: Fit) -> tuple[Hypotheses, Fit]:
     """The leader without what does not stand by its own odds and its own held-out gain."""
+    nothing = held_out(forward, known.null).log_score if len(leader.candidates) >= MANY else math.nan
     while len(leader.candidates) > 1:
         score, weak = held_out(forward, leader).log_score, []
         for gone in leader.candidates:
@@ -289,9 +292,27 @@ def _each_alone(forward: Forward, known: Hypotheses, leader: Fit) -> tuple[Hypot
                 part = _fitted(forward, rest, [coordinates(leader, rest)])
                 known = known.replaced([part])
             odds = known.odds(leader, part)
-            if odds < CLEAR_ODDS or held_out(forward, part).log_score >= score:
+            alone = len(leader.candidates) < MANY or beats_nothing(forward, known, gone, nothing)
+            if odds < CLEAR_ODDS or held_out(forward, part).log_score >= score or not alone:
                 weak.append((odds, part))
         if not weak:
             break
         leader = min(weak, key=lambda item: item[0])[1]
     return known, leader
+
+
+def beats_nothing(forward: Forward, known: Hypotheses, candidate: Candidate, nothing: float) -> bool:
+    """Whether a ``candidate`` by itself beats the null in odds and on held-out data.
+
+    Parameters
+    ----------
+    forward : Forward
+    known : Hypotheses
+    candidate : Candidate
+    nothing : float
+        Held-out log score of the null, no unit.
+    """
+    own = known.find(frozenset({candidate.identifier}))
+    if own is None or known.odds(own, known.null) < CLEAR_ODDS:
+        return False
+    return held_out(forward, own).log_score > nothing

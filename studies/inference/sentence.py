@@ -27,9 +27,11 @@ def sentence(forward: Forward, known: Hypotheses, acceptance: Acceptance, effect
         return _unknown(forward, known, acceptance)
     if acceptance.verdict == "partial":
         final, n = acceptance.final, len(forward.rows.where)
+        closes = "close" if len(effects) > 1 else "closes"
+        failed = "; ".join(f"{c.what}: no, {c.figure}" for c in acceptance.checks if not c.passed)
         return (
-            f"{what} closes part of the gap: chi^2 {known.null.chi2:.4g} with the parameters adjusted, "
-            f"{final.chi2:.4g} with it, of {n} numbers; something significant remains (p = {p:.2g})."
+            f"{what} {closes} part of the gap: chi^2 {known.null.chi2:.4g} with the parameters adjusted, "
+            f"{final.chi2:.4g} with {'them' if len(effects) > 1 else 'it'}, of {n} numbers; something remains ({failed})."
         )
     others = [f.name for f in acceptance.members[1:]]
     alone = goodness_of_fit(forward, known.null)
