@@ -31,7 +31,8 @@ def sentence(forward: Forward, known: Hypotheses, acceptance: Acceptance, effect
         failed = "; ".join(f"{c.what}: no, {c.figure}" for c in acceptance.checks if not c.passed)
         return (
             f"{what} {closes} part of the gap: chi^2 {known.null.chi2:.4g} with the parameters adjusted, "
-            f"{final.chi2:.4g} with {'them' if len(effects) > 1 else 'it'}, of {n} numbers; something remains ({failed})."
+            f"{final.chi2:.4g} with {'them' if len(effects) > 1 else 'it'}, of {n} numbers; something remains "
+            f"({failed})."
         )
     others = [f.name for f in acceptance.members[1:]]
     alone = goodness_of_fit(forward, known.null)
@@ -42,7 +43,7 @@ def sentence(forward: Forward, known: Hypotheses, acceptance: Acceptance, effect
     either = f", which these data cannot tell from {' or '.join(others)}" if others else ""
     if acceptance.verdict == "class":
         return f"An effect is missing; the most probable is {what}{either}: {whole}."
-    return f"Tentatively {what}{either}: {whole}. Reservation: {'; '.join(acceptance.reservations)}."
+    return f"Tentatively {what}{either}: {whole}. What does not hold: {'; '.join(acceptance.reservations)}."
 
 
 def in_words(effect: Named) -> str:
