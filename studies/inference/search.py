@@ -16,6 +16,7 @@ from studies.inference.fit import Fit, default_starts, fit, outlook
 from studies.inference.forward import Forward
 from studies.inference.minimise import GUIDE, ROUGH, THOROUGH, small
 from studies.inference.parameter import Candidate, together
+from studies.inference.starts import promising, with_neutral
 
 BEAM = 2  # hypotheses that are expanded
 MOST_EFFECTS = 3
@@ -28,7 +29,6 @@ LOUD = 1.3  # objective a row beyond which every hypothesis is tried again
 RETRIED = 5  # poor fits that are tried from other starts
 POLISHED = 8  # most probable fits that must converge
 HOPELESS = 2.0  # times the best objective, beyond which a fit is not polished
-STARTS_RUN = 2  # of those with the lowest objective
 Progress = Callable[[str], None]
 """Called with the name of each hypothesis before it is fitted."""
 
@@ -45,7 +45,7 @@ def singles(forward: Forward, progress: Progress) -> Hypotheses:
         if forward.thorough:
             starts += nominal[1:]
         else:
-            starts = _promising(forward, (candidate,), [*starts, *nominal[: len(starts)]], len(starts))
+            starts = promising(forward, (candidate,), [*starts, *nominal[: len(starts)]], len(starts))
         fits.append(_fitted(forward, (candidate,), starts, turns=_turns(forward)))
     known = Hypotheses(null, tuple(fits), forward.library)
     return _retried(forward, _none_worse(forward, known))
@@ -131,14 +131,14 @@ def expand(forward: Forward, known: Hypotheses, parents: Iterable[Fit], progress
     done = {f.identifiers for f in known.fits}
     found: list[Fit] = []
     for parent in parents:
-        promising: list[tuple[float, int, Candidate]] = []
+        hopeful: list[tuple[float, int, Candidate]] = []
         for candidate in (*forward.candidates, *forward.enabled_by(parent.candidates)):
             names = parent.identifiers | {candidate.identifier}
             if names in done or len(names) == len(parent.candidates):
                 continue
             if forward.compatible((*parent.candidates, candidate)):
-                promising.append((outlook(forward, parent, candidate), len(promising), candidate))
-        for promised, _, candidate in sorted(promising)[:MOST_TRIED]:
+                hopeful.append((outlook(forward, parent, candidate), len(hopeful), candidate))
+        for promised, _, candidate in sorted(hopeful)[:MOST_TRIED]:
             if not promised < parent.objective - WORTH_A_FIT and candidate.unknowns:
                 continue
             done.add(parent.identifiers | {candidate.identifier})
@@ -186,18 +186,6 @@ def _fitted(
     return seldom if seldom.implausible() and seldom.log_evidence + math.log(SELDOM) > found.log_evidence else found
 
 
-def _promising(
-    forward: Forward, candidates: tuple[Candidate, ...], starts: Sequence[Array], most: int = STARTS_RUN
-) -> list[Array]:
-    """The starts of the lowest chi^2, a number ``most`` of them."""
-    values = []
-    for theta in starts:
-        residual, _ = forward.residual(candidates, theta, slopes=False)
-        value = float(residual @ residual)
-        values.append(value if math.isfinite(value) else math.inf)
-    return [starts[k] for k in np.argsort(values, kind="stable")[:most]]
-
-
 def _joined_starts(forward: Forward, known: Hypotheses, parent: Fit, candidate: Candidate) -> list[Array]:
     """From the parent with a small size of the candidate, and from what the candidate was fitted to by itself."""
     starts = [np.concatenate([parent.theta, start]) for start in candidate.first_starts]
@@ -207,7 +195,7 @@ def _joined_starts(forward: Forward, known: Hypotheses, parent: Fit, candidate: 
         starts.append(np.concatenate([parent.theta, own]))
         nuisances = alone.theta[: alone.effect_columns.start]
         starts.append(np.concatenate([nuisances, parent.theta[parent.effect_columns], own]))
-    return _promising(forward, (*parent.candidates, candidate), starts)
+    return promising(forward, (*parent.candidates, candidate), starts)
 
 
 def _none_worse(forward: Forward, known: Hypotheses, new: Sequence[Fit] | None = None) -> Hypotheses:
@@ -219,20 +207,9 @@ def _none_worse(forward: Forward, known: Hypotheses, new: Sequence[Fit] | None =
         if f.objective > best.objective + 2 * small(best.objective):
             neutral = np.concatenate([c.neutral for c in f.candidates if c.identifier not in best.identifiers])
             start = coordinates(best, f.candidates)
-            other = fit(forward, f.candidates, starts=[start, _with(best, f.candidates, neutral)], turns=ROUGH)
+            other = fit(forward, f.candidates, starts=[start, with_neutral(best, f.candidates, neutral)], turns=ROUGH)
             better.append(other if other.objective < f.objective else f)
     return known.replaced(better) if better else known
-
-
-def _with(part: Fit, candidates: Sequence[Candidate], neutral: Array) -> Array:
-    """Coordinates (p,) of a ``part`` with what it lacks of ``candidates`` at ``neutral`` (q,), in their order."""
-    theta, rest = [part.theta[: part.effect_columns.start]], list(neutral)
-    for c in candidates:
-        if c.identifier in part.identifiers:
-            theta.append(part.theta[part.columns(c)])
-        else:
-            theta.append(np.array([rest.pop(0) for _ in c.unknowns]))
-    return np.concatenate(theta)
 
 
 def _smaller(forward: Forward, known: Hypotheses, larger: Sequence[Fit]) -> Hypotheses:

@@ -1,0 +1,36 @@
+"""Where fits begin: the most promising of several starts, and a part with what it lacks at its neutral values."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from studies.inference.arrays import Array
+from studies.inference.fit import Fit
+from studies.inference.forward import Forward
+from studies.inference.parameter import Candidate
+
+STARTS_RUN = 2  # of those with the lowest objective
+
+
+def promising(
+    forward: Forward, candidates: tuple[Candidate, ...], starts: Sequence[Array], most: int = STARTS_RUN
+) -> list[Array]:
+    """The ``starts`` (p,) of the lowest chi^2 with ``candidates``, a number ``most`` of them."""
+    values = []
+    for theta in starts:
+        residual, _ = forward.residual(candidates, theta, slopes=False)
+        value = float(residual @ residual)
+        values.append(value if math.isfinite(value) else math.inf)
+    return [starts[k] for k in np.argsort(values, kind="stable")[:most]]
+
+
+def with_neutral(part: Fit, candidates: Sequence[Candidate], neutral: Array) -> Array:
+    """Coordinates (p,) of a ``part`` with what it lacks of ``candidates`` at ``neutral`` (q,), in their order."""
+    theta, rest = [part.theta[: part.effect_columns.start]], list(neutral)
+    for c in candidates:
+        if c.identifier in part.identifiers:
+            theta.append(part.theta[part.columns(c)])
+        else:
+            theta.append(np.array([rest.pop(0) for _ in c.unknowns]))
+    return np.concatenate(theta)
