@@ -1,4 +1,4 @@
-"""Exact steps of many linear systems whose inputs are linear between samples."""
+"""Exact steps of many linear systems whose inputs are linear between samples, and their way through all samples."""
 
 import numpy as np
 
@@ -59,3 +59,71 @@ def exponential(matrices: Array) -> Array:
         for _ in range(squarings):
             total = total @ total
     return np.asarray(total)
+
+
+def marched(step: Array, push: Array, start: Array) -> Array:
+    """States x_(k+1) = A x_k + p_k of many systems from their ``start``, block by block and not sample by sample.
+
+    About sqrt(T) samples make a block; all blocks are marched from rest at once, then their starts are carried along
+    (a two-level prefix sum: 2 sqrt(T) products of matrices in place of T products with vectors).
+
+    Parameters
+    ----------
+    step : ndarray, shape (..., n, n)
+        State matrices A of one sample.
+    push : ndarray, shape (..., n, T - 1)
+        What the inputs add.
+    start : ndarray, shape (..., n)
+
+    Returns
+    -------
+    ndarray, shape (..., n, T)
+    """
+    count = push.shape[-1] + 1
+    block = int(np.ceil(np.sqrt(count)))
+    blocks = -(-count // block)
+    lead = np.broadcast_shapes(step.shape[:-2], push.shape[:-2], start.shape[:-1])
+    n = step.shape[-1]
+    pushed = np.zeros((*lead, n, blocks * block))
+    pushed[..., : count - 1] = push
+    pushed = np.moveaxis(pushed.reshape(*lead, n, blocks, block), -1, 0)
+    rest = np.zeros((block + 1, *lead, n, blocks))
+    powers = np.empty((block + 1, *step.shape))
+    powers[0] = np.eye(n)
+    begin = np.empty((blocks, *lead, n, 1))
+    begin[0] = start[..., None]
+    for j in range(block):
+        np.matmul(step, rest[j], out=rest[j + 1])
+        rest[j + 1] += pushed[j]
+        np.matmul(step, powers[j], out=powers[j + 1])
+    for k in range(blocks - 1):
+        begin[k + 1] = powers[block] @ begin[k] + rest[block, ..., k : k + 1]
+    states = rest[:block] + powers[:block] @ np.moveaxis(begin[..., 0], 0, -1)
+    return np.moveaxis(states, 0, -1).reshape(*lead, n, blocks * block)[..., :count]
+
+
+def powers_of(step: Array, count: int) -> Array:
+    """Free responses to unit starts, A^k for k = 0 .. ``count`` - 1, by doubling.
+
+    Parameters
+    ----------
+    step : ndarray, shape (..., n, n)
+        State matrices A of one sample.
+    count : int
+        T, the number of samples.
+
+    Returns
+    -------
+    ndarray, shape (..., n, T, n)
+        State, sample, unit start.
+    """
+    n = step.shape[-1]
+    found = np.empty((*step.shape[:-1], count, n))
+    found[..., 0, :] = np.eye(n)
+    known, leap = 1, step
+    while known < count:
+        more = min(known, count - known)
+        flat = found[..., :more, :].reshape(*step.shape[:-1], more * n)
+        found[..., known : known + more, :] = (leap @ flat).reshape(*step.shape[:-1], more, n)
+        known, leap = known + more, leap @ leap
+    return found

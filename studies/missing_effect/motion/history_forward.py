@@ -20,7 +20,7 @@ from studies.inference.parameter import Candidate, central_differences
 from studies.missing_effect.motion.bicycle_forward import SPEED_AXIS, BicycleForward, distinct_speeds
 from studies.missing_effect.motion.family import Family
 from studies.missing_effect.motion.history_candidates import BIAS, BIAS_KEY, DRIFT_KEY
-from studies.missing_effect.motion.history_noise import LARGEST_SIGNAL, ChannelNoise, rough_noise
+from studies.missing_effect.motion.history_noise import LARGEST_SIGNAL, ChannelNoise, limited, rough_noise
 from studies.missing_effect.motion.replay import Replay
 from tyre.base.arrays import Array
 
@@ -133,7 +133,7 @@ class HistoryForward(BicycleForward):
         moved, _ = self._replay(family, batch[: len(steps) + 1], np.array([run.start for run in runs]))
         columns = []
         for k, run in enumerate(self.runs):
-            seen = np.clip(np.nan_to_num(moved[:, k, : len(run.time)]), -LARGEST_SIGNAL, LARGEST_SIGNAL)
+            seen = limited(moved[:, k, : len(run.time)])
             slope = (seen[1:] - seen[0]) / steps[:, None, None]
             columns.append(-_shrink(self._white(np.moveaxis(slope, 0, -1)), runs[k].left, runs[k].gain))
         return residual, np.vstack(columns)

@@ -10,6 +10,14 @@ LARGEST_SIGNAL = 1e12  # of what is simulated: the trial bicycle has fallen
 COLOURS = (0.0, 0.98)  # of the autoregressive coefficient
 
 
+def limited(signal: Array) -> Array:
+    """The ``signal`` (any shape) within +-:data:`LARGEST_SIGNAL`, which a trial bicycle that falls goes beyond."""
+    if not signal.size or np.abs(signal).max() <= LARGEST_SIGNAL:
+        return signal
+    finite = np.nan_to_num(signal, nan=LARGEST_SIGNAL, posinf=LARGEST_SIGNAL, neginf=-LARGEST_SIGNAL)
+    return np.asarray(finite.clip(-LARGEST_SIGNAL, LARGEST_SIGNAL))
+
+
 @dataclass(frozen=True)
 class ChannelNoise:
     """First-order autoregressive noise of a channel.
@@ -30,9 +38,9 @@ class ChannelNoise:
 
     def whiten(self, signal: Array) -> Array:
         """Turn the noise in ``signal`` (n, ...) along the first axis into unit white noise."""
-        limited = np.nan_to_num(signal, nan=LARGEST_SIGNAL, posinf=LARGEST_SIGNAL, neginf=-LARGEST_SIGNAL)
-        white = limited.clip(-LARGEST_SIGNAL, LARGEST_SIGNAL) / self.sd
-        white[1:] = (white[1:] - self.colour * white[:-1]) / np.sqrt(1 - self.colour**2)
+        white = limited(signal) / self.sd
+        if self.colour:
+            white[1:] = (white[1:] - self.colour * white[:-1]) / np.sqrt(1 - self.colour**2)
         return white
 
     def colour_again(self, white: Array) -> Array:

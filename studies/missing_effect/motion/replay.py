@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from bicycle.identification.recording import CHANNELS, INPUTS, Run
-from bicycle.responses.discretisation import discretised
+from bicycle.responses.discretisation import discretised, marched, powers_of
 from studies.missing_effect.motion.family import Family
 from studies.missing_effect.motion.friction import FRICTION, direction
 from studies.missing_effect.motion.lowpass import begun, lowpassed
@@ -75,24 +75,20 @@ class Replay:
         if self.held:
             g0[..., :recorded] += g1[..., :recorded]
             g1[..., :recorded] = 0.0
-        k, r, n = len(theta), len(self.runs), state.shape[-1]
-        wide = 1 if starts is not None else 1 + n
-        x = np.zeros((length, k, r, n, wide))
-        if starts is not None:
-            x[0, ..., 0] = starts[:, :n]
-        else:
-            x[0, ..., 1:] = np.eye(n)
-        push = torque[:, :, :-1] @ g0.swapaxes(-1, -2) + torque[:, :, 1:] @ g1.swapaxes(-1, -2)  # (K, R, T - 1, n)
+        n = state.shape[-1]
+        begin = np.zeros((len(self.runs), n)) if starts is None else starts[:, :n]
+        u = torque.swapaxes(-1, -2)
         with np.errstate(over="ignore", invalid="ignore"):
-            for t in range(length - 1):
-                np.matmul(ad, x[t], out=x[t + 1])
-                x[t + 1, ..., 0] += push[:, :, t]
-            y = self._sensed(seen @ x, values, steps)
+            x = marched(ad, g0 @ u[..., :-1] + g1 @ u[..., 1:], begin)[..., None]  # (K, R, n, T, 1)
+            if starts is None:
+                x = np.concatenate([x, powers_of(ad, length)], -1)
+            y = (seen @ x.reshape(*x.shape[:3], -1)).reshape(*seen.shape[:3], length, -1)
+            y = self._sensed(np.moveaxis(y, 3, 0), values, steps)
         behind = self._filter_starts(values, length, steps)
         if starts is not None:
             y[..., 0] += np.einsum("tkrcf,rf->tkrc", behind, starts[:, n : n + behind.shape[-1]])
         outputs = np.moveaxis(y[..., 0], 0, 2)
-        free = [np.concatenate([y[:, 0, run, :, 1:], behind[:, 0, run]], -1) for run in range(r)]
+        free = [np.concatenate([y[:, 0, run, :, 1:], behind[:, 0, run]], -1) for run in range(len(self.runs))]
         return outputs, free if starts is None else []
 
     def _torque(self, run: Run, values: Mapping[str, Array], k: int, length: int) -> Array:

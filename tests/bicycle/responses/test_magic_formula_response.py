@@ -24,6 +24,7 @@ SETS = {
     "front": (LAGGED, CAMBER, ("front_compliance", {"joint_x": 0.8, "joint_z": -0.85}), ("steer_damper", {})),
     "rider": (LAGGED, ("aerodynamic_drag", {"centre_of_pressure_z": -1.1}), ("rider_arms", {}),
               ("rider_lean", {"mass": 30.0, "x": 0.3, "z": -1.1, "Ixx": 1.0, "Izz": 0.5, "joint_z": -0.9})),
+    "bags": (LAGGED, ("luggage", {"mass": 6.0}), ("bar_bag", {"mass": 2.0})),
     "assist": (LAGGED, ("steer_assist", {}), ("steer_motor", {"share": 0.7}), ("steer_spring", {})),
 }  # fmt: skip
 SHOWN = ("lean", "steer", "yaw_rate", "rear_side_force", "front_side_force")

@@ -1,0 +1,49 @@
+"""Many samples of many linear systems against scipy, one system and one sample at a time."""
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from scipy.signal import StateSpace, lsim
+
+from bicycle.responses.discretisation import discretised, marched, powers_of
+
+N, M = 4, 2
+
+
+def systems(count):
+    rng = np.random.default_rng(11)
+    return rng.normal(size=(2, count, N, N)), rng.normal(size=(2, count, N, M)), rng.normal(size=(2, count, N))
+
+
+@pytest.mark.parametrize("samples", [2, 3, 16, 17, 50])
+def test_the_march_is_lsim_with_inputs_that_are_linear_between_samples(samples):
+    state, inputs, start = systems(3)
+    steps = np.array([0.01, 0.02, 0.05])
+    u = np.random.default_rng(12).normal(size=(2, 3, M, samples))
+    step, g0, g1 = discretised(state, inputs, steps)
+    found = marched(step, g0 @ u[..., :-1] + g1 @ u[..., 1:], start)
+    for k in range(2):
+        for r in range(3):
+            system = StateSpace(state[k, r], inputs[k, r], np.eye(N), np.zeros((N, M)))
+            expected = lsim(system, u[k, r].T, steps[r] * np.arange(samples), start[k, r])[2]
+            np.testing.assert_allclose(found[k, r].T, expected, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("samples", [1, 2, 5, 8, 33])
+def test_free_responses_are_the_matrix_exponentials(samples):
+    state = systems(3)[0]
+    step = discretised(state, np.zeros((2, 3, N, 1)), np.full(3, 0.03))[0]
+    found = powers_of(step, samples)
+    assert found.shape == (2, 3, N, samples, N)
+    for t in range(samples):
+        for k in range(2):
+            for r in range(3):
+                np.testing.assert_allclose(found[k, r, :, t], expm(0.03 * t * state[k, r]), rtol=1e-9, atol=1e-11)
+
+
+def test_what_grows_beyond_all_numbers_is_not_finite_and_no_other_system_is_touched():
+    step = np.array([[[1e200]], [[0.5]]])
+    with np.errstate(over="ignore", invalid="ignore"):
+        found = marched(step, np.ones((2, 1, 8)), np.ones((2, 1)))
+    assert not np.isfinite(found[0, 0, -1])
+    assert found[1, 0, -1] == pytest.approx(2.0 - 0.5**8)
