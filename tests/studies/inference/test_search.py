@@ -21,7 +21,7 @@ def candidate(name, **rest):
 
 @dataclass(frozen=True)
 class Waves(ForwardModel):
-    """data = level + sin(size x): in ``size`` a row of local optima; ``slope`` adds size * x."""
+    """data = level + size x, for each candidate; ``broken`` is no number."""
 
     data: np.ndarray
     candidates: tuple

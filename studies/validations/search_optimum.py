@@ -1,0 +1,118 @@
+"""The optimum of the search for a missing effect against fits from many random starts, on loud time histories.
+
+Each case is of the cell ``loud-one`` of the blind test (synthetic: 8 free runs, noise 2 % of the motion, some
+growing, one effect hidden). The most probable hypothesis of the search and the one that was hidden are fitted again
+from random starts, nuisances by their prior and sizes anywhere from neutral to what seldom occurs, every other start by
+way of short pieces of the runs. The search has reached the optimum where none of these ends clearly lower.
+"""
+
+import tempfile
+from concurrent.futures import as_completed
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+CELL = "loud-one"
+SAME, RELATIVE = 0.1, 2e-5  # of the objective -2 ln(posterior density): 0.05 in ln evidence; what no fit resolves
+
+
+def run(*, out: Path, seed: int, cases: int = 200, starts: int = 20, workers: int = 2) -> dict[str, Any]:
+    """Compare; ``missed`` lists hypotheses of which a random start found a clearly lower objective.
+
+    Parameters
+    ----------
+    out : Path
+        Folder for tables; unused.
+    seed : int
+        Of the first case; the others follow.
+    cases : int
+        Number of histories.
+    starts : int
+        Random starts of each of the two hypotheses.
+    workers : int
+        Number of processes.
+    """
+    from bicycle.effect.workers import model_workers
+    from tyre.base.progress import progress_bar
+
+    rows: list[dict[str, Any]] = []
+    with model_workers(workers) as pool, progress_bar(total=cases, desc="cases") as bar:
+        for future in as_completed([pool.submit(compared, seed + k, starts) for k in range(cases)]):
+            rows += future.result()
+            bar.update()
+    missed = sorted((r for r in rows if not r["reached"]), key=lambda r: r["seed"])
+    wrong = {r["seed"] for r in missed}
+    return {
+        "seed": seed, "cases": cases, "starts_each": starts, "fits_compared": len(rows),
+        "cases_with_every_optimum_reached": cases - len(wrong), "share": 1 - len(wrong) / cases, "missed": missed,
+        "random_starts_that_reached_it": float(np.mean([r["share_of_starts"] for r in rows])),
+    }  # fmt: skip
+
+
+def compared(seed: int, starts: int) -> list[dict[str, Any]]:
+    """One case: objectives of the search and of the best random start for its leader and for what was hidden.
+
+    Parameters
+    ----------
+    seed : int
+        Of the case.
+    starts : int
+        Number of random starts of each hypothesis.
+    """
+    from studies.inference.judge import judge
+    from studies.missing_effect.blind.cells import make
+    from studies.missing_effect.measurement import read_measurement
+    from tyre.base.parallel import one_blas_thread
+
+    with tempfile.TemporaryDirectory() as name, one_blas_thread():
+        truth, without = make(CELL, seed, Path(name))
+        judgement = judge(read_measurement(Path(name) / "MEASUREMENT.toml").forward(without=without))
+        known = judgement.hypotheses
+        hidden = known.find(frozenset(truth.effects))
+        leader = max((known.null, *known.fits), key=known.log_posterior)
+        generator = np.random.default_rng([seed, starts])
+        chosen = {f.identifiers: f for f in (leader, hidden) if f is not None}
+        compare = [against_random(judgement.forward, f, generator, starts) for f in chosen.values()]
+        return [{"seed": seed, **row} for row in compare]
+
+
+def against_random(forward: Any, found: Any, generator: np.random.Generator, starts: int) -> dict[str, Any]:
+    """A fit against those from random starts: both objectives, and whether the fit is no higher than the lowest.
+
+    Parameters
+    ----------
+    forward : Forward
+    found : Fit
+    generator : numpy.random.Generator
+    starts : int
+        Number of random starts; every other one goes by way of the easier problems.
+    """
+    from studies.inference.fit import fit
+
+    ends = []
+    for k in range(starts):
+        start = random_start(found.unknowns, generator)
+        ends.append(fit(forward, found.candidates, starts=[start], patient=k % 2 == 0).objective)
+    allowed = SAME + RELATIVE * found.objective
+    lowest = float(min(ends))
+    return {
+        "hypothesis": found.name, "search": found.objective,
+        "random": lowest if np.isfinite(lowest) else None, "reached": bool(found.objective <= lowest + allowed),
+        "share_of_starts": float(np.mean([end <= found.objective + allowed for end in ends])),
+    }  # fmt: skip
+
+
+def random_start(unknowns: tuple[Any, ...], generator: np.random.Generator) -> Any:
+    """Coordinates (p,): nuisances by their prior, sizes evenly over three of its standard deviations, within bounds.
+
+    Parameters
+    ----------
+    unknowns : tuple of UncertainParameter
+    generator : numpy.random.Generator
+    """
+    found = []
+    for u in unknowns:
+        z = generator.uniform(0 if u.one_sided else -3, 3) if u.size else generator.normal()
+        found.append(float(np.clip(u.centre + u.scale * z, u.lowest, u.highest)))
+    return np.array(found)
