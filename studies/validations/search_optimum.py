@@ -29,7 +29,7 @@ def run(*, out: Path, seed: int, cases: int = 200, starts: int = 20, workers: in
     cases : int
         Number of histories.
     starts : int
-        Random starts of each of the two hypotheses.
+        Number of random starts of each of the two hypotheses.
     workers : int
         Number of processes.
     """
