@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studies.inference.arrays import Array
 from studies.inference.fit import Fit
 from studies.inference.parameter import Candidate
 
@@ -98,13 +97,3 @@ class Hypotheses:
         fits = {f.identifiers: f for f in (self.null, *self.fits)} | {f.identifiers: f for f in better}
         null = fits.pop(frozenset())
         return Hypotheses(null, tuple(sorted(fits.values(), key=lambda f: len(f.candidates))), self.library)
-
-
-def coordinates(hypothesis: Fit, candidates: Sequence[Candidate]) -> Array:
-    """Coordinates of a ``hypothesis`` for other ``candidates``: its own where it has them, else their smallest start.
-
-    Shape (p,), the nuisances first.
-    """
-    own = {c.identifier: hypothesis.theta[hypothesis.columns(c)] for c in hypothesis.candidates}
-    nuisances = hypothesis.theta[: hypothesis.effect_columns.start]
-    return np.concatenate([nuisances, *(own.get(c.identifier, c.starts[0]) for c in candidates)])

@@ -11,12 +11,12 @@ import numpy as np
 
 from studies.inference.arrays import Array
 from studies.inference.checks import goodness_of_fit, held_out, whiteness
-from studies.inference.evidence import CLEAR_ODDS, SELDOM, Hypotheses, coordinates
+from studies.inference.evidence import CLEAR_ODDS, SELDOM, Hypotheses
 from studies.inference.fit import Fit, default_starts, fit, outlook
 from studies.inference.forward import Forward
 from studies.inference.minimise import GUIDE, ROUGH, THOROUGH, small
 from studies.inference.parameter import Candidate, together
-from studies.inference.starts import promising, with_neutral
+from studies.inference.starts import enlarged, promising
 
 BEAM = 2  # hypotheses that are expanded
 MOST_EFFECTS = 3
@@ -205,9 +205,8 @@ def _none_worse(forward: Forward, known: Hypotheses, new: Sequence[Fit] | None =
         parts = [p for p in (known.null, *known.fits) if p.identifiers < f.identifiers]
         best = min(parts, key=lambda p: p.objective)
         if f.objective > best.objective + 2 * small(best.objective):
-            neutral = np.concatenate([c.neutral for c in f.candidates if c.identifier not in best.identifiers])
-            start = coordinates(best, f.candidates)
-            other = fit(forward, f.candidates, starts=[start, with_neutral(best, f.candidates, neutral)], turns=ROUGH)
+            begins = [enlarged(best, f.candidates), enlarged(best, f.candidates, neutral=True)]
+            other = fit(forward, f.candidates, starts=begins, turns=ROUGH)
             better.append(other if other.objective < f.objective else f)
     return known.replaced(better) if better else known
 
@@ -221,7 +220,7 @@ def _smaller(forward: Forward, known: Hypotheses, larger: Sequence[Fit]) -> Hypo
             old = known.find(frozenset(c.identifier for c in rest))
             if old is not None and goodness_of_fit(forward, old) > POOR_FIT:
                 continue
-            part = _fitted(forward, rest, [coordinates(f, rest)])
+            part = _fitted(forward, rest, [enlarged(f, rest)])
             if old is None or part.objective < old.objective - small(old.objective):
                 better.append(part)
     return known.replaced(better) if better else known
@@ -266,7 +265,7 @@ def _each_alone(forward: Forward, known: Hypotheses, leader: Fit) -> tuple[Hypot
             rest = tuple(c for c in leader.candidates if c is not gone)
             part = known.find(frozenset(c.identifier for c in rest))
             if part is None or not part.converged:
-                part = _fitted(forward, rest, [coordinates(leader, rest)])
+                part = _fitted(forward, rest, [enlarged(leader, rest)])
                 known = known.replaced([part])
             odds = known.odds(leader, part)
             alone = len(leader.candidates) < MANY or beats_nothing(forward, known, gone, nothing)

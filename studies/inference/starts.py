@@ -25,12 +25,10 @@ def promising(
     return [starts[k] for k in np.argsort(values, kind="stable")[:most]]
 
 
-def with_neutral(part: Fit, candidates: Sequence[Candidate], neutral: Array) -> Array:
-    """Coordinates (p,) of a ``part`` with what it lacks of ``candidates`` at ``neutral`` (q,), in their order."""
-    theta, rest = [part.theta[: part.effect_columns.start]], list(neutral)
+def enlarged(part: Fit, candidates: Sequence[Candidate], *, neutral: bool = False) -> Array:
+    """Coordinates (p,) of a ``part`` for other ``candidates``: what it lacks at its smallest start, or at ``neutral``."""
+    theta = [part.theta[: part.effect_columns.start]]
     for c in candidates:
-        if c.identifier in part.identifiers:
-            theta.append(part.theta[part.columns(c)])
-        else:
-            theta.append(np.array([rest.pop(0) for _ in c.unknowns]))
+        lacking = c.neutral if neutral else c.starts[0]
+        theta.append(part.theta[part.columns(c)] if c.identifier in part.identifiers else np.asarray(lacking))
     return np.concatenate(theta)

@@ -22,7 +22,7 @@ from studies.missing_effect.motion.modal_forward import ModalForward
 from studies.missing_effect.motion.modal_table import ModalPoint
 from studies.missing_effect.motion.nuisances import nuisances
 from studies.missing_effect.motion.ratio_sensors import measurement_candidates
-from studies.missing_effect.motion.sensor_errors import geometry_errors, one_speed
+from studies.missing_effect.motion.sensor_errors import geometry_errors, one_speed, wrong_geometry
 from studies.missing_effect.motion.trace_figure import TRACES
 from tyre.base.errors import InputError, refuse_unknown
 
@@ -87,9 +87,16 @@ class BicycleMeasurement(ABC):
         return replace(self, model=model)
 
     def model_with(self, final: Fit) -> Model | None:
-        """The base model with the effects of ``final``, bicycle parameters as they were; None where it is not valid."""
+        """The base model with what ``final`` adds: effects, and a geometry that the file states wrongly.
+
+        All other parameters of the bicycle are as they were; None where it is not valid.
+        """
         model = self.model
         try:
+            bicycle, wrong = model.bicycle, wrong_geometry(final)
+            if wrong:  # what follows the geometry still does
+                moved = {key: bicycle[key] + by for key, by in wrong.items() if key in bicycle.values}
+                model = Model(bicycle.replace(**moved), model.effects)
             for c in sorted(final.candidates, key=lambda c: c.replaces is None):
                 if c.effect is not None:
                     model = model.with_effect(physical(c, final.theta[final.columns(c)].tolist()))

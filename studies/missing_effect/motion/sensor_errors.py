@@ -13,6 +13,7 @@ later.
 from collections.abc import Sequence
 
 from bicycle.model import Model
+from studies.inference.fit import Fit
 from studies.inference.parameter import Candidate, UncertainParameter
 from studies.missing_effect.motion.family import SPEED_OFFSET, SPEED_SCALE, WRONG
 
@@ -123,6 +124,17 @@ def geometry_errors(
         )  # fmt: skip
         found.append(Candidate(identifier, (size,), signature=f"the stated {word} ({key}) is wrong", weight=FILE))
     return tuple(found), refused
+
+
+def wrong_geometry(final: Fit) -> dict[str, float]:
+    """What the values stated in the file are too small by, by parameter (SI), as the fit ``final`` found it."""
+    return {
+        key.removeprefix(WRONG): factor * float(u.value(x))
+        for c in final.candidates
+        for u, x in zip(c.unknowns, final.theta[final.columns(c)], strict=True)
+        for key, factor in u.sets.items()
+        if key.startswith(WRONG)
+    }
 
 
 def _mistake(identifier: str, size: UncertainParameter, words: str) -> Candidate:

@@ -174,6 +174,19 @@ def test_what_is_tied_to_the_tilt_follows_a_wrong_one():
         assert values[key][0, 0] == pytest.approx(load_bicycle("benchmark")["lam"] + 0.1)
 
 
+def test_the_model_that_follows_has_the_geometry_that_was_found_and_what_is_tied_to_it():
+    model = Model(load_bicycle("benchmark"), _fork())
+    measurement = ModalMeasurement(name="own", model=model, points=modal().points, uncertainty={"lam": 0.0})
+    forward = measurement.forward()
+    tilt = next(c for c in forward.candidates if c.identifier == "wrong_tilt")
+    found = measurement.model_with(
+        fit(forward, (tilt,), starts=[np.append([u.centre for u in forward.nuisances], 0.1)], turns=(0, 0))
+    )
+    assert found.bicycle["lam"] == pytest.approx(load_bicycle("benchmark")["lam"] + 0.1)
+    assert found.parameters["front_compliance.axis_tilt"] == pytest.approx(found.bicycle["lam"])
+    assert found.bicycle["c"] == load_bicycle("benchmark")["c"]
+
+
 def _fork():
     from bicycle import effect_class
 
