@@ -26,7 +26,7 @@ def promising(
 
 
 def enlarged(part: Fit, candidates: Sequence[Candidate], *, neutral: bool = False) -> Array:
-    """Coordinates (p,) of a ``part`` for other ``candidates``: what it lacks at its smallest start, or at ``neutral``."""
+    """Coordinates (p,) of a ``part`` for other ``candidates``: what it lacks at its smallest start or ``neutral``."""
     theta = [part.theta[: part.effect_columns.start]]
     for c in candidates:
         lacking = c.neutral if neutral else c.starts[0]
