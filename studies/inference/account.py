@@ -55,7 +55,7 @@ def account(forward: Forward, known: Hypotheses, acceptance: Acceptance, nominal
         ),
         goodness_of_fit_p=goodness_of_fit(forward, final),
         checks=acceptance.checks, mimics=acceptance.mimics, refused=forward.refused,
-        warnings=(*forward.notes, *_warnings(known, acceptance, gap=scale > 0)),
+        warnings=(*forward.notes, *_warnings(forward, known, acceptance, gap=scale > 0)),
         sentence=sentence(forward, known, acceptance, effects), reasons=acceptance.reasons,
         refused_leaders=_refused(forward, known, acceptance),
     )  # fmt: skip
@@ -86,12 +86,10 @@ def _rule(forward: Forward, known: Hypotheses, acceptance: Acceptance, f: Fit) -
     if not f.candidates:
         return "nothing is missing, if the data alone decide"
     if not acceptance.final.candidates:
-        p = goodness_of_fit(forward, f)
-        return (
-            f"it does not fit (p = {p:.2g})"
-            if p <= POOR_FIT
-            else "less probable than what was judged, which fails a rule"
-        )
+        p, judged = goodness_of_fit(forward, f), acceptance.leader
+        if p <= POOR_FIT or judged is None:
+            return f"it does not fit (p = {p:.2g})"
+        return f"less probable than {judged.name}, which fails a rule"
     if acceptance.final.identifiers < f.identifiers:
         return f"one effect more, and not clearly more probable ({known.odds(f, acceptance.final):.2g} : 1)"
     return "each of its effects must stand by its own odds and held-out gain, and one does not"
@@ -104,13 +102,13 @@ def _worst(forward: Forward, final: Fit) -> tuple[tuple[str, float], ...]:
     return tuple(sorted(shares.items(), key=lambda item: -item[1])[:MOST_PLACES])
 
 
-def _warnings(known: Hypotheses, acceptance: Acceptance, *, gap: bool) -> list[str]:
+def _warnings(forward: Forward, known: Hypotheses, acceptance: Acceptance, *, gap: bool) -> list[str]:
     warnings, final = [], acceptance.final
     if not gap:
         warnings.append("the nominal model has no gap beyond the noise: there is nothing to close")
     if not acceptance.held_out["final"].possible:
         warnings.append("one run: nothing can be held out, so nothing is named; record further runs or speeds")
-    if acceptance.verdict == "unknown":
+    if acceptance.verdict == "unknown" and all(goodness_of_fit(forward, f) <= POOR_FIT for f in known.fits):
         warnings.append("something is missing that the library does not explain")
     stuck = [f.name for f in (known.null, *known.best()) if not f.converged and known.posterior[f.name] > NEGLIGIBLE]
     poor = [f.name for f in known.best() if not math.isfinite(f.objective)]

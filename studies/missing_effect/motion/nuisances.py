@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 
 from bicycle.default_sd import ASSUMED, standard_deviations
+from bicycle.effect import Parameter
 from bicycle.model import Model
 from bicycle.parameter_key import ParameterKey, entries_of
 from bicycle.parameters import UNITS, UNUSED
@@ -42,7 +43,7 @@ def nuisances(model: Model, given: Mapping[str, float]) -> tuple[tuple[Uncertain
     found = [
         UncertainParameter(
             key,
-            UNITS.get(key, ""),
+            _unit(model, key),
             dict.fromkeys((key, *followers.get(key, ())), 1.0),
             values[key],
             deviation.sd,
@@ -54,12 +55,21 @@ def nuisances(model: Model, given: Mapping[str, float]) -> tuple[tuple[Uncertain
     return tuple(found), notes
 
 
-def _bounds(model: Model, key: str) -> tuple[float, float]:
-    """What an effect declares, so that a lag does not become a lead; the bicycle's own go where the data take them."""
+def _declared(model: Model, key: str) -> Parameter | None:
     own = ParameterKey.parse(key)
     effects = (effect for effect in model.effects if effect.identifier == own.effect)
-    declared = (p.bounds for effect in effects for p in effect.parameters if p.name == own.name)
-    return next(declared, (-math.inf, math.inf))
+    return next((p for effect in effects for p in effect.parameters if p.name == own.name), None)
+
+
+def _unit(model: Model, key: str) -> str:
+    declared = _declared(model, key)
+    return declared.unit if declared else UNITS.get(key, "")
+
+
+def _bounds(model: Model, key: str) -> tuple[float, float]:
+    """What an effect declares, so that a lag does not become a lead; the bicycle's own go where the data take them."""
+    declared = _declared(model, key)
+    return declared.bounds if declared else (-math.inf, math.inf)
 
 
 def _check(given: Mapping[str, float], values: Mapping[str, float]) -> None:

@@ -1,6 +1,7 @@
 """Gaps that no physics makes: a whole channel in other units or with the other sign, or numbers that are absurd."""
 
 import math
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -33,6 +34,15 @@ FACTORS = {
 
 FREQUENCY = (2 * math.pi, 1 / (2 * math.pi))
 SPEED = (3.6, 1 / 3.6)
+ANGULAR = {factor: FACTORS[factor] for factor in (180 / math.pi, math.pi / 180, -1.0)} | {
+    1000.0: "are they in mrad or mrad/s? rad and rad/s are expected",
+}
+LINEAR = {
+    1000.0: "are they in mm/s^2? m/s^2 is expected",
+    1 / 9.80665: "are they in g? m/s^2 is expected",
+    -1.0: FACTORS[-1.0],
+}
+"""The same of a channel: of angles and their rates, of accelerations."""
 
 
 def doubts(diagnosis: Diagnosis) -> tuple[str, ...]:
@@ -54,9 +64,9 @@ def doubts(diagnosis: Diagnosis) -> tuple[str, ...]:
     return tuple(found)
 
 
-def known_factor(ratio: float) -> float | None:
-    """The factor of :data:`FACTORS` that a measured over computed ``ratio`` is near; None where there is none."""
-    return next((f for f in FACTORS if abs(ratio / f - 1) < NEAR), None)
+def known_factor(ratio: float, known: Collection[float] = tuple(FACTORS)) -> float | None:
+    """The factor among the ``known`` that a measured over computed ``ratio`` is near; None where there is none."""
+    return next((f for f in known if abs(ratio / f - 1) < NEAR), None)
 
 
 def _of_values(diagnosis: Diagnosis, measured: Array, sd: Array) -> list[str]:
@@ -142,17 +152,21 @@ def _of_channels(forward: HistoryForward) -> list[str]:
                 found.append(1 / h if h else math.inf)
         if len(found) >= FEWEST:
             ratio = float(np.median(found))
-            factor = known_factor(ratio)
+            factor = known_factor(ratio, _factors(name))
             if factor is not None and np.mean([abs(x / factor - 1) < CONSISTENT for x in found]) > 0.7:
                 ratios[name] = factor
     wrong = {name: factor for name, factor in ratios.items() if abs(factor) >= 1} or ratios
     if wrong and all(factor == -1 for factor in wrong.values()) and len(wrong) == len(names) == 2:
         return [f"{names[0]} or {names[1]}: {_asked(-1.0)}"]
-    return [f"{name}: {_asked(factor)}" for name, factor in wrong.items()]
+    return [f"{name}: {_asked(factor, _factors(name))}" for name, factor in wrong.items()]
 
 
-def _asked(factor: float) -> str:
+def _factors(channel: str) -> Mapping[float, str]:
+    return ANGULAR if channel.endswith(("_rad", "_rad_s")) else LINEAR
+
+
+def _asked(factor: float, known: Mapping[float, str] = FACTORS) -> str:
     if factor == -1:
-        return f"the measured values have the sign opposite to the base model's throughout; {FACTORS[factor]}"
+        return f"the measured values have the sign opposite to the base model's throughout; {known[factor]}"
     shown = f"{factor:.3g} times" if factor > 1 else f"1/{1 / factor:.3g} of"
-    return f"the measured values are about {shown} those of the base model throughout; {FACTORS[factor]}"
+    return f"the measured values are about {shown} those of the base model throughout; {known[factor]}"

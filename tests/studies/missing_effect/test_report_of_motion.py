@@ -129,7 +129,12 @@ def scaled(measurement, channel, factor):
     ("channel", "factor", "words"),
     [
         ("roll_rate_rad_s", 180 / np.pi, "roll_rate_rad_s: the measured values are about 57.3 times"),
-        ("yaw_rate_rad_s", 1000.0, "yaw_rate_rad_s: the measured values are about 1e+03 times"),
+        (
+            "yaw_rate_rad_s",
+            1000.0,
+            "yaw_rate_rad_s: the measured values are about 1e+03 times those of the base model "
+            "throughout; are they in mrad or mrad/s?",
+        ),
         ("steer_rad", -1.0, "steer_rad: the measured values have the sign opposite"),
     ],
 )
@@ -139,6 +144,10 @@ def test_a_channel_that_does_not_fit_the_others_is_asked_about(histories, channe
 
 def test_channels_that_fit_each_other_are_not(histories):
     assert doubts(_of(histories)) == ()
+
+
+def test_no_angular_rate_is_in_kilometres_an_hour(histories):
+    assert doubts(_of(scaled(histories, "yaw_rate_rad_s", 3.6))) == ()
 
 
 def _of(measurement):
