@@ -6,14 +6,17 @@
 [16.0, -3.0]
 """
 
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
+from itertools import combinations
 from typing import Any
 
 import sympy as sp
 
 Expression = Any  # sympy.Expr; the library carries no types
 Function = Callable[..., Any]
+LONG = 200  # characters of an operation that gets a line of its own
 
 
 def compiled(arguments: Sequence[Expression], results: Sequence[Expression]) -> Function:
@@ -30,71 +33,94 @@ def compiled(arguments: Sequence[Expression], results: Sequence[Expression]) -> 
     """
     code = _StraightLine(arguments)
     returned = [code.name(sp.sympify(result)) for result in results]
-    lines = [f"def function({', '.join(code.arguments)}):", *code.lines, f"return [{', '.join(returned)}]"]
-    exec(compile("\n    ".join(lines), "<equations of motion>", "exec"), code.functions)
+    text = "\n    ".join([f"def function({', '.join(code.arguments)}):", *code.body(returned)])
+    exec(compile(text, "<equations of motion>", "exec"), code.functions)
     function: Function = code.functions["function"]
     return function
 
 
 class _StraightLine:
-    """Lines such as ``x7 = a3*x2``. Sums, products and whole powers are written out, all else is left to sympy."""
+    """Operations such as ``a3*x2``: sums, products and whole powers; all else is left to sympy."""
 
     def __init__(self, arguments: Sequence[Expression]) -> None:
         self.arguments = [f"a{k}" for k in range(len(arguments))]
-        self.lines: list[str] = []
         self.functions: dict[str, Any] = {}
         self._names: dict[Expression, str] = dict(zip(arguments, self.arguments, strict=True))
+        self._operations: dict[tuple[str, ...], str] = {}  # format and operands -> name of the result
 
     def name(self, expression: Expression) -> str:
-        """What stands for an expression: a number, or the variable of the line that computes it."""
+        """What stands for an expression: a number, or the name of the result of an operation."""
         if expression not in self._names:
-            if expression.is_Integer or expression.is_Rational or expression.is_Float:
-                self._names[expression] = f"({float(expression)!r})"
-            else:
-                self._names[expression] = self._line(self._text(expression))
+            self._names[expression] = self._new(expression)
         return self._names[expression]
 
-    def _line(self, text: str) -> str:
-        self.lines.append(f"x{len(self.lines)} = {text}")
-        return f"x{len(self.lines) - 1}"
+    def body(self, returned: Sequence[str]) -> Iterator[str]:
+        """Lines of the function; what is used once stands where it is used, so that no memory is kept for it."""
+        uses = Counter(operand for _, *operands in self._operations for operand in operands) + Counter(returned)
+        short: dict[str, str] = {}
+        for (form, *operands), name in self._operations.items():
+            text = form.format(*(short.get(operand, operand) for operand in operands))
+            if uses[name] == 1 and len(text) < LONG:
+                short[name] = f"({text})"
+            else:
+                yield f"{name} = {text}"
+        yield f"return [{', '.join(short.get(name, name) for name in returned)}]"
 
-    def _text(self, expression: Expression) -> str:
+    def _new(self, expression: Expression) -> str:
+        if expression.is_Rational or expression.is_Float:
+            return f"({float(expression)!r})"
         if expression.is_Add:
             return self._sum(expression)
         if expression.is_Mul:
             return self._product(expression)
         if expression.is_Pow and expression.exp.is_Integer:
             if expression.exp < 0:
-                return f"1.0/{self.name(1 / expression)}"
-            return "*".join([self.name(expression.base)] * int(expression.exp))
+                return self._operation("1.0/{}", self.name(1 / expression))
+            return self._combined("{}*{}", [self.name(expression.base)] * int(expression.exp))
         return self._call(expression)
 
     def _sum(self, expression: Expression) -> str:
-        negative = [term for term in expression.args if term.as_coeff_Mul()[0].is_negative]
-        if len(negative) == len(expression.args):
-            return f"-{self.name(-expression)}"
-        plus = "+".join(self.name(term) for term in expression.args if term not in negative)
-        return "-".join([plus, *(self.name(-term) for term in negative)])
+        taken = [self.name(-term) for term in expression.args if _negative(term)]
+        given = [self.name(term) for term in expression.args if not _negative(term)]
+        if not given:
+            return self._operation("-{}", self._combined("{}+{}", taken))
+        total = self._combined("{}+{}", given)
+        return self._operation("{}-{}", total, self._combined("{}+{}", taken)) if taken else total
 
     def _product(self, expression: Expression) -> str:
-        if expression.args[0] is sp.S.NegativeOne:
-            return f"-{self.name(-expression)}"
-        over = [factor for factor in expression.args if factor.is_Pow and factor.exp.is_negative]
-        above = "*".join(self.name(factor) for factor in expression.args if factor not in over) or "1.0"
-        return f"{above}/{self.name(1 / sp.Mul(*over))}" if over else above
+        if _negative(expression):
+            return self._operation("-{}", self.name(-expression))
+        return self._combined("{}*{}", [self.name(factor) for factor in expression.args])
 
     def _call(self, expression: Expression) -> str:
-        """A call of the function that sympy makes of anything else, a sine or a case distinction."""
+        """A function that sympy makes of anything else, a sine or a case distinction."""
         parts = expression.args if all(isinstance(part, sp.Expr) for part in expression.args) else ()
         inputs = [part for part in parts if not part.is_number] or sorted(expression.free_symbols, key=str)
         places = {part: sp.Symbol(f"x{k}", real=True) for k, part in enumerate(inputs)}
         plain = expression.func(*(places.get(part, part) for part in parts)) if parts else expression.xreplace(places)
         function = f"f{len(self.functions)}"
         self.functions[function] = _by_sympy(tuple(places.values()), plain)
-        return f"{function}({', '.join(map(self.name, inputs))})"
+        return self._operation(f"{function}({', '.join(['{}'] * len(inputs))})", *map(self.name, inputs))
+
+    def _combined(self, form: str, names: list[str]) -> str:
+        """Sum or product, two at a time: first two whose sum or product is there already."""
+        while len(names) > 1:
+            pairs = [(min(pair), max(pair)) for pair in combinations(names, 2)]
+            one, other = next((pair for pair in pairs if (form, *pair) in self._operations), pairs[0])
+            names.remove(one)
+            names.remove(other)
+            names.append(self._operation(form, one, other))
+        return names[0]
+
+    def _operation(self, form: str, *operands: str) -> str:
+        return self._operations.setdefault((form, *operands), f"x{len(self._operations)}")
 
 
 @cache
 def _by_sympy(arguments: tuple[Expression, ...], expression: Expression) -> Function:
     function: Function = sp.lambdify(arguments, expression, modules="numpy")
     return function
+
+
+def _negative(term: Expression) -> bool:
+    return bool(term.as_coeff_Mul()[0].is_negative)
