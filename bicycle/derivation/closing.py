@@ -44,7 +44,7 @@ class OpenModel:
     effects bring, ``units`` those of inputs and outputs.
     """
 
-    mass: Any
+    mass: SymbolicPolynomial
     right: SymbolicPolynomial
     angle_rates: SymbolicPolynomial
     extra_rates: SymbolicPolynomial
@@ -77,7 +77,8 @@ def assemble(rows: OpenModel) -> SymbolicModel:
     n = len(states)
     _check_powers(rates, [f"the rate of the state {state.name!r}" for state in states])
     _check_powers(rows.shown, [f"the output {name!r}" for name in rows.outputs])
-    mass = sp.diag(rows.mass, sp.eye(n - rows.mass.rows))
+    mass = sp.eye(n)
+    mass[: rows.mass.shape[0], : rows.mass.shape[0]] = rows.mass.constant
     of_motion, of_inputs = slice(0, n), slice(n, None)
     return SymbolicModel(
         states=tuple(state.name for state in states),
@@ -115,7 +116,7 @@ def hold_contacts(rows: OpenModel, slip_velocities: SymbolicPolynomial) -> OpenM
     OpenModel
         Without V, r and the side forces.
     """
-    joints, width = rows.mass.rows - 2, rows.right.shape[1] - 2
+    joints, width = rows.mass.shape[0] - 2, rows.right.shape[1] - 2
     rates, angles, kept, forces = slice(0, joints), slice(joints, 2 * joints), slice(0, width), slice(width, None)
     _check_forces(rows, forces)
     slips = slip_velocities.columns(kept)
@@ -126,11 +127,11 @@ def hold_contacts(rows: OpenModel, slip_velocities: SymbolicPolynomial) -> OpenM
     ports = rows.right.columns(forces).constant
     test = sp.Matrix.vstack(-(ports[2:, :] * ports[:2, :].inv()).T, sp.eye(joints))
     trial = sp.Matrix.vstack(followed.columns(rates).constant, sp.eye(joints))
-    drift = rows.mass[:, :2] @ followed.columns(angles)  # times the rates: angles change, and V and r with them
+    drift = rows.mass.columns(slice(0, 2)) @ followed.columns(angles)  # times the rates: angles change, and V and r with them
     free = rows.right.columns(kept) @ held - drift.placed(rates.start, width - 2)
     return replace(
         rows,
-        mass=test.T * rows.mass * trial,
+        mass=test.T @ rows.mass @ trial,
         right=test.T @ free,
         angle_rates=rows.angle_rates.columns(kept) @ held,
         extra_rates=rows.extra_rates.columns(kept) @ held,
@@ -145,7 +146,7 @@ def _check_forces(rows: OpenModel, forces: slice) -> None:
     if set(rows.right.columns(forces).coefficients) != {0}:
         raise InputError("an effect takes a side force times a power of the speed; with held contacts it must not")
     for states in rows.extra_rates.columns(forces).coefficients.values():
-        state = rows.motion[1 + 2 * (rows.mass.rows - 1) + next(states.iter_items())[0][0]]
+        state = rows.motion[1 + 2 * (rows.mass.shape[0] - 1) + next(states.iter_items())[0][0]]
         raise InputError(
             f"the rate of the state {str(state)!r} depends on a side force, of which held contacts know nothing; "
             "give its effect requires = ('tyre force',)"

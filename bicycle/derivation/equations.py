@@ -6,14 +6,15 @@ The symbols and the physics are those of :mod:`bicycle.derivation.builder`, whic
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 import sympy as sp
 
 from bicycle.derivation.closing import OpenModel, SymbolicModel, assemble, hold_contacts
-from bicycle.derivation.ports import Builder, Expression, Wheel
+from bicycle.derivation.ports import Builder, Coordinate, Expression, Wheel
 from bicycle.derivation.rows import Rows
 from bicycle.derivation.symbolic_polynomial import SymbolicPolynomial
 from bicycle.parameters import static_loads
-from bicycle.rigid_bodies import Joint, displacement_row, height_hessian, inertia_terms, lean_row, yaw_row
+from bicycle.rigid_bodies import Joint, Row, displacement_row, height_hessian, inertia_terms, lean_row, yaw_row
 
 
 def equations(model: Builder, side_forces: Mapping[Wheel, Expression]) -> SymbolicModel:
@@ -43,11 +44,12 @@ def equations(model: Builder, side_forces: Mapping[Wheel, Expression]) -> Symbol
     rows = Rows([*motion, *inputs], meaning, loads, model.speed)
 
     mass, n, width = _mass(model, joints), len(velocities), len(motion) + len(inputs)
-    coriolis = sp.Matrix.hstack(sp.zeros(n, 1), mass[:, 0], sp.zeros(n, n - 2)) + _gyroscopic(model, joints)
+    turning = mass.columns(slice(0, 1)).placed(1, n)  # M e_V r
+    gyroscopic = SymbolicPolynomial.of_matrix(_gyroscopic(model, joints))
     stiffness = SymbolicPolynomial.of_entries(_stiffness(model, joints).xreplace(loads), model.speed)
     right = (
         _generalised_forces(model, joints, rows)
-        - SymbolicPolynomial({1: coriolis}, coriolis.shape).placed(0, width)
+        - (turning + gyroscopic).times_speed().placed(0, width)
         - stiffness.placed(n, width)
     )
     outputs = _outputs(model)
@@ -87,22 +89,23 @@ def _loads(model: Builder) -> tuple[Expression, Expression]:
     return static_loads(tuple(model.bodies), model.bicycle["w"], model.bicycle["g"])
 
 
-def _mass(model: Builder, joints: list[Joint]) -> Any:
+def _mass(model: Builder, joints: list[Joint]) -> SymbolicPolynomial:
     """The kinetic-energy form M in the rates of [V, r, joints], with inertias that move with one joint only."""
-    weights, left, right = zip(*inertia_terms(model.bodies, joints), strict=True)
-    mass = _matrix(left).T * sp.diag(*weights) * _matrix(right)
-    names = ["", "", *(c.name for c in model.coordinates())]
+    terms = [(inertia * one, other) for inertia, one, other in inertia_terms(model.bodies, joints)]
+    names = [c.name for c in model.coordinates()]
     for (row, column), inertia in model.extra_inertia.items():
-        mass[names.index(row), names.index(column)] += inertia
-    return mass
+        one, other = (_unit(2 + names.index(name), 2 + len(names)) for name in (row, column))
+        terms.append((inertia * one, other))
+    moved, moving = zip(*terms, strict=True)
+    return _matrix(moved).T @ SymbolicPolynomial.of_matrix(_matrix(moving))
 
 
 def _generalised_forces(model: Builder, joints: list[Joint], rows: Rows) -> SymbolicPolynomial:
     """Forces and moments of contacts, effects and inputs per velocity [V, r, rates of the joints]: virtual work."""
     coordinates, rear, frame = model.coordinates(), model.wheels[0], model.bodies[0]
 
-    def about(coordinate: Any) -> list[int]:
-        return [0] * (2 + coordinates.index(coordinate)) + [1] + [0] * (len(coordinates) - 1 - coordinates.index(coordinate))
+    def about(coordinate: Coordinate) -> Row:
+        return _unit(2 + coordinates.index(coordinate), 2 + len(coordinates))
 
     work = []
     for wheel in model.wheels:
@@ -153,6 +156,10 @@ def _outputs(model: Builder) -> dict[str, Expression]:
     if not model.contact_law.holds_contact:
         outputs |= {f"{wheel.name}_side_force": wheel.side_force for wheel in model.wheels}
     return outputs
+
+
+def _unit(place: int, length: int) -> Row:
+    return np.array([int(k == place) for k in range(length)])
 
 
 def _matrix(rows: Any) -> Any:

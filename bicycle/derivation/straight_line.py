@@ -12,10 +12,12 @@ from functools import cache
 from itertools import combinations
 from typing import Any
 
+import numpy as np
 import sympy as sp
 
 Expression = Any  # sympy.Expr; the library carries no types
 Function = Callable[..., Any]
+PLAIN = {sp.sin: np.sin, sp.cos: np.cos}  # of every steer axis
 LONG = 200  # characters of an operation that gets a line of its own
 
 
@@ -67,8 +69,8 @@ class _StraightLine:
         yield f"return [{', '.join(short.get(name, name) for name in returned)}]"
 
     def _new(self, expression: Expression) -> str:
-        if expression.is_Rational or expression.is_Float:
-            return f"({float(expression)!r})"
+        if expression.is_number:
+            return f"float('{float(expression)!r}')" if expression.is_infinite else f"({float(expression)!r})"
         if expression.is_Add:
             return self._sum(expression)
         if expression.is_Mul:
@@ -99,7 +101,7 @@ class _StraightLine:
         places = {part: sp.Symbol(f"x{k}", real=True) for k, part in enumerate(inputs)}
         plain = expression.func(*(places.get(part, part) for part in parts)) if parts else expression.xreplace(places)
         function = f"f{len(self.functions)}"
-        self.functions[function] = _by_sympy(tuple(places.values()), plain)
+        self.functions[function] = PLAIN.get(plain.func) or _by_sympy(tuple(places.values()), plain)
         return self._operation(f"{function}({', '.join(['{}'] * len(inputs))})", *map(self.name, inputs))
 
     def _combined(self, form: str, names: list[str]) -> str:

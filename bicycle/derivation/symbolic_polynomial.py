@@ -106,11 +106,16 @@ class SymbolicPolynomial:
         """Times a number or expression without v."""
         return SymbolicPolynomial({k: matrix * factor for k, matrix in self.coefficients.items()}, self.shape)
 
-    def __matmul__(self, other: "SymbolicPolynomial") -> "SymbolicPolynomial":
-        total: dict[int, Matrix] = {}
-        for (k, left), (m, right) in product(self.coefficients.items(), other.coefficients.items()):
-            total[k + m] = total[k + m] + left * right if k + m in total else left * right
-        return _without_zeros(total, (self.shape[0], other.shape[1]))
+    def __matmul__(self, other: "SymbolicPolynomial | Matrix") -> "SymbolicPolynomial":
+        right = other if isinstance(other, SymbolicPolynomial) else SymbolicPolynomial.of_matrix(other)
+        total = SymbolicPolynomial({}, (self.shape[0], right.shape[1]))
+        for (k, one), (m, next_one) in product(self.coefficients.items(), right.coefficients.items()):
+            total += SymbolicPolynomial({k + m: _times(one, next_one)}, total.shape)
+        return total
+
+    def times_speed(self) -> "SymbolicPolynomial":
+        """Times v."""
+        return SymbolicPolynomial({power + 1: matrix for power, matrix in self.coefficients.items()}, self.shape)
 
     def __rmatmul__(self, left: Matrix) -> "SymbolicPolynomial":
         """A matrix that does not depend on v times this polynomial."""
@@ -206,6 +211,21 @@ def _product(one: dict[int, Expression], other: dict[int, Expression]) -> dict[i
 def _nonzero(found: dict[int, Expression]) -> dict[int, Expression]:
     """Without what vanishes; beside v^0 and v^1, which every model has, also what does so when multiplied out."""
     return {k: c for k, c in found.items() if c != 0 and (k in (0, 1) or sp.expand(c) != 0)}
+
+
+def _times(left: Matrix, right: Matrix) -> Matrix:
+    """The product of sparse matrices; sympy's own looks for infinite entries, which takes most of its time."""
+    rows: dict[int, list[tuple[int, Expression]]] = {}
+    for (k, j), entry in right.iter_items():
+        rows.setdefault(k, []).append((j, entry))
+    terms: dict[tuple[int, int], list[Expression]] = {}
+    for (i, k), factor in left.iter_items():
+        for j, entry in rows.get(k, []):
+            terms.setdefault((i, j), []).append(factor * entry)
+    result = sp.zeros(left.rows, right.cols)
+    for place, found in terms.items():
+        result[place] = sp.Add(*found)
+    return result
 
 
 def _without_zeros(found: Mapping[int, Matrix], shape: tuple[int, int]) -> SymbolicPolynomial:
