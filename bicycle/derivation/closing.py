@@ -127,7 +127,9 @@ def hold_contacts(rows: OpenModel, slip_velocities: SymbolicPolynomial) -> OpenM
     ports = rows.right.columns(forces).constant
     test = sp.Matrix.vstack(-(ports[2:, :] * ports[:2, :].inv()).T, sp.eye(joints))
     trial = sp.Matrix.vstack(followed.columns(rates).constant, sp.eye(joints))
-    drift = rows.mass.columns(slice(0, 2)) @ followed.columns(angles)  # times the rates: angles change, and V and r with them
+    drift = rows.mass.columns(slice(0, 2)) @ followed.columns(
+        angles
+    )  # times the rates: angles change, and V and r with them
     free = rows.right.columns(kept) @ held - drift.placed(rates.start, width - 2)
     return replace(
         rows,
@@ -146,7 +148,7 @@ def _check_forces(rows: OpenModel, forces: slice) -> None:
     if set(rows.right.columns(forces).coefficients) != {0}:
         raise InputError("an effect takes a side force times a power of the speed; with held contacts it must not")
     for states in rows.extra_rates.columns(forces).coefficients.values():
-        state = rows.motion[1 + 2 * (rows.mass.shape[0] - 1) + next(states.iter_items())[0][0]]
+        state = rows.motion[-rows.extra_rates.shape[0] :][next(states.iter_items())[0][0]]
         raise InputError(
             f"the rate of the state {str(state)!r} depends on a side force, of which held contacts know nothing; "
             "give its effect requires = ('tyre force',)"

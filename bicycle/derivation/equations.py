@@ -43,6 +43,7 @@ def equations(model: Builder, side_forces: Mapping[Wheel, Expression]) -> Symbol
     meaning = _meaning(model, joints) | ({} if holds else {w.side_force: force for w, force in side_forces.items()})
     rows = Rows([*motion, *inputs], meaning, loads, model.speed)
 
+    # M (du/dt + v r e_V) + v H u = -K q + Q: what stands beside M du/dt goes to the right
     mass, n, width = _mass(model, joints), len(velocities), len(motion) + len(inputs)
     turning = mass.columns(slice(0, 1)).placed(1, n)  # M e_V r
     gyroscopic = SymbolicPolynomial.of_matrix(_gyroscopic(model, joints))
@@ -112,8 +113,9 @@ def _generalised_forces(model: Builder, joints: list[Joint], rows: Rows) -> Symb
         work.append((displacement_row(joints, wheel.body, wheel.x, 0), wheel.side_force))
         work.append((yaw_row(joints, wheel.body), wheel.moment))
     work += [(yaw_row(joints, body), moment) for body, moment in model.yaw_moments]
-    contact_shift = rear.crown_radius * rear.camber  # a toroidal tyre leaning by gamma touches the ground rho gamma
-    work.append((yaw_row(joints, rear.body), -model.drive_force * contact_shift))  # beside its mid-plane
+    # A toroidal tyre leaning by gamma touches the ground rho gamma beside its mid-plane.
+    contact_shift = rear.crown_radius * rear.camber
+    work.append((yaw_row(joints, rear.body), -model.drive_force * contact_shift))
     work += [(about(coordinate), torque) for coordinate, torque in model.coordinate_forces]
     work.append((about(model.steer), model.motor.torque))
     work += [(about(coordinate), sp.Symbol(name)) for name, coordinate in model.torques.items()]

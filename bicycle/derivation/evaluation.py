@@ -199,7 +199,7 @@ def derive(effects: tuple[type[Contribution], ...]) -> SymbolicModel:
 
 @cache
 def evaluator(effects: tuple[type[Contribution], ...]) -> Evaluator:
-    """The evaluator of a set of effects: derived at the first call (about a second), then kept in memory.
+    """The evaluator of a set of effects: derived at the first call (0.02 to 0.1 s), then kept in memory.
 
     Parameters
     ----------

@@ -26,7 +26,7 @@ class Rows:
     Raises
     ------
     InputError
-        What they mean goes round in a circle.
+        A port depends on itself.
     """
 
     def __init__(
@@ -52,12 +52,11 @@ class Rows:
         return rows.columns(slice(0, len(self.known))), rows.columns(slice(len(self.known), None))
 
     def _resolved(self, expressions: Sequence[Expression]) -> SymbolicPolynomial:
-        """p = A x + B p, where no port depends on itself: p = A x + B A x + B B A x + ..."""
+        """p = A x + B p, put into itself until no port is left: p = (A + B A) x + B B p, and so on."""
         direct, through_ports = self._read(expressions)
-        total = term = direct
         for _ in self.ports:
-            term = through_ports @ term
-            total += term
-        if term.coefficients:
-            raise InputError("")
-        return total
+            if not through_ports.coefficients:
+                return direct
+            direct, through_ports = direct + through_ports @ direct, through_ports @ through_ports
+        port = self.ports[next(next(iter(through_ports.coefficients.values())).iter_items())[0][0]]
+        raise InputError(f"an effect makes the {port} depend on itself; leave it out of what it is made of")

@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from tyre.base.errors import InputError
+
 Expression = Any  # sympy.Expr; the library carries no types
 Function = Callable[..., Any]
 PLAIN = {sp.sin: np.sin, sp.cos: np.cos}  # of every steer axis
@@ -24,7 +26,7 @@ LONG = 200  # characters of an operation that gets a line of its own
 def compiled(arguments: Sequence[Expression], results: Sequence[Expression]) -> Function:
     """A function of numbers or arrays that broadcast, which returns the list of the results.
 
-    ``sympy.lambdify(..., cse=True)`` gives the same and takes ten times as long to look for what is common.
+    ``sympy.lambdify`` with ``cse`` gives the same function and takes ten times as long to look for what is common.
 
     Parameters
     ----------
@@ -32,6 +34,11 @@ def compiled(arguments: Sequence[Expression], results: Sequence[Expression]) -> 
         In the order of the function's arguments.
     results : sequence of expressions
         In terms of the arguments only.
+
+    Raises
+    ------
+    InputError
+        A result holds another symbol.
     """
     code = _StraightLine(arguments)
     returned = [code.name(sp.sympify(result)) for result in results]
@@ -71,6 +78,11 @@ class _StraightLine:
     def _new(self, expression: Expression) -> str:
         if expression.is_number:
             return f"float('{float(expression)!r}')" if expression.is_infinite else f"({float(expression)!r})"
+        if expression.is_Symbol:
+            raise InputError(
+                f"an effect puts {str(expression)!r} where only parameters of bicycle and effects may stand: "
+                "speed, motion and symbols of its own must not"
+            )
         if expression.is_Add:
             return self._sum(expression)
         if expression.is_Mul:

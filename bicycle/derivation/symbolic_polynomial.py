@@ -13,6 +13,8 @@ from typing import Any, ClassVar
 
 import sympy as sp
 
+from tyre.base.errors import InputError
+
 Expression = Any  # sympy.Expr; the library carries no types
 Matrix = Any  # sympy.Matrix
 
@@ -47,7 +49,7 @@ class SymbolicPolynomial:
 
         Raises
         ------
-        ValueError
+        InputError
             An entry is no polynomial in the speed.
         """
         found: dict[int, Matrix] = {}
@@ -75,14 +77,22 @@ class SymbolicPolynomial:
 
         Raises
         ------
-        ValueError
-            An expression is no polynomial in the speed.
+        InputError
+            An expression is not linear, or no polynomial in the speed.
         """
-        column = {variable: j for j, variable in enumerate(variables)}
+        moving = set(variables)
         slopes = sp.zeros(len(rows), len(variables))
         for i, row in enumerate(map(sp.sympify, rows)):
-            for variable in row.free_symbols & column.keys():
-                slopes[i, column[variable]] = sp.diff(row, variable)
+            occurring = row.free_symbols & moving
+            for j, variable in enumerate(variables):
+                if variable not in occurring:
+                    continue
+                slopes[i, j] = slope = sp.S.One if row == variable else sp.diff(row, variable)
+                if slope.free_symbols & moving:
+                    raise InputError(
+                        f"an effect adds {row}, which is not linear in {str(variable)!r}; give what is left of it for "
+                        "small motions"
+                    )
         return cls.of_entries(slopes, speed)
 
     @property
@@ -97,29 +107,25 @@ class SymbolicPolynomial:
         return _without_zeros(total, self.shape)
 
     def __neg__(self) -> "SymbolicPolynomial":
-        return self * -1
+        return SymbolicPolynomial({power: -matrix for power, matrix in self.coefficients.items()}, self.shape)
 
     def __sub__(self, other: "SymbolicPolynomial") -> "SymbolicPolynomial":
         return self + -other
 
-    def __mul__(self, factor: Expression) -> "SymbolicPolynomial":
-        """Times a number or expression without v."""
-        return SymbolicPolynomial({k: matrix * factor for k, matrix in self.coefficients.items()}, self.shape)
-
     def __matmul__(self, other: "SymbolicPolynomial | Matrix") -> "SymbolicPolynomial":
         right = other if isinstance(other, SymbolicPolynomial) else SymbolicPolynomial.of_matrix(other)
         total = SymbolicPolynomial({}, (self.shape[0], right.shape[1]))
-        for (k, one), (m, next_one) in product(self.coefficients.items(), right.coefficients.items()):
-            total += SymbolicPolynomial({k + m: _times(one, next_one)}, total.shape)
+        for (k, one), (m, behind) in product(self.coefficients.items(), right.coefficients.items()):
+            total += SymbolicPolynomial({k + m: _times(one, behind)}, total.shape)
         return total
-
-    def times_speed(self) -> "SymbolicPolynomial":
-        """Times v."""
-        return SymbolicPolynomial({power + 1: matrix for power, matrix in self.coefficients.items()}, self.shape)
 
     def __rmatmul__(self, left: Matrix) -> "SymbolicPolynomial":
         """A matrix that does not depend on v times this polynomial."""
         return SymbolicPolynomial.of_matrix(left) @ self
+
+    def times_speed(self) -> "SymbolicPolynomial":
+        """Times v."""
+        return SymbolicPolynomial({power + 1: matrix for power, matrix in self.coefficients.items()}, self.shape)
 
     def xreplace(self, meaning: Mapping[Expression, Expression]) -> "SymbolicPolynomial":
         """With other expressions for some symbols.
@@ -181,7 +187,7 @@ def powers(expression: Expression, speed: Expression) -> dict[int, Expression]:
 
     Raises
     ------
-    ValueError
+    InputError
         It is no polynomial in the speed.
     """
     if speed not in expression.free_symbols:
@@ -197,7 +203,7 @@ def powers(expression: Expression, speed: Expression) -> dict[int, Expression]:
         return {int(exponent): sp.S.One}
     expanded = sp.expand(expression)
     if expanded == expression:
-        raise ValueError(f"{expression} is no polynomial in the speed")
+        raise InputError(f"an effect depends on the speed as {expression} does; equations hold whole powers of it only")
     return powers(expanded, speed)
 
 
