@@ -100,8 +100,9 @@ def assemble(rows: OpenModel) -> SymbolicModel:
 def hold_contacts(rows: OpenModel, slip_velocities: SymbolicPolynomial) -> OpenModel:
     """Eliminate V, r and the side forces f: slip velocities zero, test space orthogonal to the force ports.
 
-    With u = [V, r, rates of the joints], the rows M u' = R x + P f and S x = 0. S = [S_Vr, S_rest] gives
-    [V, r] = -S_Vr^-1 S_rest x, hence x = X x_rest and u' = T rates' + T_q rates; T' is chosen with T'^t P = 0.
+    The rows are M u' = R x + P f with u = [V, r, rates w of the joints], the slip velocities S x = 0. These give
+    [V, r] = -S_Vr^-1 S_y y in terms of all other motion and inputs y, hence x = X y and u' = T w' + D w (angles change
+    at the rates w). With W^t P = 0 the forces are gone: W^t M T w' = W^t (R X y - M D w).
 
     Parameters
     ----------
@@ -127,9 +128,7 @@ def hold_contacts(rows: OpenModel, slip_velocities: SymbolicPolynomial) -> OpenM
     ports = rows.right.columns(forces).constant
     test = sp.Matrix.vstack(-(ports[2:, :] * ports[:2, :].inv()).T, sp.eye(joints))
     trial = sp.Matrix.vstack(followed.columns(rates).constant, sp.eye(joints))
-    drift = rows.mass.columns(slice(0, 2)) @ followed.columns(
-        angles
-    )  # times the rates: angles change, and V and r with them
+    drift = rows.mass.columns(slice(0, 2)) @ followed.columns(angles)
     free = rows.right.columns(kept) @ held - drift.placed(rates.start, width - 2)
     return replace(
         rows,
