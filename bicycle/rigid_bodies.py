@@ -6,7 +6,7 @@ of symmetry, so to first order a body moves laterally and turns about x and z on
 joints). The functions use plain arithmetic, so that they serve sympy expressions and floats alike.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -94,6 +94,25 @@ def yaw_row(joints: Sequence[Joint], body: str) -> Row:
     return np.array([0, 1] + [joint.axis_z if body in joint.carries else 0 for joint in joints])
 
 
+def inertia_terms(bodies: Iterable[Body], joints: Sequence[Joint]) -> Iterator[tuple[Scalar, Row, Row]]:
+    """Terms of :func:`mass_matrix`: an inertia (kg or kg m^2) and the two rows whose outer product it multiplies.
+
+    Parameters
+    ----------
+    bodies : iterable of Body
+    joints : sequence of Joint
+        From the ground outward.
+    """
+    for body in bodies:
+        y = displacement_row(joints, body.name, body.x, body.z)
+        tx, tz = lean_row(joints, body.name), yaw_row(joints, body.name)
+        yield body.mass, y, y
+        yield body.Ixx, tx, tx
+        yield body.Izz, tz, tz
+        yield body.Ixz, tx, tz
+        yield body.Ixz, tz, tx
+
+
 def mass_matrix(bodies: Iterable[Body], joints: Sequence[Joint]) -> NDArray[Any]:
     """Kinetic-energy form in the rates of ``[y, psi, joints...]``: sum m yy' + Ixx xx' + Izz zz' + Ixz (xz' + zx').
 
@@ -103,17 +122,8 @@ def mass_matrix(bodies: Iterable[Body], joints: Sequence[Joint]) -> NDArray[Any]
     joints : sequence of Joint
         From the ground outward.
     """
-    total: Any = 0
-    for body in bodies:
-        y = displacement_row(joints, body.name, body.x, body.z)
-        tx, tz = lean_row(joints, body.name), yaw_row(joints, body.name)
-        total = total + (
-            body.mass * np.outer(y, y)
-            + body.Ixx * np.outer(tx, tx)
-            + body.Izz * np.outer(tz, tz)
-            + body.Ixz * (np.outer(tx, tz) + np.outer(tz, tx))
-        )
-    return np.asarray(total)
+    terms = (inertia * np.outer(one, other) for inertia, one, other in inertia_terms(bodies, joints))
+    return np.asarray(sum(terms))
 
 
 def height_hessian(joints: Sequence[Joint], body: str, x: Scalar, z: Scalar) -> NDArray[Any]:

@@ -9,8 +9,10 @@ import sympy as sp
 from bicycle.derivation.declarations import Declarations, Mode, State
 from bicycle.derivation.symbolic_polynomial import SymbolicPolynomial
 from bicycle.parameters import UNITS
+from tyre.base.errors import InputError
 
 Expression = Any  # sympy.Expr; the library carries no types
+POWERS = (-1, 0, 1, 2)
 
 
 @dataclass(frozen=True)
@@ -34,21 +36,22 @@ class SymbolicModel:
 
 @dataclass(frozen=True)
 class OpenModel:
-    """Rows of the equations, linear in ``motion`` and ``inputs``.
+    """Rows of the equations: a column for each of ``motion``, then for each of ``inputs``.
 
-    ``mass`` times the first rates is ``right``; then follow the rates of the angles and of the extra states.
-    ``speed`` is the symbol v; ``static_loads``, ``load_transfer`` and ``switches`` as in :class:`SymbolicModel`.
-    ``states`` are those of the motion by name, ``modes`` what the effects bring, ``units`` those of inputs and outputs.
+    ``mass`` times the first rates is ``right``; then follow the ``angle_rates`` and the ``extra_rates`` of the states
+    that effects add. ``outputs`` are named, their rows are ``shown``. ``static_loads``, ``load_transfer`` and
+    ``switches`` are as in :class:`SymbolicModel`; ``states`` are those of the motion by name, ``modes`` what the
+    effects bring, ``units`` those of inputs and outputs.
     """
 
-    mass: Any
-    right: Any
-    angle_rates: Any
-    extra_rates: Any
+    mass: SymbolicPolynomial
+    right: SymbolicPolynomial
+    angle_rates: SymbolicPolynomial
+    extra_rates: SymbolicPolynomial
+    shown: SymbolicPolynomial
     motion: Sequence[Expression]
     inputs: Sequence[Expression]
-    outputs: Mapping[str, Expression]
-    speed: Expression
+    outputs: Sequence[str]
     static_loads: tuple[Expression, Expression]
     load_transfer: Expression
     switches: Mapping[Expression, Expression]
@@ -63,23 +66,30 @@ def assemble(rows: OpenModel) -> SymbolicModel:
     Parameters
     ----------
     rows : OpenModel
+
+    Raises
+    ------
+    InputError
+        A row holds another power of the speed than the model has.
     """
     states = tuple(rows.states[str(state)] for state in rows.motion)
-    n_fast, n = len(rows.right), len(rows.motion)
-    e = sp.eye(n)
-    e[:n_fast, :n_fast] = rows.mass
-    right = sp.Matrix([*rows.right, *rows.angle_rates, *rows.extra_rates])
-    shown = sp.Matrix(list(rows.outputs.values()))
+    rates = rows.right.above(rows.angle_rates).above(rows.extra_rates)
+    n = len(states)
+    _check_powers(rates, [f"the rate of the state {state.name!r}" for state in states])
+    _check_powers(rows.shown, [f"the output {name!r}" for name in rows.outputs])
+    mass = sp.eye(n)
+    mass[: rows.mass.shape[0], : rows.mass.shape[0]] = rows.mass.constant
+    of_motion, of_inputs = slice(0, n), slice(n, None)
     return SymbolicModel(
         states=tuple(state.name for state in states),
         inputs=tuple(map(str, rows.inputs)),
         outputs=tuple(rows.outputs),
-        parameters=_parameters(rows.switches, right, e),
-        mass=e,
-        dynamics=SymbolicPolynomial.of_linear(right, rows.motion, rows.speed),
-        input_matrix=SymbolicPolynomial.of_linear(right, rows.inputs, rows.speed),
-        output_matrix=SymbolicPolynomial.of_linear(shown, rows.motion, rows.speed),
-        feedthrough=SymbolicPolynomial.of_linear(shown, rows.inputs, rows.speed),
+        parameters=_parameters(rows.switches, mass, *rates.coefficients.values()),
+        mass=mass,
+        dynamics=rates.columns(of_motion),
+        input_matrix=rates.columns(of_inputs),
+        output_matrix=rows.shown.columns(of_motion),
+        feedthrough=rows.shown.columns(of_inputs),
         static_loads=rows.static_loads,
         load_transfer=rows.load_transfer,
         switches=rows.switches,
@@ -87,47 +97,67 @@ def assemble(rows: OpenModel) -> SymbolicModel:
     )
 
 
-def hold_contacts(rows: OpenModel, slip_velocities: Sequence[Expression], side_forces: Sequence[Expression]) -> Any:
-    """Eliminate V, r and the two side forces: slip velocities zero, test space orthogonal to the force ports.
+def hold_contacts(rows: OpenModel, slip_velocities: SymbolicPolynomial) -> OpenModel:
+    """Eliminate V, r and the side forces f: slip velocities zero, test space orthogonal to the force ports.
+
+    The rows are M u' = R x + P f with u = [V, r, rates w of the joints], the slip velocities S x = 0. These give
+    [V, r] = -S_Vr^-1 S_y y in terms of all other motion and inputs y, hence x = X y and u' = T w' + D w (angles change
+    at the rates w). With W^t P = 0 the forces are gone: W^t M T w' = W^t (R X y - M D w).
 
     Parameters
     ----------
     rows : OpenModel
-        Whose motion begins with V and r, the rates and the angles of the joints.
-    slip_velocities : two expressions
-        Of rear and front contact in terms of the motion, m/s.
-    side_forces : two symbols
-        What holds them, N; the rows are linear in them.
+        Whose motion begins with V and r, the rates and the angles of the joints, and whose last two inputs are the
+        side forces that hold the contacts, N.
+    slip_velocities : SymbolicPolynomial
+        Rows of rear and front contact, m/s.
 
     Returns
     -------
-    SymbolicModel
+    OpenModel
+        Without V, r and the side forces.
     """
-    eliminated = list(rows.motion[:2])
-    n_joints = len(rows.right) - 2
-    rates, reduced = rows.motion[2 : 2 + n_joints], rows.motion[2:]
-    angles = rows.motion[2 + n_joints : 2 + 2 * n_joints]
-    slips = sp.Matrix(list(slip_velocities))
-    lead = slips.jacobian(eliminated)
-    followed = -lead.inv() * slips.subs(dict.fromkeys(eliminated, 0))  # V and r in terms of rates and angles
-    held = dict(zip(eliminated, followed, strict=True))
-    follow_rate, follow_angle = followed.jacobian(rates), followed.jacobian(angles)
+    joints, width = rows.mass.shape[0] - 2, rows.right.shape[1] - 2
+    rates, angles, kept, forces = slice(0, joints), slice(joints, 2 * joints), slice(0, width), slice(width, None)
+    _check_forces(rows, forces)
+    slips = slip_velocities.columns(kept)
+    lead = slips.columns(slice(0, 2)).constant
+    followed = -lead.inv() @ slips.columns(slice(2, None))  # V and r in terms of all that remains
+    held = followed.above(SymbolicPolynomial.of_matrix(sp.eye(width - 2)))
 
-    ports = rows.right.jacobian(list(side_forces))
-    test = sp.Matrix.vstack(-(ports[2:, :] * ports[:2, :].inv()).T, sp.eye(n_joints))
-    trial = sp.Matrix.vstack(follow_rate, sp.eye(n_joints))
-    free = rows.right.subs(dict.fromkeys(side_forces, 0)).subs(held)
-    free -= rows.mass[:, :2] * follow_angle * sp.Matrix(rates)  # follow_angle carries one power of v
-    reduced_rows = replace(
+    ports = rows.right.columns(forces).constant
+    test = sp.Matrix.vstack(-(ports[2:, :] * ports[:2, :].inv()).T, sp.eye(joints))
+    trial = sp.Matrix.vstack(followed.columns(rates).constant, sp.eye(joints))
+    drift = rows.mass.columns(slice(0, 2)) @ followed.columns(angles)
+    free = rows.right.columns(kept) @ held - drift.placed(rates.start, width - 2)
+    return replace(
         rows,
-        mass=test.T * rows.mass * trial,
-        right=test.T * free,
-        angle_rates=sp.Matrix(rates),
-        extra_rates=rows.extra_rates.subs(held),
-        motion=reduced,
-        outputs={name: expression.subs(held) for name, expression in rows.outputs.items()},
+        mass=test.T @ rows.mass @ trial,
+        right=test.T @ free,
+        angle_rates=rows.angle_rates.columns(kept) @ held,
+        extra_rates=rows.extra_rates.columns(kept) @ held,
+        shown=rows.shown.columns(kept) @ held,
+        motion=rows.motion[2:],
+        inputs=rows.inputs[:-2],
     )
-    return assemble(reduced_rows)
+
+
+def _check_forces(rows: OpenModel, forces: slice) -> None:
+    """Refuse what the elimination of the side forces cannot do."""
+    if set(rows.right.columns(forces).coefficients) != {0}:
+        raise InputError("an effect takes a side force times a power of the speed; with held contacts it must not")
+    for states in rows.extra_rates.columns(forces).coefficients.values():
+        state = rows.motion[-rows.extra_rates.shape[0] :][next(states.iter_items())[0][0]]
+        raise InputError(
+            f"the rate of the state {str(state)!r} depends on a side force, of which held contacts know nothing; "
+            "give its effect requires = ('tyre force',)"
+        )
+
+
+def _check_powers(rows: SymbolicPolynomial, names: Sequence[str]) -> None:
+    for power in sorted(rows.coefficients.keys() - set(POWERS)):
+        row = next(rows.coefficients[power].iter_items())[0][0]
+        raise InputError(f"an effect makes {names[row]} depend on speed^{power}; equations hold v^-1 to v^2 only")
 
 
 def _parameters(switches: Mapping[Expression, Expression], *matrices: Any) -> tuple[str, ...]:

@@ -3,81 +3,86 @@
 The symbols and the physics are those of :mod:`bicycle.derivation.builder`, which collects what stands here.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 import sympy as sp
 
 from bicycle.derivation.closing import OpenModel, SymbolicModel, assemble, hold_contacts
 from bicycle.derivation.ports import Builder, Coordinate, Expression, Wheel
+from bicycle.derivation.rows import Rows
+from bicycle.derivation.symbolic_polynomial import SymbolicPolynomial
 from bicycle.parameters import static_loads
-from bicycle.rigid_bodies import Joint, displacement_row, height_hessian, lean_row, mass_matrix, yaw_row
+from bicycle.rigid_bodies import Joint, Row, displacement_row, height_hessian, inertia_terms, lean_row, yaw_row
 
 
-def equations(model: Builder, side_forces: dict[Wheel, Expression]) -> SymbolicModel:
+def equations(model: Builder, side_forces: Mapping[Wheel, Expression]) -> SymbolicModel:
     """Assemble the matrices of an open model.
 
     Parameters
     ----------
     model : ModelBuilder
         With everything that the effects add.
-    side_forces : dict of Wheel to expression
+    side_forces : mapping of Wheel to expression
         What the contact law gives at each contact, N; of no meaning where it holds the contacts.
 
     Returns
     -------
     SymbolicModel
     """
-    law, v = model.contact_law, model.speed
     joints, coordinates = model.joints(), model.coordinates()
-    angles, rates = [c.angle for c in coordinates], [c.rate for c in coordinates]
-    velocities = [model.lateral_velocity, model.yaw_rate, *rates]
-
-    mass = sp.Matrix(mass_matrix(model.bodies, joints))
-    names = ["", "", *(c.name for c in coordinates)]
-    for (row, column), inertia in model.extra_inertia.items():
-        mass[names.index(row), names.index(column)] += inertia
-
-    generalised = _generalised_forces(model, joints, coordinates)
-    meaning = _meaning(model, joints, coordinates)
-    if not law.holds_contact:
-        for wheel, force in side_forces.items():
-            meaning[wheel.side_force] = force.xreplace(meaning)
-    generalised = generalised.applyfunc(lambda entry: _resolve(entry, meaning))
-    extra_rates = sp.Matrix([_resolve(rate, meaning) for rate in model.rates.values()])
-
+    holds = model.contact_law.holds_contact
+    held = [wheel.side_force for wheel in model.wheels] if holds else []
+    velocities = [model.lateral_velocity, model.yaw_rate, *(c.rate for c in coordinates)]
+    angles = [c.angle for c in coordinates]
     motion = [*velocities, *angles, *model.rates]
-    inputs = [sp.Symbol(name) for name in model.input_names()]
-    coriolis = v * mass[:, 0] * model.yaw_rate + _gyroscopic(model, joints, velocities)
-    stiffness = _stiffness(model, joints, meaning)
-    right = generalised - coriolis - stiffness * sp.Matrix(angles)
-    outputs = _outputs(model, meaning)
-    rows = OpenModel(
-        mass, right, sp.Matrix(rates), extra_rates, motion, inputs, outputs, v, _loads(model), model.load_transfer,
+    inputs = [*map(sp.Symbol, model.input_names()), *held]
+
+    loads = dict(zip((wheel.static_load for wheel in model.wheels), _loads(model), strict=True))
+    meaning = _meaning(model, joints) | ({} if holds else {w.side_force: force for w, force in side_forces.items()})
+    rows = Rows([*motion, *inputs], meaning, loads, model.speed)
+
+    # M (du/dt + v r e_V) + v H u = -K q + Q: what stands beside M du/dt goes to the right
+    mass, n, width = _mass(model, joints), len(velocities), len(motion) + len(inputs)
+    turning = mass.columns(slice(0, 1)).placed(1, n)  # M e_V r
+    gyroscopic = SymbolicPolynomial.of_matrix(_gyroscopic(model, joints))
+    stiffness = SymbolicPolynomial.of_entries(_stiffness(model, joints).xreplace(loads), model.speed)
+    right = (
+        _generalised_forces(model, joints, rows)
+        - (turning + gyroscopic).times_speed().placed(0, width)
+        - stiffness.placed(n, width)
+    )
+    outputs = _outputs(model)
+    open_model = OpenModel(
+        mass, right, rows.of([c.rate for c in coordinates]), rows.of(list(model.rates.values())),
+        rows.of(list(outputs.values())), motion, inputs, tuple(outputs), _loads(model), model.load_transfer,
         model.switches, model.states, tuple(model.modes.values()), model.units(),
     )  # fmt: skip
-    if not law.holds_contact:
-        return assemble(rows)
-    slips = [meaning[wheel.slip_velocity] for wheel in model.wheels]
-    return hold_contacts(rows, slips, [wheel.side_force for wheel in model.wheels])
+    if holds:
+        open_model = hold_contacts(open_model, rows.of([wheel.slip_velocity for wheel in model.wheels]))
+    return assemble(open_model)
 
 
-def _meaning(model: Builder, joints: list[Joint], coordinates: list[Coordinate]) -> dict[Expression, Expression]:
-    """Slip velocity, yaw rate, camber and load of each wheel, and the motor's command, in terms of the motion."""
-    velocities = sp.Matrix([model.lateral_velocity, model.yaw_rate, *(c.rate for c in coordinates)])
-    angles = sp.Matrix([c.angle for c in coordinates])
-    meaning = {}
+def _meaning(model: Builder, joints: list[Joint]) -> dict[Expression, Expression]:
+    """Slip velocity, yaw rate and camber of each wheel, and the motor's command, in terms of the motion."""
+    rates = [model.lateral_velocity, model.yaw_rate, *(c.rate for c in model.coordinates())]
+    angles = [c.angle for c in model.coordinates()]
+    v, meaning = model.speed, {}
     for wheel in model.wheels:
-        row = sp.Matrix([list(displacement_row(joints, wheel.body, wheel.x, 0))])
-        heading = sp.Matrix([list(yaw_row(joints, wheel.body)[2:])])
-        slip = (row * velocities)[0] - model.speed * (heading * angles)[0]
+        yaw = yaw_row(joints, wheel.body)
+        heading = _dot(yaw[2:], angles)
         if f"{wheel.name}_slip" in model.input_names():
-            slip -= model.speed * sp.Symbol(f"{wheel.name}_slip")
-        meaning[wheel.slip_velocity] = slip
-        meaning[wheel.yaw_rate] = (sp.Matrix([list(yaw_row(joints, wheel.body))]) * velocities)[0]
-        meaning[wheel.camber] = (sp.Matrix([list(lean_row(joints, wheel.body)[2:])]) * angles)[0]
-    meaning |= zip((wheel.static_load for wheel in model.wheels), _loads(model), strict=True)
+            heading += sp.Symbol(f"{wheel.name}_slip")
+        meaning[wheel.slip_velocity] = _dot(displacement_row(joints, wheel.body, wheel.x, 0), rates) - v * heading
+        meaning[wheel.yaw_rate] = _dot(yaw, rates)
+        meaning[wheel.camber] = _dot(lean_row(joints, wheel.body)[2:], angles)
     meaning[model.motor.command] = model.motor.told
     return meaning
+
+
+def _dot(row: Any, of: list[Expression]) -> Expression:
+    return sp.Add(*(number * symbol for number, symbol in zip(row, of, strict=True)))
 
 
 def _loads(model: Builder) -> tuple[Expression, Expression]:
@@ -85,66 +90,79 @@ def _loads(model: Builder) -> tuple[Expression, Expression]:
     return static_loads(tuple(model.bodies), model.bicycle["w"], model.bicycle["g"])
 
 
-def _generalised_forces(model: Builder, joints: list[Joint], coordinates: list[Coordinate]) -> Any:
-    """Forces and moments of contacts, effects and inputs per velocity [V, r, rates of the joints]."""
-    total = sp.zeros(2 + len(joints), 1)
+def _mass(model: Builder, joints: list[Joint]) -> SymbolicPolynomial:
+    """The kinetic-energy form M in the rates of [V, r, joints], with inertias that move with one joint only."""
+    terms = [(inertia * one, other) for inertia, one, other in inertia_terms(model.bodies, joints)]
+    names = [c.name for c in model.coordinates()]
+    for (row, column), inertia in model.extra_inertia.items():
+        one, other = (_unit(2 + names.index(name), 2 + len(names)) for name in (row, column))
+        terms.append((inertia * one, other))
+    moved, moving = zip(*terms, strict=True)
+    return _matrix(moved).T @ SymbolicPolynomial.of_matrix(_matrix(moving))
+
+
+def _generalised_forces(model: Builder, joints: list[Joint], rows: Rows) -> SymbolicPolynomial:
+    """Forces and moments of contacts, effects and inputs per velocity [V, r, rates of the joints]: virtual work."""
+    coordinates, rear, frame = model.coordinates(), model.wheels[0], model.bodies[0]
+
+    def about(coordinate: Coordinate) -> Row:
+        return _unit(2 + coordinates.index(coordinate), 2 + len(coordinates))
+
+    work = []
     for wheel in model.wheels:
-        total += sp.Matrix(displacement_row(joints, wheel.body, wheel.x, 0)) * wheel.side_force
-        total += sp.Matrix(yaw_row(joints, wheel.body)) * wheel.moment
-    for body, moment in model.yaw_moments:
-        total += sp.Matrix(yaw_row(joints, body)) * moment
-    rear = model.wheels[0]  # a toroidal tyre leaning by gamma touches the ground rho gamma beside its mid-plane
+        work.append((displacement_row(joints, wheel.body, wheel.x, 0), wheel.side_force))
+        work.append((yaw_row(joints, wheel.body), wheel.moment))
+    work += [(yaw_row(joints, body), moment) for body, moment in model.yaw_moments]
+    # A toroidal tyre leaning by gamma touches the ground rho gamma beside its mid-plane.
     contact_shift = rear.crown_radius * rear.camber
-    total -= sp.Matrix(yaw_row(joints, rear.body)) * model.drive_force * contact_shift
-    for coordinate, torque in model.coordinate_forces:
-        total[2 + coordinates.index(coordinate)] += torque
-    total[2 + coordinates.index(model.steer)] += model.motor.torque
-    for name, coordinate in model.torques.items():
-        total[2 + coordinates.index(coordinate)] += sp.Symbol(name)
-    frame = model.bodies[0]
-    return total + sp.Matrix(displacement_row(joints, frame.name, frame.x, frame.z)) * sp.Symbol("lateral_force")
+    work.append((yaw_row(joints, rear.body), -model.drive_force * contact_shift))
+    work += [(about(coordinate), torque) for coordinate, torque in model.coordinate_forces]
+    work.append((about(model.steer), model.motor.torque))
+    work += [(about(coordinate), sp.Symbol(name)) for name, coordinate in model.torques.items()]
+    work.append((displacement_row(joints, frame.name, frame.x, frame.z), sp.Symbol("lateral_force")))
+    displaced, forces = zip(*work, strict=True)
+    return _matrix(displaced).T @ rows.of(forces)
 
 
-def _gyroscopic(model: Builder, joints: list[Joint], velocities: list[Expression]) -> Any:
-    """Rate of change of the wheels' spin momentum h = -Iyy v / r (about +y), on the left side."""
-    total = sp.zeros(len(velocities), 1)
+def _gyroscopic(model: Builder, joints: list[Joint]) -> Any:
+    """H of v H [V, r, rates of the joints]: rate of change of the wheels' spin momentum h = -Iyy v / r (about +y)."""
+    total = sp.zeros(2 + len(joints))
     for body in model.bodies:
-        if body.spin_inertia == 0:
-            continue
-        momentum = -body.spin_inertia * model.speed / body.radius
-        tx, tz = sp.Matrix(lean_row(joints, body.name)), sp.Matrix(yaw_row(joints, body.name))
-        motion = sp.Matrix(velocities)
-        total += momentum * (tz * (tx.T * motion)[0] - tx * (tz.T * motion)[0])
+        if body.spin_inertia != 0:
+            tx, tz = (_matrix([row(joints, body.name)]).T for row in (lean_row, yaw_row))
+            total -= body.spin_inertia / body.radius * (tz * tx.T - tx * tz.T)
     return total
 
 
-def _stiffness(model: Builder, joints: list[Joint], meaning: dict[Expression, Expression]) -> Any:
+def _stiffness(model: Builder, joints: list[Joint]) -> Any:
     """Hessian of V2 = -g sum m z + sum N z_lowest (physics: weight against the static contact loads)."""
     n = len(joints)
     total = sp.zeros(n, n)
     for body in model.bodies:
-        total -= model.bicycle["g"] * body.mass * sp.Matrix(height_hessian(joints, body.name, body.x, body.z))
+        total -= model.bicycle["g"] * body.mass * _matrix(height_hessian(joints, body.name, body.x, body.z))
     for wheel, sign in zip(model.wheels, (1, -1), strict=True):
-        load = meaning[wheel.static_load] + sign * model.load_transfer
-        camber = sp.Matrix(lean_row(joints, wheel.body)[2:])
-        lowest = sp.Matrix(height_hessian(joints, wheel.body, wheel.x, -wheel.radius))
-        lowest -= (wheel.radius - wheel.crown_radius) * camber * camber.T
+        load = wheel.static_load + sign * model.load_transfer
+        camber = _matrix([lean_row(joints, wheel.body)[2:]])
+        lowest = _matrix(height_hessian(joints, wheel.body, wheel.x, -wheel.radius))
+        lowest -= (wheel.radius - wheel.crown_radius) * camber.T * camber
         total += load * lowest
     return sp.Matrix.vstack(sp.zeros(2, n), total)  # lateral motion and yaw do not change V2
 
 
-def _outputs(model: Builder, meaning: dict[Expression, Expression]) -> dict[str, Expression]:
+def _outputs(model: Builder) -> dict[str, Expression]:
     """Named outputs: angles and rates of the joints, yaw rate, lateral velocity, side forces of contacts that slip."""
     outputs = {c.name: c.angle for c in model.coordinates()}
     outputs |= {f"{c.name}_rate": c.rate for c in model.coordinates()}
     outputs["yaw_rate"] = model.yaw_rate
     outputs["rear_lateral_velocity"] = model.lateral_velocity
     if not model.contact_law.holds_contact:
-        for wheel in model.wheels:
-            outputs[f"{wheel.name}_side_force"] = _resolve(wheel.side_force, meaning)
+        outputs |= {f"{wheel.name}_side_force": wheel.side_force for wheel in model.wheels}
     return outputs
 
 
-def _resolve(expression: Expression, meaning: dict[Expression, Expression]) -> Expression:
-    """Replace port symbols by the motion; twice, because a force may contain a slip velocity."""
-    return sp.sympify(expression).xreplace(meaning).xreplace(meaning)
+def _unit(place: int, length: int) -> Row:
+    return np.array([int(k == place) for k in range(length)])
+
+
+def _matrix(rows: Any) -> Any:
+    return sp.Matrix([list(row) for row in rows])
