@@ -1,0 +1,300 @@
+"""Several forward models of one thing as one: common nuisances and effects, errors of its own for each part.
+
+Evidence adds up: parts are independent given the coordinates, so residuals stand below each other and logarithms of
+determinants add. A candidate that is a mistake of one part's sensors is named ``part/candidate`` and touches no other.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from types import SimpleNamespace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studies.inference.arrays import Array
+from studies.inference.forward import Forward, ForwardModel, ProposedMeasurement, Residual, Rows
+from studies.inference.parameter import Candidate, UncertainParameter
+
+OF = "/"  # between a part and its own candidate
+
+
+@dataclass(frozen=True)
+class Part:
+    """One set of data.
+
+    Attributes
+    ----------
+    name : str
+        As it is called in words and before its own candidates.
+    forward : Forward
+    own : frozenset of str
+        Identifiers of candidates that are mistakes of this part alone: its sensors, its clock, its speed.
+    """
+
+    name: str
+    forward: Forward
+    own: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True, eq=False)
+class FromPart(ProposedMeasurement):
+    """A ``proposal`` of the part with this ``number``."""
+
+    number: int
+    proposal: ProposedMeasurement
+
+
+@dataclass(frozen=True)
+class JointForward(ForwardModel):
+    """All ``parts`` at once (see :class:`studies.inference.forward.Forward`).
+
+    Nuisances of one name are one unknown. A part whose stated uncertainty fixes one takes its own stated value.
+
+    Raises
+    ------
+    ValueError
+        No part, two of one name, or one nuisance with two priors.
+    """
+
+    parts: tuple[Part, ...]
+
+    def __post_init__(self) -> None:
+        names = [part.name for part in self.parts]
+        if not names or len(set(names)) < len(names):
+            raise ValueError(f"parts {names}: give each a name of its own")
+        for part in self.parts:
+            for u in part.forward.nuisances:
+                other = self._nuisances[u.name]
+                if (u.centre, u.scale) != (other.centre, other.scale):
+                    raise ValueError(
+                        f"{part.name}: {u.name} = {u.centre:g} +- {u.scale:g}, in another part {other.centre:g} +- "
+                        f"{other.scale:g}; one thing has one prior"
+                    )
+
+    # ------------------------------------------------------------------ what is common
+
+    @property
+    def thorough(self) -> bool:  # type: ignore[override]
+        """Whether each part is cheap enough to begin each fit from several starts."""
+        return all(part.forward.thorough for part in self.parts)
+
+    @cached_property
+    def _nuisances(self) -> dict[str, UncertainParameter]:
+        return {u.name: u for part in reversed(self.parts) for u in part.forward.nuisances}
+
+    @cached_property
+    def nuisances(self) -> tuple[UncertainParameter, ...]:
+        """Each once, in the order of the parts."""
+        names = dict.fromkeys(u.name for part in self.parts for u in part.forward.nuisances)
+        return tuple(self._nuisances[name] for name in names)
+
+    @cached_property
+    def candidates(self) -> tuple[Candidate, ...]:
+        """Each common one once, then those of the parts."""
+        return self._collected(lambda forward: forward.candidates)
+
+    @property
+    def library(self) -> tuple[Candidate, ...]:
+        """What shares the prior."""
+        return self._collected(lambda forward: forward.library)
+
+    def _collected(self, of: Callable[[Forward], Iterable[Candidate]]) -> tuple[Candidate, ...]:
+        common: dict[str, Candidate] = {}
+        own: list[Candidate] = []
+        for part in self.parts:
+            for c in of(part.forward):
+                if c.identifier in part.own:
+                    words = f"{c.signature} ({part.name})" if c.signature else ""
+                    own.append(replace(c, identifier=f"{part.name}{OF}{c.identifier}", signature=words))
+                else:
+                    common.setdefault(c.identifier, c)
+        return (*common.values(), *own)
+
+    @cached_property
+    def refused(self) -> Mapping[str, str]:  # type: ignore[override]
+        """What no part can try, and why; a reason of one part alone begins with its name."""
+        tried = {c.identifier for c in self.candidates}
+        found: dict[str, str] = {}
+        for part in self.parts:
+            for name, why in part.forward.refused.items():
+                if name in part.own:
+                    found[f"{part.name}{OF}{name}"] = why
+                elif name not in tried:
+                    found.setdefault(name, why)
+        return found
+
+    @property
+    def notes(self) -> tuple[str, ...]:  # type: ignore[override]
+        """What was assumed: of all parts once, of one part after its name."""
+        said = [part.forward.notes for part in self.parts]
+        every = [note for note in said[0] if all(note in notes for notes in said)]
+        alone = [
+            f"{part.name}: {note}" for part, notes in zip(self.parts, said, strict=True) for note in notes
+            if note not in every
+        ]  # fmt: skip
+        return (*every, *alone)
+
+    @property
+    def varied(self) -> bool:
+        """Whether one part alone is, or two parts look at different things."""
+        speeds = np.concatenate([part.forward.rows.abscissa for part in self.parts])
+        return any(part.forward.varied for part in self.parts) or np.ptp(speeds) > 0.05 * np.abs(speeds).max()
+
+    # ------------------------------------------------------------------ part by part
+
+    def concerns(self, candidate: Candidate) -> bool:
+        """Whether a ``candidate`` of a larger whole acts on one of these parts."""
+        owner = candidate.identifier.rpartition(OF)[0]
+        if owner:
+            return owner in {part.name for part in self.parts}
+        return any(candidate.identifier not in part.forward.refused for part in self.parts)
+
+    def of_part(self, number: int, candidates: tuple[Candidate, ...]) -> tuple[tuple[Candidate, ...], NDArray[np.intp]]:
+        """What of ``candidates`` acts on the part with this ``number``, and where its coordinates (q,) stand in theirs.
+
+        Parameters
+        ----------
+        number : int
+        candidates : tuple of Candidate
+            Of a joint hypothesis.
+        """
+        part = self.parts[number]
+        columns = {u.name: k for k, u in enumerate(self.nuisances)}
+        places, kept, start = [columns[u.name] for u in part.forward.nuisances], [], len(columns)
+        known = {c.identifier: c for c in part.forward.candidates}
+        for c in candidates:
+            owner, _, name = c.identifier.rpartition(OF)
+            acts = owner == part.name if owner else name not in part.forward.refused
+            if acts:
+                kept.append(replace(c, identifier=name) if owner else known.get(name, c))
+                places += range(start, start + len(c.unknowns))
+            start += len(c.unknowns)
+        return tuple(kept), np.array(places, dtype=np.intp)
+
+    @cached_property
+    def _edges(self) -> NDArray[np.intp]:
+        """Where the rows of each part end, but for the last."""
+        return np.cumsum([len(part.forward.rows.where) for part in self.parts])[:-1]
+
+    def slices(self) -> list[slice]:
+        """Rows of each part."""
+        edges = [0, *self._edges.tolist(), len(self.rows.where)]
+        return [slice(a, b) for a, b in pairwise(edges)]
+
+    @cached_property
+    def rows(self) -> Rows:
+        """Those of the parts below each other; a held-out fold is of one part."""
+        every = [part.forward.rows for part in self.parts]
+        shift = np.cumsum([0, *(rows.fold.max(initial=-1) + 1 for rows in every[:-1])])
+        width = sum(rows.inputs.shape[1] for rows in every if rows.inputs is not None)
+        inputs, column = np.zeros((sum(len(rows.where) for rows in every), width)), 0
+        for rows, here in zip(every, self._slices_of(every), strict=True):
+            if rows.inputs is not None:
+                inputs[here, column : column + rows.inputs.shape[1]] = rows.inputs
+                column += rows.inputs.shape[1]
+        named = [(part.name, rows) for part, rows in zip(self.parts, every, strict=True)]
+        axes = {rows.axis for rows in every}
+        return Rows(
+            tuple(f"{name}: {where}" for name, rows in named for where in rows.where),
+            np.concatenate([rows.abscissa for rows in every]),
+            tuple(f"{name}: {series}" for name, rows in named for series in rows.series),
+            np.concatenate([rows.fold + k for rows, k in zip(every, shift, strict=True)]),
+            inputs if width else None,
+            shown={
+                f"{name}: {series}": replace(rows.show(series), channel=f"{name}: {rows.show(series).channel}")
+                for name, rows in named
+                for series in dict.fromkeys(rows.series)
+            },
+            axis=axes.pop() if len(axes) == 1 else "",
+        )
+
+    @staticmethod
+    def _slices_of(every: list[Rows]) -> list[slice]:
+        ends = np.cumsum([0, *(len(rows.where) for rows in every)])
+        return [slice(a, b) for a, b in pairwise(ends)]
+
+    def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
+        """Residuals of the parts (n,) and their derivative (n, p). Arguments as :meth:`.Forward.residual`."""
+        values, columns = [], []
+        for number, part in enumerate(self.parts):
+            kept, places = self.of_part(number, candidates)
+            r, j = part.forward.residual(kept, theta[places], slopes=slopes)
+            wide = np.zeros((len(r), len(theta) if slopes else 0))
+            if slopes:
+                wide[:, places] = j
+            values.append(r)
+            columns.append(wide)
+        return np.concatenate(values), np.vstack(columns)
+
+    def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
+        """Sum over the parts, with ``candidates`` at ``theta`` (p,)."""
+        total = 0.0
+        for number, part in enumerate(self.parts):
+            kept, places = self.of_part(number, candidates)
+            total += part.forward.log_determinant(kept, theta[places])
+        return total
+
+    def marginalised(self, candidates: tuple[Candidate, ...], theta: Array, white: Array) -> Array:
+        """What each part leaves of its rows of ``white`` (n, draws), with ``candidates`` at ``theta`` (p,)."""
+        found = []
+        for number, (part, rows) in enumerate(zip(self.parts, self.slices(), strict=True)):
+            kept, places = self.of_part(number, candidates)
+            found.append(part.forward.marginalised(kept, theta[places], white[rows]))
+        return np.concatenate(found)
+
+    def easier(self) -> tuple["JointForward", ...]:
+        """Each part's easiest problem at once; empty where none has one."""
+        led = [part.forward.easier() for part in self.parts]
+        if not any(led):
+            return ()
+        parts = [replace(p, forward=e[-1]) if e else p for p, e in zip(self.parts, led, strict=True)]
+        return (JointForward(tuple(parts)),)
+
+    def refined(self, best: Residual) -> "JointForward":
+        """Each part refined by its rows of the ``best`` fit."""
+        parts = [
+            replace(part, forward=part.forward.refined(SimpleNamespace(residual=best.residual[rows])))
+            for part, rows in zip(self.parts, self.slices(), strict=True)
+        ]
+        same = all(new.forward is old.forward for new, old in zip(parts, self.parts, strict=True))
+        return self if same else JointForward(tuple(parts))
+
+    # ------------------------------------------------------------------ what goes together, and what to do next
+
+    def compatible(self, candidates: tuple[Candidate, ...]) -> bool:
+        """Whether each part takes what of ``candidates`` acts on it."""
+        parts = enumerate(self.parts)
+        return all(part.forward.compatible(self.of_part(k, candidates)[0]) for k, part in parts)
+
+    def enabled_by(self, candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
+        """What ``candidates`` make possible in any part, each once."""
+        found: dict[str, Candidate] = {}
+        for number, part in enumerate(self.parts):
+            for c in part.forward.enabled_by(self.of_part(number, candidates)[0]):
+                found.setdefault(c.identifier, c)
+        return tuple(found.values())
+
+    def phenomenological(self) -> tuple[Candidate, ...]:
+        """Those of the parts, each once."""
+        return tuple({c.identifier: c for part in self.parts for c in part.forward.phenomenological()}.values())
+
+    def proposed(self) -> tuple[ProposedMeasurement, ...]:
+        """Those of the parts, each once."""
+        found: dict[str, FromPart] = {}
+        for number, part in enumerate(self.parts):
+            for proposal in part.forward.proposed():
+                found.setdefault(proposal.what, FromPart(proposal.what, proposal.sd, number, proposal))
+        return tuple(found.values())
+
+    def predict(
+        self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
+    ) -> tuple[Array, Array]:
+        """As its part predicts a ``proposal``. Arguments as :meth:`studies.inference.forward.Forward.predict`."""
+        assert isinstance(proposal, FromPart)
+        kept, places = self.of_part(proposal.number, candidates)
+        value, slope = self.parts[proposal.number].forward.predict(proposal.proposal, kept, theta[places])
+        wide = np.zeros((len(value), len(theta)))
+        wide[:, places] = slope
+        return value, wide

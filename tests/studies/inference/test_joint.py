@@ -1,0 +1,135 @@
+"""Parts of one thing fitted together: lines y = level + slope x seen by instruments of their own (synthetic)."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from studies.inference import Candidate, ForwardModel, Rows, UncertainParameter, judge
+from studies.inference.contradiction import disagreement, parts_against_rest
+from studies.inference.fit import fit
+from studies.inference.joint import JointForward, Part
+
+N = 40
+LEVEL = UncertainParameter("level", "1", {"level": 1.0}, 0.0, 1.0)
+
+
+def candidate(name, sd=1.0, **rest):
+    return Candidate(name, (UncertainParameter("size", "1", {name: 1.0}, 0.0, sd, size=True),), **rest)
+
+
+SLOPE, BEND, OFFSET = candidate("slope"), candidate("bend"), candidate("offset", weight=0.5)
+SHAPES = {"slope": lambda x: x, "bend": lambda x: x**2, "offset": np.ones_like}
+
+
+@dataclass(frozen=True)
+class Line(ForwardModel):
+    """y = level + sizes of the candidates times their shapes, at x."""
+
+    x: np.ndarray
+    y: np.ndarray
+    sd: float = 0.1
+    candidates: tuple = (SLOPE, BEND, OFFSET)
+    refused: dict = field(default_factory=dict)
+    nuisances: tuple = (LEVEL,)
+
+    @property
+    def rows(self):
+        n = len(self.x)
+        return Rows(("x",) * n, self.x, ("y",) * n, np.arange(n) % 4)
+
+    def residual(self, candidates, theta, *, slopes=True):
+        columns = np.stack([np.ones_like(self.x), *(SHAPES[c.identifier](self.x) for c in candidates)], 1)
+        return (self.y - columns @ theta) / self.sd, -columns / self.sd
+
+
+def part(name, low, high, *, slope=0.0, offset=0.0, seed=1, **rest):
+    x = np.linspace(low, high, N)
+    noise = 0.1 * np.random.default_rng(seed).standard_normal(N)
+    return Part(name, Line(x, 0.3 + slope * x + offset + noise, **rest), frozenset({"offset"}))
+
+
+def joint(**second):
+    return JointForward((part("near", 0, 1, slope=0.8), part("far", 1, 3, slope=0.8, seed=2, **second)))
+
+
+def test_a_joint_fit_is_the_fit_of_all_rows_at_once():
+    """One line through all points, by the normal equations with the prior."""
+    forward = joint()
+    found = fit(forward, (SLOPE,))
+    x = np.concatenate([p.forward.x for p in forward.parts])
+    y = np.concatenate([p.forward.y for p in forward.parts])
+    columns = np.stack([np.ones_like(x), x], 1) / 0.1
+    expected = np.linalg.solve(columns.T @ columns + np.eye(2), columns.T @ (y / 0.1))
+    np.testing.assert_allclose(found.theta, expected, rtol=1e-6)
+    assert len(forward.nuisances) == 1
+
+
+def test_an_error_of_one_instrument_is_named_as_its_own_and_moves_no_other():
+    verdict = judge(joint(offset=0.5)).verdict
+    assert verdict.verdict == "class"  # nobody can say which of two instruments is off
+    assert set(verdict.equivalent) == {"slope+far/offset", "slope+near/offset"}
+    forward = joint()
+    assert [c.identifier for c in forward.candidates] == ["slope", "bend", "near/offset", "far/offset"]
+    far = forward.candidates[-1]
+    residual, jacobian = forward.residual((far,), np.array([0.0, 0.2]))
+    assert not jacobian[forward.slices()[0], 1].any()
+    assert (jacobian[forward.slices()[1], 1] != 0).all()
+    np.testing.assert_allclose(residual[:N], forward.parts[0].forward.residual((), np.zeros(1))[0])
+
+
+def test_an_effect_that_one_part_cannot_see_acts_on_the_others_alone():
+    forward = joint(candidates=(SLOPE, OFFSET), refused={"bend": "not here"})
+    assert forward.refused == {}
+    _, jacobian = forward.residual((BEND,), np.array([0.0, 0.2]))
+    assert jacobian[:N, 1].any()
+    assert not jacobian[N:, 1].any()
+    nowhere = JointForward((part("a", 0, 1, refused={"bend": "no"}, candidates=(SLOPE,)),))
+    assert nowhere.refused == {"bend": "no"}
+
+
+def test_rows_are_told_apart_by_their_part_and_folds_are_of_one_part():
+    rows = joint().rows
+    assert rows.where[0] == "near: x"
+    assert rows.show("far: y").channel == "far: y"
+    assert set(rows.fold[:N]).isdisjoint(rows.fold[N:])
+
+
+def test_parts_that_agree_do_not_contradict_and_one_that_does_not_is_found():
+    """The far part has another slope: 0.8 and 1.1, with sd of 0.05 and 0.03."""
+    same = parts_against_rest(joint(), fit(joint(), (SLOPE,)))
+    assert not any(p.contradicts for p in same)
+    other = JointForward((part("near", 0, 1, slope=0.8), part("far", 1, 3, slope=1.2, seed=2)))
+    found = {p.part: p for p in parts_against_rest(other, fit(other, (SLOPE,)))}
+    assert found["far"].contradicts
+    assert found["far"].sd > 3
+    (slope,) = found["far"].effects
+    assert slope.own == pytest.approx(1.2, abs=0.15)
+    assert slope.rest == pytest.approx(0.8, abs=0.25)
+    assert slope.difference > 2
+
+
+def test_false_contradictions_are_as_rare_as_said():
+    """p is uniform where all parts are of one line: 400 draws, 5 sd of a binomial about 10 %."""
+    values = []
+    for seed in range(400):
+        forward = JointForward((part("a", 0, 1, slope=0.8, seed=[seed, 1]), part("b", 1, 3, slope=0.8, seed=[seed, 2])))
+        found = fit(forward, (SLOPE,))
+        values.append(disagreement(found, forward.slices()[1])[0])
+    assert np.mean(np.array(values) < 0.1) == pytest.approx(0.1, abs=5 * np.sqrt(0.09 / 400))
+
+
+@pytest.mark.parametrize(
+    ("parts", "words"),
+    [
+        ((), "give each a name"),
+        ((part("a", 0, 1), part("a", 0, 1)), "give each a name"),
+        (
+            (part("a", 0, 1), part("b", 0, 1, nuisances=(UncertainParameter("level", "1", {}, 0.0, 2.0),))),
+            r"b: level = 0 \+- 2, in another part 0 \+- 1; one thing has one prior",
+        ),
+    ],
+)
+def test_parts_that_make_no_whole_are_refused(parts, words):
+    with pytest.raises(ValueError, match=words):
+        JointForward(parts)
