@@ -28,7 +28,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from bicycle.files.bicycle_file import load_bicycle
 from bicycle.files.model_file import allows_unusual, build_model, refuse_absurd_values
 from bicycle.files.tyre_values import values_of_tyres
 from bicycle.files.wheel_tyres import TYRE_KEYS, located
@@ -178,12 +177,8 @@ def _model(given: Any, folder: Path) -> tuple[dict[str, Any], Model]:
         path = folder / given
         given, folder = read_toml(path, "model file", where=f"model = {path.as_posix()!r}"), path.parent
     nominal = build_model(given, folder=folder)
-    bicycle = given["bicycle"]
-    if isinstance(bicycle, str):
-        where = folder / bicycle if (folder / bicycle).is_file() else bicycle
-        found = load_bicycle(where, allow_unusual=allows_unusual(given))
-        bicycle = {key: found[key] for key in UNITS}
-    content = {key: value for key, value in given.items() if key != "description"} | {"bicycle": dict(bicycle)}
+    bicycle = {key: nominal.bicycle[key] for key in UNITS}
+    content = {key: value for key, value in given.items() if key != "description"} | {"bicycle": bicycle}
     if "effects" in content:
         content["effects"] = {name: located(table, folder) for name, table in content["effects"].items()}
     return content, nominal
