@@ -5,15 +5,16 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
+from bicycle.files.bicycle_table import ROW, is_bicycle_table, one_of_table, split_row
+from bicycle.files.checked_bicycle import checked_bicycle
 from bicycle.files.flat_bicycle import plain_text, read_flat_text, read_flat_yaml, yaml_text
-from bicycle.files.given_numbers import GivenNumbers, spreads_in_doubt
-from bicycle.parameters import TYPICAL, Bicycle, doubts_about
+from bicycle.files.given_numbers import GivenNumbers
+from bicycle.parameters import Bicycle
 from tyre.base.errors import InputError, unknown
 from tyre.base.paths import data_root
-from tyre.base.plausible import WAY_OUT, refuse_absurd
+from tyre.base.plausible import WAY_OUT
+from tyre.base.sheet import ENDINGS
 from tyre.base.toml_file import read_toml
-
-NAME_THE_UNIT = "write its unit behind the number (lam = 18.3 deg; TOML: in quotes) or in a table units (TOML, YAML)"
 
 
 def available_bicycles() -> tuple[str, ...]:
@@ -22,10 +23,11 @@ def available_bicycles() -> tuple[str, ...]:
 
 
 def load_bicycle(name_or_path: str | Path, *, allow_unusual: bool = False) -> Bicycle:
-    """A packaged bicycle by name, or one from a ``.toml``, ``.yml``, ``.yaml`` or ``.txt`` file.
+    """A packaged bicycle by name, one of a file, or one of a table of bicycles (``bicycles.csv#NAME``).
 
     A TOML file has ``description``, ``source``, a table ``[values]`` with Meijaard's keys (SI, lam in rad) and
-    optionally ``[sd]``. A YAML or text file is flat, one ``key: value`` a line; ``value +/- sd`` is understood.
+    optionally ``[sd]`` and ``[units]``. A YAML or text file is flat, one ``key: value`` a line. Values may be text such
+    as ``0.375 +/- 0.026``, ``0.375(26)`` or ``18.3 deg`` (:mod:`tyre.base.measured_number`).
     Values far outside what bicycles have (other units?) are refused unless ``allow_unusual``, here or in the file, is
     true.
 
@@ -40,13 +42,32 @@ def load_bicycle(name_or_path: str | Path, *, allow_unusual: bool = False) -> Bi
         No such bicycle or file, unreadable text, or a parameter set that is not a bicycle.
     """
     path = Path(name_or_path)
-    if path.suffix.lower() in (".toml", ".yml", ".yaml", ".txt"):
+    if is_bicycle_table(str(name_or_path)):
+        return one_of_table(str(name_or_path), allow_unusual=allow_unusual)
+    if path.suffix.lower() in WRITERS:
         if not path.is_file():
             raise InputError(f"{path}: no such bicycle file; packaged bicycles: {', '.join(available_bicycles())}")
         return (parse_toml if path.suffix.lower() == ".toml" else parse_flat)(path, allow_unusual=allow_unusual)
     if str(name_or_path) not in available_bicycles():
-        raise InputError(f"{unknown('bicycle', name_or_path, available_bicycles())}; or give a .toml or .yaml file")
+        endings = ", ".join([*WRITERS, *ENDINGS])
+        raise InputError(f"{unknown('bicycle', name_or_path, available_bicycles())}; or give a file ({endings})")
     return parse_toml(_folder().joinpath(f"{name_or_path}.toml"))
+
+
+def bicycle_place(text: str, folder: Path) -> str:
+    """What :func:`load_bicycle` is given for a bicycle named in a file: its own file may be relative to ``folder``.
+
+    Parameters
+    ----------
+    text : str
+        Name, file, or ``FILE#NAME``.
+    folder : Path
+        Of the file that names it.
+    """
+    path, row = split_row(text)
+    if not (folder / path).is_file():
+        return text
+    return (folder / path).resolve().as_posix() + (f"{ROW}{row}" if row else "")
 
 
 def parse_toml(path: Traversable, *, allow_unusual: bool = False) -> Bicycle:
@@ -111,6 +132,11 @@ def parse_flat(path: Path, *, allow_unusual: bool = False) -> Bicycle:
         Take values far outside what bicycles have.
     """
     found = (read_flat_text if path.suffix.lower() == ".txt" else read_flat_yaml)(path)
+    sd = found.numbers.sd.values()
+    if sd and not any(sd):  # their way to say that it is not known
+        found.notes.append(
+            f"{path}: every standard deviation is 0, so its values count as exact; take +/-0 out where it is not known"
+        )
     allow = allow_unusual or found.allow_unusual
     return _named(path, found.numbers, found.words, found.notes, allow_unusual=allow)
 
@@ -171,7 +197,12 @@ def _folder() -> Traversable:
 
 
 def _named(
-    path: Traversable, numbers: GivenNumbers, words: Mapping[str, Any], notes: Iterable[str] = (), *, allow_unusual: bool
+    path: Traversable,
+    numbers: GivenNumbers,
+    words: Mapping[str, Any],
+    notes: Iterable[str] = (),
+    *,
+    allow_unusual: bool,
 ) -> Bicycle:
     numbers.finish()
     try:
@@ -181,37 +212,3 @@ def _named(
         )  # fmt: skip
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
-
-
-def checked_bicycle(
-    name: str, values: Mapping[str, Any], sd: Mapping[str, Any] | None = None, *further: Any, where: str,
-    allow_unusual: bool,
-) -> Bicycle:  # fmt: skip
-    """A bicycle whose numbers come from a file: in wrong units it is refused (``further`` as of :class:`Bicycle`).
-
-    Parameters
-    ----------
-    name : str
-    values, sd : mapping
-        Meijaard's keys; SI, lam in rad.
-    *further : object
-        The remaining fields of :class:`Bicycle`, in their order.
-    where : str
-        What the message calls the file that may allow unusual values.
-    allow_unusual : bool
-        Take values far outside what bicycles have.
-    """
-    sd = sd or {}
-    doubts = doubts_about(values)
-    if not allow_unusual:
-        refuse_absurd(doubts, where=where, remedy=NAME_THE_UNIT)
-        for doubt in spreads_in_doubt(sd, TYPICAL):
-            raise InputError(
-                f"{doubt}; {NAME_THE_UNIT}, or write {WAY_OUT} = true at the top of the {where} if it is meant so"
-            )
-    try:
-        return Bicycle(name, values, sd, *further)
-    except InputError as error:  # a centre of mass in cm is a wheel without load: name the cause too
-        causes = [one.text for one in doubts if one.explained and one.text.split(" = ")[0] + " = " not in str(error)]
-        remedy = [NAME_THE_UNIT] if any(one.explained for one in doubts) else []
-        raise InputError("; ".join([str(error), *causes[:1], *remedy])) from error

@@ -1,6 +1,6 @@
 """The numbers of a bicycle as a file holds them: text or numbers, in SI or with their units, each with its place."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
@@ -48,7 +48,7 @@ class GivenNumbers:
                 raise InputError(f'units: {key} = {shown(unit)} must be a unit in quotes, such as "mm"')
             factor_to_si(unit, GROUPS.get(key) or si_unit(key), where=f"units: {key}")
 
-    def add(self, key: str, value: Any, *, where: str) -> None:
+    def add(self, key: str, value: Any, *, where: str, unit: str = "") -> None:
         """Add the value of a parameter.
 
         Parameters
@@ -58,6 +58,8 @@ class GivenNumbers:
             Text as of :func:`tyre.base.measured_number.measured_number`, or a number, in the unit stated.
         where : str
             File and line, for the message.
+        unit : str
+            Of a value without one; by default as stated for the file.
 
         Raises
         ------
@@ -68,7 +70,7 @@ class GivenNumbers:
             raise InputError(f"{where}: {key} is given twice; keep one")
         if key not in UNITS and key not in UNUSED and key not in LEFT_OUT:
             raise InputError(f"{where}: {unknown('key', key, [*UNITS, *UNUSED])}")
-        number = self._number(key, value, where)
+        number = self._number(key, value, where, unit)
         if key in LEFT_OUT:
             self._left_out[key] = (where, number.value)
             return
@@ -76,7 +78,7 @@ class GivenNumbers:
         if number.sd is not None:
             self.sd[key] = number.sd
 
-    def add_sd(self, key: str, value: Any, *, where: str) -> None:
+    def add_sd(self, key: str, value: Any, *, where: str, unit: str = "") -> None:
         """Add a standard deviation that stands by itself.
 
         Parameters
@@ -86,15 +88,19 @@ class GivenNumbers:
             In the unit stated.
         where : str
             File and line, for the message.
+        unit : str
+            Of a value without one; by default as stated for the file.
         """
         if key in self.sd:
             raise InputError(f"{where}: the standard deviation of {key} is given twice; keep one")
         if key in LEFT_OUT:
             return
         refuse_unknown("key", [key], [*UNITS, *UNUSED], where=f"{where}: standard deviation")
-        number = self._number(key, value, where)
+        number = self._number(key, value, where, unit)
         if number.sd is not None:
-            raise InputError(f"{where}: the standard deviation of {key} = {value!r} has one of its own; give one number")
+            raise InputError(
+                f"{where}: the standard deviation of {key} = {value!r} has one of its own; give one number"
+            )
         self.sd[key] = number.value
 
     def finish(self) -> None:
@@ -102,26 +108,14 @@ class GivenNumbers:
         found = (_left_out(where, key, value, self.values) for key, (where, value) in self._left_out.items())
         self.notes += [note for note in found if note]
 
-    def _number(self, key: str, value: Any, where: str) -> MeasuredNumber:
+    def _number(self, key: str, value: Any, where: str, unit: str) -> MeasuredNumber:
         si = si_unit(key)
-        unit = self.units.get(key) or next((u for name, u in self.units.items() if GROUPS.get(name) == si), si)
+        unit = unit or self.units.get(key) or next((u for n, u in self.units.items() if GROUPS.get(n) == si), si)
         if isinstance(value, str):
             return measured_number(value, where=where, key=key, si=si, unit=unit)
         if unit == si or not is_number(value) or value - value != 0:
             return MeasuredNumber(value)  # the bicycle itself refuses what is no finite number
         return MeasuredNumber(float(Fraction(float(value)) * factor_to_si(unit, si, where=where)))
-
-
-def spreads_in_doubt(sd: Mapping[str, Any], typical: Mapping[str, tuple[float, float]]) -> Iterable[str]:
-    """Standard deviations (SI) that exceed the whole range of usual values, ``typical``: one in another unit, in words."""
-    for key, spread in sd.items():
-        low, high = typical.get(key, (0.0, float("inf")))
-        if is_number(spread) and spread > high - low:
-            guess = {"m": " (millimetres?)", "rad": " (degrees?)", "kg": " (grams?)"}.get(UNITS[key], "")
-            yield (
-                f"the standard deviation of {key} is {spread:g} {UNITS[key]}, more than its usual values "
-                f"{low:g} .. {high:g} {UNITS[key]} differ{guess}"
-            )
 
 
 def _left_out(where: str, key: str, number: float, values: Mapping[str, float]) -> str:

@@ -124,9 +124,10 @@ def refuse_absurd(doubts: Iterable[Doubt], *, where: str, remedy: str = "") -> N
     InputError
         Naming key, value, range, the unit it may be in, and the way out.
     """
+    others = f"{remedy}, " if remedy else ""
     for found in doubts:
         if found.absurd:
             raise InputError(
-                f"{found.text}; give it in SI units, {remedy + ', ' if remedy else ''}or write {WAY_OUT} = true at the top of the {where} "
+                f"{found.text}; give it in SI units, {others}or write {WAY_OUT} = true at the top of the {where} "
                 "if it is meant so"
             )
