@@ -25,8 +25,8 @@ SYMBOLS: dict[str, tuple[Fraction, tuple[int, int, int, int]]] = {
 }  # fmt: skip
 SPELLINGS = {
     "°": "deg", "degree": "deg", "degrees": "deg", "radian": "rad", "radians": "rad", "newton": "N", "meter": "m",
-    "metre": "m", "metres": "m", "meters": "m", "millimetre": "mm", "millimeter": "mm", "kpa": "kPa", "kn": "kN",
-    "n": "N", "pa": "Pa", "PSI": "psi", "Bar": "bar",
+    "metre": "m", "metres": "m", "meters": "m", "millimetre": "mm", "millimeter": "mm", "kpa": "kPa",
+    "PSI": "psi", "Bar": "bar",
 }  # fmt: skip
 _PART = re.compile(r"([A-Za-z°]+)(?:\^?(-?\d))?")
 _EXAMPLES = {
