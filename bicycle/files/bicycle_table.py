@@ -144,7 +144,7 @@ def _bicycle(sheet: Sheet, place: str, row: dict[str, tuple[Any, Any, str]], *, 
     try:
         return checked_bicycle(
             words["name"], numbers.values, numbers.sd, words.get("description", ""), words.get("source", ""),
-            tuple(numbers.notes), where="table (a column with true)",
+            tuple(numbers.notes), where="table (a column of its own)",
             allow_unusual=allow_unusual or words.get(WAY_OUT, "").lower() == "true",
         )  # fmt: skip
     except InputError as error:

@@ -13,7 +13,7 @@ from tyre.base.optional import optional_module
 
 ENDINGS = (".csv", ".xlsx", ".parquet")
 _DECIMAL_COMMA = re.compile(r"(?<![\d.,])([+-]?\d+),(\d+)(?!\d*[.,])")
-_UNIT_IN_BRACKETS = re.compile(r"(?P<name>[^\[(]*?)\s*[\[(](?P<unit>[^\])]*)[\])]")
+_UNIT_IN_BRACKETS = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]")
 
 
 @dataclass(frozen=True)

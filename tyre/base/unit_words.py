@@ -62,7 +62,7 @@ def factor_to_si(unit: str, si: str, *, where: str) -> Fraction:
     assert target is not None
     if found is None or found[1] != target[1]:
         problem = "is not a unit that is known" if found is None else f"is no unit of what is given in {si}"
-        allowed = _EXAMPLES.get(si, si)
+        allowed = next((words for one, words in _EXAMPLES.items() if _parsed(one)[1:] == target[1:]), si)  # type: ignore[index]
         raise InputError(f"{where}: {unit!r} {problem}; write for example {allowed}{hint(unit, allowed.split(', '))}")
     return found[0] / target[0]
 

@@ -113,6 +113,8 @@ def _key(quantity: str, *, sd: bool = False) -> str:
 def _column(name: str, path: Path) -> tuple[str, bool, str]:
     """Quantity of a column, whether it is a standard deviation, and its unit."""
     base, unit = split_unit(name)
+    if base.lower() in ("sd", "std", "u"):  # sd(C)
+        base, unit = f"{base} {unit}", ""
     match = _SD.match(base)
     if match:
         base = match[1] or match[2]
