@@ -132,9 +132,11 @@ def _matlab(path: Path) -> tuple[Any, list[str]]:
         content = loadmat(path, simplify_cells=True)
     except NotImplementedError:  # version 7.3 is HDF5
         try:
-            content = optional_module("pymatreader", extra="formats").read_mat(str(path))
+            h5py = optional_module("h5py", extra="formats")
         except ImportError as error:
             raise InputError(f"{path}: saved as version 7.3; {error}, or save it with -v7") from error
+        with h5py.File(path, "r") as file:
+            content = _of_hdf5(file)
     except (MatReadError, ValueError, OSError, TypeError) as error:
         raise InputError(f"{path}: not a MATLAB file ({' '.join(str(error).split())[:80]})") from error
     content = {key: value for key, value in content.items() if not key.startswith("__")}
@@ -146,6 +148,19 @@ def _matlab(path: Path) -> tuple[Any, list[str]]:
     others = [key for key, value in content.items() if not used(key, value)]
     notes = [f"not used of {path.name}: {', '.join(sorted(others))}"] if others else []
     return {key: value for key, value in content.items() if key not in others}, notes
+
+
+def _of_hdf5(group: Any) -> dict[str, Any]:
+    """Structs, numbers and words of a MATLAB 7.3 file; what else it holds (below ``#``) is left out."""
+    found: dict[str, Any] = {}
+    for key, item in group.items():
+        if hasattr(item, "items"):
+            found |= {} if key.startswith("#") else {key: _of_hdf5(item)}
+        elif item.attrs.get("MATLAB_class") == b"char":
+            found[key] = "".join(map(chr, np.ravel(item[()])))
+        elif item.dtype.kind in "fiu":
+            found[key] = item[()].item() if item.size == 1 else np.ravel(item[()])
+    return found
 
 
 def is_float(text: Any) -> bool:

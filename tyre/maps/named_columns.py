@@ -1,15 +1,15 @@
 """Tyre tables of others: columns under common names, each with a unit, made those of :mod:`tyre.maps.table_io`."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError, is_number, unknown
-from tyre.base.measured_number import measured_number
+from tyre.base.measured_number import MeasuredNumber, measured_number
 from tyre.base.sheet import read_sheet, split_unit
 from tyre.base.unit_words import factor_to_si, is_unit
 
@@ -32,6 +32,14 @@ WORDS = ("tyre", "surface", "source", "description")
 AGREE = 0.05
 """Relative difference of a relaxation length and C/K that rounding may make."""
 _SD = re.compile(r"^(?:sd|std|u)[ _(]+(.*?)\)?$|^(.*?)[ _](?:sd|std)$", re.IGNORECASE)
+
+
+class Column(NamedTuple):
+    """Quantity of a column, whether it is of a standard deviation, and its unit."""
+
+    quantity: str
+    spread: bool
+    unit: str
 
 
 def read_named_columns(path: Path) -> dict[str, Array]:
@@ -58,30 +66,16 @@ def read_named_columns(path: Path) -> dict[str, Array]:
     """
     sheet = read_sheet(path, kind="tyre conditions")
     columns = [_column(name, path) for name in sheet.header]
+    order = sorted(range(len(columns)), key=lambda n: columns[n].spread)  # values first, then their standard deviations
     found: dict[str, list[float]] = {}
     for place, cells in sheet.rows:
         row: dict[str, float] = {}
-        for cell, (quantity, spread, unit), name in zip(cells, columns, sheet.header, strict=True):
-            where, unit_here = f"{path}, {place}, column {name!r}", UNITS[quantity]
-            if (quantity, spread) == ("pneumatic_trail", False) and cell == "":
-                row[_key(quantity)] = float("nan")
-                continue
-            if unit == "%":
-                row[_key(quantity, sd=True)] = _percent(cell, where)
-                continue
-            text = repr(float(cell)) if is_number(cell) else str(cell)
-            number = measured_number(text, where=where, key=name, si=unit_here, unit=unit)
-            key = _key(quantity, sd=spread)
-            if number.sd is not None and (spread or _key(quantity, sd=True) in row):
-                raise InputError(f"{where}: two standard deviations of {quantity}; keep one")
-            row[key] = number.value
-            if number.sd is not None:
-                row[_key(quantity, sd=True)] = number.sd
-        for quantity, spread, unit in columns:
-            if spread and unit == "%":
-                if _key(quantity) not in row:
-                    raise InputError(f"{path}: a standard deviation of {quantity}, but no column of it")
-                row[_key(quantity, sd=True)] *= abs(row[_key(quantity)]) / 100
+        for n in order:
+            where = f"{path}, {place}, column {sheet.header[n]!r}"
+            for key, value in _cell(cells[n], columns[n], row, where=where):
+                if key in row:
+                    raise InputError(f"{where}: two columns give {key}; keep one")
+                row[key] = value
         if found and set(row) != set(found):
             odd = sorted(set(row) ^ set(found))[0]
             raise InputError(f"{path}, {place}: {odd} is there in some rows only; give it in all or in none")
@@ -89,6 +83,28 @@ def read_named_columns(path: Path) -> dict[str, Array]:
             found.setdefault(key, []).append(value)
     arrays = {key: np.array(values) for key, values in found.items()}
     return _one_length(arrays, path, [place for place, _ in sheet.rows])
+
+
+def _cell(cell: Any, column: Column, row: Mapping[str, float], *, where: str) -> Iterator[tuple[str, float]]:
+    """Names and numbers of the tyre table that a cell gives; ``row`` holds the values of its row."""
+    quantity, spread, unit = column
+    key = _key(quantity, sd=spread)
+    if quantity == "pneumatic_trail" and cell == "":
+        yield key, float("nan")
+        return
+    text = repr(float(cell)) if is_number(cell) else str(cell)
+    if unit == "%":
+        if _key(quantity) not in row:
+            raise InputError(f"{where}: a standard deviation of {quantity}, but no column of it")
+        number = measured_number(text.rstrip("% "), where=where, key=quantity)
+        number = MeasuredNumber(number.value * abs(row[_key(quantity)]) / 100, number.sd)
+    else:
+        number = measured_number(text, where=where, key=quantity, si=UNITS[quantity], unit=unit)
+    if spread and number.sd is not None:
+        raise InputError(f"{where}: a standard deviation has none of its own; give one number")
+    yield key, number.value
+    if number.sd is not None:
+        yield _key(quantity, sd=True), number.sd
 
 
 def comments(path: Path) -> dict[str, str]:
@@ -110,8 +126,7 @@ def _key(quantity: str, *, sd: bool = False) -> str:
     return f"{quantity}{'_sd' * sd}_{UNITS[quantity].replace('/', '_per_')}"
 
 
-def _column(name: str, path: Path) -> tuple[str, bool, str]:
-    """Quantity of a column, whether it is a standard deviation, and its unit."""
+def _column(name: str, path: Path) -> Column:
     base, unit = split_unit(name)
     if base.lower() in ("sd", "std", "u"):  # sd(C)
         base, unit = f"{base} {unit}", ""
@@ -132,7 +147,7 @@ def _column(name: str, path: Path) -> tuple[str, bool, str]:
         raise InputError(f"{where}: only a standard deviation is given in per cent")
     if unit != "%":
         factor_to_si(unit, UNITS[quantity], where=where)
-    return quantity, spread, unit
+    return Column(quantity, spread, unit)
 
 
 def _behind(base: str, *, spread: bool) -> tuple[str, bool, str]:
@@ -145,11 +160,6 @@ def _behind(base: str, *, spread: bool) -> tuple[str, bool, str]:
         if name.lower() in NAMES and is_unit(rest):
             return name, spread or sd, rest
     return base, spread, ""
-
-
-def _percent(cell: Any, where: str) -> float:
-    number = measured_number(repr(float(cell)) if is_number(cell) else str(cell).rstrip("% "), where=where, key="sd")
-    return number.value
 
 
 def _one_length(columns: dict[str, Array], path: Path, places: list[str]) -> dict[str, Array]:

@@ -92,7 +92,7 @@ def test_what_is_said_of_all_bicycles_is_said_once(table, capsys):
 
 @pytest.mark.parametrize("command", [
     ["uncertainty"], ["sensitivity", "--mode", "weave", "--speed", "5"], ["bicycles"], ["convert", "--to", "OUT.txt"],
-    ["simulate", "--speed", "5", "--initial", "lean=0.02"],
+    ["simulate", "--speed", "5", "--initial", "lean=0.02", "--out", "OUT"],
     ["rider", "--rider", "jason", "--posture", "upright", "--out", "OUT.toml"],
     ["root-locus", "--parameter", "c", "--range", "0.05:0.1:0.01", "--speed", "5", "--out", "OUT"],
     ["animate", "--mode", "weave", "--speed", "5", "--out", "OUT.gif"],
