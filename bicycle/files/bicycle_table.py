@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from bicycle.files.checked_bicycle import checked_bicycle
 from bicycle.files.given_numbers import LEFT_OUT, GivenNumbers, si_unit
 from bicycle.parameters import UNITS, UNUSED, Bicycle
 from tyre.base.errors import InputError, unknown
@@ -118,8 +119,6 @@ def _column(name: str, sheet: Sheet) -> tuple[str, str]:
 
 
 def _bicycle(sheet: Sheet, place: str, row: dict[str, tuple[Any, Any, str]], *, allow_unusual: bool) -> Bicycle:
-    from bicycle.files.bicycle_file import checked_bicycle
-
     words = {key: str(row[key][0]) for key in WORDS if key in row}
     if not words["name"] or ROW in words["name"]:
         raise InputError(f"{sheet.path}, {place}, column 'name': {words['name']!r} must be a name without {ROW!r}")

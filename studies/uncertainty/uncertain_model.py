@@ -102,10 +102,9 @@ class UncertainModel:
             content["sampled"]["tyre_covariance"] = True
             content["sampled"]["relative_cornering_stiffness_sd"] = relative
         if not content["sampled"]:
-            states = "an sd of 0" if self._stated.bicycle.sd else "no sd"
             raise InputError(
-                f"nothing is uncertain: the bicycle states {states} and the model has no measured tyre; "
-                "give standard deviations, for example --sd c=0.005, or take the defaults for what is not stated"
+                f"nothing is uncertain: the bicycle states {'an sd of 0' * bool(self._stated.bicycle.sd) or 'no sd'} "
+                "and the model has no measured tyre; give some (--sd c=0.005) or take the defaults for what is not stated"
             )
         self.sampler = Sampler(build_sweep(content))
         self.measurements = self.sampler.draws

@@ -175,6 +175,8 @@ def _fit(one: Listed, path: Path, notes: list[str]) -> Pacejka89:
         check_coefficients(fit)
     except InputError as error:
         raise InputError(f"{path}: {error}{_other_slip_unit(fit)}") from error
+    said = one.said.get("note", [])
+    notes += [said] if isinstance(said, str) else [str(note) for note in said]
     notes += doubts_about(fit)
     return fit
 

@@ -111,6 +111,12 @@ def test_what_is_not_stated_is_taken_from_names_and_said(tmp_path):
     assert read_tyre(mat).notes[0] == "not used of w_p300.mat: S, sse_Fy"
 
 
+def test_notes_of_the_file_are_kept(tmp_path):
+    said = {"Fy": FY, "pressure_bar": 3, "surface": "flat", "slip_unit": "deg", "load_max_N": 900}
+    assert read_tyre(put(tmp_path, "n.json", said | {"note": "synthetic"})).synthetic
+    assert read_tyre(put(tmp_path, "m.yaml", said | {"note": ["one", "two"]})).notes == ("one", "two")
+
+
 @pytest.mark.parametrize(("name", "extra"), [
     ("a_p300.json", {"label": "values from Opt Par_rad"}), ("OptPar_rad_p300.json", {}),
     ("b_p300.json", {"slip_unit": "rad"}),
