@@ -230,7 +230,7 @@ def _columns(path: Traversable) -> Mapping[str, Array]:
     """Columns of a table; in its own form they are taken as they are, in another by name and unit."""
     header = read_cells(path, kind="tyre table", example=", ".join(REQUIRED)).text.lstrip("\ufeff \r\n")
     names = next((line for line in header.splitlines() if line.strip() and not line.startswith("#")), "")
-    own = [name.strip() for name in names.split(",")]
+    own = [name.strip() for cells in csv.reader([names.partition("#")[0]], skipinitialspace=True) for name in cells]
     if names and isinstance(path, Path) and any(name not in COLUMNS for name in own):
         found = read_named_columns(path)
         missing = [name for name in REQUIRED if name not in found]
