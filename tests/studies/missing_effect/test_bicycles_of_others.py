@@ -8,9 +8,8 @@ from studies.main_study.model_input import settings_of
 from studies.missing_effect.measurement import read_measurement
 from studies.missing_effect.motion.nuisances import nuisances
 
-TABLE = (
-    "speed_m_s,mode,real_1_s,imaginary_1_s,sd_real_1_s,sd_imaginary_1_s\n5,weave,-1,5,0.1,0.1\n6,weave,-2,6,0.1,0.1\n"
-)
+HEAD = "speed_m_s,mode,real_1_s,imag_rad_s,real_sd_1_s,imag_sd_rad_s\n"
+TABLE = HEAD + "".join(f"{speed},weave,-1,{speed},0.1,0.1\n" for speed in (5, 6, 7))
 
 
 @pytest.fixture
