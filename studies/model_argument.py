@@ -48,6 +48,28 @@ class ChosenModel:
         except InputError as error:
             raise InputError(f"{self.where}: {error}" if self.where else str(error)) from error
 
+    @cached_property
+    def each(self) -> "dict[str, ChosenModel]":
+        """One model for each bicycle by its name, where the bicycle is a table of them; else this one without a name.
+
+        Raises
+        ------
+        InputError
+            A row or column of the table that makes no bicycle.
+        """
+        from bicycle.files.bicycle_table import ROW, is_bicycle_table, read_bicycles, split_row
+        from bicycle.files.model_file import allows_unusual
+
+        given = self.content.get("bicycle")
+        if not isinstance(given, str) or not is_bicycle_table(given) or split_row(given)[1]:
+            return {"": self}
+        found = read_bicycles(Path(given), allow_unusual=allows_unusual(self.content))
+        where = f"{self.where}, " if self.where else ""
+        return {
+            one.name: ChosenModel({**self.content, "bicycle": f"{given}{ROW}{one.name}"}, f"{where}bicycle {one.name}")
+            for one in found
+        }
+
 
 def takes_model(command: Callable[..., Any]) -> Callable[..., Any]:
     """Give a click ``command`` the argument MODEL and the options of its tyre; it gets a :class:`ChosenModel` first."""
@@ -86,7 +108,8 @@ def choose(
     Parameters
     ----------
     text : str
-        A packaged bicycle, a bicycle file (.toml with [values], .txt, .yml, .yaml) or a model file.
+        A packaged bicycle, a bicycle file (.toml with [values], .txt, .yml, .yaml), a bicycle of a table
+        (``bicycles.csv#NAME``; .xlsx, .parquet), a whole table where a command takes one, or a model file.
     tyre, pressure, surface : str, optional
         A measured tyre, its inflation pressure in bar (one number or ``REAR,FRONT``), flat or drum.
     extrapolate : bool
@@ -117,12 +140,15 @@ def choose(
 
 
 def _bare(text: str) -> ChosenModel:
-    from bicycle.files.bicycle_file import available_bicycles
+    from bicycle.files.bicycle_file import available_bicycles, bicycle_place
+    from bicycle.files.bicycle_table import is_bicycle_table
     from tyre.base.toml_file import read_toml
 
     path = Path(text)
     if text in available_bicycles() and not path.is_file():
         return _whipple(text, text)
+    if is_bicycle_table(text):
+        return _whipple(bicycle_place(text, Path()), text)
     if path.suffix.lower() in BICYCLE_FILES:
         return _whipple(path.resolve().as_posix(), text)
     if not path.is_file() and path.suffix.lower() != ".toml":
@@ -141,11 +167,12 @@ def _whipple(bicycle: str, text: str) -> ChosenModel:
 
 def _absolute(content: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     """The content of a model file with the files it names made absolute."""
+    from bicycle.files.bicycle_file import bicycle_place
     from bicycle.files.wheel_tyres import located
 
     found, bicycle, effects = dict(content), content.get("bicycle"), content.get("effects")
-    if isinstance(bicycle, str) and (folder / bicycle).is_file():
-        found["bicycle"] = (folder / bicycle).resolve().as_posix()
+    if isinstance(bicycle, str):
+        found["bicycle"] = bicycle_place(bicycle, folder)
     if isinstance(effects, Mapping):
         found["effects"] = {
             name: located(table, folder) if isinstance(table, Mapping) else table for name, table in effects.items()

@@ -17,7 +17,8 @@ from tyre.tyre_source import TyreSource
 if TYPE_CHECKING:
     from tyre.magic_formula.pacejka89_tyre import Pacejka89Tyre
 
-FILE_ENDINGS = (".csv", ".toml", ".tir")
+LISTS = (".txt", ".json", ".yaml", ".yml", ".mat")
+FILE_ENDINGS = (".csv", ".toml", ".tir", *LISTS)
 
 
 def is_file_name(tyre: str) -> bool:
@@ -37,7 +38,8 @@ def read_tyre(tyre: str | Path, *, surface: str | None = None) -> TyreSource:
     ----------
     tyre : str or Path
         Name of a packaged tyre (a measured table or Pacejka-89 coefficients), or a file: a table (``.csv`` with its
-        ``.toml``), a tyre property file (``.tir``) or a ``.toml`` of ``kind = "pacejka89"``.
+        ``.toml``, or a plain one with units in its header), a tyre property file (``.tir``), a ``.toml`` of
+        ``kind = "pacejka89"``, or a list of its coefficients (``.txt``, ``.csv``, ``.json``, ``.yaml``, ``.mat``).
     surface : str, optional
         ``flat`` or ``drum``: of a packaged tyre measured on both (flat if none is given); of any other its own.
 
@@ -96,6 +98,12 @@ def _from_file(name: str) -> TyreSource:
         from tyre.magic_formula.tir import read_tir
 
         return read_tir(path)
+    if path.suffix.lower() in (*LISTS, ".csv"):
+        from tyre.magic_formula.pacejka89_content import is_coefficient_list
+        from tyre.magic_formula.pacejka89_lists import read_coefficient_lists
+
+        if path.suffix.lower() != ".csv" or is_coefficient_list(path):
+            return read_coefficient_lists(path)
     if path.suffix.lower() == ".toml" and path.is_file():
         try:
             kind = tomllib.loads(path.read_bytes().decode("utf-8-sig")).get("kind")

@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from bicycle.effect import Effect, effect_class
-from bicycle.files.bicycle_file import checked_bicycle, load_bicycle
+from bicycle.files.bicycle_file import bicycle_place, given_numbers, load_bicycle
+from bicycle.files.checked_bicycle import checked_bicycle
 from bicycle.files.tyre_values import mounted_tyres, unused_offers, with_tyre_values
 from bicycle.files.wheel_tyres import tyre_notes
 from bicycle.model import Model
@@ -123,5 +124,16 @@ def refuse_absurd_values(model: Model, values: Mapping[str, Iterable[float]]) ->
 
 def _bicycle(given: Any, folder: Path, *, allow_unusual: bool) -> Bicycle:
     if isinstance(given, Mapping):
-        return checked_bicycle("bicycle of the model file", given, where="model file", allow_unusual=allow_unusual)
-    return load_bicycle(folder / given if (folder / given).is_file() else given, allow_unusual=allow_unusual)
+        numbers = given_numbers(given, place="bicycle of the model file")
+        numbers.finish()
+        return checked_bicycle(
+            "bicycle of the model file",
+            numbers.values,
+            numbers.sd,
+            "",
+            "",
+            tuple(numbers.notes),
+            where="model file",
+            allow_unusual=allow_unusual,
+        )
+    return load_bicycle(bicycle_place(given, folder), allow_unusual=allow_unusual)

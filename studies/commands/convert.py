@@ -9,27 +9,29 @@ from studies.reporting.output import verbose
 
 
 @click.command(
-    help="Write BICYCLE (packaged name, .toml, .yml, .yaml or .txt) as TOML or flat YAML.",
-    epilog=example("velotyre convert benchmark --to mine.toml"),
+    help="Write BICYCLE (a packaged name or a file) as TOML, flat YAML or 'key = value+/-sd' text.",
+    epilog=example("velotyre convert benchmark --to mine.toml", "velotyre convert pista --to pistaBenchmark.txt"),
 )
 @verbose
 @click.argument("bicycle")
-@click.option("--to", "target", required=True, metavar="FILE", type=click.Path(path_type=Path), help=".toml or .yml")
+@click.option(
+    "--to", "target", required=True, metavar="FILE", type=click.Path(path_type=Path), help=".toml, .yml or .txt"
+)
 @click.option("--force", is_flag=True, help="Overwrite an existing file.")
 def command(bicycle: str, target: Path, *, force: bool) -> None:
-    from bicycle.files.bicycle_file import load_bicycle, to_toml, to_yaml
+    from bicycle.files.bicycle_file import WRITERS, load_bicycle
+    from bicycle.parameters import doubts_about
     from studies.reporting.output import print_warnings
     from tyre.base.errors import InputError
     from tyre.base.files import write_text
 
-    writers = {".toml": to_toml, ".yml": to_yaml, ".yaml": to_yaml}
-    if target.suffix.lower() not in writers:
-        raise InputError(f"{target}: the ending {target.suffix!r} is not known; write {', '.join(writers)}")
+    if target.suffix.lower() not in WRITERS:
+        raise InputError(f"{target}: the ending {target.suffix!r} is not known; write {', '.join(WRITERS)}")
     if target.exists() and not force:
         raise InputError(f"{target} exists; give --force to overwrite it or another name")
     found = load_bicycle(bicycle)
-    write_text(target, writers[target.suffix.lower()](found))
-    lost = found.sd and target.suffix.lower() != ".toml"
-    notes = ["flat YAML holds no standard deviations; write .toml to keep them"] if lost else []
-    print_warnings([*found.warnings, *notes])
-    click.echo(f"{target}: {found.name}, {len(found.values)} parameters")
+    meant = any(doubt.absurd for doubt in doubts_about(found.values))  # the file it comes from says so
+    write_text(target, WRITERS[target.suffix.lower()](found, allow_unusual=meant))
+    print_warnings(found.warnings)
+    known = f", sd of {len(found.sd)}" if found.sd else ""
+    click.echo(f"{target}: {found.name}, {len(found.values)} parameters{known}")

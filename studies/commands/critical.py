@@ -7,7 +7,7 @@ from studies.reporting.examples import example
 
 
 @click.command(
-    help="Exact critical speeds of MODEL: where a mode becomes stable or unstable.",
+    help="Exact critical speeds of MODEL, or of each bicycle of a table: where a mode becomes stable or unstable.",
     epilog=example("velotyre critical benchmark --tyre Tyre1 --pressure 5.5 --csv critical.csv"),
 )
 @takes_model
@@ -15,15 +15,25 @@ from studies.reporting.examples import example
 @click.option("--csv", "csv_file", metavar="FILE", help="Write the critical speeds as CSV; - is standard output.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(chosen: ChosenModel, max_speed: float, csv_file: str | None, json_file: str | None) -> None:
-    from studies.reporting.analysis import analyse, record
-    from studies.reporting.output import critical_table, print_critical, print_warnings, write_csv, write_json
+    import pandas as pd
 
-    model = chosen.model.linear_model()
-    _, critical = analyse(model, [], max_speed=max_speed)
+    from studies.reporting.analysis import analyse, record, records
+    from studies.reporting.output import (
+        critical_table,
+        named_rows,
+        print_critical,
+        print_named_warnings,
+        write_csv,
+        write_json,
+    )
+
+    models = {name: one.model.linear_model() for name, one in chosen.each.items()}
+    found = {name: analyse(model, [], max_speed=max_speed)[1] for name, model in models.items()}
     if csv_file is not None:
-        write_csv(critical_table(critical), csv_file)
+        tables = [named_rows(critical_table(critical), name) for name, critical in found.items()]
+        write_csv(pd.concat(tables, ignore_index=True) if len(tables) > 1 else tables[0], csv_file)
     if json_file is not None:
-        write_json(record(model, None, critical), json_file)
+        write_json(records({name: record(models[name], None, one) for name, one in found.items()}), json_file)
     if "-" not in (csv_file, json_file):
-        print_critical(critical)
-        print_warnings(model.warnings)
+        print_critical(found)
+        print_named_warnings({name: model.warnings for name, model in models.items()})

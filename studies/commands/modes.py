@@ -4,10 +4,11 @@ import click
 
 from studies.model_argument import ChosenModel, takes_model
 from studies.reporting.examples import example
+from tyre.base.errors import InputError
 
 
 @click.command(
-    help="Eigenvalues, named modes and critical speeds of MODEL.",
+    help="Eigenvalues, named modes and critical speeds of MODEL, or of each bicycle of a table.",
     epilog=example(
         "velotyre modes benchmark",
         "velotyre modes benchmark --tyre Tyre1 --pressure 5.5 --speeds 1:20:0.5 --plot modes.png",
@@ -25,38 +26,56 @@ def command(
     chosen: ChosenModel, speeds: str, max_speed: float, plot_file: str | None, csv_file: str | None,
     json_file: str | None,
 ) -> None:  # fmt: skip
-    from studies.reporting.analysis import analyse, record
+    import pandas as pd
+
+    from studies.reporting.analysis import analyse, record, records
     from studies.reporting.modes_picture import check_picture, draw_picture
     from studies.reporting.output import (
+        named_rows,
         parse_speeds,
         print_critical,
+        print_named_warnings,
         print_table,
-        print_warnings,
         write_csv,
         write_json,
     )
 
     if plot_file is not None:
         check_picture(plot_file)
-    model = chosen.model.linear_model()
-    found, critical = analyse(model, parse_speeds(speeds), max_speed=max_speed)
-    assert found is not None  # parse_speeds gives at least one speed
+        if len(chosen.each) > 1:
+            raise InputError(f"--plot draws one bicycle; name one of the table: FILE#{next(iter(chosen.each))}")
+    models = {name: one.model.linear_model() for name, one in chosen.each.items()}
+    asked = parse_speeds(speeds)
+    found = {name: analyse(model, asked, max_speed=max_speed) for name, model in models.items()}
     if csv_file is not None:
-        write_csv(found.to_dataframe(), csv_file)
+        tables = [named_rows(named.to_dataframe(), name) for name, (named, _) in found.items() if named is not None]
+        write_csv(pd.concat(tables, ignore_index=True) if len(tables) > 1 else tables[0], csv_file)
     if plot_file is not None:
-        draw_picture(model, found.speeds, plot_file, title=_title(chosen))
+        ((name, model),) = models.items()
+        draw_picture(model, asked, plot_file, title=_title(chosen.each[name]))
     if json_file is not None:
-        write_json(record(model, found, critical), json_file)
+        write_json(records({name: record(models[name], *both) for name, both in found.items()}), json_file)
     if "-" not in (csv_file, json_file):
-        rows = []
-        for speed, *values in zip(found.speeds, *found.to_dict().values(), strict=True):
-            rows.append([speed, *(" ".join(_number(*z) for z in value or []) or None for value in values)])
-        print_table(rows, ["speed m/s", *(f"{name} 1/s" for name in found.to_dict())])
+        named = {name: both[0] for name, both in found.items() if both[0] is not None}
+        columns = list(dict.fromkeys(mode for one in named.values() for mode in one.to_dict()))
+        rows = [
+            [
+                *([name] if name else []),
+                speed,
+                *(" ".join(_number(*z) for z in cells.get(m) or []) or None for m in columns),
+            ]
+            for name, one in named.items()
+            for place, speed in enumerate(one.speeds)
+            for cells in [{mode: values[place] for mode, values in one.to_dict().items()}]
+        ]
+        heads = ["bicycle"] * (len(rows[0]) > len(columns) + 1)
+        print_table(rows, [*heads, "speed m/s", *(f"{mode} 1/s" for mode in columns)])
         click.echo()
-        print_critical(critical)
-        for event in found.events:
-            click.echo(str(event))
-        print_warnings(model.warnings)
+        print_critical({name: critical for name, (_, critical) in found.items()})
+        for name, one in named.items():
+            for event in one.events:
+                click.echo(f"{name}: {event}" if name else str(event))
+        print_named_warnings({name: model.warnings for name, model in models.items()})
 
 
 def _title(chosen: ChosenModel) -> str:

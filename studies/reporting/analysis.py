@@ -1,6 +1,6 @@
 """Eigenvalues, named modes and critical speeds of a model as one plain record (the JSON of the commands)."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -41,3 +41,16 @@ def record(model: LinearModel, found: Modes | None, critical: Sequence[CriticalS
         ],
         "warnings": list(model.warnings),
     }
+
+
+def records(found: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
+    """One record for all bicycles, each with its name; that of the only one where the name is empty.
+
+    Parameters
+    ----------
+    found : mapping
+        Record (units in its keys) by name.
+    """
+    if "" in found:
+        return found[""]
+    return {"bicycles": [{"name": name} | one for name, one in found.items()]}

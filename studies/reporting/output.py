@@ -106,15 +106,43 @@ def print_table(rows: Sequence[Sequence[Any]], headers: Sequence[str]) -> None:
     click.echo(tabulate(cells, headers=headers, missingval="-", disable_numparse=True))
 
 
-def print_critical(critical: Sequence[Any]) -> None:
-    """Print the critical speeds ``critical``, one a row."""
-    rows = [[f"{c.speed:.6f}", c.mode, c.kind, c.frequency_hz, c.direction] for c in critical]
-    print_table(rows, ["critical speed m/s", "mode", "kind", "frequency Hz", "as speed grows"])
+def named_rows(table: "pd.DataFrame", name: str) -> "pd.DataFrame":
+    """A ``table`` with the ``name`` of its bicycle as first column; as it is where the name is empty.
+
+    A table without rows gets one, so that its bicycle is not lost.
+    """
+    if not name:
+        return table
+    filled = table if len(table) else table.reindex([0])
+    filled.insert(0, "bicycle", name)
+    return filled
+
+
+def print_critical(critical: Mapping[str, Sequence[Any]]) -> None:
+    """Print the ``critical`` speeds of bicycles by name, one a row; an empty name is not shown."""
+    rows = [
+        [*([name] if name else []), *cells]
+        for name, speeds in critical.items()
+        for cells in [[f"{c.speed:.6f}", c.mode, c.kind, c.frequency_hz, c.direction] for c in speeds]
+        or ([[None] * 5] if name else [])
+    ]
+    heads = ["bicycle"] * any(critical)
+    print_table(rows, [*heads, "critical speed m/s", "mode", "kind", "frequency Hz", "as speed grows"])
 
 
 def print_warnings(warnings: Sequence[str]) -> None:
     """Print ``warnings`` to standard error, a line each; several notes on one tyre are one line without --verbose."""
+    print_named_warnings({"": warnings})
+
+
+def print_named_warnings(warnings: Mapping[str, Sequence[str]]) -> None:
+    """Print ``warnings`` of bicycles by name as :func:`print_warnings`; what is said of all of them once."""
     context = click.get_current_context(silent=True)
     full = context is not None and context.meta.get(VERBOSE, False)
-    for warning in warnings if full else folded(warnings):
-        click.echo(f"warning: {' '.join(warning.split())}", err=True)
+    lines = {name: list(every if full else folded(every)) for name, every in warnings.items()}
+    common = [one for one in next(iter(lines.values()), []) if all(one in every for every in lines.values())]
+    for name, text in [
+        *(("", one) for one in common),
+        *((n, w) for n, e in lines.items() for w in e if w not in common),
+    ]:
+        click.echo(f"warning: {name}{': ' * bool(name)}{' '.join(text.split())}", err=True)

@@ -20,7 +20,8 @@ from bicycle.parameters import bodies, static_loads
 from studies.sampling.bounded_draws import BoundedDraws
 from studies.sampling.draws import normal, uniform
 from studies.sampling.refused import Refused
-from studies.sweeps.spec import SPEED, TYRE_UNITS, Sweep, bounds_of
+from studies.sweeps.many_bicycles import BICYCLE, ManyBicycles
+from studies.sweeps.spec import SPEED, TYRE_UNITS, ImpossibleItem, Sweep, bounds_of
 from studies.sweeps.tyre_table import TyreTable
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
@@ -57,17 +58,6 @@ class Points:
         return Points(values, speeds, self.nominal, Refused.none(len(bad)), self.extrapolated)
 
 
-class ImpossibleItem(InputError):
-    """A cell of the grid that cannot be computed: the sweep has to be changed."""
-
-    def __init__(self, where: str, why: str) -> None:
-        super().__init__(where, why)
-        self.where, self.why = where, why
-
-    def __str__(self) -> str:
-        return f"sweep at {self.where}: {self.why}; leave it out of the sweep"
-
-
 class Sampler:
     """Turns item numbers into parameters; made once per sweep and worker."""
 
@@ -85,6 +75,7 @@ class Sampler:
     def draws(self) -> dict[str, tuple[str, ...]]:
         """What is normally distributed, by what is measured together -> names of its independent standard normals."""
         found = {", ".join(group.names): group.names for group in self.sweep.normals}
+        found |= {key: (key,) for key in self._many.sampled}
         if self.sweep.tyre_covariance:
             found |= {f"tyre {what} stiffness": TYRE_DRAWS[k::2] for k, what in enumerate(("cornering", "lateral"))}
         return found
@@ -117,6 +108,11 @@ class Sampler:
                 drawn = joint.linear(z) if linear else joint(z)
                 drawn = drawn if share == 1 else joint.mean[:, None] + share * (drawn - joint.mean[:, None])
             given |= dict(zip(group.names, drawn, strict=True))
+        names = given.pop(BICYCLE, None)
+        if names is not None:
+            given |= self._many.parameters(
+                names, lambda key: self._standard((key,), sample, draws)[0], linear=linear, share=share
+            )
         for one in sweep.uniforms:
             u = (
                 np.full(last - first, 0.5)
@@ -140,6 +136,7 @@ class Sampler:
                 {entry for key in given for entry in self.family.entries(key)},
                 tyre,
                 apart,
+                names,
                 linear=linear,
                 share=share,
             )
@@ -192,13 +189,15 @@ class Sampler:
 
     def _fill_tyre(
         self, points: Points, conditions: Mapping[str, Any], given: Collection[str], z: Array | None,
-        refused: Refused, *, linear: bool, share: float,
+        refused: Refused, names: Any, *, linear: bool, share: float,
     ) -> NDArray[np.bool_]:  # fmt: skip
         sweep, contact, values = self.sweep, str(self.contact), points.values
         table, count = sweep.model["effects"][contact], len(refused.mask)
         loads = static_loads(bodies(values), values["w"], values["g"])
         choices = []
-        for (wheel, nominal), load in zip(self._static_loads, loads, strict=True):
+        unvaried: list[tuple[str, Any]]
+        unvaried = self._static_loads if names is None else list(zip(WHEELS, self._many.loads(names), strict=True))
+        for (wheel, nominal), load in zip(unvaried, loads, strict=True):
             choice = {"load_N": np.where(refused.mask, nominal, load), "surface": ""} | {
                 key: value[wheel] if isinstance(value, Mapping) else value
                 for key, value in table.items()
@@ -207,15 +206,17 @@ class Sampler:
             for key in choice:
                 choice[key] = conditions.get(f"{key}.{wheel}", conditions.get(key, choice[key]))
             choices.append({key: np.broadcast_to(value, count) for key, value in choice.items()})
-        nominal_loads = [
-            conditions.get(f"load_N.{w}", conditions.get("load_N", load)) for w, load in self._static_loads
-        ]
+        nominal_loads = [conditions.get(f"load_N.{w}", conditions.get("load_N", load)) for w, load in unvaried]
         taken = {key: name for key, name in self.taken.items() if key not in given}
         wanted = [_fields([name for key, name in taken.items() if ParameterKey.parse(key).wheel == w]) for w in WHEELS]
         found, extrapolated = self._tyres.values(choices, wanted, z, nominal_loads, refused, linear=linear, share=share)
         for key, name in taken.items():
             values[key] = found[WHEELS.index(ParameterKey.parse(key).wheel)][name]  # type: ignore[index]
         return extrapolated
+
+    @cached_property
+    def _many(self) -> ManyBicycles:
+        return ManyBicycles(self.sweep.bicycles, self.sweep.bicycle_sd)
 
     @cached_property
     def _static_loads(self) -> list[tuple[str, float]]:

@@ -4,7 +4,7 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
@@ -18,6 +18,7 @@ from bicycle.files.wheel_tyres import MOST_BAR
 from bicycle.model import Model
 from bicycle.parameter_key import ParameterKey
 from bicycle.parameters import BOUNDS
+from tyre.base.errors import InputError
 from tyre.find_tyre import is_file_name, read_tyre
 
 SPEED = "speed_m_s"
@@ -62,7 +63,8 @@ class Sweep:
 
     An item is one bicycle: a cell of the grid (without speed) and a sample; items are numbered in C order, samples
     fastest. A point is an item at a speed. ``model`` is the content of a model file with the bicycle as numbers;
-    ``quantiles`` None means that every sample is kept, otherwise samples are reduced.
+    ``quantiles`` None means that every sample is kept, otherwise samples are reduced. ``bicycles`` are the parameters
+    of those along the axis ``bicycle``, by name, and ``bicycle_sd`` the standard deviations sampled around them.
     """
 
     model: Mapping[str, Any]
@@ -78,6 +80,8 @@ class Sweep:
     max_speed: float
     quantiles: tuple[float, ...] | None
     points_per_part: int
+    bicycles: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    bicycle_sd: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -97,7 +101,7 @@ class Sweep:
     @property
     def random(self) -> bool:
         """Whether anything is sampled."""
-        return bool(self.normals or self.uniforms or self.tyre_covariance)
+        return bool(self.normals or self.uniforms or self.tyre_covariance or self.bicycle_sd)
 
     @property
     def varied(self) -> tuple[str, ...]:
@@ -135,6 +139,17 @@ class Sweep:
         both = {file.with_suffix(suffix) for file in own for suffix in (".csv", ".toml")}  # of a table
         files = sorted({*own, *(file for file in both if file.is_file())})
         return {"tyre_files": {str(f): hashlib.sha256(f.read_bytes()).hexdigest() for f in files}} if files else {}
+
+
+class ImpossibleItem(InputError):
+    """A cell of the grid that cannot be computed: the sweep has to be changed."""
+
+    def __init__(self, where: str, why: str) -> None:
+        super().__init__(where, why)
+        self.where, self.why = where, why
+
+    def __str__(self) -> str:
+        return f"sweep at {self.where}: {self.why}; leave it out of the sweep"
 
 
 def bounds_of(model: Model, name: str) -> tuple[float, float]:

@@ -12,6 +12,8 @@
     pressure_bar = [3, 4, 5]
     front_compliance.stiffness = [2000, 3000]
 
+    bicycle = "bicycles.csv"                    # every bicycle of a table, in place of the model's
+
     [sampled]
     bicycle_sd = true                           # what the bicycle file states
     tyre_covariance = true                      # what the tyre map states, both wheels together
@@ -28,14 +30,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from bicycle.files.bicycle_file import load_bicycle
 from bicycle.files.model_file import allows_unusual, build_model, refuse_absurd_values
 from bicycle.files.tyre_values import values_of_tyres
 from bicycle.files.wheel_tyres import TYRE_KEYS, located
 from bicycle.model import Model
 from bicycle.parameter_key import entries_of
-from bicycle.parameters import UNITS
-from studies.sweeps.spec import BY_SPEED, OUTPUTS, SPEED, Sweep
+from bicycle.parameters import UNITS, Bicycle
+from studies.sweeps.many_bicycles import BICYCLE, read_bicycle_axis, stated_sd
+from studies.sweeps.spec import BY_SPEED, OUTPUTS, SPEED, Axis, Sweep
 from studies.sweeps.variation import read_grid, read_options, read_sampled, variable_names
 from tyre.base.checks import any_table, known, list_of, number, refused, remarked, whole
 from tyre.base.errors import InputError
@@ -111,12 +113,23 @@ def build_sweep(content: Mapping[str, Any], *, folder: Path = Path()) -> Sweep:
         What file names are relative to.
     """
     given = read(SWEEP, content, dotted=True)
-    model, nominal = _model(given["model"], folder)
+    grid = dict(given["grid"])
+    bicycles: tuple[Bicycle, ...] = ()
+    if BICYCLE in grid:
+        model_content, model_folder = _model_content(given["model"], folder)
+        bicycles = read_bicycle_axis(grid.pop(BICYCLE), folder, allow_unusual=allows_unusual(model_content))
+        first = {key: bicycles[0][key] for key in UNITS}
+        model, nominal = _model({"bicycle": first} | dict(model_content), model_folder)
+    else:
+        model, nominal = _model(*_model_content(given["model"], folder))
     tyre = next((t for t in model.get("effects", {}).values() if any(key in t for key in TYRE_KEYS)), None)
     allowed = variable_names(nominal, values_of_tyres(model.get("effects", {})))
-    axes, speeds = read_grid(given["grid"], allowed, folder)
+    axes, speeds = read_grid(grid, allowed, folder)
     sampled = read_options(given["sampled"])
-    normals, uniforms = read_sampled(given["sampled"], allowed, nominal, tyre or {})
+    own_sd = stated_sd(bicycles) if bicycles and sampled["bicycle_sd"] else None
+    others = {k: v for k, v in given["sampled"].items() if not (bicycles and k == "bicycle_sd")}
+    normals, uniforms = read_sampled(others, allowed, nominal, tyre or {})
+    axes = (*([Axis(BICYCLE, tuple(one.name for one in bicycles))] if bicycles else []), *axes)
     if not allows_unusual(model):
         refuse_absurd_values(nominal, {axis.name: axis.values for axis in axes})
         refuse_absurd_values(nominal, {u.name: (u.low, u.high) for u in uniforms})
@@ -133,6 +146,7 @@ def build_sweep(content: Mapping[str, Any], *, folder: Path = Path()) -> Sweep:
         outputs=tuple(dict.fromkeys(given["outputs"])), max_speed=given["max_speed_m_s"],
         quantiles=given["reduce"]["quantiles"] if "reduce" in given else None,
         points_per_part=given["points_per_part"],
+        bicycles={one.name: {key: one[key] for key in UNITS} for one in bicycles}, bicycle_sd=own_sd or {},
     )  # fmt: skip
     _check_samples(sweep, random=sweep.random)
     _check_varied(sweep)
@@ -165,6 +179,9 @@ def _check_varied(sweep: Sweep) -> None:
         wheels = entries_of(name, set(varied) - {name})
         if wheels:
             raise InputError(f"{name} and {wheels[0]} are both varied; give both wheels together or each on its own")
+    own = [name for name in varied if sweep.bicycles and name in UNITS]
+    if own:
+        raise InputError(f"{own[0]} is varied, but each bicycle of grid.{BICYCLE} has its own; leave one of them out")
     by_speed = [output for output in sweep.outputs if output in BY_SPEED]
     if by_speed and SPEED not in varied:
         raise InputError(f"{by_speed[0]} need speeds: add grid.{SPEED}, for example {{from = 0, to = 20, count = 201}}")
@@ -172,18 +189,19 @@ def _check_varied(sweep: Sweep) -> None:
         raise InputError(f"{SPEED} is varied, but {', '.join(sweep.outputs)} do not depend on it; leave it out")
 
 
-def _model(given: Any, folder: Path) -> tuple[dict[str, Any], Model]:
-    """The model file's content with the bicycle as numbers, and the model with the bicycle's standard deviations."""
-    if isinstance(given, str):
-        path = folder / given
-        given, folder = read_toml(path, "model file", where=f"model = {path.as_posix()!r}"), path.parent
+def _model_content(given: Any, folder: Path) -> tuple[Mapping[str, Any], Path]:
+    """The content of the model, and what its files are relative to."""
+    if not isinstance(given, str):
+        return given, folder
+    path = folder / given
+    return read_toml(path, "model file", where=f"model = {path.as_posix()!r}"), path.parent
+
+
+def _model(given: Mapping[str, Any], folder: Path) -> tuple[dict[str, Any], Model]:
+    """The model's content with the bicycle as numbers, and the model with the bicycle's standard deviations."""
     nominal = build_model(given, folder=folder)
-    bicycle = given["bicycle"]
-    if isinstance(bicycle, str):
-        where = folder / bicycle if (folder / bicycle).is_file() else bicycle
-        found = load_bicycle(where, allow_unusual=allows_unusual(given))
-        bicycle = {key: found[key] for key in UNITS}
-    content = {key: value for key, value in given.items() if key != "description"} | {"bicycle": dict(bicycle)}
+    bicycle = {key: nominal.bicycle[key] for key in UNITS}
+    content = {key: value for key, value in given.items() if key != "description"} | {"bicycle": bicycle}
     if "effects" in content:
         content["effects"] = {name: located(table, folder) for name, table in content["effects"].items()}
     return content, nominal

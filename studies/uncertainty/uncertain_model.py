@@ -103,8 +103,8 @@ class UncertainModel:
             content["sampled"]["relative_cornering_stiffness_sd"] = relative
         if not content["sampled"]:
             raise InputError(
-                "nothing is uncertain: the bicycle states no sd and the model has no measured tyre; "
-                "give standard deviations, for example --sd c=0.005, or take the defaults for what is not stated"
+                f"nothing is uncertain: the bicycle states {'an sd of 0' * bool(self._stated.bicycle.sd) or 'no sd'} "
+                "and the model has no measured tyre; give some (--sd c=0.005) or take the defaults for the rest"
             )
         self.sampler = Sampler(build_sweep(content))
         self.measurements = self.sampler.draws

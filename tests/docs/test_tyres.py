@@ -40,3 +40,15 @@ def test_every_parameter_that_a_tyre_can_give_is_on_the_page():
         for parameter in effect.parameters:
             if parameter.tyre and effect.slot != "contact law":
                 assert f"`{identifier}.{parameter.name}`" in PAGE
+
+
+def test_lists_and_tables_of_others_on_the_page(folder):
+    fit = read_tyre(folder / "example_p400.txt")
+    assert (fit.tyre, fit.load_range, fit.synthetic) == ("Example 89", (0.0, 900.0), True)
+    # the same side force as the page's example.toml has
+    same = read_tyre(folder / "example.toml").at(load=400.0, pressure=4e5).cornering_stiffness
+    assert fit.at(load=400.0, pressure=4e5).cornering_stiffness == same
+    table = read_tyre(folder / "others.csv")
+    assert (table.tyre, table.surface, table.notes) == ("Example 28", "flat", ())
+    assert table.loads.tolist() == [340.0, 490.0]
+    assert table.at(load=340, pressure=51 * 6894.757293168).cornering_stiffness == pytest.approx(5100, rel=1e-6)

@@ -23,7 +23,8 @@ BENCHMARK = dict(load_bicycle("benchmark").values)
 TYRE = {"cornering_stiffness": 6000.0, "relaxation_length": 0.1}
 PARAMETERS = [(f"{e.identifier}.{p.name}", p) for e in registry().values() for p in e.parameters]
 REMEDY = (
-    r"; give it in SI units, or write allow_unusual = true at the top of the (model|bicycle) file if it is meant so"
+    r"; give it in SI units, (write its unit behind .* \(TOML, YAML\), )?"
+    r"or write allow_unusual = true at the top of the (model|bicycle) file if it is meant so"
 )
 
 
@@ -86,7 +87,12 @@ def test_doubtful_values_are_one_warning_that_travels_with_the_model(bicycle, ef
         ({}, {"pneumatic_trail": {"trail": 17.0}}, r"trail.rear = 17 m is outside 0 .. 0.2 m \(millimetres\?\)"),
         ({}, {"steer_damper": {"damping": -1.0}}, r"-1 N m s/rad is outside 0 .. inf N m s/rad \(wrong sign\?\)"),
         ({"xB": 30.0}, {}, r"the static load of the rear wheel .*; xB = 30 m is outside .* \(centimetres\?\)"),
-        ({"lam": 18.0}, {}, r"lam = 18 rad is out of range.*degrees must be converted to radians\)$"),
+        (
+            {"lam": 18.0},
+            {},
+            r"lam = 18 rad is out of range.*degrees must be converted to radians\); "
+            r"write its unit behind the number \(lam = 18.3 deg; TOML: in quotes\) or in a table units \(TOML, YAML\)$",
+        ),
     ],
 )
 def test_what_is_refused_for_other_reasons_names_the_slip(bicycle, effect, words):

@@ -1,12 +1,12 @@
 """Files of measurements that neighbouring projects write: ``key : value`` or ``key = value+/-sd`` a line."""
 
-import math
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from importlib.resources.abc import Traversable
 from pathlib import Path
 
 from tyre.base.errors import InputError, unknown
+from tyre.base.measured_number import measured_number
 
 LINE = re.compile(r"([^:=]*)([:=]?)(.*)")
 
@@ -38,45 +38,42 @@ def read_key_values(
     """
     values: dict[str, float] = {}
     sd: dict[str, float] = {}
-    for row, line in enumerate(path.read_bytes().decode("utf-8-sig", errors="replace").splitlines(), 1):
-        text = line.partition("#")[0].strip()
-        key, separator, value = (part.strip() for part in LINE.match(text).groups())  # type: ignore[union-attr]
-        if not text or (others and key not in allowed):
-            continue
-        where = f"{path}, line {row}"
-        if not separator:
-            raise InputError(f"{where}: {text!r} is no 'key : value'")
+    for where, key, text in key_value_lines(path, allowed if others else None):
         if key not in allowed:
             raise InputError(f"{where}: {unknown(kind, key, allowed)}")
         if key in values:
             raise InputError(f"{where}: {key} is given twice; keep one")
-        number, _, spread = value.replace("±", "+/-").partition("+/-")
-        values[key] = finite(number, where=where, key=key)
-        if spread.strip():
-            sd[key] = finite(spread, where=where, key=key)
+        number = measured_number(text, where=where, key=key)
+        values[key] = number.value
+        if number.sd is not None:
+            sd[key] = number.sd
     return values, sd
 
 
-def finite(text: str, *, where: str, key: str) -> float:
-    """A finite number from text.
+def key_value_lines(path: Path | Traversable, only: Collection[str] | None = None) -> Iterator[tuple[str, str, str]]:
+    """Lines of a file as (file and line, key, text of the value); what follows # is not read.
 
     Parameters
     ----------
-    text : str
-    where : str
-        File and line, for the message.
-    key : str
-        What it is the value of.
+    path : Path
+    only : collection of str, optional
+        Lines with other keys, or with none, are passed over.
 
     Raises
     ------
     InputError
-        It is none.
+        No such file, or a line without a key.
     """
     try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not math.isfinite(number):
-        raise InputError(f"{where}: {key} = {text.strip()!r} is not a finite number")
-    return number
+        raw = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    for row, line in enumerate(raw.decode("utf-8-sig", errors="replace").splitlines(), 1):
+        text = line.partition("#")[0].strip()
+        key, separator, value = (part.strip() for part in LINE.match(text).groups())  # type: ignore[union-attr]
+        if not text or (only is not None and key not in only):
+            continue
+        where = f"{path}, line {row}"
+        if not separator:
+            raise InputError(f"{where}: {text!r} is no 'key : value'")
+        yield where, key, value

@@ -108,17 +108,26 @@ def _middle(typical: tuple[float, float]) -> float:
     return math.sqrt(low * high) if low * high > 0 else max(abs(low), abs(high)) / 2
 
 
-def refuse_absurd(doubts: Iterable[Doubt], *, where: str) -> None:
+def refuse_absurd(doubts: Iterable[Doubt], *, where: str, remedy: str = "") -> None:
     """Refuse the first of ``doubts`` that is far beyond its typical range; ``where`` is the file that may allow it.
+
+    Parameters
+    ----------
+    doubts : iterable of Doubt
+    where : str
+        ``model file``.
+    remedy : str
+        A further way out, for the message.
 
     Raises
     ------
     InputError
         Naming key, value, range, the unit it may be in, and the way out.
     """
+    others = f"{remedy}, " if remedy else ""
     for found in doubts:
         if found.absurd:
             raise InputError(
-                f"{found.text}; give it in SI units, or write {WAY_OUT} = true at the top of the {where} "
+                f"{found.text}; give it in SI units, {others}or write {WAY_OUT} = true at the top of the {where} "
                 "if it is meant so"
             )

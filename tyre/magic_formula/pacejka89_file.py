@@ -22,6 +22,7 @@ _MAY_MISS = {"aligning_moment", "lateral_stiffness_N_per_mm"}
 _STIFFNESS_PER_LOAD = (0.03, 1.0)
 _LARGEST_FRICTION = 1.5
 _TRAIL = (0.0, 0.1)
+_SHAPE, _PEAK = (0.5, 4.0), (0.3, 2.0)  # of doubts_about; Pacejka (2012), 4.3: C 1.3, D 1 of the load for a car tyre
 _CHECK_SLIPS = np.array([-10.0, -4.0, 4.0, 10.0]) * DEGREE
 
 
@@ -67,6 +68,25 @@ def check_coefficients(fit: Pacejka89) -> None:
                     f"{fit.label}: pneumatic trail at {load:g} N is {trail * 1e3:.3g} mm, allowed are "
                     f"{_TRAIL[0] * 1e3:g} to {_TRAIL[1] * 1e3:g} mm"
                 )
+
+
+def doubts_about(fit: Pacejka89) -> list[str]:
+    """What is odd about coefficients that describe a tyre: shape and peak that the data did not settle.
+
+    Parameters
+    ----------
+    fit : Pacejka89
+    """
+    shape, load = fit.side_force_coefficients[0], 0.4  # kN, of a bicycle's wheel
+    peak = (fit.side_force_coefficients[1] * load + fit.side_force_coefficients[2]) / 1e3
+    found = []
+    if not _SHAPE[0] <= shape <= _SHAPE[1]:
+        found.append(f"C = {shape:.4g} (usual {_SHAPE[0]:g} to {_SHAPE[1]:g})")
+    if not _PEAK[0] <= peak <= _PEAK[1]:
+        found.append(f"D = {peak:.4g} times the load at 400 N (usual {_PEAK[0]:g} to {_PEAK[1]:g})")
+    if not found:
+        return []
+    return [f"{fit.label}: {', '.join(found)}: the data did not settle C, D and E one by one; its slope is what holds"]
 
 
 def read_pacejka89(source: str | Path | Traversable) -> Pacejka89Tyre:

@@ -13,6 +13,10 @@ CSV columns, one row per condition (comma separated, decimal point):
   ``pneumatic_trail_dof``; likewise ``relaxation_length_slip_step_mm`` and ``relaxation_length_two_rates_mm``, the
   relaxation length by other routes than the ratio of the stiffnesses.
 
+Tables of others may name columns and units in other ways (:mod:`tyre.maps.named_columns`). Without a sidecar the
+comments ``# tyre: NAME``, ``# surface: flat`` and ``# source: ...`` at the head of the CSV are read, and what is not
+said there is assumed and told.
+
 Sidecar keys: ``tyre``, ``surface`` (``flat`` or ``drum``), ``source``; optional ``description``, ``synthetic``,
 ``lateral_stiffness_origin`` (in words, where no pull test on this surface measured it),
 ``notes``, ``width_mm``, ``drum_diameter_m``, ``relaxation_length_sd_mm`` (one standard deviation for every row),
@@ -34,13 +38,14 @@ from typing import Any
 import numpy as np
 
 from tyre.base.arrays import Array
-from tyre.base.csv_table import read_columns
+from tyre.base.csv_table import read_cells, read_columns
 from tyre.base.errors import InputError
 from tyre.base.paths import data_root
 from tyre.base.units import PASCAL_PER_BAR
 from tyre.maps.measured_column import MeasuredColumn
+from tyre.maps.named_columns import read_named_columns
 from tyre.maps.table_cells import COLUMNS, CORRELATION, DIRECT, DOF, REQUIRED, STIFFNESS, TRAIL
-from tyre.maps.table_sidecar import listed, read_sidecar
+from tyre.maps.table_sidecar import listed, read_sidecar, without_sidecar
 from tyre.maps.tables import MeasuredTable
 
 
@@ -152,13 +157,9 @@ def write_table(table: MeasuredTable, path: str | Path) -> None:
 def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
     if not table_path.is_file():
         raise InputError(f"{table_path}: no such tyre table.")
-    if not sidecar_path.is_file():
-        raise InputError(
-            f"{table_path}: its sidecar {sidecar_path.name} is missing; it must say tyre, surface and source."
-        )
     name = table_path.name
-    keys = read_sidecar(sidecar_path)
-    columns = read_columns(table_path, numbers=COLUMNS, needed=REQUIRED).numbers
+    keys = read_sidecar(sidecar_path) if sidecar_path.is_file() else without_sidecar(Path(str(table_path)))
+    columns = _columns(table_path)
     if sum(column in columns for column in STIFFNESS) != 1:
         raise InputError(f"{name}: give one of the columns {listed(STIFFNESS)}; each follows from the other.")
     cornering = np.degrees(columns["cornering_stiffness_N_per_deg"])  # N/deg to N/rad
@@ -223,6 +224,20 @@ def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
             route: column for route, stem in DIRECT.items() if (column := _read_column(name, stem, columns)) is not None
         },
     )
+
+
+def _columns(path: Traversable) -> Mapping[str, Array]:
+    """Columns of a table; in its own form they are taken as they are, in another by name and unit."""
+    header = read_cells(path, kind="tyre table", example=", ".join(REQUIRED)).text.lstrip("\ufeff \r\n")
+    names = next((line for line in header.splitlines() if line.strip() and not line.startswith("#")), "")
+    own = [name.strip() for cells in csv.reader([names.partition("#")[0]], skipinitialspace=True) for name in cells]
+    if names and isinstance(path, Path) and any(name not in COLUMNS for name in own):
+        found = read_named_columns(path)
+        missing = [name for name in REQUIRED if name not in found]
+        if missing:
+            raise InputError(f"{path}: the column {', '.join(missing)} is missing")
+        return found
+    return read_columns(path, numbers=COLUMNS, needed=REQUIRED).numbers
 
 
 def _written_column(name: str, column: MeasuredColumn | None) -> dict[str, Array]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from importlib.resources.abc import Traversable
+from pathlib import Path
 from typing import Any
 
 from tyre.base.checks import flag, list_of, number, text
@@ -9,6 +10,7 @@ from tyre.base.errors import InputError
 from tyre.base.schema import maybe, needed, read, table
 from tyre.base.toml_file import read_toml
 from tyre.maps.calibration import CommonCalibration
+from tyre.maps.named_columns import comments
 
 POSITIVE = number(above=0, says="must be finite and > 0")
 _WORDS, _NAMES = text(), list_of(text(), "must be a list of texts in quotes")
@@ -77,3 +79,19 @@ def read_sidecar(path: Traversable) -> dict[str, Any]:
         return keys | ({"calibration": CommonCalibration(**keys["calibration"])} if "calibration" in keys else {})
     except InputError as error:
         raise InputError(f"{path.name}: {error}.") from error
+
+
+def without_sidecar(table: Path) -> dict[str, Any]:
+    """The keys of a table that has no sidecar: what its comments say, the rest assumed and noted.
+
+    Parameters
+    ----------
+    table : Path
+        The ``.csv``.
+    """
+    said = comments(table)
+    assumed = [f"{key} = {value!r}" for key, value in (("tyre", table.stem), ("surface", "flat")) if key not in said]
+    notes = [f"{table.name} has no sidecar {table.stem}.toml; taken is {' and '.join(assumed)}"] if assumed else []
+    given = {"tyre": table.stem, "surface": "flat", "source": "not stated"} | said
+    keys: dict[str, Any] = read(SIDECAR, given, where=table.name, dotted=True)
+    return keys | {"notes": notes}

@@ -49,7 +49,7 @@ def test_neighbours_yaml_with_a_speed_is_read_and_the_speed_is_reported(tmp_path
 
 def test_neighbours_text_that_repeats_what_symmetry_gives(tmp_path):
     """Some of their sets also give the wheels about the vertical and the centres' lateral places."""
-    path, lines = tmp_path / "theirs.txt", [f"{k} = {v}+/-0.0\n" for k, v in BENCHMARK.items()]
+    path, lines = tmp_path / "theirs.txt", [f"{k} = {v}+/-0.001\n" for k, v in BENCHMARK.items()]
     same = [f"IRzz = {BENCHMARK['IRxx']}+/-0.0\n", f"IFzz = {BENCHMARK['IFxx']}\n", "yB = 0.0+/-0.0\n", "yH = 0\n"]
     path.write_text("".join([*lines, *same]))
     found = load_bicycle(path)

@@ -84,7 +84,7 @@ def test_a_tyre_may_be_a_table_of_the_user_beside_the_model(own, tyre, packaged)
     [
         ('"../fit/none.csv"', "", "none.csv"),
         ('"../fit/drum.csv"', 'surface = "flat"', "drum.csv was not measured on surface 'flat', only on: drum"),
-        ('"../fit/bad.csv"', "", "unknown column"),
+        ('"../fit/bad.csv"', "", "column 'pressure': no unit; write it in brackets, pressure"),
     ],
 )
 def test_tables_of_the_user_that_cannot_be_used(own, tyre, surface, words):

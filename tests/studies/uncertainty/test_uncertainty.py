@@ -361,10 +361,12 @@ def test_bicycle_file_states_its_own_uncertainty():
     ("model", "options", "words"),
     [
         (GIVEN, {}, "nothing is uncertain: the bicycle states no sd and the model has no measured tyre"),
+        ({"bicycle": dict(load_bicycle("benchmark").values) | {"w": "1.02+/-0"}}, {},
+         "nothing is uncertain: the bicycle states an sd of 0 and the model has no measured tyre"),
         (GIVEN, {"sd": {"mb": 1.0}}, "unknown parameter 'mb'; did you mean 'mB'"),
         (GIVEN, {"relative_cornering_stiffness_sd": 0.1}, "needs a measured tyre in the model file"),
     ],
-)
+)  # fmt: skip
 def test_refusals(model, options, words):
     with pytest.raises(InputError, match=words):
         Uncertainty(model, **options)

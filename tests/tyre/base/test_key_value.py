@@ -19,8 +19,17 @@ def test_both_separators_comments_and_standard_deviations(tmp_path):
         ("a : 1\nfirst try\n", "a.txt, line 2: 'first try' is no 'key : value'"),
         ("aa : 1\n", "a.txt, line 1: unknown measurement 'aa'; did you mean 'a'? known: a, b"),
         ("a : 1\na : 2\n", "a.txt, line 2: a is given twice; keep one"),
-        ("a : x\n", "a.txt, line 1: a = 'x' is not a finite number"),
-        ("a : 1+/-inf\n", "a.txt, line 1: a = 'inf' is not a finite number"),
+        (
+            "a : x\n",
+            "a.txt, line 1: a = 'x' is not a finite number; write for example "
+            "0.375, 0.375+/-0.026, 0.375(26) or 0.375 +/- 7 %",
+        ),
+        (
+            "a : 1+/-inf\n",
+            "a.txt, line 1: a = '1+/-inf' is not a finite number; write for example "
+            "0.375, 0.375+/-0.026, 0.375(26) or 0.375 +/- 7 %",
+        ),
+        ("a : 2 mm\n", "a.txt, line 1: a = '2 mm': give the number without a unit"),
     ],
 )
 def test_what_is_refused(tmp_path, text, words):

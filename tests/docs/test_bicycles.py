@@ -1,0 +1,44 @@
+"""The page on bicycles: its files are read, and its notations are those that are understood."""
+
+import math
+import re
+from pathlib import Path
+
+import pytest
+
+from bicycle import load_bicycle
+from bicycle.files.bicycle_table import read_bicycles
+from tyre.base.measured_number import measured_number
+
+PAGE = (Path(__file__).parents[2] / "docs" / "bicycles.md").read_text(encoding="utf-8")
+BLOCK = re.compile(r"^```\{code-block\} \w+\n:caption: (\S+)\n(.*?)^```", flags=re.MULTILINE | re.DOTALL)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    root = tmp_path_factory.mktemp("page")
+    for name, text in BLOCK.findall(PAGE):
+        (root / name).write_text(text, encoding="utf-8")
+    return root
+
+
+def test_the_bicycle_of_the_page(folder):
+    found = load_bicycle(folder / "mine.toml")
+    assert (found["w"], found["c"], found["lam"]) == (1.121, 0.0686, pytest.approx(math.radians(22.9), rel=1e-15))
+    assert dict(found.sd) == pytest.approx({"c": 0.0017, "lam": math.radians(0.2), "IBxx": 0.00265, "w": 0.002})
+
+
+def test_the_table_of_the_page(folder):
+    city, track = read_bicycles(folder / "many.csv")
+    assert (city.name, track.name) == ("City", "Track")
+    assert (city["c"], city.sd["c"]) == (0.0686, 0.0017)
+    assert load_bicycle(f"{folder / 'many.csv'}#Track") == track
+
+
+def test_the_notations_of_the_page():
+    (line,) = (line for line in PAGE.splitlines() if line.endswith("| 0.375, 0.026 |"))
+    written = re.findall(r"`([^`]+)`", line)
+    assert len(written) == 6
+    for text in written:
+        number = measured_number(text, where="page", key="c")
+        assert (number.value, number.sd) == (0.375, 0.026)
