@@ -11,7 +11,7 @@ table = "weave.csv"
 [canonical]                         # or this: table, speeds_m_s, band_hz
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,26 +19,50 @@ from bicycle.effect import effect_class
 from bicycle.files.model_file import build_model
 from bicycle.identification.recording import read_runs
 from bicycle.model import Model
+from studies.inference.joint import OF
 from studies.missing_effect.interface import Measurement
 from studies.missing_effect.motion.candidates import check_known
 from studies.missing_effect.motion.canonical_table import read_canonical
-from studies.missing_effect.motion.measurements import CanonicalMeasurement, HistoryMeasurement, ModalMeasurement
+from studies.missing_effect.motion.joint_measurement import JointMeasurement
+from studies.missing_effect.motion.measurements import (
+    BicycleMeasurement,
+    CanonicalMeasurement,
+    HistoryMeasurement,
+    ModalMeasurement,
+)
 from studies.missing_effect.motion.modal_table import read_modal
 from studies.missing_effect.motion.nuisances import nuisances
 from studies.missing_effect.packaged import packaged_measurement
 from studies.missing_effect.rig.measurement import NO_RIG, read_rig
 from studies.missing_effect.rig.tables_forward import NO_TABLES, read_tyre_tables
-from tyre.base.checks import any_table, anything, text
+from tyre.base.checks import any_table, anything, list_of, refused, text
 from tyre.base.errors import InputError
 from tyre.base.plausible import WAY_OUT
 from tyre.base.schema import Table, by_name, maybe, needed, read, table
 from tyre.base.toml_file import read_toml
 
 KINDS = ("modal", "histories", "canonical")
-EVERY_KIND = (*KINDS, "rig", "tyre_tables")
+EVERY_KIND = (*KINDS, "joint", "rig", "tyre_tables")
 MODEL_KEYS = ("bicycle", "effects", WAY_OUT)
 KIND = f"is not allowed; write one of {', '.join(map(repr, EVERY_KIND))}"
 WORDS = text("must be words in quotes")
+PARTS = "write [[part]] with name, kind and the table of that kind, two or more"
+PART_KIND = f"is not allowed in [[part]]; write one of {', '.join(map(repr, KINDS))}"
+
+
+def _name(value: Any) -> str:
+    if not isinstance(value, str) or not value.strip() or OF in value:
+        raise refused(value, f"must be a name in quotes without {OF!r}, which stands between a part and its sensors")
+    return value
+
+
+PART = table(
+    {
+        needed("name", f"a part without a name; {PARTS}"): _name,
+        needed("kind", f"a part without a kind; {PARTS}"): text(PART_KIND, allowed=KINDS),
+    }
+    | dict.fromkeys(map(maybe, KINDS), any_table)
+)
 
 
 def _top(own: Mapping[Any, Any]) -> Table:
@@ -53,6 +77,7 @@ MOTION = _top(
     dict.fromkeys(map(maybe, MODEL_KEYS), anything)
     | {maybe("uncertainty", {}): any_table, maybe("candidates", {}): any_table}
     | dict.fromkeys(map(maybe, KINDS), any_table)
+    | {maybe("part"): list_of(any_table, f"must be tables: {PARTS}", least=2)}
 )
 TOP_KEYS = MOTION.keys
 OF_A_TYRE = {
@@ -89,23 +114,52 @@ def _measurement(content: Mapping[str, Any], path: Path) -> Measurement:
         return read_rig(given["rig"], path.parent, **words)
     if kind == "tyre_tables":
         return read_tyre_tables(given["tyre_tables"], path.parent, **words)
-    for other in KINDS:
-        if (other in given) != (other == kind):
-            fault = f"the table [{kind}] is missing" if other == kind else f"the table [{other}] does not belong here"
-            raise InputError(f"kind is {kind!r} but {fault}")
+    if (kind == "joint") != ("part" in given):
+        raise InputError(
+            f"kind is {kind!r} but "
+            + (f"there is no part: {PARTS}" if kind == "joint" else "[[part]] belongs to kind = 'joint'")
+        )
     model = build_model({k: given[k] for k in MODEL_KEYS if k in given}, folder=path.parent)
     common: dict[str, Any] = words | {
         "model": model, "uncertainty": _uncertainty(given["uncertainty"]), "known": _known(given["candidates"], model),
     }  # fmt: skip
     nuisances(model, common["uncertainty"])  # complains here, where the file is known
+    if kind != "joint":
+        return _of_kind(kind, given, path.parent, common)
+    return JointMeasurement(**common, parts=_parts(given["part"], path.parent, common))
+
+
+def _parts(
+    tables: Sequence[Mapping[str, Any]], folder: Path, common: Mapping[str, Any]
+) -> tuple[tuple[str, BicycleMeasurement], ...]:
+    found: dict[str, BicycleMeasurement] = {}
+    for number, content in enumerate(tables, 1):
+        part = read(PART, content, section=f"part {number}")
+        name = part["name"]
+        if name in found:
+            raise InputError(f"[[part]]: {name!r} is given twice; give each part a name of its own")
+        try:
+            found[name] = _of_kind(part["kind"], part, folder, common)
+        except InputError as error:
+            raise InputError(f"part {name!r}: {error}") from error
+    return tuple(found.items())
+
+
+def _of_kind(kind: str, given: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> BicycleMeasurement:
+    """A measurement of one kind, from the table of that name."""
+    for other in KINDS:
+        if (other in given) != (other == kind):
+            fault = f"the table [{kind}] is missing" if other == kind else f"the table [{other}] does not belong here"
+            raise InputError(f"kind is {kind!r} but {fault}")
     if kind == "modal":
-        points, notes = read_modal(given["modal"], path.parent, model, common["uncertainty"])
-        common["uncertainty"] |= {key: 0.0 for key, _ in points[0].settings}
-        return ModalMeasurement(**common, points=points, notes=notes)
+        uncertainty = dict(common["uncertainty"])
+        points, notes = read_modal(given["modal"], folder, common["model"], uncertainty)
+        uncertainty |= {key: 0.0 for key, _ in points[0].settings}
+        return ModalMeasurement(**{**common, "uncertainty": uncertainty}, points=points, notes=notes)
     if kind == "canonical":
-        coefficients, notes = read_canonical(given["canonical"], path.parent)
+        coefficients, notes = read_canonical(given["canonical"], folder)
         return CanonicalMeasurement(**common, coefficients=coefficients, notes=notes)
-    runs, noise, notes = read_runs(given["histories"], path.parent)
+    runs, noise, notes = read_runs(given["histories"], folder)
     return HistoryMeasurement(**common, runs=runs, noise_sd=noise, notes=notes)
 
 

@@ -9,10 +9,10 @@ from bicycle.effect import registry
 from bicycle.identification.recording import Run
 from bicycle.model import Model
 from studies.inference.fit import Fit
+from studies.inference.forward import Forward
 from studies.inference.parameter import Candidate
 from studies.missing_effect.gap_figures import BEFORE_AFTER, GAP
 from studies.missing_effect.interface import Figure
-from studies.missing_effect.motion.bicycle_forward import BicycleForward
 from studies.missing_effect.motion.candidates import find_candidates, physical
 from studies.missing_effect.motion.canonical_forward import CanonicalForward, assumed, sensor_candidates
 from studies.missing_effect.motion.canonical_table import CanonicalTable
@@ -69,7 +69,7 @@ class BicycleMeasurement(ABC):
         return ()
 
     @abstractmethod
-    def forward(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> BicycleForward:
+    def forward(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> Forward:
         """The forward model; effects in ``without`` are not tried, motors in ``also`` are.
 
         Raises
@@ -104,13 +104,20 @@ class BicycleMeasurement(ABC):
             return None
         return model
 
+    def names(self) -> set[str]:
+        """Of everything that may be tried or left out."""
+        floating, _ = nuisances(self.model, self.uncertainty)
+        geometry, narrow = geometry_errors(self.model, floating)
+        mistakes = (*self.sensors(), *geometry)
+        return {*registry(), *(c.identifier for c in mistakes), *self.impossible(), *narrow}
+
     def _library(self, without: tuple[str, ...], also: tuple[str, ...]) -> dict[str, Any]:
-        """Fields of :class:`BicycleForward`."""
+        """Fields of :class:`.BicycleForward`."""
         floating, said = nuisances(self.model, self.uncertainty)
         geometry, narrow = geometry_errors(self.model, floating)
         mistakes = (*self.sensors(), *geometry)
         refused = {**self.impossible(), **narrow}
-        known = {*registry(), *(c.identifier for c in mistakes), *refused}
+        known = self.names()
         for option, names in (("--without", without), ("--with", also)):
             refuse_unknown("effect", names, known, where=option)
         for name in set(without) & set(also):
