@@ -109,6 +109,8 @@ def _content(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
         "compared": explains(diagnosis.final), "close": CLOSE,
         "named_table": lambda: NAMED.format(rows=rows, note=sentences.named_note(diagnosis)),
         "contents": [(anchor, title) for anchor, title in SECTIONS.items() if not gone.get(anchor)],
+        "together": tables.together(diagnosis, findings.parts), "compared_parts": tables.compared(findings.parts),
+        "parts_note": sentences.parts_note(findings),
         "open": lambda anchor: OPEN.format(anchor=anchor, title=SECTIONS[anchor]),
     }  # fmt: skip
 

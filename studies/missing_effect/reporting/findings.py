@@ -1,15 +1,20 @@
 """What the first page needs beyond the verdict: what moved, what could still be there, what next, how stable."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from bicycle.effect.workers import model_workers
+from studies.inference.contradiction import PartAgainstRest, parts_against_rest
 from studies.inference.fit import Fit
+from studies.inference.forward import Forward
 from studies.inference.identifiability import Separation, separating
+from studies.inference.joint import JointForward
+from studies.inference.judge import judge
 from studies.inference.limits import UpperLimit, upper_limits
 from studies.inference.moved import Moved, moved
 from studies.inference.stability import Stability, stability
+from studies.inference.verdict import Verdict
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.reporting.doubts import doubts
 from tyre.base.parallel import one_blas_thread
@@ -33,6 +38,10 @@ class Findings:
         Units and signs that are surely wrong, in words.
     stability : Stability, optional
         The verdict in variants, where they were judged.
+    parts : tuple of PartAgainstRest
+        Of joint data: each part against the others.
+    without : mapping of str to Verdict
+        What is judged without a part that contradicts the others.
     """
 
     moved: tuple[Moved, ...]
@@ -41,6 +50,8 @@ class Findings:
     further: tuple[Separation, ...]
     doubts: tuple[str, ...]
     stability: Stability | None = None
+    parts: tuple[PartAgainstRest, ...] = ()
+    without: Mapping[str, Verdict] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON, beside the verdict."""
@@ -66,6 +77,14 @@ class Findings:
                 "measurements": [{"what": s.what, "gain": s.gain} for s in self.further],
             },
             "doubts": list(self.doubts),
+            "parts": [
+                {
+                    "part": p.part, "disagreement_sd": p.sd, "p": p.p, "contradicts": p.contradicts,
+                    "effects": [{**asdict(c), "difference_sd": c.difference} for c in p.effects],
+                    "without_it": self.without[p.part].to_dict() if p.part in self.without else None,
+                }
+                for p in self.parts
+            ],
             "stability": None if self.stability is None else self.stability.to_dict(),
         }  # fmt: skip
 
@@ -78,10 +97,19 @@ def find(diagnosis: Diagnosis) -> Findings:
     between, further = verdict.equivalent, verdict.separating_measurements
     if not further and len(rivals) == 2:
         between, further = tuple(f.name for f in rivals), tuple(separating(forward, list(rivals)))
+    parts = parts_against_rest(forward, final) if isinstance(forward, JointForward) else ()
     return Findings(
         moved=moved(known.null, final), limits=upper_limits(forward, known, final), between=between, further=further,
-        doubts=doubts(diagnosis),
+        doubts=doubts(diagnosis), parts=parts, without=_without(forward, parts),
     )  # fmt: skip
+
+
+def _without(forward: Forward, parts: tuple[PartAgainstRest, ...]) -> dict[str, Verdict]:
+    """What the others say without each part that contradicts them."""
+    if not isinstance(forward, JointForward):
+        return {}
+    rest = {p.name: tuple(other for other in forward.parts if other is not p) for p in forward.parts}
+    return {p.part: judge(JointForward(rest[p.part])).verdict for p in parts if p.contradicts}
 
 
 @one_blas_thread()

@@ -91,6 +91,21 @@ def told_apart(findings: Findings) -> str:
     return f"{leader} from {'the nearest of ' if len(rivals) > 1 else ''}{listed(rivals)}"
 
 
+def parts_note(findings: Findings) -> str:
+    """Which part contradicts the others, and what they say without it."""
+    wrong = [part for part in findings.parts if part.contradicts]
+    if not wrong:
+        return "No part contradicts the others." if findings.parts else ""
+    told = []
+    for part in wrong:
+        rest = findings.without[part.part]
+        told.append(
+            f"{part.part} contradicts the rest by {part.sd:.1f} sd (p = {part.p:.2g}); without it: {rest.verdict}: "
+            f"{sentence(rest)}"
+        )
+    return " ".join(told)
+
+
 def stability_note(findings: Findings) -> str:
     """What was judged anew."""
     found = findings.stability
@@ -116,5 +131,6 @@ def first_lines(diagnosis: Diagnosis, findings: Findings | None, place: str) -> 
     lines = [f"{diagnosis.verdict.verdict}: {sentence(diagnosis.verdict)}"]
     if findings is not None:
         lines += [f"check first: {doubt}" for doubt in findings.doubts]
+        lines += [parts_note(findings)] if findings.parts else []
         lines += [findings.stability.sentence] if findings.stability is not None else []
     return [*lines, *([f"report: {place}"] if place else [])]

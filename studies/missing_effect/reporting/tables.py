@@ -1,10 +1,13 @@
 """The tables of a report, rows of text."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
 
+from studies.inference.contradiction import PartAgainstRest
 from studies.inference.fit import Fit
+from studies.inference.joint import JointForward
 from studies.inference.judge import Judgement
 from studies.inference.limits import UpperLimit
 from studies.inference.moved import Moved
@@ -46,6 +49,33 @@ def by_place(judgement: Judgement) -> Table:
         [name, str(inside.sum()), *(misfit(float(r[inside] @ r[inside])) for r in models.values())]
         for name, inside in groups.items()
     ]
+
+
+def together(judgement: Judgement, parts: Sequence[PartAgainstRest]) -> Table:
+    """Each of the ``parts`` of a joint ``judgement``: numbers, chi^2 of the models, disagreement with the others, p."""
+    forward = judgement.forward
+    if not isinstance(forward, JointForward):
+        return []
+    models = residuals(judgement)
+    return [
+        [
+            part.part, str(rows.stop - rows.start), *(misfit(float(r[rows] @ r[rows])) for r in models.values()),
+            f"{part.sd:.1f} sd", probability(part.p),
+        ]
+        for part, rows in zip(parts, forward.slices(), strict=True)
+    ]  # fmt: skip
+
+
+def compared(parts: Sequence[PartAgainstRest]) -> Table:
+    """Sizes of effects by each of the ``parts`` and by the others."""
+    return [
+        [
+            f"{c.name} ({part.part})", f"{number(c.own, 4)} ± {number(c.own_sd, 2)}{unit_of(c.unit)}",
+            f"{number(c.rest, 4)} ± {number(c.rest_sd, 2)}{unit_of(c.unit)}", f"{abs(c.difference):.1f} sd",
+        ]
+        for part in parts
+        for c in part.effects
+    ]  # fmt: skip
 
 
 def tried(judgement: Judgement) -> Table:

@@ -31,6 +31,21 @@ More probable than what the verdict rests on, but refused:
 
 *{{ captions.gap }}*
 {% endif %}
+{% if f.parts %}
+## Do the parts agree?
+
+| part | n | {{ models|join(' | ') }} | disagreement with the others | P(more, if one model is true) |
+|---|---|---{{ '|---' * models|length }}|---|
+{% for row in together %}| {{ row|join(' | ') }} |
+{% endfor %}
+{{ parts_note }}
+{% if compared_parts %}
+| effect | by this part alone | by the others | apart by |
+|---|---|---|---|
+{% for row in compared_parts %}| {{ row|join(' | ') }} |
+{% endfor %}
+{% endif %}
+{% endif %}
 ## Parameters that moved
 
 {% if moved[0] %}

@@ -1,0 +1,151 @@
+"""One bicycle measured twice: weave and rides of the published benchmark, computed by nothing of velotyre (synthetic)."""
+
+import json
+
+import numpy as np
+import pytest
+from published_bicycle import ride, weave
+
+from studies.cli import main
+from studies.missing_effect import diagnose, read_measurement
+from studies.missing_effect.motion.joint_measurement import JointMeasurement
+from studies.missing_effect.reporting.findings import find
+from tyre.base.errors import InputError
+
+HEAD = """
+kind = "joint"
+bicycle = "benchmark"
+description = "Synthetic."
+
+[uncertainty]
+"""
+MODES = """
+[[part]]
+name = "modes"
+kind = "modal"
+[part.modal]
+table = "weave.csv"
+"""
+KICKS = """
+[[part]]
+name = "kicks"
+kind = "histories"
+[part.histories]
+noise_sd = {roll_rate_rad_s = 0.004, steer_rad = 0.002}
+"""
+SPEEDS = (4.6, 5.4, 6.4)
+
+
+def torque(t):
+    return 2.0 * np.sin(2 * np.pi * 0.9 * t) + 1.0 * np.sin(2 * np.pi * 2.3 * t + 1)
+
+
+def written(folder, *, steer_scale=1.0, uncertainty="lam = 0.003\nIBxx = 0.2\nc = 0.002\n", roots_scale=1.0):
+    """A joint measurement: 8 weave points with ratios, three rides of which the steer angle is read too large."""
+    rng = np.random.default_rng(8)
+    lines = [
+        "speed_m_s,mode,real_1_s,imag_rad_s,real_sd_1_s,imag_sd_rad_s,steer_over_lean_re,steer_over_lean_im,steer_over_lean_sd"
+    ]
+    for speed in np.linspace(4.5, 8.0, 8):
+        root, ratio = weave(speed * roots_scale)
+        noisy = [
+            x + s * rng.standard_normal()
+            for x, s in ((root.real, 0.03), (root.imag, 0.03), (ratio.real, 0.02), (ratio.imag, 0.02))
+        ]
+        lines.append(
+            ",".join(map(repr, (float(speed), "weave", *noisy[:2], 0.03, 0.03, *noisy[2:], 0.02))).replace("'", "")
+        )
+    (folder / "weave.csv").write_text("\n".join(lines) + "\n")
+    text = HEAD + uncertainty + MODES + KICKS
+    for speed in SPEEDS:
+        time, x = ride(speed, 2.5, torque)
+        time, x = time[::10], x[::10]
+        table = np.column_stack([
+            time, x[:, 2] + 0.004 * rng.standard_normal(len(time)),
+            steer_scale * x[:, 1] + 0.002 * rng.standard_normal(len(time)), torque(time),
+        ])  # fmt: skip
+        np.savetxt(
+            folder / f"ride{speed}.csv",
+            table,
+            delimiter=",",
+            comments="",
+            header="time_s,roll_rate_rad_s,steer_rad,steer_torque_N_m",
+        )
+        text += f'[[part.histories.runs]]\nfile = "ride{speed}.csv"\nspeed_m_s = {speed}\n'
+    (folder / "MEASUREMENT.toml").write_text(text)
+    return folder / "MEASUREMENT.toml"
+
+
+@pytest.fixture(scope="module")
+def off(tmp_path_factory):
+    return diagnose(read_measurement(written(tmp_path_factory.mktemp("off"), steer_scale=1.08)))
+
+
+def test_a_sensor_of_one_part_is_named_as_that_part_s(off):
+    assert isinstance(off.measurement, JointMeasurement)
+    assert (off.verdict.verdict, off.verdict.equivalent) == ("named", ("kicks/steer_scale",))
+    scale, sd = off.verdict.effects[0].parameters["scale"]
+    assert scale == pytest.approx(0.08, abs=4 * sd)
+    assert off.model.effects == off.measurement.model.effects  # nothing of the bicycle
+
+
+def test_parts_agree_once_the_sensor_is_named(off):
+    found = find(off)
+    assert [p.part for p in found.parts] == ["modes", "kicks"]
+    assert not any(p.contradicts for p in found.parts)
+    assert found.without == {}
+
+
+def test_nothing_is_missing_where_both_are_of_the_bicycle(tmp_path):
+    found = diagnose(read_measurement(written(tmp_path)))
+    assert found.verdict.verdict == "none"
+
+
+def test_a_part_that_contradicts_the_others_is_told_on_page_and_terminal(tmp_path, capsys):
+    """Weave of another speed than written, and the errors that would explain it left out."""
+    file = written(tmp_path, roots_scale=1.1)
+    out = tmp_path / "out"
+    left_out = [o for n in ("modes/speed_scale", "modes/speed_offset", "kicks/speed_scale", "kicks/speed_offset")
+                for o in ("--without", n)]  # fmt: skip
+    main(["diagnose", str(file), "--out", str(out), "--no-stability", *left_out])
+    said = capsys.readouterr().out
+    page = (out / "report.md").read_text(encoding="utf-8")
+    record = json.loads((out / "verdict.json").read_text(encoding="utf-8"))
+    assert "## Do the parts agree?" in page
+    assert {part["part"] for part in record["parts"]} == {"modes", "kicks"}
+    for part in record["parts"]:
+        if part["contradicts"]:
+            assert f"{part['part']} contradicts the rest by {part['disagreement_sd']:.1f} sd" in said
+            assert part["without_it"]["verdict"] == "none"
+    assert any(part["contradicts"] for part in record["parts"])
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda t: t.replace(MODES, ""), r"part has 1 .*\[\[part\]\] with name, kind and the table of that kind, two or more"),
+        (lambda t: t.replace('name = "modes"', ""), "part 1.*: a part without a name; write"),
+        (lambda t: t.replace('name = "modes"', 'name = "a/b"'), "'a/b' must be a name in quotes without '/'"),
+        (lambda t: t.replace('name = "modes"', 'name = "kicks"'), "'kicks' is given twice; give each part a name of its own"),
+        (lambda t: t.replace('kind = "modal"', ""), "part 1.*: a part without a kind"),
+        (lambda t: t.replace('kind = "modal"', 'kind = "rig"'), r"'rig' is not allowed in \[\[part\]\]; write one of 'modal', 'histories'"),
+        (lambda t: t.replace("[part.modal]", "[part.canonical]"), r"part 'modes': kind is 'modal' but the table \[modal\] is missing"),
+        (lambda t: t.replace("weave.csv", "wave.csv"), "part 'modes': .*wave.csv"),
+        (lambda t: t.replace('kind = "joint"', 'kind = "modal"'), r"kind is 'modal' but \[\[part\]\] belongs to kind = 'joint'"),
+        (lambda t: t.split("[[part]]")[0], "kind is 'joint' but there is no part"),
+    ],
+)  # fmt: skip
+def test_files_that_cannot_be_read(tmp_path, change, words):
+    file = written(tmp_path)
+    file.write_text(change(file.read_text()))
+    with pytest.raises(InputError, match=words):
+        read_measurement(file)
+
+
+def test_a_name_that_no_part_knows_is_refused(tmp_path):
+    measurement = read_measurement(written(tmp_path))
+    with pytest.raises(InputError, match="--without.*kicks/steer_skale"):
+        measurement.forward(without=("kicks/steer_skale",))
+    tried = {c.identifier for c in measurement.forward(without=("kicks/steer_scale", "steer_damper")).candidates}
+    assert {"kicks/steer_scale", "steer_damper"}.isdisjoint(tried)
+    assert "modes/steer_sensor_scale" in tried
