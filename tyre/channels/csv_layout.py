@@ -91,9 +91,13 @@ def find_layout(path: Path, reading: Reading) -> Layout:
     delimiter, decimal, width, first = _table(path, lines, reading)
     rows = [split(line, delimiter) for line in lines]
     body = [row for row in rows[first : first + _SAMPLE] if any(row)]
-    trailing = width > 1 and delimiter != "blanks" and all(len(row) == width and row[-1] == "" for row in body)
+    above = next((row for row in reversed(rows[:first]) if any(row)), [])
+    trailing = (
+        width > 1 and delimiter != "blanks" and all(len(row) == width and row[-1] == "" for row in body)
+        and (len(above) < width or not above[-1])
+    )  # fmt: skip
     kept = width - 1 if trailing else width
-    names, units, passed = _header(path, rows, first, kept, reading, decimal)
+    names, units, passed = header(str(path), rows, first, kept, reading, decimal)
     notes += [f"{passed} lines above the names of the columns were passed over"] if passed else []
     dates = frozenset(
         place for place in range(kept)
@@ -208,14 +212,29 @@ def _first(
     return None
 
 
-def _header(
-    path: Path, rows: list[list[str]], first: int, width: int, reading: Reading, decimal: str
+def header(
+    where: str, rows: list[list[str]], first: int, width: int, reading: Reading, decimal: str
 ) -> tuple[tuple[str, ...], tuple[str, ...], int]:
-    """Names, units and how many lines above them were passed over."""
+    """Names and units of columns from the lines above the samples, and how many lines above them were passed over.
+
+    Parameters
+    ----------
+    where : str
+        What a message begins with.
+    rows : list of list of str
+        Cells of the lines.
+    first : int
+        Index of the first line of samples, from 0.
+    width : int
+        Number of columns.
+    reading : Reading
+    decimal : str
+        Sign in numbers.
+    """
     above = [index for index in range(first) if any(rows[index])]
     if reading.names_line:
         if reading.names_line > first:
-            raise InputError(f"{path}: [reading]: names_line = {reading.names_line} must be above the samples")
+            raise InputError(f"{where}: [reading]: names_line = {reading.names_line} must be above the samples")
         block = [reading.names_line - 1]
     else:
         block = []
@@ -228,7 +247,7 @@ def _header(
             wrong = [cell for cell in row if _NUMBER[decimal].fullmatch(cell)]
             if wrong and block == [] and len(wrong) < width:
                 raise InputError(
-                    f"{path}, line {index + 1}: names of columns were expected above the samples, it holds "
+                    f"{where}, line {index + 1}: names of columns were expected above the samples, it holds "
                     f"{wrong[0]!r}; correct the line, or give names_line and first_line in [reading]"
                 )
             if wrong:
@@ -236,7 +255,7 @@ def _header(
             block.insert(0, index)
         if above and not block and not reading.first_line:
             raise InputError(
-                f"{path}, line {above[-1] + 1}: {len(rows[above[-1]])} cells above samples of {width} columns; no "
+                f"{where}, line {above[-1] + 1}: {len(rows[above[-1]])} cells above samples of {width} columns; no "
                 "names of columns were found: give names_line in [reading]"
             )
     units_row = reading.units_line - 1 if reading.units_line else None
@@ -245,13 +264,13 @@ def _header(
     parts = [_stripped(rows[index], width) for index in block]
     joined = [".".join(filter(None, cells)) for cells in zip(*parts, strict=True)] if parts else [""] * width
     if len(joined) != width:
-        raise InputError(f"{path}: {len(joined)} names of columns where the samples have {width} columns")
+        raise InputError(f"{where}: {len(joined)} names of columns where the samples have {width} columns")
     pairs = named(joined)
     units = [unit for _, unit in pairs]
     if units_row is not None:
         row = _stripped(rows[units_row], width)
         if len(row) != width:
-            raise InputError(f"{path}, line {units_row + 1}: {len(row)} units where there are {width} columns")
+            raise InputError(f"{where}, line {units_row + 1}: {len(row)} units where there are {width} columns")
         units = [unit.strip("[]()") or old for unit, old in zip(row, units, strict=True)]
     names = [name for name, _ in pairs]
     for name in names:

@@ -13,9 +13,13 @@ from tyre.channels.signals import Contents, Signals, find_column
 
 T = TypeVar("T")
 TEXT = (".csv", ".tsv", ".txt", ".asc", ".dat")
-FORMATS = {
-    **dict.fromkeys(TEXT, "csv_rows.csv_contents"),
-}
+FORMATS: dict[str, str] = {
+    **dict.fromkeys(TEXT, "csv_rows.csv_contents"), ".tdx": "tydex.tydex_contents",
+    **dict.fromkeys((".xlsx", ".xlsm", ".xls", ".ods"), "excel.excel_contents"),
+    **dict.fromkeys((".parquet", ".pq"), "parquet.parquet_contents"), ".mat": "matlab.matlab_contents",
+    **dict.fromkeys((".h5", ".hdf5", ".hdf"), "hdf5.hdf5_contents"), ".tdms": "tdms.tdms_contents",
+    **dict.fromkeys((".mf4", ".mdf"), "mdf.mdf_contents"),
+}  # fmt: skip
 """Ending of a file -> who lists its contents."""
 
 
@@ -107,7 +111,7 @@ def _guarded(path: Path, action: Callable[[], T]) -> T:
             return action()
     except InputError:
         raise
-    except ModuleNotFoundError as error:
+    except ImportError as error:
         raise InputError(f"{path}: {error}") from error
     except Exception as error:
         said = f"{type(error).__name__}: {' '.join(str(error).split())[:120]}"
