@@ -71,6 +71,24 @@ def draft_map(
     return "\n".join(["[channels]", *lines, *lacking])
 
 
+def draft_words(path: Path, quantities: Mapping[str, str], *, reading: Reading | None = None) -> str:
+    """Columns of a file and a draft of a channel map, to end a message; empty where the file cannot be read at all.
+
+    Parameters
+    ----------
+    path : Path
+    quantities : mapping of str to str
+        Channels that are wanted, and what each measures.
+    reading : Reading, optional
+        How to read the file where it must be told.
+    """
+    try:
+        found = contents(path, reading=reading)
+    except InputError:
+        return ""
+    return _words(found, quantities)
+
+
 def refuse_unmapped(path: Path, quantities: Mapping[str, str], *, reading: Reading | None = None) -> None:
     """Refuse a file without a channel map, showing its columns and a draft of a map.
 
@@ -88,11 +106,14 @@ def refuse_unmapped(path: Path, quantities: Mapping[str, str], *, reading: Readi
         Always; the draft follows an empty line.
     """
     found = contents(path, reading=reading)
+    raise InputError(f"{path}: no channel map says which column is which channel; {_words(found, quantities)}")
+
+
+def _words(found: Contents, quantities: Mapping[str, str]) -> str:
     said = [f"{column.name} [{column.unit}]" if column.unit else column.name for column in found.columns]
-    raise InputError(
-        f"{path}: no channel map says which column is which channel; the columns are {listed(said)}. A first draft of "
-        f"a map, guessed from names and units, to be checked, signs above all:\n\n"
-        f"{draft_map(found, quantities, clock=not found.own_times)}\n#"
+    return (
+        f"the columns are {listed(said)}. A first draft of a map, guessed from names and units; check it, signs above "
+        f"all:\n\n{draft_map(found, quantities, clock=not found.own_times)}\n#"  # what others append is a comment
     )
 
 

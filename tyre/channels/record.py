@@ -9,7 +9,7 @@ import numpy as np
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError, refuse_unknown
 from tyre.channels.channel_map import ChannelMap, MappedColumn
-from tyre.channels.clock import check_clock
+from tyre.channels.clock import Clock, check_clock
 from tyre.channels.draft import refuse_unmapped
 from tyre.channels.mounting import Mounting
 from tyre.channels.read import read_signals
@@ -19,6 +19,7 @@ from tyre.channels.units import SI, Unit, find_unit, quantity_of
 from tyre.channels.windows import cut
 
 _SAYS_NOTHING = ("", "-", "1", "none", "n/a", "[]", "[-]", "counts", "raw", "unknown")
+_EPOCH = 1e6  # s; times beyond are those of a calendar
 DATETIME = "datetime"
 """Unit of a column of dates and times: s after its first one once read."""
 
@@ -41,6 +42,8 @@ class Record:
         What a reader must be told: resampling, gaps of the clock, lines passed over.
     event : str
         Name of the event; empty for a whole recording.
+    timed : bool
+        False where nothing says the time: then ``time`` numbers the samples.
     """
 
     source: str
@@ -49,9 +52,12 @@ class Record:
     mountings: tuple[Mounting, ...] = ()
     notes: tuple[str, ...] = ()
     event: str = ""
+    timed: bool = True
 
 
-def read_records(path: Path, channel_map: ChannelMap, quantities: Mapping[str, str]) -> tuple[Record, ...]:
+def read_records(
+    path: Path, channel_map: ChannelMap, quantities: Mapping[str, str], *, timed: bool = True
+) -> tuple[Record, ...]:
     """Read the channels of a map from a file.
 
     Parameters
@@ -61,6 +67,8 @@ def read_records(path: Path, channel_map: ChannelMap, quantities: Mapping[str, s
     channel_map : ChannelMap
     quantities : mapping of str to str
         Channels that are known, and what each measures (see :data:`tyre.channels.units.QUANTITIES`).
+    timed : bool
+        Whether the time is needed; else a map and a file that say none are accepted.
 
     Returns
     -------
@@ -74,10 +82,12 @@ def read_records(path: Path, channel_map: ChannelMap, quantities: Mapping[str, s
     """
     if not channel_map.channels:
         refuse_unmapped(path, quantities, reading=channel_map.reading)
-    return records(read_signals(path, map=channel_map), channel_map, quantities)
+    return records(read_signals(path, map=channel_map), channel_map, quantities, timed=timed)
 
 
-def records(signals: Signals, channel_map: ChannelMap, quantities: Mapping[str, str]) -> tuple[Record, ...]:
+def records(
+    signals: Signals, channel_map: ChannelMap, quantities: Mapping[str, str], *, timed: bool = True
+) -> tuple[Record, ...]:
     """Bring signals to SI units, one time base and the axes of the vehicle, and cut them into events.
 
     Parameters
@@ -86,6 +96,8 @@ def records(signals: Signals, channel_map: ChannelMap, quantities: Mapping[str, 
     channel_map : ChannelMap
     quantities : mapping of str to str
         Channels that are known, and what each measures.
+    timed : bool
+        As in :func:`read_records`.
 
     Returns
     -------
@@ -103,10 +115,20 @@ def records(signals: Signals, channel_map: ChannelMap, quantities: Mapping[str, 
     values = {name: _in_si(signals, entry, units[name]) for name, entry in channel_map.channels.items()}
     for name, x in values.items():
         _check_values(x, f"{where}: {name} (column {channel_map.channels[name].column})")
+    untimed = not timed and channel_map.clock is None and _without_times(signals, channel_map)
+    if untimed:
+        channel_map = replace(channel_map, clock=Clock(rate=1.0))
     time, values, notes = _one_time_base(signals, channel_map, values)
+    if abs(time[0]) > _EPOCH:
+        notes = (*notes, f"time is counted from its first sample, {time[0]:.10g} s")
+        time = time - time[0]
     for mounting in channel_map.mountings:
         values |= mounting.turned(values)
-    whole = Record(where, time, _kept(values, quantities), channel_map.mountings, (*signals.notes, *notes))
+        known_to = f" (known to {np.rad2deg(mounting.sd):g} deg, 1 sd)" if mounting.sd else ""
+        notes = (*notes, f"{', '.join(mounting.channels)} turned from the axes of their sensor{known_to}")
+    whole = Record(
+        where, time, _kept(values, quantities), channel_map.mountings, (*signals.notes, *notes), timed=not untimed
+    )
     if not channel_map.windows:
         return (whole,)
     levels = {}
@@ -117,6 +139,10 @@ def records(signals: Signals, channel_map: ChannelMap, quantities: Mapping[str, 
             levels[window.name] = values[name], unit.factor * window.trigger.level + unit.offset
     events, more = cut(channel_map.windows, time, levels, where=where)
     return tuple(_event(whole, name, span, more, several=len(events) > 1) for name, span in events.items())
+
+
+def _without_times(signals: Signals, channel_map: ChannelMap) -> bool:
+    return all(signals[entry.column].time is None for entry in channel_map.channels.values())
 
 
 def _kept(values: Mapping[str, Array], quantities: Mapping[str, str]) -> dict[str, Array]:
