@@ -1,7 +1,7 @@
 """Which column of a file is which channel, in what unit and with what sign: the channel map of a laboratory."""
 
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -148,6 +148,14 @@ class ChannelMap:
         if not isinstance(content.get("channels", {}), Mapping):
             raise InputError(f"{path}: channels = {content['channels']!r} must be a table: write [channels]")
         return cls.from_table(content, path.parent, where=str(path))
+
+    def only(self, names: Collection[str]) -> "ChannelMap":
+        """This map with the channels of ``names`` alone, and those that turn their sensors or trigger events."""
+        mountings = tuple(mounting for mounting in self.mountings if set(mounting.channels) & set(names))
+        triggers = [window.trigger.channel for window in self.windows if window.trigger]
+        kept = {*names, *triggers, *(name for mounting in mountings for name in mounting.channels)}
+        channels = {name: entry for name, entry in self.channels.items() if name in kept}
+        return replace(self, channels=channels, mountings=mountings)
 
     def with_channels(self, texts: Sequence[str]) -> "ChannelMap":
         """This map with channels of the command line put in, or in place of its own.
