@@ -164,7 +164,7 @@ def _table(path: Path, lines: list[str], reading: Reading) -> tuple[str, str, in
     for delimiter, decimal in _CANDIDATES if not reading.delimiter else ((reading.delimiter, s) for s in ".,"):
         if reading.decimal not in ("", decimal):
             continue
-        sample = [split(lines[index], delimiter) for index in filled[-_SAMPLE:] if index >= start]
+        sample = [split(lines[index], delimiter) for index in filled[len(filled) // 2 :][-_SAMPLE:] if index >= start]
         if not sample:
             continue
         width = Counter(len(row) for row in sample).most_common(1)[0][0]
@@ -190,7 +190,7 @@ def _table(path: Path, lines: list[str], reading: Reading) -> tuple[str, str, in
 def _numeric(cells: list[str], decimal: str) -> bool:
     filled = [cell for cell in cells if cell not in MISSING]
     hits = sum(_NUMBER[decimal].fullmatch(cell) is not None for cell in filled)
-    return bool(filled) and hits > 0.5 * len(filled)
+    return bool(filled) and hits >= 0.5 * len(filled)
 
 
 def _first(
