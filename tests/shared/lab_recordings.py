@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import tomli_w
 
-from studies.validations._recording_writers import OWN_TIMES, WRITERS
+from studies.validations._recording_writers import OWN_TIMES, WRITERS, name_in_file
 
 RIG = {  # channel: column, unit, SI value of the unit, sign of the column in ISO axes against adapted SAE
     "slip_angle": ("SR angle", "mrad", 1e-3, -1.0),
@@ -18,10 +18,6 @@ RIG = {  # channel: column, unit, SI value of the unit, sign of the column in IS
     "rim_displacement": ("Felge", "um", 1e-6, 1.0),
 }
 ISO = {"side_force": -1.0, "aligning_moment": -1.0, "plate_displacement": -1.0, "rim_displacement": -1.0}
-
-
-def name_in_file(form: str, name: str) -> str:
-    return {"mat5": f"run.{name}", "timetable": f"run.{name}", "hdf5": f"run/{name}"}.get(form, name)
 
 
 def write_lab(folder: Path, form: str, recording, stem: str) -> Path:

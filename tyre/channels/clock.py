@@ -10,6 +10,8 @@ from tyre.base.errors import InputError
 GAP = 5.0
 """A step of so many usual ones is a gap."""
 
+_REPEATED = 1e-6  # of the usual step: less is rounding
+_UNEVEN = 0.1  # of the usual step
 _DRIFT = 1e-3  # relative change of the sample time from the first to the last part of a recording
 _PARTS = 10
 
@@ -82,21 +84,21 @@ def check_clock(time: Array, *, where: str, lines: int = 1) -> tuple[str, ...]:
     if time.size < 2:
         return ()
     steps = np.diff(time)
-    wrong = np.flatnonzero(steps <= 0)
+    usual = float(np.median(steps))
+    wrong = np.flatnonzero(steps <= _REPEATED * max(usual, 0.0))
     if wrong.size:
         first = int(wrong[0])
-        back = steps[wrong] < 0
+        back = steps[wrong] < -_REPEATED * abs(usual)
         what = "runs back" if back[0] else "repeats"
         raise InputError(
             f"{where}: time {what} at {int(np.count_nonzero(back == back[0]))} samples, first at sample "
             f"{first + 1 + lines} ({time[first]:.10g} s, then {time[first + 1]:.10g} s); cut the recording there, or "
             "give time = {rate_hz = ...} if the samples are equally spaced"
         )
-    return _oddities(time, steps)
+    return _oddities(time, steps, usual)
 
 
-def _oddities(time: Array, steps: Array) -> tuple[str, ...]:
-    usual = float(np.median(steps))
+def _oddities(time: Array, steps: Array, usual: float) -> tuple[str, ...]:
     notes = []
     gaps = np.flatnonzero(steps > GAP * usual)
     if gaps.size:
@@ -104,6 +106,8 @@ def _oddities(time: Array, steps: Array) -> tuple[str, ...]:
             f"time jumps {gaps.size} times by more than {GAP:g} usual steps of {usual:.6g} s, first by "
             f"{steps[gaps[0]]:.6g} s after {time[gaps[0]]:.10g} s"
         )
+    elif steps.max() > (1 + _UNEVEN) * usual or steps.min() < (1 - _UNEVEN) * usual:
+        notes.append(f"time is uneven: its steps range from {steps.min():.6g} to {steps.max():.6g} s")
     part = steps.size // _PARTS
     if part >= _PARTS:
         first, last = np.median(steps[:part]), np.median(steps[-part:])
