@@ -15,7 +15,7 @@ from tyre.channels.csv_layout import MISSING, Layout, find_layout, split
 from tyre.channels.reading import Reading
 from tyre.channels.signals import Column, Contents, Signal
 
-BLOCK = 1 << 24  # bytes
+BLOCK = 1 << 22  # bytes
 LARGE = 1 << 26  # bytes; larger files show how far they are read
 
 
@@ -48,7 +48,7 @@ def csv_contents(path: Path, reading: Reading) -> Contents:
 
 
 def _columns(path: Path, layout: Layout, places: list[int], most: int | None) -> tuple[list[Array], list[str]]:
-    parts: list[list[Array]] = [[] for _ in places]
+    found = [np.empty(0) for _ in places]
     rows, notes = 0, []
     size = path.stat().st_size
     with progress_bar(total=size, desc=path.name, unit="B", unit_scale=True, show=size > LARGE) as bar:
@@ -56,16 +56,28 @@ def _columns(path: Path, layout: Layout, places: list[int], most: int | None) ->
             if not ended:
                 notes.append(f"line {line}, the last one, has no line end and may be cut off: left out")
                 continue
-            for part, values in zip(parts, _block(path, layout, places, text, line), strict=True):
-                part.append(values)
-            rows += len(parts[0][-1]) if parts else 0
+            block = _block(path, layout, places, text, line)
+            count = len(block[0]) if block else 0
+            if block and rows + count > found[0].size:
+                room = int((rows + count) * max(1.25, 1.05 * size / max(done, 1) if not rows else 0.0))
+                found = [_enlarged(x, rows, room) for x in found]
+            for x, values in zip(found, block, strict=True):
+                x[rows : rows + count] = values
+            rows += count
             bar.update(done)
             if most is not None and rows >= most:
                 break
     if not rows and places:
         raise InputError(f"{path}: has names of columns but no samples; was the file cut off?")
-    joined = [np.concatenate(part)[:most] for part in parts]
-    return [_since_first(x, path) if p in layout.dates else x for p, x in zip(places, joined, strict=True)], notes
+    found = [x[: rows if most is None else min(rows, most)] for x in found]
+    return [_since_first(x) if place in layout.dates else x for place, x in zip(places, found, strict=True)], notes
+
+
+def _enlarged(values: Array, rows: int, room: int) -> Array:
+    """An array with ``room``, of which the first ``rows`` are kept: pages that are never written take no memory."""
+    larger = np.empty(room)
+    larger[:rows] = values[:rows]
+    return larger
 
 
 def _blocks(path: Path, layout: Layout) -> Iterator[tuple[str, int, int, bool]]:
@@ -156,5 +168,5 @@ def _date(cell: str, where: str) -> float:
     return (moment - datetime(2000, 1, 1, tzinfo=UTC)).total_seconds()
 
 
-def _since_first(values: Array, path: Path) -> Array:
+def _since_first(values: Array) -> Array:
     return np.round(values - values[0], 6) if values.size else values

@@ -82,7 +82,7 @@ def _close_half_opened(error: BaseException) -> None:
     """Close what asammdf leaves of a file that it could not open: freed later, it would complain on the terminal."""
     step = error.__traceback__
     while step is not None:
-        owner = step.tb_frame.f_locals.get("self")
+        owner: Any = step.tb_frame.f_locals.get("self")
         if type(owner).__name__ in ("MDF3", "MDF4") and not getattr(owner, "_closed", True):
             owner._closed = True
             for file in (getattr(owner, "_tempfile", None), getattr(owner, "_mapped_file", None)):
