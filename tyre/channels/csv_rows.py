@@ -4,7 +4,9 @@ import csv
 import io
 import warnings
 from collections.abc import Iterator, Sequence
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -118,13 +120,21 @@ def _fast(layout: Layout, places: list[int], text: str) -> list[Array] | None:
             frame = pd.read_csv(
                 io.StringIO(text), sep=layout.delimiter, header=None, names=list(range(width)), usecols=places,
                 index_col=False, dtype=np.float64, na_values=list(MISSING), decimal=layout.decimal,
-                keep_default_na=False, skipinitialspace=True, quoting=csv.QUOTE_NONE, float_precision="round_trip",
+                keep_default_na=False, skipinitialspace=True, quoting=csv.QUOTE_NONE, **_exact(),
             )  # fmt: skip
     except (ValueError, OverflowError, pd.errors.ParserError):
         return None
     values = [frame[place].to_numpy() for place in places]
     complete = text.count(layout.delimiter) == (width - 1) * len(frame)
     return values if complete and all(not np.isinf(x).any() for x in values) else None
+
+
+@cache
+def _exact() -> dict[str, Any]:
+    """Numbers to the last bit: what pandas must be told before version 3."""
+    import pandas as pd
+
+    return {"float_precision": "round_trip"} if int(pd.__version__.partition(".")[0]) < 3 else {}
 
 
 def _slow(path: Path, layout: Layout, places: list[int], text: str, line: int) -> list[Array]:
