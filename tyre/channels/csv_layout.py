@@ -3,21 +3,18 @@
 import csv
 import re
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from tyre.base.errors import InputError
+from tyre.channels.csv_header import NUMBER, header
 from tyre.channels.reading import Reading
-from tyre.channels.units import quantity_of
 
 HEAD = 1 << 18  # bytes in which the layout must show
 MISSING = ("", "NaN", "nan", "NAN", "NA", "N/A", "#N/A", "null", "NOTAVAIL", "-")
 """What stands for a sample that is missing."""
 
-_NUMBER = {sign: re.compile(rf"[+-]?(\d+{re.escape(sign)}?\d*|{re.escape(sign)}\d+)([eE][+-]?\d+)?") for sign in ".,"}
 _DATE = re.compile(r"\d{4}-\d\d-\d\d([T ]\d\d:\d\d(:\d\d(\.\d+)?)?(Z|[+-]\d\d:?\d\d)?)?")
-_BRACKETS = re.compile(r"^(.*\S)\s*[\[(]([^\[\]()]*)[\])]$")
 _CANDIDATES = tuple((delimiter, sign) for delimiter in ("\t", ";", ",", "|", "blanks") for sign in ".,"
                     if (delimiter, sign) != (",", ","))  # fmt: skip
 _MARKS = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
@@ -108,22 +105,6 @@ def find_layout(path: Path, reading: Reading) -> Layout:
     return Layout(encoding, delimiter, decimal, names, units, dates, first + 1, trailing, tuple(notes))
 
 
-def named(cells: Sequence[str]) -> list[tuple[str, str]]:
-    """Name and unit of every column from cells such as ``Fy [N]``; columns without a name are numbered from 1.
-
-    Parameters
-    ----------
-    cells : sequence of str
-    """
-    found = []
-    for place, cell in enumerate(cells, 1):
-        match = _BRACKETS.match(cell)
-        known = match is not None and (match.group(2) in ("", "-", "1") or quantity_of(match.group(2)) != "")
-        name, unit = match.groups() if match and known else (cell, "")
-        found.append((name or f"column {place}", unit))
-    return found
-
-
 def _head(path: Path, reading: Reading) -> tuple[list[str], str, list[str]]:
     try:
         with path.open("rb") as file:
@@ -169,14 +150,21 @@ def _table(path: Path, lines: list[str], reading: Reading) -> tuple[str, str, in
             continue
         width = Counter(len(row) for row in sample).most_common(1)[0][0]
         whole = [row for row in sample if len(row) == width]
-        numeric = [place for place in range(width) if _numeric([row[place] for row in whole], decimal)]
+        shares = [_share_of_numbers([row[place] for row in whole], decimal) for place in range(width)]
+        numeric = [place for place, share in enumerate(shares) if share >= 0.5]
         first = _first(lines, filled, delimiter, decimal, width, numeric, start)
         if not numeric or first is None:
             continue
         above = [index for index in filled if index < first]
         header = not above or len(split(lines[above[-1]], delimiter)) in (width, width - 1, width + 1)
         columns = max(width - (delimiter != "blanks" and all(row[-1] == "" for row in whole)), 1)
-        score = (float(header), len(numeric) / columns, float(len(numeric)), -first, len(whole) / len(sample))
+        score = (
+            float(header),
+            sum(shares[place] for place in numeric) / columns,
+            float(len(numeric)),
+            -first,
+            len(whole) / len(sample),
+        )
         if best is None or score > best[0]:
             best = score, (delimiter, decimal, width, first)
     if best is None:
@@ -187,10 +175,10 @@ def _table(path: Path, lines: list[str], reading: Reading) -> tuple[str, str, in
     return best[1]
 
 
-def _numeric(cells: list[str], decimal: str) -> bool:
+def _share_of_numbers(cells: list[str], decimal: str) -> float:
     filled = [cell for cell in cells if cell not in MISSING]
-    hits = sum(_NUMBER[decimal].fullmatch(cell) is not None for cell in filled)
-    return bool(filled) and hits >= 0.5 * len(filled)
+    hits = sum(NUMBER[decimal].fullmatch(cell) is not None for cell in filled)
+    return hits / len(filled) if filled else 0.0
 
 
 def _first(
@@ -204,95 +192,9 @@ def _first(
         if start and index >= start:
             return index
         hits = sum(
-            len(row) > place and (_NUMBER[decimal].fullmatch(row[place]) is not None or row[place] in MISSING[1:])
+            len(row) > place and (NUMBER[decimal].fullmatch(row[place]) is not None or row[place] in MISSING[1:])
             for place in numeric
         )
         if len(row) == width and hits > 0.5 * len(numeric):
             return index
     return None
-
-
-def header(
-    where: str, rows: list[list[str]], first: int, width: int, reading: Reading, decimal: str
-) -> tuple[tuple[str, ...], tuple[str, ...], int]:
-    """Names and units of columns from the lines above the samples, and how many lines above them were passed over.
-
-    Parameters
-    ----------
-    where : str
-        What a message begins with.
-    rows : list of list of str
-        Cells of the lines.
-    first : int
-        Index of the first line of samples, from 0.
-    width : int
-        Number of columns.
-    reading : Reading
-    decimal : str
-        Sign in numbers.
-    """
-    above = [index for index in range(first) if any(rows[index])]
-    if reading.names_line:
-        if reading.names_line > first:
-            raise InputError(f"{where}: [reading]: names_line = {reading.names_line} must be above the samples")
-        block = [reading.names_line - 1]
-    else:
-        block = []
-        for index in reversed(above):
-            row = _stripped(rows[index], width)
-            if len(row) != width or (reading.units_line and index == reading.units_line - 1):
-                if len(row) == width:
-                    continue
-                break
-            wrong = [cell for cell in row if _NUMBER[decimal].fullmatch(cell)]
-            if wrong and block == [] and len(wrong) < width:
-                raise InputError(
-                    f"{where}, line {index + 1}: names of columns were expected above the samples, it holds "
-                    f"{wrong[0]!r}; correct the line, or give names_line and first_line in [reading]"
-                )
-            if wrong:
-                break
-            block.insert(0, index)
-        if above and not block and not reading.first_line:
-            raise InputError(
-                f"{where}, line {above[-1] + 1}: {len(rows[above[-1]])} cells above samples of {width} columns; no "
-                "names of columns were found: give names_line in [reading]"
-            )
-    units_row = reading.units_line - 1 if reading.units_line else None
-    if units_row is None and len(block) > 1 and _are_units(_stripped(rows[block[-1]], width)):
-        units_row = block.pop()
-    parts = [_stripped(rows[index], width) for index in block]
-    joined = [".".join(filter(None, cells)) for cells in zip(*parts, strict=True)] if parts else [""] * width
-    if len(joined) != width:
-        raise InputError(f"{where}: {len(joined)} names of columns where the samples have {width} columns")
-    pairs = named(joined)
-    units = [unit for _, unit in pairs]
-    if units_row is not None:
-        row = _stripped(rows[units_row], width)
-        if len(row) != width:
-            raise InputError(f"{where}, line {units_row + 1}: {len(row)} units where there are {width} columns")
-        units = [unit.strip("[]()") or old for unit, old in zip(row, units, strict=True)]
-    names = [name for name, _ in pairs]
-    for name in names:
-        if names.count(name) > 1:
-            pairs_of = [place for place, other in enumerate(names) if other == name]
-            for place in pairs_of:
-                names[place] = f"{name} (column {place + 1})"
-    return tuple(names), tuple(units), len([index for index in above if index < min(block, default=0)])
-
-
-def _stripped(row: list[str], width: int) -> list[str]:
-    """A line of the header without the mark of a comment and without a delimiter at its end."""
-    cells = list(row)
-    if cells and cells[0][:1] in ("#", "%"):
-        cells[0] = cells[0][1:].strip()
-        if not cells[0] and len(cells) == width + 1:
-            cells = cells[1:]
-    while len(cells) > width and not cells[-1]:
-        cells.pop()
-    return cells
-
-
-def _are_units(cells: list[str]) -> bool:
-    known = [quantity_of(cell) != "" or cell.strip("[]()") in ("-", "%", "1") for cell in cells if cell]
-    return bool(known) and sum(known) >= 0.5 * len(known)

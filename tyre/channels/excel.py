@@ -10,7 +10,8 @@ import numpy as np
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError, hint
 from tyre.base.optional import optional_module
-from tyre.channels.csv_layout import MISSING, header
+from tyre.channels.csv_header import header
+from tyre.channels.csv_layout import MISSING
 from tyre.channels.reading import Reading
 from tyre.channels.signals import Column, Contents, Signal
 

@@ -9,7 +9,7 @@ import numpy as np
 from tyre.base.arrays import Array
 from tyre.base.optional import optional_module
 from tyre.base.progress import progress_bar
-from tyre.channels.csv_layout import named
+from tyre.channels.csv_header import named
 from tyre.channels.reading import Reading
 from tyre.channels.signals import Column, Contents, Signal
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from tyre.base.errors import InputError
 from tyre.channels import csv_rows
 from tyre.channels.channel_map import ChannelMap
-from tyre.channels.csv_layout import named
+from tyre.channels.csv_header import named
 from tyre.channels.read import contents, read_signals
 from tyre.channels.reading import Reading
 
@@ -49,6 +49,7 @@ def _told(path, reading):
         "t,f\n\n0,1.5\n\n1,-2.5\n",
         "Date: 3.4.2026\nOperator,Smith,Jones\n\nt,f\n0,1.5\n1,-2.5\n",
         "t,f\r0,1.5\r1,-2.5\r",
+        "Title,\n\nt,f\n0,1.5\n1,-2.5\n",
         "\ufefft,f\n0,1.50e0\n1,-25E-1\n",
     ],
 )
@@ -80,6 +81,12 @@ def test_names_of_several_lines_and_a_line_of_units(file):
     }  # fmt: skip
     np.testing.assert_array_equal(found["gyro_x"].values, [1, 4])
     np.testing.assert_array_equal(found["Rig.Fy [kN]"].values, [3, 6])
+
+
+def test_a_title_padded_by_a_spreadsheet_is_no_name(file):
+    found = read(file("Run 7;;;\nt;f;g;h\ns;;N;\n0;1;2;3\n1;2;3;4\n"))
+    assert [(s.name, s.unit) for s in found.signals.values()] == [("t", "s"), ("f", ""), ("g", "N"), ("h", "")]
+    assert found.notes == ("1 lines above the names of the columns were passed over",)
 
 
 def test_units_in_brackets():
