@@ -17,7 +17,7 @@ DATETIME = "datetime"
 
 
 def without_times(signals: Signals, channel_map: ChannelMap) -> bool:
-    """Whether a file gives none of the channels of a map its own times."""
+    """Whether a file (``signals``) gives none of the channels of ``channel_map`` its own times."""
     return all(signals[entry.column].time is None for entry in channel_map.channels.values())
 
 

@@ -155,3 +155,20 @@ def test_unknown_headers_are_shown_with_a_draft_that_can_be_pasted(campaign, tmp
             lines = [line for line in lines if not line.startswith("slip_angle")] + [slip]
         sidecar.write_text(sidecar.read_text() + "\n".join(lines))
     same(fitted(tmp_path, tmp_path / "fit"), expected)
+
+
+def test_an_interrupt_leaves_nothing_behind(campaign, tmp_path, monkeypatch, capsys):
+    (tmp_path / "lab").mkdir()
+    recordings, _ = campaign
+    for stem, recording in recordings.items():
+        write_lab(tmp_path / "lab", "csv", recording, stem)
+
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("tyre.channels.csv_rows._block", interrupted)
+    with pytest.raises(SystemExit) as stop:
+        main(["tyre", "fit", str(tmp_path / "lab"), "--out", str(tmp_path / "fit")])
+    assert stop.value.code == 130
+    assert capsys.readouterr().err.splitlines()[-1] == "velotyre: interrupted"
+    assert list((tmp_path / "fit").iterdir()) == []
