@@ -95,7 +95,7 @@ def find_layout(path: Path, reading: Reading) -> Layout:
     )  # fmt: skip
     kept = width - 1 if trailing else width
     names, units, passed = header(str(path), rows, first, kept, reading, decimal)
-    notes += [f"{passed} lines above the names of the columns were passed over"] if passed else []
+    notes += [f"lines above the names of the columns that were passed over: {passed}"] if passed else []
     dates = frozenset(
         place for place in range(kept)
         if (cells := [row[place] for row in body if len(row) > place and row[place] not in MISSING])

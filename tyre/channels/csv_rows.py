@@ -157,6 +157,11 @@ def _slow(path: Path, layout: Layout, places: list[int], text: str, line: int) -
 def _number(cell: str, layout: Layout, where: str) -> float:
     if cell in MISSING:
         return np.nan
+    if layout.decimal == "," and "." in cell:
+        raise InputError(
+            f"{where} = {cell[:40]!r} has a decimal point in a table with decimal commas; mend it, or give "
+            "decimal in [reading]"
+        )
     try:
         value = np.nan if "_" in cell else float(cell.replace(",", ".") if layout.decimal == "," else cell)
     except ValueError:

@@ -51,7 +51,7 @@ def excel_contents(path: Path, reading: Reading) -> Contents:
         ]  # fmt: skip
 
     columns = tuple(Column(name, unit) for name, unit in zip(names, units, strict=True))
-    notes = [f"{passed} lines above the names of the columns were passed over"] if passed else []
+    notes = [f"lines above the names of the columns that were passed over: {passed}"] if passed else []
     return Contents(str(path), columns, load, notes)
 
 

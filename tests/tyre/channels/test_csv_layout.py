@@ -86,7 +86,7 @@ def test_names_of_several_lines_and_a_line_of_units(file):
 def test_a_title_padded_by_a_spreadsheet_is_no_name(file):
     found = read(file("Run 7;;;\nt;f;g;h\ns;;N;\n0;1;2;3\n1;2;3;4\n"))
     assert [(s.name, s.unit) for s in found.signals.values()] == [("t", "s"), ("f", ""), ("g", "N"), ("h", "")]
-    assert found.notes == ("1 lines above the names of the columns were passed over",)
+    assert found.notes == ("lines above the names of the columns that were passed over: 1",)
 
 
 def test_units_in_brackets():
@@ -148,6 +148,10 @@ def test_the_last_line_without_an_end_is_left_out_and_said(file):
         ("t,f\n0,1\n1\n2,3\n3,4\n", r"line 3: 1 cells where others have 2; was the file cut off\?"),
         ("t,f\n0,1\n1,2,3\n2,3\n3,4\n", "line 3: 3 cells where others have 2; is the delimiter inside"),
         ("t,f\n0,x\n1,2\n2,3\n3,4\n4,5\n", "line 2: names of columns were expected above the samples, it holds '0'"),
+        (
+            "t;f\n0;1,5\n1;1.234\n2;2,5\n3;3,5\n",
+            "line 3: f = '1.234' has a decimal point in a table with decimal commas",
+        ),
         ("names\n0,1\n1,2\n", "line 1: 1 cells above samples of 2 columns; no names of columns were found"),
         ("", "the file is empty"),
         ("\n\n", "the file is empty"),
