@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from studies.channel_options import chosen_map, takes_channels
 from studies.reporting.examples import example
 from tyre.base.errors import InputError
 
@@ -11,6 +12,7 @@ from tyre.base.errors import InputError
 @click.command(epilog=example("velotyre tyre fit campaign --out fit"))
 @click.argument("folder", type=click.Path(path_type=Path))
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
+@takes_channels
 @click.option(
     "--json", "json_file", type=click.Path(path_type=Path, allow_dash=True), help="Write JSON here (- = stdout)."
 )
@@ -28,6 +30,8 @@ from tyre.base.errors import InputError
 def command(
     folder: Path,
     out: Path,
+    channels_file: Path | None,
+    channel_texts: tuple[str, ...],
     json_file: Path | None,
     *,
     skip_bad: bool,
@@ -42,10 +46,14 @@ def command(
 ) -> None:
     """Fit all recordings in FOLDER (.csv with .toml sidecar, .tdx) and write tables, maps, .tir files and figures.
 
+    A sidecar with a channel map describes a recording in any columns, units and formats.
+
     Results of single files are kept in OUT/cache, so an interrupted run goes on where it was.
     """
     import json
+    from dataclasses import replace
 
+    from studies.rig_campaign.mapped_recordings import prepared
     from studies.rig_campaign.report import write_campaign
     from tyre.base.files import write_text
     from tyre.campaigns.campaign import fit_campaign
@@ -63,15 +71,19 @@ def command(
         ),
         lag_correction=not no_lag_correction,
     )
-    campaign = fit_campaign(
-        folder,
-        settings=settings,
-        cache_folder=out / "cache",
-        exclude=out,
-        skip_bad=skip_bad,
-        jobs=jobs,
-        wheel_radius=wheel_radius,
-    )
+    with prepared(folder, out, chosen_map(channels_file, channel_texts), skip_bad=skip_bad) as found:
+        for note in found.notes:
+            click.echo(f"note: {note}", err=True)
+        campaign = fit_campaign(
+            found.folder,
+            settings=settings,
+            cache_folder=out / "cache",
+            exclude=out if found.folder == folder else None,
+            skip_bad=skip_bad,
+            jobs=jobs,
+            wheel_radius=wheel_radius,
+        )
+    campaign = replace(campaign, folder=folder, skipped=dict(sorted({**campaign.skipped, **found.skipped}.items())))
     for name, reason in campaign.skipped.items():
         click.echo(f"skipped {name}: {reason}", err=True)
     written = write_campaign(campaign, out, wheel_radius=wheel_radius, every_recording=every_residual)

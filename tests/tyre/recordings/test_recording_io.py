@@ -256,7 +256,7 @@ def test_missing_files_are_named(tmp_path):
     with pytest.raises(InputError, match=r"lone\.toml: cannot be read"):
         read_recording(tmp_path / "lone.csv")
     with pytest.raises(InputError, match="recordings end in"):
-        read_recording(tmp_path / "run.xlsx")
+        read_recording(tmp_path / "run.docx")
 
 
 def test_writing_needs_the_right_ending(tmp_path, sweep):
