@@ -255,8 +255,8 @@ def read_cells(path: Path | Traversable, *, kind: str, example: str, logged: boo
     last = text[text.rfind("\n") + 1 :]  # of a row without a line end; a comment ends a number, too
     if last.strip() and last != head and last.count(separator) >= head.count(separator) and (logged or "#" not in last):
         raise InputError(
-            f"{path}, line {text.count(chr(10)) + 1}: the last row ends with {last[-12:]!r} and no line end, so the file "
-            "may be cut off inside a number; complete the row and end it with a line break"
+            f"{path}, line {text.count(chr(10)) + 1}: the last row ends with {last[-12:]!r} and no line end, so the "
+            "file may be cut off inside a number; complete the row and end it with a line break"
         )
     return Cells(path, text, separator, logged, example)
 

@@ -75,7 +75,7 @@ def fit_recording(path: Path, *, name: str, settings: FitSettings) -> tuple[Reco
     from tyre.recordings.read import read_recording
 
     recording = read_recording(path)
-    check = preflight(recording)
+    check = preflight(recording, load_tolerance=settings.load_tolerance)
     if not check.usable:
         raise InputError(f"{path}: not usable: {'; '.join(check.problems)}")
     notes = tuple(dict.fromkeys((*recording.notes, *check.problems)))

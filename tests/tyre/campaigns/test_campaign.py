@@ -1,9 +1,11 @@
 """A folder of recordings to conditions, maps and figures; truth from the campaign's own truth file."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from tyre.base.errors import InputError
@@ -146,21 +148,62 @@ def test_workers_give_the_same_result(rig_folder, campaign, cache):
     assert parallel.as_json() == campaign.as_json()
 
 
-def test_one_bad_file_is_named_and_only_skipped_when_asked(tmp_path):
+def test_one_bad_file_is_left_out_with_the_reason_or_stops_when_asked(tmp_path):
     rng = np.random.default_rng(0)
     plan = CampaignPlan(loads=(400.0,), pressures=(5e5,), rates=(float(np.deg2rad(4.0)),), pulls=1)
     files = write_campaign_files(tmp_path, plan=plan, effects=default_effects(rng), rng=rng)
     (tmp_path / "broken.csv").write_text("time_s,slip_angle_deg\n0,1\n")
     with pytest.raises(InputError, match=r"broken.*leave it out with --skip-bad"):
-        fit_campaign(tmp_path, **_quiet())
-    campaign = fit_campaign(tmp_path, skip_bad=True, **_quiet())
+        fit_campaign(tmp_path, skip_bad=False, **_quiet())
+    campaign = fit_campaign(tmp_path, **_quiet())
     assert list(campaign.skipped) == ["broken.csv"]
     assert campaign.conditions[0].files == tuple(sorted(path.name for path in files))
     assert any("no repeats in this campaign" in text for text in campaign.conditions[0].warnings)
     for path in files:
         path.unlink()
     with pytest.raises(InputError, match="none of 1 recordings could be used"):
-        fit_campaign(tmp_path, skip_bad=True, **_quiet())
+        fit_campaign(tmp_path, **_quiet())
+
+
+BAD = {
+    "dead plate gauge": ("pull", "plate_displacement_mm", lambda x: 0 * x, "stays at 0 mm: its gauge is dead"),
+    "gauge that stays": ("pull", "plate_displacement_mm", lambda x: 0 * x + 1.23, "stays at 1.23 mm"),
+    "empty gauge": ("pull", "plate_displacement_mm", lambda x: np.nan * x, "no valid sample"),
+    "gauge in other units": ("pull", "plate_displacement_mm", lambda x: x / 25.4, "wrong sign|another unit|are needed"),
+    "dead force cell": ("sweep", "side_force_N", lambda x: 0 * x, "side_force is saturated"),
+    "dead slip sensor": ("sweep", "slip_angle_deg", lambda x: 0 * x, "slip range"),
+    "half the load": ("sweep", "vertical_load_N", lambda x: 0.5 * x, r"load is 200\S* N, -50\.0% off the declared 400 N"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", BAD)
+def test_one_bad_recording_does_not_stop_the_campaign(tmp_path, what):
+    rng = np.random.default_rng(0)
+    plan = CampaignPlan(loads=(400.0,), pressures=(5e5,), rates=(float(np.deg2rad(4.0)),), sweeps=2, pulls=2)
+    files = write_campaign_files(tmp_path, plan=plan, effects=default_effects(rng), rng=rng)
+    kind, column, change, reason = BAD[what]
+    bad = next(path for path in files if kind in path.name)
+    frame = pd.read_csv(bad)
+    frame[column] = change(frame[column])
+    frame.to_csv(bad, index=False)
+    campaign = fit_campaign(tmp_path, **_quiet())
+    assert list(campaign.skipped) == [bad.name]
+    assert re.search(reason, campaign.skipped[bad.name])
+    assert campaign.conditions[0].files == tuple(sorted(path.name for path in files if path != bad))
+
+
+def test_a_fit_that_breaks_down_is_left_out_too(rig_folder, monkeypatch):
+    broken = recordings_in(rig_folder)[0]
+
+    def fit(path, **settings):
+        if path == broken:
+            raise np.linalg.LinAlgError("Singular matrix")
+        return fit_recording(path, **settings)
+
+    fit_recording = recording.fit_recording
+    monkeypatch.setattr(recording, "fit_recording", fit)
+    campaign = fit_campaign(rig_folder, **_quiet())
+    assert campaign.skipped == {broken.name: f"{broken}: cannot be fitted (LinAlgError: Singular matrix)"}
 
 
 def test_a_recording_with_the_wrong_axes_is_refused(tmp_path):
