@@ -123,7 +123,7 @@ def test_a_tyre_table_in_other_units_is_doubted(tmp_path):
     def read(factor):
         cells = [row.split(",") for row in rows]
         scaled = [",".join([*c[:at], repr(float(c[at]) * factor), *c[at + 1 :]]) for c in cells]
-        (tmp_path / "own.csv").write_text("\n".join([head, *scaled]))
+        (tmp_path / "own.csv").write_text("\n".join([head, *scaled, ""]))
         law = {"tyre": str(tmp_path / "own.csv"), "pressure_bar": 5.5}
         return build_model({"bicycle": "benchmark", "effects": {"side_slip": law}}).linear_model().warnings
 

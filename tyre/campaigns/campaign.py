@@ -17,13 +17,12 @@ from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.condition import (
     ConditionResult,
     Key,
-    Repeatability,
     combine,
     condition_key,
-    pooled_repeatability,
 )
 from tyre.campaigns.consistency import check_repeats, near_conditions
 from tyre.campaigns.recording import summarise
+from tyre.campaigns.repeatability import Repeatability, pooled_repeatability
 from tyre.campaigns.summary import FitSettings, RecordingSummary
 from tyre.drum import log_curvature
 from tyre.estimate import Estimate

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from tyre.base.errors import InputError
-from tyre.estimate import Calibration, Estimate, combine_uncertainties
+from tyre.estimate import REPEATABILITY_DOF, Calibration, Estimate, combine_uncertainties
 from tyre.fits.sweep_branches import Blocks, block_means
 from tyre.fits.sweep_curve import CURVE, lagged_magic_formula, magic_formula
 from tyre.fits.sweep_model import BOUNDS, NAMES, sweep_model
@@ -151,7 +151,7 @@ def fit_slip_sweep(
     total, dof = combine_uncertainties(
         [
             (fit_sd, solution.dof),
-            (calibration.repeatability * c, np.inf),
+            (calibration.repeatability * c, REPEATABILITY_DOF),
             (np.hypot(calibration.force, calibration.slip) * c, np.inf),
         ]
     )
