@@ -83,11 +83,11 @@ def weighed_scatter(stated: float, squares: float, repeats: float) -> tuple[floa
     Parameters
     ----------
     stated : float
-        s0.
+        s0, relative or in the unit of the recording.
     squares : float
         Sum of squared deviations of repeats from their mean, nu s^2, in the unit of s0 squared.
     repeats : float
-        nu > 0.
+        Degrees of freedom nu of the repeats, a number > 0.
 
     Returns
     -------

@@ -65,9 +65,9 @@ def covered(rng: np.random.Generator, pairs: int, scatter: str | float) -> bool:
     ----------
     rng : numpy.random.Generator
     pairs : int
-        Conditions with two sweeps; none: the condition has one sweep.
+        Number of conditions with two sweeps; none: the condition has one sweep.
     scatter : str or float
-        Of one recording over the stated one, dimensionless, or "as stated".
+        Ratio of the sd of one recording to the stated one, or "as stated".
     """
     calibration = Calibration()
     drawn = np.sqrt(REPEATABILITY_DOF / rng.chisquare(REPEATABILITY_DOF))

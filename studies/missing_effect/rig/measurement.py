@@ -30,6 +30,7 @@ from tyre.campaigns.campaign import recordings_in
 from tyre.campaigns.summary import FitSettings
 from tyre.estimate import Calibration
 from tyre.fits.slip_step import is_slip_step
+from tyre.fits.slip_sweep import fit_slip_sweep
 from tyre.recordings.preflight import LOAD_TOLERANCE, preflight
 from tyre.recordings.read import read_recording
 from tyre.recordings.recording import SYNTHETIC_NOTES, PullTest, RigRun
@@ -146,6 +147,7 @@ def _recordings(
             notes.append(f"{name}: a slip step, not used; only slip sweeps and pull tests are")
         else:
             sweeps.append((name, recording))
+            notes += [f"{name}: {fault}" for fault in fit_slip_sweep(recording).sensor_faults]
     if left_out and not sweeps and not pulls:
         raise InputError(f"none of {len(files)} recordings can be used; {left_out[0]}")
     return tuple(sweeps), tuple(pulls), (*left_out, *notes)
