@@ -32,7 +32,7 @@ from tyre.rig.tyre import RigTyre
 MISSING = (0.05, 0.1, 0.2)
 ONSETS = (0.0, 0.5, 0.7)
 GAINS = (0.02, 0.05, 0.1)
-WORDS = {"side_force": "side_force flattens", "slip_angle": "slip_angle flattens", "gain": "another gain"}
+WORDS = {"side_force": "that of side_force", "slip_angle": "that of slip_angle", "gain": "a larger gain"}
 
 
 @dataclass(frozen=True)
@@ -98,9 +98,12 @@ def run(*, out: Path, seed: int, clean: int = 100, faulty: int = 40) -> dict[str
                     "named_percent": _percent(names, channel), "flattening_percent": _percent(names, "flattens"),
                 }  # fmt: skip
     found["two gains of the force cell"] = {
-        f"{gain:.0%}": {"named_percent": _percent(_faulty(rng, faulty, partial(two_gains, difference=gain)), "gain")}
+        f"{gain:.0%}": {
+            "named_percent": _percent(names, "gain"), "any_fault_percent": _percent(names, "")
+        }
         for gain in GAINS
-    }
+        for names in [_faulty(rng, faulty, partial(two_gains, difference=gain))]
+    }  # fmt: skip
     return {
         "synthetic": True,
         "what": "share of slip sweeps in which the fit names a fault of a sensor, sound and with a fault put in",
@@ -117,7 +120,14 @@ def run(*, out: Path, seed: int, clean: int = 100, faulty: int = 40) -> dict[str
 
 
 def sweep(rng: np.random.Generator, tyre: Callable[..., RigTyre]) -> RigRun:
-    """A sound sweep of a drawn tyre, kind ``tyre``, on a rig of the usual faults."""
+    """A sound sweep of a drawn tyre on a rig of the usual faults.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+    tyre : callable
+        Of ``TYRES``.
+    """
     load, pressure = float(round(rng.uniform(250, 600))), float(rng.uniform(3e5, 8e5))
     usual = synthetic_tyre(load=load, pressure=pressure)
     drawn = tyre(

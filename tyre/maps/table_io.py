@@ -33,6 +33,7 @@ from typing import Any
 
 import numpy as np
 
+from tyre.bands import table_doubts
 from tyre.base.arrays import Array
 from tyre.base.csv_table import read_columns
 from tyre.base.errors import InputError
@@ -158,7 +159,8 @@ def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
         )
     name = table_path.name
     keys = read_sidecar(sidecar_path)
-    columns = read_columns(table_path, numbers=COLUMNS, needed=REQUIRED).numbers
+    found = read_columns(table_path, numbers=COLUMNS, needed=REQUIRED)
+    columns = found.numbers
     if sum(column in columns for column in STIFFNESS) != 1:
         raise InputError(f"{name}: give one of the columns {listed(STIFFNESS)}; each follows from the other.")
     cornering = np.degrees(columns["cornering_stiffness_N_per_deg"])  # N/deg to N/rad
@@ -190,6 +192,14 @@ def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
                 f"{name}: standard deviations of relaxation length and lateral stiffness; keep one of them."
             )
         lateral_sd = columns["lateral_stiffness_sd_N_per_mm"] * 1e3
+    trail = _read_column(name, TRAIL, columns)
+    doubts = table_doubts(
+        columns["load_N"],
+        {"cornering_stiffness": cornering, "lateral_stiffness": lateral, "relaxation_length": cornering / lateral}
+        | ({} if trail is None else {"pneumatic_trail": trail.value}),
+        where=name,
+        places=[f"line {line}" for line in found.lines],
+    )
     sd_column = columns.get("cornering_stiffness_sd_N_per_deg")
     resolution = keys.get("resolution")
     return MeasuredTable(
@@ -210,7 +220,7 @@ def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
         source=keys["source"],
         description=keys["description"],
         lateral_stiffness_origin=keys["lateral_stiffness_origin"],
-        notes=tuple(keys["notes"]),
+        notes=tuple(dict.fromkeys((*keys["notes"], *doubts))),
         synthetic=keys["synthetic"],
         drum_diameter=keys.get("drum_diameter_m"),
         width=keys["width_mm"] / 1e3 if "width_mm" in keys else None,
@@ -218,7 +228,7 @@ def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
         stiffness_correlation=columns.get(CORRELATION),
         cornering_stiffness_dof=columns.get(DOF[0]),
         lateral_stiffness_dof=columns.get(DOF[1]),
-        pneumatic_trail=_read_column(name, TRAIL, columns),
+        pneumatic_trail=trail,
         direct_relaxation_length={
             route: column for route, stem in DIRECT.items() if (column := _read_column(name, stem, columns)) is not None
         },

@@ -135,6 +135,7 @@ def _range(lowest: float, highest: float) -> list[Fault]:
     reach = (highest - lowest) / 2
     if reach < _SMALLEST_SLIP:
         text = f"slip range is +-{reach / _DEGREE:.2g} deg, at least +-{_SMALLEST_SLIP / _DEGREE:g} deg are needed"
+        text += " (radians under deg?)" * (_SMALLEST_SLIP <= reach / _DEGREE <= 20.0 * _DEGREE)
         return [(text, True)]
     if lowest > -0.25 * highest or highest < -0.25 * lowest:
         return [("slip goes to one side only: offset and slope cannot be told apart", False)]
