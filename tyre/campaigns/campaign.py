@@ -17,13 +17,12 @@ from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.condition import (
     ConditionResult,
     Key,
-    Repeatability,
     combine,
     condition_key,
-    pooled_repeatability,
 )
 from tyre.campaigns.consistency import check_repeats, near_conditions
 from tyre.campaigns.recording import summarise
+from tyre.campaigns.repeatability import Repeatability, pooled_repeatability
 from tyre.campaigns.summary import FitSettings, RecordingSummary
 from tyre.drum import log_curvature
 from tyre.estimate import Estimate
@@ -97,7 +96,7 @@ def fit_campaign(
     settings: FitSettings | None = None,
     cache_folder: Path | None = None,
     exclude: Path | None = None,
-    skip_bad: bool = False,
+    skip_bad: bool = True,
     jobs: int | None = None,
     wheel_radius: float = 0.34,
     progress: bool = True,
@@ -114,7 +113,7 @@ def fit_campaign(
     exclude : Path, optional
         Folder of results inside ``folder``.
     skip_bad : bool
-        Leave out files that cannot be read or fitted, and say so in ``skipped``; else the first one raises.
+        Leave out recordings that cannot be read or fitted, and say why in ``skipped``; else the first one raises.
     jobs : int, optional
         Number of processes; default: one per processor.
     wheel_radius : float
@@ -129,7 +128,7 @@ def fit_campaign(
     Raises
     ------
     InputError
-        For an empty folder, a bad file (without ``skip_bad``), or when no file is left.
+        For an empty folder, a bad file (where ``skip_bad`` is False), or when no file is left.
     """
     settings = settings or FitSettings()
     files = recordings_in(folder, exclude=exclude)
@@ -144,7 +143,7 @@ def fit_campaign(
         elif skip_bad:
             skipped[name] = outcome
         else:
-            raise InputError(f"{outcome} (mend or remove the file, or leave it out with --skip-bad)")
+            raise InputError(f"{outcome} (mend or remove the file, or leave it out with --skip-bad, the default)")
     if not summaries:
         first = next(iter(skipped.items()))
         raise InputError(
@@ -235,6 +234,8 @@ def _task(task: tuple[Path, str, FitSettings, Path | None]) -> tuple[str, Record
         return name, summarise(path, name=name, settings=settings, cache_folder=cache_folder)
     except InputError as error:
         return name, str(error)
+    except (ArithmeticError, ValueError) as error:  # also of linear algebra: numbers that no fit can go through
+        return name, f"{path}: cannot be fitted ({type(error).__name__}: {error})"
 
 
 def _run(tasks: Sequence[Any], jobs: int | None) -> Iterator[tuple[str, RecordingSummary | str]]:

@@ -75,7 +75,7 @@ def fit_recording(path: Path, *, name: str, settings: FitSettings) -> tuple[Reco
     from tyre.recordings.read import read_recording
 
     recording = read_recording(path)
-    check = preflight(recording)
+    check = preflight(recording, load_tolerance=settings.load_tolerance)
     if not check.usable:
         raise InputError(f"{path}: not usable: {'; '.join(check.problems)}")
     notes = tuple(dict.fromkeys((*recording.notes, *check.problems)))
@@ -85,8 +85,8 @@ def fit_recording(path: Path, *, name: str, settings: FitSettings) -> tuple[Reco
         summary, points = _step(recording, name)
     else:
         summary, points = _sweep(recording, name, settings)
-    check_plausible(summary, path)
-    extra = tuple(note for note in summary.notes if note not in notes)
+    unusual = check_plausible(summary, path)
+    extra = tuple(note for note in (*summary.notes, *unusual) if note not in notes)
     return RecordingSummary(**{**_shallow(summary), "notes": notes + extra}), points
 
 
@@ -116,6 +116,7 @@ def _sweep(run: RigRun, name: str, settings: FitSettings) -> tuple[RecordingSumm
         "Sh_sd_rad": fit.parameters_sd["horizontal_shift"],
         "drift_N": fit.parameters["drift"],
         "load_N": fit.load,
+        "largest_force_N": float(np.max(np.abs(fit.blocks.force))),
         "branches": float(fit.branches),
         "residual_sd_N": fit.residual_sd,
     }

@@ -16,13 +16,22 @@ from tyre.base.errors import InputError
 @click.option(
     "--json", "json_file", type=click.Path(path_type=Path, allow_dash=True), help="Write JSON here (- = stdout)."
 )
-@click.option("--skip-bad", is_flag=True, help="Leave out files that cannot be used, and list them.")
+@click.option(
+    "--skip-bad/--stop-at-bad", default=True, show_default=True,
+    help="Leave out files that cannot be used and list them with the reason, or stop at the first.",
+)  # fmt: skip
 @click.option("--jobs", type=click.IntRange(min=1), help="Worker processes (default: one per processor).")
 @click.option("--force-calibration", default=0.3, show_default=True, help="Standard uncertainty of the force gain, %.")
 @click.option("--slip-calibration", default=0.3, show_default=True, help="Standard uncertainty of the slip gain, %.")
 @click.option("--gauge-calibration", default=0.2, show_default=True, help="Standard uncertainty of the dial gauges, %.")
 @click.option(
     "--repeatability", default=1.0, show_default=True, help="Scatter of one recording where there are no repeats, %."
+)
+@click.option(
+    "--load-tolerance",
+    default=5.0,
+    show_default=True,
+    help="Largest distance of the measured from the declared load, %.",
 )
 @click.option("--wheel-radius", default=0.34, show_default=True, help="Radius of wheel and tyre, m.")
 @click.option("--every-residual", is_flag=True, help="Draw the residuals of every recording, not only of the worst.")
@@ -40,6 +49,7 @@ def command(
     slip_calibration: float,
     gauge_calibration: float,
     repeatability: float,
+    load_tolerance: float,
     wheel_radius: float,
     every_residual: bool,
     no_lag_correction: bool,
@@ -70,6 +80,7 @@ def command(
             repeatability=repeatability / 100.0,
         ),
         lag_correction=not no_lag_correction,
+        load_tolerance=load_tolerance / 100.0,
     )
     with prepared(folder, out, chosen_map(channels_file, channel_texts), skip_bad=skip_bad) as found:
         for note in found.notes:
