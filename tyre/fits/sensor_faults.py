@@ -160,8 +160,8 @@ def without_faults(model: SweepModel, solution: SweepSolution) -> tuple[SweepMod
         ]  # fmt: skip
     unit, factor = ("N", 1.0) if fault.channel == "side_force" else ("deg", 180.0 / np.pi)
     text = (
-        f"a sensor flattens, most likely that of {fault.channel}: beyond +-{factor * fault.onset:.3g} {unit} it reads too "
-        f"little, about {100 * fault.share:.0f} % at its largest, {factor * fault.largest:.3g} {unit}"
+        f"a sensor flattens, most likely that of {fault.channel}: beyond +-{factor * fault.onset:.3g} {unit} it "
+        f"reads too little, about {100 * fault.share:.0f} % at its largest, {factor * fault.largest:.3g} {unit}"
     )
     inner = within(model, fault)
     if inner.blocks.settled.sum() < 2 * model.free.sum():
