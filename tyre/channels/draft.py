@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from tyre.base.errors import InputError
@@ -35,6 +36,44 @@ _NAMES = {
 """Channel -> what its column is often called."""
 
 
+UNKNOWN = "?"
+"""Unit of a guess that only the user knows."""
+
+
+@dataclass(frozen=True)
+class Guess:
+    """A ``column`` that may be a channel, and how far that is sure.
+
+    Attributes
+    ----------
+    column : Column
+    unit : str
+        Empty where the file says it, :data:`UNKNOWN` where no one does.
+    doubt : str
+        Why the user must check it; empty where its name and unit say the same.
+    """
+
+    column: Column
+    unit: str = ""
+    doubt: str = ""
+
+    def line(self, name: str) -> str:
+        """Of a channel map, in TOML.
+
+        Parameters
+        ----------
+        name : str
+            The channel.
+        """
+        said = f", unit = {_quoted(self.unit)}" if self.unit else ""
+        note = f"  # the file says {self.column.unit}" if not said and self.column.unit else ""
+        if self.unit == UNKNOWN:
+            note = "  # FILL IN the unit"
+        elif self.doubt:
+            note = f"  # CHECK: {self.doubt}"
+        return f"{name} = {{column = {_quoted(self.column.name)}{said}}}{note}"
+
+
 def draft_map(
     given: Signals | Contents | Sequence[Column], quantities: Mapping[str, str], *, clock: bool = True
 ) -> str:
@@ -56,19 +95,38 @@ def draft_map(
     """
     columns = list(given.columns if isinstance(given, Signals | Contents) else given)
     wanted = {**({"time": "time"} if clock else {}), **quantities}
-    taken: set[str] = set()
+    found = guesses(columns, wanted)
     lines, lacking = [], []
     for name, quantity in wanted.items():
-        found = _guess(name, quantity, [column for column in columns if column.name not in taken])
-        if found is None:
+        if name in found:
+            lines.append(found[name].line(name))
+        else:
             lacking.append(f'# {name} = {{column = "?", unit = "{SI[quantity]}"}}')
-            continue
-        taken.add(found.name)
-        unit = "" if quantity_of(found.unit) == quantity else _unit_of_name(found.name, quantity) or "?"
-        said = f", unit = {_quoted(unit)}" if unit and found.unit != "datetime" else ""
-        note = f"  # the file says {found.unit}" if not said and found.unit else ""
-        lines.append(f"{name} = {{column = {_quoted(found.name)}{said}}}{note}")
     return "\n".join(["[channels]", *lines, *lacking])
+
+
+def guesses(columns: Sequence[Column], quantities: Mapping[str, str]) -> dict[str, Guess]:
+    """Columns that may be the channels wanted, each taken once.
+
+    Parameters
+    ----------
+    columns : sequence of Column
+    quantities : mapping of str to str
+        Channels that are wanted, and what each measures.
+
+    Returns
+    -------
+    dict of str to Guess
+        Without the channels for which no column fits.
+    """
+    taken: dict[str, Guess] = {}
+    for name, quantity in quantities.items():
+        used = [guess.column.name for guess in taken.values()]
+        found = _guess(name, quantity, [column for column in columns if column.name not in used])
+        if found is not None:
+            said = quantity_of(found.unit) == quantity or found.unit == "datetime"
+            taken[name] = Guess(found, "" if said else _unit_of_name(found.name, quantity) or UNKNOWN)
+    return taken
 
 
 def draft_words(path: Path, quantities: Mapping[str, str], *, reading: Reading | None = None) -> str:

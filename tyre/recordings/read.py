@@ -174,12 +174,18 @@ def _assemble(columns: dict[str, Channel], sidecar: Sidecar, notes: list[str], p
     pull = any(name in columns for name in _PULL_COLUMNS)
     if sidecar.kind is not None and pull != (sidecar.kind == "pull_test"):
         raise InputError(f"{path}: the sidecar declares kind = {sidecar.kind!r}, the columns are {', '.join(columns)}")
+    if pull and sidecar.rigid_rim:
+        if "rim_displacement" in columns:
+            raise InputError(f"{path}: rigid_rim = true, but rim_displacement is recorded; take one of them out")
+        if "plate_displacement" in columns:
+            columns = {**columns, "rim_displacement": np.zeros(len(columns["plate_displacement"]))}
     needed = ("side_force", *_PULL_COLUMNS) if pull else ("time", "slip_angle", "side_force", "vertical_load")
     for name in needed:
         if name not in columns:
             found = ", ".join(columns)
             if sidecar.channel_map is not None:
-                raise InputError(f"{path}: [channels] names no {name} (it names {found}); add its column")
+                more = "; or write rigid_rim = true if it cannot move" if name == "rim_displacement" else ""
+                raise InputError(f"{path}: [channels] names no {name} (it names {found}); add its column{more}")
             raise InputError(
                 f"{path}: column {name}_{_WRITTEN_UNIT[name][0]} is missing (found: {found}){_or_map(path)}"
             )
