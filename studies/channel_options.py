@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-_FILE = "TOML file: which column is which channel, in what unit and with what sign (docs/recordings.md)."
+_FILE = "TOML file: which column is which channel, in what unit and with what sign."
 _ONE = "One channel: roll_rate='Gyro X' deg/s -1, or time='t' ms, or time=200 Hz; may be repeated."
 
 

@@ -15,6 +15,11 @@ OWN_TIMES = ("mf4", "tdms", "timetable")
 """Formats in which the first column, the time in s, becomes the time of all others."""
 
 
+def name_in_file(form: str, name: str) -> str:
+    """What a column is called in a file of a format (a key of ``WRITERS``)."""
+    return {"mat5": f"run.{name}", "timetable": f"run.{name}", "hdf5": f"run/{name}"}.get(form, name)
+
+
 def write_csv(path: Path, columns: Columns) -> None:
     """Semicolons, decimal commas, a line about the logger, a line of units, Windows-1252 (``columns``: see above)."""
     rows = np.column_stack([x for x, _ in columns.values()])

@@ -159,12 +159,12 @@ def _head(path: Path, reading: Reading) -> tuple[list[str], str, list[str]]:
 def _table(path: Path, lines: list[str], reading: Reading) -> tuple[str, str, int, int]:
     """Delimiter, decimal sign, cells a line and index of the first line of samples: what makes the most of numbers."""
     best: tuple[tuple[float, ...], tuple[str, str, int, int]] | None = None
-    start = max(reading.first_line, reading.names_line + 1, reading.units_line + 1) - 1
+    start = (reading.first_line or max(reading.names_line, reading.units_line) + 1) - 1
     filled = [index for index, line in enumerate(lines) if line.strip()]
     for delimiter, decimal in _CANDIDATES if not reading.delimiter else ((reading.delimiter, s) for s in ".,"):
         if reading.decimal not in ("", decimal):
             continue
-        sample = [split(lines[index], delimiter) for index in filled[-_SAMPLE:] if index >= start]
+        sample = [split(lines[index], delimiter) for index in filled[len(filled) // 2 :][-_SAMPLE:] if index >= start]
         if not sample:
             continue
         width = Counter(len(row) for row in sample).most_common(1)[0][0]
@@ -176,7 +176,7 @@ def _table(path: Path, lines: list[str], reading: Reading) -> tuple[str, str, in
         above = [index for index in filled if index < first]
         header = not above or len(split(lines[above[-1]], delimiter)) in (width, width - 1, width + 1)
         columns = max(width - (delimiter != "blanks" and all(row[-1] == "" for row in whole)), 1)
-        score = (float(header), len(numeric) / columns, float(len(numeric)), len(whole) / len(sample))
+        score = (float(header), len(numeric) / columns, float(len(numeric)), -first, len(whole) / len(sample))
         if best is None or score > best[0]:
             best = score, (delimiter, decimal, width, first)
     if best is None:
@@ -190,7 +190,7 @@ def _table(path: Path, lines: list[str], reading: Reading) -> tuple[str, str, in
 def _numeric(cells: list[str], decimal: str) -> bool:
     filled = [cell for cell in cells if cell not in MISSING]
     hits = sum(_NUMBER[decimal].fullmatch(cell) is not None for cell in filled)
-    return bool(filled) and hits > 0.5 * len(filled)
+    return bool(filled) and hits >= 0.5 * len(filled)
 
 
 def _first(

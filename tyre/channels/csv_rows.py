@@ -4,7 +4,9 @@ import csv
 import io
 import warnings
 from collections.abc import Iterator, Sequence
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +17,7 @@ from tyre.channels.csv_layout import MISSING, Layout, find_layout, split
 from tyre.channels.reading import Reading
 from tyre.channels.signals import Column, Contents, Signal
 
-BLOCK = 1 << 24  # bytes
+BLOCK = 1 << 22  # bytes
 LARGE = 1 << 26  # bytes; larger files show how far they are read
 
 
@@ -48,7 +50,7 @@ def csv_contents(path: Path, reading: Reading) -> Contents:
 
 
 def _columns(path: Path, layout: Layout, places: list[int], most: int | None) -> tuple[list[Array], list[str]]:
-    parts: list[list[Array]] = [[] for _ in places]
+    found = [np.empty(0) for _ in places]
     rows, notes = 0, []
     size = path.stat().st_size
     with progress_bar(total=size, desc=path.name, unit="B", unit_scale=True, show=size > LARGE) as bar:
@@ -56,16 +58,28 @@ def _columns(path: Path, layout: Layout, places: list[int], most: int | None) ->
             if not ended:
                 notes.append(f"line {line}, the last one, has no line end and may be cut off: left out")
                 continue
-            for part, values in zip(parts, _block(path, layout, places, text, line), strict=True):
-                part.append(values)
-            rows += len(parts[0][-1]) if parts else 0
+            block = _block(path, layout, places, text, line)
+            count = len(block[0]) if block else 0
+            if block and rows + count > found[0].size:
+                room = int((rows + count) * max(1.25, 1.05 * size / max(done, 1) if not rows else 0.0))
+                found = [_enlarged(x, rows, room) for x in found]
+            for x, values in zip(found, block, strict=True):
+                x[rows : rows + count] = values
+            rows += count
             bar.update(done)
             if most is not None and rows >= most:
                 break
     if not rows and places:
         raise InputError(f"{path}: has names of columns but no samples; was the file cut off?")
-    joined = [np.concatenate(part)[:most] for part in parts]
-    return [_since_first(x, path) if p in layout.dates else x for p, x in zip(places, joined, strict=True)], notes
+    found = [x[: rows if most is None else min(rows, most)] for x in found]
+    return [_since_first(x) if place in layout.dates else x for place, x in zip(places, found, strict=True)], notes
+
+
+def _enlarged(values: Array, rows: int, room: int) -> Array:
+    """An array with ``room``, of which the first ``rows`` are kept: pages that are never written take no memory."""
+    larger = np.empty(room)
+    larger[:rows] = values[:rows]
+    return larger
 
 
 def _blocks(path: Path, layout: Layout) -> Iterator[tuple[str, int, int, bool]]:
@@ -106,13 +120,21 @@ def _fast(layout: Layout, places: list[int], text: str) -> list[Array] | None:
             frame = pd.read_csv(
                 io.StringIO(text), sep=layout.delimiter, header=None, names=list(range(width)), usecols=places,
                 index_col=False, dtype=np.float64, na_values=list(MISSING), decimal=layout.decimal,
-                keep_default_na=False, skipinitialspace=True, quoting=csv.QUOTE_NONE, float_precision="round_trip",
+                keep_default_na=False, skipinitialspace=True, quoting=csv.QUOTE_NONE, **_exact(),
             )  # fmt: skip
     except (ValueError, OverflowError, pd.errors.ParserError):
         return None
     values = [frame[place].to_numpy() for place in places]
     complete = text.count(layout.delimiter) == (width - 1) * len(frame)
     return values if complete and all(not np.isinf(x).any() for x in values) else None
+
+
+@cache
+def _exact() -> dict[str, Any]:
+    """Numbers to the last bit: what pandas must be told before version 3."""
+    import pandas as pd
+
+    return {"float_precision": "round_trip"} if int(pd.__version__.partition(".")[0]) < 3 else {}
 
 
 def _slow(path: Path, layout: Layout, places: list[int], text: str, line: int) -> list[Array]:
@@ -156,5 +178,5 @@ def _date(cell: str, where: str) -> float:
     return (moment - datetime(2000, 1, 1, tzinfo=UTC)).total_seconds()
 
 
-def _since_first(values: Array, path: Path) -> Array:
+def _since_first(values: Array) -> Array:
     return np.round(values - values[0], 6) if values.size else values

@@ -61,7 +61,11 @@ def _opened(path: Path, reading: Reading) -> Iterator[tuple[Any, list[str]]]:
         raise InputError(f"{path}: no measurement file (it begins with {start!r}); is it damaged or another format?")
     if start == b"UnFinMF ":
         notes.append("the file was not finalised when the logger stopped: read as far as it was written")
-    mdf = asammdf.MDF(path)
+    try:
+        mdf = asammdf.MDF(path)
+    except Exception as error:
+        _close_half_opened(error)
+        raise
     try:
         if not reading.dbc:
             yield mdf, notes
@@ -72,6 +76,21 @@ def _opened(path: Path, reading: Reading) -> Iterator[tuple[Any, list[str]]]:
             yield decoded, notes
     finally:
         mdf.close()
+
+
+def _close_half_opened(error: BaseException) -> None:
+    """Close what asammdf leaves of a file that it could not open: freed later, it would complain on the terminal."""
+    step = error.__traceback__
+    while step is not None:
+        owner: Any = step.tb_frame.f_locals.get("self")
+        if type(owner).__name__ in ("MDF3", "MDF4") and not getattr(owner, "_closed", True):
+            owner._closed = True
+            for file in (getattr(owner, "_tempfile", None), getattr(owner, "_mapped_file", None)):
+                if file is not None:
+                    file.close()
+            if getattr(owner, "_delete_on_close", False):  # its own copy of a file that was not finalised
+                Path(owner.name).unlink(missing_ok=True)
+        step = step.tb_next
 
 
 def _channels(mdf: Any) -> Iterator[Any]:

@@ -13,7 +13,7 @@ from tyre.channels.csv_layout import named
 from tyre.channels.reading import Reading
 from tyre.channels.signals import Column, Contents, Signal
 
-BATCH = 1 << 17  # rows
+BATCH = 1 << 16  # rows
 LARGE = 1 << 23  # samples; more show how far they are read
 
 
@@ -59,7 +59,7 @@ def _is_channel(kind: Any) -> bool:
 
 def _read(path: Path, names: list[str], most: int | None) -> list[Array]:
     parquet = optional_module("pyarrow.parquet", extra="formats")
-    with parquet.ParquetFile(path, page_checksum_verification=True) as file:
+    with parquet.ParquetFile(path, page_checksum_verification=True, pre_buffer=False) as file:
         rows = file.metadata.num_rows if most is None else min(most, file.metadata.num_rows)
         found = [np.empty(rows) for _ in names]
         starts: list[int | None] = [None] * len(names)

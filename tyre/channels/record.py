@@ -9,19 +9,17 @@ import numpy as np
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError, refuse_unknown
 from tyre.channels.channel_map import ChannelMap, MappedColumn
-from tyre.channels.clock import Clock, check_clock
+from tyre.channels.clock import Clock
 from tyre.channels.draft import refuse_unmapped
 from tyre.channels.mounting import Mounting
 from tyre.channels.read import read_signals
-from tyre.channels.resampling import HOW, resampled
 from tyre.channels.signals import Signals
-from tyre.channels.units import SI, Unit, find_unit, quantity_of
+from tyre.channels.time_base import one_time_base, without_times
+from tyre.channels.units import SI, Unit, find_unit, quantity_of, says_nothing
 from tyre.channels.windows import cut
 
-_SAYS_NOTHING = ("", "-", "1", "none", "n/a", "[]", "[-]", "counts", "raw", "unknown")
+_ABSURD = 1e12  # in any SI unit of a channel
 _EPOCH = 1e6  # s; times beyond are those of a calendar
-DATETIME = "datetime"
-"""Unit of a column of dates and times: s after its first one once read."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +80,7 @@ def read_records(
     """
     if not channel_map.channels:
         refuse_unmapped(path, quantities, reading=channel_map.reading)
-    return records(read_signals(path, map=channel_map), channel_map, quantities, timed=timed)
+    return _records(read_signals(path, map=channel_map), channel_map, quantities, timed=timed, own=True)
 
 
 def records(
@@ -109,16 +107,29 @@ def records(
         A channel or column that is not known, a unit that is missing, of another quantity or not that of the file, a
         channel without valid samples, a clock that stands still or runs back, rates that differ without resampling.
     """
+    return _records(signals, channel_map, quantities, timed=timed, own=False)
+
+
+def _records(
+    signals: Signals, channel_map: ChannelMap, quantities: Mapping[str, str], *, timed: bool, own: bool
+) -> tuple[Record, ...]:
+    """As :func:`records`; signals of one's ``own`` are converted where they lie, for large files fill the memory."""
     where = signals.source
     known = _all_quantities(channel_map, quantities)
     units = {name: _unit(signals, entry, known[name], where, name) for name, entry in channel_map.channels.items()}
-    values = {name: _in_si(signals, entry, units[name]) for name, entry in channel_map.channels.items()}
+    stamps = channel_map.clock and (channel_map.clock.column or channel_map.clock.index)
+    used = [signals.find(entry.column) for entry in channel_map.channels.values()]
+    used += [signals.find(stamps)] if stamps else []
+    values = {
+        name: _in_si(signals, entry, units[name], in_place=own and used.count(signals.find(entry.column)) == 1)
+        for name, entry in channel_map.channels.items()
+    }
     for name, x in values.items():
         _check_values(x, f"{where}: {name} (column {channel_map.channels[name].column})")
-    untimed = not timed and channel_map.clock is None and _without_times(signals, channel_map)
+    untimed = not timed and channel_map.clock is None and without_times(signals, channel_map)
     if untimed:
         channel_map = replace(channel_map, clock=Clock(rate=1.0))
-    time, values, notes = _one_time_base(signals, channel_map, values)
+    time, values, notes = one_time_base(signals, channel_map, values)
     if abs(time[0]) > _EPOCH:
         notes = (*notes, f"time is counted from its first sample, {time[0]:.10g} s")
         time = time - time[0]
@@ -139,10 +150,6 @@ def records(
             levels[window.name] = values[name], unit.factor * window.trigger.level + unit.offset
     events, more = cut(channel_map.windows, time, levels, where=where)
     return tuple(_event(whole, name, span, more, several=len(events) > 1) for name, span in events.items())
-
-
-def _without_times(signals: Signals, channel_map: ChannelMap) -> bool:
-    return all(signals[entry.column].time is None for entry in channel_map.channels.values())
 
 
 def _kept(values: Mapping[str, Array], quantities: Mapping[str, str]) -> dict[str, Array]:
@@ -191,7 +198,7 @@ def _unit(signals: Signals, entry: MappedColumn, quantity: str, where: str, name
     column = signals[entry.column]
     here = f"{where}: {name} (column {column.name})"
     written = column.unit.strip()
-    silent = written.casefold() in _SAYS_NOTHING
+    silent = says_nothing(written)
     if entry.instead_of and entry.instead_of != written:
         raise InputError(f"{here}: instead_of = {entry.instead_of!r}, but the file says {written or 'no unit'!r}")
     if not entry.unit:
@@ -211,11 +218,18 @@ def _unit(signals: Signals, entry: MappedColumn, quantity: str, where: str, name
     return unit
 
 
-def _in_si(signals: Signals, entry: MappedColumn, unit: Unit) -> Array:
+def _in_si(signals: Signals, entry: MappedColumn, unit: Unit, *, in_place: bool) -> Array:
     values = signals[entry.column].values
+    if not in_place or not values.flags.writeable:
+        values = values.copy()
     if entry.scaled:
-        values = values * (1.0 if entry.scale is None else entry.scale) + (entry.offset or 0.0)
-    return np.asarray(entry.sign * (unit.factor * values + unit.offset) + 0.0, float)  # no negative zero
+        values *= 1.0 if entry.scale is None else entry.scale
+        values += entry.offset or 0.0
+    values *= unit.factor
+    values += unit.offset
+    values *= entry.sign
+    values += 0.0  # no negative zero
+    return values
 
 
 def _check_values(values: Array, where: str) -> None:
@@ -225,60 +239,6 @@ def _check_values(values: Array, where: str) -> None:
         raise InputError(f"{where} is infinite in sample {int(np.isinf(values).argmax()) + 1}")
     if np.isnan(values).all():
         raise InputError(f"{where} has no valid sample; leave the channel out or repair the file")
-
-
-def _one_time_base(
-    signals: Signals, channel_map: ChannelMap, values: Mapping[str, Array]
-) -> tuple[Array, dict[str, Array], tuple[str, ...]]:
-    where, clock = signals.source, channel_map.clock
-    if clock is not None:
-        lengths = {name: x.size for name, x in values.items()}
-        column = clock.column or clock.index
-        stamps = signals[column] if column else None
-        if stamps is not None:
-            lengths["time"] = stamps.values.size
-        if len(set(lengths.values())) > 1:
-            said = ", ".join(f"{name} {count}" for name, count in lengths.items())
-            raise InputError(f"{where}: the channels have different numbers of samples ({said}), so not one clock")
-        factor = _time_factor(clock.unit, stamps.unit if clock.column and stamps else "s", where)
-        count = next(iter(lengths.values()))
-        time = clock.times(None if stamps is None else stamps.values, count, factor, where=where)
-        if channel_map.resampling is None:
-            return time, dict(values), check_clock(time, where=where)
-        times = dict.fromkeys(values, time)
-    else:
-        times = {}
-        for name, entry in channel_map.channels.items():
-            own = signals[entry.column].time
-            if own is None:
-                raise InputError(
-                    f"{where}: the file gives no times of {name}; add time = {{column = ..., unit = ...}} or "
-                    "time = {rate_hz = ...} to [channels]"
-                )
-            times[name] = own
-        first = next(iter(times.values()))
-        if all(own is first or np.array_equal(own, first) for own in times.values()) and channel_map.resampling is None:
-            return first, dict(values), check_clock(first, where=where)
-    notes = [note for own in {id(t): t for t in times.values()}.values() for note in check_clock(own, where=where)]
-    if channel_map.resampling is None:
-        said = ", ".join(f"{name} {own.size} samples" for name, own in times.items())
-        raise InputError(f"{where}: the channels were sampled at different times ({said}); {HOW}")
-    time, found, more = resampled(times, values, channel_map.resampling, where=where)
-    return time, found, (*notes, *more)
-
-
-def _time_factor(unit: str, written: str, where: str) -> float:
-    here = f"{where}: time"
-    if DATETIME in (unit, written):
-        if unit not in ("", DATETIME) or written != DATETIME:
-            raise InputError(
-                f"{here}: the column holds {'dates' if written == DATETIME else 'no dates'}; mend its unit"
-            )
-        return 1.0
-    silent = written.casefold() in _SAYS_NOTHING
-    if not unit and silent:
-        raise InputError(f"{here}: the file says no unit of time; add unit = 's' or 'ms' in the channel map")
-    found = find_unit(unit or written, "time", where=here)
-    if unit and not silent and find_unit(written, "time", where=here) != found:
-        raise InputError(f"{here}: the file says {written!r}, the channel map {unit!r}; take one of them out")
-    return found.factor
+    largest = max(np.nanmax(values), -np.nanmin(values))
+    if largest > _ABSURD:
+        raise InputError(f"{where} reaches {largest:.3g} in SI units, which nothing measures; is the file damaged?")

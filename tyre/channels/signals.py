@@ -144,7 +144,7 @@ def find_column(name: str, columns: Iterable[Column], *, where: str) -> str:
         if fitting:
             return fitting[0]
     names = [column.name for column in columns]
-    raise InputError(f"{where}: no column {name!r}{hint(name, names)}; there are {listed(names)}")
+    raise InputError(f"{where}: no column {name!r} that holds numbers; there are {listed(names)}{hint(name, names)}")
 
 
 def listed(names: Sequence[str], *, most: int = 40) -> str:

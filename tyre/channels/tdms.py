@@ -1,5 +1,6 @@
 """TDMS files of LabVIEW: channels with their properties of unit and time step."""
 
+import logging
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,8 @@ def tdms_contents(path: Path, reading: Reading) -> Contents:
         No such group.
     """
     nptdms = optional_module("nptdms", extra="tdms")
+    log = optional_module("nptdms.log", extra="tdms").log_manager
+    log.set_level(logging.CRITICAL)  # what it says of damage becomes a note or an error of ours
     with nptdms.TdmsFile.open(path) as file:
         groups = [group.name for group in file.groups()]
         if reading.table and reading.table not in groups:

@@ -90,6 +90,11 @@ def find_unit(text: str, quantity: str, *, where: str) -> Unit:
     raise InputError(f"{where}: {problem} (known: {', '.join(known)}){hint(plain, known)}")
 
 
+def says_nothing(text: str) -> bool:
+    """Whether what a file writes for a unit (``text``) is none: a dash, ``counts``."""
+    return text.strip().casefold() in ("", "-", "1", "none", "n/a", "[]", "[-]", "counts", "raw", "unknown")
+
+
 def quantity_of(text: str) -> str:
     """The quantity that a printed unit measures; empty where ``text`` is no unit known here.
 

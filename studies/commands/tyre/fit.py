@@ -46,7 +46,7 @@ def command(
 ) -> None:
     """Fit all recordings in FOLDER (.csv with .toml sidecar, .tdx) and write tables, maps, .tir files and figures.
 
-    A sidecar with a channel map describes a recording in any columns, units and formats (docs/recordings.md).
+    A sidecar with a channel map describes a recording in any columns, units and formats.
 
     Results of single files are kept in OUT/cache, so an interrupted run goes on where it was.
     """
