@@ -2,14 +2,14 @@
 
 import json
 import os
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from studies.look.look import Look
 from studies.look.motion_uses import DECAY, Motion
-from studies.look.rig_uses import ALL_PULL, ALL_ROLLING, Supposed
-from studies.look.roles import MOTION, TORQUES, Roles
+from studies.look.rig_events import ALL_PULL, ALL_ROLLING, Supposed
+from studies.look.roles import MOTION, QUANTITIES, TORQUES, Roles
 from tyre.base.errors import InputError
 from tyre.base.files import slug, write_text
 from tyre.channels.draft import UNKNOWN
@@ -51,7 +51,9 @@ def drafts(found: Look, folder: Path) -> list[Draft]:
             made += _sidecars(found.roles, given, folder, stem)
     motion = found.motion
     if motion is not None and found.roles.map is None:
-        made.append(Draft(f"{stem}.channels.toml", _motion_map(found, (), ()), "channel map of the bicycle's motion"))
+        made.append(
+            Draft(f"{stem}.channels.toml", _motion_map(found, motion.part, ()), "channel map of the bicycle's motion")
+        )
         if motion.windows or motion.kept:
             text = _motion_map(found, motion.windows, motion.kept)
             made.append(Draft(f"{stem}.decays.toml", text, "channel map of the free decays, with their windows"))
@@ -82,28 +84,28 @@ def _sidecars(roles: Roles, given: Supposed, folder: Path, stem: str) -> list[Dr
     """One for every load, as a sidecar describes one condition."""
     if not given.axes and not roles.unknown_units([*ALL_ROLLING, *ALL_PULL]):
         return []
-    kind = "pull test" if given.pull else "slip sweeps and steps"
+    kind = "pull test" if given.pull else "slip step" if given.step else "slip sweep"
     if not given.windows:
         name = f"{stem}.pull.toml" if given.pull else f"{stem}.toml"
         return [Draft(name, _sidecar(roles, given, folder, given.load, ()), f"sidecar for tyre fit, {kind}")]
-    groups: list[tuple[float, list[Window]]] = []
-    for window, load in given.windows:
-        group = next((g for g in groups if abs(g[0] / load - 1) < SAME_LOAD), None)
+    groups: list[tuple[float, bool, list[Window]]] = []
+    for window, load, step in given.windows:
+        group = next((g for g in groups if g[1] == step and abs(g[0] / load - 1) < SAME_LOAD), None)
         if group is None:
-            groups.append((load, [window]))
+            groups.append((load, step, [window]))
         else:
-            group[1].append(window)
-    names = _names(stem, [load for load, _ in groups])
-    return [
-        Draft(name, _sidecar(roles, given, folder, load, windows), f"sidecar for tyre fit, {kind} at {load:.0f} N")
-        for name, (load, windows) in zip(names, groups, strict=True)
-    ]
+            group[2].append(window)
+    made = []
+    for name, (load, step, windows) in zip(_names(stem, groups), groups, strict=True):
+        text = _sidecar(roles, replace(given, step=step), folder, load, windows)
+        made.append(Draft(name, text, f"sidecar for tyre fit, {'steps' if step else 'slip sweeps'} at {load:.0f} N"))
+    return made
 
 
-def _names(stem: str, loads: list[float]) -> list[str]:
-    if len(loads) == 1:
+def _names(stem: str, groups: Sequence[tuple[float, bool, object]]) -> list[str]:
+    if len(groups) == 1:
         return [f"{stem}.toml"]
-    plain = [f"{load:.0f}" for load in loads]
+    plain = [f"{'step_' if step else ''}{load:.0f}" for load, step, _ in groups]
     return [f"{stem}_{text}N.toml" if plain.count(text) == 1 else f"{stem}_{text}N_{place}.toml"
             for place, text in enumerate(plain, 1)]  # fmt: skip
 
@@ -131,10 +133,15 @@ def _sidecar(roles: Roles, given: Supposed, folder: Path, load: float | None, wi
         )
     else:
         lines.append(f'axes = ""  # {FILL}: "ISO", "SAE" or "adapted SAE" (conventions: docs/conventions.md)')
+    if given.step:
+        lines.append('kind = "slip_step"')
     if given.rigid_rim:
         lines.append(f"rigid_rim = true  # {CHECK}: no rim displacement was found; true only if the rim cannot move")
     if not given.pull and given.speed_missing:
-        lines.append("# speed_km_h = ...  (not recorded; a step needs it, a sweep tells more with it)")
+        lines.append(
+            f'speed_km_h = ""  # {FILL}: not recorded, and a step needs it' if given.step
+            else "# speed_km_h = ...  (not recorded; a sweep tells more with it)"
+        )  # fmt: skip
     lines.append("# temperature_C, camber_deg, rim = name of the rim, note = words: where known")
     lines += ["", *_channels(roles, wanted), *_windows(windows), *_reading(roles.opened.reading, folder)]
     return "\n".join([*lines, ""])
@@ -146,11 +153,9 @@ def _channels(roles: Roles, wanted: Iterable[str]) -> list[str]:
     lines = ["[channels]", *roles.lines([*wanted])]
     if roles.opened.clock is None and roles.opened.time is None and _without_times(roles):
         lines.append("# time = {rate_hz = ...}  # no column could be the time")
-    from studies.look.roles import QUANTITIES
-
     lacking = [name for name in wanted if name not in roles.guessed]
     lines += [f'# {name} = {{column = "{UNKNOWN}", unit = "{SI[QUANTITIES[name]]}"}}' for name in lacking]
-    return lines
+    return [*lines, *roles.resampling([*wanted])]
 
 
 def _without_times(roles: Roles) -> bool:

@@ -1,6 +1,7 @@
 """All channels of a recording as one picture, with the stretches that can be used."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -34,14 +35,20 @@ def draw(found: Look, target: Path) -> Path:
         for place, name in enumerate(names):
             panel = axes[place % rows][place // rows]
             _panel(panel, found, name, taken.get(name, ""), place)
-            for use, start, end, _ in spans:
+            for use, start, end, event in spans:
                 panel.axvspan(start, end, color=COLOURS[use], alpha=0.18, linewidth=0)
+                if place == 0:
+                    panel.annotate(
+                        event, (start, 1), xycoords=("data", "axes fraction"), xytext=(2, -2), fontsize=7, va="top",
+                        textcoords="offset points",
+                    )  # fmt: skip
         for empty in range(len(names), rows * columns):
             axes[empty % rows][empty // rows].set_axis_off()
         timed = any(found.is_timed(name) for name in names)
         for column in range(columns):
             last = min(rows, max(len(names) - column * rows, 1)) - 1
-            axes[last][column].set_xlabel("time in s" if timed else "sample")
+            if last == rows - 1:
+                axes[last][column].set_xlabel("time in s" if timed else "sample")
             axes[last][column].tick_params(labelbottom=True)
         more = f"; {len(left_out)} more channels are not drawn" if left_out else ""
         figure.suptitle(f"{found.opened.path.name}{more}", x=0.01, ha="left", fontweight="bold")
@@ -59,24 +66,23 @@ def _spans(found: Look) -> list[tuple[str, float, float, str]]:
     return marked
 
 
-def _panel(panel: object, found: Look, name: str, taken: str, place: int) -> None:
-    axes: object = panel
+def _panel(axes: Any, found: Look, name: str, taken: str, place: int) -> None:
     signal = found.opened.signals.signals[name]
     time, values = found.opened.time_of(name), np.where(np.isinf(signal.values), np.nan, signal.values)
     if abs(time[0]) > 1e6:
         time = time - time[0]
     x, y = thinned(time, values)
     dead = found.opened.quality[name].dead
-    axes.plot(x, y, color=GREY if dead else "#123a6b", linewidth=0.9)  # type: ignore[attr-defined]
+    axes.plot(x, y, color=GREY if dead else "#123a6b", linewidth=0.9)
     for first, last in _gaps(time, values):
-        axes.axvspan(first, last, color="#c8462f", alpha=0.25, linewidth=0)  # type: ignore[attr-defined]
+        axes.axvspan(first, last, color="#c8462f", alpha=0.25, linewidth=0)
     label = name if len(name) <= LABEL else f"...{name[3 - LABEL :]}"
-    words = f"{label} in {signal.unit}" if signal.unit else label
+    words = f"{label} in {signal.unit}" if signal.unit.strip("-[] ") else label
     words += f"  =  {taken}" if taken else ""
     words += "  (constant)" if dead and np.isfinite(y).any() else "  (no valid sample)" if dead else ""
-    axes.set_title(_plain(words), fontsize=8.5, fontweight="bold" if taken else "normal")  # type: ignore[attr-defined]
-    axes.tick_params(labelsize=7.5)  # type: ignore[attr-defined]
-    axes.locator_params(axis="y", nbins=4)  # type: ignore[attr-defined]
+    axes.set_title(_plain(words), fontsize=8.5, fontweight="bold" if taken else "normal")
+    axes.tick_params(labelsize=7.5)
+    axes.locator_params(axis="y", nbins=4)
 
 
 def _plain(text: str) -> str:
@@ -101,18 +107,16 @@ def thinned(time: Array, values: Array) -> tuple[Array, Array]:
 
 def _gaps(time: Array, values: Array) -> list[tuple[float, float]]:
     """Stretches without samples, at most 200 of them."""
-    missing = ~np.isfinite(values)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], missing, [False]]).astype(np.int8)))
-    return [
-        (float(time[first]), float(time[min(last, time.size - 1)]))
-        for first, last in zip(edges[::2][:200], edges[1::2][:200], strict=True)
-    ]
+    missing = np.concatenate([[0], ~np.isfinite(values), [0]]).astype(np.int8)
+    edges = np.flatnonzero(np.diff(missing)).tolist()
+    ends = zip(edges[::2][:200], edges[1::2][:200], strict=True)
+    return [(float(time[first]), float(time[min(last, time.size - 1)])) for first, last in ends]
 
 
-def _legend(figure: object, spans: list[tuple[str, float, float, str]]) -> None:
+def _legend(figure: Any, spans: list[tuple[str, float, float, str]]) -> None:
     from matplotlib.patches import Patch
 
     uses = list(dict.fromkeys(use for use, *_ in spans))
     if uses:
         patches = [Patch(color=COLOURS[use], alpha=0.35, label=f"usable: {use}") for use in uses]
-        figure.legend(handles=patches, loc="outside lower left", ncols=len(uses))  # type: ignore[attr-defined]
+        figure.legend(handles=patches, loc="outside lower left", ncols=len(uses))

@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 
 from bicycle.identification.free_decay import Decay, identify
-from bicycle.identification.recording import CHANNELS, FASTEST, INPUTS, PLACELESS, QUANTITIES, read_run, run_of
+from bicycle.identification.recording import CHANNELS, FASTEST, FEWEST, INPUTS, PLACELESS, QUANTITIES, read_run, run_of
 from bicycle.identification.run import Run
 from studies.look.opened import Opened
-from studies.look.rig_uses import _short
+from studies.look.rig_events import short
 from studies.look.roles import MOTION, TORQUES, Roles
 from studies.look.stretches import MOST_SAMPLES, decays, telling
 from studies.look.use import Event, Use
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.channels.channel_map import ChannelMap
 from tyre.channels.record import records
@@ -22,18 +23,20 @@ from tyre.channels.windows import Window
 
 DECAY, REPLAY, RESPONSE = "free decay (modal)", "replay (histories)", "frequency response"
 SUPPOSED_SPEED = 5.0  # m/s: neither a decay nor the reading of histories hinges on it
-SHARE_HELD = 0.999
+EPOCH = 1e6  # s; records count later times from their first sample
 
 
 @dataclass(frozen=True)
 class Motion:
     """What the drafts say of a bicycle's recording: ``speed`` in m/s where it was recorded, ``windows`` of decays.
 
-    ``kept`` are the channels that show a decay where others do not.
+    ``part`` is the longest stretch without missing samples, empty where none are missing; ``kept`` are the channels
+    that show a decay where others do not; ``replayed`` says that the torque is there.
     """
 
     speed: float | None = None
     windows: tuple[Window, ...] = ()
+    part: tuple[Window, ...] = ()
     kept: tuple[str, ...] = ()
     replayed: bool = False
 
@@ -60,13 +63,37 @@ def motion_uses(roles: Roles) -> tuple[list[Use], Motion | None]:
         return [Use(name, (), (reason,), (remedy,)) for name in names], Motion()
     speed = _speed(roles.opened, roles)
     try:
-        runs, whole = _runs(roles, roles.map_of(known), speed or SUPPOSED_SPEED)
+        channel_map, part = _complete(roles, roles.map_of(known))
+        runs, whole = _runs(roles, channel_map, speed or SUPPOSED_SPEED)
     except InputError as error:
-        reason = _short(error, path)
+        reason = short(error, path)
         return [Use(name, (), (reason,), ("mend that in the file or in the map",)) for name in names], Motion(speed)
     decay, windows, kept = _decay(roles, runs, whole, speed)
     replay = _replay(runs, roles, unsure)
-    return [decay, replay, _response(replay)], Motion(speed, windows, kept, replay.usable)
+    if part:  # windows are counted from the first sample of the file
+        begin = part[0].first
+        windows = tuple(Window(w.name, round(begin + w.first, 6), round(begin + w.last, 6)) for w in windows)
+        windows = windows or part * bool(decay.usable)
+        decay, replay = (replace(use, windows=use.usable) for use in (decay, replay))
+    return [decay, replay, _response(replay)], Motion(speed, windows, part, kept, replay.usable)
+
+
+def _complete(roles: Roles, channel_map: ChannelMap) -> tuple[ChannelMap, tuple[Window, ...]]:
+    """The map with a window for the longest stretch in which no channel lacks a sample; as it is where none is."""
+    if roles.map is not None:
+        return channel_map, ()
+    (whole,) = records(roles.opened.signals, channel_map.only(QUANTITIES), QUANTITIES)
+    good = np.all([np.isfinite(x) for x in whole.values.values()], axis=0)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], good, [0]]).astype(np.int8)))
+    if good.all() or not edges.size:
+        return channel_map, ()
+    longest = int(np.argmax(edges[1::2] - edges[::2]))
+    first, last = edges[2 * longest], edges[2 * longest + 1] - 1
+    if last - first < FEWEST:
+        return channel_map, ()
+    begin, end = (float(whole.time[place] - whole.time[0]) for place in (first, last))
+    part = (Window("complete", round(begin, 6), round(end, 6)),)
+    return replace(channel_map, windows=part), part
 
 
 def _runs(roles: Roles, channel_map: ChannelMap, speed: float) -> tuple[list[Run], Run]:
@@ -78,6 +105,8 @@ def _runs(roles: Roles, channel_map: ChannelMap, speed: float) -> tuple[list[Run
     channel_map = channel_map.only(QUANTITIES) if roles.given is None else channel_map
     found = [run_of(record, path, speed) for record in records(signals, channel_map, QUANTITIES)]
     if not channel_map.windows:
+        return found, found[0]
+    if roles.map is None:
         return found, found[0]
     whole = records(signals, replace(channel_map, windows=()), QUANTITIES)[0]
     return found, run_of(whole, path, speed)
@@ -99,12 +128,19 @@ def _speed(opened: Opened, roles: Roles) -> float | None:
     return found if 0 < found <= FASTEST else None
 
 
-def _event(run: Run, whole: Run, name: str, first_s: float, last_s: float, notes: tuple[str, ...]) -> Event:
+def _event(run: Run, file: Array, name: str, first_s: float, last_s: float, notes: tuple[str, ...]) -> Event:
     keep = (run.time >= run.time[0] + first_s - 1e-9) & (run.time <= run.time[0] + last_s + 1e-9)
     start = float(run.time[keep][0])
-    first = int(np.searchsorted(whole.time, start - 1e-9))
-    used = int(np.count_nonzero(keep))
-    return Event(name, first + 1, first + used, used, {}, notes, start, float(run.time[keep][-1]))
+    end, used = float(run.time[keep][-1]), int(np.count_nonzero(keep))
+    first, last = (int(np.searchsorted(file, moment - 1e-9)) for moment in (start, end))
+    return Event(name, first + 1, last + 1, used, {}, notes, start, end)
+
+
+def _file_time(roles: Roles) -> Array:
+    """Times of the samples of the file, s, as its records have them."""
+    name = next(iter(roles.names((*MOTION, *TORQUES)).values()))
+    time = roles.opened.time_of(roles.opened.signals.find(name))
+    return time - time[0] if abs(time[0]) > EPOCH else time
 
 
 def _said(decay: Decay) -> tuple[str, ...]:
@@ -132,18 +168,19 @@ def _decay(
     path = roles.opened.path
     says = "" if speed else "the forward speed in m/s, after @"
     at = f"{path}@{speed:.2f}" if speed else f"{path}@SPEED"
+    file = _file_time(roles)
     free = roles.map is None and not _is_native(path, roles.opened.signals.columns)
-    events, reasons = _as_they_are(runs, whole)
+    events, reasons = _as_they_are(runs, file)
     windows: tuple[Window, ...] = ()
     kept: tuple[str, ...] = ()
     if not events and (roles.map is None or not roles.map.windows):
-        windows, events = _kicks(whole)
+        windows, events = _kicks(whole, file)
         if not events:
             kept = telling(whole)
-            part = replace(whole, channels={name: whole.channels[name] for name in kept}) if kept else None
-            if part is not None and free:
-                events, _ = _as_they_are([part], part)
-                windows, events = ((), events) if events else _kicks(part)
+            alone = replace(whole, channels={name: whole.channels[name] for name in kept}) if kept else None
+            if alone is not None and free:
+                events, _ = _as_they_are([alone], file)
+                windows, events = ((), events) if events else _kicks(alone, file)
                 out = [name for name in whole.channels if name not in kept]
                 reasons.append(f"left out of the draft, as they show no decay: {', '.join(out)}")
         reasons += [] if events or kept else ["no stretch after a peak is one decaying oscillation either"]
@@ -157,31 +194,33 @@ def _decay(
     if len(windows) == 1 and not free and roles.map is None:
         step += f" --from {windows[0].first:g} --to {windows[0].last:g}"
     names = tuple(_channel_of(name) for name in kept)
-    return Use(DECAY, tuple(events), tuple(reasons), (), step, says, windows=bool(windows)), windows, names
+    grows = any("GROWS" in note for event in events for note in event.notes)
+    doubt = ("an oscillation that does not die away may be driven: was it free motion, hands off?",) if grows else ()
+    return Use(DECAY, tuple(events), tuple(reasons), doubt, step, says, windows=bool(windows)), windows, names
 
 
 def _channel_of(column: str) -> str:
     return next(name for name in MOTION if column.startswith(f"{name}_"))
 
 
-def _as_they_are(runs: list[Run], whole: Run) -> tuple[list[Event], list[str]]:
+def _as_they_are(runs: list[Run], file: Array) -> tuple[list[Event], list[str]]:
     """Runs as ``modal`` takes them: those that it uses, and why not the others."""
     events, reasons = [], []
     for run in runs:
         found, problem = _identified(run)
         name = run.name.partition("#")[2]
         if found is not None and not problem:
-            events.append(_event(run, whole, name, 0.0, np.inf, _said(found)))
+            events.append(_event(run, file, name, 0.0, np.inf, _said(found)))
         else:
             reasons.append(f"{name or 'the whole recording'}: {problem}")
     return events, reasons
 
 
-def _kicks(whole: Run) -> tuple[tuple[Window, ...], list[Event]]:
+def _kicks(whole: Run, file: Array) -> tuple[tuple[Window, ...], list[Event]]:
     kicks = decays(whole)
     windows = tuple(Window(f"kick{place}", first, last) for place, (first, last, _) in enumerate(kicks, 1))
     events = [
-        _event(whole, whole, window.name, window.first, window.last, _said(found))
+        _event(whole, file, window.name, window.first, window.last, _said(found))
         for window, (_, _, found) in zip(windows, kicks, strict=True)
     ]
     return windows, events
@@ -196,6 +235,7 @@ def _with_map(roles: Roles) -> str:
 
 
 def _replay(runs: list[Run], roles: Roles, unsure: dict[str, str]) -> Use:
+    file = _file_time(roles)
     torques = [name for name in TORQUES if f"{name}_N_m" in runs[0].inputs]
     constant = [name for name in torques if all(np.ptp(run.inputs[f"{name}_N_m"]) == 0 for run in runs)]
     reasons, remedies = [], []
@@ -215,7 +255,7 @@ def _replay(runs: list[Run], roles: Roles, unsure: dict[str, str]) -> Use:
     if reasons:
         return Use(REPLAY, (), tuple(reasons), tuple(remedies))
     events = tuple(
-        _event(run, run, run.name.partition("#")[2], 0.0, np.inf, (f"torque: {', '.join(torques)}",)) for run in runs
+        _event(run, file, run.name.partition("#")[2], 0.0, np.inf, (f"torque: {', '.join(torques)}",)) for run in runs
     )
     more = ("with one run nothing is held out, and nothing is named: give several",) if len(runs) == 1 else ()
     return Use(

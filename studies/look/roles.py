@@ -5,10 +5,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from bicycle.identification.recording import QUANTITIES as OF_MOTION
-from studies.look.opened import Opened
+from studies.look.opened import Opened, rate
 from tyre.base.errors import InputError
 from tyre.channels.channel_map import ChannelMap
+from tyre.channels.clock import GAP
 from tyre.channels.draft import UNKNOWN, Guess, guesses
 from tyre.channels.signals import Column, listed
 from tyre.channels.units import SI, quantity_of
@@ -20,6 +23,9 @@ ROLLING = ("slip_angle", "side_force", "vertical_load")
 PULL = ("side_force", "plate_displacement")
 MOTION = ("roll_rate", "lean", "steer", "steer_rate", "yaw_rate", "lateral_acceleration")
 TORQUES = ("steer_torque", "lean_torque")
+SPARSE = 0.2
+"""Share of missing samples from which a channel was recorded at a lower rate than the table has rows."""
+
 QUANTITIES = {**OF_RIG, **OF_MOTION}
 
 
@@ -83,26 +89,51 @@ class Roles:
             return self.map
         unsure = self.unknown_units([*wanted, "time"])
         lines = [line for line in self.lines(wanted) if line.partition(" ")[0] not in unsure]
-        content = tomllib.loads("\n".join(["[channels]", *lines]))
+        content = tomllib.loads("\n".join(["[channels]", *lines, *self.resampling(wanted)]))
         made = ChannelMap.from_table(content, self.opened.path.parent, where=str(self.opened.path))
         return replace(made, reading=self.opened.reading)
 
-    def lacking(self, name: str) -> str:
-        """The remedy for a channel ``name`` that no column could be, with the columns that measure its quantity."""
-        quantity = QUANTITIES.get(name, "time")
+    def resampling(self, wanted: Sequence[str]) -> list[str]:
+        """Lines of a map that bring the channels ``wanted`` to one rate, where the file holds several."""
+        unsure = self.unknown_units(wanted)
+        columns = [column for name, column in self.names(wanted).items() if name not in unsure]
+        times = [self.opened.time_of(column) for column in columns]
+        rates = []
+        for column, time in zip(columns, times, strict=True):
+            seen = self.opened.quality[column]
+            regular = seen.missing > SPARSE * seen.samples and seen.longest_missing < GAP
+            rates.append(rate(time) * (1 - seen.missing / seen.samples if regular else 1.0))
+        sparse = any(own < 0.99 * rate(time) for own, time in zip(rates, times, strict=True))
+        same = all(time.size == times[0].size and np.array_equal(time, times[0]) for time in times)
+        if not times or (same and not sparse) or not min(rates) > 0:
+            return []
+        return ["", "[resampling]", f"rate_hz = {min(rates):.6g}  # CHECK: the lowest rate of these channels"]
+
+    def lacking(self, *names: str) -> str:
+        """What to do about the channels ``names`` that no column could be."""
+        entries, which = [], []
+        for name in names:
+            quantity = QUANTITIES.get(name, "time")
+            more = " or time = {rate_hz = ...}" if name == "time" else ""
+            entries.append(f'{name} = {{column = "...", unit = "{SI[quantity]}"}}{more}')
+            fitting = self._free(quantity)
+            which.append(f"in a unit of {quantity}: {listed(fitting, most=4)}" if fitting else "")
+        none = dict.fromkeys(QUANTITIES.get(name, "time") for name, said in zip(names, which, strict=True) if not said)
+        which = [*dict.fromkeys(said for said in which if said)]
+        which += [f"no free column has a unit of {' or '.join(none)}"] if none else []
+        silent = self._free("")
+        which += [f"without a known unit: {listed(silent, most=4)}"] if none and silent else []
+        return f"map {', '.join(entries)} ({'; '.join(which)})"
+
+    def _free(self, quantity: str) -> list[str]:
+        """Columns that are no channel yet and measure a ``quantity`` (empty: in no unit that is known)."""
         taken = set(self.names([*QUANTITIES]).values())
         taken |= {self.opened.clock.column.name} if self.opened.clock else set()
-        free = [column for column in self.opened.signals.columns if column.name not in taken]
-        fitting = [column.name for column in free if quantity_of(column.unit) == quantity]
-        silent = [column.name for column in free if not quantity_of(column.unit)]
-        if fitting:
-            which = f"in a unit of {quantity}: {listed(fitting, most=6)}"
-        elif silent:
-            which = f"no free column has a unit of {quantity}; without a known unit: {listed(silent, most=6)}"
-        else:
-            which = f"no free column has a unit of {quantity}"
-        more = " or give time = {rate_hz = ...}" if name == "time" else ""
-        return f'map one with {name} = {{column = "...", unit = "{SI[quantity]}"}}{more} ({which})'
+        return [
+            column.name for column in self.opened.signals.columns
+            if column.name not in taken and quantity_of(column.unit) == quantity
+            and not self.opened.quality[column.name].dead
+        ]  # fmt: skip
 
 
 def roles(opened: Opened, given: ChannelMap | None) -> Roles:
@@ -117,9 +148,10 @@ def roles(opened: Opened, given: ChannelMap | None) -> Roles:
     columns = [c for c in opened.signals.columns if opened.clock is None or c.name != opened.clock.column.name]
     live = [c for c in columns if opened.quality[c.name].samples > opened.quality[c.name].missing]
     found = {**guesses(live, OF_RIG), **guesses(live, OF_MOTION)}
-    for needed in (ROLLING, ("side_force", "plate_displacement", "rim_displacement")):
+    for needed in (ROLLING, ("side_force", "plate_displacement")):
         if "side_force" in found or any(name in found for name in needed):
             found |= _by_unit(live, found, needed)
+    found |= _by_unit(live, found, ("speed", "temperature"))
     if "side_force" not in found:
         found |= _by_unit(live, found, PULL, both=True)
     return Roles(opened, given, sidecar, found)

@@ -94,6 +94,7 @@ def decays(run: Run) -> list[tuple[float, float, Decay]]:
     distance = max(int(BETWEEN_KICKS / run.step), 1)
     height = max(0.35 * float(x.max()), 5 * noise_level(run.channels[name]))
     peaks = find_peaks(np.concatenate([[0.0], x, [0.0]]), height=height, distance=distance)[0] - 1
+    peaks = _after_rest(x, peaks, max(int(run.time.size and 1.0 / run.step), 1))
     peaks = np.sort(peaks[np.argsort(-x[peaks])][:MOST_KICKS])
     found: list[tuple[float, float, Decay]] = []
     free = 0.0
@@ -107,12 +108,25 @@ def decays(run: Run) -> list[tuple[float, float, Decay]]:
     return found
 
 
+def _after_rest(x: Array, peaks: NDArray[np.intp], second: int) -> NDArray[np.intp]:
+    """Of the ``peaks`` of ``x``, those that do not belong to the motion after another one: kicks."""
+    kicks: list[int] = []
+    for peak in peaks:
+        if kicks:
+            between = x[kicks[-1] : peak]
+            quiet = min(float(between[first : first + second].max()) for first in range(0, between.size, second))
+            if quiet > 0.5 * x[peak] and x[peak] < 1.5 * x[kicks[-1]]:
+                continue
+        kicks.append(int(peak))
+    return np.array(kicks, int)
+
+
 def _foremost(run: Run) -> str:
     return next((name for name in ORDER if name in run.channels), next(iter(run.channels)))
 
 
 def telling(run: Run) -> tuple[str, ...]:
-    """Channels of a ``run`` that show the decays that its foremost channel shows by itself; none where there are none."""
+    """Channels of a ``run`` that show the decays which its foremost channel shows by itself; none without decays."""
     first = _foremost(run)
     kicks = decays(replace(run, channels={first: run.channels[first]}))
     if not kicks:

@@ -47,7 +47,8 @@ class Event:
         name = f"{self.name}: " if self.name else ""
         whole = self.last - self.first + 1
         if not self.left_out:
-            return f"{name}samples {self.first}-{self.last}, all {whole}"
+            how = f"all {whole}" if self.used == whole else f"resampled to {self.used}"
+            return f"{name}samples {self.first}-{self.last}, {how}"
         said = ", ".join(f"{count} {why}" for why, count in self.left_out.items())
         return f"{name}samples {self.first}-{self.last}, {self.used} of {whole}; left out: {said}"
 

@@ -74,12 +74,14 @@ def _rows(found: Look) -> Iterator[Sequence[object]]:
     for column in found.opened.signals.columns:
         seen = found.opened.quality[column.name]
         name = column.name if len(column.name) <= WIDTH else f"...{column.name[3 - WIDTH :]}"
-        noise: object = f"< {seen.step:.2g}" if seen.step and seen.noise < seen.step / 2 else f"{seen.noise:.2g}"
+        noise = f"< {seen.step:.2g}" if seen.step and seen.noise < seen.step / 2 else f"{seen.noise:.2g}"
+        noise = "-" if seen.noise < 1e-7 * (seen.highest - seen.lowest) and not seen.step else noise
         is_time = taken.get(column.name) == "time"
         missing = f"{seen.samples} ({seen.missing} missing)" if seen.missing else f"{seen.samples}"
         yield (
             name, column.unit or "-", missing, _number(seen.lowest), _number(seen.median), _number(seen.highest),
-            f"{seen.step:.2g}" if seen.step else "-", "-" if is_time or seen.dead else noise, taken.get(column.name, ""),
+            f"{seen.step:.2g}" if seen.step else "-", "-" if is_time or seen.dead else noise,
+            taken.get(column.name, ""),
         )  # fmt: skip
 
 

@@ -67,7 +67,8 @@ class Quality:
             return ("no valid sample",)
         found = []
         if self.dead:
-            found.append(f"constant {self.lowest:.6g}: dead, or not connected")
+            what = "a set value, or dead" if self.lowest else "dead, or not connected"
+            found.append(f"constant {self.lowest:.6g}: {what}?")
         if self.missing:
             found.append(
                 f"{self.missing} missing ({self.missing / self.samples:.1%}), at most {self.longest_missing} in a row "
