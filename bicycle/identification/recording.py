@@ -14,7 +14,7 @@ from tyre.base.csv_table import read_columns
 from tyre.base.errors import InputError
 from tyre.base.schema import by_name, maybe, needed, path_key, read, table
 from tyre.channels.channel_map import TABLES, ChannelMap
-from tyre.channels.draft import draft_words, refuse_unmapped
+from tyre.channels.draft import draft_words, looking, refuse_unmapped
 from tyre.channels.record import Record, read_records
 
 CHANNELS = {
@@ -138,7 +138,9 @@ def _runs(entry: Mapping[str, Any], folder: Path, drop: float, common: Mapping[s
     channel_map = ChannelMap.from_table(tables, folder, where=where) if tables else None
     path = folder / given["file"]
     found = []
-    for run in read_events(path, given["speed_m_s"], given["group"], channel_map=channel_map):
+    with looking(path):
+        events = read_events(path, given["speed_m_s"], given["group"], channel_map=channel_map)
+    for run in events:
         name = Path(given["file"]).as_posix() + run.name.removeprefix(path.name)
         keep = run.time >= run.time[0] + drop - 1e-9
         if keep.sum() < FEWEST:

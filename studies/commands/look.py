@@ -59,7 +59,7 @@ def command(
             click.echo("")
             click.echo(f"picture: {picture}")
             for path, draft in zip(written, made, strict=True):
-                marks = f", {draft.marks} places to fill in" if draft.marks else ""
+                marks = f", {draft.marks} place{'s' * (draft.marks > 1)} to fill in" if draft.marks else ""
                 click.echo(f"draft: {path} ({draft.purpose}{marks})")
     if json_file:
         write_json({"files": [found.as_json() for found in looks]}, json_file)

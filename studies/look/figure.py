@@ -97,7 +97,7 @@ def thinned(time: Array, values: Array) -> tuple[Array, Array]:
     size = count // POINTS
     whole = count // size * size
     parts = values[:whole].reshape(-1, size)
-    empty = np.isnan(parts).all(axis=1)
+    empty = np.asarray(np.isnan(parts).all(axis=1))
     filled = np.where(empty[:, None], 0.0, parts)
     low, high = np.nanmin(filled, axis=1), np.nanmax(filled, axis=1)
     low[empty], high[empty] = np.nan, np.nan

@@ -45,12 +45,13 @@ class Event:
     def words(self) -> str:
         """Which samples are used and which are not, in one line."""
         name = f"{self.name}: " if self.name else ""
-        whole = self.last - self.first + 1
+        timed = f" ({self.start_s:.4g} to {self.end_s:.4g} s)" if self.end_s > self.start_s else ""
+        name, whole = f"{name}samples {self.first}-{self.last}{timed}, ", self.last - self.first + 1
         if not self.left_out:
             how = f"all {whole}" if self.used == whole else f"resampled to {self.used}"
-            return f"{name}samples {self.first}-{self.last}, {how}"
+            return f"{name}{how}"
         said = ", ".join(f"{count} {why}" for why, count in self.left_out.items())
-        return f"{name}samples {self.first}-{self.last}, {self.used} of {whole}; left out: {said}"
+        return f"{name}{self.used} of {whole}; left out: {said}"
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,8 @@
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -165,6 +166,23 @@ def refuse_unmapped(path: Path, quantities: Mapping[str, str], *, reading: Readi
     """
     found = contents(path, reading=reading)
     raise InputError(f"{path}: no channel map says which column is which channel; {_words(found, quantities)}")
+
+
+@contextmanager
+def looking(path: Path) -> Iterator[None]:
+    """Add the next step, a look at the recording at ``path``, to an error of reading it.
+
+    Raises
+    ------
+    InputError
+        That of the block, with the next step where there is such a file.
+    """
+    try:
+        yield
+    except InputError as error:
+        if not path.is_file():
+            raise
+        raise InputError(f"{error}; `velotyre look {path}` shows what is in it and what it can be used for") from error
 
 
 def _words(found: Contents, quantities: Mapping[str, str]) -> str:
