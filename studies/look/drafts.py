@@ -121,7 +121,7 @@ def _sidecar(roles: Roles, given: Supposed, folder: Path, load: float | None, wi
         f"# Draft of a sidecar by `velotyre look`. Fill in what is marked {FILL}, check what is marked {CHECK}.",
         f"recording = {_quoted(_relative(roles.opened.path, folder))}",
         f'tyre = ""  # {FILL}: name of the tyre',
-        f'load_N = ""  # {FILL}: {said}' if load is None else f"load_N = {load:.4g}  # {CHECK}: {said}",
+        f'load_N = ""  # {FILL}: {said}' if load is None else f"load_N = {_nominal(load):g}  # {CHECK}: {said}",
         f'pressure_bar = ""  # {FILL}: inflation pressure in bar',
         f'surface = ""  # {FILL}: "flat", or "drum" and a line drum_radius_m = ...',
     ]
@@ -145,6 +145,12 @@ def _sidecar(roles: Roles, given: Supposed, folder: Path, load: float | None, wi
     lines.append("# temperature_C, camber_deg, rim = name of the rim, note = words: where known")
     lines += ["", *_channels(roles, wanted), *_windows(windows), *_reading(roles.opened.reading, folder)]
     return "\n".join([*lines, ""])
+
+
+def _nominal(load: float) -> float:
+    """A round load within 1 % of the measured one (N): events of one condition must declare the same."""
+    rounded = (step * round(load / step) for step in (50.0, 10.0, 5.0, 1.0))
+    return next((value for value in rounded if abs(value / load - 1) < 0.01), load)
 
 
 def _channels(roles: Roles, wanted: Iterable[str]) -> list[str]:

@@ -1,5 +1,6 @@
 """The page on recordings runs as it stands, from a look to a fit and to a verdict, and tells of every format."""
 
+import json
 import re
 import shlex
 from pathlib import Path
@@ -38,10 +39,8 @@ def test_the_page_runs_and_says_what_it_says(tmp_path, monkeypatch, capsys):
         else:
             Path(block["file"]).write_text(text, encoding="utf-8")
     # 6400 N/rad is what the page wrote into the forces; the damper of 2 N m s/rad is of the page on measurement files
-    row = next(iter(Path("fit/maps").glob("*.csv"))).read_text(encoding="utf-8").splitlines()
-    stiffness = dict(zip(row[0].split(","), row[1].split(","), strict=True))
-    name = next(key for key in stiffness if key.startswith("cornering_stiffness"))
-    assert float(stiffness[name]) == pytest.approx(6400 * (0.0174533 if name.endswith("deg") else 1), rel=0.02)
+    (condition,) = json.loads(Path("fit.json").read_text(encoding="utf-8"))["conditions"]
+    assert condition["cornering_stiffness_N_per_rad"]["value"] == pytest.approx(6400, rel=0.02)
     assert "steer_damper" in shown
     assert "rider_arms" in shown
 

@@ -85,7 +85,7 @@ def test_samples_said_to_be_left_out_do_not_move_the_fit_and_others_do(rig):
     for which, moves in ((~used, False), (used & (np.cumsum(used) < 200), True)):
         force = np.where(which, run.side_force + 30.0, run.side_force)
         after = fit_slip_sweep(replace(run, side_force=force)).cornering_stiffness.value
-        assert (abs(after / before - 1) > 1e-9) == moves
+        assert (abs(after / before - 1) > 1e-6) == moves
 
 
 def test_a_pull_test_of_a_testing_machine_is_fitted_once_the_draft_is_filled_in(tmp_path, capsys):
