@@ -24,6 +24,13 @@ from tyre.recordings.recording import Condition, PullTest, RigRun
 from tyre.recordings.sidecar import Sidecar
 
 SWEEP, PULLED, STEP = "slip sweep", "pull test", "step (relaxation)"
+OTHERWISE = {
+    SWEEP: "a slip sweep goes up and down between slip angles, without rest, with kind = slip_sweep or none",
+    PULLED: "a pull test needs side_force, plate_displacement and rim_displacement (or rigid_rim = true)",
+    STEP: 'a step rests, goes to another slip angle and rests there; write kind = "slip_step" into its sidecar',
+}
+"""What makes a recording the other use."""
+
 KINDS = {"slip_sweep": SWEEP, "pull_test": PULLED, "slip_step": STEP}
 ALL_ROLLING = (*ROLLING, "aligning_moment", "inclination", "speed", "temperature")
 ALL_PULL = (*PULL, "rim_displacement")

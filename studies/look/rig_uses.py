@@ -10,6 +10,7 @@ from studies.look.rig_events import (
     ALL_PULL,
     ALL_ROLLING,
     KINDS,
+    OTHERWISE,
     PULLED,
     STEP,
     SWEEP,
@@ -63,7 +64,8 @@ def _described(roles: Roles, sidecar: Sidecar) -> list[Use]:
             declare = ('it is a step: write kind = "slip_step" into the sidecar',) if undeclared and bad else ()
             remedies = declare + _ways(roles, bad)
         else:
-            bad, remedies = [f"the sidecar and the channels make it a {' and a '.join(others)}"], ()
+            bad = [f"the sidecar and the channels make it a {' and a '.join(others)}"]
+            remedies = (OTHERWISE[name],)
         uses.append(
             Use(name, tuple(good), tuple(bad), remedies, f"velotyre tyre fit {path.parent} --out fit" * bool(good))
         )
@@ -185,7 +187,7 @@ def _sorted(
         remedies = tuple("mend it in the file or in the draft: each reason says how" for _ in reasons[:1])
         if not mine:
             reasons = (f"the channels are there, but what was recorded is a {' and a '.join(kinds)}",)
-            remedies = ("a step is at rest, goes to another slip angle and rests there",) if name == STEP else ()
+            remedies = (OTHERWISE[name],)
         speed = ", the speed" if name == STEP and given.speed_missing else ""
         says = f"tyre, load, pressure, surface{speed} and axes, which no recording says"
         uses.append(Use(name, good, reasons, remedies, "", says if good else "", windows=windows and bool(good)))

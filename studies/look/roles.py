@@ -56,6 +56,10 @@ class Roles:
             return f"by {self.given.source}"
         if self.sidecar is not None and self.sidecar.channel_map is not None:
             return f"by the sidecar {self.opened.path.with_suffix('.toml').name}"
+        if self.sidecar is not None:
+            return (
+                f"of a rig by the names of the columns, with the sidecar {self.opened.path.with_suffix('.toml').name}"
+            )
         return "guessed from names and units"
 
     @property

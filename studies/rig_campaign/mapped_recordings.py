@@ -100,7 +100,7 @@ def _mapped(files: list[Path], *, every: bool) -> dict[Path, Path]:
         except InputError:  # told when the recording is read
             named = content.get("recording")
             needs_map = isinstance(named, str) and named != ""
-            recording = path.parent / named if needs_map else path.with_suffix(".csv")
+            recording = path.parent / str(named) if needs_map else path.with_suffix(".csv")
         if needs_map or recording.suffix.casefold() not in OWN:
             found[path] = recording
     return found

@@ -203,8 +203,7 @@ def _first(
         row = split(lines[index], delimiter)
         if start and index >= start:
             return index
-        below = (split(lines[later], delimiter) for later in filled[place + 1 : place + 4])
-        if any(len(cells) == width and _are_units(cells) and not _numeric(cells, decimal) for cells in below):
+        if any(_are_units(split(lines[later], delimiter)) for later in filled[place + 1 : place + 4]):
             continue  # results of a testing machine, above the table itself
         hits = sum(
             len(row) > column and (_NUMBER[decimal].fullmatch(row[column]) is not None or row[column] in MISSING[1:])
@@ -298,4 +297,4 @@ def _stripped(row: list[str], width: int) -> list[str]:
 
 def _are_units(cells: list[str]) -> bool:
     known = [quantity_of(cell) != "" or cell.strip("[]()") in ("-", "%", "1") for cell in cells if cell]
-    return bool(known) and sum(known) >= 0.5 * len(known)
+    return sum(known) >= 0.5 * len(known) and any(map(quantity_of, cells))
