@@ -163,7 +163,9 @@ def test_oddities_of_a_clock_are_said():
     (uneven,) = check_clock(TIME + rng.uniform(0, 3e-3, N), where="f")
     assert uneven.startswith("time is uneven: its steps range from 0.00")
     drifting = np.cumsum(np.linspace(0.01, 0.0102, 1000))
-    assert check_clock(drifting, where="f") == ("the sample time drifts from 0.01001 to 0.0101902 s over the recording",)
+    assert check_clock(drifting, where="f") == (
+        "the sample time drifts from 0.01001 to 0.0101902 s over the recording",
+    )
 
 
 def test_a_time_of_the_calendar_is_counted_from_the_first_sample():
