@@ -90,7 +90,7 @@ def _plain(text: str) -> str:
 
 
 def thinned(time: Array, values: Array) -> tuple[Array, Array]:
-    """A line of few points that looks the same: the lowest and the highest of each part of ``time``, ``values`` (n,)."""
+    """A line of few points that looks the same: the extremes of each part of ``time`` and ``values``, shape (n,)."""
     count = values.size
     if count <= 2 * POINTS:
         return time, values
