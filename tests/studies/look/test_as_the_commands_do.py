@@ -96,7 +96,7 @@ def test_a_pull_test_of_a_testing_machine_is_fitted_once_the_draft_is_filled_in(
     capsys.readouterr()
     with pytest.raises(SystemExit):  # what is marked must be filled in
         main(["tyre", "fit", str(tmp_path / "drafts"), "--out", str(tmp_path / "fit"), "--jobs", "1"])
-    assert "tyre = ''" in capsys.readouterr().err
+    assert "pull.pull.toml: tyre is empty" in capsys.readouterr().err
     filled(tmp_path / "drafts")
     main(["tyre", "fit", str(tmp_path / "drafts"), "--out", str(tmp_path / "fit"), "--json", "-", "--jobs", "1"])
     (condition,) = json.loads(capsys.readouterr().out)["conditions"]
