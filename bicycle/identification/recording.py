@@ -1,21 +1,21 @@
 """Time histories: recorded motion and torques of one run per CSV file."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from bicycle.identification.run import Run
 from tyre.base.arrays import Array
 from tyre.base.checks import any_table, anything, list_of, number, refused
 from tyre.base.csv_table import read_columns
 from tyre.base.errors import InputError
 from tyre.base.schema import by_name, maybe, needed, path_key, read, table
 from tyre.channels.channel_map import TABLES, ChannelMap
-from tyre.channels.draft import draft_words, refuse_unmapped
-from tyre.channels.mounting import Mounting
-from tyre.channels.record import read_records
+from tyre.channels.draft import draft_words, looking, refuse_unmapped
+from tyre.channels.record import Record, read_records
 
 CHANNELS = {
     "roll_rate_rad_s": "lean_rate", "lean_rad": "lean", "steer_rad": "steer", "steer_rate_rad_s": "steer_rate",
@@ -74,29 +74,6 @@ RUN = table(
     }
 )
 NOISE_SD = number(above=0, says="must be positive; leave it out to estimate it")
-
-
-@dataclass(frozen=True)
-class Run:
-    """One run: equidistant samples ``time`` (s), measured ``channels`` and known ``inputs`` by column name, SI.
-
-    ``mountings`` are the rotations of sensors that were applied, each with its uncertainty; ``notes`` tell what was
-    done to the recording.
-    """
-
-    name: str
-    speed: float
-    time: Array
-    channels: Mapping[str, Array]
-    inputs: Mapping[str, Array]
-    group: str = ""
-    mountings: tuple[Mounting, ...] = ()
-    notes: tuple[str, ...] = ()
-
-    @property
-    def step(self) -> float:
-        """Sample time, s."""
-        return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
 
 
 def read_runs(content: Mapping[str, Any], folder: Path) -> tuple[tuple[Run, ...], dict[str, float], tuple[str, ...]]:
@@ -161,7 +138,9 @@ def _runs(entry: Mapping[str, Any], folder: Path, drop: float, common: Mapping[s
     channel_map = ChannelMap.from_table(tables, folder, where=where) if tables else None
     path = folder / given["file"]
     found = []
-    for run in read_events(path, given["speed_m_s"], given["group"], channel_map=channel_map):
+    with looking(path):
+        events = read_events(path, given["speed_m_s"], given["group"], channel_map=channel_map)
+    for run in events:
         name = Path(given["file"]).as_posix() + run.name.removeprefix(path.name)
         keep = run.time >= run.time[0] + drop - 1e-9
         if keep.sum() < FEWEST:
@@ -231,22 +210,40 @@ def read_events(path: Path, speed: float, group: str = "", *, channel_map: Chann
         if path.suffix.casefold() not in ("", ".csv"):
             refuse_unmapped(path, QUANTITIES)
         return (read_run(path, speed, group),)
-    found = []
-    for record in read_records(path, channel_map, QUANTITIES):
-        numbers = {f"{name}_{_ENDS[QUANTITIES[name]]}": x for name, x in record.values.items()}
-        for name, x in numbers.items():
-            if not np.isfinite(x).all():
-                missing = np.flatnonzero(~np.isfinite(x))
-                raise InputError(
-                    f"{record.source}: {name} is missing in {missing.size} samples, first in sample {missing[0] + 1}; "
-                    "cut the recording with [[windows]] or repair it"
-                )
-        numbers["time_s"] = record.time
-        places = [f"sample {place}" for place in range(1, len(record.time) + 1)]
-        name = record.source.removeprefix(str(path.parent)).lstrip("/\\")
-        run = _checked(record.source, name, numbers, places, speed, group)
-        found.append(replace(run, mountings=record.mountings, notes=record.notes))
-    return tuple(found)
+    return tuple(run_of(record, path, speed, group) for record in read_records(path, channel_map, QUANTITIES))
+
+
+def run_of(record: Record, path: Path, speed: float, group: str = "") -> Run:
+    """One event of a recording as a run, checked.
+
+    Parameters
+    ----------
+    record : Record
+    path : Path
+        The recording.
+    speed : float
+        Forward speed, m/s.
+    group : str
+        Runs of one group are held out together.
+
+    Raises
+    ------
+    InputError
+        As :func:`read_run`; a sample that is missing.
+    """
+    numbers = {f"{name}_{_ENDS[QUANTITIES[name]]}": x for name, x in record.values.items()}
+    for name, x in numbers.items():
+        if not np.isfinite(x).all():
+            missing = np.flatnonzero(~np.isfinite(x))
+            raise InputError(
+                f"{record.source}: {name} is missing in {missing.size} samples, first in sample {missing[0] + 1}; "
+                "cut the recording with [[windows]] or repair it"
+            )
+    numbers["time_s"] = record.time
+    places = [f"sample {place}" for place in range(1, len(record.time) + 1)]
+    name = record.source.removeprefix(str(path.parent)).lstrip("/\\")
+    run = _checked(record.source, name, numbers, places, speed, group)
+    return replace(run, mountings=record.mountings, notes=record.notes)
 
 
 def _checked(

@@ -31,6 +31,7 @@ def command(
     from studies.reporting.output import print_table
     from tyre.base.errors import InputError, unknown
     from tyre.base.files import replacing
+    from tyre.channels.draft import looking
 
     if mode not in known_modes():
         raise InputError(unknown("mode", mode, known_modes()))
@@ -46,7 +47,9 @@ def command(
             speed = 0.0
         if not name or not 0 < speed <= FASTEST:
             raise InputError(f"{given!r}: give a file and its speed in m/s (up to {FASTEST:g}), as run01.csv@4.8")
-        for event in read_events(Path(name), speed, channel_map=channel_map):
+        with looking(Path(name)):
+            events = read_events(Path(name), speed, channel_map=channel_map)
+        for event in events:
             found = identify(event, first_s=first_s, last_s=last_s, start_hz=start_hz)
             z = found.eigenvalue
             shown.append([
@@ -64,5 +67,13 @@ def command(
             writer = csv.DictWriter(file, rows[0])
             writer.writeheader()
             writer.writerows({key: f"{x:.6g}" if isinstance(x, float) else x for key, x in row.items()} for row in rows)
-    if out_file and not rows:
-        raise InputError(f"no run could be used, {out_file} is not written; see the judgements above")
+    if not rows:
+        unwritten = f", {out_file} is not written" if out_file else ""
+        first = runs[0].rpartition("@")[0]
+        said = (
+            f"no run could be used{unwritten}; see the judgements above; `velotyre look {first}` finds the windows in "
+            "which a motion dies away"
+        )
+        if out_file:
+            raise InputError(said)
+        click.echo(f"note: {said}", err=True)

@@ -98,7 +98,9 @@ def _mapped(files: list[Path], *, every: bool) -> dict[Path, Path]:
             needs_map = every or "recording" in content or any(key in content for key in TABLES)
             recording = recording_of(path)
         except InputError:  # told when the recording is read
-            needs_map, recording = False, path.with_suffix(".csv")
+            named = content.get("recording")
+            needs_map = isinstance(named, str) and named != ""
+            recording = path.parent / str(named) if needs_map else path.with_suffix(".csv")
         if needs_map or recording.suffix.casefold() not in OWN:
             found[path] = recording
     return found

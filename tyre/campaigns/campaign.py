@@ -86,7 +86,10 @@ def recordings_in(folder: Path, *, exclude: Path | None = None) -> list[Path]:
         if path.suffix.casefold() in (".csv", ".tdx") and path.is_file() and not _within(path, results)
     ]
     if not files:
-        raise InputError(f"{folder}: holds no recordings; expected .csv files with .toml sidecars, or .tdx files")
+        raise InputError(
+            f"{folder}: holds no recordings; expected .csv files with .toml sidecars, or .tdx files"
+            "; `velotyre look FILE` says what a recording can be used for, and drafts its sidecar"
+        )
     return files
 
 
@@ -147,7 +150,8 @@ def fit_campaign(
     if not summaries:
         first = next(iter(skipped.items()))
         raise InputError(
-            f"{folder}: none of {len(skipped)} recordings could be used; the first: {first[0]}: {first[1]}"
+            f"{folder}: none of {len(skipped)} recordings could be used; `velotyre look FILE` says what is lacking; "
+            f"the first: {first[0]}: {first[1]}"
         )
     summaries.sort(key=lambda item: item.file)
     return _assemble(folder, summaries, settings, dict(sorted(skipped.items())), wheel_radius)

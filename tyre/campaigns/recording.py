@@ -71,10 +71,31 @@ def fit_recording(path: Path, *, name: str, settings: FitSettings) -> tuple[Reco
     InputError
         As :func:`summarise`.
     """
-    from tyre.recordings.preflight import preflight
     from tyre.recordings.read import read_recording
 
-    recording = read_recording(path)
+    return fit_read(read_recording(path), path, name=name, settings=settings)
+
+
+def fit_read(
+    recording: RigRun | PullTest, path: Path, *, name: str, settings: FitSettings
+) -> tuple[RecordingSummary, dict[str, list[float]]]:
+    """Fit a recording that has been read, as :func:`fit_recording`.
+
+    Parameters
+    ----------
+    recording : RigRun or PullTest
+    path : Path
+        What messages call it.
+    name, settings
+        As in :func:`summarise`.
+
+    Raises
+    ------
+    InputError
+        When it cannot be fitted.
+    """
+    from tyre.recordings.preflight import preflight
+
     check = preflight(recording, load_tolerance=settings.load_tolerance)
     if not check.usable:
         raise InputError(f"{path}: not usable: {'; '.join(check.problems)}")

@@ -56,7 +56,7 @@ def header(
     else:
         block = _block(where, rows, above, width, reading, decimal)
     units_row = reading.units_line - 1 if reading.units_line else None
-    if units_row is None and len(block) > 1 and _are_units(_stripped(rows[block[-1]], width)):
+    if units_row is None and len(block) > 1 and are_units(_stripped(rows[block[-1]], width)):
         units_row = block.pop()
     parts = [_stripped(rows[index], width) for index in block]
     joined = [".".join(filter(None, cells)) for cells in zip(*parts, strict=True)] if parts else [""] * width
@@ -119,6 +119,7 @@ def _stripped(row: list[str], width: int) -> list[str]:
     return cells
 
 
-def _are_units(cells: list[str]) -> bool:
+def are_units(cells: list[str]) -> bool:
+    """Whether the ``cells`` of a line are units: at least half of those that are filled, and one that is known."""
     known = [quantity_of(cell) != "" or cell.strip("[]()") in ("-", "%", "1") for cell in cells if cell]
-    return bool(known) and sum(known) >= 0.5 * len(known)
+    return sum(known) >= 0.5 * len(known) and any(map(quantity_of, cells))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tyre.base.errors import InputError
-from tyre.channels.csv_header import NUMBER, header
+from tyre.channels.csv_header import NUMBER, are_units, header
 from tyre.channels.reading import Reading
 
 HEAD = 1 << 18  # bytes in which the layout must show
@@ -185,15 +185,17 @@ def _first(
     lines: list[str], filled: list[int], delimiter: str, decimal: str, width: int, numeric: list[int], start: int
 ) -> int | None:
     """Index of the first line in which most of the columns of numbers hold numbers."""
-    for index in filled:
+    for place, index in enumerate(filled):
         if index < start:
             continue
         row = split(lines[index], delimiter)
         if start and index >= start:
             return index
+        if any(are_units(split(lines[later], delimiter)) for later in filled[place + 1 : place + 4]):
+            continue  # results of a testing machine, above the table itself
         hits = sum(
-            len(row) > place and (NUMBER[decimal].fullmatch(row[place]) is not None or row[place] in MISSING[1:])
-            for place in numeric
+            len(row) > column and (NUMBER[decimal].fullmatch(row[column]) is not None or row[column] in MISSING[1:])
+            for column in numeric
         )
         if len(row) == width and hits > 0.5 * len(numeric):
             return index

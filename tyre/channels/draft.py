@@ -2,7 +2,9 @@
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 from tyre.base.errors import InputError
@@ -22,17 +24,55 @@ _NAMES = {
     "temperature": r"temp",
     "plate_displacement": r"plate|table|platte",
     "rim_displacement": r"rim|felge",
-    "roll_rate": r"roll.?(rate|vel)|(gyro|omega|rate|gyr|w).?x$|lean.?rate|^p$",
-    "lean": r"lean(?!.?(rate|torque))|roll(?!.?(rate|vel|acc|torque))|phi$",
-    "steer_rate": r"steer.*(rate|vel|speed)|delta.?dot",
-    "steer_torque": r"steer.*(torque|moment)|t.?delta$",
-    "steer": r"steer(?!.*(rate|vel|torque|moment|speed))|delta$|handlebar|lenk",
+    "roll_rate": r"roll.?(rate|vel|dot)|phi.?dot|(gyro|omega|rate|gyr|w).?x$|lean.?rate|^p$",
+    "lean": r"lean(?!.?(rate|torque))|roll(?!.?(rate|vel|acc|torque|dot))|phi$",
+    "steer_rate": r"steer.*(rate|vel|speed|dot)|delta.?dot",
+    "steer_torque": r"steer.*(torque|moment|trq|tq)|t.?delta$",
+    "steer": r"steer(?!.*(rate|vel|torque|moment|speed|dot|trq|tq))|delta$|handlebar|lenk",
     "yaw_rate": r"yaw.?(rate|vel)|(gyro|omega|rate|gyr|w).?z$|psi.?dot|gier|^r$",
     "lateral_acceleration": r"lat.*acc|acc?(el)?.?y$|^ay$",
     "lean_torque": r"(lean|roll).*(torque|moment)",
     "lateral_force": r"\bfy|lat.*force",
 }
 """Channel -> what its column is often called."""
+
+
+UNKNOWN = "?"
+"""Unit of a guess that only the user knows."""
+
+
+@dataclass(frozen=True)
+class Guess:
+    """A ``column`` that may be a channel, and how far that is sure.
+
+    Attributes
+    ----------
+    column : Column
+    unit : str
+        Empty where the file says it, :data:`UNKNOWN` where no one does.
+    doubt : str
+        Why the user must check it; empty where its name and unit say the same.
+    """
+
+    column: Column
+    unit: str = ""
+    doubt: str = ""
+
+    def line(self, name: str) -> str:
+        """Of a channel map, in TOML.
+
+        Parameters
+        ----------
+        name : str
+            The channel.
+        """
+        said = f", unit = {_quoted(self.unit)}" if self.unit else ""
+        note = f"  # the file says {self.column.unit}" if not said and self.column.unit else ""
+        if self.unit == UNKNOWN:
+            note = "  # FILL IN the unit"
+        elif self.doubt:
+            note = f"  # CHECK: {self.doubt}"
+        return f"{name} = {{column = {_quoted(self.column.name)}{said}}}{note}"
 
 
 def draft_map(
@@ -56,19 +96,38 @@ def draft_map(
     """
     columns = list(given.columns if isinstance(given, Signals | Contents) else given)
     wanted = {**({"time": "time"} if clock else {}), **quantities}
-    taken: set[str] = set()
+    found = guesses(columns, wanted)
     lines, lacking = [], []
     for name, quantity in wanted.items():
-        found = _guess(name, quantity, [column for column in columns if column.name not in taken])
-        if found is None:
+        if name in found:
+            lines.append(found[name].line(name))
+        else:
             lacking.append(f'# {name} = {{column = "?", unit = "{SI[quantity]}"}}')
-            continue
-        taken.add(found.name)
-        unit = "" if quantity_of(found.unit) == quantity else _unit_of_name(found.name, quantity) or "?"
-        said = f", unit = {_quoted(unit)}" if unit and found.unit != "datetime" else ""
-        note = f"  # the file says {found.unit}" if not said and found.unit else ""
-        lines.append(f"{name} = {{column = {_quoted(found.name)}{said}}}{note}")
     return "\n".join(["[channels]", *lines, *lacking])
+
+
+def guesses(columns: Sequence[Column], quantities: Mapping[str, str]) -> dict[str, Guess]:
+    """Columns that may be the channels wanted, each taken once.
+
+    Parameters
+    ----------
+    columns : sequence of Column
+    quantities : mapping of str to str
+        Channels that are wanted, and what each measures.
+
+    Returns
+    -------
+    dict of str to Guess
+        Without the channels for which no column fits.
+    """
+    taken: dict[str, Guess] = {}
+    for name, quantity in quantities.items():
+        used = [guess.column.name for guess in taken.values()]
+        found = _guess(name, quantity, [column for column in columns if column.name not in used])
+        if found is not None:
+            said = quantity_of(found.unit) == quantity or found.unit == "datetime"
+            taken[name] = Guess(found, "" if said else _unit_of_name(found.name, quantity) or UNKNOWN)
+    return taken
 
 
 def draft_words(path: Path, quantities: Mapping[str, str], *, reading: Reading | None = None) -> str:
@@ -107,6 +166,23 @@ def refuse_unmapped(path: Path, quantities: Mapping[str, str], *, reading: Readi
     """
     found = contents(path, reading=reading)
     raise InputError(f"{path}: no channel map says which column is which channel; {_words(found, quantities)}")
+
+
+@contextmanager
+def looking(path: Path) -> Iterator[None]:
+    """Add the next step, a look at the recording at ``path``, to an error of reading it.
+
+    Raises
+    ------
+    InputError
+        That of the block, with the next step where there is such a file.
+    """
+    try:
+        yield
+    except InputError as error:
+        if not path.is_file():
+            raise
+        raise InputError(f"{error}; `velotyre look {path}` shows what is in it and what it can be used for") from error
 
 
 def _words(found: Contents, quantities: Mapping[str, str]) -> str:

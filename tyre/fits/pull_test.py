@@ -102,7 +102,7 @@ def fit_pull_test(test: PullTest, *, calibration: Calibration | None = None) -> 
     where = str(test.source or test.condition.tyre)
     calibration = calibration or Calibration()
     notes = list(test.notes)
-    good = np.isfinite(test.side_force) & np.isfinite(test.tyre_deflection)
+    good = test.complete
     if not good.all():
         notes.append(f"{int(np.sum(~good))} readings with a missing value left out")
     deflection, force = test.tyre_deflection[good], test.side_force[good]

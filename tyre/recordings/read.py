@@ -66,7 +66,7 @@ def read_recording(path: str | Path) -> RigRun | PullTest:
         raise InputError(f"{table}: recordings end in {', '.join(FORMATS)} or .toml (their sidecar), not in {suffix!r}")
     sidecar = _sidecar(path, table)
     if sidecar is not None and sidecar.channel_map is not None:
-        return _of_record(one(mapped_records(table, sidecar, None), table), sidecar, table)
+        return rig_recording(one(mapped_records(table, sidecar, None), table), sidecar, table)
     if suffix == ".tdx":
         return read_tydex(table)
     if suffix != ".csv":
@@ -100,14 +100,29 @@ def read_events(path: str | Path, channel_map: ChannelMap | None = None) -> dict
     sidecar = _sidecar(path, table) or read_sidecar(table.with_suffix(".toml"))
     events = mapped_records(table, sidecar, channel_map)
     names = [record.event for record in events] if len(events) > 1 else [""]
-    return {name: _of_record(record, sidecar, table) for name, record in zip(names, events, strict=True)}
+    return {name: rig_recording(record, sidecar, table) for name, record in zip(names, events, strict=True)}
 
 
 def _sidecar(path: Path, table: Path) -> Sidecar | None:
     return read_sidecar(path) if path is not table and path.is_file() else sidecar_of(table)
 
 
-def _of_record(record: Record, sidecar: Sidecar, path: Path) -> RigRun | PullTest:
+def rig_recording(record: Record, sidecar: Sidecar, path: Path) -> RigRun | PullTest:
+    """One event of a recording as rig data, checked.
+
+    Parameters
+    ----------
+    record : Record
+        SI units, in the axes of the file.
+    sidecar : Sidecar
+    path : Path
+        What messages call it.
+
+    Raises
+    ------
+    InputError
+        A channel that is lacking, or beyond what a rig can measure.
+    """
     time = {"time": record.time} if record.timed else {}
     return _assemble({**time, **record.values}, sidecar, list(record.notes), path)
 
@@ -159,12 +174,18 @@ def _assemble(columns: dict[str, Channel], sidecar: Sidecar, notes: list[str], p
     pull = any(name in columns for name in _PULL_COLUMNS)
     if sidecar.kind is not None and pull != (sidecar.kind == "pull_test"):
         raise InputError(f"{path}: the sidecar declares kind = {sidecar.kind!r}, the columns are {', '.join(columns)}")
+    if pull and sidecar.rigid_rim:
+        if "rim_displacement" in columns:
+            raise InputError(f"{path}: rigid_rim = true, but rim_displacement is recorded; take one of them out")
+        if "plate_displacement" in columns:
+            columns = {**columns, "rim_displacement": np.zeros(len(columns["plate_displacement"]))}
     needed = ("side_force", *_PULL_COLUMNS) if pull else ("time", "slip_angle", "side_force", "vertical_load")
     for name in needed:
         if name not in columns:
             found = ", ".join(columns)
             if sidecar.channel_map is not None:
-                raise InputError(f"{path}: [channels] names no {name} (it names {found}); add its column")
+                more = "; or write rigid_rim = true if it cannot move" if name == "rim_displacement" else ""
+                raise InputError(f"{path}: [channels] names no {name} (it names {found}); add its column{more}")
             raise InputError(
                 f"{path}: column {name}_{_WRITTEN_UNIT[name][0]} is missing (found: {found}){_or_map(path)}"
             )

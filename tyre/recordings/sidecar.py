@@ -41,6 +41,7 @@ _TEXT = text(blank=False)
 _PLAIN_KEYS: dict[str, Check] = {
     "kind": text(f"is not one of {', '.join(KINDS)}", allowed=KINDS), "tyre": _TEXT, "surface": _TEXT, "rim": _TEXT,
     "axes": _TEXT, "synthetic": flag, "note": _note, "recording": _TEXT,
+    "rigid_rim": flag,
 }  # fmt: skip
 _REQUIRED = {
     "tyre": "name of the tyre",
@@ -65,7 +66,8 @@ _SPELLINGS = (
 class Sidecar:
     """Content of a sidecar in SI units; ``kind`` is None when the file leaves it to the columns.
 
-    ``channel_map`` is None where the columns have velotyre's names; ``recording`` is a file with another stem.
+    ``channel_map`` is None where the columns have velotyre's names; ``recording`` is a file with another stem;
+    ``rigid_rim`` says that a pull test without rim displacement was made on a rim that does not move.
     """
 
     condition: Condition
@@ -75,6 +77,7 @@ class Sidecar:
     notes: tuple[str, ...]
     channel_map: ChannelMap | None = None
     recording: str = ""
+    rigid_rim: bool = False
 
 
 def read_sidecar(path: Path) -> Sidecar:
@@ -86,7 +89,8 @@ def read_sidecar(path: Path) -> Sidecar:
         TOML file with ``tyre``, ``load_N``, ``pressure_bar``, ``surface`` (``flat``, or ``drum`` with
         ``drum_radius_m``) and ``axes``; optionally ``kind``, ``rim``, ``speed_km_h``, ``temperature_C``,
         ``camber_deg`` (> 0 leaning right), ``synthetic``, ``note``, the tables of a channel map
-        (:mod:`tyre.channels.channel_map`) and ``recording``, a file whose stem is another one. Any unit known to
+        (:mod:`tyre.channels.channel_map`), ``recording``, a file whose stem is another one, and ``rigid_rim``: true
+        where a pull test has no rim displacement because its rim cannot move. Any unit known to
         ``tyre.recordings.units`` may stand at the end of a key.
 
     Returns
@@ -122,11 +126,11 @@ def _interpret(content: Mapping[str, Any], where: str) -> Sidecar:
             raise InputError(f"{where}: key {key!r} is missing ({meaning})")
     axes, kind = values.pop("axes"), values.pop("kind", None)
     synthetic, notes = values.pop("synthetic", False), values.pop("note", ())
-    recording = values.pop("recording", "")
+    recording, rigid = values.pop("recording", ""), values.pop("rigid_rim", False)
     signs(axes, where=where)
     condition = Condition(**values)
     check_condition(condition, where=where)
-    return Sidecar(condition=condition, axes=axes, kind=kind, synthetic=synthetic, notes=notes, recording=recording)
+    return Sidecar(condition, axes, kind, synthetic, notes, recording=recording, rigid_rim=rigid)
 
 
 def write_sidecar(recording: RigRun | PullTest, path: Path) -> None:
