@@ -55,7 +55,7 @@ BANDS = MappingProxyType(
             "cornering stiffness over load", "1/rad", (4.0, 40.0), (10.2, 18.0), _FORCES
         ),
         "lateral_stiffness": Band(
-            "lateral stiffness", "N/m", (8e3, 3e5), (31.6e3, 75.3e3),
+            "lateral stiffness", "N/m", (8e3, 3e5), (31.6e3, 75.4e3),
             ((GRAVITY, "force in kg"), (POUND, "force in lbf"), (1e3, "N/mm or force in kN"), (1 / 25.4, "N/inch")),
         ),
         "relaxation_length": Band("relaxation length", "m", (0.015, 0.6), (0.061, 0.199)),

@@ -29,7 +29,7 @@ def test_published_tyres_are_usual():
                 low, high = BANDS[band].published
                 assert low <= values.min() <= values.max() <= high
             assert not [note for note in table.notes if "usual" in note]
-    schwalbe = read_tyre("Schwalbe 50km Energizer Plus 28x1.75")
+    schwalbe = read_tyre("Schwalbe 50km Energizer Plus 28 x 1.75")
     assert not [note for note in schwalbe.notes if "usual" in note]
 
 

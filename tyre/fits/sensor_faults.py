@@ -1,9 +1,10 @@
 """Faults of the sensors that a slip sweep shows: a channel that flattens softly, a force cell with two gains.
 
-A tyre's own saturation is no fault: it is smooth over the whole sweep and belongs to the slip. So the steady curve may
-be a Magic Formula or a brush (the way between the two is a free part of it), and a sensor that flattens is what neither
-can follow: straight up to an onset, then bent. The noise decides, its correlation in time allowed for. A sensor that
-bends from zero on bends the curve as a tyre does, and cannot be seen here.
+A tyre's own saturation is no fault: it is smooth over the whole sweep and belongs to the slip. So the steady curve
+may be a Magic Formula or a brush (the way between the two is a free part of it), and a sensor that flattens is what
+neither can follow: straight up to an onset, then bent. A slip sensor that flattens also seems to slow down there.
+The noise decides, its correlation in time allowed for. A sensor that bends from zero on bends the curve as a tyre
+does, and cannot be seen here.
 """
 
 from dataclasses import dataclass, replace
@@ -79,6 +80,8 @@ def find_fault(model: SweepModel, solution: SweepSolution) -> "Flattening | Gain
         best = min(rising)[1]
         fits = [_bent_fit(model, solution, brush, channel, q) for q in onsets if abs(q - best) < 0.11]
         cost, deviations, dof, share, onset = min(fits)
+        if channel == "slip_angle" and not _slows(model, onset * largest, share):
+            continue
         if share > _LEAST_FLAT and stats.t.sf(deviations, dof) < _FLAT:
             found.append((cost, Flattening(channel, onset * largest, largest, share)))
     force = model.blocks.force[model.blocks.settled]
@@ -160,8 +163,8 @@ def without_faults(model: SweepModel, solution: SweepSolution) -> tuple[SweepMod
         ]  # fmt: skip
     unit, factor = ("N", 1.0) if fault.channel == "side_force" else ("deg", 180.0 / np.pi)
     text = (
-        f"a sensor flattens, most likely that of {fault.channel}: beyond +-{factor * fault.onset:.3g} {unit} it "
-        f"reads too little, about {100 * fault.share:.0f} % at its largest, {factor * fault.largest:.3g} {unit}"
+        f"a sensor flattens, most likely that of {fault.channel}: beyond +-{factor * fault.onset:.3g} {unit} it reads "
+        f"too little, at least {100 * fault.share:.0f} % at its largest, {factor * fault.largest:.3g} {unit}"
     )
     inner = within(model, fault)
     if inner.blocks.settled.sum() < 2 * model.free.sum():
@@ -183,6 +186,17 @@ def within(model: SweepModel, fault: Flattening) -> SweepModel:
     blocks = model.blocks
     reading = blocks.force if fault.channel == "side_force" else blocks.slip
     return replace(model, blocks=replace(blocks, settled=blocks.settled & (np.abs(reading) <= fault.onset)))
+
+
+def _slows(model: SweepModel, onset: float, share: float) -> bool:
+    """Whether the recorded slip is slower beyond an ``onset`` (rad), as it must be where a ``share`` is missing."""
+    blocks = model.blocks
+    same = np.diff(blocks.branch) == 0
+    pace = np.abs(np.diff(blocks.slip) / np.diff(blocks.time))[same]
+    middle = np.abs(blocks.slip[1:] + blocks.slip[:-1])[same] / 2.0
+    if not (middle > onset).any() or not (middle <= onset).any():
+        return False
+    return bool(np.median(pace[middle > onset]) < (1.0 - share) * np.median(pace[middle <= onset]))
 
 
 def _bend(reading: Array, onset: float) -> Array:

@@ -149,5 +149,5 @@ def _recordings(
             sweeps.append((name, recording))
             notes += [f"{name}: {fault}" for fault in fit_slip_sweep(recording).sensor_faults]
     if left_out and not sweeps and not pulls:
-        raise InputError(f"none of {len(files)} recordings can be used; {left_out[0]}")
+        raise InputError(f"none of {len(files)} recordings can be used; {'; '.join(left_out)}")
     return tuple(sweeps), tuple(pulls), (*left_out, *notes)

@@ -88,6 +88,16 @@ def test_committed_repeats_meet_their_targets():
             assert 93.0 <= result["share_percent"][scatter][pairs] <= 97.0
 
 
+def test_committed_faults_of_sensors_meet_their_targets():
+    path = Path(__file__).parents[3] / "data" / "validation" / "sensor_faults.json"
+    result = json.loads(path.read_text())
+    assert (result["synthetic"], result["sound_sweeps"]) == (True, 400)
+    alarms = result["false_alarms_percent"]
+    assert max(alarms["flattening"], alarms["gain"]) <= 2.0
+    steep = result["found"]["side_force flattens from 70% of its range on"]
+    assert min(steep["10%"]["flattening_percent"], steep["20%"]["flattening_percent"]) >= 75.0
+
+
 def test_committed_result_meets_its_targets():
     path = Path(__file__).parents[3] / "data" / "validation" / "rig_coverage.json"
     result = json.loads(path.read_text())

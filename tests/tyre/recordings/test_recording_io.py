@@ -197,7 +197,7 @@ def test_unused_columns_are_named(folder):
         (lambda s: s[:-2], r"line 4: the last row ends with '\S*399\.' and no line end, so the file may be"),
         (
             lambda s: s.replace("slip_angle_deg", "slip_angle_rad").replace("1.0,", "2.0,"),
-            "slip_angle reaches 114.6 deg",
+            r"slip_angle reaches 114.6 deg, allowed are 60 deg; check the unit \(degrees under rad\?\)",
         ),
         (
             lambda s: s.replace("vertical_load_N", "vertical_load_kN"),
