@@ -24,6 +24,7 @@ from tyre.campaigns.consistency import check_repeats, near_conditions
 from tyre.campaigns.recording import summarise
 from tyre.campaigns.repeatability import Repeatability, pooled_repeatability
 from tyre.campaigns.summary import FitSettings, RecordingSummary
+from tyre.channels.read import FORMATS
 from tyre.drum import log_curvature
 from tyre.estimate import Estimate
 
@@ -60,7 +61,7 @@ class Campaign:
 
 
 def recordings_in(folder: Path, *, exclude: Path | None = None) -> list[Path]:
-    """Recordings below a folder: every .csv and .tdx file, sorted.
+    """Recordings below a folder: every .csv and .tdx file, and every other format with a sidecar, sorted.
 
     Parameters
     ----------
@@ -80,15 +81,11 @@ def recordings_in(folder: Path, *, exclude: Path | None = None) -> list[Path]:
     if not folder.is_dir():
         raise InputError(f"{folder}: no such folder; give the folder that holds the recordings")
     results = None if exclude is None else exclude.resolve()
-    files = [
-        path
-        for path in sorted(folder.rglob("*"))
-        if path.suffix.casefold() in (".csv", ".tdx") and path.is_file() and not _within(path, results)
-    ]
+    files = [path for path in sorted(folder.rglob("*")) if _may_be_recording(path) and not _within(path, results)]
     if not files:
         raise InputError(
-            f"{folder}: holds no recordings; expected .csv files with .toml sidecars, or .tdx files"
-            "; `velotyre look FILE` says what a recording can be used for, and drafts its sidecar"
+            f"{folder}: holds no recordings; expected .csv files or other formats with .toml sidecars, or .tdx files; "
+            "`velotyre look FILE` says what a recording can be used for, and drafts its sidecar"
         )
     return files
 
@@ -270,6 +267,12 @@ def _progress(items: Iterable[Any], total: int, *, show: bool) -> Iterable[Any]:
     from tyre.base.progress import progress_bar
 
     return progress_bar(items, total=total, desc="recordings", unit="file", show=show)
+
+
+def _may_be_recording(path: Path) -> bool:
+    ending = path.suffix.casefold()
+    described = ending in FORMATS and path.with_suffix(".toml").is_file()
+    return path.is_file() and (ending in (".csv", ".tdx") or described)
 
 
 def _within(path: Path, folder: Path | None) -> bool:

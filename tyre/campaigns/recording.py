@@ -260,6 +260,10 @@ def _key(path: Path, settings: FitSettings) -> str:
     return digest.hexdigest()[:32]
 
 
+CODE = ("base", "campaigns", "channels", "fits", "magic_formula", "recordings")
+"""Rooms whose code decides a result."""
+
+
 @cache
 def _code() -> bytes:
     """Digest of the modules that decide a result: a changed fit does not return an old answer."""
@@ -267,7 +271,7 @@ def _code() -> bytes:
 
     digest = hashlib.sha256()
     root = resources.files("tyre")
-    for folder in (root / "base", root / "recordings", root / "fits", root / "campaigns"):
+    for folder in (root / room for room in CODE):
         for item in sorted(folder.iterdir(), key=lambda entry: entry.name):
             if item.name.endswith(".py"):
                 digest.update(item.read_bytes())
