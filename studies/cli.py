@@ -103,5 +103,6 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _fail(message: str) -> None:
-    click.echo("velotyre: " + " ".join(message.split()), err=True)
+    line, gap, draft = message.partition("\n\n")  # what follows an empty line is to be pasted into a file
+    click.echo("velotyre: " + " ".join(line.split()) + gap + draft, err=True)
     sys.exit(2)

@@ -69,6 +69,39 @@ def combine_uncertainties(parts: Sequence[tuple[float, float]]) -> tuple[float, 
     return total, (np.inf if spent == 0.0 else max(1.0, total**4 / spent))
 
 
+REPEATABILITY_DOF = 8.0
+"""Degrees of freedom of a stated repeatability: of an sd reliable to 25 %, (1/2) 0.25^-2 (JCGM 100:2008, G.4.2)."""
+
+
+def weighed_scatter(stated: float, squares: float, repeats: float) -> tuple[float, float]:
+    """Standard deviation of one recording from what is stated and from repeats, with its degrees of freedom.
+
+    sd^2 = (nu0 s0^2 + nu s^2) / (nu0 + nu), for the stated s0 that counts nu0 = :data:`REPEATABILITY_DOF` and the
+    scatter s of repeats with nu degrees of freedom: the scaled inverse chi^2 prior after the data (Gelman et al.,
+    *Bayesian Data Analysis*, 3rd ed., section 2.6). Repeats that refute the stated one (F test, p < 0.05) stand alone.
+
+    Parameters
+    ----------
+    stated : float
+        s0, relative or in the unit of the recording.
+    squares : float
+        Sum of squared deviations of repeats from their mean, nu s^2, in the unit of s0 squared.
+    repeats : float
+        Degrees of freedom nu of the repeats, a number > 0.
+
+    Returns
+    -------
+    sd, dof : float
+        dof is nu0 + nu, or nu where the stated one is refuted.
+    """
+    from scipy import stats
+
+    if stated == 0.0 or stats.f.sf(squares / repeats / stated**2, repeats, REPEATABILITY_DOF) < 0.05:
+        return float(np.sqrt(squares / repeats)), repeats
+    dof = REPEATABILITY_DOF + repeats
+    return float(np.sqrt((REPEATABILITY_DOF * stated**2 + squares) / dof)), dof
+
+
 @dataclass(frozen=True)
 class Calibration:
     """What the rig's certificates leave open: relative standard uncertainties common to a whole campaign.
@@ -76,7 +109,8 @@ class Calibration:
     They do not average out over repeats, so every interval contains them. ``force`` is the gain of the side-force
     cell, ``slip`` that of the slip-angle sensor, ``displacement`` that of the dial gauges. ``repeatability`` is
     the relative standard deviation assumed for one recording (tyre remounted, warm or cold) where a campaign holds
-    no repeats to measure it: a stated floor, so that one sweep never claims the precision of its residuals.
+    no repeats to measure it: a stated floor, so that one sweep never claims the precision of its residuals. It counts
+    as :data:`REPEATABILITY_DOF` repeats do, so that few repeats are weighed against it and many replace it.
     """
 
     force: float = 0.003

@@ -1,17 +1,21 @@
 """Time histories: recorded motion and torques of one run per CSV file."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from bicycle.identification.run import Run
 from tyre.base.arrays import Array
-from tyre.base.checks import any_table, list_of, number, refused
+from tyre.base.checks import any_table, anything, list_of, number, refused
 from tyre.base.csv_table import read_columns
 from tyre.base.errors import InputError
 from tyre.base.schema import by_name, maybe, needed, path_key, read, table
+from tyre.channels.channel_map import TABLES, ChannelMap
+from tyre.channels.draft import draft_words, looking, refuse_unmapped
+from tyre.channels.record import Record, read_records
 
 CHANNELS = {
     "roll_rate_rad_s": "lean_rate", "lean_rad": "lean", "steer_rad": "steer", "steer_rate_rad_s": "steer_rate",
@@ -20,6 +24,15 @@ CHANNELS = {
 """Columns that are measured, and the output of the model they show."""
 
 INPUTS = {"steer_torque_N_m": "steer_torque", "lean_torque_N_m": "lean_torque"}
+QUANTITIES = {
+    "roll_rate": "angular rate", "lean": "angle", "steer": "angle", "steer_rate": "angular rate",
+    "yaw_rate": "angular rate", "lateral_acceleration": "acceleration", "steer_torque": "moment",
+    "lean_torque": "moment",
+}  # fmt: skip
+"""Channels of a channel map beside ``time``, and what each measures; the columns above begin with these names."""
+
+_ENDS = {"angle": "rad", "angular rate": "rad_s", "acceleration": "m_s2", "moment": "N_m"}
+
 FASTEST = 60.0  # m/s
 LARGEST = {
     "lean_rad": (1.6, "degrees"), "steer_rad": (1.6, "degrees"), "roll_rate_rad_s": (20.0, "degrees"),
@@ -47,6 +60,7 @@ TABLE = table(
         ),
         maybe("drop_first_s", 0.0): number(least=0, says="must be a time >= 0 in s"),
         maybe("noise_sd", {}): any_table,
+        **dict.fromkeys(map(maybe, TABLES), anything),
     }
 )
 RUN = table(
@@ -56,26 +70,10 @@ RUN = table(
             above=0, most=FASTEST, says=f"is outside 0 .. {FASTEST:g} m/s; is it in km/h, or in quotes?"
         ),
         maybe("group", ""): _group,
+        **dict.fromkeys(map(maybe, TABLES), anything),
     }
 )
 NOISE_SD = number(above=0, says="must be positive; leave it out to estimate it")
-
-
-@dataclass(frozen=True)
-class Run:
-    """One run: equidistant samples ``time`` (s), measured ``channels`` and known ``inputs`` by column name, SI."""
-
-    name: str
-    speed: float
-    time: Array
-    channels: Mapping[str, Array]
-    inputs: Mapping[str, Array]
-    group: str = ""
-
-    @property
-    def step(self) -> float:
-        """Sample time, s."""
-        return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
 
 
 def read_runs(content: Mapping[str, Any], folder: Path) -> tuple[tuple[Run, ...], dict[str, float], tuple[str, ...]]:
@@ -102,7 +100,8 @@ def read_runs(content: Mapping[str, Any], folder: Path) -> tuple[tuple[Run, ...]
     """
     histories = read(TABLE, content, section="histories")
     drop = histories["drop_first_s"]
-    runs = [_run(entry, folder, drop) for entry in histories["runs"]]
+    common = {key: histories[key] for key in TABLES if key in histories}
+    runs = [run for entry in histories["runs"] for run in _runs(entry, folder, drop, common)]
     _refuse_repeats(runs)
     channels = runs[0].channels
     if not set(channels) - PLACELESS:
@@ -115,6 +114,7 @@ def read_runs(content: Mapping[str, Any], folder: Path) -> tuple[tuple[Run, ...]
     notes = [f"noise of {', '.join(estimated)} is estimated from the residual"] if estimated else []
     if drop == 0:
         notes.append("no start transient is dropped (drop_first_s = 0): a kick must not last into the record")
+    notes += [f"{run.name}: {note}" for run in runs for note in run.notes]
     return tuple(runs), noise, tuple(notes)
 
 
@@ -130,20 +130,28 @@ def _refuse_repeats(runs: list[Run]) -> None:
                 raise InputError(f"{run.name}: the same recording as {other.name}; keep one, or it counts twice")
 
 
-def _run(entry: Mapping[str, Any], folder: Path, drop: float) -> Run:
-    given = read(RUN, entry, where=" ".join(["[[histories.runs]]", str(entry.get("file", ""))]).strip())
-    run = replace(
-        read_run(folder / given["file"], given["speed_m_s"], given["group"]), name=Path(given["file"]).as_posix()
-    )
-    keep = run.time >= run.time[0] + drop - 1e-9
-    if keep.sum() < FEWEST:
-        raise InputError(
-            f"{run.name}: {keep.sum()} samples after drop_first_s = {drop:g} s; at least {FEWEST} are needed"
-        )
-    return replace(
-        run, time=run.time[keep], channels={k: x[keep] for k, x in run.channels.items()},
-        inputs={k: x[keep] for k, x in run.inputs.items()},
-    )  # fmt: skip
+def _runs(entry: Mapping[str, Any], folder: Path, drop: float, common: Mapping[str, Any]) -> list[Run]:
+    """The events of one file; tables of the entry stand in place of those ``common`` to all files."""
+    where = " ".join(["[[histories.runs]]", str(entry.get("file", ""))]).strip()
+    given = read(RUN, entry, where=where)
+    tables = {**common, **{key: given[key] for key in TABLES if key in given}}
+    channel_map = ChannelMap.from_table(tables, folder, where=where) if tables else None
+    path = folder / given["file"]
+    found = []
+    with looking(path):
+        events = read_events(path, given["speed_m_s"], given["group"], channel_map=channel_map)
+    for run in events:
+        name = Path(given["file"]).as_posix() + run.name.removeprefix(path.name)
+        keep = run.time >= run.time[0] + drop - 1e-9
+        if keep.sum() < FEWEST:
+            raise InputError(
+                f"{name}: {keep.sum()} samples after drop_first_s = {drop:g} s; at least {FEWEST} are needed"
+            )
+        found.append(replace(
+            run, name=name, time=run.time[keep], channels={k: x[keep] for k, x in run.channels.items()},
+            inputs={k: x[keep] for k, x in run.inputs.items()},
+        ))  # fmt: skip
+    return found
 
 
 def read_run(path: Path, speed: float, group: str = "") -> Run:
@@ -166,26 +174,101 @@ def read_run(path: Path, speed: float, group: str = "") -> Run:
     InputError
         No such file, other columns, uneven sampling, another unit, a dead channel.
     """
-    columns = read_columns(path, numbers=("time_s", *CHANNELS, *INPUTS), needed=("time_s",))
-    numbers, time = columns.numbers, columns.numbers["time_s"]
+    try:
+        columns = read_columns(path, numbers=("time_s", *CHANNELS, *INPUTS), needed=("time_s",))
+    except InputError as error:
+        words = "" if f"{path}, line" in str(error) else draft_words(path, QUANTITIES)
+        raise InputError(f"{error}; or give a channel map: {words}" if words else str(error)) from error
+    numbers = dict(columns.numbers)
+    return _checked(str(path), path.name, numbers, [f"line {line}" for line in columns.lines], speed, group)
+
+
+def read_events(path: Path, speed: float, group: str = "", *, channel_map: ChannelMap | None = None) -> tuple[Run, ...]:
+    """Read the events of a recording in any columns, units and formats.
+
+    Parameters
+    ----------
+    path : Path
+    speed : float
+        Forward speed, m/s.
+    group : str
+        Runs of one group are held out together.
+    channel_map : ChannelMap, optional
+        Which column is which channel; without, the file must be as :func:`read_run` reads it.
+
+    Returns
+    -------
+    tuple of Run
+        One for every event; with several, each is called ``FILE#EVENT``.
+
+    Raises
+    ------
+    InputError
+        As :func:`read_run` and :func:`tyre.channels.record.read_records`; a sample that is missing.
+    """
+    if channel_map is None:
+        if path.suffix.casefold() not in ("", ".csv"):
+            refuse_unmapped(path, QUANTITIES)
+        return (read_run(path, speed, group),)
+    return tuple(run_of(record, path, speed, group) for record in read_records(path, channel_map, QUANTITIES))
+
+
+def run_of(record: Record, path: Path, speed: float, group: str = "") -> Run:
+    """One event of a recording as a run, checked.
+
+    Parameters
+    ----------
+    record : Record
+    path : Path
+        The recording.
+    speed : float
+        Forward speed, m/s.
+    group : str
+        Runs of one group are held out together.
+
+    Raises
+    ------
+    InputError
+        As :func:`read_run`; a sample that is missing.
+    """
+    numbers = {f"{name}_{_ENDS[QUANTITIES[name]]}": x for name, x in record.values.items()}
+    for name, x in numbers.items():
+        if not np.isfinite(x).all():
+            missing = np.flatnonzero(~np.isfinite(x))
+            raise InputError(
+                f"{record.source}: {name} is missing in {missing.size} samples, first in sample {missing[0] + 1}; "
+                "cut the recording with [[windows]] or repair it"
+            )
+    numbers["time_s"] = record.time
+    places = [f"sample {place}" for place in range(1, len(record.time) + 1)]
+    name = record.source.removeprefix(str(path.parent)).lstrip("/\\")
+    run = _checked(record.source, name, numbers, places, speed, group)
+    return replace(run, mountings=record.mountings, notes=record.notes)
+
+
+def _checked(
+    source: str, name: str, numbers: Mapping[str, Array], places: Sequence[str], speed: float, group: str
+) -> Run:
+    """A run of checked columns; ``places`` is what messages call the samples."""
+    time = numbers["time_s"]
     channels = {name: column for name, column in numbers.items() if name in CHANNELS}
     if not channels:
-        raise InputError(f"{path}: no motion was recorded; give at least one of {', '.join(CHANNELS)}")
-    _check_time(path, time, columns.lines)
-    for name, column in channels.items():
+        raise InputError(f"{source}: no motion was recorded; give at least one of {', '.join(CHANNELS)}")
+    _check_time(source, time, places)
+    for channel, column in channels.items():
         if np.ptp(column) == 0:
-            raise InputError(f"{path}: {name} is constant ({column[0]:g}): a dead channel; leave the column out")
-    for name, (largest, unit) in LARGEST.items():
-        row = int(np.abs(numbers[name]).argmax()) if name in numbers else 0
-        if name in numbers and abs(numbers[name][row]) > largest:
+            raise InputError(f"{source}: {channel} is constant ({column[0]:g}): a dead channel; leave the column out")
+    for channel, (largest, unit) in LARGEST.items():
+        row = int(np.abs(numbers[channel]).argmax()) if channel in numbers else 0
+        if channel in numbers and abs(numbers[channel][row]) > largest:
             raise InputError(
-                f"{path}, line {columns.lines[row]}: {name} = {numbers[name][row]:g} is too large (up to {largest:g}); "
+                f"{source}, {places[row]}: {channel} = {numbers[channel][row]:g} is too large (up to {largest:g}); "
                 f"is it in {unit}?"
             )
-    return Run(path.name, speed, time, channels, {k: x for k, x in numbers.items() if k in INPUTS}, group)
+    return Run(name, speed, time, channels, {k: x for k, x in numbers.items() if k in INPUTS}, group)
 
 
-def _check_time(path: Path, time: Array, lines: Sequence[int]) -> None:
+def _check_time(path: str, time: Array, places: Sequence[str]) -> None:
     if len(time) < FEWEST:
         raise InputError(f"{path}: {len(time)} samples are too few; at least {FEWEST} are needed")
     steps = np.diff(time)
@@ -193,7 +276,7 @@ def _check_time(path: Path, time: Array, lines: Sequence[int]) -> None:
     row = int(np.argmin(steps))
     if steps[row] <= 0:
         raise InputError(
-            f"{path}, line {lines[row + 1]}: time_s = {time[row + 1]:g} does not rise from {time[row]:g}; put the "
+            f"{path}, {places[row + 1]}: time_s = {time[row + 1]:g} does not rise from {time[row]:g}; put the "
             "samples in the order of time, each once"
         )
     if usual > LONGEST_STEP:
@@ -203,6 +286,6 @@ def _check_time(path: Path, time: Array, lines: Sequence[int]) -> None:
     if steps.max() - steps.min() > 0.1 * usual:
         row = int(np.argmax(np.abs(steps - usual)))
         raise InputError(
-            f"{path}, line {lines[row + 1]}: time_s steps by {steps[row]:g} s where {usual:g} s is usual; "
+            f"{path}, {places[row + 1]}: time_s steps by {steps[row]:g} s where {usual:g} s is usual; "
             "resample to even steps"
         )

@@ -9,10 +9,15 @@ from bicycle.responses.inputs import InputHistory, doublet, pulse, step
 from bicycle.responses.response import column
 from tyre.base.csv_table import read_columns
 from tyre.base.errors import InputError, unknown
+from tyre.channels.channel_map import ChannelMap
+from tyre.channels.draft import draft_words, refuse_unmapped
+from tyre.channels.record import read_records
+from tyre.channels.units import SI
 
 SHAPES: Mapping[str, tuple[Callable[..., InputHistory], bool]] = {
     "step": (step, False), "pulse": (pulse, True), "doublet": (doublet, True),
 }  # fmt: skip
+_QUANTITY = {unit: quantity for quantity, unit in SI.items()}
 HOW = (
     "write NAME:step:SIZE[@START], NAME:pulse:SIZE@START+DURATION, NAME:doublet:SIZE@START+DURATION or "
     "NAME:file:FILE.csv, "
@@ -40,10 +45,12 @@ def parse_initial(text: str) -> dict[str, float]:
     return values
 
 
-def parse_inputs(texts: Sequence[str], *, allowed: Mapping[str, str]) -> dict[str, InputHistory]:
+def parse_inputs(
+    texts: Sequence[str], *, allowed: Mapping[str, str], channel_map: ChannelMap | None = None
+) -> dict[str, InputHistory]:
     """Input -> history from ``texts`` like ``steer_torque:step:0.5@1.0``; see :data:`HOW`.
 
-    ``allowed`` are the inputs of the model and their SI units.
+    ``allowed`` are the inputs of the model and their SI units; ``channel_map`` tells the columns of files.
 
     Raises
     ------
@@ -61,7 +68,7 @@ def parse_inputs(texts: Sequence[str], *, allowed: Mapping[str, str]) -> dict[st
         if not value:
             raise InputError(f"input {text!r}: {HOW}")
         if shape == "file":
-            inputs[name] = read_history(Path(value), name, allowed[name])
+            inputs[name] = read_history(Path(value), name, allowed[name], channel_map)
         elif shape in SHAPES:
             inputs[name] = _shaped(text, shape, value)
         else:
@@ -85,14 +92,43 @@ def check_within(inputs: Mapping[str, InputHistory], duration: float) -> None:
             )
 
 
-def read_history(path: Path, name: str, unit: str) -> InputHistory:
-    """The input ``name`` in ``unit`` from a CSV ``path`` with ``time_s`` and a column ``steer_torque_N_m``, say."""
+def read_history(path: Path, name: str, unit: str, channel_map: ChannelMap | None = None) -> InputHistory:
+    """The input ``name`` in ``unit`` from a CSV ``path`` with ``time_s`` and a column ``steer_torque_N_m``, say.
+
+    With a ``channel_map`` that names it, from any columns, units and formats.
+
+    Raises
+    ------
+    InputError
+        A file without the columns, an input that lacks samples, several events.
+    """
+    if channel_map is not None:
+        return _mapped_history(path, name, unit, channel_map)
+    if path.suffix.casefold() not in ("", ".csv"):
+        refuse_unmapped(path, {name: _QUANTITY[unit]})
     wanted = ("time_s", column(name, unit))
-    numbers = read_columns(path, numbers=wanted, needed=wanted, others=True).numbers
+    try:
+        numbers = read_columns(path, numbers=wanted, needed=wanted, others=True).numbers
+    except InputError as error:
+        words = "" if f"{path}, line" in str(error) else draft_words(path, {name: _QUANTITY[unit]})
+        raise InputError(f"{error}; or give a channel map: {words}" if words else str(error)) from error
     try:
         return InputHistory(numbers["time_s"], numbers[wanted[1]])
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
+
+
+def _mapped_history(path: Path, name: str, unit: str, channel_map: ChannelMap) -> InputHistory:
+    if name not in channel_map.channels:
+        there = ", ".join(channel_map.channels)
+        raise InputError(f"{path}: the channel map names no {name} (it names {there or 'nothing'}); add its column")
+    found = read_records(path, channel_map.only([name]), {name: _QUANTITY[unit]})
+    if len(found) > 1:
+        raise InputError(f"{path}: holds the events {', '.join(record.event for record in found)}; keep one window")
+    values = found[0].values[name]
+    if not np.isfinite(values).all():
+        raise InputError(f"{path}: {name} is missing in {np.count_nonzero(~np.isfinite(values))} samples; repair them")
+    return InputHistory(found[0].time, values)
 
 
 def _shaped(text: str, shape: str, value: str) -> InputHistory:

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from studies.channel_options import chosen_map, takes_channels
 from studies.model_argument import ChosenModel, takes_model
 from studies.reporting.examples import example
 
@@ -21,6 +22,7 @@ from studies.reporting.examples import example
     "--input", "inputs", multiple=True, metavar="SPEC",
     help="steer_torque:step:0.5@1, lateral_force:pulse:50@1+0.2, rear_slip:doublet:0.02@1+0.5, steer_torque:file:T.csv",
 )  # fmt: skip
+@takes_channels
 @click.option("--frequency-response", metavar="INPUT", help="Also gain and phase from this input, 0.05 to 20 Hz.")
 @click.option("--nonlinear", is_flag=True, help="Also with Magic Formula tyres, limited by the wheel loads.")
 @click.option("--friction", type=float, default=0.8, show_default=True, help="Peak side force over load, D.")
@@ -30,8 +32,8 @@ from studies.reporting.examples import example
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, help="Folder for the results.")
 def command(
     chosen: ChosenModel, speed: float, duration: float, sample: float, initial: str, inputs: tuple[str, ...],
-    frequency_response: str | None, *, nonlinear: bool, friction: float, shape_factor: float, curvature_factor: float,
-    offset: float, out: Path,
+    channels_file: Path | None, channel_texts: tuple[str, ...], frequency_response: str | None, *, nonlinear: bool,
+    friction: float, shape_factor: float, curvature_factor: float, offset: float, out: Path,
 ) -> None:  # fmt: skip
     import math
 
@@ -63,7 +65,8 @@ def command(
     linear = model.linear_model()
     time = np.arange(math.floor(duration / sample * (1 + 1e-12)) + 1) * sample
     taken = {name: linear.declared.units[name] for name in linear.inputs}
-    start, histories = parse_initial(initial), parse_inputs(inputs, allowed=taken)
+    channel_map = chosen_map(channels_file, channel_texts)
+    start, histories = parse_initial(initial), parse_inputs(inputs, allowed=taken, channel_map=channel_map)
     check_within(histories, float(time[-1]))
     if not (start or histories or frequency_response or (nonlinear and offset)):
         raise InputError("nothing moves the bicycle; give --initial or --input, such as --initial lean=0.02")

@@ -72,12 +72,14 @@ def equivalents(forward: Forward, known: Hypotheses, leader: Fit) -> dict[Fit, s
     peers = [f for f in known.best(len(leader.candidates)) if f is not leader and f.admissible]
     peers = [f for f in peers if known.odds(leader, f) < HOPELESS_ODDS]
     cosines = similarity(forward, known.null, [leader, *peers])[0, 1:]
-    members = {leader: "the most probable"}
+    ahead = any(known.odds(leader, f) < 1 for f in peers)
+    members = {leader: "the most probable of a size that occurs" if ahead else "the most probable"}
     for f, cosine in zip(peers, cosines, strict=True):
         odds = known.odds(leader, f)
         if odds < CLEAR_ODDS:
             unusual = f", of an unusual size ({', '.join(f.implausible())})" if f.implausible() else ""
-            members[f] = f"odds of only {odds:.2g} : 1 against it{unusual}"
+            told = f"odds of only {odds:.2g} : 1 against it" if odds >= 1 else f"more probable, {1 / odds:.2g} : 1"
+            members[f] = f"{told}{unusual}"
         elif cosine > ALIKE_COSINE and f.physical:
             members[f] = (
                 f"does the same to the data (cosine {cosine:.3f}), whatever the odds ({odds:.2g} : 1 against it)"

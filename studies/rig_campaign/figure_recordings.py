@@ -93,7 +93,7 @@ def repeats(campaign: Campaign) -> "Figure":
         if pooled.measured:
             panel.axhspan(-100 * pooled.sd, 100 * pooled.sd, color="0.85", zorder=0)
             panel.set_title(
-                f"{title}\npooled sd {100 * pooled.sd:.2f} %, {pooled.dof:.0f} degrees of freedom", fontsize=9
+                f"{title}\nsd {100 * pooled.sd:.2f} %, {pooled.repeats:.0f} degrees of freedom of repeats", fontsize=9
             )
         else:
             panel.set_title(f"{title}\nno repeats", fontsize=9)

@@ -10,8 +10,9 @@ import numpy as np
 
 from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.campaign import Campaign
-from tyre.campaigns.condition import ConditionResult, Repeatability
+from tyre.campaigns.condition import ConditionResult
 from tyre.campaigns.export import write_tables
+from tyre.campaigns.repeatability import Repeatability
 from tyre.estimate import Estimate
 
 _N_PER_DEG = math.pi / 180.0
@@ -142,7 +143,12 @@ def _budget(campaign: Campaign) -> list[tuple[str, str, str]]:
     calibration = campaign.settings.calibration
 
     def one(pooled: Repeatability) -> str:
-        origin = f"{pooled.dof:.0f} dof, {pooled.conditions} conditions" if pooled.measured else "assumed, no repeats"
+        origin = "assumed, no repeats"
+        if pooled.measured:
+            stated = f", and {pooled.dof - pooled.repeats:.0f} dof of the stated {100 * calibration.repeatability:g} %"
+            origin = f"{pooled.repeats:.0f} dof of repeats, {pooled.conditions} conditions" + stated * (
+                not pooled.refuted
+            )
         return f"{100 * pooled.sd:.2f} ({origin})"
 
     return [

@@ -129,12 +129,14 @@ def test_a_tyre_table_in_other_units_is_doubted(tmp_path):
     def read(factor):
         cells = [row.split(",") for row in rows]
         scaled = [",".join([*c[:at], repr(float(c[at]) * factor), *c[at + 1 :]]) for c in cells]
-        (tmp_path / "own.csv").write_text("\n".join([head, *scaled]))
+        (tmp_path / "own.csv").write_text("\n".join([head, *scaled, ""]))
         law = {"tyre": str(tmp_path / "own.csv"), "pressure_bar": 5.5}
         return build_model({"bicycle": "benchmark", "effects": {"side_slip": law}}).linear_model().warnings
 
     assert not [text for text in read(1.0) if "usual" in text]
-    found = [text for text in read(25.0) if "usual" in text]
+    every = [text for text in read(25.0) if "usual" in text]
+    assert any("cornering stiffness over load at 340 N" in text for text in every)  # of the table itself
+    found = [text for text in every if "side_slip" in text]
     assert len(found) == 2  # each wheel has its own load and stiffness
     assert all("N/rad (converted from degrees twice?)" in text for text in found)
     with pytest.raises(

@@ -70,6 +70,12 @@ def test_the_ground_of_the_house_imports_nothing_of_the_house():
     assert {target for module in ground for target in GRAPH[module]} <= set(ground)
 
 
+def test_channels_stand_on_the_ground():
+    """Rigs and bicycles read their recordings through them, so that they know of neither."""
+    known = {room(target) for module in inside("tyre.channels") for target in GRAPH[module]}
+    assert known == {"tyre.base", "tyre.channels"}
+
+
 def test_the_bicycle_knows_nothing_of_rigs():
     """The two meet in what a tyre is; how it was measured is unknown to the bicycle."""
     known = {room(target) for module in inside("bicycle") for target in GRAPH[module]}

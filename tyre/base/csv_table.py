@@ -245,13 +245,20 @@ def read_cells(path: Path | Traversable, *, kind: str, example: str, logged: boo
     Raises
     ------
     InputError
-        No such file, or one that is not text.
+        No such file, one that is not text, or a last row without a line end.
     """
     text = _text(path, kind, logged=logged)
     head = text.partition("\n")[0]
     if "\0" in text or (logged and not head.strip()):
         raise InputError(f"{path}: no CSV; the first line must name the columns: {example}, ...")
-    return Cells(path, text, ";" if logged and ";" in head else ",", logged, example)
+    separator = ";" if logged and ";" in head else ","
+    last = text[text.rfind("\n") + 1 :]  # of a row without a line end; a comment ends a number, too
+    if last.strip() and last != head and last.count(separator) >= head.count(separator) and (logged or "#" not in last):
+        raise InputError(
+            f"{path}, line {text.count(chr(10)) + 1}: the last row ends with {last[-12:]!r} and no line end, so the "
+            "file may be cut off inside a number; complete the row and end it with a line break"
+        )
+    return Cells(path, text, separator, logged, example)
 
 
 def _text(path: Path | Traversable, kind: str, *, logged: bool) -> str:

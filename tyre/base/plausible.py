@@ -47,7 +47,13 @@ class Doubt:
 
 
 def doubt(
-    key: str, value: float, *, unit: str, typical: tuple[float, float], usual: Sequence[object] = ()
+    key: str,
+    value: float,
+    *,
+    unit: str,
+    typical: tuple[float, float],
+    usual: Sequence[object] = (),
+    slips: Sequence[tuple[float, str]] = (),
 ) -> Doubt | None:
     """Judge one value; None where it is typical, zero, infinite or usual.
 
@@ -63,6 +69,8 @@ def doubt(
         Lowest and highest usual value, in ``unit``.
     usual : sequence
         Further values that are never doubted: defaults, neutral values.
+    slips : sequence of (float, str)
+        Further units it may be in, each with the factor to ``unit``.
     """
     if value in (0.0, *usual) or not math.isfinite(value):
         return None
@@ -70,14 +78,16 @@ def doubt(
     size = value if typical[1] > 0 else -value
     if low * (1 - 1e-9 * math.copysign(1, low)) <= size <= high * (1 + 1e-9):
         return None
-    why = suspicion(value, unit=unit, typical=typical)
+    why = suspicion(value, unit=unit, typical=typical, further=slips)
     far = abs(size) > ABSURD * max(abs(low), high) or (low > 0 and abs(size) < low / ABSURD)
     name = "" if unit == "1" else f" {unit}"
     text = f"{key} = {value:g}{name} is {'far ' * far}outside the usual {typical[0]:g} .. {typical[1]:g}{name}{why}"
     return Doubt(text, far, bool(why))
 
 
-def suspicion(value: float, *, unit: str, typical: tuple[float, float]) -> str:
+def suspicion(
+    value: float, *, unit: str, typical: tuple[float, float], further: Sequence[tuple[float, str]] = ()
+) -> str:
     """A unit in which a value would be typical, as `` (millimetres?)``, or a wrong sign; empty where none fits.
 
     Parameters
@@ -88,13 +98,15 @@ def suspicion(value: float, *, unit: str, typical: tuple[float, float]) -> str:
         SI, as parameters declare it.
     typical : tuple of float
         Lowest and highest usual value, in ``unit``.
+    further : sequence of (float, str)
+        Units of this value alone, each with the factor to ``unit``; considered where the usual ones do not explain it.
     """
     if typical[0] <= -value <= typical[1]:
         return " (wrong sign?)"
     twice = (1 / PER_DEGREE, "converted from degrees twice")
     per_degree = ((PER_DEGREE, unit.replace("/rad", "/deg")), twice) if unit.endswith("/rad") else ()
     low, high = typical
-    for slips in ((*SLIPS.get(unit, ()), *per_degree), RARE_SLIPS.get(unit, ())):
+    for slips in ((*SLIPS.get(unit, ()), *per_degree), (*RARE_SLIPS.get(unit, ()), *further)):
         fitting = [(factor * value, word) for factor, word in slips if low <= factor * value <= high]
         if fitting:
             _, word = min(fitting, key=lambda pair: abs(math.log(abs(pair[0]) / _middle(typical))))

@@ -17,14 +17,14 @@ from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.condition import (
     ConditionResult,
     Key,
-    Repeatability,
     combine,
     condition_key,
-    pooled_repeatability,
 )
 from tyre.campaigns.consistency import check_repeats, near_conditions
 from tyre.campaigns.recording import summarise
+from tyre.campaigns.repeatability import Repeatability, pooled_repeatability
 from tyre.campaigns.summary import FitSettings, RecordingSummary
+from tyre.channels.read import FORMATS
 from tyre.drum import log_curvature
 from tyre.estimate import Estimate
 
@@ -61,7 +61,7 @@ class Campaign:
 
 
 def recordings_in(folder: Path, *, exclude: Path | None = None) -> list[Path]:
-    """Recordings below a folder: every .csv and .tdx file, sorted.
+    """Recordings below a folder: every .csv and .tdx file, and every other format with a sidecar, sorted.
 
     Parameters
     ----------
@@ -81,13 +81,12 @@ def recordings_in(folder: Path, *, exclude: Path | None = None) -> list[Path]:
     if not folder.is_dir():
         raise InputError(f"{folder}: no such folder; give the folder that holds the recordings")
     results = None if exclude is None else exclude.resolve()
-    files = [
-        path
-        for path in sorted(folder.rglob("*"))
-        if path.suffix.casefold() in (".csv", ".tdx") and path.is_file() and not _within(path, results)
-    ]
+    files = [path for path in sorted(folder.rglob("*")) if _may_be_recording(path) and not _within(path, results)]
     if not files:
-        raise InputError(f"{folder}: holds no recordings; expected .csv files with .toml sidecars, or .tdx files")
+        raise InputError(
+            f"{folder}: holds no recordings; expected .csv files or other formats with .toml sidecars, or .tdx files; "
+            "`velotyre look FILE` says what a recording can be used for, and drafts its sidecar"
+        )
     return files
 
 
@@ -97,7 +96,7 @@ def fit_campaign(
     settings: FitSettings | None = None,
     cache_folder: Path | None = None,
     exclude: Path | None = None,
-    skip_bad: bool = False,
+    skip_bad: bool = True,
     jobs: int | None = None,
     wheel_radius: float = 0.34,
     progress: bool = True,
@@ -114,7 +113,7 @@ def fit_campaign(
     exclude : Path, optional
         Folder of results inside ``folder``.
     skip_bad : bool
-        Leave out files that cannot be read or fitted, and say so in ``skipped``; else the first one raises.
+        Leave out recordings that cannot be read or fitted, and say why in ``skipped``; else the first one raises.
     jobs : int, optional
         Number of processes; default: one per processor.
     wheel_radius : float
@@ -129,7 +128,7 @@ def fit_campaign(
     Raises
     ------
     InputError
-        For an empty folder, a bad file (without ``skip_bad``), or when no file is left.
+        For an empty folder, a bad file (where ``skip_bad`` is False), or when no file is left.
     """
     settings = settings or FitSettings()
     files = recordings_in(folder, exclude=exclude)
@@ -144,11 +143,12 @@ def fit_campaign(
         elif skip_bad:
             skipped[name] = outcome
         else:
-            raise InputError(f"{outcome} (mend or remove the file, or leave it out with --skip-bad)")
+            raise InputError(f"{outcome} (mend or remove the file, or leave it out with --skip-bad, the default)")
     if not summaries:
         first = next(iter(skipped.items()))
         raise InputError(
-            f"{folder}: none of {len(skipped)} recordings could be used; the first: {first[0]}: {first[1]}"
+            f"{folder}: none of {len(skipped)} recordings could be used; `velotyre look FILE` says what is lacking; "
+            f"the first: {first[0]}: {first[1]}"
         )
     summaries.sort(key=lambda item: item.file)
     return _assemble(folder, summaries, settings, dict(sorted(skipped.items())), wheel_radius)
@@ -235,6 +235,8 @@ def _task(task: tuple[Path, str, FitSettings, Path | None]) -> tuple[str, Record
         return name, summarise(path, name=name, settings=settings, cache_folder=cache_folder)
     except InputError as error:
         return name, str(error)
+    except (ArithmeticError, ValueError) as error:  # also of linear algebra: numbers that no fit can go through
+        return name, f"{path}: cannot be fitted ({type(error).__name__}: {error})"
 
 
 def _run(tasks: Sequence[Any], jobs: int | None) -> Iterator[tuple[str, RecordingSummary | str]]:
@@ -265,6 +267,12 @@ def _progress(items: Iterable[Any], total: int, *, show: bool) -> Iterable[Any]:
     from tyre.base.progress import progress_bar
 
     return progress_bar(items, total=total, desc="recordings", unit="file", show=show)
+
+
+def _may_be_recording(path: Path) -> bool:
+    ending = path.suffix.casefold()
+    described = ending in FORMATS and path.with_suffix(".toml").is_file()
+    return path.is_file() and (ending in (".csv", ".tdx") or described)
 
 
 def _within(path: Path, folder: Path | None) -> bool:

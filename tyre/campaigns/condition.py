@@ -9,6 +9,7 @@ from scipy import stats
 
 from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.consistency import repeat_warnings
+from tyre.campaigns.repeatability import Repeatability
 from tyre.campaigns.summary import RecordingSummary
 from tyre.estimate import Calibration, Estimate, combine_uncertainties
 from tyre.fits.relaxation import (
@@ -22,19 +23,6 @@ from tyre.fits.slip_step import SlipStepFit
 from tyre.recordings.recording import SYNTHETIC_NOTES
 
 Key = tuple[str, str, float, float]
-
-
-@dataclass(frozen=True)
-class Repeatability:
-    """Relative standard deviation of one recording about its condition's mean, pooled over a campaign.
-
-    ``dof`` counts the repeats behind it; with none, ``sd`` is the stated floor and ``measured`` is False.
-    """
-
-    sd: float
-    dof: float
-    measured: bool
-    conditions: int
 
 
 @dataclass(frozen=True)
@@ -87,33 +75,6 @@ def condition_key(summary: RecordingSummary) -> Key:
     """
     condition = summary.condition
     return condition.tyre, condition.surface, round(condition.load, 1), round(condition.pressure / 100.0) * 100.0
-
-
-def pooled_repeatability(groups: Sequence[Sequence[RecordingSummary]], *, floor: float) -> Repeatability:
-    """Pool the relative scatter of repeats over conditions.
-
-    Parameters
-    ----------
-    groups : sequence of sequences of RecordingSummary
-        Repeats of one quantity, one group per condition.
-    floor : float
-        Stated relative standard deviation where no condition has repeats.
-
-    Returns
-    -------
-    Repeatability
-        sd = sqrt(sum of squared relative deviations / sum of (repeats - 1)).
-    """
-    squares, dof, used = 0.0, 0, 0
-    for group in groups:
-        if len(group) > 1:
-            values = np.array([item.value for item in group])
-            squares += float(np.sum((values / values.mean() - 1.0) ** 2))
-            dof += len(group) - 1
-            used += 1
-    if dof == 0:
-        return Repeatability(floor, np.inf, measured=False, conditions=0)
-    return Repeatability(float(np.sqrt(squares / dof)), float(dof), measured=True, conditions=used)
 
 
 def combine(
@@ -221,10 +182,17 @@ def _mean(
     values = np.array([item.value for item in items])
     mean, count = float(values.mean()), values.size
     sd, dof = repeatability.sd, repeatability.dof
+    own = float(np.sqrt(np.mean([(item.fit_sd / item.value) ** 2 for item in items])))
     if not repeatability.measured:
-        own = float(np.sqrt(np.mean([(item.fit_sd / item.value) ** 2 for item in items])))
         warnings.append(f"{name}: no repeats in this campaign; {100 * sd:.1f} % per recording is assumed, not measured")
-        return Estimate(mean, mean * float(np.hypot(sd, own)) / np.sqrt(count), np.inf)
+        sd, dof = combine_uncertainties([(sd, dof), (own, np.inf)])
+        return Estimate(mean, mean * sd / np.sqrt(count), dof)
+    if repeatability.refuted:
+        warnings.append(
+            f"{name}: the campaign's repeats scatter by {100 * repeatability.scatter:.2f} %, more than the stated "
+            "repeatability allows; their scatter alone is used"
+        )
+    sd = max(sd, own)  # of a recording noisier than the campaign's others
     if count > 2:
         scatter = float(np.std(values, ddof=1)) / mean
         if stats.f.sf((scatter / sd) ** 2, count - 1, dof) < 0.01:

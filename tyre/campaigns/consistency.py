@@ -6,12 +6,19 @@ from pathlib import Path
 
 import numpy as np
 
+from tyre.bands import BANDS, doubts
 from tyre.base.errors import InputError
+from tyre.base.plausible import suspicion
 from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.summary import RecordingSummary
 
-STIFFNESS_PER_LOAD = (2.0, 60.0)  # 1/rad; road, city and car tyres lie between 5 and 40
-LATERAL_STIFFNESS = (5e3, 1e6)  # N/m; bicycle tyres lie between 20e3 and 200e3
+POSSIBLE = {
+    "cornering_stiffness_per_load": (2.0, 60.0),
+    "lateral_stiffness": (5e3, 1e6),
+    "relaxation_length": (3e-3, 3.0),
+}
+"""What a tyre of any vehicle may have, SI; what is usual of a bicycle's: :mod:`tyre.bands`."""
+_TRAIL_SD = 0.02  # m; a trail known worse is not judged
 COPY = 1e-9  # relative: two fits closer than this come from the same numbers
 REPRINT = 1e-4  # relative: closer than this, perhaps the same recording printed twice
 SPREAD = 0.05  # relative range of repeats that is said
@@ -19,8 +26,8 @@ FRICTION = 0.25  # share of the largest force
 NEAR = 0.02  # relative: conditions closer than this were perhaps meant to be one
 
 
-def check_plausible(summary: RecordingSummary, path: Path) -> None:
-    """Refuse a stiffness no tyre has: the force or the displacement is in another unit than its column says.
+def check_plausible(summary: RecordingSummary, path: Path) -> tuple[str, ...]:
+    """What is unusual of a fitted recording, with the unit it may be in; a stiffness that no tyre has is refused.
 
     Parameters
     ----------
@@ -28,24 +35,35 @@ def check_plausible(summary: RecordingSummary, path: Path) -> None:
     path : Path
         Of the recording, for the message.
 
+    Returns
+    -------
+    tuple of str
+        One sentence for each value outside the bands of :mod:`tyre.bands`.
+
     Raises
     ------
     InputError
-        C_Fy over load or K_y outside ``STIFFNESS_PER_LOAD`` or ``LATERAL_STIFFNESS``.
+        A fitted value outside ``POSSIBLE``.
     """
+    load = summary.condition.load
+    name = {"slip_sweep": "cornering_stiffness_per_load", "pull_test": "lateral_stiffness"}.get(
+        summary.kind, "relaxation_length"
+    )
+    values: dict[str, float | None] = {name: summary.value / load if summary.kind == "slip_sweep" else summary.value}
     if summary.kind == "slip_sweep":
-        what, value, (low, high), unit = (
-            "cornering stiffness over load", summary.value / summary.condition.load, STIFFNESS_PER_LOAD, "1/rad",
-        )  # fmt: skip
-    elif summary.kind == "pull_test":
-        what, value, (low, high), unit = "lateral stiffness", summary.value, LATERAL_STIFFNESS, "N/m"
-    else:
-        return
-    if not low <= value <= high:
+        values["largest_force_per_load"] = summary.details.get("largest_force_N", np.nan) / load
+        values["pneumatic_trail"] = summary.details.get("pneumatic_trail_m")
+        if summary.details.get("pneumatic_trail_sd_m", 0.0) > _TRAIL_SD:
+            values["pneumatic_trail"] = None
+    said = doubts(values)
+    (low, high), value, band = POSSIBLE[name], values[name], BANDS[name]
+    if value is not None and not low <= value <= high:
+        why = suspicion(value, unit=band.unit, typical=band.typical, further=band.slips)
         raise InputError(
-            f"{path}: {what} is {value:.3g} {unit}; a tyre has {low:g} to {high:g}, so a column is in another unit "
-            "than its name says"
+            f"{path}: {band.words} is {value:.3g} {band.unit}; a tyre has {low:g} to {high:g}, so a column is in "
+            f"another unit than its name says{why}"
         )
+    return tuple(doubt.text for doubt in said)
 
 
 def check_repeats(recordings: Sequence[RecordingSummary], label: str) -> None:

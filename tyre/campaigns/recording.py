@@ -71,11 +71,32 @@ def fit_recording(path: Path, *, name: str, settings: FitSettings) -> tuple[Reco
     InputError
         As :func:`summarise`.
     """
-    from tyre.recordings.preflight import preflight
     from tyre.recordings.read import read_recording
 
-    recording = read_recording(path)
-    check = preflight(recording)
+    return fit_read(read_recording(path), path, name=name, settings=settings)
+
+
+def fit_read(
+    recording: RigRun | PullTest, path: Path, *, name: str, settings: FitSettings
+) -> tuple[RecordingSummary, dict[str, list[float]]]:
+    """Fit a recording that has been read, as :func:`fit_recording`.
+
+    Parameters
+    ----------
+    recording : RigRun or PullTest
+    path : Path
+        What messages call it.
+    name, settings
+        As in :func:`summarise`.
+
+    Raises
+    ------
+    InputError
+        When it cannot be fitted.
+    """
+    from tyre.recordings.preflight import preflight
+
+    check = preflight(recording, load_tolerance=settings.load_tolerance)
     if not check.usable:
         raise InputError(f"{path}: not usable: {'; '.join(check.problems)}")
     notes = tuple(dict.fromkeys((*recording.notes, *check.problems)))
@@ -85,8 +106,8 @@ def fit_recording(path: Path, *, name: str, settings: FitSettings) -> tuple[Reco
         summary, points = _step(recording, name)
     else:
         summary, points = _sweep(recording, name, settings)
-    check_plausible(summary, path)
-    extra = tuple(note for note in summary.notes if note not in notes)
+    unusual = check_plausible(summary, path)
+    extra = tuple(note for note in (*summary.notes, *unusual) if note not in notes)
     return RecordingSummary(**{**_shallow(summary), "notes": notes + extra}), points
 
 
@@ -116,6 +137,7 @@ def _sweep(run: RigRun, name: str, settings: FitSettings) -> tuple[RecordingSumm
         "Sh_sd_rad": fit.parameters_sd["horizontal_shift"],
         "drift_N": fit.parameters["drift"],
         "load_N": fit.load,
+        "largest_force_N": float(np.max(np.abs(fit.blocks.force))),
         "branches": float(fit.branches),
         "residual_sd_N": fit.residual_sd,
     }
@@ -238,6 +260,10 @@ def _key(path: Path, settings: FitSettings) -> str:
     return digest.hexdigest()[:32]
 
 
+CODE = ("base", "campaigns", "channels", "fits", "magic_formula", "recordings")
+"""Rooms whose code decides a result."""
+
+
 @cache
 def _code() -> bytes:
     """Digest of the modules that decide a result: a changed fit does not return an old answer."""
@@ -245,7 +271,7 @@ def _code() -> bytes:
 
     digest = hashlib.sha256()
     root = resources.files("tyre")
-    for folder in (root / "base", root / "recordings", root / "fits", root / "campaigns"):
+    for folder in (root / room for room in CODE):
         for item in sorted(folder.iterdir(), key=lambda entry: entry.name):
             if item.name.endswith(".py"):
                 digest.update(item.read_bytes())

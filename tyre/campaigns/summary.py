@@ -3,16 +3,35 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from tyre.base.errors import InputError
 from tyre.estimate import Calibration
+from tyre.recordings.preflight import LOAD_TOLERANCE
 from tyre.recordings.recording import Condition
 
 
 @dataclass(frozen=True)
 class FitSettings:
-    """What decides a fit besides the file: calibration of the rig and whether the lag is taken out."""
+    """What decides a fit besides the file.
+
+    Attributes
+    ----------
+    calibration : Calibration
+        Of the rig.
+    lag_correction : bool
+        Whether the lag is taken out.
+    load_tolerance : float
+        Largest distance of the measured load from the declared one, relative to the latter; beyond, a file is refused.
+    """
 
     calibration: Calibration = field(default_factory=Calibration)
     lag_correction: bool = True
+    load_tolerance: float = LOAD_TOLERANCE
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.load_tolerance <= 1.0:
+            raise InputError(
+                f"load tolerance = {self.load_tolerance:g} must be above 0 and at most 1 of the declared load"
+            )
 
 
 @dataclass(frozen=True)

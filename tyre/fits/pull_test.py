@@ -10,7 +10,7 @@ from scipy import stats
 from scipy.optimize import least_squares
 
 from tyre.base.errors import InputError
-from tyre.estimate import Calibration, Estimate, combine_uncertainties
+from tyre.estimate import REPEATABILITY_DOF, Calibration, Estimate, combine_uncertainties
 from tyre.fits.friction import dahl_after
 from tyre.recordings.recording import Channel, Condition, PullTest
 
@@ -102,7 +102,7 @@ def fit_pull_test(test: PullTest, *, calibration: Calibration | None = None) -> 
     where = str(test.source or test.condition.tyre)
     calibration = calibration or Calibration()
     notes = list(test.notes)
-    good = np.isfinite(test.side_force) & np.isfinite(test.tyre_deflection)
+    good = test.complete
     if not good.all():
         notes.append(f"{int(np.sum(~good))} readings with a missing value left out")
     deflection, force = test.tyre_deflection[good], test.side_force[good]
@@ -148,7 +148,7 @@ def fit_pull_test(test: PullTest, *, calibration: Calibration | None = None) -> 
     total, dof = combine_uncertainties(
         [
             (fit_sd, max(deflection.size - chosen["terms"], 1)),
-            (calibration.repeatability * stiffness, np.inf),
+            (calibration.repeatability * stiffness, REPEATABILITY_DOF),
             (float(np.hypot(calibration.force, calibration.displacement)) * stiffness, np.inf),
         ]
     )

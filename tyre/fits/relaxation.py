@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from tyre.estimate import Calibration, Estimate, combine_uncertainties
+from tyre.estimate import REPEATABILITY_DOF, Calibration, Estimate, combine_uncertainties, weighed_scatter
 from tyre.fits.slip_step import SlipStepFit
 
 
@@ -110,7 +110,7 @@ def relaxation_from_two_rates(sweeps: Sequence[BranchGap]) -> Estimate | None:
 
 
 def mean_of_steps(steps: Sequence[SlipStepFit], *, repeatability: float = 0.01) -> Estimate | None:
-    """Mean relaxation length of repeated slip steps; with one step alone the stated repeatability is added.
+    """Mean relaxation length of repeated slip steps, their scatter weighed against the stated repeatability.
 
     Parameters
     ----------
@@ -127,14 +127,15 @@ def mean_of_steps(steps: Sequence[SlipStepFit], *, repeatability: float = 0.01) 
     if not steps:
         return None
     values = np.array([step.relaxation_length.value for step in steps])
+    mean = float(values.mean())
     if values.size == 1:
-        sd, dof = combine_uncertainties(
-            [(steps[0].relaxation_length.sd, steps[0].relaxation_length.dof), (repeatability * values[0], np.inf)]
-        )
-        return Estimate(float(values[0]), sd, dof)
-    scatter = float(np.std(values, ddof=1) / np.sqrt(values.size))
-    own = float(np.sqrt(np.sum([step.relaxation_length.sd**2 for step in steps]))) / values.size
-    return Estimate(float(values.mean()), max(scatter, own), float(values.size - 1))
+        first = steps[0].relaxation_length
+        sd, dof = combine_uncertainties([(first.sd, first.dof), (repeatability * mean, REPEATABILITY_DOF)])
+        return Estimate(mean, sd, dof)
+    own = float(np.sqrt(np.mean([step.relaxation_length.sd**2 for step in steps])))
+    squares, repeats = float(np.sum((values - mean) ** 2)), float(values.size - 1)
+    sd, dof = weighed_scatter(float(np.hypot(repeatability * mean, own)), squares, repeats)
+    return Estimate(mean, max(sd, own) / np.sqrt(values.size), dof)
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from tyre.base.errors import InputError
@@ -121,10 +122,23 @@ def fit_slip_step(run: RigRun) -> SlipStepFit:
     )
 
 
-def _over_distance(run: RigRun, where: str) -> tuple[Channel, Channel, Channel]:
+def complete_samples(run: RigRun) -> NDArray[np.bool_]:
+    """Which samples of a slip step are fitted: those that lack nothing.
+
+    Parameters
+    ----------
+    run : RigRun
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+    """
     valid = np.isfinite(run.side_force) & np.isfinite(run.slip_angle) & np.isfinite(run.time)
-    if run.speed is not None:
-        valid &= np.isfinite(run.speed)
+    return valid if run.speed is None else valid & np.isfinite(run.speed)
+
+
+def _over_distance(run: RigRun, where: str) -> tuple[Channel, Channel, Channel]:
+    valid = complete_samples(run)
     if valid.sum() < 50:
         raise InputError(
             f"{where}: {int(valid.sum())} complete samples are too few for a slip step; at least 50 are needed"

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from tyre.base.errors import InputError
-from tyre.estimate import Calibration, Estimate, combine_uncertainties
+from tyre.estimate import REPEATABILITY_DOF, Calibration, Estimate, combine_uncertainties
+from tyre.fits.sensor_faults import without_faults
 from tyre.fits.sweep_branches import Blocks, block_means
 from tyre.fits.sweep_curve import CURVE, lagged_magic_formula, magic_formula
 from tyre.fits.sweep_model import BOUNDS, NAMES, sweep_model
@@ -43,6 +44,8 @@ class SlipSweepFit:
         1 - SS_res/SS_tot over the samples (Dell'Orto et al., eq. 6).
     load : float
         Mean measured vertical load, N.
+    sensor_faults : tuple of str
+        What is wrong with its sensors; also among the ``notes``.
     """
 
     condition: Condition
@@ -67,6 +70,7 @@ class SlipSweepFit:
     temperature: float | None
     aligning_moment: AligningMoment | None
     notes: tuple[str, ...]
+    sensor_faults: tuple[str, ...]
     blocks: Blocks
     residuals: Channel
 
@@ -106,7 +110,8 @@ def fit_slip_sweep(
     The model is Fy(t) = Sv + drift t + MF(slip history + Sh), MF in terms of its slope at zero (C_Fy), seen through
     the first-order lag of Dell'Orto et al., eq. (1). Samples within half a metre after a reversal are left out (the
     lag is not steady there). A robust loss (soft L1 at three standard deviations) holds spikes down; the covariance
-    allows for correlated residuals.
+    allows for correlated residuals. Samples in which the force cell or the slip sensor flattens are not used
+    (:mod:`tyre.fits.sensor_faults`).
 
     Parameters
     ----------
@@ -136,6 +141,10 @@ def fit_slip_sweep(
         blocks, lag_correction=lag_correction, relaxation_length=relaxation_length, notes=notes, where=where
     )
     solution = solve_sweep(model)
+    faults: list[str] = []
+    if lag_correction:  # a lag left in looks like a fault of the sensors
+        model, solution, faults = without_faults(model, solution)
+        blocks, notes = model.blocks, notes + faults
     if not solution.settled:
         notes.append("the fit stopped after 400 evaluations; its curve coefficients are not settled")
     parameters, sd = dict(solution.values), dict(solution.sd)
@@ -151,7 +160,7 @@ def fit_slip_sweep(
     total, dof = combine_uncertainties(
         [
             (fit_sd, solution.dof),
-            (calibration.repeatability * c, np.inf),
+            (calibration.repeatability * c, REPEATABILITY_DOF),
             (np.hypot(calibration.force, calibration.slip) * c, np.inf),
         ]
     )
@@ -179,6 +188,7 @@ def fit_slip_sweep(
         temperature=None if run.temperature is None else float(np.nanmean(run.temperature)),
         aligning_moment=fit_aligning_moment(blocks, c, parameters),
         notes=tuple(notes),
+        sensor_faults=tuple(faults),
         blocks=blocks,
         residuals=solution.residuals,
     )

@@ -21,7 +21,8 @@ class Blocks:
 
     Every array has shape (m,). ``time`` s (travelled distance over mean speed, where the speed was recorded), ``slip``
     rad, ``force`` N, ``moment`` N m or None, ``branch`` the number of the branch, ``rate`` d(slip)/dt of that branch
-    in rad/s, ``settled`` False where a reversal (or the start) is too near for the lag to be steady.
+    in rad/s, ``settled`` False where a reversal (or the start) is too near for the lag to be steady, ``first`` the
+    number of its first sample, from 0, ``size`` how many samples it has.
     """
 
     time: Channel
@@ -33,6 +34,8 @@ class Blocks:
     settled: NDArray[np.bool_]
     speed: float | None
     missing: int
+    first: NDArray[np.int64]
+    size: NDArray[np.int64]
 
     @property
     def branch_rates(self) -> Channel:
@@ -139,11 +142,33 @@ def block_means(run: RigRun) -> Blocks:
         settled=(clock[first] - began) * pace > _SETTLING,
         speed=speed,
         missing=int(np.sum(~valid)),
+        first=first,
+        size=size,
     )
     if usable.all():
         return blocks
-    kept = {name: getattr(blocks, name)[usable] for name in ("time", "slip", "force", "branch", "rate", "settled")}
+    names = ("time", "slip", "force", "branch", "rate", "settled", "first", "size")
+    kept = {name: getattr(blocks, name)[usable] for name in names}
     return Blocks(**kept, moment=None if moment is None else moment[usable], speed=speed, missing=blocks.missing)
+
+
+def samples_used(run: RigRun, blocks: Blocks) -> NDArray[np.bool_]:
+    """Which samples of a sweep stand in the block means that are fitted: settled ones with a side force.
+
+    Parameters
+    ----------
+    run : RigRun
+    blocks : Blocks
+        Of this run.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+    """
+    used = np.zeros(run.time.size, bool)
+    for first, size in zip(blocks.first[blocks.settled], blocks.size[blocks.settled], strict=True):
+        used[first : first + size] = True
+    return used & np.isfinite(run.side_force)
 
 
 def _clock(run: RigRun) -> tuple[Channel, float | None]:

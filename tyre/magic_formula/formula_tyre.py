@@ -3,10 +3,12 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Self
 
 import numpy as np
 
+from tyre.bands import table_doubts
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.base.units import PASCAL_PER_BAR
@@ -64,6 +66,25 @@ class FormulaTyre(ABC):
     @abstractmethod
     def _described(self) -> tuple[str, str, str, tuple[str, ...]]:
         """Tyre, surface, source, notes."""
+
+    @property
+    @abstractmethod
+    def loads(self) -> Array:
+        """Conditions worth looking at, N, ascending."""
+
+    @property
+    @abstractmethod
+    def pressures(self) -> Array:
+        """Conditions worth looking at, Pa, ascending."""
+
+    @cached_property
+    def doubts(self) -> tuple[str, ...]:
+        """What is unusual of its values at these conditions; see :func:`tyre.bands.table_doubts`."""
+        load, pressure = (grid.ravel() for grid in np.meshgrid(self.loads, self.pressures))
+        with np.errstate(all="ignore"):
+            values = self.linear(load=load, pressure=pressure)
+        positive = {name: np.where(np.asarray(value) > 0, value, np.nan) for name, value in values.items()}
+        return table_doubts(load, positive, where=self.label)
 
     def assuming(self, relative_sd: float, /) -> Self:
         """Return the same tyre with an assumed uncertainty.

@@ -2,6 +2,7 @@
 
 import tomllib
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
@@ -149,13 +150,14 @@ def _interpret(table: Mapping[str, Any], where: str) -> Pacejka89Tyre:
     if len({fit.pressure for fit in sets}) < len(sets):
         raise InputError(f"{where}: two sets have one pressure_kPa; keep one of them")
     note = table.get("note", [])
-    return Pacejka89Tyre(
+    tyre = Pacejka89Tyre(
         tyre=table["tyre"],
         surface=table["surface"],
         sets=tuple(sorted(sets, key=lambda fit: fit.pressure)),
         source=table["source"],
         notes=(note,) if isinstance(note, str) else tuple(note),
     )
+    return replace(tyre, notes=(*tyre.notes, *tyre.doubts))
 
 
 def _refuse_keys(table: Mapping[str, Any], known: set[str], required: set[str], where: str) -> None:

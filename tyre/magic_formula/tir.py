@@ -96,7 +96,7 @@ class TirTyre(FormulaTyre):
             notes.append("the file states no range of loads (FZMIN, FZMAX)")
         if isinstance(model, MF52Lateral) and model.pty1 <= 0 and isfinite(self.numbers.lateral_stiffness):
             notes.append("no relaxation coefficients PTY1, PTY2: LATERAL_STIFFNESS gives the relaxation length")
-        return tuple(notes)
+        return (*notes, *self.doubts)
 
     @property
     def width(self) -> float | None:

@@ -37,6 +37,7 @@ from typing import Any
 
 import numpy as np
 
+from tyre.bands import table_doubts
 from tyre.base.arrays import Array
 from tyre.base.csv_table import read_cells, read_columns
 from tyre.base.errors import InputError
@@ -159,7 +160,7 @@ def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
         raise InputError(f"{table_path}: no such tyre table.")
     name = table_path.name
     keys = read_sidecar(sidecar_path) if sidecar_path.is_file() else without_sidecar(Path(str(table_path)))
-    columns = _columns(table_path)
+    columns, places = _columns(table_path)
     if sum(column in columns for column in STIFFNESS) != 1:
         raise InputError(f"{name}: give one of the columns {listed(STIFFNESS)}; each follows from the other.")
     cornering = np.degrees(columns["cornering_stiffness_N_per_deg"])  # N/deg to N/rad
@@ -191,6 +192,14 @@ def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
                 f"{name}: standard deviations of relaxation length and lateral stiffness; keep one of them."
             )
         lateral_sd = columns["lateral_stiffness_sd_N_per_mm"] * 1e3
+    trail = _read_column(name, TRAIL, columns)
+    doubts = table_doubts(
+        columns["load_N"],
+        {"cornering_stiffness": cornering, "lateral_stiffness": lateral, "relaxation_length": cornering / lateral}
+        | ({} if trail is None else {"pneumatic_trail": trail.value}),
+        where=name,
+        places=places,
+    )
     sd_column = columns.get("cornering_stiffness_sd_N_per_deg")
     resolution = keys.get("resolution")
     return MeasuredTable(
@@ -211,7 +220,7 @@ def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
         source=keys["source"],
         description=keys["description"],
         lateral_stiffness_origin=keys["lateral_stiffness_origin"],
-        notes=tuple(keys["notes"]),
+        notes=tuple(dict.fromkeys((*keys["notes"], *doubts))),
         synthetic=keys["synthetic"],
         drum_diameter=keys.get("drum_diameter_m"),
         width=keys["width_mm"] / 1e3 if "width_mm" in keys else None,
@@ -219,15 +228,15 @@ def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
         stiffness_correlation=columns.get(CORRELATION),
         cornering_stiffness_dof=columns.get(DOF[0]),
         lateral_stiffness_dof=columns.get(DOF[1]),
-        pneumatic_trail=_read_column(name, TRAIL, columns),
+        pneumatic_trail=trail,
         direct_relaxation_length={
             route: column for route, stem in DIRECT.items() if (column := _read_column(name, stem, columns)) is not None
         },
     )
 
 
-def _columns(path: Traversable) -> Mapping[str, Array]:
-    """Columns of a table; in its own form they are taken as they are, in another by name and unit."""
+def _columns(path: Traversable) -> tuple[Mapping[str, Array], list[str]]:
+    """Columns of a table and what each row is called; of the own form as they are, of another by name and unit."""
     header = read_cells(path, kind="tyre table", example=", ".join(REQUIRED)).text.lstrip("\ufeff \r\n")
     names = next((line for line in header.splitlines() if line.strip() and not line.startswith("#")), "")
     own = [name.strip() for cells in csv.reader([names.partition("#")[0]], skipinitialspace=True) for name in cells]
@@ -236,8 +245,9 @@ def _columns(path: Traversable) -> Mapping[str, Array]:
         missing = [name for name in REQUIRED if name not in found]
         if missing:
             raise InputError(f"{path}: the column {', '.join(missing)} is missing")
-        return found
-    return read_columns(path, numbers=COLUMNS, needed=REQUIRED).numbers
+        return found, [f"row {row}" for row in range(1, len(found["load_N"]) + 1)]
+    plain = read_columns(path, numbers=COLUMNS, needed=REQUIRED)
+    return plain.numbers, [f"line {line}" for line in plain.lines]
 
 
 def _written_column(name: str, column: MeasuredColumn | None) -> dict[str, Array]:

@@ -5,6 +5,7 @@ What a recording can be but should not (few sweeps, drift, dropouts) is the busi
 
 import numpy as np
 
+from tyre.bands import GRAVITY, POUND
 from tyre.base.errors import InputError
 from tyre.recordings.recording import Channel, Condition, PullTest, RigRun
 
@@ -29,6 +30,29 @@ _CHANNEL_LIMITS = {
     "rim_displacement": (0.2, 1e3, "mm"),
 }
 _LOAD_RATIO = 5.0
+# name -> usual values and, with the factor to the right one, what may have gone wrong with a unit; all SI
+_GUESSES = {
+    "load": ((50.0, 2000.0), ((1e-3, "newtons under kN"), (1e3, "kilonewtons under N"))),
+    "pressure": (
+        (1.5e5, 10e5),
+        ((1e-2, "kPa under bar"), (1e2, "bar under kPa"), (0.0689476, "psi under bar"), (1e5, "bar under Pa"),
+         (1e-5, "Pa under bar")),
+    ),
+    "drum_radius": ((0.3, 3.0), ((1e-3, "millimetres under m"), (1e3, "metres under mm"))),
+    "speed": ((0.5, 15.0), ((1 / 3.6, "km/h under m/s"),)),
+    "slip_angle": ((np.deg2rad(2.0), np.deg2rad(15.0)), ((np.pi / 180.0, "degrees under rad"),)),
+    "inclination": ((0.0, np.deg2rad(30.0)), ((np.pi / 180.0, "degrees under rad"),)),
+    "camber": ((0.0, np.deg2rad(30.0)), ((np.pi / 180.0, "degrees under rad"),)),
+    "side_force": ((30.0, 1500.0), ((1e-3, "newtons under kN"),)),
+    "plate_displacement": ((5e-4, 0.02), ((1e-3, "millimetres under m"), (1e-6, "micrometres under m"))),
+    "rim_displacement": ((1e-5, 0.01), ((1e-3, "millimetres under m"), (1e-6, "micrometres under m"))),
+}  # fmt: skip
+
+
+def _guess(name: str, value: float) -> str:
+    """The unit that a ``value`` (SI) may be in, `` (kPa under bar?)``; empty where none explains it."""
+    (low, high), slips = _GUESSES.get(name, ((0.0, 0.0), ()))
+    return next((f" ({words}?)" for factor, words in slips if low <= factor * abs(value) <= high), "")
 
 
 def check_condition(condition: Condition, *, where: str) -> None:
@@ -50,7 +74,7 @@ def check_condition(condition: Condition, *, where: str) -> None:
         if value is not None and not lowest <= value <= highest:
             raise InputError(
                 f"{where}: {name.replace('_', ' ')} is {value * factor:g} {unit}, allowed are {lowest * factor:g} to "
-                f"{highest * factor:g} {unit}; check the unit"
+                f"{highest * factor:g} {unit}; check the unit{_guess(name, value)}"
             )
     if condition.surface not in ("flat", "drum"):
         raise InputError(f"{where}: surface = {condition.surface!r} is neither 'flat' nor 'drum'")
@@ -90,7 +114,7 @@ def check_channels(recording: RigRun | PullTest, *, where: str) -> None:
             if largest > limit:
                 raise InputError(
                     f"{where}: {name} reaches {largest * factor:.4g} {unit}, allowed are {limit * factor:.4g} {unit}; "
-                    "check the unit"
+                    f"check the unit{_guess(name, largest)}"
                 )
     if isinstance(recording, RigRun):
         _check_load(recording, where)
@@ -103,8 +127,12 @@ def _check_load(run: RigRun, where: str) -> None:
             f"{where}: vertical load is negative (median {median:.4g} N), but {run.axes} axes count it positive; "
             "declare axes = 'SAE' or turn its sign"
         )
-    if not 1 / _LOAD_RATIO <= median / run.condition.load <= _LOAD_RATIO:
+    ratio = median / run.condition.load
+    if not 1 / _LOAD_RATIO <= ratio <= _LOAD_RATIO:
+        slips = ((GRAVITY, "kg"), (POUND, "lbf"), (1e3, "kN"))
+        said = [f" ({unit} in {'the recording' if ratio < 1 else 'the declared load'}?)" for factor, unit in slips
+                if abs(max(ratio, 1 / ratio) / factor - 1.0) < 0.1]  # fmt: skip
         raise InputError(
             f"{where}: median vertical load is {median:.4g} N, the declared load {run.condition.load:.4g} N; "
-            "one of the two has the wrong unit"
+            f"one of the two has the wrong unit{said[0] if said else ''}"
         )

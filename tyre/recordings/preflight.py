@@ -13,7 +13,8 @@ _DEGREE = np.pi / 180.0
 _SMALLEST_SLIP = 1.0 * _DEGREE  # below it there is no slope worth a number
 _GOOD_SLIP = 3.0 * _DEGREE  # below it the curvature, and with it the slope, is biased
 _GOOD_BRANCHES = 4  # two full cycles: the least that shows repeatability
-_LOAD_OFFSET, _LOAD_DRIFT = 0.05, 0.02
+LOAD_TOLERANCE = 0.05  # of the declared load: the stiffness would be that of another load
+_LOAD_DRIFT = 0.02
 _SPEED_OFFSET, _SPEED_SPREAD = 0.10, 0.05
 _TEMPERATURE_DRIFT = 10.0
 _CORRELATION = 0.5
@@ -52,12 +53,14 @@ class Preflight:
         return "\n".join(lines)
 
 
-def preflight(recording: RigRun | PullTest) -> Preflight:
+def preflight(recording: RigRun | PullTest, *, load_tolerance: float = LOAD_TOLERANCE) -> Preflight:
     """Examine a recording.
 
     Parameters
     ----------
     recording : RigRun or PullTest
+    load_tolerance : float
+        Largest distance of the median vertical load from the declared one that allows a fit, relative to the latter.
 
     Returns
     -------
@@ -71,7 +74,7 @@ def preflight(recording: RigRun | PullTest) -> Preflight:
     if empty:
         faults = [(f"{name} has no valid samples", True) for name in empty]
     elif isinstance(recording, RigRun):
-        present, missing, faults = _rolling(recording)
+        present, missing, faults = _rolling(recording, load_tolerance)
     else:
         present, missing, faults = _pull(recording)
     kind = recording.kind if isinstance(recording, RigRun) else "pull_test"
@@ -98,14 +101,14 @@ def _describe(condition: Condition, axes: str, *, synthetic: bool) -> str:
     )
 
 
-def _rolling(run: RigRun) -> tuple[list[str], list[str], list[Fault]]:
+def _rolling(run: RigRun, load_tolerance: float) -> tuple[list[str], list[str], list[Fault]]:
     faults = time_faults(run.time)
     for name in ("slip_angle", "side_force", "vertical_load"):
         faults += dropouts(name, getattr(run, name))
     if run.aligning_moment is not None:
         faults += [(text, False) for text, _ in dropouts("aligning_moment", run.aligning_moment)]
     faults += stuck("side_force", run.side_force, run.slip_angle, travel=_STUCK_SLIP)
-    faults += _load(run) + _drifts(run)
+    faults += _load(run, load_tolerance) + _drifts(run)
     span = f"{len(run.time)} samples over {np.nanmax(run.time) - np.nanmin(run.time):.4g} s"
     lowest, highest = float(np.nanmin(run.slip_angle)), float(np.nanmax(run.slip_angle))
     reach = f"slip {lowest / _DEGREE:.3g} to {highest / _DEGREE:.3g} deg"
@@ -132,6 +135,7 @@ def _range(lowest: float, highest: float) -> list[Fault]:
     reach = (highest - lowest) / 2
     if reach < _SMALLEST_SLIP:
         text = f"slip range is +-{reach / _DEGREE:.2g} deg, at least +-{_SMALLEST_SLIP / _DEGREE:g} deg are needed"
+        text += " (radians under deg?)" * (_SMALLEST_SLIP <= reach / _DEGREE <= 20.0 * _DEGREE)
         return [(text, True)]
     if lowest > -0.25 * highest or highest < -0.25 * lowest:
         return [("slip goes to one side only: offset and slope cannot be told apart", False)]
@@ -167,11 +171,15 @@ def _sign(run: RigRun) -> list[Fault]:
     return []
 
 
-def _load(run: RigRun) -> list[Fault]:
+def _load(run: RigRun, tolerance: float) -> list[Fault]:
     faults = []
-    offset = float(np.nanmedian(run.vertical_load)) / run.condition.load - 1.0
-    if abs(offset) > _LOAD_OFFSET:
-        faults.append((f"median vertical load is {offset:+.1%} off the declared {run.condition.load:g} N", False))
+    median = float(np.nanmedian(run.vertical_load))
+    offset = median / run.condition.load - 1.0
+    if abs(offset) > min(tolerance, LOAD_TOLERANCE):
+        text = f"median vertical load is {median:.4g} N, {offset:+.1%} off the declared {run.condition.load:g} N"
+        refused = abs(offset) > tolerance
+        more = f"; at most {tolerance:.0%} is allowed: declare the load that acted, or raise the load tolerance"
+        faults.append((text + more * refused, refused))
     drift = _drift(run.vertical_load) / run.condition.load
     if abs(drift) > _LOAD_DRIFT:
         faults.append((f"vertical load drifts by {drift:+.1%} over the recording", False))
@@ -211,6 +219,10 @@ def _pull(test: PullTest) -> tuple[list[str], list[str], list[Fault]]:
     both = np.isfinite(deflection) & np.isfinite(test.side_force)
     if both.sum() < _PULL_SAMPLES:
         return [], [], [*faults, (f"only {both.sum()} complete samples, {_PULL_SAMPLES} are needed", True)]
+    plate, rim = float(np.ptp(test.plate_displacement[both])), float(np.ptp(test.rim_displacement[both]))
+    if plate == 0.0:
+        stays = 1e3 * test.plate_displacement[both][0]
+        return [], [], [*faults, (f"plate_displacement stays at {stays:.4g} mm: its gauge is dead", True)]
     travel = float(np.ptp(deflection[both]))
     steps = np.unique(np.abs(np.diff(np.unique(test.plate_displacement[both]))))
     if travel < _SMALLEST_PULL:
@@ -223,14 +235,13 @@ def _pull(test: PullTest) -> tuple[list[str], list[str], list[Fault]]:
         faults.append(("wrong sign: side force falls with displacement; turn the sign of one of the two", True))
     elif abs(correlation) < _CORRELATION:
         faults.append((f"side force does not follow the displacement (correlation {correlation:.2f})", False))
-    plate = float(np.nanmax(test.plate_displacement) - np.nanmin(test.plate_displacement))
-    rim = float(np.nanmax(test.rim_displacement) - np.nanmin(test.rim_displacement))
     if rim > _RIM_SHARE * plate:
         faults.append(
             (f"the rim takes {rim / plate:.0%} of the plate's displacement: the tyre is hardly deflected", False)
         )
     present = [f"{len(test.side_force)} samples, tyre deflection over {travel * 1e3:.3g} mm"]
-    missing = [] if test.rim_displacement.any() else ["rim displacement: zero throughout, the rim is taken as rigid"]
+    stays = 1e3 * test.rim_displacement[both][0]
+    missing = [] if rim else [f"rim displacement: {stays:.4g} mm throughout, the rim is taken as rigid"]
     peak = int(np.nanargmax(np.abs(deflection)))
     back = np.abs(deflection[peak:])
     if float(np.nanmin(back)) > 0.8 * float(np.nanmax(back)):

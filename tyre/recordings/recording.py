@@ -83,3 +83,8 @@ class PullTest:
     def tyre_deflection(self) -> Channel:
         """Lateral deflection of the tyre alone, m."""
         return self.plate_displacement - self.rim_displacement
+
+    @property
+    def complete(self) -> NDArray[np.bool_]:
+        """Which readings have a force and both displacements, shape (n,): the others are not fitted."""
+        return np.isfinite(self.side_force) & np.isfinite(self.tyre_deflection)

@@ -1,7 +1,7 @@
 """The TOML sidecar of a CSV recording: what was tested, under which condition and in which axes."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from tyre.base.errors import InputError
 from tyre.base.schema import maybe, read, table
 from tyre.base.toml_file import read_toml
 from tyre.base.units import PASCAL_PER_BAR
+from tyre.channels.channel_map import TABLES, ChannelMap
 from tyre.recordings.axes import CONVENTIONS, signs
 from tyre.recordings.check import check_condition
 from tyre.recordings.recording import COMPUTED_NOTE, Condition, PullTest, RigRun
@@ -39,7 +40,8 @@ def _note(value: Any) -> tuple[str, ...]:
 _TEXT = text(blank=False)
 _PLAIN_KEYS: dict[str, Check] = {
     "kind": text(f"is not one of {', '.join(KINDS)}", allowed=KINDS), "tyre": _TEXT, "surface": _TEXT, "rim": _TEXT,
-    "axes": _TEXT, "synthetic": flag, "note": _note,
+    "axes": _TEXT, "synthetic": flag, "note": _note, "recording": _TEXT,
+    "rigid_rim": flag,
 }  # fmt: skip
 _REQUIRED = {
     "tyre": "name of the tyre",
@@ -48,18 +50,34 @@ _REQUIRED = {
     "surface": "'flat' or 'drum'",
     "axes": " / ".join(CONVENTIONS) + "; there is no default",
 }
-_SPELLINGS = (*_PLAIN_KEYS, "load_N", "pressure_bar", "drum_radius_m", "speed_km_h", "temperature_C", "camber_deg")
+_SPELLINGS = (
+    *_PLAIN_KEYS,
+    *TABLES,
+    "load_N",
+    "pressure_bar",
+    "drum_radius_m",
+    "speed_km_h",
+    "temperature_C",
+    "camber_deg",
+)
 
 
 @dataclass(frozen=True)
 class Sidecar:
-    """Content of a sidecar in SI units; ``kind`` is None when the file leaves it to the columns."""
+    """Content of a sidecar in SI units; ``kind`` is None when the file leaves it to the columns.
+
+    ``channel_map`` is None where the columns have velotyre's names; ``recording`` is a file with another stem;
+    ``rigid_rim`` says that a pull test without rim displacement was made on a rim that does not move.
+    """
 
     condition: Condition
     axes: str
     kind: str | None
     synthetic: bool
     notes: tuple[str, ...]
+    channel_map: ChannelMap | None = None
+    recording: str = ""
+    rigid_rim: bool = False
 
 
 def read_sidecar(path: Path) -> Sidecar:
@@ -70,7 +88,9 @@ def read_sidecar(path: Path) -> Sidecar:
     path : Path
         TOML file with ``tyre``, ``load_N``, ``pressure_bar``, ``surface`` (``flat``, or ``drum`` with
         ``drum_radius_m``) and ``axes``; optionally ``kind``, ``rim``, ``speed_km_h``, ``temperature_C``,
-        ``camber_deg`` (> 0 leaning right), ``synthetic`` and ``note``. Any unit known to
+        ``camber_deg`` (> 0 leaning right), ``synthetic``, ``note``, the tables of a channel map
+        (:mod:`tyre.channels.channel_map`), ``recording``, a file whose stem is another one, and ``rigid_rim``: true
+        where a pull test has no rim displacement because its rim cannot move. Any unit known to
         ``tyre.recordings.units`` may stand at the end of a key.
 
     Returns
@@ -83,7 +103,12 @@ def read_sidecar(path: Path) -> Sidecar:
         For a missing file, invalid TOML, an unknown, missing or doubled key, or a value out of range.
     """
     remedy = "the sidecar is missing; write one with tyre, load_N, pressure_bar, surface and axes"
-    return _interpret(read_toml(path, "sidecar", absent=remedy), str(path))
+    content = read_toml(path, "sidecar", absent=remedy)
+    tables = {key: content.pop(key) for key in TABLES if key in content}
+    sidecar = _interpret(content, str(path))
+    return (
+        replace(sidecar, channel_map=ChannelMap.from_table(tables, path.parent, where=str(path))) if tables else sidecar
+    )
 
 
 def _interpret(content: Mapping[str, Any], where: str) -> Sidecar:
@@ -101,10 +126,11 @@ def _interpret(content: Mapping[str, Any], where: str) -> Sidecar:
             raise InputError(f"{where}: key {key!r} is missing ({meaning})")
     axes, kind = values.pop("axes"), values.pop("kind", None)
     synthetic, notes = values.pop("synthetic", False), values.pop("note", ())
+    recording, rigid = values.pop("recording", ""), values.pop("rigid_rim", False)
     signs(axes, where=where)
     condition = Condition(**values)
     check_condition(condition, where=where)
-    return Sidecar(condition=condition, axes=axes, kind=kind, synthetic=synthetic, notes=notes)
+    return Sidecar(condition, axes, kind, synthetic, notes, recording=recording, rigid_rim=rigid)
 
 
 def write_sidecar(recording: RigRun | PullTest, path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Recordings from and to TYDEX 1.3 files; the file itself, byte for byte, is ``tyre.recordings.tydex_document``.
+"""Recordings from and to TYDEX 1.3 files; the file itself, byte for byte, is ``tyre.channels.tydex_document``.
 
 TYDEX W-axes are ISO axes, so signs are turned on the way. W-channels are read first; where a file has only H-axes
 (wheel-parallel to the road), these serve for side force, load and aligning moment, and the recording's notes say so.
@@ -12,11 +12,11 @@ import numpy as np
 
 from tyre.base.errors import InputError
 from tyre.base.units import PASCAL_PER_BAR
+from tyre.channels.tydex_document import ChannelEntry, Entry, TydexDocument, read_document, write_document
 from tyre.recordings.axes import signs
 from tyre.recordings.check import check_channels, check_condition
 from tyre.recordings.recording import Channel, Condition, PullTest, RigRun
 from tyre.recordings.tydex_build import build
-from tyre.recordings.tydex_document import ChannelEntry, Entry, TydexDocument, read_document, write_document
 from tyre.recordings.units import find_unit
 
 # what a channel is here -> TYDEX names in order of preference, quantity

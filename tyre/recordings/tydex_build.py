@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tyre.base.errors import InputError
-from tyre.recordings.tydex_document import (
+from tyre.channels.tydex_document import (
     FIELD,
     KEYWORD_LINE,
     NOT_AVAILABLE,

@@ -10,6 +10,7 @@ import numpy as np
 
 from tyre.base.errors import InputError, refuse_unknown
 from tyre.base.units import PASCAL_PER_BAR
+from tyre.magic_formula.mf61 import saturation
 from tyre.recordings.recording import Condition, PullTest, RigRun
 from tyre.rig.effect import RigEffect, simulated_effects
 from tyre.rig.effects.dial_gauge import DialGauge
@@ -52,7 +53,7 @@ class CampaignPlan:
 def synthetic_tyre(*, load: float, pressure: float) -> RigTyre:
     """A made-up tyre of the size of a 26 mm racing tyre, smooth in ``load`` (N) and ``pressure`` (Pa)."""
     f, p = load / _REFERENCE_LOAD, pressure / _REFERENCE_PRESSURE
-    stiffness = 7600.0 * np.sin(2.0 * np.arctan(load / (560.0 * p**0.15))) / p**0.05
+    stiffness = 7600.0 * saturation(load / (560.0 * p**0.15)) / p**0.05
     return RigTyre(
         cornering_stiffness=float(stiffness),
         lateral_stiffness=float(60e3 * p**0.65 * f**0.05),

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from studies.channel_options import chosen_map, takes_channels
 from studies.reporting.examples import example
 from tyre.base.errors import InputError
 
@@ -11,10 +12,14 @@ from tyre.base.errors import InputError
 @click.command(epilog=example("velotyre tyre fit campaign --out fit"))
 @click.argument("folder", type=click.Path(path_type=Path))
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
+@takes_channels
 @click.option(
     "--json", "json_file", type=click.Path(path_type=Path, allow_dash=True), help="Write JSON here (- = stdout)."
 )
-@click.option("--skip-bad", is_flag=True, help="Leave out files that cannot be used, and list them.")
+@click.option(
+    "--skip-bad/--stop-at-bad", default=True, show_default=True,
+    help="Leave out files that cannot be used and list them with the reason, or stop at the first.",
+)  # fmt: skip
 @click.option("--jobs", type=click.IntRange(min=1), help="Worker processes (default: one per processor).")
 @click.option("--force-calibration", default=0.3, show_default=True, help="Standard uncertainty of the force gain, %.")
 @click.option("--slip-calibration", default=0.3, show_default=True, help="Standard uncertainty of the slip gain, %.")
@@ -22,12 +27,20 @@ from tyre.base.errors import InputError
 @click.option(
     "--repeatability", default=1.0, show_default=True, help="Scatter of one recording where there are no repeats, %."
 )
+@click.option(
+    "--load-tolerance",
+    default=5.0,
+    show_default=True,
+    help="Largest distance of the measured from the declared load, %.",
+)
 @click.option("--wheel-radius", default=0.34, show_default=True, help="Radius of wheel and tyre, m.")
 @click.option("--every-residual", is_flag=True, help="Draw the residuals of every recording, not only of the worst.")
 @click.option("--no-lag-correction", is_flag=True, help="Fit sweeps without taking out the lag (for comparison).")
 def command(
     folder: Path,
     out: Path,
+    channels_file: Path | None,
+    channel_texts: tuple[str, ...],
     json_file: Path | None,
     *,
     skip_bad: bool,
@@ -36,16 +49,21 @@ def command(
     slip_calibration: float,
     gauge_calibration: float,
     repeatability: float,
+    load_tolerance: float,
     wheel_radius: float,
     every_residual: bool,
     no_lag_correction: bool,
 ) -> None:
     """Fit all recordings in FOLDER (.csv with .toml sidecar, .tdx) and write tables, maps, .tir files and figures.
 
+    A sidecar with a channel map describes a recording in any columns, units and formats.
+
     Results of single files are kept in OUT/cache, so an interrupted run goes on where it was.
     """
     import json
+    from dataclasses import replace
 
+    from studies.rig_campaign.mapped_recordings import prepared
     from studies.rig_campaign.report import write_campaign
     from tyre.base.files import write_text
     from tyre.campaigns.campaign import fit_campaign
@@ -62,16 +80,21 @@ def command(
             repeatability=repeatability / 100.0,
         ),
         lag_correction=not no_lag_correction,
+        load_tolerance=load_tolerance / 100.0,
     )
-    campaign = fit_campaign(
-        folder,
-        settings=settings,
-        cache_folder=out / "cache",
-        exclude=out,
-        skip_bad=skip_bad,
-        jobs=jobs,
-        wheel_radius=wheel_radius,
-    )
+    with prepared(folder, out, chosen_map(channels_file, channel_texts), skip_bad=skip_bad) as found:
+        for note in found.notes:
+            click.echo(f"note: {note}", err=True)
+        campaign = fit_campaign(
+            found.folder,
+            settings=settings,
+            cache_folder=out / "cache",
+            exclude=out if found.folder == folder else None,
+            skip_bad=skip_bad,
+            jobs=jobs,
+            wheel_radius=wheel_radius,
+        )
+    campaign = replace(campaign, folder=folder, skipped=dict(sorted({**campaign.skipped, **found.skipped}.items())))
     for name, reason in campaign.skipped.items():
         click.echo(f"skipped {name}: {reason}", err=True)
     written = write_campaign(campaign, out, wheel_radius=wheel_radius, every_recording=every_residual)

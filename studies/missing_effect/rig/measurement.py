@@ -6,6 +6,7 @@ recordings = "drum"                 # a folder, or a list of files (CSV with sid
 includes = ["sweep_lag"]            # rig effects that the base model contains
 pull_displacement = "tyre"          # plate minus rim; "plate" ignores what the rim gauge reads
 wheel_radius_m = 0.34
+load_tolerance = 0.05               # of the declared load, see tyre.recordings.preflight
 [rig.calibration]                   # relative, 1 sd: force, slip, displacement, repeatability
 [rig.reference]                     # one of: recordings, campaign, table, [[rig.reference.conditions]]
 recordings = "flat"
@@ -26,9 +27,11 @@ from tyre.base.checks import anything, list_of, number, text
 from tyre.base.errors import InputError
 from tyre.base.schema import by_name, maybe, needed, read, table
 from tyre.campaigns.campaign import recordings_in
+from tyre.campaigns.summary import FitSettings
 from tyre.estimate import Calibration
 from tyre.fits.slip_step import is_slip_step
-from tyre.recordings.preflight import preflight
+from tyre.fits.slip_sweep import fit_slip_sweep
+from tyre.recordings.preflight import LOAD_TOLERANCE, preflight
 from tyre.recordings.read import read_recording
 from tyre.recordings.recording import SYNTHETIC_NOTES, PullTest, RigRun
 
@@ -46,6 +49,9 @@ RIG = table(
         ),
         maybe("wheel_radius_m", WHEEL_RADIUS): number(
             least=0.1, most=0.6, says="must be a radius of wheel and tyre from 0.1 to 0.6 m"
+        ),
+        maybe("load_tolerance", LOAD_TOLERANCE): number(
+            above=0, most=1, says="must be a number above 0, at most 1: a share of the declared load"
         ),
         maybe("calibration", {}): by_name(RELATIVE, [f.name for f in fields(Calibration)], kind="key"),
     }
@@ -90,12 +96,14 @@ def read_rig(content: Any, folder: Path, **words: Any) -> RigMeasurement:
         A key, file or condition that is missing, unknown or out of range, with what to do.
     """
     rig = read(RIG, content, section="rig")
-    calibration = Calibration(**rig["calibration"])
-    sweeps, pulls, notes = _recordings(_files(rig["recordings"], folder))
+    tolerance = rig["load_tolerance"]
+    settings = FitSettings(Calibration(**rig["calibration"]), load_tolerance=tolerance)
+    files = _files(rig["recordings"], folder)
+    sweeps, pulls, notes = _recordings(files, tolerance, skip_bad=isinstance(rig["recordings"], str))
     return RigMeasurement(
-        reference=read_reference(rig["reference"], folder, calibration), sweeps=sweeps, pulls=pulls,
+        reference=read_reference(rig["reference"], folder, settings), sweeps=sweeps, pulls=pulls,
         includes=tuple(dict.fromkeys(rig["includes"])), pull_displacement=rig["pull_displacement"],
-        wheel_radius=rig["wheel_radius_m"], calibration=calibration, notes=notes, **words,
+        wheel_radius=rig["wheel_radius_m"], calibration=settings.calibration, notes=notes, **words,
     )  # fmt: skip
 
 
@@ -114,16 +122,23 @@ def _files(given: Any, folder: Path) -> list[tuple[str, Path]]:
 
 
 def _recordings(
-    files: list[tuple[str, Path]],
+    files: list[tuple[str, Path]], load_tolerance: float, *, skip_bad: bool
 ) -> tuple[tuple[tuple[str, RigRun], ...], tuple[tuple[str, PullTest], ...], tuple[str, ...]]:
     sweeps: list[tuple[str, RigRun]] = []
     pulls: list[tuple[str, PullTest]] = []
-    notes = []
+    notes: list[str] = []
+    left_out: list[str] = []
     for name, path in files:
-        recording = read_recording(path)
-        check = preflight(recording)
-        if not check.usable:
-            raise InputError(f"{path}: not usable: {'; '.join(check.problems)}")
+        try:
+            recording = read_recording(path)
+            check = preflight(recording, load_tolerance=load_tolerance)
+            if not check.usable:
+                raise InputError(f"{path}: not usable: {'; '.join(check.problems)}")
+        except InputError as error:
+            if not skip_bad or len(files) == 1:
+                raise
+            left_out.append(f"{name}: left out: {error}")
+            continue
         problems = dict.fromkeys((*recording.notes, *check.problems))
         notes += [f"{name}: {problem}" for problem in problems if problem not in SYNTHETIC_NOTES]
         if isinstance(recording, PullTest):
@@ -132,4 +147,7 @@ def _recordings(
             notes.append(f"{name}: a slip step, not used; only slip sweeps and pull tests are")
         else:
             sweeps.append((name, recording))
-    return tuple(sweeps), tuple(pulls), tuple(notes)
+            notes += [f"{name}: {fault}" for fault in fit_slip_sweep(recording).sensor_faults]
+    if left_out and not sweeps and not pulls:
+        raise InputError(f"none of {len(files)} recordings can be used; {'; '.join(left_out)}")
+    return tuple(sweeps), tuple(pulls), (*left_out, *notes)

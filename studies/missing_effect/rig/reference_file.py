@@ -16,7 +16,6 @@ from tyre.base.schema import maybe, needed, read, table
 from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.campaign import fit_campaign
 from tyre.campaigns.summary import FitSettings
-from tyre.estimate import Calibration
 from tyre.maps.table_io import read_table
 
 TRACK = {"flat": "on a flat track", "drum": "on a drum"}
@@ -75,7 +74,7 @@ LEAST = (  # of a tyre, in its load; below it is surely in another unit
 UNSTATED = 0.02  # relative sd of a stiffness whose source states none
 
 
-def read_reference(content: Any, folder: Path, calibration: Calibration) -> Reference:
+def read_reference(content: Any, folder: Path, settings: FitSettings) -> Reference:
     """The reference that [rig.reference] names.
 
     Parameters
@@ -84,8 +83,8 @@ def read_reference(content: Any, folder: Path, calibration: Calibration) -> Refe
         That table.
     folder : Path
         Where the files that it names are.
-    calibration : Calibration
-        Of the rig, for recordings that are fitted.
+    settings : FitSettings
+        For recordings that are fitted.
 
     Raises
     ------
@@ -104,9 +103,11 @@ def read_reference(content: Any, folder: Path, calibration: Calibration) -> Refe
     elif source == "campaign":
         found = _campaign(folder / chosen[source], drum)
     else:
-        campaign = fit_campaign(folder / chosen[source], settings=FitSettings(calibration), jobs=1, progress=False)
+        campaign = fit_campaign(folder / chosen[source], settings=settings, jobs=1, progress=False)
         rows = [_fitted(condition) for condition in campaign.conditions]
-        found = _of_conditions(rows, f"recordings in {campaign.folder.name}/", str(campaign.folder))
+        left = "; ".join(f"{name} left out: {why}" for name, why in campaign.skipped.items())
+        origin = f"recordings in {campaign.folder.name}/" + f" ({left})" * bool(left)
+        found = _of_conditions(rows, origin, str(campaign.folder))
     other = next((c for c in found.curves if drum is not None and c.drum_radius != drum), None)
     if other is not None:
         says = f"a radius of {other.drum_radius:g} m" if other.drum_radius else "a flat track"

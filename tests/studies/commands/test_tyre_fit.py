@@ -58,15 +58,16 @@ def test_fit_writes_json_to_file_and_stdout(folder, tmp_path, capsys):
         assert low < truth[name] < high
 
 
-def test_skip_bad_lists_the_file(folder, tmp_path, capsys):
+def test_a_bad_file_is_left_out_and_listed(folder, tmp_path, capsys):
     main(["tyre", "simulate", str(tmp_path / "rig"), "--seed", "8", *SMALL])
     bad = tmp_path / "rig" / "bad.tdx"
     bad.write_text("no TYDEX here\n")
     capsys.readouterr()
-    error = _fails(capsys, ["tyre", "fit", str(tmp_path / "rig"), "--out", str(tmp_path / "out"), "--jobs", "1"])
+    fit = ["tyre", "fit", str(tmp_path / "rig"), "--out", str(tmp_path / "out"), "--jobs", "1"]
+    error = _fails(capsys, [*fit, "--stop-at-bad"])
     assert "bad.tdx" in error
     assert error.count("\n") == 1
-    main(["tyre", "fit", str(tmp_path / "rig"), "--out", str(tmp_path / "out"), "--jobs", "1", "--skip-bad"])
+    main(fit)
     printed = capsys.readouterr()
     assert "skipped bad.tdx" in printed.err
     assert "## Skipped files (1)" in (tmp_path / "out" / "report.md").read_text()
@@ -91,6 +92,7 @@ def test_simulate_refuses_nonsense(tmp_path, capsys, arguments, words):
 def test_fit_refuses_nonsense(tmp_path, capsys):
     missing = ["tyre", "fit", str(tmp_path / "none"), "--out", str(tmp_path / "o")]
     assert "no such folder" in _fails(capsys, missing)
+    assert "load tolerance = 2 must be above 0 and at most 1" in _fails(capsys, [*missing, "--load-tolerance", "200"])
     assert "must be from 0.05 to 1 m" in _fails(capsys, [*missing, "--wheel-radius", "7"])
     assert "force = -0.01 must be a relative standard uncertainty" in _fails(
         capsys, [*missing, "--force-calibration", "-1"]

@@ -72,6 +72,32 @@ def test_lag_correction_removes_a_bias(small):
     assert force["without"] > 3 * force["with"]
 
 
+def test_intervals_hold_the_truth_with_few_repeats(tmp_path):
+    shares = import_module("studies.validations.repeats").run(out=tmp_path, seed=5, campaigns=400)["share_percent"]
+    for scatter in ("as stated", "1.0"):  # 95 +- 2 %, widened by three standard errors of so few
+        for share in shares[scatter].values():
+            assert 93.0 - 3.3 < share <= 99.5
+
+
+def test_committed_repeats_meet_their_targets():
+    path = Path(__file__).parents[3] / "data" / "validation" / "repeats.json"
+    result = json.loads(path.read_text())
+    assert (result["synthetic"], result["campaigns"]) == (True, 4000)
+    for scatter in ("as stated", "1.0"):
+        for pairs in ("1", "3", "30"):
+            assert 93.0 <= result["share_percent"][scatter][pairs] <= 97.0
+
+
+def test_committed_faults_of_sensors_meet_their_targets():
+    path = Path(__file__).parents[3] / "data" / "validation" / "sensor_faults.json"
+    result = json.loads(path.read_text())
+    assert (result["synthetic"], result["sound_sweeps"]) == (True, 400)
+    alarms = result["false_alarms_percent"]
+    assert max(alarms["flattening"], alarms["gain"]) <= 2.0
+    steep = result["found"]["side_force flattens from 70% of its range on"]
+    assert min(steep["10%"]["flattening_percent"], steep["20%"]["flattening_percent"]) >= 75.0
+
+
 def test_committed_result_meets_its_targets():
     path = Path(__file__).parents[3] / "data" / "validation" / "rig_coverage.json"
     result = json.loads(path.read_text())

@@ -228,7 +228,7 @@ def test_runs_need_the_same_channels(tmp_path):
     toml = HISTORY + '[[histories.runs]]\nfile = "c.csv"\nspeed_m_s = 5\n'
     file = histories(tmp_path, toml=toml)
     rows = [f"{0.01 * k:.2f},{0.01 * (k % 7)}" for k in range(50)]
-    (tmp_path / "c.csv").write_text("\n".join(["time_s,roll_rate_rad_s", *rows]))
+    (tmp_path / "c.csv").write_text("\n".join(["time_s,roll_rate_rad_s", *rows]) + "\n")
     with pytest.raises(InputError, match="c.csv: has other columns than a.csv; all runs need the same channels"):
         read_measurement(file)
 
@@ -242,7 +242,7 @@ def test_what_is_assumed_of_histories_is_said(tmp_path):
     assert any("lateral_acceleration_m_s2: not compared" in note for note in found.forward().notes)
     (tmp_path / "day 2").mkdir()
     rows = [f"{0.01 * k:.2f},{0.02 * (k % 5)},{0.001 * k}" for k in range(50)]
-    (tmp_path / "day 2" / "a.csv").write_text("\n".join([head, *rows]))
+    (tmp_path / "day 2" / "a.csv").write_text("\n".join([head, *rows]) + "\n")
     toml = HISTORY + '[[histories.runs]]\nfile = "day 2/a.csv"\nspeed_m_s = 5\n'
     found = read_measurement(histories(tmp_path, toml=toml, head=head))
     assert [run.name for run in found.runs] == ["a.csv", "day 2/a.csv"]

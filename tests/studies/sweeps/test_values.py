@@ -179,7 +179,7 @@ def test_tyres_given_by_files_are_those_tables(tmp_path):
     one = read_sweep(file)
     open_parts(tmp_path / "other.zarr", one).write((0, 4), compute(one, 0, 4))
     table = (tmp_path / "own_6.5.csv").read_text().splitlines()
-    (tmp_path / "own_6.5.csv").write_text("\n".join([*table[:-1], table[-1].replace("7.5,", "7.6,")]))
+    (tmp_path / "own_6.5.csv").write_text("\n".join([*table[:-1], table[-1].replace("7.5,", "7.6,"), ""]))
     with pytest.raises(InputError, match="holds parts of another sweep"):
         run_sweep(read_sweep(file), tmp_path / "other.zarr")
     (tmp_path / "own_6.5.csv").unlink()

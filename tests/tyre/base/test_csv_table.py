@@ -46,6 +46,19 @@ def test_other_columns_may_be_allowed(file):
         read_columns(path, numbers=("a",), needed=("a",))
 
 
+def test_a_last_row_without_a_line_end_may_be_a_cut_number(file):
+    for text in ("a,b\n1,12.3", "a,b\r\n1,12.3", "# made up\na,b\n1,2\n1,12.3"):
+        with pytest.raises(InputError, match=r"t.csv, line \d: the last row ends with '1,12.3' and no line end"):
+            read_columns(file(text), numbers=("a", "b"), needed=())
+    for text in ("a,b\n1,12.3\n", "a,b\n1,12.3\n  ", "a,b\n1,12.3 # whole", "a,b\n1,12.3\n# whole"):
+        assert read_columns(file(text), numbers=("a", "b"), needed=()).numbers["b"] == [12.3]
+    for text, words in (("a,b\n1", "1 cells where the header has 2 columns; was the file cut off"), ("a,b", "no rows")):
+        with pytest.raises(InputError, match=words):
+            read_columns(file(text), numbers=("a", "b"), needed=())
+    with pytest.raises(InputError, match="no line end, so the file may be cut off inside a number; complete the row"):
+        read_cells(file("a;b\n1;2,5\n2;2,"), kind="recording", example="a", logged=True)
+
+
 LOGGED = 'time;"force"\n0;1,5\n1;NA\n'
 
 

@@ -1,16 +1,19 @@
 """A folder of recordings to conditions, maps and figures; truth from the campaign's own truth file."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from tyre.base.errors import InputError
 from tyre.campaigns import recording
 from tyre.campaigns.campaign import fit_campaign, recordings_in
-from tyre.campaigns.condition import Repeatability, combine, pooled_repeatability
+from tyre.campaigns.condition import combine
 from tyre.campaigns.export import write_tables
+from tyre.campaigns.repeatability import Repeatability, pooled_repeatability
 from tyre.campaigns.summary import FitSettings, RecordingSummary
 from tyre.estimate import Calibration
 from tyre.magic_formula.tir import read_tir
@@ -146,21 +149,62 @@ def test_workers_give_the_same_result(rig_folder, campaign, cache):
     assert parallel.as_json() == campaign.as_json()
 
 
-def test_one_bad_file_is_named_and_only_skipped_when_asked(tmp_path):
+def test_one_bad_file_is_left_out_with_the_reason_or_stops_when_asked(tmp_path):
     rng = np.random.default_rng(0)
     plan = CampaignPlan(loads=(400.0,), pressures=(5e5,), rates=(float(np.deg2rad(4.0)),), pulls=1)
     files = write_campaign_files(tmp_path, plan=plan, effects=default_effects(rng), rng=rng)
     (tmp_path / "broken.csv").write_text("time_s,slip_angle_deg\n0,1\n")
     with pytest.raises(InputError, match=r"broken.*leave it out with --skip-bad"):
-        fit_campaign(tmp_path, **_quiet())
-    campaign = fit_campaign(tmp_path, skip_bad=True, **_quiet())
+        fit_campaign(tmp_path, skip_bad=False, **_quiet())
+    campaign = fit_campaign(tmp_path, **_quiet())
     assert list(campaign.skipped) == ["broken.csv"]
     assert campaign.conditions[0].files == tuple(sorted(path.name for path in files))
     assert any("no repeats in this campaign" in text for text in campaign.conditions[0].warnings)
     for path in files:
         path.unlink()
     with pytest.raises(InputError, match="none of 1 recordings could be used"):
-        fit_campaign(tmp_path, skip_bad=True, **_quiet())
+        fit_campaign(tmp_path, **_quiet())
+
+
+BAD = {
+    "dead plate gauge": ("pull", "plate_displacement_mm", lambda x: 0 * x, "stays at 0 mm: its gauge is dead"),
+    "gauge that stays": ("pull", "plate_displacement_mm", lambda x: 0 * x + 1.23, "stays at 1.23 mm"),
+    "empty gauge": ("pull", "plate_displacement_mm", lambda x: np.nan * x, "no valid sample"),
+    "gauge in other units": ("pull", "plate_displacement_mm", lambda x: x / 25.4, "wrong sign|another unit|are needed"),
+    "dead force cell": ("sweep", "side_force_N", lambda x: 0 * x, "side_force is saturated"),
+    "dead slip sensor": ("sweep", "slip_angle_deg", lambda x: 0 * x, "slip range"),
+    "half the load": ("sweep", "vertical_load_N", lambda x: 0.5 * x, r"load is 200\S* N, -50\.0% off the declared"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", BAD)
+def test_one_bad_recording_does_not_stop_the_campaign(tmp_path, what):
+    rng = np.random.default_rng(0)
+    plan = CampaignPlan(loads=(400.0,), pressures=(5e5,), rates=(float(np.deg2rad(4.0)),), sweeps=2, pulls=2)
+    files = write_campaign_files(tmp_path, plan=plan, effects=default_effects(rng), rng=rng)
+    kind, column, change, reason = BAD[what]
+    bad = next(path for path in files if kind in path.name)
+    frame = pd.read_csv(bad)
+    frame[column] = change(frame[column])
+    frame.to_csv(bad, index=False)
+    campaign = fit_campaign(tmp_path, **_quiet())
+    assert list(campaign.skipped) == [bad.name]
+    assert re.search(reason, campaign.skipped[bad.name])
+    assert campaign.conditions[0].files == tuple(sorted(path.name for path in files if path != bad))
+
+
+def test_a_fit_that_breaks_down_is_left_out_too(rig_folder, monkeypatch):
+    broken = recordings_in(rig_folder)[0]
+
+    def fit(path, **settings):
+        if path == broken:
+            raise np.linalg.LinAlgError("Singular matrix")
+        return fit_recording(path, **settings)
+
+    fit_recording = recording.fit_recording
+    monkeypatch.setattr(recording, "fit_recording", fit)
+    campaign = fit_campaign(rig_folder, **_quiet())
+    assert campaign.skipped == {broken.name: f"{broken}: cannot be fitted (LinAlgError: Singular matrix)"}
 
 
 def test_a_recording_with_the_wrong_axes_is_refused(tmp_path):
@@ -201,12 +245,38 @@ def _summary(value, *, number=0, kind="slip_sweep", fit_sd=10.0):
 
 
 def test_repeatability_is_pooled_over_conditions():
-    groups = [[_summary(v) for v in (99.0, 101.0)], [_summary(v) for v in (198.0, 200.0, 202.0)], [_summary(50.0)]]
-    pooled = pooled_repeatability(groups, floor=0.01)
-    # squared relative deviations: 2 (1 %)^2 + 2 (1 %)^2 over 1 + 2 degrees of freedom
-    assert pooled.sd == pytest.approx(np.sqrt(4e-4 / 3))
-    assert (pooled.dof, pooled.conditions, pooled.measured) == (3.0, 2, True)
-    assert pooled_repeatability([[_summary(50.0)]], floor=0.02) == Repeatability(0.02, np.inf, False, 0)
+    groups = [[_summary(v, fit_sd=0.0) for v in row] for row in ((99.0, 101.0), (198.0, 200.0, 202.0), (50.0,))]
+    pooled = pooled_repeatability(groups, floor=0.02)
+    # squared relative deviations: 2 (1 %)^2 + 2 (1 %)^2 of 1 + 2 degrees of freedom, and 8 of the stated 2 %
+    assert pooled.sd == pytest.approx(np.sqrt((4e-4 + 8 * 4e-4) / 11))
+    assert (pooled.dof, pooled.repeats, pooled.conditions, pooled.measured, pooled.refuted) == (11, 3, 2, True, False)
+    assert pooled.scatter == pytest.approx(np.sqrt(4e-4 / 3))
+    none = pooled_repeatability([[_summary(50.0)]], floor=0.02)
+    assert (none.sd, none.dof, none.measured, none.repeats) == (0.02, 8.0, False, 0.0)
+
+
+def test_noise_of_the_fits_counts_as_stated():
+    groups = [[_summary(v, fit_sd=3.0) for v in (100.0, 100.0)]]
+    assert pooled_repeatability(groups, floor=0.04).sd == pytest.approx(0.05 * np.sqrt(8 / 9))
+
+
+def test_one_pair_does_not_replace_the_stated_repeatability_unless_it_refutes_it():
+    alike = pooled_repeatability([[_summary(v, fit_sd=0.0) for v in (100.0, 100.001)]], floor=0.01)
+    assert alike.sd == pytest.approx(0.01 * np.sqrt(8 / 9), rel=1e-4)
+    far = pooled_repeatability([[_summary(v, fit_sd=0.0) for v in (95.0, 105.0)]], floor=0.01)
+    assert (far.sd, far.dof, far.refuted) == (pytest.approx(0.05 * np.sqrt(2)), 1.0, True)
+    pair = [_summary(v, number=n) for n, v in enumerate((95.0, 105.0))]
+    settings = {"borrowed": [], "pull_repeatability": far, "calibration": Calibration()}
+    result = combine(("T", "flat", 400.0, 5e5), pair, sweep_repeatability=far, **settings)
+    assert any("repeats scatter by 7.07 %, more than the stated" in text for text in result.warnings)
+
+
+def test_a_recording_noisier_than_the_others_keeps_its_own_sd():
+    noisy = [_summary(100.0, fit_sd=4.0)]
+    pooled = Repeatability(0.01, 30.0, True, 10)
+    settings = {"borrowed": [], "pull_repeatability": pooled, "calibration": Calibration(force=0, slip=0)}
+    result = combine(("T", "flat", 400.0, 5e5), noisy, sweep_repeatability=pooled, **settings)
+    assert result.cornering_stiffness.sd == pytest.approx(4.0)
 
 
 def test_mean_interval_by_hand():

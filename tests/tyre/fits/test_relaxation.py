@@ -192,7 +192,7 @@ def test_mean_of_steps_and_combined_uncertainties():
     mean = mean_of_steps(fits)
     assert mean is not None
     assert mean.value == pytest.approx(np.mean([fit.relaxation_length.value for fit in fits]))
-    assert mean.dof == 3
+    assert mean.dof == 11  # 3 of the repeats, 8 of the stated repeatability
     single = mean_of_steps(fits[:1], repeatability=0.05)
     assert single is not None
     assert single.sd > 0.05 * single.value

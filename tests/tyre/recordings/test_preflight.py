@@ -77,7 +77,8 @@ FAULTS = [
      "slip goes to one side only", True),
     (lambda: changed(sweep(), vertical_load=lambda f: f + np.linspace(0.0, 16.0, f.size)),
      r"vertical load drifts by \+3", True),
-    (lambda: changed(sweep(), vertical_load=lambda f: 1.1 * f), r"median vertical load is \+10.* off the", True),
+    (lambda: changed(sweep(), vertical_load=lambda f: 1.1 * f),
+     r"median vertical load is 440 N, \+10.0% off the declared 400 N; at most 5% is allowed: declare", False),
     (lambda: changed(sweep(), side_force=put(slice(100, 150), np.nan)),
      "side_force has 50 missing samples .*longest run of 50 from sample 101", True),
     (lambda: changed(sweep(), slip_angle=put(slice(0, 3000), np.nan)), "slip_angle has 3000 missing samples", False),
@@ -101,6 +102,7 @@ FAULTS = [
     (lambda: changed(pull(), side_force=lambda f: np.clip(f, None, 80.0)), "side_force is saturated", False),
     (lambda: changed(pull(), plate_displacement=lambda x: 0.1 * x, rim_displacement=lambda x: 0.1 * x),
      "tyre deflection covers 0.2 mm, 0.3 mm are needed", False),
+    (lambda: changed(pull(), plate_displacement=lambda x: 0 * x + 1.5e-3), "plate_displacement stays at 1.5 mm", False),
     (lambda: changed(pull(), plate_displacement=lambda x: np.round(x, 3)), "fewer than 20 steps of the gauge", True),
     (lambda: changed(pull(), side_force=put(slice(5, None), np.nan)), "only 5 complete samples, 8 are needed", False),
     (lambda: replace(pull(), plate_displacement=4 * pull().plate_displacement,
@@ -116,6 +118,17 @@ def test_a_fault_is_named(fault, message, usable):
     text = "\n".join(verdict.problems)
     assert re.search(message, text), text
     assert verdict.usable is usable
+
+
+@pytest.mark.parametrize(("factor", "tolerance", "usable", "said"), [
+    (1.04, 0.05, True, False), (0.94, 0.05, False, True), (0.5, 0.05, False, True), (0.5, 0.6, True, True),
+    (1.03, 0.02, False, True),
+])  # fmt: skip
+def test_a_load_off_the_declared_one_is_refused_unless_allowed(factor, tolerance, usable, said):
+    verdict = preflight(changed(sweep(), vertical_load=lambda f: factor * f), load_tolerance=tolerance)
+    assert verdict.usable is usable
+    assert any(f"median vertical load is {400 * factor:.3g} N" in text for text in verdict.problems) is said
+    assert any(f"at most {tolerance:.0%} is allowed" in text for text in verdict.problems) is not usable
 
 
 def test_what_is_missing_is_named():

@@ -193,10 +193,11 @@ def test_unused_columns_are_named(folder):
         (lambda s: s.replace("vertical_load_N", "side_force_kN"), "side_force is in two columns.*keep one"),
         (lambda s: s.replace("vertical_load_N", "height_m"), "column vertical_load_N is missing"),
         (lambda s: s.splitlines()[0] + "\n", "no rows; was the file cut off"),
-        (lambda s: "\n".join(s.splitlines()[:2]), "holds 1 samples, at least 2"),
+        (lambda s: "\n".join(s.splitlines()[:2]) + "\n", "holds 1 samples, at least 2"),
+        (lambda s: s[:-2], r"line 4: the last row ends with '\S*399\.' and no line end, so the file may be"),
         (
             lambda s: s.replace("slip_angle_deg", "slip_angle_rad").replace("1.0,", "2.0,"),
-            "slip_angle reaches 114.6 deg",
+            r"slip_angle reaches 114.6 deg, allowed are 60 deg; check the unit \(degrees under rad\?\)",
         ),
         (
             lambda s: s.replace("vertical_load_N", "vertical_load_kN"),
@@ -256,7 +257,7 @@ def test_missing_files_are_named(tmp_path):
     with pytest.raises(InputError, match=r"lone\.toml: cannot be read"):
         read_recording(tmp_path / "lone.csv")
     with pytest.raises(InputError, match="recordings end in"):
-        read_recording(tmp_path / "run.xlsx")
+        read_recording(tmp_path / "run.docx")
 
 
 def test_writing_needs_the_right_ending(tmp_path, sweep):

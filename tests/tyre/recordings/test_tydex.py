@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from tyre.base.errors import InputError
+from tyre.channels.tydex_document import ChannelEntry, Entry, parse, read_document, write_document
 from tyre.recordings.read import read_recording
 from tyre.recordings.recording import Condition, PullTest, RigRun
 from tyre.recordings.tydex import read_tydex, write_tydex
 from tyre.recordings.tydex_build import build
-from tyre.recordings.tydex_document import ChannelEntry, Entry, parse, read_document, write_document
 
 
 def entry(name, description, unit, *rest):

@@ -1,0 +1,67 @@
+"""``velotyre look``: what is in a recording, what each command would do with it, and what is lacking."""
+
+from pathlib import Path
+
+import click
+
+from studies.reporting.examples import example
+
+
+@click.command(
+    help="Show what is in recordings (any format) and what can be done with them: channels, faults, usable samples.",
+    epilog=example("velotyre look rig0815.csv --out look"),
+)
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path))
+@click.option(
+    "--channels", "channels_file", type=click.Path(path_type=Path), metavar="MAP.toml",
+    help="Which column is which channel; without, the sidecar's map, else guesses.",
+)  # fmt: skip
+@click.option("--dbc", type=click.Path(path_type=Path), multiple=True, help="Database that decodes CAN frames.")
+@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Write pictures and drafts there.")
+@click.option("--json", "json_file", metavar="FILE", help="Write JSON here; - is standard output.")
+@click.option("--force", is_flag=True, help="Overwrite drafts that are there already.")
+def command(
+    files: tuple[Path, ...], channels_file: Path | None, dbc: tuple[Path, ...], out: Path | None, json_file: str | None,
+    *, force: bool,
+) -> None:  # fmt: skip
+    from studies.channel_options import chosen_map
+    from studies.look.drafts import drafts, steps, write_drafts
+    from studies.look.look import look
+    from studies.look.words import tell
+    from studies.reporting.output import write_json
+    from tyre.base.errors import InputError
+
+    if out is not None and out.exists() and not out.is_dir():
+        raise InputError(f"--out {out} is a file; give a folder")
+    channel_map = chosen_map(channels_file, ())
+    looks, failed = [], []
+    for path in files:
+        try:
+            looks.append(look(path, channel_map, dbc))
+        except InputError as error:
+            if len(files) == 1:
+                raise
+            failed.append(str(error))
+    for place, found in enumerate(looks):
+        made = drafts(found, out or Path())
+        if out is not None:
+            from studies.look.figure import draw
+
+            out.mkdir(parents=True, exist_ok=True)
+            written = write_drafts(made, out, force=force)
+            picture = draw(found, out / f"{found.opened.path.stem}.look")
+        if json_file == "-":
+            continue
+        if place:
+            click.echo("")
+        tell(found, steps(found, made, out))
+        if out is not None:
+            click.echo("")
+            click.echo(f"picture: {picture}")
+            for path, draft in zip(written, made, strict=True):
+                marks = f", {draft.marks} place{'s' * (draft.marks > 1)} to fill in" if draft.marks else ""
+                click.echo(f"draft: {path} ({draft.purpose}{marks})")
+    if json_file:
+        write_json({"files": [found.as_json() for found in looks]}, json_file)
+    if failed:
+        raise InputError("; ".join(failed))

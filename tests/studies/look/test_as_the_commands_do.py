@@ -1,0 +1,138 @@
+"""What `look` says is what `tyre fit`, `modal` and `diagnose` then do, with just those samples."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from lab_files import can_log, half_empty, imu_log, pull_export, rig_log
+
+from bicycle.identification.free_decay import identify
+from bicycle.identification.recording import read_events as bicycle_events
+from bicycle.identification.recording import read_runs
+from studies.cli import main
+from studies.look.drafts import drafts, write_drafts
+from studies.look.look import look
+from tyre.base.toml_file import read_toml
+from tyre.channels.channel_map import ChannelMap
+from tyre.fits.slip_sweep import fit_slip_sweep
+from tyre.fits.sweep_branches import block_means, samples_used
+from tyre.recordings.read import read_events
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory):
+    """A log of a rig, what is in it, and drafts that are filled in."""
+    folder = tmp_path_factory.mktemp("rig")
+    truth = rig_log(folder / "log.csv")
+    found = look(folder / "log.csv")
+    write_drafts(drafts(found, folder), folder, force=False)
+    filled(folder)
+    return folder, truth, found
+
+
+def use(found, name):
+    return next(use for use in found.uses if use.name.startswith(name))
+
+
+def filled(folder: Path, **values: str) -> list[Path]:
+    """Fill in the marked places of all sidecars in a folder, as a user would."""
+    given = {"tyre": '"A"', "pressure_bar": "5", "surface": '"flat"', "axes": '"adapted SAE"', "load_N": "400"} | values
+    done = []
+    for path in sorted(folder.glob("*.toml")):
+        lines = path.read_text(encoding="utf-8").splitlines()
+        for place, line in enumerate(lines):
+            key = line.partition(" = ")[0]
+            if "# FILL IN" in line and key in given:
+                lines[place] = f"{key} = {given[key]}"
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        done.append(path)
+    return done
+
+
+def test_sweeps_and_steps_of_one_file_are_fitted_in_the_windows_of_the_draft(rig, tmp_path, capsys):
+    folder, truth, found = rig
+    sweeps, steps = use(found, "slip sweep"), use(found, "step")
+    # the events lie where they were made, to a part in 400 of the recording and the rest of a step
+    near = 0.01 * truth["samples"]
+    assert [[e.first, e.last] for e in sweeps.events] == [pytest.approx(span, abs=near) for span in truth["sweeps"]]
+    assert len(steps.events) == 2
+    assert len(list(folder.glob("*.toml"))) == 3
+    main(["tyre", "fit", str(folder), "--out", str(tmp_path / "fit"), "--json", "-", "--jobs", "1"])
+    conditions = json.loads(capsys.readouterr().out)["conditions"]
+    assert {c["load_N"]: len(c["files"]) for c in conditions} == {300: 3, 500: 1}
+    for condition in conditions:
+        stiffness = condition["cornering_stiffness_N_per_rad"]["value"]
+        assert stiffness == pytest.approx(truth["stiffness"][condition["load_N"]], rel=0.03)
+    # the recordings that are fitted hold the samples that were named
+    for path in sorted(folder.glob("log_*0N.toml")):
+        for name, run in read_events(path).items() if "step" not in path.name else ():
+            name = name or read_toml(path, "sidecar")["windows"][0]["name"]
+            event = next(event for event in sweeps.events if event.name == name)
+            assert event.last - event.first + 1 == run.time.size
+            assert fit_slip_sweep(run).blocks.size.sum() == run.time.size
+            assert run.time[0] == pytest.approx(found.opened.time[event.first - 1])
+
+
+def test_samples_said_to_be_left_out_do_not_move_the_fit_and_others_do(rig):
+    folder, _, found = rig
+    (run,) = read_events(folder / "log_300N.toml").values()
+    used = samples_used(run, block_means(run))
+    event = use(found, "slip sweep").events[0]
+    assert event.used == used.sum() < run.time.size
+    before = fit_slip_sweep(run).cornering_stiffness.value
+    for which, moves in ((~used, False), (used & (np.cumsum(used) < 200), True)):
+        force = np.where(which, run.side_force + 30.0, run.side_force)
+        after = fit_slip_sweep(replace(run, side_force=force)).cornering_stiffness.value
+        assert (abs(after / before - 1) > 1e-6) == moves
+
+
+def test_a_pull_test_of_a_testing_machine_is_fitted_once_the_draft_is_filled_in(tmp_path, capsys):
+    stiffness = pull_export(tmp_path / "pull.txt")
+    found = look(tmp_path / "pull.txt")
+    (event,) = use(found, "pull test").events
+    main(["look", str(tmp_path / "pull.txt"), "--out", str(tmp_path / "drafts")])
+    capsys.readouterr()
+    with pytest.raises(SystemExit):  # what is marked must be filled in
+        main(["tyre", "fit", str(tmp_path / "drafts"), "--out", str(tmp_path / "fit"), "--jobs", "1"])
+    assert "pull.pull.toml: tyre is empty" in capsys.readouterr().err
+    filled(tmp_path / "drafts")
+    main(["tyre", "fit", str(tmp_path / "drafts"), "--out", str(tmp_path / "fit"), "--json", "-", "--jobs", "1"])
+    (condition,) = json.loads(capsys.readouterr().out)["conditions"]
+    assert condition["lateral_stiffness_N_per_m"]["value"] == pytest.approx(stiffness, rel=0.02)
+    (test,) = read_events(tmp_path / "drafts" / "pull.pull.toml").values()
+    assert event.used == test.complete.sum() == event.last
+
+
+def test_decays_are_identified_in_the_windows_of_the_draft(tmp_path, capsys):
+    truth = imu_log(tmp_path / "imu.csv")
+    found = look(tmp_path / "imu.csv")
+    decay = use(found, "free decay")
+    assert [e.start_s for e in decay.events] == [pytest.approx(kick, abs=0.6) for kick in truth["kicks"]]
+    main(["look", str(tmp_path / "imu.csv"), "--out", str(tmp_path / "drafts")])
+    shown = capsys.readouterr().out
+    (line,) = [line for line in shown.splitlines() if "next: velotyre modal" in line]
+    command = line.partition("next: velotyre ")[2].replace("modal.csv", str(tmp_path / "modal.csv"))
+    main(command.split())
+    rows = (tmp_path / "modal.csv").read_text().splitlines()
+    assert len(rows) == 4
+    channel_map = ChannelMap.from_file(tmp_path / "drafts" / "imu.decays.toml")
+    for event, run in zip(
+        decay.events, bicycle_events(tmp_path / "imu.csv", 5.0, channel_map=channel_map), strict=True
+    ):
+        assert (run.time.size, run.time[0]) == (event.used, pytest.approx(event.start_s))
+        root = identify(run).eigenvalue
+        assert (root.real, root.imag) == pytest.approx((truth["decay"], 2 * np.pi * truth["hertz"]), rel=0.05)
+
+
+@pytest.mark.parametrize("write", [half_empty, can_log])
+def test_histories_are_read_by_the_draft(tmp_path, write):
+    path = write(tmp_path)
+    found = look(path)
+    (event,) = use(found, "replay").events
+    main(["look", str(path), "--out", str(tmp_path / "drafts")])
+    content = read_toml(tmp_path / "drafts" / f"{path.stem}.measurement.toml", "measurement")
+    (run,), _, _ = read_runs(content["histories"], tmp_path / "drafts")
+    assert (run.time.size, run.time[0]) == (event.used, pytest.approx(event.start_s))
+    assert "steer_torque_N_m" in run.inputs

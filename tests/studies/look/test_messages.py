@@ -1,0 +1,192 @@
+"""What `look` says of files that can be used for nothing, of faults, and of files that cannot be read."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from studies.cli import main
+from studies.look.drafts import drafts, write_drafts
+from studies.look.look import look
+from studies.look.use import USES, Event
+from tyre.base.errors import InputError
+from tyre.channels.read import FORMATS
+
+
+def table(path, names, rows):
+    path.write_text("\n".join([names, *(",".join(map(str, row)) for row in rows)]) + "\n", encoding="utf-8")
+    return path
+
+
+def said(capsys, *arguments):
+    main(["look", *map(str, arguments)])
+    return capsys.readouterr().out
+
+
+def refused(capsys, *arguments):
+    with pytest.raises(SystemExit) as stop:
+        main(["look", *map(str, arguments)])
+    assert stop.value.code == 2
+    return capsys.readouterr().err
+
+
+def motion(tmp_path, extra="", values=lambda k: ()):
+    rows = [(k / 100, np.sin(k / 7), *values(k)) for k in range(300)]
+    return table(tmp_path / "a.csv", "Time [s],gyro_x [deg/s]" + extra, rows)
+
+
+def test_nothing_to_fit_never_stands_alone(tmp_path):
+    found = look(table(tmp_path / "a.csv", "t [s],U1 [V],U2 [V]", [(k, k % 7, k % 5) for k in range(50)]))
+    assert [use.name for use in found.uses] == list(USES)
+    for use in found.uses:
+        assert not use.usable
+        assert use.reasons
+        assert use.remedies
+
+
+def test_lacking_channels_are_named_with_the_columns_that_could_be_them(tmp_path, capsys):
+    shown = said(capsys, motion(tmp_path, ",Trq_A [Nm],state", lambda k: (k % 3, k % 30)))
+    assert "no channel could be the steer torque" in shown
+    assert 'map steer_torque = {column = "...", unit = "N m"} (in a unit of moment: Trq_A)' in shown
+    assert "(no free column has a unit of angle or force; without a known unit: state)" in shown
+    assert "no command fits a measured frequency response" in shown
+    assert "runs after a kick still serve diagnose as free motion" in shown
+
+
+def test_columns_without_units_are_asked_for(tmp_path, capsys):
+    path = table(tmp_path / "a.csv", "time,roll rate,steer torque", [(k / 100, k % 9, k % 7) for k in range(100)])
+    shown = said(capsys, path, "--out", tmp_path / "d")
+    assert "time: the file says no unit of time; taken as s: 100 Hz" in shown
+    assert "no unit is known of roll rate (roll rate), steer torque (steer torque)" in shown
+    assert "2 places to fill in" in shown
+    draft = (tmp_path / "d" / "a.channels.toml").read_text(encoding="utf-8")
+    assert 'roll_rate = {column = "roll rate", unit = "?"}  # FILL IN the unit' in draft
+    assert 'time = {column = "time", unit = "s"}  # CHECK' in draft
+
+
+@pytest.mark.parametrize(("step", "unit"), [(0.005, "s"), (20, "ms"), (1, "?")])
+def test_a_unit_of_time_is_only_guessed_where_it_is_plausible(tmp_path, step, unit):
+    found = look(table(tmp_path / "a.csv", "time,gyro_x [deg/s]", [(k * step, k % 9) for k in range(100)]))
+    assert found.opened.clock.unit == unit
+    if unit == "?":
+        assert "its unit cannot be guessed" in found.opened.clock_notes[0]
+
+
+def test_without_a_time_a_rate_is_asked_for(tmp_path, capsys):
+    path = table(tmp_path / "a.csv", "gyro_x [deg/s],x [mm]", [(k % 9, k % 4) for k in range(100)])
+    shown = said(capsys, path)
+    assert "time: no column could be the time" in shown
+    assert "or time = {rate_hz = ...}" in shown
+
+
+def test_a_constant_torque_drives_nothing(tmp_path, capsys):
+    assert "steer_torque is constant: nothing drives" in said(
+        capsys, motion(tmp_path, ",steer torque [Nm]", lambda _: (2,))
+    )
+
+
+def test_a_clock_that_jumps_back_is_told(tmp_path, capsys):
+    rows = [(k / 100 if k < 50 else (k - 10) / 100, k % 9) for k in range(100)]
+    shown = said(capsys, table(tmp_path / "a.csv", "t [s],gyro_x [deg/s]", rows))
+    assert "time: time runs back at 1 samples, first at sample 51" in shown
+    assert "free decay (modal), replay (histories)" in shown
+
+
+def test_oddities_of_channels(tmp_path, capsys):
+    t = np.arange(0, 20, 0.01)
+    lean = 5 * np.sin(t)
+    rows = zip(t, lean, -5 * np.cos(t), 0 * t, 9.8 + 0 * t + 0.01 * (np.arange(t.size) % 5), strict=True)
+    shown = said(capsys, table(tmp_path / "a.csv", "t [s],lean [deg],roll rate [deg/s],U,az [m/s^2]", rows))
+    assert "roll rate: runs against the change of lean (lean): one of the two needs sign = -1" in shown
+    assert "U: constant 0: dead, or not connected?" in shown
+    assert "az: shows gravity: its axis points up" in shown
+
+
+def test_words_among_the_numbers_leave_the_column_out(tmp_path, capsys):
+    shown = said(capsys, motion(tmp_path, ",note", lambda k: ("bump" if k == 7 else "ok",)))
+    assert "note: not numbers, left out (line " in shown
+
+
+def test_drafts_are_not_overwritten(tmp_path, capsys):
+    path = motion(tmp_path)
+    said(capsys, path, "--out", tmp_path / "d")
+    mine = tmp_path / "d" / "a.channels.toml"
+    mine.write_text("mine", encoding="utf-8")
+    assert "there already and not overwritten; take another --out, or --force" in refused(
+        capsys, path, "--out", tmp_path / "d"
+    )
+    assert mine.read_text(encoding="utf-8") == "mine"
+    said(capsys, path, "--out", tmp_path / "d", "--force")
+    assert mine.read_text(encoding="utf-8") != "mine"
+    with pytest.raises(InputError, match="not overwritten"):
+        write_drafts(drafts(look(path), tmp_path / "d"), tmp_path / "d", force=False)
+
+
+def test_files_that_cannot_be_read(tmp_path, capsys):
+    assert "no such recording" in refused(capsys, tmp_path / "none.csv")
+    (tmp_path / "a.xyz").write_text("1")
+    assert "recordings end in .csv" in refused(capsys, tmp_path / "a.xyz")
+    (tmp_path / "words.csv").write_text("a,b\nno,yes\n" * 9)
+    assert "words.csv" in refused(capsys, tmp_path / "words.csv")
+    path = motion(tmp_path)
+    path.with_suffix(".toml").write_text("tyre = ", encoding="utf-8")
+    assert "the sidecar is no TOML" in refused(capsys, path)
+    (tmp_path / "out").write_text("")
+    assert "is a file; give a folder" in refused(capsys, path, "--out", tmp_path / "out")
+
+
+def test_one_bad_file_does_not_hide_the_others(tmp_path, capsys):
+    path = motion(tmp_path)
+    with pytest.raises(SystemExit):
+        main(["look", str(path), str(tmp_path / "none.csv")])
+    shown = capsys.readouterr()
+    assert "gyro_x" in shown.out
+    assert "none.csv: no such recording" in shown.err
+
+
+def test_json_holds_the_same(tmp_path, capsys):
+    (file,) = json.loads(said(capsys, motion(tmp_path), "--json", "-"))["files"]
+    assert [use["name"] for use in file["uses"]] == list(USES)
+    assert {c["name"]: c["taken_as"] for c in file["channels"]} == {"Time": "time", "gyro_x": "roll_rate"}
+
+
+def test_events_are_said_with_what_is_left_out():
+    assert Event("", 1, 9, 9).words == "samples 1-9, all 9"
+    assert Event("a", 1, 9, 7, {"that lack x": 2}).words == "a: samples 1-9, 7 of 9; left out: 2 that lack x"
+
+
+@pytest.mark.filterwarnings("ignore:.*unclosed file:ResourceWarning")  # a library leaves a damaged file open
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.parametrize("ending", FORMATS)
+def test_damaged_files_of_every_format_are_refused_in_words(tmp_path, ending):
+    path = tmp_path / f"a{ending}"
+    path.write_bytes(bytes(range(1, 256)) * 4)
+    with pytest.raises(InputError, match="a\\" + ending):
+        look(path)
+
+
+CELL = st.one_of(st.floats(-1e6, 1e6), st.sampled_from(["", "NaN", 0, 1, "x"]))
+NAMES = ["t [s]", "gyro_x [deg/s]", "Fy [N]", "Fz [N]", "slip [deg]", "steer torque [Nm]", "way [mm]", "U", "v [km/h]"]
+
+
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data(), names=st.lists(st.sampled_from(NAMES), min_size=1, max_size=6, unique=True))
+def test_no_table_makes_it_crash(tmp_path, data, names):
+    rows = data.draw(st.lists(st.tuples(*[CELL] * len(names)), min_size=1, max_size=40))
+    if data.draw(st.booleans()):
+        names = ["clock [s]", *names]
+        rows = [(k / 50, *row) for k, row in enumerate(rows)]
+    path = table(tmp_path / "a.csv", ",".join(names), rows)
+    try:
+        found = look(path)
+    except InputError as error:
+        message = str(error)
+        found = None
+    if found is None:
+        assert "a.csv" in message
+        return
+    json.dumps(found.as_json(), allow_nan=False)
+    assert all(use.usable or (use.reasons and use.remedies) for use in found.uses)
+    assert all(draft.text for draft in drafts(found, tmp_path))

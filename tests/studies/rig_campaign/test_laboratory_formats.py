@@ -1,0 +1,174 @@
+"""The same rig campaign in every format, in awkward units, signs and axes, gives the same fit."""
+
+import json
+import math
+
+import pytest
+from lab_recordings import write_lab
+
+from studies.cli import main
+from studies.validations._recording_writers import WRITERS
+from tyre.base.errors import InputError
+from tyre.recordings.read import read_recording, write_csv
+
+SMALL = ["--loads", "400", "--pressures", "5", "--rates", "4", "--sweeps", "1", "--pulls", "1"]
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory):
+    """A simulated campaign: its recordings as read, and what the fit of velotyre's own CSV files says."""
+    place = tmp_path_factory.mktemp("campaign")
+    main(["tyre", "simulate", str(place / "own"), "--seed", "7", *SMALL, "--axes", "SAE", "--format", "csv"])
+    recordings = {path.stem: read_recording(path) for path in sorted((place / "own").glob("*.csv"))}
+    return recordings, fitted(place / "own", place / "fit")
+
+
+def fitted(folder, out, *options):
+    file = out.with_suffix(".json")
+    main(["tyre", "fit", str(folder), "--out", str(out), "--json", str(file), "--jobs", "1", *options])
+    return json.loads(file.read_text())["conditions"]
+
+
+def same(found, expected, *, where=""):
+    """Numbers within 1e-9 of each other; texts of files and warnings aside."""
+    if isinstance(expected, dict):
+        assert found.keys() == expected.keys()
+        for key in expected.keys() - {"files", "warnings"}:
+            same(found[key], expected[key], where=f"{where}.{key}")
+    elif isinstance(expected, list):
+        assert len(found) == len(expected)
+        for place, (one, other) in enumerate(zip(found, expected, strict=True)):
+            same(one, other, where=f"{where}[{place}]")
+    elif isinstance(expected, float):
+        assert math.isclose(found, expected, rel_tol=1e-9), (where, found, expected)
+    else:
+        assert found == expected, where
+
+
+@pytest.mark.filterwarnings("ignore:duration_to_mat")  # of the writer
+@pytest.mark.parametrize("form", WRITERS)
+def test_every_format_gives_the_same_fit(form, campaign, tmp_path, capsys):
+    recordings, expected = campaign
+    assert len(recordings) > 1
+    (tmp_path / "lab").mkdir()
+    for stem, recording in recordings.items():
+        write_lab(tmp_path / "lab", form, recording, stem)
+    same(fitted(tmp_path / "lab", tmp_path / "fit"), expected)
+    assert not list((tmp_path / "fit").glob(".as_read*"))
+    assert "0 files skipped" in capsys.readouterr().out
+
+
+def test_a_map_on_the_command_line_serves_all_recordings(campaign, tmp_path):
+    """One map for sidecars without one: of sweeps alone, for it names no displacements."""
+    recordings, expected = campaign
+    lab = tmp_path / "lab"
+    lab.mkdir()
+    for stem, recording in recordings.items():
+        write_lab(lab, "csv", recording, stem)
+    kept = {path: path.read_text().partition("[channels.") for path in lab.glob("*.toml")}
+    for path, (head, _, channels) in kept.items():
+        pull = "plate_displacement" in channels
+        (tmp_path / f"{'pull' if pull else 'sweep'}.toml").write_text("[channels." + channels)
+        if not pull:
+            path.write_text(head)
+    same(fitted(lab, tmp_path / "fit", "--channels", str(tmp_path / "sweep.toml")), expected)
+
+
+def test_own_files_stand_beside_those_of_another_laboratory(campaign, tmp_path):
+    recordings, expected = campaign
+    (tmp_path / "mixed").mkdir()
+    for place, (stem, recording) in enumerate(recordings.items()):
+        if place % 2:
+            write_lab(tmp_path / "mixed", "parquet", recording, stem)
+        else:
+            write_csv(recording, tmp_path / "mixed" / f"{stem}.csv")
+    same(fitted(tmp_path / "mixed", tmp_path / "fit"), expected)
+
+
+def test_events_of_one_file_are_recordings_of_their_own(campaign, tmp_path):
+    """Two sweeps one after the other in one file, told by windows, are two files of the result."""
+    recordings, _ = campaign
+    stem, sweep = next((stem, r) for stem, r in recordings.items() if hasattr(r, "slip_angle"))
+    path = write_lab(tmp_path, "hdf5", sweep, stem)
+    half = (sweep.time[-1] - sweep.time[0]) / 2
+    windows = f'[[windows]]\nname = "first"\nto_s = {half}\n[[windows]]\nname = "second"\nfrom_s = {half}\n'
+    sidecar = path.with_suffix(".toml")
+    sidecar.write_text(sidecar.read_text() + windows)
+    (condition,) = fitted(tmp_path, tmp_path / "fit")
+    assert condition["files"] == [f"{stem}.first.csv", f"{stem}.second.csv"]
+    with pytest.raises(InputError, match="holds the events first, second; one recording is needed here"):
+        read_recording(sidecar)
+
+
+def refused(capsys, *arguments):
+    with pytest.raises(SystemExit) as stop:
+        main([str(argument) for argument in arguments])
+    assert stop.value.code == 2
+    return capsys.readouterr().err
+
+
+def test_a_recording_that_cannot_be_read_is_skipped_or_refused(campaign, tmp_path, capsys):
+    recordings, _ = campaign
+    for stem, recording in recordings.items():
+        path = write_lab(tmp_path, "parquet", recording, stem)
+    path.write_bytes(path.read_bytes()[:-100])
+    line = refused(capsys, "tyre", "fit", tmp_path, "--out", tmp_path / "fit")
+    assert f"{path.name}: cannot be read as .parquet" in line
+    main(["tyre", "fit", str(tmp_path), "--out", str(tmp_path / "fit"), "--skip-bad", "--jobs", "1"])
+    shown = capsys.readouterr()
+    assert f"skipped {path.name}: " in shown.err
+    assert "1 files skipped" in shown.out
+
+
+def test_a_file_without_a_sidecar_is_named(campaign, tmp_path, capsys):
+    recordings, _ = campaign
+    for stem, recording in recordings.items():
+        path = write_lab(tmp_path, "hdf5", recording, stem)
+    (tmp_path / "lonely.h5").write_bytes(path.read_bytes())
+    fitted(tmp_path, tmp_path / "fit")
+    assert "note: lonely.h5: passed over, for it has no sidecar" in capsys.readouterr().err
+
+
+def test_unknown_headers_are_shown_with_a_draft_that_can_be_pasted(campaign, tmp_path, capsys):
+    """The draft, put into the sidecar as it stands, with the signs put right, gives the fit."""
+    recordings, expected = campaign
+    for stem, recording in recordings.items():
+        path = write_lab(tmp_path, "tsv", recording, stem)
+        sidecar = path.with_suffix(".toml")
+        sidecar.write_text(sidecar.read_text().partition("[channels.")[0])
+    for path in list(tmp_path.glob("*.tsv")):
+        path.rename(path.with_suffix(".csv"))
+    for path in sorted(tmp_path.glob("*.csv")):
+        message = refused(capsys, "tyre", "fit", tmp_path, "--out", tmp_path / "fit", "--jobs", "1")
+        assert path.name in message
+        assert "the columns are t [ms]," in message
+        draft = "[channels]" + message.partition("[channels]")[2]
+        assert 'side_force = {column = "Fy"}  # the file says lbf' in draft
+        pull = "Platte" in path.read_text()
+        draft = draft.replace('column = "SR angle"', 'column = "SR angle", sign = -1')
+        draft = draft.replace('column = "Mz"', 'column = "Mz", sign = -1')
+        lines = [line for line in draft.splitlines() if not line.startswith("#")]
+        assert any(line.startswith("plate_displacement") for line in lines) == pull
+        sidecar = path.with_suffix(".toml")
+        if not pull:  # what cannot be guessed is left to the user
+            slip = 'slip_angle = {column = "SR angle", unit = "mrad", sign = -1}'
+            lines = [line for line in lines if not line.startswith("slip_angle")] + [slip]
+        sidecar.write_text(sidecar.read_text() + "\n".join(lines))
+    same(fitted(tmp_path, tmp_path / "fit"), expected)
+
+
+def test_an_interrupt_leaves_nothing_behind(campaign, tmp_path, monkeypatch, capsys):
+    (tmp_path / "lab").mkdir()
+    recordings, _ = campaign
+    for stem, recording in recordings.items():
+        write_lab(tmp_path / "lab", "csv", recording, stem)
+
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("tyre.channels.csv_rows._block", interrupted)
+    with pytest.raises(SystemExit) as stop:
+        main(["tyre", "fit", str(tmp_path / "lab"), "--out", str(tmp_path / "fit")])
+    assert stop.value.code == 130
+    assert capsys.readouterr().err.splitlines()[-1] == "velotyre: interrupted"
+    assert list((tmp_path / "fit").iterdir()) == []
