@@ -82,6 +82,9 @@ def prepared(folder: Path, out: Path, channel_map: ChannelMap | None, *, skip_ba
                         target = found.folder / part.relative_to(folder)
                         target.parent.mkdir(parents=True, exist_ok=True)
                         shutil.copyfile(part, target)
+        if found.skipped and not any(path.suffix.casefold() in OWN for path in found.folder.rglob("*")):
+            reasons = "; ".join(f"{recording}: {why}" for recording, why in found.skipped.items())
+            raise InputError(f"{folder}: no recording can be used: {reasons}")
         yield found
 
 
