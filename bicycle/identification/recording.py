@@ -23,7 +23,8 @@ CHANNELS = {
 }  # fmt: skip
 """Columns that are measured, and the output of the model they show."""
 
-INPUTS = {"steer_torque_N_m": "steer_torque", "lean_torque_N_m": "lean_torque"}
+STEER_TORQUE = "steer_torque_N_m"
+INPUTS = {STEER_TORQUE: "steer_torque", "lean_torque_N_m": "lean_torque"}
 QUANTITIES = {
     "roll_rate": "angular rate", "lean": "angle", "steer": "angle", "steer_rate": "angular rate",
     "yaw_rate": "angular rate", "lateral_acceleration": "acceleration", "steer_torque": "moment",

@@ -17,7 +17,7 @@ from typing import Any
 
 from bicycle.effect import effect_class
 from bicycle.files.model_file import build_model
-from bicycle.identification.recording import read_runs
+from bicycle.identification.recording import STEER_TORQUE, read_runs
 from bicycle.model import Model
 from studies.inference.joint import OF
 from studies.missing_effect.interface import Measurement
@@ -160,7 +160,23 @@ def _of_kind(kind: str, given: Mapping[str, Any], folder: Path, common: Mapping[
         coefficients, notes = read_canonical(given["canonical"], folder)
         return CanonicalMeasurement(**common, coefficients=coefficients, notes=notes)
     runs, noise, notes = read_runs(given["histories"], folder)
+    if any(STEER_TORQUE in run.inputs for run in runs):
+        common, said = _without_motors(common)
+        notes += said
     return HistoryMeasurement(**common, runs=runs, noise_sd=noise, notes=notes)
+
+
+def _without_motors(common: Mapping[str, Any]) -> tuple[Mapping[str, Any], tuple[str, ...]]:
+    """The base model without motors, whose torque is in the record already, and a note of it."""
+    model = common["model"]
+    given = {thing for effect in model.effects if effect.powered for thing in effect.provides}
+    motors = [e.identifier for e in model.effects if e.powered or given.intersection(e.requires)]
+    if not motors:
+        return common, ()
+    kept = Model(model.bicycle, tuple(effect for effect in model.effects if effect.identifier not in motors))
+    uncertainty = {key: sd for key, sd in common["uncertainty"].items() if key.split(".")[0] not in motors}
+    note = f"{', '.join(motors)}: left out of the base model, for the recorded steer torque holds what it gives"
+    return {**common, "model": kept, "uncertainty": uncertainty}, (note,)
 
 
 def _uncertainty(table: Mapping[str, Any], prefix: str = "") -> dict[str, float]:
