@@ -6,7 +6,7 @@ import tomllib
 import pytest
 
 from bicycle import available_bicycles, load_bicycle
-from bicycle.files.bicycle_file import to_toml, to_yaml
+from bicycle.files.bicycle_file import to_text, to_toml, to_yaml
 from bicycle.files.model_file import build_model, read_model
 from studies.cli import main
 from studies.model_argument import choose
@@ -31,8 +31,7 @@ def test_a_bare_bicycle_is_the_whipple_model_and_said_to_be(name):
 def test_a_bicycle_file_is_taken_too(ending, tmp_path, capsys):
     fisher = load_bicycle("fisher")
     file = tmp_path / f"mine{ending}"
-    text = to_toml(fisher) if ending == ".toml" else to_yaml(fisher)
-    file.write_text(text.replace(": ", " = ") if ending == ".txt" else text)
+    file.write_text({".toml": to_toml, ".txt": to_text}.get(ending, to_yaml)(fisher))
     assert dict(choose(str(file)).model.bicycle.values) == dict(fisher.values)
     assert critical(capsys, str(file)) == critical(capsys, "fisher")
 
