@@ -85,7 +85,10 @@ def prepared(folder: Path, out: Path, channel_map: ChannelMap | None, *, skip_ba
         if found.skipped and not any(path.suffix.casefold() in OWN for path in found.folder.rglob("*")):
             reasons = "; ".join(f"{recording}: {why}" for recording, why in found.skipped.items())
             raise InputError(f"{folder}: no recording can be used: {reasons}")
-        yield found
+        try:
+            yield found
+        except InputError as error:  # names the user's file, not the copy
+            raise InputError(str(error).replace(name, str(folder))) from error
 
 
 def _mapped(files: list[Path], *, every: bool) -> dict[Path, Path]:

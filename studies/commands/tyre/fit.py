@@ -94,7 +94,8 @@ def command(
             jobs=jobs,
             wheel_radius=wheel_radius,
         )
-    campaign = replace(campaign, folder=folder, skipped=dict(sorted({**campaign.skipped, **found.skipped}.items())))
+    skipped = {name: why.replace(str(found.folder), str(folder)) for name, why in campaign.skipped.items()}
+    campaign = replace(campaign, folder=folder, skipped=dict(sorted({**skipped, **found.skipped}.items())))
     for name, reason in campaign.skipped.items():
         click.echo(f"skipped {name}: {reason}", err=True)
     written = write_campaign(campaign, out, wheel_radius=wheel_radius, every_recording=every_residual)

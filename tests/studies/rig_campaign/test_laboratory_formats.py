@@ -112,9 +112,9 @@ def test_a_recording_that_cannot_be_read_is_skipped_or_refused(campaign, tmp_pat
     for stem, recording in recordings.items():
         path = write_lab(tmp_path, "parquet", recording, stem)
     path.write_bytes(path.read_bytes()[:-100])
-    line = refused(capsys, "tyre", "fit", tmp_path, "--out", tmp_path / "fit")
+    line = refused(capsys, "tyre", "fit", tmp_path, "--out", tmp_path / "fit", "--stop-at-bad")
     assert f"{path.name}: cannot be read as .parquet" in line
-    main(["tyre", "fit", str(tmp_path), "--out", str(tmp_path / "fit"), "--skip-bad", "--jobs", "1"])
+    main(["tyre", "fit", str(tmp_path), "--out", str(tmp_path / "fit"), "--jobs", "1"])
     shown = capsys.readouterr()
     assert f"skipped {path.name}: " in shown.err
     assert "1 files skipped" in shown.out
@@ -139,8 +139,8 @@ def test_unknown_headers_are_shown_with_a_draft_that_can_be_pasted(campaign, tmp
     for path in list(tmp_path.glob("*.tsv")):
         path.rename(path.with_suffix(".csv"))
     for path in sorted(tmp_path.glob("*.csv")):
-        message = refused(capsys, "tyre", "fit", tmp_path, "--out", tmp_path / "fit", "--jobs", "1")
-        assert path.name in message
+        message = refused(capsys, "tyre", "fit", tmp_path, "--out", tmp_path / "fit", "--jobs", "1", "--stop-at-bad")
+        assert str(path) in message
         assert "the columns are t [ms]," in message
         draft = "[channels]" + message.partition("[channels]")[2]
         assert 'side_force = {column = "Fy"}  # the file says lbf' in draft
