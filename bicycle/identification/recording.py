@@ -1,20 +1,17 @@
-"""Time histories: recorded motion and torques of one run per CSV file."""
+"""Recorded motion and torques of runs: reading and checking one recording."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from bicycle.identification.run import Run
 from tyre.base.arrays import Array
-from tyre.base.checks import any_table, anything, list_of, number, refused
 from tyre.base.csv_table import read_columns
 from tyre.base.errors import InputError
-from tyre.base.schema import by_name, maybe, needed, path_key, read, table
-from tyre.channels.channel_map import TABLES, ChannelMap
-from tyre.channels.draft import draft_words, looking, refuse_unmapped
+from tyre.channels.channel_map import ChannelMap
+from tyre.channels.draft import draft_words, refuse_unmapped
 from tyre.channels.record import Record, read_records
 
 CHANNELS = {
@@ -45,114 +42,6 @@ LARGEST = {
 LONGEST_STEP = 0.4  # s; beyond it no mode is seen, or time is in ms
 PLACELESS = {"lateral_acceleration_m_s2"}
 FEWEST = 20  # samples
-
-
-def _group(value: Any) -> str:
-    if isinstance(value, bool) or not isinstance(value, str | int):
-        raise refused(value, "must be a name in quotes")
-    return str(value)
-
-
-HOW = "write [[histories.runs]] with file and speed_m_s for each"
-TABLE = table(
-    {
-        needed("runs", f"no runs; {HOW}"): list_of(
-            any_table, f"must be tables with file and speed_m_s: {HOW}", least=1
-        ),
-        maybe("drop_first_s", 0.0): number(least=0, says="must be a time >= 0 in s"),
-        maybe("noise_sd", {}): any_table,
-        **dict.fromkeys(map(maybe, TABLES), anything),
-    }
-)
-RUN = table(
-    {
-        **path_key("file", "RUN.csv"),
-        needed("speed_m_s", "no speed_m_s; give the forward speed in m/s"): number(
-            above=0, most=FASTEST, says=f"is outside 0 .. {FASTEST:g} m/s; is it in km/h, or in quotes?"
-        ),
-        maybe("group", ""): _group,
-        **dict.fromkeys(map(maybe, TABLES), anything),
-    }
-)
-NOISE_SD = number(above=0, says="must be positive; leave it out to estimate it")
-
-
-def read_runs(content: Mapping[str, Any], folder: Path) -> tuple[tuple[Run, ...], dict[str, float], tuple[str, ...]]:
-    """Read the runs of the table ``[histories]``.
-
-    Parameters
-    ----------
-    content : mapping
-        The table.
-    folder : Path
-        Where the files that it names are.
-
-    Returns
-    -------
-    runs : tuple of Run
-    noise_sd : dict
-        Standard deviations that are given, by channel, in its unit.
-    notes : tuple of str
-
-    Raises
-    ------
-    InputError
-        Unknown keys or columns, a speed out of range, uneven sampling, degrees, dead channels, a run twice.
-    """
-    histories = read(TABLE, content, section="histories")
-    drop = histories["drop_first_s"]
-    common = {key: histories[key] for key in TABLES if key in histories}
-    runs = [run for entry in histories["runs"] for run in _runs(entry, folder, drop, common)]
-    _refuse_repeats(runs)
-    channels = runs[0].channels
-    if not set(channels) - PLACELESS:
-        raise InputError(
-            f"{runs[0].name}: {', '.join(channels)} cannot be compared, for the place of the sensor is not "
-            f"known; add one of {', '.join(name for name in CHANNELS if name not in PLACELESS)}"
-        )
-    noise = read(by_name(NOISE_SD, channels, kind="channel"), histories["noise_sd"], section="histories.noise_sd")
-    estimated = [name for name in channels if name not in noise]
-    notes = [f"noise of {', '.join(estimated)} is estimated from the residual"] if estimated else []
-    if drop == 0:
-        notes.append("no start transient is dropped (drop_first_s = 0): a kick must not last into the record")
-    notes += [f"{run.name}: {note}" for run in runs for note in run.notes]
-    return tuple(runs), noise, tuple(notes)
-
-
-def _refuse_repeats(runs: list[Run]) -> None:
-    for place, run in enumerate(runs):
-        if set(run.channels) != set(runs[0].channels) or set(run.inputs) != set(runs[0].inputs):
-            raise InputError(f"{run.name}: has other columns than {runs[0].name}; all runs need the same channels")
-        for other in runs[:place]:
-            same = len(run.time) == len(other.time) and all(
-                (run.channels[c] == x).all() for c, x in other.channels.items()
-            )
-            if run.name == other.name or same:
-                raise InputError(f"{run.name}: the same recording as {other.name}; keep one, or it counts twice")
-
-
-def _runs(entry: Mapping[str, Any], folder: Path, drop: float, common: Mapping[str, Any]) -> list[Run]:
-    """The events of one file; tables of the entry stand in place of those ``common`` to all files."""
-    where = " ".join(["[[histories.runs]]", str(entry.get("file", ""))]).strip()
-    given = read(RUN, entry, where=where)
-    tables = {**common, **{key: given[key] for key in TABLES if key in given}}
-    channel_map = ChannelMap.from_table(tables, folder, where=where) if tables else None
-    path = folder / given["file"]
-    found = []
-    with looking(path):
-        events = read_events(path, given["speed_m_s"], given["group"], channel_map=channel_map)
-    for run in events:
-        name = Path(given["file"]).as_posix() + run.name.removeprefix(path.name)
-        keep = run.time >= run.time[0] + drop - 1e-9
-        if keep.sum() < FEWEST:
-            raise InputError(
-                f"{name}: {keep.sum()} samples after drop_first_s = {drop:g} s; at least {FEWEST} are needed"
-            )
-        found.append(replace(
-            run, name=name, time=run.time[keep], channels={k: x[keep] for k, x in run.channels.items()},
-            inputs={k: x[keep] for k, x in run.inputs.items()},
-        ))  # fmt: skip
-    return found
 
 
 def read_run(path: Path, speed: float, group: str = "") -> Run:

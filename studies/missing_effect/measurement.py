@@ -17,7 +17,8 @@ from typing import Any
 
 from bicycle.effect import effect_class
 from bicycle.files.model_file import build_model
-from bicycle.identification.recording import STEER_TORQUE, read_runs
+from bicycle.identification.histories_table import read_runs
+from bicycle.identification.recording import STEER_TORQUE
 from bicycle.model import Model
 from studies.inference.joint import OF
 from studies.missing_effect.interface import Measurement

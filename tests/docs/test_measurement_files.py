@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bicycle import default_sd
-from bicycle.identification import free_decay, recording
+from bicycle.identification import free_decay, histories_table, recording
 from bicycle.modal.known_modes import known_modes
 from bicycle.parameters import UNITS
 from studies.missing_effect import diagnose, measurement, read_measurement
@@ -67,11 +67,11 @@ def test_every_name_stands_on_the_page():
     names = {
         *measurement.TOP_KEYS, *measurement.EVERY_KIND, *tables_forward.KEYS,
         *UNITS, *known_modes(), *modal_table.NUMBERS, *recording.CHANNELS, *recording.INPUTS,
-        *recording.RUN.keys, *canonical_table.COEFFICIENTS, *canonical_table.UNITS.values(), *SAYS,
+        *histories_table.RUN.keys, *canonical_table.COEFFICIENTS, *canonical_table.UNITS.values(), *SAYS,
         *rig_measurement.KEYS, *reference_file.SOURCES, *reference_file.CONDITION_KEYS,
         *(f.name for f in fields(Calibration)),
         "rider", "environment", "coefficient", "unit", "value", "sd", "difference_percent", "speeds_m_s", "band_hz",
-        "drop_first_s", "noise_sd", "time_s", "group", "mode",
+        "drop_first_s", "first_s", "last_s", "files", "noise_sd", "time_s", "group", "mode",
     }  # fmt: skip
     text = re.sub(r"^```.*?^```", "", PAGE, flags=re.MULTILINE | re.DOTALL)
     spans = " ".join(re.findall(r"`([^`\n]+)`", text))

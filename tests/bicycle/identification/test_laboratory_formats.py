@@ -9,7 +9,8 @@ import tomli_w
 from lab_recordings import write_motion
 
 from bicycle.identification.free_decay import identify
-from bicycle.identification.recording import read_events, read_run, read_runs
+from bicycle.identification.histories_table import read_runs
+from bicycle.identification.recording import read_events, read_run
 from studies.cli import main
 from studies.validations._recording_writers import WRITERS, write_hdf5, write_mf4, write_parquet
 from tyre.base.errors import InputError

@@ -9,8 +9,8 @@ import pytest
 from lab_files import can_log, half_empty, imu_log, pull_export, rig_log
 
 from bicycle.identification.free_decay import identify
+from bicycle.identification.histories_table import read_runs
 from bicycle.identification.recording import read_events as bicycle_events
-from bicycle.identification.recording import read_runs
 from studies.cli import main
 from studies.look.drafts import drafts, write_drafts
 from studies.look.look import look

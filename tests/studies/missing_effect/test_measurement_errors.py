@@ -171,7 +171,7 @@ def test_repeats_that_scatter_more_than_stated_widen_the_noise(tmp_path):
         (HISTORY.replace("speed_m_s = 4.8\n", ""), RUN_HEAD, "a.csv: no speed_m_s; give the forward speed in m/s"),
         (HISTORY.replace("4.8", '"4.8"'), RUN_HEAD, "speed_m_s = '4.8' is outside 0 .. 60 m/s; is it in km/h, or in q"),
         (HISTORY + "group = 1.5\n", RUN_HEAD, "group = 1.5 must be a name in quotes"),
-        (HISTORY.replace('file = "a.csv"\n', ""), RUN_HEAD, 'no file; write file = "RUN.csv"'),
+        (HISTORY.replace('file = "a.csv"\n', ""), RUN_HEAD, 'give one of file = "RUN.csv" and files'),
         (HISTORY.replace('"a.csv"', "1"), RUN_HEAD, "file = 1 must be a path in quotes"),
         (HISTORY.replace("[histories]", "[histories]\ndrop_s = 1"), RUN_HEAD, "unknown key 'drop_s'"),
         (HISTORY.split("[[")[0] + "runs = [1]\n", RUN_HEAD, "must be tables with file and speed_m_s"),

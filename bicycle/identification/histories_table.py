@@ -1,0 +1,171 @@
+"""The table ``[histories]`` of a measurement file: which recordings, which of their samples and channels."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from bicycle.identification.recording import CHANNELS, FASTEST, FEWEST, PLACELESS, read_events
+from bicycle.identification.run import Run
+from tyre.base.checks import any_table, anything, list_of, number, refused, text
+from tyre.base.errors import InputError, refuse_unknown
+from tyre.base.schema import by_name, maybe, needed, read, table
+from tyre.channels.channel_map import TABLES, ChannelMap
+from tyre.channels.draft import looking
+
+
+def _group(value: Any) -> str:
+    if isinstance(value, bool) or not isinstance(value, str | int):
+        raise refused(value, "must be a name in quotes")
+    return str(value)
+
+
+HOW = "write [[histories.runs]] with file and speed_m_s for each"
+TIME = number(least=0, says="must be a time >= 0 in s, from the first sample of the run")
+WINDOW = {maybe("first_s"): TIME, maybe("last_s"): TIME}
+TABLE = table(
+    {
+        needed("runs", f"no runs; {HOW}"): list_of(
+            any_table, f"must be tables with file and speed_m_s: {HOW}", least=1
+        ),
+        maybe("drop_first_s"): number(least=0, says="must be a time >= 0 in s"),
+        **WINDOW,
+        maybe("noise_sd", {}): any_table,
+        **dict.fromkeys(map(maybe, TABLES), anything),
+    }
+)
+RUN = table(
+    {
+        maybe("file"): text("must be a path in quotes", blank=False),
+        maybe("files"): text('must be a pattern of paths in quotes, such as "kick_*.csv"', blank=False),
+        needed("speed_m_s", "no speed_m_s; give the forward speed in m/s"): number(
+            above=0, most=FASTEST, says=f"is outside 0 .. {FASTEST:g} m/s; is it in km/h, or in quotes?"
+        ),
+        maybe("group", ""): _group,
+        **WINDOW,
+        **dict.fromkeys(map(maybe, TABLES), anything),
+    }
+)
+START = "first_s is called"
+NOISE_SD = number(above=0, says="must be positive; leave it out to estimate it")
+
+
+def read_runs(content: Mapping[str, Any], folder: Path) -> tuple[tuple[Run, ...], dict[str, float], tuple[str, ...]]:
+    """Read the runs of the table ``[histories]``.
+
+    Parameters
+    ----------
+    content : mapping
+        The table.
+    folder : Path
+        Where the files that it names are.
+
+    Returns
+    -------
+    runs : tuple of Run
+    noise_sd : dict
+        Standard deviations that are given, by channel, in its unit.
+    notes : tuple of str
+
+    Raises
+    ------
+    InputError
+        Unknown keys or columns, a speed out of range, uneven sampling, degrees, dead channels, a run twice, a window
+        without samples.
+    """
+    histories = read(TABLE, content, section="histories")
+    common = {key: histories[key] for key in (*TABLES, "first_s", "last_s") if key in histories}
+    if "drop_first_s" in histories:
+        if "first_s" in histories:
+            raise InputError("[histories]: drop_first_s and first_s say the same; keep one")
+        common |= {"first_s": histories["drop_first_s"], START: "drop_first_s"}
+    used = common.pop("channels") if isinstance(common.get("channels"), list) else None
+    runs = [_only(run, used) for entry in histories["runs"] for run in _runs(entry, folder, common)]
+    _refuse_repeats(runs)
+    channels = runs[0].channels
+    if not set(channels) - PLACELESS:
+        raise InputError(
+            f"{runs[0].name}: {', '.join(channels)} cannot be compared, for the place of the sensor is not "
+            f"known; add one of {', '.join(name for name in CHANNELS if name not in PLACELESS)}"
+        )
+    noise = read(by_name(NOISE_SD, channels, kind="channel"), histories["noise_sd"], section="histories.noise_sd")
+    estimated = [name for name in channels if name not in noise]
+    notes = [f"noise of {', '.join(estimated)} is estimated from the residual"] if estimated else []
+    if not common.get("first_s") and not all(entry.get("first_s") for entry in histories["runs"]):
+        notes.append("no start transient is dropped (drop_first_s = 0): a kick must not last into the record")
+    notes += [f"{run.name}: {note}" for run in runs for note in run.notes]
+    return tuple(runs), noise, tuple(notes)
+
+
+def _only(run: Run, used: list[Any] | None) -> Run:
+    """The run with some channels ``used``; the torques stay."""
+    if used is None:
+        return run
+    refuse_unknown("channel", [str(name) for name in used], CHANNELS, where="[histories]: channels")
+    lacking = [name for name in used if name not in run.channels]
+    if lacking or not used:
+        what = f"{', '.join(lacking)} was not recorded; it holds" if lacking else "name one or more of"
+        raise InputError(f"{run.name}: channels = {used!r}: {what} {', '.join(run.channels)}")
+    return replace(run, channels={name: run.channels[name] for name in used})
+
+
+def _refuse_repeats(runs: list[Run]) -> None:
+    for place, run in enumerate(runs):
+        if set(run.channels) != set(runs[0].channels) or set(run.inputs) != set(runs[0].inputs):
+            raise InputError(f"{run.name}: has other columns than {runs[0].name}; all runs need the same channels")
+        for other in runs[:place]:
+            same = len(run.time) == len(other.time) and all(
+                (run.channels[c] == x).all() for c, x in other.channels.items()
+            )
+            if run.name == other.name or same:
+                raise InputError(f"{run.name}: the same recording as {other.name}; keep one, or it counts twice")
+
+
+def _runs(entry: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> list[Run]:
+    """The events of one file, or of all files of a pattern; what stands in the entry goes before what is ``common``."""
+    where = " ".join(["[[histories.runs]]", str(entry.get("file", entry.get("files", "")))]).strip()
+    given = read(RUN, entry, where=where)
+    settings = {**common, **{key: given[key] for key in (*TABLES, "first_s", "last_s") if key in given}}
+    if "first_s" in given:
+        settings.pop(START, None)
+    tables = {key: settings[key] for key in TABLES if key in settings}
+    channel_map = ChannelMap.from_table(tables, folder, where=where) if tables else None
+    return [
+        _window(replace(run, name=named.as_posix() + run.name.removeprefix(named.name)), settings)
+        for named in _files(given, folder, where)
+        for run in _events(folder / named, given, channel_map)
+    ]  # fmt: skip
+
+
+def _files(given: Mapping[str, Any], folder: Path, where: str) -> list[Path]:
+    """What ``file`` or ``files`` names, relative to the folder."""
+    if ("file" in given) == ("files" in given):
+        raise InputError(f'{where}: give one of file = "RUN.csv" and files = "kick_*.csv"')
+    if "file" in given:
+        return [Path(given["file"])]
+    pattern = Path(given["files"])
+    root = folder / pattern.parent
+    found = sorted(pattern.parent / path.name for path in root.glob(pattern.name) if path.is_file())
+    if not found:
+        raise InputError(f'{where}: no file in {root} is called so; give a pattern such as "kick_*.csv"')
+    return found
+
+
+def _events(path: Path, given: Mapping[str, Any], channel_map: ChannelMap | None) -> tuple[Run, ...]:
+    with looking(path):
+        return read_events(path, given["speed_m_s"], given["group"], channel_map=channel_map)
+
+
+def _window(run: Run, settings: Mapping[str, Any]) -> Run:
+    """The samples from ``first_s`` to ``last_s``, counted from the first sample of the run."""
+    first, last = settings.get("first_s", 0.0), settings.get("last_s", float("inf"))
+    since = run.time - run.time[0]
+    keep = (since >= first - 1e-9) & (since <= last + 1e-9)
+    if keep.sum() < FEWEST:
+        start = settings.get(START, "first_s")
+        asked = f"after {start} = {first:g} s" if "last_s" not in settings else f"from {first:g} to {last:g} s"
+        raise InputError(f"{run.name}: {keep.sum()} samples {asked} of {since[-1]:g} s; at least {FEWEST} are needed")
+    return replace(
+        run, time=run.time[keep], channels={k: x[keep] for k, x in run.channels.items()},
+        inputs={k: x[keep] for k, x in run.inputs.items()},
+    )  # fmt: skip
