@@ -7,7 +7,7 @@ from bicycle.effect import registry
 
 def everything():
     """The largest set of effects that fits one model."""
-    excluded = {"no_slip", "side_slip"}
+    excluded = {"no_slip", "side_slip", "pneumatic_trail", "contact_length"}  # slots that other effects take
     return tuple(cls for identifier, cls in registry().items() if identifier not in excluded)
 
 
