@@ -140,6 +140,11 @@ def write_modal(
         "modal": {"table": "modes.csv"},
     }  # fmt: skip
     (folder / "MEASUREMENT.toml").write_text(tomli_w.dumps(content), encoding="utf-8")
+    write_table(folder / "modes.csv", rows)
+
+
+def write_table(file: Path, rows: list[dict[str, Any]]) -> None:
+    """Write ``rows`` of a modal table to a CSV ``file``."""
     lines = [",".join(rows[0])]
     lines += [",".join(v if isinstance(v, str) else f"{v:.9g}" for v in row.values()) for row in rows]
-    (folder / "modes.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    file.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -147,17 +147,11 @@ def history_case(
     colour = float(rng.uniform(0.2, 0.7))
     low, high = speeds or (max(first.speeds[0], 4.5), first.speeds[1])
     time = np.arange(round(duration / SAMPLE) + 1, dtype=float) * SAMPLE
-    loads = machine.coefficients.loads
-    bends = Nonlinear((GRIP * loads[0], GRIP * loads[1]) if nonlinear else (0.0, 0.0), cause.friction)
-    made = []
-    for speed in np.linspace(low, high, runs).round(2):
-        while machine.growth(speed + cause.speed_offset) * duration > recording.growth and speed < 2 * high:
-            speed = round(speed + 0.25, 2)  # a bicycle that falls gives no record
-        torque = doublets(time, rng) if forced else None
-        made.append(_run(machine, float(speed), cause, bends, (time, torque), recording, rng))
+    wanted = np.linspace(low, high, runs).round(2)
+    made = kicks(machine, wanted, time, rng, cause=cause, forced=forced, nonlinear=nonlinear, recording=recording)
     levels = _levels(made, noise, recording)
     for run in made:
-        _measure(run, levels, colour, transient, cause.sensors, rng)
+        measure(run, levels, colour, transient, cause.sensors, rng)
     histories: dict[str, Any] = {"drop_first_s": 3 * transient}
     if state_noise:
         histories["noise_sd"] = levels
@@ -167,6 +161,40 @@ def history_case(
     }  # fmt: skip
     write_histories(folder, content, made)
     return Truth(drawn | dict(cause.told), cell, noise=noise)
+
+
+def kicks(
+    machine: Machine, speeds: Array, time: Array, rng: np.random.Generator, *, cause: Cause = AS_STATED,
+    forced: bool = True, nonlinear: bool = False, recording: Recording = QUIET,
+) -> list[Run]:  # fmt: skip
+    """True motion of a machine after kicks, each made faster until the bicycle stays up while it is recorded.
+
+    Parameters
+    ----------
+    machine : Machine
+    speeds : ndarray, shape (runs,)
+        As they are written down, m/s.
+    time : ndarray, shape (samples,)
+        s.
+    rng : numpy.random.Generator
+    cause : Cause, optional
+        What else is otherwise.
+    forced : bool
+        Whether the steer torque pushes.
+    nonlinear : bool
+        Whether the tyres saturate.
+    recording : Recording, optional
+        Loudness and growth.
+    """
+    loads, fastest = machine.coefficients.loads, 2 * speeds[-1]
+    bends = Nonlinear((GRIP * loads[0], GRIP * loads[1]) if nonlinear else (0.0, 0.0), cause.friction)
+    made = []
+    for speed in speeds:
+        while machine.growth(speed + cause.speed_offset) * time[-1] > recording.growth and speed < fastest:
+            speed = round(speed + 0.25, 2)  # a bicycle that falls gives no record
+        torque = doublets(time, rng) if forced else None
+        made.append(_run(machine, float(speed), cause, bends, (time, torque), recording, rng))
+    return made
 
 
 def _run(
@@ -208,10 +236,25 @@ def _levels(made: list[Run], noise: float, recording: Recording) -> dict[str, fl
     return {name: float(f"{noise * recording.loud * size:.3g}") for name, size in middle.items()}
 
 
-def _measure(
+def measure(
     run: Run, levels: Mapping[str, float], colour: float, transient: float, sensors: Mapping[str, Sensor],
     rng: np.random.Generator,
 ) -> None:  # fmt: skip
+    """Record a run: what its sensors make of the true motion, with coloured noise.
+
+    Parameters
+    ----------
+    run : Run
+    levels : mapping of str to float
+        Noise sd by channel, in its unit.
+    colour : float
+        Correlation of neighbours, no unit.
+    transient : float
+        Of the disturbance at the start, s; 0 for none.
+    sensors : mapping of str to Sensor
+        By channel, where one is not true.
+    rng : numpy.random.Generator
+    """
     for name, level in levels.items():
         true, sensor = run.channels[name], sensors.get(name)
         if sensor:
@@ -232,6 +275,12 @@ def write_histories(folder: Path, content: dict[str, Any], made: list[Run]) -> N
     """
     import tomli_w
 
+    content["histories"]["runs"] = write_runs(folder, made)
+    (folder / "MEASUREMENT.toml").write_text(tomli_w.dumps(content), encoding="utf-8")
+
+
+def write_runs(folder: Path, made: list[Run], name: str = "run") -> list[dict[str, Any]]:
+    """Write one CSV a run of those ``made`` into a ``folder``, its ``name`` and a number; their entries in a file."""
     folder.mkdir(parents=True, exist_ok=True)
     entries = []
     for k, run in enumerate(made):
@@ -239,7 +288,6 @@ def write_histories(folder: Path, content: dict[str, Any], made: list[Run]) -> N
         if run.torque is not None:
             table["steer_torque_N_m"] = run.torque
         lines = [",".join(table)] + [",".join(f"{x:.6g}" for x in row) for row in zip(*table.values(), strict=True)]
-        (folder / f"run{k:02d}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
-        entries.append({"file": f"run{k:02d}.csv", "speed_m_s": run.speed})
-    content["histories"]["runs"] = entries
-    (folder / "MEASUREMENT.toml").write_text(tomli_w.dumps(content), encoding="utf-8")
+        (folder / f"{name}{k:02d}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        entries.append({"file": f"{name}{k:02d}.csv", "speed_m_s": run.speed})
+    return entries
