@@ -2,24 +2,20 @@
 
 import math
 import re
-from pathlib import Path
 
 import pytest
+from page_files import page, write_files
 
 from bicycle import load_bicycle
 from bicycle.files.bicycle_table import read_bicycles
 from tyre.base.measured_number import measured_number
 
-PAGE = (Path(__file__).parents[2] / "docs" / "bicycles.md").read_text(encoding="utf-8")
-BLOCK = re.compile(r"^```\{code-block\} \w+\n:caption: (\S+)\n(.*?)^```", flags=re.MULTILINE | re.DOTALL)
+PAGE = page("bicycles")
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    root = tmp_path_factory.mktemp("page")
-    for name, text in BLOCK.findall(PAGE):
-        (root / name).write_text(text, encoding="utf-8")
-    return root
+    return write_files(PAGE, tmp_path_factory.mktemp("page"))
 
 
 def test_the_bicycle_of_the_page(folder):

@@ -1,10 +1,10 @@
 """The page on sweeps: its examples run, what it prints is there, and it names every key, output and column."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
+from page_files import page, write_files
 
 pytest.importorskip("zarr")
 pytest.importorskip("xarray")
@@ -14,17 +14,13 @@ from studies.sweeps import chunk, sketch, spec, sweep_file, variation
 from studies.sweeps.run import run_sweep
 from studies.sweeps.sweep_file import build_sweep, read_sweep
 
-PAGE = (Path(__file__).parents[2] / "docs" / "sweeps.md").read_text(encoding="utf-8")
-BLOCK = re.compile(r"^```\{code-block\} \w+\n:caption: (\S+)\n(.*?)^```", flags=re.MULTILINE | re.DOTALL)
+PAGE = page("sweeps")
 PYTHON = re.compile(r"^```python\n(.*?)^```", flags=re.MULTILINE | re.DOTALL)
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    root = tmp_path_factory.mktemp("page")
-    for name, text in BLOCK.findall(PAGE):
-        (root / name).write_text(text, encoding="utf-8")
-    return root
+    return write_files(PAGE, tmp_path_factory.mktemp("page"))
 
 
 def test_the_examples_run(folder, monkeypatch, capsys):

@@ -1,24 +1,18 @@
 """The page on tyres: its examples are read and run, and it names every coefficient that is told of in its table."""
 
-import re
-from pathlib import Path
-
 import pytest
+from page_files import page, write_files
 
 from bicycle.effect import registry
 from bicycle.files.model_file import read_model
 from tyre import read_tyre
 
-PAGE = (Path(__file__).parents[2] / "docs" / "tyres.md").read_text(encoding="utf-8")
-BLOCK = re.compile(r"^```\{code-block\} \w+\n:caption: (\S+)\n(.*?)^```", flags=re.MULTILINE | re.DOTALL)
+PAGE = page("tyres")
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    root = tmp_path_factory.mktemp("page")
-    for name, text in BLOCK.findall(PAGE):
-        (root / name).write_text(text, encoding="utf-8")
-    return root
+    return write_files(PAGE, tmp_path_factory.mktemp("page"))
 
 
 def test_the_examples_are_tyres_under_a_bicycle(folder):

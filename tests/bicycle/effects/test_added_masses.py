@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from eigenvalue_sets import assert_same_eigenvalues
+from point_mass import enlarged
 
-from bicycle import Bicycle, Effect, Model, effect_class, load_bicycle, load_effects
+from bicycle import Effect, Model, effect_class, load_bicycle, load_effects
 from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import outside_effects
 from bicycle.rigid_bodies import Body
@@ -19,20 +20,6 @@ OTHERS = {
         "front_compliance": {"stiffness": 2e3, "joint_x": 0.8, "joint_z": -0.85, "damping": 5.0},
     },
 }
-
-
-def enlarged(bicycle: Bicycle, part: str, mass: float, x: float, z: float) -> Bicycle:
-    """The bicycle with a point mass rigidly in one of its frames, from total mass, mass centre and inertia alone."""
-    masses = np.array([bicycle[f"m{part}"], mass])
-    places = np.array([[bicycle[f"x{part}"], bicycle[f"z{part}"]], [x, z]])
-    centre = masses @ places / masses.sum()
-    dx, dz = (places - centre).T
-    return bicycle.replace(**{
-        f"m{part}": masses.sum(), f"x{part}": centre[0], f"z{part}": centre[1],
-        f"I{part}xx": bicycle[f"I{part}xx"] + masses @ dz**2,
-        f"I{part}zz": bicycle[f"I{part}zz"] + masses @ dx**2,
-        f"I{part}xz": bicycle[f"I{part}xz"] - masses @ (dx * dz),
-    })  # fmt: skip
 
 
 def effects(given: dict[str, dict[str, float]]) -> tuple[Effect, ...]:

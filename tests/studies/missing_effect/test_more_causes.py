@@ -5,10 +5,11 @@ Motion comes from published matrices or from own simulations (``published_bicycl
 
 import numpy as np
 import pytest
+from point_mass import enlarged
 from published_bicycle import ride, weave
 from scipy.signal import lfilter
 
-from bicycle import Bicycle, Model, load_bicycle
+from bicycle import Model, load_bicycle
 from bicycle.identification.recording import Run
 from bicycle.modal.named_modes import modes
 from studies.inference.fit import fit
@@ -223,7 +224,7 @@ def test_a_mass_that_the_file_does_not_have(identifier, part):
     """3 kg put into a frame by the parallel axis theorem, the file without; the place is told."""
     x, z = {"luggage": (-0.05, -0.85), "bar_bag": (0.9, -0.95)}[identifier]
     bicycle = load_bicycle("benchmark")
-    points = weave_of(loaded(bicycle, part, 3.0, x, z))
+    points = weave_of(enlarged(bicycle, part, 3.0, x, z))
     measurement = ModalMeasurement(
         name="own", model=Model(bicycle), points=points, uncertainty=EXACT, known={identifier: {"x": x, "z": z}}
     )
@@ -232,19 +233,6 @@ def test_a_mass_that_the_file_does_not_have(identifier, part):
     assert sd < 0.5
     assert chi2 < 0.1
     assert gain > 20
-
-
-def loaded(bicycle: Bicycle, part, mass, x, z) -> Bicycle:
-    masses = np.array([bicycle[f"m{part}"], mass])
-    places = np.array([[bicycle[f"x{part}"], bicycle[f"z{part}"]], [x, z]])
-    centre = masses @ places / masses.sum()
-    dx, dz = (places - centre).T
-    return bicycle.replace(**{
-        f"m{part}": masses.sum(), f"x{part}": centre[0], f"z{part}": centre[1],
-        f"I{part}xx": bicycle[f"I{part}xx"] + masses @ dz**2,
-        f"I{part}zz": bicycle[f"I{part}zz"] + masses @ dx**2,
-        f"I{part}xz": bicycle[f"I{part}xz"] - masses @ (dx * dz),
-    })  # fmt: skip
 
 
 def weave_of(bicycle):
