@@ -11,7 +11,7 @@ table = "weave.csv"
 [canonical]                         # or this: table, speeds_m_s, band_hz
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -152,19 +152,34 @@ def _of_kind(kind: str, given: Mapping[str, Any], folder: Path, common: Mapping[
         if (other in given) != (other == kind):
             fault = f"the table [{kind}] is missing" if other == kind else f"the table [{other}] does not belong here"
             raise InputError(f"kind is {kind!r} but {fault}")
-    if kind == "modal":
-        uncertainty = dict(common["uncertainty"])
-        points, notes = read_modal(given["modal"], folder, common["model"], uncertainty)
-        uncertainty |= {key: 0.0 for key, _ in points[0].settings}
-        return ModalMeasurement(**{**common, "uncertainty": uncertainty}, points=points, notes=notes)
-    if kind == "canonical":
-        coefficients, notes = read_canonical(given["canonical"], folder)
-        return CanonicalMeasurement(**common, coefficients=coefficients, notes=notes)
-    runs, noise, notes = read_runs(given["histories"], folder)
+    return READERS[kind](given[kind], folder, common)
+
+
+def _modal(content: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> ModalMeasurement:
+    uncertainty = dict(common["uncertainty"])
+    points, notes = read_modal(content, folder, common["model"], uncertainty)
+    uncertainty |= {key: 0.0 for key, _ in points[0].settings}
+    return ModalMeasurement(**{**common, "uncertainty": uncertainty}, points=points, notes=notes)
+
+
+def _canonical(content: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> CanonicalMeasurement:
+    coefficients, notes = read_canonical(content, folder)
+    return CanonicalMeasurement(**common, coefficients=coefficients, notes=notes)
+
+
+def _histories(content: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> HistoryMeasurement:
+    runs, noise, notes = read_runs(content, folder)
     if any(STEER_TORQUE in run.inputs for run in runs):
         common, said = _without_motors(common)
         notes += said
     return HistoryMeasurement(**common, runs=runs, noise_sd=noise, notes=notes)
+
+
+Reader = Callable[[Mapping[str, Any], Path, Mapping[str, Any]], BicycleMeasurement]
+"""From the table of a kind, the folder of the file, and what all kinds share, to the measurement."""
+
+READERS: Mapping[str, Reader] = {"modal": _modal, "histories": _histories, "canonical": _canonical}
+"""How each of :data:`KINDS` is read."""
 
 
 def _without_motors(common: Mapping[str, Any]) -> tuple[Mapping[str, Any], tuple[str, ...]]:
