@@ -1,6 +1,6 @@
 """Read a measurement file: what was measured, on which bicycle, and how well that bicycle is known.
 
-kind = "modal"                      # or "histories", "canonical"; "rig" is of a tyre, see `rig_recordings`
+kind = "modal"                      # or another of KINDS; "rig" is of a tyre, see `rig_recordings`
 bicycle = "kooijman2008"            # a name, a file, or a table of parameters
 [effects.NAME]                      # what the base model contains, as in a model file
 [uncertainty]                       # 1-sigma of bicycle and effect parameters, 0 fixes one
@@ -9,18 +9,21 @@ bicycle = "kooijman2008"            # a name, a file, or a table of parameters
 table = "weave.csv"
 [histories]                         # or this: drop_first_s, [[histories.runs]], [histories.noise_sd]
 [canonical]                         # or this: table, speeds_m_s, band_hz
+[frequency_response]                # or this: table
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from bicycle.effect import effect_class
 from bicycle.files.model_file import build_model
 from bicycle.identification.histories_table import read_runs
-from bicycle.identification.recording import STEER_TORQUE
+from bicycle.identification.recording import INPUTS, STEER_TORQUE
 from bicycle.model import Model
 from studies.inference.joint import OF
+from studies.missing_effect.forced.measurement import read_frequency_response
 from studies.missing_effect.interface import Measurement
 from studies.missing_effect.motion.candidates import check_known
 from studies.missing_effect.motion.canonical_table import read_canonical
@@ -42,7 +45,7 @@ from tyre.base.plausible import WAY_OUT
 from tyre.base.schema import Table, by_name, maybe, needed, read, table
 from tyre.base.toml_file import read_toml
 
-KINDS = ("modal", "histories", "canonical")
+KINDS = ("modal", "histories", "canonical", "frequency_response")
 EVERY_KIND = (*KINDS, "joint", "rig", "tyre_tables")
 MODEL_KEYS = ("bicycle", "effects", WAY_OUT)
 KIND = f"is not allowed; write one of {', '.join(map(repr, EVERY_KIND))}"
@@ -175,10 +178,20 @@ def _histories(content: Mapping[str, Any], folder: Path, common: Mapping[str, An
     return HistoryMeasurement(**common, runs=runs, noise_sd=noise, notes=notes)
 
 
+def _frequency_response(content: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> BicycleMeasurement:
+    found = read_frequency_response(content, folder, common)
+    if all(point.input != INPUTS[STEER_TORQUE] for point in found.points):
+        return found
+    kept, said = _without_motors(common)
+    return replace(found, model=kept["model"], uncertainty=kept["uncertainty"], notes=(*found.notes, *said))
+
+
 Reader = Callable[[Mapping[str, Any], Path, Mapping[str, Any]], BicycleMeasurement]
 """From the table of a kind, the folder of the file, and what all kinds share, to the measurement."""
 
-READERS: Mapping[str, Reader] = {"modal": _modal, "histories": _histories, "canonical": _canonical}
+READERS: Mapping[str, Reader] = {
+    "modal": _modal, "histories": _histories, "canonical": _canonical, "frequency_response": _frequency_response,
+}  # fmt: skip
 """How each of :data:`KINDS` is read."""
 
 
