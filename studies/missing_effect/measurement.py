@@ -10,6 +10,7 @@ table = "weave.csv"
 [histories]                         # or this: drop_first_s, [[histories.runs]], [histories.noise_sd]
 [canonical]                         # or this: table, speeds_m_s, band_hz
 [frequency_response]                # or this: table
+[bench]                             # or this: table
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -23,6 +24,7 @@ from bicycle.identification.histories_table import read_runs
 from bicycle.identification.recording import INPUTS, STEER_TORQUE
 from bicycle.model import Model
 from studies.inference.joint import OF
+from studies.missing_effect.bench.measurement import read_bench_measurement
 from studies.missing_effect.forced.measurement import read_frequency_response
 from studies.missing_effect.interface import Measurement
 from studies.missing_effect.motion.candidates import check_known
@@ -45,7 +47,7 @@ from tyre.base.plausible import WAY_OUT
 from tyre.base.schema import Table, by_name, maybe, needed, read, table
 from tyre.base.toml_file import read_toml
 
-KINDS = ("modal", "histories", "canonical", "frequency_response")
+KINDS = ("modal", "histories", "canonical", "frequency_response", "bench")
 EVERY_KIND = (*KINDS, "joint", "rig", "tyre_tables")
 MODEL_KEYS = ("bicycle", "effects", WAY_OUT)
 KIND = f"is not allowed; write one of {', '.join(map(repr, EVERY_KIND))}"
@@ -191,6 +193,7 @@ Reader = Callable[[Mapping[str, Any], Path, Mapping[str, Any]], BicycleMeasureme
 
 READERS: Mapping[str, Reader] = {
     "modal": _modal, "histories": _histories, "canonical": _canonical, "frequency_response": _frequency_response,
+    "bench": read_bench_measurement,
 }  # fmt: skip
 """How each of :data:`KINDS` is read."""
 

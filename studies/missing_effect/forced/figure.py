@@ -53,7 +53,7 @@ def draw_bode(judgement: Judgement, target: Path) -> bool:
                     phase.set_ylabel("phase, deg")
         for axis in axes[-1]:
             axis.set_xlabel("frequency, Hz")
-            _label_frequencies(axis)
+            _label(axis.xaxis)
         full = next(axes[2 * r, c] for r, line in enumerate(shown) for c, here in enumerate(line) if here.any())
         legend_above(figure, full, columns=4)
     return True
@@ -70,6 +70,7 @@ def _largest(judgement: Judgement, labels: list[Any], most: int) -> list[Any]:
 
 def _draw(gain: Any, phase: Any, hertz: Array, value: Complex, sd: Array, models: dict[str, Complex]) -> None:
     gain.set(xscale="log", yscale="log")
+    _label(gain.yaxis)
     if not len(hertz):
         return
     seen = np.rad2deg(np.unwrap(np.angle(value)))
@@ -91,12 +92,13 @@ def _unwrapped(computed: Complex, near: Array) -> Array:
     return np.asarray(phase + 2 * np.pi * np.round(np.median(near - phase) / (2 * np.pi)))
 
 
-def _label_frequencies(axis: Any) -> None:
+def _label(axis: Any) -> None:
+    """Plain numbers at 1, 2 and 5 of every decade."""
     from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-    axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    axis.xaxis.set_minor_formatter(NullFormatter())
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 BODE: Figure = (

@@ -149,7 +149,7 @@ class FrequencyForward(BicycleForward):
         for p in self.points:
             channel = f"{spoken(p.input)} to {spoken(p.output)}"
             for part in PARTS:
-                name = f"{channel} at {p.speed:g} m/s: {part}"
+                name = f"{channel}, {p.speed:g} m/s, {part[:4]}"
                 shown[name] = Series(channel, f"{part} part, {unit_of(p)}", f"frequency at {p.speed:g} m/s, Hz")
                 where.append(f"{channel}, {p.speed:g} m/s, {p.frequency:.3g} Hz, {part} part")
                 series.append(name)
