@@ -64,7 +64,8 @@ def read_forced(
         columns = read_columns(path, numbers=(*own, *more), needed=("time_s", *more))
     except InputError as error:
         words = "" if f"{path}, line" in str(error) else draft_words(path, QUANTITIES)
-        raise InputError(f"{error}; or give a channel map: {words}" if words else str(error)) from error
+        more_words = f"; a reference is named with --instrument; or give a channel map: {words}" if words else ""
+        raise InputError(f"{error}{more_words}") from error
     numbers = dict(columns.numbers)
     names = {column: name for name, column in {**FORCED_INPUTS, **MOTIONS}.items()}
     values = {names.get(column, column): x for column, x in numbers.items() if column != "time_s"}

@@ -36,7 +36,7 @@ EVERY = 2  # bins: the window makes neighbours nearly the same number
 FIRST = 2  # bin: below it the trend was taken out
 AROUND = np.array([-1, 0, 1])
 UNSMOOTHED = np.array([-1.0, 8.0, -1.0]) / 6  # of neighbouring bins: what the window averaged taken away
-WORST = 0.2  # relative sd of the response of the input to the reference
+WORST = 0.1  # relative sd of the response of the input to the reference
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,7 @@ def test_lacking_channels_are_named_with_the_columns_that_could_be_them(tmp_path
     assert "no channel could be the steer torque" in shown
     assert 'map steer_torque = {column = "...", unit = "N m"} (in a unit of moment: Trq_A)' in shown
     assert "(no free column has a unit of angle or force; without a known unit: state)" in shown
-    assert "no command fits a measured frequency response" in shown
+    assert "frequency response: no\n  why: no channel could be the steer torque" in shown
     assert "runs after a kick still serve diagnose as free motion" in shown
 
 
