@@ -87,9 +87,9 @@ def responses_of_runs(
                 driven, seen, here[0].step, segment_s=segment_s, references=pushed, highest_hz=highest_hz
             )
             found.append(RunResponse(source, name, speed, response))
-        if found[-1].found.left_out:
+        if left := found[-1].found.left_out:
             notes.append(
-                f"{speed:g} m/s: {found[-1].found.left_out} frequencies are left out, at which {reference or source} "
+                f"{speed:g} m/s: left out {left} frequenc{'ies' if left > 1 else 'y'} at which {reference or source} "
                 f"hardly moves {'the ' + spoken(source) if reference else 'anything'}"
             )
     if not reference:
