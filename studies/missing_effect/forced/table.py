@@ -171,13 +171,16 @@ def _of_columns(path: Path, given: Mapping[str, Any]) -> tuple[tuple[ResponsePoi
     for row, line in enumerate(columns.lines):
         where = f"{path}, line {line}"
         if not 0 < speed[row] <= FASTEST:
-            raise InputError(f"{where}: a speed of {speed[row]:g} m/s is outside 0 .. {FASTEST:g} m/s; is it in km/h?")
+            raise InputError(f"{where}: a speed of {speed[row]:g} m/s is outside 0 .. {FASTEST:g}; is it in km/h?")
         if not 0 < hertz[row] <= HIGHEST:
             raise InputError(
                 f"{where}: a frequency of {hertz[row]:g} Hz is outside 0 .. {HIGHEST:g} Hz; is it in rad/s?"
             )
         if not sd[row] > SMALLEST_SHARE * abs(gain[row]):
-            raise InputError(f"{where}: the sd is {sd[row]:g}; it must be positive: no measurement is free of noise")
+            raise InputError(
+                f"{where}: the sd is {sd[row]:g}; it must be above 0 (and {SMALLEST_SHARE:g} of the gain): no measurement "
+                "is free of noise"
+            )
         source, output = columns.texts["input"][row], OUTPUTS[columns.texts["output"][row]][0]
         group = columns.texts["group"][row] if "group" in columns.texts else ""
         point = ResponsePoint(

@@ -1,4 +1,6 @@
-"""``velotyre frequency-response``: from recorded runs, one of them unstable and held, to what is missing (synthetic)."""
+"""``velotyre frequency-response``: from recorded runs, one unstable and held, to what is missing (synthetic)."""
+
+import re
 
 import numpy as np
 import pytest
@@ -65,7 +67,7 @@ def test_runs_become_a_table_that_a_diagnosis_reads(folder, capsys, monkeypatch)
 def test_without_a_reference_it_is_said_what_that_assumes(folder, capsys, monkeypatch):
     monkeypatch.chdir(folder)
     options = ["--channel", "time=time_s s", "--channel", "roll_rate=roll_rate_rad_s deg/s -1",
-               "--channel", "steer_torque=steer_torque_N_m N m"]  # fmt: skip
+               "--channel", "steer_torque=steer_torque_N_m Nm"]  # fmt: skip
     main(["frequency-response", "run4.csv@4", "--output", "roll_rate", "--segment", "8", *options, "--to-hz", "2"])
     said = capsys.readouterr()
     assert "name a reference that came from outside with --instrument" in " ".join(said.err.split())
@@ -96,7 +98,7 @@ def test_what_cannot_be_done(folder, capsys, monkeypatch, options, words):
     monkeypatch.chdir(folder)
     with pytest.raises(SystemExit):
         main(["frequency-response", *options, "--instrument", "push_N_m"])
-    assert __import__("re").search(words, " ".join(capsys.readouterr().err.split()))
+    assert re.search(words, " ".join(capsys.readouterr().err.split()))
 
 
 def test_runs_of_one_speed_need_one_sample_time(folder, tmp_path):

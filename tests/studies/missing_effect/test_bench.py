@@ -104,7 +104,8 @@ def test_slopes_are_the_differences_of_the_residual(tmp_path):
     lines += [f"hold,lifted,{x:g},,up,,,{x + 1:g},{arm},0.1" for x in ANGLES for arm in (200, 300)]
     forward = read_measurement(write(tmp_path, lines, head=head)).forward()
     names = ("steer_spring", "steer_damper", "steer_friction", "contact_scrub", "steer_torque_scale",
-             "steer_torque_zero", "force_scale", "force_zero", "lever_arm_error", "steer_zero", "bar_bag", "crown_radius")  # fmt: skip
+             "steer_torque_zero", "force_scale", "force_zero", "lever_arm_error", "steer_zero", "bar_bag",
+             "crown_radius")  # fmt: skip
     candidates = chosen(forward, *names)
     theta = np.array([*nominal(forward), *(x for c in candidates for x in c.starts[1])])
     _, slope = forward.residual(candidates, theta)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from published_bicycle import gains
 
+from bicycle import Model, load_bicycle
 from bicycle.effect import registry
 from bicycle.responses.linear import frequency_response
 from studies.cli import main
@@ -81,7 +82,7 @@ def test_a_lateral_force_and_tyres_are_those_of_the_responses_of_the_linear_mode
     for v in SPEEDS:
         found = frequency_response(model, speed=v, input="lateral_force", frequency_hz=HERTZ).outputs["yaw_rate"]
         lines += [
-            f"lateral_force,yaw_rate,{f:.12g},{v},{h.real:.12g},{h.imag:.12g},{1e-6 * abs(h):.6g}"
+            f"lateral_force,yaw_rate,{f:.12g},{v},{h.real:.12g},{h.imag:.12g},{1e-5 * abs(h):.6g}"
             for f, h in zip(HERTZ, found, strict=True)
         ]
     forward = read_measurement(write(tmp_path, lines, toml=toml + TABLE)).forward()
@@ -314,14 +315,14 @@ NOISY = "input,output,frequency_hz,speed_m_s,re,im,coherence,averages"
         (
             HEAD,
             [*GOOD, "steer_torque,steer,1,70,1,1,1"],
-            "line 5: a speed of 70 m/s is outside 0 .. 60 m/s; is it in km/h",
+            "line 5: a speed of 70 m/s is outside 0 .. 60; is it in km/h",
         ),
         (
             HEAD,
             [*GOOD, "steer_torque,steer,150,7,1,1,1"],
             "line 5: a frequency of 150 Hz is outside 0 .. 100 Hz; is it in rad/s",
         ),
-        (HEAD, [*GOOD, "steer_torque,steer,1,7,1,1,0"], "line 5: the sd is 0; it must be positive"),
+        (HEAD, [*GOOD, "steer_torque,steer,1,7,1,1,0"], "line 5: the sd is 0; it must be above 0"),
         (
             HEAD,
             [*GOOD, "steer_torque,lateral_acceleration,1,7,1,1,1"],
@@ -400,8 +401,14 @@ def test_one_speed_and_one_share_of_noise_may_stand_in_the_file(tmp_path):
 
 def test_another_bicycle_with_faint_data_is_drawn(tmp_path):
     """Gains far below their noise: the phase is not known, the gain's interval reaches down to zero."""
+    rng, lines, model = np.random.default_rng(4), [], Model(load_bicycle("pista"))
+    for v in SPEEDS:
+        found = frequency_response(model, speed=v, input="steer_torque", frequency_hz=HERTZ).outputs["steer"]
+        noise = 3 * np.abs(found) * (rng.standard_normal(len(HERTZ)) + 1j * rng.standard_normal(len(HERTZ)))
+        for f, h, sd in zip(HERTZ, found + noise, 3 * np.abs(found), strict=True):
+            lines.append(f"steer_torque,steer,{f:.12g},{v},{h.real:.12g},{h.imag:.12g},{sd:.6g}")
     toml = TOML.replace("benchmark", "pista").replace("lam = 0.005\nIBxx = 0.2\n", "") + TABLE
-    found = diagnose(read_measurement(write(tmp_path, rows(noise=3.0), toml=toml)), without=FEW)
+    found = diagnose(read_measurement(write(tmp_path, lines, toml=toml)), without=FEW)
     assert isinstance(found.forward, FrequencyForward)
     assert found.verdict.verdict == "none"
     assert draw_bode(found, tmp_path / "bode")
