@@ -96,7 +96,7 @@ class BenchForward(BicycleForward):
         shown: dict[str, Series] = {}
         for r in self.readings:
             channel = f"{r.test}, {r.condition.replace('_', ' ')}"
-            turned = {1.0: ", up", -1.0: ", down", 0.0: ""}[r.direction] if r.test != "damper" else ""
+            turned = {1.0: ", up", -1.0: ", down", 0.0: ""}[r.direction]
             rated = r.test == "damper"
             name = f"{channel}{turned}"
             shown[name] = Series(name, "torque, N m", "steer rate, rad/s" if rated else "steer angle, rad")

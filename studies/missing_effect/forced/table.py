@@ -178,8 +178,8 @@ def _of_columns(path: Path, given: Mapping[str, Any]) -> tuple[tuple[ResponsePoi
             )
         if not sd[row] > SMALLEST_SHARE * abs(gain[row]):
             raise InputError(
-                f"{where}: the sd is {sd[row]:g}; it must be above 0 (and {SMALLEST_SHARE:g} of the gain): no measurement "
-                "is free of noise"
+                f"{where}: the sd is {sd[row]:g}; it must be above 0 (and {SMALLEST_SHARE:g} of the gain): no "
+                "measurement is free of noise"
             )
         source, output = columns.texts["input"][row], OUTPUTS[columns.texts["output"][row]][0]
         group = columns.texts["group"][row] if "group" in columns.texts else ""

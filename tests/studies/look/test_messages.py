@@ -190,3 +190,17 @@ def test_no_table_makes_it_crash(tmp_path, data, names):
     json.dumps(found.as_json(), allow_nan=False)
     assert all(use.usable or (use.reasons and use.remedies) for use in found.uses)
     assert all(draft.text for draft in drafts(found, tmp_path))
+
+
+@pytest.mark.parametrize(("seconds", "words"), [
+    (60, ("frequency response: usable, once you give the forward speed", "10.5 independent segments of 10 s",
+          "--input steer_torque --output roll_rate --out responses.csv")),
+    (24, ("independent segments of 6 s", "--output roll_rate --segment 6 --out responses.csv")),
+    (4, ("frequency response: no", "4 s are too short; 8 s or more are needed", "record longer, or use replay")),
+])  # fmt: skip
+def test_a_forced_run_that_is_long_enough_gives_a_frequency_response(tmp_path, capsys, seconds, words):
+    lines = [(k / 20, (k * 7) % 11 - 5, (k * 5) % 13 - 6) for k in range(20 * seconds + 1)]
+    path = table(tmp_path / "a.csv", "time_s,roll_rate_rad_s,steer_torque_N_m", lines)
+    shown = said(capsys, path)
+    for word in words:
+        assert word in shown
