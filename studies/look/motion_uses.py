@@ -10,6 +10,7 @@ from bicycle.identification.free_decay import Decay, identify
 from bicycle.identification.recording import CHANNELS, FASTEST, FEWEST, INPUTS, PLACELESS, QUANTITIES, read_run, run_of
 from bicycle.identification.run import Run
 from studies.look.opened import Opened
+from studies.look.response_use import RESPONSE, response_use
 from studies.look.rig_events import short
 from studies.look.roles import MOTION, TORQUES, Roles
 from studies.look.stretches import MOST_SAMPLES, decays, telling
@@ -21,7 +22,7 @@ from tyre.channels.record import records
 from tyre.channels.units import find_unit, quantity_of
 from tyre.channels.windows import Window
 
-DECAY, REPLAY, RESPONSE = "free decay (modal)", "replay (histories)", "frequency response"
+DECAY, REPLAY = "free decay (modal)", "replay (histories)"
 SUPPOSED_SPEED = 5.0  # m/s: neither a decay nor the reading of histories hinges on it
 EPOCH = 1e6  # s; records count later times from their first sample
 
@@ -75,7 +76,9 @@ def motion_uses(roles: Roles) -> tuple[list[Use], Motion | None]:
         windows = tuple(Window(w.name, round(begin + w.first, 6), round(begin + w.last, 6)) for w in windows)
         windows = windows or part * bool(decay.usable)
         decay, replay = (replace(use, windows=use.usable) for use in (decay, replay))
-    return [decay, replay, _response(replay)], Motion(speed, windows, part, kept, replay.usable)
+    at = f"{path}@{speed:.2f}" if speed else f"{path}@SPEED"
+    command = f"velotyre frequency-response {at}{_with_map(roles)}"
+    return [decay, replay, response_use(replay, runs, command)], Motion(speed, windows, part, kept, replay.usable)
 
 
 def _complete(roles: Roles, channel_map: ChannelMap) -> tuple[ChannelMap, tuple[Window, ...]]:
@@ -261,11 +264,3 @@ def _replay(runs: list[Run], roles: Roles, unsure: dict[str, str]) -> Use:
     return Use(
         REPLAY, events, (), more, "velotyre diagnose MEASUREMENT.toml --out diagnosis", "the bicycle and its speed"
     )
-
-
-def _response(replay: Use) -> Use:
-    """No command fits a measured frequency response; the samples serve replay instead."""
-    reason = "no command fits a measured frequency response"
-    if replay.usable:
-        return Use(RESPONSE, (), (reason,), ("replay fits the same samples in time: all frequencies that they hold",))
-    return Use(RESPONSE, (), (reason, *replay.reasons), ("record the torque, and use replay", *replay.remedies[:1]))

@@ -1,6 +1,6 @@
 """Read a measurement file: what was measured, on which bicycle, and how well that bicycle is known.
 
-kind = "modal"                      # or "histories", "canonical"; "rig" is of a tyre, see `rig_recordings`
+kind = "modal"                      # or another of KINDS; "rig" is of a tyre, see `rig_recordings`
 bicycle = "kooijman2008"            # a name, a file, or a table of parameters
 [effects.NAME]                      # what the base model contains, as in a model file
 [uncertainty]                       # 1-sigma of bicycle and effect parameters, 0 fixes one
@@ -9,18 +9,23 @@ bicycle = "kooijman2008"            # a name, a file, or a table of parameters
 table = "weave.csv"
 [histories]                         # or this: drop_first_s, [[histories.runs]], [histories.noise_sd]
 [canonical]                         # or this: table, speeds_m_s, band_hz
+[frequency_response]                # or this: table
+[bench]                             # or this: table
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from bicycle.effect import effect_class
 from bicycle.files.model_file import build_model
 from bicycle.identification.histories_table import read_runs
-from bicycle.identification.recording import STEER_TORQUE
+from bicycle.identification.recording import INPUTS, STEER_TORQUE
 from bicycle.model import Model
 from studies.inference.joint import OF
+from studies.missing_effect.bench.measurement import read_bench_measurement
+from studies.missing_effect.forced.measurement import read_frequency_response
 from studies.missing_effect.interface import Measurement
 from studies.missing_effect.motion.candidates import check_known
 from studies.missing_effect.motion.canonical_table import read_canonical
@@ -42,7 +47,7 @@ from tyre.base.plausible import WAY_OUT
 from tyre.base.schema import Table, by_name, maybe, needed, read, table
 from tyre.base.toml_file import read_toml
 
-KINDS = ("modal", "histories", "canonical")
+KINDS = ("modal", "histories", "canonical", "frequency_response", "bench")
 EVERY_KIND = (*KINDS, "joint", "rig", "tyre_tables")
 MODEL_KEYS = ("bicycle", "effects", WAY_OUT)
 KIND = f"is not allowed; write one of {', '.join(map(repr, EVERY_KIND))}"
@@ -152,19 +157,45 @@ def _of_kind(kind: str, given: Mapping[str, Any], folder: Path, common: Mapping[
         if (other in given) != (other == kind):
             fault = f"the table [{kind}] is missing" if other == kind else f"the table [{other}] does not belong here"
             raise InputError(f"kind is {kind!r} but {fault}")
-    if kind == "modal":
-        uncertainty = dict(common["uncertainty"])
-        points, notes = read_modal(given["modal"], folder, common["model"], uncertainty)
-        uncertainty |= {key: 0.0 for key, _ in points[0].settings}
-        return ModalMeasurement(**{**common, "uncertainty": uncertainty}, points=points, notes=notes)
-    if kind == "canonical":
-        coefficients, notes = read_canonical(given["canonical"], folder)
-        return CanonicalMeasurement(**common, coefficients=coefficients, notes=notes)
-    runs, noise, notes = read_runs(given["histories"], folder)
+    return READERS[kind](given[kind], folder, common)
+
+
+def _modal(content: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> ModalMeasurement:
+    uncertainty = dict(common["uncertainty"])
+    points, notes = read_modal(content, folder, common["model"], uncertainty)
+    uncertainty |= {key: 0.0 for key, _ in points[0].settings}
+    return ModalMeasurement(**{**common, "uncertainty": uncertainty}, points=points, notes=notes)
+
+
+def _canonical(content: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> CanonicalMeasurement:
+    coefficients, notes = read_canonical(content, folder)
+    return CanonicalMeasurement(**common, coefficients=coefficients, notes=notes)
+
+
+def _histories(content: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> HistoryMeasurement:
+    runs, noise, notes = read_runs(content, folder)
     if any(STEER_TORQUE in run.inputs for run in runs):
         common, said = _without_motors(common)
         notes += said
     return HistoryMeasurement(**common, runs=runs, noise_sd=noise, notes=notes)
+
+
+def _frequency_response(content: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> BicycleMeasurement:
+    found = read_frequency_response(content, folder, common)
+    if all(point.input != INPUTS[STEER_TORQUE] for point in found.points):
+        return found
+    kept, said = _without_motors(common)
+    return replace(found, model=kept["model"], uncertainty=kept["uncertainty"], notes=(*found.notes, *said))
+
+
+Reader = Callable[[Mapping[str, Any], Path, Mapping[str, Any]], BicycleMeasurement]
+"""From the table of a kind, the folder of the file, and what all kinds share, to the measurement."""
+
+READERS: Mapping[str, Reader] = {
+    "modal": _modal, "histories": _histories, "canonical": _canonical, "frequency_response": _frequency_response,
+    "bench": read_bench_measurement,
+}  # fmt: skip
+"""How each of :data:`KINDS` is read."""
 
 
 def _without_motors(common: Mapping[str, Any]) -> tuple[Mapping[str, Any], tuple[str, ...]]:

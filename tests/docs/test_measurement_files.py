@@ -13,6 +13,9 @@ from bicycle.identification import free_decay, histories_table, recording
 from bicycle.modal.known_modes import known_modes
 from bicycle.parameters import UNITS
 from studies.missing_effect import diagnose, measurement, read_measurement
+from studies.missing_effect.bench import table as bench_table
+from studies.missing_effect.forced import noise
+from studies.missing_effect.forced import table as frequency_table
 from studies.missing_effect.motion import canonical_table, modal_table, nuisances
 from studies.missing_effect.report import SAYS, record
 from studies.missing_effect.reporting.findings import find
@@ -63,10 +66,36 @@ def test_the_examples_of_modes_and_of_a_pull_are_diagnosed_as_in_the_text(folder
         assert f"| `{key}` |" in PAGE
 
 
+def test_the_bench_test_separates_what_the_modes_cannot(folder):
+    """A spring of 3 N m/rad and dry friction of 0.3 N m at the published benchmark bicycle (made outside velotyre)."""
+    text = (folder / "bench" / "with_modes.toml").read_text(encoding="utf-8").split("[[part]]")[0]
+    (folder / "bench" / "modes.toml").write_text(text.replace("joint", "modal") + '[modal]\ntable = "weave.csv"\n')
+    modes = diagnose(read_measurement(folder / "bench" / "modes.toml")).verdict
+    assert modes.verdict == "class"
+    assert set(modes.equivalent) == {"pneumatic_trail", "steer_spring", "crown_radius", "wrong_trail"}
+    both = diagnose(read_measurement(folder / "bench" / "with_modes.toml")).verdict
+    assert both.verdict == "named"
+    sizes = {e.identifier: next(iter(e.parameters.values())) for e in both.effects}
+    assert set(sizes) == {"steer_spring", "steer_friction"}
+    for name, truth in (("steer_spring", 3.0), ("steer_friction", 0.3)):
+        assert sizes[name][0] == pytest.approx(truth, abs=3 * sizes[name][1])
+
+
+def test_the_example_of_frequency_responses_is_diagnosed_as_in_the_text(folder):
+    """A damper of 1 N m s/rad at the published benchmark bicycle (made outside velotyre)."""
+    found = diagnose(read_measurement(folder / "frequency_response" / "MEASUREMENT.toml")).verdict
+    assert found.equivalent[0] == "steer_damper"
+    damping, sd = found.effects[0].parameters["damping"]
+    assert damping == pytest.approx(1.0, abs=3 * sd)
+
+
 def test_every_name_stands_on_the_page():
     names = {
         *measurement.TOP_KEYS, *measurement.EVERY_KIND, *tables_forward.KEYS,
         *UNITS, *known_modes(), *modal_table.NUMBERS, *recording.CHANNELS, *recording.INPUTS,
+        *frequency_table.NUMBERS, *frequency_table.INPUTS, *frequency_table.OUTPUTS,
+        *frequency_table.TEXTS, *frequency_table.TABLE.keys, *noise.NOISE, *bench_table.TESTS, *bench_table.CONDITIONS,
+        *bench_table.TEXTS, *(f"{name}_..." for name in bench_table.QUANTITIES), "contact_scrub",
         *histories_table.RUN.keys, *canonical_table.COEFFICIENTS, *canonical_table.UNITS.values(), *SAYS,
         *rig_measurement.KEYS, *reference_file.SOURCES, *reference_file.CONDITION_KEYS,
         *(f.name for f in fields(Calibration)),
@@ -103,3 +132,6 @@ def test_limits_and_defaults_are_those_of_the_page():
         0.02, 0.1, 1.05, 1.4, 0,
     )  # fmt: skip
     assert rig_measurement.WHEEL_RADIUS == 0.34
+    assert (frequency_table.FASTEST, frequency_table.HIGHEST, frequency_table.FEWEST) == (60, 100, 3)
+    assert (noise.FEWEST_AVERAGES, bench_table.FEWEST, bench_table.LINEAR_UP_TO) == (4, 3, 0.35)
+    assert [most for most, _ in bench_table.LARGEST.values()] == [50, 1e3, 2, 1e4]

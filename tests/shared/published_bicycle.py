@@ -4,6 +4,8 @@ M q'' + v C1 q' + (g K0 + v^2 K2) q = T, q = (lean, steer): Meijaard et al. (200
 """
 
 import numpy as np
+from scipy.linalg import expm
+from scipy.signal import butter, lfilter
 
 M = np.array([[80.81722, 2.31941332208709], [2.31941332208709, 0.29784188199686]])
 C1 = np.array([[0.0, 33.86641391492494], [-0.85035641456978, 1.68540397397560]])
@@ -47,3 +49,59 @@ def ride(speed, duration, torque, *, lean_rate=0.3, friction=0.0):
         x = x + FINE / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
         states.append(x)
     return time, np.array(states)
+
+
+TILT, TRAIL, BASE = np.pi / 10, 0.08, 1.02  # rad, m, m: steer axis tilt, trail and wheelbase, table 1
+
+
+def gains(speed, hertz, source="steer_torque", *, spring=0.0, damper=0.0):
+    """Motion per input, by output, at frequencies ``hertz`` (m,); lateral contact velocity zero at both wheels."""
+    found = {}
+    for f in np.atleast_1d(hertz):
+        s = 2j * np.pi * f
+        matrix = M * s**2 + speed * C1 * s + G * K0 + speed**2 * K2 + np.diag([0, spring + damper * s])
+        lean, steer = np.linalg.solve(matrix, {"steer_torque": [0, 1], "lean_torque": [1, 0]}[source])
+        yaw_rate = (speed + TRAIL * s) * np.cos(TILT) * steer / BASE
+        motion = {"lean": lean, "roll_rate": s * lean, "steer": steer, "steer_rate": s * steer, "yaw_rate": yaw_rate}
+        for name, gain in motion.items():
+            found.setdefault(name, []).append(gain)
+    return {name: np.array(values) for name, values in found.items()}
+
+
+def held(speed, duration, *, seed, noise=0.0, spring=0.0, level=3.0, feedback=None):
+    """A run of the bicycle under a random torque from outside, which ``feedback`` (4,) of the noisy states joins.
+
+    Steps of 1 ms with the torque held, every tenth kept: time, noisy states (n, 4), torque that acted, torque from
+    outside.
+    """
+    rng = np.random.default_rng(seed)
+    a, push = state_matrix(speed), np.linalg.solve(M, [0.0, 1.0])
+    a = a.copy()
+    a[2:, 1] -= push * spring
+    block = np.zeros((5, 5))
+    block[:4, :4], block[2:4, 4] = a, push
+    step = expm(block * FINE)
+    n = round(duration / FINE)
+    from_outside, errors = (
+        9 * lfilter(*butter(2, edge * 2 * FINE), rng.standard_normal((n, width)), axis=0)
+        for edge, width in ((5, 1), (8, 4))
+    )
+    gain = np.zeros(4) if feedback is None else np.asarray(feedback)
+    x, states, torques = np.zeros(4), np.empty((n, 4)), np.empty(n)
+    for k in range(n):
+        states[k] = x + noise * errors[k]
+        torques[k] = level * from_outside[k, 0] - gain @ states[k]
+        x = step[:4, :4] @ x + step[:4, 4] * torques[k]
+    return np.arange(n)[::10] * FINE, states[::10], torques[::10], level * from_outside[::10, 0]
+
+
+FRONT = ((4.0, 0.9, -0.7), (3.0, 1.02, -0.35))  # mass (kg), x, z (m) of the front frame and the front wheel, table 1
+REST = ((2.0, 0.0, -0.3), (85.0, 0.3, -0.9))  # the same of rear wheel and rear frame
+
+
+def bar_stiffness(*, lifted):
+    """Torque at the bar over steer angle of the bicycle at rest, upright (N m/rad), of its weight alone."""
+    ahead = sum(m * ((x - BASE - TRAIL) * np.cos(TILT) - z * np.sin(TILT)) for m, x, z in FRONT)
+    load = G * sum(m * x for m, x, z in (*FRONT, *REST)) / BASE
+    ground = 0.0 if lifted else load * TRAIL * np.cos(TILT)
+    return -np.sin(TILT) * (G * ahead + ground)

@@ -83,12 +83,16 @@ class Family:
             values |= {key: values[source] for key, source in candidate.ties.items()}
         return values
 
+    @staticmethod
+    def true_speeds(values: Mapping[str, Array], speeds: Array) -> Array:
+        """True speeds (K, S) for recorded ``speeds`` (S,), m/s, with ``values`` as of :meth:`values`."""
+        nothing = np.zeros((len(next(iter(values.values()))), 1))
+        return np.asarray(speeds * (1.0 + values.get(SPEED_SCALE, nothing)) + values.get(SPEED_OFFSET, nothing))
+
     def __call__(self, theta: Array, speeds: Array) -> DescriptorStack:
         """Matrices for coordinates ``theta`` (K, unknowns) at recorded ``speeds`` (S,) in m/s."""
         values = self.values(theta)
-        nothing = np.zeros((len(theta), 1))
-        v = speeds * (1.0 + values.get(SPEED_SCALE, nothing)) + values.get(SPEED_OFFSET, nothing)
-        system = self.models.descriptor(values, v)
+        system = self.models.descriptor(values, self.true_speeds(values, speeds))
         for key, (seen, torque) in FEEDBACK.items():
             if key in values:
                 column, row = self.symbolic.inputs.index(torque), self.symbolic.outputs.index(seen)

@@ -12,11 +12,20 @@ from scipy.signal import savgol_coeffs, savgol_filter
 from scipy.special import erf
 
 from bicycle.identification.recording import Run
+from studies.inference.parameter import Candidate
+from studies.missing_effect.motion.sensor_errors import error
 from tyre.base.arrays import Array
 
 FRICTION = "measurement.steer_friction"
+TYPICAL, LEAST = 0.5, 0.02  # N m
 RATE, ANGLE = "steer_rate_rad_s", "steer_rad"
 WINDOW, FEWEST, ORDER = 0.1, 5, 2  # s and samples over which a parabola smooths the rate
+
+
+def friction_candidate() -> Candidate:
+    """Dry friction of the steering as a candidate: it is there, and no mistake of a sensor."""
+    torque = error("torque", "N m", FRICTION, TYPICAL, least=LEAST, lowest=0.0)
+    return Candidate("steer_friction", (torque,), signature="a torque of one size against the steer rate")
 
 
 def friction_refused(run: Run) -> str:

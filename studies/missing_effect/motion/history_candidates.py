@@ -4,11 +4,10 @@ from collections.abc import Sequence
 
 from bicycle.identification.recording import Run
 from studies.inference.parameter import Candidate
-from studies.missing_effect.motion.friction import FRICTION, friction_refused
+from studies.missing_effect.motion.friction import friction_candidate, friction_refused
 from studies.missing_effect.motion.sensor_errors import (
     constant_errors,
     delay_error,
-    error,
     gain_error,
     lowpass_error,
     one_speed,
@@ -36,8 +35,7 @@ def history_candidates(runs: Sequence[Run]) -> tuple[Candidate, ...]:
         found += [gain_error(SENSOR[name], name), delay_error(SENSOR[name], name)]
     found += [lowpass_error(SENSOR[name], name) for name in channels]
     if not friction_refused(runs[0]):
-        torque = error("torque", "N m", FRICTION, 0.5, least=0.02, lowest=0.0)
-        found.append(Candidate("steer_friction", (torque,), signature="a torque of one size against the steer rate"))
+        found.append(friction_candidate())
     return tuple(found)
 
 

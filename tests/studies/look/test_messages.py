@@ -51,7 +51,7 @@ def test_lacking_channels_are_named_with_the_columns_that_could_be_them(tmp_path
     assert "no channel could be the steer torque" in shown
     assert 'map steer_torque = {column = "...", unit = "N m"} (in a unit of moment: Trq_A)' in shown
     assert "(no free column has a unit of angle or force; without a known unit: state)" in shown
-    assert "no command fits a measured frequency response" in shown
+    assert "frequency response: no\n  why: no channel could be the steer torque" in shown
     assert "runs after a kick still serve diagnose as free motion" in shown
 
 
@@ -190,3 +190,17 @@ def test_no_table_makes_it_crash(tmp_path, data, names):
     json.dumps(found.as_json(), allow_nan=False)
     assert all(use.usable or (use.reasons and use.remedies) for use in found.uses)
     assert all(draft.text for draft in drafts(found, tmp_path))
+
+
+@pytest.mark.parametrize(("seconds", "words"), [
+    (60, ("frequency response: usable, once you give the forward speed", "10.5 independent segments of 10 s",
+          "--input steer_torque --output roll_rate --out responses.csv")),
+    (24, ("independent segments of 6 s", "--output roll_rate --segment 6 --out responses.csv")),
+    (4, ("frequency response: no", "4 s are too short; 8 s or more are needed", "record longer, or use replay")),
+])  # fmt: skip
+def test_a_forced_run_that_is_long_enough_gives_a_frequency_response(tmp_path, capsys, seconds, words):
+    lines = [(k / 20, (k * 7) % 11 - 5, (k * 5) % 13 - 6) for k in range(20 * seconds + 1)]
+    path = table(tmp_path / "a.csv", "time_s,roll_rate_rad_s,steer_torque_N_m", lines)
+    shown = said(capsys, path)
+    for word in words:
+        assert word in shown

@@ -1,0 +1,60 @@
+"""``velotyre frequency-response``: gain and phase from recorded forced runs, as a table for ``velotyre diagnose``."""
+
+from pathlib import Path
+
+import click
+
+from studies.channel_options import chosen_map, takes_channels
+from studies.reporting.examples import example
+
+
+@click.command(
+    help="Frequency responses from forced runs: recordings, each with its speed as RUN.csv@4.8 (m/s).",
+    epilog=example(
+        "velotyre frequency-response run01.csv@4.8 --input steer_torque --output roll_rate,steer --out table.csv"
+    ),
+)
+@click.argument("runs", nargs=-1, required=True, metavar="RUN.csv@SPEED...")
+@takes_channels
+@click.option(
+    "--input", "source", default="steer_torque", show_default=True, help="steer_torque, lean_torque, lateral_force."
+)
+@click.option("--output", "outputs", default="roll_rate,steer", show_default=True, help="Motions, separated by commas.")
+@click.option(
+    "--instrument", "reference", default="", metavar="COLUMN",
+    help="A recorded reference that was added to the input from outside: unbiased where something answers the motion.",
+)  # fmt: skip
+@click.option("--segment", "segment_s", type=float, default=10.0, show_default=True, help="Length of the segments, s.")
+@click.option("--to-hz", "highest_hz", type=float, default=5.0, show_default=True, help="Highest frequency, Hz.")
+@click.option("--out", "out_file", metavar="TABLE.csv", help="Write the table.")
+def command(
+    runs: tuple[str, ...], channels_file: Path | None, channel_texts: tuple[str, ...], source: str, outputs: str,
+    reference: str, segment_s: float, highest_hz: float, out_file: str | None,
+) -> None:  # fmt: skip
+    import math
+
+    from studies.missing_effect.forced.from_runs import responses_of_runs, rows_of, shown_of
+    from studies.reporting.output import print_table
+    from tyre.base.errors import InputError
+
+    for name, value in (("segment", segment_s), ("to-hz", highest_hz)):
+        if not (math.isfinite(value) and value > 0):
+            raise InputError(f"--{name} = {value:g} must be positive")
+    names = [name.strip() for name in outputs.split(",") if name.strip()]
+    found, notes = responses_of_runs(
+        runs, source, names, chosen_map(channels_file, channel_texts), reference=reference, segment_s=segment_s,
+        highest_hz=highest_hz,
+    )  # fmt: skip
+    for note in notes:
+        click.echo(f"note: {note}", err=True)
+    print_table(
+        [row for response in found for row in shown_of(response)],
+        ["speed m/s", "response", "frequencies", "Hz", "averages", "coherence", "relative sd"],
+    )
+    if out_file:
+        import pandas as pd
+
+        from studies.reporting.output import write_csv
+
+        write_csv(pd.DataFrame([row for response in found for row in rows_of(response)]), out_file)
+        click.echo(f'{out_file}: {sum(len(r.found.gain) for r in found)} rows, read by kind = "frequency_response"')

@@ -1,0 +1,1 @@
+"""Measured frequency responses: the table, its forward model, its sensors, its figure."""

@@ -1,0 +1,174 @@
+"""Frequency responses from recordings: of known filters, and of the published benchmark bicycle (synthetic)."""
+
+import re
+
+import numpy as np
+import pytest
+from published_bicycle import C1, K0, K2, G, M, gains, held, state_matrix
+from scipy.linalg import solve_continuous_are
+from scipy.signal import coherence, csd, welch
+
+from bicycle.identification.forced_run import read_forced
+from bicycle.identification.spectral_response import spectral_response
+from tyre.base.errors import InputError
+from tyre.channels.channel_map import ChannelMap
+
+
+def controller(speed):
+    """Steer torque over the states that holds the bicycle up."""
+    push = np.concatenate([[0, 0], np.linalg.solve(M, [0, 1.0])])[:, None]
+    return (push.T @ solve_continuous_are(state_matrix(speed), push, np.diag([10, 10, 1, 1]), [[0.3]]))[0]
+
+
+def errors(found, true):
+    e = (found.gain - true) / found.sd
+    return np.concatenate([e.real, e.imag])
+
+
+def test_published_matrices_are_held_up():
+    unstable = np.linalg.eigvals(state_matrix(3.5)).real.max()
+    assert unstable > 0.5
+    push = np.concatenate([[0, 0], np.linalg.solve(M, [0, 1.0])])
+    assert np.linalg.eigvals(state_matrix(3.5) - np.outer(push, controller(3.5))).real.max() < 0
+    assert C1.shape == K0.shape == K2.shape
+    assert G == 9.81
+
+
+def test_standard_deviations_hold_without_a_controller():
+    """White input and white noise through a filter of known response: 95 % intervals hold 95 % of the numbers."""
+    rng, every = np.random.default_rng(2), []
+    for _ in range(40):
+        u = rng.standard_normal(6000)
+        y = 0.5 * u + np.roll(u, 1) + 0.7 * rng.standard_normal(6000)
+        found = spectral_response([u], [y], 0.01, segment_s=3.0, highest_hz=20.0)
+        every.append(errors(found, 0.5 + np.exp(-2j * np.pi * found.frequency_hz * 0.01)))
+    z = np.concatenate(every)
+    assert np.mean(np.abs(z) < 1.96) == pytest.approx(0.95, abs=0.015)
+    assert np.mean(z**2) == pytest.approx(1, abs=0.12)
+
+
+def test_a_pulse_train_counts_the_segments_that_hold_it():
+    """The input moves in one tenth of the record only; noise is everywhere: the sd still hold."""
+    rng, z = np.random.default_rng(3), []
+    for _ in range(60):
+        u = np.zeros(8000)
+        u[3000:3800] = rng.standard_normal(800)
+        found = spectral_response([u], [u + 0.1 * rng.standard_normal(8000)], 0.01, segment_s=4.0, highest_hz=20.0)
+        z.append(errors(found, 1.0))
+    assert np.mean(np.abs(np.concatenate(z)) < 1.96) == pytest.approx(0.95, abs=0.03)
+
+
+def test_a_reference_removes_what_the_controller_answers():
+    """At 3.5 m/s the bicycle falls by itself: the direct ratio is biased there, the one with a reference is not."""
+    direct, joint = [], []
+    for seed in range(4):
+        time, x, torque, reference = held(3.5, 100.0, seed=seed, noise=0.02, feedback=controller(3.5))
+        for references, into in ((None, direct), ([reference], joint)):
+            found = spectral_response(
+                [torque], [x[:, 2]], time[1], segment_s=10.0, references=references, highest_hz=2.0
+            )  # fmt: skip
+            into.append(errors(found, gains(3.5, found.frequency_hz)["roll_rate"]))
+            into.append(found.left_out)
+    z = np.concatenate(joint[::2])
+    assert np.mean(np.abs(z) < 1.96) > 0.88
+    assert np.mean(z**2) < 1.6
+    assert np.mean(np.concatenate(direct[::2]) ** 2) > 3 * np.mean(z**2)
+    assert direct[1::2] == [0, 0, 0, 0]
+
+
+def test_without_smoothing_it_is_the_estimate_of_scipy():
+    """Where the true response does not bend, both are the same but for noise; coherence is that of scipy."""
+    rng = np.random.default_rng(5)
+    u = rng.standard_normal(20000)
+    y = 2 * u + 1e-6 * rng.standard_normal(20000)
+    found = spectral_response([u], [y], 0.01, segment_s=5.0, highest_hz=10.0)
+    settings = {"fs": 100.0, "nperseg": 500, "detrend": "linear"}
+    f, cross = csd(u, y, **settings)
+    ratio = cross / welch(u, **settings)[1]
+    np.testing.assert_allclose(found.gain, np.interp(found.frequency_hz, f, ratio.real), atol=1e-5)
+    y = u + rng.standard_normal(20000)
+    found = spectral_response([u], [y], 0.01, segment_s=5.0, highest_hz=10.0)
+    np.testing.assert_allclose(
+        found.coherence, np.interp(found.frequency_hz, f, coherence(u, y, **settings)[1]), rtol=1e-9
+    )
+
+
+def test_several_recordings_are_averaged_and_a_dead_line_is_left_out():
+    rng = np.random.default_rng(6)
+    inputs = [rng.standard_normal(2000), rng.standard_normal(1500), rng.standard_normal(50)]
+    outputs = [u + 0.1 * rng.standard_normal(len(u)) for u in inputs]
+    found = spectral_response(inputs, outputs, 0.01, segment_s=2.0, highest_hz=5.0)
+    assert found.averages == pytest.approx(19 / 1.053 + 14 / 1.052, rel=0.01)  # 50 samples hold no segment
+    noise = [rng.standard_normal(len(u)) for u in inputs]
+    left = spectral_response(inputs, outputs, 0.01, segment_s=2.0, references=noise, highest_hz=5.0)
+    assert left.left_out + len(left.gain) == len(found.gain)
+    assert left.left_out >= len(found.gain) - 1
+
+
+@pytest.mark.parametrize(
+    ("segment", "highest", "words"),
+    [(8.0, 5.0, "20 s hold 3.8 independent segments of 8 s; at least 5 are needed: take shorter segments"),
+     (2.0, 1.2, "segments of 2 s show 1 frequencies up to 1.2 Hz; take longer segments or a higher limit")],
+)  # fmt: skip
+def test_records_that_say_too_little(segment, highest, words):
+    u = np.random.default_rng(7).standard_normal(2000)
+    with pytest.raises(InputError, match=re.escape(words)):
+        spectral_response([u], [u], 0.01, segment_s=segment, highest_hz=highest)
+
+
+HEAD = "time_s,roll_rate_rad_s,steer_torque_N_m,push"
+
+
+def written(folder, *, head=HEAD, rows=None):
+    rng = np.random.default_rng(8)
+    table = (
+        rows
+        if rows is not None
+        else np.column_stack([np.arange(60) * 0.1, *rng.standard_normal((head.count(","), 60))])
+    )
+    np.savetxt(folder / "r.csv", table, delimiter=",", header=head, comments="")
+    return folder / "r.csv"
+
+
+def test_forced_runs_are_read_with_a_reference_and_a_force(tmp_path):
+    (run,) = read_forced(written(tmp_path), 5.0, reference="push")
+    assert set(run.inputs) == {"steer_torque_N_m", "push"}
+    (run,) = read_forced(
+        written(tmp_path, head=HEAD.replace("push", "lateral_force_N")), 5.0, reference="steer_torque_N_m"
+    )
+    assert set(run.inputs) == {"steer_torque_N_m", "lateral_force_N"}
+    names = {"time": ("time_s", "s"), "roll_rate": ("roll_rate_rad_s", "deg/s"), "lateral_force": ("push", "kN"),
+             "command": ("steer_torque_N_m", "V")}  # fmt: skip
+    table = {name: {"column": column, "unit": unit} for name, (column, unit) in names.items() if unit != "V"}
+    table["command"] = {"column": "steer_torque_N_m", "unit": "N mm"}
+    (mapped,) = read_forced(
+        written(tmp_path),
+        5.0,
+        reference="command",
+        channel_map=ChannelMap.from_table({"channels": table}, tmp_path, where="m"),
+    )
+    assert set(mapped.inputs) == {"lateral_force_N", "command"}
+    (plain,) = read_forced(written(tmp_path), 5.0, reference="push")
+    np.testing.assert_allclose(mapped.inputs["lateral_force_N"], 1e3 * plain.inputs["push"])
+
+
+def test_forced_runs_that_cannot_be_read(tmp_path):
+    with pytest.raises(InputError, match="unknown column 'push'.*a reference is named with --instrument"):
+        read_forced(written(tmp_path), 5.0)
+    with pytest.raises(InputError, match="the column pull is missing|unknown column 'push'"):
+        read_forced(written(tmp_path), 5.0, reference="pull")
+    rows = np.column_stack([np.arange(60) * 0.1, *np.random.default_rng(1).standard_normal((2, 60)), np.ones(60)])
+    with pytest.raises(InputError, match=r"push is constant \(1\): it moves nothing"):
+        read_forced(written(tmp_path, rows=rows), 5.0, reference="push")
+    mapped = {
+        "channels": {
+            "time": {"column": "time_s", "unit": "s"},
+            "roll_rate": {"column": "roll_rate_rad_s", "unit": "rad/s"},
+        }
+    }
+    with pytest.raises(InputError, match="no channel 'push'; map it with a unit, any"):
+        read_forced(
+            written(tmp_path), 5.0, reference="push", channel_map=ChannelMap.from_table(mapped, tmp_path, where="m")
+        )
+    with pytest.raises(InputError, match="r.mat"):
+        read_forced(tmp_path / "r.mat", 5.0)
