@@ -1,6 +1,6 @@
 """Read a measurement file: what was measured, on which bicycle, and how well that bicycle is known.
 
-kind = "modal"                      # or "histories", "canonical"; "rig" is of a tyre, see `rig_recordings`
+kind = "modal"                      # or "histories", "replay", "canonical"; "rig" is of a tyre, see `rig_recordings`
 bicycle = "kooijman2008"            # a name, a file, or a table of parameters
 [effects.NAME]                      # what the base model contains, as in a model file
 [uncertainty]                       # 1-sigma of bicycle and effect parameters, 0 fixes one
@@ -42,7 +42,9 @@ from tyre.base.plausible import WAY_OUT
 from tyre.base.schema import Table, by_name, maybe, needed, read, table
 from tyre.base.toml_file import read_toml
 
-KINDS = ("modal", "histories", "canonical")
+TABLES = {"modal": "modal", "histories": "histories", "replay": "histories", "canonical": "canonical"}
+KINDS = tuple(TABLES)
+"""Of one bicycle; each is read from the table called so, a replay from that of histories."""
 EVERY_KIND = (*KINDS, "joint", "rig", "tyre_tables")
 MODEL_KEYS = ("bicycle", "effects", WAY_OUT)
 KIND = f"is not allowed; write one of {', '.join(map(repr, EVERY_KIND))}"
@@ -62,7 +64,7 @@ PART = table(
         needed("name", f"a part without a name; {PARTS}"): _name,
         needed("kind", f"a part without a kind; {PARTS}"): text(PART_KIND, allowed=KINDS),
     }
-    | dict.fromkeys(map(maybe, KINDS), any_table)
+    | dict.fromkeys(map(maybe, TABLES.values()), any_table)
 )
 
 
@@ -77,7 +79,7 @@ def _top(own: Mapping[Any, Any]) -> Table:
 MOTION = _top(
     dict.fromkeys(map(maybe, MODEL_KEYS), anything)
     | {maybe("uncertainty", {}): any_table, maybe("candidates", {}): any_table}
-    | dict.fromkeys(map(maybe, KINDS), any_table)
+    | dict.fromkeys(map(maybe, TABLES.values()), any_table)
     | {maybe("part"): list_of(any_table, f"must be tables: {PARTS}", least=2)}
 )
 TOP_KEYS = MOTION.keys
@@ -148,9 +150,10 @@ def _parts(
 
 def _of_kind(kind: str, given: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> BicycleMeasurement:
     """A measurement of one kind, from the table of that name."""
-    for other in KINDS:
-        if (other in given) != (other == kind):
-            fault = f"the table [{kind}] is missing" if other == kind else f"the table [{other}] does not belong here"
+    own = TABLES[kind]
+    for other in dict.fromkeys(TABLES.values()):
+        if (other in given) != (other == own):
+            fault = f"the table [{own}] is missing" if other == own else f"the table [{other}] does not belong here"
             raise InputError(f"kind is {kind!r} but {fault}")
     if kind == "modal":
         uncertainty = dict(common["uncertainty"])
@@ -160,8 +163,9 @@ def _of_kind(kind: str, given: Mapping[str, Any], folder: Path, common: Mapping[
     if kind == "canonical":
         coefficients, notes = read_canonical(given["canonical"], folder)
         return CanonicalMeasurement(**common, coefficients=coefficients, notes=notes)
-    runs, noise, notes = read_runs(given["histories"], folder)
-    if any(STEER_TORQUE in run.inputs for run in runs):
+    driven = {"input": STEER_TORQUE} if kind == "replay" else {}
+    runs, noise, notes = read_runs(driven | dict(given["histories"]), folder)
+    if any(STEER_TORQUE in {**run.inputs, **run.channels} for run in runs):
         common, said = _without_motors(common)
         notes += said
     return HistoryMeasurement(**common, runs=runs, noise_sd=noise, notes=notes)

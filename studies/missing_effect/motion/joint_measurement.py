@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from bicycle.model import Model
+from studies.inference.forward import Forward
 from studies.inference.joint import OF, JointForward, Part
 from studies.inference.parameter import Candidate
 from studies.missing_effect.gap_figures import GAP
@@ -47,6 +48,15 @@ class JointMeasurement(BicycleMeasurement):
             own = frozenset(c.identifier for c in part.sensors() if c.mistake)
             parts.append(Part(name, part.forward(without=left, also=tried), own))
         return JointForward(tuple(parts))
+
+    def unfitted(self, forward: Forward) -> Forward | None:
+        """The held-out data of all parts, as models like those of the parts of ``forward``."""
+        if not isinstance(forward, JointForward):
+            return None
+        measured = dict(self.parts)
+        kept = [(part, measured[part.name].unfitted(part.forward)) for part in forward.parts]
+        parts = tuple(replace(part, forward=unseen) for part, unseen in kept if unseen is not None)
+        return JointForward(parts) if parts else None
 
     def figures(self) -> dict[str, Figure]:
         """The gap of all parts."""

@@ -78,6 +78,10 @@ class BicycleMeasurement(ABC):
             An effect in ``without`` or ``also`` that does not exist, or that is in both.
         """
 
+    def unfitted(self, forward: Forward) -> Forward | None:
+        """Data that are predicted and never fitted, as a model like the ``forward`` one; None where there are none."""
+        return None
+
     def figures(self) -> dict[str, Figure]:
         """Gap, and measured values with the models."""
         return {"gap": GAP, "before_after": BEFORE_AFTER}
@@ -156,7 +160,10 @@ class ModalMeasurement(BicycleMeasurement):
 
 @dataclass(frozen=True, kw_only=True)
 class HistoryMeasurement(BicycleMeasurement):
-    """Time histories: ``runs`` with the same channels; ``noise_sd`` by channel in its unit, where given."""
+    """Time histories: ``runs`` with the same channels; ``noise_sd`` by channel in its unit, where given.
+
+    Runs that are held out are never fitted: :meth:`unfitted` predicts them.
+    """
 
     runs: tuple[Run, ...]
     noise_sd: Mapping[str, float] = field(default_factory=dict)
@@ -171,7 +178,13 @@ class HistoryMeasurement(BicycleMeasurement):
 
     def forward(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> HistoryForward:
         """See :meth:`BicycleMeasurement.forward` for ``without`` and ``also``."""
-        return HistoryForward.of_runs(self.runs, self.noise_sd, **self._library(without, also))
+        fitted = tuple(run for run in self.runs if not run.held_out)
+        return HistoryForward.of_runs(fitted, self.noise_sd, **self._library(without, also))
+
+    def unfitted(self, forward: Forward) -> Forward | None:
+        """The ``forward`` model of the runs that are held out; None where there are none."""
+        runs = tuple(run for run in self.runs if run.held_out)
+        return replace(forward, runs=runs) if runs and isinstance(forward, HistoryForward) else None
 
     def figures(self) -> dict[str, Figure]:
         """The gap, and some runs in time."""

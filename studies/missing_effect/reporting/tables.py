@@ -24,6 +24,7 @@ from studies.missing_effect.reporting.words import (
     unit_of,
     values_of,
 )  # fmt: skip
+from studies.missing_effect.unfitted import Predicted
 
 Table = list[list[str]]
 MUCH = 0.5  # prior sd beyond which a parameter's way is on the first page
@@ -76,6 +77,19 @@ def compared(parts: Sequence[PartAgainstRest]) -> Table:
         for part in parts
         for c in part.effects
     ]  # fmt: skip
+
+
+def predicted(judgement: Judgement, found: Sequence[Predicted]) -> Table:
+    """How the models of a ``judgement`` predict runs that were never fitted: chi^2/n, the gap, and rms by channel."""
+    table, models = [], list(titles(judgement))
+    for one in found:
+        of = f"{one.part}: " if one.part else ""
+        gap = one.gap
+        table.append([f"{of}χ²/n of {one.numbers} numbers", *(f"{one.chi2[m] / one.numbers:.3g}" for m in models)])
+        table.append([f"{of}gap", *("-" if (g := gap[m]) is None else f"{g:.2f}" for m in models)])
+        for channel, rms in one.rms.items():
+            table.append([f"{of}rms of what {channel} leaves", *(f"{rms[m]:.3g}" for m in models)])
+    return table
 
 
 def tried(judgement: Judgement) -> Table:
