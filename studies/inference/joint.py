@@ -19,6 +19,8 @@ from studies.inference.forward import Forward, ProposedMeasurement, Residual, Ro
 from studies.inference.parameter import Candidate, UncertainParameter
 from studies.inference.part import OF, FromPart, Part
 
+APART = 0.05  # share by which places along one axis differ enough for a name
+
 __all__ = ["OF", "JointForward", "Part"]
 
 
@@ -36,6 +38,7 @@ class JointForward:
     """
 
     parts: tuple[Part, ...]
+    said: tuple[str, ...] = ()
     _enabling: dict[tuple[int, frozenset[str]], frozenset[str]] = field(default_factory=dict, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -106,13 +109,18 @@ class JointForward:
             f"{part.name}: {note}" for part, notes in zip(self.parts, said, strict=True) for note in notes
             if note not in every
         ]  # fmt: skip
-        return (*every, *alone)
+        return (*self.said, *every, *alone)
 
     @property
     def varied(self) -> bool:
         """Whether one part alone is, or two parts look at different things."""
-        speeds = np.concatenate([part.forward.rows.abscissa for part in self.parts])
-        return any(part.forward.varied for part in self.parts) or np.ptp(speeds) > 0.05 * np.abs(speeds).max()
+        if any(part.forward.varied for part in self.parts):
+            return True
+        places: dict[str, list[Array]] = {}
+        for part in self.parts:
+            places.setdefault(part.forward.rows.axis, []).append(part.forward.rows.abscissa)
+        every = [np.concatenate(along) for along in places.values()]
+        return any(bool(np.ptp(along) > APART * np.abs(along).max()) for along in every)
 
     # ------------------------------------------------------------------ part by part
 
@@ -233,7 +241,7 @@ class JointForward:
         if not any(led):
             return ()
         parts = [replace(p, forward=e[-1]) if e else p for p, e in zip(self.parts, led, strict=True)]
-        return (JointForward(tuple(parts)),)
+        return (replace(self, parts=tuple(parts)),)
 
     def refined(self, best: Residual) -> "JointForward":
         """Each part refined by its rows of the ``best`` fit."""
@@ -242,7 +250,7 @@ class JointForward:
             for part, rows in zip(self.parts, self.slices(), strict=True)
         ]
         same = all(new.forward is old.forward for new, old in zip(parts, self.parts, strict=True))
-        return self if same else JointForward(tuple(parts))
+        return self if same else replace(self, parts=tuple(parts))
 
     # ------------------------------------------------------------------ what goes together, and what to do next
 

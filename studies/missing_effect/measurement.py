@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from bicycle.effect import effect_class
+from bicycle.effect import effect_class, registry
 from bicycle.files.model_file import build_model
 from bicycle.identification.histories_table import read_runs
 from bicycle.identification.recording import STEER_TORQUE
@@ -30,40 +30,45 @@ from studies.missing_effect.motion.measurements import (
     CanonicalMeasurement,
     HistoryMeasurement,
     ModalMeasurement,
+    TyreMeasurement,
 )
 from studies.missing_effect.motion.modal_table import read_modal
 from studies.missing_effect.motion.nuisances import nuisances
+from studies.missing_effect.motion.tyre_part import read_tyre_part, refuse_own_trail
 from studies.missing_effect.packaged import packaged_measurement
 from studies.missing_effect.rig.measurement import NO_RIG, read_rig
 from studies.missing_effect.rig.tables_forward import NO_TABLES, read_tyre_tables
-from tyre.base.checks import any_table, anything, list_of, refused, text
-from tyre.base.errors import InputError
+from tyre.base.checks import any_table, anything, flag, list_of, refused, text
+from tyre.base.errors import InputError, refuse_unknown
 from tyre.base.plausible import WAY_OUT
 from tyre.base.schema import Table, by_name, maybe, needed, read, table
 from tyre.base.toml_file import read_toml
 
-TABLES = {"modal": "modal", "histories": "histories", "replay": "histories", "canonical": "canonical"}
-KINDS = tuple(TABLES)
-"""Of one bicycle; each is read from the table called so, a replay from that of histories."""
+TABLES = {"modal": "modal", "histories": "histories", "replay": "histories", "canonical": "canonical", "rig": "rig"}
+"""The table that each kind of a bicycle, or of its tyre as a part, is read from."""
+KINDS = tuple(kind for kind in TABLES if kind != "rig")
 EVERY_KIND = (*KINDS, "joint", "rig", "tyre_tables")
+MARKS = (OF, ".", "+")  # between a part and its sensors, an effect and its parameter, two effects
+OWN_BICYCLE = ("bicycle", "effects", WAY_OUT, "uncertainty")
 MODEL_KEYS = ("bicycle", "effects", WAY_OUT)
 KIND = f"is not allowed; write one of {', '.join(map(repr, EVERY_KIND))}"
 WORDS = text("must be words in quotes")
 PARTS = "write [[part]] with name, kind and the table of that kind, two or more"
-PART_KIND = f"is not allowed in [[part]]; write one of {', '.join(map(repr, KINDS))}"
+PART_KIND = f"is not allowed in [[part]]; write one of {', '.join(map(repr, TABLES))}"
 
 
 def _name(value: Any) -> str:
-    if not isinstance(value, str) or not value.strip() or OF in value:
-        raise refused(value, f"must be a name in quotes without {OF!r}, which stands between a part and its sensors")
+    if not isinstance(value, str) or not value.strip() or any(mark in value for mark in MARKS):
+        raise refused(value, f"must be a name in quotes without {', '.join(map(repr, MARKS))}, which join names")
     return value
 
 
 PART = table(
     {
         needed("name", f"a part without a name; {PARTS}"): _name,
-        needed("kind", f"a part without a kind; {PARTS}"): text(PART_KIND, allowed=KINDS),
+        needed("kind", f"a part without a kind; {PARTS}"): text(PART_KIND, allowed=TABLES),
     }
+    | {maybe("bicycle"): anything, maybe("effects"): any_table, maybe(WAY_OUT): flag, maybe("uncertainty"): any_table}
     | dict.fromkeys(map(maybe, TABLES.values()), any_table)
 )
 
@@ -81,6 +86,7 @@ MOTION = _top(
     | {maybe("uncertainty", {}): any_table, maybe("candidates", {}): any_table}
     | dict.fromkeys(map(maybe, TABLES.values()), any_table)
     | {maybe("part"): list_of(any_table, f"must be tables: {PARTS}", least=2)}
+    | {maybe("common"): list_of(text("must be an effect in quotes"), "must be a list of effects", least=1)}
 )
 TOP_KEYS = MOTION.keys
 OF_A_TYRE = {
@@ -122,6 +128,8 @@ def _measurement(content: Mapping[str, Any], path: Path) -> Measurement:
             f"kind is {kind!r} but "
             + (f"there is no part: {PARTS}" if kind == "joint" else "[[part]] belongs to kind = 'joint'")
         )
+    if kind == "joint" and (stray := [name for name in dict.fromkeys(TABLES.values()) if name in given]):
+        raise InputError(f"kind is 'joint' but there is a table [{stray[0]}] at the top; write it as [part.{stray[0]}]")
     model = build_model({k: given[k] for k in MODEL_KEYS if k in given}, folder=path.parent)
     common: dict[str, Any] = words | {
         "model": model, "uncertainty": _uncertainty(given["uncertainty"]), "known": _known(given["candidates"], model),
@@ -129,23 +137,58 @@ def _measurement(content: Mapping[str, Any], path: Path) -> Measurement:
     nuisances(model, common["uncertainty"])  # complains here, where the file is known
     if kind != "joint":
         return _of_kind(kind, given, path.parent, common)
-    return JointMeasurement(**common, parts=_parts(given["part"], path.parent, common))
+    parts, bicycles = _parts(given, path.parent, common)
+    if "common" in given:
+        if not bicycles:
+            raise InputError("common: all parts are of one bicycle, which shares everything; take it out")
+        refuse_unknown("effect", given["common"], registry(), where="common")
+    return JointMeasurement(**common, parts=parts, bicycles=bicycles, common=tuple(given.get("common", ())))
 
 
 def _parts(
-    tables: Sequence[Mapping[str, Any]], folder: Path, common: Mapping[str, Any]
-) -> tuple[tuple[str, BicycleMeasurement], ...]:
+    whole: Mapping[str, Any], folder: Path, common: Mapping[str, Any]
+) -> tuple[tuple[tuple[str, BicycleMeasurement], ...], dict[str, str]]:
+    """The parts by name, and of which bicycle those are that have one of their own."""
     found: dict[str, BicycleMeasurement] = {}
+    bicycles: dict[str, str] = {}
+    tables: Sequence[Mapping[str, Any]] = whole["part"]
     for number, content in enumerate(tables, 1):
         part = read(PART, content, section=f"part {number}")
         name = part["name"]
         if name in found:
             raise InputError(f"[[part]]: {name!r} is given twice; give each part a name of its own")
         try:
-            found[name] = _of_kind(part["kind"], part, folder, common)
+            given = common if "bicycle" not in part else _other_bicycle(part, whole, folder, common)
+            extra = [key for key in OWN_BICYCLE if key in part]
+            if extra and "bicycle" not in part:
+                raise InputError(f"{extra[0]} belongs to a bicycle; give the part a bicycle, or write it at the top")
+            found[name] = _of_kind(part["kind"], part, folder, given)
         except InputError as error:
             raise InputError(f"part {name!r}: {error}") from error
-    return tuple(found.items())
+        if "bicycle" in part:
+            own = Path(part["bicycle"]).stem if isinstance(part["bicycle"], str) else f"bicycle of {name}"
+            bicycles[name] = own.translate(dict.fromkeys(map(ord, MARKS), "_"))
+    if len(bicycles) == len(found):
+        raise InputError("every [[part]] has a bicycle of its own; one at least must be of the bicycle at the top")
+    taken = set(bicycles.values()) & set(found)
+    if taken:
+        raise InputError(f"[[part]]: {taken.pop()!r} is the name of a part and of a bicycle; call the part otherwise")
+    return tuple(found.items()), bicycles
+
+
+def _other_bicycle(
+    part: Mapping[str, Any], whole: Mapping[str, Any], folder: Path, common: Mapping[str, Any]
+) -> dict[str, Any]:
+    """What is common to the whole, but for the bicycle: its effects are those at the top unless the part has them."""
+    if part["bicycle"] == whole.get("bicycle"):
+        raise InputError("bicycle is the one at the top; leave it out")
+    effects = {**whole.get("effects", {}), **part.get("effects", {})}
+    content = {"bicycle": part["bicycle"], "effects": effects}
+    model = build_model(content | {k: part[k] for k in (WAY_OUT,) if k in part}, folder=folder)
+    of_effects = {key: sd for key, sd in common["uncertainty"].items() if "." in key}
+    uncertainty = of_effects | _uncertainty(part.get("uncertainty", {}))
+    nuisances(model, uncertainty)
+    return {**common, "model": model, "uncertainty": uncertainty}
 
 
 def _of_kind(kind: str, given: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> BicycleMeasurement:
@@ -160,6 +203,10 @@ def _of_kind(kind: str, given: Mapping[str, Any], folder: Path, common: Mapping[
         points, notes = read_modal(given["modal"], folder, common["model"], uncertainty)
         uncertainty |= {key: 0.0 for key, _ in points[0].settings}
         return ModalMeasurement(**{**common, "uncertainty": uncertainty}, points=points, notes=notes)
+    if kind == "rig":
+        numbers, said = read_tyre_part(given["rig"], folder, common["model"].bicycle)
+        refuse_own_trail(common["model"], numbers)
+        return TyreMeasurement(**common, numbers=numbers, notes=said)
     if kind == "canonical":
         coefficients, notes = read_canonical(given["canonical"], folder)
         return CanonicalMeasurement(**common, coefficients=coefficients, notes=notes)

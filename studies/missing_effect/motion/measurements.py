@@ -24,6 +24,7 @@ from studies.missing_effect.motion.nuisances import nuisances
 from studies.missing_effect.motion.ratio_sensors import measurement_candidates
 from studies.missing_effect.motion.sensor_errors import geometry_errors, one_speed, wrong_geometry
 from studies.missing_effect.motion.trace_figure import TRACES
+from studies.missing_effect.motion.tyre_part import TyreForward, TyreNumbers, pressure_in_words
 from tyre.base.errors import InputError, refuse_unknown
 
 DRY = {"steer_friction": "needs time histories: dry friction is not linear in the motion, so no mode has it"}
@@ -189,6 +190,29 @@ class HistoryMeasurement(BicycleMeasurement):
     def figures(self) -> dict[str, Figure]:
         """The gap, and some runs in time."""
         return {"gap": GAP, "before_after": TRACES}
+
+
+@dataclass(frozen=True, kw_only=True)
+class TyreMeasurement(BicycleMeasurement):
+    """What a rig says of the tyres of the bicycle: ``numbers`` with their covariance. A part of a joint measurement."""
+
+    numbers: TyreNumbers
+
+    def sensors(self) -> tuple[Candidate, ...]:
+        """None: the calibration of the rig is in its covariance."""
+        return ()
+
+    def impossible(self) -> dict[str, str]:
+        """What only motion shows."""
+        return DRY | {"speed_offset": "needs motion at several speeds"}
+
+    def assumptions(self) -> tuple[str, ...]:
+        """At which condition."""
+        return (pressure_in_words(self.numbers),)
+
+    def forward(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> TyreForward:
+        """See :meth:`BicycleMeasurement.forward` for ``without`` and ``also``."""
+        return TyreForward(numbers=self.numbers, **self._library(without, also))
 
 
 @dataclass(frozen=True, kw_only=True)

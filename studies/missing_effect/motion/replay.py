@@ -74,7 +74,7 @@ class Replay:
         length = max(len(run.time) for run in self.runs)
         driven = self._driven(family, values, family(theta, speeds))
         n = driven.state.shape[-1]
-        ad, g0, g1 = discretised(np.asarray(driven.state, float), np.asarray(driven.inputs, float), steps)
+        ad, g0, g1 = discretised(driven.state, driven.inputs, steps)
         if self.held:
             recorded = len(self.runs[0].inputs)
             g0[..., :recorded] += g1[..., :recorded]
@@ -107,8 +107,9 @@ class Replay:
             columns.append(names.inputs.index("steer_torque"))
         seen = system.output[..., [names.outputs.index(CHANNELS[c]) for c in self.channels], :]
         return Driven(
-            np.linalg.solve(system.mass, system.dynamics), np.linalg.solve(system.mass, system.input[..., columns]),
-            seen, np.zeros((*seen.shape[:-1], len(columns))),
+            np.asarray(np.linalg.solve(system.mass, system.dynamics), float),
+            np.asarray(np.linalg.solve(system.mass, system.input[..., columns]), float), seen,
+            np.zeros((*seen.shape[:-1], len(columns))),
         )  # fmt: skip
 
     def _signals(self, values: Mapping[str, Array], k: int, length: int, starts: Array | None) -> Array:
