@@ -60,13 +60,41 @@ class Predicted:
         }  # fmt: skip
 
 
+Found = tuple[tuple[Candidate, ...], Mapping[str, Array]]
+"""What was added, and coordinates: of nuisances by name, of candidates by identifier."""
+
+
 def predicted(diagnosis: Diagnosis) -> tuple[Predicted, ...]:
     """How the models of a ``diagnosis`` predict what was held out, part by part; empty where nothing was."""
     measurement = diagnosis.measurement
     if not isinstance(measurement, BicycleMeasurement):
         return ()
     unseen = measurement.unfitted(diagnosis.forward)
-    return () if unseen is None else tuple(_predicted(diagnosis, *one) for one in _parts(unseen))
+    if unseen is None:
+        return ()
+    return predict(unseen, coordinates_of(diagnosis.hypotheses.null), coordinates_of(diagnosis.final))
+
+
+def predict(unseen: Forward, null: Found, final: Found) -> tuple[Predicted, ...]:
+    """How two fits predict data that they have not seen, part by part.
+
+    Parameters
+    ----------
+    unseen : Forward
+        The model of these data.
+    null, final : tuple
+        As :func:`coordinates_of` gives them.
+    """
+    return tuple(_predicted(*one, null, final) for one in _parts(unseen))
+
+
+def coordinates_of(hypothesis: Fit) -> Found:
+    """The candidates of a fitted ``hypothesis``, and its coordinates by name."""
+    names = [u.name for u in hypothesis.unknowns[: hypothesis.effect_columns.start]]
+    floating = {name: hypothesis.theta[k : k + 1] for k, name in enumerate(names)}
+    return hypothesis.candidates, floating | {
+        c.identifier: hypothesis.theta[hypothesis.columns(c)] for c in hypothesis.candidates
+    }
 
 
 def _parts(unseen: Forward) -> Iterator[tuple[str, HistoryForward, Forward]]:
@@ -79,9 +107,9 @@ def _parts(unseen: Forward) -> Iterator[tuple[str, HistoryForward, Forward]]:
         yield "", unseen, unseen
 
 
-def _predicted(diagnosis: Diagnosis, part: str, own: HistoryForward, whole: Forward) -> Predicted:
-    null, final = diagnosis.hypotheses.null, diagnosis.final
-    models = {"nominal": _stated(null), "nuisance_only": _found(null), "final": _found(final)}
+def _predicted(part: str, own: HistoryForward, whole: Forward, null: Found, final: Found) -> Predicted:
+    stated = {u.name: np.array([u.centre]) for u in whole.nuisances}
+    models: dict[str, Found] = {"nominal": ((), stated), "nuisance_only": null, "final": final}
     chi2: dict[str, float] = {}
     rms: dict[str, dict[str, float]] = {name: {} for name in own.noise}
     for model, (candidates, coordinates) in models.items():
@@ -98,23 +126,9 @@ def _predicted(diagnosis: Diagnosis, part: str, own: HistoryForward, whole: Forw
     return Predicted(part, tuple(run.name for run in own.runs), len(own.rows.where), chi2, rms)
 
 
-Coordinates = dict[str, Array]
-"""Of nuisances by name, and of candidates by identifier."""
-
-
-def _stated(null: Fit) -> tuple[tuple[Candidate, ...], Coordinates]:
-    return (), {u.name: np.array([u.centre]) for u in null.unknowns}
-
-
-def _found(hypothesis: Fit) -> tuple[tuple[Candidate, ...], Coordinates]:
-    names = [u.name for u in hypothesis.unknowns[: hypothesis.effect_columns.start]]
-    floating = {name: hypothesis.theta[k : k + 1] for k, name in enumerate(names)}
-    return hypothesis.candidates, floating | {
-        c.identifier: hypothesis.theta[hypothesis.columns(c)] for c in hypothesis.candidates
-    }
-
-
-def _here(forward: Forward, candidates: tuple[Candidate, ...], at: Coordinates) -> tuple[tuple[Candidate, ...], Array]:
+def _here(
+    forward: Forward, candidates: tuple[Candidate, ...], at: Mapping[str, Array]
+) -> tuple[tuple[Candidate, ...], Array]:
     """What of the ``candidates`` concerns a forward model, and its coordinates."""
     kept = tuple(c for c in candidates if not isinstance(forward, JointForward) or forward.concerns(c))
     parts = [*(at[u.name] for u in forward.nuisances), *(at[c.identifier] for c in kept), np.zeros(0)]

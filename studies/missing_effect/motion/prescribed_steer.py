@@ -23,7 +23,7 @@ from bicycle.descriptor import DescriptorStack
 from bicycle.identification.recording import CHANNELS, INPUTS, STEER, STEER_TORQUE, Run
 from bicycle.responses.discretisation import marched
 from studies.missing_effect.motion.family import Family
-from studies.missing_effect.motion.friction import FRICTION, third_difference_noise
+from studies.missing_effect.motion.friction import FRICTION, direction, third_difference_noise
 from studies.missing_effect.motion.replay import Driven, Replay
 from studies.missing_effect.motion.sensor_errors import DELAY, GAIN
 from tyre.base.arrays import Array
@@ -33,26 +33,32 @@ FEWEST_KNOTS, MORE = 6, 1.3  # of spans, and by which factor there are more
 MOST_SHARE = 0.5  # coefficients a sample, beyond which nothing is smoothed
 LEFT = 1.05  # times the noise, that a spline may leave
 SPARE = 2.0  # times as many spans as that takes: what noise hides of the angle must not bend its second derivative
-ORDERS = 4  # the angle and three derivatives
+ORDERS = 3  # the angle and two derivatives
 
 
 @dataclass(frozen=True)
 class SteerSpline:
-    """A smoothed steer angle.
+    """A smoothed steer angle with C coefficients.
 
     Attributes
     ----------
-    angle : ndarray, shape (T, 4)
-        The angle at the samples and its derivatives by time, rad, rad/s, rad/s^2, rad/s^3.
-    uncertain : ndarray, shape (T, 4, coefficients)
-        What one standard deviation of each independent combination of coefficients does to them.
-    noise : float
-        Standard deviation of the recorded angle, rad.
+    time : ndarray, shape (T,)
+        Of the samples, s.
+    spans : int
+        How many polynomials it is made of.
+    coefficients : ndarray, shape (C,)
+        rad.
+    spread : ndarray, shape (C, C)
+        What one standard deviation of each independent combination of coefficients does to them, rad.
+    smoothing : ndarray, shape (T, T)
+        From an acceleration at the samples to what the spline shows of it.
     """
 
-    angle: Array
-    uncertain: Array
-    noise: float
+    time: Array
+    spans: int
+    coefficients: Array
+    spread: Array
+    smoothing: Array
 
     @classmethod
     def of_run(cls, run: Run, noise: float | None) -> "SteerSpline":
@@ -70,15 +76,23 @@ class SteerSpline:
                 break
             generous = bool(left <= LEFT * sd)
             count = min(most, int(np.ceil((SPARE if generous else MORE) * count)))
-        return cls(shapes @ coefficients, shapes @ np.linalg.inv(r) * max(sd, float(left)), sd)
+        inverse = np.linalg.inv(r)
+        twice = np.tril(np.ones((len(recorded),) * 2)) * run.step
+        smoothing = shapes[:, 2] @ inverse @ (q.T @ (twice @ twice))
+        return cls(run.time, count, coefficients, inverse * max(sd, float(left)), smoothing)
+
+    def at(self, later: float = 0.0) -> tuple[Array, Array]:
+        """Angle and two derivatives (T, 3) at times ``later`` by so many s, and what is uncertain of them (T, 3, C)."""
+        shapes = _shapes(self.time, self.spans, later)
+        return shapes @ self.coefficients, shapes @ self.spread
 
 
-def _shapes(time: Array, spans: int) -> Array:
-    """B-splines over ``time`` (T,) with a number of ``spans``, and their derivatives (T, 4, spans + 3)."""
+def _shapes(time: Array, spans: int, later: float = 0.0) -> Array:
+    """B-splines over ``time`` (T,) with a number of ``spans``, and two derivatives (T, 3, spans + 3)."""
     knots = np.linspace(time[0], time[-1], spans + 1)
     knots = np.concatenate([[time[0]] * DEGREE, knots, [time[-1]] * DEGREE])
     one = BSpline(knots, np.eye(spans + DEGREE), DEGREE)
-    return np.stack([one(time, nu=order) for order in range(ORDERS)], 1)
+    return np.stack([one(time + later, nu=order) for order in range(ORDERS)], 1)
 
 
 @dataclass(frozen=True)
@@ -95,6 +109,12 @@ class PrescribedSteer(Replay):
     @cached_property
     def _splines(self) -> tuple[SteerSpline, ...]:
         return tuple(SteerSpline.of_run(run, self.steer_noise) for run in self.runs)
+
+    @cached_property
+    def _directions(self) -> dict[str, Array]:
+        """Sign (n,) of the steer rate of each run, its jumps as smooth as the acceleration is in which they show."""
+        runs = zip(self.runs, self._splines, strict=True)
+        return {run.name: spline.smoothing @ direction(run) for run, spline in runs}
 
     @property
     def _others(self) -> list[str]:
@@ -123,10 +143,9 @@ class PrescribedSteer(Replay):
             return matrix[..., rows, :] - share[..., None] * matrix[..., [spent], :]
 
         m, f = without_torque(mass), without_torque(dynamics)
-        zero = np.zeros_like(m[..., 0])
         columns = np.stack([
             f[..., angle] / scales[0], f[..., rate] / scales[1] - m[..., angle] / scales[0],
-            -m[..., rate] / scales[1], zero,
+            -m[..., rate] / scales[1],
         ], -1)  # fmt: skip
         driving = np.concatenate([columns, without_torque(others)], -1)
         solved = np.linalg.solve(m[..., keep], np.concatenate([f[..., keep], driving], -1))
@@ -165,41 +184,40 @@ class PrescribedSteer(Replay):
         column = list(self.runs[0].inputs).index(STEER)
         rest = np.delete(torques, column, -1)
         angle = np.zeros((k, len(self.runs), length, ORDERS))
-        most = max(spline.uncertain.shape[-1] for spline in self._splines)
-        for r, spline in enumerate(self._splines):
-            found = spline.angle
-            if starts is not None:
-                found = found + spline.uncertain @ starts[r, -most:][: spline.uncertain.shape[-1]]
-            angle[:, r, : len(found)] = _as_sensed(found[None], values)
+        most = self._most
+        for i, (late, gain) in enumerate(_sensor(values, k)):
+            for r, (found, uncertain) in enumerate(spline.at(late) for spline in self._splines):
+                if starts is not None:
+                    found = found + uncertain @ starts[r, -most:][: uncertain.shape[-1]]
+                angle[i, r, : len(found)] = found / gain
         return np.concatenate([angle, rest], -1)
+
+    @property
+    def _most(self) -> int:
+        """Coefficients of the longest spline."""
+        return max(len(spline.coefficients) for spline in self._splines)
 
     def _uncertain(
         self, driven: Driven, values: Mapping[str, Array], steps: tuple[Array, Array, Array], length: int
     ) -> Array:
         """Responses to the uncertain coefficients of the splines."""
         ad, g0, g1 = steps
-        most = max(spline.uncertain.shape[-1] for spline in self._splines)
-        u = np.zeros((len(ad), len(self.runs), most, ORDERS, length))
-        for r, spline in enumerate(self._splines):
-            moved = _as_sensed(np.moveaxis(spline.uncertain, -1, 0)[None], values)  # (K, coefficients, T, 4)
-            u[:, r, : moved.shape[1], :, : moved.shape[2]] = np.moveaxis(moved, -1, -2)
+        u = np.zeros((len(ad), len(self.runs), self._most, ORDERS, length))
+        for i, (late, gain) in enumerate(_sensor(values, len(ad))):
+            for r, spline in enumerate(self._splines):
+                moved = spline.at(late)[1] / gain
+                u[i, r, : moved.shape[-1], :, : len(moved)] = np.moveaxis(moved, 0, -1).swapaxes(0, 1)
         b0, b1 = (g[:, :, None, :, :ORDERS] for g in (g0, g1))
         x = marched(ad[:, :, None], b0 @ u[..., :-1] + b1 @ u[..., 1:], np.zeros(driven.state.shape[-1]))
         y = driven.seen[:, :, None] @ x + driven.direct[:, :, None, :, :ORDERS] @ u
         return np.moveaxis(y, 2, -1)
 
 
-def _as_sensed(angle: Array, values: Mapping[str, Array]) -> Array:
-    """The true angle and derivatives (K, ..., T, 4) where its sensor reads 1 + gain times too much, or late."""
-    nothing = np.zeros((1, 1))
-    lead = (-1,) + (1,) * (angle.ndim - 2)
-    late = values.get(DELAY.format(STEER), nothing)[:, 0].reshape(lead)
-    s, first, second, third = np.moveaxis(angle, -1, 0)
-    moved = np.stack([
-        s + late * first + late**2 / 2 * second + late**3 / 6 * third, first + late * second + late**2 / 2 * third,
-        second + late * third, np.broadcast_to(third, np.broadcast_shapes(third.shape, late.shape)),
-    ], -1)  # fmt: skip
-    return np.asarray(moved / (1 + values.get(GAIN.format(STEER), nothing)[:, 0].reshape((*lead, 1))))
+def _sensor(values: Mapping[str, Array], k: int) -> list[tuple[float, float]]:
+    """By how many s the sensor of the steer angle is late, and how many times it reads too much, of ``k`` bicycles."""
+    nothing = np.zeros((k, 1))
+    late, gain = (values.get(key.format(STEER), nothing)[:, 0].tolist() for key in (DELAY, GAIN))
+    return [(one, 1.0 + other) for one, other in zip(late, gain, strict=True)]
 
 
 def _all_states(driven: Driven, keep: list[int], n: int) -> Driven:

@@ -14,7 +14,6 @@ from studies.inference.moved import Moved
 from studies.inference.stability import Stability
 from studies.missing_effect.gap_figures import MOST_SERIES, residuals
 from studies.missing_effect.reporting.words import (
-    NO_NUMBERS,
     explains,
     misfit,
     number,
@@ -23,6 +22,7 @@ from studies.missing_effect.reporting.words import (
     titles,
     unit_of,
     values_of,
+    without_number,
 )  # fmt: skip
 from studies.missing_effect.unfitted import Predicted
 
@@ -134,8 +134,7 @@ def named(judgement: Judgement) -> Table:
     table = []
     for e in judgement.verdict.effects:
         if not e.parameters:
-            says = NO_NUMBERS.get(e.identifier, "without a number of its own")
-            table.append([e.identifier, "-", says, "-", e.signature])
+            table.append([e.identifier, "-", without_number(e.identifier), "-", e.signature])
         for k, (name, (value, sd)) in enumerate(e.parameters.items()):
             unit = unit_of(e.units.get(name, "1"))
             table.append(
