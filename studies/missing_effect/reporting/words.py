@@ -73,7 +73,7 @@ def misfit(value: float) -> str:
 
 
 def without_number(identifier: str) -> str:
-    """What to say of a candidate (``PART/NAME`` of joint data) that has no number of its own."""
+    """What to say of a candidate with this ``identifier`` (``PART/NAME`` of joint data) and no number of its own."""
     return NO_NUMBERS.get(identifier.rpartition("/")[2], "without a number of its own")
 
 
