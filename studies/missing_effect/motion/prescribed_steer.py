@@ -171,9 +171,10 @@ class PrescribedSteer(Replay):
             own[..., 0], own[..., 1] = row[..., angle] / scales[0], row[..., rate] / scales[1]
             through.append(own)
         seen_z, direct_u = np.stack(seen, -2), np.stack(through, -2)
-        if FRICTION in values and STEER_TORQUE in self.channels:  # overcome by the torque, the motion being what it is
+        if FRICTION in values:  # overcome by the torque, the motion being what it is
             column = np.zeros((*direct_u.shape[:-1], 1))
-            column[..., self.channels.index(STEER_TORQUE), 0] = -1.0
+            if STEER_TORQUE in self.channels:
+                column[..., self.channels.index(STEER_TORQUE), 0] = -1.0
             direct_u = np.concatenate([direct_u, column], -1)
             inputs = np.concatenate([inputs, np.zeros((*inputs.shape[:-1], 1))], -1)
         return _all_states(Driven(state, inputs, seen_z, direct_u), keep, n)

@@ -68,6 +68,11 @@ def test_dry_friction_shows_in_the_torque_that_is_needed(tmp_path):
     assert found.theta[-1] == pytest.approx(0.2, abs=4 * np.sqrt(found.covariance[-1, -1]))
     assert np.sqrt(found.covariance[-1, -1]) < 0.02
     assert found.log_evidence > fit(forward).log_evidence + 20
+    yaw = next(p for p in forward.proposed() if "yaw_rate" in p.what)
+    value, slope = forward.predict(yaw, found.candidates, found.theta)
+    assert value.shape == (sum(len(run.time) for run in forward.runs),)
+    assert not slope[:, -1].any()  # the angle being what it is, friction moves nothing
+    assert not any(p.what.startswith("steer_rad") for p in forward.proposed())
 
 
 def test_what_acts_on_the_steering_alone_is_not_seen_without_the_torque(tmp_path):
