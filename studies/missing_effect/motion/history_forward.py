@@ -99,9 +99,10 @@ class HistoryForward(BicycleForward):
 
     @cached_property
     def _replay(self) -> Replay:
-        return self._replay_of(tuple(self.noise))
+        return self.replay_of(tuple(self.noise))
 
-    def _replay_of(self, channels: tuple[str, ...]) -> Replay:
+    def replay_of(self, channels: tuple[str, ...]) -> Replay:
+        """The replay of the runs that gives these ``channels`` (columns)."""
         if STEER in self.runs[0].inputs:
             return PrescribedSteer(self.runs, channels, self.steer_noise)
         return Replay(self.runs, channels)
@@ -221,7 +222,7 @@ class HistoryForward(BicycleForward):
         family = self.family(candidates)
         starts = [run.start for run in self._fitted(family, candidates, theta)]
         batch, steps = family.stencil(theta)
-        moved, _ = self._replay_of((proposal.channel,))(family, batch, np.array(starts))
+        moved, _ = self.replay_of((proposal.channel,))(family, batch, np.array(starts))
         flat = np.concatenate([moved[:, k, : len(run.time), 0] for k, run in enumerate(self.runs)], axis=1)
         return flat[0] / proposal.sd, central_differences(flat, steps) / proposal.sd[:, None]
 

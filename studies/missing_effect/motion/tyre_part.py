@@ -55,15 +55,17 @@ class TyreNumbers:
     values : ndarray, shape (n,)
         SI units.
     covariance : ndarray, shape (n, n)
-    load, pressure : float
-        Mean of the wheels, N; Pa.
+    load : float
+        Mean of the wheels, N.
+    pressures : tuple of float
+        Of rear and front, Pa.
     """
 
     names: tuple[tuple[str, str], ...]
     values: Array
     covariance: Array
     load: float
-    pressure: float
+    pressures: tuple[float, ...]
 
     @classmethod
     def of_wheels(cls, tyres: JointProperties, *, trail: bool) -> "TyreNumbers":
@@ -88,9 +90,8 @@ class TyreNumbers:
             whole[: len(to), : len(to)], whole[len(to) :, len(to) :] = covariance, lengths.covariance
             covariance = whole
         covariance = covariance + np.diag((EXACT * np.array(values)) ** 2)
-        first = tyres.properties[0]
         load = float(np.mean([p.load for p in tyres.properties]))
-        return cls(tuple(names), np.array(values), covariance, load, first.pressure)
+        return cls(tuple(names), np.array(values), covariance, load, tuple(p.pressure for p in tyres.properties))
 
 
 def read_tyre_part(content: Any, folder: Path, bicycle: Bicycle) -> tuple[TyreNumbers, tuple[str, ...]]:
@@ -120,8 +121,6 @@ def read_tyre_part(content: Any, folder: Path, bicycle: Bicycle) -> tuple[TyreNu
         notes = tyre_notes(dict(zip(WHEELS, tyres.properties, strict=True)))
     else:
         tyres, notes = _fitted(folder / given["recordings"], bicycle, how)
-    if len({p.pressure for p in tyres.properties}) > 1:
-        notes = [*notes, "the wheels have different pressures"]
     return TyreNumbers.of_wheels(tyres, trail=given["trail"]), tuple(notes)
 
 
@@ -230,4 +229,5 @@ def refuse_own_trail(model: Model, numbers: TyreNumbers) -> None:
 
 def pressure_in_words(numbers: TyreNumbers) -> str:
     """At what the ``numbers`` hold, for the report."""
-    return f"tyre numbers at a mean wheel load of {numbers.load:.0f} N, {numbers.pressure / PASCAL_PER_BAR:g} bar"
+    bars = " and ".join(dict.fromkeys(f"{p / PASCAL_PER_BAR:g}" for p in numbers.pressures))
+    return f"tyre numbers at a mean wheel load of {numbers.load:.0f} N, {bars} bar"

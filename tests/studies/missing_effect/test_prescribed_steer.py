@@ -1,5 +1,7 @@
 """Rides of the published benchmark whose steer angle is prescribed, simulated by nothing of velotyre (synthetic)."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from published_bicycle import ride
@@ -7,6 +9,7 @@ from published_bicycle import ride
 from studies.inference.fit import fit
 from studies.missing_effect import read_measurement
 from studies.missing_effect.motion.prescribed_steer import SteerSpline
+from studies.missing_effect.reporting.doubts import _of_channels
 
 NOISE = {"roll_rate_rad_s": 0.004, "steer_rad": 0.002, "steer_torque_N_m": 0.05}
 FILE = """
@@ -73,6 +76,18 @@ def test_dry_friction_shows_in_the_torque_that_is_needed(tmp_path):
     assert value.shape == (sum(len(run.time) for run in forward.runs),)
     assert not slope[:, -1].any()  # the angle being what it is, friction moves nothing
     assert not any(p.what.startswith("steer_rad") for p in forward.proposed())
+
+
+def test_a_channel_with_the_wrong_sign_is_doubted(tmp_path):
+    """Roll rate the other way round, beside the torque; the model itself is asked as for any runs."""
+    measurement = read(tmp_path)
+    forward = measurement.forward()
+    runs = (*forward.runs, *(replace(run, name=f"{run.name} again") for run in forward.runs))  # three must agree
+    turned = tuple(
+        replace(run, channels={**run.channels, "roll_rate_rad_s": -run.channels["roll_rate_rad_s"]}) for run in runs
+    )
+    assert _of_channels(replace(forward, runs=runs)) == []
+    assert any("roll_rate_rad_s" in words for words in _of_channels(replace(forward, runs=turned)))
 
 
 def test_what_acts_on_the_steering_alone_is_not_seen_without_the_torque(tmp_path):
