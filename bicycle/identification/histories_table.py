@@ -5,10 +5,20 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from bicycle.identification.recording import CHANNELS, FASTEST, FEWEST, PLACELESS, read_events
+from bicycle.identification.recording import (
+    CHANNELS,
+    FASTEST,
+    FEWEST,
+    INPUTS,
+    PLACELESS,
+    STEER,
+    STEER_TORQUE,
+    read_events,
+)
 from bicycle.identification.run import Run
-from tyre.base.checks import any_table, anything, list_of, number, refused, text
+from tyre.base.checks import any_table, anything, flag, list_of, number, refused, text
 from tyre.base.errors import InputError, refuse_unknown
+from tyre.base.paths import named_folder
 from tyre.base.schema import by_name, maybe, needed, read, table
 from tyre.channels.channel_map import TABLES, ChannelMap
 from tyre.channels.draft import looking
@@ -20,6 +30,7 @@ def _group(value: Any) -> str:
     return str(value)
 
 
+DRIVES = (*INPUTS, STEER)  # what may drive a replay
 HOW = "write [[histories.runs]] with file and speed_m_s for each"
 TIME = number(least=0, says="must be a time >= 0 in s, from the first sample of the run")
 WINDOW = {maybe("first_s"): TIME, maybe("last_s"): TIME}
@@ -28,6 +39,8 @@ TABLE = table(
         needed("runs", f"no runs; {HOW}"): list_of(
             any_table, f"must be tables with file and speed_m_s: {HOW}", least=1
         ),
+        maybe("folder"): text('must be a folder in quotes, such as "runs" or "$VARIABLE/runs"', blank=False),
+        maybe("input"): text(f"is not allowed; write one of {', '.join(map(repr, DRIVES))}", allowed=DRIVES),
         maybe("drop_first_s"): number(least=0, says="must be a time >= 0 in s"),
         **WINDOW,
         maybe("noise_sd", {}): any_table,
@@ -42,6 +55,7 @@ RUN = table(
             above=0, most=FASTEST, says=f"is outside 0 .. {FASTEST:g} m/s; is it in km/h, or in quotes?"
         ),
         maybe("group", ""): _group,
+        maybe("held_out", False): flag,
         **WINDOW,
         **dict.fromkeys(map(maybe, TABLES), anything),
     }
@@ -70,38 +84,70 @@ def read_runs(content: Mapping[str, Any], folder: Path) -> tuple[tuple[Run, ...]
     Raises
     ------
     InputError
-        Unknown keys or columns, a speed out of range, uneven sampling, degrees, dead channels, a run twice, a window
-        without samples.
+        Unknown keys or columns, a folder that is not there, a speed out of range, uneven sampling, degrees, dead
+        channels, a run twice, a window without samples, no run to be fitted.
     """
     histories = read(TABLE, content, section="histories")
+    if "folder" in histories:
+        folder = named_folder(histories["folder"], folder)
     common = {key: histories[key] for key in (*TABLES, "first_s", "last_s") if key in histories}
     if "drop_first_s" in histories:
         if "first_s" in histories:
             raise InputError("[histories]: drop_first_s and first_s say the same; keep one")
         common |= {"first_s": histories["drop_first_s"], START: "drop_first_s"}
     used = common.pop("channels") if isinstance(common.get("channels"), list) else None
-    runs = [_only(run, used) for entry in histories["runs"] for run in _runs(entry, folder, common)]
+    drive = histories.get("input", "")
+    read_in = (run for entry in histories["runs"] for run in _runs(entry, folder, common))
+    runs = [_only(_driven(run, drive), used) for run in read_in]
     _refuse_repeats(runs)
+    if all(run.held_out for run in runs):
+        raise InputError("[[histories.runs]]: held_out = true in every run; leave it out where a run is to be fitted")
     channels = runs[0].channels
     if not set(channels) - PLACELESS:
         raise InputError(
             f"{runs[0].name}: {', '.join(channels)} cannot be compared, for the place of the sensor is not "
             f"known; add one of {', '.join(name for name in CHANNELS if name not in PLACELESS)}"
         )
-    noise = read(by_name(NOISE_SD, channels, kind="channel"), histories["noise_sd"], section="histories.noise_sd")
+    noisy = (*channels, *(name for name in runs[0].inputs if name == STEER))
+    noise = read(by_name(NOISE_SD, noisy, kind="channel"), histories["noise_sd"], section="histories.noise_sd")
     estimated = [name for name in channels if name not in noise]
     notes = [f"noise of {', '.join(estimated)} is estimated from the residual"] if estimated else []
+    if STEER in runs[0].inputs:
+        said = "as the file says" if STEER in noise else "from its third differences"
+        notes.append(
+            f"{STEER} is prescribed: smoothed by a spline that leaves its noise, {said}; what the spline may be off by "
+            "is integrated out"
+        )
     if not common.get("first_s") and not all(entry.get("first_s") for entry in histories["runs"]):
         notes.append("no start transient is dropped (drop_first_s = 0): a kick must not last into the record")
+    kept = [run.name for run in runs if run.held_out]
+    if kept:
+        notes.append(f"never fitted, only predicted: {', '.join(kept)}")
     notes += [f"{run.name}: {note}" for run in runs for note in run.notes]
     return tuple(runs), noise, tuple(notes)
+
+
+def _driven(run: Run, drive: str) -> Run:
+    """The run as ``drive`` drives it; under a prescribed steer angle the steer torque is a measured channel."""
+    recorded = {**run.channels, **run.inputs}
+    if drive and drive not in recorded:
+        raise InputError(f"{run.name}: input = {drive!r} was not recorded; the run holds {', '.join(recorded)}")
+    if drive != STEER:
+        return run
+    channels = {name: x for name, x in run.channels.items() if not name.startswith("steer")}
+    if STEER_TORQUE in run.inputs:
+        channels[STEER_TORQUE] = run.inputs[STEER_TORQUE]
+    if not channels:
+        raise InputError(f"{run.name}: input = {drive!r}, and nothing else was recorded that it could explain")
+    others = {name: x for name, x in run.inputs.items() if name != STEER_TORQUE}
+    return replace(run, channels=channels, inputs={STEER: run.channels[STEER], **others})
 
 
 def _only(run: Run, used: list[Any] | None) -> Run:
     """The run with some channels ``used``; the torques stay."""
     if used is None:
         return run
-    refuse_unknown("channel", [str(name) for name in used], CHANNELS, where="[histories]: channels")
+    refuse_unknown("channel", [str(name) for name in used], {*CHANNELS, *run.channels}, where="[histories]: channels")
     lacking = [name for name in used if name not in run.channels]
     if lacking or not used:
         what = f"{', '.join(lacking)} was not recorded; it holds" if lacking else "name one or more of"
@@ -130,8 +176,9 @@ def _runs(entry: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> 
         settings.pop(START, None)
     tables = {key: settings[key] for key in TABLES if key in settings}
     channel_map = ChannelMap.from_table(tables, folder, where=where) if tables else None
+    held = given["held_out"]
     return [
-        _window(replace(run, name=named.as_posix() + run.name.removeprefix(named.name)), settings)
+        _window(replace(run, name=named.as_posix() + run.name.removeprefix(named.name), held_out=held), settings)
         for named in _files(given, folder, where)
         for run in _events(folder / named, given, channel_map)
     ]  # fmt: skip

@@ -20,7 +20,7 @@ CHANNELS = {
 }  # fmt: skip
 """Columns that are measured, and the output of the model they show."""
 
-STEER_TORQUE = "steer_torque_N_m"
+STEER, STEER_TORQUE = "steer_rad", "steer_torque_N_m"
 INPUTS = {STEER_TORQUE: "steer_torque", "lean_torque_N_m": "lean_torque"}
 QUANTITIES = {
     "roll_rate": "angular rate", "lean": "angle", "steer": "angle", "steer_rate": "angular rate",

@@ -12,7 +12,7 @@ class Run:
     """One run: equidistant samples ``time`` (s), measured ``channels`` and known ``inputs`` by column name, SI.
 
     ``mountings`` are the rotations of sensors that were applied, each with its uncertainty; ``notes`` tell what was
-    done to the recording.
+    done to the recording. A run that is ``held_out`` is never fitted, only predicted.
     """
 
     name: str
@@ -23,6 +23,7 @@ class Run:
     group: str = ""
     mountings: tuple[Mounting, ...] = ()
     notes: tuple[str, ...] = ()
+    held_out: bool = False
 
     @property
     def step(self) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 from studies.inference.acceptance import Acceptance, likelier
 from studies.inference.arrays import Array
 from studies.inference.checks import HeldOut, goodness_of_fit
-from studies.inference.evidence import Hypotheses
+from studies.inference.evidence import CLEAR_ODDS, Hypotheses
 from studies.inference.fit import Fit
 from studies.inference.forward import Forward
 from studies.inference.identifiability import separating
@@ -91,7 +91,13 @@ def _rule(forward: Forward, known: Hypotheses, acceptance: Acceptance, f: Fit) -
             return f"it does not fit (p = {p:.2g})"
         return f"less probable than {judged.name}, which fails a rule"
     if acceptance.final.identifiers < f.identifiers:
-        return f"one effect more, and not clearly more probable ({known.odds(f, acceptance.final):.2g} : 1)"
+        odds = known.odds(f, acceptance.final)
+        if odds <= CLEAR_ODDS:
+            return f"one effect more, and not clearly more probable ({odds:.2g} : 1)"
+        return (
+            f"one effect more, {odds:.2g} times as probable, but the data left out gain nothing, or one of its effects "
+            "does not stand by itself"
+        )
     return "each of its effects must stand by its own odds and held-out gain, and one does not"
 
 

@@ -1,11 +1,12 @@
-"""Several forward models of one thing as one: common nuisances and effects, errors of its own for each part.
+"""Several forward models as one: common nuisances and effects, errors of its own for each part.
 
 Evidence adds up: parts are independent given the coordinates, so residuals stand below each other and logarithms of
 determinants add. A candidate that is a mistake of one part's sensors is named ``part/candidate`` and touches no other.
+Parts may be of several things: what is not common to these is named ``thing/name`` (see :mod:`.part`).
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from types import SimpleNamespace
@@ -14,58 +15,38 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studies.inference.arrays import Array
-from studies.inference.forward import Forward, ForwardModel, ProposedMeasurement, Residual, Rows
+from studies.inference.forward import Forward, ProposedMeasurement, Residual, Rows
 from studies.inference.parameter import Candidate, UncertainParameter
+from studies.inference.part import OF, FromPart, Part
 
-OF = "/"  # between a part and its own candidate
+APART = 0.05  # share by which places along one axis differ enough for a name
 
-
-@dataclass(frozen=True)
-class Part:
-    """One set of data.
-
-    Attributes
-    ----------
-    name : str
-        As it is called in words and before its own candidates.
-    forward : Forward
-    own : frozenset of str
-        Identifiers of candidates that are mistakes of this part alone: its sensors, its clock, its speed.
-    """
-
-    name: str
-    forward: Forward
-    own: frozenset[str] = frozenset()
-
-
-@dataclass(frozen=True, eq=False)
-class FromPart(ProposedMeasurement):
-    """A ``proposal`` of the part with this ``number``."""
-
-    number: int
-    proposal: ProposedMeasurement
+__all__ = ["OF", "JointForward", "Part"]
 
 
 @dataclass(frozen=True)
-class JointForward(ForwardModel):
+class JointForward:
     """All ``parts`` at once (see :class:`studies.inference.forward.Forward`).
 
-    Nuisances of one name are one unknown. A part whose stated uncertainty fixes one takes its own stated value.
+    Nuisances of one name in the whole are one unknown. A part whose stated uncertainty fixes one takes its own stated
+    value.
 
     Raises
     ------
     ValueError
-        No part, two of one name, or one nuisance with two priors.
+        No part, two of one name, a part called as a thing, or one nuisance with two priors.
     """
 
     parts: tuple[Part, ...]
+    said: tuple[str, ...] = ()
+    _enabling: dict[tuple[int, frozenset[str]], frozenset[str]] = field(default_factory=dict, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         names = [part.name for part in self.parts]
-        if not names or len(set(names)) < len(names):
+        if not names or len(set(names)) < len(names) or {part.thing for part in self.parts} & set(names):
             raise ValueError(f"parts {names}: give each a name of its own")
         for part in self.parts:
-            for u in part.forward.nuisances:
+            for u in map(part.nuisance, part.forward.nuisances):
                 other = self._nuisances[u.name]
                 if (u.centre, u.scale) != (other.centre, other.scale):
                     raise ValueError(
@@ -76,18 +57,18 @@ class JointForward(ForwardModel):
     # ------------------------------------------------------------------ what is common
 
     @property
-    def thorough(self) -> bool:  # type: ignore[override]
+    def thorough(self) -> bool:
         """Whether each part is cheap enough to begin each fit from several starts."""
         return all(part.forward.thorough for part in self.parts)
 
     @cached_property
     def _nuisances(self) -> dict[str, UncertainParameter]:
-        return {u.name: u for part in reversed(self.parts) for u in part.forward.nuisances}
+        return {u.name: u for part in reversed(self.parts) for u in map(part.nuisance, part.forward.nuisances)}
 
     @cached_property
     def nuisances(self) -> tuple[UncertainParameter, ...]:
         """Each once, in the order of the parts."""
-        names = dict.fromkeys(u.name for part in self.parts for u in part.forward.nuisances)
+        names = dict.fromkeys(part.called(u.name) for part in self.parts for u in part.forward.nuisances)
         return tuple(self._nuisances[name] for name in names)
 
     @cached_property
@@ -102,31 +83,25 @@ class JointForward(ForwardModel):
 
     def _collected(self, of: Callable[[Forward], Iterable[Candidate]]) -> tuple[Candidate, ...]:
         common: dict[str, Candidate] = {}
-        own: list[Candidate] = []
+        own: dict[str, Candidate] = {}
         for part in self.parts:
-            for c in of(part.forward):
-                if c.identifier in part.own:
-                    words = f"{c.signature} ({part.name})" if c.signature else ""
-                    own.append(replace(c, identifier=f"{part.name}{OF}{c.identifier}", signature=words))
-                else:
-                    common.setdefault(c.identifier, c)
-        return (*common.values(), *own)
+            for c in map(part.candidate, of(part.forward)):
+                (own if OF in c.identifier else common).setdefault(c.identifier, c)
+        return (*common.values(), *own.values())
 
     @cached_property
-    def refused(self) -> Mapping[str, str]:  # type: ignore[override]
+    def refused(self) -> Mapping[str, str]:
         """What no part can try, and why; a reason of one part alone begins with its name."""
         tried = {c.identifier for c in self.candidates}
         found: dict[str, str] = {}
         for part in self.parts:
             for name, why in part.forward.refused.items():
-                if name in part.own:
-                    found[f"{part.name}{OF}{name}"] = why
-                elif name not in tried:
-                    found.setdefault(name, why)
+                if (called := part.called(name)) not in tried:
+                    found.setdefault(called, why)
         return found
 
     @property
-    def notes(self) -> tuple[str, ...]:  # type: ignore[override]
+    def notes(self) -> tuple[str, ...]:
         """What was assumed: of all parts once, of one part after its name."""
         said = [part.forward.notes for part in self.parts]
         every = [note for note in said[0] if all(note in notes for notes in said)]
@@ -134,22 +109,24 @@ class JointForward(ForwardModel):
             f"{part.name}: {note}" for part, notes in zip(self.parts, said, strict=True) for note in notes
             if note not in every
         ]  # fmt: skip
-        return (*every, *alone)
+        return (*self.said, *every, *alone)
 
     @property
     def varied(self) -> bool:
         """Whether one part alone is, or two parts look at different things."""
-        speeds = np.concatenate([part.forward.rows.abscissa for part in self.parts])
-        return any(part.forward.varied for part in self.parts) or np.ptp(speeds) > 0.05 * np.abs(speeds).max()
+        if any(part.forward.varied for part in self.parts):
+            return True
+        places: dict[str, list[Array]] = {}
+        for part in self.parts:
+            places.setdefault(part.forward.rows.axis, []).append(part.forward.rows.abscissa)
+        every = [np.concatenate(along) for along in places.values()]
+        return any(bool(np.ptp(along) > APART * np.abs(along).max()) for along in every)
 
     # ------------------------------------------------------------------ part by part
 
     def concerns(self, candidate: Candidate) -> bool:
-        """Whether a ``candidate`` of a larger whole acts on one of these parts."""
-        owner = candidate.identifier.rpartition(OF)[0]
-        if owner:
-            return owner in {part.name for part in self.parts}
-        return any(candidate.identifier not in part.forward.refused for part in self.parts)
+        """Whether a ``candidate`` of a larger whole is of one of these parts."""
+        return any(part.here(candidate.identifier) is not None for part in self.parts)
 
     def of_part(self, number: int, candidates: tuple[Candidate, ...]) -> tuple[tuple[Candidate, ...], NDArray[np.intp]]:
         """What of ``candidates`` acts on the part with this ``number``, and where its coordinates (q,) stand in theirs.
@@ -162,16 +139,30 @@ class JointForward(ForwardModel):
         """
         part = self.parts[number]
         columns = {u.name: k for k, u in enumerate(self.nuisances)}
-        places, kept, start = [columns[u.name] for u in part.forward.nuisances], [], len(columns)
+        places, kept, start = [columns[part.called(u.name)] for u in part.forward.nuisances], [], len(columns)
         known = {c.identifier: c for c in part.forward.candidates}
+        acting = self._acting(number, candidates)
         for c in candidates:
-            owner, _, name = c.identifier.rpartition(OF)
-            acts = owner == part.name if owner else name not in part.forward.refused
-            if acts:
-                kept.append(replace(c, identifier=name) if owner else known.get(name, c))
+            name = part.here(c.identifier)
+            if name in acting:
+                kept.append(known.get(name, replace(c, identifier=name)))
                 places += range(start, start + len(c.unknowns))
             start += len(c.unknowns)
         return tuple(kept), np.array(places, dtype=np.intp)
+
+    def _acting(self, number: int, candidates: tuple[Candidate, ...]) -> frozenset[str]:
+        """What of ``candidates`` a part takes: what it does not refuse, and what that makes possible; by its names."""
+        part = self.parts[number]
+        names = frozenset(name for c in candidates if (name := part.here(c.identifier)) is not None)
+        refused = names.intersection(part.forward.refused)
+        if not refused:
+            return names
+        key = number, names
+        if key not in self._enabling:
+            kept = tuple(c for c in part.forward.candidates if c.identifier in names)
+            enabled = {c.identifier for c in part.forward.enabled_by(kept)}
+            self._enabling[key] = (names - refused) | (refused & enabled)
+        return self._enabling[key]
 
     @cached_property
     def _edges(self) -> NDArray[np.intp]:
@@ -250,7 +241,7 @@ class JointForward(ForwardModel):
         if not any(led):
             return ()
         parts = [replace(p, forward=e[-1]) if e else p for p, e in zip(self.parts, led, strict=True)]
-        return (JointForward(tuple(parts)),)
+        return (replace(self, parts=tuple(parts)),)
 
     def refined(self, best: Residual) -> "JointForward":
         """Each part refined by its rows of the ``best`` fit."""
@@ -259,7 +250,7 @@ class JointForward(ForwardModel):
             for part, rows in zip(self.parts, self.slices(), strict=True)
         ]
         same = all(new.forward is old.forward for new, old in zip(parts, self.parts, strict=True))
-        return self if same else JointForward(tuple(parts))
+        return self if same else replace(self, parts=tuple(parts))
 
     # ------------------------------------------------------------------ what goes together, and what to do next
 
@@ -272,13 +263,14 @@ class JointForward(ForwardModel):
         """What ``candidates`` make possible in any part, each once."""
         found: dict[str, Candidate] = {}
         for number, part in enumerate(self.parts):
-            for c in part.forward.enabled_by(self.of_part(number, candidates)[0]):
+            for c in map(part.candidate, part.forward.enabled_by(self.of_part(number, candidates)[0])):
                 found.setdefault(c.identifier, c)
         return tuple(found.values())
 
     def phenomenological(self) -> tuple[Candidate, ...]:
         """Those of the parts, each once."""
-        return tuple({c.identifier: c for part in self.parts for c in part.forward.phenomenological()}.values())
+        every = (c for part in self.parts for c in map(part.candidate, part.forward.phenomenological()))
+        return tuple({c.identifier: c for c in every}.values())
 
     def proposed(self) -> tuple[ProposedMeasurement, ...]:
         """Those of the parts, each once."""

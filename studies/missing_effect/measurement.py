@@ -13,61 +13,52 @@ table = "weave.csv"
 [bench]                             # or this: table
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from bicycle.effect import effect_class
+from bicycle.effect import effect_class, registry
 from bicycle.files.model_file import build_model
-from bicycle.identification.histories_table import read_runs
-from bicycle.identification.recording import INPUTS, STEER_TORQUE
 from bicycle.model import Model
 from studies.inference.joint import OF
-from studies.missing_effect.bench.measurement import read_bench_measurement
-from studies.missing_effect.forced.measurement import read_frequency_response
 from studies.missing_effect.interface import Measurement
+from studies.missing_effect.kinds import KINDS, READERS, TABLES
 from studies.missing_effect.motion.candidates import check_known
-from studies.missing_effect.motion.canonical_table import read_canonical
 from studies.missing_effect.motion.joint_measurement import JointMeasurement
-from studies.missing_effect.motion.measurements import (
-    BicycleMeasurement,
-    CanonicalMeasurement,
-    HistoryMeasurement,
-    ModalMeasurement,
-)
-from studies.missing_effect.motion.modal_table import read_modal
+from studies.missing_effect.motion.measurements import BicycleMeasurement
 from studies.missing_effect.motion.nuisances import nuisances
 from studies.missing_effect.packaged import packaged_measurement
 from studies.missing_effect.rig.measurement import NO_RIG, read_rig
 from studies.missing_effect.rig.tables_forward import NO_TABLES, read_tyre_tables
-from tyre.base.checks import any_table, anything, list_of, refused, text
-from tyre.base.errors import InputError
+from tyre.base.checks import any_table, anything, flag, list_of, refused, text
+from tyre.base.errors import InputError, refuse_unknown
 from tyre.base.plausible import WAY_OUT
 from tyre.base.schema import Table, by_name, maybe, needed, read, table
 from tyre.base.toml_file import read_toml
 
-KINDS = ("modal", "histories", "canonical", "frequency_response", "bench")
 EVERY_KIND = (*KINDS, "joint", "rig", "tyre_tables")
+MARKS = (OF, ".", "+")  # between a part and its sensors, an effect and its parameter, two effects
+OWN_BICYCLE = ("bicycle", "effects", WAY_OUT, "uncertainty")
 MODEL_KEYS = ("bicycle", "effects", WAY_OUT)
 KIND = f"is not allowed; write one of {', '.join(map(repr, EVERY_KIND))}"
 WORDS = text("must be words in quotes")
 PARTS = "write [[part]] with name, kind and the table of that kind, two or more"
-PART_KIND = f"is not allowed in [[part]]; write one of {', '.join(map(repr, KINDS))}"
+PART_KIND = f"is not allowed in [[part]]; write one of {', '.join(map(repr, TABLES))}"
 
 
 def _name(value: Any) -> str:
-    if not isinstance(value, str) or not value.strip() or OF in value:
-        raise refused(value, f"must be a name in quotes without {OF!r}, which stands between a part and its sensors")
+    if not isinstance(value, str) or not value.strip() or any(mark in value for mark in MARKS):
+        raise refused(value, f"must be a name in quotes without {', '.join(map(repr, MARKS))}, which join names")
     return value
 
 
 PART = table(
     {
         needed("name", f"a part without a name; {PARTS}"): _name,
-        needed("kind", f"a part without a kind; {PARTS}"): text(PART_KIND, allowed=KINDS),
+        needed("kind", f"a part without a kind; {PARTS}"): text(PART_KIND, allowed=TABLES),
     }
-    | dict.fromkeys(map(maybe, KINDS), any_table)
+    | {maybe("bicycle"): anything, maybe("effects"): any_table, maybe(WAY_OUT): flag, maybe("uncertainty"): any_table}
+    | dict.fromkeys(map(maybe, TABLES.values()), any_table)
 )
 
 
@@ -82,8 +73,9 @@ def _top(own: Mapping[Any, Any]) -> Table:
 MOTION = _top(
     dict.fromkeys(map(maybe, MODEL_KEYS), anything)
     | {maybe("uncertainty", {}): any_table, maybe("candidates", {}): any_table}
-    | dict.fromkeys(map(maybe, KINDS), any_table)
+    | dict.fromkeys(map(maybe, TABLES.values()), any_table)
     | {maybe("part"): list_of(any_table, f"must be tables: {PARTS}", least=2)}
+    | {maybe("common"): list_of(text("must be an effect in quotes"), "must be a list of effects", least=1)}
 )
 TOP_KEYS = MOTION.keys
 OF_A_TYRE = {
@@ -125,6 +117,8 @@ def _measurement(content: Mapping[str, Any], path: Path) -> Measurement:
             f"kind is {kind!r} but "
             + (f"there is no part: {PARTS}" if kind == "joint" else "[[part]] belongs to kind = 'joint'")
         )
+    if kind == "joint" and (stray := [name for name in dict.fromkeys(TABLES.values()) if name in given]):
+        raise InputError(f"kind is 'joint' but there is a table [{stray[0]}] at the top; write it as [part.{stray[0]}]")
     model = build_model({k: given[k] for k in MODEL_KEYS if k in given}, folder=path.parent)
     common: dict[str, Any] = words | {
         "model": model, "uncertainty": _uncertainty(given["uncertainty"]), "known": _known(given["candidates"], model),
@@ -132,83 +126,68 @@ def _measurement(content: Mapping[str, Any], path: Path) -> Measurement:
     nuisances(model, common["uncertainty"])  # complains here, where the file is known
     if kind != "joint":
         return _of_kind(kind, given, path.parent, common)
-    return JointMeasurement(**common, parts=_parts(given["part"], path.parent, common))
+    parts, bicycles = _parts(given, path.parent, common)
+    if "common" in given:
+        if not bicycles:
+            raise InputError("common: all parts are of one bicycle, which shares everything; take it out")
+        refuse_unknown("effect", given["common"], registry(), where="common")
+    return JointMeasurement(**common, parts=parts, bicycles=bicycles, common=tuple(given.get("common", ())))
 
 
 def _parts(
-    tables: Sequence[Mapping[str, Any]], folder: Path, common: Mapping[str, Any]
-) -> tuple[tuple[str, BicycleMeasurement], ...]:
+    whole: Mapping[str, Any], folder: Path, common: Mapping[str, Any]
+) -> tuple[tuple[tuple[str, BicycleMeasurement], ...], dict[str, str]]:
+    """The parts by name, and of which bicycle those are that have one of their own."""
     found: dict[str, BicycleMeasurement] = {}
+    bicycles: dict[str, str] = {}
+    tables: Sequence[Mapping[str, Any]] = whole["part"]
     for number, content in enumerate(tables, 1):
         part = read(PART, content, section=f"part {number}")
         name = part["name"]
         if name in found:
             raise InputError(f"[[part]]: {name!r} is given twice; give each part a name of its own")
         try:
-            found[name] = _of_kind(part["kind"], part, folder, common)
+            given = common if "bicycle" not in part else _other_bicycle(part, whole, folder, common)
+            extra = [key for key in OWN_BICYCLE if key in part]
+            if extra and "bicycle" not in part:
+                raise InputError(f"{extra[0]} belongs to a bicycle; give the part a bicycle, or write it at the top")
+            found[name] = _of_kind(part["kind"], part, folder, given)
         except InputError as error:
             raise InputError(f"part {name!r}: {error}") from error
-    return tuple(found.items())
+        if "bicycle" in part:
+            own = Path(part["bicycle"]).stem if isinstance(part["bicycle"], str) else f"bicycle of {name}"
+            bicycles[name] = own.translate(dict.fromkeys(map(ord, MARKS), "_"))
+    if len(bicycles) == len(found):
+        raise InputError("every [[part]] has a bicycle of its own; one at least must be of the bicycle at the top")
+    taken = set(bicycles.values()) & set(found)
+    if taken:
+        raise InputError(f"[[part]]: {taken.pop()!r} is the name of a part and of a bicycle; call the part otherwise")
+    return tuple(found.items()), bicycles
+
+
+def _other_bicycle(
+    part: Mapping[str, Any], whole: Mapping[str, Any], folder: Path, common: Mapping[str, Any]
+) -> dict[str, Any]:
+    """What is common to the whole, but for the bicycle: its effects are those at the top unless the part has them."""
+    if part["bicycle"] == whole.get("bicycle"):
+        raise InputError("bicycle is the one at the top; leave it out")
+    effects = {**whole.get("effects", {}), **part.get("effects", {})}
+    content = {"bicycle": part["bicycle"], "effects": effects}
+    model = build_model(content | {k: part[k] for k in (WAY_OUT,) if k in part}, folder=folder)
+    of_effects = {key: sd for key, sd in common["uncertainty"].items() if "." in key}
+    uncertainty = of_effects | _uncertainty(part.get("uncertainty", {}))
+    nuisances(model, uncertainty)
+    return {**common, "model": model, "uncertainty": uncertainty}
 
 
 def _of_kind(kind: str, given: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> BicycleMeasurement:
     """A measurement of one kind, from the table of that name."""
-    for other in KINDS:
-        if (other in given) != (other == kind):
-            fault = f"the table [{kind}] is missing" if other == kind else f"the table [{other}] does not belong here"
+    own = TABLES[kind]
+    for other in dict.fromkeys(TABLES.values()):
+        if (other in given) != (other == own):
+            fault = f"the table [{own}] is missing" if other == own else f"the table [{other}] does not belong here"
             raise InputError(f"kind is {kind!r} but {fault}")
-    return READERS[kind](given[kind], folder, common)
-
-
-def _modal(content: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> ModalMeasurement:
-    uncertainty = dict(common["uncertainty"])
-    points, notes = read_modal(content, folder, common["model"], uncertainty)
-    uncertainty |= {key: 0.0 for key, _ in points[0].settings}
-    return ModalMeasurement(**{**common, "uncertainty": uncertainty}, points=points, notes=notes)
-
-
-def _canonical(content: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> CanonicalMeasurement:
-    coefficients, notes = read_canonical(content, folder)
-    return CanonicalMeasurement(**common, coefficients=coefficients, notes=notes)
-
-
-def _histories(content: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> HistoryMeasurement:
-    runs, noise, notes = read_runs(content, folder)
-    if any(STEER_TORQUE in run.inputs for run in runs):
-        common, said = _without_motors(common)
-        notes += said
-    return HistoryMeasurement(**common, runs=runs, noise_sd=noise, notes=notes)
-
-
-def _frequency_response(content: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> BicycleMeasurement:
-    found = read_frequency_response(content, folder, common)
-    if all(point.input != INPUTS[STEER_TORQUE] for point in found.points):
-        return found
-    kept, said = _without_motors(common)
-    return replace(found, model=kept["model"], uncertainty=kept["uncertainty"], notes=(*found.notes, *said))
-
-
-Reader = Callable[[Mapping[str, Any], Path, Mapping[str, Any]], BicycleMeasurement]
-"""From the table of a kind, the folder of the file, and what all kinds share, to the measurement."""
-
-READERS: Mapping[str, Reader] = {
-    "modal": _modal, "histories": _histories, "canonical": _canonical, "frequency_response": _frequency_response,
-    "bench": read_bench_measurement,
-}  # fmt: skip
-"""How each of :data:`KINDS` is read."""
-
-
-def _without_motors(common: Mapping[str, Any]) -> tuple[Mapping[str, Any], tuple[str, ...]]:
-    """The base model without motors, whose torque is in the record already, and a note of it."""
-    model = common["model"]
-    given = {thing for effect in model.effects if effect.powered for thing in effect.provides}
-    motors = [e.identifier for e in model.effects if e.powered or given.intersection(e.requires)]
-    if not motors:
-        return common, ()
-    kept = Model(model.bicycle, tuple(effect for effect in model.effects if effect.identifier not in motors))
-    uncertainty = {key: sd for key, sd in common["uncertainty"].items() if key.split(".")[0] not in motors}
-    note = f"{', '.join(motors)}: left out of the base model, for the recorded steer torque holds what it gives"
-    return {**common, "model": kept, "uncertainty": uncertainty}, (note,)
+    return READERS[kind](given[own], folder, common)
 
 
 def _uncertainty(table: Mapping[str, Any], prefix: str = "") -> dict[str, float]:

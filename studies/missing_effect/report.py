@@ -111,6 +111,8 @@ def _content(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
         "contents": [(anchor, title) for anchor, title in SECTIONS.items() if not gone.get(anchor)],
         "together": tables.together(diagnosis, findings.parts), "compared_parts": tables.compared(findings.parts),
         "parts_note": sentences.parts_note(findings),
+        "predicted": tables.predicted(diagnosis, findings.predicted),
+        "predicted_note": sentences.predicted_note(findings) if findings.predicted else "",
         "open": lambda anchor: OPEN.format(anchor=anchor, title=SECTIONS[anchor]),
     }  # fmt: skip
 

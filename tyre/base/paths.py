@@ -1,8 +1,13 @@
-"""Where the packaged data are: installed as ``tyre.data``, or the ``data`` folder of a bare checkout."""
+"""Where the packaged data are: installed as ``tyre.data``, or ``data`` of a bare checkout; and folders of users."""
 
+import os
 from importlib import import_module, resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
+
+from tyre.base.errors import InputError
+
+VARIABLE = "$"  # before the name of an environment variable, at the beginning of a folder
 
 
 def data_root() -> Traversable:
@@ -18,3 +23,34 @@ def data_root() -> Traversable:
     except ModuleNotFoundError:
         return Path(__file__).resolve().parents[2] / "data"
     return resources.files("tyre.data")
+
+
+def named_folder(name: str, beside: Path) -> Path:
+    """The folder that a file names: relative to the file, or below one named by an environment variable.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``recordings`` or ``$VARIABLE/recordings``.
+    beside : Path
+        The folder of the file.
+
+    Raises
+    ------
+    InputError
+        The variable is not set, or there is no such folder.
+    """
+    first, *rest = Path(name).parts or ("",)
+    folder = beside / name
+    if first.startswith(VARIABLE):
+        variable = first.removeprefix(VARIABLE)
+        given = os.environ.get(variable, "")
+        if not given:
+            raise InputError(
+                f"folder = {name!r}: the environment variable {variable} is not set; set it to the folder that holds "
+                f"{'/'.join(rest) or 'the recordings'}, or write the folder itself"
+            )
+        folder = Path(given, *rest)
+    if not folder.is_dir():
+        raise InputError(f"folder = {name!r}: there is no folder {folder}; give the one that holds the recordings")
+    return folder

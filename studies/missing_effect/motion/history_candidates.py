@@ -14,7 +14,8 @@ from studies.missing_effect.motion.sensor_errors import (
     speed_errors,
 )
 
-BIAS = {"roll_rate_rad_s": 0.02, "lean_rad": 0.03, "steer_rad": 0.02, "steer_rate_rad_s": 0.02, "yaw_rate_rad_s": 0.02}
+BIAS = {"roll_rate_rad_s": 0.02, "lean_rad": 0.03, "steer_rad": 0.02, "steer_rate_rad_s": 0.02, "yaw_rate_rad_s": 0.02,
+        "steer_torque_N_m": 0.1}  # fmt: skip
 BIAS_KEY, DRIFT_KEY = "bias", "drift"
 SENSOR = {
     "roll_rate_rad_s": "roll_rate", "lean_rad": "lean", "steer_rad": "steer", "steer_rate_rad_s": "steer_rate",

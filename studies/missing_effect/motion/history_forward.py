@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.identification.recording import Run
+from bicycle.identification.recording import STEER, Run
 from studies.inference.folds import folds
 from studies.inference.forward import ProposedMeasurement, Residual, Rows, Series
 from studies.inference.parameter import Candidate, central_differences
@@ -21,6 +21,7 @@ from studies.missing_effect.motion.bicycle_forward import SPEED_AXIS, BicycleFor
 from studies.missing_effect.motion.family import Family
 from studies.missing_effect.motion.history_candidates import BIAS, BIAS_KEY, DRIFT_KEY
 from studies.missing_effect.motion.history_noise import LARGEST_SIGNAL, ChannelNoise, limited, rough_noise
+from studies.missing_effect.motion.prescribed_steer import PrescribedSteer
 from studies.missing_effect.motion.replay import Replay
 from tyre.base.arrays import Array
 
@@ -61,11 +62,14 @@ class HistoryForward(BicycleForward):
         All with the same channels and torques.
     noise : mapping of str to ChannelNoise
         By channel, those that are compared.
+    steer_noise : float, optional
+        Standard deviation of a steer angle that is prescribed, rad, where it is known.
     """
 
     thorough = False
     runs: tuple[Run, ...]
     noise: Mapping[str, ChannelNoise]
+    steer_noise: float | None = None
 
     @classmethod
     def of_runs(cls, runs: tuple[Run, ...], noise_sd: Mapping[str, float], **rest: Any) -> "HistoryForward":
@@ -91,11 +95,17 @@ class HistoryForward(BicycleForward):
         if dropped:
             note = f"{', '.join(dropped)}: not compared, the place of the sensor is not known"
             rest["notes"] = (*rest.get("notes", ()), note)
-        return cls(runs=runs, noise=noise, **rest)
+        return cls(runs=runs, noise=noise, steer_noise=noise_sd.get(STEER), **rest)
 
     @cached_property
     def _replay(self) -> Replay:
-        return Replay(self.runs, tuple(self.noise))
+        return self.replay_of(tuple(self.noise))
+
+    def replay_of(self, channels: tuple[str, ...]) -> Replay:
+        """The replay of the runs that gives these ``channels`` (columns)."""
+        if STEER in self.runs[0].inputs:
+            return PrescribedSteer(self.runs, channels, self.steer_noise)
+        return Replay(self.runs, channels)
 
     @cached_property
     def rows(self) -> Rows:
@@ -196,7 +206,7 @@ class HistoryForward(BicycleForward):
         channels = [
             FurtherChannel(f"{name} in the same runs", np.full(total, sd), name)
             for name, sd in FURTHER_SD.items()
-            if name not in self.noise
+            if name not in {*self.noise, *self.runs[0].inputs}
         ]
         return (*channels, *self.forced(max(run.speed for run in self.runs)))
 
@@ -212,7 +222,7 @@ class HistoryForward(BicycleForward):
         family = self.family(candidates)
         starts = [run.start for run in self._fitted(family, candidates, theta)]
         batch, steps = family.stencil(theta)
-        moved, _ = Replay(self.runs, (proposal.channel,))(family, batch, np.array(starts))
+        moved, _ = self.replay_of((proposal.channel,))(family, batch, np.array(starts))
         flat = np.concatenate([moved[:, k, : len(run.time), 0] for k, run in enumerate(self.runs)], axis=1)
         return flat[0] / proposal.sd, central_differences(flat, steps) / proposal.sd[:, None]
 

@@ -24,6 +24,7 @@ from studies.missing_effect.motion.nuisances import nuisances
 from studies.missing_effect.motion.ratio_sensors import measurement_candidates
 from studies.missing_effect.motion.sensor_errors import geometry_errors, one_speed, wrong_geometry
 from studies.missing_effect.motion.trace_figure import TRACES
+from studies.missing_effect.motion.tyre_part import TyreForward, TyreNumbers, pressure_in_words
 from tyre.base.errors import InputError, refuse_unknown
 
 DRY = {"steer_friction": "needs time histories: dry friction is not linear in the motion, so no mode has it"}
@@ -77,6 +78,10 @@ class BicycleMeasurement(ABC):
         InputError
             An effect in ``without`` or ``also`` that does not exist, or that is in both.
         """
+
+    def unfitted(self, forward: Forward) -> Forward | None:
+        """Data that are predicted and never fitted, as a model like the ``forward`` one; None where there are none."""
+        return None
 
     def figures(self) -> dict[str, Figure]:
         """Gap, and measured values with the models."""
@@ -156,7 +161,10 @@ class ModalMeasurement(BicycleMeasurement):
 
 @dataclass(frozen=True, kw_only=True)
 class HistoryMeasurement(BicycleMeasurement):
-    """Time histories: ``runs`` with the same channels; ``noise_sd`` by channel in its unit, where given."""
+    """Time histories: ``runs`` with the same channels; ``noise_sd`` by channel in its unit, where given.
+
+    Runs that are held out are never fitted: :meth:`unfitted` predicts them.
+    """
 
     runs: tuple[Run, ...]
     noise_sd: Mapping[str, float] = field(default_factory=dict)
@@ -171,11 +179,40 @@ class HistoryMeasurement(BicycleMeasurement):
 
     def forward(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> HistoryForward:
         """See :meth:`BicycleMeasurement.forward` for ``without`` and ``also``."""
-        return HistoryForward.of_runs(self.runs, self.noise_sd, **self._library(without, also))
+        fitted = tuple(run for run in self.runs if not run.held_out)
+        return HistoryForward.of_runs(fitted, self.noise_sd, **self._library(without, also))
+
+    def unfitted(self, forward: Forward) -> Forward | None:
+        """The ``forward`` model of the runs that are held out; None where there are none."""
+        runs = tuple(run for run in self.runs if run.held_out)
+        return replace(forward, runs=runs) if runs and isinstance(forward, HistoryForward) else None
 
     def figures(self) -> dict[str, Figure]:
         """The gap, and some runs in time."""
         return {"gap": GAP, "before_after": TRACES}
+
+
+@dataclass(frozen=True, kw_only=True)
+class TyreMeasurement(BicycleMeasurement):
+    """What a rig says of the tyres of the bicycle: ``numbers`` with their covariance. A part of a joint measurement."""
+
+    numbers: TyreNumbers
+
+    def sensors(self) -> tuple[Candidate, ...]:
+        """None: the calibration of the rig is in its covariance."""
+        return ()
+
+    def impossible(self) -> dict[str, str]:
+        """What only motion shows."""
+        return DRY | {"speed_offset": "needs motion at several speeds"}
+
+    def assumptions(self) -> tuple[str, ...]:
+        """At which condition."""
+        return (pressure_in_words(self.numbers),)
+
+    def forward(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> TyreForward:
+        """See :meth:`BicycleMeasurement.forward` for ``without`` and ``also``."""
+        return TyreForward(numbers=self.numbers, **self._library(without, also))
 
 
 @dataclass(frozen=True, kw_only=True)

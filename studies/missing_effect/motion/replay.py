@@ -3,9 +3,11 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
+from bicycle.descriptor import DescriptorStack
 from bicycle.identification.recording import CHANNELS, INPUTS, Run
 from bicycle.responses.discretisation import discretised, marched, powers_of
 from studies.missing_effect.motion.family import Family
@@ -15,6 +17,15 @@ from studies.missing_effect.motion.sensor_errors import DELAY, GAIN, LOWPASS
 from tyre.base.arrays import Array
 
 HELD_SHARE = 0.5  # of samples that repeat the one before
+
+
+class Driven(NamedTuple):
+    """What is marched: dx/dt = state x + inputs u, and the channels, seen x + direct u; of K bicycles and R runs."""
+
+    state: Array
+    inputs: Array
+    seen: Array
+    direct: Array
 
 
 @dataclass(frozen=True)
@@ -47,49 +58,69 @@ class Replay:
             The model with its p unknowns and n states.
         theta : ndarray, shape (K, p)
             Coordinates.
-        starts : ndarray, shape (R, n + filters), optional
-            Initial states, then those of the low-pass of each channel that has one, in shares of the channel's size;
-            without them the runs begin at rest, and the free responses are given too.
+        starts : ndarray, shape (R, n + filters + uncertain), optional
+            Initial states, then those of the low-pass of each channel that has one, in shares of the channel's size,
+            then what is uncertain of the inputs; without them the runs begin at rest, and the free responses are given.
 
         Returns
         -------
         outputs : ndarray, shape (K, R, T, channels)
-        free : list of ndarray, shape (T, channels, n + filters)
+        free : list of ndarray, shape (T, channels, n + filters + uncertain)
             For each run, without ``starts`` only; of the first coordinates.
         """
         values = family.values(theta)
         speeds = np.array([run.speed for run in self.runs])
         steps = np.array([run.step for run in self.runs])
-        system = family(theta, speeds)
-        names = family.symbolic
-        columns = [names.inputs.index(INPUTS[u]) for u in self.runs[0].inputs]
-        recorded = len(columns)
-        if FRICTION in values:
-            columns.append(names.inputs.index("steer_torque"))
-        state = np.linalg.solve(system.mass, system.dynamics)
-        inputs = np.linalg.solve(system.mass, system.input[..., columns])
-        seen = system.output[..., [names.outputs.index(CHANNELS[c]) for c in self.channels], :]
         length = max(len(run.time) for run in self.runs)
-        torque = np.stack([self._torque(run, values, len(theta), length) for run in self.runs], 1)  # (K, R, T, m)
-        ad, g0, g1 = discretised(np.asarray(state, float), np.asarray(inputs, float), steps)
+        driven = self._driven(family, values, family(theta, speeds))
+        n = driven.state.shape[-1]
+        ad, g0, g1 = discretised(driven.state, driven.inputs, steps)
         if self.held:
+            recorded = len(self.runs[0].inputs)
             g0[..., :recorded] += g1[..., :recorded]
             g1[..., :recorded] = 0.0
-        n = state.shape[-1]
+        u = self._signals(values, len(theta), length, starts).swapaxes(-1, -2)  # (K, R, m, T)
         begin = np.zeros((len(self.runs), n)) if starts is None else starts[:, :n]
-        u = torque.swapaxes(-1, -2)
         with np.errstate(over="ignore", invalid="ignore"):
-            x = marched(ad, g0 @ u[..., :-1] + g1 @ u[..., 1:], begin)[..., None]  # (K, R, n, T, 1)
+            x = marched(ad, g0 @ u[..., :-1] + g1 @ u[..., 1:], begin)
+            y = (driven.seen @ x + driven.direct @ u)[..., None]  # (K, R, channels, T, 1)
             if starts is None:
-                x = np.concatenate([x, powers_of(ad, length)], -1)
-            y = (seen @ x.reshape(*x.shape[:3], -1)).reshape(*seen.shape[:3], length, -1)
+                free = powers_of(ad, length)
+                shown = (driven.seen @ free.reshape(*free.shape[:3], -1)).reshape(*y.shape[:-1], n)
+                y = np.concatenate([y, shown, self._uncertain(driven, values, (ad, g0, g1), length)], -1)
             y = self._sensed(np.moveaxis(y, 3, 0), values, steps)
         behind = self._filter_starts(values, length, steps)
         if starts is not None:
             y[..., 0] += np.einsum("tkrcf,rf->tkrc", behind, starts[:, n : n + behind.shape[-1]])
         outputs = np.moveaxis(y[..., 0], 0, 2)
-        free = [np.concatenate([y[:, 0, run, :, 1:], behind[:, 0, run]], -1) for run in range(len(self.runs))]
-        return outputs, free if starts is None else []
+        every = (
+            np.concatenate([y[:, 0, r, :, 1 : 1 + n], behind[:, 0, r], y[:, 0, r, :, 1 + n :]], -1)
+            for r in range(len(self.runs))
+        )
+        return outputs, list(every) if starts is None else []
+
+    def _driven(self, family: Family, values: Mapping[str, Array], system: DescriptorStack) -> Driven:
+        """The bicycles as the torques drive them."""
+        names = family.symbolic
+        columns = [names.inputs.index(INPUTS[u]) for u in self.runs[0].inputs]
+        if FRICTION in values:
+            columns.append(names.inputs.index("steer_torque"))
+        seen = system.output[..., [names.outputs.index(CHANNELS[c]) for c in self.channels], :]
+        return Driven(
+            np.asarray(np.linalg.solve(system.mass, system.dynamics), float),
+            np.asarray(np.linalg.solve(system.mass, system.input[..., columns]), float), seen,
+            np.zeros((*seen.shape[:-1], len(columns))),
+        )  # fmt: skip
+
+    def _signals(self, values: Mapping[str, Array], k: int, length: int, starts: Array | None) -> Array:
+        """What drives each run (K, R, T, m)."""
+        return np.stack([self._torque(run, values, k, length) for run in self.runs], 1)
+
+    def _uncertain(
+        self, driven: Driven, values: Mapping[str, Array], steps: tuple[Array, Array, Array], length: int
+    ) -> Array:
+        """Responses to what is uncertain of the inputs (K, R, channels, T, columns): recorded torques are exact."""
+        return np.zeros((*driven.seen.shape[:-1], length, 0))
 
     def _torque(self, run: Run, values: Mapping[str, Array], k: int, length: int) -> Array:
         found = np.zeros((k, length, len(run.inputs) + (FRICTION in values)))

@@ -12,6 +12,7 @@ from bicycle.model import DEFAULT_CONTACT, Model
 from bicycle.parameters import Bicycle
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.motion.family import Family
+from studies.missing_effect.motion.joint_measurement import of_first
 from studies.missing_effect.motion.measurements import BicycleMeasurement
 from studies.missing_effect.reporting.words import explains
 from tyre.base.errors import InputError
@@ -32,7 +33,7 @@ def corrected_model(diagnosis: Diagnosis) -> Model | None:
     InputError
         The values make no bicycle, effect or combination.
     """
-    measurement, final = diagnosis.measurement, diagnosis.final
+    measurement, final = diagnosis.measurement, of_first(diagnosis.final)
     if not isinstance(measurement, BicycleMeasurement):
         return None
     model = measurement.model_with(final)

@@ -10,7 +10,6 @@ from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.motion.canonical_forward import CanonicalForward
 from studies.missing_effect.motion.history_forward import HistoryForward
 from studies.missing_effect.motion.modal_forward import ModalForward
-from studies.missing_effect.motion.replay import Replay
 from tyre.base.arrays import Array
 
 ABSURD = 1e4  # chi^2 a number, with the parameters adjusted
@@ -133,14 +132,16 @@ def _of_channels(forward: HistoryForward) -> list[str]:
     """
     names = tuple(forward.noise)
     nominal = np.array([u.centre for u in forward.nuisances])
-    forced, free = Replay(forward.runs, names)(forward.family(()), nominal[None], None)
+    family = forward.family(())
+    states = len(family.symbolic.declared.states)
+    forced, free = forward.replay_of(names)(family, nominal[None], None)
     ratios: dict[str, float] = {}
     for c, name in enumerate(names):
         found = []
         for k, run in enumerate(forward.runs):
             n = len(run.time)
             weight = np.array([1 / (np.std(run.channels[other]) or 1.0) for other in names])
-            phi, rest = free[k][:n] * weight[:, None], forced[0, k, :n] * weight
+            phi, rest = free[k][:n, :, :states] * weight[:, None], forced[0, k, :n] * weight
             seen = np.stack([run.channels[other] for other in names], 1) * weight
             column = np.where(np.arange(len(names)) == c, -seen, 0.0)
             target = np.where(np.arange(len(names)) == c, 0.0, seen) - rest

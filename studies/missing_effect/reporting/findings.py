@@ -17,6 +17,7 @@ from studies.inference.stability import Stability, stability
 from studies.inference.verdict import Verdict
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.reporting.doubts import doubts
+from studies.missing_effect.unfitted import Predicted, predicted
 from tyre.base.parallel import one_blas_thread
 
 
@@ -42,6 +43,8 @@ class Findings:
         Of joint data: each part against the others.
     without : mapping of str to Verdict
         What is judged without a part that contradicts the others.
+    predicted : tuple of Predicted
+        Of runs that were held out of every fit.
     """
 
     moved: tuple[Moved, ...]
@@ -52,6 +55,7 @@ class Findings:
     stability: Stability | None = None
     parts: tuple[PartAgainstRest, ...] = ()
     without: Mapping[str, Verdict] = field(default_factory=dict)
+    predicted: tuple[Predicted, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON, beside the verdict."""
@@ -85,6 +89,7 @@ class Findings:
                 }
                 for p in self.parts
             ],
+            "predicted": [p.to_dict() for p in self.predicted],
             "stability": None if self.stability is None else self.stability.to_dict(),
         }  # fmt: skip
 
@@ -101,6 +106,7 @@ def find(diagnosis: Diagnosis) -> Findings:
     return Findings(
         moved=moved(known.null, final), limits=upper_limits(forward, known, final), between=between, further=further,
         doubts=doubts(diagnosis), parts=parts, without=_without(forward, parts),
+        predicted=predicted(diagnosis),
     )  # fmt: skip
 
 

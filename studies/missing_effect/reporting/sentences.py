@@ -6,7 +6,7 @@ from studies.inference.verdict import Verdict
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.reporting.findings import Findings
 from studies.missing_effect.reporting.tables import WIDER, penalty, widened
-from studies.missing_effect.reporting.words import ADJUSTED, explains, listed, misfit, percent, said
+from studies.missing_effect.reporting.words import ADJUSTED, BASE, explains, listed, misfit, percent, said
 
 SAYS = {
     "none": "Nothing is named: the base model with its uncertain parameters explains the measurement.",
@@ -17,6 +17,8 @@ SAYS = {
     "unknown": "A gap remains for which nothing in the library can be named; see the rules that do not hold.",
 }
 """What each verdict means; the verdict's own sentence says more."""
+
+WORDS = {"nominal": f"({BASE})", "nuisance_only": f"({ADJUSTED})", "final": "(final model)"}
 
 
 def sentence(verdict: Verdict) -> str:
@@ -106,6 +108,26 @@ def parts_note(findings: Findings) -> str:
     return " ".join(told)
 
 
+def predicted_note(findings: Findings) -> str:
+    """What was predicted, and from what."""
+    told = [f"{len(one.runs)} runs{f' of {one.part}' if one.part else ''}" for one in findings.predicted]
+    return (
+        f"{listed(told)} had no part in any fit. Of each, only the state at its first sample is adjusted (and an "
+        "offset of each channel where bias or drift is named); the gap is sqrt(max(0, χ²/n - 1)) over that of the "
+        "base model, with the noise that the fitted runs show."
+    )
+
+
+def predicted_lines(findings: Findings) -> list[str]:
+    """How well runs that were never fitted are predicted, for the terminal."""
+    return [
+        f"{len(one.runs)} runs{f' of {one.part}' if one.part else ''} that were never fitted: gap "
+        + ", ".join(f"{value:.2f} {WORDS[model]}" for model, value in one.gap.items() if value is not None)
+        for one in findings.predicted
+        if one.gap["nominal"] is not None
+    ]
+
+
 def stability_note(findings: Findings) -> str:
     """What was judged anew."""
     found = findings.stability
@@ -132,5 +154,6 @@ def first_lines(diagnosis: Diagnosis, findings: Findings | None, place: str) -> 
     if findings is not None:
         lines += [f"check first: {doubt}" for doubt in findings.doubts]
         lines += [parts_note(findings)] if findings.parts else []
+        lines += predicted_lines(findings)
         lines += [findings.stability.sentence] if findings.stability is not None else []
     return [*lines, *([f"report: {place}"] if place else [])]

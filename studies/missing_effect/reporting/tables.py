@@ -14,7 +14,6 @@ from studies.inference.moved import Moved
 from studies.inference.stability import Stability
 from studies.missing_effect.gap_figures import MOST_SERIES, residuals
 from studies.missing_effect.reporting.words import (
-    NO_NUMBERS,
     explains,
     misfit,
     number,
@@ -23,7 +22,9 @@ from studies.missing_effect.reporting.words import (
     titles,
     unit_of,
     values_of,
+    without_number,
 )  # fmt: skip
+from studies.missing_effect.unfitted import Predicted
 
 Table = list[list[str]]
 MUCH = 0.5  # prior sd beyond which a parameter's way is on the first page
@@ -78,6 +79,19 @@ def compared(parts: Sequence[PartAgainstRest]) -> Table:
     ]  # fmt: skip
 
 
+def predicted(judgement: Judgement, found: Sequence[Predicted]) -> Table:
+    """How the models of a ``judgement`` predict runs that were never fitted: chi^2/n, the gap, and rms by channel."""
+    table, models = [], list(titles(judgement))
+    for one in found:
+        of = f"{one.part}: " if one.part else ""
+        gap = one.gap
+        table.append([f"{of}χ²/n of {one.numbers} numbers", *(f"{one.chi2[m] / one.numbers:.3g}" for m in models)])
+        table.append([f"{of}gap", *("-" if (g := gap[m]) is None else f"{g:.2f}" for m in models)])
+        for channel, rms in one.rms.items():
+            table.append([f"{of}rms of what {channel} leaves", *(f"{rms[m]:.3g}" for m in models)])
+    return table
+
+
 def tried(judgement: Judgement) -> Table:
     """Hypotheses of a ``judgement``, most probable first: name, P, chi^2, sizes, and what became of each."""
     known, posterior = judgement.hypotheses, judgement.hypotheses.posterior
@@ -120,8 +134,7 @@ def named(judgement: Judgement) -> Table:
     table = []
     for e in judgement.verdict.effects:
         if not e.parameters:
-            says = NO_NUMBERS.get(e.identifier, "without a number of its own")
-            table.append([e.identifier, "-", says, "-", e.signature])
+            table.append([e.identifier, "-", without_number(e.identifier), "-", e.signature])
         for k, (name, (value, sd)) in enumerate(e.parameters.items()):
             unit = unit_of(e.units.get(name, "1"))
             table.append(

@@ -46,6 +46,16 @@ More probable than what the verdict rests on, but refused:
 {% endfor %}
 {% endif %}
 {% endif %}
+{% if f.predicted %}
+## Runs that were never fitted
+
+| predicted | {{ models|join(' | ') }} |
+|---|{{ '---|' * models|length }}
+{% for row in predicted %}| {{ row|join(' | ') }} |
+{% endfor %}
+{{ predicted_note }}
+
+{% endif %}
 ## Parameters that moved
 
 {% if moved[0] %}

@@ -7,7 +7,9 @@ from studies.inference.fit import Fit
 from studies.inference.judge import Judgement
 
 BASE, ADJUSTED = "base model", "parameters only"
-NO_NUMBERS = {"bias": "a constant in each run, integrated out"}
+NO_NUMBERS = {
+    "bias": "a constant in each run, integrated out", "drift": "a constant and a trend in each run, integrated out"
+}  # fmt: skip
 """Effects without a number of their own, and what to say instead."""
 
 
@@ -70,12 +72,17 @@ def misfit(value: float) -> str:
     return f"{value:.1f}" if value < 1e4 else f"{value:.0f}"
 
 
+def without_number(identifier: str) -> str:
+    """What to say of a candidate with this ``identifier`` (``PART/NAME`` of joint data) and no number of its own."""
+    return NO_NUMBERS.get(identifier.rpartition("/")[2], "without a number of its own")
+
+
 def values_of(hypothesis: Fit) -> str:
     """Sizes of the effects of a ``hypothesis`` with their units."""
     shown = []
     for c in hypothesis.candidates:
         if not c.unknowns:
-            shown.append(f"{c.identifier}: {NO_NUMBERS.get(c.identifier, 'without a number of its own')}")
+            shown.append(f"{c.identifier}: {without_number(c.identifier)}")
         for u, x in zip(c.unknowns, hypothesis.theta[hypothesis.columns(c)], strict=True):
             shown.append(f"{u.name} {number(float(u.value(x)), 3)}{unit_of(u.unit)}")
     return ", ".join(shown)

@@ -17,8 +17,8 @@ def folder(tmp_path):
     return tmp_path
 
 
-def runs(folder, *entries, **table):
-    return read_runs({"runs": [{"speed_m_s": 5.0, **entry} for entry in entries], **table}, folder)
+def runs(where, /, *entries, **table):
+    return read_runs({"runs": [{"speed_m_s": 5.0, **entry} for entry in entries], **table}, where)
 
 
 def test_a_pattern_is_all_its_files_in_their_order(folder):
@@ -43,9 +43,41 @@ def test_channels_may_be_chosen_and_the_torque_stays(folder):
     assert set(run.inputs) == {"steer_torque_N_m"}
 
 
+def test_runs_may_be_held_out_and_that_is_said(folder):
+    found, _, notes = runs(folder, {"file": "kick_1.csv"}, {"file": "kick_2.csv", "held_out": True})
+    assert [run.held_out for run in found] == [False, True]
+    assert "never fitted, only predicted: kick_2.csv" in notes
+
+
+def test_a_folder_may_be_named_by_a_variable(folder, monkeypatch):
+    monkeypatch.setenv("KICKS", str(folder.parent))
+    (run,), _, _ = read_runs(
+        {"folder": f"$KICKS/{folder.name}", "runs": [{"file": "other.csv", "speed_m_s": 5.0}]}, folder / "nowhere"
+    )
+    assert run.name == "other.csv"
+
+
+def test_under_a_prescribed_steer_angle_the_torque_is_measured(folder):
+    (run,), noise, notes = runs(folder, {"file": "other.csv"}, input="steer_rad", noise_sd={"steer_rad": 0.002})
+    assert set(run.channels) == {"roll_rate_rad_s", "steer_torque_N_m"}
+    assert set(run.inputs) == {"steer_rad"}
+    assert noise == {"steer_rad": 0.002}
+    assert any("steer_rad is prescribed" in note and "as the file says" in note for note in notes)
+    (alone,), _, _ = runs(folder, {"file": "other.csv"}, input="steer_rad", channels=["roll_rate_rad_s"])
+    assert set(alone.channels) == {"roll_rate_rad_s"}
+
+
 @pytest.mark.parametrize(
     ("entry", "table", "words"),
     [
+        ({"file": "other.csv", "held_out": True}, {}, "held_out = true in every run; leave it out where a run"),
+        ({"file": "other.csv", "held_out": 1}, {}, "held_out = 1 must be true or false"),
+        ({"file": "other.csv"}, {"folder": "$KICKS_NOWHERE/runs"}, "KICKS_NOWHERE is not set; set it to the folder"),
+        ({"file": "other.csv"}, {"folder": "runs"}, "folder = 'runs': there is no folder .*runs; give the one"),
+        ({"file": "other.csv"}, {"folder": 3}, 'folder = 3 must be a folder in quotes, such as "runs"'),
+        ({"file": "other.csv"}, {"input": "steer"}, "input = 'steer' is not allowed; write one of 'steer_torque_N_m',"),
+        ({"file": "other.csv"}, {"input": "lean_torque_N_m"}, "input = 'lean_torque_N_m' was not recorded; the run"),
+        ({"file": "other.csv"}, {"input": "steer_rad", "channels": ["steer_rad"]}, "steer_rad was not recorded; it"),
         ({"files": "push_*.csv"}, {}, r"push_\*.csv: no file in .* is called so; give a pattern"),
         ({"files": "kick_*.csv", "file": "other.csv"}, {}, "give one of file = .RUN.csv. and files"),
         ({}, {}, "give one of file = .RUN.csv. and files"),

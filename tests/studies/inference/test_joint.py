@@ -88,6 +88,44 @@ def test_an_effect_that_one_part_cannot_see_acts_on_the_others_alone():
     assert nowhere.refused == {"bend": "no"}
 
 
+def test_an_effect_that_another_one_makes_possible_acts_on_the_part(monkeypatch):
+    """A bend is refused alone and possible beside a slope."""
+    forward = joint(candidates=(SLOPE, OFFSET), refused={"bend": "needs a slope"})
+    monkeypatch.setattr(
+        Line, "enabled_by", lambda self, kept: (BEND,) if self.refused and SLOPE in kept else (), raising=False
+    )
+    assert [c.identifier for c in forward.of_part(1, (SLOPE, BEND))[0]] == ["slope", "bend"]
+    assert [c.identifier for c in forward.of_part(1, (BEND,))[0]] == []
+    assert [c.identifier for c in forward.enabled_by((SLOPE,))] == ["bend"]
+
+
+def test_parts_of_two_things_share_what_is_common_and_nothing_else():
+    """Another thing has a level of its own and the slope of the first: 0.3 and 1.3 beside 0.8."""
+    one, two = part("one", 0, 1, slope=0.8), part("two", 1, 3, slope=0.8, offset=1.0, seed=2)
+    other = Part("two", two.forward, two.own, "thing", frozenset({"slope"}))
+    forward = JointForward((one, other))
+    assert [u.name for u in forward.nuisances] == ["level", "thing/level"]
+    names = [c.identifier for c in forward.candidates]
+    assert names == ["slope", "bend", "one/offset", "thing/bend", "two/offset"]
+    found = fit(forward, (SLOPE,))
+    assert found.theta[0] == pytest.approx(0.3, abs=0.15)
+    assert found.theta[1] == pytest.approx(1.3, abs=0.15)
+    assert found.theta[2] == pytest.approx(0.8, abs=0.1)
+    bend = forward.candidates[3]
+    assert bend.unknowns[0].sets == {"thing/bend": 1.0}  # never a number of the first thing
+    _, jacobian = forward.residual((bend,), np.array([0.3, 1.3, 0.1]))
+    assert not jacobian[:N, 2].any()
+    assert jacobian[N:, 2].any()
+    with pytest.raises(ValueError, match="give each a name"):
+        JointForward((one, Part("two", two.forward, thing="one")))
+
+
+def test_what_was_said_of_the_whole_stays_when_its_noise_is_refined():
+    forward = JointForward(joint().parts, said=("of two things",))
+    assert forward.notes[0] == "of two things"
+    assert forward.refined(fit(forward)) is forward
+
+
 def test_rows_are_told_apart_by_their_part_and_folds_are_of_one_part():
     rows = joint().rows
     assert rows.where[0] == "near: x"

@@ -140,7 +140,7 @@ def test_a_recorded_torque_takes_the_motor_out_of_the_part_that_holds_it(tmp_pat
         (lambda t: t.replace('"modes"', '"a/b"'), "'a/b' must be a name in quotes without '/'"),
         (lambda t: t.replace('"modes"', '"kicks"'), "'kicks' is given twice; give each part a name of its own"),
         (lambda t: t.replace('kind = "modal"', ""), "part 1.*: a part without a kind"),
-        (lambda t: t.replace('"modal"', '"rig"'), r"'rig' is not allowed in \[\[part\]\]; write one of 'modal'"),
+        (lambda t: t.replace('"modal"', '"tyre_tables"'), r"'tyre_tables' is not allowed in .*part"),
         (lambda t: t.replace("part.modal", "part.canonical"), r"part 'modes': .* the table \[modal\] is missing"),
         (lambda t: t.replace("weave.csv", "wave.csv"), "part 'modes': .*wave.csv"),
         (lambda t: t.replace('"joint"', '"modal"'), r"kind is 'modal' but \[\[part\]\] belongs to kind = 'joint'"),

@@ -1,0 +1,232 @@
+"""Replay of runs whose steer angle is prescribed: held by a position controller, a robot or whoever steers.
+
+The steer angle is then a coordinate whose motion is known. With the states ordered as the rest z, the steer angle s and
+its rate, the equations M x' = F x + B u contain one unknown torque T at the steer axis. One equation in which T stands
+is spent on eliminating it from the others, and dz/dt follows from s, s' and s'' as inputs. The equation that was spent
+gives the torque that is needed, T = (M x' - F x - B u) / b: an output, compared where the torque was recorded.
+What acts between rear frame and handlebar only (a damper, a spring, friction) shows in that torque and nowhere else.
+
+The recorded angle is smoothed by a cubic spline, with twice as many knots as it takes to leave no more than its noise
+(white; from its third differences unless the file states it). Least squares gives the covariance of the spline's
+coefficients; what they may be off by is integrated out of the residual like an initial state. So noise of the steer
+angle is not taken for motion, however much its second derivative amplifies it.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from bicycle.descriptor import DescriptorStack
+from bicycle.identification.recording import CHANNELS, INPUTS, STEER, STEER_TORQUE, Run
+from bicycle.responses.discretisation import marched
+from studies.missing_effect.motion.family import Family
+from studies.missing_effect.motion.friction import FRICTION, direction, third_difference_noise
+from studies.missing_effect.motion.replay import Driven, Replay
+from studies.missing_effect.motion.sensor_errors import DELAY, GAIN
+from tyre.base.arrays import Array
+
+DEGREE = 3
+FEWEST_KNOTS, MORE = 6, 1.3  # of spans, and by which factor there are more
+MOST_SHARE = 0.5  # coefficients a sample, beyond which nothing is smoothed
+LEFT = 1.05  # times the noise, that a spline may leave
+SPARE = 2.0  # times as many spans as that takes: what noise hides of the angle must not bend its second derivative
+ORDERS = 3  # the angle and two derivatives
+
+
+@dataclass(frozen=True)
+class SteerSpline:
+    """A smoothed steer angle with C coefficients.
+
+    Attributes
+    ----------
+    time : ndarray, shape (T,)
+        Of the samples, s.
+    spans : int
+        How many polynomials it is made of.
+    coefficients : ndarray, shape (C,)
+        rad.
+    spread : ndarray, shape (C, C)
+        What one standard deviation of each independent combination of coefficients does to them, rad.
+    smoothing : ndarray, shape (T, T)
+        From an acceleration at the samples to what the spline shows of it.
+    """
+
+    time: Array
+    spans: int
+    coefficients: Array
+    spread: Array
+    smoothing: Array
+
+    @classmethod
+    def of_run(cls, run: Run, noise: float | None) -> "SteerSpline":
+        """Smooth the steer angle of a ``run``, whose ``noise`` (rad) is estimated where it is not given."""
+        recorded = run.inputs[STEER]
+        sd = third_difference_noise(recorded) if noise is None else noise
+        count, most = FEWEST_KNOTS, max(FEWEST_KNOTS, int(MOST_SHARE * len(recorded)) - DEGREE)
+        generous = False
+        while True:
+            shapes = _shapes(run.time, count)
+            q, r = np.linalg.qr(shapes[:, 0])
+            coefficients = np.linalg.solve(r, q.T @ recorded)
+            left = np.sqrt(np.sum((recorded - shapes[:, 0] @ coefficients) ** 2) / (len(recorded) - len(coefficients)))
+            if generous or count >= most:
+                break
+            generous = bool(left <= LEFT * sd)
+            count = min(most, int(np.ceil((SPARE if generous else MORE) * count)))
+        inverse = np.linalg.inv(r)
+        twice = np.tril(np.ones((len(recorded),) * 2)) * run.step
+        smoothing = shapes[:, 2] @ inverse @ (q.T @ (twice @ twice))
+        return cls(run.time, count, coefficients, inverse * max(sd, float(left)), smoothing)
+
+    def at(self, later: float = 0.0) -> tuple[Array, Array]:
+        """Angle and two derivatives (T, 3) at times ``later`` by so many s, and what is uncertain of them (T, 3, C)."""
+        shapes = _shapes(self.time, self.spans, later)
+        return shapes @ self.coefficients, shapes @ self.spread
+
+
+def _shapes(time: Array, spans: int, later: float = 0.0) -> Array:
+    """B-splines over ``time`` (T,) with a number of ``spans``, and two derivatives (T, 3, spans + 3)."""
+    knots = np.linspace(time[0], time[-1], spans + 1)
+    knots = np.concatenate([[time[0]] * DEGREE, knots, [time[-1]] * DEGREE])
+    one = BSpline(knots, np.eye(spans + DEGREE), DEGREE)
+    return np.stack([one(time + later, nu=order) for order in range(ORDERS)], 1)
+
+
+@dataclass(frozen=True)
+class PrescribedSteer(Replay):
+    """Runs whose steer angle is an input; ``steer_noise`` is the sd of that record in rad, where it is known."""
+
+    steer_noise: float | None = None
+
+    @property
+    def held(self) -> bool:
+        """Never: an angle does not jump."""
+        return False
+
+    @cached_property
+    def _splines(self) -> tuple[SteerSpline, ...]:
+        return tuple(SteerSpline.of_run(run, self.steer_noise) for run in self.runs)
+
+    @cached_property
+    def _directions(self) -> dict[str, Array]:
+        """Sign (n,) of the steer rate of each run, its jumps as smooth as the acceleration is in which they show."""
+        runs = zip(self.runs, self._splines, strict=True)
+        return {run.name: spline.smoothing @ direction(run) for run, spline in runs}
+
+    @property
+    def _others(self) -> list[str]:
+        return [name for name in self.runs[0].inputs if name != STEER]
+
+    def _driven(self, family: Family, values: Mapping[str, Array], system: DescriptorStack) -> Driven:
+        """The bicycles as the steer angle, its first two derivatives and the other torques drive them."""
+        names = family.symbolic
+        outputs, mass, dynamics = system.output, system.mass, system.dynamics
+        n = mass.shape[-1]
+        scales, places = [], []
+        for name in ("steer", "steer_rate"):
+            row = outputs[0, 0, names.outputs.index(name)]
+            (place,) = np.flatnonzero(row)  # a coordinate and its rate are states
+            places.append(int(place))
+            scales.append(float(row[place]))
+        angle, rate = places
+        keep = [k for k in range(n) if k not in places]
+        torque = system.input[..., names.inputs.index("steer_torque")]
+        spent = int(np.abs(torque[0, 0]).argmax())
+        rows = [k for k in range(n) if k not in (spent, angle)]  # that of the angle says angle' = rate
+        share = torque[..., rows] / torque[..., spent, None]
+        others = system.input[..., [names.inputs.index(INPUTS[name]) for name in self._others]]
+
+        def without_torque(matrix: Array) -> Array:
+            return matrix[..., rows, :] - share[..., None] * matrix[..., [spent], :]
+
+        m, f = without_torque(mass), without_torque(dynamics)
+        columns = np.stack([
+            f[..., angle] / scales[0], f[..., rate] / scales[1] - m[..., angle] / scales[0],
+            -m[..., rate] / scales[1],
+        ], -1)  # fmt: skip
+        driving = np.concatenate([columns, without_torque(others)], -1)
+        solved = np.linalg.solve(m[..., keep], np.concatenate([f[..., keep], driving], -1))
+        state, inputs = solved[..., : len(keep)], solved[..., len(keep) :]
+        b = torque[..., spent, None]
+        into_rest = mass[..., spent, :][..., keep]
+        needed_z = (np.einsum("...i,...ij->...j", into_rest, state) - dynamics[..., spent, :][..., keep]) / b
+        direct = np.zeros((*b.shape[:-1], ORDERS + len(self._others)))
+        direct[..., 0] = -dynamics[..., spent, angle] / scales[0]
+        direct[..., 1] = mass[..., spent, angle] / scales[0] - dynamics[..., spent, rate] / scales[1]
+        direct[..., 2] = mass[..., spent, rate] / scales[1]
+        direct[..., ORDERS:] = -others[..., spent, :]
+        needed_u = (np.einsum("...i,...ij->...j", into_rest, inputs) + direct) / b
+        seen, through = [], []
+        for name in self.channels:
+            if name == STEER_TORQUE:
+                seen.append(needed_z)
+                through.append(needed_u)
+                continue
+            row = outputs[..., names.outputs.index(CHANNELS[name]), :]
+            seen.append(row[..., keep])
+            own = np.zeros_like(needed_u)
+            own[..., 0], own[..., 1] = row[..., angle] / scales[0], row[..., rate] / scales[1]
+            through.append(own)
+        seen_z, direct_u = np.stack(seen, -2), np.stack(through, -2)
+        if FRICTION in values:  # overcome by the torque, the motion being what it is
+            column = np.zeros((*direct_u.shape[:-1], 1))
+            if STEER_TORQUE in self.channels:
+                column[..., self.channels.index(STEER_TORQUE), 0] = -1.0
+            direct_u = np.concatenate([direct_u, column], -1)
+            inputs = np.concatenate([inputs, np.zeros((*inputs.shape[:-1], 1))], -1)
+        return _all_states(Driven(state, inputs, seen_z, direct_u), keep, n)
+
+    def _signals(self, values: Mapping[str, Array], k: int, length: int, starts: Array | None) -> Array:
+        """Steer angle and derivatives, the other torques, friction: (K, R, T, m)."""
+        torques = super()._signals(values, k, length, None)  # by the order of the inputs, friction last
+        column = list(self.runs[0].inputs).index(STEER)
+        rest = np.delete(torques, column, -1)
+        angle = np.zeros((k, len(self.runs), length, ORDERS))
+        most = self._most
+        for i, (late, gain) in enumerate(_sensor(values, k)):
+            for r, (found, uncertain) in enumerate(spline.at(late) for spline in self._splines):
+                if starts is not None:
+                    found = found + uncertain @ starts[r, -most:][: uncertain.shape[-1]]
+                angle[i, r, : len(found)] = found / gain
+        return np.concatenate([angle, rest], -1)
+
+    @property
+    def _most(self) -> int:
+        """Coefficients of the longest spline."""
+        return max(len(spline.coefficients) for spline in self._splines)
+
+    def _uncertain(
+        self, driven: Driven, values: Mapping[str, Array], steps: tuple[Array, Array, Array], length: int
+    ) -> Array:
+        """Responses to the uncertain coefficients of the splines."""
+        ad, g0, g1 = steps
+        u = np.zeros((len(ad), len(self.runs), self._most, ORDERS, length))
+        for i, (late, gain) in enumerate(_sensor(values, len(ad))):
+            for r, spline in enumerate(self._splines):
+                moved = spline.at(late)[1] / gain
+                u[i, r, : moved.shape[-1], :, : len(moved)] = np.moveaxis(moved, 0, -1).swapaxes(0, 1)
+        b0, b1 = (g[:, :, None, :, :ORDERS] for g in (g0, g1))
+        x = marched(ad[:, :, None], b0 @ u[..., :-1] + b1 @ u[..., 1:], np.zeros(driven.state.shape[-1]))
+        y = driven.seen[:, :, None] @ x + driven.direct[:, :, None, :, :ORDERS] @ u
+        return np.moveaxis(y, 2, -1)
+
+
+def _sensor(values: Mapping[str, Array], k: int) -> list[tuple[float, float]]:
+    """By how many s the sensor of the steer angle is late, and how many times it reads too much, of ``k`` bicycles."""
+    nothing = np.zeros((k, 1))
+    late, gain = (values.get(key.format(STEER), nothing)[:, 0].tolist() for key in (DELAY, GAIN))
+    return [(one, 1.0 + other) for one, other in zip(late, gain, strict=True)]
+
+
+def _all_states(driven: Driven, keep: list[int], n: int) -> Driven:
+    """The same with all ``n`` states: those of the steering, which are known, stand still and are not seen."""
+    lead = driven.state.shape[:-2]
+    state, seen = np.zeros((*lead, n, n)), np.zeros((*driven.seen.shape[:-1], n))
+    inputs = np.zeros((*lead, n, driven.inputs.shape[-1]))
+    state[..., np.ix_(keep, keep)[0], np.ix_(keep, keep)[1]] = driven.state
+    inputs[..., keep, :] = driven.inputs
+    seen[..., keep] = driven.seen
+    return Driven(state, inputs, seen, driven.direct)

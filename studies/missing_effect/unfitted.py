@@ -1,0 +1,135 @@
+"""Runs that were held out of every fit, as the models of a diagnosis predict them: does what was named predict?
+
+Noise, parameters and effects are those of the judgement. Of the run itself only the state at its first sample is taken
+(and an offset of each channel where that is part of the model): it is integrated out, as in a fit.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from studies.inference.arrays import Array
+from studies.inference.fit import Fit
+from studies.inference.forward import Forward
+from studies.inference.joint import JointForward
+from studies.inference.parameter import Candidate
+from studies.missing_effect.diagnose import Diagnosis
+from studies.missing_effect.motion.history_forward import HistoryForward
+from studies.missing_effect.motion.measurements import BicycleMeasurement
+
+
+@dataclass(frozen=True)
+class Predicted:
+    """What the models say of the held-out runs of one part.
+
+    Attributes
+    ----------
+    part : str
+        Empty where the measurement has no parts.
+    runs : tuple of str
+    numbers : int
+        How many are compared.
+    chi2 : mapping of str to float
+        By model: ``nominal``, ``nuisance_only``, ``final``.
+    rms : mapping of str to mapping
+        By channel and model, in the channel's unit: root mean square of measured minus computed.
+    """
+
+    part: str
+    runs: tuple[str, ...]
+    numbers: int
+    chi2: Mapping[str, float]
+    rms: Mapping[str, Mapping[str, float]]
+
+    @property
+    def gap(self) -> dict[str, float | None]:
+        """sqrt(max(0, chi^2/n - 1)) over that of the base model; None where that has no gap, or falls over."""
+        size = {model: math.sqrt(max(0.0, value / self.numbers - 1)) for model, value in self.chi2.items()}
+        whole = size["nominal"]
+        return {model: one / whole if 0 < whole < math.inf else None for model, one in size.items()}
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "part": self.part, "runs": list(self.runs), "n": self.numbers,
+            "chi2": {model: value if math.isfinite(value) else None for model, value in self.chi2.items()},
+            "gap": self.gap, "rms": {channel: dict(models) for channel, models in self.rms.items()},
+        }  # fmt: skip
+
+
+Found = tuple[tuple[Candidate, ...], Mapping[str, Array]]
+"""What was added, and coordinates: of nuisances by name, of candidates by identifier."""
+
+
+def predicted(diagnosis: Diagnosis) -> tuple[Predicted, ...]:
+    """How the models of a ``diagnosis`` predict what was held out, part by part; empty where nothing was."""
+    measurement = diagnosis.measurement
+    if not isinstance(measurement, BicycleMeasurement):
+        return ()
+    unseen = measurement.unfitted(diagnosis.forward)
+    if unseen is None:
+        return ()
+    return predict(unseen, coordinates_of(diagnosis.hypotheses.null), coordinates_of(diagnosis.final))
+
+
+def predict(unseen: Forward, null: Found, final: Found) -> tuple[Predicted, ...]:
+    """How two fits predict data that they have not seen, part by part.
+
+    Parameters
+    ----------
+    unseen : Forward
+        The model of these data.
+    null, final : tuple
+        As :func:`coordinates_of` gives them.
+    """
+    return tuple(_predicted(*one, null, final) for one in _parts(unseen))
+
+
+def coordinates_of(hypothesis: Fit) -> Found:
+    """The candidates of a fitted ``hypothesis``, and its coordinates by name."""
+    names = [u.name for u in hypothesis.unknowns[: hypothesis.effect_columns.start]]
+    floating = {name: hypothesis.theta[k : k + 1] for k, name in enumerate(names)}
+    return hypothesis.candidates, floating | {
+        c.identifier: hypothesis.theta[hypothesis.columns(c)] for c in hypothesis.candidates
+    }
+
+
+def _parts(unseen: Forward) -> Iterator[tuple[str, HistoryForward, Forward]]:
+    """Name of each part, its own model, and the same as a whole, which knows what the unknowns are called."""
+    if isinstance(unseen, JointForward):
+        for part in unseen.parts:
+            assert isinstance(part.forward, HistoryForward)
+            yield part.name, part.forward, JointForward((part,))
+    elif isinstance(unseen, HistoryForward):
+        yield "", unseen, unseen
+
+
+def _predicted(part: str, own: HistoryForward, whole: Forward, null: Found, final: Found) -> Predicted:
+    stated = {u.name: np.array([u.centre]) for u in whole.nuisances}
+    models: dict[str, Found] = {"nominal": ((), stated), "nuisance_only": null, "final": final}
+    chi2: dict[str, float] = {}
+    rms: dict[str, dict[str, float]] = {name: {} for name in own.noise}
+    for model, (candidates, coordinates) in models.items():
+        kept, theta = _here(whole, candidates, coordinates)
+        if isinstance(whole, JointForward):
+            kept, places = whole.of_part(0, kept)
+            theta = theta[places]
+        residual, _ = own.residual(kept, theta, slopes=False)
+        squared = float(residual @ residual)
+        chi2[model] = squared if math.isfinite(squared) else math.inf
+        rest = np.concatenate(own.unexplained(kept, theta))
+        for c, name in enumerate(own.noise):
+            rms[name][model] = float(np.sqrt(np.mean(rest[:, c] ** 2)))
+    return Predicted(part, tuple(run.name for run in own.runs), len(own.rows.where), chi2, rms)
+
+
+def _here(
+    forward: Forward, candidates: tuple[Candidate, ...], at: Mapping[str, Array]
+) -> tuple[tuple[Candidate, ...], Array]:
+    """What of the ``candidates`` concerns a forward model, and its coordinates."""
+    kept = tuple(c for c in candidates if not isinstance(forward, JointForward) or forward.concerns(c))
+    parts = [*(at[u.name] for u in forward.nuisances), *(at[c.identifier] for c in kept), np.zeros(0)]
+    return kept, np.concatenate(parts)

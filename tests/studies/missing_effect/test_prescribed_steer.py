@@ -1,0 +1,124 @@
+"""Rides of the published benchmark whose steer angle is prescribed, simulated by nothing of velotyre (synthetic)."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from published_bicycle import ride
+
+from studies.inference.fit import fit
+from studies.missing_effect import read_measurement
+from studies.missing_effect.motion.prescribed_steer import SteerSpline
+from studies.missing_effect.reporting.doubts import _of_channels
+
+NOISE = {"roll_rate_rad_s": 0.004, "steer_rad": 0.002, "steer_torque_N_m": 0.05}
+FILE = """
+kind = "replay"
+bicycle = "benchmark"
+[uncertainty]
+lam = 0.003
+c = 0.002
+[histories]
+input = "steer_rad"
+"""
+
+
+def torque(t):
+    return 2.0 * np.sin(2 * np.pi * 0.9 * t) + 1.0 * np.sin(2 * np.pi * 2.3 * t + 1)
+
+
+def read(folder, *, friction=0.0, late=0.0, with_torque=True, more=""):
+    """Two rides at 100 Hz; the steer angle may be recorded ``late`` (s)."""
+    text = FILE + more
+    for speed in (5.0, 7.0):
+        time, x = ride(speed, 2.5, torque, friction=friction)
+        rng = np.random.default_rng(int(speed))
+        shift = round(late / 1e-3)
+        steer = np.concatenate([np.full(shift, x[0, 1]), x[: len(x) - shift, 1]])
+        first = 100  # what was before the record is in the steer angle
+        columns = [time, x[:, 2], steer, *([torque(time)] if with_torque else [])]
+        table = np.column_stack(columns)[first::10]
+        for column, sd in enumerate(list(NOISE.values())[: len(columns) - 1], 1):
+            table[:, column] += sd * rng.standard_normal(len(table))
+        head = "time_s,roll_rate_rad_s,steer_rad" + ",steer_torque_N_m" * with_torque
+        np.savetxt(folder / f"ride{speed}.csv", table, delimiter=",", comments="", header=head)
+        text += f'[[histories.runs]]\nfile = "ride{speed}.csv"\nspeed_m_s = {speed}\n'
+    noise = {name: sd for name, sd in NOISE.items() if with_torque or "torque" not in name}
+    text += "[histories.noise_sd]\n" + "".join(f"{name} = {sd}\n" for name, sd in noise.items())
+    (folder / "MEASUREMENT.toml").write_text(text)
+    return read_measurement(folder / "MEASUREMENT.toml")
+
+
+def test_lean_and_torque_follow_from_the_steer_angle_and_its_noise_is_not_taken_for_motion(tmp_path):
+    """chi^2 of the true model is that of noise: within five of its standard deviations, sqrt(2 n)."""
+    measurement = read(tmp_path)
+    forward = measurement.forward()
+    assert set(forward.noise) == {"roll_rate_rad_s", "steer_torque_N_m"}
+    nominal = np.array([u.centre for u in forward.nuisances])
+    residual, _ = forward.residual((), nominal, slopes=False)
+    n = len(residual)
+    assert residual @ residual == pytest.approx(n, abs=5 * np.sqrt(2 * n))
+    for left, run in zip(forward.unexplained((), nominal), forward.runs, strict=True):
+        for column, name in enumerate(forward.noise):
+            assert np.std(left[:, column]) < 0.1 * np.std(run.channels[name]), name
+    assert any("steer_rad is prescribed: smoothed by a spline" in note for note in forward.notes)
+
+
+def test_dry_friction_shows_in_the_torque_that_is_needed(tmp_path):
+    forward = read(tmp_path, friction=0.2).forward()
+    candidates = {c.identifier: c for c in forward.candidates}
+    found = fit(forward, (candidates["steer_friction"],))
+    assert found.theta[-1] == pytest.approx(0.2, abs=4 * np.sqrt(found.covariance[-1, -1]))
+    assert np.sqrt(found.covariance[-1, -1]) < 0.02
+    assert found.log_evidence > fit(forward).log_evidence + 20
+    yaw = next(p for p in forward.proposed() if "yaw_rate" in p.what)
+    value, slope = forward.predict(yaw, found.candidates, found.theta)
+    assert value.shape == (sum(len(run.time) for run in forward.runs),)
+    assert not slope[:, -1].any()  # the angle being what it is, friction moves nothing
+    assert not any(p.what.startswith("steer_rad") for p in forward.proposed())
+
+
+def test_a_channel_with_the_wrong_sign_is_doubted(tmp_path):
+    """Roll rate the other way round, beside the torque; the model itself is asked as for any runs."""
+    measurement = read(tmp_path)
+    forward = measurement.forward()
+    runs = (*forward.runs, *(replace(run, name=f"{run.name} again") for run in forward.runs))  # three must agree
+    turned = tuple(
+        replace(run, channels={**run.channels, "roll_rate_rad_s": -run.channels["roll_rate_rad_s"]}) for run in runs
+    )
+    assert _of_channels(replace(forward, runs=runs)) == []
+    assert any("roll_rate_rad_s" in words for words in _of_channels(replace(forward, runs=turned)))
+
+
+def test_what_acts_on_the_steering_alone_is_not_seen_without_the_torque(tmp_path):
+    forward = read(tmp_path, with_torque=False).forward()
+    damper = next(c for c in forward.candidates if c.identifier == "steer_damper")
+    theta = np.array([*(u.centre for u in forward.nuisances), 0.5])
+    _, jacobian = forward.residual((damper,), theta)
+    assert np.abs(jacobian[:, -1]).max() < 1e-6 * np.abs(jacobian).max()
+    assert "the steer angle is prescribed" in forward.refused["steer_friction"]
+
+
+def test_a_steer_angle_that_was_recorded_late_is_found(tmp_path):
+    """20 ms: the true angle is ahead of its record."""
+    forward = read(tmp_path, late=0.02).forward()
+    delay = next(c for c in forward.candidates if c.identifier == "steer_delay")
+    found = fit(forward, (delay,))
+    assert found.theta[-1] == pytest.approx(0.02, abs=max(0.002, 4 * np.sqrt(found.covariance[-1, -1])))
+
+
+def test_the_spline_is_as_uncertain_as_it_says(tmp_path):
+    """Angle and two derivatives against the true ones, in sd, inside the record: chi^2 a number of 1 within a half."""
+    measurement = read(tmp_path)
+    squares = []
+    for run in measurement.forward().runs:
+        spline = SteerSpline.of_run(run, NOISE["steer_rad"])
+        time, x = ride(run.speed, 2.5, torque)
+        angle = np.interp(run.time, time, x[:, 1])
+        rate = np.interp(run.time, time, x[:, 3])
+        acceleration = np.interp(run.time, time, np.gradient(x[:, 3], time))
+        found, uncertain = spline.at()
+        sd = np.linalg.norm(uncertain, axis=-1)
+        for order, true in enumerate((angle, rate, acceleration)):
+            squares.append(np.mean(((found[:, order] - true) / sd[:, order])[10:-10] ** 2))
+    assert np.mean(squares) == pytest.approx(1, abs=0.5)
