@@ -114,7 +114,7 @@ def _proposed(forward: Forward, members: list[Fit]) -> list[Separation]:
 
 
 def _bench_tests(members: list[Fit]) -> list[Separation]:
-    """The size of an effect that one member has and the others have not, measured by itself."""
+    """The size of an effect (a mistake) that one member has and the others have not, measured by itself."""
     separations = []
     for f in members:
         for candidate in f.candidates:
@@ -124,5 +124,7 @@ def _bench_tests(members: list[Fit]) -> list[Separation]:
             column = f.columns(candidate).start + candidate.unknowns.index(u)
             spread = np.hypot(BENCH_SD * u.scale, np.sqrt(f.covariance[column, column]))
             gain = float(abs(f.theta[column] - u.centre) / spread)
-            separations.append(Separation(f"bench test of {candidate.identifier} ({u.name}, {u.unit})", gain))
+            size = u.name if u.unit == "1" else f"{u.name}, {u.unit}"
+            kind = "calibration" if candidate.mistake else "bench test"
+            separations.append(Separation(f"{kind} of {candidate.identifier} ({size})", gain))
     return separations

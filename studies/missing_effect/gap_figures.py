@@ -13,6 +13,7 @@ from studies.missing_effect.reporting.words import titles
 from studies.reporting.plotting import GREY, drawing, look
 
 MOST_SERIES = 8  # panels; of more, the residuals are summed by channel
+CROWDED = 10  # rows at one place, more are samples of recordings: the same
 MOST_LETTERS = 40  # of the names of the conditions below one panel
 
 
@@ -44,9 +45,10 @@ def draw_gap(judgement: Judgement, target: Path) -> bool:
     """Residuals of each series of a ``judgement``, into the file ``target`` without ending."""
     rows = judgement.forward.rows
     names = list(dict.fromkeys(rows.series))
-    if len(names) > MOST_SERIES and rows.one_axis:
-        return _gap_by_channel(judgement, target)
     series = np.array(rows.series)
+    samples = max(int(np.unique(rows.abscissa[series == name], return_counts=True)[1].max()) for name in names)
+    if rows.one_axis and (len(names) > MOST_SERIES or samples > CROWDED):
+        return _gap_by_channel(judgement, target)
     if not rows.condition and not rows.one_axis:  # recordings: those with the largest gap
         names = sorted(names, key=lambda name: -float((judgement.nominal[series == name] ** 2).mean()))[:MOST_SERIES]
     with drawing(target, width=8, height=1.2 + 2.3 * -(-len(names) // 2)) as figure:

@@ -41,7 +41,7 @@ class Measurement(Protocol):
         """
 
     def figures(self) -> dict[str, Figure]:
-        """Figures of this kind of data by name: ``gap``, ``before_after``."""
+        """Figures of this kind of data by name: ``gap``, ``before_after``; of parts with their number."""
 
     def on(self, model: Model) -> "Measurement":
         """The same measurement with another base ``model``; InputError where there is no bicycle."""

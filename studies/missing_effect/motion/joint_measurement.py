@@ -16,11 +16,11 @@ from studies.inference.fit import Fit
 from studies.inference.forward import Forward
 from studies.inference.joint import OF, JointForward, Part
 from studies.inference.parameter import Candidate, UncertainParameter
-from studies.missing_effect.gap_figures import GAP
 from studies.missing_effect.interface import Figure
 from studies.missing_effect.motion.bicycle_forward import BicycleForward
 from studies.missing_effect.motion.measurements import BicycleMeasurement, TyreMeasurement
 from studies.missing_effect.motion.tyre_part import TRAIL
+from studies.missing_effect.part_figures import figures_of_parts
 from tyre.base.errors import InputError, refuse_unknown
 
 LOAD_UNIT = "N/rad"  # what has it is in proportion to the static load
@@ -130,8 +130,8 @@ class JointMeasurement(BicycleMeasurement):
         return JointForward(parts) if parts else None
 
     def figures(self) -> dict[str, Figure]:
-        """The gap of all parts."""
-        return {"gap": GAP}
+        """Those of each part."""
+        return figures_of_parts({name: part.figures() for name, part in self.parts})
 
     def on(self, model: Model) -> Self:
         """All parts of the first bicycle with another base ``model``."""

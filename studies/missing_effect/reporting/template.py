@@ -26,11 +26,11 @@ More probable than what the verdict rests on, but refused:
 ## The gap
 
 {{ closing }}
-{% if 'gap' in captions %}
-![{{ captions.gap }}](gap.png)
+{% for figure in captions if figure.startswith('gap') %}
+![{{ captions[figure] }}]({{ figure }}.png)
 
-*{{ captions.gap }}*
-{% endif %}
+*{{ captions[figure] }}*
+{% endfor %}
 {% if f.parts %}
 ## Do the parts agree?
 
@@ -104,13 +104,13 @@ Not limited by these data (the limit is that of the prior, or beyond): {{ limits
 {% for row in varied %}| {{ row|join(' | ') }} |
 {% endfor %}
 {% endif %}
-{% if 'before_after' in captions %}
-## Measured and computed
+{% for figure in captions if figure.startswith('before_after') %}
+{% if loop.first %}## Measured and computed{% endif %}
 
-![{{ captions.before_after }}](before_after.png)
+![{{ captions[figure] }}]({{ figure }}.png)
 
-*{{ captions.before_after }}*
-{% endif %}
+*{{ captions[figure] }}*
+{% endfor %}
 {% if corrected %}
 ## The corrected model
 

@@ -8,7 +8,9 @@ from published_bicycle import ride, weave
 
 from studies.cli import main
 from studies.missing_effect import diagnose, read_measurement
+from studies.missing_effect.figures import draw_all
 from studies.missing_effect.motion.joint_measurement import JointMeasurement
+from studies.missing_effect.part_figures import of_part
 from studies.missing_effect.reporting.findings import find
 from tyre.base.errors import InputError
 
@@ -94,6 +96,24 @@ def test_parts_agree_once_the_sensor_is_named(off):
     assert [p.part for p in found.parts] == ["modes", "kicks"]
     assert not any(p.contradicts for p in found.parts)
     assert found.without == {}
+
+
+def test_each_part_has_its_own_figures(off, tmp_path):
+    """What a part shows is its rows of the joint fits, under the name of the joint hypothesis."""
+    captions = draw_all(off, tmp_path)
+    for number, name in ((1, "modes"), (2, "kicks")):
+        for figure in (f"gap_{number}", f"before_after_{number}"):
+            assert captions[figure].startswith(f"{name}: ")
+            assert (tmp_path / f"{figure}.png").stat().st_size > 10000
+    views = [of_part(off, number) for number in range(2)]
+    for residual, whole in (("nominal", off.nominal), ("final", off.final.residual)):
+        parts = [v.nominal if residual == "nominal" else v.final.residual for v in views]
+        np.testing.assert_array_equal(np.concatenate(parts), whole)
+    for view in views:
+        assert view.final.name == "kicks/steer_scale"
+        again, _ = view.forward.residual(view.final.candidates, view.final.theta)
+        np.testing.assert_allclose(again, view.final.residual, atol=1e-9)
+    assert [[c.identifier for c in view.final.candidates] for view in views] == [[], ["steer_scale"]]
 
 
 def test_nothing_is_missing_where_both_are_of_the_bicycle(tmp_path):
