@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from bicycle import load_bicycle
+from studies.missing_effect.blind.generator import HELD_OUT
 from studies.missing_effect.blind.hidden import (
     AS_STATED,
     HIDDEN,
@@ -26,6 +27,7 @@ from studies.missing_effect.blind.hidden import (
 from studies.missing_effect.blind.second.closing import Machine, Space
 from studies.missing_effect.blind.second.moving import Nonlinear, simulate, simulate_nonlinear
 from studies.missing_effect.blind.second.sensors import Sensor
+from studies.missing_effect.blind.second.shapes import weave_speed
 from tyre.base.arrays import Array
 
 CHANNELS = {"roll_rate_rad_s": ("lean_rate", 0.02), "steer_rad": ("steer", 0.004), "yaw_rate_rad_s": ("yaw_rate", 0.01)}
@@ -111,12 +113,13 @@ def history_case(
     bicycle: str | None = None,
     speeds: tuple[float, float] | None = None, transient: float = 0.0, state_noise: bool = True, cell: str = "",
     cause: Cause = AS_STATED, sizes: Mapping[str, Hidden] = HIDDEN, recording: Recording = QUIET,
-    kind: str | None = None,
+    kind: str | None = None, held_out: int = 0,
 ) -> Truth:  # fmt: skip
     """Write MEASUREMENT.toml and one CSV a run; return what is hidden.
 
     Other arguments are those of :func:`studies.missing_effect.blind.generator.modal_case`: ``folder``, ``hidden``,
-    ``rng``, ``noise`` and ``too_tight`` (factors), ``bicycle``, ``kind``, ``cell``, ``cause``, ``sizes``.
+    ``rng``, ``noise`` and ``too_tight`` (factors), ``bicycle``, ``kind``, ``cell``, ``cause``, ``sizes``, ``held_out``
+    (a number of further runs).
 
     Parameters
     ----------
@@ -149,13 +152,14 @@ def history_case(
     time = np.arange(round(duration / SAMPLE) + 1, dtype=float) * SAMPLE
     loads = machine.coefficients.loads
     bends = Nonlinear((GRIP * loads[0], GRIP * loads[1]) if nonlinear else (0.0, 0.0), cause.friction)
-    made = []
-    for speed in np.linspace(low, high, runs).round(2):
+    made: list[Run] = []
+    further = rng.uniform(low, high, held_out).round(2)  # nothing is drawn where none is held out
+    for speed in (*np.linspace(low, high, runs).round(2), *further):
         while machine.growth(speed + cause.speed_offset) * duration > recording.growth and speed < 2 * high:
             speed = round(speed + 0.25, 2)  # a bicycle that falls gives no record
         torque = doublets(time, rng) if forced else None
         made.append(_run(machine, float(speed), cause, bends, (time, torque), recording, rng))
-    levels = _levels(made, noise, recording)
+    levels = _levels(made[:runs], noise, recording)
     for run in made:
         _measure(run, levels, colour, transient, cause.sensors, rng)
     histories: dict[str, Any] = {"drop_first_s": 3 * transient}
@@ -165,8 +169,12 @@ def history_case(
         "kind": "histories", "description": "synthetic", "bicycle": stated.name, "effects": effects,
         "uncertainty": {key: s / too_tight for key, s in uncertainty(stated).items()}, "histories": histories,
     }  # fmt: skip
-    write_histories(folder, content, made)
-    return Truth(drawn | dict(cause.told), cell, noise=noise)
+    write_histories(folder, content, made[:runs])
+    weave = None
+    if held_out:
+        write_histories(folder / HELD_OUT, content, made[runs:])
+        weave = weave_speed(machine, cause.speed_offset)
+    return Truth(drawn | dict(cause.told), cell, noise=noise, weave=weave)
 
 
 def _run(
