@@ -209,12 +209,16 @@ class HistoryForward(BicycleForward):
         """
         if not isinstance(proposal, FurtherChannel):
             return super().predict(proposal, candidates, theta)
-        family = self.family(candidates)
-        starts = [run.start for run in self._fitted(family, candidates, theta)]
-        batch, steps = family.stencil(theta)
-        moved, _ = Replay(self.runs, (proposal.channel,))(family, batch, np.array(starts))
+        batch, steps = self.family(candidates).stencil(theta)
+        moved = self.simulated(candidates, theta, (proposal.channel,), batch)
         flat = np.concatenate([moved[:, k, : len(run.time), 0] for k, run in enumerate(self.runs)], axis=1)
         return flat[0] / proposal.sd, central_differences(flat, steps) / proposal.sd[:, None]
+
+    def simulated(self, candidates: tuple[Candidate, ...], theta: Array, channels: tuple[str, ...], at: Array) -> Array:
+        """``channels`` (K, runs, T, channels) of ``candidates`` at ``at`` (K, p), from the best starts at ``theta``."""
+        family = self.family(candidates)
+        starts = np.array([run.start for run in self._fitted(family, candidates, theta)])
+        return Replay(self.runs, channels)(family, at, starts)[0]
 
     def unexplained(self, candidates: tuple[Candidate, ...], theta: Array) -> list[Array]:
         """Measured minus computed signals of each run (T, channels), in the channels' units, from the best starts.

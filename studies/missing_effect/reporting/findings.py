@@ -17,6 +17,7 @@ from studies.inference.stability import Stability, stability
 from studies.inference.verdict import Verdict
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.reporting.doubts import doubts
+from studies.missing_effect.residual.kept import Kept, keep, record
 from tyre.base.parallel import one_blas_thread
 
 
@@ -42,6 +43,8 @@ class Findings:
         Of joint data: each part against the others.
     without : mapping of str to Verdict
         What is judged without a part that contradicts the others.
+    kept : Kept, optional
+        What could not be named, where the verdict leaves a gap; it is no part of the verdict.
     """
 
     moved: tuple[Moved, ...]
@@ -52,6 +55,7 @@ class Findings:
     stability: Stability | None = None
     parts: tuple[PartAgainstRest, ...] = ()
     without: Mapping[str, Verdict] = field(default_factory=dict)
+    kept: Kept | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON, beside the verdict."""
@@ -86,6 +90,7 @@ class Findings:
                 for p in self.parts
             ],
             "stability": None if self.stability is None else self.stability.to_dict(),
+            "residual_torque": record(self.kept),
         }  # fmt: skip
 
 
@@ -100,7 +105,7 @@ def find(diagnosis: Diagnosis) -> Findings:
     parts = parts_against_rest(forward, final) if isinstance(forward, JointForward) else ()
     return Findings(
         moved=moved(known.null, final), limits=upper_limits(forward, known, final), between=between, further=further,
-        doubts=doubts(diagnosis), parts=parts, without=_without(forward, parts),
+        doubts=doubts(diagnosis), parts=parts, without=_without(forward, parts), kept=keep(diagnosis),
     )  # fmt: skip
 
 

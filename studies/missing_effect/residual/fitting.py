@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studies.inference.checks import HeldOut, held_out
+from studies.inference.checks import HeldOut, goodness_of_fit, held_out
 from studies.inference.fit import Fit, fit, prior
 from studies.inference.forward import Forward
 from studies.inference.joint import JointForward
@@ -58,18 +58,16 @@ class Residual:
     degrees : mapping
         Number of terms by pair of torque and state.
     scale : SpeedScale
-    names : tuple of str
-        Parameters of the effect, q of them, those that are zero too.
-    values : ndarray, shape (q,)
-        N m/rad and N m s/rad.
-    covariance : ndarray, shape (p + q', p + q')
-        Of the coordinates of ``fit`` and of the terms that were not chosen.
+    covariance : ndarray, shape (p + q, p + q)
+        Of the p coordinates of ``fit``, then of the q terms that were not chosen.
     before, after : HeldOut
         Held-out prediction without and with it.
     gains : mapping
         Of each term: the log evidence and the held-out log score that it gains.
     misfit : float
         Factor on the variances: chi^2 over n of the fit, at least 1.
+    p : float
+        P(chi^2 larger) of the fit.
     """
 
     fit: Fit
@@ -81,6 +79,7 @@ class Residual:
     after: HeldOut
     gains: Mapping[str, tuple[float, float]]
     misfit: float
+    p: float
 
     @property
     def kept(self) -> tuple[str, ...]:
@@ -184,7 +183,8 @@ def fit_residual(diagnosis: Diagnosis) -> Residual | None:
     misfit = max(1.0, best.objective / len(best.residual))
     selector = Selector(linear.louder(math.sqrt(misfit)), _first(best), scale)
     covariance = _covariance(best, selector, degrees)
-    return Residual(best, beside, degrees, scale, covariance, before, after, gains, misfit)
+    p = goodness_of_fit(forward, best)
+    return Residual(best, beside, degrees, scale, covariance, before, after, gains, misfit, p)
 
 
 def _degrees(found: Fit, scale: SpeedScale) -> dict[Pair, int]:
