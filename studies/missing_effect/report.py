@@ -127,12 +127,14 @@ def _of_kept(diagnosis: Diagnosis, kept: Kept | None) -> dict[str, Any]:
     """What is said of what could not be named."""
     if kept is None:
         return {}
-    said_of_it: dict[str, Any] = {"kept_note": words.sentence(kept), "kept_rows": words.coefficients(kept)}
+    said_of_it: dict[str, Any] = {
+        "kept_note": words.sentence(kept), "kept_rows": words.coefficients(kept),
+        "kept_amplitude": words.amplitude_note(kept.amplitude),
+    }  # fmt: skip
     if kept.residual is not None:
         scale, model = kept.residual.scale, _corrected(diagnosis, kept)
         said_of_it |= {
             "kept_speeds": f"{scale.middle:.3g} ± {scale.span:.3g} m/s",
-            "kept_amplitude": words.amplitude_note(kept.amplitude),
             "kept_critical": words.critical_rows(critical_of(kept, model)) if model is not None else [],
         }
     return said_of_it

@@ -137,7 +137,7 @@ def corrected(found: Diagnosis, folder: Path, weave: float | None) -> dict[str, 
         file = folder / f"{name}.toml"
         file.write_text(model_text(found, kept), encoding="utf-8")
         models[name] = read_model(file)
-    gaps = {"stated": None, "adjusted": None, "corrected": None}
+    gaps: dict[str, float | None] = {"stated": None, "adjusted": None, "corrected": None}
     if (folder / HELD_OUT).exists():
         measured = read_measurement(folder / HELD_OUT / "MEASUREMENT.toml")
         every = {"stated": measured.model, **models}  # type: ignore[attr-defined]

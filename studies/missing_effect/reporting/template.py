@@ -105,6 +105,9 @@ Not limited by these data (the limit is that of the prior, or beyond): {{ limits
 ## What could not be named
 
 {{ kept_note }}
+{% if kept_amplitude %}
+{{ kept_amplitude }}
+{% endif %}
 {% if kept_rows %}
 | torque | value | 1 sd | gain of log evidence | gain of held-out score |
 |---|---|---|---|---|
@@ -112,9 +115,7 @@ Not limited by these data (the limit is that of the prior, or beyond): {{ limits
 {% endfor %}
 Slope and curve are those over half the range of measured speeds, about its middle ({{ kept_speeds }}). The standard
 deviations hold what the terms that were left out may take, so a term can be needed though its own is large.
-{% if kept_amplitude %}
-{{ kept_amplitude }}
-{% endif %}
+
 ![{{ captions.residual_torque }}](residual_torque.png)
 
 *{{ captions.residual_torque }}*

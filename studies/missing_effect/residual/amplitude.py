@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from studies.inference.fit import Fit
 from studies.inference.forward import Forward
 from studies.inference.joint import JointForward
 from studies.missing_effect.motion.family import feedback_key
@@ -55,24 +56,29 @@ class Amplitude:
         return self.dry[0] < -SURE * self.dry[1]
 
 
-def amplitude_of(forward: Forward, residual: Residual) -> Amplitude | None:
+def amplitude_of(forward: Forward, found: Fit, residual: Residual | None = None) -> Amplitude | None:
     """Equivalent dampings of the pieces of time histories; None of other data, or where amplitudes are too alike.
 
     Parameters
     ----------
     forward : Forward
-    residual : Residual
+    found : Fit
+        The model beside which they are fitted.
+    residual : Residual, optional
+        The torque that ``found`` holds.
     """
     if isinstance(forward, JointForward) or not isinstance(forward, HistoryForward):
         return None
     pieces = (*forward.easier(), forward)[0]
     (term,) = (t for t in feedback_terms() if feedback_key("steer_rate", "steer_torque") in t.unknowns[0].sets)
-    joined, theta = (*residual.fit.candidates, term), np.append(residual.fit.theta, 0.0)
+    joined, theta = (*found.candidates, term), np.append(found.theta, 0.0)
     r, j = pieces.residual(joined, theta)
     moved = pieces.simulated(joined, theta, ("steer_rate_rad_s",), theta[None])[0, ..., 0]
     speeds = np.array([run.speed for run in pieces.runs])
-    fitted = residual.gains_at(speeds)[0].reshape(len(speeds), -1)[:, PAIRS.index(("steer", "steer_rate"))]
+    gains = np.zeros((len(speeds), len(PAIRS))) if residual is None else residual.gains_at(speeds)[0]
+    fitted = gains.reshape(len(speeds), -1)[:, PAIRS.index(("steer", "steer_rate"))]
     rates, dampings, sds, start = [], [], [], 0
+    misfit = math.sqrt(max(1.0, found.objective / len(found.residual)))
     for k, run in enumerate(pieces.runs):
         rows = slice(start, start + len(run.time) * len(pieces.noise))
         start = rows.stop
@@ -83,7 +89,7 @@ def amplitude_of(forward: Forward, residual: Residual) -> Amplitude | None:
         rates.append(math.sqrt(2 * float((moved[k, : len(run.time)] ** 2).mean())))
         dampings.append(float(own @ rest) / square - fitted[k])
         sds.append(1 / math.sqrt(square))
-    return _regressed(np.array(rates), np.array(dampings), np.array(sds) * math.sqrt(residual.misfit))
+    return _regressed(np.array(rates), np.array(dampings), np.array(sds) * misfit)
 
 
 def _regressed(rate: Array, damping: Array, sd: Array) -> Amplitude | None:

@@ -49,7 +49,7 @@ def draw_torque(kept: Kept, target: Path) -> bool:
 
         handles = [Line2D([], [], **{**look(k).plot, "marker": ""}) for k in range(len(STATES))]
         states = [f"from {state.replace('_', ' ')}" for state in STATES]
-        figure.legend(handles, states, loc="outside lower center", ncols=len(STATES))
+        figure.legend(handles, states, loc="outside upper center", ncols=len(STATES))
     return True
 
 

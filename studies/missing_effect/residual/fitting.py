@@ -146,6 +146,7 @@ def base_of(forward: Forward) -> BicycleForward:
     return part
 
 
+@np.errstate(over="ignore", invalid="ignore")  # trial steps that run away are refused
 def fit_residual(diagnosis: Diagnosis) -> Residual | None:
     """The residual torque of a finished ``diagnosis``; None where nothing was left open, or a tyre was measured.
 
@@ -175,16 +176,26 @@ def fit_residual(diagnosis: Diagnosis) -> Residual | None:
     degrees = _degrees(best, scale)
     if not degrees:
         raise InputError("no torque that is linear in the state improves the prediction of data left out")
-    before, after = held_out(forward, beside), held_out(forward, best)
-    if after.log_score <= before.log_score:
-        raise InputError("a torque that is linear in the state does not improve the prediction of data left out")
-    linear = _linear(forward, best, scale)
-    gains = {name_of(*key): gain for key, gain in _selector(linear, _first(best), scale).gains(degrees).items()}
+    before = held_out(forward, beside)
+    while True:  # whether the full model keeps what the linearised problem promised
+        linear = _linear(forward, best, scale)
+        selector = _selector(linear, _first(best), scale)
+        gains, fewer = selector.gains(degrees), selector.without_useless(degrees)
+        if fewer == degrees:
+            after = held_out(forward, best)
+            if after.log_score > before.log_score and after.chi2 < before.chi2:
+                break
+            fewer = selector.without_weakest(degrees)
+        if not fewer:
+            raise InputError("a torque that is linear in the state does not improve the prediction of data left out")
+        degrees = fewer
+        best = _fitted(forward, best, degrees, scale)
     misfit = max(1.0, best.objective / len(best.residual))
     selector = Selector(linear.louder(math.sqrt(misfit)), _first(best), scale)
     covariance = _covariance(best, selector, degrees)
     p = goodness_of_fit(forward, best)
-    return Residual(best, beside, degrees, scale, covariance, before, after, gains, misfit, p)
+    told = {name_of(*key): gain for key, gain in gains.items()}
+    return Residual(best, beside, degrees, scale, covariance, before, after, told, misfit, p)
 
 
 def _degrees(found: Fit, scale: SpeedScale) -> dict[Pair, int]:

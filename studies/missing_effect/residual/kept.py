@@ -45,13 +45,13 @@ def keep(diagnosis: Diagnosis) -> Kept | None:
     try:
         residual = fit_residual(diagnosis)
     except InputError as error:
-        return Kept(refused=str(error))
+        return Kept(refused=str(error), amplitude=amplitude_of(forward, diagnosis.final))
     if residual is None:
         return None
     motion = seen(forward, residual.fit.candidates, residual.fit.theta)
     return Kept(
         residual=residual, motion=motion, shape=shape_of(forward, residual, motion),
-        amplitude=amplitude_of(forward, residual),
+        amplitude=amplitude_of(forward, residual.fit, residual),
     )  # fmt: skip
 
 
@@ -91,7 +91,7 @@ def record(kept: Kept | None) -> dict[str, Any] | None:
         return None
     residual, shape = kept.residual, kept.shape
     if residual is None or shape is None:
-        return {"fitted": False, "why": kept.refused}
+        return {"fitted": False, "why": kept.refused, "amplitude": _amplitude(kept.amplitude)}
     names = (*residual.kept, *residual.dropped)
     first = len(residual.covariance) - len(names)
     units = {u.name: u.unit for u in residual.fit.unknowns}
@@ -107,7 +107,8 @@ def record(kept: Kept | None) -> dict[str, Any] | None:
         },
         "left_at_zero": {name: {"sd": residual.sd[name]} for name in residual.dropped},
         "covariance": {"coefficients": list(names), "matrix": residual.covariance[first:, first:].tolist()},
-        "misfit": residual.misfit, "goodness_of_fit_p": residual.p, "chi2": {"without": residual.beside.chi2, "with": residual.fit.chi2},
+        "misfit": residual.misfit, "goodness_of_fit_p": residual.p,
+        "chi2": {"without": residual.beside.chi2, "with": residual.fit.chi2},
         "held_out": {
             "gap_without": residual.before.gap, "gap_with": residual.after.gap,
             "log_score_gain": residual.after.log_score - residual.before.log_score,

@@ -6,7 +6,7 @@ the rest. So terms can be tried by hundreds, and the few that are chosen are fit
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 
 from studies.missing_effect.residual.terms import PAIRS, Degrees, Pair, SpeedScale, keys
 from tyre.base.arrays import Array
+
+Sums = tuple[Array, Array, float, int]
+"""A' A, A' y, y' y and the number of some rows."""
 
 PRICE_PAIR, PRICE_DEGREE = math.log(8), math.log(2)
 """Log prior odds against a further pair of torque and state, of eight, and against a further power of the speed."""
@@ -39,7 +42,7 @@ class Linear:
     fold: NDArray[np.intp]
 
     @cached_property
-    def _sums(self) -> dict[int, tuple[Array, Array, float, int]]:
+    def _sums(self) -> dict[int, Sums]:
         """A' A, A' y, y' y and the number of the rows of each fold."""
         found = {}
         for number in np.unique(self.fold):
@@ -48,9 +51,13 @@ class Linear:
         return found
 
     @cached_property
-    def _total(self) -> tuple[Array, Array, float, int]:
-        parts = list(self._sums.values())
-        return sum(p[0] for p in parts), sum(p[1] for p in parts), sum(p[2] for p in parts), sum(p[3] for p in parts)  # type: ignore[return-value]
+    def _total(self) -> Sums:
+        return _added(self._sums.values())
+
+    @cached_property
+    def _rests(self) -> tuple[Sums, ...]:
+        """Sums of the rows without each fold."""
+        return tuple(_added(part for other, part in self._sums.items() if other != number) for number in self._sums)
 
     def posterior(self, columns: NDArray[np.intp], sd: Array | None = None) -> tuple[Array, Array]:
         """Mean (q,) and covariance (q, q) of the coordinates in ``columns`` (q,), the others being zero.
@@ -73,13 +80,11 @@ class Linear:
 
     def held_out(self, columns: NDArray[np.intp]) -> float:
         """ln of the density of each fold given the others, summed, with the coordinates in ``columns`` (q,)."""
-        every, score = self._total, 0.0
         if len(self._sums) == 1:
             return -math.inf
-        for part in self._sums.values():
-            rest = (every[0] - part[0], every[1] - part[1], every[2] - part[2], every[3] - part[3])
-            score += _log_density(every, columns) - _log_density(rest, columns)
-        return score
+        whole = _log_density(self._total, columns)
+        score = sum(whole - _log_density(rest, columns) for rest in self._rests)
+        return score if math.isfinite(score) else -math.inf
 
     def misfit(self, columns: NDArray[np.intp]) -> float:
         """|residual|^2 and penalty that the best coordinates in ``columns`` (q,) leave, over the number of rows."""
@@ -92,13 +97,23 @@ class Linear:
         return Linear(self.jacobian / noise, self.target / noise, self.fold)
 
 
-def _log_density(sums: tuple[Array, Array, float, int], columns: NDArray[np.intp], sd: Array | None = None) -> float:
+def _added(parts: Iterable[Sums]) -> Sums:
+    gram, push, square, count = zip(*parts, strict=True)
+    return np.sum(gram, axis=0), np.sum(push, axis=0), float(sum(square)), int(sum(count))
+
+
+def _log_density(sums: Sums, columns: NDArray[np.intp], sd: Array | None = None) -> float:
+    """ln N(y; 0, 1 + A A') by the matrix inversion lemma; minus infinity where a motion runs away beyond numbers."""
     gram, push, square, count = sums
     scale = np.ones(len(columns)) if sd is None else sd
     inner = np.eye(len(columns)) + gram[np.ix_(columns, columns)] * np.outer(scale, scale)
     pushed = scale * push[columns]
-    value = square - float(pushed @ np.linalg.solve(inner, pushed))
-    return -0.5 * (value + float(np.linalg.slogdet(inner)[1]) + count * math.log(2 * math.pi))
+    try:
+        value = square - float(pushed @ np.linalg.solve(inner, pushed))
+    except np.linalg.LinAlgError:
+        return -math.inf
+    found = -0.5 * (value + float(np.linalg.slogdet(inner)[1]) + count * math.log(2 * math.pi))
+    return found if math.isfinite(found) else -math.inf
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,6 +186,17 @@ class Selector:
                 break
             chosen = best
         return chosen
+
+    def without_useless(self, chosen: Degrees) -> dict[Pair, int]:
+        """The terms of ``chosen`` less one power of the pair whose last term costs the held-out score most, if any."""
+        gains = {pair: gain[1] for (pair, _), gain in self.gains(chosen).items()}
+        worst = min(gains, key=lambda pair: gains[pair])
+        return dict(chosen) if gains[worst] > 0 else _lowered(chosen, worst)
+
+    def without_weakest(self, chosen: Degrees) -> dict[Pair, int]:
+        """The terms of ``chosen`` without the pair whose loss costs the held-out score least."""
+        rest = [{p: n for p, n in chosen.items() if p != pair} for pair in chosen]
+        return max(rest, key=lambda other: self.linear.held_out(self.columns(other)))
 
     def gains(self, chosen: Degrees) -> dict[tuple[Pair, int], tuple[float, float]]:
         """What the last term of each pair gains: log evidence, and held-out log score. ``chosen`` has the terms."""

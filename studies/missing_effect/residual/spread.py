@@ -32,9 +32,9 @@ def covariance_of(residual: Residual, model: Model) -> ParameterCovariance:
     known = {key for key in model.parameters if key not in model.tied and key not in UNUSED}
     rows |= {f"{EFFECT}.{name}": np.zeros(size) for name in ("middle_speed", "speed_span")}  # exact
     names = tuple(key for key, row in rows.items() if key in known)
-    factor = np.array([rows[key] for key in names])
-    spread = factor @ residual.covariance @ factor.T
-    return ParameterCovariance(names, (spread + spread.T) / 2, origin=MODEL_FILE)
+    slopes = np.array([rows[key] for key in names])
+    matrix = slopes @ residual.covariance @ slopes.T
+    return ParameterCovariance(names, (matrix + matrix.T) / 2, origin=MODEL_FILE)
 
 
 def _slope(u: UncertainParameter, coordinate: float) -> float:

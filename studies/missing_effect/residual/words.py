@@ -37,7 +37,7 @@ def sentence(kept: Kept) -> str:
 def _shares(kept: Kept) -> str:
     assert kept.shape is not None
     ranked = sorted(kept.shape.shares.items(), key=lambda item: -item[1])
-    told = [f"{percent(share)} is a {_direction(kept, pair)}" for pair, share in ranked if share >= SMALL]
+    told = [f"{percent(round(share, 3))} is a {_direction(kept, pair)}" for pair, share in ranked if share >= SMALL]
     against = [pair for pair, share in ranked if share <= -SMALL]
     words = f"Of its power on the motion seen, {listed(told)}." if told else ""
     if against or sum(share for _, share in ranked if share >= SMALL) > 1 + SMALL:
@@ -50,8 +50,7 @@ def _direction(kept: Kept, pair: Pair) -> str:
     assert kept.residual is not None
     torque, state = pair[0], pair[1].replace("_", " ")
     scale = kept.residual.scale
-    ends = np.array([scale.middle - scale.span, scale.middle + scale.span])
-    speeds = np.linspace(*ends, 21)
+    speeds = np.linspace(scale.middle - scale.span, scale.middle + scale.span, 21)
     gain = kept.residual.gains_at(speeds)[0].reshape(len(speeds), -1)[:, PAIRS.index(pair)]
     if gain.min() < 0 < gain.max():
         return f"{torque} torque from the {state} that changes its sign with speed"
@@ -73,12 +72,16 @@ def _likeness(library: tuple[Likeness, ...]) -> str:
     best = library[0]
     if best.share < LIKE:
         return (
-            f"Its shape is that of no effect of the library; the likest, {best.identifier}, has {percent(best.share)} "
+            f"Its shape is that of no effect of the library; the likest, {best.identifier}, has {_share(best)} "
             f"of its power{_sign(best)}."
         )
-    others = [f"{one.identifier} {percent(one.share)}{_sign(one)}" for one in library[1:3] if one.share >= LIKE]
+    others = [f"{one.identifier} {_share(one)}{_sign(one)}" for one in library[1:3] if one.share >= LIKE]
     more = f"; {listed(others)}" if others else ""
-    return f"{percent(best.share)} of its power has the shape of {best.identifier}{_sign(best)}{more}."
+    return f"{_share(best)} of its power has the shape of {best.identifier}{_sign(best)}{more}."
+
+
+def _share(one: Likeness) -> str:
+    return percent(round(one.share, 3))
 
 
 def _sign(one: Likeness) -> str:
@@ -91,12 +94,12 @@ def _errors(errors: tuple[Likeness, ...]) -> str:
         return ""
     same = [one for one in errors if one.share >= SAME]
     if same:
-        names = listed(f"{one.identifier} ({percent(one.share)}{_sign(one)})" for one in same[:3])
+        names = listed(f"{one.identifier} ({_share(one)}{_sign(one)})" for one in same[:3])
         return f"An error of the measurement would do the same to these data, and must be ruled out first: {names}."
     best = errors[0]
     return (
         f"No error of the measurement would do the same to these data; {best.identifier} comes nearest, with "
-        f"{percent(best.share)} of it{_sign(best)}."
+        f"{_share(best)} of it{_sign(best)}."
     )
 
 
@@ -114,7 +117,7 @@ def amplitude_note(found: Amplitude | None) -> str:
     how = "rises with" if found.rises else "does not depend on"
     return (
         f"The equivalent damping of the steering {how} the amplitude of the steer rate ({low} to {high} rad/s); "
-        f"dry friction of {size} would fit it."
+        f"the dry friction fitted to it is {size}."
     )
 
 

@@ -259,7 +259,8 @@ def row(corrected, true, value, sd, **more):
 def test_cases_are_counted_as_they_are():
     rows = [
         row(1.0, 5.0, 5.1, 0.1), row(0.0, 5.0, 5.3, 0.1), row(2.0, 2.0, None, None), row(3.0, None, 4.0, 0.1),
-        row(1.0, 4.0, 4.0, 0.1, verdict="named"), row(1.0, 4.0, 4.0, 0.1, fitted=False), row(1.0, 4.0, 4.0, 1, error="x"),
+        row(1.0, 4.0, 4.0, 0.1, verdict="named"), row(1.0, 4.0, 4.0, 0.1, fitted=False),
+        row(1.0, 4.0, 4.0, 0.1, error="x"),
     ]  # fmt: skip
     found = summary(rows)
     assert (found["cases"], found["errors"], found["left_open"], found["fitted"]) == (7, 1, 5, 4)
