@@ -21,15 +21,13 @@ from studies.sampling.bounded_draws import BoundedDraws
 from studies.sampling.draws import normal, uniform
 from studies.sampling.refused import Refused
 from studies.sweeps.many_bicycles import BICYCLE, ManyBicycles
-from studies.sweeps.spec import SPEED, TYRE_UNITS, ImpossibleItem, Sweep, bounds_of
+from studies.sweeps.spec import SPEED, TYRE_UNITS, ImpossibleItem, Sweep, bounds_of, together
 from studies.sweeps.tyre_table import TyreTable
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.properties import FOLLOWS_FROM
 
 TYRE_DRAWS = tuple(f"tyre {what} stiffness {wheel}" for wheel in WHEELS for what in ("cornering", "lateral"))
-
-MOST_NAMES = 12  # of numbers measured together, beyond which they are counted
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +74,7 @@ class Sampler:
     @property
     def draws(self) -> dict[str, tuple[str, ...]]:
         """What is normally distributed, by what is measured together -> names of its independent standard normals."""
-        found = {_together(group.names): group.names for group in self.sweep.normals}
+        found = {together(group.names): group.names for group in self.sweep.normals}
         found |= {key: (key,) for key in self._many.sampled}
         if self.sweep.tyre_covariance:
             found |= {f"tyre {what} stiffness": TYRE_DRAWS[k::2] for k, what in enumerate(("cornering", "lateral"))}
@@ -295,8 +293,3 @@ def number(value: Any, item: int) -> float:
     """Number ``item`` of a ``value`` that is a number or an array (m,)."""
     found = np.asarray(value)
     return float(found[item] if found.ndim else found)
-
-
-def _together(names: tuple[str, ...]) -> str:
-    """What is measured together in a few words."""
-    return ", ".join(names) if len(names) <= MOST_NAMES else f"{names[0]} and {len(names) - 1} parameters with it"

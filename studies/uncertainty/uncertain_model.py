@@ -111,9 +111,7 @@ class UncertainModel:
         self.names = tuple(name for group in self.measurements.values() for name in group)
 
     def _beside_the_law(self, key: str) -> bool:
-        """Whether a parameter is correlated with others but is not drawn with the stiffnesses of a measured tyre: its
-        trail, and all that the model file states the covariance of.
-        """
+        """Whether a parameter is correlated but not drawn with a tyre's stiffnesses: its trail, a stated covariance."""
         return key not in self._of_tyre and key in self._own and self._own[key].origin in (TABLE, MODEL_FILE)
 
     def _deviations(self, sd: Mapping[str, float], *, assume: bool) -> dict[str, Deviation]:

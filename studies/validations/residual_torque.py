@@ -135,17 +135,22 @@ def corrected(found: Diagnosis, folder: Path, weave: float | None) -> dict[str, 
     models = {}
     for name, kept in (("adjusted", None), ("corrected", residual)):
         file = folder / f"{name}.toml"
-        file.write_text(model_text(found, kept), encoding="utf-8")
+        try:
+            file.write_text(model_text(found, kept), encoding="utf-8")
+        except InputError as error:  # the fit has moved the parameters to where no bicycle is
+            refused = refused or f"{name}: {error}"
+            continue
         models[name] = read_model(file)
+    fitted = residual is not None and "corrected" in models
     gaps: dict[str, float | None] = {"stated": None, "adjusted": None, "corrected": None}
     if (folder / HELD_OUT).exists():
         measured = read_measurement(folder / HELD_OUT / "MEASUREMENT.toml")
         every = {"stated": measured.model, **models}  # type: ignore[attr-defined]
-        gaps = {name: prediction_gap(measured, model) for name, model in every.items()}
-    value, sd = weave_estimate(models["corrected"])
+        gaps |= {name: prediction_gap(measured, model) for name, model in every.items()}
+    value, sd = weave_estimate(models["corrected"]) if fitted else (None, None)
     scale = residual.scale if residual else None
     return {
-        "fitted": residual is not None, "refused": refused, "kept": list(residual.kept) if residual else [],
+        "fitted": fitted, "refused": refused, "kept": list(residual.kept) if residual else [],
         "misfit": residual.misfit if residual else None, "gaps": gaps,
         "weave": {"true": weave, "value": value, "sd": sd},
         "speeds": [scale.middle - scale.span, scale.middle + scale.span] if scale else None,

@@ -109,12 +109,12 @@ Not limited by these data (the limit is that of the prior, or beyond): {{ limits
 {{ kept_amplitude }}
 {% endif %}
 {% if kept_rows %}
-| torque | value | 1 sd | gain of log evidence | gain of held-out score |
-|---|---|---|---|---|
+| torque | value | 1 sd, these terms alone | 1 sd | gain of log evidence | gain of held-out score |
+|---|---|---|---|---|---|
 {% for row in kept_rows %}| {{ row|join(' | ') }} |
 {% endfor %}
-Slope and curve are those over half the range of measured speeds, about its middle ({{ kept_speeds }}). The standard
-deviations hold what the terms that were left out may take, so a term can be needed though its own is large.
+Slope and curve are those over half the range of measured speeds, about its middle ({{ kept_speeds }}). The second
+standard deviation, which the corrected model carries, holds what the terms that were left out may take.
 
 ![{{ captions.residual_torque }}](residual_torque.png)
 

@@ -106,6 +106,12 @@ class Residual:
         return dict(zip((*self.kept, *self.dropped), spread.tolist(), strict=True))
 
     @property
+    def sd_alone(self) -> dict[str, float]:
+        """The same of those that were fitted, were all others zero."""
+        spread = np.sqrt(self.misfit * self.fit.covariance.diagonal()[self._columns])
+        return dict(zip(self.kept, spread.tolist(), strict=True))
+
+    @property
     def _columns(self) -> slice:
         return self.fit.columns(self.fit.candidates[-1])
 

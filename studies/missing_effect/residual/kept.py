@@ -100,7 +100,7 @@ def record(kept: Kept | None) -> dict[str, Any] | None:
         "middle_speed_m_s": residual.scale.middle, "speed_span_m_s": residual.scale.span,
         "coefficients": {
             name: {
-                "value": value, "sd": residual.sd[name], "unit": units[name],
+                "value": value, "sd": residual.sd[name], "sd_alone": residual.sd_alone[name], "unit": units[name],
                 "gain_log_evidence": _of(residual.gains, name, 0), "gain_held_out": _of(residual.gains, name, 1),
             }
             for name, value in residual.values.items()

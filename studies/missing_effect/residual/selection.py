@@ -93,7 +93,7 @@ class Linear:
         return (square - float(push[columns] @ np.linalg.solve(inner, push[columns]))) / count
 
     def louder(self, noise: float) -> "Linear":
-        """The same with ``noise`` (of one standard deviation of the data) times as large."""
+        """The same with the noise larger by a factor ``noise`` (no unit)."""
         return Linear(self.jacobian / noise, self.target / noise, self.fold)
 
 

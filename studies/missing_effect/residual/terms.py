@@ -56,12 +56,12 @@ class SpeedScale:
 
 
 def name_of(pair: Pair, degree: int) -> str:
-    """Parameter of the effect: of a ``pair`` and the power ``degree`` of the speed."""
+    """Parameter of the effect: of a ``pair`` and a power of the speed, the number ``degree`` from 0 to 2."""
     return f"{pair[0]}_from_{pair[1]}{DEGREES[degree]}"
 
 
 def unknown(pair: Pair, degree: int) -> UncertainParameter:
-    """The coefficient of a ``pair`` and a power ``degree`` of the speed, with its prior.
+    """The coefficient of a ``pair`` and a power of the speed, the number ``degree`` from 0 to 2, with its prior.
 
     The usual size of the effect's declaration is one standard deviation.
     """

@@ -122,7 +122,7 @@ def amplitude_note(found: Amplitude | None) -> str:
 
 
 def coefficients(kept: Kept) -> list[list[str]]:
-    """Rows of the table of coefficients: in words, value, standard deviation, gains."""
+    """Rows of the table of coefficients: in words, value, standard deviation alone and with the others, gains."""
     residual = kept.residual
     if residual is None:
         return []
@@ -131,7 +131,8 @@ def coefficients(kept: Kept) -> list[list[str]]:
     for name, value in residual.values.items():
         gain = residual.gains.get(name)
         shown = [f"{one:+.1f}" for one in gain] if gain else ["with the next"] * 2
-        rows.append([plain(name), f"{number(value, 3)} {units[name]}", number(residual.sd[name], 2), *shown])
+        sds = (number(residual.sd_alone[name], 2), number(residual.sd[name], 2))
+        rows.append([plain(name), f"{number(value, 3)} {units[name]}", *sds, *shown])
     return rows
 
 
