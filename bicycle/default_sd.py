@@ -14,7 +14,9 @@ from bicycle.parameter_key import ParameterKey, entries_of
 from bicycle.parameters import UNITS, UNUSED
 from tyre.base.errors import InputError, is_number, shown, unknown
 
-GIVEN, TABLE, FILE, ASSUMED, EXACT = ORIGINS = ("given", "tyre table", "bicycle file", "assumed", "exact")
+GIVEN, TABLE, FILE, MODEL_FILE, ASSUMED, EXACT = ORIGINS = (
+    "given", "tyre table", "bicycle file", "model file", "assumed", "exact"
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -107,8 +109,10 @@ def _stated(model: Model, key: str) -> Deviation | None:
     if key in model.bicycle.sd:
         sd = model.bicycle.sd[key]
         return Deviation(sd, FILE) if sd else Deviation(0.0, EXACT, "stated as 0")
+    if model.covariance.origin == MODEL_FILE and model.sd.get(key) == 0:
+        return Deviation(0.0, EXACT, "stated as 0")
     if model.sd.get(key) and key not in model.assumed_sd:
-        return Deviation(model.sd[key], TABLE)
+        return Deviation(model.sd[key], model.covariance.origin if key in model.covariance.names else TABLE)
     if key == "g":
         return Deviation(0.0, EXACT, "known")
     return Deviation(0.0, EXACT, "switched off") if _switched_off(model, key) else None

@@ -23,6 +23,8 @@ class ParameterCovariance:
         SI units.
     variance_spread : tuple of ndarray, shape (p, p) each
         As in :class:`tyre.joint_properties.JointCovariance`; empty where the standard deviations are known well.
+    origin : str
+        Where it comes from, in words: the tyre's table, or the model file that states it.
 
     Raises
     ------
@@ -33,6 +35,7 @@ class ParameterCovariance:
     names: tuple[str, ...] = ()
     matrix: Array = field(default_factory=lambda: np.zeros((0, 0)))
     variance_spread: tuple[Array, ...] = ()
+    origin: str = "tyre table"
 
     def __post_init__(self) -> None:
         size = len(self.names)
@@ -107,3 +110,34 @@ class ParameterCovariance:
 def _among(matrix: Array, mine: Sequence[str], names: Sequence[str]) -> Array:
     select = np.array([[float(name == own) for own in mine] for name in names]).reshape(len(names), len(mine))
     return np.asarray(select @ np.asarray(matrix, float) @ select.T)
+
+
+def checked_covariance(names: Sequence[str], covariance: ArrayLike) -> Array:
+    """The covariance of parameters as an array (p, p).
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the parameters, p of them.
+    covariance : array_like, shape (p, p)
+        SI units.
+
+    Raises
+    ------
+    InputError
+        A name that stands twice, or a matrix that is of another size, not finite, or no covariance.
+    """
+    if not names:
+        raise InputError("no parameter is uncertain: give at least one name with its covariance")
+    twice = next((name for k, name in enumerate(names) if name in names[:k]), None)
+    if twice is not None:
+        raise InputError(f"{twice} is given twice; keep one")
+    spread, size = np.asarray(covariance, float), len(names)
+    if spread.shape != (size, size) or not np.isfinite(spread).all():
+        raise InputError(f"covariance of {', '.join(names)} must be {size} x {size} finite numbers")
+    sd = np.sqrt(np.maximum(np.diag(spread), 0.0))
+    scale = np.where(sd > 0, sd, 1.0)
+    correlation = spread / np.outer(scale, scale)
+    if not np.allclose(correlation, correlation.T, rtol=0, atol=1e-9) or np.linalg.eigvalsh(correlation)[0] < -1e-9:
+        raise InputError(f"covariance of {', '.join(names)} must be symmetric without negative eigenvalues")
+    return spread

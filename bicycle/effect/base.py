@@ -35,6 +35,8 @@ class Effect:
         Literature, and what one sees in the modes when the effect is there.
     powered : bool
         Whether a motor does it: the diagnosis tries it on request only, for no bicycle has one unknown to its owner.
+    nameable : bool
+        Whether it is a cause that a diagnosis may name; what stands for an unknown one is never tried.
     needs_rider : bool
         Whether it is of a rider: the diagnosis does not try it on a bicycle without one.
     acts_through : str
@@ -57,6 +59,7 @@ class Effect:
     description: ClassVar[str] = ""
     modes: ClassVar[tuple[Mode, ...]] = ()
     powered: ClassVar[bool] = False
+    nameable: ClassVar[bool] = True
     needs_rider: ClassVar[bool] = False
     acts_through: ClassVar[str] = ""
 

@@ -1,12 +1,14 @@
-"""Model files: one TOML with a bicycle and a table per effect; values may come from its tyres."""
+"""Model files: one TOML with a bicycle and a table per effect; values may come from its tyres, with a covariance."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from bicycle.effect import Effect, effect_class
 from bicycle.files.bicycle_file import bicycle_place, given_numbers, load_bicycle
 from bicycle.files.checked_bicycle import checked_bicycle
+from bicycle.files.stated_covariance import SECTION, stated_covariance
 from bicycle.files.tyre_values import mounted_tyres, unused_offers, with_tyre_values
 from bicycle.files.wheel_tyres import tyre_notes
 from bicycle.model import Model
@@ -14,7 +16,7 @@ from bicycle.parameter_covariance import ParameterCovariance
 from bicycle.parameter_key import ParameterKey
 from bicycle.parameters import Bicycle, doubts_about
 from tyre.base import schema
-from tyre.base.checks import anything, flag, refused
+from tyre.base.checks import any_table, anything, flag, refused
 from tyre.base.errors import InputError, is_number
 from tyre.base.plausible import WAY_OUT, refuse_absurd
 from tyre.base.toml_file import read_toml
@@ -34,6 +36,7 @@ MODEL = schema.table(
         schema.maybe("effects", {}): schema.tables_by_name,
         schema.maybe("description", ""): anything,
         schema.maybe(WAY_OUT, False): flag,
+        schema.maybe(SECTION): any_table,
     }
 )
 
@@ -67,7 +70,7 @@ def build_model(content: Mapping[str, Any], *, folder: Path = Path()) -> Model:
     Parameters
     ----------
     content : mapping
-        As read from TOML: ``bicycle``, ``effects``, ``allow_unusual``.
+        As read from TOML: ``bicycle``, ``effects``, ``allow_unusual``, ``covariance``.
     folder : Path
         What file names are relative to.
     """
@@ -88,7 +91,11 @@ def build_model(content: Mapping[str, Any], *, folder: Path = Path()) -> Model:
         if not allow:
             refuse_absurd(effects[-1].doubts().values(), where="model file")
     notes = [] if tyres is None else [*tyre_notes(tyres.properties), *unused_offers(tyres, tables)]
-    return Model(bicycle, tuple(effects), tuple(notes), covariance.sd, tuple(assumed), covariance)
+    model = Model(bicycle, tuple(effects), tuple(notes), covariance.sd, tuple(assumed), covariance)
+    if SECTION not in given:
+        return model
+    stated = stated_covariance(model, given[SECTION])
+    return replace(model, sd=stated.sd, covariance=stated)
 
 
 def allows_unusual(content: Mapping[str, Any]) -> bool:

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from bicycle.critical.critical_speed import CriticalSpeed
 from bicycle.eigenvalues.oscillation import frequency_hz
 from bicycle.model import Model
+from bicycle.parameter_covariance import checked_covariance
 from bicycle.parameter_key import entries_of
 from bicycle.sensitivity.eigenvalue_derivatives import critical_speed_sensitivities, sensitivities
 from tyre.base.arrays import Array
@@ -192,37 +193,6 @@ def critical_speed_sd(
     """
     spread = checked_covariance(names, covariance)
     return standard_deviation(critical_speed_gradients(model, critical, names), spread)
-
-
-def checked_covariance(names: Sequence[str], covariance: ArrayLike) -> Array:
-    """The covariance of parameters as an array (p, p).
-
-    Parameters
-    ----------
-    names : sequence of str
-        Of the parameters, p of them.
-    covariance : array_like, shape (p, p)
-        SI units.
-
-    Raises
-    ------
-    InputError
-        A name that stands twice, or a matrix that is of another size, not finite, or no covariance.
-    """
-    if not names:
-        raise InputError("no parameter is uncertain: give at least one name with its covariance")
-    twice = next((name for k, name in enumerate(names) if name in names[:k]), None)
-    if twice is not None:
-        raise InputError(f"{twice} is given twice; keep one")
-    spread, size = np.asarray(covariance, float), len(names)
-    if spread.shape != (size, size) or not np.isfinite(spread).all():
-        raise InputError(f"covariance of {', '.join(names)} must be {size} x {size} finite numbers")
-    sd = np.sqrt(np.maximum(np.diag(spread), 0.0))
-    scale = np.where(sd > 0, sd, 1.0)
-    correlation = spread / np.outer(scale, scale)
-    if not np.allclose(correlation, correlation.T, rtol=0, atol=1e-9) or np.linalg.eigvalsh(correlation)[0] < -1e-9:
-        raise InputError(f"covariance of {', '.join(names)} must be symmetric without negative eigenvalues")
-    return spread
 
 
 def _slope(name: str, known: Collection[str], slope: Callable[[str], Any]) -> Any:

@@ -4,14 +4,19 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from bicycle.model import Model
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.figures import draw_all
 from studies.missing_effect.reporting import sentences, tables
-from studies.missing_effect.reporting.corrected_model import model_text
+from studies.missing_effect.reporting.corrected_model import corrected_model, model_text
 from studies.missing_effect.reporting.findings import Findings, find
 from studies.missing_effect.reporting.sentences import SAYS
 from studies.missing_effect.reporting.template import CLOSE, NAMED, OPEN, PAGE, SECTIONS, TEMPLATE
 from studies.missing_effect.reporting.words import explains, probability, said, titles
+from studies.missing_effect.residual import words
+from studies.missing_effect.residual.figure import caption, draw_torque
+from studies.missing_effect.residual.kept import Kept, critical_of
+from studies.missing_effect.residual.terms import EFFECT
 from studies.reporting.output import write_json
 from tyre.base.errors import InputError
 from tyre.base.files import write_text
@@ -38,7 +43,9 @@ def write_report(diagnosis: Diagnosis, folder: Path, findings: Findings | None =
     folder.mkdir(parents=True, exist_ok=True)
     findings = findings or find(diagnosis)
     captions = draw_all(diagnosis, folder)
-    text = page(diagnosis, findings, captions, corrected=_write_model(diagnosis, folder / MODEL))
+    if findings.kept is not None and draw_torque(findings.kept, folder / EFFECT):
+        captions[EFFECT] = caption(findings.kept)
+    text = page(diagnosis, findings, captions, corrected=_write_model(diagnosis, findings, folder / MODEL))
     write_text(folder / "report.md", text)
     body = markdown.markdown(text, extensions=["tables", "md_in_html"])
     title = f"What is missing: {diagnosis.measurement.name}"
@@ -114,13 +121,40 @@ def _content(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
         "predicted": tables.predicted(diagnosis, findings.predicted),
         "predicted_note": sentences.predicted_note(findings) if findings.predicted else "",
         "open": lambda anchor: OPEN.format(anchor=anchor, title=SECTIONS[anchor]),
+        **_of_kept(diagnosis, findings.kept),
     }  # fmt: skip
 
 
-def _write_model(diagnosis: Diagnosis, target: Path) -> str:
-    """Write the corrected model of a bicycle; says so, or why there is none, and nothing of a tyre."""
+def _of_kept(diagnosis: Diagnosis, kept: Kept | None) -> dict[str, Any]:
+    """What is said of what could not be named."""
+    if kept is None:
+        return {}
+    said_of_it: dict[str, Any] = {
+        "kept_note": words.sentence(kept), "kept_rows": words.coefficients(kept),
+        "kept_amplitude": words.amplitude_note(kept.amplitude),
+    }  # fmt: skip
+    if kept.residual is not None:
+        scale, model = kept.residual.scale, _corrected(diagnosis, kept)
+        said_of_it |= {
+            "kept_speeds": f"{scale.middle:.3g} ± {scale.span:.3g} m/s",
+            "kept_critical": words.critical_rows(critical_of(kept, model)) if model is not None else [],
+        }
+    return said_of_it
+
+
+def _corrected(diagnosis: Diagnosis, kept: Kept) -> Model | None:
+    """The corrected model with what was kept; None where the values make none, as is said beside the model."""
     try:
-        text = model_text(diagnosis)
+        return corrected_model(diagnosis, kept.residual)
+    except InputError:
+        return None
+
+
+def _write_model(diagnosis: Diagnosis, findings: Findings, target: Path) -> str:
+    """Write the corrected model of a bicycle; says so, or why there is none, and nothing of a tyre."""
+    residual = findings.kept.residual if findings.kept is not None else None
+    try:
+        text = model_text(diagnosis, residual)
     except InputError as error:
         return f"There is no corrected model: {error}"
     if not text:
@@ -129,7 +163,11 @@ def _write_model(diagnosis: Diagnosis, target: Path) -> str:
     added = explains(diagnosis.final) if diagnosis.final.candidates else "nothing"
     left = [c.identifier for c in diagnosis.final.candidates if c.effect is None]
     errors = f" ({', '.join(left)} lies in the measurement and is left out)" if left else ""
+    kept = "" if residual is None else (
+        f" It holds what could not be named as `{EFFECT}`, and the covariance of all that was fitted, which `velotyre "
+        f"uncertainty {MODEL}` takes."
+    )  # fmt: skip
     return (
         f"[`{MODEL}`]({MODEL}) is the base model with its parameters adjusted and {added} added{errors}; every other "
-        f"command reads it: `velotyre modes {MODEL} --speeds 2:10:1`."
+        f"command reads it: `velotyre modes {MODEL} --speeds 2:10:1`.{kept}"
     )

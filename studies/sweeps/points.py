@@ -21,7 +21,7 @@ from studies.sampling.bounded_draws import BoundedDraws
 from studies.sampling.draws import normal, uniform
 from studies.sampling.refused import Refused
 from studies.sweeps.many_bicycles import BICYCLE, ManyBicycles
-from studies.sweeps.spec import SPEED, TYRE_UNITS, ImpossibleItem, Sweep, bounds_of
+from studies.sweeps.spec import SPEED, TYRE_UNITS, ImpossibleItem, Sweep, bounds_of, together
 from studies.sweeps.tyre_table import TyreTable
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
@@ -74,7 +74,7 @@ class Sampler:
     @property
     def draws(self) -> dict[str, tuple[str, ...]]:
         """What is normally distributed, by what is measured together -> names of its independent standard normals."""
-        found = {", ".join(group.names): group.names for group in self.sweep.normals}
+        found = {together(group.names): group.names for group in self.sweep.normals}
         found |= {key: (key,) for key in self._many.sampled}
         if self.sweep.tyre_covariance:
             found |= {f"tyre {what} stiffness": TYRE_DRAWS[k::2] for k, what in enumerate(("cornering", "lateral"))}

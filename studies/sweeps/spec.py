@@ -30,6 +30,8 @@ BY_SPEED = {
 }  # fmt: skip
 OUTPUTS = BY_SPEED | {"critical_speeds": "m/s", "parameters": "SI unit of the parameter"}
 
+MOST_NAMES = 12  # of numbers measured together, beyond which they are counted
+
 
 @dataclass(frozen=True)
 class Axis:
@@ -166,3 +168,8 @@ def software() -> dict[str, str]:
     """What computes: the solver and the versions that could change a last digit."""
     names = ["velotyre", "numpy", "scipy", *(["numba"] if default_solver().__name__ == "compiled" else [])]
     return {"eigenvalue_solver": default_solver().__name__} | {name: version(name) for name in names}
+
+
+def together(names: tuple[str, ...]) -> str:
+    """What is measured together: its ``names``, or how many there are."""
+    return ", ".join(names) if len(names) <= MOST_NAMES else f"{names[0]} and {len(names) - 1} parameters with it"

@@ -8,9 +8,9 @@ import numpy as np
 
 from bicycle.files.wheel_tyres import tyre_file
 from bicycle.model import Model
+from bicycle.parameter_covariance import checked_covariance
 from bicycle.parameter_key import WHEELS, ParameterKey, entries_of
 from bicycle.parameters import UNITS
-from bicycle.sensitivity.propagation import checked_covariance
 from studies.sampling.bounded_draws import possible_moments
 from studies.sweeps.spec import SPEED, TYRE_UNITS, Axis, Normal, Uniform, bounds_of
 from tyre.base.checks import any_table, anything, flag, list_of, number, text, whole

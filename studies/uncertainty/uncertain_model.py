@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.default_sd import ASSUMED, CORNERING_STIFFNESS, GIVEN, TABLE, Deviation, standard_deviations
+from bicycle.default_sd import ASSUMED, CORNERING_STIFFNESS, GIVEN, MODEL_FILE, TABLE, Deviation, standard_deviations
 from bicycle.files.model_file import build_model, read_model
 from bicycle.model import Model
 from bicycle.model_family import ModelFamily
@@ -87,7 +87,7 @@ class UncertainModel:
         relative = (CORNERING_STIFFNESS if defaults else 0.0) if relative is None else relative
         self.relative, self._relative_given = relative, bool(relative_cornering_stiffness_sd)
         laws = [e.identifier for e in self._stated.effects if e.slot == "contact law"]  # drawn as the tyre is
-        self._of_tyre = tuple(key for key in self._stated.sd if ParameterKey.parse(key).effect in laws)
+        self._of_tyre = tuple(key for key in self._stated.sd if measured and ParameterKey.parse(key).effect in laws)
         self._own = self._deviations(sd or {}, assume=defaults)
         beside = [key for key in self._stated.covariance.names if self._beside_the_law(key)]
         for key, deviation in self._own.items():
@@ -111,8 +111,8 @@ class UncertainModel:
         self.names = tuple(name for group in self.measurements.values() for name in group)
 
     def _beside_the_law(self, key: str) -> bool:
-        """Whether a parameter comes from the tyre's table, but is not drawn with the stiffnesses: its trail."""
-        return key not in self._of_tyre and key in self._own and self._own[key].origin == TABLE
+        """Whether a parameter is correlated but not drawn with a tyre's stiffnesses: its trail, a stated covariance."""
+        return key not in self._of_tyre and key in self._own and self._own[key].origin in (TABLE, MODEL_FILE)
 
     def _deviations(self, sd: Mapping[str, float], *, assume: bool) -> dict[str, Deviation]:
         """Of every parameter that is free: neither tied to another, nor made by ``follow``."""

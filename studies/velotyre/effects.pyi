@@ -313,6 +313,139 @@ class RelaxationLength(Effect):
         relaxation_length: PerWheelValue,
     ) -> None: ...
 
+class ResidualTorque(Effect):
+    """Steer and lean torque, each linear in lean, steer and their rates, with coefficients that change with speed.
+
+    Torque = sum of (k + k_slope x + k_curve x^2) state with x = (v - middle_speed) / speed_span, so that all three have
+    the unit of k, which holds at the middle speed. Positive torques act like the inputs steer_torque and lean_torque:
+    a steering damper is a negative steer_from_steer_rate. It has no cause: the diagnosis fits it to what it cannot
+    name. Outside the speeds of its measurement, middle_speed - speed_span to middle_speed + speed_span, it is a guess.
+
+    Parameters
+    ----------
+    middle_speed : float, m/s, default 5
+        Of the measurement behind it; typical 2 .. 20, allowed 0 .. inf.
+    speed_span : float, m/s, default 1
+        Half the range of measured speeds; typical 0.5 .. 10, allowed 0.001 .. inf.
+    steer_from_lean : float, N m/rad, default 0
+        Steer torque over lean, at the middle speed; typical -20 .. 20, allowed any; the effect vanishes at 0.
+    steer_from_lean_slope : float, N m/rad, default 0
+        Steer torque over lean, its change over a span of speed; typical -20 .. 20, allowed any; the effect vanishes
+        at 0.
+    steer_from_lean_curve : float, N m/rad, default 0
+        Steer torque over lean, its curvature; typical -20 .. 20, allowed any; the effect vanishes at 0.
+    steer_from_steer : float, N m/rad, default 0
+        Steer torque over steer, at the middle speed; typical -10 .. 10, allowed any; the effect vanishes at 0.
+    steer_from_steer_slope : float, N m/rad, default 0
+        Steer torque over steer, its change over a span of speed; typical -10 .. 10, allowed any; the effect
+        vanishes at 0.
+    steer_from_steer_curve : float, N m/rad, default 0
+        Steer torque over steer, its curvature; typical -10 .. 10, allowed any; the effect vanishes at 0.
+    steer_from_lean_rate : float, N m s/rad, default 0
+        Steer torque over lean rate, at the middle speed; typical -4 .. 4, allowed any; the effect vanishes at 0.
+    steer_from_lean_rate_slope : float, N m s/rad, default 0
+        Steer torque over lean rate, its change over a span of speed; typical -4 .. 4, allowed any; the effect
+        vanishes at 0.
+    steer_from_lean_rate_curve : float, N m s/rad, default 0
+        Steer torque over lean rate, its curvature; typical -4 .. 4, allowed any; the effect vanishes at 0.
+    steer_from_steer_rate : float, N m s/rad, default 0
+        Steer torque over steer rate, at the middle speed; typical -2 .. 2, allowed any; the effect vanishes at 0.
+    steer_from_steer_rate_slope : float, N m s/rad, default 0
+        Steer torque over steer rate, its change over a span of speed; typical -2 .. 2, allowed any; the effect
+        vanishes at 0.
+    steer_from_steer_rate_curve : float, N m s/rad, default 0
+        Steer torque over steer rate, its curvature; typical -2 .. 2, allowed any; the effect vanishes at 0.
+    lean_from_lean : float, N m/rad, default 0
+        Lean torque over lean, at the middle speed; typical -100 .. 100, allowed any; the effect vanishes at 0.
+    lean_from_lean_slope : float, N m/rad, default 0
+        Lean torque over lean, its change over a span of speed; typical -100 .. 100, allowed any; the effect
+        vanishes at 0.
+    lean_from_lean_curve : float, N m/rad, default 0
+        Lean torque over lean, its curvature; typical -100 .. 100, allowed any; the effect vanishes at 0.
+    lean_from_steer : float, N m/rad, default 0
+        Lean torque over steer, at the middle speed; typical -40 .. 40, allowed any; the effect vanishes at 0.
+    lean_from_steer_slope : float, N m/rad, default 0
+        Lean torque over steer, its change over a span of speed; typical -40 .. 40, allowed any; the effect vanishes
+        at 0.
+    lean_from_steer_curve : float, N m/rad, default 0
+        Lean torque over steer, its curvature; typical -40 .. 40, allowed any; the effect vanishes at 0.
+    lean_from_lean_rate : float, N m s/rad, default 0
+        Lean torque over lean rate, at the middle speed; typical -20 .. 20, allowed any; the effect vanishes at 0.
+    lean_from_lean_rate_slope : float, N m s/rad, default 0
+        Lean torque over lean rate, its change over a span of speed; typical -20 .. 20, allowed any; the effect
+        vanishes at 0.
+    lean_from_lean_rate_curve : float, N m s/rad, default 0
+        Lean torque over lean rate, its curvature; typical -20 .. 20, allowed any; the effect vanishes at 0.
+    lean_from_steer_rate : float, N m s/rad, default 0
+        Lean torque over steer rate, at the middle speed; typical -10 .. 10, allowed any; the effect vanishes at 0.
+    lean_from_steer_rate_slope : float, N m s/rad, default 0
+        Lean torque over steer rate, its change over a span of speed; typical -10 .. 10, allowed any; the effect
+        vanishes at 0.
+    lean_from_steer_rate_curve : float, N m s/rad, default 0
+        Lean torque over steer rate, its curvature; typical -10 .. 10, allowed any; the effect vanishes at 0.
+
+    Notes
+    -----
+    Source: none: linear in the state as a controller identified by Moore (2012), Human Control of a Bicycle, ch. 8.
+    """
+
+    middle_speed: float
+    speed_span: float
+    steer_from_lean: float
+    steer_from_lean_slope: float
+    steer_from_lean_curve: float
+    steer_from_steer: float
+    steer_from_steer_slope: float
+    steer_from_steer_curve: float
+    steer_from_lean_rate: float
+    steer_from_lean_rate_slope: float
+    steer_from_lean_rate_curve: float
+    steer_from_steer_rate: float
+    steer_from_steer_rate_slope: float
+    steer_from_steer_rate_curve: float
+    lean_from_lean: float
+    lean_from_lean_slope: float
+    lean_from_lean_curve: float
+    lean_from_steer: float
+    lean_from_steer_slope: float
+    lean_from_steer_curve: float
+    lean_from_lean_rate: float
+    lean_from_lean_rate_slope: float
+    lean_from_lean_rate_curve: float
+    lean_from_steer_rate: float
+    lean_from_steer_rate_slope: float
+    lean_from_steer_rate_curve: float
+    def __init__(
+        self,
+        *,
+        middle_speed: float = 5.0,
+        speed_span: float = 1.0,
+        steer_from_lean: float = 0.0,
+        steer_from_lean_slope: float = 0.0,
+        steer_from_lean_curve: float = 0.0,
+        steer_from_steer: float = 0.0,
+        steer_from_steer_slope: float = 0.0,
+        steer_from_steer_curve: float = 0.0,
+        steer_from_lean_rate: float = 0.0,
+        steer_from_lean_rate_slope: float = 0.0,
+        steer_from_lean_rate_curve: float = 0.0,
+        steer_from_steer_rate: float = 0.0,
+        steer_from_steer_rate_slope: float = 0.0,
+        steer_from_steer_rate_curve: float = 0.0,
+        lean_from_lean: float = 0.0,
+        lean_from_lean_slope: float = 0.0,
+        lean_from_lean_curve: float = 0.0,
+        lean_from_steer: float = 0.0,
+        lean_from_steer_slope: float = 0.0,
+        lean_from_steer_curve: float = 0.0,
+        lean_from_lean_rate: float = 0.0,
+        lean_from_lean_rate_slope: float = 0.0,
+        lean_from_lean_rate_curve: float = 0.0,
+        lean_from_steer_rate: float = 0.0,
+        lean_from_steer_rate_slope: float = 0.0,
+        lean_from_steer_rate_curve: float = 0.0,
+    ) -> None: ...
+
 class RiderArms(Effect):
     """Arms as a moment of inertia, a spring and a damper between the rear frame and the steering.
 

@@ -101,7 +101,7 @@ def suspicion(
     further : sequence of (float, str)
         Units of this value alone, each with the factor to ``unit``; considered where the usual ones do not explain it.
     """
-    if typical[0] <= -value <= typical[1]:
+    if typical[0] <= -value <= typical[1] and not typical[0] <= value <= typical[1]:
         return " (wrong sign?)"
     twice = (1 / PER_DEGREE, "converted from degrees twice")
     per_degree = ((PER_DEGREE, unit.replace("/rad", "/deg")), twice) if unit.endswith("/rad") else ()

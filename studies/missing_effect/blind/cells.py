@@ -79,20 +79,26 @@ def modal_pair(folder: Path, rng: np.random.Generator) -> Made:
     return modal_case(folder, hidden=pair, rng=rng, noise=_noise(rng), points=16), ()
 
 
-def modal_outside(folder: Path, rng: np.random.Generator) -> Made:
-    """Half: an effect that is left out of the library; half: one that no library has. In ``folder``, by ``rng``."""
+def modal_outside(folder: Path, rng: np.random.Generator, *, held_out: int = 0) -> Made:
+    """Half: an effect that is left out of the library; half: one that no library has. In ``folder``, by ``rng``.
+
+    A number ``held_out`` of further speeds is kept back.
+    """
     noise = _noise(rng)
     if rng.random() < 0.5:
         hidden = _one(rng)
-        return modal_case(folder, hidden=hidden, rng=rng, noise=noise), hidden
+        return modal_case(folder, hidden=hidden, rng=rng, noise=noise, held_out=held_out), hidden
     cause = causes.draw(causes.OUTSIDE, rng)
     modes = ("weave",) if set(cause.told) & set(OWN_MODE) else ("weave", "wobble")
-    return modal_case(folder, hidden=(), rng=rng, noise=noise, cause=cause, modes=modes), ()
+    return modal_case(folder, hidden=(), rng=rng, noise=noise, cause=cause, modes=modes, held_out=held_out), ()
 
 
-def history_outside(folder: Path, rng: np.random.Generator) -> Made:
-    """Half: an effect that is left out of the library; half: one that no library has. In ``folder``, by ``rng``."""
-    settings = {"noise": _noise(rng), **SHORT}
+def history_outside(folder: Path, rng: np.random.Generator, *, held_out: int = 0) -> Made:
+    """Half: an effect that is left out of the library; half: one that no library has. In ``folder``, by ``rng``.
+
+    A number ``held_out`` of further runs is kept back.
+    """
+    settings = {"noise": _noise(rng), "held_out": held_out, **SHORT}
     if rng.random() < 0.5:
         hidden = _one(rng)
         return history_case(folder, hidden=hidden, rng=rng, **settings, nonlinear=_bends(rng, hidden)), hidden
@@ -198,7 +204,7 @@ def eigenvalues_offset(folder: Path, rng: np.random.Generator) -> Made:
     return modal_case(folder, hidden=(), rng=rng, noise=_noise(rng), ratios=False, cause=cause), ()
 
 
-MAKERS: Mapping[str, Callable[[Path, np.random.Generator], Made]] = {
+MAKERS: Mapping[str, Callable[..., Made]] = {
     "modal-none": modal_none,
     "modal-none-tight": modal_none_tight,
     "history-none": history_none,
@@ -227,7 +233,16 @@ CELLS = tuple(MAKERS)
 """In the order of their numbers, which seed them: append, never insert."""
 
 
-def make(cell: str, seed: int, folder: Path) -> Made:
-    """Write a case of ``cell`` and ``seed`` into ``folder``; its truth and the effects taken out of the library."""
-    truth, left_out = MAKERS[cell](folder, np.random.default_rng([seed, CELLS.index(cell)]))
+def make(cell: str, seed: int, folder: Path, **further: Any) -> Made:
+    """Write a case of ``cell`` and ``seed`` into ``folder``; its truth and the effects taken out of the library.
+
+    Parameters
+    ----------
+    cell : str
+    seed : int
+    folder : Path
+    further
+        What this cell takes beside: ``held_out``.
+    """
+    truth, left_out = MAKERS[cell](folder, np.random.default_rng([seed, CELLS.index(cell)]), **further)
     return replace(truth, cell=cell, seed=seed), left_out

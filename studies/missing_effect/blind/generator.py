@@ -23,9 +23,10 @@ from studies.missing_effect.blind.hidden import (
     pick,
     uncertainty,
 )
-from studies.missing_effect.blind.second.shapes import Shape, shapes
+from studies.missing_effect.blind.second.shapes import Shape, shapes, weave_speed
 from tyre.base.errors import InputError
 
+HELD_OUT = "held_out"  # folder of what is kept back
 MODES = ("weave", "wobble", "rider")
 FEWEST, TRIES = 6, 20  # oscillations of a table, and draws of a bicycle that must show them
 
@@ -34,7 +35,7 @@ def modal_case(
     folder: Path, *, hidden: tuple[str, ...], rng: np.random.Generator, points: int = 12, noise: float = 1.0,
     ratios: bool = True, too_tight: float = 1.0, bicycle: str | None = None, kind: str | None = None, cell: str = "",
     extra_speeds: tuple[float, ...] = (), cause: Cause = AS_STATED, sizes: Mapping[str, Hidden] = HIDDEN,
-    modes: tuple[str, ...] = MODES,
+    modes: tuple[str, ...] = MODES, held_out: int = 0,
 ) -> Truth:  # fmt: skip
     """Write MEASUREMENT.toml and its table; return what is hidden.
 
@@ -64,6 +65,9 @@ def modal_case(
         Of hidden effects.
     modes : tuple of str
         That are measured, where they oscillate.
+    held_out : int
+        Number of further speeds, measured alike and written into the folder ``held_out``; the truth then has the speed
+        at which the weave becomes stable.
     """
     first = sizes[hidden[0]] if hidden else HIDDEN[str(rng.choice(["steer_damper", "twisting_torque"]))]
     nominal = load_bicycle(bicycle) if bicycle else pick(first.bicycles, rng)
@@ -82,8 +86,17 @@ def modal_case(
         raise InputError(f"{nominal.name!r} with {', '.join([*hidden, *cause.told])} hardly oscillates")
     rows = [table_row(float(speed), shape, noise, rng, ratios=ratios) for speed, shape in seen]
     sd = uncertainty(stated)
-    write_modal(folder, stated.name, effects, {key: s / too_tight for key, s in sd.items()}, rows)
-    return Truth(drawn | dict(cause.told), cell, noise=noise)
+    told = {key: s / too_tight for key, s in sd.items()}
+    write_modal(folder, stated.name, effects, told, rows)
+    weave = None
+    if held_out:
+        more = [(float(v), shapes(machine, float(v) + cause.speed_offset)) for v in rng.uniform(low, high, held_out)]
+        seen = [(v, one[mode]) for mode in modes for v, one in more if mode in one]
+        rows = [table_row(v, shape, noise, rng, ratios=ratios) for v, shape in seen]
+        if rows:
+            write_modal(folder / HELD_OUT, stated.name, effects, told, rows)
+        weave = weave_speed(machine, cause.speed_offset)
+    return Truth(drawn | dict(cause.told), cell, noise=noise, weave=weave)
 
 
 def table_row(speed: float, shape: Shape, noise: float, rng: np.random.Generator, *, ratios: bool) -> dict[str, Any]:

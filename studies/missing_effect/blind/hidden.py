@@ -118,12 +118,16 @@ AS_STATED = Cause()
 
 @dataclass(frozen=True)
 class Truth:
-    """What was hidden: identifier -> {parameter: value}, and how the case was made."""
+    """What was hidden: identifier -> {parameter: value}, and how the case was made.
+
+    ``weave`` is the speed (m/s) above which the weave is stable, where rows were held out and there is one.
+    """
 
     effects: Tables = field(default_factory=dict)
     cell: str = ""
     seed: int = 0
     noise: float = 1.0
+    weave: float | None = None
 
 
 def perturbed(bicycle: Bicycle, sd: Mapping[str, float], rng: np.random.Generator) -> Bicycle:

@@ -4,13 +4,14 @@ Like :mod:`studies.missing_effect.blind.generator`, this shares nothing with the
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from bicycle import load_bicycle
+from studies.missing_effect.blind.generator import HELD_OUT
 from studies.missing_effect.blind.hidden import (
     AS_STATED,
     HIDDEN,
@@ -23,9 +24,11 @@ from studies.missing_effect.blind.hidden import (
     pick,
     uncertainty,
 )
+from studies.missing_effect.blind.history_files import Run, write_histories
 from studies.missing_effect.blind.second.closing import Machine, Space
 from studies.missing_effect.blind.second.moving import Nonlinear, simulate, simulate_nonlinear
 from studies.missing_effect.blind.second.sensors import Sensor
+from studies.missing_effect.blind.second.shapes import weave_speed
 from tyre.base.arrays import Array
 
 CHANNELS = {"roll_rate_rad_s": ("lean_rate", 0.02), "steer_rad": ("steer", 0.004), "yaw_rate_rad_s": ("yaw_rate", 0.01)}
@@ -64,17 +67,6 @@ LOUD = Recording(loud=0.02, growth=6.0, largest=0.7, shorter=1.2)
 """Noise of 2 % of the motion, some runs grow until they are cut: chi^2 up to 10^6."""
 
 
-@dataclass
-class Run:
-    """True motion of a run and the torque that was recorded with it."""
-
-    speed: float
-    time: Array
-    channels: dict[str, Array]
-    torque: Array | None
-    seen: dict[str, Array] = field(default_factory=dict)
-
-
 def coloured(size: int, sd: float, colour: float, rng: np.random.Generator) -> Array:
     """First-order autoregressive noise (size,), in the unit of its marginal standard deviation.
 
@@ -111,12 +103,13 @@ def history_case(
     bicycle: str | None = None,
     speeds: tuple[float, float] | None = None, transient: float = 0.0, state_noise: bool = True, cell: str = "",
     cause: Cause = AS_STATED, sizes: Mapping[str, Hidden] = HIDDEN, recording: Recording = QUIET,
-    kind: str | None = None,
+    kind: str | None = None, held_out: int = 0,
 ) -> Truth:  # fmt: skip
     """Write MEASUREMENT.toml and one CSV a run; return what is hidden.
 
     Other arguments are those of :func:`studies.missing_effect.blind.generator.modal_case`: ``folder``, ``hidden``,
-    ``rng``, ``noise`` and ``too_tight`` (factors), ``bicycle``, ``kind``, ``cell``, ``cause``, ``sizes``.
+    ``rng``, ``noise`` and ``too_tight`` (factors), ``bicycle``, ``kind``, ``cell``, ``cause``, ``sizes``, ``held_out``
+    (a number of further runs).
 
     Parameters
     ----------
@@ -147,9 +140,12 @@ def history_case(
     colour = float(rng.uniform(0.2, 0.7))
     low, high = speeds or (max(first.speeds[0], 4.5), first.speeds[1])
     time = np.arange(round(duration / SAMPLE) + 1, dtype=float) * SAMPLE
-    wanted = np.linspace(low, high, runs).round(2)
-    made = kicks(machine, wanted, time, rng, cause=cause, forced=forced, nonlinear=nonlinear, recording=recording)
-    levels = _levels(made, noise, recording)
+    wanted = np.concatenate([np.linspace(low, high, runs).round(2), rng.uniform(low, high, held_out).round(2)])
+    made = kicks(
+        machine, wanted, time, rng, fastest=2 * high, cause=cause, forced=forced, nonlinear=nonlinear,
+        recording=recording,
+    )  # fmt: skip
+    levels = _levels(made[:runs], noise, recording)
     for run in made:
         measure(run, levels, colour, transient, cause.sensors, rng)
     histories: dict[str, Any] = {"drop_first_s": 3 * transient}
@@ -159,13 +155,17 @@ def history_case(
         "kind": "histories", "description": "synthetic", "bicycle": stated.name, "effects": effects,
         "uncertainty": {key: s / too_tight for key, s in uncertainty(stated).items()}, "histories": histories,
     }  # fmt: skip
-    write_histories(folder, content, made)
-    return Truth(drawn | dict(cause.told), cell, noise=noise)
+    write_histories(folder, content, made[:runs])
+    weave = None
+    if held_out:
+        write_histories(folder / HELD_OUT, content, made[runs:])
+        weave = weave_speed(machine, cause.speed_offset)
+    return Truth(drawn | dict(cause.told), cell, noise=noise, weave=weave)
 
 
 def kicks(
-    machine: Machine, speeds: Array, time: Array, rng: np.random.Generator, *, cause: Cause = AS_STATED,
-    forced: bool = True, nonlinear: bool = False, recording: Recording = QUIET,
+    machine: Machine, speeds: Array, time: Array, rng: np.random.Generator, *, fastest: float,
+    cause: Cause = AS_STATED, forced: bool = True, nonlinear: bool = False, recording: Recording = QUIET,
 ) -> list[Run]:  # fmt: skip
     """True motion of a machine after kicks, each made faster until the bicycle stays up while it is recorded.
 
@@ -177,6 +177,8 @@ def kicks(
     time : ndarray, shape (samples,)
         s.
     rng : numpy.random.Generator
+    fastest : float
+        m/s beyond which no run is made faster.
     cause : Cause, optional
         What else is otherwise.
     forced : bool
@@ -186,7 +188,7 @@ def kicks(
     recording : Recording, optional
         Loudness and growth.
     """
-    loads, fastest = machine.coefficients.loads, 2 * speeds[-1]
+    loads = machine.coefficients.loads
     bends = Nonlinear((GRIP * loads[0], GRIP * loads[1]) if nonlinear else (0.0, 0.0), cause.friction)
     made = []
     for speed in speeds:
@@ -261,33 +263,3 @@ def measure(
             true = sensor.read(run.time, true, run.channels[sensor.other] if sensor.other else None)
         disturbance = 5 * level * np.exp(-run.time / transient) if transient else 0.0
         run.seen[name] = true + coloured(len(run.time), level, colour, rng) + disturbance
-
-
-def write_histories(folder: Path, content: dict[str, Any], made: list[Run]) -> None:
-    """Write the measurement file and one CSV a run.
-
-    Parameters
-    ----------
-    folder : Path
-    content : dict
-        Of the file; its runs are added.
-    made : list of Run
-    """
-    import tomli_w
-
-    content["histories"]["runs"] = write_runs(folder, made)
-    (folder / "MEASUREMENT.toml").write_text(tomli_w.dumps(content), encoding="utf-8")
-
-
-def write_runs(folder: Path, made: list[Run], name: str = "run") -> list[dict[str, Any]]:
-    """Write one CSV a run of those ``made`` into a ``folder``, its ``name`` and a number; their entries in a file."""
-    folder.mkdir(parents=True, exist_ok=True)
-    entries = []
-    for k, run in enumerate(made):
-        table = {"time_s": run.time, **run.seen}
-        if run.torque is not None:
-            table["steer_torque_N_m"] = run.torque
-        lines = [",".join(table)] + [",".join(f"{x:.6g}" for x in row) for row in zip(*table.values(), strict=True)]
-        (folder / f"{name}{k:02d}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
-        entries.append({"file": f"{name}{k:02d}.csv", "speed_m_s": run.speed})
-    return entries

@@ -22,7 +22,8 @@ from studies.missing_effect.blind.hidden import (
     pick,
     uncertainty,
 )
-from studies.missing_effect.blind.histories import CHANNELS, SAMPLE, kicks, measure, write_runs
+from studies.missing_effect.blind.histories import CHANNELS, SAMPLE, kicks, measure
+from studies.missing_effect.blind.history_files import write_runs
 from studies.missing_effect.blind.second.closing import Machine
 from studies.missing_effect.blind.second.sensors import Sensor
 from studies.missing_effect.blind.second.shapes import shapes
@@ -115,7 +116,7 @@ def _rides(
 ) -> dict[str, Any]:  # fmt: skip
     """Kicks as a part: its kind and table, the runs written."""
     time = np.arange(round(DURATION / SAMPLE) + 1, dtype=float) * SAMPLE
-    made = kicks(machine, np.linspace(*span, RUNS).round(2), time, rng, forced=forced, cause=cause)
+    made = kicks(machine, np.linspace(*span, RUNS).round(2), time, rng, fastest=2 * span[1], forced=forced, cause=cause)
     levels = {channel: NOISE * level for channel, (_, level) in CHANNELS.items()}
     if not forced:
         levels.pop("yaw_rate_rad_s")

@@ -23,6 +23,7 @@ from tyre.base.errors import InputError
 RIDDEN = 30.0  # kg of a rear frame that may hold a rider
 SMALLER = (1.0, 0.7, 0.5, 0.35)  # shares of the typical mass and inertia of a moving body that are tried
 LEFT_OUT = "left out by request"
+NO_CAUSE = "no cause that could be named: it is fitted to what remains, after the verdict"
 SINGULAR = 1e-2  # smallest coordinate, in prior scales, where zero is singular
 
 
@@ -40,6 +41,11 @@ def find_candidates(
         Identifiers that are not tried.
     also : tuple of str
         Identifiers of powered effects that are tried; so are those that are ``known``, were it nothing of them.
+
+    Raises
+    ------
+    InputError
+        What is asked for stands for no cause (the residual torque), so it can never be named.
     """
     present = {effect.identifier: effect for effect in model.effects}
     law = next(effect for effect in model.effects if effect.slot == "contact law")
@@ -49,6 +55,11 @@ def find_candidates(
             continue
         if identifier in without:
             refused[identifier] = LEFT_OUT
+            continue
+        if not effect.nameable:
+            if identifier in (*also, *known):
+                raise InputError(f"{identifier}: {NO_CAUSE}; it cannot be a candidate, take it out")
+            refused[identifier] = NO_CAUSE
             continue
         if effect.powered and identifier not in (*also, *known):
             refused[identifier] = f"a motor: tried on request, --with {identifier}"

@@ -8,7 +8,6 @@ Noise of a channel is first-order autoregressive: e_k = rho e_(k-1) + innovation
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -21,6 +20,7 @@ from studies.missing_effect.motion.bicycle_forward import SPEED_AXIS, BicycleFor
 from studies.missing_effect.motion.family import Family
 from studies.missing_effect.motion.history_candidates import BIAS, BIAS_KEY, DRIFT_KEY
 from studies.missing_effect.motion.history_noise import LARGEST_SIGNAL, ChannelNoise, limited, rough_noise
+from studies.missing_effect.motion.pieces import pieces
 from studies.missing_effect.motion.prescribed_steer import PrescribedSteer
 from studies.missing_effect.motion.replay import Replay
 from tyre.base.arrays import Array
@@ -31,7 +31,6 @@ START = {"rad/s": 3.0, "m/s": 2.0, "N": 0.3, "N m": 0.1, "rad": 0.5}
 JOINT_START = {"rad/s": 0.5, "rad": 0.05}
 """The same of an elastic joint, which gives way by a fraction of the lean (rad/s, rad); wider would veil a new mode."""
 
-PIECE = 0.6  # s
 FURTHER_SD = {"roll_rate_rad_s": 0.02, "steer_rad": 0.005, "yaw_rate_rad_s": 0.02}
 
 
@@ -87,10 +86,8 @@ class HistoryForward(BicycleForward):
         for name in runs[0].channels:
             if name not in BIAS:
                 continue
-            given = name in noise_sd
-            noise[name] = (
-                ChannelNoise(noise_sd[name], given=True) if given else rough_noise([run.channels[name] for run in runs])
-            )
+            sd = noise_sd.get(name)
+            noise[name] = rough_noise([r.channels[name] for r in runs]) if sd is None else ChannelNoise(sd, given=True)
         dropped = [name for name in runs[0].channels if name not in noise]
         if dropped:
             note = f"{', '.join(dropped)}: not compared, the place of the sensor is not known"
@@ -188,7 +185,7 @@ class HistoryForward(BicycleForward):
 
         Bock (1983), Recent advances in parameter identification techniques for O.D.E.; empty where runs are short.
         """
-        pieces = tuple(piece for run in self.runs for piece in _cut(run))
+        pieces = tuple(piece for run in self.runs for piece in pieces(run))
         return (replace(self, runs=pieces),) if len(pieces) > len(self.runs) else ()
 
     def refined(self, best: Residual) -> "HistoryForward":
@@ -219,12 +216,16 @@ class HistoryForward(BicycleForward):
         """
         if not isinstance(proposal, FurtherChannel):
             return super().predict(proposal, candidates, theta)
-        family = self.family(candidates)
-        starts = [run.start for run in self._fitted(family, candidates, theta)]
-        batch, steps = family.stencil(theta)
-        moved, _ = self.replay_of((proposal.channel,))(family, batch, np.array(starts))
+        batch, steps = self.family(candidates).stencil(theta)
+        moved = self.simulated(candidates, theta, (proposal.channel,), batch)
         flat = np.concatenate([moved[:, k, : len(run.time), 0] for k, run in enumerate(self.runs)], axis=1)
         return flat[0] / proposal.sd, central_differences(flat, steps) / proposal.sd[:, None]
+
+    def simulated(self, candidates: tuple[Candidate, ...], theta: Array, channels: tuple[str, ...], at: Array) -> Array:
+        """``channels`` (K, runs, T, channels) of ``candidates`` at ``at`` (K, p), from the best starts at ``theta``."""
+        family = self.family(candidates)
+        starts = np.array([run.start for run in self._fitted(family, candidates, theta)])
+        return self.replay_of(channels)(family, at, starts)[0]
 
     def unexplained(self, candidates: tuple[Candidate, ...], theta: Array) -> list[Array]:
         """Measured minus computed signals of each run (T, channels), in the channels' units, from the best starts.
@@ -281,19 +282,6 @@ class HistoryForward(BicycleForward):
             sd = (JOINT_START if state.joint else START).get(state.unit, 1.0)
             found.append(sd * (weight if state.forcelike else 1.0) / unit)
         return np.array(found)
-
-
-def _cut(run: Run) -> list[Run]:
-    """A run in pieces of about :data:`PIECE` seconds."""
-    count = max(1, round(len(run.time) * run.step / PIECE))
-    edges = np.linspace(0, len(run.time), count + 1).round().astype(int)
-    return [
-        replace(
-            run, name=f"{run.name} {a}", time=run.time[a:b],
-            channels={c: x[a:b] for c, x in run.channels.items()}, inputs={c: x[a:b] for c, x in run.inputs.items()},
-        )
-        for a, b in pairwise(edges)
-    ]  # fmt: skip
 
 
 def _shrink(white: Array, left: Array, gain: Array) -> Array:

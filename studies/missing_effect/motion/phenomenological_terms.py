@@ -3,26 +3,25 @@
 They are never named; they say in which direction to look.
 """
 
+import itertools
 import math
 from dataclasses import replace
 
+from bicycle.effect import effect_class
 from studies.inference.parameter import Candidate, UncertainParameter
 from studies.missing_effect.motion.family import feedback_key
 
-TERMS = {
-    ("steer", "steer_torque"): 5.0, ("steer_rate", "steer_torque"): 1.0,
-    ("lean", "steer_torque"): 10.0, ("lean_rate", "steer_torque"): 2.0,
-    ("lean", "lean_torque"): 50.0, ("lean_rate", "lean_torque"): 10.0,
-    ("steer", "lean_torque"): 20.0, ("steer_rate", "lean_torque"): 5.0,
-}  # fmt: skip
-"""Torque proportional to an output, and a typical size (N m/rad or N m s/rad)."""
+TERMS = tuple(itertools.product(("steer", "steer_rate", "lean", "lean_rate"), ("steer_torque", "lean_torque")))
+"""Outputs, and the torque that is proportional to each."""
 
 
 def feedback_terms() -> tuple[Candidate, ...]:
     """One candidate for each term."""
     found = []
-    for (seen, torque), scale in TERMS.items():
-        unit = "N m s/rad" if seen.endswith("_rate") else "N m/rad"
+    declared = {p.name: p for p in effect_class("residual_torque").parameters}
+    for seen, torque in TERMS:
+        size = declared[f"{torque.removesuffix('_torque')}_from_{seen}"]
+        unit, scale = size.unit, size.typical[1] / 2  # the upper end of the typical range is two sigma
         name = f"{torque.removesuffix('_torque')} torque from {seen.replace('_', ' ')}"
         found.append(
             Candidate(

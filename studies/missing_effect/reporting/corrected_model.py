@@ -1,6 +1,8 @@
 """The corrected model of a diagnosis as a model file that every other command reads."""
 
+import tomllib
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,48 +10,65 @@ import numpy as np
 from bicycle.effect import Effect
 from bicycle.effect.numbers import effect_of
 from bicycle.files.model_file import build_model
+from bicycle.files.stated_covariance import SECTION
 from bicycle.model import DEFAULT_CONTACT, Model
+from bicycle.parameter_covariance import ParameterCovariance
 from bicycle.parameters import Bicycle
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.motion.family import Family
 from studies.missing_effect.motion.joint_measurement import of_first
 from studies.missing_effect.motion.measurements import BicycleMeasurement
 from studies.missing_effect.reporting.words import explains
+from studies.missing_effect.residual.fitting import Residual
+from studies.missing_effect.residual.spread import covariance_of
 from tyre.base.errors import InputError
 from tyre.base.plausible import WAY_OUT
 
 
-def corrected_model(diagnosis: Diagnosis) -> Model | None:
+def corrected_model(diagnosis: Diagnosis, residual: Residual | None = None) -> Model | None:
     """The base model with its parameters adjusted and with what was named; None of a tyre.
 
-    Errors of the measurement have no part in it.
+    Errors of the measurement have no part in it. With a residual torque the model holds that too, and the covariance of
+    all that was fitted, so that what follows from it has an uncertainty.
 
     Parameters
     ----------
     diagnosis : Diagnosis
+    residual : Residual, optional
+        What could not be named, fitted.
 
     Raises
     ------
     InputError
         The values make no bicycle, effect or combination.
     """
-    measurement, final = diagnosis.measurement, of_first(diagnosis.final)
+    measurement, final = diagnosis.measurement, of_first(diagnosis.final if residual is None else residual.fit)
     if not isinstance(measurement, BicycleMeasurement):
         return None
     model = measurement.model_with(final)
     if model is None:
-        raise InputError(f"{explains(final)}: the base model cannot take these values")
+        raise InputError(f"{explains(diagnosis.final)}: the base model cannot take these values")
     unknowns = Family(measurement.model, diagnosis.forward.nuisances, final.candidates)
     values = {key: float(found[0, 0]) for key, found in unknowns.values(np.asarray(final.theta)[None]).items()}
     base = model.bicycle
     bicycle = Bicycle(
         f"{base.name}, corrected", {key: values[key] for key in base.values}, {}, base.description, base.source
     )
-    return Model(bicycle, tuple(_at(effect, values) for effect in model.effects))
+    corrected = Model(bicycle, tuple(_at(effect, values) for effect in model.effects))
+    if residual is None:
+        return corrected
+    spread = covariance_of(residual, corrected)
+    return replace(corrected, sd=spread.sd, covariance=spread)
 
 
-def model_text(diagnosis: Diagnosis) -> str:
+def model_text(diagnosis: Diagnosis, residual: Residual | None = None) -> str:
     """Text of a model file with the corrected model of a ``diagnosis``; empty of a tyre.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    residual : Residual, optional
+        What could not be named, fitted.
 
     Raises
     ------
@@ -58,22 +77,35 @@ def model_text(diagnosis: Diagnosis) -> str:
     """
     import tomli_w
 
-    model = corrected_model(diagnosis)
+    model = corrected_model(diagnosis, residual)
     if model is None:
         return ""
     name, verdict = diagnosis.measurement.name, diagnosis.verdict.verdict
     what = f"with {explains(diagnosis.final)}" if diagnosis.final.candidates else "nothing added"
+    kept = "" if residual is None else "; residual_torque holds what could not be named, it is no cause"
     content: dict[str, Any] = {
-        "description": f"Corrected by velotyre diagnose from {name}: verdict {verdict}, {what}, parameters adjusted.",
+        "description": (
+            f"Corrected by velotyre diagnose from {name}: verdict {verdict}, {what}, parameters adjusted{kept}."
+        ),
         WAY_OUT: False, "bicycle": dict(model.bicycle.values),
         "effects": {e.identifier: _table(e) for e in model.effects if e.identifier != DEFAULT_CONTACT},
     }  # fmt: skip
+    spread = _covariance_text(model.covariance)
     try:
-        build_model(content)
+        build_model(content | tomllib.loads(spread))
     except InputError:
         content[WAY_OUT] = True  # far from other bicycles, but what the data say
-        build_model(content)
-    return tomli_w.dumps(content)
+        build_model(content | tomllib.loads(spread))
+    return tomli_w.dumps(content) + spread
+
+
+def _covariance_text(covariance: ParameterCovariance) -> str:
+    """The table of a model file, a row of the matrix in a line; empty where nothing is stated."""
+    if not covariance.names:
+        return ""
+    names = ", ".join(f'"{name}"' for name in covariance.names)
+    rows = [f"  [{', '.join(format(x, '.10g') for x in row)}]," for row in covariance.matrix.tolist()]
+    return "\n".join([f"\n[{SECTION}]", f"parameters = [{names}]", "matrix = [", *rows, "]", ""])
 
 
 def _at(effect: Effect, values: Mapping[str, float]) -> Effect:

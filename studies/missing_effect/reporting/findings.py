@@ -17,6 +17,7 @@ from studies.inference.stability import Stability, stability
 from studies.inference.verdict import Verdict
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.reporting.doubts import doubts
+from studies.missing_effect.residual.kept import Kept, keep, record
 from studies.missing_effect.unfitted import Predicted, predicted
 from tyre.base.parallel import one_blas_thread
 
@@ -45,6 +46,8 @@ class Findings:
         What is judged without a part that contradicts the others.
     predicted : tuple of Predicted
         Of runs that were held out of every fit.
+    kept : Kept, optional
+        What could not be named, where the verdict leaves a gap; it is no part of the verdict.
     """
 
     moved: tuple[Moved, ...]
@@ -56,6 +59,7 @@ class Findings:
     parts: tuple[PartAgainstRest, ...] = ()
     without: Mapping[str, Verdict] = field(default_factory=dict)
     predicted: tuple[Predicted, ...] = ()
+    kept: Kept | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON, beside the verdict."""
@@ -91,6 +95,7 @@ class Findings:
             ],
             "predicted": [p.to_dict() for p in self.predicted],
             "stability": None if self.stability is None else self.stability.to_dict(),
+            "residual_torque": record(self.kept),
         }  # fmt: skip
 
 
@@ -106,7 +111,7 @@ def find(diagnosis: Diagnosis) -> Findings:
     return Findings(
         moved=moved(known.null, final), limits=upper_limits(forward, known, final), between=between, further=further,
         doubts=doubts(diagnosis), parts=parts, without=_without(forward, parts),
-        predicted=predicted(diagnosis),
+        predicted=predicted(diagnosis), kept=keep(diagnosis),
     )  # fmt: skip
 
 

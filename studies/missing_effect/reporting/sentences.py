@@ -7,6 +7,7 @@ from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.reporting.findings import Findings
 from studies.missing_effect.reporting.tables import WIDER, penalty, widened
 from studies.missing_effect.reporting.words import ADJUSTED, BASE, explains, listed, misfit, percent, said
+from studies.missing_effect.residual import words
 
 SAYS = {
     "none": "Nothing is named: the base model with its uncertain parameters explains the measurement.",
@@ -156,4 +157,5 @@ def first_lines(diagnosis: Diagnosis, findings: Findings | None, place: str) -> 
         lines += [parts_note(findings)] if findings.parts else []
         lines += predicted_lines(findings)
         lines += [findings.stability.sentence] if findings.stability is not None else []
+        lines += [words.sentence(findings.kept).replace("χ²", "chi^2")] if findings.kept is not None else []
     return [*lines, *([f"report: {place}"] if place else [])]

@@ -111,6 +111,34 @@ Not limited by these data (the limit is that of the prior, or beyond): {{ limits
 
 *{{ captions[figure] }}*
 {% endfor %}
+{% if f.kept %}
+## What could not be named
+
+{{ kept_note }}
+{% if kept_amplitude %}
+{{ kept_amplitude }}
+{% endif %}
+{% if kept_rows %}
+| torque | value | 1 sd, these terms alone | 1 sd | gain of log evidence | gain of held-out score |
+|---|---|---|---|---|---|
+{% for row in kept_rows %}| {{ row|join(' | ') }} |
+{% endfor %}
+Slope and curve are those over half the range of measured speeds, about its middle ({{ kept_speeds }}). The second
+standard deviation, which the corrected model carries, holds what the terms that were left out may take.
+
+![{{ captions.residual_torque }}](residual_torque.png)
+
+*{{ captions.residual_torque }}*
+{% if kept_critical %}
+Critical speeds of the corrected model, with what parameters and torque leave open:
+
+| what happens | speed | measured there? |
+|---|---|---|
+{% for row in kept_critical %}| {{ row|join(' | ') }} |
+{% endfor %}
+{% endif %}
+{% endif %}
+{% endif %}
 {% if corrected %}
 ## The corrected model
 

@@ -5,7 +5,8 @@ import pytest
 
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.critical.critical_speeds import critical_speeds
-from bicycle.sensitivity.propagation import checked_covariance, critical_speed_sd, mode_sd
+from bicycle.parameter_covariance import checked_covariance
+from bicycle.sensitivity.propagation import critical_speed_sd, mode_sd
 from tyre.base.errors import InputError
 
 NAMES = ("relaxation_length.relaxation_length.rear", "relaxation_length.relaxation_length.front", "c")

@@ -1,5 +1,6 @@
 """Which oscillation a laboratory would call weave, wobble or rider, and its shape."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,8 @@ SLOWEST = 0.5  # rad/s
 FASTEST = 100.0  # 1/s
 MOST_DAMPED = 0.7  # share of the decay in the eigenvalue: nothing that a free decay would show beyond
 ALMOST_REAL = 0.95  # the same for what is no oscillation at all
+SCANNED = (0.6, 20.0, 0.05)  # m/s, for the speed at which the weave becomes stable
+CLOSE, ZERO = 1e-6, 1e-3  # m/s and 1/s
 WOBBLE = 10.0  # rad/s, above it a steer oscillation is wobble: 1.6 Hz with a very soft front, 4 to 10 Hz usually
 
 
@@ -55,3 +58,29 @@ def shapes(machine: Machine, speed: float) -> dict[str, Shape]:
 def _shape(name: str, root: complex, k: int, seen: dict[str, np.ndarray]) -> Shape:
     lean = seen["lean"][k]
     return Shape(name, complex(root), complex(seen["steer"][k] / lean), complex(seen["yaw_rate"][k] / (root * lean)))
+
+
+def weave_speed(machine: Machine, offset: float = 0.0) -> float | None:
+    """The highest recorded speed (m/s) at which the weave of a ``machine`` becomes stable; None where it never does.
+
+    Parameters
+    ----------
+    machine : Machine
+    offset : float
+        True less recorded speed, m/s.
+    """
+
+    def growth(speed: float) -> float:
+        found = shapes(machine, speed + offset).get("weave")
+        return math.nan if found is None else found.root.real
+
+    speeds = np.arange(*SCANNED)
+    grows = np.array([growth(float(v)) for v in speeds])
+    for k in np.flatnonzero((grows[:-1] > 0) & (grows[1:] <= 0))[::-1]:
+        low, high = float(speeds[k]), float(speeds[k + 1])
+        while high - low > CLOSE:
+            middle = (low + high) / 2
+            low, high = (middle, high) if growth(middle) > 0 else (low, middle)
+        if abs(growth(low)) < ZERO:  # a root, not a change of names
+            return low
+    return None

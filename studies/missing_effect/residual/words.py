@@ -1,0 +1,144 @@
+"""The residual torque in sentences, each true of the numbers beside it; none of them names a cause."""
+
+import numpy as np
+
+from studies.inference.search import POOR_FIT
+from studies.missing_effect.reporting.words import listed, number, percent
+from studies.missing_effect.residual.amplitude import Amplitude
+from studies.missing_effect.residual.kept import Critical, Kept, plain
+from studies.missing_effect.residual.shapes import Likeness
+from studies.missing_effect.residual.terms import PAIRS, Pair
+
+SMALL = 0.05  # share of the power that is not told
+LIKE, SAME = 0.5, 0.8  # shares from which on a thing is like, and would do the same
+CHANGES = 1.5  # ratio of the ends of the speed range from which on a coefficient grows or falls
+
+
+def sentence(kept: Kept) -> str:
+    """What was kept, in a few sentences."""
+    if kept.residual is None or kept.shape is None:
+        return f"Nothing could be kept of it: {kept.refused}."
+    before, after = kept.residual.before.gap, kept.residual.after.gap
+    told = [
+        "What remains is kept as a torque that is linear in the state (`residual_torque`): no cause, and no part of "
+        f"the verdict. Gap on held-out data {number(before, 2)} sd without it, {number(after, 2)} with it."
+    ]
+    told.append(_shares(kept))
+    told.append(_likeness(kept.shape.library))
+    told.append(_errors(kept.shape.errors))
+    if kept.residual.p < POOR_FIT:
+        told.append(
+            f"Even so χ² is {number(kept.residual.misfit, 3)} a number: part of it is no such torque, and the standard "
+            "deviations are widened by that."
+        )
+    return " ".join(part for part in told if part)
+
+
+def _shares(kept: Kept) -> str:
+    assert kept.shape is not None
+    ranked = sorted(kept.shape.shares.items(), key=lambda item: -item[1])
+    told = [f"{percent(round(share, 3))} is a {_direction(kept, pair)}" for pair, share in ranked if share >= SMALL]
+    against = [pair for pair, share in ranked if share <= -SMALL]
+    words = f"Of its power on the motion seen, {listed(told)}." if told else ""
+    if against or sum(share for _, share in ranked if share >= SMALL) > 1 + SMALL:
+        words += " Parts of it cancel each other, so these shares are not each a thing by itself."
+    return words
+
+
+def _direction(kept: Kept, pair: Pair) -> str:
+    """A pair of torque and state with its sign, and how it changes over the measured speeds."""
+    assert kept.residual is not None
+    torque, state = pair[0], pair[1].replace("_", " ")
+    scale = kept.residual.scale
+    speeds = np.linspace(scale.middle - scale.span, scale.middle + scale.span, 21)
+    gain = kept.residual.gains_at(speeds)[0].reshape(len(speeds), -1)[:, PAIRS.index(pair)]
+    if gain.min() < 0 < gain.max():
+        return f"{torque} torque from the {state} that changes its sign with speed"
+    word = "against" if gain.sum() < 0 else "with"
+    first, last = abs(gain[0]), abs(gain[-1])
+    change = ""
+    if last > CHANGES * first:
+        change = ", growing with speed"
+    elif first > CHANGES * last:
+        change = ", falling with speed"
+    elif np.ptp(gain) == 0 and kept.residual.scale.most > 1:
+        change = ", the same at all speeds"
+    return f"{torque} torque {word} the {state}{change}"
+
+
+def _likeness(library: tuple[Likeness, ...]) -> str:
+    if not library:
+        return ""
+    best = library[0]
+    if best.share < LIKE:
+        return (
+            f"Its shape is that of no effect of the library; the likest, {best.identifier}, has {_share(best)} "
+            f"of its power{_sign(best)}."
+        )
+    others = [f"{one.identifier} {_share(one)}{_sign(one)}" for one in library[1:3] if one.share >= LIKE]
+    more = f"; {listed(others)}" if others else ""
+    return f"{_share(best)} of its power has the shape of {best.identifier}{_sign(best)}{more}."
+
+
+def _share(one: Likeness) -> str:
+    return percent(round(one.share, 3))
+
+
+def _sign(one: Likeness) -> str:
+    return ", with the opposite sign" if one.reversed else ""
+
+
+def _errors(errors: tuple[Likeness, ...]) -> str:
+    """Whether an error of the measurement would do the same to the data."""
+    if not errors:
+        return ""
+    same = [one for one in errors if one.share >= SAME]
+    if same:
+        names = listed(f"{one.identifier} ({_share(one)}{_sign(one)})" for one in same[:3])
+        return f"An error of the measurement would do the same to these data, and must be ruled out first: {names}."
+    best = errors[0]
+    return (
+        f"No error of the measurement would do the same to these data; {best.identifier} comes nearest, with "
+        f"{_share(best)} of it{_sign(best)}."
+    )
+
+
+def amplitude_note(found: Amplitude | None) -> str:
+    """Whether the damping of the steering depends on the amplitude; empty of other data."""
+    if found is None:
+        return ""
+    low, high = number(float(found.rate.min()), 2), number(float(found.rate.max()), 2)
+    size = f"{number(found.dry[0], 2)} ± {number(found.dry[1], 2)} N m"
+    if found.falls:
+        return (
+            f"The equivalent damping of the steering falls as the amplitude of the steer rate grows ({low} to {high} "
+            f"rad/s), as with dry friction of {size}: a linear torque is then right at one amplitude only."
+        )
+    how = "rises with" if found.rises else "does not depend on"
+    return (
+        f"The equivalent damping of the steering {how} the amplitude of the steer rate ({low} to {high} rad/s); "
+        f"the dry friction fitted to it is {size}."
+    )
+
+
+def coefficients(kept: Kept) -> list[list[str]]:
+    """Rows of the table of coefficients: in words, value, standard deviation alone and with the others, gains."""
+    residual = kept.residual
+    if residual is None:
+        return []
+    units = {u.name: u.unit for u in residual.fit.unknowns}
+    rows = []
+    for name, value in residual.values.items():
+        gain = residual.gains.get(name)
+        shown = [f"{one:+.1f}" for one in gain] if gain else ["with the next"] * 2
+        sds = (number(residual.sd_alone[name], 2), number(residual.sd[name], 2))
+        rows.append([plain(name), f"{number(value, 3)} {units[name]}", *sds, *shown])
+    return rows
+
+
+def critical_rows(found: tuple[Critical, ...]) -> list[list[str]]:
+    """Rows of the table of critical speeds."""
+    return [
+        [one.what, f"{one.speed:.2f} ± {number(one.sd, 2)} m/s", "yes" if one.measured else "no: extrapolated"]
+        for one in found
+    ]

@@ -1,0 +1,60 @@
+"""The residual torque: what its coefficients do, by hand; that it can never be a cause that a diagnosis names."""
+
+import numpy as np
+import pytest
+
+from bicycle import Model, load_bicycle
+from bicycle.effect import effect_class
+from studies.missing_effect.motion.candidates import find_candidates
+from tyre.base.errors import InputError
+
+Residual = effect_class("residual_torque")
+STATES = ("lean", "steer", "lean_rate", "steer_rate")
+
+
+def roots(*effects, speed=6.0):
+    return np.sort_complex(Model(load_bicycle("benchmark"), effects).linear_model().eigenvalues(speed))
+
+
+def test_against_the_steer_rate_it_is_a_damper_and_against_the_steer_a_spring():
+    damper, spring = effect_class("steer_damper")(damping=1.3), effect_class("steer_spring")(stiffness=4.0)
+    np.testing.assert_allclose(roots(Residual(steer_from_steer_rate=-1.3)), roots(damper), rtol=1e-12)
+    np.testing.assert_allclose(roots(Residual(steer_from_steer=-4.0)), roots(spring), rtol=1e-12)
+
+
+@pytest.mark.parametrize("torque", ["steer", "lean"])
+@pytest.mark.parametrize("state", STATES)
+def test_each_coefficient_feeds_a_state_back_to_a_torque(torque, state):
+    """det(s E - F) of the bare bicycle, with the column of the torque fed with the row of the state."""
+    bare = Model(load_bicycle("benchmark")).linear_model()
+    matrices = bare.ranges[0].matrices
+    column, row = bare.inputs.index(f"{torque}_torque"), bare.outputs.index(state)
+    push, seen = matrices.input_matrix(6.0)[:, column], matrices.output_matrix(6.0)[row]
+    closed = np.linalg.solve(matrices.mass, matrices.dynamics(6.0) + 1.7 * np.outer(push, seen))
+    found = roots(Residual(**{f"{torque}_from_{state}": 1.7}))
+    np.testing.assert_allclose(found, np.sort_complex(np.linalg.eigvals(closed)), rtol=1e-8, atol=1e-8)
+
+
+@pytest.mark.parametrize(("speed", "damping"), [(5.0, 1.0), (7.0, 1.0 + 0.5 + 0.25), (3.0, 1.0 - 0.5 + 0.25),
+                                                (6.0, 1.0 + 0.25 + 0.0625)])  # fmt: skip
+def test_slope_and_curve_count_spans_of_speed_from_the_middle(speed, damping):
+    terms = {"steer_from_steer_rate": -1.0, "steer_from_steer_rate_slope": -0.5, "steer_from_steer_rate_curve": -0.25}
+    found = roots(Residual(middle_speed=5.0, speed_span=2.0, **terms), speed=speed)
+    np.testing.assert_allclose(found, roots(effect_class("steer_damper")(damping=damping), speed=speed), rtol=1e-10)
+
+
+def test_it_is_never_a_candidate_whatever_is_asked_for():
+    model = Model(load_bicycle("benchmark"), effect_class("relaxation_length")(
+        cornering_stiffness=8000.0, relaxation_length=0.1))  # fmt: skip
+    found, refused = find_candidates(model, {})
+    assert "residual_torque" not in {c.identifier for c in found}
+    assert refused["residual_torque"].startswith("no cause that could be named")
+    for known, also in (({"residual_torque": {}}, ()), ({}, ("residual_torque",))):
+        with pytest.raises(InputError, match="residual_torque: no cause that could be named.*; it cannot be a cand"):
+            find_candidates(model, known, (), also)
+
+
+def test_it_is_the_only_effect_without_a_cause():
+    from bicycle.effect import registry
+
+    assert [name for name, kind in registry().items() if not kind.nameable] == ["residual_torque"]
