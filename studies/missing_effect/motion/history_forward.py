@@ -210,11 +210,14 @@ class HistoryForward(BicycleForward):
         if not isinstance(proposal, FurtherChannel):
             return super().predict(proposal, candidates, theta)
         family = self.family(candidates)
-        starts = [run.start for run in self._fitted(family, candidates, theta)]
         batch, steps = family.stencil(theta)
-        moved, _ = Replay(self.runs, (proposal.channel,))(family, batch, np.array(starts))
+        moved, _ = Replay(self.runs, (proposal.channel,))(family, batch, self.starts(candidates, theta))
         flat = np.concatenate([moved[:, k, : len(run.time), 0] for k, run in enumerate(self.runs)], axis=1)
         return flat[0] / proposal.sd, central_differences(flat, steps) / proposal.sd[:, None]
+
+    def starts(self, candidates: tuple[Candidate, ...], theta: Array) -> Array:
+        """Most probable initial state (runs, states) with ``candidates`` at ``theta`` (p,)."""
+        return np.array([run.start for run in self._fitted(self.family(candidates), candidates, theta)])
 
     def unexplained(self, candidates: tuple[Candidate, ...], theta: Array) -> list[Array]:
         """Measured minus computed signals of each run (T, channels), in the channels' units, from the best starts.

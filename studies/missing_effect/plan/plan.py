@@ -1,0 +1,265 @@
+"""From a diagnosis and prices to the cheapest further measurements that settle what is open."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+from bicycle.effect import registry
+from studies.inference.forward import Forward
+from studies.missing_effect.diagnose import Diagnosis
+from studies.missing_effect.motion.history_forward import HistoryForward
+from studies.missing_effect.motion.modal_forward import ModalForward
+from studies.missing_effect.plan.costs import RATIOS, SIGNALS, Costs
+from studies.missing_effect.plan.expected import bench_test, blocks, history_run, modal_run
+from studies.missing_effect.plan.offer import Answer, Item, Offer
+from studies.missing_effect.plan.questions import LimitQuestion, Open, opened
+from studies.missing_effect.plan.search import Found, cheapest, richest
+from tyre.base.errors import InputError, unknown
+from tyre.base.parallel import one_blas_thread
+
+OFFERED = "a plan is offered for modes (kind = 'modal') and time histories (kind = 'histories')"
+
+
+@dataclass(frozen=True)
+class Step:
+    """One line of a plan: ``count`` times ``what``, at a price (all of them)."""
+
+    what: str
+    count: int
+    price: float
+    speed: float | None = None
+
+
+@dataclass(frozen=True)
+class Settled:
+    """A question and how far it is settled: now, by the plan, and by everything that can be measured.
+
+    ``why`` says in words why it cannot be settled, where it cannot.
+    """
+
+    words: str
+    now: Answer
+    then: Answer
+    at_most: Answer
+    limit: bool
+    why: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What to measure next.
+
+    Attributes
+    ----------
+    steps : tuple of Step
+        Empty where nothing is to be done.
+    channels : tuple of str
+        That are bought.
+    cost : float
+    questions : tuple of Settled
+    curve : tuple of (float, float)
+        Cost and the probability that every question which can be settled is, the best for its cost.
+    proven : bool
+        No cheaper plan exists.
+    costs : Costs
+    notes : tuple of str
+    """
+
+    steps: tuple[Step, ...]
+    channels: tuple[str, ...]
+    cost: float
+    questions: tuple[Settled, ...]
+    curve: tuple[tuple[float, float], ...]
+    proven: bool
+    costs: Costs
+    notes: tuple[str, ...] = ()
+
+    @property
+    def complete(self) -> bool:
+        """Whether it settles all that can be settled."""
+        return all(q.then.met for q in self.questions if q.at_most.met)
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+
+        def told(answer: Answer, *, limit: bool) -> dict[str, Any]:
+            if limit:
+                return {"limit": answer.limit, "met": answer.met}
+            return {"probability": answer.probability, "expected_log_odds": answer.log_odds, "cosine": answer.cosine,
+                    "met": answer.met}  # fmt: skip
+
+        return {
+            "steps": [{"what": s.what, "count": s.count, "price": s.price, "speed_m_s": s.speed} for s in self.steps],
+            "channels": list(self.channels), "cost": self.cost, "currency": self.costs.currency,
+            "goal": {"odds": self.costs.odds, "probability": self.costs.probability}, "complete": self.complete,
+            "cheapest_proven": self.proven,
+            "questions": [
+                {"question": q.words, "why_not": q.why,
+                 **{name: told(getattr(q, name), limit=q.limit) for name in ("now", "then", "at_most")}}
+                for q in self.questions
+            ],
+            "curve": [{"cost": cost, "probability": p} for cost, p in self.curve],
+            "notes": list(self.notes),
+        }  # fmt: skip
+
+
+@one_blas_thread()
+def plan(diagnosis: Diagnosis, costs: Costs) -> Plan:
+    """The cheapest further measurements that settle what a ``diagnosis`` leaves open, at these ``costs``.
+
+    Raises
+    ------
+    InputError
+        Another kind of data; a channel, bench test or size that does not belong to the measurement.
+    """
+    forward = diagnosis.forward
+    if not isinstance(forward, ModalForward | HistoryForward):
+        raise InputError(f"{diagnosis.measurement.name}: {OFFERED}; not for other kinds")
+    _check_channels(forward, costs)
+    what = opened(diagnosis, costs.limits)
+    _check_bench(what, costs)
+    offers, notes = _offers(forward, what, costs)
+    full = offers[-1]  # with all channels
+    nothing = (0,) * len(full.items)
+    now, most = full.answers(nothing), full.answers(full.everything)
+    wanted = [k for k, answer in enumerate(most) if answer.met and not now[k].met]
+    asked = [k for k in range(len(now)) if not now[k].met]
+    found = Found(full, nothing, 0.0)
+    runs = costs.most_runs if costs.most_runs is not None else sum(item.most for item in full.items)
+    budget = costs.budget if costs.budget is not None else float("inf")
+    if wanted:
+        found = cheapest(offers, wanted, runs, budget)
+        if found.offer is None:
+            seen = found.seen
+            found = richest(offers, wanted, runs, budget)
+            found.seen += seen
+            notes.append("the budget or the number of runs does not suffice for all; the plan gets as far as they do")
+    assert found.offer is not None
+    then = found.offer.answers(found.counts)
+    questions = tuple(
+        Settled(_words(full, k), now[k], then[k], most[k], isinstance(full.questions[k], LimitQuestion),
+                "" if most[k].met else _why(full, k, most[k]))
+        for k in asked
+    )  # fmt: skip
+    if diagnosis.verdict.verdict == "unknown":
+        notes.append("the verdict is unknown: no hypothesis of the library fits, so none can be told from another; "
+                     "look at the gap, the units and the sensors first")  # fmt: skip
+    curve = _front(found.seen, wanted)
+    return Plan(_steps(found), _bought(found), found.cost, questions, curve, found.proven, costs, tuple(notes))
+
+
+def _words(offer: Offer, place: int) -> str:
+    return offer.questions[place].words
+
+
+def _why(offer: Offer, place: int, most: Answer) -> str:
+    """Why a question cannot be settled by everything that is offered."""
+    if isinstance(offer.questions[place], LimitQuestion):
+        return f"everything together would leave a limit of {most.limit:.3g}"
+    if most.cosine > 0.95:
+        return (
+            f"both do the same to all that is offered (cosine {most.cosine:.3f}); only something that tells them apart "
+            "by itself would: a bench test, a look at the bicycle"
+        )
+    return (
+        f"everything together would settle it with a probability of {most.probability:.0%}: the effect may be smaller "
+        "than these data show"
+    )
+
+
+def _check_channels(forward: Forward, costs: Costs) -> None:
+    modal = isinstance(forward, ModalForward)
+    allowed, other = (RATIOS, "modes") if modal else (SIGNALS, "time histories")
+    for name in costs.channels:
+        if name not in allowed:
+            raise InputError(f"[channels]: {name} does not belong to {other}; known: {', '.join(allowed)}")
+        if name in recorded(forward):
+            raise InputError(f"[channels]: {name} is recorded already and costs nothing; take it out")
+
+
+def recorded(forward: Forward) -> tuple[str, ...]:
+    """Channels that the measurement of ``forward`` has."""
+    if isinstance(forward, ModalForward):
+        return tuple(name for name in RATIOS if any(name in p.ratios for p in forward.points))
+    assert isinstance(forward, HistoryForward)
+    return tuple(forward.noise)
+
+
+def _check_bench(what: Open, costs: Costs) -> None:
+    own = {name for u in what.fits[what.null].unknowns for name in (u.name, *u.sets)}
+    parameters = {f"{e}.{p.name}" for e, cls in registry().items() for p in cls.parameters}
+    for key, bench in costs.bench.items():
+        if key not in own and key not in registry() and key not in parameters and "." not in key:
+            raise InputError(f"[bench]: {unknown('effect or parameter', key, {*own, *registry()})}")
+        if key not in own and key not in registry() and key not in parameters:
+            raise InputError(f"[bench]: {unknown('effect or parameter', key, {*own, *parameters})}")
+        if key in own and not bench.sd:
+            raise InputError(f"[bench.{key}]: no sd; give the standard deviation that the test would have, SI")
+
+
+def _offers(forward: ModalForward | HistoryForward, what: Open, costs: Costs) -> tuple[list[Offer], list[str]]:
+    """An offer for every set of channels that can be bought, the largest last."""
+    notes: list[str] = []
+    benches = []
+    for number, (key, bench) in enumerate(costs.bench.items()):
+        expected = bench_test(what.fits, key, bench)
+        if expected is None:
+            notes.append(f"bench test of {key}: nothing that is open depends on it")
+            continue
+        benches.append(Item(f"bench test of {key}", 0.0, bench.price, 1, tuple(blocks([expected], 900 + number))))
+    offers = []
+    names = tuple(costs.channels)
+    for size in range(len(names) + 1):
+        for bought in combinations(names, size):
+            entry = sum(costs.channels[name] for name in bought)
+            items = _runs(forward, what, costs, bought, notes)
+            offers.append(
+                Offer(forward, what, bought, entry, (*items, *benches), costs.odds, costs.probability)
+            )
+    return offers, list(dict.fromkeys(notes))
+
+
+def _runs(
+    forward: ModalForward | HistoryForward, what: Open, costs: Costs, bought: Sequence[str], notes: list[str]
+) -> list[Item]:
+    items = []
+    for number, stop in enumerate(costs.stops):
+        if isinstance(forward, ModalForward):
+            ratios = (*recorded(forward), *bought)
+            expected = modal_run(forward, what.fits, stop.speed, ratios, costs)
+            lacking = "no mode that was measured would be seen there"
+        else:
+            expected = history_run(forward, what.fits, stop.speed, bought, costs)
+            lacking = "the bicycle would fall at once"
+        if not expected:
+            notes.append(f"{stop.speed:g} m/s: {lacking}; left out")
+        items.append(
+            Item(f"runs at {stop.speed:g} m/s", stop.setup, stop.each, stop.most if expected else 0,
+                 tuple(blocks(expected, number)), stop.speed)
+        )  # fmt: skip
+    return items
+
+
+def _steps(found: Found) -> tuple[Step, ...]:
+    assert found.offer is not None
+    return tuple(
+        Step(item.what, n, item.price(n), item.speed)
+        for item, n in zip(found.offer.items, found.counts, strict=True) if n
+    )  # fmt: skip
+
+
+def _bought(found: Found) -> tuple[str, ...]:
+    assert found.offer is not None
+    return found.offer.channels if any(step.speed is not None for step in _steps(found)) else ()
+
+
+def _front(seen: Sequence[tuple[float, float, Offer, Any]], wanted: Sequence[int]) -> tuple[tuple[float, float], ...]:
+    """Cost and worst probability of plans that no cheaper one equals."""
+    every = {(offer.cost(counts), min(a[q].probability for q in wanted))
+             for *_, offer, _ in seen for counts, a in offer._answers.items()} if wanted else set()  # fmt: skip
+    front: list[tuple[float, float]] = []
+    for cost, p in sorted(every, key=lambda point: (point[0], -point[1])):
+        if not front or p > front[-1][1]:
+            front.append((cost, p))
+    return tuple(front)
