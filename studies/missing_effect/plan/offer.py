@@ -87,7 +87,8 @@ class Offer:
     odds: float = CLEAR_ODDS
     probability: float = 0.9
     _terms: dict[tuple[int, int, int], Terms] = field(default_factory=dict)
-    _answers: dict[Counts, tuple[Answer, ...]] = field(default_factory=dict)
+    _answers: dict[tuple[Counts, int], Answer] = field(default_factory=dict)
+    _alike_of: dict[Counts, Alike] = field(default_factory=dict)
 
     @property
     def questions(self) -> tuple[PairQuestion | LimitQuestion, ...]:
@@ -106,13 +107,21 @@ class Offer:
 
     def answers(self, counts: Counts) -> tuple[Answer, ...]:
         """To every question, if a plan of these ``counts`` (without unit) is carried out."""
-        if counts not in self._answers:
+        return tuple(self.answer(counts, place) for place in range(len(self.questions)))
+
+    def answer(self, counts: Counts, place: int) -> Answer:
+        """The same to one question by its index ``place``; ``counts`` without unit."""
+        if (counts, place) not in self._answers:
             used = [(k, b, n) for k, (item, n) in enumerate(zip(self.items, counts, strict=True)) if n
                     for b in range(len(item.blocks))]  # fmt: skip
-            alike = self._alike(used)
-            pairs = [self._pair(q, used, alike) for q in self.open.pairs]
-            self._answers[counts] = (*pairs, *(self._limit(q, used) for q in self.open.limits))
-        return self._answers[counts]
+            q = self.questions[place]
+            if isinstance(q, LimitQuestion):
+                self._answers[counts, place] = self._limit(q, used)
+            else:
+                if counts not in self._alike_of:
+                    self._alike_of[counts] = self._alike(used)
+                self._answers[counts, place] = self._pair(q, used, self._alike_of[counts])
+        return self._answers[counts, place]
 
     # ------------------------------------------------------------------ inside
 
@@ -136,12 +145,15 @@ class Offer:
         now = float(judged.log_posterior[q.first] - judged.log_posterior[q.second])
         cosine = alike.cosine(q.first, q.second)
         effects = [len(judged.fits[k].candidates) for k in (q.first, q.second)]
+        # that nothing is missing is never proven, for an effect may be as small as it likes: it has to lead
+        goals = [0.0 if not n else math.log(self.odds) for n in effects]
         same = min(effects) > 0 and effects[0] == effects[1] and cosine > ALIKE_COSINE
-        goal = math.log(HOPELESS_ODDS if same else self.odds)
+        if same:
+            goals = [math.log(HOPELESS_ODDS)] * 2
         weight = 1 / (1 + math.exp(-np.clip(now, -700, 700)))
         reached, odds = 0.0, 0.0
-        for true, other, before, share in (
-            (q.first, q.second, now, weight), (q.second, q.first, -now, 1 - weight)
+        for true, other, before, share, goal in (
+            (q.first, q.second, now, weight, goals[0]), (q.second, q.first, -now, 1 - weight, goals[1])
         ):  # fmt: skip
             after = np.full(1, before)
             if used:

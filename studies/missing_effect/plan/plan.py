@@ -1,5 +1,6 @@
 """From a diagnosis and prices to the cheapest further measurements that settle what is open."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -18,6 +19,9 @@ from studies.missing_effect.plan.search import Found, cheapest, richest
 from tyre.base.errors import InputError, unknown
 from tyre.base.parallel import one_blas_thread
 
+HALF = 0.5  # probability below which a question that cannot be settled is given up
+NEARLY = 0.9  # of the probability that everything together gives, where that does not suffice
+ALL_OF_IT = 2.0  # a probability that no answer has: it must be met
 OFFERED = "a plan is offered for modes (kind = 'modal') and time histories (kind = 'histories')"
 
 
@@ -123,7 +127,7 @@ def plan(diagnosis: Diagnosis, costs: Costs) -> Plan:
     full = offers[-1]  # with all channels
     nothing = (0,) * len(full.items)
     now, most = full.answers(nothing), full.answers(full.everything)
-    wanted = [k for k, answer in enumerate(most) if answer.met and not now[k].met]
+    wanted = _wanted(now, most)
     asked = [k for k in range(len(now)) if not now[k].met]
     found = Found(full, nothing, 0.0)
     runs = costs.most_runs if costs.most_runs is not None else sum(item.most for item in full.items)
@@ -145,8 +149,23 @@ def plan(diagnosis: Diagnosis, costs: Costs) -> Plan:
     if diagnosis.verdict.verdict == "unknown":
         notes.append("the verdict is unknown: no hypothesis of the library fits, so none can be told from another; "
                      "look at the gap, the units and the sensors first")  # fmt: skip
-    curve = _front(found.seen, wanted)
+    curve = _front(found.seen)
     return Plan(_steps(found), _bought(found), found.cost, questions, curve, found.proven, costs, tuple(notes))
+
+
+def _wanted(now: Sequence[Answer], most: Sequence[Answer]) -> dict[int, float]:
+    """Questions that measurements can settle, or nearly, the hardest first, with the probability that is enough."""
+    found = {}
+    for k in sorted(range(len(now)), key=lambda k: most[k].probability):
+        if now[k].met:
+            continue
+        if most[k].met:
+            found[k] = ALL_OF_IT
+        elif math.isnan(most[k].limit) and most[k].probability >= HALF:
+            near = NEARLY * most[k].probability
+            if now[k].probability < near:
+                found[k] = near
+    return found
 
 
 def _words(offer: Offer, place: int) -> str:
@@ -254,12 +273,10 @@ def _bought(found: Found) -> tuple[str, ...]:
     return found.offer.channels if any(step.speed is not None for step in _steps(found)) else ()
 
 
-def _front(seen: Sequence[tuple[float, float, Offer, Any]], wanted: Sequence[int]) -> tuple[tuple[float, float], ...]:
-    """Cost and worst probability of plans that no cheaper one equals."""
-    every = {(offer.cost(counts), min(a[q].probability for q in wanted))
-             for *_, offer, _ in seen for counts, a in offer._answers.items()} if wanted else set()  # fmt: skip
+def _front(seen: Sequence[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
+    """Cost and worst probability of the plans that were looked at and that no cheaper one equals."""
     front: list[tuple[float, float]] = []
-    for cost, p in sorted(every, key=lambda point: (point[0], -point[1])):
+    for cost, p in sorted(seen, key=lambda point: (point[0], -point[1])):
         if not front or p > front[-1][1]:
             front.append((cost, p))
     return tuple(front)

@@ -15,7 +15,7 @@ from studies.missing_effect.plan.separation import Judged
 from tyre.base.errors import InputError, unknown
 
 MOST_HYPOTHESES = 5
-LEAST_SHARE = 0.1  # of the probability of all that is open, below which a pair is no question
+LEAST_SHARE = 0.25  # of the probability of all that is open, below which a pair is no question
 ONE_SIDED, TWO_SIDED = 1.644854, 1.959964  # of a normal distribution, 95 %
 
 
@@ -135,7 +135,9 @@ def _chosen(diagnosis: Diagnosis) -> list[Fit]:
     members = [by_name[name] for name in verdict.equivalent] or [known.null]
     leader = members[0]
     rivals = [f for f in (known.null, *known.best()) if f not in members and _possible(known, f, leader)]
-    return [*members, *rivals][:MOST_HYPOTHESES]
+    if verdict.verdict == "tentative" and known.null not in rivals:
+        rivals = [known.null, *rivals]  # its name may rest on the stated uncertainties
+    return [*members[: MOST_HYPOTHESES - 1], *rivals][:MOST_HYPOTHESES]
 
 
 def _possible(known: Hypotheses, f: Fit, leader: Fit) -> bool:

@@ -4,10 +4,10 @@ More data never tell less on average, so a node of the tree is cut where even al
 each item by itself, does not settle what is open.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from studies.missing_effect.plan.offer import Counts, Offer
+from studies.missing_effect.plan.offer import Answer, Counts, Offer
 
 MOST_NODES = 1500  # of the tree, of all sets of channels together
 CHEAPER = 1e-9
@@ -22,7 +22,7 @@ class Found:
     cost: float = float("inf")
     proven: bool = True
     nodes: int = 0
-    seen: list[tuple[float, float, Offer, Counts]] = field(default_factory=list)
+    seen: list[tuple[float, float]] = field(default_factory=list)
 
     def take(self, offer: Offer, counts: Counts) -> None:
         """Keep a plan of ``counts`` (without unit) if it is cheaper."""
@@ -36,8 +36,8 @@ class Search:
 
     Attributes
     ----------
-    wanted : sequence of int
-        Indices of the questions that are to be met.
+    wanted : mapping of int to float
+        Index of each question that is to be settled, the hardest first, and the probability that is enough.
     most_runs : int
         In all.
     budget : float
@@ -45,20 +45,20 @@ class Search:
     found : Found
     """
 
-    wanted: Sequence[int]
+    wanted: Mapping[int, float]
     most_runs: int
     budget: float
     found: Found
 
     def met(self, offer: Offer, counts: Counts) -> bool:
-        """Whether all wanted questions are met by ``counts`` (without unit)."""
-        return all(offer.answers(counts)[q].met for q in self.wanted)
+        """Whether all wanted questions are settled by ``counts`` (without unit)."""
+        return all(enough(offer.answer(counts, q), p) for q, p in self.wanted.items())
 
     def merit(self, offer: Offer, counts: Counts) -> float:
         """Grows towards that; ``counts`` without unit."""
-        answers = [offer.answers(counts)[q] for q in self.wanted]
-        self.found.seen.append((offer.cost(counts), min(a.probability for a in answers), offer, counts))
-        return sum(a.merit for a in answers)
+        answers = [offer.answer(counts, q) for q in self.wanted]
+        self.found.seen.append((offer.cost(counts), min(a.probability for a in answers)))
+        return sum(2.0 if enough(a, p) else a.merit for a, p in zip(answers, self.wanted.values(), strict=True))
 
     def allowed(self, offer: Offer, counts: Counts) -> bool:
         """Whether there are not too many runs in ``counts`` (without unit)."""
@@ -127,15 +127,20 @@ class Search:
             self._branch(offer, (*chosen, n), order)
 
 
-def cheapest(offers: Sequence[Offer], wanted: Sequence[int], most_runs: int, budget: float = float("inf")) -> Found:
+def enough(answer: Answer, probability: float) -> bool:
+    """Whether an ``answer`` settles a question as well as is wanted: by this ``probability``, 0 to 1, or its limit."""
+    return answer.met or answer.probability >= probability
+
+
+def cheapest(offers: Sequence[Offer], wanted: Mapping[int, float], most_runs: int, budget: float = float("inf")) -> Found:
     """The cheapest plan that settles the ``wanted`` questions; without an offer where none does.
 
     Parameters
     ----------
     offers : sequence of Offer
         One for each set of channels.
-    wanted : sequence of int
-        Indices of questions.
+    wanted : mapping of int to float
+        Index of each question and the probability that is enough.
     most_runs : int
         Number of runs in all.
     budget : float
@@ -153,14 +158,14 @@ def cheapest(offers: Sequence[Offer], wanted: Sequence[int], most_runs: int, bud
     return found
 
 
-def richest(offers: Sequence[Offer], wanted: Sequence[int], most_runs: int, budget: float) -> Found:
+def richest(offers: Sequence[Offer], wanted: Mapping[int, float], most_runs: int, budget: float) -> Found:
     """The plan that gets farthest within a ``budget`` (a price), where none gets there; arguments as :func:`cheapest`.
 
     Parameters
     ----------
     offers : sequence of Offer
-    wanted : sequence of int
-        Indices of questions.
+    wanted : mapping of int to float
+        Index of each question and the probability that is enough.
     most_runs : int
         Number of runs in all.
     budget : float

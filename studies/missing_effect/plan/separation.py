@@ -168,12 +168,14 @@ def _root(covariance: Array) -> Array:
 
 
 def _drawn(fit: Fit, root: Array) -> Array:
-    """Draws of z (p, K) whose effects are inside their bounds; any where hardly one is."""
+    """Draws of z (p, K) whose effects are inside their bounds and large enough to matter; any where hardly one is."""
     every = np.random.default_rng(len(fit.theta)).standard_normal((len(root), 20 * DRAWS))
     theta = fit.theta[:, None] + root @ every
     inside = np.ones(every.shape[1], bool)
     for k in range(fit.effect_columns.start, len(fit.theta)):
         u = fit.unknowns[k]
         inside &= (theta[k] >= u.lowest) & (theta[k] <= u.highest)
+        if u.size:
+            inside &= np.abs(theta[k] - u.centre) >= u.least
     kept = np.flatnonzero(inside)
     return every[:, kept[:DRAWS]] if len(kept) >= DRAWS else every[:, :DRAWS]
