@@ -1,4 +1,4 @@
-"""``velotyre new``: a commented file to start from: a model, sensors."""
+"""``velotyre new``: a commented file to start from: a model, sensors, costs."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ import click
 
 from studies.reporting.examples import example
 
-KINDS = ("model", "sensors")
+KINDS = ("model", "sensors", "costs")
 
 
 @click.command(
@@ -19,7 +19,7 @@ KINDS = ("model", "sensors")
     type=click.Choice(KINDS),
     default=KINDS[0],
     show_default=True,
-    help="model: of every command; sensors: of simulate --sensors.",
+    help="model: of every command; sensors: of simulate --sensors; costs: of plan.",
 )
 @click.option("--bicycle", default="benchmark", show_default=True, help="A packaged bicycle to begin with.")
 @click.option("--tyre", default="Tyre1", show_default=True, help="A packaged tyre to begin with.")
@@ -52,7 +52,8 @@ def _example(target: Path, kind: str) -> None:
     """Write a file that is no model."""
     import click.core
 
-    from studies.synthetic_sensors.example import EXAMPLE
+    from studies.missing_effect.plan.example import EXAMPLE as COSTS
+    from studies.synthetic_sensors.example import EXAMPLE as SENSORS
     from tyre.base.errors import InputError
     from tyre.base.files import write_text
 
@@ -60,6 +61,9 @@ def _example(target: Path, kind: str) -> None:
     for option in ("bicycle", "tyre"):
         if context.get_parameter_source(option) is not click.core.ParameterSource.DEFAULT:
             raise InputError(f"--{option} is of a model file; leave it out with --kind {kind}")
-    write_text(target, EXAMPLE.format(file=target.name))
-    click.echo(f"{target}: sensors; next: velotyre simulate benchmark --speed 5 --initial lean_rate=0.3 "
-               f"--sensors {target} --noise --out ride")  # fmt: skip
+    write_text(target, {"sensors": SENSORS, "costs": COSTS}[kind].format(file=target.name))
+    following = {
+        "sensors": f"velotyre simulate benchmark --speed 5 --initial lean=0.02 --sensors {target} --noise --out ride",
+        "costs": f"velotyre plan kooijman2008 --costs {target} --out plan",
+    }  # fmt: skip
+    click.echo(f"{target}: {kind}; next: {following[kind]}")

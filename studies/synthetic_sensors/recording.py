@@ -51,7 +51,7 @@ def recorded(response: Response, sensors: Sensors, seed: int | None = None) -> d
 
 
 def write_recording(target: Path, columns: dict[str, Array], words: str) -> None:
-    """Write ``columns`` (samples,), SI, to the CSV file ``target``; ``words`` say in its first line how they were made."""
+    """Write ``columns`` (samples,), SI, to the CSV file ``target``; ``words`` say how they were made."""
     lines = [f"{LABEL}: {' '.join(words.translate(SEPARATORS).split())}", ",".join(columns)]
     lines += [",".join(f"{x + 0.0:.9g}" for x in row) for row in zip(*columns.values(), strict=True)]
     write_text(target, "\n".join(lines) + "\n")

@@ -1,14 +1,15 @@
 """Does a plan of further measurements settle what it promises? Cases of the blind generator, measured on as planned.
 
 A laboratory (synthetic, :mod:`studies.missing_effect.blind.continued`, which shares nothing with the fitter) measures a
-few eigenvalues of a bicycle that hides an effect or nothing. Where the diagnosis leaves something open, a plan is made at
-standard prices, the planned runs are generated at the planned speeds with the planned channels, and the diagnosis is
+few eigenvalues of a bicycle that hides an effect or nothing. Where the diagnosis leaves something open, a plan is made
+at standard prices, the planned runs are generated at the planned speeds with the planned channels, and the diagnosis is
 made again with them. It is right where it names what is hidden, or says that nothing is missing where nothing is; a
 class is right where it holds what is hidden and else only what the plan had said cannot be told from it.
 """
 
 import json
 import tempfile
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -75,13 +76,14 @@ def case(seed: int) -> dict[str, Any]:
             return row
         low, high = lab.speeds
         speeds = np.round(np.linspace(0.9 * low, 1.3 * high, 7), 2)
-        sd = {name: 0.03 * noise for name in RATIOS}
+        sd = dict.fromkeys(RATIOS, 0.03 * noise)
         prices = {name: 300.0 for name in RATIOS if name not in ratios}
         stops = tuple(Stop(float(v), 50.0, 10.0, 6) for v in speeds)
         made = plan(first, Costs(stops=stops, channels=prices, sd=sd))
         row |= {"open": [q.words for q in made.questions], "cost": made.cost, "channels": list(made.channels),
                 "runs": {f"{s.speed:g}": s.count for s in made.steps},
-                "inseparable": [q.words for q in made.questions if q.why], "proven": made.proven, "at_most": [round(q.at_most.probability, 3) for q in made.questions],
+                "inseparable": [q.words for q in made.questions if q.why], "proven": made.proven,
+                "at_most": [round(q.at_most.probability, 3) for q in made.questions],
                 "promised": min((q.then.probability for q in made.questions if not q.why), default=None)}  # fmt: skip
         if not made.steps:
             return row
@@ -116,8 +118,9 @@ def summary(rows: list[dict[str, Any]], seed: int) -> dict[str, Any]:
     return {
         "synthetic": True,
         "what": "share of right verdicts after the runs that a plan asked for, of cases that were open before",
-        "seed": seed, "cases": len(rows), "made_by": f"velotyre validate measurement-plan --seed {seed} --cases {len(rows)}",
-        "first_verdicts": {word: sum(row["first"] == word for row in rows) for word in sorted({r["first"] for r in rows})},
+        "seed": seed, "cases": len(rows),
+        "made_by": f"velotyre validate measurement-plan --seed {seed} --cases {len(rows)}",
+        "first_verdicts": dict(sorted(Counter(row["first"] for row in rows).items())),
         "something_open": len(open_),
         "nothing_that_runs_could_settle": sum("right" not in row for row in open_),
         "after_planned_runs": share(planned),

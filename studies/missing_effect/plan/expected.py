@@ -194,5 +194,3 @@ def _place(fit: Fit, key: str) -> int | None:
 def blocks(expected: Sequence[tuple[Expected, ...]], seed: int) -> list[Block]:
     """Blocks of what is ``expected``, each with a ``seed`` of its own noise."""
     return [Block(one, 1000 * seed + k) for k, one in enumerate(expected)]
-
-

@@ -1,7 +1,7 @@
 """What can be measured with one set of channels, and how far any number of repeats of it would get."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -72,7 +72,9 @@ class Answer:
     @property
     def merit(self) -> float:
         """Grows towards the goal, where the probability is still zero, too."""
-        return 2.0 if self.met else self.probability + (0.2 * math.tanh(self.log_odds / 3) if self.limit != self.limit else 0)
+        if self.met:
+            return 2.0
+        return self.probability + (0.0 if math.isnan(self.log_odds) else 0.2 * math.tanh(self.log_odds / 3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,6 +124,15 @@ class Offer:
                     self._alike_of[counts] = self._alike(used)
                 self._answers[counts, place] = self._pair(q, used, self._alike_of[counts])
         return self._answers[counts, place]
+
+    def looked_at(self, places: Collection[int]) -> list[tuple[float, float]]:
+        """Cost and worst probability of the plans whose answers to some questions (by index) are all known."""
+        plans = {counts for counts, _ in self._answers}
+        return [
+            (self.cost(counts), min(self._answers[counts, place].probability for place in places))
+            for counts in plans
+            if all((counts, place) in self._answers for place in places)
+        ]
 
     # ------------------------------------------------------------------ inside
 

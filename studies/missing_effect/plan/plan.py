@@ -1,7 +1,7 @@
 """From a diagnosis and prices to the cheapest further measurements that settle what is open."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
@@ -117,12 +117,8 @@ def plan(diagnosis: Diagnosis, costs: Costs) -> Plan:
     InputError
         Another kind of data; a channel, bench test or size that does not belong to the measurement.
     """
-    forward = diagnosis.forward
-    if not isinstance(forward, ModalForward | HistoryForward):
-        raise InputError(f"{diagnosis.measurement.name}: {OFFERED}; not for other kinds")
-    _check_channels(forward, costs)
+    forward = check(diagnosis.forward, diagnosis.measurement.name, costs)
     what = opened(diagnosis, costs.limits)
-    _check_bench(what, costs)
     offers, notes = _offers(forward, what, costs)
     full = offers[-1]  # with all channels
     nothing = (0,) * len(full.items)
@@ -135,9 +131,7 @@ def plan(diagnosis: Diagnosis, costs: Costs) -> Plan:
     if wanted:
         found = cheapest(offers, wanted, runs, budget)
         if found.offer is None:
-            seen = found.seen
             found = richest(offers, wanted, runs, budget)
-            found.seen += seen
             notes.append("the budget or the number of runs does not suffice for all; the plan gets as far as they do")
     assert found.offer is not None
     then = found.offer.answers(found.counts)
@@ -149,7 +143,7 @@ def plan(diagnosis: Diagnosis, costs: Costs) -> Plan:
     if diagnosis.verdict.verdict == "unknown":
         notes.append("the verdict is unknown: no hypothesis of the library fits, so none can be told from another; "
                      "look at the gap, the units and the sensors first")  # fmt: skip
-    curve = _front(found.seen)
+    curve = _front(offers, wanted)
     return Plan(_steps(found), _bought(found), found.cost, questions, curve, found.proven, costs, tuple(notes))
 
 
@@ -187,7 +181,24 @@ def _why(offer: Offer, place: int, most: Answer) -> str:
     )
 
 
-def _check_channels(forward: Forward, costs: Costs) -> None:
+def check(forward: Forward, name: str, costs: Costs) -> ModalForward | HistoryForward:
+    """Refuse ``costs`` that do not go with the ``forward`` model of the measurement called ``name``.
+
+    Raises
+    ------
+    InputError
+        Another kind of data; a channel or bench test that does not belong to the measurement.
+    """
+    if not isinstance(forward, ModalForward | HistoryForward):
+        raise InputError(
+            f"{name}: {OFFERED}; for other kinds the report of `velotyre diagnose` ranks measurements by gain"
+        )
+    _check_channels(forward, costs)
+    _check_bench(forward, costs)
+    return forward
+
+
+def _check_channels(forward: ModalForward | HistoryForward, costs: Costs) -> None:
     modal = isinstance(forward, ModalForward)
     allowed, other = (RATIOS, "modes") if modal else (SIGNALS, "time histories")
     for name in costs.channels:
@@ -197,16 +208,15 @@ def _check_channels(forward: Forward, costs: Costs) -> None:
             raise InputError(f"[channels]: {name} is recorded already and costs nothing; take it out")
 
 
-def recorded(forward: Forward) -> tuple[str, ...]:
+def recorded(forward: ModalForward | HistoryForward) -> tuple[str, ...]:
     """Channels that the measurement of ``forward`` has."""
     if isinstance(forward, ModalForward):
         return tuple(name for name in RATIOS if any(name in p.ratios for p in forward.points))
-    assert isinstance(forward, HistoryForward)
     return tuple(forward.noise)
 
 
-def _check_bench(what: Open, costs: Costs) -> None:
-    own = {name for u in what.fits[what.null].unknowns for name in (u.name, *u.sets)}
+def _check_bench(forward: Forward, costs: Costs) -> None:
+    own = {name for u in forward.nuisances for name in (u.name, *u.sets)}
     parameters = {f"{e}.{p.name}" for e, cls in registry().items() for p in cls.parameters}
     for key, bench in costs.bench.items():
         if key not in own and key not in registry() and key not in parameters and "." not in key:
@@ -233,9 +243,7 @@ def _offers(forward: ModalForward | HistoryForward, what: Open, costs: Costs) ->
         for bought in combinations(names, size):
             entry = sum(costs.channels[name] for name in bought)
             items = _runs(forward, what, costs, bought, notes)
-            offers.append(
-                Offer(forward, what, bought, entry, (*items, *benches), costs.odds, costs.probability)
-            )
+            offers.append(Offer(forward, what, bought, entry, (*items, *benches), costs.odds, costs.probability))
     return offers, list(dict.fromkeys(notes))
 
 
@@ -273,10 +281,14 @@ def _bought(found: Found) -> tuple[str, ...]:
     return found.offer.channels if any(step.speed is not None for step in _steps(found)) else ()
 
 
-def _front(seen: Sequence[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
+def _front(offers: Sequence[Offer], wanted: Mapping[int, float]) -> tuple[tuple[float, float], ...]:
     """Cost and worst probability of the plans that were looked at and that no cheaper one equals."""
+    if not wanted:
+        return ()
     front: list[tuple[float, float]] = []
-    for cost, p in sorted(seen, key=lambda point: (point[0], -point[1])):
+    for cost, p in sorted(
+        (point for offer in offers for point in offer.looked_at(wanted)), key=lambda point: (point[0], -point[1])
+    ):
         if not front or p > front[-1][1]:
             front.append((cost, p))
     return tuple(front)

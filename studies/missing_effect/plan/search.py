@@ -5,7 +5,7 @@ each item by itself, does not settle what is open.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from studies.missing_effect.plan.offer import Answer, Counts, Offer
 
@@ -22,7 +22,6 @@ class Found:
     cost: float = float("inf")
     proven: bool = True
     nodes: int = 0
-    seen: list[tuple[float, float]] = field(default_factory=list)
 
     def take(self, offer: Offer, counts: Counts) -> None:
         """Keep a plan of ``counts`` (without unit) if it is cheaper."""
@@ -57,7 +56,6 @@ class Search:
     def merit(self, offer: Offer, counts: Counts) -> float:
         """Grows towards that; ``counts`` without unit."""
         answers = [offer.answer(counts, q) for q in self.wanted]
-        self.found.seen.append((offer.cost(counts), min(a.probability for a in answers)))
         return sum(2.0 if enough(a, p) else a.merit for a, p in zip(answers, self.wanted.values(), strict=True))
 
     def allowed(self, offer: Offer, counts: Counts) -> bool:
@@ -132,7 +130,7 @@ def enough(answer: Answer, probability: float) -> bool:
     return answer.met or answer.probability >= probability
 
 
-def cheapest(offers: Sequence[Offer], wanted: Mapping[int, float], most_runs: int, budget: float = float("inf")) -> Found:
+def cheapest(offers: Sequence[Offer], wanted: Mapping[int, float], most_runs: int, budget: float) -> Found:
     """The cheapest plan that settles the ``wanted`` questions; without an offer where none does.
 
     Parameters
