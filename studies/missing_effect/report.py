@@ -101,7 +101,7 @@ def _content(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
         "probability": probability, "closing": sentences.closing(diagnosis), "moved": moved,
         "went": [f"moved, {title}" for title in list(models.values())[1:]],
         "limits": tables.limited(findings.limits), "limits_note": sentences.limits_note(diagnosis),
-        "further": findings.further[:MOST_FURTHER], "next_note": sentences.next_note(findings),
+        "further": findings.further[:MOST_FURTHER], "next_note": sentences.next_note(findings) + sentences.plan_note(diagnosis),
         "stability_note": sentences.stability_note(findings),
         "varied": tables.varied(findings.stability) if findings.stability else [], "gaps": ", ".join(gaps),
         "fitting": sentences.fitting(diagnosis), "parts": tables.by_place(diagnosis), "models": list(models.values()),
