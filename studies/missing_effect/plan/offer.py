@@ -79,7 +79,10 @@ class Answer:
 
 @dataclass(frozen=True, eq=False)
 class Offer:
-    """One set of ``channels`` (its price is ``entry``), what can be done with it, and what is to be settled."""
+    """One set of ``channels`` (its price is ``entry``), what can be done with it, and what is to be settled.
+
+    ``fewest``: number of runs below which none can be read, where there are any.
+    """
 
     forward: Forward
     open: Open
@@ -88,6 +91,7 @@ class Offer:
     items: tuple[Item, ...]
     odds: float = CLEAR_ODDS
     probability: float = 0.9
+    fewest: int = 0
     _terms: dict[tuple[int, int, int], Terms] = field(default_factory=dict)
     _answers: dict[tuple[Counts, int], Answer] = field(default_factory=dict)
     _alike_of: dict[Counts, Alike] = field(default_factory=dict)
@@ -101,6 +105,11 @@ class Offer:
         """Of a plan by its ``counts`` of items, without unit; channels are bought where anything is ridden."""
         runs = any(n for n, item in zip(counts, self.items, strict=True) if item.speed is not None)
         return self.entry * runs + sum(item.price(n) for n, item in zip(counts, self.items, strict=True))
+
+    def readable(self, counts: Counts) -> bool:
+        """Whether there are runs enough to be read, or none, in ``counts`` (without unit)."""
+        runs = sum(n for n, item in zip(counts, self.items, strict=True) if item.speed is not None)
+        return runs == 0 or runs >= self.fewest
 
     @property
     def everything(self) -> Counts:

@@ -22,6 +22,7 @@ from tyre.base.parallel import one_blas_thread
 HALF = 0.5  # probability below which a question that cannot be settled is given up
 NEARLY = 0.9  # of the probability that everything together gives, where that does not suffice
 ALL_OF_IT = 2.0  # a probability that no answer has: it must be met
+FEWEST_ROWS = 3  # of a table of modes, which runs with new channels are
 OFFERED = "a plan is offered for modes (kind = 'modal') and time histories (kind = 'histories')"
 
 
@@ -243,7 +244,18 @@ def _offers(forward: ModalForward | HistoryForward, what: Open, costs: Costs) ->
         for bought in combinations(names, size):
             entry = sum(costs.channels[name] for name in bought)
             items = _runs(forward, what, costs, bought, notes)
-            offers.append(Offer(forward, what, bought, entry, (*items, *benches), costs.odds, costs.probability))
+            offers.append(
+                Offer(
+                    forward,
+                    what,
+                    bought,
+                    entry,
+                    (*items, *benches),
+                    costs.odds,
+                    costs.probability,
+                    FEWEST_ROWS if bought and isinstance(forward, ModalForward) else 0,
+                )
+            )
     return offers, list(dict.fromkeys(notes))
 
 

@@ -51,7 +51,7 @@ class Search:
 
     def met(self, offer: Offer, counts: Counts) -> bool:
         """Whether all wanted questions are settled by ``counts`` (without unit)."""
-        return all(enough(offer.answer(counts, q), p) for q, p in self.wanted.items())
+        return offer.readable(counts) and all(enough(offer.answer(counts, q), p) for q, p in self.wanted.items())
 
     def merit(self, offer: Offer, counts: Counts) -> float:
         """Grows towards that; ``counts`` without unit."""

@@ -1,6 +1,7 @@
 """Predicted separation of hypotheses against the normal distributions that it stands for, drawn and by formula."""
 
 import math
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -185,6 +186,14 @@ def test_the_cheapest_plan_is_that_of_all_plans(market):
     assert found.proven
     assert found.cost == pytest.approx(min(every))
     assert found.offer.answer(found.counts, 0).met
+
+
+def test_runs_that_no_reader_would_take_are_not_planned(market):
+    """A table of modes with a new channel needs three rows."""
+    few = [replace(offer, fewest=4) for offer in market]
+    found = cheapest(few, {0: 2.0}, 99, math.inf)
+    assert sum(found.counts[:3]) in (0, *range(4, 16))
+    assert [few[0].readable(counts) for counts in ((0, 0, 0, 1), (1, 1, 1, 0), (1, 2, 1, 0))] == [True, False, True]
 
 
 def test_bounds_on_runs_and_money_are_kept(market):

@@ -56,7 +56,7 @@ def test_cases_without_a_plan_do_not_count():
 
 def test_the_laboratory_measures_the_same_bicycle_again(tmp_path):
     lab = laboratory(np.random.default_rng(4), ("steer_damper",), points=6, noise=1.0)
-    more = lab.measure([6.0, 6.0], ("steer_over_lean",))
+    more = lab.measure([6.0, 6.0, 6.0], ("steer_over_lean",))
     assert {row["speed_m_s"] for row in more} == {6.0}
     weave = [complex(row["real_1_s"], row["imag_rad_s"]) for row in more if row["mode"] == "weave"]
     assert 0 < abs(weave[0] - weave[1]) < 8 * more[0]["real_sd_1_s"]
