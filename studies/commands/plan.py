@@ -34,7 +34,8 @@ def command(
     from studies.missing_effect import diagnose, read_measurement
     from studies.missing_effect.plan import words
     from studies.missing_effect.plan.costs import read_costs
-    from studies.missing_effect.plan.plan import check, plan
+    from studies.missing_effect.plan.offers import check
+    from studies.missing_effect.plan.plan import plan
     from studies.missing_effect.plan.report import write_plan
     from studies.missing_effect.reporting.sentences import sentence
     from studies.reporting.output import print_table, print_warnings, write_json

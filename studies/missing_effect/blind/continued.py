@@ -59,7 +59,7 @@ class Laboratory:
         return found
 
     def write(self, folder: Path, more: Sequence[dict[str, Any]] = ()) -> Path:
-        """Write the measurement file, with further rows as a second part where they have other columns."""
+        """Write the measurement file into ``folder``; ``more`` rows (units in their keys), if other, are a part."""
         import tomli_w
 
         stated = uncertainty(load_bicycle(self.bicycle))

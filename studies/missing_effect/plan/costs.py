@@ -119,7 +119,7 @@ class Costs:
     currency: str = ""
 
     def money(self, price: float) -> str:
-        """A ``price`` in words, in its currency."""
+        """A ``price``, a number of its currency, in words."""
         return f"{price:,.10g} {self.currency}".strip()
 
 

@@ -135,7 +135,7 @@ class Offer:
         return self._answers[counts, place]
 
     def looked_at(self, places: Collection[int]) -> list[tuple[float, float]]:
-        """Cost and worst probability of the plans whose answers to some questions (by index) are all known."""
+        """Cost and worst probability of the plans whose answers to the questions ``places`` (indices) are all known."""
         plans = {counts for counts, _ in self._answers}
         return [
             (self.cost(counts), min(self._answers[counts, place].probability for place in places))

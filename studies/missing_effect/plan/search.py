@@ -142,7 +142,7 @@ def cheapest(offers: Sequence[Offer], wanted: Mapping[int, float], most_runs: in
     most_runs : int
         Number of runs in all.
     budget : float
-        Price that must not be exceeded, in the currency of the offers.
+        Price that must not be exceeded, no unit but that of the prices.
     """
     found = Found()
     search = Search(wanted, most_runs, budget, found)

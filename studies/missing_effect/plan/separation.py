@@ -147,7 +147,7 @@ class Alike:
         return cls(moves.T @ moves, moves.T @ nuisances, nuisances.T @ nuisances)
 
     def plus(self, others: Mapping["Alike", int]) -> "Alike":
-        """With further blocks, each repeated ``others[block]`` times (numbers without unit)."""
+        """With ``others``, further blocks and how often each is repeated (a number without unit)."""
         return Alike(
             self.moves + sum(n * o.moves for o, n in others.items()),
             self.mixed + sum(n * o.mixed for o, n in others.items()),
@@ -155,7 +155,7 @@ class Alike:
         )
 
     def cosine(self, first: int, second: int) -> float:
-        """Of two hypotheses by their indices; 0 where one of them does nothing."""
+        """Of the hypotheses ``first`` and ``second`` (indices); 0 where one of them does nothing."""
         solved = np.linalg.solve(np.eye(len(self.inner)) + self.inner, self.mixed.T)
         gram = self.moves - self.mixed @ solved
         size = gram[first, first] * gram[second, second]
