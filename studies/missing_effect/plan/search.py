@@ -114,7 +114,7 @@ class Search:
             left = limit - CHEAPER - cost - item.setup
             if item.speed is not None and not any(counts):
                 left -= offer.entry
-            most[k] = max(0, min(item.most, int(left / item.each) if item.each else item.most))
+            most[k] = max(0, item.most if left >= item.most * item.each else int(left / item.each))
         found.nodes += 1
         if not self.met(offer, tuple(most)):
             return
@@ -148,9 +148,10 @@ def cheapest(offers: Sequence[Offer], wanted: Mapping[int, float], most_runs: in
     search = Search(wanted, most_runs, budget, found)
     able = [offer for offer in sorted(offers, key=lambda o: o.entry) if search.met(offer, offer.everything)]
     for offer in able:
-        counts = search.greedy(offer)
-        if search.met(offer, counts):
-            found.take(offer, search.improved(offer, counts))
+        for counts in (search.greedy(offer), offer.everything):  # all of it where no single step gains
+            if search.allowed(offer, counts) and offer.cost(counts) <= budget and search.met(offer, counts):
+                found.take(offer, search.improved(offer, counts))
+                break
     for offer in able:
         search.bounded(offer)
     return found

@@ -14,7 +14,7 @@ from studies.inference.parameter import Candidate
 from studies.missing_effect.plan import separation
 from studies.missing_effect.plan.offer import Item, Offer
 from studies.missing_effect.plan.questions import LimitQuestion, Open, PairQuestion
-from studies.missing_effect.plan.search import cheapest, richest
+from studies.missing_effect.plan.search import Search, cheapest, richest
 from studies.missing_effect.plan.separation import Alike, Block, Expected, Judged, log_likelihood
 
 NUISANCE = UncertainParameter("mass", "kg", {"mass": 1.0}, 0.0, 1.0)
@@ -186,6 +186,14 @@ def test_the_cheapest_plan_is_that_of_all_plans(market):
     assert found.proven
     assert found.cost == pytest.approx(min(every))
     assert found.offer.answer(found.counts, 0).met
+
+
+def test_where_no_single_step_gains_the_search_begins_from_all_of_it(market, monkeypatch):
+    free = cheapest(market, {0: 2.0}, 99, math.inf)
+    monkeypatch.setattr(Search, "greedy", lambda self, offer: (0,) * len(offer.items))
+    for most_runs in (99, sum(free.counts[:3])):  # all of it is too much in the second
+        found = cheapest(market, {0: 2.0}, most_runs, math.inf)
+        assert (found.cost, found.proven) == (pytest.approx(free.cost), True)
 
 
 def test_runs_that_no_reader_would_take_are_not_planned(market):
