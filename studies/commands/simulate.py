@@ -1,12 +1,21 @@
-"""``velotyre simulate``: time histories of a model at one speed, linear and with Magic Formula tyres."""
+"""``velotyre simulate``: time histories of a model at one speed, linear and with Magic Formula tyres, as recorded."""
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from studies.channel_options import chosen_map, takes_channels
 from studies.model_argument import ChosenModel, takes_model
 from studies.reporting.examples import example
+
+if TYPE_CHECKING:
+    from bicycle.responses.response import Response
+    from studies.synthetic_sensors.sensor_file import Sensors
+
+LARGEST_SEED = 2**32 - 1
+RECORDING = "recording.csv"
 
 
 @click.command(
@@ -29,11 +38,25 @@ from studies.reporting.examples import example
 @click.option("--shape-factor", type=float, default=1.3, show_default=True, help="C of the Magic Formula.")
 @click.option("--curvature-factor", type=float, default=0.0, show_default=True, help="E of the Magic Formula.")
 @click.option("--offset", type=float, default=0.0, show_default=True, help="Side force over load without slip, Sv.")
+@click.option(
+    "--sensors",
+    "sensors_file",
+    metavar="FILE.toml",
+    type=click.Path(path_type=Path),
+    help="Also write recording.csv: the channels, sample rate and sensor errors of this file.",
+)
+@click.option("--noise", is_flag=True, help="With --sensors: with their random noise.")
+@click.option(
+    "--seed",
+    type=click.IntRange(0, LARGEST_SEED),
+    help="With --noise: of the noise, to have the same again; it is written into the recording. Repeats need others.",
+)
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, help="Folder for the results.")
 def command(
     chosen: ChosenModel, speed: float, duration: float, sample: float, initial: str, inputs: tuple[str, ...],
     channels_file: Path | None, channel_texts: tuple[str, ...], frequency_response: str | None, *, nonlinear: bool,
-    friction: float, shape_factor: float, curvature_factor: float, offset: float, out: Path,
+    friction: float, shape_factor: float, curvature_factor: float, offset: float, sensors_file: Path | None,
+    noise: bool, seed: int | None, out: Path,
 ) -> None:  # fmt: skip
     import math
 
@@ -52,6 +75,7 @@ def command(
     for name, value in (("duration", duration), ("step", sample)):
         if not (math.isfinite(value) and value > 0):
             raise InputError(f"{name} = {value:g} s must be positive")
+    sensors, sample = _sensors(sensors_file, sample, noise=noise, seed=seed)
     if sample > duration:
         raise InputError(f"step = {sample:g} s is longer than duration = {duration:g} s; take a smaller step")
     context = click.get_current_context()
@@ -83,6 +107,10 @@ def command(
         frequencies = np.geomspace(0.05, 20.0, 400)
         spectrum = gains(linear, speed=speed, input=frequency_response, frequency_hz=frequencies)
 
+    recording = None
+    if sensors is not None:
+        words = f"{model.bicycle.name} {list(responses)[-1] if responses else ''} at {speed:g} m/s with {sensors_file}"
+        recording = _recording(responses, sensors, _seed(seed) if noise else None, words)
     out.mkdir(parents=True, exist_ok=True)
     title, written, notes = f"{model.bicycle.name} at {speed:g} m/s", [], []
     for label, response in responses.items():
@@ -92,6 +120,9 @@ def command(
         notes += [f"{label}: {text}" for text in upright.warnings]
         if upright.fall is not None:
             notes.append(f"{name} ends with the fall at {upright.time[-1]:.2f} s: what follows means nothing")
+    if recording is not None:
+        written.append(RECORDING)
+        notes += recording(out / RECORDING)
     if responses:
         draw_responses(responses, out / "response", title=title)
         written += ["response.png", "response.svg"]
@@ -104,3 +135,60 @@ def command(
             notes.append("unstable at this speed: the frequency response only shows if something holds the bicycle")
     print_warnings([*linear.warnings, *notes])
     click.echo(f"{out}: {', '.join(sorted(written))}")
+
+
+def _sensors(
+    file: Path | None, step: float, *, noise: bool, seed: int | None
+) -> tuple["Sensors | None", float]:  # fmt: skip
+    """The sensors of a file, and a time between samples (s) that goes with them."""
+    import click.core
+
+    from studies.synthetic_sensors.recording import fine_step
+    from studies.synthetic_sensors.sensor_file import read_sensors
+    from tyre.base.errors import InputError
+
+    if seed is not None and not noise:
+        raise InputError(f"--seed {seed} is of the noise; add --noise or leave --seed out")
+    if file is None:
+        if noise:
+            raise InputError("--noise is of sensors; add --sensors FILE.toml (velotyre new FILE.toml --kind sensors)")
+        return None, step
+    sensors = read_sensors(file)
+    given = click.get_current_context().get_parameter_source("sample") is not click.core.ParameterSource.DEFAULT
+    if given and step > 1 / sensors.rate_hz * (1 + 1e-9):
+        raise InputError(
+            f"step = {step:g} s is longer than the {1 / sensors.rate_hz:g} s between samples of {file}; take a smaller "
+            "step, or leave --step out"
+        )
+    return sensors, step if given else fine_step(sensors, step)
+
+
+def _seed(seed: int | None) -> int:
+    """The one that was given, or one that nobody has had."""
+    import secrets
+
+    return secrets.randbelow(LARGEST_SEED) if seed is None else seed
+
+
+def _recording(
+    responses: Mapping[str, "Response"], sensors: "Sensors", seed: int | None, words: str
+) -> Callable[[Path], list[str]]:
+    """What writes the recording of the last response, and says what pushes the bicycle and is not in it."""
+    from bicycle.identification.recording import INPUTS
+    from studies.synthetic_sensors.recording import recorded, write_recording
+    from tyre.base.errors import InputError
+
+    if not responses:
+        raise InputError("--sensors: nothing moves the bicycle; give --initial or --input, such as --initial lean=0.02")
+    response = list(responses.values())[-1].until_fall()
+    columns = recorded(response, sensors, seed)
+    words += " and no noise" if seed is None else f" and noise seed {seed}"
+    names = {name: column for column, name in INPUTS.items()}
+    hidden = [name for name in response.inputs if names.get(name) not in sensors.channels]
+
+    def write(target: Path) -> list[str]:
+        write_recording(target, columns, words)
+        return [f"{target.name}: {name} pushes the bicycle and is not recorded: whoever reads the file takes the "
+                "motion for one without it" for name in hidden]  # fmt: skip
+
+    return write

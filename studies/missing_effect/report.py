@@ -10,7 +10,7 @@ from studies.missing_effect.figures import draw_all
 from studies.missing_effect.reporting import sentences, tables
 from studies.missing_effect.reporting.corrected_model import corrected_model, model_text
 from studies.missing_effect.reporting.findings import Findings, find
-from studies.missing_effect.reporting.sentences import SAYS
+from studies.missing_effect.reporting.sentences import SAYS, plan_note
 from studies.missing_effect.reporting.template import CLOSE, NAMED, OPEN, PAGE, SECTIONS, TEMPLATE
 from studies.missing_effect.reporting.words import explains, probability, said, titles
 from studies.missing_effect.residual import words
@@ -108,7 +108,7 @@ def _content(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
         "probability": probability, "closing": sentences.closing(diagnosis), "moved": moved,
         "went": [f"moved, {title}" for title in list(models.values())[1:]],
         "limits": tables.limited(findings.limits), "limits_note": sentences.limits_note(diagnosis),
-        "further": findings.further[:MOST_FURTHER], "next_note": sentences.next_note(findings),
+        "further": findings.further[:MOST_FURTHER], "next_note": sentences.next_note(findings) + plan_note(diagnosis),
         "stability_note": sentences.stability_note(findings),
         "varied": tables.varied(findings.stability) if findings.stability else [], "gaps": ", ".join(gaps),
         "fitting": sentences.fitting(diagnosis), "parts": tables.by_place(diagnosis), "models": list(models.values()),

@@ -11,7 +11,7 @@ from studies import cli
 from studies.cli import build, main
 
 ROOT = Path(__file__).parents[2]
-DEAR = {"run", "blind-test", "validate", "tyre fit", "uncertainty", "diagnose", "animate"}  # seconds to hours
+DEAR = {"run", "blind-test", "validate", "tyre fit", "uncertainty", "diagnose", "plan", "animate"}  # seconds to hours
 NEEDS_FILES = {"look", "sweep", "modal", "frequency-response", "tyre fit", "rider"}  # of the user
 
 

@@ -185,8 +185,8 @@ class HistoryForward(BicycleForward):
 
         Bock (1983), Recent advances in parameter identification techniques for O.D.E.; empty where runs are short.
         """
-        pieces = tuple(piece for run in self.runs for piece in pieces(run))
-        return (replace(self, runs=pieces),) if len(pieces) > len(self.runs) else ()
+        short = tuple(piece for run in self.runs for piece in pieces(run))
+        return (replace(self, runs=short),) if len(short) > len(self.runs) else ()
 
     def refined(self, best: Residual) -> "HistoryForward":
         """Noise estimated from the residuals of the ``best`` fit, where it was not given; its colour in any case."""
@@ -224,8 +224,11 @@ class HistoryForward(BicycleForward):
     def simulated(self, candidates: tuple[Candidate, ...], theta: Array, channels: tuple[str, ...], at: Array) -> Array:
         """``channels`` (K, runs, T, channels) of ``candidates`` at ``at`` (K, p), from the best starts at ``theta``."""
         family = self.family(candidates)
-        starts = np.array([run.start for run in self._fitted(family, candidates, theta)])
-        return self.replay_of(channels)(family, at, starts)[0]
+        return self.replay_of(channels)(family, at, self.starts(candidates, theta))[0]
+
+    def starts(self, candidates: tuple[Candidate, ...], theta: Array) -> Array:
+        """Most probable initial state (runs, states) with ``candidates`` at ``theta`` (p,)."""
+        return np.array([run.start for run in self._fitted(self.family(candidates), candidates, theta)])
 
     def unexplained(self, candidates: tuple[Candidate, ...], theta: Array) -> list[Array]:
         """Measured minus computed signals of each run (T, channels), in the channels' units, from the best starts.

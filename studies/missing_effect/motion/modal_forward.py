@@ -39,11 +39,12 @@ class MissingRatio(ProposedMeasurement):
 
 @dataclass(frozen=True, eq=False)
 class ModeAtSpeed(ProposedMeasurement):
-    """A mode at another speed (m/s), with settings that were measured."""
+    """A mode at another speed (m/s), with settings that were measured; ``ratios``: those of steer and yaw too."""
 
     mode: str
     speed: float
     settings: Settings = ()
+    ratios: tuple[bool, bool] = (False, False)
 
 
 def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True) -> tuple[Complex, Complex]:
@@ -212,7 +213,7 @@ class ModalForward(BicycleForward):
             kept[:, proposal.number] = True
             number, slopes = self._measured_modes(candidates, theta)
         elif isinstance(proposal, ModeAtSpeed):
-            kept, family = np.array([[True, False, False]]), self._at(proposal.settings, candidates)
+            kept, family = np.array([[True, *proposal.ratios]]), self._at(proposal.settings, candidates)
             near = self._followed(family, theta, proposal)
             number, slopes = predict(family, Wanted(np.array([proposal.speed]), (proposal.mode,), near), theta)
         else:

@@ -4,6 +4,8 @@ from studies.inference.limits import widening
 from studies.inference.moved import share_closed
 from studies.inference.verdict import Verdict
 from studies.missing_effect.diagnose import Diagnosis
+from studies.missing_effect.motion.history_forward import HistoryForward
+from studies.missing_effect.motion.modal_forward import ModalForward
 from studies.missing_effect.reporting.findings import Findings
 from studies.missing_effect.reporting.tables import WIDER, penalty, widened
 from studies.missing_effect.reporting.words import ADJUSTED, BASE, explains, listed, misfit, percent, said
@@ -85,6 +87,15 @@ def next_note(findings: Findings) -> str:
         return "Nothing that this kind of data proposes would tell the leading hypotheses apart."
     return (
         f"How well it tells {told_apart(findings)}: the predicted distance, in standard deviations of what it measures."
+    )
+
+
+def plan_note(diagnosis: Diagnosis) -> str:
+    """How to weigh measurements against their price, of data that can be planned for; begins with a blank."""
+    if not isinstance(diagnosis.forward, ModalForward | HistoryForward):
+        return ""
+    return (
+        " `velotyre plan`, with your prices, finds the cheapest set of runs, channels and bench tests that settles it."
     )
 
 

@@ -1,0 +1,72 @@
+"""A plan in words: what is open, what to do, what it costs, what cannot be settled and why."""
+
+import math
+
+from studies.missing_effect.plan.offer import Answer
+from studies.missing_effect.plan.plan import Plan, Settled
+from studies.missing_effect.reporting.words import listed, number, percent
+
+QUESTIONS = ("question", "now", "after the plan", "after everything offered")
+STEPS = ("what", "times", "price")
+
+
+def headline(plan: Plan) -> str:
+    """The ``plan`` in a sentence."""
+    if not plan.questions:
+        return "Nothing is open: no further measurement is needed."
+    if not plan.steps:
+        return "Nothing that is offered would settle what is open."
+    done = [f"{s.count} {_counted(s.what, s.count)}" for s in plan.steps]
+    bought = f" with {listed(plan.channels)} added" if plan.channels else ""
+    can = [q for q in plan.questions if q.at_most.met]
+    goal = f"odds of {plan.costs.odds:g} : 1 with a probability of {percent(plan.costs.probability)}"
+    if not plan.complete:
+        end = "does not settle all that could be settled"
+    elif len(can) < len(plan.questions):
+        end = f"settles {len(can)} of {len(plan.questions)} questions and takes the others as far as is worth its price"
+    else:
+        end = f"settles what is open ({goal})" if any(not q.limit for q in can) else "settles what is open"
+    return f"{listed(done)}{bought}, for {plan.costs.money(plan.cost)}: {end}."
+
+
+def _counted(what: str, count: int) -> str:
+    return what.replace("runs at", "run at", 1) if count == 1 else what
+
+
+def question_rows(plan: Plan) -> list[list[str]]:
+    """Rows of the table of what is open in a ``plan``, under :data:`QUESTIONS`."""
+    return [[q.words, *(_answer(q, one) for one in (q.now, q.then, q.at_most))] for q in plan.questions]
+
+
+def _answer(question: Settled, answer: Answer) -> str:
+    if question.limit:
+        return f"limit {number(answer.limit, 3)}"
+    odds = "" if math.isnan(answer.log_odds) else f", expected odds {_odds(answer.log_odds)}"
+    return f"{percent(answer.probability)}{odds}"
+
+
+def _odds(log_odds: float) -> str:
+    if abs(log_odds) > math.log(1e4):
+        return "over 10000 : 1" if log_odds > 0 else "below 1 : 10000"
+    return f"{math.exp(log_odds):.2g} : 1" if log_odds >= 0 else f"1 : {math.exp(-log_odds):.2g}"
+
+
+def step_rows(plan: Plan) -> list[list[str]]:
+    """Rows of the table of what to do by a ``plan``, under :data:`STEPS`, channels first."""
+    money = plan.costs.money
+    bought = [[f"channel {name}", "1", money(plan.costs.channels[name])] for name in plan.channels]
+    return [*bought, *([s.what, f"{s.count}", money(s.price)] for s in plan.steps)]
+
+
+def hopeless(plan: Plan) -> list[str]:
+    """What no ``plan`` settles, and why."""
+    return [f"{q.words}: {q.why}" for q in plan.questions if q.why]
+
+
+def proof(plan: Plan) -> str:
+    """Whether a cheaper ``plan`` could exist."""
+    if not plan.steps or not plan.complete:
+        return ""
+    if plan.proven:
+        return "No cheaper plan reaches the same, within the precision of the prediction."
+    return "Found by exchange; a cheaper plan may exist."

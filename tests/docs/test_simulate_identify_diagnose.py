@@ -1,0 +1,51 @@
+"""The page on the pipe from a simulated ride to a verdict runs as it stands, and tells of every key of a sensor."""
+
+import json
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from studies.cli import main
+from studies.synthetic_sensors.sensor_file import LIMITS, RECORDED, read_sensors
+
+PAGE = (Path(__file__).parents[2] / "docs" / "simulate_identify_diagnose.md").read_text(encoding="utf-8")
+BLOCK = re.compile(r"^```(\{code-block\} )?(\w+)\n(:caption: (?P<file>[^\n]+)\n)?(?P<text>.*?)^```", re.M | re.S)
+HIDDEN = 2.0  # N m s/rad, which the page puts into ridden.toml
+
+
+def damping(file):
+    """Damping of the leading hypothesis: value and sd, where that is the damper."""
+    content = json.loads(Path(file).read_text(encoding="utf-8"))
+    assert content["class"][0] in ("steer_damper", "rider_arms"), content["class"]
+    assert "steer_damper" in content["class"]
+    (effect,) = content["effects"]
+    return effect["parameters"]["damping"].values()
+
+
+def test_the_page_runs_and_the_damper_is_found(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for block in BLOCK.finditer(PAGE):
+        if block["file"]:
+            Path(block["file"]).write_text(block["text"], encoding="utf-8")
+        else:
+            for line in block["text"].splitlines():
+                main(shlex.split(line)[1:])
+    capsys.readouterr()
+    for file in ("modes.json", "kicks.json"):
+        value, sd = damping(file)
+        assert value == pytest.approx(HIDDEN, abs=1.96 * sd), file
+        assert sd < 0.2 * HIDDEN
+    again = Path("again/response_linear.csv").read_text(encoding="utf-8").splitlines()
+    torque = again[0].split(",").index("steer_torque_N_m")
+    assert {float(line.split(",")[torque]) for line in again[1:]} == {-2.0, 0.0, 2.0}
+    assert sorted(read_sensors(Path("kicked.toml")).channels) == ["roll_rate_rad_s", "steer_rad", "steer_torque_N_m"]
+
+
+def test_every_key_and_channel_stands_on_the_page():
+    assert [name for name in (*LIMITS, *RECORDED) if f"`{name}`" not in PAGE] == []
+    assert [row.split("`")[1] for row in PAGE.splitlines() if row.startswith("| `")] == [
+        "low_pass_hz", "delay_s", "scale_error", "offset", "drift_per_s", "noise_sd", "correlation", "bandwidth_hz",
+        "resolution",
+    ]  # fmt: skip

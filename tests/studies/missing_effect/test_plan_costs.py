@@ -1,0 +1,115 @@
+"""The file of costs: what is read, and what is refused."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from studies.cli import main
+from studies.missing_effect.plan.costs import Bench, Costs, Stop, read_costs
+from tyre.base.errors import InputError
+
+TABLE = "speed_m_s,mode,real_1_s,imag_rad_s,steer_over_lean_re,steer_over_lean_im\n" + "".join(
+    f"{v},weave,-0.8,{4 + v},0.8,0.1\n" for v in (5, 6, 7)
+)
+RUNS = "[[runs]]\nspeeds_m_s = [6, 5]\nsetup = 10\neach = 2\n"
+
+
+def write(folder, content):
+    (folder / "costs.toml").write_text(content)
+    return folder / "costs.toml"
+
+
+def test_everything_that_a_file_may_hold(tmp_path):
+    found = read_costs(write(tmp_path, RUNS + """
+[[runs]]
+speeds_m_s = [12]
+each = 3.5
+most = 2
+[channels.steer_rad]
+price = 300
+[bench.steer_damper]
+price = 5
+[bench.steer_spring.stiffness]
+price = 6
+sd = 0.1
+[sd]
+steer_rad = 0.001
+[limits]
+steer_damper = 0.2
+steer_spring.stiffness = 0.4
+[goal]
+odds = 100
+"""))  # fmt: skip
+    assert found == Costs(
+        stops=(Stop(5, 10, 2, 6), Stop(6, 10, 2, 6), Stop(12, 0, 3.5, 2)), channels={"steer_rad": 300},
+        bench={"steer_damper": Bench(5), "steer_spring.stiffness": Bench(6, 0.1)}, sd={"steer_rad": 0.001},
+        limits={"steer_damper": 0.2, "steer_spring.stiffness": 0.4}, odds=100, probability=0.9,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("", "nothing can be measured; write \\[\\[runs\\]\\] with speeds_m_s"),
+        ("[[runs]]\neach = 2", "\\[\\[runs\\]\\] number 1: no speeds_m_s; write"),
+        ("[[runs]]\nspeeds_m_s = [5]", "no price of each run"),
+        ("[[runs]]\nspeeds_m_s = [500]\neach = 1", "must be a list of speeds in m/s, above 0 and up to 60"),
+        ("[[runs]]\nspeeds_m_s = []\neach = 1", "must be a list of speeds"),
+        ("[[runs]]\nspeeds_m_s = [5]\neach = 0", "each = 0 must be a price above 0"),
+        ("[[runs]]\nspeeds_m_s = [5]\neach = 1\nmost = 21", "most = 21 must be a whole number from 1 to 20"),
+        ("[[runs]]\nspeeds_m_s = [5]\neach = 1\nprice = 3", "unknown key 'price'"),
+        ("[[runs]]\nspeeds_m_s = [5, 5.0]\neach = 1", "5 m/s is given twice"),
+        (f"[[runs]]\nspeeds_m_s = {list(range(1, 22))}\neach = 1", "21 speeds are more than 20"),
+        (RUNS + "[channels.steer]\nprice = 3", "unknown channel 'steer'; did you mean 'steer_rad'"),
+        (RUNS + "[channels.steer_rad]", "no price; write price = 100"),
+        (RUNS + "[channels.steer_rad]\nprice = -1", "price = -1 must be a price >= 0"),
+        (RUNS + "".join(f"[channels.{c}]\nprice = 1\n" for c in (
+            "lean_rad", "steer_rad", "steer_rate_rad_s", "yaw_rate_rad_s", "roll_rate_rad_s"
+        )), "5 are more than 4"),
+        ("[bench.steer_damper]\nprice = 1\n[channels.steer_rad]\nprice = 3", "are bought for runs, and there are none"),
+        ("[bench.steer_damper]\nprice = 1\nsd = 0", "sd = 0 must be a standard deviation above 0"),
+        (RUNS + "[sd]\nlean = 1", "unknown column 'lean'"),
+        (RUNS + "[sd]\nreal_1_s = 0", "real_1_s = 0 must be a standard deviation above 0"),
+        (RUNS + "[limits]\nsteer_damper = 0", "steer_damper = 0 must be the size above which an effect would matter"),
+        (RUNS + "[goal]\nodds = 5", "odds = 5 must be odds from 20, below which a diagnosis names nothing, to 10000"),
+        (RUNS + "[goal]\nprobability = 1", "probability = 1 must be a probability from 0.5 to 0.99"),
+        ("budget = 0\n" + RUNS, "budget = 0 must be a price above 0"),
+        ("most_runs = 0\n" + RUNS, "most_runs = 0 must be a whole number from 1"),
+        ("currency = 3\n" + RUNS, "currency = 3 must be words in quotes"),
+        ("price = 3\n" + RUNS, "unknown key 'price'"),
+    ],
+)  # fmt: skip
+def test_refused_files(content, words, tmp_path):
+    with pytest.raises(InputError, match=f"costs.toml[:,].*{words}"):
+        read_costs(write(tmp_path, content))
+
+
+@pytest.mark.parametrize(
+    ("measurement", "content", "words"),
+    [
+        ("kooijman2008", RUNS + "[channels.steer_rad]\nprice = 3", "steer_rad does not belong to modes"),
+        ("kooijman2008", RUNS + "[bench.steer_dampr]\nprice = 1", "did you mean 'steer_damper'"),
+        ("kooijman2008", RUNS + "[bench.steer_damper.damp]\nprice = 1", "did you mean 'steer_damper.damping'"),
+        ("kooijman2008", RUNS + "[bench.IBxx]\nprice = 1", "\\[bench.IBxx\\]: no sd; give the standard deviation"),
+        ("mine.toml", RUNS + "[channels.steer_over_lean]\nprice = 3", "recorded already and costs nothing"),
+        ("davis", RUNS, "davis: a plan is offered for modes .kind = 'modal'. and time histories"),
+    ],
+)
+def test_what_does_not_go_with_the_measurement_is_refused_before_anything_is_fitted(
+    measurement, content, words, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    file = write(tmp_path, content)
+    Path("mine.toml").write_text('kind = "modal"\nbicycle = "benchmark"\n[modal]\ntable = "t.csv"\n')
+    Path("t.csv").write_text(TABLE)
+    with pytest.raises(SystemExit):
+        main(["plan", measurement, "--costs", str(file)])
+    assert re.search(words, capsys.readouterr().err)
+
+
+def test_the_example_is_read(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    main(["new", "costs.toml", "--kind", "costs"])
+    assert "velotyre plan kooijman2008 --costs costs.toml" in capsys.readouterr().out
+    assert [stop.speed for stop in read_costs(tmp_path / "costs.toml").stops] == [4, 5, 6, 7, 8, 10]
