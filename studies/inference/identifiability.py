@@ -78,7 +78,8 @@ def equivalents(forward: Forward, known: Hypotheses, leader: Fit) -> dict[Fit, s
         odds = known.odds(leader, f)
         if odds < CLEAR_ODDS:
             unusual = f", of an unusual size ({', '.join(f.implausible())})" if f.implausible() else ""
-            told = f"odds of only {odds:.2g} : 1 against it" if odds >= 1 else f"more probable, {1 / odds:.2g} : 1"
+            ahead_by = known.odds(f, leader)  # finite where the odds against it are too small for a number
+            told = f"odds of only {odds:.2g} : 1 against it" if odds >= 1 else f"more probable, {ahead_by:.2g} : 1"
             members[f] = f"{told}{unusual}"
         elif cosine > ALIKE_COSINE and f.physical:
             members[f] = (

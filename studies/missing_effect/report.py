@@ -7,6 +7,7 @@ from typing import Any
 from bicycle.model import Model
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.figures import draw_all
+from studies.missing_effect.motion.sensor_errors import GEOMETRY
 from studies.missing_effect.reporting import sentences, tables
 from studies.missing_effect.reporting.corrected_model import corrected_model, model_text
 from studies.missing_effect.reporting.findings import Findings, find
@@ -161,7 +162,8 @@ def _write_model(diagnosis: Diagnosis, findings: Findings, target: Path) -> str:
         return ""
     write_text(target, text)
     added = explains(diagnosis.final) if diagnosis.final.candidates else "nothing"
-    left = [c.identifier for c in diagnosis.final.candidates if c.effect is None]
+    outside = [c.identifier for c in diagnosis.final.candidates if c.effect is None]
+    left = [name for name in outside if name not in GEOMETRY]  # a geometry that was found is in the model
     errors = f" ({', '.join(left)} lies in the measurement and is left out)" if left else ""
     kept = "" if residual is None else (
         f" It holds what could not be named as `{EFFECT}`, and the covariance of all that was fitted, which `velotyre "

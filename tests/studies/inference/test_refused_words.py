@@ -1,10 +1,14 @@
-"""What is said of a hypothesis that is more probable than the one that is named, with one effect more."""
+"""What is said of a hypothesis that is more probable than the one that is named."""
 
+import math
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
+from studies.inference import identifiability
 from studies.inference.account import _rule
+from studies.inference.evidence import Hypotheses
 
 
 @pytest.mark.parametrize(
@@ -20,3 +24,30 @@ def test_clear_odds_are_not_called_unclear(odds, words):
     acceptance = SimpleNamespace(leader=None, final=final, checks=())
     known = SimpleNamespace(odds=lambda one, other: odds)
     assert words in _rule(None, known, acceptance, larger)
+
+
+def test_one_that_is_more_probable_than_any_number_says(monkeypatch):
+    """Odds that are too small for a float once divided by zero."""
+
+    class Known:
+        odds = Hypotheses.odds
+        null = None
+
+        def best(self, _count):
+            return [first, second]
+
+        def log_posterior(self, fit):
+            return fit.log
+
+    class Fitted:
+        candidates, admissible, physical, implausible = ("a",), True, True, list
+
+        def __init__(self, log):
+            self.log = log
+
+    first, second = Fitted(-4000.0), Fitted(-10.0)
+    monkeypatch.setattr(identifiability, "similarity", lambda *_: np.ones((1, 2)))
+    known = Known()
+    assert known.odds(first, second) == 0.0
+    reason = identifiability.equivalents(None, known, first)[second]
+    assert reason == f"more probable, {math.exp(700):.2g} : 1"
