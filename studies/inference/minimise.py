@@ -1,4 +1,8 @@
-"""Bounded Levenberg-Marquardt on |residual|^2 + |z|^2, by orthogonal factors: nothing in it can become singular."""
+"""Bounded Levenberg-Marquardt on |residual|^2 + |z|^2, by orthogonal factors: nothing in it can become singular.
+
+Steps are bent by geodesic acceleration (Transtrum & Sethna 2012, arXiv:1201.5885): the valleys of these problems are
+long and curved, and straight steps have to be short there.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,6 +20,11 @@ LEAST_DAMPING, MOST_DAMPING = 1e-9, 1e6
 EXACT = 1e-3  # decrease of the objective that one more step promises, below which a fit has converged
 TINY = 1e-9  # that no step is worth
 RELATIVE = 1e-5  # the same in shares of the objective
+GOOD, BAD = 0.75, 0.25  # decrease over that of the linear model: the damping falls above the one, rises below the other
+PROBE = 0.1  # of a step: where the second derivative along it is taken
+MOST_BENT = (
+    0.75  # twice the acceleration over the step, in the metric of the damping: a step that bends more is straight
+)
 POOR_DECREMENT = 1e-2  # a fit that is poor anyway is not polished beyond a per cent, but where it must converge
 POOR_CHI2 = 10.0  # objective a row beyond which a fit is poor
 
@@ -103,14 +112,27 @@ def minimise(
         size = np.sqrt((triangle**2).sum(0))
         improved = False
         while damping < MOST_DAMPING:
-            trial = z.copy()
-            trial[free] -= _step(triangle, promised, np.sqrt(damping) * size)
+            damped = qr(np.vstack([triangle, np.diag(np.sqrt(damping) * size)]), mode="economic", check_finite=False)
+            step = _step(damped, promised)
+            expected = decrement - float(((promised - triangle @ step) ** 2).sum())
+            straight = np.zeros(len(z))
+            straight[free] = -step
+            trial = z + straight
+            if not last:
+                probe = np.clip(z + PROBE * straight, lower, upper)
+                further = evaluate(probe, slopes=False)[0][used]
+                bend = 2 / PROBE**2 * (further - residual[used] - jacobian[used] @ (probe - z))
+                trial[free] += _acceleration(damped[1], jacobian[np.ix_(used, free)].T @ bend, size, step)
             trial = np.clip(trial, lower, upper)
             new = _objective(evaluate(trial, slopes=False)[0], trial, used)
             if new < objective:
+                gain = (objective - new) / expected
                 improved, z, objective = True, trial, new
                 residual, jacobian = evaluate(z, slopes=True)
-                damping = max(damping / 10, LEAST_DAMPING)
+                if gain > GOOD:
+                    damping = max(damping / 10, LEAST_DAMPING)
+                elif gain < BAD:
+                    damping *= 3
                 break
             damping *= 10
         if last or not improved:
@@ -141,8 +163,21 @@ def _objective(residual: Array, z: Array, used: NDArray[np.bool_]) -> float:
     return value if np.isfinite(value) else np.inf
 
 
-def _step(triangle: Array, promised: Array, damping: Array) -> Array:
-    """Step (p,) of the damped least squares: ``damping`` (p,) below the ``triangle`` (p, p) of the undamped one."""
-    p = len(promised)
-    q, r = qr(np.vstack([triangle, np.diag(damping)]), mode="economic", check_finite=False)
-    return np.asarray(solve_triangular(r, q[:p].T @ promised, check_finite=False))
+def _step(damped: tuple[Array, Array], promised: Array) -> Array:
+    """Step (p,) of the damped least squares, by the orthogonal factors of triangle and damping below each other."""
+    q, r = damped
+    return np.asarray(solve_triangular(r, q[: len(promised)].T @ promised, check_finite=False))
+
+
+def _acceleration(damped: Array, force: Array, size: Array, step: Array) -> Array:
+    """Half the acceleration (p,) along a ``step``, by the ``damped`` triangle (p, p); zero where it is large.
+
+    ``force`` (p,) is jacobian' times the second derivative of the residual along the step, ``size`` (p,) the metric.
+    """
+    if not np.isfinite(force).all():
+        return np.zeros(len(step))
+    turned = solve_triangular(damped, force, trans="T", check_finite=False)
+    bent = -np.asarray(solve_triangular(damped, turned, check_finite=False))
+    if 2 * np.linalg.norm(size * bent) > MOST_BENT * np.linalg.norm(size * step):
+        return np.zeros(len(step))
+    return bent / 2

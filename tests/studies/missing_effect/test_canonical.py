@@ -301,7 +301,7 @@ def test_bad_tables(tmp_path, head, rows, words):
         ('kind = "canonical"\nbicycle = "benchmark"\n', r"the table \[canonical\] is missing"),
         (
             TOML.replace('"canonical"', '"cannonical"'),
-            "write one of 'modal', 'histories', 'canonical', 'frequency_response', 'bench', 'joint', 'rig', "
+            "write one of 'modal', 'histories', 'replay', 'canonical', 'frequency_response', 'bench', 'joint', 'rig', "
             "'tyre_tables'",
         ),
         (TOML.replace("t.csv", "u.csv"), "u.csv: no such table"),

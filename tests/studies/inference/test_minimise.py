@@ -1,0 +1,39 @@
+"""The minimiser in a long, curved valley, where straight steps have to be short."""
+
+import numpy as np
+
+from studies.inference.minimise import minimise
+
+STEEP = 300.0
+
+
+def valley(z, *, slopes):
+    """Residuals 300 (y - x^2) and 3 (x - 2), and their derivative."""
+    x, y = z
+    residual = np.array([STEEP * (y - x * x), 3 * (x - 2)])
+    return residual, np.array([[-2 * STEEP * x, STEEP], [3.0, 0.0]]) if slopes else np.zeros((2, 0))
+
+
+def test_it_follows_a_curved_valley_to_its_end():
+    far = np.full(2, 50.0)
+    end = minimise(valley, np.array([-2.0, 4.0]), -far, far, np.ones(2, bool))
+    assert end.converged
+    # on the floor y = x^2 the objective 9 (x - 2)^2 + x^2 + x^4 is least where 4 x^3 + 20 x - 36 = 0
+    roots = np.roots([4, 0, 20, -36])
+    x = roots[np.abs(roots.imag) < 1e-9].real[0]
+    least = 9 * (x - 2) ** 2 + x**2 + x**4
+    assert least - 1e-3 < end.objective < least + 1e-2
+    np.testing.assert_allclose(end.z, [x, x * x], atol=0.01)
+
+
+def test_bounds_hold_on_the_way():
+    seen = []
+
+    def watched(z, *, slopes):
+        seen.append(z.copy())
+        return valley(z, slopes=slopes)
+
+    lower, upper = np.array([-3.0, 0.5]), np.array([1.0, 5.0])
+    end = minimise(watched, np.array([0.75, 0.6]), lower, upper, np.ones(2, bool))
+    assert np.all((np.array(seen) >= lower) & (np.array(seen) <= upper))
+    assert end.z[0] == 1.0  # the valley goes on beyond it
