@@ -110,6 +110,7 @@ def summary(rows: list[dict[str, Any]], seed: int) -> dict[str, Any]:
     """Counts of some ``rows`` (a dict each, without units); ``seed`` of the first."""
     planned = [row for row in rows if "right" in row]
     open_ = [row for row in rows if row.get("open")]
+    promised = [row["promised"] for row in planned if row["promised"] is not None]
 
     def share(chosen: list[dict[str, Any]]) -> dict[str, Any]:
         n, k = len(chosen), sum(row["right"] for row in chosen)
@@ -128,7 +129,7 @@ def summary(rows: list[dict[str, Any]], seed: int) -> dict[str, Any]:
         "by_first_verdict": {word: share([r for r in planned if r["first"] == word]) for word in OPEN},
         "by_hidden": {name or "nothing": share([r for r in planned if r["hidden"] == ([name] if name else [])])
                       for name in ("", *HIDDEN)},
-        "promised_probability_mean": float(np.mean([r["promised"] for r in planned])) if planned else None,
+        "promised_probability_mean": float(np.mean(promised)) if promised else None,
         "cost_median": float(np.median([r["cost"] for r in planned])) if planned else None,
         "cheapest_proven": sum(r["proven"] for r in planned),
         "wrong": [{key: r[key] for key in ("seed", "hidden", "first", "first_names", "open", "second", "second_names")}

@@ -53,9 +53,10 @@ class Answer:
     Attributes
     ----------
     probability : float
-        That the odds which settle it are reached, whichever is true; of a limit 1 or its nearness to the target.
+        That the odds which settle it are reached, by the less favourable of its two answers; of a limit 1 or its
+        nearness to the target.
     log_odds : float
-        Expected logarithm of the odds of what is true; NaN of a limit.
+        Expected logarithm of the odds of what is true, by the less favourable answer; NaN of a limit.
     cosine : float
         Between what the two do to all data; NaN of a limit.
     limit : float
@@ -170,18 +171,15 @@ class Offer:
         same = min(effects) > 0 and effects[0] == effects[1] and cosine > ALIKE_COSINE
         if same:
             goals = [math.log(HOPELESS_ODDS)] * 2
-        weight = 1 / (1 + math.exp(-np.clip(now, -700, 700)))
-        reached, odds = 0.0, 0.0
-        for true, other, before, share, goal in (
-            (q.first, q.second, now, weight, goals[0]), (q.second, q.first, -now, 1 - weight, goals[1])
-        ):  # fmt: skip
+        reached, odds = [], []
+        for true, other, before, goal in ((q.first, q.second, now, goals[0]), (q.second, q.first, -now, goals[1])):
             after = np.full(1, before)
             if used:
                 mine = log_likelihood([self._of(n, true, true) for n in numbers], repeats)
                 after = before + mine - log_likelihood([self._of(n, true, other) for n in numbers], repeats)
-            reached += share * float(np.mean(after >= goal))
-            odds += share * float(np.mean(after))
-        return Answer(reached, reached >= self.probability, odds, cosine)
+            reached.append(float(np.mean(after >= goal)))
+            odds.append(float(np.mean(after)))
+        return Answer(min(reached), min(reached) >= self.probability, min(odds), cosine)
 
     def _limit(self, q: LimitQuestion, used: Sequence[tuple[int, int, int]]) -> Answer:
         fit = self.open.fits[q.place]

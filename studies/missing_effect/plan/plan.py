@@ -5,12 +5,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from studies.inference.identifiability import ALIKE_COSINE
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.plan.costs import Costs
 from studies.missing_effect.plan.offer import Answer, Offer
 from studies.missing_effect.plan.offers import check, offers_of
-from studies.missing_effect.plan.questions import LimitQuestion, opened
+from studies.missing_effect.plan.questions import NOTHING, LimitQuestion, opened
 from studies.missing_effect.plan.search import Found, cheapest, richest
+from studies.missing_effect.reporting.words import percent
 from tyre.base.parallel import one_blas_thread
 
 HALF = 0.5  # probability below which a question that cannot be settled is given up
@@ -161,17 +163,16 @@ def _words(offer: Offer, place: int) -> str:
 
 def _why(offer: Offer, place: int, most: Answer) -> str:
     """Why a question cannot be settled by everything that is offered."""
-    if isinstance(offer.questions[place], LimitQuestion):
+    question = offer.questions[place]
+    if isinstance(question, LimitQuestion):
         return f"everything together would leave a limit of {most.limit:.3g}"
-    if most.cosine > 0.95:
+    if most.cosine > ALIKE_COSINE:
         return (
             f"both do the same to all that is offered (cosine {most.cosine:.3f}); only something that tells them apart "
             "by itself would: a bench test, a look at the bicycle"
         )
-    return (
-        f"everything together would settle it with a probability of {most.probability:.0%}: the effect may be smaller "
-        "than these data show"
-    )
+    small = "the effect may be too small to be seen" if NOTHING in question.words else "what they do differs too little"
+    return f"everything together would settle it with a probability of {percent(most.probability)}: {small}"
 
 
 def _steps(found: Found) -> tuple[Step, ...]:

@@ -16,6 +16,7 @@ from tyre.base.errors import InputError, unknown
 
 MOST_HYPOTHESES = 5
 LEAST_SHARE = 0.25  # of the probability of all that is open, below which a pair is no question
+NOTHING = "nothing missing"
 ONE_SIDED, TWO_SIDED = 1.644854, 1.959964  # of a normal distribution, 95 %
 
 
@@ -147,7 +148,7 @@ def _possible(known: Hypotheses, f: Fit, leader: Fit) -> bool:
 
 
 def _said(fit: Fit) -> str:
-    return fit.name.replace("+", " + ") if fit.candidates else "nothing missing"
+    return fit.name.replace("+", " + ") if fit.candidates else NOTHING
 
 
 def _size(diagnosis: Diagnosis, key: str) -> tuple[Candidate, UncertainParameter, float]:

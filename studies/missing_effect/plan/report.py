@@ -11,7 +11,7 @@ from tyre.base.files import write_text
 
 CAPTION = "Price against the probability that the hardest question is settled"
 EXPLAINED = """\
-Probabilities say how often the question would be settled, its two answers weighed by their present probability: odds of
+Probabilities say how often the question would be settled, by the less favourable of its two answers: odds of
 {odds:g} : 1 for the true one (10000 : 1 where both have the same direction in the data, cosine above 0.95), the stated
 uncertainties of the bicycle doubled, because a name must hold there. That nothing is missing counts as settled where it
 leads, for an effect may be as small as it likes. Expected odds are the exponential of the mean logarithm. All are

@@ -35,7 +35,13 @@ def _counted(what: str, count: int) -> str:
 
 def question_rows(plan: Plan) -> list[list[str]]:
     """Rows of the table of what is open in a ``plan``, under :data:`QUESTIONS`."""
-    return [[q.words, *(_answer(q, one) for one in (q.now, q.then, q.at_most))] for q in plan.questions]
+    return [[q.words, _now(q), _answer(q, q.then), _answer(q, q.at_most)] for q in plan.questions]
+
+
+def _now(question: Settled) -> str:
+    if question.limit:
+        return _answer(question, question.now)
+    return f"odds {_odds(abs(question.now.log_odds))}"
 
 
 def _answer(question: Settled, answer: Answer) -> str:

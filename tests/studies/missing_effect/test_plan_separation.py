@@ -95,13 +95,9 @@ def test_two_points_in_white_noise_are_told_apart_as_by_the_formula(distance, co
     offer = Offer(Flat(), what, (), 0.0, (Item("runs", 0.0, 1.0, 9, (Block(expected, 5),), 5.0),), odds, 0.9)
     found = offer.answer((count,), 0)
     d = distance * math.sqrt(count)
-    share = 1 / (1 + math.exp(-before))
-    exact = sum(
-        weight * norm.sf((math.log(odds) - now - d**2 / 2) / d)
-        for weight, now in ((share, before), (1 - share, -before))
-    )
+    exact = norm.sf((math.log(odds) + abs(before) - d**2 / 2) / d)  # of the less probable one
     assert found.probability == pytest.approx(exact, abs=0.06)  # 400 draws
-    assert found.log_odds == pytest.approx((2 * share - 1) * before + d**2 / 2, rel=0.1)
+    assert found.log_odds == pytest.approx(d**2 / 2 - abs(before), rel=0.1)
 
 
 def test_more_of_the_same_never_separates_what_does_the_same():

@@ -49,6 +49,10 @@ def test_what_is_right(hidden, second, names, twins, is_right):
 def test_cases_without_a_plan_do_not_count():
     rows = [{"seed": 1, "hidden": [], "first": "named", "first_names": ["x"]},
             {"seed": 2, "hidden": [], "first": "none", "open": ["a or b"], "inseparable": ["a or b"]}]  # fmt: skip
+    made = {"seed": 3, "hidden": [], "first": "none", "first_names": [], "open": ["a or b"], "inseparable": ["a or b"]}
+    made |= {"promised": None, "cost": 5.0, "proven": True, "second": "named", "second_names": ["a"], "right": False}
+    wrong = summary([made], 3)
+    assert (wrong["promised_probability_mean"], len(wrong["wrong"])) == (None, 1)
     found = summary(rows, 1)
     assert (found["something_open"], found["nothing_that_runs_could_settle"]) == (1, 1)
     assert found["after_planned_runs"] == {"cases": 0, "right": 0, "share": None}
