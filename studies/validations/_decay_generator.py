@@ -28,7 +28,7 @@ class Cell:
     """
 
     cycles: tuple[float, float] = (2.5, 4.0)
-    noise: float = 0.04
+    noise: float = 0.1
     colour: float = 0.0
     offset: float = 0.0
     slow: float = 0.0
