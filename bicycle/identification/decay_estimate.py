@@ -1,14 +1,16 @@
 """Modes of one window over all kinds of drift: eigenvalues and ratios with what the choice of drift adds to their sd."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bicycle.identification.decay_evidence import DRIFTS, basis
-from bicycle.identification.decay_posterior import FASTEST, SLOWEST, Posterior, fit, first_guesses, further_guess
-from bicycle.identification.decay_window import Window
+from bicycle.identification.decay_evidence import basis
+from bicycle.identification.decay_posterior import (
+    FASTEST, SLOWEST, Posterior, first_guesses, further_guess, noise_floor, posterior, prepared,
+)  # fmt: skip
+from bicycle.identification.decay_window import Window, fitting_block
 from tyre.base.arrays import Array
 
 RATIOS = {
@@ -19,6 +21,7 @@ ANGLES = {"steer_rate_rad_s": "steer_rad", "roll_rate_rad_s": "lean_rad"}
 CLEAR = math.log(20)  # of the odds for a further mode
 INTERVAL = (0.025, 0.975)
 NORMAL = 2 * 1.959964
+MOST_SOUGHT = 4000  # samples in which peaks are sought
 
 
 @dataclass(frozen=True)
@@ -74,9 +77,28 @@ class Estimate:
         )
 
 
-def estimate(w: Window, drifts: Sequence[str], starts: Sequence[Array]) -> Estimate | None:
-    """Modes near the ``starts`` (each (m, 2)) in a window ``w``, over some ``drifts``; None where there are none."""
-    found = [p for p in (fit(w, drift, starts) for drift in drifts) if p is not None]
+def estimate(
+    w: Window, drifts: Sequence[str], starts: Sequence[Array], weight: float | None = None
+) -> Estimate | None:
+    """Modes of a window, over some kinds of drift.
+
+    Parameters
+    ----------
+    w : Window
+    drifts : sequence of str
+    starts : sequence of ndarray, shape (m, 2)
+        sigma (1/s) and omega (rad/s).
+    weight : float, optional
+        As :func:`.prepared`.
+
+    Returns
+    -------
+    Estimate or None
+        None where there is no maximum within the bounds.
+    """
+    evidence, best = prepared(w, starts[0], weight)
+    tried = [posterior(replace(evidence, drift=drift), [best, *starts[1:]]) for drift in drifts]
+    found = [p for p in tried if p is not None]
     if not found:
         return None
     logs = np.array([p.log_evidence for p in found])
@@ -93,12 +115,15 @@ def estimate(w: Window, drifts: Sequence[str], starts: Sequence[Array]) -> Estim
     return Estimate(w, tuple(found), tuple(float(x) for x in kinds), mean, sd, ratios)
 
 
-def sought(w: Window, drifts: Sequence[str], start_hz: float | None, count: int, *, further: bool) -> Estimate | None:
+def sought(
+    cut: Callable[[int], Window], drifts: Sequence[str], start_hz: float | None, count: int, *, further: bool
+) -> Estimate | None:
     """Modes of a window, sought from the peaks of its spectrum.
 
     Parameters
     ----------
-    w : Window
+    cut : callable
+        The window with a number of samples made one.
     drifts : sequence of str
     start_hz : float, optional
         Where to look for the first.
@@ -107,14 +132,26 @@ def sought(w: Window, drifts: Sequence[str], start_hz: float | None, count: int,
     further : bool
         One more is fitted beside where the evidence for it is clear: odds of 20.
     """
-    found = estimate(w, drifts, first_guesses(w, start_hz))
-    for _ in range(count - 1):
-        if found is not None:
-            found = estimate(w, drifts, further_guess(w, found.best.best))
+    whole = cut(1)
+    whole = cut(max(1, len(whole.time) // MOST_SOUGHT))
+    starts, w = first_guesses(whole, start_hz), whole
+    for number in range(count):
+        starts = further_guess(whole, starts[0]) if number else starts
+    w = cut(whole.block * fitting_block(whole, float(starts[0][:, 1].max())))
+    found = estimate(w, drifts, starts)
     if found is None or not further:
         return found
-    more = fit(w, found.best.evidence.drift, further_guess(w, found.best.best))
-    return (more is not None and clearer(more, found.best) and estimate(w, drifts, [more.best])) or found
+    starts = further_guess(whole, found.best.best)
+    spared = np.log(noise_floor(w, found.best.best) / noise_floor(w, starts[0])).sum()
+    if len(w.time) * spared < CLEAR:  # at most so much evidence, were the noise white
+        return found
+    w = cut(whole.block * fitting_block(whole, float(starts[0][:, 1].max())))
+    weight, drift = found.best.evidence.weight, [found.best.evidence.drift]
+    few = estimate(w, drift, [found.best.best], weight)
+    more = estimate(w, drift, starts, weight)
+    if few is None or more is None or not clearer(more.best, few.best):
+        return found
+    return estimate(w, drifts, [more.best.best]) or found
 
 
 def clearer(more: Posterior, few: Posterior) -> bool:

@@ -11,15 +11,17 @@ follow from three sums over the samples.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import gammaln
 
+from bicycle.identification.decay_noise import Driven, counted
 from bicycle.identification.decay_window import Window
 from tyre.base.arrays import Array
 
 AMPLITUDE = 3.0  # prior sd of a mode in units of the signal's sd
+DRIVEN = 0.1  # prior probability that the mode is driven all along the window
 BEND = 0.1  # prior sd of slope and bend of a drift in the same units, each over the whole window
 DRIFTS = {"none": 0, "constant": 1, "parabola": 3}
 """Kinds of drift and how many polynomials each has."""
@@ -46,6 +48,16 @@ class Evidence:
     window: Window
     drift: str
     noise: Array
+    driven: Driven | None = None
+    weight: float = 1.0
+
+    def weighed(self, modes: Array) -> "Evidence":
+        """The same with the evidence of the channels counted as at these ``modes`` (m, 2): see :func:`.counted`."""
+        if self.driven is None or len(self.window.channels) == 1:
+            return self
+        each = self._solve(modes[None])[0][0]
+        share = np.exp(each - each.max(0))
+        return replace(self, weight=counted(share / share.sum(0), len(self.window.colours)))
 
     def log(self, modes: Array) -> Array:
         """Log of the marginal likelihood.
@@ -60,7 +72,7 @@ class Evidence:
         ndarray, shape (points,)
         """
         each, _, _ = self._solve(modes)
-        return log_sum(np.swapaxes(each, 0, 1)).sum(-1)
+        return np.asarray(self.weight * log_sum(np.swapaxes(each, 0, 1)).sum(-1))
 
     def linear(self, modes: Array) -> Linear:
         """Amplitudes with the most probable colour of each channel; ``modes`` (points, m, 2) as in :meth:`log`."""
@@ -71,6 +83,13 @@ class Evidence:
         mean = np.linalg.solve(chosen, right[points, best, channels][..., None])[..., 0]
         variance = squares[points, best, channels] / len(self.window.time)
         return Linear(mean, np.linalg.inv(chosen) * variance[..., None, None])
+
+    def _prior(self, noises: int) -> Array:
+        """Log prior of each noise, even among those of the sensors and among the driven ones."""
+        own = len(self.window.colours)
+        driven = DRIVEN if noises > own else 0.0
+        more = [driven / (noises - own)] * (noises - own) if driven else []
+        return np.log([*[(1 - driven) / own] * own, *more])
 
     def _solve(self, modes: Array) -> tuple[Array, tuple[Array, Array], Array]:
         """Log likelihood by point, colour and channel, normal equations, and sums of squares that are left."""
@@ -90,13 +109,18 @@ class Evidence:
         for k in range(kept):
             ridge[:, :, p + k, p + k] = (self.noise / (level if k == 0 else BEND)) ** 2
         gram = whole[:, :, None, :h, :h] + ridge[:, None]
-        right = np.swapaxes(whole[:, :, :h, h:], 2, 3)  # (points, colours, channels, h)
-        solved = np.linalg.solve(gram, right[..., None])[..., 0]
+        right = np.swapaxes(whole[:, :, :h, h:], 2, 3)  # (points, noises, channels, h)
         total = np.diagonal(whole[:, :, h:, h:], axis1=2, axis2=3)
+        spread = np.broadcast_to((n - 1) * np.log(1 - w.colours**2)[:, None], total.shape[1:])
+        if self.driven is not None:
+            more_gram, more_right, more_total = _dense(waves, fixed, kept, self.driven)
+            gram = np.concatenate([gram, more_gram + ridge[:, None]], 1)
+            right, total = np.concatenate([right, more_right], 1), np.concatenate([total, more_total], 1)
+            spread = np.concatenate([spread, self.driven.logdet])
+        solved = np.linalg.solve(gram, right[..., None])[..., 0]
         squares = np.maximum(total - (right * solved).sum(-1), 1e-13 * total)
         logdet = np.linalg.slogdet(gram)[1] - np.linalg.slogdet(ridge)[1][:, None]
-        colour = 0.5 * (n - 1) * np.log(1 - w.colours**2)[None, :, None]
-        each = gammaln(n / 2) - 0.5 * n * np.log(math.pi * squares) - 0.5 * logdet - colour - math.log(len(w.colours))
+        each = gammaln(n / 2) - 0.5 * (n * np.log(math.pi * squares) + logdet + spread) + self._prior(gram.shape[1])[:, None]
         return each, (gram, right), squares
 
 
@@ -117,6 +141,31 @@ def basis(modes: Array, time: Array) -> Array:
     root = modes[..., 0] + 1j * modes[..., 1]
     wave = np.exp(root[:, None] * time[None, :, None])
     return np.stack([wave.real, wave.imag], -1).reshape(len(modes), len(time), -1)
+
+
+def _dense(waves: Array, fixed: Array, kept: int, driven: Driven) -> tuple[Array, Array, Array]:
+    """Normal equations, right sides and squares for driven noise."""
+    points, n, p = waves.shape
+    h, channels, shares = p + kept, fixed.shape[1] - kept, len(driven.precision)
+    gram = np.empty((points, shares, channels, h, h))
+    right = np.empty((points, shares, channels, h))
+    total = np.empty((points, shares, channels))
+    flat = waves.transpose(1, 0, 2).reshape(n, -1)
+    for kind, those in enumerate(driven.kinds):
+        columns = [*range(kept), *(kept + place for place in those)]
+        known, at = fixed[:, columns], list(those)
+        for share in range(shares):
+            precision = driven.precision[share, kind]
+            turned = (precision @ flat).reshape(n, points, p).transpose(1, 2, 0)  # (points, p, n)
+            own, cross = known.T @ precision @ known, turned @ known
+            gram[:, share, at, :p, :p] = (turned @ waves)[:, None]
+            gram[:, share, at, :p, p:] = cross[:, None, :, :kept]
+            gram[:, share, at, p:, :p] = np.swapaxes(cross[..., :kept], 1, 2)[:, None]
+            gram[:, share, at, p:, p:] = own[:kept, :kept]
+            right[:, share, at, :p] = np.swapaxes(cross[..., kept:], 1, 2)
+            right[:, share, at, p:] = own[kept:, :kept]
+            total[:, share, at] = np.diag(own)[kept:]
+    return gram, right, total
 
 
 def log_sum(logs: Array) -> Array:

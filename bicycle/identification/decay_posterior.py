@@ -7,20 +7,21 @@ the same), for with one cycle in the window it is far from normal.
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
 
 from bicycle.eigenvalues.oscillation import angular_frequency
-from bicycle.identification.decay_evidence import DRIFTS, Evidence, basis, log_sum
+from bicycle.identification.decay_evidence import Evidence, basis, log_sum
+from bicycle.identification.decay_noise import driven
 from bicycle.identification.decay_window import Window
 from tyre.base.arrays import Array
 
 SLOWEST, FASTEST = 0.1, 200.0  # rad/s
 LOWEST, HIGHEST = -50.0, 20.0  # 1/s
 GROWTH = 30.0  # e-folds over the window
-POINTS = 128
+POINTS = 64  # for one mode
 TAIL = 4.0  # degrees of freedom of the proposal
 WIDER = 1.2
 ITERATIONS = 25
@@ -59,7 +60,7 @@ class Posterior:
         return np.asarray(np.tensordot(self.weights, self.modes, 1))
 
 
-def posterior(evidence: Evidence, starts: Sequence[Array], *, points: int = POINTS) -> Posterior | None:
+def posterior(evidence: Evidence, starts: Sequence[Array]) -> Posterior | None:
     """Find the maximum and sum the posterior about it.
 
     Parameters
@@ -67,8 +68,6 @@ def posterior(evidence: Evidence, starts: Sequence[Array], *, points: int = POIN
     evidence : Evidence
     starts : sequence of ndarray, shape (m, 2)
         sigma (1/s) and omega (rad/s) to start from.
-    points : int, optional
-        Number of points of the sum.
 
     Returns
     -------
@@ -77,19 +76,16 @@ def posterior(evidence: Evidence, starts: Sequence[Array], *, points: int = POIN
     """
     tried = np.array([evidence.log(start[None])[0] for start in starts])
     start = starts[int(tried.argmax())]
-    size = start.shape
+    size, points = start.shape, POINTS * 4 ** (len(start) - 1)
 
-    def log_at(x: Array) -> Array:
-        return _bounded(evidence, x.reshape(-1, *size))
-
-    steps = np.stack([np.full(len(start), 0.1), 0.02 * start[:, 1]], 1).ravel()
-    best, covariance = _climb(log_at, start.ravel(), steps)
+    best, covariance = climbed(evidence, start)
     if covariance is None:
         return None
+    best = best.ravel()
     root = np.linalg.cholesky(covariance) * WIDER
     z, density = _proposal(best.size, points)
     x = best + z @ root.T
-    log = log_at(x) - density + math.log(np.diag(root).prod())
+    log = _bounded(evidence, x.reshape(-1, *size)) - density + math.log(np.diag(root).prod())
     total = float(log_sum(log[:, None])[0])
     order = np.argsort(best.reshape(size)[:, 1])
     kept = log > log.max() - NEGLIGIBLE
@@ -97,6 +93,13 @@ def posterior(evidence: Evidence, starts: Sequence[Array], *, points: int = POIN
         evidence, best.reshape(size)[order], x.reshape(-1, *size)[kept][:, order], np.exp(log - total)[kept],
         total - math.log(points),
     )  # fmt: skip
+
+
+def climbed(evidence: Evidence, start: Array) -> tuple[Array, Array | None]:
+    """The most probable modes (m, 2) near a ``start`` (m, 2), and their covariance (2 m, 2 m); None beyond the bounds."""
+    steps = np.stack([np.full(len(start), 0.1), 0.02 * start[:, 1]], 1).ravel()
+    best, covariance = _climb(lambda x: _bounded(evidence, x.reshape(-1, *start.shape)), start.ravel(), steps)
+    return best.reshape(start.shape), covariance
 
 
 def _bounded(evidence: Evidence, modes: Array) -> Array:
@@ -216,18 +219,18 @@ def _peak(w: Window, signals: Array) -> float:
     return float(frequency[int(np.argmax(power))])
 
 
-def fit(w: Window, drift: str, starts: Sequence[Array], *, points: int = POINTS) -> Posterior | None:
-    """Modes of a window with one kind of drift.
+def prepared(w: Window, modes: Array, weight: float | None = None) -> tuple[Evidence, Array]:
+    """The evidence of a window about modes that are known roughly, for a parabola, and these modes more closely.
 
     Parameters
     ----------
     w : Window
-    drift : str
-        One of :data:`bicycle.identification.decay_evidence.DRIFTS`.
-    starts : sequence of ndarray, shape (m, 2)
+    modes : ndarray, shape (m, 2)
         sigma (1/s) and omega (rad/s).
-    points : int, optional
-        Of the sum over the posterior.
+    weight : float, optional
+        Of the evidence of the channels; by default as at these modes.
     """
-    assert drift in DRIFTS
-    return posterior(Evidence(w, drift, noise_floor(w, starts[0])), starts, points=points)
+    evidence = Evidence(w, "parabola", noise_floor(w, modes), driven(w, modes))
+    best, _ = climbed(evidence, modes)
+    evidence = Evidence(w, "parabola", noise_floor(w, best), driven(w, best))
+    return (evidence.weighed(best) if weight is None else replace(evidence, weight=weight)), best

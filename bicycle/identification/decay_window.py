@@ -13,7 +13,8 @@ from tyre.base.errors import InputError
 
 FEWEST = 20  # samples
 LONGEST_COLOUR = 0.25  # correlation time of the noise over the window; what is slower is drift
-COLOURS = 10
+COLOURS = 6
+PER_CYCLE, FEWEST_BLOCKS = 16, 40
 HIGHEST_DEGREE = 2  # of the drift
 
 
@@ -39,6 +40,8 @@ class Window:
         Legendre polynomials of degree 0, 1, 2 over the window, each of rms 1.
     colours : ndarray, shape (f,)
         Autoregressive coefficients that the noise may have.
+    block : int
+        Samples of the recording in each of these: their means. The mean of an oscillation is one of the same eigenvalue.
     """
 
     name: str
@@ -49,6 +52,7 @@ class Window:
     scale: Array
     drift: Array
     colours: Array
+    block: int = 1
 
     @property
     def length(self) -> float:
@@ -56,7 +60,7 @@ class Window:
         return float(self.time[-1])
 
 
-def window(run: Run, first_s: float, last_s: float) -> Window:
+def window(run: Run, first_s: float, last_s: float, *, block: int = 1) -> Window:
     """Cut a window out of a run.
 
     Parameters
@@ -64,6 +68,8 @@ def window(run: Run, first_s: float, last_s: float) -> Window:
     run : Run
     first_s, last_s : float
         s after the first sample of the run; at its ends the samples themselves count as inside.
+    block : int
+        Number of samples that are made one.
 
     Raises
     ------
@@ -81,13 +87,20 @@ def window(run: Run, first_s: float, last_s: float) -> Window:
         raise InputError(
             f"{run.name}: {', '.join(dead)} is constant between {first_s:g} and {last_s:g} s; leave it out"
         )
-    time = run.time[keep]
-    scale = np.array([np.std(x) for x in signals.values()])
-    u = np.linspace(-1.0, 1.0, len(time))
+    count = int(keep.sum()) // block
+    time = run.time[keep][: count * block].reshape(count, block).mean(1)
+    means = np.stack([x[: count * block].reshape(count, block).mean(1) for x in signals.values()], 1)
+    scale = np.std(means, axis=0)
+    scale = np.where(scale > 0, scale, [np.std(x) for x in signals.values()])
+    u = np.linspace(-1.0, 1.0, count)
     drift = legvander(u, HIGHEST_DEGREE) * np.sqrt(2 * np.arange(HIGHEST_DEGREE + 1) + 1)
-    longest = math.exp(-1.0 / (LONGEST_COLOUR * len(time)))
+    longest = math.exp(-1.0 / (LONGEST_COLOUR * count))
     colours = np.concatenate([[0.0], 1 - np.geomspace(0.7, 1 - longest, COLOURS - 1)])
-    return Window(
-        run.name, time - time[0], float(time[0] - run.time[0]), tuple(signals),
-        np.stack(list(signals.values()), 1) / scale, scale, drift, colours,
-    )  # fmt: skip
+    start = float(run.time[keep][0] - run.time[0])
+    return Window(run.name, time - time[0], start, tuple(signals), means / scale, scale, drift, colours, block)
+
+
+def fitting_block(w: Window, omega: float) -> int:
+    """Samples of a window ``w`` that may be made one where the fastest mode turns with ``omega``, rad/s."""
+    cycle = 2 * math.pi / omega / (w.length / (len(w.time) - 1))
+    return max(1, min(int(cycle / PER_CYCLE), len(w.time) // FEWEST_BLOCKS))

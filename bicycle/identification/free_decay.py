@@ -90,13 +90,9 @@ class Decay:
         return ""
 
     def _moving(self, moved: Movement) -> str:
-        if moved.settled_s is None:
-            how = "start later"
-        else:
-            how = f"from {moved.settled_s:.3g} s on it moves no more"
         return (
             f"{moved.what.replace('_', ' ')} moves by {moved.farthest:.1f} sd (at most {TOO_FAR:g}) when the window "
-            f"begins up to {moved.tried_s:.3g} s: {how}"
+            f"begins later: start it at {moved.settled_s:.3g} s, from where it moves no more"
         )
 
     def row(self, mode: str) -> dict[str, Any]:
@@ -165,8 +161,11 @@ def identify_modes(
         raise InputError(unknown("drift", drift, DRIFTS))
     if not 1 <= count <= MOST_MODES:
         raise InputError(f"{count} modes in one window; give 1 to {MOST_MODES}")
-    w = window(run, first_s, last_s)
-    found = sought(w, tuple(DRIFTS) if drift is None else (drift,), start_hz, count, further=thorough and count == 1)
+    drifts = tuple(DRIFTS) if drift is None else (drift,)
+    found = sought(
+        lambda block: window(run, first_s, last_s, block=block), drifts, start_hz, count,
+        further=thorough and count == 1,
+    )  # fmt: skip
     if found is None:
         nothing = Decay(run.name, run.speed, complex("nan+nanj"), (math.nan, math.nan), {}, math.nan, math.nan)
         return (nothing,) * count

@@ -16,10 +16,10 @@ from bicycle.identification.run import Run
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 
-STEPS = 4
+STEPS = 3
 REACH = 0.25  # of a cycle
 BY_CHANCE = 2.5  # sd of the difference that a part of the samples makes
-TOO_FAR = 3.0  # sd beyond which a start is refused
+TOO_FAR = 3.0  # sd beyond which a start is refused where a later one settles
 PARTS = ("real part", "imaginary part")
 
 
@@ -49,8 +49,8 @@ class Movement:
 
     @property
     def refused(self) -> bool:
-        """Whether it moves too far to be of use."""
-        return self.farthest > TOO_FAR
+        """Whether it moves too far while a later start would do."""
+        return self.farthest > TOO_FAR and self.settled_s is not None
 
 
 def movement(run: Run, found: Estimate, number: int, last_s: float, *, beside: bool) -> Movement | None:
@@ -97,13 +97,14 @@ def _later(
     """The fit of the window that begins a ``step`` later, and the place of the mode in it."""
     likely = [drift for drift, weight in found.drifts.items() if weight > 0.05]
     try:
-        w = window(run, found.window.start + step, last_s)
+        w = window(run, found.window.start + step, last_s, block=found.window.block)
     except InputError:
         return None
     known = found.best.best
-    whole = estimate(w, likely, [known])
+    weight = found.best.evidence.weight
+    whole = estimate(w, likely, [known], weight)
     if beside:
-        alone = estimate(w, likely, [known[number : number + 1]])
+        alone = estimate(w, likely, [known[number : number + 1]], weight)
         if alone is not None and (whole is None or not clearer(whole.best, alone.best)):
             return alone, 0
     return None if whole is None else (whole, number)
