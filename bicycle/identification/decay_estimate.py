@@ -1,4 +1,4 @@
-"""Modes of one window over all kinds of drift: eigenvalues and ratios with what the choice of drift adds to their sd."""
+"""Modes of one window over all kinds of drift: eigenvalues and ratios with all that adds to their sd."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -8,7 +8,14 @@ import numpy as np
 
 from bicycle.identification.decay_evidence import basis
 from bicycle.identification.decay_posterior import (
-    FASTEST, SLOWEST, Posterior, first_guesses, further_guess, noise_floor, posterior, prepared,
+    FASTEST,
+    SLOWEST,
+    Posterior,
+    first_guesses,
+    further_guess,
+    noise_floor,
+    posterior,
+    prepared,
 )  # fmt: skip
 from bicycle.identification.decay_window import Window, fitting_block
 from tyre.base.arrays import Array
@@ -77,9 +84,7 @@ class Estimate:
         )
 
 
-def estimate(
-    w: Window, drifts: Sequence[str], starts: Sequence[Array], weight: float | None = None
-) -> Estimate | None:
+def estimate(w: Window, drifts: Sequence[str], starts: Sequence[Array], weight: float | None = None) -> Estimate | None:
     """Modes of a window, over some kinds of drift.
 
     Parameters
@@ -195,7 +200,9 @@ def _ratios(found: Sequence[Posterior], kinds: Array, number: int) -> dict[str, 
             if over in phasors and under in phasors:
                 value = phasors[over] / phasors[under]
                 values[name].append(value)
-                spreads[name].append((squares[over] + np.abs(value) ** 2 * squares[under]) / np.abs(phasors[under]) ** 2)
+                spreads[name].append(
+                    (squares[over] + np.abs(value) ** 2 * squares[under]) / np.abs(phasors[under]) ** 2
+                )
     weights = np.concatenate([kind * p.weights for kind, p in zip(kinds, found, strict=True)])
     ratios = {}
     for name in RATIOS:

@@ -6,7 +6,6 @@ section 2.2). Its state at the start of the window is among the free amplitudes.
 channels, their evidence counts as that of one channel.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,17 +57,13 @@ def driven(w: Window, modes: Array) -> Driven | None:
     n = len(w.time)
     if n > MOST_SAMPLES:
         return None
-    places = {angle: tuple(k for k, name in enumerate(w.channels) if _is_angle(name) == angle) for angle in (True, False)}
-    places = {angle: those for angle, those in places.items() if those}
+    angles = [name.endswith("_rad") for name in w.channels]
+    places = {kind: tuple(k for k, angle in enumerate(angles) if angle == kind) for kind in sorted(set(angles))}
     made = {angle: _inverted(_correlation(w.time, modes, rate=not angle), n) for angle in places}
     logdet = np.empty((len(SHARES), len(w.channels)))
     for angle, those in places.items():
         logdet[:, list(those)] = made[angle][1][:, None]
     return Driven(tuple(places.values()), np.stack([made[angle][0] for angle in places], 1), logdet)
-
-
-def _is_angle(name: str) -> bool:
-    return name.endswith("_rad")
 
 
 def _correlation(time: Array, modes: Array, *, rate: bool) -> Array:
@@ -96,6 +91,4 @@ def counted(probabilities: Array, colours: int) -> float:
         Number of those that are not driven.
     """
     share = probabilities[colours:].sum(0)
-    channels: Sequence[float] = share.tolist()
-    n = len(channels)
-    return float(np.mean([1 - s * (1 - 1 / n) for s in channels]))
+    return float(np.mean(1 - share * (1 - 1 / share.size)))

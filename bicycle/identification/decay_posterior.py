@@ -96,7 +96,7 @@ def posterior(evidence: Evidence, starts: Sequence[Array]) -> Posterior | None:
 
 
 def climbed(evidence: Evidence, start: Array) -> tuple[Array, Array | None]:
-    """The most probable modes (m, 2) near a ``start`` (m, 2), and their covariance (2 m, 2 m); None beyond the bounds."""
+    """The most probable modes (m, 2) near a ``start`` (m, 2) and their covariance; None beyond the bounds."""
     steps = np.stack([np.full(len(start), 0.1), 0.02 * start[:, 1]], 1).ravel()
     best, covariance = _climb(lambda x: _bounded(evidence, x.reshape(-1, *start.shape)), start.ravel(), steps)
     return best.reshape(start.shape), covariance

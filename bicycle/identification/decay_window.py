@@ -41,7 +41,7 @@ class Window:
     colours : ndarray, shape (f,)
         Autoregressive coefficients that the noise may have.
     block : int
-        Samples of the recording in each of these: their means. The mean of an oscillation is one of the same eigenvalue.
+        Samples of the recording in each of these: their means, which keep the eigenvalues.
     """
 
     name: str
@@ -88,14 +88,14 @@ def window(run: Run, first_s: float, last_s: float, *, block: int = 1) -> Window
             f"{run.name}: {', '.join(dead)} is constant between {first_s:g} and {last_s:g} s; leave it out"
         )
     count = int(keep.sum()) // block
-    time = run.time[keep][: count * block].reshape(count, block).mean(1)
+    time = np.asarray(run.time[keep][: count * block].reshape(count, block).mean(1), float)
     means = np.stack([x[: count * block].reshape(count, block).mean(1) for x in signals.values()], 1)
-    scale = np.std(means, axis=0)
+    scale: Array = np.std(means, axis=0)
     scale = np.where(scale > 0, scale, [np.std(x) for x in signals.values()])
     u = np.linspace(-1.0, 1.0, count)
-    drift = legvander(u, HIGHEST_DEGREE) * np.sqrt(2 * np.arange(HIGHEST_DEGREE + 1) + 1)
+    drift: Array = legvander(u, HIGHEST_DEGREE) * np.sqrt(2 * np.arange(HIGHEST_DEGREE + 1) + 1)
     longest = math.exp(-1.0 / (LONGEST_COLOUR * count))
-    colours = np.concatenate([[0.0], 1 - np.geomspace(0.7, 1 - longest, COLOURS - 1)])
+    colours: Array = np.concatenate([[0.0], 1 - np.geomspace(0.7, 1 - longest, COLOURS - 1)])
     start = float(run.time[keep][0] - run.time[0])
     return Window(run.name, time - time[0], start, tuple(signals), means / scale, scale, drift, colours, block)
 

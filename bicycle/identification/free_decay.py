@@ -81,10 +81,10 @@ class Decay:
             return f"R^2 = {self.r_squared:.2f} is below {POOREST:g}: not a decaying oscillation"
         size, doubt = abs(self.eigenvalue), max(self.sd)
         if doubt > MOST_DOUBT * size:
-            return (
-                f"{self.cycles:.1f} cycles tell too little: an sd of {doubt:.2g} 1/s is {doubt / size:.0%} of the "
-                f"eigenvalue's size (at most {MOST_DOUBT:.0%})"
-            )
+            why = f"{self.cycles:.1f} cycles tell too little"
+            if self.movement is not None and self.movement.what:
+                why = "it moves too far with the start of the window"
+            return f"{why}: an sd of {doubt:.2g} 1/s is {doubt / size:.0%} of |eigenvalue| (at most {MOST_DOUBT:.0%})"
         if self.movement is not None and self.movement.refused:
             return self._moving(self.movement)
         return ""

@@ -1,9 +1,9 @@
 """What repeats at about one speed say of the scatter from run to run, which no single run can know.
 
 Runs whose speeds differ by less than 5 % are repeats. Within such a group a number may follow the speed, by the slope
-of the line through the neighbouring groups. What is left, robustly: a run far outside the others' scatter is set aside
-and widened alone. The scatter of a group is its own, weighed against that of all groups, as a scaled inverse chi^2 prior
-of four degrees of freedom is (Gelman et al., Bayesian Data Analysis, 3rd ed., section 2.6).
+of the line through the neighbouring groups. What is left is the scatter; a run far outside that of the others is set
+aside and widened alone. The scatter of a group is its own, weighed against that of all groups, as a scaled inverse
+chi^2 prior of four degrees of freedom is (Gelman et al., Bayesian Data Analysis, 3rd ed., section 2.6).
 """
 
 import math
@@ -62,12 +62,14 @@ def about_one_speed(speeds: Sequence[float]) -> tuple[tuple[int, ...], ...]:
     return tuple(tuple(group) for group in groups)
 
 
-def repeats(speeds: Sequence[float], values: Sequence[float], stated: Sequence[float]) -> Repeats:
+def repeats(
+    speeds: Sequence[float] | Array, values: Sequence[float] | Array, stated: Sequence[float] | Array
+) -> Repeats:
     """Scatter of one number over runs, and what their sd should be.
 
     Parameters
     ----------
-    speeds, values, stated : sequence of float, shape (runs,)
+    speeds, values, stated : array_like, shape (runs,)
         Forward speed (m/s), the number, and its sd by each run alone.
     """
     v, y, own = (np.asarray(x, float) for x in (speeds, values, stated))
@@ -90,7 +92,9 @@ def repeats(speeds: Sequence[float], values: Sequence[float], stated: Sequence[f
         stated_variance = float(np.mean(own[members] ** 2))
         if chi2.sf((prior + nu) * variance / max(stated_variance, 1e-300), prior + nu) < REFUTED:
             few = float(t.ppf(0.975, all_freedom)) / NORMAL  # an sd from few repeats is itself uncertain
-            sd[members] = np.sqrt(np.maximum(own[members] ** 2, own[members] ** 2 + few**2 * variance - stated_variance))
+            sd[members] = np.sqrt(
+                np.maximum(own[members] ** 2, own[members] ** 2 + few**2 * variance - stated_variance)
+            )
     for place in aside:
         group = next(group for group in groups if place in group)
         sd[place] = math.hypot(sd[place], _away(place, group, v, y, slope, aside))
@@ -119,18 +123,14 @@ def _squares(
     return [float(x @ x) for x in left], [max(len(x) - 1, 0) for x in left]
 
 
-def _away(
-    place: int, group: tuple[int, ...], v: Array, y: Array, slope: Array, aside: Sequence[int]
-) -> float:
+def _away(place: int, group: tuple[int, ...], v: Array, y: Array, slope: Array, aside: Sequence[int]) -> float:
     """How far a run lies from the others of its group."""
     number = next(k for k, s in enumerate(about_one_speed(v.tolist())) if s == group)
     kept = [other for other in group if other not in aside and other != place]
     return float(abs(y[place] - slope[number] * v[place] - np.mean(y[kept] - slope[number] * v[kept])))
 
 
-def _outlier(
-    groups: tuple[tuple[int, ...], ...], v: Array, y: Array, slope: Array, aside: Sequence[int]
-) -> int | None:
+def _outlier(groups: tuple[tuple[int, ...], ...], v: Array, y: Array, slope: Array, aside: Sequence[int]) -> int | None:
     """The run farthest outside the scatter of all others, if such a one is less likely than 5 %; of three or more."""
     squares, freedom = _squares(groups, v, y, slope, aside)
     total, nu, runs = sum(squares), sum(freedom), len(y) - len(aside)

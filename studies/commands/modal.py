@@ -37,15 +37,16 @@ def command(
     channel_map = chosen_map(channels_file, channel_texts)
     decays = []
     notes: list[str] = []
+    drawn: list[str] = []
     for event in [event for given in runs for event in _read(given, channel_map)]:
         found = identify_modes(event, len(names), first_s=first_s, last_s=last_s, start_hz=start_hz, drift=drift)
         decays += list(zip(names, found, strict=True))
         notes += [f"{event.name}: {note}" for note in event.notes]
         if figures is not None and found[0].estimate is not None:
-            _draw(event, tuple(zip(names, found, strict=True)), figures)
+            drawn.append(_draw(event, tuple(zip(names, found, strict=True)), figures, drawn))
     every = judged(decays)
-    rows = [each.decay.row(each.mode) for each in every if not each.decay.rejected]
-    notes += [note for each in every for note in _beside(each.decay)]
+    rows = [each.decay.row(each.mode) for each in every if not each.rejected]
+    notes += [note for each in every for note in _beside(each)]
     for note in [*notes, *repeat_notes(every)]:
         click.echo(f"note: {note}", err=True)
     heads = ["run", "speed m/s", "real 1/s", "imaginary rad/s", "cycles", "R^2", "drift", "start moves it by"]
@@ -103,8 +104,8 @@ def _shown(each: Any) -> list[object]:
     d = each.decay
     z = d.eigenvalue
     run = d.run if each.mode == "weave" else f"{d.run} ({each.mode})"
-    said = d.rejected or ("ok, far from its repeats" if each.aside else "ok")
-    if not d.rejected and d.movement is not None and d.movement.what:
+    said = each.rejected or ("ok, far from its repeats" if each.aside else "ok")
+    if not each.rejected and d.movement is not None and d.movement.what:
         said += ", sd widened by the start"
     return [
         run, d.speed, f"{z.real:.3f} ± {d.sd[0]:.3f}", f"{z.imag:.3f} ± {d.sd[1]:.3f}", d.cycles, d.r_squared,
@@ -112,25 +113,29 @@ def _shown(each: Any) -> list[object]:
     ]  # fmt: skip
 
 
-def _beside(decay: Any) -> list[str]:
+def _beside(each: Any) -> list[str]:
     """What was fitted beside the mode that was asked for."""
-    if decay.rejected:
+    from studies.free_decays.words import second_words
+
+    if each.rejected:
         return []
     return [
-        f"{decay.run}: a second motion, {z.real:.2g} ± {z.imag:.2g}i 1/s, is in the window; it is fitted beside and left "
-        "out of the table (--modes names both)"
-        for z in decay.beside
+        f"{each.decay.run}: {second_words(z)} is in the window; it is fitted beside and left out of the table"
+        for z in each.decay.beside
     ]
 
 
-def _draw(event: Any, decays: Any, figures: Path) -> None:
+def _draw(event: Any, decays: Any, figures: Path, drawn: list[str]) -> str:
+    """Draw a fit under a name that is not among those ``drawn``; the name."""
     import re
 
     from studies.free_decays.figure import draw
 
     figures.mkdir(parents=True, exist_ok=True)
-    name = re.sub(r"[^\w.#-]+", "_", f"{Path(event.name).name}_{event.speed:g}").replace(".csv", "")
-    draw(event, decays, figures / name.replace("#", "_"))
+    stem = re.sub(r"[^\w.-]+", "_", f"{Path(event.name).name}_{event.speed:g}".replace(".csv", ""))
+    name = next(n for n in (stem, *(f"{stem}_{k}" for k in range(2, 10_000))) if n not in drawn)
+    draw(event, decays, figures / name)
+    return name
 
 
 def _write(rows: list[dict[str, object]], out_file: str) -> None:

@@ -1,14 +1,15 @@
 """A picture of the fit of one free decay: measured channels, fit, drift, window, and what was found."""
 
+import textwrap
 from pathlib import Path
-
-import numpy as np
 
 from bicycle.identification.free_decay import Decay
 from bicycle.identification.run import Run
-from studies.reporting.plotting import GREY, drawing
+from studies.free_decays.words import second_words
+from studies.reporting.plotting import drawing
 
 MEASURED, FITTED, DRIFT = "#9db8d9", "#123a6b", "#c8462f"
+LINE = 100  # letters of a title's line
 ASIDE = 0.6  # of the window's length that is shown before and after it
 WORDS = {
     "roll_rate_rad_s": "roll rate in rad/s", "yaw_rate_rad_s": "yaw rate in rad/s",
@@ -39,10 +40,10 @@ def draw(run: Run, decays: tuple[tuple[str, Decay], ...], target: Path) -> Path:
     w = first.estimate.window
     fit, drift = first.estimate.curves()
     time = run.time - run.time[0]
-    begin, end = w.start, w.start + w.time[-1] + w.block * run.step
+    begin, end = w.start, w.start + w.length + (w.block - 1) * run.step
     near = (time >= begin - ASIDE * w.length) & (time <= end + ASIDE * w.length)
     fitted = w.start + (w.block - 1) * run.step / 2 + w.time
-    with drawing(target, width=8.0, height=1.9 + 1.7 * len(w.channels)) as figure:
+    with drawing(target, width=8.0, height=2.1 + 0.3 * len(decays) + 1.7 * len(w.channels)) as figure:
         axes = figure.subplots(len(w.channels), 1, squeeze=False, sharex=True)[:, 0]
         for place, (panel, name) in enumerate(zip(axes, w.channels, strict=True)):
             scale = w.scale[place]
@@ -51,19 +52,18 @@ def draw(run: Run, decays: tuple[tuple[str, Decay], ...], target: Path) -> Path:
             panel.plot(fitted, scale * fit[:, place], color=FITTED, linewidth=1.3, label="fit")
             label = f"drift: {first.drift}"
             panel.plot(fitted, scale * drift[:, place], color=DRIFT, linewidth=1.1, linestyle="--", label=label)
-            inside = run.channels[name][(time >= begin) & (time <= end)]
-            low, high = float(np.min(inside)), float(np.max(inside))
-            panel.set_ylim(low - 0.25 * (high - low), high + 0.25 * (high - low))
+            shown = [
+                run.channels[name][(time >= begin) & (time <= end)],
+                scale * fit[:, place],
+                scale * drift[:, place],
+            ]
+            low, high = float(min(x.min() for x in shown)), float(max(x.max() for x in shown))
+            panel.set_ylim(low - 0.35 * (high - low), high + 0.35 * (high - low))
             panel.set_title(WORDS[name], fontsize=9)
         axes[-1].set_xlabel("time after the first sample in s")
         handles, labels = axes[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=4)
         figure.suptitle(_title(run, decays), x=0.01, ha="left", fontsize=10)
-        colour = GREY if not first.rejected else DRIFT
-        axes[0].annotate(
-            first.rejected or f"{first.cycles:.1f} cycles, R² {first.r_squared:.3f}", (1, 1.02),
-            xycoords="axes fraction", ha="right", fontsize=8, color=colour,
-        )  # fmt: skip
     return target.with_name(f"{target.name}.png")
 
 
@@ -71,5 +71,9 @@ def _title(run: Run, decays: tuple[tuple[str, Decay], ...]) -> str:
     lines = [f"{run.name.replace('$', chr(92) + '$')} at {run.speed:g} m/s"]
     for mode, found in decays:
         z, sd = found.eigenvalue, found.sd
-        lines.append(f"{mode}: {z.real:.3f} ± {sd[0]:.2g} 1/s, {z.imag:.3f} ± {sd[1]:.2g} rad/s")
+        lines.append(f"{mode}: {z.real:.3f} ± {sd[0]:.3f} 1/s, {z.imag:.3f} ± {sd[1]:.3f} rad/s (1 sd of this run)")
+        lines.append(f"    {found.cycles:.1f} cycles, R² {found.r_squared:.3f}")
+        lines += [f"    fitted beside: {second_words(z)}" for z in found.beside]
+        if found.rejected:
+            lines[-1] = "    not used: " + "\n    ".join(textwrap.wrap(found.rejected, LINE))
     return "\n".join(lines)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from bicycle.eigenvalues.oscillation import frequency_hz
 from bicycle.identification.free_decay import Decay
 from bicycle.identification.repeats import repeats
 
@@ -11,10 +12,14 @@ SURE = 0.9  # probability of a drift beyond which the others are not told
 
 @dataclass(frozen=True)
 class Judged:
-    """A mode of a run with the sd of its repeats: how many there are, whether they widened it, whether it lies aside."""
+    """A mode of a run with the sd of its repeats: how many, whether they widened it, whether it lies aside.
+
+    ``rejected`` is why the run is not used, by what it says alone.
+    """
 
     mode: str
     decay: Decay
+    rejected: str
     repeats: int
     widened: bool
     aside: bool
@@ -40,14 +45,22 @@ def movement_words(decay: Decay) -> str:
     return f"{moved.farthest:.1f} sd ({moved.what.replace('_', ' ')})"
 
 
+def second_words(root: complex) -> str:
+    """A motion that was fitted beside, by its eigenvalue ``root``, 1/s."""
+    if -root.real > root.imag:
+        return f"a transient that dies within {-3 / root.real:.2g} s"
+    hertz = frequency_hz(root)
+    return f"a second oscillation of {hertz:.2g} Hz (real part {root.real:.2g} 1/s; --modes names both)"
+
+
 def judged(decays: Sequence[tuple[str, Decay]]) -> list[Judged]:
     """Weigh the sd of ``decays``, pairs of a mode and what a run says of it, against the scatter of repeats."""
-    found = [Judged(mode, decay, 0, widened=False, aside=False) for mode, decay in decays]
+    found = [Judged(mode, decay, decay.rejected, 0, widened=False, aside=False) for mode, decay in decays]
     for mode in dict.fromkeys(mode for mode, _ in decays):
         places = [k for k, (other, decay) in enumerate(decays) if other == mode and not decay.rejected]
         if not places:
             continue
-        used = [decays[k][1] for k in places]
+        used = [found[k].decay for k in places]
         speeds = [d.speed for d in used]
         parts = [
             repeats(speeds, [d.eigenvalue.real for d in used], [d.sd[0] for d in used]),
@@ -57,8 +70,8 @@ def judged(decays: Sequence[tuple[str, Decay]]) -> list[Judged]:
             decay = replace(used[row], sd=(float(parts[0].sd[row]), float(parts[1].sd[row])))
             wider = any(new > 1.05 * old for new, old in zip(decay.sd, used[row].sd, strict=True))
             aside = any(row in part.aside for part in parts)
-            found[place] = Judged(mode, decay, parts[0].count(row), widened=wider, aside=aside)
-        for name in set.intersection(*(set(d.ratios) for d in used)):
+            found[place] = Judged(mode, decay, "", parts[0].count(row), widened=wider, aside=aside)
+        for name in sorted(set.intersection(*(set(d.ratios) for d in used))):
             _ratio(found, places, name)
     return found
 
@@ -76,12 +89,12 @@ def _ratio(found: list[Judged], places: Sequence[int], name: str) -> None:
 
 def repeat_notes(found: Sequence[Judged]) -> list[str]:
     """What is to be said of the repeats among ``found``."""
-    used = [each for each in found if not each.decay.rejected]
+    used = [each for each in found if not each.rejected]
     notes = []
     wider = sum(each.widened for each in used)
     if wider:
         notes.append(
-            f"repeats scatter more than their fits say: the sd of {wider} of {len(used)} rows is widened to that scatter"
+            f"repeats scatter more than their fits say: the sd of {wider} of {len(used)} rows is widened by that"
         )
     for each in used:
         if each.aside:

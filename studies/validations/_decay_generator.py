@@ -23,8 +23,8 @@ class Cell:
     """One kind of decay; amplitudes and noise over the amplitude of weave at the start of the window.
 
     ``cycles`` of weave are in the window; ``colour`` is the correlation time of the sensors' noise (s; 0: white),
-    ``slow`` and ``fast`` are amplitudes of a capsize and of a castering mode, ``second`` of wobble, ``offset`` is of the
-    sensors; ``driven`` is the scatter of weave that the ground excites, over its amplitude.
+    ``slow`` and ``fast`` are amplitudes of a capsize and of a castering mode, ``second`` of wobble; ``offset`` is that
+    of the sensors, ``driven`` the scatter of weave that the ground excites, over its amplitude.
     """
 
     cycles: tuple[float, float] = (2.5, 4.0)
@@ -82,7 +82,7 @@ def make(cell: Cell, rng: np.random.Generator, *, root: complex | None = None, s
     push[1] = cell.driven * size * np.sqrt(-4 * root.real) if cell.driven else 0.0  # white: rms of x is ``driven``
     states = _march(a, push, np.array(start), count, rng)
     y = states @ c.T + cell.offset * rng.uniform(-1, 1, 2) + _noise(cell, count, rng)
-    time = STEP * np.arange(count)
+    time: Array = STEP * np.arange(count, dtype=np.float64)
     scale = rng.uniform(0.2, 0.6) * np.array([1.0, rng.uniform(0.6, 2.0)])
     channels = {name: scale[k] * y[:, k] for k, name in enumerate(CHANNELS)}
     values, vectors = np.linalg.eig(a)
