@@ -1,11 +1,11 @@
 """How probable the samples of a window are, given the eigenvalues of its modes and the kind of its drift.
 
 Each channel is y = sum over modes e^(sigma t) (a cos(omega t) + b sin(omega t)) + drift + noise. The noise is a
-first-order autoregression of unknown sd s and coefficient, or a driven mode (:mod:`.decay_noise`). Amplitudes, drift and
-s are integrated out in closed form and the kinds of noise summed, so that only sigma and omega are left (linear model
-with conjugate priors: O'Hagan & Forster, Kendall's Advanced Theory of Statistics 2B, 2nd ed., ch. 11). Priors: amplitudes as
-large as three times the signal, in the plane that a mode spans; an offset as large as the signal, a slope and a
-bend of a tenth; log s even.
+first-order autoregression of unknown sd s and coefficient, or a driven mode (:mod:`.decay_noise`). Amplitudes, drift
+and s are integrated out in closed form and the kinds of noise summed, so that only sigma and omega are left (linear
+model with conjugate priors: O'Hagan & Forster, Kendall's Advanced Theory of Statistics 2B, 2nd ed., ch. 11). Priors:
+amplitudes as large as three times the signal, in the plane that a mode spans; an offset as large as the signal, a slope
+and a bend of a tenth; log s even.
 
 The precision matrix of a first-order autoregression has three diagonals, so the products with it for all coefficients
 follow from three sums over the samples.
