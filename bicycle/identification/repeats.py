@@ -3,7 +3,8 @@
 Runs whose speeds differ by less than 5 % are repeats. Within such a group a number may follow the speed, by the slope
 of the line through the neighbouring groups. What is left is the scatter; a run far outside that of the others is set
 aside and widened alone. The scatter of a group is its own, weighed against that of all groups, as a scaled inverse
-chi^2 prior of four degrees of freedom is (Gelman et al., Bayesian Data Analysis, 3rd ed., section 2.6).
+chi^2 prior of four degrees of freedom is (Gelman et al., Bayesian Data Analysis, 3rd ed., section 2.6); where an F
+test tells the two apart, it stands alone.
 """
 
 import math
@@ -11,14 +12,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2, t
+from scipy.stats import chi2, f, t
 
 from tyre.base.arrays import Array
 
 SAME_SPEED = 0.05  # relative
 PRIOR = 4.0  # degrees of freedom that the scatter of all groups counts in each
-OUTLYING = 0.05  # probability that a sound run of all is set aside
+OUTLYING = 0.02  # probability that a sound run of all is set aside
 REFUTED = 0.05  # probability of such a scatter where the stated sd are right
+FEWEST_ALONE = 4  # runs at one speed that show its own scatter
 NORMAL = 1.959964
 
 
@@ -86,12 +88,16 @@ def repeats(
             break
         prior = min(PRIOR, all_freedom - nu)
         pooled = (total - square) / (all_freedom - nu) if all_freedom > nu else 0.0
+        if nu and pooled and _differs(square / nu / pooled, nu, all_freedom - nu):
+            prior = 0.0
         variance = (prior * pooled + square) / (prior + nu)
         members = list(group)
         scatter[members] = math.sqrt(variance)
         stated_variance = float(np.mean(own[members] ** 2))
         if chi2.sf((prior + nu) * variance / max(stated_variance, 1e-300), prior + nu) < REFUTED:
-            few = float(t.ppf(0.975, all_freedom)) / NORMAL  # an sd from few repeats is itself uncertain
+            few = (
+                float(t.ppf(0.975, all_freedom if prior else nu)) / NORMAL
+            )  # an sd from few repeats is itself uncertain
             sd[members] = np.sqrt(
                 np.maximum(own[members] ** 2, own[members] ** 2 + few**2 * variance - stated_variance)
             )
@@ -99,6 +105,11 @@ def repeats(
         group = next(group for group in groups if place in group)
         sd[place] = math.hypot(sd[place], _away(place, group, v, y, slope, aside))
     return Repeats(groups, scatter, all_freedom, tuple(aside), sd)
+
+
+def _differs(ratio: float, own: int, others: int) -> bool:
+    """Whether a group's variance over that of the others refutes that they are the same (F test, both sides)."""
+    return bool(2 * min(f.sf(ratio, own, others), f.cdf(ratio, own, others)) < REFUTED)
 
 
 def _slopes(groups: tuple[tuple[int, ...], ...], v: Array, y: Array) -> Array:
@@ -131,17 +142,20 @@ def _away(place: int, group: tuple[int, ...], v: Array, y: Array, slope: Array, 
 
 
 def _outlier(groups: tuple[tuple[int, ...], ...], v: Array, y: Array, slope: Array, aside: Sequence[int]) -> int | None:
-    """The run farthest outside the scatter of all others, if such a one is less likely than 5 %; of three or more."""
+    """The run farthest outside the scatter of all others, if such a one is less likely than 2 %; of three or more."""
     squares, freedom = _squares(groups, v, y, slope, aside)
     total, nu, runs = sum(squares), sum(freedom), len(y) - len(aside)
     worst, largest = None, 0.0
-    for group, s in zip(groups, slope, strict=True):
+    for group, s, square in zip(groups, slope, squares, strict=True):
         kept, left = _left(group, v, y, s, aside)
         n = len(kept)
         if n < 3 or nu < 4 or len(aside) >= max(1, len(y) // 8):
             continue
         taken = left**2 * n / (n - 1)  # of the sum of squares, by this run
-        score = np.sqrt(taken / np.maximum((total - taken) / (nu - 1), 1e-300))  # t of nu - 1 degrees of freedom
+        others = (total - taken) / (nu - 1)
+        if n >= FEWEST_ALONE:  # a speed at which all scatter more has no outlier
+            others = np.maximum(others, (square - taken) / (n - 2))
+        score = np.sqrt(taken / np.maximum(others, 1e-300))  # t of about nu - 1 degrees of freedom
         if score.max() > largest:
             largest, worst = float(score.max()), kept[int(np.argmax(score))]
     return worst if worst is not None and runs * 2 * t.sf(largest, nu - 1) < OUTLYING else None

@@ -150,9 +150,8 @@ def _with_sd(points: tuple[ModalPoint, ...], given: list[bool]) -> tuple[tuple[M
         if freedom < FEWEST_REPEATS:
             if not given[part]:
                 eigenvalue_sd[:, part] = DEFAULT_SD * sizes
-                few = (
-                    "there are no repeats" if not freedom else f"repeats have {freedom} degrees of freedom (5 or more)"
-                )
+                few = f"too few repeats ({freedom} of {FEWEST_REPEATS} degrees of freedom)"
+                few = few if freedom else "there are no repeats"
                 notes.append(f"{name} is missing and {few}: {DEFAULT_SD:.0%} of |eigenvalue| is assumed")
             continue
         before = eigenvalue_sd[:, part].copy()

@@ -183,7 +183,7 @@ def test_few_repeats_do_not_stand_in_for_missing_sd(tmp_path):
     rows = ["5.0,weave,-0.7,4.4", "5.01,weave,-0.8,4.5", "6,weave,-1,5"]
     notes = read_measurement(modal(tmp_path, head=head, rows=rows)).notes
     assert (
-        "real_sd_1_s is missing and 1 degrees of freedom of repeats are too few: 3% of |eigenvalue| is assumed" in notes
+        "real_sd_1_s is missing and too few repeats (1 of 5 degrees of freedom): 3% of |eigenvalue| is assumed" in notes
     )
 
 
