@@ -21,6 +21,8 @@ CHANNELS = {
 """Columns that are measured, and the output of the model they show."""
 
 STEER, STEER_TORQUE = "steer_rad", "steer_torque_N_m"
+SAME = {"lean_rate_rad_s": "roll_rate_rad_s"}
+"""Columns by another name: that of the model's state, which ``velotyre simulate`` writes."""
 INPUTS = {STEER_TORQUE: "steer_torque", "lean_torque_N_m": "lean_torque"}
 QUANTITIES = {
     "roll_rate": "angular rate", "lean": "angle", "steer": "angle", "steer_rate": "angular rate",
@@ -65,11 +67,16 @@ def read_run(path: Path, speed: float, group: str = "") -> Run:
         No such file, other columns, uneven sampling, another unit, a dead channel.
     """
     try:
-        columns = read_columns(path, numbers=("time_s", *CHANNELS, *INPUTS), needed=("time_s",))
+        columns = read_columns(path, numbers=("time_s", *CHANNELS, *SAME, *INPUTS), needed=("time_s",))
     except InputError as error:
         words = "" if f"{path}, line" in str(error) else draft_words(path, QUANTITIES)
         raise InputError(f"{error}; or give a channel map: {words}" if words else str(error)) from error
-    numbers = dict(columns.numbers)
+    numbers: dict[str, Array] = {}
+    for column, values in columns.numbers.items():
+        name = SAME.get(column, column)
+        if name in columns.numbers and name != column:
+            raise InputError(f"{path}: {column} and {name} are the same quantity; keep one column")
+        numbers[name] = values
     return _checked(str(path), path.name, numbers, [f"line {line}" for line in columns.lines], speed, group)
 
 

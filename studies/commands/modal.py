@@ -1,6 +1,7 @@
 """``velotyre modal``: eigenvalues from raw free decays, as a modal table for ``velotyre diagnose``."""
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -14,59 +15,44 @@ from studies.reporting.examples import example
 )
 @click.argument("runs", nargs=-1, required=True, metavar="RUN.csv@SPEED...")
 @takes_channels
-@click.option("--mode", default="weave", show_default=True, help="Name of the mode in the table.")
+@click.option("--mode", help="Name of the mode in the table; weave unless --modes is given.")
+@click.option("--modes", metavar="NAME,NAME", help="Several modes in one window, by frequency: weave,wobble.")
 @click.option("--from", "first_s", default=0.0, show_default=True, help="Start of the window, s.")
 @click.option("--to", "last_s", default=float("inf"), help="End of the window, s.")
 @click.option("--start-hz", type=float, help="Look near this frequency.")
+@click.option("--drift", help="none, constant or parabola; by default weighed by their evidence.")
 @click.option("--out", "out_file", metavar="TABLE.csv", help="Write the modal table.")
+@click.option("--figures", type=click.Path(path_type=Path, file_okay=False), help="Folder for a picture of each fit.")
 def command(
-    runs: tuple[str, ...], channels_file: Path | None, channel_texts: tuple[str, ...], mode: str, first_s: float,
-    last_s: float, start_hz: float | None, out_file: str | None,
+    runs: tuple[str, ...], channels_file: Path | None, channel_texts: tuple[str, ...], mode: str | None,
+    modes: str | None, first_s: float, last_s: float, start_hz: float | None, drift: str | None, out_file: str | None,
+    figures: Path | None,
 ) -> None:  # fmt: skip
-    import csv
-
-    from bicycle.identification.free_decay import identify
-    from bicycle.identification.recording import FASTEST, read_events
-    from bicycle.modal.known_modes import known_modes
+    from bicycle.identification.free_decay import identify_modes
+    from studies.free_decays.words import judged, repeat_notes
     from studies.reporting.output import print_table
-    from tyre.base.errors import InputError, unknown
-    from tyre.base.files import replacing
-    from tyre.channels.draft import looking
+    from tyre.base.errors import InputError
 
-    if mode not in known_modes():
-        raise InputError(unknown("mode", mode, known_modes()))
+    names = _names(mode, modes)
     channel_map = chosen_map(channels_file, channel_texts)
-    shown: list[list[object]] = []
-    rows: list[dict[str, object]] = []
+    decays = []
     notes: list[str] = []
-    for given in runs:
-        name, _, text = given.rpartition("@")
-        try:
-            speed = float(text)
-        except ValueError:
-            speed = 0.0
-        if not name or not 0 < speed <= FASTEST:
-            raise InputError(f"{given!r}: give a file and its speed in m/s (up to {FASTEST:g}), as run01.csv@4.8")
-        with looking(Path(name)):
-            events = read_events(Path(name), speed, channel_map=channel_map)
-        for event in events:
-            found = identify(event, first_s=first_s, last_s=last_s, start_hz=start_hz)
-            z = found.eigenvalue
-            shown.append([
-                found.run, speed, f"{z.real:.3f} ± {found.sd[0]:.3f}", f"{z.imag:.3f} ± {found.sd[1]:.3f}",
-                found.cycles, found.r_squared, found.rejected or "ok",
-            ])  # fmt: skip
-            notes += [f"{event.name}: {note}" for note in event.notes]
-            if not found.rejected:
-                rows.append(found.row(mode))
-    for note in notes:
+    drawn: list[str] = []
+    for event in [event for given in runs for event in _read(given, channel_map)]:
+        found = identify_modes(event, len(names), first_s=first_s, last_s=last_s, start_hz=start_hz, drift=drift)
+        decays += list(zip(names, found, strict=True))
+        notes += [f"{event.name}: {note}" for note in event.notes]
+        if figures is not None and found[0].estimate is not None:
+            drawn.append(_draw(event, tuple(zip(names, found, strict=True)), figures, drawn))
+    every = judged(decays)
+    rows = [each.decay.row(each.mode) for each in every if not each.rejected]
+    notes += [note for each in every for note in _beside(each)]
+    for note in [*notes, *repeat_notes(every)]:
         click.echo(f"note: {note}", err=True)
-    print_table(shown, ["run", "speed m/s", "real 1/s", "imaginary rad/s", "cycles", "R^2", "judgement"])
+    heads = ["run", "speed m/s", "real 1/s", "imaginary rad/s", "cycles", "R^2", "drift", "start moves it by"]
+    print_table([_shown(each) for each in every], [*heads, "repeats", "judgement"])
     if out_file and rows:
-        with replacing(out_file) as part, part.open("w", encoding="utf-8", newline="") as file:
-            writer = csv.DictWriter(file, rows[0])
-            writer.writeheader()
-            writer.writerows({key: f"{x:.6g}" if isinstance(x, float) else x for key, x in row.items()} for row in rows)
+        _write(rows, out_file)
     if not rows:
         unwritten = f", {out_file} is not written" if out_file else ""
         first = runs[0].rpartition("@")[0]
@@ -77,3 +63,87 @@ def command(
         if out_file:
             raise InputError(said)
         click.echo(f"note: {said}", err=True)
+
+
+def _names(mode: str | None, modes: str | None) -> list[str]:
+    """Names of the modes, of known ones."""
+    from bicycle.modal.known_modes import known_modes
+    from tyre.base.errors import InputError, unknown
+
+    if mode is not None and modes is not None:
+        raise InputError("--mode and --modes: give one of them")
+    names = [name.strip() for name in (modes or mode or "weave").split(",")] if mode is None else [mode]
+    for name in names:
+        if name not in known_modes():
+            raise InputError(unknown("mode", name, known_modes()))
+    if len(set(names)) < len(names):
+        raise InputError(f"--modes {modes}: a mode is named twice; name each once, by frequency")
+    return names
+
+
+def _read(given: str, channel_map: Any) -> tuple[Any, ...]:
+    """The events of an argument RUN.csv@SPEED."""
+    from bicycle.identification.recording import FASTEST, read_events
+    from tyre.base.errors import InputError
+    from tyre.channels.draft import looking
+
+    name, _, text = given.rpartition("@")
+    try:
+        speed = float(text)
+    except ValueError:
+        speed = 0.0
+    if not name or not 0 < speed <= FASTEST:
+        raise InputError(f"{given!r}: give a file and its speed in m/s (up to {FASTEST:g}), as run01.csv@4.8")
+    with looking(Path(name)):
+        return read_events(Path(name), speed, channel_map=channel_map)
+
+
+def _shown(each: Any) -> list[object]:
+    from studies.free_decays.words import drift_words, movement_words
+
+    d = each.decay
+    z = d.eigenvalue
+    run = d.run if each.mode == "weave" else f"{d.run} ({each.mode})"
+    said = each.rejected or ("ok, far from its repeats" if each.aside else "ok")
+    if not each.rejected and d.movement is not None and d.movement.what:
+        said += ", sd widened by the start"
+    return [
+        run, d.speed, f"{z.real:.3f} ± {d.sd[0]:.3f}", f"{z.imag:.3f} ± {d.sd[1]:.3f}", d.cycles, d.r_squared,
+        drift_words(d), movement_words(d), each.repeats or None, said,
+    ]  # fmt: skip
+
+
+def _beside(each: Any) -> list[str]:
+    """What was fitted beside the mode that was asked for."""
+    from studies.free_decays.words import second_words
+
+    if each.rejected:
+        return []
+    return [
+        f"{each.decay.run}: {second_words(z)} is in the window; it is fitted beside and left out of the table"
+        for z in each.decay.beside
+    ]
+
+
+def _draw(event: Any, decays: Any, figures: Path, drawn: list[str]) -> str:
+    """Draw a fit under a name that is not among those ``drawn``; the name."""
+    import re
+
+    from studies.free_decays.figure import draw
+
+    figures.mkdir(parents=True, exist_ok=True)
+    stem = re.sub(r"[^\w.-]+", "_", f"{Path(event.name).name}_{event.speed:g}".replace(".csv", ""))
+    name = next(n for n in (stem, *(f"{stem}_{k}" for k in range(2, 10_000))) if n not in drawn)
+    draw(event, decays, figures / name)
+    return name
+
+
+def _write(rows: list[dict[str, object]], out_file: str) -> None:
+    import csv
+
+    from tyre.base.files import replacing
+
+    with replacing(out_file) as part, part.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, rows[0])
+        writer.writeheader()
+        writer.writerows({key: f"{x:.6g}" if isinstance(x, float) else x for key, x in row.items()} for row in rows)

@@ -23,6 +23,7 @@ BETWEEN_KICKS = 1.5  # s
 STARTS, LENGTHS = (0.0, 0.1, 0.3), (12.0, 6.0, 4.0, 2.5)  # s after the peak, s
 ORDER = ("roll_rate_rad_s", "yaw_rate_rad_s", "steer_rate_rad_s", "lean_rad", "steer_rad")
 """In which kicks are sought."""
+MOST_THOROUGH = 3  # windows of a kick whose start is checked as `modal` does
 MOST_SAMPLES = 100_000
 """Of a run that is fitted as a whole."""
 
@@ -137,7 +138,13 @@ def telling(run: Run) -> tuple[str, ...]:
 
 def _shows(run: Run, name: str, begin: float, end: float) -> bool:
     try:
-        found = identify(replace(run, channels={name: run.channels[name]}), first_s=begin, last_s=end)
+        found = identify(
+            replace(run, channels={name: run.channels[name]}),
+            first_s=begin,
+            last_s=end,
+            drift="parabola",
+            thorough=False,
+        )
     except (InputError, ArithmeticError, ValueError):
         return False
     return not found.rejected
@@ -151,9 +158,14 @@ def _best(run: Run, begin: float, end: float) -> tuple[float, float, Decay] | No
             first = round(begin + start, 3)
             last = min(round(first + length, 3), math.floor(1e3 * (run.time[-1] - run.time[0])) / 1e3)
             try:
-                decay = identify(run, first_s=first, last_s=last)
+                decay = identify(run, first_s=first, last_s=last, drift="parabola", thorough=False)
             except (InputError, ArithmeticError, ValueError):  # too short, or numbers that no fit goes through
                 continue
             if not decay.rejected and decay.eigenvalue.real < 0:
                 trials.append((first, last, decay))
-    return max(trials, key=lambda trial: trial[2].r_squared * min(trial[2].cycles, 5), default=None)
+    trials.sort(key=lambda trial: -trial[2].r_squared * min(trial[2].cycles, 5))
+    for first, last, _ in trials[:MOST_THOROUGH]:
+        decay = identify(run, first_s=first, last_s=last)
+        if not decay.rejected and decay.eigenvalue.real < 0:
+            return first, last, decay
+    return None

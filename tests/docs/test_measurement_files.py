@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bicycle import default_sd
-from bicycle.identification import free_decay, histories_table, recording
+from bicycle.identification import free_decay, histories_table, recording, repeats, window_start
 from bicycle.modal.known_modes import known_modes
 from bicycle.parameters import UNITS
 from studies.missing_effect import diagnose, measurement, read_measurement
@@ -111,10 +111,12 @@ def test_limits_and_defaults_are_those_of_the_page():
     h, m, n = recording, modal_table, nuisances
     assert (h.FASTEST, m.FASTEST, canonical_table.FASTEST, canonical_table.HIGHEST) == (60, 60, 60, 50)
     assert (m.FASTEST_ROOT, m.SMALLEST_SD, m.LARGEST_RATIO) == (200, 1e-5, 1e5)
-    assert (m.DEFAULT_SD, m.DEFAULT_RATIO_SD, m.SAME_SPEED, m.MOST_SCATTER) == (0.03, 0.05, 0.005, 1.5)
+    assert (m.DEFAULT_SD, m.DEFAULT_RATIO_SD, m.FEWEST_REPEATS) == (0.03, 0.05, 5)
+    assert (repeats.SAME_SPEED, repeats.REFUTED) == (0.05, 0.05)
     assert (h.LONGEST_STEP, h.FEWEST) == (0.4, 20)
     assert [most for most, _ in h.LARGEST.values()] == [1.6, 1.6, 20, 50, 20, 1e3, 1e4]
-    assert (free_decay.FEWEST_CYCLES, free_decay.POOREST) == (1.5, 0.8)
+    assert (free_decay.MOST_DOUBT, free_decay.POOREST, free_decay.MOST_MODES) == (0.3, 0.8, 3)
+    assert (window_start.TOO_FAR, window_start.REACH) == (3, 0.25)
     stated = {key: (row.size, row.of) for row in default_sd.DEFAULTS for key in row.keys}
     rows = re.findall(r"^\| (`.+) \| ([\d.]+)(?: (m|rad|%))?(.*?) \| ", PAGE.split("1 sd")[1], flags=re.MULTILINE)
     shown = {key: (float(size) / (100 if unit == "%" else 1), "%" if unit == "%" else "", rest)

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bicycle.identification.repeats import Repeats, repeats
 from bicycle.modal.known_modes import known_modes
 from bicycle.model import Model
 from studies.missing_effect.motion.row_settings import Settings, read_settings, said, settable
@@ -26,9 +26,8 @@ FASTEST_ROOT = 200.0  # 1/s, about 30 Hz
 DEFAULT_SD = 0.03  # of |eigenvalue|, where neither sd nor repeats are there
 DEFAULT_RATIO_SD = 0.05
 SMALLEST_SD, LARGEST_RATIO = 1e-5, 1e5
-SAME_SPEED = 0.005  # relative: rows this close with the same mode are repeats
 TABLE = table(path_key("table", "FILE.csv"))
-MOST_SCATTER = 1.5  # ratio of scatter to stated sd above which a between-repeat term is added
+FEWEST_REPEATS = 5  # degrees of freedom of all repeats together
 
 
 @dataclass(frozen=True)
@@ -143,21 +142,44 @@ def _refuse_repeats(path: Path, points: tuple[ModalPoint, ...], lines: tuple[int
 def _with_sd(points: tuple[ModalPoint, ...], given: list[bool]) -> tuple[tuple[ModalPoint, ...], tuple[str, ...]]:
     """Fill in missing standard deviations, and add what repeats scatter beyond the stated ones."""
     notes = []
-    scatter, repeats = _scatter(points)
     eigenvalue_sd = np.array([point.sd for point in points])
     sizes = np.array([abs(point.eigenvalue) for point in points])
     for part, name in enumerate(SD):
-        if not given[part]:
-            if repeats >= 5:
-                eigenvalue_sd[:, part] = scatter[part]
-                notes.append(f"{name} is missing: the scatter of {repeats} repeats, {scatter[part]:.3g}, is used")
-            else:
+        series = [(rows, _scatter(points, rows, part)) for rows in _series(points)]
+        freedom = sum(found.freedom for _, found in series)
+        if freedom < FEWEST_REPEATS:
+            if not given[part]:
                 eigenvalue_sd[:, part] = DEFAULT_SD * sizes
-                notes.append(f"{name} is missing and there are no repeats: {DEFAULT_SD:.0%} of |eigenvalue| is assumed")
-        elif repeats >= 5 and scatter[part] > MOST_SCATTER * np.sqrt(np.mean(eigenvalue_sd[:, part] ** 2)):
-            between = np.sqrt(scatter[part] ** 2 - np.mean(eigenvalue_sd[:, part] ** 2))
-            eigenvalue_sd[:, part] = np.hypot(eigenvalue_sd[:, part], between)
-            notes.append(f"repeats scatter more than {name} says: a between-repeat term of {between:.3g} is added")
+                few = f"too few repeats ({freedom} of {FEWEST_REPEATS} degrees of freedom)"
+                few = few if freedom else "there are no repeats"
+                notes.append(f"{name} is missing and {few}: {DEFAULT_SD:.0%} of |eigenvalue| is assumed")
+            continue
+        before = eigenvalue_sd[:, part].copy()
+        for rows, found in series:
+            if given[part] or found.freedom:
+                eigenvalue_sd[rows, part] = found.sd
+        lone = eigenvalue_sd[:, part] == 0  # a mode without repeats among others with
+        eigenvalue_sd[lone, part] = DEFAULT_SD * sizes[lone]
+        after = eigenvalue_sd[:, part]
+        if not given[part]:
+            notes.append(
+                f"{name} is missing: the scatter of repeats ({freedom} degrees of freedom) is used, "
+                f"{_range(after[~lone])}"
+            )
+            if lone.any():
+                notes.append(f"{name}: {lone.sum()} rows of modes without repeats; {DEFAULT_SD:.0%} is assumed there")
+        elif (wider := after > 1.001 * before).any():
+            notes.append(
+                f"repeats scatter more than {name} says: {wider.sum()} of {len(points)} rows are widened, to "
+                f"{_range(after[wider])}"
+            )
+        for rows, found in series:
+            for place in found.aside:
+                point = points[rows[place]]
+                notes.append(
+                    f"{name}: the {point.called} at {point.speed:g} m/s lies far outside the scatter of its repeats; "
+                    f"it alone is widened, to {after[rows[place]]:.3g}"
+                )
     if any(sd == 0 for point in points for _, sd in point.ratios.values()):
         notes.append(f"a shape ratio without sd: {DEFAULT_RATIO_SD:g} is assumed for both parts")
     filled = tuple(
@@ -170,18 +192,20 @@ def _with_sd(points: tuple[ModalPoint, ...], given: list[bool]) -> tuple[tuple[M
     return filled, tuple(notes)
 
 
-def _scatter(points: tuple[ModalPoint, ...]) -> tuple[NDArray[np.float64], int]:
-    """Pooled standard deviation of real and imaginary part within repeats, and its degrees of freedom."""
-    squares, freedom = np.zeros(2), 0
-    order = sorted(points, key=lambda p: (p.called, p.speed))
-    start = 0
-    for end in range(1, len(order) + 1):
-        first, last = order[start], order[min(end, len(order) - 1)]
-        if end < len(order) and last.called == first.called and last.speed <= first.speed * (1 + SAME_SPEED):
-            continue
-        roots = np.array([p.eigenvalue for p in order[start:end]])
-        parts = np.stack([roots.real, roots.imag])
-        squares += ((parts - parts.mean(1, keepdims=True)) ** 2).sum(1)
-        freedom += len(roots) - 1
-        start = end
-    return np.sqrt(squares / max(freedom, 1)), freedom
+def _range(values: Any) -> str:
+    low, high = f"{values.min():.3g}", f"{values.max():.3g}"
+    return low if low == high else f"{low} to {high}"
+
+
+def _series(points: tuple[ModalPoint, ...]) -> list[list[int]]:
+    """Rows of one mode at one setting."""
+    found: dict[str, list[int]] = {}
+    for row, point in enumerate(points):
+        found.setdefault(point.called, []).append(row)
+    return list(found.values())
+
+
+def _scatter(points: tuple[ModalPoint, ...], rows: list[int], part: int) -> Repeats:
+    roots = [points[row].eigenvalue for row in rows]
+    values = [(root.real, root.imag)[part] for root in roots]
+    return repeats([points[row].speed for row in rows], values, [points[row].sd[part] for row in rows])

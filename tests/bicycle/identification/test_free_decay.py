@@ -5,9 +5,10 @@ import csv
 import numpy as np
 import pytest
 
-from bicycle.identification.free_decay import identify
+from bicycle.identification.free_decay import identify, identify_modes
 from bicycle.identification.recording import Run
 from studies.cli import main
+from tyre.base.errors import InputError
 
 ROOT = complex(-0.7, 4.4)
 
@@ -30,7 +31,7 @@ def decay(rng, *, duration=4.0, colour=0.8, sd=0.02, slow=0.0):
 def test_errors_are_honest_under_coloured_noise_and_drift(slow, duration):
     """The scatter of 60 estimates is what each says of itself, down to 1.6 cycles and with a slow mode beside weave.
 
-    Errors for white noise would be a third of the scatter; with an offset in place of the parabola 1 to 1.6 sd of bias.
+    Errors for white noise would be a third of the scatter; with no drift but an offset 1 to 1.6 sd of bias.
     """
     rng = np.random.default_rng(2)
     found = [identify(decay(rng, slow=slow, duration=duration), start_hz=0.7) for _ in range(60)]
@@ -50,11 +51,76 @@ def test_ratios_of_channels():
 
 def test_windows_that_tell_too_little_are_rejected():
     rng = np.random.default_rng(3)
-    short = identify(decay(rng), last_s=1.9)
-    assert "cycles in the window are too few" in short.rejected
+    short = identify(decay(rng), last_s=0.5)
+    assert "cycles tell too little: an sd of" in short.rejected
     noise = decay(rng)
     noise = Run("n.csv", 4.8, noise.time, {"roll_rate_rad_s": rng.normal(0, 0.1, len(noise.time))}, {})
-    assert "not one decaying oscillation" in identify(noise).rejected
+    assert "not a decaying oscillation" in identify(noise).rejected
+
+
+def test_a_short_window_is_used_with_a_larger_sd():
+    """1.1 cycles, which fewest cycles of 1.5 once refused."""
+    run = decay(np.random.default_rng(3), colour=0.0)
+    long, short = identify(run), identify(run, last_s=1.6)
+    assert short.cycles == pytest.approx(1.6 * 4.4 / (2 * np.pi), abs=0.1)
+    assert short.rejected == ""
+    assert max(short.sd) > 2 * max(long.sd)
+    assert abs(short.eigenvalue - ROOT) < 3 * max(short.sd)
+
+
+def test_the_drift_is_chosen_by_evidence_or_given():
+    rng = np.random.default_rng(8)
+    t = np.arange(0, 3.0, 0.01)
+    wave = 0.5 * np.exp(ROOT * t).real + 0.01 * rng.standard_normal(len(t))
+    for drift, more in (("none", 0 * t), ("constant", 0 * t + 0.2), ("parabola", 0.2 - 0.3 * t + 0.05 * t**2)):
+        run = Run("r.csv", 4.8, t, {"roll_rate_rad_s": wave + more}, {})
+        found = identify(run)
+        assert (found.drift, found.drift_odds > 0.8) == (drift, True)
+        assert abs(found.eigenvalue - ROOT) < 4 * max(found.sd)
+        given = identify(run, drift=drift)
+        assert given.estimate.drifts == {drift: 1.0}
+        assert abs(given.eigenvalue - ROOT) < 4 * max(given.sd)
+
+
+def test_a_start_too_early_is_refused_or_widened_and_a_later_one_is_not():
+    """The last 0.12 s of a kick, a force that is no free motion, are at the start of the window."""
+    run = decay(np.random.default_rng(9), colour=0.0, sd=0.005)
+    for name in run.channels:
+        run.channels[name][:12] += 0.3 * np.linspace(1, 0, 12) ** 2
+    early, late = identify(run), identify(run, first_s=0.15)
+    assert early.movement.what != "" or early.beside
+    assert early.rejected or abs(early.eigenvalue - ROOT) < 3 * max(early.sd)
+    assert "start it at" in early.rejected or max(early.sd) > max(late.sd) or early.beside
+    assert late.rejected == ""
+    assert abs(late.eigenvalue - ROOT) < 3 * max(late.sd)
+
+
+def test_two_modes_in_one_window():
+    other = complex(-1.5, 26.0)
+    rng = np.random.default_rng(10)
+    t = np.arange(0, 4.0, 0.005)
+    wave = 0.5 * np.exp(ROOT * t).real + 0.2 * np.exp(other * t).imag + 0.02 * rng.standard_normal(len(t))
+    run = Run("r.csv", 4.8, t, {"steer_rate_rad_s": wave}, {})
+    weave, wobble = identify_modes(run, 2)
+    for found, truth in ((weave, ROOT), (wobble, other)):
+        assert abs(found.eigenvalue - truth) < 4 * max(found.sd)
+        assert max(found.sd) < 0.1 * abs(truth)
+    alone = identify(run)  # the second is found by itself
+    assert abs(alone.eigenvalue - ROOT) < 4 * max(alone.sd)
+    assert alone.beside[0] == pytest.approx(other, abs=0.5)
+
+
+@pytest.mark.parametrize(
+    ("count", "settings", "words"),
+    [
+        (1, {"drift": "parabole"}, "unknown drift 'parabole'; did you mean 'parabola'"),
+        (4, {}, "4 modes in one window; give 1 to 3"),
+        (0, {}, "0 modes in one window; give 1 to 3"),
+    ],
+)
+def test_settings_that_do_not_exist(count, settings, words):
+    with pytest.raises(InputError, match=words):
+        identify_modes(decay(np.random.default_rng(1)), count, **settings)
 
 
 def write(path, run):
@@ -82,9 +148,9 @@ def test_the_command_writes_a_table_that_diagnose_reads(tmp_path, capsys):
 def test_a_run_that_is_rejected_is_shown_and_kept_out_of_the_table(tmp_path, capsys):
     rng = np.random.default_rng(6)
     write(tmp_path / "long.csv", decay(rng))
-    write(tmp_path / "short.csv", decay(rng, duration=1.5))
+    write(tmp_path / "short.csv", decay(rng, duration=0.4))
     main(["modal", f"{tmp_path / 'long.csv'}@4.6", f"{tmp_path / 'short.csv'}@5", "--out", str(tmp_path / "t.csv")])
-    assert "cycles in the window are too few (at least 1.5)" in capsys.readouterr().out
+    assert "cycles tell too little" in capsys.readouterr().out
     rows = list(csv.DictReader((tmp_path / "t.csv").read_text().splitlines()))
     assert [row["speed_m_s"] for row in rows] == ["4.6"]
 
@@ -106,7 +172,11 @@ def test_a_fast_oscillation_is_found_too():
         (["{a}@4", "--from", "3.95"], "samples between 3.95 and inf s; at least 20"),
         (["{a}@4", "--start-hz", "0"], "start_hz = 0 is outside 0.016 .. 32 Hz"),
         (["{b}@4", "--from", "2"], "roll_rate_rad_s is constant between 2 and inf s; leave it out"),
-        (["{a}@4", "--to", "0.5", "--out", "{t}"], "no run could be used"),
+        (["{a}@4", "--to", "0.3", "--out", "{t}"], "no run could be used"),
+        (["{a}@4", "--drift", "linear"], "unknown drift 'linear'"),
+        (["{a}@4", "--mode", "weave", "--modes", "weave,wobble"], "--mode and --modes: give one of them"),
+        (["{a}@4", "--modes", "weave,weave"], "a mode is named twice"),
+        (["{a}@4", "--modes", "weave,woble"], "unknown mode 'woble'; did you mean 'wobble'"),
     ],
 )
 def test_bad_input(tmp_path, capsys, arguments, words):

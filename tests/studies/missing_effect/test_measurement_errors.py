@@ -152,15 +152,39 @@ def test_missing_standard_deviations_fall_back_and_say_so(tmp_path):
     assert "real_sd_1_s is missing and there are no repeats: 3% of |eigenvalue| is assumed" in found.notes
     repeats = [f"5.0,weave,{-0.7 + 0.1 * (-1) ** k},{4.4 + 0.01 * k}" for k in range(6)]
     found = read_measurement(modal(tmp_path, head=head, rows=repeats))
-    assert found.points[0].sd[0] == pytest.approx(0.1 * (6 / 5) ** 0.5)
-    assert any("the scatter of 5 repeats, 0.11, is used" in note for note in found.notes)
+    t = 2.571 / 1.96  # Student's t of five degrees of freedom over the normal quantile
+    assert found.points[0].sd[0] == pytest.approx(t * 0.1 * (6 / 5) ** 0.5, rel=1e-3)
+    assert any("the scatter of repeats (5 degrees of freedom) is used, 0.144" in note for note in found.notes)
 
 
 def test_repeats_that_scatter_more_than_stated_widen_the_noise(tmp_path):
     rows = [f"5.0,weave,{-0.7 + 0.3 * (-1) ** k},{4.4 + 0.01 * k},0.05,0.05" for k in range(6)]
     found = read_measurement(modal(tmp_path, rows=rows))
-    assert found.points[0].sd[0] == pytest.approx(0.3 * (6 / 5) ** 0.5)
-    assert any("repeats scatter more than real_sd_1_s says" in note for note in found.notes)
+    t = 2.571 / 1.96
+    assert found.points[0].sd[0] == pytest.approx(t * 0.3 * (6 / 5) ** 0.5, rel=1e-3)
+    assert "repeats scatter more than real_sd_1_s says: 6 of 6 rows are widened, to 0.431" in found.notes
+    assert found.points[0].sd[1] == 0.05
+
+
+def test_repeats_at_about_one_speed_and_one_kick_far_off(tmp_path):
+    """A kick that is far off widens itself and not the other rows."""
+    rows = [f"{5 + 0.02 * k},weave,{-0.7 + 0.05 * (-1) ** k},{4.4 + 0.01 * k},0.05,0.05" for k in range(12)]
+    assert all(point.sd[0] == pytest.approx(0.05) for point in read_measurement(modal(tmp_path, rows=rows)).points)
+    rows[4] = rows[4].replace("-0.6", "-2.6")
+    found = read_measurement(modal(tmp_path, rows=rows))
+    sds = [point.sd[0] for point in found.points]
+    assert sds[4] > 1.5
+    assert max(sds[:4] + sds[5:]) < 0.1
+    assert any("the weave at 5.08 m/s lies far outside the scatter of its repeats; it alone" in n for n in found.notes)
+
+
+def test_few_repeats_do_not_stand_in_for_missing_sd(tmp_path):
+    head = "speed_m_s,mode,real_1_s,imag_rad_s"
+    rows = ["5.0,weave,-0.7,4.4", "5.01,weave,-0.8,4.5", "6,weave,-1,5"]
+    notes = read_measurement(modal(tmp_path, head=head, rows=rows)).notes
+    assert (
+        "real_sd_1_s is missing and too few repeats (1 of 5 degrees of freedom): 3% of |eigenvalue| is assumed" in notes
+    )
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,213 @@
+"""Modes of one window over all kinds of drift: eigenvalues and ratios with all that adds to their sd."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bicycle.identification.decay_evidence import basis
+from bicycle.identification.decay_posterior import (
+    FASTEST,
+    SLOWEST,
+    Posterior,
+    first_guesses,
+    further_guess,
+    noise_floor,
+    posterior,
+    prepared,
+)  # fmt: skip
+from bicycle.identification.decay_window import Window, fitting_block
+from tyre.base.arrays import Array
+
+RATIOS = {
+    "steer_over_lean": ("steer_rate_rad_s", "roll_rate_rad_s"),
+    "yaw_over_lean": ("yaw_rate_rad_s", "roll_rate_rad_s"),
+}
+ANGLES = {"steer_rate_rad_s": "steer_rad", "roll_rate_rad_s": "lean_rad"}
+CLEAR = math.log(20)  # of the odds for a further mode
+INTERVAL = (0.025, 0.975)
+NORMAL = 2 * 1.959964
+MOST_SOUGHT = 4000  # samples in which peaks are sought
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What one window says; the kinds of drift that were tried are weighed by their evidence.
+
+    Attributes
+    ----------
+    window : Window
+    posteriors : tuple of Posterior
+        One of each kind of drift.
+    weights : tuple of float
+        Probabilities of the kinds of drift, with sum 1.
+    mean, sd : ndarray, shape (m, 2)
+        sigma (1/s) and omega (rad/s) of each mode, by frequency; sd is the 95 % interval over 3.92.
+    ratios : tuple of dict, one for each mode
+        Ratio of rates -> its value and its 1-sigma, one for both parts.
+    """
+
+    window: Window
+    posteriors: tuple[Posterior, ...]
+    weights: tuple[float, ...]
+    mean: Array
+    sd: Array
+    ratios: tuple[dict[str, tuple[complex, float]], ...]
+
+    @property
+    def best(self) -> Posterior:
+        """With the most probable drift."""
+        return self.posteriors[int(np.argmax(self.weights))]
+
+    @property
+    def drifts(self) -> dict[str, float]:
+        """Kind of drift -> probability."""
+        return {p.evidence.drift: weight for p, weight in zip(self.posteriors, self.weights, strict=True)}
+
+    def curves(self) -> tuple[Array, Array]:
+        """Fit and drift of the most probable kind, shape (n, c) each, in units of the window's scale."""
+        modes = self.best.best[None]
+        amplitudes = self.best.evidence.linear(modes).mean[0]
+        waves = basis(modes, self.window.time)[0]
+        p = waves.shape[1]
+        drift = self.window.drift[:, : amplitudes.shape[1] - p] @ amplitudes[:, p:].T
+        return np.asarray(waves @ amplitudes[:, :p].T + drift), np.asarray(drift)
+
+    def energies(self) -> Array:
+        """Sum of squares of each mode over the window and all channels, shape (m,)."""
+        modes = self.best.best[None]
+        amplitudes = self.best.evidence.linear(modes).mean[0]
+        waves = basis(modes, self.window.time)[0]
+        return np.array(
+            [((waves[:, k : k + 2] @ amplitudes[:, k : k + 2].T) ** 2).sum() for k in range(0, waves.shape[1], 2)]
+        )
+
+
+def estimate(w: Window, drifts: Sequence[str], starts: Sequence[Array], weight: float | None = None) -> Estimate | None:
+    """Modes of a window, over some kinds of drift.
+
+    Parameters
+    ----------
+    w : Window
+    drifts : sequence of str
+    starts : sequence of ndarray, shape (m, 2)
+        sigma (1/s) and omega (rad/s).
+    weight : float, optional
+        As :func:`.prepared`.
+
+    Returns
+    -------
+    Estimate or None
+        None where there is no maximum within the bounds.
+    """
+    evidence, best = prepared(w, starts[0], weight)
+    tried = [posterior(replace(evidence, drift=drift), [best, *starts[1:]]) for drift in drifts]
+    found = [p for p in tried if p is not None]
+    if not found:
+        return None
+    logs = np.array([p.log_evidence for p in found])
+    kinds = np.exp(logs - logs.max())
+    kinds /= kinds.sum()
+    modes = np.concatenate([p.modes for p in found])
+    weights = np.concatenate([weight * p.weights for p, weight in zip(found, kinds, strict=True)])
+    mean = np.tensordot(weights, modes, 1)
+    sd = np.empty_like(mean)
+    for place in np.ndindex(*mean.shape):
+        low, high = _quantiles(modes[:, *place], weights)
+        sd[place] = (high - low) / NORMAL
+    ratios = tuple(_ratios(found, kinds, number) for number in range(len(mean)))
+    return Estimate(w, tuple(found), tuple(float(x) for x in kinds), mean, sd, ratios)
+
+
+def sought(
+    cut: Callable[[int], Window], drifts: Sequence[str], start_hz: float | None, count: int, *, further: bool
+) -> Estimate | None:
+    """Modes of a window, sought from the peaks of its spectrum.
+
+    Parameters
+    ----------
+    cut : callable
+        The window with a number of samples made one.
+    drifts : sequence of str
+    start_hz : float, optional
+        Where to look for the first.
+    count : int
+        Number of modes that are asked for.
+    further : bool
+        One more is fitted beside where the evidence for it is clear: odds of 20.
+    """
+    whole = cut(1)
+    whole = cut(max(1, len(whole.time) // MOST_SOUGHT))
+    starts, w = first_guesses(whole, start_hz), whole
+    for number in range(count):
+        starts = further_guess(whole, starts[0]) if number else starts
+    w = cut(whole.block * fitting_block(whole, float(starts[0][:, 1].max())))
+    found = estimate(w, drifts, starts)
+    if found is None or not further:
+        return found
+    starts = further_guess(whole, found.best.best)
+    spared = np.log(noise_floor(w, found.best.best) / noise_floor(w, starts[0])).sum()
+    if len(w.time) * spared < CLEAR:  # at most so much evidence, were the noise white
+        return found
+    w = cut(whole.block * fitting_block(whole, float(starts[0][:, 1].max())))
+    weight, drift = found.best.evidence.weight, [found.best.evidence.drift]
+    few = estimate(w, drift, [found.best.best], weight)
+    more = estimate(w, drift, starts, weight)
+    if few is None or more is None or not clearer(more.best, few.best):
+        return found
+    return estimate(w, drifts, [more.best.best]) or found
+
+
+def clearer(more: Posterior, few: Posterior) -> bool:
+    """Whether the odds of ``more`` modes over ``few`` are 20 or higher."""
+    return more.log_evidence - _occam(more) > few.log_evidence - _occam(few) + CLEAR
+
+
+def _occam(found: Posterior) -> float:
+    """Log of the prior range of the modes: omega even in its logarithm, sigma up to omega to both sides."""
+    omega = found.best[:, 1]
+    return float(np.log(2 * omega**2 * math.log(FASTEST / SLOWEST)).sum())
+
+
+def _quantiles(x: Array, weights: Array) -> tuple[float, float]:
+    order = np.argsort(x)
+    share = np.cumsum(weights[order]) - 0.5 * weights[order]
+    low, high = np.interp(INTERVAL, share, x[order])
+    return float(low), float(high)
+
+
+def _ratios(found: Sequence[Posterior], kinds: Array, number: int) -> dict[str, tuple[complex, float]]:
+    """Ratios of a mode by law of total variance over its posterior; a rate not recorded is lambda times its angle."""
+    channels = found[0].evidence.window.channels
+    scale = found[0].evidence.window.scale
+    columns = {rate: (rate if rate in channels else ANGLES.get(rate, "")) for pair in RATIOS.values() for rate in pair}
+    values: dict[str, list[Array]] = {name: [] for name in RATIOS}
+    spreads: dict[str, list[Array]] = {name: [] for name in RATIOS}
+    for p in found:
+        linear = p.evidence.linear(p.modes)
+        root = p.modes[:, number, 0] + 1j * p.modes[:, number, 1]
+        two = slice(2 * number, 2 * number + 2)
+        phasors, squares = {}, {}
+        for rate, column in columns.items():
+            if column in channels:
+                place = channels.index(column)
+                turn = scale[place] * (1.0 if column == rate else root)
+                phasors[rate] = turn * (linear.mean[:, place, two] @ np.array([1, -1j]))
+                spread = linear.covariance[:, place, two, two]
+                squares[rate] = np.abs(turn) ** 2 * (spread[:, 0, 0] + spread[:, 1, 1]) / 2
+        for name, (over, under) in RATIOS.items():
+            if over in phasors and under in phasors:
+                value = phasors[over] / phasors[under]
+                values[name].append(value)
+                spreads[name].append(
+                    (squares[over] + np.abs(value) ** 2 * squares[under]) / np.abs(phasors[under]) ** 2
+                )
+    weights = np.concatenate([kind * p.weights for kind, p in zip(kinds, found, strict=True)])
+    ratios = {}
+    for name in RATIOS:
+        if values[name]:
+            value, spread = np.concatenate(values[name]), np.concatenate(spreads[name])
+            mean = complex(weights @ value)
+            ratios[name] = (mean, math.sqrt(float(weights @ (spread + np.abs(value - mean) ** 2 / 2))))
+    return ratios

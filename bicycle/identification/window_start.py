@@ -1,0 +1,131 @@
+"""Whether a decay depends on where its window begins: the same fit from later starts, up to a quarter of a cycle.
+
+A later window is a part of the earlier one, so the difference of the two estimates has the difference of their
+variances (Hausman 1978, Econometrica 46, 1251-1271). What moves farther than its sd, and farther than that explains, is
+a transient of the start: a kick that still lasts, or a fast mode.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from bicycle.identification.decay_estimate import Estimate, clearer, estimate
+from bicycle.identification.decay_window import window
+from bicycle.identification.run import Run
+from tyre.base.arrays import Array
+from tyre.base.errors import InputError
+
+STEPS = 3
+REACH = 0.25  # of a cycle
+BY_CHANCE = 2.5  # sd of the difference that a part of the samples makes
+TOO_FAR = 3.0  # sd beyond which a start is refused where a later one settles
+PARTS = ("real part", "imaginary part")
+
+
+@dataclass(frozen=True)
+class Movement:
+    """How far an estimate moves when its window begins later.
+
+    Attributes
+    ----------
+    shifts : dict
+        Name of a number (real part, imaginary part, a ratio) -> how far it moves beyond chance (its own unit; 0: not).
+    farthest : float
+        Largest of them over the sd of its number before it was widened.
+    what : str
+        Name of that number; empty where nothing moves.
+    tried_s : float
+        The latest start, s after the first sample of the run.
+    settled_s : float or None
+        The first start from which nothing moves any more; None where there is none.
+    """
+
+    shifts: dict[str, float]
+    farthest: float
+    what: str
+    tried_s: float
+    settled_s: float | None
+
+    @property
+    def refused(self) -> bool:
+        """Whether it moves too far while a later start would do."""
+        return self.farthest > TOO_FAR and self.settled_s is not None
+
+
+def movement(run: Run, found: Estimate, number: int, last_s: float, *, beside: bool) -> Movement | None:
+    """Fit a window again from later starts.
+
+    Parameters
+    ----------
+    run : Run
+    found : Estimate
+        Of the window itself.
+    number : int
+        Which of its modes.
+    last_s : float
+        End of the window, s after the first sample of the run.
+    beside : bool
+        The other modes were not asked for; later they may have died away.
+
+    Returns
+    -------
+    Movement or None
+        None where no later window is long enough.
+    """
+    fits = [(found, number)]
+    cycle = 2 * math.pi / float(found.mean[number, 1])
+    steps = dict.fromkeys(max(round(REACH * cycle * k / STEPS / run.step), 1) * run.step for k in range(1, STEPS + 1))
+    for step in steps:
+        later = _later(run, found, number, step, last_s, beside=beside)
+        if later is None:
+            break
+        fits.append(later)
+    if len(fits) == 1:
+        return None
+    table = [_numbers(*fit) for fit in fits]
+    shifts, farthest, what = _moved(table, 0)
+    settled = next((place for place in range(1, len(fits) - 1) if _moved(table, place)[1] == 0), None)
+    return Movement(
+        shifts, farthest, what, fits[-1][0].window.start, None if settled is None else fits[settled][0].window.start
+    )
+
+
+def _later(
+    run: Run, found: Estimate, number: int, step: float, last_s: float, *, beside: bool
+) -> tuple[Estimate, int] | None:
+    """The fit of the window that begins a ``step`` later, and the place of the mode in it."""
+    likely = [drift for drift, weight in found.drifts.items() if weight > 0.05]
+    try:
+        w = window(run, found.window.start + step, last_s, block=found.window.block)
+    except InputError:
+        return None
+    known = found.best.best
+    weight = found.best.evidence.weight
+    whole = estimate(w, likely, [known], weight)
+    if beside:
+        alone = estimate(w, likely, [known[number : number + 1]], weight)
+        if alone is not None and (whole is None or not clearer(whole.best, alone.best)):
+            return alone, 0
+    return None if whole is None else (whole, number)
+
+
+def _numbers(found: Estimate, number: int) -> dict[str, tuple[Array, float]]:
+    """Name -> value (one or two numbers) and sd."""
+    numbers = {name: (found.mean[number, k : k + 1], float(found.sd[number, k])) for k, name in enumerate(PARTS)}
+    for name, (value, sd) in found.ratios[number].items():
+        numbers[name] = (np.array([value.real, value.imag]), sd)
+    return numbers
+
+
+def _moved(table: list[dict[str, tuple[Array, float]]], place: int) -> tuple[dict[str, float], float, str]:
+    shifts, farthest, what = dict.fromkeys(table[place], 0.0), 0.0, ""
+    for later in table[place + 1 :]:
+        for name, (value, sd) in table[place].items():
+            shift = float(np.abs(later[name][0] - value).max())
+            chance = math.sqrt(max(later[name][1] ** 2 - sd**2, (0.1 * sd) ** 2))
+            if shift > sd and shift > BY_CHANCE * chance:
+                shifts[name] = max(shifts[name], shift)
+                if shift / sd > farthest:
+                    farthest, what = shift / sd, name
+    return shifts, farthest, what

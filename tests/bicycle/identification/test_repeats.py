@@ -1,0 +1,82 @@
+"""Repeats: what counts as one, the sd they ask for, a law in speed, and one run that is far off."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bicycle.identification.repeats import about_one_speed, repeats
+
+NEAR = (4.96, 4.99, 5.01)
+
+
+def test_speeds_within_five_per_cent_are_repeats():
+    assert about_one_speed([5.01, 4.99, 6.0, 4.96]) == ((3, 1, 0), (2,))
+    assert about_one_speed([4.0, 4.19, 4.21]) == ((0, 1), (2,))  # 5 % of the slowest, no chain
+    assert about_one_speed([]) == ()
+
+
+def test_three_repeats_that_scatter_five_times_as_much_as_their_fits_say():
+    found = repeats(NEAR, [-1.25, -1.0, -0.75], [0.05] * 3)
+    assert found.freedom == 2
+    assert found.count(0) == 3
+    assert found.scatter == pytest.approx(0.25)
+    assert found.sd == pytest.approx(0.25 * 4.303 / 1.96, rel=0.01)  # Student's t of two degrees of freedom
+
+
+def test_repeats_that_scatter_as_stated_leave_the_sd_alone():
+    assert repeats(NEAR, [-1.05, -1.0, -0.95], [0.05] * 3).sd == pytest.approx(0.05)
+
+
+def test_without_repeats_nothing_is_known_of_the_scatter():
+    found = repeats([4.0, 5.0, 6.0], [-0.2, -1.0, -2.0], [0.1, 0.2, 0.3])
+    assert found.freedom == 0
+    assert np.isnan(found.scatter).all()
+    assert found.sd == pytest.approx([0.1, 0.2, 0.3])
+
+
+def test_a_law_in_speed_is_not_scatter():
+    speeds = np.array([4.0, 4.1, 5.0, 5.1, 6.0, 6.1])
+    assert repeats(speeds, -2.0 * speeds, [0.01] * 6).sd == pytest.approx(0.01)
+
+
+def test_one_kick_far_off_is_widened_alone():
+    rng = np.random.default_rng(5)
+    speeds = np.repeat([4.0, 5.0, 6.0], 5)
+    values = rng.normal(0, 0.1, 15)
+    clean = repeats(speeds, values, [0.1] * 15)
+    values[7] += 2.0
+    found = repeats(speeds, values, [0.1] * 15)
+    assert clean.aside == ()
+    assert found.aside == (7,)
+    assert found.sd[7] > 1.5
+    assert np.delete(found.sd, 7) == pytest.approx(np.delete(clean.sd, 7), rel=0.25)
+
+
+def test_a_speed_that_scatters_more_has_its_own_sd():
+    rng = np.random.default_rng(2)
+    speeds = np.repeat([4.0, 6.0], 12)
+    values = rng.normal(0, np.repeat([0.05, 0.5], 12))
+    found = repeats(speeds, values, [0.05] * 24)
+    assert found.sd[0] < 0.6 * found.sd[12]
+
+
+@given(st.lists(st.floats(-5, 5), min_size=1, max_size=12), st.floats(0.01, 1))
+def test_the_sd_never_falls_below_the_stated_one(values, stated):
+    speeds = 4 + 0.5 * (np.arange(len(values)) // 3)
+    assert (repeats(speeds, values, [stated] * len(values)).sd >= stated * (1 - 1e-9)).all()
+
+
+def test_intervals_hold_a_law_with_and_without_an_outlier():
+    """Three speeds, three runs each (synthetic); sampling error of a share of 2700: 0.4 %."""
+    rng = np.random.default_rng(3)
+    for far in (0.0, 2.0):
+        held = []
+        for _ in range(300):
+            speeds = np.repeat([4.0, 5.0, 6.0], 3) * rng.uniform(0.99, 1.01, 9)
+            truth = -1 - 0.4 * speeds
+            values = truth + rng.normal(0, 0.25, 9)
+            values[4] += far
+            inside = np.abs(values - truth) < 1.96 * repeats(speeds, values, np.full(9, 0.05)).sd
+            held += np.delete(inside, 4).tolist()
+        assert 0.93 < np.mean(held) < 0.995

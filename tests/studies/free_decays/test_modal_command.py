@@ -1,0 +1,99 @@
+"""What `velotyre modal` prints and draws is true of its numbers: repeats, drift, start, a second motion; pictures."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from bicycle.identification.free_decay import identify
+from bicycle.identification.recording import read_run
+from studies.cli import main
+from studies.free_decays.words import drift_words, judged, repeat_notes, second_words
+from studies.validations._decay_generator import Cell, make
+from tyre.base.errors import InputError
+
+
+def write(path, run, names=None):
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["time_s", *(names or run.channels)])
+        rows = zip(run.time, *run.channels.values(), strict=True)
+        writer.writerows([[f"{x:.6g}" for x in row] for row in rows])
+
+
+@pytest.fixture(scope="module")
+def decays():
+    """Nine decays at three speeds whose real part scatters by 0.25 1/s from run to run, 0.01 by each alone."""
+    rng = np.random.default_rng(4)
+    found = []
+    for speed in (4.0, 5.0, 6.0):
+        for off in (-0.25, 0.0, 0.25):
+            root = complex(-0.3 * speed + 0.5 + off, 4.5)
+            made = make(Cell(noise=0.02), rng, root=root, speed=speed * (1 + 0.004 * off))
+            found.append(("weave", identify(made.run)))
+    return found
+
+
+def test_repeats_within_five_per_cent_widen_the_sd_and_it_is_said(decays):
+    found = judged(decays)
+    assert [each.repeats for each in found] == [3] * 9
+    assert all(each.widened for each in found)
+    assert all(0.2 < each.decay.sd[0] < 0.5 for each in found)
+    assert "the sd of 9 of 9 rows is widened" in " ".join(repeat_notes(found))
+    (note,) = repeat_notes(judged(decays[::3]))
+    assert note.startswith("no run has a repeat within 5 % of its speed")
+
+
+def test_a_refusal_stands_by_the_run_alone(decays):
+    """Repeats may widen an sd beyond what a run alone is refused for; the run is not blamed for it."""
+    found = judged([*decays[:3], ("weave", identify(make(Cell(), np.random.default_rng(1)).run, last_s=0.3))])
+    assert [bool(each.rejected) for each in found] == [False, False, False, True]
+    assert found[3].repeats == 0
+
+
+def test_words_of_drift_and_of_a_second_motion(decays):
+    decay = decays[0][1]
+    assert sum(decay.estimate.drifts.values()) == pytest.approx(1)
+    assert decay.drift in drift_words(decay)
+    assert second_words(complex(-15, 3)) == "a transient that dies within 0.2 s"
+    assert second_words(complex(-1, 4 * np.pi)).startswith("a second oscillation of 2 Hz (real part -1 1/s")
+
+
+def test_two_modes_pictures_and_a_table(tmp_path, capsys):
+    made = make(Cell(second=0.4, offset=0.1, noise=0.05), np.random.default_rng(3))
+    write(tmp_path / "two.csv", made.run)
+    common = [f"{tmp_path / 'two.csv'}@5", "--figures", str(tmp_path / "pictures")]
+    main(["modal", *common, "--modes", "weave,wobble", "--out", str(tmp_path / "t.csv")])
+    shown = capsys.readouterr()
+    assert "two.csv (wobble)" in shown.out
+    rows = list(csv.DictReader((tmp_path / "t.csv").read_text().splitlines()))
+    assert [row["mode"] for row in rows] == ["weave", "wobble"]
+    for row, truth in zip(rows, made.roots, strict=True):
+        for part, expected in (("real_1_s", truth.real), ("imag_rad_s", truth.imag)):
+            sd = float(row[part.replace("_1", "_sd_1").replace("_rad", "_sd_rad")])
+            assert abs(float(row[part]) - expected) < 4 * sd
+    assert {p.name for p in (tmp_path / "pictures").iterdir()} == {"two_5.png", "two_5.svg"}
+    main(["modal", *common, *common[:1]])  # twice: neither picture overwrites the other
+    assert "a second oscillation of" in capsys.readouterr().err
+    assert {p.name for p in (tmp_path / "pictures").glob("*.png")} == {"two_5.png", "two_5_2.png"}
+    svg = (tmp_path / "pictures" / "two_5.svg").read_text()
+    assert svg.startswith("<?xml")
+
+
+def test_a_refused_run_is_drawn_with_its_reason(tmp_path, capsys):
+    write(tmp_path / "short.csv", make(Cell(), np.random.default_rng(5)).run)
+    main(["modal", f"{tmp_path / 'short.csv'}@5", "--to", "0.3", "--figures", str(tmp_path / "pictures")])
+    assert "no run could be used" in capsys.readouterr().err
+    assert (tmp_path / "pictures" / "short_5.png").stat().st_size > 10_000
+
+
+def test_lean_rate_is_roll_rate(tmp_path):
+    """What `velotyre simulate` writes is read; two columns of one quantity are refused."""
+    run = make(Cell(), np.random.default_rng(6)).run
+    write(tmp_path / "a.csv", run, ["lean_rate_rad_s", "steer_rate_rad_s"])
+    read = read_run(tmp_path / "a.csv", 5.0)
+    assert set(read.channels) == {"roll_rate_rad_s", "steer_rate_rad_s"}
+    assert read.channels["roll_rate_rad_s"] == pytest.approx(run.channels["roll_rate_rad_s"], rel=1e-5)
+    write(tmp_path / "b.csv", run, ["lean_rate_rad_s", "roll_rate_rad_s"])
+    with pytest.raises(InputError, match="lean_rate_rad_s and roll_rate_rad_s are the same quantity; keep one column"):
+        read_run(tmp_path / "b.csv", 5.0)

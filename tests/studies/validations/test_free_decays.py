@@ -1,0 +1,62 @@
+"""The study of free decays: its generator by other means, a small run, and the committed result."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from studies.validations._decay_generator import STEP, Cell, make
+from studies.validations.free_decays import CELLS, TARGET, by_realization, one, scattered, summary
+
+COMMITTED = Path(__file__).parents[3] / "data" / "validation" / "free_decays.json"
+
+
+def test_the_generator_without_noise_obeys_its_eigenvalues():
+    """Samples of two modes satisfy the linear recursion whose roots are e^(lambda h): Prony's equation."""
+    made = make(Cell(second=0.5, noise=0.0), np.random.default_rng(1))
+    steps = np.exp(STEP * np.array([z for root in made.roots for z in (root, root.conjugate())]))
+    recursion = np.poly(steps).real
+    for x in made.run.channels.values():
+        left = np.convolve(x, recursion, mode="valid")
+        assert np.abs(left).max() < 1e-9 * np.abs(x).max()
+
+
+def test_the_ratio_of_the_generator_is_that_of_its_channels():
+    made = make(Cell(noise=0.0), np.random.default_rng(2))
+    wave = np.exp(made.roots[0] * made.run.time)
+    basis = np.stack([wave.real, wave.imag], 1)
+    roll, steer = (np.linalg.lstsq(basis, x, rcond=None)[0] @ [1, -1j] for x in made.run.channels.values())
+    assert steer / roll == pytest.approx(made.ratio, rel=1e-6)
+
+
+def test_the_peer_finds_the_root_without_noise():
+    made = make(Cell(noise=1e-6), np.random.default_rng(3))
+    assert by_realization(made.run, made.roots[0]) == pytest.approx(made.roots[0], rel=1e-3)
+
+
+@pytest.mark.parametrize("name", ["white noise", "offset, 1.1 to 1.4 cycles", "slow mode and offset, 1.8 to 3 cycles"])
+def test_a_small_run(name):
+    """20 decays: fewer than 16 within their interval would be a chance of 3e-3 at 95 %."""
+    found = summary([one((name, 1, number)) for number in range(20)])
+    assert found["refused"] <= 3
+    assert found["coverage_percent"]["real"] >= 78
+    assert found["coverage_percent"]["imaginary"] >= 78
+    assert found["median_error_percent"] < 1.3 * found["median_error_of_realization_percent"]
+
+
+def test_the_committed_result():
+    result = json.loads(COMMITTED.read_text())
+    assert set(result["cells"]) == set(CELLS)
+    assert result["draws_per_cell"] >= 400
+    assert result["target_percent"] == list(TARGET)
+    beyond = [
+        f"{name}: {part}"
+        for name, cell in result["cells"].items()
+        for part in ("real", "imaginary")
+        if not TARGET[0] <= cell["coverage_percent"][part] <= TARGET[1]
+    ]
+    assert result["beyond_target"] == beyond
+    seed, draws = result["seed"], result["draws_per_cell"]
+    assert result["repeats"]["scatter alone"] == scattered(seed, draws, outlier=False)
+    assert result["repeats"]["one outlier"] == scattered(seed, draws, outlier=True)
