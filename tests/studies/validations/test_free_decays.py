@@ -57,6 +57,13 @@ def test_the_committed_result():
         if not TARGET[0] <= cell["coverage_percent"][part] <= TARGET[1]
     ]
     assert result["beyond_target"] == beyond
+    page = (COMMITTED.parents[2] / "docs" / "measurement_files.md").read_text(encoding="utf-8")
+    assert "hold the truth in 93 to 98 %" in page
+    assert "windows of 1.1 to 1.6 cycles in 97 to 100 %" in page
+    for name, cell in result["cells"].items():
+        low, high = (0.97, 1.0) if "1.1 to" in name else (0.55, 0.65) if "ground" in name else (0.925, 0.98)
+        for part in ("real", "imaginary"):
+            assert 100 * low <= cell["coverage_percent"][part] <= 100 * high
     seed, draws = result["seed"], result["draws_per_cell"]
     assert result["repeats"]["scatter alone"] == scattered(seed, draws, outlier=False)
     assert result["repeats"]["one outlier"] == scattered(seed, draws, outlier=True)
