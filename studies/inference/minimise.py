@@ -126,12 +126,12 @@ def minimise(
             trial = np.clip(trial, lower, upper)
             new = _objective(evaluate(trial, slopes=False)[0], trial, used)
             if new < objective:
-                gain = (objective - new) / expected
+                gained = objective - new
                 improved, z, objective = True, trial, new
                 residual, jacobian = evaluate(z, slopes=True)
-                if gain > GOOD:
+                if gained > GOOD * expected:
                     damping = max(damping / 10, LEAST_DAMPING)
-                elif gain < BAD:
+                elif gained < BAD * expected:
                     damping *= 3
                 break
             damping *= 10
