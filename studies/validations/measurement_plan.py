@@ -24,7 +24,7 @@ POINTS = (5, 8)  # fewest and most speeds of the first table
 OPEN = ("class", "tentative", "none")
 
 
-def run(*, out: Path, seed: int, cases: int = 100) -> dict[str, Any]:
+def run(*, out: Path, seed: int, cases: int = 100, most: int = 6) -> dict[str, Any]:
     """Count.
 
     Parameters
@@ -35,6 +35,8 @@ def run(*, out: Path, seed: int, cases: int = 100) -> dict[str, Any]:
         Of the first case; the others follow.
     cases : int
         Number of cases, before those are left out in which nothing is open.
+    most : int
+        Number of runs that can be made at each of the seven speeds.
     """
     from tyre.base.progress import progress_bar
 
@@ -44,19 +46,21 @@ def run(*, out: Path, seed: int, cases: int = 100) -> dict[str, Any]:
     with lines.open("a", encoding="utf-8") as file:
         for number in progress_bar(range(seed, seed + cases), total=cases, desc="cases"):
             if number not in done:
-                done[number] = case(number)
+                done[number] = case(number, most)
                 file.write(json.dumps(done[number]) + "\n")
                 file.flush()
-    return summary([done[number] for number in range(seed, seed + cases)], seed)
+    return summary([done[number] for number in range(seed, seed + cases)], seed, most)
 
 
-def case(seed: int) -> dict[str, Any]:
+def case(seed: int, most: int = 6) -> dict[str, Any]:
     """One laboratory: what was open, what was planned, and what came of it.
 
     Parameters
     ----------
     seed : int
         Of the case.
+    most : int
+        Number of runs that can be made at each speed.
     """
     from studies.missing_effect import diagnose, read_measurement
     from studies.missing_effect.blind.continued import RATIOS, laboratory
@@ -78,7 +82,7 @@ def case(seed: int) -> dict[str, Any]:
         speeds = np.round(np.linspace(0.9 * low, 1.3 * high, 7), 2)
         sd = dict.fromkeys(RATIOS, 0.03 * noise)
         prices = {name: 300.0 for name in RATIOS if name not in ratios}
-        stops = tuple(Stop(float(v), 50.0, 10.0, 6) for v in speeds)
+        stops = tuple(Stop(float(v), 50.0, 10.0, most) for v in speeds)
         made = plan(first, Costs(stops=stops, channels=prices, sd=sd))
         row |= {"open": [q.words for q in made.questions], "cost": made.cost, "channels": list(made.channels),
                 "runs": {f"{s.speed:g}": s.count for s in made.steps},
@@ -106,8 +110,8 @@ def right(row: dict[str, Any]) -> bool:
     return set(row["second_names"]) <= {name, *twins}
 
 
-def summary(rows: list[dict[str, Any]], seed: int) -> dict[str, Any]:
-    """Counts of some ``rows`` (a dict each, without units); ``seed`` of the first."""
+def summary(rows: list[dict[str, Any]], seed: int, most: int = 6) -> dict[str, Any]:
+    """Counts of some ``rows`` (a dict each, without units); ``seed`` of the first, number of runs at ``most``."""
     planned = [row for row in rows if "right" in row]
     open_ = [row for row in rows if row.get("open")]
     promised = [row["promised"] for row in planned if row["promised"] is not None]
@@ -119,13 +123,14 @@ def summary(rows: list[dict[str, Any]], seed: int) -> dict[str, Any]:
     return {
         "synthetic": True,
         "what": "share of right verdicts after the runs that a plan asked for, of cases that were open before",
-        "seed": seed, "cases": len(rows),
-        "made_by": f"velotyre validate measurement-plan --seed {seed} --cases {len(rows)}",
+        "seed": seed, "cases": len(rows), "most_runs_at_a_speed": most,
+        "made_by": f"velotyre validate measurement-plan --seed {seed} --cases {len(rows)} --most {most}",
         "first_verdicts": dict(sorted(Counter(row["first"] for row in rows).items())),
         "something_open": len(open_),
         "nothing_that_runs_could_settle": sum("right" not in row for row in open_),
         "after_planned_runs": share(planned),
-        "of_these_all_separable": share([row for row in planned if not row["inseparable"]]),
+        "named_wrongly": sum(r["second"] == "named" and not r["right"] for r in planned),
+        "where_the_plan_promised_to_settle_all": share([row for row in planned if not row["inseparable"]]),
         "by_first_verdict": {word: share([r for r in planned if r["first"] == word]) for word in OPEN},
         "by_hidden": {name or "nothing": share([r for r in planned if r["hidden"] == ([name] if name else [])])
                       for name in ("", *HIDDEN)},
