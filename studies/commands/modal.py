@@ -83,19 +83,13 @@ def _names(mode: str | None, modes: str | None) -> list[str]:
 
 def _read(given: str, channel_map: Any) -> tuple[Any, ...]:
     """The events of an argument RUN.csv@SPEED."""
-    from bicycle.identification.recording import FASTEST, read_events
-    from tyre.base.errors import InputError
+    from bicycle.identification.recording import read_events
+    from studies.run_argument import file_and_speed
     from tyre.channels.draft import looking
 
-    name, _, text = given.rpartition("@")
-    try:
-        speed = float(text)
-    except ValueError:
-        speed = 0.0
-    if not name or not 0 < speed <= FASTEST:
-        raise InputError(f"{given!r}: give a file and its speed in m/s (up to {FASTEST:g}), as run01.csv@4.8")
-    with looking(Path(name)):
-        return read_events(Path(name), speed, channel_map=channel_map)
+    file, speed = file_and_speed(given)
+    with looking(file):
+        return read_events(file, speed, channel_map=channel_map)
 
 
 def _shown(each: Any) -> list[object]:

@@ -2,16 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from bicycle.identification.forced_run import FORCED_INPUTS, MOTIONS, read_forced
-from bicycle.identification.recording import FASTEST
 from bicycle.identification.run import Run
 from bicycle.identification.spectral_response import SpectralResponse, spectral_response
 from studies.missing_effect.forced.table import spoken
+from studies.run_argument import file_and_speed
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError, unknown
 from tyre.channels.channel_map import ChannelMap
@@ -101,15 +100,9 @@ def responses_of_runs(
 
 
 def _read(text: str, reference: str, channel_map: ChannelMap | None) -> tuple[Run, ...]:
-    name, _, at = text.rpartition("@")
-    try:
-        speed = float(at)
-    except ValueError:
-        speed = 0.0
-    if not name or not 0 < speed <= FASTEST:
-        raise InputError(f"{text!r}: give a file and its speed in m/s (up to {FASTEST:g}), as run01.csv@4.8")
-    with looking(Path(name)):
-        return read_forced(Path(name), speed, reference=reference, channel_map=channel_map)
+    file, speed = file_and_speed(text)
+    with looking(file):
+        return read_forced(file, speed, reference=reference, channel_map=channel_map)
 
 
 def _refuse_steps(runs: Sequence[Run]) -> None:
