@@ -1,10 +1,10 @@
 """What repeats at about one speed say of the scatter from run to run, which no single run can know.
 
 Runs whose speeds differ by less than 5 % are repeats. Within such a group a number may follow the speed, by the slope
-of the line through the neighbouring groups. What is left is the scatter; a run far outside that of the others is set
-aside and widened alone. The scatter of a group is its own, weighed against that of all groups, as a scaled inverse
-chi^2 prior of four degrees of freedom is (Gelman et al., Bayesian Data Analysis, 3rd ed., section 2.6); where an F
-test tells the two apart, it stands alone.
+of the line through the neighbouring groups, or by its own line where the speeds spread more than 1.5 %. What is left is
+the scatter; a run far outside that of the others is set aside and widened alone. The scatter of a group is its own,
+weighed against that of all groups, as a scaled inverse chi^2 prior of four degrees of freedom is (Gelman et al.,
+Bayesian Data Analysis, 3rd ed., section 2.6); where an F test tells the two apart, it stands alone.
 """
 
 import math
@@ -20,7 +20,8 @@ SAME_SPEED = 0.05  # relative
 PRIOR = 4.0  # degrees of freedom that the scatter of all groups counts in each
 OUTLYING = 0.02  # probability that a sound run of all is set aside
 REFUTED = 0.05  # probability of such a scatter where the stated sd are right
-FEWEST_ALONE = 4  # runs at one speed that show its own scatter
+FEWEST_ALONE = 3  # degrees of freedom of one speed that show its own scatter
+OWN_LINE = 0.015  # relative spread of speeds within a group beyond which it has a slope of its own
 NORMAL = 1.959964
 
 
@@ -95,12 +96,8 @@ def repeats(
         scatter[members] = math.sqrt(variance)
         stated_variance = float(np.mean(own[members] ** 2))
         if chi2.sf((prior + nu) * variance / max(stated_variance, 1e-300), prior + nu) < REFUTED:
-            few = (
-                float(t.ppf(0.975, all_freedom if prior else nu)) / NORMAL
-            )  # an sd from few repeats is itself uncertain
-            sd[members] = np.sqrt(
-                np.maximum(own[members] ** 2, own[members] ** 2 + few**2 * variance - stated_variance)
-            )
+            few = float(t.ppf(0.975, all_freedom if prior else nu)) / NORMAL  # such an sd is itself uncertain
+            sd[members] = np.sqrt(own[members] ** 2 + max(few**2 * variance - stated_variance, 0.0))
     for place in aside:
         group = next(group for group in groups if place in group)
         sd[place] = math.hypot(sd[place], _away(place, group, v, y, slope, aside))
@@ -121,17 +118,29 @@ def _slopes(groups: tuple[tuple[int, ...], ...], v: Array, y: Array) -> Array:
     return np.asarray(np.gradient(middle, at))
 
 
-def _left(group: tuple[int, ...], v: Array, y: Array, slope: float, aside: Sequence[int]) -> tuple[list[int], Array]:
+def _left(
+    group: tuple[int, ...], v: Array, y: Array, slope: float, aside: Sequence[int]
+) -> tuple[list[int], Array, Array]:
+    """Runs of a group that are not set aside, what its law leaves of each, and the share of it that is left.
+
+    The law is a level; where the speeds differ so much that a slope between groups may be wrong, a line of its own.
+    """
     kept = [place for place in group if place not in aside]
     level = y[kept] - slope * v[kept]
-    return kept, level - level.mean() if kept else level
+    columns = [np.ones(len(kept))]
+    if len(kept) > 1 and np.ptp(v[kept]) > OWN_LINE * v[kept].mean():
+        columns.append(v[kept] - v[kept].mean())
+    law = np.stack(columns, 1)
+    hat = law @ np.linalg.pinv(law)
+    return kept, level - hat @ level, np.maximum(1 - np.diag(hat), 0.0)
 
 
 def _squares(
     groups: tuple[tuple[int, ...], ...], v: Array, y: Array, slope: Array, aside: Sequence[int]
 ) -> tuple[list[float], list[int]]:
-    left = [_left(group, v, y, s, aside)[1] for group, s in zip(groups, slope, strict=True)]
-    return [float(x @ x) for x in left], [max(len(x) - 1, 0) for x in left]
+    """Sum of squares and degrees of freedom of each group."""
+    left = [_left(group, v, y, s, aside) for group, s in zip(groups, slope, strict=True)]
+    return [float(x @ x) for _, x, _ in left], [round(float(free.sum())) for _, _, free in left]
 
 
 def _away(place: int, group: tuple[int, ...], v: Array, y: Array, slope: Array, aside: Sequence[int]) -> float:
@@ -147,14 +156,14 @@ def _outlier(groups: tuple[tuple[int, ...], ...], v: Array, y: Array, slope: Arr
     total, nu, runs = sum(squares), sum(freedom), len(y) - len(aside)
     worst, largest = None, 0.0
     for group, s, square in zip(groups, slope, squares, strict=True):
-        kept, left = _left(group, v, y, s, aside)
-        n = len(kept)
-        if n < 3 or nu < 4 or len(aside) >= max(1, len(y) // 8):
+        kept, left, free = _left(group, v, y, s, aside)
+        own = round(float(free.sum()))
+        if own < 2 or nu < 4 or len(aside) >= max(1, len(y) // 8):
             continue
-        taken = left**2 * n / (n - 1)  # of the sum of squares, by this run
+        taken = left**2 / np.maximum(free, 1e-9)  # of the sum of squares, by this run
         others = (total - taken) / (nu - 1)
-        if n >= FEWEST_ALONE:  # a speed at which all scatter more has no outlier
-            others = np.maximum(others, (square - taken) / (n - 2))
+        if own >= FEWEST_ALONE:  # a speed at which all scatter more has no outlier
+            others = np.maximum(others, (square - taken) / (own - 1))
         score = np.sqrt(taken / np.maximum(others, 1e-300))  # t of about nu - 1 degrees of freedom
         if score.max() > largest:
             largest, worst = float(score.max()), kept[int(np.argmax(score))]

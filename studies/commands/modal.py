@@ -135,8 +135,16 @@ def _draw(event: Any, decays: Any, figures: Path, drawn: list[str]) -> str:
 def _write(rows: list[dict[str, object]], out_file: str) -> None:
     import csv
 
+    from tyre.base.errors import InputError
     from tyre.base.files import replacing
 
+    other = next((row for row in rows if row.keys() != rows[0].keys()), None)
+    if other is not None:
+        some = ", ".join(sorted({key[:-3] for key in rows[0].keys() ^ other.keys() if key.endswith("_sd")}))
+        raise InputError(
+            f"{out_file} is not written: only some of the runs have {some}; give runs with the same channels, or a "
+            "table of each kind"
+        )
     with replacing(out_file) as part, part.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, rows[0])
         writer.writeheader()

@@ -40,7 +40,7 @@ def test_errors_are_honest_under_coloured_noise_and_drift(slow, duration):
     assert np.abs(errors.mean(0)).max() < 0.5
     assert 0.75 < errors.std() < 1.25
     assert (np.abs(errors) < 1.96).mean() > 0.88
-    assert sum(bool(f.rejected) for f in found) <= 2  # by chance, as their start moves them
+    assert sum(bool(f.rejected) for f in found) <= 5  # as their start moves them: the slow mode is no parabola
 
 
 def test_ratios_of_channels():

@@ -40,6 +40,14 @@ def test_a_law_in_speed_is_not_scatter():
     assert repeats(speeds, -2.0 * speeds, [0.01] * 6).sd == pytest.approx(0.01)
 
 
+def test_neighbouring_speeds_with_a_bent_law_between_them_are_not_scatter():
+    """Speeds 3 % apart, of which the line between groups says the wrong slope."""
+    speeds = np.array([4.7, 5.0, 5.15, 5.7, 7.4, 7.6, 9.0])
+    found = repeats(speeds, 20 / (speeds - 4.5), [0.01] * 7)
+    assert found.freedom == 0
+    assert found.sd == pytest.approx(0.01)
+
+
 def test_one_kick_far_off_is_widened_alone():
     rng = np.random.default_rng(5)
     speeds = np.repeat([4.0, 5.0, 6.0], 5)

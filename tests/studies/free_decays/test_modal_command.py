@@ -97,3 +97,14 @@ def test_lean_rate_is_roll_rate(tmp_path):
     write(tmp_path / "b.csv", run, ["lean_rate_rad_s", "roll_rate_rad_s"])
     with pytest.raises(InputError, match="lean_rate_rad_s and roll_rate_rad_s are the same quantity; keep one column"):
         read_run(tmp_path / "b.csv", 5.0)
+
+
+def test_runs_of_other_channels_do_not_share_a_table(tmp_path, capsys):
+    run = make(Cell(noise=0.02), np.random.default_rng(7)).run
+    write(tmp_path / "both.csv", run)
+    del run.channels["steer_rate_rad_s"]
+    write(tmp_path / "one.csv", run)
+    with pytest.raises(SystemExit):
+        main(["modal", f"{tmp_path / 'both.csv'}@5", f"{tmp_path / 'one.csv'}@6", "--out", str(tmp_path / "t.csv")])
+    assert "only some of the runs have steer_over_lean; give runs with the same channels" in capsys.readouterr().err
+    assert not (tmp_path / "t.csv").exists()
