@@ -54,11 +54,11 @@ class Repeats:
         return next(len(group) for group in self.groups if run in group)
 
 
-def about_one_speed(speeds: Sequence[float]) -> tuple[tuple[int, ...], ...]:
-    """Places of ``speeds`` (m/s) that differ by less than 5 % from the slowest of their group, by speed."""
+def about_one_speed(speeds: Sequence[float], same: float = SAME_SPEED) -> tuple[tuple[int, ...], ...]:
+    """Places of ``speeds`` (m/s) within a share ``same`` of the slowest of their group, by speed."""
     groups: list[list[int]] = []
     for place in np.argsort(speeds, kind="stable").tolist():
-        if groups and speeds[place] <= speeds[groups[-1][0]] * (1 + SAME_SPEED):
+        if groups and speeds[place] <= speeds[groups[-1][0]] * (1 + same):
             groups[-1].append(place)
         else:
             groups.append([place])
@@ -102,6 +102,28 @@ def repeats(
         group = next(group for group in groups if place in group)
         sd[place] = math.hypot(sd[place], _away(place, group, v, y, slope, aside))
     return Repeats(groups, scatter, all_freedom, tuple(aside), sd)
+
+
+def surprise(
+    speeds: Sequence[float] | Array, values: Sequence[float] | Array, stated: Sequence[float] | Array, same: float
+) -> tuple[float, int]:
+    """What repeats leave in stated sd, squared and summed, and its degrees of freedom: chi^2 where the sd are right.
+
+    Parameters
+    ----------
+    speeds, values, stated : array_like, shape (runs,)
+        Forward speed (m/s), the number, and its stated sd.
+    same : float
+        Share by which the speeds of repeats may differ.
+    """
+    v, y, own = (np.asarray(x, float) for x in (speeds, values, stated))
+    groups = about_one_speed(v.tolist(), same)
+    total, freedom = 0.0, 0
+    for group, slope in zip(groups, _slopes(groups, v, y), strict=True):
+        kept, left, free = _left(group, v, y, slope, ())
+        total += float(((left / own[kept]) ** 2).sum())
+        freedom += round(float(free.sum()))
+    return total, freedom
 
 
 def _differs(ratio: float, own: int, others: int) -> bool:

@@ -19,7 +19,7 @@ from studies.inference.parameter import Candidate, UncertainParameter
 from studies.missing_effect.interface import Figure
 from studies.missing_effect.motion.bicycle_forward import BicycleForward
 from studies.missing_effect.motion.measurements import BicycleMeasurement, TyreMeasurement
-from studies.missing_effect.motion.tyre_part import TRAIL
+from studies.missing_effect.motion.tyre_part import ALIGNING, CONTACT, TRAIL, own_trails
 from studies.missing_effect.part_figures import figures_of_parts
 from tyre.base.errors import InputError, refuse_unknown
 
@@ -28,7 +28,7 @@ LOAD_UNIT = "N/rad"  # what has it is in proportion to the static load
 
 def tyre_effects() -> tuple[str, ...]:
     """Effects that are the tyre's: contact laws, aligning moments, and what takes a value from a tyre."""
-    slots = ("contact law", "aligning moment")
+    slots = (CONTACT, ALIGNING)
     return tuple(
         name for name, e in registry().items() if e.slot in slots or any(p.tyre for p in e.parameters)
     )  # fmt: skip
@@ -81,7 +81,7 @@ class JointMeasurement(BicycleMeasurement):
         for option, given in (("--without", without), ("--with", also)):
             refuse_unknown("effect", given, every, where=option)
         if any(isinstance(p, TyreMeasurement) and any(q == TRAIL for q, _ in p.numbers.names) for _, p in self.parts):
-            without = tuple(dict.fromkeys((*without, "contact_length")))  # its trail is none of its numbers
+            without = tuple(dict.fromkeys((*without, *own_trails())))  # none of its numbers
         parts: list[Part] = []
         for name, part in self.parts:
             left, tried = (_concerning(self._owners(name), known[name], given) for given in (without, also))

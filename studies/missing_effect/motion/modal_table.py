@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.stats import chi2
 
-from bicycle.identification.repeats import Repeats, repeats
+from bicycle.identification.repeats import Repeats, repeats, surprise
 from bicycle.modal.known_modes import known_modes
 from bicycle.model import Model
 from studies.missing_effect.motion.row_settings import Settings, read_settings, said, settable
@@ -28,6 +29,7 @@ DEFAULT_RATIO_SD = 0.05
 SMALLEST_SD, LARGEST_RATIO = 1e-5, 1e5
 TABLE = table(path_key("table", "FILE.csv"))
 FEWEST_REPEATS = 5  # degrees of freedom of all repeats together
+ALIKE, CHANCE = 0.01, 0.01  # speeds of repeats that may refute stated sd, as a share; probability that sound ones are
 
 
 @dataclass(frozen=True)
@@ -154,6 +156,8 @@ def _with_sd(points: tuple[ModalPoint, ...], given: list[bool]) -> tuple[tuple[M
                 few = few if freedom else "there are no repeats"
                 notes.append(f"{name} is missing and {few}: {DEFAULT_SD:.0%} of |eigenvalue| is assumed")
             continue
+        if given[part] and not _refuted(points, part):
+            continue
         before = eigenvalue_sd[:, part].copy()
         for rows, found in series:
             if given[part] or found.freedom:
@@ -192,6 +196,12 @@ def _with_sd(points: tuple[ModalPoint, ...], given: list[bool]) -> tuple[tuple[M
     return filled, tuple(notes)
 
 
+def _refuted(points: tuple[ModalPoint, ...], part: int) -> bool:
+    """Whether repeats of all modes together scatter more than chance allows where the stated sd are right."""
+    every = [surprise(*_columns(points, rows, part), same=ALIKE) for rows in _series(points)]
+    return bool(chi2.sf(sum(total for total, _ in every), max(sum(freedom for _, freedom in every), 1)) < CHANCE)
+
+
 def _range(values: Any) -> str:
     low, high = f"{values.min():.3g}", f"{values.max():.3g}"
     return low if low == high else f"{low} to {high}"
@@ -206,6 +216,13 @@ def _series(points: tuple[ModalPoint, ...]) -> list[list[int]]:
 
 
 def _scatter(points: tuple[ModalPoint, ...], rows: list[int], part: int) -> Repeats:
+    return repeats(*_columns(points, rows, part))
+
+
+def _columns(
+    points: tuple[ModalPoint, ...], rows: list[int], part: int
+) -> tuple[list[float], list[float], list[float]]:
+    """Speeds, real or imaginary parts, and their sd, of some rows."""
     roots = [points[row].eigenvalue for row in rows]
     values = [(root.real, root.imag)[part] for root in roots]
-    return repeats([points[row].speed for row in rows], values, [points[row].sd[part] for row in rows])
+    return [points[row].speed for row in rows], values, [points[row].sd[part] for row in rows]

@@ -7,7 +7,7 @@ import itertools
 import math
 from dataclasses import replace
 
-from bicycle.effect import effect_class
+from bicycle.effect import registry
 from studies.inference.parameter import Candidate, UncertainParameter
 from studies.missing_effect.motion.family import feedback_key
 
@@ -18,7 +18,7 @@ TERMS = tuple(itertools.product(("steer", "steer_rate", "lean", "lean_rate"), ("
 def feedback_terms() -> tuple[Candidate, ...]:
     """One candidate for each term."""
     found = []
-    declared = {p.name: p for p in effect_class("residual_torque").parameters}
+    declared = {p.name: p for effect in registry().values() if not effect.nameable for p in effect.parameters}
     for seen, torque in TERMS:
         size = declared[f"{torque.removesuffix('_torque')}_from_{seen}"]
         unit, scale = size.unit, size.typical[1] / 2  # the upper end of the typical range is two sigma

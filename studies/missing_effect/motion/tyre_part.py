@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.effect import WHEELS
+from bicycle.effect import WHEELS, registry
 from bicycle.files.wheel_tyres import EXTRAPOLATE, joint_wheel_tyres, tyre_file, tyre_notes
 from bicycle.model import Model
 from bicycle.parameters import Bicycle
@@ -41,6 +41,7 @@ RIG = table(
 )  # fmt: skip
 EXACT = 1e-3  # relative sd that is added to each number: two wheels at one condition say the same thing once
 COMPLIANCE, LENGTH, TRAIL = "slip compliance", "relaxation length", "pneumatic trail"
+CONTACT, ALIGNING, STIFFNESS = "contact law", "aligning moment", "aligning_stiffness"  # slots, number of a tyre
 UNITS = {COMPLIANCE: "rad/N", LENGTH: "m", TRAIL: "m"}
 
 
@@ -198,33 +199,52 @@ class TyreForward(BicycleForward):
 def _model(quantity: str, wheel: str, values: dict[str, Array], there: set[str]) -> Array:
     """A number of the model for each coordinate of a batch (K,); what the model has not is zero."""
 
-    def of(effect: str, name: str) -> Array | None:
-        found = values.get(f"{effect}.{name}.{wheel}") if effect in there else None
-        return None if found is None else found[:, 0]
+    def of(slot: str, number: str) -> Array | None:
+        """What an effect of that slot takes from a tyre under the name of a number."""
+        for name, effect in registry().items():
+            for p in effect.parameters if name in there and effect.slot == slot else ():
+                if p.tyre == number and (found := values.get(f"{name}.{p.name}.{wheel}")) is not None:
+                    return found[:, 0]
+        return None
 
     nothing = np.zeros(len(next(iter(values.values()))))
-    stiffness = [c for law in ("relaxation_length", "side_slip") if (c := of(law, "cornering_stiffness")) is not None]
+    stiffness = of(CONTACT, "cornering_stiffness")
     if quantity == COMPLIANCE:
-        return 1 / stiffness[0] if stiffness else nothing
+        return nothing if stiffness is None else 1 / stiffness
     if quantity == LENGTH:
-        length = of("relaxation_length", "relaxation_length")
+        length = of(CONTACT, _number(LENGTH))
         return nothing if length is None else length
-    trail, aligning = of("pneumatic_trail", "trail"), of("aligning_moment", "aligning_stiffness")
+    trail, aligning = of(ALIGNING, _number(TRAIL)), of(ALIGNING, STIFFNESS)
     if trail is not None:
         return trail
-    return aligning / stiffness[0] if aligning is not None and stiffness else nothing
+    return aligning / stiffness if aligning is not None and stiffness is not None else nothing
+
+
+def _number(quantity: str) -> str:
+    """What a tyre calls a quantity."""
+    return quantity.replace(" ", "_")
+
+
+def own_trails() -> tuple[str, ...]:
+    """Effects with a trail that is none of a tyre's numbers, for it follows from something else."""
+    numbers = {_number(TRAIL), STIFFNESS}
+    return tuple(
+        name for name, effect in registry().items()
+        if effect.slot == ALIGNING and not any(p.tyre in numbers for p in effect.parameters)
+    )  # fmt: skip
 
 
 def refuse_own_trail(model: Model, numbers: TyreNumbers) -> None:
-    """Refuse a ``model`` whose trail follows from its contact length where the ``numbers`` hold a trail.
+    """Refuse a ``model`` whose trail follows from something else where the ``numbers`` hold a trail.
 
     Raises
     ------
     InputError
         With the remedy.
     """
-    if any(q == TRAIL for q, _ in numbers.names) and any(e.identifier == "contact_length" for e in model.effects):
-        raise InputError("[rig]: the rig's pneumatic trail cannot be compared with contact_length; write trail = false")
+    own = [e.identifier for e in model.effects if e.identifier in own_trails()]
+    if own and any(q == TRAIL for q, _ in numbers.names):
+        raise InputError(f"[rig]: the rig's pneumatic trail cannot be compared with {own[0]}; write trail = false")
 
 
 def pressure_in_words(numbers: TyreNumbers) -> str:

@@ -26,6 +26,7 @@ SETS = {
               ("rider_lean", {"mass": 30.0, "x": 0.3, "z": -1.1, "Ixx": 1.0, "Izz": 0.5, "joint_z": -0.9})),
     "bags": (LAGGED, ("luggage", {"mass": 6.0}), ("bar_bag", {"mass": 2.0})),
     "assist": (LAGGED, ("steer_assist", {}), ("steer_motor", {"share": 0.7}), ("steer_spring", {})),
+    "torque": (LAGGED, ("residual_torque", {"steer_from_steer_rate": -1.5, "lean_from_lean_slope": 3.0})),
 }  # fmt: skip
 SHOWN = ("lean", "steer", "yaw_rate", "rear_side_force", "front_side_force")
 
