@@ -5,22 +5,24 @@ from pathlib import Path
 from typing import Any
 
 from bicycle.model import Model
+from studies.inference.part import OF
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.figures import draw_all
+from studies.missing_effect.motion.joint_measurement import of_first
 from studies.missing_effect.motion.sensor_errors import GEOMETRY
 from studies.missing_effect.reporting import sentences, tables
-from studies.missing_effect.reporting.corrected_model import corrected_model, model_text
+from studies.missing_effect.reporting.corrected_model import corrected_model, model_text, other_texts
 from studies.missing_effect.reporting.findings import Findings, find
 from studies.missing_effect.reporting.sentences import SAYS, plan_note
 from studies.missing_effect.reporting.template import CLOSE, NAMED, OPEN, PAGE, SECTIONS, TEMPLATE
-from studies.missing_effect.reporting.words import explains, probability, said, titles
+from studies.missing_effect.reporting.words import explains, listed, probability, said, titles
 from studies.missing_effect.residual import words
 from studies.missing_effect.residual.figure import caption, draw_torque
 from studies.missing_effect.residual.kept import Kept, critical_of
 from studies.missing_effect.residual.terms import EFFECT
 from studies.reporting.output import write_json
 from tyre.base.errors import InputError
-from tyre.base.files import write_text
+from tyre.base.files import slug, write_text
 
 __all__ = ["SAYS", "page", "record", "write_report"]
 
@@ -161,9 +163,13 @@ def _write_model(diagnosis: Diagnosis, findings: Findings, target: Path) -> str:
     if not text:
         return ""
     write_text(target, text)
-    added = explains(diagnosis.final) if diagnosis.final.candidates else "nothing"
-    outside = [c.identifier for c in diagnosis.final.candidates if c.effect is None]
-    left = [name for name in outside if name not in GEOMETRY]  # a geometry that was found is in the model
+    others = _write_others(diagnosis, target.parent)
+    final = of_first(diagnosis.final)
+    added = explains(final) if final.candidates else "nothing"
+    outside = [c.identifier for c in final.candidates if c.effect is None]
+    left = [
+        name for name in outside if name.rpartition(OF)[2] not in GEOMETRY
+    ]
     errors = f" ({', '.join(left)} lies in the measurement and is left out)" if left else ""
     kept = "" if residual is None else (
         f" It holds what could not be named as `{EFFECT}`, and the covariance of all that was fitted, which `velotyre "
@@ -171,5 +177,17 @@ def _write_model(diagnosis: Diagnosis, findings: Findings, target: Path) -> str:
     )  # fmt: skip
     return (
         f"[`{MODEL}`]({MODEL}) is the base model with its parameters adjusted and {added} added{errors}; every other "
-        f"command reads it: `velotyre modes {MODEL} --speeds 2:10:1`.{kept}"
+        f"command reads it: `velotyre modes {MODEL} --speeds 2:10:1`.{kept}{others}"
     )
+
+
+def _write_others(diagnosis: Diagnosis, folder: Path) -> str:
+    """Write the corrected model of each further bicycle; says so, or why there is none."""
+    try:
+        texts = other_texts(diagnosis)
+    except InputError as error:
+        return f" There is no corrected model of the other bicycles: {error}"
+    for name, text in texts.items():
+        write_text(folder / f"model_{slug(name)}.toml", text)
+    links = [f"[`model_{slug(name)}.toml`](model_{slug(name)}.toml) of {name}" for name in texts]
+    return f" It is of the bicycle at the top; of the others there is {listed(links)}." if links else ""

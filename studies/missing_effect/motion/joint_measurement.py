@@ -142,16 +142,54 @@ class JointMeasurement(BicycleMeasurement):
         """The base model of the first bicycle with what ``final`` adds to it."""
         return super().model_with(of_first(final))
 
+    def of_others(self, forward: Forward, final: Fit) -> dict[str, tuple[BicycleMeasurement, Fit]]:
+        """What a ``final`` fit of ``forward`` says of each further bicycle: a part of it, and a fit in its own names.
+
+        Parameters
+        ----------
+        forward : Forward
+            What was fitted.
+        final : Fit
+        """
+        assert isinstance(forward, JointForward)
+        measured: dict[str, BicycleMeasurement] = {}
+        nuisances: dict[str, dict[str, tuple[UncertainParameter, int]]] = {}
+        candidates: dict[str, dict[str, tuple[Candidate, list[int]]]] = {}
+        for number, (name, part) in enumerate(self.parts):
+            called = self.bicycles.get(name)
+            if called is None:
+                continue
+            measured.setdefault(called, part)
+            kept, places = forward.of_part(number, final.candidates)
+            where, own = iter(places.tolist()), forward.parts[number].forward.nuisances
+            for u in own:
+                nuisances.setdefault(called, {})[u.name] = u, next(where)
+            for c in kept:
+                candidates.setdefault(called, {})[c.identifier] = c, [next(where) for _ in c.unknowns]
+        return {
+            called: (part, _restricted(final, nuisances.get(called, {}).values(), candidates.get(called, {}).values()))
+            for called, part in measured.items()
+        }
+
 
 def of_first(final: Fit) -> Fit:
     """What a ``final`` fit says of the first bicycle: without effects that are another's own."""
     kept = [c for c in final.candidates if c.effect is None or OF not in c.identifier]
-    places = [
-        *range(final.effect_columns.start),
-        *(k for c in kept for k in range(*final.columns(c).indices(len(final.theta)))),
-    ]
+    common = [(u, k) for k, u in enumerate(final.unknowns[: final.effect_columns.start])]
+    return _restricted(final, common, [(c, list(range(*final.columns(c).indices(len(final.theta))))) for c in kept])
+
+
+def _restricted(
+    final: Fit,
+    nuisances: Iterable[tuple[UncertainParameter, int]],
+    candidates: Iterable[tuple[Candidate, list[int]]],
+) -> Fit:
+    """Of a ``final`` fit only these, each with its places among the coordinates."""
+    floating, kept = list(nuisances), list(candidates)
+    places = [*(k for _, k in floating), *(k for _, where in kept for k in where)]
     return replace(
-        final, candidates=tuple(kept), theta=final.theta[places], unknowns=tuple(final.unknowns[k] for k in places),
+        final, candidates=tuple(c for c, _ in kept), theta=final.theta[places],
+        unknowns=(*(u for u, _ in floating), *(u for c, _ in kept for u in c.unknowns)),
         covariance=final.covariance[places][:, places], jacobian=final.jacobian[:, places],
     )  # fmt: skip
 

@@ -14,9 +14,10 @@ from bicycle.files.stated_covariance import SECTION
 from bicycle.model import DEFAULT_CONTACT, Model
 from bicycle.parameter_covariance import ParameterCovariance
 from bicycle.parameters import Bicycle
+from studies.inference.fit import Fit
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.motion.family import Family
-from studies.missing_effect.motion.joint_measurement import of_first
+from studies.missing_effect.motion.joint_measurement import JointMeasurement, of_first
 from studies.missing_effect.motion.measurements import BicycleMeasurement
 from studies.missing_effect.reporting.words import explains
 from studies.missing_effect.residual.fitting import Residual
@@ -45,20 +46,49 @@ def corrected_model(diagnosis: Diagnosis, residual: Residual | None = None) -> M
     measurement, final = diagnosis.measurement, of_first(diagnosis.final if residual is None else residual.fit)
     if not isinstance(measurement, BicycleMeasurement):
         return None
-    model = measurement.model_with(final)
+    corrected = _with_values(measurement, final)
+    if residual is None:
+        return corrected
+    spread = covariance_of(residual, corrected)
+    return replace(corrected, sd=spread.sd, covariance=spread)
+
+
+def other_models(diagnosis: Diagnosis) -> dict[str, Model]:
+    """The same of each further bicycle of a measurement of several, by what it is called.
+
+    What could not be named is kept of the first bicycle alone.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+
+    Raises
+    ------
+    InputError
+        The values make no bicycle, effect or combination.
+    """
+    return {name: _with_values(part, final) for name, (part, final) in _others(diagnosis).items()}
+
+
+def _others(diagnosis: Diagnosis) -> dict[str, tuple[BicycleMeasurement, Fit]]:
+    measurement = diagnosis.measurement
+    several = isinstance(measurement, JointMeasurement)
+    return measurement.of_others(diagnosis.forward, diagnosis.final) if several else {}
+
+
+def _with_values(measurement: BicycleMeasurement, final: Fit) -> Model:
+    """The base model of ``measurement`` with all values of a ``final`` fit in its names."""
+    model = BicycleMeasurement.model_with(measurement, final)
     if model is None:
-        raise InputError(f"{explains(diagnosis.final)}: the base model cannot take these values")
-    unknowns = Family(measurement.model, diagnosis.forward.nuisances, final.candidates)
+        raise InputError(f"{explains(final)}: the base model cannot take these values")
+    floating = final.unknowns[: final.effect_columns.start]
+    unknowns = Family(measurement.model, floating, final.candidates)
     values = {key: float(found[0, 0]) for key, found in unknowns.values(np.asarray(final.theta)[None]).items()}
     base = model.bicycle
     bicycle = Bicycle(
         f"{base.name}, corrected", {key: values[key] for key in base.values}, {}, base.description, base.source
     )
-    corrected = Model(bicycle, tuple(_at(effect, values) for effect in model.effects))
-    if residual is None:
-        return corrected
-    spread = covariance_of(residual, corrected)
-    return replace(corrected, sd=spread.sd, covariance=spread)
+    return Model(bicycle, tuple(_at(effect, values) for effect in model.effects))
 
 
 def model_text(diagnosis: Diagnosis, residual: Residual | None = None) -> str:
@@ -75,13 +105,31 @@ def model_text(diagnosis: Diagnosis, residual: Residual | None = None) -> str:
     InputError
         See :func:`corrected_model`.
     """
+    model = corrected_model(diagnosis, residual)
+    return "" if model is None else _text(diagnosis, model, diagnosis.final, residual)
+
+
+def other_texts(diagnosis: Diagnosis) -> dict[str, str]:
+    """Texts of model files with :func:`other_models`, by what each bicycle is called.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+
+    Raises
+    ------
+    InputError
+        See :func:`other_models`.
+    """
+    found = _others(diagnosis).items()
+    return {name: _text(diagnosis, _with_values(part, final), final) for name, (part, final) in found}
+
+
+def _text(diagnosis: Diagnosis, model: Model, final: Fit, residual: Residual | None = None) -> str:
     import tomli_w
 
-    model = corrected_model(diagnosis, residual)
-    if model is None:
-        return ""
     name, verdict = diagnosis.measurement.name, diagnosis.verdict.verdict
-    what = f"with {explains(diagnosis.final)}" if diagnosis.final.candidates else "nothing added"
+    what = f"with {explains(final)}" if final.candidates else "nothing added"
     kept = "" if residual is None else "; residual_torque holds what could not be named, it is no cause"
     content: dict[str, Any] = {
         "description": (

@@ -1,15 +1,19 @@
 """Two bicycles with one tyre, and that tyre on a rig: weave by other equations than those fitted (synthetic)."""
 
+import dataclasses
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from bicycle import load_bicycle
+from bicycle import load_bicycle, read_model
 from studies.inference.contradiction import parts_against_rest
 from studies.inference.fit import fit
 from studies.missing_effect import read_measurement
 from studies.missing_effect.blind.second.closing import build
 from studies.missing_effect.blind.second.shapes import shapes
 from studies.missing_effect.motion.joint_measurement import of_first
+from studies.missing_effect.report import _write_model
 from tyre.base.errors import InputError
 
 PER_LOAD, LENGTH = 12.0, 0.1  # 1/rad, m: the true tyre
@@ -236,3 +240,47 @@ def test_files_that_cannot_be_read(folder, text, words):
 def test_what_cannot_be_common(folder, text, words):
     with pytest.raises(InputError, match=words):
         forward_of(folder, 'common = ["side_slop"]\n' + TOP + text)
+
+
+def test_each_bicycle_has_a_corrected_model_that_other_commands_read(folder):
+    """A damper hidden in the second one is in its file alone; both hold the tyre that they share."""
+    weave_table(folder, "pista_rider", 2, steer_damper={"damping": 2.0})
+    (folder / "MEASUREMENT.toml").write_text(TOP + tyre("benchmark", 1.15) + SPREAD + ONE + TWO)
+    measurement = read_measurement(folder / "MEASUREMENT.toml")
+    forward = measurement.forward()
+    found = fit(forward, tuple(c for c in forward.candidates if c.identifier == "pista_rider/steer_damper"))
+    verdict = SimpleNamespace(verdict="named")
+    diagnosis = SimpleNamespace(measurement=measurement, forward=forward, final=found, verdict=verdict)
+    said = _write_model(diagnosis, SimpleNamespace(kept=None), folder / "model.toml")
+    assert "nothing added" in said
+    assert "model_pista_rider.toml" in said
+    first, second = (read_model(folder / name) for name in ("model.toml", "model_pista_rider.toml"))
+    assert {e.identifier for e in first.effects} == {"relaxation_length"}
+    assert {e.identifier for e in second.effects} == {"relaxation_length", "steer_damper"}
+    assert second.parameters["steer_damper.damping"] == pytest.approx(found.theta[-1])
+    for name in ("benchmark", "pista_rider"):
+        model = {"benchmark": first, "pista_rider": second}[name]
+        for wheel, load in zip(("rear", "front"), LOADS[name], strict=True):
+            value = model.parameters[f"relaxation_length.cornering_stiffness.{wheel}"]
+            assert value == pytest.approx(PER_LOAD * load, rel=0.2)
+    machine = {"IBxx": "pista_rider/IBxx", "mB": "pista_rider/mB"}
+    for own, whole in machine.items():
+        k = [u.name for u in forward.nuisances].index(whole)
+        assert second.bicycle[own] == pytest.approx(float(forward.nuisances[k].value(found.theta[k])))
+
+
+def test_other_models_that_cannot_be_are_said(folder):
+    (folder / "MEASUREMENT.toml").write_text(TOP + tyre("benchmark", 1.15) + SPREAD + ONE + TWO)
+    measurement = read_measurement(folder / "MEASUREMENT.toml")
+    forward = measurement.forward()
+    found = fit(forward)
+    theta = found.theta.copy()
+    theta[[u.name for u in forward.nuisances].index("pista_rider/mB")] = -3.0
+    broken = SimpleNamespace(
+        measurement=measurement, forward=forward, final=dataclasses.replace(found, theta=theta),
+        verdict=SimpleNamespace(verdict="none"),
+    )  # fmt: skip
+    said = _write_model(broken, SimpleNamespace(kept=None), folder / "model.toml")
+    assert "no corrected model of the other bicycles" in said
+    assert "mB" in said
+    assert (folder / "model.toml").exists()
