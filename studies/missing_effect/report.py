@@ -167,9 +167,7 @@ def _write_model(diagnosis: Diagnosis, findings: Findings, target: Path) -> str:
     final = of_first(diagnosis.final)
     added = explains(final) if final.candidates else "nothing"
     outside = [c.identifier for c in final.candidates if c.effect is None]
-    left = [
-        name for name in outside if name.rpartition(OF)[2] not in GEOMETRY
-    ]
+    left = [name for name in outside if name.rpartition(OF)[2] not in GEOMETRY]
     errors = f" ({', '.join(left)} lies in the measurement and is left out)" if left else ""
     kept = "" if residual is None else (
         f" It holds what could not be named as `{EFFECT}`, and the covariance of all that was fitted, which `velotyre "
