@@ -214,7 +214,7 @@ class _Problem:
             residual, jacobian = forward.residual(self.candidates, centre + sd * z, slopes=slopes)
             return residual, jacobian * sd if slopes else jacobian
 
-        return minimise(evaluate, (x - centre) / sd, *self.bounds, used, turns=turns)
+        return minimise(evaluate, (x - centre) / sd, *self.bounds, used, turns=turns, eager=forward.thorough)
 
     def guided(self, forward: Forward, x: Array) -> list[Array]:
         """Where the easier problems lead, each begun where the one before ended; empty where there are none."""

@@ -72,6 +72,7 @@ def minimise(
     used: NDArray[np.bool_],
     *,
     turns: tuple[int, int] = THOROUGH,
+    eager: bool = False,
 ) -> End:
     """Levenberg-Marquardt on |residual[used]|^2 + |z|^2 within bounds.
 
@@ -87,6 +88,8 @@ def minimise(
     used : ndarray of bool, shape (n,)
     turns : tuple of int, shape (2,)
         Most iterations, in all and of a fit that is still poor then; it is not converged where they do not suffice.
+    eager : bool
+        Whether derivatives are cheap beside the residual: they are then taken with each trial, not after it.
     """
     z = np.clip(z, lower, upper)
     residual, jacobian = evaluate(z, slopes=True)
@@ -124,11 +127,12 @@ def minimise(
                 bend = 2 / PROBE**2 * (further - residual[used] - jacobian[used] @ (probe - z))
                 trial[free] += _acceleration(damped[1], jacobian[np.ix_(used, free)].T @ bend, size, step)
             trial = np.clip(trial, lower, upper)
-            new = _objective(evaluate(trial, slopes=False)[0], trial, used)
+            tried = evaluate(trial, slopes=eager)
+            new = _objective(tried[0], trial, used)
             if new < objective:
                 gained = objective - new
                 improved, z, objective = True, trial, new
-                residual, jacobian = evaluate(z, slopes=True)
+                residual, jacobian = tried if eager else evaluate(z, slopes=True)
                 if gained > GOOD * expected:
                     damping = max(damping / 10, LEAST_DAMPING)
                 elif gained < BAD * expected:

@@ -70,9 +70,17 @@ class Family:
             values |= candidate.fixed
         return values
 
+    @cached_property
+    def _columns(self) -> dict[int, dict[str, Array]]:
+        """What is fixed as arrays (K, 1), by K: never written to."""
+        return {}
+
     def values(self, theta: Array) -> dict[str, Array]:
         """Every parameter for coordinates ``theta`` (K, unknowns), arrays (K, 1)."""
-        values = {key: np.full((len(theta), 1), value) for key, value in self._fixed.items()}
+        count = len(theta)
+        if count not in self._columns:
+            self._columns[count] = {key: np.full((count, 1), value) for key, value in self._fixed.items()}
+        values = dict(self._columns[count])
         for column, u in enumerate(self.unknowns):
             value = u.value(theta[:, column, None])
             values |= {key: factor * value for key, factor in u.sets.items()}

@@ -6,6 +6,7 @@ of the matrices, which are smooth and cheap, so that the derivative of the eigen
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,7 +125,18 @@ class ModalForward(BicycleForward):
         return tuple(found)
 
     def _at(self, settings: Settings, candidates: tuple[Candidate, ...]) -> Family:
-        return replace(self.family(candidates), settings=settings)
+        """Made once for the many points at which a fit looks at the same ``candidates``."""
+        key = (settings, tuple(map(id, candidates)))
+        if key not in self._families:
+            if len(self._families) > len(self.wanted):
+                self._families.clear()
+            self._families[key] = candidates, replace(self.family(candidates), settings=settings)
+        return self._families[key][1]
+
+    @cached_property
+    def _families(self) -> dict[Any, tuple[tuple[Candidate, ...], Family]]:
+        """By settings and identity of the candidates, which are kept so that no other can take it."""
+        return {}
 
     def _measured_modes(
         self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True

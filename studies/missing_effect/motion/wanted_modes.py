@@ -12,6 +12,27 @@ from tyre.base.arrays import Array, Complex
 OTHER_KIND = 3.0  # a real root stands in for a measured oscillation only where no pair is three times as near
 
 
+@dataclass(frozen=True, eq=False)
+class Crowd:
+    """Speeds at which as many ``modes`` are wanted: their points, mode by mode.
+
+    Attributes
+    ----------
+    modes : int
+    points : ndarray, shape (m,)
+        Points of one mode at one speed, its repeats, stand together.
+    starts : ndarray
+        Where each such group begins.
+    owner : ndarray, shape (m,)
+        Number of the group of each point.
+    """
+
+    modes: int
+    points: NDArray[np.intp]
+    starts: NDArray[np.intp]
+    owner: NDArray[np.intp]
+
+
 @dataclass(frozen=True)
 class Wanted:
     """What is to be predicted: at recorded speeds, modes near ``near``."""
@@ -21,14 +42,24 @@ class Wanted:
     near: Complex
 
     @cached_property
-    def crowded(self) -> tuple[list[int], ...]:
-        """Points of each speed at which several modes are wanted."""
-        found = []
+    def crowded(self) -> tuple[Crowd, ...]:
+        """Speeds at which several modes are wanted, those with as many modes together."""
+        of_count: dict[int, list[list[list[int]]]] = {}
         for speed in np.unique(self.speed):
             points = np.flatnonzero(self.speed == speed).tolist()
-            if len({self.mode[i] for i in points}) > 1:
-                found.append(points)
-        return tuple(found)
+            names = sorted({self.mode[i] for i in points})
+            if len(names) > 1:
+                groups = [[i for i in points if self.mode[i] == name] for name in names]
+                of_count.setdefault(len(names), []).append(groups)
+        return tuple(_crowd(modes, [g for groups in speeds for g in groups]) for modes, speeds in of_count.items())
+
+
+def _crowd(modes: int, groups: list[list[int]]) -> Crowd:
+    sizes = [len(group) for group in groups]
+    return Crowd(
+        modes, np.array([i for group in groups for i in group]), np.cumsum([0, *sizes[:-1]]),
+        np.repeat(np.arange(len(groups)), sizes),
+    )  # fmt: skip
 
 
 def root_of(wanted: Wanted, speeds: Array, values: Complex) -> NDArray[np.intp]:
@@ -50,9 +81,17 @@ def root_of(wanted: Wanted, speeds: Array, values: Complex) -> NDArray[np.intp]:
     cost[oscillates != (np.abs(near.imag) > 1e-6 * np.abs(near))] *= OTHER_KIND
     cost[here.imag < 0] = 1e6
     found = cost.argmin(1)
-    for points in wanted.crowded:
-        names = sorted({wanted.mode[i] for i in points})
-        total = np.array([np.sum([cost[i] for i in points if wanted.mode[i] == name], axis=0) for name in names])
-        chosen = dict(zip(names, linear_sum_assignment(total)[1], strict=True))
-        found[points] = [chosen[wanted.mode[i]] for i in points]
+    for crowd in wanted.crowded:
+        total = np.add.reduceat(cost[crowd.points], crowd.starts).reshape(-1, crowd.modes, cost.shape[1])
+        found[crowd.points] = _assigned(total).ravel()[crowd.owner]
     return np.asarray(found)
+
+
+def _assigned(cost: Array) -> NDArray[np.intp]:
+    """Eigenvalue of each mode (C, modes), no two the same, for least ``cost`` (C, modes, n) at each of C speeds."""
+    if cost.shape[1] > 2:
+        return np.array([linear_sum_assignment(c)[1] for c in cost])
+    both = cost[:, 0, :, None] + cost[:, 1, None, :]
+    n = cost.shape[2]
+    both[:, np.arange(n), np.arange(n)] = np.inf
+    return np.stack(np.divmod(both.reshape(len(cost), -1).argmin(1), n), 1)

@@ -72,8 +72,9 @@ def other_models(diagnosis: Diagnosis) -> dict[str, Model]:
 
 def _others(diagnosis: Diagnosis) -> dict[str, tuple[BicycleMeasurement, Fit]]:
     measurement = diagnosis.measurement
-    several = isinstance(measurement, JointMeasurement)
-    return measurement.of_others(diagnosis.forward, diagnosis.final) if several else {}
+    if not isinstance(measurement, JointMeasurement):
+        return {}
+    return measurement.of_others(diagnosis.forward, diagnosis.final)
 
 
 def _with_values(measurement: BicycleMeasurement, final: Fit) -> Model:

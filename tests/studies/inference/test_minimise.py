@@ -37,3 +37,18 @@ def test_bounds_hold_on_the_way():
     end = minimise(watched, np.array([0.75, 0.6]), lower, upper, np.ones(2, bool))
     assert np.all((np.array(seen) >= lower) & (np.array(seen) <= upper))
     assert end.z[0] == 1.0  # the valley goes on beyond it
+
+
+def test_derivatives_taken_with_each_trial_change_nothing_but_the_number_of_calls():
+    far, start, calls = np.full(2, 50.0), np.array([-2.0, 4.0]), {True: 0, False: 0}
+    ends = {}
+    for eager in (False, True):
+
+        def counted(z, *, slopes, eager=eager):
+            calls[eager] += 1
+            return valley(z, slopes=slopes)
+
+        ends[eager] = minimise(counted, start, -far, far, np.ones(2, bool), eager=eager)
+    np.testing.assert_array_equal(ends[True].z, ends[False].z)
+    np.testing.assert_array_equal(ends[True].jacobian, ends[False].jacobian)
+    assert calls[True] < calls[False]
