@@ -47,6 +47,10 @@ class Family:
     candidates: tuple[Candidate, ...] = ()
     settings: Settings = ()
 
+    def __reduce__(self) -> tuple[type, tuple[object, ...]]:
+        """What was kept for speed stays behind: compiled functions cannot be pickled."""
+        return Family, (self.base, self.nuisances, self.candidates, self.settings)
+
     @cached_property
     def unknowns(self) -> tuple[UncertainParameter, ...]:
         """Nuisances, then the unknowns of the candidates."""

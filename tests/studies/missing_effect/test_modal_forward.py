@@ -1,5 +1,7 @@
 """Predicted eigenvalues, ratios and derivatives against the model and against differences of the whole prediction."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -103,3 +105,10 @@ def test_the_proposed_forced_response_is_that_of_the_model(forward):
 
 def test_a_bicycle_that_falls_is_not_proposed_for_a_sweep(forward):
     assert forward.forced(1.0) == ()  # 1, 1.5 and 2 m/s, far below the weave speed
+
+
+def test_it_can_be_sent_to_another_process_after_use(forward):
+    theta = np.array([u.centre for u in forward.nuisances])
+    residual, _ = forward.residual((), theta)
+    again, _ = pickle.loads(pickle.dumps(forward)).residual((), theta)
+    np.testing.assert_array_equal(again, residual)
