@@ -25,6 +25,7 @@ from studies.missing_effect.motion.prescribed_steer import PrescribedSteer
 from studies.missing_effect.motion.replay import Replay
 from tyre.base.arrays import Array
 
+FORWARD = 3e-4  # of the steps of central differences: a run that grows bends so much that a longer one misleads a fit
 START = {"rad/s": 3.0, "m/s": 2.0, "N": 0.3, "N m": 0.1, "rad": 0.5}
 """Prior sd of an initial state by its unit, of forces and moments in weights and weights times m; of others 1."""
 
@@ -136,8 +137,9 @@ class HistoryForward(BicycleForward):
         residual = np.concatenate([run.residual for run in runs])
         if not slopes or not len(theta):
             return residual, np.empty((len(residual), 0))
-        batch, steps = family.stencil(theta)
-        moved, _ = self._replay(family, batch[: len(steps) + 1], np.array([run.start for run in runs]))
+        steps = FORWARD * family.stencil(theta)[1]
+        batch = np.vstack([theta, theta + np.diag(steps)])
+        moved, _ = self._replay(family, batch, np.array([run.start for run in runs]))
         columns = []
         for k, run in enumerate(self.runs):
             seen = limited(moved[:, k, : len(run.time)])

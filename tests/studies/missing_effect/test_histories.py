@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from bicycle import Model, load_bicycle
+from bicycle import Model, effect_class, load_bicycle
 from bicycle.identification.recording import Run
 from bicycle.responses.discretisation import exponential
 from bicycle.responses.inputs import InputHistory
@@ -56,6 +56,34 @@ def test_derivatives_agree_with_differences_of_the_residual(tmp_path):
         numeric, slope = (plus - minus) / (2 * h[k]), jacobian[:, k]
         # the derivative holds the marginalised start: it differs where the start would follow, not in direction
         assert slope @ numeric / np.sqrt((slope @ slope) * (numeric @ numeric)) > 0.98, identifier
+
+
+def test_the_gradient_of_a_run_whose_wobble_grows_is_that_of_the_objective():
+    """The root grows by exp(16) in the run; differences with the steps of a run that dies out are wrong by per cents."""
+    tyre = {"cornering_stiffness": {"rear": 1250.0, "front": 770.0}, "relaxation_length": 0.095}
+    model, true = (
+        Model(load_bicycle("browser")).with_effect(effect_class("relaxation_length")(**tyre | {"relaxation_length": s}))
+        for s in (0.095, 0.097)
+    )
+    speed, time = 24.0, np.arange(300) * 0.01
+    linear = true.linear_model()
+    assert linear.eigenvalues([speed]).real.max() * time[-1] == pytest.approx(16, abs=1)
+    r = respond(linear, speed=speed, time=time, initial={"steer": 3e-8})
+    channels = {"roll_rate_rad_s": r.outputs["lean_rate"], "steer_rad": r.outputs["steer"]}
+    noise = {"roll_rate_rad_s": 0.02, "steer_rad": 0.004}
+    run = Run("a", speed, time, channels, {})
+    forward = HistoryMeasurement(name="own", model=model, runs=(run,), noise_sd=noise).forward()
+    theta = np.array([u.centre for u in forward.nuisances])
+    residual, jacobian = forward.residual((), theta)
+    assert 0.1 < max(np.abs(seen).max() for seen in channels.values()) < 10
+    gradient, numeric = residual @ jacobian, []
+    for k, u in enumerate(forward.nuisances):
+        h = np.zeros(len(theta))
+        h[k] = 1e-4 * u.scale
+        plus, minus = (forward.residual((), theta + s * h, slopes=False)[0] for s in (1, -1))
+        numeric.append((plus @ plus - minus @ minus) / (4 * h[k]))
+    scale = np.array([u.scale for u in forward.nuisances])
+    np.testing.assert_allclose(gradient * scale, numeric * scale, rtol=2e-3, atol=2e-4 * np.abs(numeric * scale).max())
 
 
 def test_matrix_exponential():
