@@ -59,7 +59,7 @@ def test_derivatives_agree_with_differences_of_the_residual(tmp_path):
 
 
 def test_the_gradient_of_a_run_whose_wobble_grows_is_that_of_the_objective():
-    """The root grows by exp(16) in the run; differences with the steps of a run that dies out are wrong by per cents."""
+    """The root grows by exp(16) in the run; the steps that do for a run that dies out give a gradient wrong by 3 %."""
     tyre = {"cornering_stiffness": {"rear": 1250.0, "front": 770.0}, "relaxation_length": 0.095}
     model, true = (
         Model(load_bicycle("browser")).with_effect(effect_class("relaxation_length")(**tyre | {"relaxation_length": s}))
