@@ -31,6 +31,7 @@ from studies.main_study.report_tables import (
 from studies.main_study.settings import CAMBER_RANGE, CONTACT_LENGTH
 from studies.main_study.solve import RIDDEN, Result
 from studies.main_study.study import Study
+from tyre.base.files import write_text
 from tyre.base.units import PASCAL_PER_BAR
 
 
@@ -53,8 +54,8 @@ def write_report(study: Study, answer: Answer, folder: Path, *, paper_figures: S
     title = f"velotyre: {study.settings.bicycle.name}"
     page = templates.from_string(_template("report.html.j2")).render(title=title, body=body)
     markdown_file, html_file = folder / "report.md", folder / "report.html"
-    markdown_file.write_text(text, encoding="utf-8")
-    html_file.write_text(page, encoding="utf-8")
+    write_text(markdown_file, text)
+    write_text(html_file, page)
     return markdown_file, html_file
 
 

@@ -10,6 +10,7 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
+from tyre.base.csv_text import csv_text
 from tyre.base.errors import InputError
 from tyre.base.files import write_text
 from tyre.base.notes import folded
@@ -79,7 +80,7 @@ def write_json(content: Mapping[str, Any], target: str) -> None:
 
 def write_csv(table: "pd.DataFrame", target: str | Path) -> None:
     """Write a ``table`` with column names and all digits as CSV to ``target``, ``-`` for standard output."""
-    text = table.to_csv(index=False, lineterminator="\n")
+    text = csv_text(table)
     if target == "-":
         click.echo(text, nl=False)
         return

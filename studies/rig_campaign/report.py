@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from tyre.base.csv_text import write_csv
+from tyre.base.files import write_text
 from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.campaign import Campaign
 from tyre.campaigns.condition import ConditionResult
@@ -44,13 +46,13 @@ def write_campaign(
 
     out.mkdir(parents=True, exist_ok=True)
     written = [out / "conditions.csv", out / "recordings.csv", out / "conditions.json"]
-    pd.DataFrame([_condition_row(c) for c in campaign.conditions]).to_csv(written[0], index=False, lineterminator="\n")
-    pd.DataFrame(_recording_rows(campaign)).to_csv(written[1], index=False, lineterminator="\n")
-    written[2].write_text(json.dumps(campaign.as_json(), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    write_csv(written[0], pd.DataFrame([_condition_row(c) for c in campaign.conditions]))
+    write_csv(written[1], pd.DataFrame(_recording_rows(campaign)))
+    write_text(written[2], json.dumps(campaign.as_json(), indent=1, allow_nan=False) + "\n")
     maps, remarks = write_tables(campaign, out, wheel_radius=wheel_radius)
     figures = save_figures(campaign, out / "figures", every_recording=every_recording)
     report = out / "report.md"
-    report.write_text(report_text(campaign, figures, remarks, out), encoding="utf-8")
+    write_text(report, report_text(campaign, figures, remarks, out))
     return [*written, *maps, *figures, report]
 
 
