@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from markupsafe import Markup
+
 from bicycle.model import Model
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.figures import draw_all
@@ -18,6 +20,8 @@ from studies.missing_effect.residual import words
 from studies.missing_effect.residual.figure import caption, draw_torque
 from studies.missing_effect.residual.kept import Kept, critical_of
 from studies.missing_effect.residual.terms import EFFECT
+from studies.reporting.markdown_text import page as html_page
+from studies.reporting.markdown_text import plain, rendered
 from studies.reporting.output import write_json
 from tyre.base.errors import InputError
 from tyre.base.files import write_text
@@ -39,8 +43,6 @@ def write_report(diagnosis: Diagnosis, folder: Path, findings: Findings | None =
     findings : Findings, optional
         Found here where they are not given, without judging variants.
     """
-    import markdown
-
     folder.mkdir(parents=True, exist_ok=True)
     findings = findings or find(diagnosis)
     captions = draw_all(diagnosis, folder)
@@ -48,9 +50,9 @@ def write_report(diagnosis: Diagnosis, folder: Path, findings: Findings | None =
         captions[EFFECT] = caption(findings.kept)
     text = page(diagnosis, findings, captions, corrected=_write_model(diagnosis, findings, folder / MODEL))
     write_text(folder / "report.md", text)
-    body = markdown.markdown(text, extensions=["tables", "md_in_html"])
     title = f"What is missing: {diagnosis.measurement.name}"
-    write_text(folder / "report.html", PAGE.format(title=title, body=body))
+    extensions = ("tables", "md_in_html")
+    write_text(folder / "report.html", html_page(PAGE, title=title, text=text, extensions=extensions))
     write_json(record(diagnosis, findings), str(folder / "verdict.json"))
 
 
@@ -66,11 +68,8 @@ def page(diagnosis: Diagnosis, findings: Findings, captions: Mapping[str, str], 
     corrected : str
         What to say of the corrected model.
     """
-    import jinja2
-
-    environment = jinja2.Environment(trim_blocks=False, autoescape=False, undefined=jinja2.StrictUndefined)
-    content = _content(diagnosis, findings) | {"captions": captions, "corrected": corrected}
-    text = environment.from_string(TEMPLATE).render(**content)
+    content = _content(diagnosis, findings) | {"captions": captions, "corrected": Markup(corrected)}
+    text = rendered(TEMPLATE, content)
     lines = [line.rstrip() for line in text.splitlines()]
     return "\n".join(line for k, line in enumerate(lines) if line or (k and lines[k - 1])) + "\n"
 
@@ -102,7 +101,8 @@ def _content(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
     moved = tables.moved(diagnosis, findings.moved)
     mimics = [m for m in verdict.mimics if m.chi2 < verdict.chi2["final"]]
     gone = {"still": not moved[1], "mimics": not mimics}
-    rows = "\n".join(f"| {' | '.join(row)} |" for row in tables.named(diagnosis))
+    rows = Markup("\n".join(f"| {' | '.join(map(plain, row))} |" for row in tables.named(diagnosis)))
+    note = Markup(plain(sentences.named_note(diagnosis)))
     return {
         "v": verdict, "f": findings, "name": measurement.name, "sentence": sentences.sentence(verdict),
         "description": measurement.description, "source": measurement.source, "said": said,
@@ -114,14 +114,14 @@ def _content(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
         "varied": tables.varied(findings.stability) if findings.stability else [], "gaps": ", ".join(gaps),
         "fitting": sentences.fitting(diagnosis), "parts": tables.by_place(diagnosis), "models": list(models.values()),
         "tried": tables.tried(diagnosis), "not_tried": not_tried, "mimics": mimics,
-        "compared": explains(diagnosis.final), "close": CLOSE,
-        "named_table": lambda: NAMED.format(rows=rows, note=sentences.named_note(diagnosis)),
+        "compared": explains(diagnosis.final), "close": Markup(CLOSE),
+        "named_table": lambda: Markup(NAMED).format(rows=rows, note=note),
         "contents": [(anchor, title) for anchor, title in SECTIONS.items() if not gone.get(anchor)],
         "together": tables.together(diagnosis, findings.parts), "compared_parts": tables.compared(findings.parts),
         "parts_note": sentences.parts_note(findings),
         "predicted": tables.predicted(diagnosis, findings.predicted),
         "predicted_note": sentences.predicted_note(findings) if findings.predicted else "",
-        "open": lambda anchor: OPEN.format(anchor=anchor, title=SECTIONS[anchor]),
+        "open": lambda anchor: Markup(OPEN).format(anchor=anchor, title=SECTIONS[anchor]),
         **_of_kept(diagnosis, findings.kept),
     }  # fmt: skip
 
@@ -157,14 +157,14 @@ def _write_model(diagnosis: Diagnosis, findings: Findings, target: Path) -> str:
     try:
         text = model_text(diagnosis, residual)
     except InputError as error:
-        return f"There is no corrected model: {error}"
+        return f"There is no corrected model: {plain(error)}"
     if not text:
         return ""
     write_text(target, text)
-    added = explains(diagnosis.final) if diagnosis.final.candidates else "nothing"
+    added = plain(explains(diagnosis.final)) if diagnosis.final.candidates else "nothing"
     outside = [c.identifier for c in diagnosis.final.candidates if c.effect is None]
     left = [name for name in outside if name not in GEOMETRY]  # a geometry that was found is in the model
-    errors = f" ({', '.join(left)} lies in the measurement and is left out)" if left else ""
+    errors = f" ({plain(', '.join(left))} lies in the measurement and is left out)" if left else ""
     kept = "" if residual is None else (
         f" It holds what could not be named as `{EFFECT}`, and the covariance of all that was fitted, which `velotyre "
         f"uncertainty {MODEL}` takes."
