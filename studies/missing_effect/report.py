@@ -22,7 +22,7 @@ from studies.missing_effect.residual.kept import Kept, critical_of
 from studies.missing_effect.residual.terms import EFFECT
 from studies.reporting.markdown_text import page as html_page
 from studies.reporting.markdown_text import plain, rendered
-from studies.reporting.output import write_json
+from studies.reporting.output import json_text
 from tyre.base.errors import InputError
 from tyre.base.files import write_text
 
@@ -42,9 +42,15 @@ def write_report(diagnosis: Diagnosis, folder: Path, findings: Findings | None =
         It is made where it does not exist.
     findings : Findings, optional
         Found here where they are not given, without judging variants.
+
+    Raises
+    ------
+    InputError
+        A number of the verdict is none; then nothing is written.
     """
-    folder.mkdir(parents=True, exist_ok=True)
     findings = findings or find(diagnosis)
+    verdict = json_text(record(diagnosis, findings))  # before anything is written: with a NaN, nothing is
+    folder.mkdir(parents=True, exist_ok=True)
     captions = draw_all(diagnosis, folder)
     if findings.kept is not None and draw_torque(findings.kept, folder / EFFECT):
         captions[EFFECT] = caption(findings.kept)
@@ -53,7 +59,7 @@ def write_report(diagnosis: Diagnosis, folder: Path, findings: Findings | None =
     title = f"What is missing: {diagnosis.measurement.name}"
     extensions = ("tables", "md_in_html")
     write_text(folder / "report.html", html_page(PAGE, title=title, text=text, extensions=extensions))
-    write_json(record(diagnosis, findings), str(folder / "verdict.json"))
+    write_text(folder / "verdict.json", f"{verdict}\n")
 
 
 def page(diagnosis: Diagnosis, findings: Findings, captions: Mapping[str, str], *, corrected: str = "") -> str:

@@ -28,6 +28,7 @@ from studies.missing_effect.reporting.words import (
     titles,
     values_of,
 )
+from tyre.base.errors import InputError
 
 PLACES = np.repeat(np.arange(1.0, 7.0), 4)
 POWERS = {"linear": 1, "alike": 1, "shift": 0, "bias": 2}
@@ -346,3 +347,10 @@ def test_what_a_measurement_says_of_itself_never_runs(nothing, tmp_path, hostile
     assert "<img src=x" not in made
     assert html.unescape(made).count(hostile) == 4  # title, heading, description, source
     assert "<script>alert" not in (tmp_path / "report.md").read_text(encoding="utf-8")
+
+
+def test_a_verdict_with_a_number_that_is_none_leaves_no_report(nothing, tmp_path):
+    verdict = dataclasses.replace(nothing.verdict, posterior={"none": float("nan")})
+    with pytest.raises(InputError, match=r"nothing is written: posterior.none came out as nan, which is no result"):
+        write_report(dataclasses.replace(nothing, verdict=verdict), tmp_path / "out", find(nothing))
+    assert not (tmp_path / "out").exists()
