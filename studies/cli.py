@@ -9,7 +9,7 @@ from types import ModuleType
 
 import click
 
-from studies.reporting.examples import example
+from studies.reporting.examples import ARGUMENTS, example
 from tyre.base.errors import InputError, unknown
 
 ABOUT = "From bicycle-tyre rig data to the stability of the bicycle."
@@ -28,6 +28,11 @@ class ModuleGroup(click.Group):
     def __init__(self, package: ModuleType, **settings: object) -> None:
         super().__init__(**settings)  # type: ignore[arg-type]
         self.package = package
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Keep the ``args`` of the whole command line in ``ctx`` for the manifest of results, and parse them."""
+        ctx.meta.setdefault(ARGUMENTS, list(args))
+        return super().parse_args(ctx, args)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Names of the commands, sorted (``ctx``: click's context)."""

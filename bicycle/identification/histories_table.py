@@ -5,6 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from bicycle.identification.recording import (
     CHANNELS,
     FASTEST,
@@ -61,6 +63,7 @@ RUN = table(
     }
 )
 START = "first_s is called"
+FINEST = 1e-6  # noise over what a channel varies by: the last digit of 20 bits
 NOISE_SD = number(above=0, says="must be positive; leave it out to estimate it")
 
 
@@ -110,6 +113,7 @@ def read_runs(content: Mapping[str, Any], folder: Path) -> tuple[tuple[Run, ...]
         )
     noisy = (*channels, *(name for name in runs[0].inputs if name == STEER))
     noise = read(by_name(NOISE_SD, noisy, kind="channel"), histories["noise_sd"], section="histories.noise_sd")
+    _refuse_impossible(noise, runs)
     estimated = [name for name in channels if name not in noise]
     notes = [f"noise of {', '.join(estimated)} is estimated from the residual"] if estimated else []
     if STEER in runs[0].inputs:
@@ -125,6 +129,17 @@ def read_runs(content: Mapping[str, Any], folder: Path) -> tuple[tuple[Run, ...]
         notes.append(f"never fitted, only predicted: {', '.join(kept)}")
     notes += [f"{run.name}: {note}" for run in runs for note in run.notes]
     return tuple(runs), noise, tuple(notes)
+
+
+def _refuse_impossible(noise: Mapping[str, float], runs: list[Run]) -> None:
+    """Refuse a standard deviation below what any recorder resolves: what is fitted would be its rounding."""
+    for name, sd in noise.items():
+        varies = max(float(np.std({**run.channels, **run.inputs}[name])) for run in runs)
+        if sd < FINEST * varies:
+            raise InputError(
+                f"[histories.noise_sd]: {name} = {sd:g} is below a millionth of what it varies by ({varies:.3g}), less "
+                f"than any sensor's noise; give {FINEST * varies:.2g} or more, or leave it out to estimate it"
+            )
 
 
 def _driven(run: Run, drive: str) -> Run:

@@ -9,6 +9,7 @@ import numpy as np
 
 from bicycle.linear_model import LinearModel
 from tyre.base.arrays import Array, Complex
+from tyre.base.csv_text import write_csv
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -97,7 +98,7 @@ class Response:
         ----------
         path : str or Path
         """
-        self.frame().to_csv(path, index=False, lineterminator="\n")
+        write_csv(path, self.frame())
 
 
 @dataclass(frozen=True)

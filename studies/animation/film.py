@@ -14,6 +14,7 @@ from studies.animation.bicycle_drawing import BicycleDrawing, Part, bicycle_draw
 from studies.reporting.plotting import STYLE, look
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
+from tyre.base.files import replacing
 
 FRAMES_PER_SECOND = 20
 DPI = 80
@@ -167,5 +168,5 @@ def _writer(target: Path, frames_per_second: int, canvas: Any) -> Iterator[Any]:
 
     kind = PillowWriter if target.suffix.lower() == ".gif" else FFMpegWriter
     writer = kind(fps=frames_per_second)
-    with writer.saving(canvas, str(target), DPI):
+    with replacing(target) as part, writer.saving(canvas, str(part), DPI):
         yield writer

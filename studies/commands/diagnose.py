@@ -36,6 +36,7 @@ def command(
     from studies.missing_effect.reporting.sentences import closing, first_lines, fitting, told_apart
     from studies.missing_effect.reporting.tables import named
     from studies.missing_effect.reporting.words import explains, said
+    from studies.reporting.manifest import results
     from studies.reporting.output import print_table, print_warnings, write_json
     from tyre.base.errors import InputError
     from tyre.base.progress import progress_bar
@@ -58,7 +59,8 @@ def command(
 
             findings = with_stability(findings, found, advance, workers=most)
     if folder:
-        write_report(found, Path(folder), findings)
+        with results(Path(folder)):
+            write_report(found, Path(folder), findings)
     if json_file:
         write_json(record(found, findings), json_file)
     if json_file == "-":

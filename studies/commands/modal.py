@@ -135,6 +135,7 @@ def _draw(event: Any, decays: Any, figures: Path, drawn: list[str]) -> str:
 def _write(rows: list[dict[str, object]], out_file: str) -> None:
     import csv
 
+    from tyre.base.csv_text import harmless
     from tyre.base.errors import InputError
     from tyre.base.files import replacing
 
@@ -148,4 +149,6 @@ def _write(rows: list[dict[str, object]], out_file: str) -> None:
     with replacing(out_file) as part, part.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, rows[0])
         writer.writeheader()
-        writer.writerows({key: f"{x:.6g}" if isinstance(x, float) else x for key, x in row.items()} for row in rows)
+        writer.writerows(
+            {key: f"{x:.6g}" if isinstance(x, float) else harmless(x) for key, x in row.items()} for row in rows
+        )

@@ -38,6 +38,7 @@ def command(
     from studies.missing_effect.plan.plan import plan
     from studies.missing_effect.plan.report import write_plan
     from studies.missing_effect.reporting.sentences import sentence
+    from studies.reporting.manifest import results
     from studies.reporting.output import print_table, print_warnings, write_json
     from tyre.base.errors import InputError
 
@@ -52,7 +53,8 @@ def command(
         raise InputError(f"{costs_file}: {error}" if str(error).startswith("[") else str(error)) from error
     verdict = f"{found.verdict.verdict}: {sentence(found.verdict)}"
     if folder:
-        write_plan(made, folder, measurement.name, verdict)
+        with results(folder):
+            write_plan(made, folder, measurement.name, verdict)
     if json_file:
         write_json(made.to_dict(), json_file)
     if json_file == "-":

@@ -41,6 +41,7 @@ def command(
     from studies.reporting.output import print_table, print_warnings
     from studies.riders import rider_words
     from studies.riders.rider_figure import save_figure
+    from tyre.base.files import write_text
 
     _check_target(out, force=force)
     frame = load_bicycle(bicycle)
@@ -61,7 +62,7 @@ def command(
         for name, v in options.items()
         if v is not None
     ]
-    _write(out, rider_words.file_text(found, made, f"velotyre rider {Path(bicycle).name} {' '.join(words)}"))
+    write_text(out, rider_words.file_text(found, made, f"velotyre rider {Path(bicycle).name} {' '.join(words)}"))
     save_figure(found, out.with_suffix(""))
     print_table(rider_words.table(found), rider_words.headers())
     lean = math.degrees(found.angles.torso_lean)
@@ -103,19 +104,3 @@ def _rider(name: str | None, height: float | None, mass: float | None):  # type:
             f"give --rider (packaged: {', '.join(available_riders())}; or a file), or --height and --mass of a body"
         )
     return scaled_rider(height=height, mass=mass)
-
-
-def _write(target: Path, text: str) -> None:
-    """Write the whole file or none."""
-    import os
-    import tempfile
-
-    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-        os.chmod(name, 0o644)
-        os.replace(name, target)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise

@@ -28,6 +28,7 @@ def command(
 ) -> None:  # fmt: skip
 
     from bicycle.eigenvalues.oscillation import angular_frequency
+    from studies.reporting.manifest import results
     from studies.reporting.output import print_table, print_warnings, write_csv, write_json
     from studies.root_loci.figure import draw_root_locus
     from studies.root_loci.parameter_path import parameter_path
@@ -39,11 +40,11 @@ def command(
     values, model = parse_range(span), chosen.model
     path = parameter_path(chosen.content, parameter, speed=speed)
     locus = root_locus(path, values)
-    out.mkdir(parents=True, exist_ok=True)
-    write_csv(locus.frame(), out / "root_locus.csv")
     where = f"{model.bicycle.name}, {parameter} {values[0]:g} to {values[-1]:g} {path.unit}"
     where += "" if speed is None else f", at {speed:g} m/s"
-    draw_root_locus(locus, out / "root_locus", title=where, max_frequency_hz=max_frequency)
+    with results(out):
+        write_csv(locus.frame(), out / "root_locus.csv")
+        draw_root_locus(locus, out / "root_locus", title=where, max_frequency_hz=max_frequency)
     if json_file:
         found = [
             {

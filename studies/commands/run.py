@@ -65,8 +65,10 @@ def run_and_show(settings: "Settings", folder: "Path", *, workers: int, cases: "
 
     from studies.main_study.output import run_and_write
     from studies.main_study.report_checks import uncertainty_lines
+    from studies.reporting.manifest import results
 
-    study, first, report = run_and_write(settings, folder, workers=workers, cases=cases)
+    with results(folder):
+        study, first, report = run_and_write(settings, folder, workers=workers, cases=cases)
     click.echo(first.question + "\n")
     for label, text in first.sentences:
         click.echo(fill(f"{label} {text}", WIDTH, subsequent_indent="  "))

@@ -24,7 +24,8 @@ def command(
 ) -> None:  # fmt: skip
     from pathlib import Path
 
-    from studies.reporting.output import print_table, print_warnings, write_json
+    from studies.reporting.manifest import results
+    from studies.reporting.output import print_table, print_warnings, write_csv, write_json
     from studies.sensitivity.ranking import rank, record
 
     model = chosen.model
@@ -37,14 +38,14 @@ def command(
         from studies.sensitivity.tornado import draw_tornado
 
         folder = Path(out)
-        folder.mkdir(parents=True, exist_ok=True)
         rows = [
             {**row, **{f"change_of_{v:.4f}_m_s": c for v, c in zip(ranking.critical_speeds, moved, strict=True)}}
             for row in record(ranking)["parameters"]
             for moved in [row.pop("critical_speed_changes_m_s")]
         ]
-        pd.DataFrame(rows).to_csv(folder / "sensitivity.csv", index=False)
-        draw_tornado(ranking, folder / "tornado", top=top)
+        with results(folder):
+            write_csv(pd.DataFrame(rows), folder / "sensitivity.csv")
+            draw_tornado(ranking, folder / "tornado", top=top)
     if json_file != "-":
         z = ranking.eigenvalue
         click.echo(f"{mode} at {speed:g} m/s: {z.real:.4g} + {z.imag:.4g}i 1/s; changes for +1 standard deviation each")

@@ -69,6 +69,7 @@ def command(
     from bicycle.responses.magic_formula_model import magic_formula_model
     from studies.animation.figure_response import draw_frequency_response, draw_responses
     from studies.animation.simulation_options import check_within, parse_initial, parse_inputs
+    from studies.reporting.manifest import results
     from studies.reporting.output import print_warnings, write_csv
     from tyre.base.errors import InputError
 
@@ -111,28 +112,28 @@ def command(
     if sensors is not None:
         words = f"{model.bicycle.name} {list(responses)[-1] if responses else ''} at {speed:g} m/s with {sensors_file}"
         recording = _recording(responses, sensors, _seed(seed) if noise else None, words)
-    out.mkdir(parents=True, exist_ok=True)
     title, written, notes = f"{model.bicycle.name} at {speed:g} m/s", [], []
-    for label, response in responses.items():
-        upright, name = response.until_fall(), f"response_{label.lower().replace(' ', '_')}.csv"
-        write_csv(upright.frame(), out / name)
-        written.append(name)
-        notes += [f"{label}: {text}" for text in upright.warnings]
-        if upright.fall is not None:
-            notes.append(f"{name} ends with the fall at {upright.time[-1]:.2f} s: what follows means nothing")
-    if recording is not None:
-        written.append(RECORDING)
-        notes += recording(out / RECORDING)
-    if responses:
-        draw_responses(responses, out / "response", title=title)
-        written += ["response.png", "response.svg"]
-    if spectrum is not None:
-        write_csv(spectrum.frame(), out / "frequency_response.csv")
-        title = f"{title}: {spectrum.input.replace('_', ' ')}"
-        draw_frequency_response(spectrum, out / "frequency_response", title=title)
-        written += [f"frequency_response.{ending}" for ending in ("csv", "png", "svg")]
-        if linear.eigenvalues(speed).real.max() > 0:
-            notes.append("unstable at this speed: the frequency response only shows if something holds the bicycle")
+    with results(out):
+        for label, response in responses.items():
+            upright, name = response.until_fall(), f"response_{label.lower().replace(' ', '_')}.csv"
+            write_csv(upright.frame(), out / name)
+            written.append(name)
+            notes += [f"{label}: {text}" for text in upright.warnings]
+            if upright.fall is not None:
+                notes.append(f"{name} ends with the fall at {upright.time[-1]:.2f} s: what follows means nothing")
+        if recording is not None:
+            written.append(RECORDING)
+            notes += recording(out / RECORDING)
+        if responses:
+            draw_responses(responses, out / "response", title=title)
+            written += ["response.png", "response.svg"]
+        if spectrum is not None:
+            write_csv(spectrum.frame(), out / "frequency_response.csv")
+            title = f"{title}: {spectrum.input.replace('_', ' ')}"
+            draw_frequency_response(spectrum, out / "frequency_response", title=title)
+            written += [f"frequency_response.{ending}" for ending in ("csv", "png", "svg")]
+            if linear.eigenvalues(speed).real.max() > 0:
+                notes.append("unstable at this speed: the frequency response only shows if something holds the bicycle")
     print_warnings([*linear.warnings, *notes])
     click.echo(f"{out}: {', '.join(sorted(written))}")
 

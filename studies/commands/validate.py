@@ -11,6 +11,7 @@ from typing import Any
 import click
 
 from studies.reporting.examples import example
+from studies.reporting.manifest import results
 from tyre.base.files import write_text
 
 
@@ -66,11 +67,11 @@ def _command(name: str, module: ModuleType) -> click.Command:
             )
 
     def callback(out: Path, json_file: Path | None, **settings: Any) -> None:
-        out.mkdir(parents=True, exist_ok=True)
-        result = module.run(out=out, **settings)
-        text = json.dumps(result, indent=1, allow_nan=False) + "\n"
         path = out / f"{name.replace('-', '_')}.json"
-        write_text(path, text)
+        with results(out):
+            result = module.run(out=out, **settings)
+            text = json.dumps(result, indent=1, allow_nan=False) + "\n"
+            write_text(path, text)
         to_stdout = json_file is not None and str(json_file) == "-"
         if json_file is not None:
             if to_stdout:

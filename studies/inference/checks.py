@@ -16,6 +16,7 @@ from studies.inference.forward import Forward
 FEWEST_RESIDUALS = 8  # of a series that can be judged white
 MOST_LAGS = 10
 DRAWS = 200  # of white noise
+ROUNDING = 1e-12  # of the size of a residual, below which it does not vary
 WIDER_NUISANCES = 2.0  # times their standard deviations
 
 
@@ -157,8 +158,10 @@ def _ljung_box(series: list[NDArray[np.intp]], residual: Array) -> Array:
     for rows in series:
         r = residual[rows]
         n = len(r)
+        rounding = n * (ROUNDING * np.abs(r).max(0)) ** 2
         r = r - r.mean(0)
-        power = np.maximum((r**2).sum(0), 1e-300)
+        power = (r**2).sum(0)
+        power = np.where(power > rounding, power, np.inf)  # a constant, as of a root that stays real, says nothing
         for lag in range(1, min(MOST_LAGS, n // 4) + 1):
             statistic += n * (n + 2) * ((r[lag:] * r[:-lag]).sum(0) / power) ** 2 / (n - lag)
     return statistic

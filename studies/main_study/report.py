@@ -31,6 +31,9 @@ from studies.main_study.report_tables import (
 from studies.main_study.settings import CAMBER_RANGE, CONTACT_LENGTH
 from studies.main_study.solve import RIDDEN, Result
 from studies.main_study.study import Study
+from studies.reporting.markdown_text import page as html_page
+from studies.reporting.markdown_text import rendered
+from tyre.base.files import write_text
 from tyre.base.units import PASCAL_PER_BAR
 
 
@@ -39,22 +42,19 @@ def write_report(study: Study, answer: Answer, folder: Path, *, paper_figures: S
 
     ``paper_figures`` are the names of the redraws that were made.
     """
-    from jinja2 import Environment, StrictUndefined
-    from markdown import markdown
-
-    templates = Environment(undefined=StrictUndefined, keep_trailing_newline=True, autoescape=False)
     source = _template("report.md.j2")
     titles = re.findall(r"^## (.+)$", source, re.MULTILINE)
     shown = context(study, answer) | {
         "paper_figures": paper_figures, "sections": [(title, anchor(title)) for title in titles if title != "Contents"],
     }  # fmt: skip
-    text = templates.from_string(source).render(**shown)
-    body = markdown(text, extensions=["tables", "toc"], extension_configs={"toc": {"slugify": lambda t, _: anchor(t)}})
-    title = f"velotyre: {study.settings.bicycle.name}"
-    page = templates.from_string(_template("report.html.j2")).render(title=title, body=body)
+    text = rendered(source, shown)
+    made = html_page(
+        _template("report.html.j2"), title=f"velotyre: {study.settings.bicycle.name}", text=text,
+        extensions=("tables", "toc"), extension_configs={"toc": {"slugify": lambda t, _: anchor(t)}},
+    )  # fmt: skip
     markdown_file, html_file = folder / "report.md", folder / "report.html"
-    markdown_file.write_text(text, encoding="utf-8")
-    html_file.write_text(page, encoding="utf-8")
+    write_text(markdown_file, text)
+    write_text(html_file, made)
     return markdown_file, html_file
 
 

@@ -13,6 +13,7 @@ from studies.main_study.published import compared
 from studies.main_study.settings import Setup
 from studies.main_study.solve import Result
 from studies.main_study.study import Study
+from tyre.base.csv_text import write_csv
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -23,7 +24,7 @@ def write_tables(study: Study, folder: Path) -> dict[str, Path]:
     written = {}
     for name, table in tables(study).items():
         written[name] = folder / f"{name}.csv"
-        table.to_csv(written[name], index=False, float_format="%.10g", lineterminator="\n")
+        write_csv(written[name], table, number_format="%.10g")
     return written
 
 

@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from markupsafe import Markup
+
 from bicycle.model import Model
 from studies.inference.part import OF
 from studies.missing_effect.diagnose import Diagnosis
@@ -20,7 +22,9 @@ from studies.missing_effect.residual import words
 from studies.missing_effect.residual.figure import caption, draw_torque
 from studies.missing_effect.residual.kept import Kept, critical_of
 from studies.missing_effect.residual.terms import EFFECT
-from studies.reporting.output import write_json
+from studies.reporting.markdown_text import page as html_page
+from studies.reporting.markdown_text import plain, rendered
+from studies.reporting.output import json_text
 from tyre.base.errors import InputError
 from tyre.base.files import slug, write_text
 
@@ -40,20 +44,24 @@ def write_report(diagnosis: Diagnosis, folder: Path, findings: Findings | None =
         It is made where it does not exist.
     findings : Findings, optional
         Found here where they are not given, without judging variants.
-    """
-    import markdown
 
-    folder.mkdir(parents=True, exist_ok=True)
+    Raises
+    ------
+    InputError
+        A number of the verdict is none; then nothing is written.
+    """
     findings = findings or find(diagnosis)
+    verdict = json_text(record(diagnosis, findings))  # before anything is written: with a NaN, nothing is
+    folder.mkdir(parents=True, exist_ok=True)
     captions = draw_all(diagnosis, folder)
     if findings.kept is not None and draw_torque(findings.kept, folder / EFFECT):
         captions[EFFECT] = caption(findings.kept)
     text = page(diagnosis, findings, captions, corrected=_write_model(diagnosis, findings, folder / MODEL))
     write_text(folder / "report.md", text)
-    body = markdown.markdown(text, extensions=["tables", "md_in_html"])
     title = f"What is missing: {diagnosis.measurement.name}"
-    write_text(folder / "report.html", PAGE.format(title=title, body=body))
-    write_json(record(diagnosis, findings), str(folder / "verdict.json"))
+    extensions = ("tables", "md_in_html")
+    write_text(folder / "report.html", html_page(PAGE, title=title, text=text, extensions=extensions))
+    write_text(folder / "verdict.json", f"{verdict}\n")
 
 
 def page(diagnosis: Diagnosis, findings: Findings, captions: Mapping[str, str], *, corrected: str = "") -> str:
@@ -68,11 +76,8 @@ def page(diagnosis: Diagnosis, findings: Findings, captions: Mapping[str, str], 
     corrected : str
         What to say of the corrected model.
     """
-    import jinja2
-
-    environment = jinja2.Environment(trim_blocks=False, autoescape=False, undefined=jinja2.StrictUndefined)
-    content = _content(diagnosis, findings) | {"captions": captions, "corrected": corrected}
-    text = environment.from_string(TEMPLATE).render(**content)
+    content = _content(diagnosis, findings) | {"captions": captions, "corrected": Markup(corrected)}
+    text = rendered(TEMPLATE, content)
     lines = [line.rstrip() for line in text.splitlines()]
     return "\n".join(line for k, line in enumerate(lines) if line or (k and lines[k - 1])) + "\n"
 
@@ -104,7 +109,8 @@ def _content(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
     moved = tables.moved(diagnosis, findings.moved)
     mimics = [m for m in verdict.mimics if m.chi2 < verdict.chi2["final"]]
     gone = {"still": not moved[1], "mimics": not mimics}
-    rows = "\n".join(f"| {' | '.join(row)} |" for row in tables.named(diagnosis))
+    rows = Markup("\n".join(f"| {' | '.join(map(plain, row))} |" for row in tables.named(diagnosis)))
+    note = Markup(plain(sentences.named_note(diagnosis)))
     return {
         "v": verdict, "f": findings, "name": measurement.name, "sentence": sentences.sentence(verdict),
         "description": measurement.description, "source": measurement.source, "said": said,
@@ -116,14 +122,14 @@ def _content(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
         "varied": tables.varied(findings.stability) if findings.stability else [], "gaps": ", ".join(gaps),
         "fitting": sentences.fitting(diagnosis), "parts": tables.by_place(diagnosis), "models": list(models.values()),
         "tried": tables.tried(diagnosis), "not_tried": not_tried, "mimics": mimics,
-        "compared": explains(diagnosis.final), "close": CLOSE,
-        "named_table": lambda: NAMED.format(rows=rows, note=sentences.named_note(diagnosis)),
+        "compared": explains(diagnosis.final), "close": Markup(CLOSE),
+        "named_table": lambda: Markup(NAMED).format(rows=rows, note=note),
         "contents": [(anchor, title) for anchor, title in SECTIONS.items() if not gone.get(anchor)],
         "together": tables.together(diagnosis, findings.parts), "compared_parts": tables.compared(findings.parts),
         "parts_note": sentences.parts_note(findings),
         "predicted": tables.predicted(diagnosis, findings.predicted),
         "predicted_note": sentences.predicted_note(findings) if findings.predicted else "",
-        "open": lambda anchor: OPEN.format(anchor=anchor, title=SECTIONS[anchor]),
+        "open": lambda anchor: Markup(OPEN).format(anchor=anchor, title=SECTIONS[anchor]),
         **_of_kept(diagnosis, findings.kept),
     }  # fmt: skip
 
@@ -159,16 +165,16 @@ def _write_model(diagnosis: Diagnosis, findings: Findings, target: Path) -> str:
     try:
         text = model_text(diagnosis, residual)
     except InputError as error:
-        return f"There is no corrected model: {error}"
+        return f"There is no corrected model: {plain(error)}"
     if not text:
         return ""
     write_text(target, text)
     others = _write_others(diagnosis, target.parent)
     final = of_first(diagnosis.final)
-    added = explains(final) if final.candidates else "nothing"
+    added = plain(explains(final)) if final.candidates else "nothing"
     outside = [c.identifier for c in final.candidates if c.effect is None]
     left = [name for name in outside if name.rpartition(OF)[2] not in GEOMETRY]
-    errors = f" ({', '.join(left)} lies in the measurement and is left out)" if left else ""
+    errors = f" ({plain(', '.join(left))} lies in the measurement and is left out)" if left else ""
     kept = "" if residual is None else (
         f" It holds what could not be named as `{EFFECT}`, and the covariance of all that was fitted, which `velotyre "
         f"uncertainty {MODEL}` takes."
@@ -184,8 +190,8 @@ def _write_others(diagnosis: Diagnosis, folder: Path) -> str:
     try:
         texts = other_texts(diagnosis)
     except InputError as error:
-        return f" There is no corrected model of the other bicycles: {error}"
+        return f" There is no corrected model of the other bicycles: {plain(str(error))}"
     for name, text in texts.items():
         write_text(folder / f"model_{slug(name)}.toml", text)
-    links = [f"[`model_{slug(name)}.toml`](model_{slug(name)}.toml) of {name}" for name in texts]
+    links = [f"[`model_{slug(name)}.toml`](model_{slug(name)}.toml) of {plain(name)}" for name in texts]
     return f" It is of the bicycle at the top; of the others there is {listed(links)}." if links else ""

@@ -12,7 +12,9 @@ from studies.paper_audit import (
     relaxation_length,
 )
 from studies.paper_audit.claim import Claim, Outcome, PaperTables, load_paper_tables
+from tyre.base.csv_text import write_csv
 from tyre.base.errors import InputError
+from tyre.base.files import write_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -111,7 +113,7 @@ def write(findings: list[Finding], path: Path) -> list[Path]:
     for file in files:
         file.parent.mkdir(parents=True, exist_ok=True)
         if file.suffix == ".csv":
-            as_frame(findings).to_csv(file, index=False, lineterminator="\n")
+            write_csv(file, as_frame(findings))
         else:
-            file.write_text(as_markdown(findings), encoding="utf-8")
+            write_text(file, as_markdown(findings))
     return files

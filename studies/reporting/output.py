@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +10,7 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
+from tyre.base.csv_text import csv_text
 from tyre.base.errors import InputError
 from tyre.base.files import write_text
 from tyre.base.notes import folded
@@ -65,7 +66,7 @@ def parse_speeds(text: str) -> NDArray[np.float64]:
 
 def write_json(content: Mapping[str, Any], target: str) -> None:
     """Write ``content`` as JSON to a file, or to standard output when the ``target`` is ``-``."""
-    text = json.dumps(content, indent=1, allow_nan=False)
+    text = json_text(content)
     if target == "-":
         click.echo(text)
         return
@@ -77,9 +78,38 @@ def write_json(content: Mapping[str, Any], target: str) -> None:
         raise InputError(f"{target}: cannot write the result: {error.strerror}") from error
 
 
+def json_text(content: Mapping[str, Any]) -> str:
+    """The ``content`` as JSON.
+
+    Raises
+    ------
+    InputError
+        A number in it is none (NaN) or infinite: nothing is ever reported with one.
+    """
+    for name, value in _numbers(content):
+        if not math.isfinite(value):
+            raise InputError(
+                f"nothing is written: {name} came out as {value:g}, which is no result; a number of the input is too "
+                "large or a standard deviation too small to be computed with"
+            )
+    return json.dumps(content, indent=1, allow_nan=False)
+
+
+def _numbers(content: Any, name: str = "") -> Iterator[tuple[str, float]]:
+    """Every number of a nested ``content`` under its name."""
+    if isinstance(content, Mapping):
+        for key, value in content.items():
+            yield from _numbers(value, f"{name}.{key}" if name else str(key))
+    elif isinstance(content, list | tuple):
+        for place, value in enumerate(content):
+            yield from _numbers(value, f"{name}[{place}]")
+    elif isinstance(content, float):
+        yield name, content
+
+
 def write_csv(table: "pd.DataFrame", target: str | Path) -> None:
     """Write a ``table`` with column names and all digits as CSV to ``target``, ``-`` for standard output."""
-    text = table.to_csv(index=False, lineterminator="\n")
+    text = csv_text(table)
     if target == "-":
         click.echo(text, nl=False)
         return

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from studies.rig_campaign.figure_carpet import carpet
 from studies.rig_campaign.figure_recordings import pull_loop, repeats, sweep_residuals
 from studies.rig_campaign.figure_stiffness import flat_against_drum, stiffness_over_load, surface_pairs
-from tyre.base.files import slug
+from tyre.base.files import replacing, slug
 from tyre.campaigns.campaign import Campaign
 from tyre.campaigns.recording import points_of
 
@@ -60,13 +60,15 @@ def save_figures(campaign: Campaign, folder: Path, *, every_recording: bool = Fa
         paths = []
         for name, figure in drawn:
             path = folder / f"{name}.png"
-            figure.savefig(path)
+            with replacing(path) as part:
+                figure.savefig(part)
             paths.append(path)
         if every_recording:
             (folder / "residuals").mkdir(exist_ok=True)
             for item in {item.file: item for item in (*sweeps, *pulls)}.values():
                 figure = sweep_residuals(item) if item.kind == "slip_sweep" else pull_loop(item)
                 path = folder / "residuals" / f"{slug(item.file)}.png"
-                figure.savefig(path)
+                with replacing(path) as part:
+                    figure.savefig(part)
                 paths.append(path)
     return paths

@@ -8,6 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from studies.reporting.markdown_text import code, plain
+from tyre.base.csv_text import write_csv
+from tyre.base.files import write_text
 from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.campaign import Campaign
 from tyre.campaigns.condition import ConditionResult
@@ -44,13 +47,13 @@ def write_campaign(
 
     out.mkdir(parents=True, exist_ok=True)
     written = [out / "conditions.csv", out / "recordings.csv", out / "conditions.json"]
-    pd.DataFrame([_condition_row(c) for c in campaign.conditions]).to_csv(written[0], index=False, lineterminator="\n")
-    pd.DataFrame(_recording_rows(campaign)).to_csv(written[1], index=False, lineterminator="\n")
-    written[2].write_text(json.dumps(campaign.as_json(), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    write_csv(written[0], pd.DataFrame([_condition_row(c) for c in campaign.conditions]))
+    write_csv(written[1], pd.DataFrame(_recording_rows(campaign)))
+    write_text(written[2], json.dumps(campaign.as_json(), indent=1, allow_nan=False) + "\n")
     maps, remarks = write_tables(campaign, out, wheel_radius=wheel_radius)
     figures = save_figures(campaign, out / "figures", every_recording=every_recording)
     report = out / "report.md"
-    report.write_text(report_text(campaign, figures, remarks, out), encoding="utf-8")
+    write_text(report, report_text(campaign, figures, remarks, out))
     return [*written, *maps, *figures, report]
 
 
@@ -78,10 +81,10 @@ def report_text(campaign: Campaign, figures: Sequence[Path], remarks: Sequence[s
     lines += [f"{count} recordings, {len(campaign.conditions)} conditions. Intervals are 95 %.", ""]
     if campaign.skipped:
         lines += [f"## Skipped files ({len(campaign.skipped)})", ""]
-        lines += [f"- `{name}`: {reason}" for name, reason in campaign.skipped.items()] + [""]
+        lines += [f"- {code(name)}: {plain(reason)}" for name, reason in campaign.skipped.items()] + [""]
     rows = [
         (
-            c.tyre,
+            plain(c.tyre),
             c.surface,
             f"{c.load:g}",
             f"{c.pressure / PASCAL_PER_BAR:g}",
@@ -113,13 +116,13 @@ def report_text(campaign: Campaign, figures: Sequence[Path], remarks: Sequence[s
     routes = [c for c in campaign.conditions if c.routes is not None]
     if routes:
         lines += ["## Relaxation length by several routes", ""]
-        lines += [f"- {c.label}: {c.routes.sentence}" for c in routes if c.routes is not None] + [""]
+        lines += [f"- {plain(c.label)}: {plain(c.routes.sentence)}" for c in routes if c.routes is not None] + [""]
     if campaign.curvature:
         lines += ["## Flat track against drum", ""]
         for item in campaign.curvature:
             spread = f" +- {item.exponent.sd:.2f} (sd)" if math.isfinite(item.exponent.sd) else ""
             lines.append(
-                f"- {item.tyre}: C on the flat track is {100 * (item.ratio - 1):.1f} % above the drum over "
+                f"- {plain(item.tyre)}: C on the flat track is {100 * (item.ratio - 1):.1f} % above the drum over "
                 f"{item.pairs} conditions, an exponent of (1 + R/R_drum)^n of "
                 f"{item.exponent.value:.2f}{spread}. Reported, not applied."
             )
@@ -133,7 +136,11 @@ def report_text(campaign: Campaign, figures: Sequence[Path], remarks: Sequence[s
     warnings = [(c.label, text) for c in campaign.conditions for text in c.warnings]
     if warnings or remarks:
         lines += ["## Warnings", ""]
-        lines += [f"- {label}: {text}" for label, text in warnings] + [f"- {text}" for text in remarks] + [""]
+        lines += (
+            [f"- {plain(label)}: {plain(text)}" for label, text in warnings]
+            + [f"- {plain(text)}" for text in remarks]
+            + [""]
+        )
     if figures:
         lines += ["## Figures", ""] + [f"![{path.stem}]({path.relative_to(out).as_posix()})" for path in figures] + [""]
     return "\n".join(lines)

@@ -20,6 +20,7 @@ import numpy as np
 from studies.validations._recording_words import WORDED
 from studies.validations._recording_writers import OWN_TIMES, WRITERS, name_in_file
 from tyre.base.arrays import Array
+from tyre.base.csv_text import write_csv
 from tyre.base.errors import InputError
 from tyre.channels.channel_map import ChannelMap
 from tyre.channels.record import Record, read_records
@@ -66,7 +67,7 @@ def run(*, out: Path, seed: int, cases: int = 200) -> dict[str, Any]:
                 kind, verdict, words = one_case(Path(folder), form, seed, case)
                 rows.append({"format": form, "case": case, "damage": kind, "verdict": verdict, "words": words})
     frame = pd.DataFrame(rows)
-    frame.drop(columns="words").to_csv(out / "damaged_recordings.csv", index=False, lineterminator="\n")
+    write_csv(out / "damaged_recordings.csv", frame.drop(columns="words"))
     failed = frame[frame.verdict.isin(["wrong", "crashed"])]
     return {
         "synthetic": True,

@@ -12,6 +12,7 @@ from bicycle.parameters import Bicycle
 from studies.main_study.output import run_and_write
 from studies.main_study.settings import Settings
 from studies.main_study.solve import Result
+from tyre.base.files import write_text
 from tyre.base.paths import data_root
 
 
@@ -20,7 +21,7 @@ def every_bicycle(folder: Path) -> list[Bicycle]:
     found = [load_bicycle(name) for name in available_bicycles()]
     for text in sorted(data_root().joinpath("bicycle_text").iterdir(), key=lambda one: one.name):
         own = folder / text.name
-        own.write_text(text.read_text(encoding="utf-8"), encoding="utf-8")
+        write_text(own, text.read_text(encoding="utf-8"))
         found.append(load_bicycle(own))
     return found
 

@@ -36,6 +36,7 @@ from studies.missing_effect.measurement import read_measurement
 from studies.missing_effect.reporting.corrected_model import model_text
 from studies.missing_effect.residual.fitting import OPEN, Residual, fit_residual
 from tyre.base.errors import InputError
+from tyre.base.files import write_text
 from tyre.base.progress import progress_bar
 
 KEPT_BACK = {"modal-outside": 6, "history-outside": 3}  # speeds
@@ -136,7 +137,7 @@ def corrected(found: Diagnosis, folder: Path, weave: float | None) -> dict[str, 
     for name, kept in (("adjusted", None), ("corrected", residual)):
         file = folder / f"{name}.toml"
         try:
-            file.write_text(model_text(found, kept), encoding="utf-8")
+            write_text(file, model_text(found, kept))
         except InputError as error:  # the fit has moved the parameters to where no bicycle is
             refused = refused or f"{name}: {error}"
             continue

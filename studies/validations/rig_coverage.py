@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from tyre.base.csv_text import write_csv
 from tyre.base.parallel import worker_pool
 from tyre.base.units import PASCAL_PER_BAR
 
@@ -57,8 +58,7 @@ def run(*, out: Path, seed: int, campaigns: int = 500, jobs: int = 2) -> dict[st
             outcomes = pool.map(one_campaign, seeds, chunksize=4)
             for outcome in progress_bar(outcomes, total=campaigns, desc="campaigns"):
                 rows += outcome
-    frame = pd.DataFrame(rows)
-    frame.to_csv(out / "rig_coverage.csv", index=False, float_format="%.6g", lineterminator="\n")
+    write_csv(out / "rig_coverage.csv", frame := pd.DataFrame(rows), number_format="%.6g")
     return summary(frame, seed=seed, campaigns=campaigns)
 
 

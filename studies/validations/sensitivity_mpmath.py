@@ -17,6 +17,7 @@ from bicycle.derivation.evaluation import Evaluator
 from bicycle.model import Model
 from bicycle.sensitivity.eigenvalue_derivatives import sensitivities
 from studies.validations._random_models import random_model
+from tyre.base.csv_text import write_csv
 
 TARGET = 1e-8
 PAIRS = 5
@@ -77,7 +78,7 @@ def run(*, out: Path, seed: int, models: int = 50) -> dict[str, Any]:
                 }
             )  # fmt: skip
     out.mkdir(parents=True, exist_ok=True)
-    pd.DataFrame(rows).to_csv(out / "sensitivity_mpmath.csv", index=False)
+    write_csv(out / "sensitivity_mpmath.csv", pd.DataFrame(rows))
     largest = max(float(row["relative_error"]) for row in rows)
     return {"models": models, "pairs": len(rows), "largest_relative_error": largest, "target": TARGET}
 

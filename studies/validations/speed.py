@@ -12,6 +12,7 @@ from typing import Any
 from studies.validations import _speed_of_eigenvalues as of_eigenvalues
 from studies.validations import _speed_of_studies as of_studies
 from studies.validations import _speed_timing as timing
+from tyre.base.files import write_text
 
 Row = dict[str, Any]
 Measured = Callable[[], Row]
@@ -42,7 +43,7 @@ def run(*, out: Path, quick: bool = False, table: str = "") -> dict[str, Any]:
         rows.append(row)
     result = {"machine": machine, "quick": quick, "rows": rows}
     path = Path(table) if table else out / "benchmarks.md"
-    path.write_text(markdown(result), encoding="utf-8")
+    write_text(path, markdown(result))
     return result
 
 

@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import os
 from dataclasses import asdict, fields
 from functools import cache
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from tyre.base.errors import InputError
+from tyre.base.files import write_text
 from tyre.campaigns.consistency import check_plausible
 from tyre.campaigns.summary import FitSettings, RecordingSummary
 from tyre.fits.pull_test import fit_pull_test
@@ -43,19 +43,27 @@ def summarise(path: Path, *, name: str, settings: FitSettings, cache_folder: Pat
     InputError
         When the file cannot be read or fitted; the message names it.
     """
-    kept = None if cache_folder is None else cache_folder / f"{_key(path, settings)}.json"
-    if kept is not None and kept.exists():
-        try:
-            return _from_json(json.loads(kept.read_text(encoding="utf-8"))["summary"], name, kept)
-        except (ValueError, KeyError, TypeError):
-            pass  # written by a run that was killed at the wrong moment: fit again
+    kept = None if cache_folder is None else cache_folder / f"{_key(path, settings)}.fit"
+    if kept is not None and (found := _read_kept(kept)) is not None:
+        return _from_json(found["summary"], name, kept)
     summary, points = fit_recording(path, name=name, settings=settings)
     if kept is None:
         return summary
-    partial = kept.with_name(f"{kept.name}.{os.getpid()}")
-    partial.write_text(json.dumps({"summary": asdict(summary) | {"cache": None}, "points": points}), encoding="utf-8")
-    partial.replace(kept)
+    content = json.dumps({"summary": asdict(summary) | {"cache": None}, "points": points})
+    write_text(kept, f"{hashlib.sha256(content.encode()).hexdigest()}\n{content}\n")
     return _from_json(asdict(summary), name, kept)
+
+
+def _read_kept(kept: Path) -> dict[str, Any] | None:
+    """What an earlier run kept; None where there is nothing, or not what was written: then it is fitted again."""
+    try:
+        digest, content = kept.read_text(encoding="utf-8").splitlines()
+    except (OSError, ValueError):  # not there, no text, not two lines
+        return None
+    if hashlib.sha256(content.encode()).hexdigest() != digest:
+        return None
+    found: dict[str, Any] = json.loads(content)
+    return found
 
 
 def fit_recording(path: Path, *, name: str, settings: FitSettings) -> tuple[RecordingSummary, dict[str, list[float]]]:
@@ -118,11 +126,8 @@ def points_of(summary: RecordingSummary) -> dict[str, Any]:
     ----------
     summary : RecordingSummary
     """
-    if summary.cache is None or not summary.cache.exists():
-        return {}
-    return {
-        key: np.array(value) for key, value in json.loads(summary.cache.read_text(encoding="utf-8"))["points"].items()
-    }
+    found = None if summary.cache is None else _read_kept(summary.cache)
+    return {} if found is None else {key: np.array(value) for key, value in found["points"].items()}
 
 
 def _sweep(run: RigRun, name: str, settings: FitSettings) -> tuple[RecordingSummary, dict[str, list[float]]]:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tyre.base.errors import InputError, nearest
+from tyre.base.files import write_bytes
 
 NOT_AVAILABLE = "NOTAVAIL"
 KEYWORDS = (
@@ -199,7 +200,7 @@ def read_document(path: str | Path) -> TydexDocument:
 
 def write_document(document: TydexDocument, path: str | Path) -> None:
     """Write ``document`` to ``path`` in UTF-8, line ends as they are in its text."""
-    Path(path).write_bytes(document.text.encode("utf-8"))
+    write_bytes(path, document.text.encode("utf-8"))
 
 
 def _table_lines(body: str) -> list[str]:

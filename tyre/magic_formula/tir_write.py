@@ -5,6 +5,7 @@ from math import isfinite
 from pathlib import Path
 
 from tyre.base.errors import InputError
+from tyre.base.files import write_text
 from tyre.magic_formula.tir_coefficients import MF52Lateral, MF61Lateral
 
 
@@ -61,7 +62,7 @@ def write_tir(
     for section, values in sections.items():
         lines += [f"$ {'-' * (69 - len(section))} {section.lower()}", f"[{section}]"]
         lines += [f"{key:<28} = {_printed(value)}" for key, value in values.items()]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    write_text(path, "\n".join(lines) + "\n")
 
 
 def _printed(value: float | str) -> str:

@@ -41,6 +41,7 @@ from tyre.bands import table_doubts
 from tyre.base.arrays import Array
 from tyre.base.csv_table import read_cells, read_columns
 from tyre.base.errors import InputError
+from tyre.base.files import replacing, write_text
 from tyre.base.paths import data_root
 from tyre.base.units import PASCAL_PER_BAR
 from tyre.maps.measured_column import MeasuredColumn
@@ -147,12 +148,12 @@ def write_table(table: MeasuredTable, path: str | Path) -> None:
             "cornering_stiffness_N_per_deg": math.radians(table.resolution[0]),
             "relaxation_length_mm": table.resolution[1] * 1e3,
         }
-    with path.open("w", newline="", encoding="utf-8") as stream:
+    with replacing(path) as part, part.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(columns)
         cells = ([_cell(value) for value in array.tolist()] for array in columns.values())
         writer.writerows(zip(*cells, strict=True))
-    path.with_suffix(".toml").write_text(tomli_w.dumps(keys), encoding="utf-8")
+    write_text(path.with_suffix(".toml"), tomli_w.dumps(keys))
 
 
 def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:

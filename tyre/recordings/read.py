@@ -5,7 +5,9 @@ from pathlib import Path
 import numpy as np
 
 from tyre.base.csv_table import read_cells
+from tyre.base.csv_text import csv_text
 from tyre.base.errors import InputError, nearest
+from tyre.base.files import write_text
 from tyre.channels.channel_map import ChannelMap
 from tyre.channels.draft import draft_words, refuse_unmapped
 from tyre.channels.read import FORMATS
@@ -152,7 +154,7 @@ def write_csv(recording: RigRun | PullTest, path: str | Path) -> None:
         channel = getattr(recording, name, None)
         if channel is not None:
             columns[f"{name}_{unit}"] = channel * (turn.get(name, 1.0) * factor) + 0.0  # no negative zero
-    pd.DataFrame(columns).to_csv(path, index=False, float_format="%.12g", lineterminator="\n")
+    write_text(path, csv_text(pd.DataFrame(columns), number_format="%.12g"))
     write_sidecar(recording, path.with_suffix(".toml"))
 
 

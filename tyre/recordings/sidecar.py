@@ -10,6 +10,7 @@ import tomli_w
 
 from tyre.base.checks import Check, flag, number, refused, text
 from tyre.base.errors import InputError
+from tyre.base.files import write_text
 from tyre.base.schema import maybe, read, table
 from tyre.base.toml_file import read_toml
 from tyre.base.units import PASCAL_PER_BAR
@@ -160,7 +161,7 @@ def write_sidecar(recording: RigRun | PullTest, path: Path) -> None:
     }
     if recording.synthetic and not recording.notes:
         table["note"] = COMPUTED_NOTE
-    path.write_text(tomli_w.dumps({key: value for key, value in table.items() if value is not None}), encoding="utf-8")
+    write_text(path, tomli_w.dumps({key: value for key, value in table.items() if value is not None}))
 
 
 def _printed(value: float) -> float:

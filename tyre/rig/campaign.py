@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from tyre.base.errors import InputError, refuse_unknown
+from tyre.base.files import write_text
 from tyre.base.units import PASCAL_PER_BAR
 from tyre.magic_formula.mf61 import saturation
 from tyre.recordings.recording import Condition, PullTest, RigRun
@@ -200,7 +201,7 @@ def write_campaign_files(
         "effects": {type(effect).__name__: asdict(effect) for effect in effects},
         "conditions": truth,
     }
-    (folder / "truth.json").write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
+    write_text(folder / "truth.json", json.dumps(table, indent=1) + "\n")
     return written
 
 

@@ -27,14 +27,17 @@ def command(out: Path, json_file: str | None) -> None:
     remarks as CSV and Markdown.
     """
     import json
+    from contextlib import nullcontext
 
     from tabulate import tabulate
 
     from studies.paper_audit import audit
+    from studies.reporting.manifest import results
     from tyre.base.files import write_text
 
     findings = audit.audit()
-    files = audit.write(findings, out)
+    with nullcontext() if out.suffix and not out.is_dir() else results(out):
+        files = audit.write(findings, out)
     records = audit.as_records(findings)
     if json_file == "-":
         click.echo(json.dumps({"claims": records}, indent=2))

@@ -63,6 +63,7 @@ def command(
     import json
     from dataclasses import replace
 
+    from studies.reporting.manifest import results
     from studies.rig_campaign.mapped_recordings import prepared
     from studies.rig_campaign.report import write_campaign
     from tyre.base.files import write_text
@@ -98,7 +99,8 @@ def command(
     campaign = replace(campaign, folder=folder, skipped=dict(sorted({**skipped, **found.skipped}.items())))
     for name, reason in campaign.skipped.items():
         click.echo(f"skipped {name}: {reason}", err=True)
-    written = write_campaign(campaign, out, wheel_radius=wheel_radius, every_recording=every_residual)
+    with results(out):
+        written = write_campaign(campaign, out, wheel_radius=wheel_radius, every_recording=every_residual)
     to_stdout = json_file is not None and str(json_file) == "-"
     if json_file is not None:
         text = json.dumps(campaign.as_json(), indent=1, allow_nan=False) + "\n"

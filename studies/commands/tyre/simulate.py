@@ -46,6 +46,7 @@ def command(folder: Path, seed: int, effects: tuple[str, ...], without: tuple[st
     """
     import numpy as np
 
+    from studies.reporting.manifest import results
     from tyre.rig.campaign import default_effects, set_effect, write_campaign_files
 
     plan = _plan(options)
@@ -56,7 +57,8 @@ def command(folder: Path, seed: int, effects: tuple[str, ...], without: tuple[st
     for text in effects:
         effect, _, assignments = text.partition(":")
         chosen = set_effect(chosen, effect, _settings(effect, assignments))
-    files = write_campaign_files(folder, plan=plan, effects=chosen, rng=rng, seed=seed)
+    with results(folder):
+        files = write_campaign_files(folder, plan=plan, effects=chosen, rng=rng, seed=seed)
     click.echo(f"{len(files)} synthetic recordings and truth.json in {folder}")
 
 

@@ -16,6 +16,7 @@ from studies.missing_effect.blind.hidden import HIDDEN, Truth, base_effects, hid
 from studies.missing_effect.blind.second.closing import Machine
 from studies.missing_effect.blind.second.shapes import shapes
 from tyre.base.errors import InputError
+from tyre.base.files import write_text
 
 FEWEST = 4  # oscillations of a first table
 MODES = ("weave", "wobble")
@@ -74,7 +75,7 @@ class Laboratory:
                     {"name": "more", "kind": "modal", "modal": {"table": "more/modes.csv"}},
                 ],
             }  # fmt: skip
-            (folder / "MEASUREMENT.toml").write_text(tomli_w.dumps(content), encoding="utf-8")
+            write_text(folder / "MEASUREMENT.toml", tomli_w.dumps(content))
         return folder / "MEASUREMENT.toml"
 
 

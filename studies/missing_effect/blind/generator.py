@@ -25,6 +25,7 @@ from studies.missing_effect.blind.hidden import (
 )
 from studies.missing_effect.blind.second.shapes import Shape, shapes, weave_speed
 from tyre.base.errors import InputError
+from tyre.base.files import write_text
 
 HELD_OUT = "held_out"  # folder of what is kept back
 MODES = ("weave", "wobble", "rider")
@@ -152,7 +153,7 @@ def write_modal(
         "kind": "modal", "description": "synthetic", "bicycle": bicycle, "effects": effects, "uncertainty": dict(sd),
         "modal": {"table": "modes.csv"},
     }  # fmt: skip
-    (folder / "MEASUREMENT.toml").write_text(tomli_w.dumps(content), encoding="utf-8")
+    write_text(folder / "MEASUREMENT.toml", tomli_w.dumps(content))
     write_table(folder / "modes.csv", rows)
 
 
@@ -160,4 +161,4 @@ def write_table(file: Path, rows: list[dict[str, Any]]) -> None:
     """Write ``rows`` of a modal table to a CSV ``file``."""
     lines = [",".join(rows[0])]
     lines += [",".join(v if isinstance(v, str) else f"{v:.9g}" for v in row.values()) for row in rows]
-    file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    write_text(file, "\n".join(lines) + "\n")

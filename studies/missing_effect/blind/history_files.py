@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from tyre.base.arrays import Array
+from tyre.base.files import write_text
 
 
 @dataclass
@@ -31,7 +32,7 @@ def write_histories(folder: Path, content: dict[str, Any], made: list[Run]) -> N
     import tomli_w
 
     content["histories"]["runs"] = write_runs(folder, made)
-    (folder / "MEASUREMENT.toml").write_text(tomli_w.dumps(content), encoding="utf-8")
+    write_text(folder / "MEASUREMENT.toml", tomli_w.dumps(content))
 
 
 def write_runs(folder: Path, made: list[Run], name: str = "run") -> list[dict[str, Any]]:
@@ -43,6 +44,6 @@ def write_runs(folder: Path, made: list[Run], name: str = "run") -> list[dict[st
         if run.torque is not None:
             table["steer_torque_N_m"] = run.torque
         lines = [",".join(table)] + [",".join(f"{x:.6g}" for x in row) for row in zip(*table.values(), strict=True)]
-        (folder / f"{name}{k:02d}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        write_text(folder / f"{name}{k:02d}.csv", "\n".join(lines) + "\n")
         entries.append({"file": f"{name}{k:02d}.csv", "speed_m_s": run.speed})
     return entries

@@ -28,6 +28,7 @@ from studies.missing_effect.blind.second.closing import Machine
 from studies.missing_effect.blind.second.sensors import Sensor
 from studies.missing_effect.blind.second.shapes import shapes
 from tyre.base.errors import InputError
+from tyre.base.files import write_text
 
 POINTS, RUNS, DURATION = 10, 4, 3.0
 NOISE = 1.0
@@ -130,6 +131,6 @@ def _write(folder: Path, head: Mapping[str, Any], parts: Mapping[str, Mapping[st
     import tomli_w
 
     whole = {"kind": "joint", **head, "part": [{"name": name, **content} for name, content in parts.items()]}
-    (folder / "MEASUREMENT.toml").write_text(tomli_w.dumps(whole), encoding="utf-8")
+    write_text(folder / "MEASUREMENT.toml", tomli_w.dumps(whole))
     for name, content in parts.items():
-        (folder / f"{name}.toml").write_text(tomli_w.dumps({**head, **content}), encoding="utf-8")
+        write_text(folder / f"{name}.toml", tomli_w.dumps({**head, **content}))

@@ -4,6 +4,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from tyre.base.files import write_text
+
 Summary = Mapping[str, Any]
 SYNTHETIC = "All cases are synthetic; intervals are Wilson's at 95 %."
 NONE: tuple[str, ...] = ("modal-none", "history-none", "eigenvalues-none")
@@ -163,7 +165,7 @@ def write_report(found: Summary, folder: Path) -> None:
     if found["power"]:
         draw_power(found, folder / "power")
         text += "\n![Share named over noise](power.png)\n"
-    (folder / "report.md").write_text(f"# Blind test of the missing-effect search\n\n{text}", encoding="utf-8")
+    write_text(folder / "report.md", f"# Blind test of the missing-effect search\n\n{text}")
 
 
 def _kind(answer: str, hidden: str) -> str:

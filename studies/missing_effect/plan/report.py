@@ -6,6 +6,7 @@ from pathlib import Path
 from studies.missing_effect.plan import words
 from studies.missing_effect.plan.figure import draw
 from studies.missing_effect.plan.plan import Plan
+from studies.reporting.markdown_text import plain
 from studies.reporting.output import write_json
 from tyre.base.files import write_text
 
@@ -29,25 +30,29 @@ def write_plan(plan: Plan, folder: Path, name: str, verdict: str) -> None:
 
 def page(plan: Plan, name: str, verdict: str, *, drawn: bool) -> str:
     """The ``plan`` of the measurement ``name`` as Markdown; ``verdict`` in words, ``drawn``: there is a figure."""
-    parts = [f"# What to measure next: {name}", f"**{words.headline(plan)}**", f"So far: {verdict}"]
+    parts = [
+        f"# What to measure next: {plain(name)}",
+        f"**{plain(words.headline(plan))}**",
+        f"So far: {plain(verdict)}",
+    ]
     if plan.steps:
         total = ["**together**", "", f"**{plan.costs.money(plan.cost)}**"]
-        parts += ["## What to do", _table(words.STEPS, [*words.step_rows(plan), total]), words.proof(plan)]
+        parts += ["## What to do", _table(words.STEPS, [*words.step_rows(plan), total]), plain(words.proof(plan))]
     if plan.questions:
         parts += ["## What it settles", _table(words.QUESTIONS, words.question_rows(plan)),
                   EXPLAINED.format(odds=plan.costs.odds).strip()]  # fmt: skip
     if words.hopeless(plan):
-        parts += ["## What nothing on offer settles", "\n".join(f"- {line}" for line in words.hopeless(plan))]
+        parts += ["## What nothing on offer settles", "\n".join(f"- {plain(line)}" for line in words.hopeless(plan))]
     if drawn:
         parts += [
             "## Price and separation",
             f"![{CAPTION}](plan.png)",
         ]
     if plan.notes:
-        parts += ["## Notes", "\n".join(f"- {note}" for note in plan.notes)]
+        parts += ["## Notes", "\n".join(f"- {plain(note)}" for note in plan.notes)]
     return "\n\n".join(filter(None, parts)) + "\n"
 
 
 def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     lines = [heads, ["---"] * len(heads), *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    return "\n".join(f"| {' | '.join(map(plain, line))} |" for line in lines)

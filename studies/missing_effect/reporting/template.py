@@ -236,15 +236,15 @@ SECTIONS = {
 OPEN = '<details markdown="1" id="{anchor}">\n<summary>{title}</summary>\n'
 CLOSE = "</details>\n"
 
-PAGE = """<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
-body{{max-width:56rem;margin:2rem auto;padding:0 1rem;font:16px/1.5 Georgia,serif}}
-table{{border-collapse:collapse;font-size:.85rem;display:block;overflow-x:auto}}
-td,th{{border-bottom:1px solid #ccc;padding:.2rem .6rem;text-align:left;vertical-align:top}}
-h1,h2{{line-height:1.25}} h2{{font-size:1.2rem;margin:1.6rem 0 .4rem}}
-summary{{cursor:pointer;font-weight:bold;padding:.3rem 0}} details{{border-top:1px solid #ccc}}
-#tried td:nth-child(2){{white-space:nowrap}}
-img{{max-width:100%}}</style><script>
-function show(){{const d=document.getElementById(location.hash.slice(1));if(d&&d.tagName=="DETAILS")d.open=true}}
+PAGE = """<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{{ title }}</title><style>
+body{max-width:56rem;margin:2rem auto;padding:0 1rem;font:16px/1.5 Georgia,serif}
+table{border-collapse:collapse;font-size:.85rem;display:block;overflow-x:auto}
+td,th{border-bottom:1px solid #ccc;padding:.2rem .6rem;text-align:left;vertical-align:top}
+h1,h2{line-height:1.25} h2{font-size:1.2rem;margin:1.6rem 0 .4rem}
+summary{cursor:pointer;font-weight:bold;padding:.3rem 0} details{border-top:1px solid #ccc}
+#tried td:nth-child(2){white-space:nowrap}
+img{max-width:100%}</style><script>
+function show(){const d=document.getElementById(location.hash.slice(1));if(d&&d.tagName=="DETAILS")d.open=true}
 addEventListener("hashchange",show);addEventListener("DOMContentLoaded",show)
-</script></head><body>{body}</body></html>
+</script></head><body>{{ body }}</body></html>
 """

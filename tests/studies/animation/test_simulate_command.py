@@ -28,7 +28,9 @@ def test_linear_run_writes_the_response(file, tmp_path, capsys):
     out = tmp_path / "out"
     main(["simulate", file, "--speed", "6", "--duration", "1", "--step", "0.1", "--initial", "lean=0.02,steer_rate=0.1",
           "--input", "steer_torque:step:0.5@0.3", "--out", str(out)])  # fmt: skip
-    assert {path.name for path in out.iterdir()} == {"response_linear.csv", "response.png", "response.svg"}
+    assert {path.name for path in out.iterdir()} == {
+        "response_linear.csv", "response.png", "response.svg", "simulate.manifest.json"
+    }  # fmt: skip
     table = pd.read_csv(out / "response_linear.csv")
     assert table["time_s"].to_numpy() == pytest.approx(np.arange(11) * 0.1)
     assert table["steer_torque_N_m"].tolist() == [0, 0, 0] + [0.5] * 8

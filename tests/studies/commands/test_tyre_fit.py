@@ -24,7 +24,7 @@ def _fails(capsys, arguments):
 
 
 def test_simulate_writes_recordings_and_truth(folder):
-    assert sorted(path.suffix for path in folder.iterdir()) == [".csv", ".json", ".tdx", ".toml"]
+    assert sorted(path.suffix for path in folder.iterdir()) == [".csv", ".json", ".json", ".tdx", ".toml"]
     truth = json.loads((folder / "truth.json").read_text())
     assert truth["synthetic"] is True
     assert truth["seed"] == 7

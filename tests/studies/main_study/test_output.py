@@ -1,6 +1,7 @@
 """The command: the question first, then the answer, and everything written."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -117,3 +118,17 @@ def test_a_file_in_place_of_the_folder_is_refused(capsys, tmp_path):
         main(["run", "--out", str(tmp_path / "taken")])
     assert stop.value.code == 2
     assert "taken' is a file; give a folder to write into" in capsys.readouterr().err
+
+
+def test_a_tyre_called_like_a_script_stays_text(tmp_path, monkeypatch):
+    worlds = Settings.setups.fget
+    monkeypatch.setattr(Settings, "setups", property(lambda self: worlds(self)[:2]))
+    settings, hostile = tiny(), "<script>alert(1)</script>"
+    cases = one_tyre(settings)
+    cases = Cases(tuple(replace(case, name=hostile) for case in cases.found), (f"{hostile}: gone",))
+    study = run_study(settings, cases=cases)
+    write_report(study, answer(study), tmp_path, paper_figures=[])
+    for name in ("report.md", "report.html"):
+        text = (tmp_path / name).read_text(encoding="utf-8")
+        assert "<script" not in text
+        assert text.count("&lt;script&gt;alert(1)") > 5

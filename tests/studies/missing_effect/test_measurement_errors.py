@@ -229,6 +229,11 @@ def test_few_repeats_do_not_stand_in_for_missing_sd(tmp_path):
             "b.csv: the same recording as a.csv",
         ),
         (HISTORY + "[histories.noise_sd]\nsteer_rad = 0\n", RUN_HEAD, "steer_rad = 0 must be positive"),
+        (
+            HISTORY + "[histories.noise_sd]\nsteer_rad = 1e-12\n",
+            RUN_HEAD,
+            "steer_rad = 1e-12 is below a millionth of what",
+        ),
         (HISTORY + "[histories.noise_sd]\nyaw = 1\n", RUN_HEAD, "unknown channel 'yaw'"),
         (HISTORY, "time_s,roll_rate_deg_s,steer_rad", "unknown column 'roll_rate_deg_s'"),
         (HISTORY, "t,roll_rate_rad_s,steer_rad", "unknown column 't'"),

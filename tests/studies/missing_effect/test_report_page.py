@@ -1,6 +1,7 @@
 """The first page of a report: every sentence against the figures beside it, on readings of a mass that is let go."""
 
 import dataclasses
+import html
 import json
 import re
 from dataclasses import dataclass
@@ -27,6 +28,7 @@ from studies.missing_effect.reporting.words import (
     titles,
     values_of,
 )
+from tyre.base.errors import InputError
 
 PLACES = np.repeat(np.arange(1.0, 7.0), 4)
 POWERS = {"linear": 1, "alike": 1, "shift": 0, "bias": 2}
@@ -331,3 +333,24 @@ def test_words():
     assert listed(["a"]) == "a"
     assert listed(["a", "b", "c"]) == "a, b and c"
     assert [probability(p) for p in (1.0, 0.9996, 0.5, 8.3e-21)] == ["1", "0.9996", "0.5", "8.3e-21"]
+
+
+@pytest.mark.parametrize(
+    "hostile", ["<script>alert(1)</script>", "[x](javascript:alert(1))", "<img src=x onerror=a()>"]
+)
+def test_what_a_measurement_says_of_itself_never_runs(nothing, tmp_path, hostile):
+    words = Readings(name=f"readings {hostile}", description=f"about {hostile}", source=f"from {hostile}")
+    write_report(dataclasses.replace(nothing, measurement=words), tmp_path)
+    made = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "<script>alert" not in made
+    assert 'href="javascript' not in made
+    assert "<img src=x" not in made
+    assert html.unescape(made).count(hostile) == 4  # title, heading, description, source
+    assert "<script>alert" not in (tmp_path / "report.md").read_text(encoding="utf-8")
+
+
+def test_a_verdict_with_a_number_that_is_none_leaves_no_report(nothing, tmp_path):
+    verdict = dataclasses.replace(nothing.verdict, posterior={"none": float("nan")})
+    with pytest.raises(InputError, match=r"nothing is written: posterior.none came out as nan, which is no result"):
+        write_report(dataclasses.replace(nothing, verdict=verdict), tmp_path / "out", find(nothing))
+    assert not (tmp_path / "out").exists()

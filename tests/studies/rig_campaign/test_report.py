@@ -1,10 +1,11 @@
 """What a campaign leaves behind: tables, report and figures, marked where they are synthetic."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
-from studies.rig_campaign.report import write_campaign
+from studies.rig_campaign.report import report_text, write_campaign
 
 
 @pytest.fixture(scope="module")
@@ -38,3 +39,14 @@ def test_the_conditions_are_written_as_json_and_every_file_is_told(rig_campaign,
     assert json.loads((out / "conditions.json").read_text()) == rig_campaign[0].as_json()
     sidecars = {path.with_suffix(".toml") for path in written if path.parent.name == "maps"}
     assert {path for path in out.rglob("*") if path.is_file()} == {*written, *sidecars}
+
+
+def test_names_in_the_report_are_no_markup(rig_campaign, tmp_path):
+    campaign, hostile = rig_campaign[0], "<script>alert(1)</script>"
+    conditions = tuple(replace(c, tyre=f"{hostile} 2", warnings=(hostile,)) for c in campaign.conditions)
+    named = replace(campaign, conditions=conditions, skipped={f"{hostile}.csv": f"no {hostile}"})
+    text = report_text(named, [], [f"remark on {hostile}"], tmp_path)
+    assert text.count("<script>") == 1  # in the file's name, between backticks
+    assert f"- `{hostile}.csv`: no &lt;script&gt;" in text
+    assert "&lt;script&gt;alert(1)&lt;/script&gt; 2 " in text
+    assert "- remark on &lt;script&gt;" in text

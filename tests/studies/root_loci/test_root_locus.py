@@ -138,7 +138,9 @@ def test_command_writes_figure_table_and_crossings(file, tmp_path, capsys):
     out = tmp_path / "out"
     main(["root-locus", str(file(SOFT)), "--parameter", "front_compliance.stiffness", "--range", "500:9000:500",
           "--speed", "7", "--out", str(out), "--json", str(tmp_path / "c.json")])  # fmt: skip
-    assert {path.name for path in out.iterdir()} == {"root_locus.csv", "root_locus.png", "root_locus.svg"}
+    assert {path.name for path in out.iterdir()} == {
+        "root_locus.csv", "root_locus.png", "root_locus.svg", "root_locus.manifest.json"
+    }  # fmt: skip
     table = pd.read_csv(out / "root_locus.csv")
     assert sorted(set(table["front_compliance.stiffness_N_m_rad"])) == list(range(500, 9001, 500))
     assert {"mode", "real_1_s", "imaginary_rad_s", "frequency_Hz", "damping_ratio"} < set(table.columns)

@@ -137,11 +137,16 @@ def test_a_killed_run_goes_on(rig_folder, tmp_path, monkeypatch):
     monkeypatch.setattr(recording, "fit_recording", counting)
     with pytest.raises(KeyboardInterrupt):
         fit_campaign(rig_folder, cache_folder=tmp_path, **_quiet())
-    assert len(list(tmp_path.glob("*.json"))) == 5
-    (next(tmp_path.glob("*.json"))).write_text("{")  # cut off in the middle of writing
+    first, second, third, *others = tmp_path.glob("*.fit")
+    assert len(others) == 2
+    first.write_text("{")  # cut off in the middle of writing
+    second.write_bytes(b"\xff\n\n")
+    text = third.read_text()
+    third.write_text(text.replace("0.", "1.", 1))  # another number
+    assert third.read_text() != text
     monkeypatch.setattr(recording, "fit_recording", lambda path, **s: fitted.append(path) or real(path, **s))
     fit_campaign(rig_folder, cache_folder=tmp_path, **_quiet())
-    assert len(fitted) == len(recordings_in(rig_folder)) + 1
+    assert len(fitted) == len(recordings_in(rig_folder)) + 3
 
 
 def test_workers_give_the_same_result(rig_folder, campaign, cache):

@@ -1,0 +1,70 @@
+"""Every file of velotyre is written by tyre/base/files.py, so that none is ever half written."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+WRITERS = {"write_text", "write_bytes", "savefig", "to_csv", "to_json", "saving"}
+OWN = (
+    "tyre/base/files.py",
+    "studies/sweeps/",  # parts with their own digests
+    "studies/validations/_",  # recordings that a validation makes in a temporary folder
+    "studies/validations/damaged_recordings.py",
+    "studies/missing_effect/packaged.py",  # unpacks into a temporary folder
+    "studies/door_stubs.py",  # of the source itself
+)
+
+
+def writes(call):
+    """Whether a call writes a file by itself: a method that takes a path, or open(.., "w")."""
+    name = getattr(call.func, "attr", getattr(call.func, "id", ""))
+    if name == "to_csv":
+        return bool(call.args)
+    if name == "open":
+        modes = [a.value for a in (*call.args, *(k.value for k in call.keywords)) if isinstance(a, ast.Constant)]
+        return any(str(mode) in ("w", "wb", "x") for mode in modes)  # "a": lines are added to what is complete
+    return name in WRITERS and isinstance(call.func, ast.Attribute)
+
+
+def guarded(node, found, *, inside=False):
+    """Calls that write, outside of every ``with replacing(..)``."""
+    if isinstance(node, ast.With):
+        inside = inside or any(
+            getattr(item.context_expr, "func", None) is not None
+            and getattr(item.context_expr.func, "id", "") == "replacing"
+            for item in node.items
+        )
+    if isinstance(node, ast.Call) and not inside and writes(node):
+        found.append(node.lineno)
+    for child in ast.iter_child_nodes(node):
+        guarded(child, found, inside=inside)
+    return found
+
+
+def test_every_file_goes_through_one_writer():
+    here = [
+        f"{file.relative_to(ROOT)}:{line}"
+        for top in ("tyre", "bicycle", "studies")
+        for file in sorted((ROOT / top).rglob("*.py"))
+        if not file.relative_to(ROOT).as_posix().startswith(OWN)
+        for line in guarded(ast.parse(file.read_text(encoding="utf-8")), [])
+    ]
+    assert here == []
+
+
+@pytest.mark.parametrize(
+    ("code", "lines"),
+    [
+        ("path.write_text(x)", [1]),
+        ("write_text(path, x)", []),
+        ("frame.to_csv(path)", [1]),
+        ("frame.to_csv(index=False)", []),
+        ("open(path, 'w')\nopen(path)\npath.open('wb')\npath.open('a')", [1, 3]),
+        ("with replacing(t) as part:\n    figure.savefig(part)\nfigure.savefig(t)", [3]),
+        ("with replacing(t) as part, part.open('w') as file:\n    pass", []),
+    ],
+)
+def test_the_rule_sees_what_writes(code, lines):
+    assert guarded(ast.parse(code), []) == lines

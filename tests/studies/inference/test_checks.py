@@ -1,0 +1,100 @@
+"""Whiteness of residuals against Ljung & Box (1978), and what a constant residual says."""
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from studies.inference.checks import whiteness
+from studies.inference.fit import Fit
+from studies.inference.forward import ForwardModel, Rows
+from studies.missing_effect import diagnose, read_measurement
+
+COUNT = 400
+
+
+class OneSeries(ForwardModel):
+    nuisances, candidates = (), ()
+
+    def __init__(self, count=COUNT, inputs=None):
+        self.rows = Rows(("x",) * count, np.arange(float(count)), ("x",) * count, np.zeros(count, int), inputs)
+
+
+def p_value(residual, inputs=None):
+    count = len(residual)
+    nothing = np.empty((count, 0))
+    done = Fit((), (), np.empty(0), np.empty((0, 0)), residual, nothing, float(residual @ residual), 0.0)
+    return whiteness(OneSeries(count, inputs), done)
+
+
+def noise(seed, count=COUNT):
+    return np.random.default_rng(seed).standard_normal(count)
+
+
+def ljung_box(residual, lags=10):
+    """Q = n (n + 2) sum rho_k^2 / (n - k), Ljung & Box (1978), Biometrika 65, 297-303, eq. 1.1, term by term."""
+    n, r = len(residual), residual - residual.mean()
+    total = 0.0
+    for lag in range(1, lags + 1):
+        rho = sum(r[t] * r[t - lag] for t in range(lag, n)) / sum(x * x for x in r)
+        total += rho**2 / (n - lag)
+    return n * (n + 2) * total
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_whiteness_is_the_probability_of_ljung_and_box(seed):
+    """The moments of 200 simulated series stand in for those of chi^2: a few hundredths."""
+    residual = noise(seed)
+    assert p_value(residual) == pytest.approx(chi2.sf(ljung_box(residual), 10), abs=0.06)
+
+
+@pytest.mark.parametrize("memory", [0.4, -0.4])
+def test_a_residual_with_memory_is_not_white(memory):
+    residual = noise(0)
+    for t in range(1, COUNT):
+        residual[t] += memory * residual[t - 1]
+    assert p_value(residual) < 1e-6
+
+
+@pytest.mark.parametrize("lag", [0, 3, 9])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_residual_that_follows_an_input_is_not_white(lag, sign):
+    """Input and residual are white each: only the correlation of the two gives it away."""
+    driving, rest = noise(2), noise(3)
+    following = rest + sign * 0.5 * np.r_[np.zeros(lag), driving[: COUNT - lag]]
+    assert p_value(following) > 0.01
+    assert p_value(following, driving[:, None]) < 1e-6
+
+
+def test_an_input_that_has_nothing_to_do_with_the_residual_leaves_it_white():
+    assert p_value(noise(4), noise(5)[:, None]) > 0.05
+
+
+def test_the_smaller_of_two_probabilities_is_doubled():
+    """A constant input has no correlation with anything: its probability is one, and that of Ljung-Box doubles."""
+    residual = noise(8)
+    assert 0 < p_value(residual) < 0.5
+    assert p_value(residual, np.ones((COUNT, 1))) == pytest.approx(2 * p_value(residual), rel=1e-9)
+
+
+@pytest.mark.parametrize("level", [0.0, 0.1, -3.7e5])
+def test_a_constant_residual_has_no_memory(level):
+    """What rounding leaves of a constant less its mean must not count as memory."""
+    assert p_value(np.full(12, level)) == 1.0
+
+
+def test_a_series_of_fewer_than_eight_is_not_judged():
+    assert p_value(np.array([1.0, -1, 1, -1, 1, -1, 1])) == 1.0
+    assert p_value(np.tile([1.0, -1.0], 20)) < 1e-3
+
+
+def test_a_real_root_at_many_speeds_is_diagnosed(tmp_path):
+    """Capsize with imaginary part 0 in every row: that series has no scatter at all. Values of the benchmark bicycle,
+    Meijaard et al. (2007), table 2, between its speeds by a smooth curve."""
+    published = {5: -0.32286642900409, 6: -0.00406690076970, 7: 0.10268170574766, 8: 0.14327879765713,
+                 9: 0.15790184030917, 10: 0.16105338653172}  # fmt: skip
+    speeds = np.linspace(5.0, 10.0, 12)
+    real = np.interp(speeds, list(published), list(published.values()))
+    rows = "".join(f"{v:.4f},capsize,{x:.5f},0,0.05,0.05\n" for v, x in zip(speeds, real, strict=True))
+    (tmp_path / "capsize.csv").write_text("speed_m_s,mode,real_1_s,imag_rad_s,real_sd_1_s,imag_sd_rad_s\n" + rows)
+    (tmp_path / "m.toml").write_text('kind = "modal"\nbicycle = "benchmark"\n[modal]\ntable = "capsize.csv"\n')
+    assert diagnose(read_measurement(tmp_path / "m.toml")).verdict.verdict == "none"

@@ -1,0 +1,97 @@
+"""What a user's file says stays text in every report: no tag, link or picture comes out of a name."""
+
+import ast
+import html
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+from jinja2 import UndefinedError
+from markdown import markdown
+from markupsafe import Markup
+
+from studies.reporting.markdown_text import code, page, plain, rendered
+
+ROOT = Path(__file__).parents[3]
+HOSTILE = (
+    "<script>alert(1)</script>", "<img src=x onerror=alert(1)>", "[click](javascript:alert(1))", "&lt;script&gt;",
+    "![x](http://a/b.png)", "<http://a>", "a\n# heading", "a\n\n<script>",
+    '"><svg onload=alert(1)>', "</title><script>",
+)  # fmt: skip
+
+
+class Tags(HTMLParser):
+    def __init__(self):
+        super().__init__()
+        self.found, self.text = [], ""
+
+    def handle_starttag(self, tag, attrs):
+        self.found.append(tag)
+
+    def handle_data(self, data):
+        self.text += data
+
+
+def tags(text):
+    parser = Tags()
+    parser.feed(text)
+    return parser.found, parser.text
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_a_name_is_shown_as_it_is(name):
+    found, text = tags(markdown(f"Tyre {plain(name)} here", extensions=["tables", "md_in_html"]))
+    assert found == ["p"]
+    assert " ".join(text.split()) == " ".join(f"Tyre {name} here".split())
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_a_template_escapes_every_value(name):
+    text = rendered("# {{ name }}\n\n{% for n in names %}- {{ n }}\n{% endfor %}\n{{ rows|join(' | ') }}\n",
+                    {"name": name, "names": [name, 3], "rows": ["a", name]})  # fmt: skip
+    found, _ = tags(markdown(text, extensions=["tables", "md_in_html"]))
+    assert not set(found) - {"h1", "ul", "li", "p"}
+
+
+def test_text_that_is_markdown_is_said_to_be():
+    assert rendered("{{ a }} {{ b }}", {"a": Markup("[`m`](m)"), "b": "[m](m) < 1"}) == (
+        "[`m`](m) &#91;m&#93;(m) &lt; 1"
+    )
+
+
+def test_a_value_that_a_template_lacks_is_an_error():
+    with pytest.raises(UndefinedError, match="'lacking' is undefined"):
+        rendered("{{ lacking }}", {})
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_the_title_of_a_page_is_escaped(name):
+    made = page("<title>{{ title }}</title>{{ body }}", title=name, text="**text**", extensions=())
+    assert made.endswith("</title><p><strong>text</strong></p>")
+    found, text = tags(made)
+    assert found == ["title", "p", "strong"]
+    assert html.unescape(text) == f"{html.unescape(name)}text"
+
+
+@pytest.mark.parametrize("name", [*HOSTILE, "a`b", "`<script>`", "a``b<script>"])
+def test_code_holds_any_name(name):
+    found, text = tags(markdown(f"- {code(name)}: reason"))
+    assert not set(found) - {"ul", "li", "code"}
+    assert "".join(text.split()) == "".join(f"{name}: reason".split())
+
+
+def test_every_template_is_filled_here():
+    """No other file makes an environment of jinja, in which escaping could be forgotten."""
+    makers = [
+        file.relative_to(ROOT).as_posix()
+        for top in ("tyre", "bicycle", "studies")
+        for file in (ROOT / top).rglob("*.py")
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call) and "jinja2" in ast.unparse(node.func)
+    ]
+    assert makers == ["studies/reporting/markdown_text.py"] * 2
+    assert not any(
+        "from jinja2" in file.read_text(encoding="utf-8")
+        for top in ("tyre", "bicycle", "studies")
+        for file in (ROOT / top).rglob("*.py")
+    )

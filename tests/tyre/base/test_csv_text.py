@@ -1,0 +1,33 @@
+"""Tables that a spreadsheet opens without running what is in them."""
+
+import csv
+import io
+
+import pandas as pd
+import pytest
+
+from tyre.base.csv_text import csv_text, harmless, write_csv
+
+
+@pytest.mark.parametrize("text", ["=1+1", "+cmd", "-x", "@SUM(A1)", "\t=1", '=HYPERLINK("http://a")', "--5"])
+def test_text_that_is_a_formula_is_quoted(text):
+    assert harmless(text) == f"'{text}"
+    table = pd.DataFrame({"tyre": [text, "Tyre1"], "load_N": [-400.0, 400.0]})
+    rows = list(csv.reader(io.StringIO(csv_text(table), newline="")))
+    assert rows == [["tyre", "load_N"], [f"'{text}", "-400.0"], ["Tyre1", "400.0"]]
+
+
+@pytest.mark.parametrize("cell", ["-3.5", "+1e-3", "Tyre-1", "a=b", "", -3.5, None, "-inf"])
+def test_numbers_and_plain_text_stay(cell):
+    assert harmless(cell) is cell
+
+
+def test_a_column_name_is_quoted_too(tmp_path):
+    write_csv(tmp_path / "t.csv", pd.DataFrame({"=A": [1.0], "b": [None]}))
+    assert (tmp_path / "t.csv").read_text() == "'=A,b\n1.0,\n"
+
+
+def test_the_table_itself_is_not_changed():
+    table = pd.DataFrame({"tyre": ["=1"], "x": [0.123456789]})
+    assert csv_text(table, number_format="%.3g") == "tyre,x\n'=1,0.123\n"
+    assert table.tyre.to_list() == ["=1"]
