@@ -52,6 +52,8 @@ def histories(tmp_path, *, toml=HISTORY, head=RUN_HEAD, rows=None):
         (MODAL.replace("t.csv", "."), "cannot be read as a table .Is a directory."),
         ("description = 3\n" + MODAL, "description = 3 must be words in quotes"),
         (MODAL + "[uncertainty]\nlamb = 1\n", "m.toml: .uncertainty.: unknown parameter 'lamb'; did you mean 'lam'"),
+        (MODAL + "[uncertainty]\nIHxx = 5e-324\n", ".uncertainty.: IHxx = 4.94066e-324 is below .*a billionth of its"),
+        (MODAL + "[uncertainty]\nc = 1e-13\n", ".uncertainty.: c = 1e-13 is below 8e-11, a billionth of its value"),
         (MODAL + "[uncertainty.steer_damper]\ndamping = 1\n", "unknown parameter 'steer_damper.damping'"),
         (MODAL + "[candidates.steer_damper]\ndamping = -1\n", "damping = -1 N m s/rad is outside"),
         (
