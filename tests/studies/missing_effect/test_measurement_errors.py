@@ -106,6 +106,12 @@ def test_modal_table(tmp_path, head, rows, words):
         read_measurement(modal(tmp_path, head=head, rows=rows))
 
 
+def test_a_table_too_long_to_be_fitted(tmp_path):
+    rows = [f"{4 + 1e-4 * k:.4f},weave,-1,{4 + 1e-4 * k:.4f},0.1,0.1" for k in range(5001)]
+    with pytest.raises(InputError, match="t.csv: 5001 rows are more than 5000; average the runs at each speed"):
+        read_measurement(modal(tmp_path, rows=rows))
+
+
 def test_a_motor_is_asked_for_in_the_file_or_on_the_command_line(tmp_path, capsys):
     assert "--with steer_assist" in read_measurement(modal(tmp_path)).forward().refused["steer_assist"]
     asked = read_measurement(modal(tmp_path, toml=MODAL + "[candidates.steer_assist]\n")).forward()
