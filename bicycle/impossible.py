@@ -38,6 +38,6 @@ def impossible_bicycles(p: Mapping[str, Any]) -> Reasons:
             xx, zz, xz = (p[f"I{part}{axes}"] for axes in ("xx", "zz", "xz"))
             broken[f"I{part}xx I{part}zz < I{part}xz^2"] = xx * zz < xz**2
         for wheel, load in zip(WHEELS, static_loads(bodies(p), p["w"], p["g"]), strict=True):
-            broken[f"the {wheel} wheel bears no load"] = ~(np.asarray(load) > 0)
+            broken[f"the {wheel} wheel bears no load"] = ~((np.asarray(load) > 0) & (np.asarray(load) < np.inf))
     shape = np.broadcast_shapes(*(np.shape(mask) for mask in broken.values()))
     return {why: np.broadcast_to(mask, shape) for why, mask in broken.items() if np.any(mask)}

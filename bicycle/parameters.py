@@ -201,7 +201,7 @@ def _check_physics(bicycle: Bicycle) -> None:
         if p[key] < 0:
             raise InputError(f"{where}: {key} = {p[key]:g} kg m^2 must not be negative")
     for wheel, load in zip(("rear", "front"), bicycle.static_loads, strict=True):
-        if load <= 0:
+        if not 0 < load < math.inf:
             raise InputError(
                 f"{where}: the static load of the {wheel} wheel is {load:.4g} N; it must be positive, "
                 "so move the mass centre between the wheels (xB, xH) or check the wheelbase w"

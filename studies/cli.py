@@ -15,6 +15,7 @@ from tyre.base.errors import InputError, unknown
 ABOUT = "From bicycle-tyre rig data to the stability of the bicycle."
 EXAMPLE = ("velotyre bicycles", "velotyre modes benchmark", "velotyre run")
 EFFECTS = "effect_files"
+LONGEST = 400  # letters of one word of a message, such as a path: longer ones are cut in the middle
 NO_ARGUMENTS = getattr(click.exceptions, "NoArgsIsHelpError", ())  # click before 8.2 shows the help by itself
 
 
@@ -109,5 +110,6 @@ def main(arguments: list[str] | None = None) -> None:
 
 def _fail(message: str) -> None:
     line, gap, draft = message.partition("\n\n")  # what follows an empty line is to be pasted into a file
-    click.echo("velotyre: " + " ".join(line.split()) + gap + draft, err=True)
+    words = [word if len(word) <= LONGEST else f"{word[: LONGEST - 60]}...{word[-57:]}" for word in line.split()]
+    click.echo("velotyre: " + " ".join(words) + gap + draft, err=True)
     sys.exit(2)

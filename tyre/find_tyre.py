@@ -107,7 +107,7 @@ def _from_file(name: str) -> TyreSource:
     if path.suffix.lower() == ".toml" and path.is_file():
         try:
             kind = tomllib.loads(path.read_bytes().decode("utf-8-sig")).get("kind")
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        except (ValueError, RecursionError) as error:
             raise InputError(f"{name}: is not valid TOML: {error}") from error
         if kind is not None:
             from tyre.magic_formula.pacejka89_file import KIND, read_pacejka89

@@ -79,7 +79,7 @@ class Effect:
         cls.__doc__ = docstring(cls.description, cls.parameters, cls.source)
         cls.__signature__ = signature(cls.parameters, PerWheelValue)  # type: ignore[attr-defined]
 
-    def __init__(self, **given: Any) -> None:
+    def __init__(self, /, **given: Any) -> None:
         """Check and store the parameters; see ``parameters`` of the class for names, units and bounds."""
         self._given: dict[str, float] = {}
         known = {parameter.name: parameter for parameter in self.parameters}

@@ -72,7 +72,11 @@ def located(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
 
 def tyre_file(tyre: Any, folder: Path) -> Any:
     """An absolute path where ``tyre`` is given by its file, relative to ``folder``; else what was given."""
-    return (folder / tyre).resolve().as_posix() if isinstance(tyre, str) and is_file_name(tyre) else tyre
+    if not (isinstance(tyre, str) and is_file_name(tyre)):
+        return tyre
+    if "\0" in tyre:
+        raise InputError(f"tyre = {tyre!r} is no file name; it holds a NUL character")
+    return (folder / tyre).resolve().as_posix()
 
 
 def wheel_sources(tyre: Mapping[str, Any], surface: Mapping[str, Any]) -> dict[str, TyreSource]:

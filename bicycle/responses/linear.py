@@ -134,7 +134,7 @@ def frequency_response(
     a, (_, b, c) = model.state_matrix(speed), model.matrices_at(speed)
     j = model.inputs.index(input)
     omega = angular_frequency(hertz)[:, None, None]
-    states = np.linalg.solve(1j * omega * np.eye(model.order) - a, (b[:, j] / model.scale)[:, None])
+    states = np.linalg.solve(1j * omega * np.eye(model.order) - a, (b[:, j] / model.scale)[None, :, None])
     gains = (c * model.scale @ states)[..., 0] + model.feedthrough(speed)[:, j]
     return FrequencyResponse(
         hertz, float(speed), input, dict(zip(model.outputs, gains.T, strict=True)), units_of(model)

@@ -15,14 +15,13 @@ from studies.reporting.examples import example
 @click.option("--csv", "csv_file", metavar="FILE", help="Write the critical speeds as CSV; - is standard output.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(chosen: ChosenModel, max_speed: float, csv_file: str | None, json_file: str | None) -> None:
-    import pandas as pd
-
     from studies.reporting.analysis import analyse, record, records
     from studies.reporting.output import (
         critical_table,
         named_rows,
         print_critical,
         print_named_warnings,
+        stacked,
         write_csv,
         write_json,
     )
@@ -31,7 +30,7 @@ def command(chosen: ChosenModel, max_speed: float, csv_file: str | None, json_fi
     found = {name: analyse(model, [], max_speed=max_speed)[1] for name, model in models.items()}
     if csv_file is not None:
         tables = [named_rows(critical_table(critical), name) for name, critical in found.items()]
-        write_csv(pd.concat(tables, ignore_index=True) if len(tables) > 1 else tables[0], csv_file)
+        write_csv(stacked(tables), csv_file)
     if json_file is not None:
         write_json(records({name: record(models[name], None, one) for name, one in found.items()}), json_file)
     if "-" not in (csv_file, json_file):

@@ -26,8 +26,6 @@ def command(
     chosen: ChosenModel, speeds: str, max_speed: float, plot_file: str | None, csv_file: str | None,
     json_file: str | None,
 ) -> None:  # fmt: skip
-    import pandas as pd
-
     from studies.reporting.analysis import analyse, record, records
     from studies.reporting.modes_picture import check_picture, draw_picture
     from studies.reporting.output import (
@@ -36,6 +34,7 @@ def command(
         print_critical,
         print_named_warnings,
         print_table,
+        stacked,
         write_csv,
         write_json,
     )
@@ -49,7 +48,7 @@ def command(
     found = {name: analyse(model, asked, max_speed=max_speed) for name, model in models.items()}
     if csv_file is not None:
         tables = [named_rows(named.to_dataframe(), name) for name, (named, _) in found.items() if named is not None]
-        write_csv(pd.concat(tables, ignore_index=True) if len(tables) > 1 else tables[0], csv_file)
+        write_csv(stacked(tables), csv_file)
     if plot_file is not None:
         ((name, model),) = models.items()
         draw_picture(model, asked, plot_file, title=_title(chosen.each[name]))

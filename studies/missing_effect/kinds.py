@@ -19,6 +19,7 @@ from studies.missing_effect.motion.measurements import (
     TyreMeasurement,
 )
 from studies.missing_effect.motion.modal_table import read_modal
+from studies.missing_effect.motion.mode_labels import misnamed
 from studies.missing_effect.motion.tyre_part import read_tyre_part, refuse_own_trail
 
 Content = Mapping[str, Any]
@@ -30,6 +31,7 @@ def _modal(content: Content, folder: Path, common: Content) -> ModalMeasurement:
     uncertainty = dict(common["uncertainty"])
     points, notes = read_modal(content, folder, common["model"], uncertainty)
     uncertainty |= {key: 0.0 for key, _ in points[0].settings}
+    notes += misnamed(points, common["model"])
     return ModalMeasurement(**{**common, "uncertainty": uncertainty}, points=points, notes=notes)
 
 

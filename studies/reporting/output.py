@@ -136,6 +136,13 @@ def print_table(rows: Sequence[Sequence[Any]], headers: Sequence[str]) -> None:
     click.echo(tabulate(cells, headers=headers, missingval="-", disable_numparse=True))
 
 
+def stacked(tables: Sequence["pd.DataFrame"]) -> "pd.DataFrame":
+    """Tables of the same columns below each other; as objects, for a column may be empty in one of ``tables``."""
+    import pandas as pd
+
+    return pd.concat([table.astype(object) for table in tables], ignore_index=True) if len(tables) > 1 else tables[0]
+
+
 def named_rows(table: "pd.DataFrame", name: str) -> "pd.DataFrame":
     """A ``table`` with the ``name`` of its bicycle as first column; as it is where the name is empty.
 

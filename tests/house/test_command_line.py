@@ -9,6 +9,7 @@ import pytest
 
 from studies import cli
 from studies.cli import build, main
+from tyre.base.errors import unknown
 
 ROOT = Path(__file__).parents[2]
 DEAR = {"run", "blind-test", "validate", "tyre fit", "uncertainty", "diagnose", "plan", "animate"}  # seconds to hours
@@ -140,3 +141,17 @@ def test_an_older_click_without_the_exception_of_the_help_page(monkeypatch, caps
 def test_no_command_shows_the_commands(capsys):
     main([])
     assert "Commands:" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("length", [400, 401, 5000])
+def test_a_long_word_is_not_echoed_in_full(length, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(["critical", "./" + "x" * (length - 2)])
+    assert stop.value.code == 2
+    said = capsys.readouterr().err
+    assert max(map(len, said.split())) <= 401  # a colon may follow
+    assert ("..." in said) == (length > 400)
+
+
+def test_an_unknown_name_is_shown_up_to_sixty_letters():
+    assert unknown("effect", "x" * 5000, ["a"]) == f"unknown effect '{'x' * 56}...; known: a"

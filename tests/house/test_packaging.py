@@ -25,6 +25,29 @@ def test_listed_packages_are_those_on_disk():
     assert listed == {elsewhere.get(name, name) for name in found} | {"tyre.data"}
 
 
+NO_LIBRARIES = {"build", "mypy", "pandas-stubs", "ruff", "setuptools"}  # nothing of the package runs with them
+TOO_NEW = {"mat-io"}  # needs a numpy above the oldest
+
+
+def version(text):
+    numbers = [int(number) for number in text.split(".")]
+    return tuple(numbers + [0] * (3 - len(numbers)))
+
+
+def test_the_oldest_versions_of_the_checks_are_those_that_are_allowed():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    lines = (ROOT / ".ci" / "oldest.txt").read_text().splitlines()
+    pinned = dict(line.lower().split("==") for line in lines if "==" in line)
+    extras = [one for name, many in project["optional-dependencies"].items() if name not in ("docs", "benchmarks")
+              for one in many]  # fmt: skip
+    stated = dict(one.lower().split(">=") for one in (*project["dependencies"], *extras) if ">=" in one)
+    libraries = {name for name in stated if not name.startswith("types-")} - NO_LIBRARIES - TOO_NEW
+    assert libraries == pinned.keys() - {"numcodecs", "pyparsing"}
+    assert {name: version(pinned[name]) for name in libraries} == {name: version(stated[name]) for name in libraries}
+    for name in ("numpy", "zarr", "netcdf4"):  # stated more than once, and alike
+        assert len({one.lower() for one in (*project["dependencies"], *extras) if one.lower().startswith(name)}) == 1
+
+
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
     folder = tmp_path_factory.mktemp("wheel")

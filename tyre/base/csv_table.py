@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from tyre.base.arrays import Array
-from tyre.base.errors import InputError, refuse_unknown
+from tyre.base.errors import InputError, plain_digits, refuse_unknown
+from tyre.base.paths import refuse_special
 
 Check = Callable[[Any], Any]
 COMMENT = re.compile(r'^((?:[^"#]|"[^"]*")*)#.*')  # outside quotes
@@ -262,15 +263,16 @@ def read_cells(path: Path | Traversable, *, kind: str, example: str, logged: boo
 
 
 def _text(path: Path | Traversable, kind: str, *, logged: bool) -> str:
+    refuse_special(path)
     try:
         raw = path.read_bytes().removeprefix(b"\xef\xbb\xbf")  # spreadsheets write a byte-order mark
     except FileNotFoundError as error:
         raise InputError(f"{path}: no such {kind}") from error
     except OSError as error:
         raise InputError(f"{path}: cannot be read as a {kind.partition(';')[0]} ({error.strerror})") from error
-    head = raw.partition(b"\n")[0]
+    head = raw.partition(b"\n")[0] if logged else raw
     try:
-        (head if logged else raw).decode("utf-8")
+        head.decode("utf-8")
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: not text in UTF-8 ({error.reason}); save it as CSV in UTF-8") from error
     try:
@@ -281,20 +283,18 @@ def _text(path: Path | Traversable, kind: str, *, logged: bool) -> str:
 
 def _quoted(line: str, where: str) -> list[str]:
     try:
-        (row,) = csv.reader([line], skipinitialspace=True, strict=True)
+        return next(csv.reader([line], skipinitialspace=True, strict=True))
     except csv.Error as error:
         raise InputError(f"{where}: not CSV ({error}); see the quotation marks") from error
-    return row
 
 
 def _as_number(cell: str) -> float | str:
     """A number, or the text that is none."""
-    number = _number(cell)
-    return cell if math.isnan(number) and cell.lower() != "nan" else number
+    return cell if math.isnan(number := _number(cell)) and cell.lower() != "nan" else number
 
 
 def _number(cell: str) -> float:
     try:
-        return math.nan if "_" in cell else float(cell)  # Python reads 1_0 as 10
+        return float(cell) if plain_digits(cell) else math.nan
     except ValueError:
         return math.nan

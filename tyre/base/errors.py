@@ -24,7 +24,7 @@ def unknown(kind: str, name: object, allowed: Iterable[str]) -> str:
     names = sorted(allowed)
     near = nearest(name, names)
     hint = f"did you mean {near!r}? " if near else ""
-    return f"unknown {kind} {str(name)!r}; {hint}known: {', '.join(names) or 'none'}"
+    return f"unknown {kind} {shown(str(name))}; {hint}known: {', '.join(names) or 'none'}"
 
 
 def refuse_unknown(kind: str, names: Iterable[Any], allowed: Iterable[str], *, where: str = "", more: str = "") -> None:
@@ -89,6 +89,11 @@ def is_number(value: Any) -> bool:
     except OverflowError:
         return False
     return True
+
+
+def plain_digits(text: object) -> bool:
+    """Whether a ``text`` is spelt as numbers are: Python alone reads 1_0 as 10, and digits of any script as digits."""
+    return not isinstance(text, str) or (text.isascii() and "_" not in text)
 
 
 def shown(value: object) -> str:

@@ -1,10 +1,12 @@
 """Worker processes, and one BLAS thread where ours run beside each other: the one way of the whole house."""
 
 import os
+import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from functools import cache
 from importlib.util import find_spec
+from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -36,14 +38,11 @@ def worker_pool(
     concurrent.futures.ProcessPoolExecutor
     """
     from concurrent.futures import ProcessPoolExecutor  # here, so that who only limits BLAS does not pay for it
-    from multiprocessing import get_context
 
     saved = {name: os.environ.get(name) for name in _ONE_THREAD}
     os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
     try:
-        with ProcessPoolExecutor(
-            jobs, mp_context=get_context("spawn"), initializer=prepare, initargs=arguments
-        ) as pool:
+        with ProcessPoolExecutor(jobs, mp_context=_Quiet(), initializer=_begin, initargs=(prepare, arguments)) as pool:
             yield pool
     finally:
         for name, value in saved.items():
@@ -51,6 +50,36 @@ def worker_pool(
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = value
+
+
+class _Worker(SpawnProcess):
+    """A process that is deaf to Ctrl-C until it is there: what it imports would end in a traceback of its own."""
+
+    def start(self) -> None:
+        if not hasattr(signal, "pthread_sigmask"):  # Windows
+            super().start()
+            return
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # a new process has the mask of its parent
+        try:
+            super().start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)  # here an interrupt comes late, but comes
+
+
+class _Quiet(SpawnContext):
+    """Fresh processes that are :class:`_Worker`."""
+
+    Process = _Worker
+
+
+def _begin(prepare: Callable[..., None] | None, arguments: tuple[Any, ...]) -> None:
+    """Hear Ctrl-C from now on, or go without a word where it came meanwhile; then ``prepare``."""
+    if hasattr(signal, "pthread_sigmask"):
+        if signal.SIGINT in signal.sigpending():
+            os._exit(128 + signal.SIGINT)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    if prepare is not None:
+        prepare(*arguments)
 
 
 @contextmanager

@@ -25,6 +25,23 @@ def data_root() -> Traversable:
     return resources.files("tyre.data")
 
 
+def refuse_special(path: Path | Traversable) -> None:
+    """Refuse what is neither a file nor a folder: a pipe waits for ever, and a device never ends.
+
+    Parameters
+    ----------
+    path : Path
+        What is not there is left to whoever reads it.
+
+    Raises
+    ------
+    InputError
+        A pipe, a socket or a device.
+    """
+    if isinstance(path, Path) and path.exists() and not (path.is_file() or path.is_dir()):
+        raise InputError(f"{path}: is a pipe or a device; write what comes out of it to a file and give that")
+
+
 def named_folder(name: str, beside: Path) -> Path:
     """The folder that a file names: relative to the file, or below one named by an environment variable.
 

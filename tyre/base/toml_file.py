@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from tyre.base.errors import InputError
+from tyre.base.paths import refuse_special
 
 
 def read_toml(path: Path | Traversable, kind: str, *, where: str = "", absent: str = "") -> dict[str, Any]:
@@ -24,14 +25,15 @@ def read_toml(path: Path | Traversable, kind: str, *, where: str = "", absent: s
     Raises
     ------
     InputError
-        No such file, one that cannot be read, or not TOML.
+        No such file, a pipe or a device, one that cannot be read, or not TOML.
     """
     where = where or str(path)
+    refuse_special(path)
     try:
         return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except FileNotFoundError as error:
         raise InputError(f"{where}: {absent or f'no such {kind}'}") from error
     except OSError as error:
         raise InputError(f"{where}: cannot be read as a {kind} ({error.strerror})") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # a number of thousands of digits is a ValueError, too
         raise InputError(f"{where}: not a TOML file: {error}") from error

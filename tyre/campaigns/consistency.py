@@ -1,5 +1,6 @@
 """What recordings of one campaign must agree on before they may be averaged."""
 
+import math
 from collections.abc import Iterable, Sequence
 from itertools import combinations
 from pathlib import Path
@@ -24,6 +25,23 @@ REPRINT = 1e-4  # relative: closer than this, perhaps the same recording printed
 SPREAD = 0.05  # relative range of repeats that is said
 FRICTION = 0.25  # share of the largest force
 NEAR = 0.02  # relative: conditions closer than this were perhaps meant to be one
+
+
+def refuse_infinite(summary: RecordingSummary, path: Path) -> None:
+    """Refuse a ``summary`` of the recording ``path`` with a number that is infinite.
+
+    Raises
+    ------
+    InputError
+        It names the file and the number.
+    """
+    found = {"value": summary.value, "sd": summary.fit_sd, "R^2": summary.r_squared, **summary.details}
+    for name, number in found.items():
+        if isinstance(number, float) and math.isinf(number):
+            raise InputError(
+                f"{path}: {name} came out as {number:g}; numbers of the recording are too large or too small to be "
+                "fitted, see its units"
+            )
 
 
 def check_plausible(summary: RecordingSummary, path: Path) -> tuple[str, ...]:

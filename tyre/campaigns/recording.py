@@ -11,7 +11,7 @@ import numpy as np
 
 from tyre.base.errors import InputError
 from tyre.base.files import write_text
-from tyre.campaigns.consistency import check_plausible
+from tyre.campaigns.consistency import check_plausible, refuse_infinite
 from tyre.campaigns.summary import FitSettings, RecordingSummary
 from tyre.fits.pull_test import fit_pull_test
 from tyre.fits.slip_step import fit_slip_step, is_slip_step
@@ -114,6 +114,7 @@ def fit_read(
         summary, points = _step(recording, name)
     else:
         summary, points = _sweep(recording, name, settings)
+    refuse_infinite(summary, path)
     unusual = check_plausible(summary, path)
     extra = tuple(note for note in (*summary.notes, *unusual) if note not in notes)
     return RecordingSummary(**{**_shallow(summary), "notes": notes + extra}), points

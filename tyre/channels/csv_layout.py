@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tyre.base.errors import InputError
+from tyre.base.paths import refuse_special
 from tyre.channels.csv_header import NUMBER, are_units, header
 from tyre.channels.reading import Reading
 
@@ -106,6 +107,7 @@ def find_layout(path: Path, reading: Reading) -> Layout:
 
 
 def _head(path: Path, reading: Reading) -> tuple[list[str], str, list[str]]:
+    refuse_special(path)
     try:
         with path.open("rb") as file:
             raw = file.read(HEAD)

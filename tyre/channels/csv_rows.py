@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tyre.base.arrays import Array
-from tyre.base.errors import InputError
+from tyre.base.errors import InputError, plain_digits
 from tyre.base.progress import progress_bar
 from tyre.channels.csv_layout import MISSING, Layout, find_layout, split
 from tyre.channels.reading import Reading
@@ -163,7 +163,7 @@ def _number(cell: str, layout: Layout, where: str) -> float:
             "decimal in [reading]"
         )
     try:
-        value = np.nan if "_" in cell else float(cell.replace(",", ".") if layout.decimal == "," else cell)
+        value = float(cell.replace(",", ".") if layout.decimal == "," else cell) if plain_digits(cell) else np.nan
     except ValueError:
         value = np.nan
     if not np.isfinite(value):

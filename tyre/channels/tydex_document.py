@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tyre.base.errors import InputError, nearest
+from tyre.base.errors import InputError, nearest, plain_digits
 from tyre.base.files import write_bytes
 
 NOT_AVAILABLE = "NOTAVAIL"
@@ -285,7 +285,7 @@ def _row(line: str, width: int, source: str) -> list[float]:
     by_blanks = line.split()
     by_columns = [line[start : start + FIELD] for start in range(0, len(line.rstrip()), FIELD)]
     for fields in (by_blanks, by_columns):
-        if len(fields) == width:
+        if len(fields) == width and plain_digits(line):
             try:
                 return [float(field) for field in fields]
             except ValueError:

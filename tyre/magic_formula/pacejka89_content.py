@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tyre.base.errors import InputError, unknown
+from tyre.base.errors import InputError, plain_digits, unknown
 from tyre.base.optional import optional_module
 from tyre.base.sheet import read_sheet
 
@@ -166,6 +166,6 @@ def _of_hdf5(group: Any) -> dict[str, Any]:
 def is_float(text: Any) -> bool:
     """Whether ``text`` is a finite number, or reads as one."""
     try:
-        return bool(np.isfinite(float(text)))
+        return plain_digits(text) and bool(np.isfinite(float(text)))
     except (TypeError, ValueError):
         return False

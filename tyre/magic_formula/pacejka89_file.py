@@ -114,7 +114,7 @@ def read_pacejka89(source: str | Path | Traversable) -> Pacejka89Tyre:
         table = tomllib.loads(file.read_text(encoding="utf-8"))
     except OSError as error:
         raise InputError(f"{source}: cannot be read ({error.strerror})") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{source}: is not valid TOML: {error}") from None
     return _interpret(table, str(source))
 

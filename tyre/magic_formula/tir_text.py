@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from tyre.base.errors import InputError
+from tyre.base.errors import InputError, plain_digits
 
 _ASSIGNMENT = re.compile(r"^\s*([A-Za-z_]\w*)\s*=\s*(.*)$")
 _FIELD_COMMENT = re.compile(r"^!\s*:?\s*(TYRE|SURFACE)\s*:\s*(.+)$")
@@ -116,6 +116,8 @@ def _value(text: str) -> float | str | None:
     text = re.split(r"[$!]", text)[0].strip()
     if not text:
         return None
+    if not plain_digits(text):
+        return text
     try:
         return float(text)
     except ValueError:

@@ -26,6 +26,7 @@ FASTEST = 60.0  # m/s; above it a speed is surely in km/h
 FASTEST_ROOT = 200.0  # 1/s, about 30 Hz
 DEFAULT_SD = 0.03  # of |eigenvalue|, where neither sd nor repeats are there
 DEFAULT_RATIO_SD = 0.05
+MOST_ROWS = 5000  # beyond, a diagnosis takes hours and tells no more than the means
 SMALLEST_SD, LARGEST_RATIO = 1e-5, 1e5
 TABLE = table(path_key("table", "FILE.csv"))
 FEWEST_REPEATS = 5  # degrees of freedom of all repeats together
@@ -79,6 +80,11 @@ def read_modal(
     columns = read_columns(
         path, numbers=(*NUMBERS, *settable(model)), texts=("mode", "group"), needed=("speed_m_s", "mode", *EIGENVALUE)
     )
+    if (count := len(columns.lines)) > MOST_ROWS:
+        raise InputError(
+            f"{path}: {count} rows are more than {MOST_ROWS}; average the runs at each speed and give their means with "
+            "the standard deviations of the means, or a part of the rows"
+        )
     settings = read_settings(path, columns, model, uncertainty)
     points = tuple(replace(_point(path, row, columns), settings=known) for row, known in enumerate(settings))
     if len(points) < 3:

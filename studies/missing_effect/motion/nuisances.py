@@ -11,6 +11,7 @@ from bicycle.parameters import UNITS, UNUSED
 from studies.inference.parameter import UncertainParameter
 from tyre.base.errors import InputError, is_number, shown, unknown
 
+FINEST, TINIEST = 1e-9, 1e-12  # of the value, and in SI: a smaller stated sd is lost in rounding
 MOST = {"m": (0.5, "mm"), "rad": (0.3, "degrees"), "kg": (100.0, "g"), "kg m^2": (100.0, "kg mm^2")}
 """Standard deviations of a bicycle's parameters beyond which they are surely in another unit, by unit."""
 
@@ -81,6 +82,12 @@ def _check(given: Mapping[str, float], values: Mapping[str, float]) -> None:
         if not is_number(sd) or not 0 <= sd < math.inf:
             raise InputError(
                 f"[uncertainty]: {key} = {shown(sd)} must be a standard deviation >= 0 in SI units (0 fixes it)"
+            )
+        least = FINEST * max((abs(values[entry]) for entry in entries_of(key, values)), default=0.0)
+        if 0 < sd < max(least, TINIEST):
+            raise InputError(
+                f"[uncertainty]: {key} = {sd:g} is below {max(least, TINIEST):.2g}, a billionth of its value, which no "
+                "measurement reaches; give its standard deviation, or 0, which fixes it"
             )
         most, other = MOST.get(UNITS.get(key, ""), (math.inf, ""))
         if sd > most:

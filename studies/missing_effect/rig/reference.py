@@ -10,6 +10,7 @@ from tyre.base.units import PASCAL_PER_BAR
 
 LENGTH_SD = 0.1  # relative: the static C/K and the lag of a rolling tyre are not the same thing
 PEAK, SHAPE, CURVATURE = 1.05, 1.4, 0.0  # of the curve where only its slope is known; the peak in loads
+FARTHEST = 3.0  # times a load of the reference is from what it still serves
 ALIKE = 0.02  # relative difference of loads, or of pressures, that are the same condition
 
 Value = tuple[float, float]
@@ -60,7 +61,7 @@ class Reference:
         Raises
         ------
         InputError
-            For a pressure that the reference does not have.
+            For a pressure that the reference does not have, or a load far from all of its loads.
         """
         near = [c for c in self.curves if abs(c.pressure / pressure - 1) < ALIKE]
         if not near:
@@ -72,6 +73,11 @@ class Reference:
         near.sort(key=lambda c: c.load)
         best = min(near, key=lambda c: abs(math.log(c.load / load)))
         below, above = [c for c in near if c.load < load], [c for c in near if c.load > load]
+        if (apart := max(best.load / load, load / best.load)) > FARTHEST and not (below and above):
+            raise InputError(
+                f"the reference ({self.origin}) at {best.load:g} N says nothing of a recording at {load:g} N, "
+                f"{apart:.3g} times apart (at most {FARTHEST:g}); give one near that load, or mend the load's unit"
+            )
         if abs(best.load / load - 1) < ALIKE or not below or not above:
             return best
         low, high = below[-1], above[0]

@@ -99,6 +99,7 @@ def test_unused_pitch_inertias_are_optional():
         ({"IHxx": -0.1}, "front frame has a negative principal inertia"),
         ({"IRxx": -0.1}, "IRxx = -0.1 kg m\\^2 must not be negative"),
         ({"IFyy": -0.1}, "IFyy = -0.1 kg m\\^2 must not be negative"),
+        ({"g": 1e308}, "static load of the rear wheel is nan N; it must be positive"),
         ({"xB": 2.0}, "static load of the rear wheel is -"),
         ({"xB": -0.5}, "static load of the front wheel is -"),
         ({"mB": math.nan}, "mB = nan must be a finite number"),

@@ -267,3 +267,15 @@ def test_a_model_out_of_reach_needs_the_key_and_says_so():
     assert {note.headline for note in model.notes} == {
         "rear 42 N, 5.5 bar, extrapolated; front 53 N, 5.5 bar, extrapolated"
     }
+
+
+def test_a_parameter_called_self_is_unknown_like_any_other():
+    with pytest.raises(InputError, match="effect 'no_slip': unknown parameter 'self'; known: none"):
+        build_model({"bicycle": "benchmark", "effects": {"no_slip": {"self": 1}}})
+
+
+@pytest.mark.parametrize("tyre", ["a\0b.csv", {"rear": "Tyre1", "front": "a\0b.tir"}])
+def test_a_tyre_file_with_a_nul_in_its_name(tyre):
+    table = {"tyre": tyre, "pressure_bar": 5.0}
+    with pytest.raises(InputError, match="is no file name; it holds a NUL character"):
+        build_model({"bicycle": "benchmark", "effects": {"relaxation_length": table}})

@@ -77,6 +77,12 @@ def test_a_short_window_is_used_with_a_larger_sd():
     assert abs(short.eigenvalue - ROOT) < 3 * max(short.sd)
 
 
+def test_cycles_are_those_of_the_window():
+    """1.6 s in the middle of the record, not what went before them."""
+    found = identify(decay(np.random.default_rng(3), colour=0.0), first_s=1.0, last_s=2.6, thorough=False)
+    assert found.cycles == pytest.approx(1.6 * 4.4 / (2 * np.pi), abs=0.15)
+
+
 def test_the_drift_is_chosen_by_evidence_or_given():
     rng = np.random.default_rng(8)
     t = np.arange(0, 3.0, 0.01)

@@ -70,7 +70,8 @@ def test_the_picture_shows_every_mode_in_its_look(found):
 
 def test_what_is_unstable_is_pale(found):
     frequency, real = found.plot(Figure().subplots(2, 1))
-    band = real.patches[-1].get_bbox()
+    drawn = real.patches[-1]  # a polygon up to matplotlib 3.8, a rectangle since
+    band = drawn.get_patch_transform().transform_path(drawn.get_path()).get_extents()
     assert to_hex(real.patches[-1].get_facecolor()) == UNSTABLE
     assert (band.y0, band.y1) == (0, real.get_ylim()[1])
     pale = [line for line in frequency.lines if to_hex(line.get_color()) == UNSTABLE]

@@ -7,6 +7,7 @@ from scipy.stats import chi2
 from studies.inference.checks import whiteness
 from studies.inference.fit import Fit
 from studies.inference.forward import ForwardModel, Rows
+from studies.inference.parameter import Candidate, UncertainParameter
 from studies.missing_effect import diagnose, read_measurement
 
 COUNT = 400
@@ -98,3 +99,14 @@ def test_a_real_root_at_many_speeds_is_diagnosed(tmp_path):
     (tmp_path / "capsize.csv").write_text("speed_m_s,mode,real_1_s,imag_rad_s,real_sd_1_s,imag_sd_rad_s\n" + rows)
     (tmp_path / "m.toml").write_text('kind = "modal"\nbicycle = "benchmark"\n[modal]\ntable = "capsize.csv"\n')
     assert diagnose(read_measurement(tmp_path / "m.toml")).verdict.verdict == "none"
+
+
+@pytest.mark.parametrize(
+    ("at", "names"), [(0.0, ["share.size"]), (0.5, []), (0.9999, ["share.size"]), (1.0, ["share.size"])]
+)
+def test_a_size_that_ends_at_either_bound_is_told(at, names):
+    size = UncertainParameter("size", "1", {"share": 1.0}, 0.5, 0.2, lowest=0.0, highest=1.0, size=True)
+    share = Candidate("share", (size,))
+    done = Fit((share,), (size,), np.array([float(at)]), np.eye(1), np.zeros(9), np.zeros((9, 1)), 0.0, 0.0)
+    assert done.at_bound() == names
+    assert done.admissible == (not names)

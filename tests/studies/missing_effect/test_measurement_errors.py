@@ -52,6 +52,8 @@ def histories(tmp_path, *, toml=HISTORY, head=RUN_HEAD, rows=None):
         (MODAL.replace("t.csv", "."), "cannot be read as a table .Is a directory."),
         ("description = 3\n" + MODAL, "description = 3 must be words in quotes"),
         (MODAL + "[uncertainty]\nlamb = 1\n", "m.toml: .uncertainty.: unknown parameter 'lamb'; did you mean 'lam'"),
+        (MODAL + "[uncertainty]\nIHxx = 5e-324\n", ".uncertainty.: IHxx = 4.94066e-324 is below .*a billionth of its"),
+        (MODAL + "[uncertainty]\nc = 1e-13\n", ".uncertainty.: c = 1e-13 is below 8e-11, a billionth of its value"),
         (MODAL + "[uncertainty.steer_damper]\ndamping = 1\n", "unknown parameter 'steer_damper.damping'"),
         (MODAL + "[candidates.steer_damper]\ndamping = -1\n", "damping = -1 N m s/rad is outside"),
         (
@@ -102,6 +104,12 @@ def test_measurement_file(tmp_path, toml, words):
 def test_modal_table(tmp_path, head, rows, words):
     with pytest.raises(InputError, match=words):
         read_measurement(modal(tmp_path, head=head, rows=rows))
+
+
+def test_a_table_too_long_to_be_fitted(tmp_path):
+    rows = [f"{4 + 1e-4 * k:.4f},weave,-1,{4 + 1e-4 * k:.4f},0.1,0.1" for k in range(5001)]
+    with pytest.raises(InputError, match="t.csv: 5001 rows are more than 5000; average the runs at each speed"):
+        read_measurement(modal(tmp_path, rows=rows))
 
 
 def test_a_motor_is_asked_for_in_the_file_or_on_the_command_line(tmp_path, capsys):

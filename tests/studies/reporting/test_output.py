@@ -48,7 +48,7 @@ def test_csv_has_all_digits_and_json_no_infinity(tmp_path, capsys):
     shown = capsys.readouterr().out
     assert shown.startswith("speed_m_s\n0.3333333333333333\n")
     assert json.loads(shown.partition("{")[1] + shown.partition("{")[2]) == {"a": [1.5]}
-    with pytest.raises(ValueError, match="not JSON compliant"):
+    with pytest.raises(InputError, match="nothing is written: a came out as inf"):
         write_json({"a": float("inf")}, "-")
     with pytest.raises(InputError, match="is no file name; give a file, or - for standard output"):
         write_json({}, "")

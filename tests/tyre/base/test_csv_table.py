@@ -1,5 +1,7 @@
 """The one reader of CSV tables: strict tables, loggers' files, cells with checks of their own."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -35,6 +37,20 @@ def test_cells_with_checks_of_their_own(file):
     ):
         with pytest.raises(InputError, match=words):
             read_columns(file(text), numbers=checks, needed=())
+
+
+@pytest.mark.parametrize("cell", ["1_0", "３００", "٣", "1e1_0", "３e1"])
+def test_numbers_are_spelt_in_plain_digits(file, cell):
+    """Python would read each of them as a number."""
+    assert float(cell) > 0
+    with pytest.raises(InputError, match="t.csv, line 2: load_N = .* must be a finite number above 0"):
+        read_columns(file(f"load_N\n{cell}\n"), numbers={"load_N": number(above=0)}, needed=())
+
+
+def test_a_pipe_is_refused_before_it_is_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "t.csv")
+    with pytest.raises(InputError, match="t.csv: is a pipe or a device"):
+        read_columns(tmp_path / "t.csv", numbers=("a",), needed=())
 
 
 def test_other_columns_may_be_allowed(file):

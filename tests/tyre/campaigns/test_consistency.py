@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tyre.base.errors import InputError
-from tyre.campaigns.consistency import check_plausible, check_repeats, near_conditions, repeat_warnings
+from tyre.campaigns.consistency import check_plausible, check_repeats, near_conditions, refuse_infinite, repeat_warnings
 from tyre.campaigns.summary import RecordingSummary
 from tyre.recordings.recording import Condition
 
@@ -58,3 +58,18 @@ def test_conditions_that_were_perhaps_meant_to_be_one_are_said():
     said = near_conditions(keys)
     assert set(said) == set(keys[:2])
     assert "nearly the same condition is taken as two: T, 400 N, 5.5 bar and T, 401 N, 5.5 bar" in said[keys[0]]
+
+
+@pytest.mark.parametrize(
+    ("found", "words"),
+    [
+        (summary("a.csv", float("inf")), "a.csv: value came out as inf; numbers of the recording are too large"),
+        (summary("a.csv", fit_sd=float("inf")), "a.csv: sd came out as inf"),
+        (summary("a.csv", r_squared=float("-inf")), "a.csv: R.2 came out as -inf"),
+        (summary("a.csv", linear_range_m=float("inf")), "a.csv: linear_range_m came out as inf"),
+    ],
+)
+def test_what_is_infinite_is_refused_by_its_name(found, words):
+    with pytest.raises(InputError, match=words):
+        refuse_infinite(found, Path("a.csv"))
+    refuse_infinite(summary("a.csv", pneumatic_trail_m=float("nan")), Path("a.csv"))  # not measured

@@ -145,6 +145,7 @@ def test_the_last_line_without_an_end_is_left_out_and_said(file):
         ("t,f\n0,1\n1,x\n2,3\n3,4\n", "line 3: f = 'x' is not a finite number"),
         ("t,f\n0,1\n1,inf\n2,3\n3,4\n", "line 3: f = 'inf' is not a finite number"),
         ("t,f\n0,1\n1,1_0\n2,3\n3,4\n", "line 3: f = '1_0' is not a finite number"),
+        ("t,f\n0,1\n1,３\n2,3\n3,4\n", "line 3: f = '３' is not a finite number"),
         ("t,f\n0,1\n1\n2,3\n3,4\n", r"line 3: 1 cells where others have 2; was the file cut off\?"),
         ("t,f\n0,1\n1,2,3\n2,3\n3,4\n", "line 3: 3 cells where others have 2; is the delimiter inside"),
         ("t,f\n0,x\n1,2\n2,3\n3,4\n4,5\n", "line 2: names of columns were expected above the samples, it holds '0'"),

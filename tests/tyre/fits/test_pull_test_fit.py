@@ -96,6 +96,11 @@ def test_drift_of_the_cell_does_not_spoil_the_loop():
     assert fit.drift == pytest.approx(5.0, rel=0.03)
 
 
+def test_the_offset_of_a_drifting_cell_is_that_of_the_middle_of_the_test():
+    assert fit_pull_test(loop(drift=5.0, presliding=4e-5)).offset == pytest.approx(2.5, abs=0.1)
+    assert fit_pull_test(loop(presliding=4e-5)).offset == pytest.approx(0.0, abs=0.1)
+
+
 def test_softening_is_reported_and_the_slope_is_that_at_the_origin():
     fit = fit_pull_test(loop(softening=0.08, noise=0.2))
     assert fit.lateral_stiffness.value == pytest.approx(K, rel=0.01)

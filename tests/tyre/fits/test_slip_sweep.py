@@ -54,6 +54,12 @@ def own_sweep(*, stiffness, saturation, length, offset, rate):
     )
 
 
+def with_force(change):
+    """A sweep without noise, its side force (n,) changed by ``change(force, time)``."""
+    run = sweep()
+    return replace(run, side_force=change(run.side_force, run.time - run.time[0]))
+
+
 @pytest.mark.parametrize("rate", [1.0, 2.0, 4.0])
 def test_noise_free_sweep_gives_back_the_truth(rate):
     fit = fit_slip_sweep(sweep(PlySteer(force=8.0, slip=0.002), rate=rate))
@@ -269,3 +275,26 @@ def test_engine_reaches_the_certified_digits_of_nist(data, model, slope, start, 
     found = solve_least_squares(lambda b: model(b, x) - y, np.array(start), jacobian=lambda b: slope(b, x))
     np.testing.assert_allclose(found.x, certified, rtol=1e-8)
     assert 2.0 * found.cost == pytest.approx(squares, rel=1e-10)
+
+
+def test_a_force_that_drifts_leaves_no_residual():
+    """The drift that was fitted is taken off, not added: 20 N over the recording, 2 % of which would be left."""
+    fit = fit_slip_sweep(with_force(lambda f, t: f + 20.0 * t / t[-1]))
+    assert fit.parameters["drift"] == pytest.approx(20.0, rel=0.05)
+    assert fit.residual_sd < 0.5
+    assert fit.r_squared > 0.9999
+
+
+@pytest.mark.parametrize("offset", [0.0, 500.0])
+def test_r_squared_is_what_noise_leaves_of_the_scatter_about_the_mean(offset):
+    """1 - s^2 / var(F) of white noise s, whatever the mean of the force."""
+    noise = 60.0
+    rng = np.random.default_rng(2)
+    clean = with_force(lambda f, t: f)
+    run = with_force(lambda f, t: f + offset + noise * rng.standard_normal(f.size))
+    expected = 1 - noise**2 / (np.var(clean.side_force) + noise**2)
+    fit = fit_slip_sweep(run)
+    assert fit.r_squared == pytest.approx(expected, abs=0.004)
+    assert fit.residual_sd == pytest.approx(noise, rel=0.05)
+    assert any(note.startswith(f"R^2 = {fit.r_squared:.4f} is low") for note in fit.notes) == (fit.r_squared < 0.98)
+    assert fit.r_squared < 0.98

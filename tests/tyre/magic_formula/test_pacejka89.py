@@ -156,3 +156,18 @@ def test_every_packaged_tyre_of_this_kind_can_be_read():
     tyres = [read_pacejka89(file) for file in files(data_root() / "tyres")]
     assert len(tyres) >= 1
     assert all(tyre.notes and tyre.source for tyre in tyres)
+
+
+@pytest.mark.parametrize("camber", [-0.06, 0.0, 0.11])
+@pytest.mark.parametrize("slip", [-0.05, 0.0, 0.03])
+def test_the_moment_of_a_leaning_tyre_by_the_formula(slip, camber):
+    """Bakker, Pacejka & Lidner (1989), SAE 890087, eqs. of M_z with camber, written out; load in kN, angles in deg."""
+    c = (2.3, -1.1, 6.5, -0.8, -3.2, 0.12, 0.031, 0.07, -0.24, -2.1, 0.023, 0.041, -0.06, 0.21, -0.017, 0.29, 0.4, -0.9)
+    fit, fz, x, g = replace(FIT, aligning_moment_coefficients=c), 0.45, np.degrees(slip), np.degrees(camber)
+    d = c[1] * fz**2 + c[2] * fz
+    b = (c[3] * fz**2 + c[4] * fz) * (1 - c[6] * abs(g)) * np.exp(-c[5] * fz) / (c[0] * d)
+    e = (c[7] * fz**2 + c[8] * fz + c[9]) * (1 - c[10] * abs(g))
+    x = x + c[11] * g + c[12] * fz + c[13]
+    phi = (1 - e) * x + e / b * np.arctan(b * x)
+    moment = d * np.sin(c[0] * np.arctan(b * phi)) + (c[14] * fz**2 + c[15] * fz) * g + c[16] * fz + c[17]
+    assert fit.aligning_moment(slip_angle=slip, load=450.0, camber=camber) == pytest.approx(moment, rel=1e-12)
