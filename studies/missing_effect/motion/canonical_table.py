@@ -6,7 +6,7 @@ such unions hold the data of other rows and count only for Whipple's values.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -30,6 +30,7 @@ SPEEDS = (2.0, 3.0, 4.0, 5.0, 6.0, 7.0)  # m/s
 BAND = (0.3, 3.0)  # Hz
 FASTEST, HIGHEST = 60.0, 50.0
 FEWEST = 4  # subsets from which a scatter can be had: Student's t with fewer has no variance
+LONE = 100.0  # times what all other subsets have: no rider makes that
 PERCENT = 0.1 / math.sqrt(12)  # rounding of a printed percentage
 DISAGREE = 5.0  # sd by which two rows may differ on Whipple's value
 
@@ -78,6 +79,19 @@ def unit(coefficient: str) -> str:
     return UNITS[coefficient.split("_")[0]]
 
 
+def _refuse_lone(path: Path, subsets: Sequence[tuple[str, str]], value: Array) -> None:
+    """Refuse a coefficient that is far from that of all other subsets: in another unit, or mistyped."""
+    for place, name in enumerate(COEFFICIENTS):
+        size = np.abs(value[:, place])
+        for row, (rider, environment) in enumerate(subsets):
+            others = float(np.delete(size, row).max())
+            if others > 0 and size[row] > LONE * others:
+                raise InputError(
+                    f"{path}: {name} = {value[row, place]:g} {unit(name)} of {rider}, {environment} is "
+                    f"{size[row] / others:.3g} times the largest of the other subsets; is it in another unit?"
+                )
+
+
 def read_canonical(content: Mapping[str, Any], folder: Path) -> tuple[CanonicalTable, tuple[str, ...]]:
     """The table ``[canonical]`` and notes on what was assumed.
 
@@ -99,6 +113,7 @@ def read_canonical(content: Mapping[str, Any], folder: Path) -> tuple[CanonicalT
     cells, differs = _cells(path)
     subsets = _subsets(path, cells)
     value, stated = (np.array([[cells[*s, name][k] for name in COEFFICIENTS] for s in subsets]) for k in (0, 1))
+    _refuse_lone(path, subsets, value)
     whipple, rounding = (None, np.zeros_like(value))
     if differs:
         both = np.array([[_whipple(path, cells, s[0], name) for name in COEFFICIENTS] for s in subsets])

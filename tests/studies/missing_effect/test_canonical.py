@@ -310,3 +310,19 @@ def test_bad_tables(tmp_path, head, rows, words):
 def test_bad_measurement_files(tmp_path, toml, words):
     with pytest.raises(InputError, match=words):
         read_measurement(write(tmp_path, GOOD, toml=toml))
+
+
+@pytest.mark.parametrize(("factor", "refused"), [(1000.0, True), (-1000.0, True), (20.0, False)])
+def test_a_coefficient_far_from_all_other_subsets_is_refused(tmp_path, factor, refused):
+    rows = rows_of(PUBLISHED)
+    place = COEFFICIENTS.index("C1_delta_delta")
+    cells = rows[place].split(",")
+    rows[place] = ",".join([*cells[:4], f"{factor * PUBLISHED[place]:.12g}", cells[5]])
+    file = write(tmp_path, rows)
+    if not refused:
+        read_measurement(file)
+        return
+    with pytest.raises(
+        InputError, match=r"C1_delta_delta = -?1685.4 kg m of all-rounder, track is 1e\+03 times the largest"
+    ):
+        read_measurement(file)

@@ -45,6 +45,15 @@ def analytic_step(*, length=0.12, speed=0.5, noise=0.0, slip=0.017, seed=0):
     )
 
 
+def test_a_step_late_in_the_record_is_one():
+    """The slip after the step is that of the end, though most of the record lies before it."""
+    run, wait = analytic_step(length=0.06), np.arange(0.0, 6.0, 0.001)
+    before = {"slip_angle": 0.0, "side_force": 3.0, "vertical_load": 400.0, "speed": 0.5}
+    longer = {name: np.concatenate([np.full(wait.size, at), getattr(run, name)]) for name, at in before.items()}
+    late = replace(run, time=np.concatenate([wait, run.time + 6.0]), **longer)
+    assert fit_slip_step(late).relaxation_length.value == pytest.approx(0.06, rel=0.01)
+
+
 @pytest.mark.parametrize(("length", "slip"), [(0.06, 0.017), (0.12, -0.01), (0.25, 0.017)])
 def test_analytic_step_gives_its_length(length, slip):
     fit = fit_slip_step(analytic_step(length=length, slip=slip))
