@@ -7,7 +7,7 @@ and 7.5), so is the backward error: a few eps times the norm.
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -23,8 +23,31 @@ compiled: Callable[[Any], Any] = numba.njit(cache=True, nogil=True, error_model=
 Places = NDArray[np.int64]
 
 
+class Similarity(NamedTuple):
+    """How matrices A and their Hessenberg forms H hang together: H = Q' D^-1 (P' A P) D Q / unit.
+
+    ``order`` (n, LANES) is the permutation P, ``scale`` (n, LANES) the diagonal of D; Q is the product of the
+    reflections 1 - tau v v' with ``v`` (n, n, LANES), one a row, and ``tau`` (n, LANES).
+    """
+
+    unit: Array
+    order: Places
+    scale: Array
+    v: Array
+    tau: Array
+
+
+def room_for(n: int) -> tuple[Array, Similarity]:
+    """Empty arrays for the Hessenberg forms of matrices (n, n) and their similarity."""
+    h = np.zeros((n + 1, n + 1, LANES))  # a reflection may reach over the edge by one
+    order = np.zeros((n, LANES), np.int64)
+    return h, Similarity(
+        np.empty(LANES), order, np.empty((n, LANES)), np.empty((n, n, LANES)), np.empty((n, LANES))
+    )
+
+
 @compiled
-def hessenberg(stack: Array, start: int, count: int, h: Array, unit: Array) -> None:
+def hessenberg(stack: Array, start: int, count: int, h: Array, by: Similarity) -> None:
     """Balance matrices and reduce them to upper Hessenberg form, one a lane.
 
     Parameters
@@ -35,20 +58,21 @@ def hessenberg(stack: Array, start: int, count: int, h: Array, unit: Array) -> N
         Index of the first matrix and number of matrices; lanes beyond them repeat the last.
     h : ndarray, shape (n + 1, n + 1, LANES)
         Gets the matrices; the last row and column are free for what follows.
-    unit : ndarray, shape (LANES,)
-        Gets the power of two that each was divided by.
+    by : Similarity
+        Gets what leads back, ``unit`` is a power of two.
     """
     n = stack.shape[1]
-    v, lane, order = np.empty((n, LANES)), np.empty((8, LANES)), np.empty(n, np.int64)
+    lane, order = np.empty((8, LANES)), np.empty(n, np.int64)
     for k in range(LANES):
         source = start + min(k, count - 1)
         _isolate(stack[source], order)
         for i in range(n):
+            by.order[i, k] = order[i]
             for j in range(n):
                 h[i, j, k] = stack[source, order[i], order[j]]
-    _normalise(h, n, unit)
-    _balance(h, n, lane)
-    _reduce(h, n, v, lane)
+    _normalise(h, n, by.unit)
+    _balance(h, n, by.scale, lane)
+    _reduce(h, n, by.v, by.tau, lane)
 
 
 @compiled
@@ -100,9 +124,10 @@ def _normalise(h: Array, n: int, unit: Array) -> None:
 
 
 @compiled
-def _balance(h: Array, n: int, lane: Array) -> None:
-    """Scale by powers of two until rows and columns have like norms."""
+def _balance(h: Array, n: int, scale: Array, lane: Array) -> None:
+    """Scale by powers of two, kept in ``scale``, until rows and columns have like norms."""
     row, column, factor = lane[0], lane[1], lane[2]
+    scale[:] = 1.0
     bits = factor.view(np.int64)
     for _ in range(100):
         busy = False
@@ -126,6 +151,8 @@ def _balance(h: Array, n: int, lane: Array) -> None:
                 change = change or better
             if change:
                 busy = True
+                for k in range(LANES):
+                    scale[i, k] *= factor[k]
                 for j in range(n):
                     for k in range(LANES):
                         h[i, j, k] /= factor[k]
@@ -137,11 +164,12 @@ def _balance(h: Array, n: int, lane: Array) -> None:
 
 
 @compiled
-def _reduce(h: Array, n: int, v: Array, lane: Array) -> None:
-    """Reduce to upper Hessenberg form by Householder reflections 1 - tau v v'."""
-    below, tau, total = lane[0], lane[1], lane[2]
+def _reduce(h: Array, n: int, reflection: Array, factor: Array, lane: Array) -> None:
+    """Reduce to upper Hessenberg form by Householder reflections 1 - tau v v', kept with v[top] = 1 left out."""
+    below, total = lane[0], lane[2]
     for c in range(n - 2):
         top = c + 1
+        v, tau = reflection[c], factor[c]
         for k in range(LANES):
             below[k] = 0.0
         for i in range(top + 1, n):

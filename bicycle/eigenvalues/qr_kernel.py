@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from bicycle.eigenvalues.hessenberg_kernel import LANES, Places, compiled, hessenberg
+from bicycle.eigenvalues.hessenberg_kernel import LANES, Places, compiled, hessenberg, room_for
 from tyre.base.arrays import Array
 
 EPS = float(np.finfo(float).eps)
@@ -33,18 +33,18 @@ def solve(stack: Array, real: Array, imag: Array) -> int:
         Index of the first matrix that failed, or -1.
     """
     m, n = stack.shape[0], stack.shape[1]
-    h, unit = np.zeros((n + 1, n + 1, LANES)), np.empty(LANES)  # a reflection may reach over the edge by one
+    h, by = room_for(n)
     for start in range(0, m, LANES):
         count = min(LANES, m - start)
-        hessenberg(stack, start, count, h, unit)
-        failed = _roots(h, unit, start, count, real, imag)
+        hessenberg(stack, start, count, h, by)
+        failed = roots_of(h, by.unit, start, count, real, imag)
         if failed >= 0:
             return int(start + failed)
     return -1
 
 
 @compiled
-def _roots(h: Array, unit: Array, start: int, count: int, real: Array, imag: Array) -> int:
+def roots_of(h: Array, unit: Array, start: int, count: int, real: Array, imag: Array) -> int:
     """Fill in the eigenvalues of matrices in Hessenberg form; first lane that failed, or -1."""
     n = h.shape[0] - 1
     window, lane = np.empty((3, LANES), np.int64), np.empty((8, LANES))

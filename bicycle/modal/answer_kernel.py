@@ -1,0 +1,182 @@
+"""Names of roots at the speeds that are asked for, compiled: :meth:`bicycle.modal.tracker.Tracker.labels` in batches.
+
+Needs numba (extra ``fast``). A root belongs to the branch that is expected next to it. Where another comes near, or the
+names change between the two nodes around a speed, the bicycle is left to the plain path.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bicycle.eigenvalues.hessenberg_kernel import compiled
+from bicycle.modal.follow_kernel import MEETING, SURE, Track, mate_of
+from bicycle.modal.identity_kernel import Whole
+from bicycle.modal.matching import CLEAR, TWIN
+from bicycle.modal.naming_kernel import Named
+from tyre.base.arrays import Array
+
+BESIDE_A_CHANGE, RIVALS = 4, 5
+
+
+@compiled
+def answer(t: Track, found: Named, v: Array, re: Array, im: Array, names: Whole) -> None:
+    """Fill in the names of roots at speeds, as bits; a bicycle that is not sure gets a status.
+
+    Parameters
+    ----------
+    t : Track
+    found : Named
+    v : ndarray, shape (B, m)
+        m/s.
+    re, im : ndarray, shape (B, m, n)
+        Roots there, sorted, 1/s.
+    names : ndarray of int, shape (B, m, n)
+        Gets the numbers of the names each may have, as bits.
+    """
+    n = re.shape[2]
+    expected, branch = np.empty((2, n)), np.empty(n, np.int64)
+    for b in range(v.shape[0]):
+        if t.status[b] != SURE:
+            continue
+        for k in range(v.shape[1]):
+            j = step_of(t, b, v[b, k])
+            if not same_labels(t, found, b, j, v[b, k]):
+                t.status[b] = BESIDE_A_CHANGE
+                break
+            if not _branches(t, found, b, j, v[b, k], re[b, k], im[b, k], expected, branch):
+                t.status[b] = RIVALS
+                break
+            at = j + 1 if t.v[b, t.order[b, j + 1]] == v[b, k] else j
+            for i in range(n):
+                mate = mate_of(re[b, k], im[b, k], i)
+                modes = found.label[b, at, branch[i]] | found.label[b, at, branch[mate]]
+                names[b, k, i] = name_bits(found.name[b], modes)
+
+
+@compiled
+def name_bits(name: Whole, modes: int) -> int:
+    """Numbers of the names of ``modes``, both as bits; ``name`` (n,) is the name of each mode."""
+    bits = 0
+    for mode in range(len(name)):
+        if (modes >> mode) & 1:
+            bits |= 1 << name[mode]
+    return bits
+
+
+@compiled
+def step_of(t: Track, b: int, v: float) -> int:
+    """The step that holds ``v`` (m/s): the place of its lower node."""
+    low, high = 0, t.count[b] - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if t.v[b, t.order[b, middle]] <= v:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@compiled
+def same_labels(t: Track, found: Named, b: int, j: int, v: float) -> bool:
+    """Whether no name changes in step ``j``, or ``v`` (m/s) is one of its ends."""
+    if t.v[b, t.order[b, j]] == v or t.v[b, t.order[b, j + 1]] == v:
+        return True
+    for i in range(found.label.shape[2]):
+        if found.label[b, j, i] != found.label[b, j + 1, i]:
+            return False
+    return True
+
+
+@compiled
+def _branches(
+    t: Track, found: Named, b: int, j: int, v: float, re: Array, im: Array, expected: Array, branch: Whole
+) -> bool:
+    """Branch of each root (n,) at ``v`` in step ``j``; False where it is not beyond doubt."""
+    n = len(re)
+    left, right = t.order[b, j], t.order[b, j + 1]
+    h = t.v[b, right] - t.v[b, left]
+    s = (v - t.v[b, left]) / h
+    size = 0.0
+    for i in range(n):
+        size = max(size, math.hypot(re[i], im[i]))
+        branch[i] = -1
+    first, second = -1, -1  # branches that meet
+    for i in range(n):
+        p, q = found.root[b, j, i], found.root[b, j + 1, i]
+        if t.kind[b, left] == MEETING and 0.0 < s < 1.0 and p in (t.two[b, left, 0], t.two[b, left, 1]):
+            if first < 0:
+                first = i
+            else:
+                second = i
+            continue
+        expected[0, i] = hermite(t.re[b, left, p], t.re[b, right, q], h * t.dre[b, left, p], h * t.dre[b, right, q], s)
+        expected[1, i] = hermite(t.im[b, left, p], t.im[b, right, q], h * t.dim[b, left, p], h * t.dim[b, right, q], s)
+    for i in range(n):
+        if i in (first, second):
+            continue
+        best, own = math.inf, -1
+        for k in range(n):
+            if branch[k] < 0:
+                cost = math.hypot(re[k] - expected[0, i], im[k] - expected[1, i])
+                if cost < best:
+                    best, own = cost, k
+        rival = math.inf
+        for k in range(n):
+            if k != own and math.hypot(re[k] - re[own], im[k] - im[own]) > TWIN * size:
+                rival = min(rival, math.hypot(re[k] - expected[0, i], im[k] - expected[1, i]))
+        if not best < CLEAR * rival or (im[own] > 0.0) != (expected[1, i] > 0.0):
+            if best > TWIN * size or (im[own] > 0.0) != (expected[1, i] > 0.0):
+                return False
+        branch[own] = i
+    if first >= 0:
+        if found.label[b, j, first] != found.label[b, j, second]:
+            return False
+        for k in range(n):
+            if branch[k] < 0:
+                branch[k], first = first, second
+    return True
+
+
+@compiled
+def hermite(a: float, b: float, rise_a: float, rise_b: float, s: float) -> float:
+    """Cubic of s in 0..1 with these ends and slopes."""
+    return (1 + 2 * s) * (1 - s) ** 2 * a + s**2 * (3 - 2 * s) * b + s * (1 - s) * ((1 - s) * rise_a - s * rise_b)
+
+
+@compiled
+def ask_more(
+    t: Track, found: Named, v: Array, numbers: NDArray[np.float64], unit: Array, owner: Whole, more: Array
+) -> int:
+    """Nodes of the full grid inside wide steps in which names change at speeds asked for; how many.
+
+    Parameters
+    ----------
+    t, found : Track, Named
+    v : ndarray, shape (B, m)
+        m/s, rising.
+    numbers : ndarray, shape (g,)
+        The full grid in units of speed.
+    unit : ndarray, shape (B,)
+        m/s.
+    owner, more : ndarray
+        Get the bicycles and the speeds.
+    """
+    asked = 0
+    for b in range(v.shape[0]):
+        if t.status[b] != SURE:
+            continue
+        room = t.v.shape[1] - t.count[b]
+        last = -1
+        for k in range(v.shape[1]):
+            j = step_of(t, b, v[b, k])
+            if j == last or same_labels(t, found, b, j, v[b, k]):
+                continue
+            last = j
+            low, high = t.v[b, t.order[b, j]], t.v[b, t.order[b, j + 1]]
+            for number in numbers:
+                if low < number * unit[b] < high and room > 0:
+                    owner[asked], more[asked] = b, number * unit[b]
+                    asked += 1
+                    room -= 1
+    return asked
