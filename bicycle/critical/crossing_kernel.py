@@ -50,14 +50,13 @@ def divide(t: Track, unit: Array, low: Array, high: Array, owner: Whole, v: Arra
                     perhaps = t.im[b, left, i] >= 0.0 and sees(t, b, left, right, i) == PERHAPS
             if not perhaps:
                 continue
-            if t.count[b] + wanted + 3 > t.v.shape[1] or h < SMALLEST * unit[b]:
+            if t.count[b] + wanted >= t.v.shape[1] or h < SMALLEST * unit[b]:
                 t.status[b] = TOO_CLOSE
                 asked -= wanted
                 break
-            for part in range(3):
-                owner[asked], v[asked] = b, t.v[b, left] + 0.25 * (part + 1) * h
-                asked += 1
-            wanted += 3
+            owner[asked], v[asked] = b, t.v[b, left] + 0.5 * h
+            asked += 1
+            wanted += 1
     return asked
 
 

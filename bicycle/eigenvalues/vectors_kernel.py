@@ -15,7 +15,7 @@ from tyre.base.arrays import Array
 
 DIGITS = 30 * EPS  # what rounding may change in the last digits of a root (as of ``decomposition``)
 DOUBTFUL = 1e-7  # a pair with an imaginary part below this share of the largest root may be a double real root
-GROWTH = 1e-4  # of 1 / eps: an eigenvector grows at least by so much
+GROWTH = 1e-6  # of 1 / eps: an eigenvector grows at least by so much
 
 
 def decompose_stack(

@@ -7,13 +7,13 @@ names change between the two nodes around a speed, the bicycle is left to the pl
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bicycle.eigenvalues.hessenberg_kernel import compiled
-from bicycle.modal.follow_kernel import MEETING, SURE, Track, mate_of
+from bicycle.modal.follow_kernel import MEETING, SMALLEST, SMOOTH, SURE, Track, mate_of
 from bicycle.modal.identity_kernel import Whole
 from bicycle.modal.matching import CLEAR, TWIN
 from bicycle.modal.naming_kernel import Named
+from bicycle.modal.tracking import STEP
 from tyre.base.arrays import Array
 
 BESIDE_A_CHANGE, RIVALS = 4, 5
@@ -28,7 +28,7 @@ def answer(t: Track, found: Named, v: Array, re: Array, im: Array, names: Whole)
     t : Track
     found : Named
     v : ndarray, shape (B, m)
-        m/s.
+        m/s, NaN for none.
     re, im : ndarray, shape (B, m, n)
         Roots there, sorted, 1/s.
     names : ndarray of int, shape (B, m, n)
@@ -40,14 +40,13 @@ def answer(t: Track, found: Named, v: Array, re: Array, im: Array, names: Whole)
         if t.status[b] != SURE:
             continue
         for k in range(v.shape[1]):
+            if math.isnan(v[b, k]):
+                continue
             j = step_of(t, b, v[b, k])
-            if not same_labels(t, found, b, j, v[b, k]):
-                t.status[b] = BESIDE_A_CHANGE
-                break
             if not _branches(t, found, b, j, v[b, k], re[b, k], im[b, k], expected, branch):
                 t.status[b] = RIVALS
                 break
-            at = j + 1 if t.v[b, t.order[b, j + 1]] == v[b, k] else j
+            at = node_like(t, found, b, j, v[b, k])
             for i in range(n):
                 mate = mate_of(re[b, k], im[b, k], i)
                 modes = found.label[b, at, branch[i]] | found.label[b, at, branch[mate]]
@@ -145,38 +144,48 @@ def hermite(a: float, b: float, rise_a: float, rise_b: float, s: float) -> float
 
 
 @compiled
-def ask_more(
-    t: Track, found: Named, v: Array, numbers: NDArray[np.float64], unit: Array, owner: Whole, more: Array
-) -> int:
-    """Nodes of the full grid inside wide steps in which names change at speeds asked for; how many.
+def ask_more(t: Track, found: Named, v: Array, unit: Array, owner: Whole, more: Array) -> int:
+    """Halve steps in which names change at speeds asked for, until the full track would not be finer; how many.
 
     Parameters
     ----------
     t, found : Track, Named
     v : ndarray, shape (B, m)
-        m/s, rising.
-    numbers : ndarray, shape (g,)
-        The full grid in units of speed.
+        m/s, NaN for none.
     unit : ndarray, shape (B,)
-        m/s.
+        Unit of speed, m/s.
     owner, more : ndarray
         Get the bicycles and the speeds.
     """
     asked = 0
     for b in range(v.shape[0]):
-        if t.status[b] != SURE:
-            continue
-        room = t.v.shape[1] - t.count[b]
-        last = -1
+        wanted = 0
         for k in range(v.shape[1]):
-            j = step_of(t, b, v[b, k])
-            if j == last or same_labels(t, found, b, j, v[b, k]):
+            if t.status[b] != SURE or math.isnan(v[b, k]):
                 continue
-            last = j
-            low, high = t.v[b, t.order[b, j]], t.v[b, t.order[b, j + 1]]
-            for number in numbers:
-                if low < number * unit[b] < high and room > 0:
-                    owner[asked], more[asked] = b, number * unit[b]
-                    asked += 1
-                    room -= 1
+            j = step_of(t, b, v[b, k])
+            left = t.order[b, j]
+            h = t.v[b, t.order[b, j + 1]] - t.v[b, left]
+            if same_labels(t, found, b, j, v[b, k]) or (t.kind[b, left] == SMOOTH and h < 1.5 * STEP * unit[b]):
+                continue
+            middle = t.v[b, left] + 0.5 * h
+            if wanted and more[asked - 1] == middle:
+                continue
+            if t.count[b] + wanted >= t.v.shape[1] or h < SMALLEST * unit[b]:
+                t.status[b] = BESIDE_A_CHANGE
+                asked -= wanted
+                break
+            owner[asked], more[asked] = b, middle
+            asked += 1
+            wanted += 1
     return asked
+
+
+@compiled
+def node_like(t: Track, found: Named, b: int, j: int, v: float) -> int:
+    """The node of step ``j`` whose names hold at ``v`` (m/s): the one farther from where they were given."""
+    if t.v[b, t.order[b, j]] == v:
+        return j
+    if t.v[b, t.order[b, j + 1]] == v:
+        return j + 1
+    return j + 1 if v >= found.anchor[b] else j

@@ -20,17 +20,20 @@ from bicycle.modal.follow_kernel import SURE, Track
 from bicycle.modal.naming import HIGHEST, LOWEST, every_mode
 from bicycle.modal.naming import roles as roles_of
 from bicycle.modal.naming_kernel import Named, Roles
-from bicycle.modal.tracking import STEP, grid
+from bicycle.modal.speed_limits import FASTEST_RATE, REFERENCE_SPEED
+from bicycle.modal.tracking import grid
 from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.base.arrays import Array
 
 BLOCK = 32  # bicycles tracked together: their nodes fit the cache
+STIFF = 6  # a status, beside those of the kernels
 NODES = 192  # of one bicycle at most
 WHY = {
     follow_kernel.NO_VECTORS: "a root without eigenvectors",
     follow_kernel.TOO_CLOSE: "roots that come too close",
     naming_kernel.NOT_CLEAR: "names that are not clear",
     answer_kernel.BESIDE_A_CHANGE: "names change next to a speed asked for",
+    STIFF: "models that are nearly too stiff to be computed",
     answer_kernel.RIVALS: "roots that are too close at a speed asked for",
 }
 """Why a batch is not sure of a bicycle, by status."""
@@ -120,6 +123,9 @@ class Block:
         track = follow_kernel.empty_track(bicycles, max(NODES, 2 * len(nodes)), n)
         owner, v = np.repeat(np.arange(bicycles), len(nodes)), (self.unit[:, None] * nodes).ravel()
         self.add(track, owner, v, asked)
+        slot = int(np.abs(nodes - REFERENCE_SPEED).argmin())
+        fastest = np.hypot(track.re[:, slot], track.im[:, slot]).max(1)
+        track.status[~(fastest * self.unit <= 0.99 * FASTEST_RATE * self.kind.gravity)] = STIFF
         return track
 
     def add(self, track: Track, owner: NDArray[np.int64], v: Array, asked: Asked | None = None) -> None:
@@ -133,22 +139,33 @@ class Block:
                 count = asked(track, owners, speeds)
             owner, v = owners[:count].copy(), speeds[:count].copy()
 
-    def name(self, track: Track) -> Named:
-        """Name all roots of a track of these bicycles."""
-        table = (*track.v.shape, track.re.shape[2])
-        found = Named(np.zeros(table, np.int64), np.zeros(table, np.int64), np.zeros(table[::2], np.int64),
-                      np.zeros(table[0]))  # fmt: skip
-        naming_kernel.name_all(track, self.unit, self.kind.roles, found)
+    def name(self, track: Track, speeds: Array) -> Named:
+        """Name all roots of a track of these bicycles; it gets the nodes it needs around ``speeds`` (m, k), m/s."""
+        bicycles, nodes, n = track.re.shape
+        found = Named(
+            *(np.zeros((bicycles, nodes, n), np.int64) for _ in range(2)), np.zeros((bicycles, n), np.int64),
+            np.zeros(bicycles),
+        )  # fmt: skip
+        owners, more = np.empty(track.v.size + 1, np.int64), np.empty(track.v.size + 1)
+        todo = np.ones(bicycles, np.int64)
+        while todo.any():
+            naming_kernel.name_all(track, self.unit, self.kind.roles, found, todo)
+            count = answer_kernel.ask_more(track, found, speeds, self.unit, owners, more)
+            todo[:] = 0
+            todo[owners[:count]] = 1
+            if count:
+                self.add(track, owners[:count].copy(), more[:count].copy())
         return found
 
 
 @dataclass(frozen=True)
 class BatchKind:
-    """What the bicycles of a batch have in common: states and modes; ``names`` by the numbers the kernels use."""
+    """What the bicycles of a batch have in common: states, modes, ``names`` by number, and ``gravity``, m/s^2."""
 
     roles: Roles
     names: tuple[str, ...]
     singular: bool
+    gravity: float
 
     @classmethod
     def of(cls, model: LinearModel) -> "BatchKind":
@@ -172,7 +189,7 @@ class BatchKind:
         )  # fmt: skip
         others = [f"other_{number}" for number in range(1, len(states) + 1)]
         names = ("weave", "capsize", "castering", *(mode.name for mode in played), *others)
-        return cls(roles, names, bool(model.singular_at_rest))
+        return cls(roles, names, bool(model.singular_at_rest), float(model.parameters["g"]))
 
 
 @dataclass(frozen=True)
@@ -234,13 +251,7 @@ def _name_part(
     bicycles, k = speeds.shape
     reach = speeds / block.unit[:, None]
     track = block.follow(float(reach.min()), float(reach.max()))
-    found = block.name(track)
-    owners, more = np.empty(track.v.size, np.int64), np.empty(track.v.size)
-    full = STEP * np.arange(np.ceil(max(reach.max(), HIGHEST) / STEP) + 1)
-    count = answer_kernel.ask_more(track, found, speeds, full, block.unit, owners, more)
-    if count:
-        block.add(track, owners[:count].copy(), more[:count].copy())
-        found = block.name(track)
+    found = block.name(track, speeds)
     values = eigenvalues_of(block, np.repeat(np.arange(bicycles), k), speeds.ravel())
     values = values.reshape(bicycles, k, -1)
     bits = np.zeros(values.shape, np.int64)
@@ -254,6 +265,11 @@ def eigenvalues_of(block: Block, owner: NDArray[np.int64], v: Array) -> NDArray[
     from bicycle.eigenvalues.solvers import compiled
 
     return compiled(block.matrices(owner, v)[0])
+
+
+def name_of(bits: int, names: tuple[str, ...]) -> str:
+    """The name that ``bits`` stand for, among ``names``: joint where there are several."""
+    return "+".join(sorted(name for number, name in enumerate(names) if bits >> number & 1))
 
 
 def sure(status: NDArray[np.int16]) -> NDArray[np.bool_]:

@@ -2,7 +2,7 @@
 
 Needs numba (extra ``fast``). Neighbouring nodes are linked by where the roots are heading, as in
 :mod:`bicycle.modal.matching` and with its limits, real roots and upper halves alone; a step in which it is plain which
-two real roots meet stands for itself. Other steps ask for nodes inside.
+two real roots meet stands for itself. Other steps are halved, so that all nodes are among those of the full track.
 """
 
 import math
@@ -19,7 +19,7 @@ Small = NDArray[np.int16]
 
 OPEN, SMOOTH, MEETING = 0, 1, 2
 SURE, NO_VECTORS, TOO_CLOSE = 0, 1, 2
-SMALLEST = 2.0**-12  # of the unit of speed: a step below it is left to the plain path
+SMALLEST = 2.0**-16  # of the unit of speed: a step below it is left to the plain path
 
 
 class Track(NamedTuple):
@@ -135,14 +135,13 @@ def link_steps(t: Track, unit: Array, owner: NDArray[np.int64], v: Array) -> int
             t.kind[b, left] = _link(t, b, left, right, roots, count)
             if t.kind[b, left] == OPEN:
                 h = t.v[b, right] - t.v[b, left]
-                if t.count[b] + wanted + 3 > most or h < SMALLEST * unit[b]:
+                if t.count[b] + wanted >= most or h < SMALLEST * unit[b]:
                     t.status[b] = TOO_CLOSE
                     asked -= wanted
                     break
-                for part in range(3):
-                    owner[asked], v[asked] = b, t.v[b, left] + 0.25 * (part + 1) * h
-                    asked += 1
-                wanted += 3
+                owner[asked], v[asked] = b, t.v[b, left] + 0.5 * h
+                asked += 1
+                wanted += 1
     return asked
 
 

@@ -49,8 +49,8 @@ class Named(NamedTuple):
 
 
 @compiled
-def name_all(t: Track, unit: Array, roles: Roles, found: Named) -> None:
-    """Name the roots of all bicycles of a track, ``unit`` (B,) in m/s; those that are not clear get a status."""
+def name_all(t: Track, unit: Array, roles: Roles, found: Named, todo: Whole) -> None:
+    """Name the roots of bicycles of a track where ``todo`` (B,) is not 0, ``unit`` (B,) in m/s; the unclear get a status."""
     bicycles, most, n = t.re.shape
     table = (most, n)
     w = Walked(
@@ -59,7 +59,7 @@ def name_all(t: Track, unit: Array, roles: Roles, found: Named) -> None:
     )  # fmt: skip
     share = np.empty((most, roles.count, n))
     for b in range(bicycles):
-        if t.status[b] != SURE:
+        if t.status[b] != SURE or not todo[b]:
             continue
         m = t.count[b]
         _in_branches(t, b, m, w, found.root[b], share, roles, unit[b])
