@@ -15,11 +15,13 @@ from numpy.typing import NDArray
 from bicycle.critical import crossing_kernel
 from bicycle.critical.critical_speed import CriticalSpeed
 from bicycle.modal import answer_kernel, batch
-from bicycle.modal.batch import BLOCK, Block
+from bicycle.modal.batch import BLOCK, START, Block
 from bicycle.modal.follow_kernel import SURE, Track
+from bicycle.modal.tracking import STEP
 from tyre.base.arrays import Array
 
 REST = 1e-7  # of sqrt(g w): closer to rest is rest, where undamped pairs lie on the axis
+SLOW_LOOKS = 8  # speeds at which unstable roots are counted below the track
 MOST_STEPS = 8  # of Newton
 LAST_STEP = 1e-9  # of the speed: after a step below this the next would be rounding
 WELL_KNOWN = 2e-10  # m/s: what rounding may change in a crossing at most
@@ -28,7 +30,7 @@ BLURRED, AT_REST = 7, 8
 WHY: Mapping[int, str] = {
     **batch.WHY,
     BLURRED: "crossings that rounding blurs or that nearly coincide",
-    AT_REST: "slip without relaxation, near rest",
+    AT_REST: "stability that changes near rest, or slip without relaxation",
 }
 
 
@@ -106,7 +108,8 @@ def _part(block: Block, max_speed: float, first: int) -> tuple[NDArray[np.generi
     def asked(track: Track, owner: NDArray[np.int64], v: Array) -> int:
         return int(crossing_kernel.divide(track, block.unit, low, high, owner, v))
 
-    track = block.follow(REST, float((high / block.unit).max()), asked)
+    track = block.follow(START * STEP, float((high / block.unit).max()), asked)
+    track.status[_moves_near_rest(block, track)] = AT_REST
     room = track.re[:, :, 0].size
     owner, step, root = (np.empty(room, np.int64) for _ in range(3))
     start = np.empty((3, room))
@@ -128,6 +131,17 @@ def _part(block: Block, max_speed: float, first: int) -> tuple[NDArray[np.generi
     return (
         *(column[sure] for column in (owner + first, v, omega, state[0], bits)), track.status,
     )  # fmt: skip
+
+
+def _moves_near_rest(block: Block, track: Track) -> NDArray[np.bool_]:
+    """Whether stability changes below the track, or may: fewer or more unstable roots, or one near the axis, (m,)."""
+    bicycles = len(block.unit)
+    share = np.geomspace(1.0, START * STEP / REST, SLOW_LOOKS)
+    owner, v = np.repeat(np.arange(bicycles), len(share)), np.outer(block.unit, REST * share).ravel()
+    at = block.decompose(owner, v)
+    certain = (np.abs(at.re) > 3 * at.doubt).all(1).reshape(bicycles, -1).all(1)
+    unstable = (at.re > 0).sum(1).reshape(bicycles, -1)
+    return np.asarray(~certain | (unstable != unstable[:, :1]).any(1))
 
 
 def _sharpened(block: Block, owner: NDArray[np.int64], start: Array) -> tuple[Array, Array, Array, Array]:

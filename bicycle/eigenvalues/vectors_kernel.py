@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from bicycle.eigenvalues.hessenberg_kernel import LANES, Places, Similarity, compiled, hessenberg, room_for
+from bicycle.eigenvalues.hessenberg_kernel import LANES, Places, Similarity, batches, compiled, hessenberg
 from bicycle.eigenvalues.qr_kernel import EPS, roots_of
 from tyre.base.arrays import Array
 
@@ -41,13 +41,11 @@ def decompose_stack(
     int
         Index of the first matrix without eigenvalues, or -1.
     """
-    m, n = stack.shape[0], stack.shape[1]
-    h, by = room_for(n)
-    keep = np.empty_like(h)
-    work = np.empty((12, n, LANES))
-    triangle = np.empty((2, n, n, LANES))
-    for start in range(0, m, LANES):
-        count = min(LANES, m - start)
+    n = stack.shape[1]
+    for start, count, h, by in batches(n, stack.shape[0]):
+        lanes = h.shape[2]
+        if start == 0 or count < LANES:
+            keep, work, triangle = np.empty_like(h), np.empty((12, n, lanes)), np.empty((2, n, n, lanes))
         hessenberg(stack, start, count, h, by)
         keep[:] = h
         failed = roots_of(h, by.unit, start, count, real, imag)
@@ -63,13 +61,13 @@ def _vectors(
     slopes: Array, shares: Array, doubt: Array, triangle: Array, work: Array,
 ) -> None:  # fmt: skip
     """Eigenvectors of up to LANES matrices, root by root, and what follows from them."""
-    n = h.shape[0] - 1
-    z = np.empty((2, LANES))
-    root = np.empty(LANES, np.int64)
-    norm = np.zeros(LANES)
-    swap = np.empty((n, LANES))
-    d = np.empty((2, n, n, LANES))  # |A| and dA, in the order of the Hessenberg form, balanced
-    for k in range(LANES):
+    n, lanes = h.shape[0] - 1, h.shape[2]
+    z = np.empty((2, lanes))
+    root = np.empty(lanes, np.int64)
+    norm = np.zeros(lanes)
+    swap = np.empty((n, lanes))
+    d = np.empty((2, n, n, lanes))  # |A| and dA, in the order of the Hessenberg form, balanced
+    for k in range(lanes):
         at = start + min(k, count - 1)
         for i in range(n):
             p = by.order[i, k]
@@ -80,7 +78,7 @@ def _vectors(
                 d[1, i, j, k] = change[at, p, q] * ratio
     for i in range(n):
         for j in range(n):
-            for k in range(LANES):
+            for k in range(lanes):
                 norm[k] = max(norm[k], abs(h[i, j, k]))
     most = 0
     for k in range(count):
@@ -88,10 +86,10 @@ def _vectors(
         for i in range(n):
             seen += 1 if imag[start + k, i] >= 0.0 else 0
         most = max(most, seen)
-    for k in range(LANES):
+    for k in range(lanes):
         root[k] = -1
     for _ in range(most):
-        for k in range(LANES):
+        for k in range(lanes):
             at = start + min(k, count - 1)
             i = root[k] + 1
             while i < n and imag[at, i] < 0.0:
@@ -122,22 +120,23 @@ def _vectors(
 @compiled
 def _factor(h: Array, n: int, z: Array, norm: Array, triangle: Array, work: Array, swap: Array) -> None:
     """H - z = P' L U with neighbours swapped where that is the larger pivot; factors of L in ``work`` 8 and 9."""
+    lanes = work.shape[2]
     re, im = triangle[0], triangle[1]
     lre, lim = work[8], work[9]
     for i in range(n):
         for j in range(max(i - 1, 0), n):
-            for k in range(LANES):
+            for k in range(lanes):
                 re[i, j, k] = h[i, j, k]
                 im[i, j, k] = 0.0
-        for k in range(LANES):
+        for k in range(lanes):
             re[i, i, k] -= z[0, k]
             im[i, i, k] = -z[1, k]
     for c in range(n - 1):
-        for k in range(LANES):
+        for k in range(lanes):
             size = re[c, c, k] * re[c, c, k] + im[c, c, k] * im[c, c, k]
             below = re[c + 1, c, k]
             swap[c, k] = 1.0 if below * below > size else 0.0
-        for k in range(LANES):
+        for k in range(lanes):
             s = swap[c, k] > 0.0
             a, b, below = re[c, c, k], im[c, c, k], re[c + 1, c, k]
             p, q = (below if s else a), (0.0 if s else b)  # the pivot
@@ -150,7 +149,7 @@ def _factor(h: Array, n: int, z: Array, norm: Array, triangle: Array, work: Arra
             re[c, c, k], im[c, c, k] = p, q
             lre[c, k], lim[c, k] = (x * p + y * q) * size, (y * p - x * q) * size
         for j in range(c + 1, n):
-            for k in range(LANES):
+            for k in range(lanes):
                 s = swap[c, k] > 0.0
                 a, b, x, y = re[c, j, k], im[c, j, k], re[c + 1, j, k], im[c + 1, j, k]
                 p, q = (x if s else a), (y if s else b)
@@ -158,7 +157,7 @@ def _factor(h: Array, n: int, z: Array, norm: Array, triangle: Array, work: Arra
                 re[c, j, k], im[c, j, k] = p, q
                 re[c + 1, j, k] = x - (lre[c, k] * p - lim[c, k] * q)
                 im[c + 1, j, k] = y - (lre[c, k] * q + lim[c, k] * p)
-    for k in range(LANES):
+    for k in range(lanes):
         p, q, tiny = re[n - 1, n - 1, k], im[n - 1, n - 1, k], EPS * norm[k]
         small = p * p + q * q < tiny * tiny
         re[n - 1, n - 1, k], im[n - 1, n - 1, k] = (tiny if small else p), (0.0 if small else q)
@@ -167,12 +166,13 @@ def _factor(h: Array, n: int, z: Array, norm: Array, triangle: Array, work: Arra
 @compiled
 def _right(n: int, triangle: Array, work: Array) -> None:
     """Solve U x = ones: ``work`` 0 and 1."""
+    lanes = work.shape[2]
     re, im, x, y = triangle[0], triangle[1], work[0], work[1]
     for i in range(n - 1, -1, -1):
-        for k in range(LANES):
+        for k in range(lanes):
             x[i, k], y[i, k] = 1.0, 0.0
         for j in range(i + 1, n):
-            for k in range(LANES):
+            for k in range(lanes):
                 x[i, k] -= re[i, j, k] * x[j, k] - im[i, j, k] * y[j, k]
                 y[i, k] -= re[i, j, k] * y[j, k] + im[i, j, k] * x[j, k]
         _divide(x[i], y[i], re[i, i], im[i, i])
@@ -181,17 +181,18 @@ def _right(n: int, triangle: Array, work: Array) -> None:
 @compiled
 def _left(n: int, triangle: Array, work: Array, swap: Array) -> None:
     """Solve (L U)' P u = ones, transposed and not conjugated: ``work`` 2 and 3."""
+    lanes = work.shape[2]
     re, im, x, y, lre, lim = triangle[0], triangle[1], work[2], work[3], work[8], work[9]
     for i in range(n):
-        for k in range(LANES):
+        for k in range(lanes):
             x[i, k], y[i, k] = 1.0, 0.0
         for j in range(i):
-            for k in range(LANES):
+            for k in range(lanes):
                 x[i, k] -= re[j, i, k] * x[j, k] - im[j, i, k] * y[j, k]
                 y[i, k] -= re[j, i, k] * y[j, k] + im[j, i, k] * x[j, k]
         _divide(x[i], y[i], re[i, i], im[i, i])
     for c in range(n - 2, -1, -1):
-        for k in range(LANES):
+        for k in range(lanes):
             p, q = x[c + 1, k], y[c + 1, k]
             a = x[c, k] - (lre[c, k] * p - lim[c, k] * q)
             b = y[c, k] - (lre[c, k] * q + lim[c, k] * p)
@@ -202,7 +203,7 @@ def _left(n: int, triangle: Array, work: Array, swap: Array) -> None:
 
 @compiled
 def _divide(x: Array, y: Array, re: Array, im: Array) -> None:
-    for k in range(LANES):
+    for k in range(len(x)):
         size = 1.0 / (re[k] * re[k] + im[k] * im[k])
         a, b = x[k], y[k]
         x[k], y[k] = (a * re[k] + b * im[k]) * size, (b * re[k] - a * im[k]) * size
@@ -211,32 +212,33 @@ def _divide(x: Array, y: Array, re: Array, im: Array) -> None:
 @compiled
 def _back(n: int, by: Similarity, work: Array) -> None:
     """From the Hessenberg form to the balanced matrix; vectors become of length 1, what they had is in ``work`` 10."""
+    lanes = work.shape[2]
     total = work[11, 0]
     for pair in range(2):
         x, y = work[2 * pair], work[2 * pair + 1]
         length = work[10, pair]
-        for k in range(LANES):
+        for k in range(lanes):
             length[k] = 0.0
         for i in range(n):
-            for k in range(LANES):
+            for k in range(lanes):
                 length[k] = max(length[k], abs(x[i, k]), abs(y[i, k]))
         for i in range(n):
-            for k in range(LANES):
+            for k in range(lanes):
                 x[i, k] /= length[k]
                 y[i, k] /= length[k]
         for part in (x, y):
             for c in range(n - 3, -1, -1):
                 v, tau, top = by.v[c], by.tau[c], c + 1
-                for k in range(LANES):
+                for k in range(lanes):
                     total[k] = part[top, k]
                 for i in range(top + 1, n):
-                    for k in range(LANES):
+                    for k in range(lanes):
                         total[k] += v[i, k] * part[i, k]
-                for k in range(LANES):
+                for k in range(lanes):
                     total[k] *= tau[k]
                     part[top, k] -= total[k]
                 for i in range(top + 1, n):
-                    for k in range(LANES):
+                    for k in range(lanes):
                         part[i, k] -= total[k] * v[i, k]
 
 
@@ -246,13 +248,14 @@ def _judge(
     slopes: Array, shares: Array, doubt: Array, work: Array,
 ) -> None:  # fmt: skip
     """Slope, shares of states and doubt of one root of every lane."""
+    lanes = work.shape[2]
     x, y, p, q = work[0], work[1], work[2], work[3]
     right, left, own = work[4], work[5], work[6]
     ux, uy, sx, sy, whole, rounding = work[7, 0], work[7, 1], work[11, 1], work[11, 2], work[11, 3], work[7, 2]
-    for k in range(LANES):
+    for k in range(lanes):
         ux[k] = uy[k] = sx[k] = sy[k] = whole[k] = rounding[k] = 0.0
     for i in range(n):
-        for k in range(LANES):
+        for k in range(lanes):
             a, b = p[i, k] * x[i, k] - q[i, k] * y[i, k], p[i, k] * y[i, k] + q[i, k] * x[i, k]
             ux[k] += a
             uy[k] += b
@@ -262,7 +265,7 @@ def _judge(
             left[i, k] = math.sqrt(p[i, k] * p[i, k] + q[i, k] * q[i, k])
     for i in range(n):
         for j in range(n):
-            for k in range(LANES):
+            for k in range(lanes):
                 sx[k] += d[1, i, j, k] * (p[i, k] * x[j, k] - q[i, k] * y[j, k])
                 sy[k] += d[1, i, j, k] * (p[i, k] * y[j, k] + q[i, k] * x[j, k])
                 rounding[k] += left[i, k] * d[0, i, j, k] * right[j, k]

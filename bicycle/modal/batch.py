@@ -21,17 +21,21 @@ from bicycle.modal.naming import HIGHEST, LOWEST, every_mode
 from bicycle.modal.naming import roles as roles_of
 from bicycle.modal.naming_kernel import Named, Roles
 from bicycle.modal.speed_limits import FASTEST_RATE, REFERENCE_SPEED
-from bicycle.modal.tracking import grid
+from bicycle.modal.tracking import STEP, grid
 from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.base.arrays import Array
 
 BLOCK = 32  # bicycles tracked together: their nodes fit the cache
+START = 2.0**-6  # in steps: where a track begins that needs not reach rest
 STIFF = 6  # a status, beside those of the kernels
 NODES = 192  # of one bicycle at most
 WHY = {
     follow_kernel.NO_VECTORS: "a root without eigenvectors",
     follow_kernel.TOO_CLOSE: "roots that come too close",
-    naming_kernel.NOT_CLEAR: "names that are not clear",
+    naming_kernel.NOT_CLEAR: "roles that two modes play nearly alike",
+    naming_kernel.NO_ANCHOR: "two speeds at which names are equally plain",
+    naming_kernel.SHORT_PAIR: "real roots that are a pair for a short while",
+    naming_kernel.NO_HEIR: "roots that change hands in two ways",
     answer_kernel.BESIDE_A_CHANGE: "names change next to a speed asked for",
     STIFF: "models that are nearly too stiff to be computed",
     answer_kernel.RIVALS: "roots that are too close at a speed asked for",
@@ -116,14 +120,14 @@ class Block:
         ``asked`` may ask for more nodes of a track where all is linked, as :func:`follow_kernel.link_steps` does.
         """
         bicycles, n = self.coefficients.shape[1:3]
-        nodes = grid(
-            min(lowest, LOWEST if self.kind.singular else 0.0), max(highest, HIGHEST), 1.0,
-            singular=self.kind.singular, sparse=True,
-        )  # fmt: skip
-        track = follow_kernel.empty_track(bicycles, max(NODES, 2 * len(nodes)), n)
-        owner, v = np.repeat(np.arange(bicycles), len(nodes)), (self.unit[:, None] * nodes).ravel()
+        low = min(lowest, LOWEST if self.kind.singular else 0.0)
+        steps = grid(low / STEP, max(highest, HIGHEST) / STEP, 1 / STEP, singular=self.kind.singular, sparse=True)
+        if steps[0] == 0 and lowest >= START * STEP:
+            steps[0] = START  # at rest, roots may be double
+        track = follow_kernel.empty_track(bicycles, max(NODES, 2 * len(steps)), n)
+        owner, v = np.repeat(np.arange(bicycles), len(steps)), ((self.unit * STEP)[:, None] * steps).ravel()
         self.add(track, owner, v, asked)
-        slot = int(np.abs(nodes - REFERENCE_SPEED).argmin())
+        slot = int(np.abs(steps * STEP - REFERENCE_SPEED).argmin())
         fastest = np.hypot(track.re[:, slot], track.im[:, slot]).max(1)
         track.status[~(fastest * self.unit <= 0.99 * FASTEST_RATE * self.kind.gravity)] = STIFF
         return track

@@ -18,7 +18,7 @@ from bicycle.modal.naming import (
 )  # fmt: skip
 from tyre.base.arrays import Array
 
-NOT_CLEAR = 3
+NOT_CLEAR, NO_ANCHOR, SHORT_PAIR, NO_HEIR = 3, 9, 10, 11
 LEVEL = 1e-9  # plainness this near is equal: rounding decides
 WEAVE, CAPSIZE, CASTERING, FIRST_ROLE = 0, 1, 2, 3  # numbers of names
 
@@ -50,7 +50,7 @@ class Named(NamedTuple):
 
 @compiled
 def name_all(t: Track, unit: Array, roles: Roles, found: Named, todo: Whole) -> None:
-    """Name the roots of bicycles of a track where ``todo`` (B,) is not 0, ``unit`` (B,) in m/s; the unclear get a status."""
+    """Name the roots of bicycles where ``todo`` (B,) is not 0, ``unit`` (B,) in m/s; the unclear get a status."""
     bicycles, most, n = t.re.shape
     table = (most, n)
     w = Walked(
@@ -63,12 +63,11 @@ def name_all(t: Track, unit: Array, roles: Roles, found: Named, todo: Whole) -> 
             continue
         m = t.count[b]
         _in_branches(t, b, m, w, found.root[b], share, roles, unit[b])
-        if not _name(w, m, share, roles, unit[b], found, b):
-            t.status[b] = NOT_CLEAR
-            continue
-        for k in range(m):
-            for i in range(n):
-                found.label[b, k, i] = w.label[k, i]
+        t.status[b] = _name(w, m, share, roles, unit[b], found, b)
+        if t.status[b] == SURE:
+            for k in range(m):
+                for i in range(n):
+                    found.label[b, k, i] = w.label[k, i]
 
 
 @compiled
@@ -86,7 +85,7 @@ def _in_branches(t: Track, b: int, m: int, w: Walked, root: Whole, share: Array,
             w.re[k, i], w.im[k, i] = t.re[b, slot, root[k, i]], t.im[b, slot, root[k, i]]
         for i in range(n):
             w.mate[k, i] = mate_of(w.re[k], w.im[k], i)
-        if SLOW * unit <= w.v[k] <= FAST * unit * 1.001:
+        if 0.99 * SLOW <= w.v[k] / unit <= 1.01 * FAST:
             for i in range(n):
                 for r in range(roles.count):
                     share[k, r, i] = 0.0
@@ -95,23 +94,23 @@ def _in_branches(t: Track, b: int, m: int, w: Walked, root: Whole, share: Array,
 
 
 @compiled
-def _name(w: Walked, m: int, share: Array, roles: Roles, unit: float, found: Named, b: int) -> bool:
-    """Name one bicycle; False where it is not clear."""
+def _name(w: Walked, m: int, share: Array, roles: Roles, unit: float, found: Named, b: int) -> int:
+    """Name one bicycle; the status says whether that is clear."""
     n = w.re.shape[1]
     core = np.empty(n, np.int64)
     anchor = _anchor(w, m, share, roles, unit, core)
     if anchor < 0:
-        return False
+        return NO_ANCHOR
     low, high = (LOWEST * unit if roles.singular else 0.0), HIGHEST * unit
     found.anchor[b] = w.v[anchor]
     modes, castering = _core(w, anchor, share, roles, core, found.name[b])
     known = modes
     modes = _others(w, m, anchor, share, roles, modes, low, high)
     if modes < 0:
-        return False
+        return SHORT_PAIR
     if not walk(w, m, modes, castering, anchor, low, high):
-        return False
-    return _play(w, m, share, roles, unit, modes, known, found.name[b])
+        return NO_HEIR
+    return SURE if _play(w, m, share, roles, unit, modes, known, found.name[b]) else NOT_CLEAR
 
 
 @compiled
@@ -258,14 +257,8 @@ def _others(
         if last - first < SHORT * (high / HIGHEST):
             return -1
         partner[p], partner[q] = q, p
-    for r in range(roles.count):  # an overdamped joint
-        alone, every = 0, 0
-        for i in range(n):
-            if roles.joint[r] and w.owner[i] < 0 and w.im[anchor, i] == 0.0 and share[anchor, r, i] > MOSTLY:
-                every += 1
-                alone += 1 if partner[i] < 0 else 0
-        if alone and every > 1:
-            return -1  # rare, and their order counts: left to the plain path
+    if _two_overdamped(w, anchor, share, roles, partner):
+        return -1  # rare, and their order counts: left to the plain path
     while True:
         own, least = -1, math.inf
         for i in range(n):
@@ -283,12 +276,26 @@ def _others(
 
 
 @compiled
+def _two_overdamped(w: Walked, anchor: int, share: Array, roles: Roles, partner: Whole) -> bool:
+    """Whether a joint has two real roots at the anchor that are not a pair elsewhere."""
+    for r in range(roles.count):
+        alone, every = 0, 0
+        for i in range(len(partner)):
+            if roles.joint[r] and w.owner[i] < 0 and w.im[anchor, i] == 0.0 and share[anchor, r, i] > MOSTLY:
+                every += 1
+                alone += 1 if partner[i] < 0 else 0
+        if alone and every > 1:
+            return True
+    return False
+
+
+@compiled
 def _play(w: Walked, m: int, share: Array, roles: Roles, unit: float, modes: int, known: int, name: Whole) -> bool:
     """Name the modes of tyres and joints by their mean share over a range of speed; False where that is not clear."""
     n, played = w.re.shape[1], len(roles.weight)
     mean, total = np.zeros((played, modes)), np.full(modes, 1e-300)
     for k in range(m):
-        if not WALKING * unit <= w.v[k] <= FAST * unit:
+        if not WALKING <= w.v[k] / unit <= FAST:
             continue
         weight = _gradient(w.v, m, k) / unit
         for i in range(n):
