@@ -108,7 +108,7 @@ def _part(block: Block, max_speed: float, first: int) -> tuple[NDArray[np.generi
     def asked(track: Track, owner: NDArray[np.int64], v: Array) -> int:
         return int(crossing_kernel.divide(track, block.unit, low, high, owner, v))
 
-    track = block.follow(START * STEP, float((high / block.unit).max()), asked)
+    track = block.follow(START * STEP, high / block.unit, asked)
     track.status[_moves_near_rest(block, track)] = AT_REST
     room = track.re[:, :, 0].size
     owner, step, root = (np.empty(room, np.int64) for _ in range(3))

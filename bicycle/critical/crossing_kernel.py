@@ -8,8 +8,6 @@ every crossing up to the highest speed is either seen or the bicycle is left to 
 
 import math
 
-import numpy as np
-
 from bicycle.critical.completeness import NOISE
 from bicycle.eigenvalues.hessenberg_kernel import compiled
 from bicycle.modal.answer_kernel import hermite
@@ -160,9 +158,7 @@ def crossings(t: Track, low: Array, high: Array, owner: Whole, step: Whole, root
 
 
 @compiled
-def newton(
-    v: Array, re: Array, im: Array, slopes: Array, doubt: Array, root: Array, step: Array, state: Array
-) -> None:
+def newton(v: Array, re: Array, im: Array, slopes: Array, doubt: Array, root: Array, step: Array, state: Array) -> None:
     """One step of Newton for Re(root) = 0 of crossings (k,), with the roots (k, n) at ``v``.
 
     Parameters

@@ -42,9 +42,7 @@ def room_for(n: int, count: int) -> tuple[Array, Similarity]:
     lanes = min(LANES, -(-count // FEWEST) * FEWEST)
     h = np.zeros((n + 1, n + 1, lanes))  # a reflection may reach over the edge by one
     order = np.zeros((n, lanes), np.int64)
-    return h, Similarity(
-        np.empty(lanes), order, np.empty((n, lanes)), np.empty((n, n, lanes)), np.empty((n, lanes))
-    )
+    return h, Similarity(np.empty(lanes), order, np.empty((n, lanes)), np.empty((n, n, lanes)), np.empty((n, lanes)))
 
 
 def batches(n: int, m: int) -> Iterator[tuple[int, int, Array, Similarity]]:

@@ -17,6 +17,7 @@ from bicycle.modal.tracking import STEP
 from tyre.base.arrays import Array
 
 BESIDE_A_CHANGE, RIVALS = 4, 5
+NARROW = 2.0**-6 * STEP  # of the unit of speed: who gets which root is judged so near to a meeting of two modes
 
 
 @compiled
@@ -159,26 +160,53 @@ def ask_more(t: Track, found: Named, v: Array, unit: Array, owner: Whole, more: 
     """
     asked = 0
     for b in range(v.shape[0]):
-        wanted = 0
-        for k in range(v.shape[1]):
-            if t.status[b] != SURE or math.isnan(v[b, k]):
-                continue
-            j = step_of(t, b, v[b, k])
+        first = asked
+        if t.status[b] != SURE:
+            continue
+        for j in range(t.count[b] - 1):
             left = t.order[b, j]
             h = t.v[b, t.order[b, j + 1]] - t.v[b, left]
-            if same_labels(t, found, b, j, v[b, k]) or (t.kind[b, left] == SMOOTH and h < 1.5 * STEP * unit[b]):
+            if t.kind[b, left] == MEETING and h > NARROW * unit[b] and _of_two_modes(t, found, b, j):
+                owner[asked], more[asked] = b, t.v[b, left] + 0.5 * h
+                asked += 1
+        wide = asked
+        for k in range(v.shape[1]):
+            j = 0 if math.isnan(v[b, k]) else step_of(t, b, v[b, k])
+            left = t.order[b, j]
+            h = t.v[b, t.order[b, j + 1]] - t.v[b, left]
+            if math.isnan(v[b, k]) or same_labels(t, found, b, j, v[b, k]):
+                continue
+            if t.kind[b, left] == SMOOTH and h < 1.5 * STEP * unit[b]:
                 continue
             middle = t.v[b, left] + 0.5 * h
-            if wanted and more[asked - 1] == middle:
+            for other in range(first, wide):
+                middle = math.nan if more[other] == middle else middle
+            if math.isnan(middle) or (asked > wide and more[asked - 1] == middle):
                 continue
-            if t.count[b] + wanted >= t.v.shape[1] or h < SMALLEST * unit[b]:
-                t.status[b] = BESIDE_A_CHANGE
-                asked -= wanted
-                break
             owner[asked], more[asked] = b, middle
             asked += 1
-            wanted += 1
+            if h < SMALLEST * unit[b]:
+                t.status[b] = BESIDE_A_CHANGE
+        if t.count[b] + asked - first > t.v.shape[1]:
+            t.status[b] = BESIDE_A_CHANGE
+        if t.status[b] != SURE:
+            asked = first
     return asked
+
+
+@compiled
+def _of_two_modes(t: Track, found: Named, b: int, j: int) -> bool:
+    """Whether the two roots that meet in step ``j`` are not of one mode, before and after."""
+    first, second = -1, -1
+    left = t.order[b, j]
+    for i in range(found.root.shape[2]):
+        if found.root[b, j, i] in (t.two[b, left, 0], t.two[b, left, 1]):
+            if first < 0:
+                first = i
+            else:
+                second = i
+    one = found.label[b, j, first]
+    return not (one == found.label[b, j, second] == found.label[b, j + 1, first] == found.label[b, j + 1, second])
 
 
 @compiled

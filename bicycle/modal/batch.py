@@ -6,7 +6,7 @@ sure: two roots that cannot be told apart, a name by a narrow margin, a speed ne
 gets no answer here but a status, and the caller asks the plain path for it, which is the judge of this one.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -17,17 +17,17 @@ from bicycle.eigenvalues.vectors_kernel import decompose_stack
 from bicycle.linear_model import LinearModel
 from bicycle.modal import answer_kernel, follow_kernel, naming_kernel
 from bicycle.modal.follow_kernel import SURE, Track
-from bicycle.modal.naming import HIGHEST, LOWEST, every_mode
+from bicycle.modal.naming import HIGHEST, LOWEST, every_mode, speed_unit
 from bicycle.modal.naming import roles as roles_of
 from bicycle.modal.naming_kernel import Named, Roles
-from bicycle.modal.speed_limits import FASTEST_RATE, REFERENCE_SPEED
-from bicycle.modal.tracking import STEP, grid
+from bicycle.modal.speed_limits import FASTEST_RATE, FASTEST_SPEED, REFERENCE_SPEED, SLOWEST_SPEED
+from bicycle.modal.tracking import SPARSE, STEP, grid
 from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.base.arrays import Array
 
 BLOCK = 32  # bicycles tracked together: their nodes fit the cache
 START = 2.0**-6  # in steps: where a track begins that needs not reach rest
-STIFF = 6  # a status, beside those of the kernels
+STIFF, BEYOND = 6, 12  # statuses beside those of the kernels
 NODES = 192  # of one bicycle at most
 WHY = {
     follow_kernel.NO_VECTORS: "a root without eigenvectors",
@@ -37,6 +37,7 @@ WHY = {
     naming_kernel.SHORT_PAIR: "real roots that are a pair for a short while",
     naming_kernel.NO_HEIR: "roots that change hands in two ways",
     answer_kernel.BESIDE_A_CHANGE: "names change next to a speed asked for",
+    BEYOND: "speeds that cannot be tracked",
     STIFF: "models that are nearly too stiff to be computed",
     answer_kernel.RIVALS: "roots that are too close at a speed asked for",
 }
@@ -84,6 +85,15 @@ class Block:
         powers = np.array(list(polynomial) or [0], float)
         return cls(np.ascontiguousarray(stacked), powers, np.ascontiguousarray(unit, dtype=float), kind)
 
+    @classmethod
+    def of_models(cls, models: Sequence[LinearModel]) -> "Block":
+        """From ``models`` with the same effects, each with one range of speed."""
+        of_each = [model.coefficients[0] for model in models]
+        powers = sorted({power for polynomial in of_each for power in polynomial})
+        stack = {power: np.stack([polynomial.coefficient(power) for polynomial in of_each]) for power in powers}
+        polynomial = SpeedPolynomial(stack, shape=(len(models), *of_each[0].shape))
+        return cls.of(polynomial, np.array([speed_unit(model) for model in models]), BatchKind.of(models[0]))
+
     def part(self, bicycles: slice) -> "Block":
         """Some of the ``bicycles``."""
         return Block(np.ascontiguousarray(self.coefficients[:, bicycles]), self.powers, self.unit[bicycles], self.kind)
@@ -114,19 +124,22 @@ class Block:
         follow_kernel.assemble(self.coefficients, self.powers, owner, v, stack, change)
         return stack, change
 
-    def follow(self, lowest: float, highest: float, asked: Asked | None = None) -> Track:
-        """Track all bicycles over the speeds at which names are given, and from ``lowest`` to ``highest``, in units.
+    def follow(self, lowest: float, highest: Array, asked: Asked | None = None) -> Track:
+        """Track all bicycles over the speeds at which names are given, and from ``lowest`` to ``highest`` (m,), in units.
 
         ``asked`` may ask for more nodes of a track where all is linked, as :func:`follow_kernel.link_steps` does.
         """
         bicycles, n = self.coefficients.shape[1:3]
         low = min(lowest, LOWEST if self.kind.singular else 0.0)
-        steps = grid(low / STEP, max(highest, HIGHEST) / STEP, 1 / STEP, singular=self.kind.singular, sparse=True)
+        reach = np.minimum(np.maximum(highest, HIGHEST), FASTEST_SPEED) / STEP
+        top = SPARSE * np.ceil(reach.max() / SPARSE)
+        steps = grid(low / STEP, top, 1 / STEP, singular=self.kind.singular, sparse=True)
         if steps[0] == 0 and lowest >= START * STEP:
             steps[0] = START  # at rest, roots may be double
         track = follow_kernel.empty_track(bicycles, max(NODES, 2 * len(steps)), n)
-        owner, v = np.repeat(np.arange(bicycles), len(steps)), ((self.unit * STEP)[:, None] * steps).ravel()
-        self.add(track, owner, v, asked)
+        # each as far as it must go by itself, so that no result depends on the others
+        own, place = np.nonzero(np.concatenate([[-1.0], steps[:-1]]) < reach[:, None])
+        self.add(track, own, (self.unit * STEP)[own] * steps[place], asked)
         slot = int(np.abs(steps * STEP - REFERENCE_SPEED).argmin())
         fastest = np.hypot(track.re[:, slot], track.im[:, slot]).max(1)
         track.status[~(fastest * self.unit <= 0.99 * FASTEST_RATE * self.kind.gravity)] = STIFF
@@ -236,17 +249,20 @@ def name_roots(block: Block, speeds: Array) -> NamedRoots:
     ----------
     block : Block
     speeds : ndarray, shape (m, k)
-        Of each bicycle, m/s, rising.
+        Of each bicycle, m/s.
 
     Returns
     -------
     NamedRoots
     """
-    parts = [_name_part(block.part(slice(at, at + BLOCK)), speeds[at : at + BLOCK]) for at in range(0, len(speeds), BLOCK)]
-    return NamedRoots(
-        *(np.concatenate([part[i] for part in parts]) for i in (0, 1)), block.kind.names,
-        *(np.concatenate([part[i] for part in parts]) for i in (2, 3, 4)),
-    )  # fmt: skip
+    order = np.argsort(speeds, axis=1, kind="stable")
+    rising = np.take_along_axis(speeds, order, 1)
+    parts = [
+        _name_part(block.part(slice(at, at + BLOCK)), rising[at : at + BLOCK]) for at in range(0, len(speeds), BLOCK)
+    ]
+    values, bits, *others = (np.concatenate([part[i] for part in parts]) for i in range(5))
+    back = np.argsort(order, axis=1)[..., None]
+    return NamedRoots(*(np.take_along_axis(one, back, 1) for one in (values, bits)), block.kind.names, *others)
 
 
 def _name_part(
@@ -254,7 +270,9 @@ def _name_part(
 ) -> tuple[NDArray[np.complex128], NDArray[np.int64], Array, NDArray[np.int64], NDArray[np.int16]]:
     bicycles, k = speeds.shape
     reach = speeds / block.unit[:, None]
-    track = block.follow(float(reach.min()), float(reach.max()))
+    track = block.follow(float(reach.min()), reach.max(1))
+    slowest = SLOWEST_SPEED if block.kind.singular else 0.0
+    track.status[(reach < slowest).any(1) | (reach > FASTEST_SPEED).any(1)] = BEYOND
     found = block.name(track, speeds)
     values = eigenvalues_of(block, np.repeat(np.arange(bicycles), k), speeds.ravel())
     values = values.reshape(bicycles, k, -1)

@@ -14,11 +14,21 @@ from bicycle.modal.cast_kernel import cast
 from bicycle.modal.follow_kernel import SURE, Track, mate_of
 from bicycle.modal.identity_kernel import Walked, Whole, walk
 from bicycle.modal.naming import (
-    FAST, HIGHEST, LOWEST, MOSTLY, OVERDAMPED, QUICK, SHORT, SLOW, WALKING,
+    FAST,
+    HIGHEST,
+    LOWEST,
+    MOSTLY,
+    OVERDAMPED,
+    QUICK,
+    SHORT,
+    SLOW,
+    WALKING,
 )  # fmt: skip
 from tyre.base.arrays import Array
 
 NOT_CLEAR, NO_ANCHOR, SHORT_PAIR, NO_HEIR = 3, 9, 10, 11
+WHOLE = 3  # a pair and two real roots
+EDGE = 0.05  # of the share of lean, steer and yaw
 LEVEL = 1e-9  # plainness this near is equal: rounding decides
 WEAVE, CAPSIZE, CASTERING, FIRST_ROLE = 0, 1, 2, 3  # numbers of names
 
@@ -115,10 +125,10 @@ def _name(w: Walked, m: int, share: Array, roles: Roles, unit: float, found: Nam
 
 @compiled
 def _anchor(w: Walked, m: int, share: Array, roles: Roles, unit: float, core: Whole) -> int:
-    """Node at which weave, capsize and castering are plainest, -1 where two are; ``core`` marks their roots."""
+    """Node at which weave, capsize and castering are plainest, -1 where it is not clear; ``core`` marks their roots."""
     n = w.re.shape[1]
     best, most, second, plainest = -1, 0, -1.0, -1.0
-    near, nearest = 0, math.inf
+    near, nearest, edge = 0, math.inf, False
     here, slow = np.empty(n, np.int64), np.empty(3, np.int64)
     for k in range(m):
         speed = w.v[k] / unit
@@ -126,6 +136,7 @@ def _anchor(w: Walked, m: int, share: Array, roles: Roles, unit: float, core: Wh
             near, nearest = k, abs(speed - WALKING)
         if not SLOW <= speed <= QUICK:
             continue
+        edge = edge or (k + 1 < m and _on_the_edge(w, k, share, roles))
         count = _core_at(w, k, share, roles, here, slow)
         if count == 0 or count < most:
             continue
@@ -137,10 +148,27 @@ def _anchor(w: Walked, m: int, share: Array, roles: Roles, unit: float, core: Wh
             core[:] = here
         else:
             second = max(second, plain)
+    if edge and most < WHOLE:  # a node of the full track next to the meeting may have more
+        return -1
     if most == 0:
         core[:] = 0
         return near
     return -1 if plainest - second < LEVEL else best
+
+
+@compiled
+def _on_the_edge(w: Walked, k: int, share: Array, roles: Roles) -> bool:
+    """Whether roots meet in the step from node k that are hardly, or hardly not, of lean, steer and yaw."""
+    for i in range(w.re.shape[1]):
+        if w.mate[k, i] != w.mate[k + 1, i]:
+            least, most = 1.0, 0.0
+            for node in range(k, k + 2):
+                for j in (i, w.mate[k, i], w.mate[k + 1, i]):
+                    moving = share[node, roles.lean, j] + share[node, roles.steer, j] + share[node, roles.yaw, j]
+                    least, most = min(least, moving), max(most, moving)
+            if least < MOSTLY + EDGE and most > MOSTLY - EDGE:
+                return True
+    return False
 
 
 @compiled
