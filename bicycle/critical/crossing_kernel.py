@@ -68,11 +68,11 @@ def sees(t: Track, b: int, left: int, right: int, i: int) -> int:
     size = 0.0
     for r in range(t.re.shape[2]):
         size = max(size, math.hypot(t.re[b, left, r], t.im[b, left, r]))
-    return _one(a, z, rise_a, rise_z, NOISE * size, t.v[b, left] == 0.0)
+    return _one(a, z, rise_a, rise_z, NOISE * size, 1 if t.v[b, left] == 0.0 else 0)
 
 
 @compiled
-def _one(a: float, z: float, rise_a: float, rise_z: float, noise: float, at_rest: bool) -> int:
+def _one(a: float, z: float, rise_a: float, rise_z: float, noise: float, at_rest: int) -> int:
     miss = abs(a + 0.5 * rise_a - z + 0.5 * rise_z) + noise
     square, cube = 3.0 * (z - a) - 2.0 * rise_a - rise_z, rise_a + rise_z - 2.0 * (z - a)
     least, most = min(a, z), max(a, z)
@@ -108,7 +108,7 @@ def _meets_away(t: Track, b: int, left: int, right: int, h: float) -> bool:
     rise_a = 0.5 * h * (t.dre[b, left, p] + t.dre[b, left, q])
     rise_z = 0.5 * h * (t.dre[b, right, r] + t.dre[b, right, s])
     apart = max(abs(t.re[b, left, p] - t.re[b, left, q]), abs(t.re[b, right, r] - t.re[b, right, s]))
-    return _one(a, z, rise_a, rise_z, 0.5 * math.sqrt(ROOM) * apart, False) == NONE
+    return _one(a, z, rise_a, rise_z, 0.5 * math.sqrt(ROOM) * apart, 0) == NONE
 
 
 @compiled

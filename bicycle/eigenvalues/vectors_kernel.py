@@ -45,7 +45,7 @@ def decompose_stack(
     for start, count, h, by in batches(n, stack.shape[0]):
         lanes = h.shape[2]
         if start == 0 or count < LANES:
-            keep, work, triangle = np.empty_like(h), np.empty((12, n, lanes)), np.empty((2, n, n, lanes))
+            keep, work, triangle = np.empty_like(h), np.empty((12, max(n, 4), lanes)), np.empty((2, n, n, lanes))
         hessenberg(stack, start, count, h, by)
         keep[:] = h
         failed = roots_of(h, by.unit, start, count, real, imag)

@@ -82,10 +82,10 @@ def same_labels(t: Track, found: Named, b: int, j: int, v: float) -> bool:
     """Whether no name changes in step ``j``, or ``v`` (m/s) is one of its ends."""
     if t.v[b, t.order[b, j]] == v or t.v[b, t.order[b, j + 1]] == v:
         return True
+    changes = 0
     for i in range(found.label.shape[2]):
-        if found.label[b, j, i] != found.label[b, j + 1, i]:
-            return False
-    return True
+        changes += 1 if found.label[b, j, i] != found.label[b, j + 1, i] else 0
+    return changes == 0
 
 
 @compiled
@@ -125,9 +125,9 @@ def _branches(
         for k in range(n):
             if k != own and math.hypot(re[k] - re[own], im[k] - im[own]) > TWIN * size:
                 rival = min(rival, math.hypot(re[k] - expected[0, i], im[k] - expected[1, i]))
-        if not best < CLEAR * rival or (im[own] > 0.0) != (expected[1, i] > 0.0):
-            if best > TWIN * size or (im[own] > 0.0) != (expected[1, i] > 0.0):
-                return False
+        clear = best < CLEAR * rival or best <= TWIN * size
+        if not clear or (im[own] > 0.0) != (expected[1, i] > 0.0):
+            return False
         branch[own] = i
     if first >= 0:
         if found.label[b, j, first] != found.label[b, j, second]:

@@ -1,9 +1,9 @@
 """Roots of many bicycles followed and named at once, without the interpreter lock; needs numba (extra ``fast``).
 
 A block of bicycles is tracked on the sparse grid of :mod:`bicycle.modal.tracking`, all nodes of a round together, named
-by the rules of :mod:`bicycle.modal.naming`, and answers for the speeds asked for. Every step of this says when it is not
-sure: two roots that cannot be told apart, a name by a narrow margin, a speed next to which names change. Such a bicycle
-gets no answer here but a status, and the caller asks the plain path for it, which is the judge of this one.
+by the rules of :mod:`bicycle.modal.naming`, and answers for the speeds asked for. Every step of this says when it is
+not sure: two roots that cannot be told apart, a name by a narrow margin, a speed next to which names change. Such a
+bicycle gets no answer here but a status, and the caller asks the plain path for it, which is the judge of this one.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -17,7 +17,7 @@ from bicycle.eigenvalues.vectors_kernel import decompose_stack
 from bicycle.linear_model import LinearModel
 from bicycle.modal import answer_kernel, follow_kernel, naming_kernel
 from bicycle.modal.follow_kernel import SURE, Track
-from bicycle.modal.naming import HIGHEST, LOWEST, every_mode, speed_unit
+from bicycle.modal.naming import HIGHEST, LOWEST, speed_unit
 from bicycle.modal.naming import roles as roles_of
 from bicycle.modal.naming_kernel import Named, Roles
 from bicycle.modal.speed_limits import FASTEST_RATE, FASTEST_SPEED, REFERENCE_SPEED, SLOWEST_SPEED
@@ -125,7 +125,7 @@ class Block:
         return stack, change
 
     def follow(self, lowest: float, highest: Array, asked: Asked | None = None) -> Track:
-        """Track all bicycles over the speeds at which names are given, and from ``lowest`` to ``highest`` (m,), in units.
+        """Track all bicycles where names are given, and from ``lowest`` to ``highest`` (m,), in units of speed.
 
         ``asked`` may ask for more nodes of a track where all is linked, as :func:`follow_kernel.link_steps` does.
         """
@@ -188,14 +188,13 @@ class BatchKind:
     def of(cls, model: LinearModel) -> "BatchKind":
         """That of a ``model``."""
         states = model.declared.states
-        known = [*dict.fromkeys(("lean", "steer", "yaw", *(state.role for state in states)))]
+        of_state = [state.role for state in states] or [""] * model.order  # matrices without a bicycle declare none
+        known = [*dict.fromkeys(("lean", "steer", "yaw", *of_state))]
         played = roles_of(model)
         present = {state.role for state in states}
         joints = {state.role for state in states if state.joint}
-        named = [mode.name for mode in every_mode(model) if mode.name in ("weave", "capsize", "castering")]
-        assert len(named) == 3
         roles = Roles(
-            of_state=np.array([known.index(state.role) for state in states], np.int64),
+            of_state=np.array([known.index(role) for role in of_state], np.int64),
             lean=0, steer=1, yaw=2, count=len(known),
             joint=np.array([role in joints for role in known], np.int64),
             mark=np.array([[role in mode.marks for role in known] for mode in played], float).reshape(-1, len(known)),
@@ -204,7 +203,7 @@ class BatchKind:
             oscillation=np.array([mode.oscillation for mode in played], np.int64),
             singular=bool(model.singular_at_rest),
         )  # fmt: skip
-        others = [f"other_{number}" for number in range(1, len(states) + 1)]
+        others = [f"other_{number}" for number in range(1, model.order + 1)]
         names = ("weave", "capsize", "castering", *(mode.name for mode in played), *others)
         return cls(roles, names, bool(model.singular_at_rest), float(model.parameters["g"]))
 

@@ -48,8 +48,8 @@ def empty_track(bicycles: int, nodes: int, n: int) -> Track:
     table = (bicycles, nodes)
     return Track(
         np.zeros(table), *(np.zeros((*table, n)) for _ in range(4)), np.zeros((*table, n, n)),
-        np.zeros(bicycles, np.int16), *(np.zeros(shape, np.int16) for shape in (table, table, (*table, n), (*table, 4))),
-        np.zeros(bicycles, np.int16),
+        np.zeros(bicycles, np.int16), np.zeros(table, np.int16), np.zeros(table, np.int16),
+        np.zeros((*table, n), np.int16), np.zeros((*table, 4), np.int16), np.zeros(bicycles, np.int16),
     )  # fmt: skip
 
 
@@ -156,7 +156,7 @@ def _link(t: Track, b: int, left: int, right: int, roots: Array, count: NDArray[
     if reals not in (-2, 0, 2):
         return OPEN
     meeting = reals != 0
-    if meeting and not _two_that_meet(t, b, left, right, half, reals > 0):
+    if meeting and not _two_that_meet(t, b, left, right, half, 1 if reals > 0 else 0):
         return OPEN
     size = 0.0
     for end in range(2):
@@ -254,7 +254,7 @@ def mate_of(re: Array, im: Array, i: int) -> int:
 
 
 @compiled
-def _two_that_meet(t: Track, b: int, left: int, right: int, half: float, merge: bool) -> bool:
+def _two_that_meet(t: Track, b: int, left: int, right: int, half: float, merge: int) -> bool:
     """Which two real roots of one end are the pair of the other (as ``double_roots.join_double_root``)."""
     n = t.re.shape[2]
     alone, paired = (left, right) if merge else (right, left)

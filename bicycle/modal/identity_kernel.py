@@ -189,16 +189,23 @@ def _hand_over(w: Walked, k: int, owner: Whole, group: int, modes: int) -> int:
                     again[mask] = 1
     if again[(1 << many) - 1]:
         return -1
-    free, lost, kept_by, changed = 0, 0, 0, 0
-    for i in range(n):
-        if (group >> owner[i]) & 1 and w.im[k, i] == 0.0 and not w.double[owner[i]]:
-            kept_by |= 1 << owner[i]
     target = owner.copy()
     mask = (1 << many) - 1
     for row in range(many - 1, -1, -1):
         d = choice[row, mask]
         target[pairs[row]] = target[w.mate[k, pairs[row]]] = double[d]
         mask &= ~(1 << d)
+    return _give_reals(w, k, owner, target, group, modes)
+
+
+@compiled
+def _give_reals(w: Walked, k: int, owner: Whole, target: Whole, group: int, modes: int) -> int:
+    """Real roots of pairs that are gone become those of the single modes that have none; 1 if any root changed."""
+    n = w.re.shape[1]
+    kept_by, free, lost, changed = 0, 0, 0, 0
+    for i in range(n):
+        if (group >> owner[i]) & 1 and w.im[k, i] == 0.0 and not w.double[owner[i]]:
+            kept_by |= 1 << owner[i]
     for i in range(n):
         if (group >> owner[i]) & 1 and w.im[k, i] == 0.0 and w.double[owner[i]]:
             free += 1
@@ -210,7 +217,7 @@ def _hand_over(w: Walked, k: int, owner: Whole, group: int, modes: int) -> int:
     if free > 1 or lost > 1:
         return -1  # the rules go by size: rare, and left to the plain path
     for i in range(n):
-        changed = changed or target[i] != owner[i]
+        changed += 1 if target[i] != owner[i] else 0
         owner[i] = target[i]
     return 1 if changed else 0
 
