@@ -31,6 +31,7 @@ from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 
 NEARLY_REAL = 1e-3  # candidates with a relative imaginary part below this are tried: near-double crossings are noisy
+SEARCHES = 3  # for crossings that a count of unstable roots tells are missing
 REST = 1e-7  # of sqrt(g w): closer to rest is rest, where undamped pairs lie on the axis
 
 
@@ -43,10 +44,10 @@ class _SearchedRange:
     low: float
     high: float
 
-    def near(self, crossings: Sequence[CriticalSpeed], further: Array) -> list[CriticalSpeed]:
-        """Those crossings again, and those next to ``further`` speeds (m/s)."""
+    def near(self, crossings: Sequence[CriticalSpeed], further: Array, *, counted: bool = False) -> list[CriticalSpeed]:
+        """Those crossings again, and those next to ``further`` speeds (m/s), where unstable roots are ``counted``."""
         candidates = np.concatenate([[crossing.speed for crossing in crossings], further])
-        return newton_crossings(self.polynomial, self.low, self.high, candidates)
+        return newton_crossings(self.polynomial, self.low, self.high, candidates, counted=counted)
 
 
 def critical_speeds(model: Model | LinearModel, max_speed: float = 60.0) -> tuple[CriticalSpeed, ...]:
@@ -161,12 +162,27 @@ def _completed(
     missing = near_touches(tracked, part.low, part.high) if tracked else np.empty(0)
     if missing.size:
         crossings = part.near(crossings, missing)
-    for _ in range(3):
+    for _ in range(SEARCHES):
         missing = missing_crossings(part.polynomial, crossings, part.low, part.high, tracked)
         if not missing.size:
-            break
+            return crossings
         crossings = part.near(crossings, missing)
-    return crossings
+    return _beyond_rounding(part, crossings, tracked)
+
+
+def _beyond_rounding(
+    part: _SearchedRange, crossings: list[CriticalSpeed], tracked: TrackedRange | None
+) -> list[CriticalSpeed]:
+    """The crossings, and those that rounding hides close to them, where the count of unstable roots adds up with them.
+
+    Those that are known stay as they are.
+    """
+    missing = missing_crossings(part.polynomial, crossings, part.low, part.high, tracked)
+    if not missing.size:
+        return crossings
+    more = sorted([*crossings, *part.near([], missing, counted=True)], key=lambda c: c.speed)
+    left = missing_crossings(part.polynomial, more, part.low, part.high, tracked)
+    return more if left.size < missing.size else crossings
 
 
 def _candidates(part: _SearchedRange) -> Array:
