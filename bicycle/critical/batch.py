@@ -21,9 +21,9 @@ from bicycle.modal.tracking import STEP
 from tyre.base.arrays import Array
 
 REST = 1e-7  # of sqrt(g w): closer to rest is rest, where undamped pairs lie on the axis
-SLOW_LOOKS = 8  # speeds at which unstable roots are counted below the track
+SLOW_LOOKS = 4  # speeds at which unstable roots are counted below the track
 MOST_STEPS = 8  # of Newton
-LAST_STEP = 1e-9  # of the speed: after a step below this the next would be rounding
+LAST_STEP = 1e-7  # of the speed: Newton squares what is left
 WELL_KNOWN = 2e-10  # m/s: what rounding may change in a crossing at most
 APART = 1e-6  # of the speed: two crossings nearer than this are left to the plain path
 BLURRED, AT_REST = 7, 8
@@ -115,7 +115,7 @@ def _part(block: Block, max_speed: float, first: int) -> tuple[NDArray[np.generi
     start = np.empty((3, room))
     count = crossing_kernel.crossings(track, low, high, owner, step, root, start)
     owner, start = owner[:count].copy(), start[:, :count]
-    v, state, re, im = _sharpened(block, owner, start)
+    v, state, re, im, omega = _sharpened(block, owner, start)
     blurred = ~(state[1] < WELL_KNOWN) | ~(np.abs(v - start[0]) < 0.1 * block.unit[owner])
     inside = (v > low[owner]) & (v <= high[owner])
     blurred |= (np.abs(v - high[owner]) < APART * v) | (np.abs(v - low[owner]) < 10 * low[owner])
@@ -125,8 +125,8 @@ def _part(block: Block, max_speed: float, first: int) -> tuple[NDArray[np.generi
     blurred[order[1:][near]] = True
     track.status[owner[blurred]] = BLURRED
     kept = order[(inside & (track.status[owner] == SURE))[order]]
-    owner, v, state, re, im = owner[kept], v[kept], state[:, kept], re[kept], im[kept]
-    omega, bits = _named(block, track, owner, v, re, im, start[2][kept])
+    owner, v, state, omega = owner[kept], v[kept], state[:, kept], omega[kept]
+    bits = _named(block, track, owner, v, re[kept], im[kept], omega)
     sure = track.status[owner] == SURE
     return (
         *(column[sure] for column in (owner + first, v, omega, state[0], bits)), track.status,
@@ -144,8 +144,8 @@ def _moves_near_rest(block: Block, track: Track) -> NDArray[np.bool_]:
     return np.asarray(~certain | (unstable != unstable[:, :1]).any(1))
 
 
-def _sharpened(block: Block, owner: NDArray[np.int64], start: Array) -> tuple[Array, Array, Array, Array]:
-    """Speeds (k,), slopes and doubts (2, k), and roots (k, n) there in two parts, by Newton."""
+def _sharpened(block: Block, owner: NDArray[np.int64], start: Array) -> tuple[Array, Array, Array, Array, Array]:
+    """Speeds (k,), slopes and doubts (2, k), roots (k, n) there in two parts, angular frequencies, by Newton."""
     n = block.coefficients.shape[-1]
     v, root = start[0].copy(), start[1:].copy()
     step, state = np.full(len(v), np.inf), np.full((2, len(v)), np.inf)
@@ -161,13 +161,13 @@ def _sharpened(block: Block, owner: NDArray[np.int64], start: Array) -> tuple[Ar
         v[moving], root[:, moving], step[moving], state[:, moving] = there, expected, moved, told
         moving = moving[~(np.abs(moved) <= LAST_STEP * np.abs(there)) & np.isfinite(there) & (there > 0)]
     state[1, moving] = np.inf
-    return v, state, re, im
+    return v, state, re, im, root[1]
 
 
 def _named(
     block: Block, track: Track, owner: NDArray[np.int64], v: Array, re: Array, im: Array, omega: Array
-) -> tuple[Array, NDArray[np.int64]]:
-    """Angular frequency (k,) and names as bits (k,) of crossings, sorted by bicycle, with roots (k, n)."""
+) -> NDArray[np.int64]:
+    """Names as bits (k,) of crossings at angular frequencies ``omega``, sorted by bicycle, among roots (k, n)."""
     bicycles, n = len(block.unit), re.shape[1]
     place = np.arange(len(owner)) - np.searchsorted(owner, owner)
     width = int(place.max(initial=-1)) + 1
@@ -178,4 +178,4 @@ def _named(
     found = block.name(track, speeds)
     answer_kernel.answer(track, found, speeds, roots[0], roots[1], bits)
     own = np.hypot(re, im - omega[:, None]).argmin(1)
-    return im[np.arange(len(own)), own], bits[owner, place, own]
+    return np.asarray(bits[owner, place, own])

@@ -17,6 +17,7 @@ from bicycle.modal.tracking import STEP
 from tyre.base.arrays import Array
 
 BESIDE_A_CHANGE, RIVALS = 4, 5
+LEVELS = 4  # of halving at once towards a meeting
 NARROW = 2.0**-6 * STEP  # of the unit of speed: who gets which root is judged so near to a meeting of two modes
 
 
@@ -99,7 +100,7 @@ def _branches(
     s = (v - t.v[b, left]) / h
     size = 0.0
     for i in range(n):
-        size = max(size, math.hypot(re[i], im[i]))
+        size = max(size, re[i] * re[i] + im[i] * im[i])
         branch[i] = -1
     first, second = -1, -1  # branches that meet
     for i in range(n):
@@ -118,14 +119,14 @@ def _branches(
         best, own = math.inf, -1
         for k in range(n):
             if branch[k] < 0:
-                cost = math.hypot(re[k] - expected[0, i], im[k] - expected[1, i])
+                cost = (re[k] - expected[0, i]) ** 2 + (im[k] - expected[1, i]) ** 2
                 if cost < best:
                     best, own = cost, k
         rival = math.inf
         for k in range(n):
-            if k != own and math.hypot(re[k] - re[own], im[k] - im[own]) > TWIN * size:
-                rival = min(rival, math.hypot(re[k] - expected[0, i], im[k] - expected[1, i]))
-        clear = best < CLEAR * rival or best <= TWIN * size
+            if k != own and (re[k] - re[own]) ** 2 + (im[k] - im[own]) ** 2 > TWIN * TWIN * size:
+                rival = min(rival, (re[k] - expected[0, i]) ** 2 + (im[k] - expected[1, i]) ** 2)
+        clear = best < CLEAR * CLEAR * rival or best <= TWIN * TWIN * size
         if not clear or (im[own] > 0.0) != (expected[1, i] > 0.0):
             return False
         branch[own] = i
@@ -167,8 +168,14 @@ def ask_more(t: Track, found: Named, v: Array, unit: Array, owner: Whole, more: 
             left = t.order[b, j]
             h = t.v[b, t.order[b, j + 1]] - t.v[b, left]
             if t.kind[b, left] == MEETING and h > NARROW * unit[b] and _of_two_modes(t, found, b, j):
-                owner[asked], more[asked] = b, t.v[b, left] + 0.5 * h
-                asked += 1
+                target, low = t.v[b, left] + h * _meeting(t, b, j), t.v[b, left]
+                for _ in range(LEVELS):
+                    h *= 0.5
+                    if h < 0.5 * NARROW * unit[b]:
+                        break
+                    owner[asked], more[asked] = b, low + h
+                    asked += 1
+                    low += h if target >= low + h else 0.0
         wide = asked
         for k in range(v.shape[1]):
             j = 0 if math.isnan(v[b, k]) else step_of(t, b, v[b, k])
@@ -192,6 +199,16 @@ def ask_more(t: Track, found: Named, v: Array, unit: Array, owner: Whole, more: 
         if t.status[b] != SURE:
             asked = first
     return asked
+
+
+@compiled
+def _meeting(t: Track, b: int, j: int) -> float:
+    """Where in step ``j``, from 0 to 1, the squared distance of the two roots that meet is zero: it is near linear."""
+    left, right = t.order[b, j], t.order[b, j + 1]
+    p, q, r, s = t.two[b, left, 0], t.two[b, left, 1], t.two[b, left, 2], t.two[b, left, 3]
+    first = (t.re[b, left, p] - t.re[b, left, q]) ** 2 - (t.im[b, left, p] - t.im[b, left, q]) ** 2
+    last = (t.re[b, right, r] - t.re[b, right, s]) ** 2 - (t.im[b, right, r] - t.im[b, right, s]) ** 2
+    return first / (first - last) if first != last else 0.5
 
 
 @compiled

@@ -25,7 +25,7 @@ from bicycle.modal.tracking import SPARSE, STEP, grid
 from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.base.arrays import Array
 
-BLOCK = 32  # bicycles tracked together: their nodes fit the cache
+BLOCK = 128  # bicycles tracked together: few nodes of each fill the lanes
 START = 2.0**-6  # in steps: where a track begins that needs not reach rest
 STIFF, BEYOND = 6, 12  # statuses beside those of the kernels
 NODES = 192  # of one bicycle at most
