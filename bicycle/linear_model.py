@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bicycle.derivation.declarations import Declarations
 from bicycle.derivation.evaluation import Matrices
+from bicycle.eigenvalues.solvers import Solver, in_batches
 from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError, unknown
@@ -157,7 +158,9 @@ class LinearModel:
             matrices[places] = self.coefficients[number](v.ravel()[places])
         return matrices.reshape(*v.shape, self.order, self.order)
 
-    def eigenvalues(self, speeds: ArrayLike) -> NDArray[np.complex128]:
+    def eigenvalues(
+        self, speeds: ArrayLike, *, threads: int = 1, solver: Solver | None = None
+    ) -> NDArray[np.complex128]:
         """Eigenvalues (1/s), sorted by real then imaginary part.
 
         Where real parts differ by rounding only, as at rest without dampers, the processor decides the order:
@@ -167,12 +170,24 @@ class LinearModel:
         ----------
         speeds : array_like, shape (...)
             m/s.
+        threads : int
+            Number of threads that more than a thousand speeds are spread over; the result does not depend on it.
+        solver : callable, optional
+            As in :func:`bicycle.eigenvalues.solvers.eigenvalues`: compiled where numba (extra ``fast``) is installed.
 
         Returns
         -------
         ndarray of complex, shape (..., n)
+
+        Raises
+        ------
+        InputError
+            A speed the model does not allow, or fewer threads than one.
         """
-        return np.sort_complex(np.linalg.eigvals(self.state_matrix(speeds)).astype(complex))
+        v = self.check_speeds(speeds)
+        flat = v.reshape(-1)
+        found = in_batches(lambda part: self.state_matrix(flat[part]), (v.size, self.order), threads, solver)
+        return found.reshape(*v.shape, self.order)
 
     def matrices_at(self, speed: float) -> tuple[Array, Array, Array]:
         """State, input and output matrix (A, B, C) in physical units at one speed; D is :meth:`feedthrough`.

@@ -19,6 +19,7 @@ from bicycle.critical.bialternate import bialternate_sum, singular_speeds
 from bicycle.critical.completeness import NOISE, missing_crossings, near_touches
 from bicycle.critical.critical_speed import CriticalSpeed
 from bicycle.critical.newton import newton_crossings
+from bicycle.eigenvalues.solvers import compiled, default_solver
 from bicycle.linear_model import LinearModel
 from bicycle.modal.naming import speed_unit
 from bicycle.modal.speed_limits import check_trackable
@@ -30,6 +31,7 @@ from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 
 NEARLY_REAL = 1e-3  # candidates with a relative imaginary part below this are tried: near-double crossings are noisy
+SEARCHES = 3  # for crossings that a count of unstable roots tells are missing
 REST = 1e-7  # of sqrt(g w): closer to rest is rest, where undamped pairs lie on the axis
 
 
@@ -42,10 +44,10 @@ class _SearchedRange:
     low: float
     high: float
 
-    def near(self, crossings: Sequence[CriticalSpeed], further: Array) -> list[CriticalSpeed]:
-        """Those crossings again, and those next to ``further`` speeds (m/s)."""
+    def near(self, crossings: Sequence[CriticalSpeed], further: Array, *, counted: bool = False) -> list[CriticalSpeed]:
+        """Those crossings again, and those next to ``further`` speeds (m/s), where unstable roots are ``counted``."""
         candidates = np.concatenate([[crossing.speed for crossing in crossings], further])
-        return newton_crossings(self.polynomial, self.low, self.high, candidates)
+        return newton_crossings(self.polynomial, self.low, self.high, candidates, counted=counted)
 
 
 def critical_speeds(model: Model | LinearModel, max_speed: float = 60.0) -> tuple[CriticalSpeed, ...]:
@@ -75,6 +77,30 @@ def critical_speeds(model: Model | LinearModel, max_speed: float = 60.0) -> tupl
     if not (np.isfinite(max_speed) and max_speed > 0):
         raise InputError(f"max_speed = {max_speed!r} m/s is not allowed; give a finite speed > 0 m/s")
     check_trackable(model, np.array([max_speed]), "max_speed")
+    found = _in_a_batch(model, float(max_speed))
+    return tracked_critical_speeds(model, float(max_speed)) if found is None else found
+
+
+def _in_a_batch(model: LinearModel, max_speed: float) -> tuple[CriticalSpeed, ...] | None:
+    """Critical speeds by the compiled path, None where it is missing or not sure."""
+    if default_solver() is not compiled or len(model.ranges) > 1 or model.singular_at_rest:
+        return None
+    from bicycle.critical.batch import critical_speeds_of
+    from bicycle.modal.batch import Block
+
+    found = critical_speeds_of(Block.of_models([model]), max_speed)
+    return None if found.status[0] else found.of(0)
+
+
+def tracked_critical_speeds(model: LinearModel, max_speed: float) -> tuple[CriticalSpeed, ...]:
+    """Critical speeds by pencil and track of one model: as :func:`critical_speeds`, and the judge of its quicker path.
+
+    Parameters
+    ----------
+    model : LinearModel
+    max_speed : float
+        One that can be tracked, m/s.
+    """
     rest = REST * speed_unit(model)
     switches = [at.lower for at in model.ranges if 0 < at.lower <= max_speed]
     whole = [
@@ -136,12 +162,27 @@ def _completed(
     missing = near_touches(tracked, part.low, part.high) if tracked else np.empty(0)
     if missing.size:
         crossings = part.near(crossings, missing)
-    for _ in range(3):
+    for _ in range(SEARCHES):
         missing = missing_crossings(part.polynomial, crossings, part.low, part.high, tracked)
         if not missing.size:
-            break
+            return crossings
         crossings = part.near(crossings, missing)
-    return crossings
+    return _beyond_rounding(part, crossings, tracked)
+
+
+def _beyond_rounding(
+    part: _SearchedRange, crossings: list[CriticalSpeed], tracked: TrackedRange | None
+) -> list[CriticalSpeed]:
+    """The crossings, and those that rounding hides close to them, where the count of unstable roots adds up with them.
+
+    Those that are known stay as they are.
+    """
+    missing = missing_crossings(part.polynomial, crossings, part.low, part.high, tracked)
+    if not missing.size:
+        return crossings
+    more = sorted([*crossings, *part.near([], missing, counted=True)], key=lambda c: c.speed)
+    left = missing_crossings(part.polynomial, more, part.low, part.high, tracked)
+    return more if left.size < missing.size else crossings
 
 
 def _candidates(part: _SearchedRange) -> Array:

@@ -19,6 +19,9 @@ ROUNDING = 1e-7  # of the speed: a step below this that does not halve is roundi
 FARTHEST = 0.2  # of the speed: a crossing so far from its candidate has another one
 SAME_SPEED, SAME_FREQUENCY = 1e-9, 1e-6
 WELL_KNOWN = 1e-8  # of the speed: a crossing known better than this needs no second look
+SLACK = 300.0  # of what rounding should change in a root, where a count tells that there is a crossing
+LOOKS = (2.0, 20.0, 200.0)  # of the doubt: where the sign on both sides is looked at
+FARTHEST_LOOK = 1e-3  # of the speed
 HARDLY_KNOWN = 0.02  # of the speed: a crossing known no better than this is none
 
 
@@ -32,7 +35,9 @@ class _Zero:
     doubt: float
 
 
-def newton_crossings(polynomial: SpeedPolynomial, low: float, high: float, candidates: Array) -> list[CriticalSpeed]:
+def newton_crossings(
+    polynomial: SpeedPolynomial, low: float, high: float, candidates: Array, *, counted: bool = False
+) -> list[CriticalSpeed]:
     """Newton from every candidate and every root that may be the crossing one; each crossing once, touches left out.
 
     Parameters
@@ -43,6 +48,9 @@ def newton_crossings(polynomial: SpeedPolynomial, low: float, high: float, candi
         Crossings at low < v <= high are kept, m/s.
     candidates : ndarray, shape (k,)
         Speeds near crossings, m/s.
+    counted : bool
+        The number of unstable roots has told that there are crossings: what rounding hides close to one is looked for
+        farther away.
 
     Returns
     -------
@@ -57,16 +65,24 @@ def newton_crossings(polynomial: SpeedPolynomial, low: float, high: float, candi
     step = np.abs(values.real) / np.maximum(np.abs(slopes.real), 1e-300)
     near = (values.imag >= 0) & ((step <= 0.05 * candidates[:, None]) | (np.abs(values.real) < 1e-6 * size))
     k, i = np.nonzero(near)
-    zeros = _newton(polynomial, candidates[k], values[k, i], Decomposition(*(part[k] for part in at))) if k.size else []
-    sure = _crossing(polynomial, [zero for zero in zeros if low < zero.speed <= high])
+    there = Decomposition(*(part[k] for part in at))
+    slack = SLACK if counted else 1.0
+    zeros = _newton(polynomial, candidates[k], values[k, i], there, slack) if k.size else []
+    found = [zero for zero in zeros if low < zero.speed <= high]
+    sure = _crossing(polynomial, found, LOOKS if counted else LOOKS[:1])
     return [
         CriticalSpeed.of_root(speed=zero.speed, root=1j * zero.angular_frequency, destabilising=zero.slope.real > 0)
         for zero in _once(sure)
     ]
 
 
-def _newton(polynomial: SpeedPolynomial, speeds: Array, roots: Complex, at: Decomposition) -> list[_Zero]:
-    """Solve Re lambda(v) = 0 along the roots given; those that converge. ``at`` is of the matrices at ``speeds``."""
+def _newton(
+    polynomial: SpeedPolynomial, speeds: Array, roots: Complex, at: Decomposition, slack: float = 1.0
+) -> list[_Zero]:
+    """Solve Re lambda(v) = 0 along the roots given; those that converge. ``at`` is of the matrices at ``speeds``.
+
+    ``slack`` is by how much rounding may be worse than it should.
+    """
     v, expected, still = speeds.copy(), roots.copy(), np.zeros(len(speeds), bool)
     last, row = np.full(len(speeds), np.inf), np.arange(len(speeds))
     for _ in range(MOST_STEPS):
@@ -87,7 +103,7 @@ def _newton(polynomial: SpeedPolynomial, speeds: Array, roots: Complex, at: Deco
         at = decompose(polynomial, v)
     else:
         v = v - moved
-    error = uncertainty(values, left, polynomial(v), right)[row, own]
+    error = slack * uncertainty(values, left, polynomial(v), right)[row, own]
     rise = v * np.abs(slope.real)
     good = (np.abs(root.real) <= np.maximum(error, ROUNDING * rise)) & (np.abs(v - speeds) <= FARTHEST * speeds)
     error = np.maximum(error, np.abs(root.real))
@@ -98,22 +114,26 @@ def _newton(polynomial: SpeedPolynomial, speeds: Array, roots: Complex, at: Deco
     ]
 
 
-def _crossing(polynomial: SpeedPolynomial, zeros: Sequence[_Zero]) -> list[_Zero]:
+def _crossing(polynomial: SpeedPolynomial, zeros: Sequence[_Zero], looks: Sequence[float]) -> list[_Zero]:
     """Those whose real part changes its sign beyond doubt; what rounding makes of a touch of the axis does not."""
     sure = [zero for zero in zeros if zero.doubt <= WELL_KNOWN * zero.speed]
     rest = [zero for zero in zeros if zero.doubt > WELL_KNOWN * zero.speed]
-    if rest:
-        away = 2 * np.array([[-zero.doubt, zero.doubt] for zero in rest])
+    for look in looks:
+        if not rest:
+            break
+        distance = [min(look * zero.doubt, max(FARTHEST_LOOK * zero.speed, 2 * zero.doubt)) for zero in rest]
+        away = np.array([[-far, far] for far in distance])
         values = decompose(polynomial, (np.array([[zero.speed] for zero in rest]) + away).reshape(-1)).values
         crossing = np.array([[1j * zero.angular_frequency] for zero in rest])
         roots = crossing + np.array([[zero.slope] for zero in rest]) * away
         own = np.abs(values - roots.reshape(-1, 1)).argmin(1)
         before, after = values[np.arange(len(own)), own].reshape(-1, 2).T
-        sure += [
-            zero
+        changes = [
+            zero.slope.real * a < 0 < zero.slope.real * b
             for zero, a, b in zip(rest, before.real, after.real, strict=True)
-            if zero.slope.real * a < 0 < zero.slope.real * b
         ]
+        sure += [zero for zero, here in zip(rest, changes, strict=True) if here]
+        rest = [zero for zero, here in zip(rest, changes, strict=True) if not here]
     return sure
 
 

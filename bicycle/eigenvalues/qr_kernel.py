@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from bicycle.eigenvalues.hessenberg_kernel import LANES, Places, compiled, hessenberg
+from bicycle.eigenvalues.hessenberg_kernel import Places, batches, compiled, hessenberg
 from tyre.base.arrays import Array
 
 EPS = float(np.finfo(float).eps)
@@ -32,22 +32,19 @@ def solve(stack: Array, real: Array, imag: Array) -> int:
     int
         Index of the first matrix that failed, or -1.
     """
-    m, n = stack.shape[0], stack.shape[1]
-    h, unit = np.zeros((n + 1, n + 1, LANES)), np.empty(LANES)  # a reflection may reach over the edge by one
-    for start in range(0, m, LANES):
-        count = min(LANES, m - start)
-        hessenberg(stack, start, count, h, unit)
-        failed = _roots(h, unit, start, count, real, imag)
+    for start, count, h, by in batches(stack.shape[1], stack.shape[0]):
+        hessenberg(stack, start, count, h, by)
+        failed = roots_of(h, by.unit, start, count, real, imag)
         if failed >= 0:
             return int(start + failed)
     return -1
 
 
 @compiled
-def _roots(h: Array, unit: Array, start: int, count: int, real: Array, imag: Array) -> int:
+def roots_of(h: Array, unit: Array, start: int, count: int, real: Array, imag: Array) -> int:
     """Fill in the eigenvalues of matrices in Hessenberg form; first lane that failed, or -1."""
     n = h.shape[0] - 1
-    window, lane = np.empty((3, LANES), np.int64), np.empty((8, LANES))
+    window, lane = np.empty((3, h.shape[2]), np.int64), np.empty((8, h.shape[2]))
     failed = _iterate(h, n, window, lane)
     if 0 <= failed < count:
         return failed
@@ -60,12 +57,13 @@ def _roots(h: Array, unit: Array, start: int, count: int, real: Array, imag: Arr
 def _iterate(h: Array, n: int, window: Places, lane: Array) -> int:
     """Francis double-shift QR with deflation in every lane; first lane that does not converge, or -1."""
     low, high, age = window[0], window[1], window[2]
-    for k in range(LANES):
+    lanes = h.shape[2]
+    for k in range(lanes):
         high[k], age[k] = n - 1, 0
     for _ in range(MOST_ITERATIONS * n):
         _deflate(h, n)
         first, last = n, 0
-        for k in range(LANES):
+        for k in range(lanes):
             i = high[k]
             while i >= 0:
                 if i == 0 or h[i, i - 1, k] == 0.0:
@@ -93,8 +91,9 @@ def _iterate(h: Array, n: int, window: Places, lane: Array) -> int:
 @compiled
 def _deflate(h: Array, n: int) -> None:
     """Set negligible entries below the diagonal to zero."""
+    lanes = h.shape[2]
     for i in range(1, n):
-        for k in range(LANES):
+        for k in range(lanes):
             below, above = abs(h[i, i - 1, k]), abs(h[i - 1, i, k])
             here, gap = abs(h[i, i, k]), abs(h[i - 1, i - 1, k] - h[i, i, k])
             size = here + abs(h[i - 1, i - 1, k])
@@ -110,7 +109,8 @@ def _deflate(h: Array, n: int) -> None:
 @compiled
 def _shift(h: Array, low: Places, high: Places, age: Places, lane: Array) -> None:
     """First column of (H - z1)(H - z2) of each window into ``lane`` 0 to 2; z1 and z2 from its lower corner."""
-    for k in range(LANES):
+    lanes = h.shape[2]
+    for k in range(lanes):
         i, j = high[k], low[k]
         if i < 0:
             i, j = 2, 0  # anything: masked
@@ -122,7 +122,7 @@ def _shift(h: Array, low: Places, high: Places, age: Places, lane: Array) -> Non
         lane[0, k], lane[1, k], lane[2, k], lane[3, k] = a, b, c, d
         lane[4, k], lane[5, k] = h[j, j, k], h[j, j + 1, k]
         lane[6, k], lane[7, k] = h[j + 1, j, k], h[j + 1, j + 1, k]
-    for k in range(LANES):
+    for k in range(lanes):
         a, b, c, d = lane[0, k], lane[1, k], lane[2, k], lane[3, k]
         half = 0.5 * (a - d)
         z = half * half + b * c
@@ -137,7 +137,7 @@ def _shift(h: Array, low: Places, high: Places, age: Places, lane: Array) -> Non
         lane[0, k] = (h21 * s) * h12 + (h11 - re) * ((h11 - re) * s) + im * (im * s)
         lane[1, k] = (h21 * s) * (h11 + h22 - 2.0 * re)
         lane[2, k] = h21 * s
-    for k in range(LANES):
+    for k in range(lanes):
         if high[k] >= 0:
             lane[2, k] *= h[low[k] + 2, low[k] + 1, k]
 
@@ -146,9 +146,10 @@ def _shift(h: Array, low: Places, high: Places, age: Places, lane: Array) -> Non
 def _sweep(h: Array, first: int, last: int, low: Places, high: Places, lane: Array) -> None:
     """One implicit double-shift step on rows low..high of every lane, all of them within first..last."""
     tau, v2, v3, beta = lane[3], lane[4], lane[5], lane[6]
+    lanes = h.shape[2]
     for c in range(first, last):
         b = c - 1 if c > 0 else c  # the column the bulge is in
-        for k in range(LANES):
+        for k in range(lanes):
             starts = low[k] == c
             three = c < high[k] - 1
             x = lane[0, k] if starts else h[c, b, k]
@@ -161,19 +162,19 @@ def _sweep(h: Array, first: int, last: int, low: Places, high: Places, lane: Arr
             tau[k] = (size - x) / size if active else 0.0
             v2[k], v3[k] = (y * share if active else 0.0), (z * share if active else 0.0)
             beta[k] = size
-        for k in range(LANES):
+        for k in range(lanes):
             inner = tau[k] != 0.0 and low[k] < c
             h[c, b, k] = beta[k] if inner else h[c, b, k]
             h[c + 1, b, k] = 0.0 if inner else h[c + 1, b, k]
             h[c + 2, b, k] = 0.0 if inner and c < high[k] - 1 else h[c + 2, b, k]
         for j in range(c, last + 1):
-            for k in range(LANES):
+            for k in range(lanes):
                 total = tau[k] * (h[c, j, k] + v2[k] * h[c + 1, j, k] + v3[k] * h[c + 2, j, k])
                 h[c, j, k] -= total
                 h[c + 1, j, k] -= total * v2[k]
                 h[c + 2, j, k] -= total * v3[k]
         for i in range(first, min(c + 3, last) + 1):
-            for k in range(LANES):
+            for k in range(lanes):
                 total = tau[k] * (h[i, c, k] + v2[k] * h[i, c + 1, k] + v3[k] * h[i, c + 2, k])
                 h[i, c, k] -= total
                 h[i, c + 1, k] -= total * v2[k]

@@ -13,7 +13,6 @@ from importlib.util import find_spec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bicycle.linear_model import LinearModel
 from tyre.base.arrays import Complex
 from tyre.base.errors import InputError
 from tyre.base.parallel import one_blas_thread
@@ -45,8 +44,6 @@ def eigenvalues(stack: ArrayLike, *, threads: int = 1, solver: Solver | None = N
     matrices = np.asarray(stack, float)
     if matrices.ndim < 2 or matrices.shape[-1] != matrices.shape[-2]:
         raise InputError(f"matrices have shape {matrices.shape}; give square ones, shape (..., n, n)")
-    if threads < 1:
-        raise InputError(f"threads = {threads}; give at least 1")
     flat = matrices.reshape(-1, *matrices.shape[-2:])
 
     def finite(part: slice) -> NDArray[np.float64]:
@@ -58,20 +55,22 @@ def eigenvalues(stack: ArrayLike, *, threads: int = 1, solver: Solver | None = N
             raise InputError(f"entry {first} of the matrices is {value}; eigenvalues need finite entries")
         return batch
 
-    result = _in_batches(finite, flat.shape[:2], threads, solver or default_solver())
+    result = in_batches(finite, flat.shape[:2], threads, solver)
     return result.reshape(matrices.shape[:-1])
 
 
-def eigenvalues_along(
-    model: LinearModel, speeds: ArrayLike, *, threads: int = 1, solver: Solver | None = None
-) -> Complex:
-    """Eigenvalues (m, n) in 1/s of one model along speed: the matrices are made where they are used.
+def in_batches(
+    matrices: Callable[[slice], NDArray[np.float64]], shape: tuple[int, int], threads: int = 1,
+    solver: Solver | None = None,
+) -> Complex:  # fmt: skip
+    """Eigenvalues (m, n) in 1/s of matrices that are made where they are used.
 
     Parameters
     ----------
-    model : LinearModel
-    speeds : array_like, shape (m,)
-        m/s.
+    matrices : callable
+        From a part of the m matrices, a slice, to these, shape (k, n, n), 1/s.
+    shape : tuple of int, shape (2,)
+        m and n.
     threads : int
         Number of threads, as in :func:`eigenvalues`.
     solver : callable, optional
@@ -80,24 +79,16 @@ def eigenvalues_along(
     Raises
     ------
     InputError
-        A speed the model does not allow, or fewer threads than one.
+        Fewer threads than one.
     """
-    v = np.atleast_1d(model.check_speeds(speeds))
     if threads < 1:
         raise InputError(f"threads = {threads}; give at least 1")
-    return _in_batches(
-        lambda part: model.state_matrix(v[part]), (len(v), model.order), threads, solver or default_solver()
-    )
-
-
-def _in_batches(
-    matrices: Callable[[slice], NDArray[np.float64]], shape: tuple[int, ...], threads: int, solver: Solver
-) -> Complex:
+    solve = solver or default_solver()
     result = np.empty(shape, complex)
 
     def fill(start: int) -> None:
         part = slice(start, start + BATCH)
-        result[part] = solver(matrices(part))
+        result[part] = solve(matrices(part))
 
     starts = range(0, len(result), BATCH)
     if threads == 1 or len(starts) < 2:

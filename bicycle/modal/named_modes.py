@@ -8,12 +8,14 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bicycle.eigenvalues.oscillation import frequency_hz, pair_damping_ratio
+from bicycle.eigenvalues.solvers import compiled, default_solver
 from bicycle.linear_model import LinearModel
 from bicycle.modal.events import ModeEvent
 from bicycle.modal.naming import every_mode
@@ -50,8 +52,6 @@ class Modes:
         NaN where there is none. Around speeds at which halves of two modes meet, their identity is lost: the roots of
         both are then listed under the joint name, "capsize+weave" (which may need more than two columns). It is given
         back where the roots are again as many pairs and single real roots as the modes.
-    events : tuple of ModeEvent
-        Real roots that merge to a pair or come from one, modes that exchange character, jumps at a switch speed.
     anchor : float
         Speed at which the names were given, m/s.
     """
@@ -59,7 +59,6 @@ class Modes:
     speeds: Array
     eigenvalues: Complex
     branches: Mapping[str, Complex]
-    events: tuple[ModeEvent, ...]
     anchor: float
     model: LinearModel = field(repr=False)
 
@@ -72,6 +71,16 @@ class Modes:
             f"<Modes at {at} m/s: {', '.join(self.names)}\n"
             f" unstable at one of them: {unstable}; largest real part {np.nanmax(self.eigenvalues.real):.3g} 1/s>"
         )
+
+    @cached_property
+    def events(self) -> tuple[ModeEvent, ...]:
+        """Real roots that merge to a pair or come from one, modes that exchange character, jumps at a switch speed.
+
+        Of the speeds between the lowest and the highest; computed when they are first asked for.
+        """
+        low, high = float(self.speeds.min()), float(self.speeds.max())
+        every = Tracker.over(self.model, low, high).events
+        return tuple(event for event in every if low <= event.speed <= high)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -184,14 +193,40 @@ def modes(model: Model | LinearModel, speeds: ArrayLike) -> Modes:
     if v.ndim != 1 or not v.size:
         raise InputError(f"speeds have shape {v.shape}; give one or more speeds in a row")
     check_trackable(model, v)
-    tracker = Tracker.over(model, float(v.min()), float(v.max()))
-    ordered = tracker.ordered(v)
-    index, labels = tracker.labels(v, ordered)
-    events = tuple(event for event in tracker.events if v.min() <= event.speed <= v.max())
-    return Modes(
-        v, np.sort_complex(ordered), _branches(model, ordered, index, labels, tracker.naming.names), events,
-        tracker.naming.anchor, model,
-    )  # fmt: skip
+    return _in_a_batch(model, v) or tracked_modes(model, v)
+
+
+def tracked_modes(model: LinearModel, speeds: Array) -> Modes:
+    """The modes by the full track of one model: what :func:`modes` gives, and the judge of its quicker path.
+
+    Parameters
+    ----------
+    model : LinearModel
+    speeds : ndarray, shape (m,)
+        Forward speeds that can be tracked, m/s.
+    """
+    tracker = Tracker.over(model, float(speeds.min()), float(speeds.max()))
+    ordered = tracker.ordered(speeds)
+    index, labels = tracker.labels(speeds, ordered)
+    branches = _branches(model, ordered, index, labels, tracker.naming.names)
+    return Modes(speeds, np.sort_complex(ordered), branches, tracker.naming.anchor, model)
+
+
+def _in_a_batch(model: LinearModel, speeds: Array) -> Modes | None:
+    """The modes by the compiled path, None where it is missing or not sure."""
+    if default_solver() is not compiled or len(model.ranges) > 1:
+        return None
+    from bicycle.modal.batch import Block, name_of, name_roots
+
+    found = name_roots(Block.of_models([model]), speeds[None])
+    if found.status[0]:
+        return None
+    values, bits = found.values[0], found.bits[0]
+    key, index = np.unique(bits, axis=0, return_inverse=True)
+    labels = [tuple(name_of(int(one), found.names) for one in case) for case in key]
+    every = [name for number, name in enumerate(found.names) if found.every[0] >> number & 1]
+    branches = _branches(model, values, index.reshape(-1), labels, every)
+    return Modes(speeds, values, branches, float(found.anchor[0]), model)
 
 
 def _branches(

@@ -13,17 +13,18 @@ from studies.reporting.output import verbose
 @verbose
 @click.argument("sweep_file", metavar="SWEEP.toml")
 @click.option("--out", required=True, metavar="RESULT", help="Result: a .zarr folder, or a .nc file (netCDF).")
-@click.option("--workers", type=click.IntRange(1), help="Threads of this process; default: one.")
-@click.option("--processes", type=click.IntRange(1), help="Processes of this machine (better for named modes).")
+@click.option("--workers", type=click.IntRange(1), help="Threads of this process; default: one a core.")
+@click.option("--processes", type=click.IntRange(1), help="Processes of this machine instead of threads.")
 @click.option("--scheduler", metavar="ADDRESS", help="Address of a dask.distributed scheduler, e.g. tcp://host:8786.")
 @click.option("--json", "json_file", metavar="FILE", help="Write what was computed as JSON; - is standard output.")
 def command(
     sweep_file: str, out: str, workers: int | None, processes: int | None, scheduler: str | None, json_file: str | None
 ) -> None:
     from importlib.util import find_spec
+    from os import cpu_count
 
     from studies.reporting.output import print_warnings, write_json
-    from studies.sweeps.engines import in_loop, in_processes, in_threads, on_cluster
+    from studies.sweeps.engines import in_processes, in_threads, on_cluster
     from studies.sweeps.result import impossible_draws
     from studies.sweeps.run import run_sweep
     from studies.sweeps.sweep_file import read_sweep
@@ -41,10 +42,8 @@ def command(
     chosen = [engine for engine in (workers, processes, scheduler) if engine]
     if len(chosen) > 1:
         raise InputError("give one of --workers, --processes and --scheduler")
-    engine = in_loop()
-    if workers:
-        engine = in_threads(workers)
-    elif processes:
+    engine = in_threads(workers or cpu_count() or 1)
+    if processes:
         engine = in_processes(processes)
     elif scheduler:
         engine = on_cluster(scheduler)

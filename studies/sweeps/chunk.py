@@ -3,7 +3,7 @@
 import json
 import platform
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -19,6 +19,7 @@ from bicycle.modal.known_modes import packaged_modes
 from bicycle.modal.named_modes import modes
 from bicycle.modal.naming import every_mode
 from bicycle.sensitivity.eigenvalue_derivatives import sensitivities
+from studies.sweeps.named import OF_MODES, block_of, critical_output, in_batches, named_outputs
 from studies.sweeps.points import Points, Sampler
 from studies.sweeps.sketch import sketch
 from studies.sweeps.spec import BY_SPEED, Sweep, software
@@ -69,6 +70,7 @@ class Worker:
         self.fast = [name for name in sweep.outputs if name in FAST]
         self.parameters = parameter_names(self.sampler)
         self.modes = mode_names(self.linear)
+        self.alone = 0  # bicycles of which a batch was not sure, so far
 
     def items(self, start: int, stop: int) -> Arrays:
         """Outputs by name of the items with the numbers ``start`` to ``stop`` - 1, the first axis is the item."""
@@ -78,9 +80,7 @@ class Worker:
             values = self._by_blocks(start, stop)
             outputs |= {name: FAST[name](values) for name in self.fast}
         if self.slow:
-            harmless = points.harmless
-            rows = [self._one(harmless, item, start) for item in range(stop - start)]
-            outputs |= {name: np.array([row[name] for row in rows]) for name in self.slow}
+            outputs |= self._named(points.harmless, start, stop - start)
         if points.extrapolated is not None:
             outputs["tyre_extrapolated"] = points.extrapolated.astype(float)
         for array in outputs.values():
@@ -117,13 +117,40 @@ class Worker:
         every = np.broadcast_to(speeds, (count, speeds.shape[1]))
         return eigenvalues(self.sampler.family.state_matrices(points.values, every), solver=default_solver())
 
-    def _one(self, points: Points, item: int, start: int) -> Mapping[str, Any]:
-        """Named results of one possible bicycle."""
+    def _named(self, points: Points, start: int, count: int) -> Arrays:
+        """Named results of possible bicycles: together, and one by one where that is not sure."""
+        together: Arrays = {}
+        sure = np.zeros(count, bool)
+        if in_batches(self.sampler.family) and set(self.slow) != {"sensitivities"}:
+            block, refused = block_of(self.linear, self.sampler.family, points.values, count)
+            sure = ~refused
+            if set(OF_MODES) & set(self.slow):
+                speeds = np.broadcast_to(points.speeds, (count, points.speeds.shape[1]))
+                together, told = named_outputs(block, speeds, self.modes)
+                sure &= told
+            if "critical_speeds" in self.slow:
+                crossings, told = critical_output(block, self.sweep.max_speed, self.modes, CHANGES, OCCURRENCES)
+                together["critical_speeds"] = crossings
+                sure &= told
+        self.alone += int((~sure).sum())
+        wanted = [name for name in self.slow if name not in together]
+        rows = [
+            self._one(points, item, start, wanted if sure[item] else self.slow) if wanted or not sure[item] else {}
+            for item in range(count)
+        ]
+        return {
+            name: np.array([together[name][k] if sure[k] and name in together else row[name]
+                            for k, row in enumerate(rows)])
+            for name in self.slow
+        }  # fmt: skip
+
+    def _one(self, points: Points, item: int, start: int, wanted: Sequence[str]) -> Mapping[str, Any]:
+        """Named results ``wanted`` of one possible bicycle."""
         speeds, result = _row(points.speeds, item), {}
         try:
             model = self.sampler.variant(points, item)
             linear = model.linear_model()
-            if {"modes", "frequencies", "damping_ratios"} & set(self.slow):
+            if set(OF_MODES) & set(wanted):
                 named = modes(linear, speeds)
                 here = [name in named.branches for name in self.modes]
                 nothing = np.full(len(speeds), np.nan)
@@ -139,9 +166,9 @@ class Worker:
                 result["damping_ratios"] = np.array(
                     [named.damping_ratio(name) if ok else nothing for name, ok in zip(self.modes, here, strict=True)]
                 ).T
-            if "critical_speeds" in self.slow:
+            if "critical_speeds" in wanted:
                 result["critical_speeds"] = self._critical(linear)
-            if "sensitivities" in self.slow:
+            if "sensitivities" in wanted:
                 slopes = sensitivities(model, speeds)
                 result["sensitivities"] = np.stack([slopes.of(key) for key in free_parameters(self.sampler)], -1)
         except InputError as error:

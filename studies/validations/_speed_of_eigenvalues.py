@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.eigenvalues.solvers import BATCH, Solver, eigenvalues, eigenvalues_along, lapack
+from bicycle.eigenvalues.solvers import BATCH, Solver, eigenvalues, lapack
 from bicycle.files.bicycle_file import load_bicycle
 from bicycle.modal.matching import assign
 from bicycle.model import Model
@@ -41,10 +41,10 @@ def peer_speeds(count: int, solver: Solver, repeats: int) -> Pair:
     """Eigenvalues of the Whipple bicycle over speeds."""
     peer, speeds = peer_model(), np.linspace(0, 10, count)
     linear = Model(load_bicycle("benchmark")).linear_model()
-    _check_same(eigenvalues_along(linear, speeds[-5:], solver=solver), peer.calc_eigen(v=speeds[-5:])[0])
+    _check_same(linear.eigenvalues(speeds[-5:], solver=solver), peer.calc_eigen(v=speeds[-5:])[0])
     return alternating(
         lambda: peer.calc_eigen(v=speeds),
-        lambda: eigenvalues_along(linear, speeds, threads=2, solver=solver),
+        lambda: linear.eigenvalues(speeds, threads=2, solver=solver),
         repeats,
     )
 

@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.eigenvalues.solvers import eigenvalues, lapack
 from bicycle.linear_model import LinearModel
 from bicycle.sensitivity.eigenvalue_derivatives import sensitivities
@@ -62,15 +61,6 @@ def peak_memory(points: int) -> tuple[float, float]:
         )
     unit = 1e6 if sys.platform == "darwin" else 1e3
     return float(found.stdout.split()[-1]) / unit, time.perf_counter() - start
-
-
-def critical(order: int, repeats: int) -> tuple[float, float, int, int]:
-    """Seconds of grid and of pencil; crossings of each."""
-    linear = tyre_model(order).linear_model()
-    found = critical_speeds(linear)
-    on_grid = grid_crossings(linear)
-    grid, pencil = alternating(lambda: grid_crossings(linear), lambda: critical_speeds(linear), repeats)
-    return grid, pencil, len(on_grid), len(found)
 
 
 def grid_crossings(linear: LinearModel, count: int = 400, top: float = 60.0) -> list[float]:

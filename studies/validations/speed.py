@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from studies.validations import _speed_of_eigenvalues as of_eigenvalues
+from studies.validations import _speed_of_names as of_names
 from studies.validations import _speed_of_studies as of_studies
 from studies.validations import _speed_timing as timing
 from tyre.base.files import write_text
@@ -84,11 +85,8 @@ def _rows(*, quick: bool) -> Iterator[tuple[str, str, Measured]]:
     yield f"growth of time with points, 1000 to {counts[-1]}", "exponent <= 1.05", partial(_exponent, counts)
     yield f"memory of a {10 * points}-point sweep with reductions", "flat, < 500 MB", partial(_memory, 10 * points)
     count = 20_000 // few
+    yield from _names(20_000 // (2 * few), repeats)
     for order in (8, 12):
-        yield (
-            f"all critical speeds of one bicycle, {order} states, against a 400-speed grid with polishing",
-            "faster, none missed", partial(_critical, order, repeats),
-        )  # fmt: skip
         yield (
             f"gradients of all eigenvalues in all parameters, {order} states, against eigenvalues alone (numpy)",
             "<= 2.5", _slower(2.5, count, of_studies.gradients, count, order, repeats),
@@ -97,6 +95,42 @@ def _rows(*, quick: bool) -> Iterator[tuple[str, str, Measured]]:
         f"dask.distributed, 2 workers, against 2 threads, {points} points", "<= 1.3",
         _slower(1.3, points, of_studies.cluster, points, min(repeats, 3)),
     )  # fmt: skip
+
+
+def _names(bicycles: int, repeats: int) -> Iterator[tuple[str, str, Measured]]:
+    """Rows about named modes and critical speeds of so many bicycles."""
+    yield (
+        f"named modes of {bicycles} bicycles, 8 states, 60 speeds, in batches (fast) against one by one", ">= 15 x",
+        partial(_batch, 15, of_names.named_modes, 8, bicycles, min(repeats, 3)),
+    )  # fmt: skip
+    for order in (8, 12):
+        yield (
+            f"named critical speeds of {bicycles} bicycles, {order} states, in batches (fast) against one by one",
+            ">= 12 x", partial(_batch, 12, of_names.many_critical_speeds, order, bicycles, min(repeats, 3)),
+        )  # fmt: skip
+    points = 60 * bicycles
+    yield (
+        "named against unnamed eigenvalues, 8 states, 60 speeds, fast", "<= 4",
+        _slower(4.0, points, of_names.named_against_unnamed, 8, bicycles, min(repeats, 3)),
+    )  # fmt: skip
+    yield (
+        "2 threads against 1, named modes, fast", ">= 1.7 x",
+        _faster(1.7, points, of_names.threads, 8, bicycles, min(repeats, 3)),
+    )  # fmt: skip
+    for order, most in ((8, 1.5e-3), (12, None)):
+        target = ">= 3 x and <= 1.5 ms, none missed" if most else "faster, none missed"
+        yield (
+            f"all critical speeds of one bicycle, {order} states, against a 400-speed grid with polishing",
+            target, partial(_critical, order, most, repeats),
+        )  # fmt: skip
+
+
+def _batch(least: float, compare: Callable[..., tuple[float, float, int]], *arguments: Any) -> Row:
+    one, many, left = compare(*arguments)
+    return {
+        "measured": f"{one / many:.3g} x", "met": one / many >= least, "seconds": (one, many),
+        "note": f"{one * 1e6:.0f} and {many * 1e6:.0f} µs each; {left} bicycles left to the plain path",
+    }  # fmt: skip
 
 
 def _faster(least: float | None, count: int, compare: Callable[..., timing.Pair], *arguments: Any) -> Measured:
@@ -140,11 +174,12 @@ def _memory(points: int) -> Row:
     }  # fmt: skip
 
 
-def _critical(order: int, repeats: int) -> Row:
-    grid, pencil, on_grid, found = of_studies.critical(order, repeats)
+def _critical(order: int, most: float | None, repeats: int) -> Row:
+    grid, ours, on_grid, found = of_names.one_bicycle(order, repeats)
+    met = found >= on_grid and (grid > ours if most is None else ours <= most and grid >= 3 * ours)
     return {
-        "measured": f"{grid / pencil:.2f} x", "met": grid > pencil and found >= on_grid, "seconds": (grid, pencil),
-        "note": f"{grid * 1e3:.1f} and {pencil * 1e3:.1f} ms; {on_grid} crossings on the grid, {found} found and named",
+        "measured": f"{grid / ours:.2f} x", "met": met, "seconds": (grid, ours),
+        "note": f"{grid * 1e3:.1f} and {ours * 1e3:.2f} ms; {on_grid} crossings on the grid, {found} found and named",
     }  # fmt: skip
 
 

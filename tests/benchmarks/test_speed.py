@@ -10,7 +10,7 @@ import pytest
 
 from bicycle import Model, load_bicycle
 from bicycle.critical.critical_speeds import critical_speeds
-from bicycle.eigenvalues.solvers import compiled, eigenvalues, eigenvalues_along, lapack
+from bicycle.eigenvalues.solvers import compiled, eigenvalues, lapack
 from bicycle.model_family import ModelFamily
 from bicycle.sensitivity.eigenvalue_derivatives import sensitivities
 from studies.validations import _speed_of_eigenvalues as of_eigenvalues
@@ -37,7 +37,7 @@ def test_eigenvalues_of_a_stack(benchmark, solver, order):
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_eigenvalues_along_speed(benchmark, solver):
     linear = Model(load_bicycle("benchmark")).linear_model()
-    assert benchmark(eigenvalues_along, linear, np.linspace(0, 10, COUNT), solver=solver).shape == (COUNT, 4)
+    assert benchmark(linear.eigenvalues, np.linspace(0, 10, COUNT), solver=solver).shape == (COUNT, 4)
 
 
 @pytest.mark.parametrize("solver", SOLVERS)

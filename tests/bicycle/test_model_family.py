@@ -6,7 +6,7 @@ from eigenvalue_sets import assert_same_eigenvalues
 
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.effect.numbers import effect_of
-from bicycle.eigenvalues.solvers import compiled, eigenvalues, eigenvalues_along, lapack
+from bicycle.eigenvalues.solvers import compiled, eigenvalues, lapack
 from bicycle.model_family import ModelFamily
 from tyre.base.errors import InputError
 
@@ -34,7 +34,7 @@ def test_a_family_is_its_bicycles(name, solver):
     roots = eigenvalues(polynomial(speeds), solver=solver)
     for k, (mass, trail) in enumerate(zip(MASSES, TRAILS, strict=True)):
         alone = Model(model.bicycle.replace(mB=float(mass), c=float(trail)), model.effects).linear_model()
-        for mine in (roots[k], eigenvalues_along(alone, speeds[0])):
+        for mine in (roots[k], alone.eigenvalues(speeds[0])):
             assert_same_eigenvalues(mine, alone.eigenvalues(speeds[0]), rtol=1e-9, atol=1e-9)
 
 

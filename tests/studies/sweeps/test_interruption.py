@@ -146,7 +146,7 @@ FULL = """
 import resource, sys
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[3]),) * 2)  # the operating system refuses to write more
 from studies.cli import main
-main(["sweep", sys.argv[1], "--out", sys.argv[2]])
+main(["sweep", sys.argv[1], "--out", sys.argv[2], "--workers", "1"])
 """
 
 

@@ -8,6 +8,7 @@ from sweep_results import load, tree
 pytest.importorskip("zarr")
 xr = pytest.importorskip("xarray")
 
+from studies.sweeps import chunk  # noqa: E402
 from studies.sweeps.chunk import Worker, compute  # noqa: E402
 from studies.sweeps.engines import in_loop, in_processes, in_threads, on_cluster  # noqa: E402
 from studies.sweeps.run import pieces, run_sweep  # noqa: E402
@@ -44,6 +45,7 @@ def test_eigenvalues_beside_tracked_bicycles_track_none_twice(monkeypatch):
     content = RANDOM | {"outputs": ["critical_speeds", "largest_growth_rate"], "grid": {"speed_m_s": [5.0]}}
     sweep, seen = build_sweep(content), []
     one = Worker._one
+    monkeypatch.setattr(chunk, "in_batches", lambda family: False)
     monkeypatch.setattr(Worker, "_one", lambda *given: seen.append(given) or one(*given))
     found = compute(sweep, 3, 6)
     assert len(seen) == 3

@@ -1,0 +1,368 @@
+"""Names of the roots of many bicycles, compiled: :func:`bicycle.modal.naming.name_branches` on sparse tracks.
+
+Needs numba (extra ``fast``). The rules and their limits are those of :mod:`bicycle.modal.naming`; where they call
+themselves unclear, or two nodes or roots are equally good, the bicycle is left to the plain path.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from bicycle.eigenvalues.hessenberg_kernel import compiled
+from bicycle.modal.cast_kernel import cast
+from bicycle.modal.follow_kernel import SURE, Track, mate_of
+from bicycle.modal.identity_kernel import Walked, Whole, walk
+from bicycle.modal.naming import (
+    FAST,
+    HIGHEST,
+    LOWEST,
+    MOSTLY,
+    OVERDAMPED,
+    QUICK,
+    SHORT,
+    SLOW,
+    WALKING,
+)  # fmt: skip
+from tyre.base.arrays import Array
+
+NOT_CLEAR, NO_ANCHOR, SHORT_PAIR, NO_HEIR = 3, 9, 10, 11
+WHOLE = 3  # a pair and two real roots
+EDGE = 0.05  # of the share of lean, steer and yaw
+LEVEL = 1e-9  # plainness this near is equal: rounding decides
+WEAVE, CAPSIZE, CASTERING, FIRST_ROLE = 0, 1, 2, 3  # numbers of names
+
+
+class Roles(NamedTuple):
+    """The roles of states and the modes they mark, as numbers."""
+
+    of_state: Whole  # (n,), number of the role of each state
+    lean: int  # numbers of roles
+    steer: int
+    yaw: int
+    count: int
+    joint: Whole  # (roles,), 1 where it is the role of a joint
+    mark: Array  # (played, roles), 1 where a role marks a mode
+    first: Whole  # (played,), the role that must be there
+    weight: Array  # (played,)
+    oscillation: Whole  # (played,)
+    singular: bool  # the models divide by the speed
+
+
+class Named(NamedTuple):
+    """Of each bicycle: roots in branches at its sorted nodes, modes they may belong to as bits, names of the modes."""
+
+    root: Whole  # (B, M, n): number among the roots of the node
+    label: Whole  # (B, M, n)
+    name: Whole  # (B, n): number of the name of each mode
+    anchor: Array  # (B,), m/s
+
+
+@compiled
+def name_all(t: Track, unit: Array, roles: Roles, found: Named, todo: Whole) -> None:
+    """Name the roots of bicycles where ``todo`` (B,) is not 0, ``unit`` (B,) in m/s; the unclear get a status."""
+    bicycles, most, n = t.re.shape
+    table = (most, n)
+    w = Walked(
+        np.empty(most), np.empty(table), np.empty(table), np.empty(table, np.int64), np.empty(table, np.int64),
+        np.empty(n, np.int64), np.empty(n, np.int64),
+    )  # fmt: skip
+    share = np.empty((most, roles.count, n))
+    for b in range(bicycles):
+        if t.status[b] != SURE or not todo[b]:
+            continue
+        m = t.count[b]
+        _in_branches(t, b, m, w, found.root[b], share, roles, unit[b])
+        t.status[b] = _name(w, m, share, roles, unit[b], found, b)
+        if t.status[b] == SURE:
+            for k in range(m):
+                for i in range(n):
+                    found.label[b, k, i] = w.label[k, i]
+
+
+@compiled
+def _in_branches(t: Track, b: int, m: int, w: Walked, root: Whole, share: Array, roles: Roles, unit: float) -> None:
+    """Roots of the nodes in speed order and of each node in the order of branches; shares of roles where needed."""
+    n = w.re.shape[1]
+    for i in range(n):
+        root[0, i] = i
+    for k in range(m):
+        slot = t.order[b, k]
+        w.v[k] = t.v[b, slot]
+        for i in range(n):
+            if k:
+                root[k, i] = t.match[b, t.order[b, k - 1], root[k - 1, i]]
+            w.re[k, i], w.im[k, i] = t.re[b, slot, root[k, i]], t.im[b, slot, root[k, i]]
+        for i in range(n):
+            w.mate[k, i] = mate_of(w.re[k], w.im[k], i)
+        if 0.99 * SLOW <= w.v[k] / unit <= 1.01 * FAST:
+            for i in range(n):
+                for r in range(roles.count):
+                    share[k, r, i] = 0.0
+                for s in range(n):
+                    share[k, roles.of_state[s], i] += t.share[b, slot, s, root[k, i]]
+
+
+@compiled
+def _name(w: Walked, m: int, share: Array, roles: Roles, unit: float, found: Named, b: int) -> int:
+    """Name one bicycle; the status says whether that is clear."""
+    n = w.re.shape[1]
+    core = np.empty(n, np.int64)
+    anchor = _anchor(w, m, share, roles, unit, core)
+    if anchor < 0:
+        return NO_ANCHOR
+    low, high = (LOWEST * unit if roles.singular else 0.0), HIGHEST * unit
+    found.anchor[b] = w.v[anchor]
+    modes, castering = _core(w, anchor, share, roles, core, found.name[b])
+    known = modes
+    modes = _others(w, m, anchor, share, roles, modes, low, high)
+    if modes < 0:
+        return SHORT_PAIR
+    if not walk(w, m, modes, castering, anchor, low, high):
+        return NO_HEIR
+    return SURE if _play(w, m, share, roles, unit, modes, known, found.name[b]) else NOT_CLEAR
+
+
+@compiled
+def _anchor(w: Walked, m: int, share: Array, roles: Roles, unit: float, core: Whole) -> int:
+    """Node at which weave, capsize and castering are plainest, -1 where it is not clear; ``core`` marks their roots."""
+    n = w.re.shape[1]
+    best, most, second, plainest = -1, 0, -1.0, -1.0
+    near, nearest, edge = 0, math.inf, False
+    here, slow = np.empty(n, np.int64), np.empty(3, np.int64)
+    for k in range(m):
+        speed = w.v[k] / unit
+        if abs(speed - WALKING) < nearest:
+            near, nearest = k, abs(speed - WALKING)
+        if not SLOW <= speed <= QUICK:
+            continue
+        edge = edge or (k + 1 < m and _on_the_edge(w, k, share, roles))
+        count = _core_at(w, k, share, roles, here, slow)
+        if count == 0 or count < most:
+            continue
+        plain = _plainness(w, k, here)
+        if count > most:
+            most, plainest, second = count, -1.0, -1.0
+        if plain > plainest:
+            best, plainest, second = k, plain, plainest
+            core[:] = here
+        else:
+            second = max(second, plain)
+    if edge and most < WHOLE:  # a node of the full track next to the meeting may have more
+        return -1
+    if most == 0:
+        core[:] = 0
+        return near
+    return -1 if plainest - second < LEVEL else best
+
+
+@compiled
+def _on_the_edge(w: Walked, k: int, share: Array, roles: Roles) -> bool:
+    """Whether roots meet in the step from node k that are hardly, or hardly not, of lean, steer and yaw."""
+    for i in range(w.re.shape[1]):
+        if w.mate[k, i] != w.mate[k + 1, i]:
+            least, most = 1.0, 0.0
+            for node in range(k, k + 2):
+                for j in (i, w.mate[k, i], w.mate[k + 1, i]):
+                    moving = share[node, roles.lean, j] + share[node, roles.steer, j] + share[node, roles.yaw, j]
+                    least, most = min(least, moving), max(most, moving)
+            if least < MOSTLY + EDGE and most > MOSTLY - EDGE:
+                return True
+    return False
+
+
+@compiled
+def _core_at(w: Walked, k: int, share: Array, roles: Roles, here: Whole, slow: Whole) -> int:
+    """Mark the pair and the two real roots among the three slowest of lean, steer and yaw at a node; how many."""
+    n = w.re.shape[1]
+    here[:] = 0
+    taken = 0
+    for place in range(3):
+        own, least = -1, math.inf
+        for i in range(n):
+            moving = share[k, roles.lean, i] + share[k, roles.steer, i] + share[k, roles.yaw, i]
+            if w.im[k, i] < 0.0 or not moving >= MOSTLY or (taken >> i) & 1:
+                continue
+            size = math.hypot(w.re[k, i], w.im[k, i])
+            if size < least:
+                own, least = i, size
+        slow[place] = own
+        if own >= 0:
+            taken |= 1 << own
+    pairs, reals, count = 0, 0, 0
+    for place in range(3):
+        if slow[place] >= 0 and w.im[k, slow[place]] == 0.0:
+            reals += 1
+    for place in range(3):
+        i = slow[place]
+        if i < 0:
+            continue
+        if w.im[k, i] > 0.0:
+            pairs += 1
+            here[i] = 1 if pairs == 1 else 0
+        else:
+            here[i] = 1 if reals == 2 else 0
+        count += here[i]
+    return count
+
+
+@compiled
+def _plainness(w: Walked, k: int, core: Whole) -> float:
+    """How far the core is from meeting: among itself, of the pair with itself, and with other modes."""
+    n = w.re.shape[1]
+    least = math.inf
+    for i in range(n):
+        if not core[i]:
+            continue
+        size = math.hypot(w.re[k, i], w.im[k, i])
+        if w.im[k, i] > 0.0:
+            least = min(least, w.im[k, i] / max(size, 1e-300))
+        for j in range(n):
+            if j != i and w.im[k, j] >= 0.0:
+                gap = math.hypot(w.re[k, i] - w.re[k, j], w.im[k, i] - w.im[k, j])
+                least = min(least, gap / (size + math.hypot(w.re[k, j], w.im[k, j]) + 1e-300))
+    return least
+
+
+@compiled
+def _core(w: Walked, k: int, share: Array, roles: Roles, core: Whole, name: Whole) -> tuple[int, int]:
+    """Owners of the core at the anchor; how many modes, and the number of castering or -1."""
+    n = w.re.shape[1]
+    w.owner[:] = -1
+    w.double[:] = 0
+    modes, first, second = 0, -1, -1
+    for i in range(n):
+        if core[i] and w.im[k, i] > 0.0:
+            w.owner[i] = w.owner[w.mate[k, i]] = 0
+            w.double[0] = 1
+            name[0] = WEAVE
+            modes = 1
+        elif core[i]:
+            if first < 0 or abs(w.re[k, i]) < abs(w.re[k, first]):
+                first, second = i, first
+            else:
+                second = i
+    if first < 0:
+        return modes, -1
+    a, b = (
+        share[k, roles.lean, first] / (share[k, roles.lean, first] + share[k, roles.steer, first] + 1e-300),
+        share[k, roles.lean, second] / (share[k, roles.lean, second] + share[k, roles.steer, second] + 1e-300),
+    )
+    if not a >= b:
+        first, second = second, first
+    w.owner[first], w.owner[second] = modes, modes + 1
+    name[modes], name[modes + 1] = CAPSIZE, CASTERING
+    return modes + 2, modes + 1
+
+
+@compiled
+def _others(
+    w: Walked, m: int, anchor: int, share: Array, roles: Roles, modes: int, low: float, high: float
+) -> int:  # fmt: skip
+    """Owners of all other roots, slow first; -1 where a pair of two real roots lasts too shortly to be sure."""
+    n = w.re.shape[1]
+    partner = np.full(n, -1, np.int64)
+    tried = np.zeros((n, n), np.int64)
+    while True:  # real roots that are a pair at another speed, the nearest first
+        best, p, q, first, last = math.inf, -1, -1, 0.0, 0.0
+        for i in range(n):
+            for j in range(i):
+                if w.owner[i] >= 0 or w.owner[j] >= 0 or w.im[anchor, i] != 0.0 or w.im[anchor, j] != 0.0:
+                    continue
+                if partner[i] >= 0 or partner[j] >= 0 or tried[i, j]:
+                    continue
+                distance, begin, end = math.inf, math.inf, -math.inf
+                for k in range(m):
+                    if low <= w.v[k] <= high and w.mate[k, i] == j:
+                        distance = min(distance, abs(w.v[k] - w.v[anchor]))
+                        begin, end = min(begin, w.v[k]), max(end, w.v[k])
+                if distance == math.inf:
+                    tried[i, j] = 1
+                elif distance < best:
+                    best, p, q, first, last = distance, i, j, begin, end
+        if p < 0:
+            break
+        if last - first < SHORT * (high / HIGHEST):
+            return -1
+        partner[p], partner[q] = q, p
+    if _two_overdamped(w, anchor, share, roles, partner):
+        return -1  # rare, and their order counts: left to the plain path
+    while True:
+        own, least = -1, math.inf
+        for i in range(n):
+            size = math.hypot(w.re[anchor, i], w.im[anchor, i])
+            if w.owner[i] < 0 and size < least:
+                own, least = i, size
+        if own < 0:
+            return modes
+        other = partner[own] if w.im[anchor, own] == 0.0 else w.mate[anchor, own]
+        w.owner[own] = modes
+        if other >= 0 and other != own:
+            w.owner[other] = modes
+            w.double[modes] = 1
+        modes += 1
+
+
+@compiled
+def _two_overdamped(w: Walked, anchor: int, share: Array, roles: Roles, partner: Whole) -> bool:
+    """Whether a joint has two real roots at the anchor that are not a pair elsewhere."""
+    for r in range(roles.count):
+        alone, every = 0, 0
+        for i in range(len(partner)):
+            if roles.joint[r] and w.owner[i] < 0 and w.im[anchor, i] == 0.0 and share[anchor, r, i] > MOSTLY:
+                every += 1
+                alone += 1 if partner[i] < 0 else 0
+        if alone and every > 1:
+            return True
+    return False
+
+
+@compiled
+def _play(w: Walked, m: int, share: Array, roles: Roles, unit: float, modes: int, known: int, name: Whole) -> bool:
+    """Name the modes of tyres and joints by their mean share over a range of speed; False where that is not clear."""
+    n, played = w.re.shape[1], len(roles.weight)
+    mean, total = np.zeros((played, modes)), np.full(modes, 1e-300)
+    for k in range(m):
+        if not WALKING <= w.v[k] / unit <= FAST:
+            continue
+        weight = _gradient(w.v, m, k) / unit
+        for i in range(n):
+            mode = -1
+            for one in range(modes):
+                if w.label[k, i] == 1 << one:
+                    mode = one
+            if mode < known:
+                continue
+            total[mode] += weight
+            for p in range(played):
+                part = 0.0
+                for r in range(roles.count):
+                    part += roles.mark[p, r] * share[k, r, i]
+                if roles.oscillation[p] and w.im[k, i] == 0.0:
+                    part *= OVERDAMPED
+                mean[p, mode] += weight * part
+    for mode in range(modes):
+        for p in range(played):
+            mean[p, mode] /= total[mode]
+            if roles.first[p] < 0:
+                mean[p, mode] = 0.0
+    given = np.full(modes, -1, np.int64)
+    if not cast(mean[:, known:], roles.weight, given[known:]):
+        return False
+    others = 0
+    for mode in range(known, modes):
+        name[mode] = FIRST_ROLE + given[mode]
+        if given[mode] < 0:
+            name[mode] = FIRST_ROLE + played + others
+            others += 1
+    return True
+
+
+@compiled
+def _gradient(v: Array, m: int, k: int) -> float:
+    """Weight of node k of an integral, as of ``numpy.gradient`` of the speeds."""
+    if k == 0:
+        return float(v[1] - v[0])
+    if k == m - 1:
+        return float(v[m - 1] - v[m - 2])
+    return float(v[k + 1] - v[k - 1]) / 2
