@@ -14,6 +14,7 @@ from tyre.base.arrays import Array
 
 GRID = 33  # points along each axis, from whose roots boundaries are looked for
 REACH = 1.5  # cells: a root is looked after if it might lie on the axis so near
+INSIDE = 1e-9  # of the axes: a line along the edge of the chart is taken so far inside, where curves end
 SAME = 0.1  # of a step: a seed so near to a curve lies on it
 
 
@@ -30,10 +31,20 @@ def seeds(plane: Plane, grid: int = GRID) -> list[Seed]:
         Number of points along each axis.
     """
     points = lattice(*[np.linspace(0, 1, grid)] * 2)
-    return _from_points(plane, points, REACH / (grid - 1))
+    return from_points(plane, points, REACH / (grid - 1))
 
 
-def _from_points(plane: Plane, points: Array, reach: float) -> list[Seed]:
+def from_points(plane: Plane, points: Array, reach: float) -> list[Seed]:
+    """Points on boundaries to which Newton leads from the roots at some points.
+
+    Parameters
+    ----------
+    plane : Plane
+    points : ndarray, shape (m, 2)
+        Shares of the axes.
+    reach : float
+        How far a boundary may be, as a share of the axes.
+    """
     look = plane.look(points)
     steep = np.hypot(look.gradients[..., 0].real, look.gradients[..., 1].real)
     size = np.abs(look.values).max(1, keepdims=True)
@@ -112,21 +123,16 @@ def counted(boundaries: Sequence[Boundary], first: Array, second: Array, start: 
     start : int
         Number of unstable roots at the first point of both.
     """
-    change = np.zeros((len(first) + 1, len(second)), np.intp)
+    along = np.zeros((len(first) + 1, len(second)), np.intp)
     side = np.zeros(len(second) + 1, np.intp)
     for boundary in boundaries:
-        if len(boundary) < 2:
-            continue
-        begin, end, left = boundary.segments
-        at, row, sign = _crossings(begin, end, left, second, 1)
-        np.add.at(change, (np.searchsorted(first, at), row), sign * boundary.step)
-        at, row, sign = _crossings(begin, end, left, first[:1], 0)
+        pieces = boundary.segments
+        at, line, sign = _crossings(*pieces, second, 1)
+        np.add.at(along, (np.searchsorted(first, at), line), sign * boundary.step)
+        at, _, sign = _crossings(*pieces, first[:1], 0)
         np.add.at(side, np.searchsorted(second, at), sign * boundary.step)
-        before, row, sign = _crossings(begin, end, left, second[:1], 1)
-    along = np.cumsum(change, 0)[:-1]
-    column = start + np.cumsum(side)[:-1]
-    column = column - column[0] + start
-    return np.asarray(along - along[:1] + column)
+    rows, column = np.cumsum(along, 0)[:-1], np.cumsum(side)[:-1]
+    return np.asarray(start + rows - rows[:1] + column - column[0])
 
 
 def _crossings(
@@ -136,6 +142,7 @@ def _crossings(
 
     The change is that of the number of unstable roots per root, as the other coordinate rises.
     """
+    lines = np.clip(lines, INSIDE, 1 - INSIDE)
     low, high = np.minimum(begin[:, axis], end[:, axis]), np.maximum(begin[:, axis], end[:, axis])
     from_, to = np.searchsorted(lines, low, side="left"), np.searchsorted(lines, high, side="left")
     count = to - from_
