@@ -111,8 +111,9 @@ def _curve(axes: Any, beside: Any, chart: StabilityChart, one: NamedBoundary, be
                 "linewidth": 2.2 if limit[start] else 1.2, "solid_capstyle": "round",
             }  # fmt: skip
             axes.plot(*points[part].T, zorder=3, **line)
-            along = points[part, 0 if below else 1]
-            beside.plot(*((along, hertz[part]) if below else (hertz[part], along)), **line)
+            if not one.curve.real:
+                along = points[part, 0 if below else 1]
+                beside.plot(*((along, hertz[part]) if below else (hertz[part], along)), **line)
             start = k
 
 
