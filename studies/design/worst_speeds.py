@@ -66,3 +66,22 @@ def _sharpened(linear: LinearModel, peak: Peak, speeds: Array, roots: Complex) -
     best = root(float(found.x))
     excess = float(peak.demand.excess(best))
     return Peak(peak.demand, float(found.x), best, excess) if excess > peak.excess else peak
+
+
+def at_speeds(linear: LinearModel, asked: Sequence[tuple[Demand, float]]) -> list[Peak]:
+    """The root that misses a demand most at given speeds, where there is one.
+
+    Parameters
+    ----------
+    linear : LinearModel
+    asked : sequence of (Demand, float)
+        Demand and speed in m/s.
+    """
+    speeds = np.array([speed for _, speed in asked])
+    branches = modes(linear, speeds).branches
+    found = []
+    for k, (demand, speed) in enumerate(asked):
+        roots, there = worst(demand, members(branches, demand.mode)[k : k + 1])
+        if there[0]:
+            found.append(Peak(demand, speed, complex(roots[0]), float(demand.excess(roots[0]))))
+    return found
