@@ -34,3 +34,33 @@ def numbers_by_name(texts: Sequence[str], option: str, like: str) -> dict[str, f
             raise InputError(f"{option} {text}: the number must be finite and >= 0")
         found[name] = number
     return found
+
+
+def ranges_by_name(texts: Sequence[str], option: str = "--limits") -> dict[str, tuple[float, float]]:
+    """Ranges by name.
+
+    Parameters
+    ----------
+    texts : sequence of str
+        As given, ``NAME=LOW:HIGH`` each.
+    option : str
+        What the message calls them.
+
+    Raises
+    ------
+    InputError
+        Text of another form, a name given twice, or a range that falls.
+    """
+    found: dict[str, tuple[float, float]] = {}
+    for text in texts:
+        name, _, rest = text.partition("=")
+        try:
+            low, high = (float(part) for part in rest.split(":"))
+        except ValueError:
+            raise InputError(f"{option} {text}: give NAME=LOW:HIGH, for example {option} c=0.03:0.1") from None
+        if name in found:
+            raise InputError(f"{option} {name} is given twice; keep one")
+        if not (math.isfinite(low) and math.isfinite(high) and low < high):
+            raise InputError(f"{option} {text}: the range must be finite and rise")
+        found[name] = (low, high)
+    return found

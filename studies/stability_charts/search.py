@@ -14,7 +14,7 @@ from tyre.base.arrays import Array
 
 GRID = 33  # points along each axis, from whose roots boundaries are looked for
 REACH = 1.5  # cells: a root is looked after if it might lie on the axis so near
-INSIDE = 1e-9  # of the axes: a line along the edge of the chart is taken so far inside, where curves end
+INSIDE = 1e-6  # of the axes: a line along the edge of the chart is taken so far inside, where curves end
 SAME = 0.1  # of a step: a seed so near to a curve lies on it
 
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studies.stability_charts.axis_root import AxisRoot, axis_root, sharpened
+from studies.stability_charts.axis_root import AxisRoot, Sharp, axis_root, sharpened
 from studies.stability_charts.boundary import CLOSED, DOUBLE_ZERO, EDGE, LOST, Boundary
 from studies.stability_charts.plane import Plane
-from tyre.base.arrays import Array
+from tyre.base.arrays import Array, Complex
 
 SMALLEST = 1e-7  # of the range
 TURN = 0.25  # rad that the tangent may turn in a step
@@ -53,9 +53,10 @@ class _Walker:
         roots: list[complex] = []
         h = self.step
         while len(points) < MOST_POINTS:
-            h = self._frequency_limit(h, root, gradient, tangent)
-            if not self.seed.real and abs(root.imag) < self.slow:
+            falling = self._frequency_limit(root, gradient, tangent)
+            if falling < SMALLEST or (not self.seed.real and abs(root.imag) < self.slow):
                 return points, roots, DOUBLE_ZERO
+            h = min(h, falling)
             if h < SMALLEST:
                 return points, roots, LOST
             reach, leaves = _within(u, tangent, h)
@@ -94,12 +95,10 @@ class _Walker:
     def _look(self, u: Array, expected: complex) -> AxisRoot:
         return axis_root(self.plane.look(u[None]), np.array([expected]), np.array([self.seed.real]))
 
-    def _frequency_limit(self, h: float, root: complex, gradient: Array, tangent: Array) -> float:
+    def _frequency_limit(self, root: complex, gradient: Array, tangent: Array) -> float:
         """A step in which the square of the frequency, which falls evenly towards zero, does not fall too far."""
-        if self.seed.real:
-            return h
-        fall = -2 * root.imag * float((gradient @ tangent).imag)
-        return min(h, (1 - HALVES) * root.imag**2 / fall) if fall > 0 else h
+        fall = 0.0 if self.seed.real else -2 * root.imag * float((gradient @ tangent).imag)
+        return (1 - HALVES) * root.imag**2 / fall if fall > 0 else np.inf
 
     def _at_edge(self, u: Array, ahead: Array, now: Array, root: complex) -> tuple[Array, complex] | None:
         """The point at which the way from ``u`` leaves the chart."""
@@ -156,15 +155,36 @@ def trace(plane: Plane, seed: Seed, *, step: float, slow: float) -> Boundary:
         behind, roots_behind, begin = walker.walk(-1.0)
     shares = np.array([*behind[::-1], seed.shares, *ahead])
     roots = np.array([*roots_behind[::-1], seed.root, *roots_ahead])
-    real = np.full(len(shares), seed.real)
+    sharp = _sharp(plane, shares, roots, seed, step)
+    good = sharp.reached & (np.hypot(*(sharp.shares - shares).T) <= 0.5 * step)
+    ends = (begin if good[0] else LOST, end if good[-1] else LOST)
+    if seed.real:
+        turns = _turns(plane, sharp.shares[good], sharp.at.gradient[good].real, seed, step)
+        if len(turns) > good.sum():
+            sharp = _sharp(plane, turns, np.zeros(len(turns), complex), seed, step)
+            good = sharp.reached
+    at = sharp.at
+    return Boundary(sharp.shares[good], at.root[good], at.gradient[good], at.size[good], seed.real, ends)
+
+
+def _sharp(plane: Plane, shares: Array, roots: Complex, seed: Seed, step: float) -> Sharp:
     held = (shares <= 0) | (shares >= 1)
     held[held.all(1)] = False
-    sharp = sharpened(plane, shares, roots, real, longest=step, held=held)
-    good = sharp.reached & (np.hypot(*(sharp.shares - shares).T) <= 0.5 * step)
-    at = sharp.at
-    return Boundary(
-        sharp.shares[good], at.root[good], at.gradient[good], at.size[good], seed.real,
-        (begin, end) if good.all() else tuple(
-            LOST if not good[k] else name for k, name in ((0, begin), (-1, end))
-        ),  # type: ignore[arg-type]
-    )  # fmt: skip
+    return sharpened(plane, shares, roots, np.full(len(shares), seed.real), longest=step, held=held)
+
+
+def _turns(plane: Plane, shares: Array, uphill: Array, seed: Seed, step: float) -> Array:
+    """Points with two more, close to each other, wherever a second root becomes zero and the unstable side changes."""
+    points: list[Array] = [shares[0]]
+    for k in range(len(shares) - 1):
+        a, b, before = shares[k], shares[k + 1], uphill[k]
+        if before @ uphill[k + 1] < 0:
+            while np.hypot(*(b - a)) > SMALLEST:
+                middle = _sharp(plane, (a + b)[None] / 2, np.zeros(1, complex), seed, step)
+                point = middle.shares[0]
+                if not min(np.hypot(*(point - a)), np.hypot(*(point - b))) < np.hypot(*(b - a)):
+                    break
+                a, b = (point, b) if middle.at.gradient[0].real @ before > 0 else (a, point)
+            points += [one for one in (a, b) if one is not shares[k] and one is not shares[k + 1]]
+        points.append(shares[k + 1])
+    return np.array(points)
