@@ -21,7 +21,9 @@ from studies.reporting.examples import example
 )  # fmt: skip
 @click.option("--up-to", type=click.FloatRange(min=0, min_open=True), required=True, help="Highest speed, m/s.")
 @click.option("--from", "low", type=click.FloatRange(min=0), default=1.0, show_default=True, help="Lowest speed, m/s.")
-@click.option("--vary", required=True, metavar="NAME,NAME", help="Numbers that may change, as --parameter of root-locus.")
+@click.option(
+    "--vary", required=True, metavar="NAME,NAME", help="Numbers that may change, as --parameter of root-locus."
+)
 @click.option("--damping-ratio", type=click.FloatRange(0, 1, max_open=True), help="Least damping ratio for 'stable'.")
 @click.option("--cost", "costs", multiple=True, metavar="NAME=VALUE", help="Cost of a change by one unit; repeat.")
 @click.option("--limits", "limits", multiple=True, metavar="NAME=LOW:HIGH", help="How far a number may go; repeat.")
@@ -30,7 +32,9 @@ from studies.reporting.examples import example
 @click.option("--probability", type=click.FloatRange(0, 1, min_open=True, max_open=True), help="Keep it so surely.")
 @click.option("--samples", type=click.IntRange(50), default=1000, show_default=True, help="Drawn bicycles.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the random numbers.")
-@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), required=True, help="Corrected model file, .toml.")
+@click.option(
+    "--out", type=click.Path(path_type=Path, dir_okay=False), required=True, help="Corrected model file, .toml."
+)
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(
     chosen: ChosenModel, keep: tuple[tuple[str, str], ...], up_to: float, low: float, vary: str,
@@ -63,7 +67,9 @@ def command(
     design = designed(content, keys, demands(keep, damping_ratio), (low, up_to), wanted)
     if design.after.kept:
         asked = " ".join(f"--keep {mode} {what}" for mode, what in keep)
-        text = model_text(design, out.parent, shlex.join([*asked.split(), "--from", f"{low:g}", "--up-to", f"{up_to:g}"]))
+        text = model_text(
+            design, out.parent, shlex.join([*asked.split(), "--from", f"{low:g}", "--up-to", f"{up_to:g}"])
+        )
         write_text(out, text)
     if json_file:
         write_json(record(design), json_file)

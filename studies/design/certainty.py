@@ -139,7 +139,10 @@ def _followed(uncertain: UncertainModel, z: Array, speeds: Array, start: Complex
     good = np.ones(here.shape, bool)
     for share in SHARES:
         values = np.concatenate(
-            [eigenvalues(polynomial(speeds[None])).reshape(-1, n) for _, polynomial, _ in uncertain.batches(z, share=share)]
+            [
+                eigenvalues(polynomial(speeds[None])).reshape(-1, n)
+                for _, polynomial, _ in uncertain.batches(z, share=share)
+            ]
         )
         expected = here if past is None else 2 * here - past
         cost = np.abs(expected[:, :, None] - values[:, None, :])

@@ -87,8 +87,8 @@ def limits_of(space: ModelSpace, given: Mapping[str, tuple[float, float]]) -> Li
             ends, reason = given[axis.key], "given"
             if not (axis.bounds[0] <= ends[0] <= ends[1] <= axis.bounds[1]):
                 raise InputError(
-                    f"--limits {axis.key}={ends[0]:g}:{ends[1]:g}: possible are {axis.bounds[0]:g} to {axis.bounds[1]:g} "
-                    f"{axis.unit}, the lower first"
+                    f"--limits {axis.key}={ends[0]:g}:{ends[1]:g}: possible are {axis.bounds[0]:g} to "
+                    f"{axis.bounds[1]:g} {axis.unit}"
                 )
             if not ends[0] <= base <= ends[1]:
                 raise InputError(f"--limits {axis.key}: the model's {base:g} {axis.unit} is not between them")
@@ -111,9 +111,7 @@ def limits_of(space: ModelSpace, given: Mapping[str, tuple[float, float]]) -> Li
     return Limits(np.array(low), np.array(high), tuple(why))
 
 
-def cost_of(
-    space: ModelSpace, costs: Mapping[str, float], sd: Mapping[str, float], *, assume: bool = False
-) -> Cost:
+def cost_of(space: ModelSpace, costs: Mapping[str, float], sd: Mapping[str, float], *, assume: bool = False) -> Cost:
     """What a change counts: stated costs, else standard deviations where all are known, else shares of the value.
 
     Parameters

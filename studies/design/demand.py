@@ -69,8 +69,8 @@ def demands(keep: Sequence[tuple[str, str]], ratio: float | None = None) -> tupl
             number = np.nan
         if not 0 <= number < 1:
             raise InputError(
-                f"--keep {mode} {word if word != STABLE else number}: give {STABLE}, or a least damping ratio from 0 to "
-                "below 1"
+                f"--keep {mode} {word if word != STABLE else number}: give {STABLE}, or a least damping ratio "
+                "from 0 to below 1"
             )
         if mode in found:
             raise InputError(f"--keep {mode} is given twice; keep one")
@@ -111,9 +111,7 @@ def grid(low: float, high: float) -> Array:
     return np.linspace(low, high, max(FEWEST, int(np.ceil((high - low) / GRID)) + 1))
 
 
-def members(
-    branches: Mapping[str, Complex], mode: str
-) -> Complex:
+def members(branches: Mapping[str, Complex], mode: str) -> Complex:
     """Roots (m, k) in 1/s that are, or may be, of a mode; NaN where there are fewer.
 
     Parameters

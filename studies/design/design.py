@@ -8,7 +8,7 @@ import numpy as np
 
 from bicycle.modal.named_modes import modes
 from studies.design.certainty import ALONG, Certainty, certainty
-from studies.design.cost import Cost, Limits, base_of, cost_of, limits_of
+from studies.design.cost import base_of, cost_of, limits_of
 from studies.design.demand import Demand, expanded, grid
 from studies.design.problem import CLEARLY, Answer, Problem, solved
 from studies.design.worst_speeds import Peak
@@ -111,7 +111,11 @@ class Wanted:
 
 
 def designed(
-    content: Mapping[str, Any], keys: Sequence[str], asked: Sequence[Demand], speeds: tuple[float, float], wanted: Wanted
+    content: Mapping[str, Any],
+    keys: Sequence[str],
+    asked: Sequence[Demand],
+    speeds: tuple[float, float],
+    wanted: Wanted,
 ) -> Design:
     """The smallest change of some numbers of a model that keeps every demand over a range of speed.
 
@@ -144,7 +148,7 @@ def designed(
     uncertain = _uncertain(content, wanted)
     if wanted.probability is not None and uncertain is None:
         raise InputError(
-            f"--probability {wanted.probability:g}: nothing is uncertain; give --sd NAME=VALUE, or --assume for defaults"
+            f"--probability {wanted.probability:g}: nothing is uncertain; give --sd NAME=VALUE, or --assume"
         )
     margins: dict[Demand, float] = {}
     after, agreed = _best(problem, margins, wanted.seed)

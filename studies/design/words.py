@@ -148,8 +148,8 @@ def record(design: Design) -> dict[str, Any]:
         "speeds_m_s": [float(problem.speeds[0]), float(problem.speeds[-1])],
         "parameters": [
             {
-                "key": axis.key, "unit": axis.unit, "now": float(now), "design": float(x), "counts_as_one": float(scale),
-                "limits": [float(low), float(high)], "limits_from": why,
+                "key": axis.key, "unit": axis.unit, "now": float(now), "design": float(x),
+                "counts_as_one": float(scale), "limits": [float(low), float(high)], "limits_from": why,
             }
             for axis, now, x, scale, low, high, why in zip(
                 problem.space.axes, problem.start, design.after.x, problem.cost.scale, problem.limits.low,

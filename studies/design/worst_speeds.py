@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from bicycle.linear_model import LinearModel
@@ -35,14 +36,18 @@ def peaks(linear: LinearModel, demands: Sequence[Demand], speeds: Array) -> list
         m/s, rising.
     """
     branches = modes(linear, speeds).branches
-    return [peak for demand in demands for peak in _of(linear, demand, speeds, *worst(demand, members(branches, demand.mode)))]
+    return [
+        peak
+        for demand in demands
+        for peak in _of(linear, demand, speeds, *worst(demand, members(branches, demand.mode)))
+    ]
 
 
-def _of(linear: LinearModel, demand: Demand, speeds: Array, roots: Complex, there: Array) -> list[Peak]:
+def _of(linear: LinearModel, demand: Demand, speeds: Array, roots: Complex, there: NDArray[np.bool_]) -> list[Peak]:
     excess = np.where(there, demand.excess(np.nan_to_num(roots)), -np.inf)
     left, right = np.r_[-np.inf, excess[:-1]], np.r_[excess[1:], -np.inf]
     found = []
-    for k in np.flatnonzero((excess >= left) & (excess >= right) & there):
+    for k in np.flatnonzero((excess >= left) & (excess >= right) & there).tolist():
         a, b = max(k - 1, 0), min(k + 1, len(speeds) - 1)
         peak = Peak(demand, float(speeds[k]), complex(roots[k]), float(excess[k]))
         found.append(_sharpened(linear, peak, speeds[a : b + 1], roots[a : b + 1]))

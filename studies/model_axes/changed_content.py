@@ -41,7 +41,7 @@ def changed_content(space: ModelSpace, x: ArrayLike) -> dict[str, Any]:
         if axis.wheels:
             law = next(table for table in tables.values() if "tyre" in table)
             old = law["pressure_bar"]
-            each = dict(old) if isinstance(old, Mapping) else dict.fromkeys(WHEELS, old)
+            each: dict[str, Any] = dict(old) if isinstance(old, Mapping) else dict.fromkeys(WHEELS, old)
             law["pressure_bar"] = _plain(each | dict.fromkeys(axis.wheels, number))
         elif axis.key not in UNITS:
             key = ParameterKey.parse(entries[0])
@@ -69,7 +69,7 @@ def _value(effect: str, name: str, values: Mapping[str, float]) -> Any:
     return _plain({wheel: values[f"{effect}.{name}.{wheel}"] for wheel in WHEELS})
 
 
-def _plain(each: Mapping[str, float]) -> Any:
+def _plain(each: Mapping[str, Any]) -> Any:
     return each[WHEELS[0]] if each[WHEELS[0]] == each[WHEELS[1]] else dict(each)
 
 

@@ -88,9 +88,7 @@ class ModelSpace:
     @cached_property
     def tyre_moves(self) -> tuple[bool, ...]:
         """Of each axis, whether what the tyres give moves with it."""
-        return tuple(
-            self.tyres is not None and (bool(axis.wheels) or axis.key in MOVE_LOADS) for axis in self.axes
-        )
+        return tuple(self.tyres is not None and (bool(axis.wheels) or axis.key in MOVE_LOADS) for axis in self.axes)
 
     def values(self, x: ArrayLike, changed: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Every parameter of the model, numbers or (m,) each.
@@ -143,9 +141,7 @@ class ModelSpace:
         dynamics = np.broadcast_to(found.dynamics(speeds), (len(x), n, n)) * scale
         return mass, dynamics, found
 
-    def matrices(
-        self, x: ArrayLike, speed: ArrayLike | None = None, changed: Mapping[str, Any] | None = None
-    ) -> Array:
+    def matrices(self, x: ArrayLike, speed: ArrayLike | None = None, changed: Mapping[str, Any] | None = None) -> Array:
         """Scaled state matrices (m, n, n), eigenvalues in 1/s.
 
         Parameters
@@ -187,7 +183,7 @@ class ModelSpace:
                 own = own - (np.broadcast_to(change.mass, matrix.shape) * scale) @ matrix
                 total = total + np.asarray(slope)[..., None, None] * own
             right.append(total)
-        return matrix, np.linalg.solve(mass[:, None], np.stack(right, 1))
+        return np.asarray(matrix), np.asarray(np.linalg.solve(mass[:, None], np.stack(right, 1)))
 
     def _directions(self, x: Array, i: int) -> dict[str, Any]:
         """Derivatives of parameters with axis number ``i``, in SI units per unit of the axis."""

@@ -1,4 +1,4 @@
-"""A stability chart: boundaries with the names of their modes, what is uncertain about them, and how they were checked."""
+"""A stability chart: boundaries with the names of their modes, what is uncertain, and how they were checked."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -140,8 +140,7 @@ class StabilityChart:
     def place(self, x: Array) -> str:
         """Coordinates (2,) in the units of the axes, in words."""
         return ", ".join(
-            f"{span.axis.key} = {value:.4g} {span.axis.unit}"
-            for span, value in zip(self.plane.spans, x, strict=True)
+            f"{span.axis.key} = {value:.4g} {span.axis.unit}" for span, value in zip(self.plane.spans, x, strict=True)
         )
 
     def ends(self, one: NamedBoundary) -> str:

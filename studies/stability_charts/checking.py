@@ -1,4 +1,4 @@
-"""Whether the boundaries of a chart are all there: unstable roots counted on a fine grid and on both sides of curves."""
+"""Whether the boundaries of a chart are all there: unstable roots counted on a fine grid and beside the curves."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -75,7 +75,9 @@ def completed(
         missing = apart & (told != unstable)
         if not missing.any() or number == ROUNDS:
             break
-        more = with_seeds(plane, found, from_points(plane, _next_to(unstable, missing, grid), 2 / (fine - 1)), step=step)
+        more = with_seeds(
+            plane, found, from_points(plane, _next_to(unstable, missing, grid), 2 / (fine - 1)), step=step
+        )
         if len(more) == len(found):
             break
         found = more
@@ -83,7 +85,9 @@ def completed(
     return found, Check(unstable, told, apart, sides, compared)
 
 
-def _told(found: Sequence[Boundary], grid: Array, unstable: NDArray[np.intp], apart: NDArray[np.bool_]) -> NDArray[np.intp]:
+def _told(
+    found: Sequence[Boundary], grid: Array, unstable: NDArray[np.intp], apart: NDArray[np.bool_]
+) -> NDArray[np.intp]:
     told = counted(found, grid, grid, 0)
     plain = (unstable - told)[apart] if apart.any() else (unstable - told).ravel()
     values, often = np.unique(plain, return_counts=True)

@@ -1,4 +1,4 @@
-"""A stability chart as a figure: shaded regions, boundaries by mode, bands, marks, and the frequency along boundaries."""
+"""A stability chart as a figure: shaded regions, boundaries by mode, bands, marks, frequency along boundaries."""
 
 from pathlib import Path
 from typing import Any

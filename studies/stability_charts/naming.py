@@ -1,6 +1,7 @@
-"""The name of the mode that crosses along a boundary: asked of the library at some points, and between where they differ."""
+"""The name of the mode that crosses along a boundary: asked at some points, and between where they differ."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ FAR = 1e-3  # of the largest root: a named root so far from the crossing one is 
 
 @dataclass(frozen=True)
 class Names:
-    """``names`` of the mode at each point (m), and at which of them it was ``asked`` (m,), not taken from both sides."""
+    """``names`` of the mode at each point (m); where it was ``asked`` (m,), not taken from both sides."""
 
     names: tuple[str, ...]
     asked: NDArray[np.bool_]
@@ -43,7 +44,7 @@ def named(plane: Plane, boundary: Boundary) -> Names:
         return found[k]
 
     nodes = np.unique(np.linspace(0, count - 1, min(ASKED, count)).round().astype(int)).tolist()
-    open_ = list(zip(nodes[:-1], nodes[1:], strict=True))
+    open_ = list(pairwise(nodes))
     ask(nodes[0])
     while open_:
         a, b = open_.pop()

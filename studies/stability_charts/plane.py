@@ -128,7 +128,7 @@ class Plane:
         if SPEED not in names and speed is None:
             raise InputError("no axis is the speed: give the --speed (m/s) of the chart, or --x speed")
         space = ModelSpace(content, names)
-        spans = [_span(space, axis, *rest) for axis, (_, *rest) in zip(space.axes, given, strict=True)]
+        spans = [_span(space, axis, ends, log=log) for axis, (_, ends, log) in zip(space.axes, given, strict=True)]
         plane = cls(space, (spans[0], spans[1]), speed)
         plane._check()
         return plane
@@ -201,7 +201,7 @@ def lattice(first: Array, second: Array) -> Array:
     return np.stack(np.meshgrid(first, second, indexing="ij"), -1).reshape(-1, 2)
 
 
-def _span(space: ModelSpace, axis: Axis, given: tuple[float, float] | None, log: bool) -> Span:  # noqa: FBT001
+def _span(space: ModelSpace, axis: Axis, given: tuple[float, float] | None, *, log: bool) -> Span:
     low, high = usual_range(space, axis) if given is None else given
     if axis.key == SPEED:
         rest = REST * speed_unit(space.linear)

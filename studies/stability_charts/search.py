@@ -1,11 +1,10 @@
-"""Every boundary of a chart: seeds from a grid of roots, curves through them, and a count that tells what is missing."""
+"""Every boundary of a chart: seeds from a grid of roots, curves through them, a count that tells what is missing."""
 
 from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.modal.naming import speed_unit
 from studies.stability_charts.axis_root import sharpened
 from studies.stability_charts.boundary import Boundary
 from studies.stability_charts.plane import NOISE, Plane, lattice
@@ -58,13 +57,13 @@ def from_points(plane: Plane, points: Array, reach: float) -> list[Seed]:
     found = sharpened(plane, points[k], look.values[k, i], look.values[k, i].imag == 0, longest=reach)
     real = look.values[k, i].imag == 0
     kept: list[Seed] = []
-    seen: set[tuple[int, int, int, bool]] = set()
+    seen: set[tuple[object, ...]] = set()
     for m in np.flatnonzero(found.reached):
-        cell = (*np.round(found.shares[m] * 4 / reach).astype(int).tolist(), round(abs(found.at.root[m].imag), 1))
-        key = (*cell, bool(real[m]))
         gradient = found.at.gradient[m]
+        cell = np.round(found.shares[m] * 4 / reach).astype(int).tolist()
+        key = (*cell, round(abs(found.at.root[m].imag), 1), bool(real[m]), *(gradient.real > 0).tolist())
         if key not in seen and np.hypot(*gradient.real) > NOISE * found.at.size[m]:
-            seen.add(key)  # type: ignore[arg-type]
+            seen.add(key)
             root = 0j if real[m] else complex(found.at.root[m])
             kept.append(Seed(found.shares[m], root, bool(real[m]), gradient))
     return kept

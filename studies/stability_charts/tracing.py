@@ -118,7 +118,7 @@ class _Walker:
     def _back(self, u: Array, now: Array, first: Array, direction: Array, root: complex) -> bool:
         """Whether the step from ``u`` to ``now`` passes the seed again, the same way and with the same root."""
         along, start = now - u, self.seed.shares
-        t = float((start - u) @ along / max(along @ along, 1e-300))
+        t = float((start - u) @ along) / max(float(along @ along), 1e-300)
         if not -0.25 <= t <= 1.25 or direction @ first < 0.7:
             return False
         away = np.hypot(*(u + t * along - start))

@@ -94,10 +94,8 @@ def record(chart: StabilityChart) -> dict[str, Any]:
                 "closed": one.curve.closed, "ends": list(one.curve.ends),
                 "points": plane.x(one.curve.shares).tolist(), "frequency_Hz": one.frequency.tolist(),
                 "unstable_roots_on_the_stable_side": one.beside.tolist(),
-                "sd": [
-                    [None if value != value else value for value in table.loc[table.boundary == number, f"sd_{s.axis.column}"]]
-                    for s in plane.spans
-                ] if chart.uncertain else None,
+                "sd": [_listed(table.loc[table.boundary == number, f"sd_{s.axis.column}"]) for s in plane.spans]
+                if chart.uncertain else None,
             }
             for number, one in enumerate(chart.boundaries, 1)
         ],
@@ -111,3 +109,7 @@ def record(chart: StabilityChart) -> dict[str, Any]:
         },
         "uncertain": list(chart.uncertain.names), "doubts": chart.doubts,
     }  # fmt: skip
+
+
+def _listed(values: Any) -> list[float | None]:
+    return [None if value != value or abs(value) == np.inf else float(value) for value in values]

@@ -1,4 +1,4 @@
-"""A model file with some numbers changed reads back as the model that was computed with, and says where the rest is from."""
+"""A model file with some numbers changed reads back as the model computed with, and says where the rest is from."""
 
 import numpy as np
 import pytest
@@ -56,7 +56,7 @@ def test_a_bicycle_keeps_its_standard_deviations():
 
 
 def test_a_bicycle_written_in_the_file_keeps_what_else_stands_there():
-    table = {key: value for key, value in load_bicycle("benchmark").values.items()} | {"w": "1.02 +/- 0.003"}
+    table = dict(load_bicycle("benchmark").values) | {"w": "1.02 +/- 0.003"}
     found = changed_content(ModelSpace({"bicycle": table}, ["w"]), [1.1])["bicycle"]
     assert found["w"] == "1.1 +/- 0.003"
     assert found["c"] == table["c"]

@@ -98,7 +98,11 @@ def test_where_tyres_are_extrapolated():
 @pytest.mark.parametrize(
     ("content", "keys", "message"),
     [
-        (PLAIN, ["front_compliance.stiffness"], "the model has no effect front_compliance: add [effects.front_compliance]"),
+        (
+            PLAIN,
+            ["front_compliance.stiffness"],
+            "the model has no effect front_compliance: add [effects.front_compliance]",
+        ),
         (PLAIN, ["stifness"], "unknown parameter 'stifness'"),
         (PLAIN, ["pressure_bar"], "pressure_bar needs a measured tyre in the model file"),
         (TYRED, ["front_compliance.axis_tilt"], "front_compliance.axis_tilt was not given and equals lam"),
@@ -133,7 +137,10 @@ def test_usual_ranges():
     assert typical_range(model, axis_of(model, "front_compliance.stiffness")) == (1000.0, 10000.0)
     low, high = typical_range(model, axis_of(model, "w"))
     assert (low, high) == (pytest.approx(0.4945), pytest.approx(1.4835))
-    assert axis_of(model, "relaxation_length.cornering_stiffness.front").said == "relaxation length cornering stiffness front"
+    assert (
+        axis_of(model, "relaxation_length.cornering_stiffness.front").said
+        == "relaxation length cornering stiffness front"
+    )
     assert axis_of(model, "front_compliance.stiffness").column == "front_compliance_stiffness_N_m_rad"
     assert axis_of(model, "pressure_bar.front").column == "pressure_bar_front_bar"
 

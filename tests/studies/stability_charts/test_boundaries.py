@@ -1,15 +1,15 @@
-"""Boundaries of matrices that are written down: circles, folds, islands, crossings and double zeros are known curves."""
+"""Boundaries of matrices that are written down: circles, folds, islands, crossings, double zeros are known curves."""
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from toy_plane import Toy, blocks, oscillator, pair, single
 
 from studies.stability_charts.boundary import CLOSED, DOUBLE_ZERO, EDGE
 from studies.stability_charts.checking import completed
 from studies.stability_charts.plane import lattice
 from studies.stability_charts.search import all_boundaries, seeds, with_seeds
-from toy_plane import Toy, blocks, oscillator, pair, single
 
 STEP = 1 / 150
 

@@ -1,4 +1,4 @@
-"""Charts of bicycles: published critical speeds, exact boundaries, names, bands against draws, marks, and the command."""
+"""Charts of bicycles: published critical speeds, exact boundaries, names, bands against draws, marks, the command."""
 
 import json
 
@@ -51,7 +51,8 @@ def test_every_point_lies_on_the_axis(soft):
     assert (np.abs(table.residual_real_1_s) < 1e-9 * table.largest_root_1_s).all()
     for row in table.iloc[::25].itertuples():
         effects = SOFT["effects"] | {
-            "front_compliance": SOFT["effects"]["front_compliance"] | {"stiffness": row.front_compliance_stiffness_N_m_rad}
+            "front_compliance": SOFT["effects"]["front_compliance"]
+            | {"stiffness": row.front_compliance_stiffness_N_m_rad}
         }
         model = build_model(SOFT | {"effects": effects}).linear_model()
         roots = np.linalg.eigvals(model.state_matrix(row.speed_m_s))
@@ -154,7 +155,9 @@ def test_marks_of_pressures_and_of_the_model():
 
 def test_marks_of_tyres_stand_where_the_tyre_is():
     keys = [f"relaxation_length.{name}.front" for name in ("cornering_stiffness", "relaxation_length")]
-    found = [m for m in marks(Plane.of(SOFT, f"{keys[0]}=3000:9000", f"{keys[1]}=0.05:0.3", speed=9.0)) if m.kind == TYRE]
+    found = [
+        m for m in marks(Plane.of(SOFT, f"{keys[0]}=3000:9000", f"{keys[1]}=0.05:0.3", speed=9.0)) if m.kind == TYRE
+    ]
     assert {m.label.split(" ")[0] for m in found} >= {"Tyre1", "Tyre2", "Tyre3"}
     load = build_model(SOFT).bicycle.static_loads[1]
     own = TyreMap.load("Tyre2").at(load=load, pressure=5.5e5)
@@ -194,7 +197,9 @@ def test_stable_or_unstable_everywhere():
 
 def test_figures_of_odd_charts(tmp_path, soft):
     calm = stability_chart(Plane.of(WHIPPLE, "speed=4.9:5.1", "c=0.079:0.081"))
-    hatched = stability_chart(Plane.of(SOFT, "pressure_bar.front=2:9", "front_compliance.stiffness=500:9000:log", speed=9))
+    hatched = stability_chart(
+        Plane.of(SOFT, "pressure_bar.front=2:9", "front_compliance.stiffness=500:9000:log", speed=9)
+    )
     for k, chart in enumerate((calm, hatched, soft)):
         draw_chart(chart, tmp_path / f"{k}", title="t")
         assert (tmp_path / f"{k}.png").stat().st_size > 10_000
@@ -242,7 +247,22 @@ def test_a_tyre_without_a_range_needs_one(monkeypatch):
 
 def test_the_command(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    main(["chart", "benchmark", "--x", "speed=0:10", "--y", "c=-0.05:0.15", "--out", "o", "--sd", "w=0.01", "--json", "o.json"])
+    main(
+        [
+            "chart",
+            "benchmark",
+            "--x",
+            "speed=0:10",
+            "--y",
+            "c=-0.05:0.15",
+            "--out",
+            "o",
+            "--sd",
+            "w=0.01",
+            "--json",
+            "o.json",
+        ]
+    )
     shown = capsys.readouterr().out
     assert "at 0 of" not in shown
     assert "band: 95 %, first order, of 1 uncertain numbers" in shown
