@@ -20,7 +20,7 @@ from tyre.base.arrays import Array, Complex
 
 SHARES = (1 / 3, 2 / 3, 1.0)  # of the way from the design to a draw, at which roots are matched
 LOOKED_AT = 60  # draws whose modes are named anew at most, where roots cannot be followed
-ALONG = 31  # speeds at which drawn bicycles are looked at, beside the worst ones of the design
+ALONG = 41  # speeds at which drawn bicycles are looked at, beside the worst ones of the design
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +84,13 @@ def _wilson(kept: int, count: int) -> tuple[float, float]:
 
 
 def certainty(
-    uncertain: UncertainModel, demands: Sequence[Demand], speeds: Array, *, samples: int, seed: int
+    uncertain: UncertainModel,
+    demands: Sequence[Demand],
+    speeds: Array,
+    *,
+    samples: int,
+    seed: int,
+    matched: bool = False,
 ) -> Certainty:
     """Draw bicycles about a design and see which of them keep the demands.
 
@@ -99,8 +105,11 @@ def certainty(
         Number of draws.
     seed : int
         Of the random numbers.
+    matched : bool
+        Whether mean and covariance of the draws are exact where there are enough of them.
     """
-    z, refused = uncertain.possible(uncertain.draw(samples, seed))
+    draw = uncertain.matched_draw if matched and uncertain.can_match(samples) else uncertain.draw
+    z, refused = uncertain.possible(draw(samples, seed))
     family = ModelFamily(uncertain.nominal)
     nominal = modes(uncertain.nominal.linear_model(), speeds)
     start = nominal.model.eigenvalues(speeds)
@@ -111,7 +120,7 @@ def certainty(
         roots, good = _followed(uncertain, z[rows], speeds, start)
         own = np.arange(rows.start, rows.start + len(roots))
         for demand, mask in masks.items():
-            missed = np.where(mask, demand.excess(roots), -np.inf).max((1, 2))
+            missed = _top(speeds, np.where(mask, demand.excess(roots), -np.inf).max(2))
             excess[demand][own] = np.where((good | ~mask).all((1, 2)), missed, np.nan)
         lost += own[np.isnan(np.stack([excess[d][own] for d in demands])).any(0)].tolist()
     for row in lost[:LOOKED_AT]:
@@ -152,6 +161,19 @@ def _followed(uncertain: UncertainModel, z: Array, speeds: Array, start: Complex
         good &= error < rival / 2
         past, here = here, np.take_along_axis(values, order, 1)
     return here.reshape(count, *start.shape), good.reshape(count, *start.shape)
+
+
+def _top(speeds: Array, excess: Array) -> Array:
+    """Largest value (m,) along speed of values (m, k), between speeds too: of the parabola through the largest three."""
+    row, at = np.arange(len(excess)), np.clip(excess.argmax(1), 1, len(speeds) - 2)
+    (a, fa), (b, fb), (c, fc) = ((speeds[at + k], excess[row, at + k]) for k in (-1, 0, 1))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        left, right = (fb - fa) / (b - a), (fc - fb) / (c - b)
+        bend = (right - left) / (c - a)
+        slope = left + bend * (b - a)  # at the middle of the three
+        top = fb - slope**2 / (4 * bend)
+    inside = np.isfinite(top) & (bend < 0) & (np.abs(slope) < -2 * bend * np.maximum(b - a, c - b))
+    return np.asarray(np.where(inside, np.maximum(top, excess.max(1)), excess.max(1)))
 
 
 def _named(linear: LinearModel, demands: Sequence[Demand], speeds: Array) -> dict[Demand, float]:

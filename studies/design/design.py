@@ -192,14 +192,16 @@ def _uncertain(content: Mapping[str, Any], wanted: Wanted) -> UncertainModel | N
         raise
 
 
-def _certainty(problem: Problem, answer: Answer, wanted: Wanted, seed: int) -> Certainty | None:
+def _certainty(
+    problem: Problem, answer: Answer, wanted: Wanted, seed: int, *, matched: bool = False
+) -> Certainty | None:
     uncertain = _uncertain(changed_content(problem.space, answer.x), wanted)
     if uncertain is None:
         return None
     speeds = np.union1d(
         np.linspace(problem.speeds[0], problem.speeds[-1], ALONG), [peak.speed for peak in answer.peaks]
     )
-    return certainty(uncertain, problem.demands, speeds, samples=wanted.samples, seed=seed)
+    return certainty(uncertain, problem.demands, speeds, samples=wanted.samples, seed=seed, matched=matched)
 
 
 def _sure(
@@ -213,7 +215,7 @@ def _sure(
     margins: dict[Demand, float] = {}
     best: tuple[Answer, dict[Demand, float]] | None = None
     for _ in range(BACK_OFFS):
-        seen = _certainty(problem, after, wanted, wanted.seed)
+        seen = _certainty(problem, after, wanted, wanted.seed, matched=True)
         if seen is None:
             break
         if seen.probability >= probability and (best is None or after.cost < best[0].cost):
