@@ -164,7 +164,7 @@ def _followed(uncertain: UncertainModel, z: Array, speeds: Array, start: Complex
 
 
 def _top(speeds: Array, excess: Array) -> Array:
-    """Largest value (m,) along speed of values (m, k), between speeds too: of the parabola through the largest three."""
+    """Largest value (m,) along speed of values (m, k), between speeds too: of the parabola through three of them."""
     row, at = np.arange(len(excess)), np.clip(excess.argmax(1), 1, len(speeds) - 2)
     (a, fa), (b, fb), (c, fc) = ((speeds[at + k], excess[row, at + k]) for k in (-1, 0, 1))
     with np.errstate(divide="ignore", invalid="ignore"):
