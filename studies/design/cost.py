@@ -35,7 +35,7 @@ class Cost:
     kind: str
 
     def of(self, change: Array) -> float:
-        """Cost of a change (d,) in the units of the numbers: the root of the sum of squares."""
+        """Cost of a ``change`` (d,) in the units of the numbers: the root of the sum of squares."""
         return float(np.linalg.norm(change / self.scale))
 
 

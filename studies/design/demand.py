@@ -29,7 +29,7 @@ class Demand:
         return f"{self.mode} stable" if not self.ratio else f"{self.mode} with a damping ratio of {self.ratio:g}"
 
     def excess(self, roots: Any) -> Any:
-        """By how much roots (1/s, any shape) miss it: ``Re z + ratio |z|``, 1/s."""
+        """By how much ``roots`` (1/s, any shape) miss it: ``Re z + ratio |z|``, 1/s."""
         return roots.real + self.ratio * np.abs(roots)
 
     def slope(self, root: Complex, change: Complex) -> Array:

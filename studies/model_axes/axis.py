@@ -43,9 +43,10 @@ class Axis:
 
     @property
     def said(self) -> str:
-        """``relaxation_length.relaxation_length.front`` -> "relaxation length front"."""
+        """``front_compliance.stiffness`` -> "front compliance stiffness"; of a contact law the parameter alone."""
         own = ParameterKey.parse(self.key)
-        parts = (own.effect, own.name.removesuffix("_bar").removesuffix("_N"), own.wheel)
+        law = own.name in ("cornering_stiffness", "relaxation_length")
+        parts = ("" if law else own.effect, own.name.removesuffix("_bar").removesuffix("_N"), own.wheel)
         return " ".join(dict.fromkeys(part for part in parts if part)).replace("_", " ")
 
     @property

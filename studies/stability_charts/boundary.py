@@ -67,7 +67,7 @@ class Boundary:
         return begin, ahead, (-along[:, 1] * normal[:, 0] + along[:, 0] * normal[:, 1]) > 0
 
     def distance(self, point: Array) -> tuple[float, int]:
-        """Distance of a point (2,), in shares of the axes, and the number of the nearest piece."""
+        """Distance of a ``point`` (2,), in shares of the axes, and the number of the nearest piece."""
         if len(self) == 1:
             return float(np.hypot(*(self.shares[0] - point))), 0
         begin, end, _ = self.segments

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 STEP = 1 / 150  # of the axes, the longest along a boundary
+BAND = 1.96  # standard deviations: 95 %
+WIDE = 0.3  # of the axes: a band whose half width is more along half of a boundary is no band
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +54,11 @@ class NamedBoundary:
     def spread(self) -> Array:
         """Standard deviations (m, 3) along the first axis, the second and the normal, in shares of the axes."""
         return along_axes(self.curve, self.growth_sd)
+
+    @property
+    def band_is_told(self) -> bool:
+        """Whether the band is narrow enough for first order to mean something."""
+        return bool(np.median(BAND * self.spread[:, 2]) <= WIDE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,6 +136,11 @@ class StabilityChart:
                 if end == LOST:
                     at = self.plane.x(one.curve.shares[[0, -1]])[k]
                     said.append(f"boundary {number} could not be followed beyond {self.place(at)}")
+            if self.uncertain and not one.band_is_told:
+                said.append(
+                    f"boundary {number}: its band would be wider than most of the chart, where first order means little; "
+                    "it is not drawn"
+                )
             joint = [name for name in one.names.distinct if "+" in name or not name]
             if joint:
                 which = " and ".join((name or "unknown").replace("+", " or ") for name in joint)
@@ -138,7 +150,7 @@ class StabilityChart:
         return said
 
     def place(self, x: Array) -> str:
-        """Coordinates (2,) in the units of the axes, in words."""
+        """Coordinates ``x`` (2,) in the units of the axes, in words."""
         return ", ".join(
             f"{span.axis.key} = {value:.4g} {span.axis.unit}" for span, value in zip(self.plane.spans, x, strict=True)
         )

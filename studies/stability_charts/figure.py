@@ -4,10 +4,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from bicycle.modal.looks import mode_look, mode_words
 from studies.reporting.plotting import EXTRAPOLATED, GREY, drawing, legend_columns
-from studies.stability_charts.chart import NamedBoundary, StabilityChart
+from studies.stability_charts.chart import BAND, NamedBoundary, StabilityChart
 from studies.stability_charts.marks import LOAD, MODEL, PRESSURE, TYRE, Mark
 from studies.stability_charts.plane import Span
 from tyre.base.arrays import Array
@@ -15,7 +16,6 @@ from tyre.base.arrays import Array
 SHADES = ("#ffffff", "#f6dedb", "#ecc4be", "#dfa49c", "#cd857b", "#b8685e")
 MORE = f"{len(SHADES) - 1} or more"
 FINE = 700  # cells of the shading along each axis
-BAND = 1.96  # standard deviations: 95 %
 WIDTH = 9.6  # inches
 MARKERS = {MODEL: "P", PRESSURE: "o", LOAD: "s", TYRE: "D"}
 MOST_LABELS = 14  # beyond them marked points have no words beside them
@@ -31,9 +31,12 @@ def draw_chart(chart: StabilityChart, target: Path, *, title: str) -> Path:
         Without ending.
     title : str
     """
-    below = _along_first(chart)
-    with drawing(target, width=WIDTH, height=7.6 if below else 6.2) as canvas:
-        if below:
+    waves, below = any(not curve.real for curve in chart.curves), _along_first(chart)
+    with drawing(target, width=WIDTH, height=7.6 if below and waves else 6.2) as canvas:
+        beside = None
+        if not waves:
+            axes = canvas.subplots()
+        elif below:
             axes, beside = canvas.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": (2.6, 1)})
         else:
             axes, beside = canvas.subplots(1, 2, sharey=True, gridspec_kw={"width_ratios": (2.6, 1)})
@@ -86,12 +89,19 @@ def _hatched(axes: Any, chart: StabilityChart) -> None:
 
 
 def _band(axes: Any, chart: StabilityChart, one: NamedBoundary) -> None:
-    shift = BAND * one.spread[:, 2:] * one.curve.normals
-    sides = [one.curve.shares + shift, one.curve.shares - shift]
-    closed = [np.vstack([side, side[:1]]) for side in sides] if one.curve.closed else sides
-    for a, b, c, d in zip(closed[0][:-1], closed[0][1:], closed[1][1:], closed[1][:-1], strict=True):
-        corners = chart.plane.x(np.stack([a, b, c, d]))
-        axes.fill(*corners.T, color=mode_look(one.names.names[0] or "other").colour, alpha=0.22, linewidth=0, zorder=1)
+    """Shade what is nearer to a boundary than 1.96 standard deviations of its nearest point."""
+    if not one.band_is_told:
+        return
+    share = np.linspace(0, 1, 301)
+    grid = np.stack(np.meshgrid(share, share, indexing="ij"), -1).reshape(-1, 2)
+    away, at = KDTree(one.curve.shares).query(grid)
+    wide = BAND * one.spread[at, 2]
+    inside = away / np.maximum(wide, 1e-12)
+    spans, colour = chart.plane.spans, mode_look(one.names.names[0] or "other").colour
+    axes.contourf(
+        spans[0].at(share), spans[1].at(share), inside.reshape(301, 301).T, levels=[0, 1], colors=[colour], alpha=0.25,
+        zorder=1, antialiased=True,
+    )  # fmt: skip
 
 
 def _curve(axes: Any, beside: Any, chart: StabilityChart, one: NamedBoundary, below: bool) -> None:  # noqa: FBT001
@@ -111,7 +121,7 @@ def _curve(axes: Any, beside: Any, chart: StabilityChart, one: NamedBoundary, be
                 "linewidth": 2.2 if limit[start] else 1.2, "solid_capstyle": "round",
             }  # fmt: skip
             axes.plot(*points[part].T, zorder=3, **line)
-            if not one.curve.real:
+            if not one.curve.real and beside is not None:
                 along = points[part, 0 if below else 1]
                 beside.plot(*((along, hertz[part]) if below else (hertz[part], along)), **line)
             start = k
@@ -120,7 +130,7 @@ def _curve(axes: Any, beside: Any, chart: StabilityChart, one: NamedBoundary, be
 def _marks(axes: Any, chart: StabilityChart) -> None:
     points = [mark for mark in chart.marks if not np.isnan(mark.x + mark.y)]
     for mark in chart.marks:
-        style = {"color": "black" if mark.kind == MODEL else GREY, "zorder": 5 if mark.kind == MODEL else 4}
+        style = {"color": "black" if mark.kind == MODEL else GREY, "zorder": 8 if mark.kind == MODEL else 6}
         if np.isnan(mark.x) and np.isnan(mark.y):
             continue
         if np.isnan(mark.y):
@@ -128,9 +138,14 @@ def _marks(axes: Any, chart: StabilityChart) -> None:
         elif np.isnan(mark.x):
             axes.axhline(mark.y, linewidth=1.0, linestyle=":", **style)
         else:
-            axes.plot(mark.x, mark.y, MARKERS[mark.kind], markersize=7, markeredgecolor="white",
-                      markerfacecolor=style["color"], zorder=6)  # fmt: skip
+            size = 11 if mark.kind == MODEL else 8
+            axes.plot(mark.x, mark.y, _marker(mark.kind), markersize=size, markeredgecolor="white",
+                      markerfacecolor=style["color"], zorder=style["zorder"])  # fmt: skip
     _words(axes, chart, [mark for mark in chart.marks if mark.kind != MODEL and mark not in points], points)
+
+
+def _marker(kind: str) -> str:
+    return next(marker for name, marker in MARKERS.items() if kind.startswith(name))
 
 
 def _words(axes: Any, chart: StabilityChart, lines: list[Mark], points: list[Mark]) -> None:
@@ -144,10 +159,13 @@ def _words(axes: Any, chart: StabilityChart, lines: list[Mark], points: list[Mar
             axes.text(0.985, mark.y, mark.label, ha="right", va="bottom", bbox=box,
                       transform=axes.get_yaxis_transform(), **small)  # fmt: skip
     named = [mark for mark in points if mark.kind != MODEL]
+    taken: list[Array] = []
     for mark in named if len(named) <= MOST_LABELS else []:
-        left = chart.plane.spans[0].share(mark.x) > 0.75
+        place = np.array([span.share(x) for span, x in zip(chart.plane.spans, (mark.x, mark.y), strict=True)])
+        left, crowded = place[0] > 0.75, any((np.abs(place - other) < (0.16, 0.045)).all() for other in taken)
+        taken.append(place)
         axes.annotate(
-            mark.label, (mark.x, mark.y), (-6 if left else 6, 5), textcoords="offset points",
+            mark.label, (mark.x, mark.y), (-6 if left else 6, -12 if crowded else 5), textcoords="offset points",
             ha="right" if left else "left", bbox=box, **small,
         )  # fmt: skip
 
@@ -157,20 +175,14 @@ def _axes(axes: Any, beside: Any, chart: StabilityChart, below: bool) -> None:  
     axes.set(xlim=(first.low, first.high), ylim=(second.low, second.high), ylabel=_label(second))
     axes.set_xscale("log" if first.log else "linear")
     axes.set_yscale("log" if second.log else "linear")
-    (beside if below else axes).set_xlabel(_label(first))
-    waves = any(not one.curve.real for one in chart.boundaries)
-    if below:
-        beside.set_ylabel("Frequency, Hz")
-        beside.set_ylim(bottom=0)
-    else:
-        axes.set_xlabel(_label(first))
-        beside.set_xlabel("Frequency, Hz")
-        beside.set_xlim(left=0)
-    if not waves:
-        where = beside.transAxes
-        beside.text(0.5, 0.5, "no oscillation crosses here", ha="center", va="center", color=GREY, transform=where,
-                    rotation=0 if below else 90)  # fmt: skip
     axes.grid(visible=False)
+    highest = 1.1 * max((float(one.frequency.max()) for one in chart.boundaries), default=1.0)
+    if beside is None or not below:
+        axes.set_xlabel(_label(first))
+    if beside is not None and below:
+        beside.set(xlabel=_label(first), ylabel="Frequency, Hz", ylim=(0, highest))
+    elif beside is not None:
+        beside.set(xlabel="Frequency, Hz", xlim=(0, highest))
 
 
 def _label(span: Span) -> str:
@@ -194,12 +206,12 @@ def _legend(canvas: Any, axes: Any, chart: StabilityChart) -> None:
         words = "stable" if count == 0 else MORE if count == len(SHADES) - 1 else f"{count}"
         label = words if count == 0 else f"{words} unstable root{'s' * (count != 1)}"
         handles.append(Patch(facecolor=SHADES[count], edgecolor="0.6", linewidth=0.5, label=label))
-    if len({bool(x) for one in chart.boundaries for x in (one.beside == 0)}) == 2:
+    if any((one.beside != 0).any() for one in chart.boundaries):
         handles.append(Line2D([], [], color="0.3", linewidth=1.2, label="thin: unstable on both sides"))
-    if chart.uncertain and chart.boundaries:
+    if chart.uncertain and any(one.band_is_told for one in chart.boundaries):
         handles.append(Patch(facecolor="0.45", alpha=0.3, label="95 % band, first order"))
     for kind in dict.fromkeys(mark.kind for mark in chart.marks if not np.isnan(mark.x + mark.y)):
-        handles.append(Line2D([], [], color="black" if kind == MODEL else GREY, marker=MARKERS[kind], linestyle="none",
+        handles.append(Line2D([], [], color="black" if kind == MODEL else GREY, marker=_marker(kind), linestyle="none",
                               label="the model" if kind == MODEL else kind))  # fmt: skip
     if any(mark.kind == MODEL and np.isnan(mark.x + mark.y) for mark in chart.marks):
         handles.append(Line2D([], [], color="black", linestyle=":", linewidth=1.0, label="the model"))

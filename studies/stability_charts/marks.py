@@ -21,7 +21,7 @@ OF_A_TYRE = ("cornering_stiffness", "relaxation_length")
 
 @dataclass(frozen=True)
 class Mark:
-    """A point, or a line where one coordinate is NaN, in the units of the axes; ``kind`` is one of the four above."""
+    """A point, or a line where one coordinate is NaN, in the units of the axes; ``kind`` begins with one of the above."""
 
     kind: str
     label: str
@@ -86,8 +86,8 @@ def _tyres(space: ModelSpace, base: list[float]) -> list[Mark]:
             held = source.at(load=load, pressure=pressure)
             place = [_value(held, name, value) for name, value in zip(own, base, strict=True)]
             if place[0] is not None and place[1] is not None:
-                label = f"{source.tyre} {pressure / PASCAL_PER_BAR:g} bar, {wheel} load"
-                found.append(Mark(TYRE, label, place[0], place[1]))
+                label = f"{source.tyre} {pressure / PASCAL_PER_BAR:g} bar"
+                found.append(Mark(f"{TYRE}, {wheel} wheel's load", label, place[0], place[1]))
     return found
 
 

@@ -32,19 +32,19 @@ class Span:
     log: bool = False
 
     def at(self, share: Any) -> Any:
-        """Values at shares of the way, 0 to 1, any shape."""
+        """Values at each ``share`` of the way, 0 to 1, any shape."""
         if self.log:
             return self.low * (self.high / self.low) ** np.asarray(share)
         return self.low + (self.high - self.low) * np.asarray(share)
 
     def slope(self, share: Any) -> Any:
-        """Derivative of the value with the share of the way, 0 to 1, any shape."""
+        """Derivative of the value with the ``share`` of the way, 0 to 1, any shape."""
         if self.log:
             return self.at(share) * np.log(self.high / self.low)
         return np.full(np.shape(share), self.high - self.low)
 
     def share(self, value: Any) -> Any:
-        """Share of the way of values, any shape, in the unit of the axis."""
+        """Share of the way of each ``value``, any shape, in the unit of the axis."""
         if self.log:
             with np.errstate(divide="ignore", invalid="ignore"):
                 return np.log(np.asarray(value) / self.low) / np.log(self.high / self.low)

@@ -7,13 +7,15 @@ import numpy as np
 from studies.stability_charts.chart import NamedBoundary, StabilityChart
 from studies.stability_charts.plane import Span
 
+NOTHING = 1e-9  # of an axis: a standard deviation below this is rounding
+
 
 def title(chart: StabilityChart) -> str:
     """The bicycle, its effects and what runs, in a line."""
     plane = chart.plane
     effects = [e.identifier.replace("_", " ") for e in plane.space.model.effects if e.identifier != "no_slip"]
-    what = f"{plane.space.model.bicycle.name}{', ' if effects else ''}{', '.join(effects)}"
-    return f"Stability of {what}" + ("" if plane.speed is None else f", at {plane.speed:g} m/s")
+    what = f"{plane.space.model.bicycle.name}{' with ' if effects else ''}{', '.join(effects)}"
+    return f"Stability: {what}" + ("" if plane.speed is None else f", at {plane.speed:g} m/s")
 
 
 def headers(chart: StabilityChart) -> list[str]:
@@ -48,7 +50,8 @@ def _deviations(chart: StabilityChart, one: NamedBoundary) -> list[str]:
     if not chart.uncertain:
         return []
     scale = np.stack([span.slope(one.curve.shares[:, i]) for i, span in enumerate(chart.plane.spans)], -1)
-    return [f"{value:.2g}" for value in np.median(one.spread[:, :2] * scale, axis=0)]
+    share, size = np.median(one.spread[:, :2], axis=0), np.median(scale, axis=0)
+    return ["0" if s < NOTHING else "beyond" if s > 1 else f"{s * x:.2g}" for s, x in zip(share, size, strict=True)]
 
 
 def _beside(one: NamedBoundary) -> str:

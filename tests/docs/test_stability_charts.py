@@ -39,7 +39,7 @@ def test_the_examples_run_and_their_points_lie_on_the_axis(tables):
 
 
 def test_every_column_and_option_stands_on_the_page(tables):
-    columns = [name for name in tables["chart"].columns[2:]]
+    columns = tables["chart"].columns[2:].tolist()
     own = tables["chart"].columns[:2].tolist()
     plain = [re.sub(r"^(sd|towards_instability)_(?!normal).*", r"\1_NAME", name) for name in columns]
     missing = [name for name in plain if f"`{name}`" not in PAGE]
@@ -52,7 +52,8 @@ def test_every_column_and_option_stands_on_the_page(tables):
 
 def test_the_numbers_of_the_page():
     for words in (
-        f"{search.GRID} x {search.GRID} points", f"{checking.FINE} x {checking.FINE} points", f"1/{1 / STEP:g} of the axes",
+        f"{search.GRID} x {search.GRID} points", f"{checking.FINE} x {checking.FINE} points",
+        f"1/{1 / STEP:g} of the axes",
         f"from {plane.SLOW:g} to {plane.FAST:g} m/s", f"half width is {BAND}",
     ):  # fmt: skip
         assert words in PAGE

@@ -282,3 +282,12 @@ def test_rows_say_what_is_stable(soft):
     assert [row[0] for row in table] == list(range(1, len(soft.boundaries) + 1))
     assert any("unstable anyhow" in row for row in table)
     assert any("stable on" in str(cell) for row in table for cell in row)
+
+
+def test_a_band_wider_than_the_chart_is_not_drawn_and_said():
+    chart = stability_chart(Plane.of(WHIPPLE, "speed=4:7", "c=0.07:0.09"), sd={"w": 0.5})
+    assert not any(one.band_is_told for one in chart.boundaries)
+    assert sum("its band would be wider than most of the chart" in text for text in chart.doubts) == 2
+    narrow = stability_chart(Plane.of(WHIPPLE, "speed=4:7", "c=0.07:0.09"), sd={"w": 0.005})
+    assert all(one.band_is_told for one in narrow.boundaries)
+    assert narrow.doubts == []

@@ -1,6 +1,5 @@
 """What the speed table times of charts and designs is what it says."""
 
-
 from studies.validations import _speed_of_charts as of_charts
 from studies.validations import speed
 
