@@ -138,8 +138,8 @@ class StabilityChart:
                     said.append(f"boundary {number} could not be followed beyond {self.place(at)}")
             if self.uncertain and not one.band_is_told:
                 said.append(
-                    f"boundary {number}: its band would be wider than most of the chart, where first order means little; "
-                    "it is not drawn"
+                    f"boundary {number}: its band would be wider than most of the chart, where first order means "
+                    "little; it is not drawn"
                 )
             joint = [name for name in one.names.distinct if "+" in name or not name]
             if joint:

@@ -94,9 +94,11 @@ def _band(axes: Any, chart: StabilityChart, one: NamedBoundary) -> None:
         return
     share = np.linspace(0, 1, 301)
     grid = np.stack(np.meshgrid(share, share, indexing="ij"), -1).reshape(-1, 2)
-    away, at = KDTree(one.curve.shares).query(grid)
-    wide = BAND * one.spread[at, 2]
-    inside = away / np.maximum(wide, 1e-12)
+    point = np.arange(len(one.curve))
+    between = np.linspace(0, len(point) - 1, 6 * len(point))
+    dense = np.stack([np.interp(between, point, along) for along in one.curve.shares.T], -1)
+    away, at = KDTree(dense).query(grid)
+    inside = away / np.maximum(BAND * np.interp(between, point, one.spread[:, 2])[at], 1e-12)
     spans, colour = chart.plane.spans, mode_look(one.names.names[0] or "other").colour
     axes.contourf(
         spans[0].at(share), spans[1].at(share), inside.reshape(301, 301).T, levels=[0, 1], colors=[colour], alpha=0.25,

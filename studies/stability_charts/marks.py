@@ -21,7 +21,7 @@ OF_A_TYRE = ("cornering_stiffness", "relaxation_length")
 
 @dataclass(frozen=True)
 class Mark:
-    """A point, or a line where one coordinate is NaN, in the units of the axes; ``kind`` begins with one of the above."""
+    """A point, or a line where one coordinate is NaN, in the units of the axes; ``kind`` begins with one above."""
 
     kind: str
     label: str

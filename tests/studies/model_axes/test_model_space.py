@@ -137,10 +137,7 @@ def test_usual_ranges():
     assert typical_range(model, axis_of(model, "front_compliance.stiffness")) == (1000.0, 10000.0)
     low, high = typical_range(model, axis_of(model, "w"))
     assert (low, high) == (pytest.approx(0.4945), pytest.approx(1.4835))
-    assert (
-        axis_of(model, "relaxation_length.cornering_stiffness.front").said
-        == "relaxation length cornering stiffness front"
-    )
+    assert axis_of(model, "relaxation_length.cornering_stiffness.front").said == "cornering stiffness front"
     assert axis_of(model, "front_compliance.stiffness").column == "front_compliance_stiffness_N_m_rad"
     assert axis_of(model, "pressure_bar.front").column == "pressure_bar_front_bar"
 
