@@ -36,7 +36,7 @@ def command(
 
     chosen.model  # noqa: B018 (a mistake in the file is reported with its name)
     plane = Plane.of(chosen.content, x_text, y_text, speed=speed)
-    chart = stability_chart(plane, sd=numbers_by_name(sds, "--sd", "c=0.005"), assume=assume)
+    chart = stability_chart(plane, sd=numbers_by_name(sds, "--sd", "c=0.005", "standard deviation"), assume=assume)
     out.mkdir(parents=True, exist_ok=True)
     write_csv(chart.frame(), out / "stability_chart.csv")
     draw_chart(chart, out / "stability_chart", title=title(chart))

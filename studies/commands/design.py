@@ -61,8 +61,9 @@ def command(
         raise InputError("--vary: give at least one parameter, for example --vary c,w")
     content, added = with_effects(chosen.content, keys)
     wanted = Wanted(
-        numbers_by_name(costs, "--cost", "c=100"), numbers_by_name(sds, "--sd", "c=0.005"), ranges_by_name(limits),
-        assume=assume, probability=probability, samples=samples, seed=seed,
+        numbers_by_name(costs, "--cost", "c=100", "cost"),
+        numbers_by_name(sds, "--sd", "c=0.005", "standard deviation"), ranges_by_name(limits), assume=assume,
+        probability=probability, samples=samples, seed=seed,
     )  # fmt: skip
     design = designed(content, keys, demands(keep, damping_ratio), (low, up_to), wanted)
     if design.after.kept:

@@ -6,15 +6,15 @@ from collections.abc import Sequence
 from tyre.base.errors import InputError
 
 
-def numbers_by_name(texts: Sequence[str], option: str, like: str) -> dict[str, float]:
+def numbers_by_name(texts: Sequence[str], option: str, like: str, what: str = "number") -> dict[str, float]:
     """Numbers >= 0 by name.
 
     Parameters
     ----------
     texts : sequence of str
         As given, ``NAME=VALUE`` each.
-    option, like : str
-        What the message calls them, and an example.
+    option, like, what : str
+        What the message calls them, an example, and what the number is.
 
     Raises
     ------
@@ -31,7 +31,7 @@ def numbers_by_name(texts: Sequence[str], option: str, like: str) -> dict[str, f
         if name in found:
             raise InputError(f"{option} {name} is given twice; keep one")
         if not 0 <= number < math.inf:
-            raise InputError(f"{option} {text}: the number must be finite and >= 0")
+            raise InputError(f"{option} {text}: the {what} must be finite and >= 0")
         found[name] = number
     return found
 

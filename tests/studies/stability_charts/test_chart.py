@@ -1,6 +1,7 @@
 """Charts of bicycles: published critical speeds, exact boundaries, names, bands against draws, marks, the command."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -13,6 +14,7 @@ from studies.stability_charts import chart as of_chart
 from studies.stability_charts.chart import stability_chart
 from studies.stability_charts.figure import draw_chart
 from studies.stability_charts.marks import MODEL, PRESSURE, TYRE, marks
+from studies.stability_charts.naming import Names
 from studies.stability_charts.plane import Plane, split_range, usual_range
 from studies.stability_charts.spread import Uncertain, along_axes, spread
 from studies.stability_charts.words import checked, rows
@@ -188,6 +190,26 @@ def test_doubts_are_said(soft, monkeypatch):
     assert "points of the checking grid" in blind.doubts[0]
 
 
+def test_every_doubt_has_its_words(soft):
+    first, *others = soft.boundaries
+    lost = replace(first, curve=replace(first.curve, ends=("edge", "lost")))
+    count = len(first.curve)
+    joint = replace(first, names=Names(("capsize+weave",) * count, first.names.asked))
+    two = replace(first, names=Names(("wobble",) * (count - 1) + ("weave",), first.names.asked))
+    nameless = replace(first, names=Names(("",) * count, first.names.asked))
+    for changed, words in (
+        (lost, "boundary 1 could not be followed beyond speed = "),
+        (joint, "boundary 1: for part of it the mode is not certain (capsize or weave)"),
+        (nameless, "boundary 1: for part of it the mode is not certain (unknown)"),
+        (two, "boundary 1 is called wobble, then weave: modes exchange names"),
+    ):
+        (said,) = replace(soft, boundaries=(changed, *others)).doubts
+        assert said.startswith(words)
+    (said,) = replace(soft, check=replace(soft.check, sides=2)).doubts
+    assert "at 2 of" in said
+    assert "the two sides does not differ as one root makes it" in said
+
+
 def test_stable_or_unstable_everywhere():
     calm = stability_chart(Plane.of(WHIPPLE, "speed=4.9:5.1", "c=0.079:0.081"))
     assert calm.boundaries == ()
@@ -287,7 +309,7 @@ def test_rows_say_what_is_stable(soft):
 
 
 def test_a_band_wider_than_the_chart_is_not_drawn_and_said():
-    chart = stability_chart(Plane.of(WHIPPLE, "speed=4:7", "c=0.07:0.09"), sd={"w": 0.5})
+    chart = stability_chart(Plane.of(WHIPPLE, "speed=4:7", "c=0.07:0.09"), sd={"w": 0.5, "lam": 0.5})
     assert not any(one.band_is_told for one in chart.boundaries)
     assert sum("its band would be wider than most of the chart" in text for text in chart.doubts) == 2
     narrow = stability_chart(Plane.of(WHIPPLE, "speed=4:7", "c=0.07:0.09"), sd={"w": 0.005})
