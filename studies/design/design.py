@@ -166,15 +166,28 @@ def _answer(problem: Problem, x: Array, margins: Mapping[Demand, float] | None =
 
 
 def _best(problem: Problem, margins: Mapping[Demand, float], seed: int) -> tuple[Answer, tuple[int, int]]:
-    """The cheapest of several searches, and how many of those that kept every demand came to the same."""
-    first = solved(problem, margins, problem.start)
-    if first.cost == 0.0:
-        return first, (1, 1)
+    """The cheapest of several searches, and how many of those that kept every demand came to the same.
+
+    A search that leads to no bicycle counts for nothing; limits may hold such numbers.
+    """
     rng = np.random.default_rng(seed)
     low, high = problem.limits.low, problem.limits.high
-    found = [first]
-    for _ in range(STARTS - 1):
-        found.append(solved(problem, margins, low + (high - low) * rng.uniform(size=len(low))))
+    found: list[Answer] = []
+    refusal = ""
+    for number in range(STARTS):
+        begin = low + (high - low) * rng.uniform(size=len(low)) if number else problem.start
+        try:
+            problem.space.refuse_impossible([begin])
+            answer = solved(problem, margins, begin)
+            problem.space.refuse_impossible([answer.x])
+        except (InputError, np.linalg.LinAlgError) as error:
+            refusal = refusal or str(error)
+            continue
+        found.append(answer)
+        if answer.cost == 0.0 and answer.kept:
+            return answer, (1, 1)
+    if not found:
+        raise InputError(f"every search came to numbers that make no bicycle ({refusal}); narrow the --limits")
     kept = [one for one in found if one.kept]
     if not kept:
         return min(found, key=lambda one: one.missed), (0, len(found))

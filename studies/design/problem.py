@@ -105,7 +105,10 @@ def solved(problem: Problem, margins: Mapping[Demand, float], begin: Array) -> A
         if not near:
             break
         working = [(peak.demand, peak.speed) for peak in near]
-        x = _step(problem, near, margins, x, region)
+        ahead = _step(problem, near, margins, x, region)
+        if number and np.array_equal(ahead, x):  # held by limits: further rounds would repeat it
+            break
+        x = ahead
     assert best is not None
     return best
 

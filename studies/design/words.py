@@ -44,7 +44,7 @@ def lines(design: Design) -> list[str]:
         found += [f"missed most: {_place(peak)}" for peak in design.binding]
         found += _limits(design)
         found.append("best reachable: " + "; ".join(_reached(design)))
-        return found
+        return found + (_sure(design) if design.probability is not None else [])
     found.append(f"kept from {low:g} to {high:g} m/s: {asked}{_asked_sure(design)}")
     if design.after.cost == 0:
         found.append("the model does so as it stands: nothing is changed")
@@ -110,11 +110,13 @@ def remarks(design: Design) -> list[str]:
         if name in kept and design.after.kept:
             continue
         where = f"from {low:.3g} to {high:.3g} m/s, real part up to {real:.3g} 1/s"
+        if "+" in name:  # modes that have met; they are listed one by one elsewhere
+            continue
         if name not in before:
             said.append(f"{name} is unstable now ({where}) and was not: --keep {name} stable keeps it too")
         elif real > before[name][2] + WORSE:
             said.append(f"{name} is unstable ({where}), more than before ({before[name][2]:.3g} 1/s)")
-    others = [name for name in after if name in before and name not in kept]
+    others = [name for name in after if name in before and name not in kept and "+" not in name]
     if others:
         said.append(f"not asked for, and unstable somewhere in the range as before: {', '.join(others)}")
     return said

@@ -125,9 +125,12 @@ def test_what_cannot_be_had_is_said_with_the_best_there_is():
 
 def test_the_probability_is_that_of_the_distribution():
     """One uncertain number, lognormal with its mean where it stands: the highest stiffness allowed is exact."""
+    limits = {"front_compliance.stiffness": (300.0, 3000.0)}
     sd = {"front_compliance.stiffness": 500.0}
     content = PLAIN | {"effects": PLAIN["effects"] | {"steer_damper": {"damping": 1.2}}}
-    found = designed(content, ["front_compliance.stiffness"], WOBBLE, RANGE, nothing(sd=sd, samples=2000))
+    found = designed(
+        content, ["front_compliance.stiffness"], WOBBLE, RANGE, nothing(sd=sd, samples=2000, limits=limits)
+    )
     assert found.problem.cost.kind == BY_SD
     most = found.after.x[0]
     assert most < 3000
@@ -135,7 +138,11 @@ def test_the_probability_is_that_of_the_distribution():
     assert low < _share_below(most, 500.0, most) < high
     assert found.certainty.unknown == 0
     sure = designed(
-        content, ["front_compliance.stiffness"], WOBBLE, RANGE, nothing(sd=sd, samples=2000, probability=0.9)
+        content,
+        ["front_compliance.stiffness"],
+        WOBBLE,
+        RANGE,
+        nothing(sd=sd, samples=2000, limits=limits, probability=0.9),
     )
     expected = _share_below(sure.after.x[0], 500.0, most)
     assert expected == pytest.approx(0.9, abs=0.015)
@@ -196,6 +203,33 @@ def test_two_modes_that_cannot_both_be_kept():
     assert 0 < best <= least
     assert best == pytest.approx(least, abs=0.01)
     assert {peak.demand.mode for peak in found.binding} == {"weave", "capsize"}
+
+
+def test_searches_that_lead_to_no_bicycle_count_for_nothing(monkeypatch):
+    """Within the limits the centre of mass may lie ahead of the front wheel, which then bears everything."""
+    limits = {"xB": (0.2, 1.3)}
+    found = designed(TYRED, ["xB", "steer_damper.damping"], WOBBLE, RANGE, nothing(limits=limits))
+    assert found.after.kept
+    assert build_model(found.content).bicycle.static_loads[0] > 0
+
+    def refused(problem, margins, begin):
+        raise InputError("no bicycle")
+
+    monkeypatch.setattr("studies.design.design.solved", refused)
+    with pytest.raises(InputError, match=r"every search came to numbers that make no bicycle \(no bicycle\); narrow"):
+        designed(TYRED, ["c"], WOBBLE, RANGE, nothing())
+
+
+def test_a_probability_that_cannot_be_reached_is_said():
+    sd = {"steer_damper.damping": 1.0}
+    limits = {"steer_damper.damping": (0.0, 1.7)}
+    found = designed(
+        PLAIN, ["steer_damper.damping"], WOBBLE, RANGE, nothing(sd=sd, limits=limits, probability=0.999, samples=200)
+    )
+    assert not found.after.kept
+    said = "\n".join(lines(found))
+    assert "wobble stable, with a probability of 0.999; the nearest" in said
+    assert "of 200 drawn bicycles keep it" in said
 
 
 def test_effects_that_are_not_there_yet_are_added_without_influence():
