@@ -20,6 +20,7 @@ from tyre.base.arrays import Array, Complex
 
 SHARES = (1 / 3, 2 / 3, 1.0)  # of the way from the design to a draw, at which roots are matched
 LOOKED_AT = 60  # draws whose modes are named anew at most, where roots cannot be followed
+BINDING = 1e-2  # 1/s: a demand that is kept by more than this beyond its margin does not bind
 ALONG = 41  # speeds at which drawn bicycles are looked at, beside the worst ones of the design
 
 
@@ -58,18 +59,27 @@ class Certainty:
         kept, count = int((self.known <= 0).sum()), self.known.size + self.unknown
         return _wilson(kept, count)[0], _wilson(kept + self.unknown, count)[1]
 
-    def back_off(self, nominal: Mapping[Demand, float], probability: float) -> dict[Demand, float]:
+    def back_off(
+        self, nominal: Mapping[Demand, float], margins: Mapping[Demand, float], probability: float
+    ) -> dict[Demand, float]:
         """Margins (1/s) with which that share of the same draws would have kept every demand.
+
+        A demand that the design keeps by more than its margin counts only in draws that use that up.
 
         Parameters
         ----------
         nominal : mapping of Demand to float
             By how much the design itself misses each demand at its worst speed, 1/s.
+        margins : mapping of Demand to float
+            By which the design was to keep them, 1/s.
         probability : float
             0 to 1.
         """
         spread = {demand: float(np.nanstd(values)) or 1e-12 for demand, values in self.excess.items()}
         away = np.stack([(values - nominal[d]) / spread[d] for d, values in self.excess.items()])
+        for row, (demand, values) in zip(away, self.excess.items(), strict=True):
+            if nominal[demand] + margins.get(demand, 0.0) < -BINDING:
+                row[values <= 0] = -np.inf
         beta = float(np.nanquantile(away.max(0), probability, method="higher"))
         return {demand: beta * size for demand, size in spread.items()}
 

@@ -234,7 +234,7 @@ def _sure(
         if seen.probability >= probability and (best is None or after.cost < best[0].cost):
             best = (after, margins)
         nominal = {d: max((p.excess for p in after.peaks if p.demand == d), default=-np.inf) for d in problem.demands}
-        now = seen.back_off(nominal, probability)
+        now = seen.back_off(nominal, margins, probability)
         if margins and all(abs(now[d] - margins[d]) <= 0.01 * abs(now[d]) + CLEARLY for d in now) and best:
             break
         margins = {d: max(value, 0.0) for d, value in now.items()}

@@ -66,18 +66,19 @@ def checked(chart: StabilityChart) -> list[str]:
     if not chart.boundaries:
         count = int(check.told[0, 0])
         lines.append(
-            "no boundary here: " + ("stable everywhere" if count == 0 else f"{count} unstable roots everywhere")
+            "no boundary here: "
+            + ("stable everywhere" if count == 0 else f"{count} unstable root{'s' * (count > 1)} everywhere")
         )
     agreed = apart - int(check.wrong.sum())
     lines.append(
         f"checked: on a grid of {k} x {k} points, at {agreed} of the {apart} that are more than a cell from a boundary "
         "the number of unstable roots is what the boundaries tell"
     )
-    if chart.uncertain:
+    if chart.uncertain and chart.boundaries:
         lines.append(
             f"band: 95 %, first order, of {len(chart.uncertain.names)} uncertain numbers; the axes themselves are exact"
         )
-    else:
+    elif not chart.uncertain:
         lines.append("no band: the model states no uncertainty; --sd NAME=VALUE gives some, --assume takes defaults")
     return lines
 

@@ -13,6 +13,7 @@ from bicycle.files.model_file import build_model, read_model
 from bicycle.model_family import ModelFamily
 from studies.cli import main
 from studies.design.added_effects import with_effects
+from studies.design.certainty import Certainty
 from studies.design.cost import BY_COST, BY_SD, RELATIVE
 from studies.design.demand import Demand, demands
 from studies.design.design import Wanted, designed
@@ -218,6 +219,20 @@ def test_searches_that_lead_to_no_bicycle_count_for_nothing(monkeypatch):
     monkeypatch.setattr("studies.design.design.solved", refused)
     with pytest.raises(InputError, match=r"every search came to numbers that make no bicycle \(no bicycle\); narrow"):
         designed(TYRED, ["c"], WOBBLE, RANGE, nothing())
+
+
+def test_only_what_binds_asks_for_a_margin():
+    """Two demands with draws as written: the second is far from its bound in all of them."""
+    one, two = Demand("wobble"), Demand("weave")
+    spread = np.linspace(-1, 1, 101)
+    drawn = Certainty({one: spread, two: -50 + 10 * spread}, 0, 0)
+    margins = drawn.back_off({one: 0.0, two: -50.0}, {}, 0.9)
+    assert margins[one] == pytest.approx(0.8)  # 90 of 100 steps from -1 to 1
+    assert drawn.probability == pytest.approx(51 / 101)
+    near = Certainty({one: spread, two: -5 + 10 * spread}, 0, 0)
+    assert near.back_off({one: 0.0, two: -5.0}, {}, 0.9)[one] == pytest.approx(0.8)
+    low, high = near.interval
+    assert low < near.probability < high
 
 
 def test_a_probability_that_cannot_be_reached_is_said():
