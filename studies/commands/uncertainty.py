@@ -39,6 +39,7 @@ def command(
 ) -> None:  # fmt: skip
     import numpy as np
 
+    from studies.model_axes.pairs import numbers_by_name
     from studies.reporting.output import parse_speeds, print_table, print_warnings, write_json
     from studies.sampling.refused import left_out
     from studies.uncertainty.comparison import remarks
@@ -47,7 +48,7 @@ def command(
     from studies.uncertainty.variance_shares import total_effects
 
     uncertainty = Uncertainty(
-        chosen.content, sd=_given(sds), defaults=not stated_only,
+        chosen.content, sd=numbers_by_name(sds, "--sd", "c=0.005", "standard deviation"), defaults=not stated_only,
         relative_cornering_stiffness_sd=relative_cornering_stiffness_sd,
     )  # fmt: skip
     asked = parse_speeds(speeds).tolist() if speeds else []
@@ -87,24 +88,6 @@ def command(
         }  # fmt: skip
         write_json(content, json_file)
     print_warnings(uncertainty.warnings)
-
-
-def _given(sds: tuple[str, ...]) -> dict[str, float]:
-    from tyre.base.errors import InputError
-
-    given: dict[str, float] = {}
-    for text in sds:
-        name, _, value = text.partition("=")
-        try:
-            number = float(value)
-        except ValueError as error:
-            raise InputError(f"--sd {text}: give NAME=VALUE, for example --sd c=0.005 (SI units)") from error
-        if name in given:
-            raise InputError(f"--sd {name} is given twice; keep one")
-        if not 0 <= number < float("inf"):
-            raise InputError(f"--sd {text}: the standard deviation must be finite and >= 0")
-        given[name] = number
-    return given
 
 
 def _row(q: "Quantity") -> list[Any]:

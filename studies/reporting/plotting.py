@@ -9,6 +9,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from bicycle.modal.looks import EXTRAPOLATED, LOOKS, UNSTABLE, Look, mode_look, mode_marker, mode_words
 from tyre.base.files import replacing
 
@@ -52,8 +54,9 @@ def legend_columns(labels: Sequence[str], *, width: float) -> int:
     """How many columns of a legend with ``labels`` fit under a figure; its ``width`` is a number of inches."""
     room = [0.068 * len(label) + 0.6 for label in labels]
     for columns in range(len(labels), 1, -1):
-        rows = -(-len(labels) // columns)  # a legend is filled column by column
-        if sum(max(room[start : start + rows]) for start in range(0, len(room), rows)) < width:
+        rows, longer = divmod(len(labels), columns)  # a legend is filled column by column, the first ones longer
+        ends = np.cumsum([rows + (k < longer) for k in range(columns)]).tolist()
+        if sum(max(room[a:b]) for a, b in zip([0, *ends[:-1]], ends, strict=True)) < width:
             return columns
     return 1
 

@@ -236,7 +236,7 @@ class UncertainModel:
             raise InputError(f"{samples} samples of {len(self.names)} numbers cannot be matched; take more samples")
         z = self.draw(samples, seed)
         away = z - z.mean(0)
-        return np.asarray(np.linalg.solve(np.linalg.cholesky(np.cov(away.T)), away.T).T)
+        return np.asarray(np.linalg.solve(np.linalg.cholesky(np.atleast_2d(np.cov(away.T))), away.T).T)
 
     def gradient(self, slopes: Mapping[str, Any]) -> Array:
         """Derivative with respect to z (..., names) from derivatives ``slopes`` (...) in the free parameters."""

@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from studies.validations import _speed_of_charts as of_charts
 from studies.validations import _speed_of_eigenvalues as of_eigenvalues
 from studies.validations import _speed_of_names as of_names
 from studies.validations import _speed_of_studies as of_studies
@@ -95,6 +96,8 @@ def _rows(*, quick: bool) -> Iterator[tuple[str, str, Measured]]:
         f"dask.distributed, 2 workers, against 2 threads, {points} points", "<= 1.3",
         _slower(1.3, points, of_studies.cluster, points, min(repeats, 3)),
     )  # fmt: skip
+    yield "stability chart of two boundaries of 200 points, 8 states", "<= 1 s", partial(_chart, repeats)
+    yield "design with 3 varied parameters, 10 states", "<= 5 s, optimum confirmed", partial(_design, min(repeats, 3))
 
 
 def _names(bicycles: int, repeats: int) -> Iterator[tuple[str, str, Measured]]:
@@ -163,6 +166,21 @@ def _each(pair: timing.Pair, count: int) -> str:
 def _exponent(counts: list[int]) -> Row:
     exponent = of_studies.growth(counts)
     return {"measured": f"{exponent:.3f}", "met": exponent <= 1.05, "note": "8 states, 2 threads"}
+
+
+def _chart(repeats: int) -> Row:
+    found, taken = of_charts.chart(), of_charts.seconds(of_charts.chart, repeats)
+    points = [len(curve) for curve in found.curves]
+    agreed = int(found.check.apart.sum() - found.check.wrong.sum())
+    note = f"{' and '.join(map(str, points))} points; count agrees at {agreed} of {found.check.apart.sum()} grid points"
+    return {"measured": f"{taken:.2f} s", "met": taken <= 1 and min(points) >= 200, "note": note, "seconds": taken}
+
+
+def _design(repeats: int) -> Row:
+    found, taken = of_charts.design(), of_charts.seconds(of_charts.design, repeats)
+    kept, points = of_charts.cheaper(found)
+    note = f"{found.agreed[0]} of {found.agreed[1]} searches agree; of {points} cheaper grid points {kept} keep it"
+    return {"measured": f"{taken:.2f} s", "met": taken <= 5 and not kept, "note": note, "seconds": taken}
 
 
 def _memory(points: int) -> Row:

@@ -13,6 +13,7 @@ from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.eigenvalues.solvers import compiled, eigenvalues, lapack
 from bicycle.model_family import ModelFamily
 from bicycle.sensitivity.eigenvalue_derivatives import sensitivities
+from studies.validations import _speed_of_charts as of_charts
 from studies.validations import _speed_of_eigenvalues as of_eigenvalues
 from studies.validations import _speed_of_studies as of_studies
 from studies.validations import _speed_timing as timing
@@ -68,3 +69,15 @@ def test_peer_over_speeds(benchmark):
     pytest.importorskip("bicycleparameters", reason="the peer is not installed")
     peer = of_eigenvalues.peer_model()
     assert benchmark(peer.calc_eigen, v=np.linspace(0, 10, 500))[0].shape == (500, 4)
+
+
+def test_stability_chart(benchmark):
+    found = benchmark(of_charts.chart)
+    assert min(len(curve) for curve in found.curves) >= 200
+    assert not found.check.wrong.any()
+
+
+def test_design_of_three_numbers(benchmark):
+    found = benchmark(of_charts.design)
+    assert found.after.kept
+    assert of_charts.cheaper(found)[0] == 0

@@ -1,0 +1,50 @@
+"""``velotyre chart``: where a model becomes unstable, as exact curves over two of its numbers."""
+
+from pathlib import Path
+
+import click
+
+from studies.model_argument import ChosenModel, takes_model
+from studies.reporting.examples import example
+
+AXIS = "NAME[=LOW:HIGH[:log]]"
+
+
+@click.command(
+    help="Stability chart of MODEL over two of its numbers: exact boundaries by mode, figure and CSV.",
+    epilog=example("velotyre chart benchmark --x speed=1:10 --y c=0.02:0.12 --out chart"),
+)
+@takes_model
+@click.option("--x", "x_text", required=True, metavar=AXIS, help="Horizontal: speed, or as --parameter of root-locus.")
+@click.option("--y", "y_text", required=True, metavar=AXIS, help="Vertical; without a range, what is usual.")
+@click.option("--speed", type=float, help="m/s, unless the speed is an axis.")
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, help="Folder for the results.")
+@click.option("--sd", "sds", multiple=True, metavar="NAME=VALUE", help="Standard deviation of a parameter, SI; repeat.")
+@click.option("--assume", is_flag=True, help="Take default standard deviations for what no source states.")
+@click.option("--json", "json_file", metavar="FILE", help="Write the boundaries as JSON; - is standard output.")
+def command(
+    chosen: ChosenModel, x_text: str, y_text: str, speed: float | None, out: Path, sds: tuple[str, ...],
+    json_file: str | None, *, assume: bool,
+) -> None:  # fmt: skip
+
+    from studies.model_axes.pairs import numbers_by_name
+    from studies.reporting.output import print_table, print_warnings, write_csv, write_json
+    from studies.stability_charts.chart import stability_chart
+    from studies.stability_charts.figure import draw_chart
+    from studies.stability_charts.plane import Plane
+    from studies.stability_charts.words import checked, headers, record, rows, title
+
+    chosen.model  # noqa: B018 (a mistake in the file is reported with its name)
+    plane = Plane.of(chosen.content, x_text, y_text, speed=speed)
+    chart = stability_chart(plane, sd=numbers_by_name(sds, "--sd", "c=0.005", "standard deviation"), assume=assume)
+    out.mkdir(parents=True, exist_ok=True)
+    write_csv(chart.frame(), out / "stability_chart.csv")
+    draw_chart(chart, out / "stability_chart", title=title(chart))
+    if json_file:
+        write_json(record(chart), json_file)
+    if json_file != "-":
+        if chart.boundaries:
+            print_table(rows(chart), headers(chart))
+        for line in checked(chart):
+            click.echo(line)
+    print_warnings([*plane.space.linear.warnings, *chart.doubts])

@@ -1,0 +1,87 @@
+"""``velotyre design``: the smallest change of a model that keeps named modes stable over a range of speed."""
+
+import shlex
+import sys
+from pathlib import Path
+
+import click
+
+from studies.model_argument import ChosenModel, takes_model
+from studies.reporting.examples import example
+
+
+@click.command(
+    help="The smallest change of MODEL that keeps modes stable up to a speed; writes the corrected model file.",
+    epilog=example("velotyre design benchmark --keep weave stable --from 4 --up-to 6 --vary c,w --out better.toml"),
+)
+@takes_model
+@click.option(
+    "--keep", nargs=2, multiple=True, required=True, metavar="MODE WHAT",
+    help="Mode (all: every one), and 'stable' or a least damping ratio; repeat.",
+)  # fmt: skip
+@click.option("--up-to", type=click.FloatRange(min=0, min_open=True), required=True, help="Highest speed, m/s.")
+@click.option("--from", "low", type=click.FloatRange(min=0), default=1.0, show_default=True, help="Lowest speed, m/s.")
+@click.option(
+    "--vary", required=True, metavar="NAME,NAME", help="Numbers that may change, as --parameter of root-locus."
+)
+@click.option("--damping-ratio", type=click.FloatRange(0, 1, max_open=True), help="Least damping ratio for 'stable'.")
+@click.option("--cost", "costs", multiple=True, metavar="NAME=VALUE", help="Cost of a change by one unit; repeat.")
+@click.option("--limits", "limits", multiple=True, metavar="NAME=LOW:HIGH", help="How far a number may go; repeat.")
+@click.option("--sd", "sds", multiple=True, metavar="NAME=VALUE", help="Standard deviation of a parameter, SI; repeat.")
+@click.option("--assume", is_flag=True, help="Take default standard deviations for what no source states.")
+@click.option("--probability", type=click.FloatRange(0, 1, min_open=True, max_open=True), help="Keep it so surely.")
+@click.option("--samples", type=click.IntRange(50), default=1000, show_default=True, help="Drawn bicycles.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the random numbers.")
+@click.option(
+    "--out", type=click.Path(path_type=Path, dir_okay=False), required=True, help="Corrected model file, .toml."
+)
+@click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
+def command(
+    chosen: ChosenModel, keep: tuple[tuple[str, str], ...], up_to: float, low: float, vary: str,
+    damping_ratio: float | None, costs: tuple[str, ...], limits: tuple[str, ...], sds: tuple[str, ...],
+    probability: float | None, samples: int, seed: int, out: Path, json_file: str | None, *, assume: bool,
+) -> None:  # fmt: skip
+
+    from studies.design.added_effects import with_effects
+    from studies.design.demand import demands
+    from studies.design.design import Wanted, designed
+    from studies.design.words import HEADERS, lines, model_text, record, remarks, rows
+    from studies.model_axes.pairs import numbers_by_name, ranges_by_name
+    from studies.reporting.output import print_table, print_warnings, write_json
+    from tyre.base.errors import InputError
+    from tyre.base.files import write_text
+
+    if up_to <= low:
+        raise InputError(f"--up-to {up_to:g} must be above --from {low:g} m/s")
+    if out.suffix.lower() != ".toml":
+        raise InputError(f"--out {out}: a model file ends in .toml")
+    chosen.model  # noqa: B018 (a mistake in the file is reported with its name)
+    keys = [key for key in vary.split(",") if key]
+    if not keys:
+        raise InputError("--vary: give at least one parameter, for example --vary c,w")
+    content, added = with_effects(chosen.content, keys)
+    wanted = Wanted(
+        numbers_by_name(costs, "--cost", "c=100", "cost"),
+        numbers_by_name(sds, "--sd", "c=0.005", "standard deviation"), ranges_by_name(limits), assume=assume,
+        probability=probability, samples=samples, seed=seed,
+    )  # fmt: skip
+    design = designed(content, keys, demands(keep, damping_ratio), (low, up_to), wanted)
+    if design.after.kept:
+        asked = " ".join(f"--keep {mode} {what}" for mode, what in keep)
+        text = model_text(
+            design, out.parent, shlex.join([*asked.split(), "--from", f"{low:g}", "--up-to", f"{up_to:g}"])
+        )
+        write_text(out, text)
+    if json_file:
+        write_json(record(design), json_file)
+    if json_file != "-":
+        print_table(rows(design), HEADERS)
+        for line in lines(design):
+            click.echo(line)
+        for name in added:
+            click.echo(f"added: [effects.{name}], without influence at its first value")
+        if design.after.kept:
+            click.echo(f"written: {out}")
+    print_warnings([*design.problem.space.linear.warnings, *remarks(design)])
+    if not design.after.kept:
+        sys.exit(1)

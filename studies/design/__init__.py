@@ -1,0 +1,1 @@
+"""The smallest change of a model that keeps named modes stable over a range of speed."""

@@ -1,0 +1,1 @@
+"""Stability charts: where a root lies on the imaginary axis, as exact curves over two numbers of a model."""

@@ -1,0 +1,364 @@
+"""Designs: the optimum against a grid of eigenvalues, what binds, what cannot be had, probability, the written file."""
+
+import json
+import tomllib
+
+import numpy as np
+import pytest
+from scipy.stats import lognorm
+
+from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.files.bicycle_file import load_bicycle
+from bicycle.files.model_file import build_model, read_model
+from bicycle.model_family import ModelFamily
+from studies.cli import main
+from studies.design.added_effects import with_effects
+from studies.design.certainty import Certainty
+from studies.design.cost import BY_COST, BY_SD, RELATIVE
+from studies.design.demand import Demand, demands
+from studies.design.design import Wanted, designed
+from studies.design.words import lines, remarks
+from studies.model_axes.model_space import ModelSpace
+from tyre.base.errors import InputError
+
+HINGE = {"stiffness": 3000.0, "damping": 15.0, "joint_x": 0.85, "joint_z": -0.8}
+TYRED = {
+    "bicycle": "pista_charlie_drops",
+    "effects": {
+        "relaxation_length": {"tyre": "Tyre1", "pressure_bar": 5.5},
+        "front_compliance": HINGE,
+        "steer_damper": {"damping": 0.0},
+    },
+}
+PLAIN = {
+    "bicycle": dict(load_bicycle("pista_charlie_drops").values),
+    "effects": {
+        "relaxation_length": {"cornering_stiffness": 6500.0, "relaxation_length": 0.11},
+        "front_compliance": HINGE,
+        "steer_damper": {"damping": 0.0},
+    },
+}
+WHIPPLE = {"bicycle": "benchmark"}
+WOBBLE = (Demand("wobble"),)
+RANGE = (3.0, 25.0)
+SPEEDS = np.linspace(3, 25, 111)
+FASTER = 2 * np.pi * 4.5  # rad/s: of these bicycles only wobble is slower than the tyres and faster than this
+
+
+def nothing(**more):
+    return Wanted(**({"costs": {}, "sd": {}, "limits": {}} | more))
+
+
+def wobble_growth(content, numbers):
+    """Largest real part (m,) of pairs between 4.5 and 14 Hz over all speeds, by numpy; numbers (m,) by key."""
+    family = ModelFamily(build_model(content))
+    roots = np.linalg.eigvals(family.state_matrices(numbers, SPEEDS[None]))
+    own = (roots.imag > FASTER) & (roots.imag < 2 * np.pi * 14)
+    return np.where(own, roots.real, -np.inf).max((1, 2))
+
+
+def test_the_optimum_of_three_numbers_is_confirmed_by_a_grid():
+    """No cheaper point of a grid keeps it, and those a little dearer in its direction do."""
+    keys = ["steer_damper.damping", "front_compliance.damping", "c"]
+    found = designed(PLAIN, keys, WOBBLE, RANGE, nothing())
+    x, start, scale = found.after.x, found.problem.start, found.problem.cost.scale
+    assert found.after.kept
+    assert found.problem.cost.kind == RELATIVE
+    assert scale.tolist() == [5.0, 15.0, pytest.approx(PLAIN["bicycle"]["c"])]  # the damper stands at 0: typical 5
+    ways = np.array(np.meshgrid(*[np.linspace(-1, 1, 15)] * 3)).reshape(3, -1).T
+    ways = ways[(ways[:, 0] >= 0) & (np.abs(ways).max(1) == 1)]  # all directions, the damper positive
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    points = start + scale * ways * 0.985 * found.after.cost
+    low, high = found.problem.limits.low, found.problem.limits.high
+    points = points[((points >= low) & (points <= high)).all(1)]
+    assert len(points) > 300
+    assert wobble_growth(PLAIN, dict(zip(keys, points.T, strict=True))).min() > 0
+    at, beyond = (start + share * (x - start) for share in (1.0, 1.02))
+    growth = wobble_growth(PLAIN, {key: np.array([a, b]) for key, a, b in zip(keys, at, beyond, strict=True)})
+    assert abs(growth[0]) < 2e-3
+    assert growth[1] < 0
+
+
+def test_what_binds_is_the_worst_speed_and_the_file_keeps_the_demand():
+    found = designed(TYRED, ["steer_damper.damping", "pressure_bar.front", "c"], WOBBLE, RANGE, nothing())
+    (peak,) = found.binding
+    assert peak.root.real == pytest.approx(0, abs=1e-4)
+    model = build_model(found.content)
+    grid = np.linspace(peak.speed - 0.5, peak.speed + 0.5, 11)
+    roots = np.array([min(row, key=lambda z: abs(z - peak.root)) for row in model.linear_model().eigenvalues(grid)])
+    assert (roots.real < 1e-5).all()
+    assert np.argmax(roots.real) == 5
+    assert not [c for c in critical_speeds(model, 25.0) if c.mode == "wobble"]
+    assert [c for c in critical_speeds(build_model(TYRED), 25.0) if c.mode == "wobble"]
+    assert found.agreed[0] >= 2
+    assert found.at_limit == []
+    said = "\n".join(lines(found))
+    assert "kept from 3 to 25 m/s: wobble stable" in said
+    assert f"binds: wobble at {peak.speed:.4g} m/s" in said
+
+
+def test_a_damping_ratio_and_two_modes():
+    asked = demands([("wobble", "0.05"), ("weave", "stable")])
+    found = designed(PLAIN, ["steer_damper.damping", "front_compliance.stiffness"], asked, (8.0, 25.0), nothing())
+    assert found.after.kept
+    roots = np.linalg.eigvals(build_model(found.content).linear_model().state_matrix(np.linspace(8, 25, 400)))
+    wave = roots[(roots.imag > FASTER) & (roots.imag < 2 * np.pi * 14)]
+    assert (-wave.real / np.abs(wave)).min() == pytest.approx(0.05, abs=1e-3)
+    slow = roots[(roots.imag > 0) & (roots.imag <= FASTER)]
+    assert slow.real.max() < 0
+
+
+def test_what_cannot_be_had_is_said_with_the_best_there_is():
+    limits = {"front_compliance.stiffness": (2500.0, 3500.0), "c": (0.055, 0.065)}
+    found = designed(PLAIN, list(limits), WOBBLE, RANGE, nothing(limits=limits))
+    assert not found.after.kept
+    grid = np.array(np.meshgrid(*[np.linspace(low, high, 9) for low, high in limits.values()])).reshape(2, -1)
+    growth = wobble_growth(PLAIN, dict(zip(limits, grid, strict=True)))
+    assert growth.min() > 0
+    best = max(p.root.real for p in found.after.peaks)
+    assert best <= growth.min() + 1e-3
+    assert best == pytest.approx(growth.min(), rel=0.01)
+    said = "\n".join(lines(found))
+    assert "no change within the limits keeps this" in said
+    assert "best reachable: wobble" in said
+    assert {key for key, _, _ in found.at_limit} == set(limits)
+
+
+def test_the_probability_is_that_of_the_distribution():
+    """One uncertain number, lognormal with its mean where it stands: the highest stiffness allowed is exact."""
+    limits = {"front_compliance.stiffness": (300.0, 3000.0)}
+    sd = {"front_compliance.stiffness": 500.0}
+    content = PLAIN | {"effects": PLAIN["effects"] | {"steer_damper": {"damping": 1.2}}}
+    found = designed(
+        content, ["front_compliance.stiffness"], WOBBLE, RANGE, nothing(sd=sd, samples=2000, limits=limits)
+    )
+    assert found.problem.cost.kind == BY_SD
+    most = found.after.x[0]
+    assert most < 3000
+    low, high = found.certainty.interval
+    assert low < _share_below(most, 500.0, most) < high
+    assert found.certainty.unknown == 0
+    sure = designed(
+        content,
+        ["front_compliance.stiffness"],
+        WOBBLE,
+        RANGE,
+        nothing(sd=sd, samples=2000, limits=limits, probability=0.9),
+    )
+    expected = _share_below(sure.after.x[0], 500.0, most)
+    assert expected == pytest.approx(0.9, abs=0.015)
+    assert sure.certainty.probability == pytest.approx(expected, abs=0.02)  # 2000 draws: 0.007
+    assert "with a probability of 0.9" in "\n".join(lines(sure))
+
+
+def _share_below(mean, sd, most):
+    spread = np.sqrt(np.log1p((sd / mean) ** 2))
+    return lognorm(spread, scale=mean * np.exp(-(spread**2) / 2)).cdf(most)
+
+
+def test_costs_decide_which_number_moves():
+    keys = ["steer_damper.damping", "front_compliance.stiffness"]
+    moved = []
+    for damper in (1.0, 100.0):
+        costs = {"steer_damper.damping": damper, "front_compliance.stiffness": 0.001}
+        found = designed(PLAIN, keys, WOBBLE, RANGE, nothing(costs=costs))
+        assert found.problem.cost.kind == BY_COST
+        change = found.after.x - found.problem.start
+        assert found.after.cost == pytest.approx(np.hypot(damper * change[0], 0.001 * change[1]))
+        moved.append(change)
+    assert moved[0][0] > moved[1][0]
+    assert moved[0][1] < moved[1][1]
+
+
+def test_a_model_that_keeps_it_already_is_left_alone():
+    found = designed(PLAIN, ["c"], (Demand("weave"),), (8.0, 20.0), nothing())
+    assert found.after.x.tolist() == found.problem.start.tolist()
+    assert "nothing is changed" in "\n".join(lines(found))
+
+
+def test_what_else_becomes_unstable_is_said():
+    found = designed(WHIPPLE, ["c", "w"], (Demand("weave"),), (4.0, 5.5), nothing())
+    (said,) = [text for text in remarks(found) if text.startswith("capsize is unstable now")]
+    assert said.endswith("and was not: --keep capsize stable keeps it too")
+
+
+def test_every_mode_at_once():
+    found = designed(WHIPPLE, ["c", "w"], (Demand("all"),), (4.1, 5.5), nothing())
+    assert found.after.kept
+    assert {d.mode for d in found.problem.demands} == {"weave", "capsize", "castering"}
+    roots = build_model(found.content).linear_model().eigenvalues(np.linspace(4.1, 5.5, 50))
+    assert roots.real.max() < 1e-6
+    assert {peak.demand.mode for peak in found.binding} <= {"weave", "capsize"}
+
+
+def test_two_modes_that_cannot_both_be_kept():
+    """Weave asks for less trail, capsize for more: on no point of a grid are all roots stable from 4 to 5.5 m/s."""
+    found = designed(WHIPPLE, ["c", "w"], (Demand("all"),), (4.0, 5.5), nothing())
+    grid = np.array(np.meshgrid(np.linspace(0.02, 0.1, 61), np.linspace(0.9, 1.1, 61))).reshape(2, -1)
+    roots = np.linalg.eigvals(
+        ModelFamily(build_model(WHIPPLE)).state_matrices({"c": grid[0], "w": grid[1]}, np.linspace(4, 5.5, 31)[None])
+    )
+    least = roots.real.max((1, 2)).min()
+    best = max(peak.root.real for peak in found.after.peaks)
+    assert not found.after.kept
+    assert 0 < best <= least
+    assert best == pytest.approx(least, abs=0.01)
+    assert {peak.demand.mode for peak in found.binding} == {"weave", "capsize"}
+
+
+def test_searches_that_lead_to_no_bicycle_count_for_nothing(monkeypatch):
+    """Within the limits the centre of mass may lie ahead of the front wheel, which then bears everything."""
+    limits = {"xB": (0.2, 1.3)}
+    found = designed(TYRED, ["xB", "steer_damper.damping"], WOBBLE, RANGE, nothing(limits=limits))
+    assert found.after.kept
+    assert build_model(found.content).bicycle.static_loads[0] > 0
+
+    def refused(problem, margins, begin):
+        raise InputError("no bicycle")
+
+    monkeypatch.setattr("studies.design.design.solved", refused)
+    with pytest.raises(InputError, match=r"every search came to numbers that make no bicycle \(no bicycle\); narrow"):
+        designed(TYRED, ["c"], WOBBLE, RANGE, nothing())
+
+
+def test_only_what_binds_asks_for_a_margin():
+    """Two demands with draws as written: the second is far from its bound in all of them."""
+    one, two = Demand("wobble"), Demand("weave")
+    spread = np.linspace(-1, 1, 101)
+    drawn = Certainty({one: spread, two: -50 + 10 * spread}, 0, 0)
+    margins = drawn.back_off({one: 0.0, two: -50.0}, {}, 0.9)
+    assert margins[one] == pytest.approx(0.8)  # 90 of 100 steps from -1 to 1
+    assert drawn.probability == pytest.approx(51 / 101)
+    near = Certainty({one: spread, two: -5 + 10 * spread}, 0, 0)
+    assert near.back_off({one: 0.0, two: -5.0}, {}, 0.9)[one] == pytest.approx(0.8)
+    low, high = near.interval
+    assert low < near.probability < high
+
+
+def test_a_probability_that_cannot_be_reached_is_said():
+    sd = {"steer_damper.damping": 1.0}
+    limits = {"steer_damper.damping": (0.0, 1.7)}
+    found = designed(
+        PLAIN, ["steer_damper.damping"], WOBBLE, RANGE, nothing(sd=sd, limits=limits, probability=0.999, samples=200)
+    )
+    assert not found.after.kept
+    said = "\n".join(lines(found))
+    assert "wobble stable, with a probability of 0.999; the nearest" in said
+    assert "of 200 drawn bicycles keep it" in said
+
+
+def test_effects_that_are_not_there_yet_are_added_without_influence():
+    content, added = with_effects({"bicycle": "benchmark"}, ["steer_damper.damping", "c", "front_compliance.stiffness"])
+    assert added == ("steer_damper",)
+    assert content["effects"] == {"steer_damper": {"damping": 0.0}}
+    assert with_effects(TYRED, ["steer_damper.damping"]) == (TYRED, ())
+
+
+@pytest.mark.parametrize(
+    ("keys", "asked", "wanted", "message"),
+    [
+        (["c"], "flutter", {}, "--keep flutter: the model has no such mode between 3 and 25 m/s; it has weave, wobble"),
+        (["speed"], "wobble", {}, "--vary speed: it is no number of the model file"),
+        (["load_N.front"], "wobble", {}, "--vary load_N.front: it is no number of the model file"),
+        (["c"], "wobble", {"costs": {"w": 1.0}}, "--cost: unknown varied parameter 'w'"),
+        (["c", "w"], "wobble", {"costs": {"w": 1.0}}, "--cost: c has none; give a cost to every varied parameter"),
+        (["c"], "wobble", {"costs": {"c": 0.0}}, "--cost: a change must cost more than 0"),
+        (["c"], "wobble", {"limits": {"w": (1.0, 2.0)}}, "--limits: unknown varied parameter 'w'"),
+        (["c"], "wobble", {"limits": {"c": (0.1, 0.2)}}, "--limits c: the model's 0.06173 m is not between them"),
+        (["w"], "wobble", {"limits": {"w": (-1.0, 2.0)}}, "--limits w=-1:2: possible are 0 to inf m"),
+    ],
+)
+def test_what_is_no_design(keys, asked, wanted, message):
+    with pytest.raises(InputError) as error:
+        designed(TYRED, keys, (Demand(asked),), RANGE, nothing(**wanted))
+    assert message in str(error.value)
+
+
+def test_numbers_that_cannot_be_varied(monkeypatch):
+    split = TYRED | {"effects": TYRED["effects"] | {
+        "relaxation_length": {"tyre": "Tyre1", "pressure_bar": {"rear": 6, "front": 5}}}}  # fmt: skip
+    with pytest.raises(InputError, match="rear and front differ; vary pressure_bar.rear, pressure_bar.front or both"):
+        designed(split, ["pressure_bar"], WOBBLE, RANGE, nothing())
+    with pytest.raises(InputError, match="--probability 0.9: nothing is uncertain"):
+        designed({"bicycle": "benchmark"}, ["c"], (Demand("weave"),), (4.0, 6.0), nothing(probability=0.9))
+    monkeypatch.setattr(ModelSpace, "base", property(lambda space: np.array([np.inf])))
+    with pytest.raises(InputError, match="its value is infinite; give the model"):
+        designed(PLAIN, ["front_compliance.stiffness"], WOBBLE, RANGE, nothing())
+
+
+@pytest.mark.parametrize(
+    ("keep", "message"),
+    [
+        ([("wobble", "calm")], "--keep wobble calm: give stable, or a least damping ratio from 0 to below 1"),
+        ([("wobble", "1.5")], "from 0 to below 1"),
+        ([("wobble", "stable"), ("wobble", "0.1")], "--keep wobble is given twice; keep one"),
+    ],
+)
+def test_demands_that_are_none(keep, message):
+    with pytest.raises(InputError) as error:
+        demands(keep)
+    assert message in str(error.value)
+
+
+def test_demands():
+    assert demands([("wobble", "stable"), ("weave", "0.1")], 0.05) == (Demand("wobble", 0.05), Demand("weave", 0.1))
+    assert str(Demand("wobble")) == "wobble stable"
+    assert str(Demand("weave", 0.1)) == "weave with a damping ratio of 0.1"
+    # a pair of damping ratio 0.1 has no excess over 0.1
+    assert Demand("weave", 0.1).excess(np.array([-0.1 + 1j * np.sqrt(0.99)])) == pytest.approx(0, abs=1e-12)
+
+
+def test_the_command_writes_a_model_that_others_read(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    main(["convert", "benchmark", "--to", "mine.txt"])
+    call = [
+        "design",
+        "mine.txt",
+        "--keep",
+        "weave",
+        "stable",
+        "--from",
+        "4",
+        "--up-to",
+        "5",
+        "--vary",
+        "steer_damper.damping,c",
+    ]
+    main([*call, "--out", "better.toml", "--json", "better.json"])
+    shown = capsys.readouterr().out
+    assert "added: [effects.steer_damper], without influence at its first value" in shown
+    assert "written: better.toml" in shown
+    told = json.loads((tmp_path / "better.json").read_text())
+    content = tomllib.loads((tmp_path / "better.toml").read_text())
+    assert content["effects"]["steer_damper"]["damping"] == told["parameters"][0]["design"]
+    assert content["bicycle"]["c"] == told["parameters"][1]["design"] != 0.08
+    assert "Changed by velotyre design: --keep weave stable --from 4 --up-to 5." in content["description"]
+    assert np.linalg.eigvals(read_model("better.toml").linear_model().state_matrix(4.0)).real.max() < 1e-4
+    for command in (["modes", "better.toml", "--speeds", "4,5"], ["critical", "better.toml"]):
+        main(command)
+        assert "weave" in capsys.readouterr().out
+
+
+def test_the_command_ends_with_1_and_writes_nothing_where_there_is_no_design(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    call = ["design", "benchmark", "--keep", "weave", "stable", "--from", "1", "--up-to", "5", "--vary", "w"]
+    with pytest.raises(SystemExit) as stop:
+        main([*call, "--limits", "w=1:1.05", "--out", "better.toml"])
+    assert stop.value.code == 1
+    assert "no change within the limits keeps this" in capsys.readouterr().out
+    assert not (tmp_path / "better.toml").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--vary", "c", "--up-to", "1", "--out", "a.toml"], "--up-to 1 must be above --from 1 m/s"),
+        (["--vary", "c", "--up-to", "5", "--out", "a.txt"], "--out a.txt: a model file ends in .toml"),
+        (["--vary", ",", "--up-to", "5", "--out", "a.toml"], "--vary: give at least one parameter"),
+    ],
+)
+def test_commands_that_are_none(options, message, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(["design", "benchmark", "--keep", "weave", "stable", *options])
+    assert stop.value.code == 2
+    assert message in capsys.readouterr().err
