@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from functools import cache
 from importlib.util import find_spec
+from threading import Thread
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ def worker_pool(
     """Open a pool of fresh processes with one BLAS thread each.
 
     The matrices of a fit are tiny: BLAS threads would only fight over the processors (measured: ten times slower on a
-    busy machine).
+    busy machine). The processes end when this one is killed.
 
     Parameters
     ----------
@@ -42,7 +43,7 @@ def worker_pool(
     os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
     try:
         with ProcessPoolExecutor(
-            jobs, mp_context=get_context("spawn"), initializer=prepare, initargs=arguments
+            jobs, mp_context=get_context("spawn"), initializer=_begin, initargs=(prepare, arguments)
         ) as pool:
             yield pool
     finally:
@@ -51,6 +52,23 @@ def worker_pool(
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = value
+
+
+def _begin(prepare: Callable[..., None] | None, arguments: tuple[Any, ...]) -> None:
+    Thread(target=_end_with_parent, daemon=True).start()
+    if prepare:
+        prepare(*arguments)
+
+
+def _end_with_parent() -> None:
+    """End this worker when the process that started it is gone: killed, it can no longer say so."""
+    from multiprocessing import parent_process
+    from multiprocessing.connection import wait
+
+    parent = parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(1)
 
 
 @contextmanager
