@@ -1,8 +1,8 @@
 """How many bicycles are computed and kept together: few enough to save often, enough that overhead stays small.
 
 What is handed out, kept and joined costs some milliseconds a part whatever is in it (`velotyre validate sweep-scale`
-measures it). So a part holds a second of work where one bicycle takes long; in a short sweep less, so that every worker
-has some, but not below a fifth of a second.
+measures it). So where bicycles take long a part holds a thousandth of the sweep, but not less than a fifth of a second
+of work nor more than ten seconds, which a kill may cost.
 """
 
 import math
@@ -12,8 +12,8 @@ from studies.sweeps.chunk import SLOW, SLOW_ITEMS, block_items, compute
 from studies.sweeps.spec import Sweep
 from tyre.base.errors import InputError
 
-SECONDS, LEAST_SECONDS = 1.0, 0.2  # of work in a part
-SHARES = 64  # parts of a short sweep
+LEAST_SECONDS, MOST_SECONDS = 0.2, 10.0  # of work in a part
+SHARES = 1000  # parts of a sweep between
 WORTH_MEASURING = 8  # blocks
 
 
@@ -50,7 +50,7 @@ def chosen_items(items_per_second: float, items: int, most: int) -> int:
     items, most : int
         Number of all bicycles, and of those allowed in a part.
     """
-    wanted = max(items_per_second * LEAST_SECONDS, min(items_per_second * SECONDS, items / SHARES))
+    wanted = max(items_per_second * LEAST_SECONDS, min(items_per_second * MOST_SECONDS, items / SHARES))
     return max(1, min(math.ceil(wanted), most))
 
 

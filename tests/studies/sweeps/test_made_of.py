@@ -147,20 +147,20 @@ def test_a_part_of_another_place_or_sweep_is_not_taken(tmp_path):
     assert not parts.has((0, 3))
 
 
-def test_a_part_holds_a_second_of_work_or_a_fair_share():
+def test_a_part_holds_a_thousandth_within_bounds():
     assert chosen_items(1000.0, 10**6, 65536) == 1000
-    assert chosen_items(1000.0, 32_000, 65536) == 500  # a share of a short sweep
+    assert chosen_items(1000.0, 10**8, 65536) == 10_000  # not above ten seconds
     assert chosen_items(1000.0, 1000, 65536) == 200  # not below a fifth of a second
     assert chosen_items(1000.0, 10**6, 300) == 300  # not above what the file allows
-    assert chosen_items(0.1, 10**6, 65536) == 1
+    assert chosen_items(0.01, 10**6, 65536) == 1
 
 
 def test_an_interrupted_sweep_keeps_the_size_of_its_parts(tmp_path, monkeypatch):
     monkeypatch.setattr("studies.sweeps.part_size._seconds", lambda sweep, count: 0.01 * count)
-    content = {"model": MODEL, "outputs": ["critical_speeds"], "grid": {"c": {"from": 0.05, "to": 0.09, "count": 6400}}}
+    content = {"model": MODEL, "outputs": ["critical_speeds"], "grid": {"c": {"from": 0.05, "to": 0.09, "count": 128_000}}}
     sweep = build_sweep(content)
     assert usual_items(sweep) == 32
-    assert measured_items(sweep) == 128  # 100 a second, in whole blocks
+    assert measured_items(sweep) == 128  # a thousandth, in whole blocks
     first = open_parts(tmp_path / "a.zarr", sweep, items=lambda: measured_items(sweep))
     monkeypatch.setattr("studies.sweeps.part_size._seconds", lambda sweep, count: 0.001 * count)
     again = open_parts(tmp_path / "a.zarr", sweep, items=lambda: measured_items(sweep))
