@@ -16,10 +16,12 @@ from studies.reporting.output import verbose
 @click.option("--workers", type=click.IntRange(1), help="Threads of this process; default: one.")
 @click.option("--processes", type=click.IntRange(1), help="Processes of this machine (better for named modes).")
 @click.option("--scheduler", metavar="ADDRESS", help="Address of a dask.distributed scheduler, e.g. tcp://host:8786.")
+@click.option("--plot", is_flag=True, help="Draw the result into RESULT_figures, as 'velotyre draw' does.")
 @click.option("--json", "json_file", metavar="FILE", help="Write what was computed as JSON; - is standard output.")
 def command(
-    sweep_file: str, out: str, workers: int | None, processes: int | None, scheduler: str | None, json_file: str | None
-) -> None:
+    sweep_file: str, out: str, workers: int | None, processes: int | None, scheduler: str | None,
+    plot: bool, json_file: str | None,
+) -> None:  # fmt: skip
     from importlib.util import find_spec
 
     from studies.reporting.output import print_warnings, write_json
@@ -59,4 +61,9 @@ def command(
         write_json(record, json_file)
     if json_file != "-":
         click.echo(f"{record['bicycles']} bicycles, {record['points']} points: {record['result']}")
+    if plot:
+        from studies.sweep_pictures.draw import draw_result, figures_folder
+
+        drawn = draw_result(result, figures_folder(result))
+        say_what_is_drawn(drawn, quiet=json_file == "-")
     print_warnings(said_of_stiffness(sweep.nominal.linear_model().warnings, sweep.relative_cornering_stiffness_sd))

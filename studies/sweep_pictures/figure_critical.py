@@ -50,7 +50,7 @@ def draw_distributions(stored: Stored, target: Path) -> str:
         for column in range(columns):
             last = max(k for k in range(lines) if k * columns + column < len(found))
             every[last, column].set_xlabel("Critical speed, m/s")
-        canvas.suptitle(title, x=0.01, ha="left", fontsize=9.5)
+        canvas.suptitle(stored.title(title), x=0.01, ha="left", fontsize=9.5)
     for one in found:
         rows += summary(one)
     write_csv(pd.DataFrame(rows), target.with_name(f"{target.name}.csv"))
@@ -116,9 +116,7 @@ def draw_each(stored: Stored, target: Path) -> str:
     several = stored.reduced or stored.samples > 1
     top = stored.sweep.max_speed
     title = f"Critical speeds up to {top:g} m/s of {_each_of(stored)}"
-    title += "; " + (
-        f"mark: median, line: {_range_words(stored)}" if several else "filled: unstable above, hollow: stable above"
-    )
+    title += f"; mark: median, line: {_range_words(stored)}" if several else ""
     width = 8.6 + 0.06 * max(len(name) for name in names)
     with drawing(target, width=width, height=1.5 + 0.34 * len(names) + (0.25 if several else 0)) as canvas:
         axes = canvas.subplots()
@@ -127,7 +125,7 @@ def draw_each(stored: Stored, target: Path) -> str:
         for (mode, change), offset in zip(shown, offsets, strict=True):
             rows = table[(table["mode"] == mode) & (table["as_speed_grows"] == change)]
             rows = rows[rows["have_it"] > 0]
-            _marks(axes, rows, mode, change, float(offset), several=several)
+            _marks(axes, rows, mode, change, float(offset), int(np.sum(possible_in(stored))), several=several)
         for row, words in _without(stored, table).items():
             axes.text(1.005, row, words, transform=axes.get_yaxis_transform(), fontsize=7.5, va="center", color="0.35")
         axes.set_yticks(range(len(names)), names, fontsize=8)
@@ -135,7 +133,7 @@ def draw_each(stored: Stored, target: Path) -> str:
         axes.set_xlabel("Critical speed, m/s")
         if shown:
             canvas.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
-        canvas.suptitle(title, x=0.01, ha="left", fontsize=9.5)
+        canvas.suptitle(stored.title(title), x=0.01, ha="left", fontsize=9.5)
     write_csv(table, target.with_name(f"{target.name}.csv"))
     return title
 
@@ -206,12 +204,13 @@ def _three(speeds: Array, levels: Sequence[float]) -> Array:
     return found
 
 
-def _marks(axes: Any, rows: pd.DataFrame, mode: str, change: str, offset: float, *, several: bool) -> None:
+def _marks(axes: Any, rows: pd.DataFrame, mode: str, change: str, offset: float, count: int, *, several: bool) -> None:
     look = mode_look(mode)
     filled = look.colour if change == CHANGES[0] else "white"
     words = "unnamed modes" if mode == "other" else mode.replace("_", " ")
-    label = f"{words}: {'unstable' if change == CHANGES[0] else 'stable'} above"
-    low, middle, high = (rows[name].to_numpy() for name in [name for name in rows if name.startswith("q")])
+    first = rows[rows["occurrence"] == 1]
+    label = f"{words}: {'unstable' if change == CHANGES[0] else 'stable'} above ({first['have_it'].sum()} of {count})"
+    low, middle, high = (rows[name].to_numpy() for name in [name for name in map(str, rows) if name.startswith("q")])
     height = rows["row"].to_numpy() + offset
     if several:
         axes.hlines(height, low, high, color=look.colour, linewidth=1.3)

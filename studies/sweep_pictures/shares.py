@@ -21,12 +21,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studies.sweep_pictures.varied import Varied
+from studies.sweeps.spec import Normal
 from tyre.base.arrays import Array
 
 LEAST = 40  # bicycles
 RESAMPLES = 200
 NORMAL_95 = 1.96
-CORRELATED = 0.1
+CORRELATED, STATED = 0.1, 0.02
 CLASSES = (4, 32)
 
 
@@ -110,12 +111,26 @@ def correlated(varied: Sequence[Varied], has: NDArray[np.bool_]) -> list[tuple[s
     return [(drawn[j].name, drawn[i].name, float(matrix[i, j])) for i, j in pairs]
 
 
+def stated_correlations(groups: Sequence[Normal]) -> list[tuple[str, str, float]]:
+    """Pairs of parameters that the sweep draws with a correlation: two names and the correlation."""
+    found = []
+    for group in groups:
+        covariance = np.array(group.factor) @ np.array(group.factor).T
+        sd = np.sqrt(np.diag(covariance))
+        for i in range(len(sd)):
+            for j in range(i):
+                r = covariance[i, j] / (sd[i] * sd[j]) if sd[i] * sd[j] > 0 else 0.0
+                if abs(r) > STATED:
+                    found.append((group.names[j], group.names[i], float(r)))
+    return found
+
+
 def _varies(y: Array) -> bool:
     known = y[np.isfinite(y)]
     return bool(known.size > 1 and np.ptp(known) > 1e-9 * np.abs(known).max())
 
 
-def _resampled(one: Varied, chosen: NDArray[np.intp]) -> Varied:
+def _resampled(one: Varied, chosen: NDArray[np.int64]) -> Varied:
     return Varied(one.name, one.unit, one.values[:, chosen]) if one.sampled else one
 
 

@@ -130,6 +130,19 @@ class Stored:
             words += f", {self.cells} combinations of {', '.join(axis.name for axis in self.sweep.axes)}"
         return words
 
+    @cached_property
+    def extrapolated(self) -> int:
+        """How many bicycles have a tyre outside its measured loads and pressures."""
+        if self.reduced:
+            name = "tyre_extrapolated_above_zero"
+            return int(self.reduced_rows(name).sum()) if name in self.data else 0
+        return int(np.nansum(self.rows("tyre_extrapolated"))) if "tyre_extrapolated" in self.data else 0
+
+    def title(self, text: str) -> str:
+        """The words above a figure, with what is true of all figures of a result."""
+        every = self.sweep.items if self.reduced else self.bicycles
+        return text + (f"\nTyre values extrapolated: {self.extrapolated} of {every}" if self.extrapolated else "")
+
 
 def _level(axis: Axis, value: Any) -> str:
     if not isinstance(value, str):

@@ -157,7 +157,8 @@ def test_a_part_holds_a_thousandth_within_bounds():
 
 def test_an_interrupted_sweep_keeps_the_size_of_its_parts(tmp_path, monkeypatch):
     monkeypatch.setattr("studies.sweeps.part_size._seconds", lambda sweep, count: 0.01 * count)
-    content = {"model": MODEL, "outputs": ["critical_speeds"], "grid": {"c": {"from": 0.05, "to": 0.09, "count": 128_000}}}
+    many = {"from": 0.05, "to": 0.09, "count": 128_000}
+    content = {"model": MODEL, "outputs": ["critical_speeds"], "grid": {"c": many}}
     sweep = build_sweep(content)
     assert usual_items(sweep) == 32
     assert measured_items(sweep) == 128  # a thousandth, in whole blocks
@@ -165,5 +166,5 @@ def test_an_interrupted_sweep_keeps_the_size_of_its_parts(tmp_path, monkeypatch)
     monkeypatch.setattr("studies.sweeps.part_size._seconds", lambda sweep, count: 0.001 * count)
     again = open_parts(tmp_path / "a.zarr", sweep, items=lambda: measured_items(sweep))
     assert (first.items, again.items) == (128, 128)
-    short = build_sweep(content | {"grid": {"c": {"from": 0.05, "to": 0.09, "count": 100}}})
+    short = build_sweep(content | {"grid": {"c": many | {"count": 100}}})
     assert measured_items(short) == usual_items(short)
