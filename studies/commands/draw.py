@@ -17,24 +17,17 @@ from studies.reporting.examples import example
 @click.option("--at", type=float, metavar="M_S", help="Speed at which stable and unstable are told apart, m/s.")
 @click.option("--json", "json_file", metavar="FILE", help="Write what was drawn as JSON; - is standard output.")
 def command(result: str, out: str | None, at: float | None, json_file: str | None) -> None:
-    draw_and_say(result, Path(out) if out else None, at, json_file)
-
-
-def draw_and_say(result: str, out: Path | None, at: float | None = None, json_file: str | None = None) -> None:
-    """Draw ``result`` into the folder ``out``, told apart at a speed ``at`` (m/s), and print or write what there is.
-
-    ``json_file`` is a file, or - for standard output.
-    """
     from importlib.util import find_spec
 
     from studies.reporting.output import write_json
     from studies.sweep_pictures.draw import draw_result
+    from studies.sweep_pictures.said import say_what_is_drawn
     from tyre.base.errors import InputError
 
     for module in ("zarr", "xarray", *(["netCDF4"] if result.endswith(".nc") else [])):
         if not find_spec(module):
             raise InputError(f"{module} is not installed; install it with pip install 'velotyre[sweeps]'")
-    drawn = draw_result(result, out, at=at)
+    drawn = draw_result(result, Path(out) if out else None, at=at)
     if json_file:
         content = {"folder": drawn.folder.as_posix(), "figures": drawn.figures, "remarks": drawn.remarks}
         write_json(content, json_file)

@@ -20,7 +20,7 @@ from studies.reporting.output import verbose
 @click.option("--json", "json_file", metavar="FILE", help="Write what was computed as JSON; - is standard output.")
 def command(
     sweep_file: str, out: str, workers: int | None, processes: int | None, scheduler: str | None,
-    plot: bool, json_file: str | None,
+    json_file: str | None, *, plot: bool,
 ) -> None:  # fmt: skip
     from importlib.util import find_spec
 
@@ -62,8 +62,8 @@ def command(
     if json_file != "-":
         click.echo(f"{record['bicycles']} bicycles, {record['points']} points: {record['result']}")
     if plot:
-        from studies.sweep_pictures.draw import draw_result, figures_folder
+        from studies.sweep_pictures.draw import draw_result
+        from studies.sweep_pictures.said import say_what_is_drawn
 
-        drawn = draw_result(result, figures_folder(result))
-        say_what_is_drawn(drawn, quiet=json_file == "-")
+        say_what_is_drawn(draw_result(result), quiet=json_file == "-")
     print_warnings(said_of_stiffness(sweep.nominal.linear_model().warnings, sweep.relative_cornering_stiffness_sd))

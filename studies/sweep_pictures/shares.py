@@ -16,6 +16,7 @@ their interaction.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,7 +131,7 @@ def _varies(y: Array) -> bool:
     return bool(known.size > 1 and np.ptp(known) > 1e-9 * np.abs(known).max())
 
 
-def _resampled(one: Varied, chosen: NDArray[np.int64]) -> Varied:
+def _resampled(one: Varied, chosen: Any) -> Varied:
     return Varied(one.name, one.unit, one.values[:, chosen]) if one.sampled else one
 
 

@@ -81,14 +81,16 @@ def stability(stored: Stored, at: float | None) -> Stability | None:
         found = [one.speeds[np.isfinite(one.speeds)] for one in limits(stored)]
         at = float(f"{np.median(np.concatenate(found)):.3g}") if found else None
     anew = None if at is None else growth_rates_at(stored, at)
-    if anew is None and asked and growth is not None:
-        near = ", ".join(f"{speed:g}" for speed in speeds[np.argsort(np.abs(speeds - at))[:2]])
+    if at is not None and anew is not None:
+        return Stability(at, anew > 0, anew, True)
+    if asked:
+        near = ", ".join(f"{speed:g}" for speed in speeds[np.argsort(np.abs(speeds - (at or 0)))[:2]])
+        how = f"give one that it holds, the nearest are {near} m/s" if near else "leave --at out"
         raise InputError(
-            f"--at {at}: the result holds other speeds and cannot be computed anew; nearest are {near} m/s"
+            f"--at {at:g}: {stored.path.name} does not tell of this speed, and what makes it has changed since, so it "
+            f"cannot be computed anew; {how}"
         )
-    if anew is None and held is not None:
-        return held
-    return None if anew is None or at is None else Stability(at, anew > 0, anew, True)
+    return held
 
 
 def targets(stored: Stored, stable: Stability | None) -> Iterator[Target]:
