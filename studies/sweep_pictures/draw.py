@@ -9,7 +9,7 @@ from studies.sweep_pictures.figure_critical import LEAST_FOR_BARS, MOST_ROWS, dr
 from studies.sweep_pictures.figure_parameters import draw_pairs, draw_shares
 from studies.sweep_pictures.figure_speed import draw_modes_along_speed, draw_stability
 from studies.sweep_pictures.quantities import CRITICAL, limits
-from studies.sweep_pictures.shares import LEAST, Share, correlated, shares, stated_correlations
+from studies.sweep_pictures.shares import LEAST, LEAST_OF_A_GRID, Share, correlated, shares, stated_correlations
 from studies.sweep_pictures.stored import Stored, read_result, speeds_of
 from studies.sweep_pictures.targets import Stability, Target, mode_targets, stability, targets
 from studies.sweep_pictures.varied import Varied, grid_parameters, sampled_parameters
@@ -124,8 +124,8 @@ def _parameters(stored: Stored, drawn: Drawn, at: float | None) -> None:
     outputs = [*targets(stored, stable), *mode_targets(stored, at if stable is None else stable.speed)]
     if stable is None:
         drawn.remarks.append(
-            "stable and unstable bicycles are not told apart: the result holds no largest_growth_rate, and what makes "
-            "it has changed since, or no bicycle has a critical speed; ask the sweep for largest_growth_rate"
+            "stable and unstable bicycles are not told apart: the result holds no largest_growth_rate, which cannot be "
+            "computed anew, as what makes the result has changed since; ask the sweep for it"
         )
     if not outputs:
         return
@@ -133,7 +133,10 @@ def _parameters(stored: Stored, drawn: Drawn, at: float | None) -> None:
     if len(varied) == 1:
         drawn.remarks.append(f"{varied[0].name} alone is varied, so there are no shares to compare")
     elif not found:
-        drawn.remarks.append(f"shares of the variance need {LEAST} bicycles or more that have an output")
+        drawn.remarks.append(
+            f"no shares of the variance: no output that varies is had by {LEAST} bicycles of a sample, or by "
+            f"{LEAST_OF_A_GRID} of a grid"
+        )
     rank = {one.name: max((s.first for every in found.values() for s in every if s.name == one.name), default=0.0)
             for one in varied}  # fmt: skip
     ordered = sorted(varied, key=lambda one: -rank[one.name]) if found else varied

@@ -25,11 +25,11 @@ from studies.sweep_pictures.varied import Varied
 from studies.sweeps.spec import Normal
 from tyre.base.arrays import Array
 
-LEAST = 40  # bicycles
+LEAST, LEAST_OF_A_GRID = 40, 4  # bicycles
 RESAMPLES = 200
 NORMAL_95 = 1.96
 CORRELATED, STATED = 0.1, 0.02
-CLASSES = (4, 32)
+CLASSES = (4, 64)
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,9 @@ def shares(y: Array, varied: Sequence[Varied], *, seed: int = 0, resamples: int 
     list of Share
         In the order of ``varied``; empty where too few bicycles have the output or all have the same.
     """
-    if np.isfinite(y).sum() < min(LEAST, 4 * len(varied) if y.shape[1] == 1 else LEAST) or not _varies(y):
+    known = np.isfinite(y)
+    enough = known.any(0).sum() >= LEAST if y.shape[1] > 1 else known.sum() >= LEAST_OF_A_GRID
+    if not enough or not _varies(y):
         return []
     first = _indices(y, varied)
     spread = np.zeros(len(varied))

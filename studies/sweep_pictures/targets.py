@@ -54,7 +54,8 @@ def stability(stored: Stored, at: float | None) -> Stability | None:
     """Which bicycles are unstable; None where nothing tells.
 
     Without a speed asked for, it is the one in the result at which the share of unstable bicycles is nearest to a half,
-    or, where at none of them some are stable and some not, the median of the critical speeds.
+    or, where at none of them some are stable and some not, the median of the critical speeds,
+    or else the middle speed of the result.
 
     Parameters
     ----------
@@ -80,6 +81,8 @@ def stability(stored: Stored, at: float | None) -> Stability | None:
     if at is None and CRITICAL in stored.data:
         found = [one.speeds[np.isfinite(one.speeds)] for one in limits(stored)]
         at = float(f"{np.median(np.concatenate(found)):.3g}") if found else None
+    if at is None and held is None and speeds.size:
+        at = float(speeds[len(speeds) // 2])
     anew = None if at is None else growth_rates_at(stored, at)
     if at is not None and anew is not None:
         return Stability(at, anew > 0, anew, True)
