@@ -11,10 +11,12 @@ from studies.sweep_pictures.figure_speed import draw_modes_along_speed, draw_sta
 from studies.sweep_pictures.quantities import CRITICAL, limits
 from studies.sweep_pictures.shares import LEAST, LEAST_OF_A_GRID, Share, correlated, shares, stated_correlations
 from studies.sweep_pictures.stored import Stored, read_result, speeds_of
-from studies.sweep_pictures.targets import Stability, Target, mode_targets, stability, targets
+from studies.sweep_pictures.targets import Target, mode_targets, stability, targets
 from studies.sweep_pictures.varied import Varied, grid_parameters, sampled_parameters
 from studies.sweeps.spec import SPEED
 from tyre.base.errors import InputError
+
+OVERLAP = "correlated"
 
 
 @dataclass(frozen=True)
@@ -143,11 +145,8 @@ def _parameters(stored: Stored, drawn: Drawn, at: float | None) -> None:
     drawn.figures["pairs"] = draw_pairs(stored, drawn.folder / "pairs", ordered, outputs, stable)
     if found and len(varied) > 1:
         drawn.figures["variance_shares"] = draw_shares(stored, drawn.folder / "variance_shares", found, remarks)
-        overlapping = {text: [label for label in remarks if remarks[label] == text] for text in remarks.values()}
-        drawn.remarks.extend(
-            f"variance shares of {len(labels)} outputs: {text}"
-            for text, labels in overlapping.items() if "correlated" in text
-        )  # fmt: skip
+        overlapping = dict.fromkeys(text[text.index(OVERLAP) :] for text in remarks.values() if OVERLAP in text)
+        drawn.remarks.extend(f"variance shares: {text}" for text in overlapping)
 
 
 def _shares(
@@ -168,14 +167,11 @@ def _shares(
             said.append(f"of the {int(has.sum())} of {int(stored.possible.sum())} bicycles that have it")
         drawn_so = stated_correlations(stored.sweep.normals)
         told = {pair[:2] for pair in drawn_so}
+        if not whole:
+            said.append("the sampled parameters are missing")
         pairs = drawn_so + [pair for pair in correlated(varied, has) if pair[:2] not in told]
         if pairs:
             words = ", ".join(f"{a} and {b} ({r:+.2f})" for a, b, r in pairs[:3])
-            said.append(f"correlated: {words}; their shares overlap and have no unique split")
-        if not whole:
-            said.append("the sampled parameters are missing")
+            said.append(f"{OVERLAP}: {words}; their shares overlap and have no unique split")
         remarks[output.label] = "; ".join(said)
     return found, remarks
-
-
-__all__ = ["Drawn", "Stability", "draw_result", "figures_folder"]

@@ -31,7 +31,8 @@ def _python_files(folder: Traversable, above: str = "") -> Iterator[tuple[str, T
     for item in folder.iterdir():
         place = f"{above}/{item.name}"
         if item.is_dir():
-            yield from _python_files(item, place)
+            if item.name != "data":  # an installed package has the data inside, a checkout beside it
+                yield from _python_files(item, place)
         elif item.name.endswith(".py"):
             yield place, item
 

@@ -156,7 +156,7 @@ def test_a_speed_that_is_not_in_the_result_is_computed_anew(sample, tmp_path, mo
 def test_at_a_speed_that_cannot_be_told(sample, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("studies.sweeps.spec.source_digests", lambda: {"the source of bicycle": "other"})
     for asked, words in (
-        ("4", "--at 4: sample.zarr does not tell of this speed, .* give one that it holds, the nearest are 5.4, 3 m/s"),
+        ("4", "--at 4: sample.zarr does not tell of this speed, .* give one that it holds, the nearest are 3, 5.4 m/s"),
         ("nan", "--at nan must be a speed of 0 m/s or more"),
         ("-1", "--at -1 must be a speed"),
     ):

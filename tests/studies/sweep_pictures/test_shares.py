@@ -29,7 +29,7 @@ def test_ishigami():
     found = shares(y[None], drawn(*x), resamples=20)
     whole = a**2 / 8 + b * np.pi**4 / 5 + b**2 * np.pi**8 / 18 + 0.5
     exact = [(1 + b * np.pi**4 / 5) ** 2 / 2 / whole, a**2 / 8 / whole, 0.0]
-    assert [one.first for one in found] == pytest.approx(exact, abs=0.015)
+    assert [one.first for one in found] == pytest.approx(exact, abs=0.025)
     assert all(0 < one.half_width < 0.03 for one in found)
     assert all(np.isnan(one.total) for one in found)  # such a sample does not tell it
 

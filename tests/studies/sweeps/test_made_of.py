@@ -41,6 +41,8 @@ def package(tmp_path, monkeypatch):
 
 def edit_nothing(folder):
     (folder / "notes.txt").write_text("else")
+    (folder / "data").mkdir()
+    (folder / "data" / "__init__.py").write_text("")
     (folder / "one.py").write_bytes(b"A = 1\r\n")
 
 
