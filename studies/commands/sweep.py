@@ -22,6 +22,8 @@ def command(
     sweep_file: str, out: str, workers: int | None, processes: int | None, scheduler: str | None,
     json_file: str | None, *, plot: bool,
 ) -> None:  # fmt: skip
+    import logging
+    from importlib import import_module
     from importlib.util import find_spec
 
     from studies.reporting.output import print_warnings, write_json
@@ -50,6 +52,9 @@ def command(
         engine = in_processes(processes)
     elif scheduler:
         engine = on_cluster(scheduler)
+        import_module("distributed")  # which sets its own levels
+        for logger in ("distributed", "distributed.client"):  # what is lost is said in one line, without tracebacks
+            logging.getLogger(logger).setLevel(logging.CRITICAL)
     sweep = read_sweep(sweep_file)
     result = run_sweep(sweep, out, engine=engine, progress=True)
     record = {

@@ -29,7 +29,7 @@ class Drawn:
 
 
 def figures_folder(result: str | Path) -> Path:
-    """Where the figures of a result go if nothing else is said: ``NAME_figures`` beside it."""
+    """Where the figures of a ``result`` go if nothing else is said: ``NAME_figures`` beside it."""
     return Path(result).with_name(f"{Path(result).stem}_figures")
 
 

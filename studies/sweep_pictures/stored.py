@@ -96,7 +96,7 @@ class Stored:
         return values.reshape(self.cells, *values.shape[len(self.sweep.axes) :])
 
     def unit(self, name: str) -> str:
-        """The unit of a parameter that can be varied; empty for a ratio or a name."""
+        """The unit of the parameter ``name`` that can be varied; empty for a ratio or a name."""
         whole = name.removesuffix(".rear").removesuffix(".front")
         unit = self._units.get(whole, "")
         return "" if unit == "1" else unit
@@ -139,7 +139,7 @@ class Stored:
         return int(np.nansum(self.rows("tyre_extrapolated"))) if "tyre_extrapolated" in self.data else 0
 
     def title(self, text: str) -> str:
-        """The words above a figure, with what is true of all figures of a result."""
+        """The words above a figure: its own ``text``, and what is true of all figures of the result."""
         every = self.sweep.items if self.reduced else self.bicycles
         return text + (f"\nTyre values extrapolated: {self.extrapolated} of {every}" if self.extrapolated else "")
 
