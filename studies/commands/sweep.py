@@ -70,5 +70,8 @@ def command(
         from studies.sweep_pictures.draw import draw_result
         from studies.sweep_pictures.said import say_what_is_drawn
 
-        say_what_is_drawn(draw_result(result), quiet=json_file == "-")
+        try:
+            say_what_is_drawn(draw_result(result), quiet=json_file == "-")
+        except InputError as error:  # the sweep itself is finished
+            click.echo(f"remark: {error}", err=True)
     print_warnings(said_of_stiffness(sweep.nominal.linear_model().warnings, sweep.relative_cornering_stiffness_sd))

@@ -1,5 +1,6 @@
 """Every figure that the result of a sweep gives, each as PNG and SVG with its numbers as CSV."""
 
+import contextlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import numpy as np
 from studies.sweep_pictures.figure_critical import LEAST_FOR_BARS, MOST_ROWS, draw_distributions, draw_each
 from studies.sweep_pictures.figure_parameters import draw_pairs, draw_shares
 from studies.sweep_pictures.figure_speed import draw_modes_along_speed, draw_stability
-from studies.sweep_pictures.quantities import CRITICAL, limits
+from studies.sweep_pictures.quantities import CRITICAL, any_limit
 from studies.sweep_pictures.shares import LEAST, LEAST_OF_A_GRID, Share, correlated, shares, stated_correlations
 from studies.sweep_pictures.stored import Stored, read_result, speeds_of
 from studies.sweep_pictures.targets import Target, mode_targets, stability, targets
@@ -61,6 +62,10 @@ def draw_result(result: str | Path, folder: Path | None = None, *, at: float | N
     _along_speed(stored, drawn)
     _parameters(stored, drawn, at)
     if not drawn.figures:
+        with contextlib.suppress(OSError):  # others' files are in it
+            drawn.folder.rmdir()
+        if drawn.remarks:
+            raise InputError(f"{stored.path.as_posix()}: nothing is drawn: {'; '.join(drawn.remarks)}")
         raise InputError(
             f"{stored.path.as_posix()} holds nothing that is drawn ({', '.join(stored.sweep.outputs)}); ask the sweep "
             "for critical_speeds, or for largest_growth_rate, damping_ratios or modes at several speeds"
@@ -81,13 +86,14 @@ def _said(stored: Stored) -> list[str]:
 
 
 def _critical(stored: Stored, drawn: Drawn) -> None:
-    many = not stored.reduced and CRITICAL in stored.data and stored.bicycles >= LEAST_FOR_BARS
-    if many and any(True for _ in limits(stored)):
+    held = CRITICAL in stored.data or f"{CRITICAL}_quantiles" in stored.data
+    if held and not any_limit(stored):
+        drawn.remarks.append(f"no bicycle has a critical speed up to {stored.sweep.max_speed:g} m/s, so none are drawn")
+        return
+    many = not stored.reduced and held and stored.bicycles >= LEAST_FOR_BARS
+    if many:
         name = "critical_speeds"
         drawn.figures[name] = draw_distributions(stored, drawn.folder / name)
-    elif many:
-        drawn.remarks.append(f"no bicycle has a critical speed up to {stored.sweep.max_speed:g} m/s, so none are drawn")
-    held = CRITICAL in stored.data or f"{CRITICAL}_quantiles" in stored.data
     if held and stored.cells <= MOST_ROWS and (stored.cells > 1 or not many):
         name = "critical_speeds_each"
         drawn.figures[name] = draw_each(stored, drawn.folder / name)
@@ -126,8 +132,9 @@ def _parameters(stored: Stored, drawn: Drawn, at: float | None) -> None:
     outputs = [*targets(stored, stable), *mode_targets(stored, at if stable is None else stable.speed)]
     if stable is None:
         drawn.remarks.append(
-            "stable and unstable bicycles are not told apart: the result holds no largest_growth_rate, which cannot be "
-            "computed anew, as what makes the result has changed since; ask the sweep for it"
+            "stable and unstable bicycles are not told apart: the result holds no largest_growth_rate, and there is no "
+            "critical speed to tell them apart at, or what makes the result has changed since; give --at, or ask the "
+            "sweep for largest_growth_rate"
         )
     if not outputs:
         return

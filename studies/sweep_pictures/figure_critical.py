@@ -50,7 +50,7 @@ def draw_distributions(stored: Stored, target: Path) -> str:
         for column in range(columns):
             last = max(k for k in range(lines) if k * columns + column < len(found))
             every[last, column].set_xlabel("Critical speed, m/s")
-        canvas.suptitle(stored.title(title), x=0.01, ha="left", fontsize=9.5)
+        canvas.suptitle(stored.title(title, 4.1 * columns), x=0.01, ha="left", fontsize=9.5)
     for one in found:
         rows += summary(one)
     write_csv(pd.DataFrame(rows), target.with_name(f"{target.name}.csv"))
@@ -112,7 +112,7 @@ def draw_each(stored: Stored, target: Path) -> str:
         Without ending; the numbers go to ``.csv``.
     """
     table = each_table(stored)
-    names = [name or "all" for name in stored.cell_names]
+    names = stored.cell_names
     several = stored.reduced or stored.samples > 1
     top = stored.sweep.max_speed
     title = f"Critical speeds up to {top:g} m/s of {_each_of(stored)}"
@@ -133,7 +133,7 @@ def draw_each(stored: Stored, target: Path) -> str:
         axes.set_xlabel("Critical speed, m/s")
         if shown:
             canvas.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
-        canvas.suptitle(stored.title(title), x=0.01, ha="left", fontsize=9.5)
+        canvas.suptitle(stored.title(title, width - 0.5), x=0.01, ha="left", fontsize=9.5)
     write_csv(table, target.with_name(f"{target.name}.csv"))
     return title
 

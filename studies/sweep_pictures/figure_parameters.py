@@ -10,7 +10,7 @@ import pandas as pd
 from studies.reporting.output import write_csv
 from studies.reporting.plotting import drawing
 from studies.sweep_pictures.shares import Share
-from studies.sweep_pictures.stored import Stored
+from studies.sweep_pictures.stored import Stored, wrapped
 from studies.sweep_pictures.targets import Stability, Target
 from studies.sweep_pictures.varied import Varied
 from tyre.base.arrays import Array
@@ -55,10 +55,10 @@ def draw_pairs(
                 columns[output.label] = y
                 _points(grid[line, column], x, y, unstable)
                 if column == 0:
-                    grid[line, column].set_ylabel(_wrapped(output.label), fontsize=8)
+                    grid[line, column].set_ylabel(wrapped(output.label, 22), fontsize=8)
             if ticks:
                 grid[-1, column].set_xticks(range(len(ticks)), ticks, rotation=90 if len(ticks) > 3 else 20, fontsize=7)
-            grid[-1, column].set_xlabel(_wrapped(one.label, 24), fontsize=8)
+            grid[-1, column].set_xlabel(wrapped(one.label, 24), fontsize=8)
         for line, output in enumerate(rows):
             lost = int((~np.isfinite(output.values[stored.possible])).sum())
             if lost:
@@ -71,7 +71,7 @@ def draw_pairs(
         title += f"; a random {len(places)} of them drawn" if len(places) < stored.possible.sum() else ""
         if len(varied) > len(shown):
             title += f"\nthe {len(shown)} parameters with the largest shares of {len(varied)}"
-        canvas.suptitle(stored.title(title), x=0.01, ha="left", fontsize=9.5)
+        canvas.suptitle(stored.title(title, width - 0.4), x=0.01, ha="left", fontsize=9.5)
     if unstable is not None:
         columns["unstable"] = unstable.astype(int)
     write_csv(pd.DataFrame(columns), target.with_name(f"{target.name}.csv"))
@@ -114,12 +114,6 @@ def _legend(axes: Any, stable: Stability | None) -> list[Any]:
     ]
 
 
-def _wrapped(text: str, width: int = 22) -> str:
-    import textwrap
-
-    return "\n".join(textwrap.wrap(text, width))
-
-
 def draw_shares(stored: Stored, target: Path, found: Mapping[str, Sequence[Share]], remarks: Mapping[str, str]) -> str:
     """Bars of the first-order indices of each parameter, with a mark for the total one; returns what is to be seen.
 
@@ -141,10 +135,10 @@ def draw_shares(stored: Stored, target: Path, found: Mapping[str, Sequence[Share
     how += ", lines: 95 % interval (bootstrap)" if stored.samples > 1 else ", each combination counting the same"
     if any(np.isfinite(share.total) for one in shown.values() for share in one):
         how += ", rings: total share"
-    title = stored.title(f"Which parameter matters, {stored.whose}\n{how}")
+    title = stored.title(f"Which parameter matters, {stored.whose}\n{how}", 5.2 * columns + 0.2)
     texts = dict.fromkeys(remarks[label] for label in shown if remarks.get(label))
     numbers = {text: k for k, text in enumerate(texts, 1)}
-    notes = "\n".join(_wrapped(f"note {k}: {text}", 66 * columns) for text, k in numbers.items())
+    notes = "\n".join(wrapped(f"note {k}: {text}", 66 * columns) for text, k in numbers.items())
     height = lines * (0.26 * most + 1.25) + 1.0 + 0.16 * len(notes.splitlines())
     with drawing(target, width=5.2 * columns + 0.6, height=height) as canvas:
         grid = canvas.subplots(lines, columns, squeeze=False)
@@ -163,7 +157,7 @@ def draw_shares(stored: Stored, target: Path, found: Mapping[str, Sequence[Share
         for label, every in found.items() for one in every
     ]  # fmt: skip
     write_csv(pd.DataFrame(rows), target.with_name(f"{target.name}.csv"))
-    return f"Shares of the variance of {len(found)} outputs, {stored.whose}"
+    return f"Shares of the variance of {len(found)} output{'s' * (len(found) > 1)}, {stored.whose}"
 
 
 def _share_bars(axes: Any, every: Sequence[Share]) -> None:

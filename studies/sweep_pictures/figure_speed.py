@@ -58,8 +58,8 @@ def draw_stability(stored: Stored, target: Path) -> str:
             axes.set_ylim(low, high)
         every[-1].set_xlabel("Speed, m/s")
         every[-1].set_xlim(speeds.min(), speeds.max())
-        title = f"Stability of {_whose(stored)}" + ("; shaded: unstable" if panels else "")
-        canvas.suptitle(stored.title(title), x=0.01, ha="left", fontsize=9.5)
+        title = f"Stability of {_whose(stored)}" + ("; shaded: unstable" if panels else "") + _how(stored)
+        canvas.suptitle(stored.title(title, 7.7), x=0.01, ha="left", fontsize=9.5)
     write_csv(pd.concat(rows), target.with_name(f"{target.name}.csv"))
     return title
 
@@ -99,10 +99,10 @@ def draw_modes_along_speed(stored: Stored, target: Path) -> str:
             grid[-1, column].set_xlabel("Speed, m/s")
         grid[0, 0].set_xlim(speeds.min(), speeds.max())
         left = [mode for mode, _ in every if mode not in [name for name, _ in shown]]
-        title = f"Oscillating modes of {_whose(stored)}"
+        title = f"Oscillating modes of {_whose(stored)}{_how(stored)}"
         title += "\nA band is drawn where at least half of the bicycles have the mode" if _bands(stored) else ""
         title += f"; not drawn: {', '.join(left).replace('_', ' ')}" if left else ""
-        canvas.suptitle(stored.title(title), x=0.01, ha="left", fontsize=9.5)
+        canvas.suptitle(stored.title(title, width - 0.3), x=0.01, ha="left", fontsize=9.5)
     write_csv(pd.concat(rows), target.with_name(f"{target.name}.csv"))
     return title
 
@@ -113,9 +113,21 @@ def _whose(stored: Stored) -> str:
         return f"{per} bicycles" + (f" in each of {stored.cells} combinations" if stored.cells > 1 else "")
     held = int(stored.possible.sum())
     words = stored.whose
-    return (
-        words if held == stored.bicycles else f"{words}, of which {stored.bicycles - held} are impossible and left out"
-    )
+    return words if held == stored.bicycles else f"the {held} possible of {words}"
+
+
+def _how(stored: Stored) -> str:
+    """What lines and bands are, where the legend has no room for it."""
+    if not stored.reduced or (stored.cells == 1 and 0.5 in (stored.sweep.quantiles or ())):
+        return ""
+    if stored.cells > MOST_LINES:
+        return "\nquantiles are not drawn, as there are too many combinations"
+    levels = sorted(stored.sweep.quantiles or ())
+    pairs = _pairs(levels)
+    lines = ["median"] if 0.5 in levels else [] if pairs else [f"quantile {level:g}" for level in levels]
+    bands = ", ".join(f"{100 * (high - low):.3g} %" for low, high in pairs)
+    said = [f"lines: {', '.join(lines)}"] * bool(lines) + [f"bands: {bands} of the bicycles"] * bool(pairs)
+    return f"\n{'; '.join(said)}"
 
 
 def _bands(stored: Stored) -> bool:
@@ -213,24 +225,32 @@ def _draw_bands(
     axes: Any, speeds: Array, quantiles: Quantiles, colour: str, label: str = "", *, legend: bool = True
 ) -> None:
     levels = sorted(quantiles)
-    pairs = [(low, high) for low, high in zip(levels, reversed(levels), strict=True) if low < 0.5 < high]
-    pairs = [pair for pair in pairs if abs(sum(pair) - 1) < 1e-9]
+    pairs = _pairs(levels)
     for k, (low, high) in enumerate(pairs):
         axes.fill_between(
-            speeds, quantiles[low], quantiles[high], color=colour, alpha=0.16 + 0.14 * k, linewidth=0,
+            speeds, quantiles[low], quantiles[_nearest(levels, high)], color=colour, alpha=0.16 + 0.14 * k, linewidth=0,
             label=f"{100 * (high - low):.3g} % of the bicycles" if not label else None,
         )  # fmt: skip
     middle = [level for level in levels if level == 0.5]
     for level in middle or ([] if pairs else levels):
         said = "median" if middle else f"quantile {level:g}"
         axes.plot(speeds, quantiles[level], color=colour, label=label or said, **_marks(speeds))
-    if legend and (pairs or middle):
+    if legend:
         axes.legend(fontsize=7.5, loc="best")
+
+
+def _pairs(levels: Sequence[float]) -> list[tuple[float, float]]:
+    """Quantiles that are the ends of a central band, the widest first."""
+    return [(low, 1 - low) for low in levels if low < 0.5 and any(abs(low + other - 1) < 1e-9 for other in levels)]
 
 
 def _marks(speeds: Array) -> dict[str, Any]:
     """Marks at the speeds themselves where they are few: between them nothing is computed."""
     return {"marker": "o", "markersize": 3.5} if len(speeds) <= FEW_SPEEDS else {}
+
+
+def _nearest(levels: Sequence[float], level: float) -> float:
+    return min(levels, key=lambda one: abs(one - level))
 
 
 def _quantile(flat: Array, level: float) -> Array:

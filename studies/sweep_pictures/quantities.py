@@ -64,6 +64,13 @@ def limits(stored: Stored) -> Iterator[Limits]:
                 yield Limits(mode, change, speeds, stored.possible)
 
 
+def any_limit(stored: Stored) -> bool:
+    """Whether any bicycle has a critical speed."""
+    if stored.reduced:
+        return bool((stored.reduced_rows(f"{CRITICAL}_count") > 0).any())
+    return any(True for _ in limits(stored))
+
+
 def without_limits(stored: Stored) -> int:
     """How many possible bicycles have no critical speed at all."""
     found = np.zeros((stored.cells, stored.samples), bool)

@@ -1,6 +1,8 @@
 """The result of a sweep as figures need it: rows of bicycles, what is varied, and which bicycles are possible."""
 
 import json
+import re
+import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,7 +21,8 @@ from tyre.base.errors import InputError
 MOST_BICYCLES = 200_000
 """Of a larger sample the first of each cell are drawn: they are as random as the rest."""
 
-SAMPLE, QUANTILE = "sample", "quantile"
+SAMPLE = "sample"
+LETTER = 0.083  # inches, of the letters of a title
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +119,8 @@ class Stored:
         for cell in range(self.cells):
             place = np.unravel_index(cell, shape) if shape else ()
             words = [_level(axis, axis.values[int(k)]) for axis, k in zip(self.sweep.axes, place, strict=True)]
-            found.append(", ".join(words))
+            alone = "the samples" if self.sweep.samples > 1 else "the bicycle"
+            found.append(", ".join(words) or alone)
         return found
 
     @property
@@ -138,10 +142,32 @@ class Stored:
             return int(self.reduced_rows(name).sum()) if name in self.data else 0
         return int(np.nansum(self.rows("tyre_extrapolated"))) if "tyre_extrapolated" in self.data else 0
 
-    def title(self, text: str) -> str:
-        """The words above a figure: its own ``text``, and what is true of all figures of the result."""
+    def title(self, text: str, width: float) -> str:
+        """The words above a figure: its own ``text``, and what is true of all figures of the result.
+
+        Parameters
+        ----------
+        text : str
+        width : float
+            Number of inches that a line may take.
+        """
         every = self.sweep.items if self.reduced else self.bicycles
-        return text + (f"\nTyre values extrapolated: {self.extrapolated} of {every}" if self.extrapolated else "")
+        text += f"\nTyre values extrapolated: {self.extrapolated} of {every}" if self.extrapolated else ""
+        return "\n".join(wrapped(line, int(width / LETTER)) for line in text.splitlines())
+
+
+def wrapped(text: str, width: int) -> str:
+    """Text in lines of at most a ``width`` (number of letters), names of parameters broken at their dots only.
+
+    Parameters
+    ----------
+    text : str
+    width : int
+        Number of letters.
+    """
+    spaced = re.sub(r"\.(?=[a-z])", ".\t", text)  # a tab is where a name may be broken
+    lines = textwrap.wrap(spaced, width, break_long_words=False, expand_tabs=False, replace_whitespace=False)
+    return "\n".join(line.replace("\t", "") for line in lines)
 
 
 def _level(axis: Axis, value: Any) -> str:
