@@ -1,8 +1,8 @@
 """What a sweep costs beyond its arithmetic: time, memory, bytes and overhead of critical speeds on a dask cluster.
 
 Random bicycles with 8 states, all their critical speeds, through the same path as `velotyre sweep --scheduler`: a tenth
-of the bicycles in parts of the usual size and of the measured one, then all of them; and growth rates at ten speeds,
-which take microseconds. The overhead is the share of the workers' time in which none of them computes. What 10^7
+of the bicycles in parts of the usual size and of the measured one, then all of them; and growth rates of ten times as
+many at ten speeds, which take microseconds. The overhead is the share of the workers' time in which none of them computes. What 10^7
 bicycles take follows from the largest run in proportion; how far that holds is shown by the two sizes.
 """
 
@@ -16,20 +16,23 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from studies.sweeps.chunk import compute
 from studies.sweeps.engines import Engine, Piece, on_cluster
-from studies.sweeps.part_size import usual_items
+from studies.sweeps.part_size import chosen_items, usual_items
 from studies.sweeps.run import run_sweep
 from studies.sweeps.spec import Sweep
 from studies.validations._speed_timing import machine, sweep_of
 
+Row = dict[str, Any]
 MEGABYTE = 1e6
 MOST_OVERHEAD = 0.05
 
 
 def run(
     *, out: Path, seed: int, bicycles: int = 100_000, workers: int = 2, target: int = 10_000_000, scheduler: str = ""
-) -> dict[str, Any]:
+) -> Row:
     """Measure, and say what ``target`` bicycles would take.
 
     Parameters
@@ -52,7 +55,7 @@ def run(
             ("critical speeds, parts of the usual size", limits, usual_items(limits)),
             ("critical speeds", limits, None),
             ("critical speeds", critical_sweep(bicycles, seed), None),
-            ("growth rates at 10 speeds", sweep_of(bicycles, seed=seed, **rates), None),
+            ("growth rates at 10 speeds", sweep_of(10 * bicycles, seed=seed, **rates), None),
         ):
             with tempfile.TemporaryDirectory(dir=out) as folder:
                 rows.append({"case": name} | measured(sweep, Path(folder), address, items))
@@ -62,7 +65,7 @@ def run(
         "what": "seconds, bytes and overhead of sweeps on a dask.distributed cluster", "seed": seed,
         "made_by": f"velotyre validate sweep-scale --seed {seed} --bicycles {bicycles}", "machine": machine(),
         "rows": rows, "overhead_below_5_percent": all(row["overhead_share"] < MOST_OVERHEAD for row in rows[1:]),
-        "extrapolated": extrapolated(rows[1], rows[2], target),
+        "extrapolated": extrapolated(rows[0], rows[2], target),
     }  # fmt: skip
 
 
@@ -71,33 +74,35 @@ def critical_sweep(count: int, seed: int) -> Sweep:
     return sweep_of(count, seed=seed, outputs=["critical_speeds"], grid={})
 
 
-def extrapolated(small: dict[str, Any], large: dict[str, Any], target: int) -> dict[str, Any]:
+def extrapolated(small: Row, large: Row, target: int) -> Row:
     """What a number of ``target`` bicycles would take, in proportion to the large run.
+
+    The processor time of the main process is split into a part that grows with time (heartbeats) and one that grows
+    with the parts; the latter bounds how many workers one client can feed.
 
     Parameters
     ----------
     small, large : dict
-        Rows of :func:`measured`, units in their keys.
+        Rows of :func:`measured`, units in their keys, of different seconds a part.
     target : int
         Number of bicycles.
     """
-    factor, parts = target / large["bicycles"], target / large["items_per_part"]
-    serial = large["check_s"] + large["join_s"]
-    main = large["main_process_cpu_per_part_s"]
+    factor, cpu = target / large["bicycles"], large["work_cpu_per_bicycle_s"]
+    times = [[row["compute_s"], row["parts"]] for row in (small, large)]
+    _, per_part = np.linalg.solve(times, [row["main_process_cpu_per_part_s"] * row["parts"] for row in (small, large)])
+    items = chosen_items(1 / cpu, target, target)
     return {
-        "bicycles": target, "parts": parts,
-        "hours_here": factor * (serial + large["compute_s"]) / 3600, "hours_serial": factor * serial / 3600,
-        "workers": large["workers"], "hours_on_100_workers":
-        factor * (serial + max(large["compute_s"] * large["workers"] / 100, main * large["parts"])) / 3600,
-        "most_workers_that_one_client_feeds": large["work_per_part_s"] / main,
+        "bicycles": target, "parts": -(-target // items), "work_per_part_cpu_s": items * cpu,
+        "work_cpu_hours": target * cpu / 3600, "check_and_join_hours": factor * (large["check_s"] + large["join_s"]) / 3600,
+        "hours_as_measured": factor * large["compute_s"] / 3600, "workers_as_measured": large["workers"],
+        "main_process_cpu_per_part_s": per_part, "most_workers_that_one_client_feeds": items * cpu / per_part,
         "parts_GB": factor * large["parts_MB"] / 1e3, "result_GB": factor * large["result_MB"] / 1e3,
-        "scheduler_memory_MB": large["main_process_peak_MB"], "worker_memory_MB": large["worker_peak_MB"],
-        "seconds_per_bicycle_large_over_small":
-        (large["compute_s"] / large["bicycles"]) / (small["compute_s"] / small["bicycles"]),
+        "main_process_memory_MB": large["main_process_peak_MB"], "worker_memory_MB": large["worker_peak_MB"],
+        "work_cpu_per_bicycle_large_over_small": cpu / small["work_cpu_per_bicycle_s"],
     }  # fmt: skip
 
 
-def measured(sweep: Sweep, folder: Path, address: str, items: int | None = None) -> dict[str, Any]:
+def measured(sweep: Sweep, folder: Path, address: str, items: int | None = None) -> Row:
     """One sweep from beginning to end, on workers that know it already.
 
     Parameters
