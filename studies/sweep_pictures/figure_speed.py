@@ -167,8 +167,8 @@ def _unstable(axes: Any, stored: Stored, speeds: Array, growth: Array | None) ->
         if 1 < stored.cells <= MOST_LINES and count.max() > 1:
             for cell, name in enumerate(stored.cell_names):
                 axes.plot(
-                    speeds, 100 * above[cell] / count[cell], linewidth=1.0, color=look(cell).colour, marker=look(cell).marker,
-                    markersize=4, markevery=max(len(speeds) // 12, 1), label=name,
+                    speeds, 100 * above[cell] / count[cell], linewidth=1.0, color=look(cell).colour,
+                    marker=look(cell).marker, markersize=4, markevery=max(len(speeds) // 12, 1), label=name,
                 )  # fmt: skip
             axes.legend(fontsize=7.5, loc="best")
     axes.set_ylabel("Unstable, %")

@@ -2,8 +2,8 @@
 
 Random bicycles with 8 states, all their critical speeds, through the same path as `velotyre sweep --scheduler`: a tenth
 of the bicycles in parts of the usual size and of the measured one, then all of them; and growth rates of ten times as
-many at ten speeds, which take microseconds. The overhead is the share of the workers' time in which none of them computes. What 10^7
-bicycles take follows from the largest run in proportion; how far that holds is shown by the two sizes.
+many at ten speeds, which take microseconds. The overhead is the share of the workers' time in which they do not
+compute. What 10^7 bicycles take follows from the largest run in proportion; how far that holds, the two sizes show.
 """
 
 import json
@@ -49,7 +49,7 @@ def run(
     few = max(bicycles // 10, 1)
     rates = {"outputs": ["largest_growth_rate"], "grid": {"speed_m_s": {"from": 2, "to": 20, "count": 10}}}
     limits = critical_sweep(few, seed)
-    rows = []
+    rows = list[Row]()
     with _cluster(scheduler, workers) as address:
         for name, sweep, items in (
             ("critical speeds, parts of the usual size", limits, usual_items(limits)),
@@ -93,7 +93,8 @@ def extrapolated(small: Row, large: Row, target: int) -> Row:
     items = chosen_items(1 / cpu, target, target)
     return {
         "bicycles": target, "parts": -(-target // items), "work_per_part_cpu_s": items * cpu,
-        "work_cpu_hours": target * cpu / 3600, "check_and_join_hours": factor * (large["check_s"] + large["join_s"]) / 3600,
+        "work_cpu_hours": target * cpu / 3600,
+        "check_and_join_hours": factor * (large["check_s"] + large["join_s"]) / 3600,
         "hours_as_measured": factor * large["compute_s"] / 3600, "workers_as_measured": large["workers"],
         "main_process_cpu_per_part_s": per_part, "most_workers_that_one_client_feeds": items * cpu / per_part,
         "parts_GB": factor * large["parts_MB"] / 1e3, "result_GB": factor * large["result_MB"] / 1e3,

@@ -26,8 +26,10 @@ def test_the_clock_counts_parts_seconds_and_bytes(tmp_path):
 
 def test_extrapolation_by_hand():
     """0.01 s a second of heartbeats and 0.02 s a part; 0.01 s of work a bicycle, parts of at most ten seconds."""
-    common = {"workers": 2, "work_cpu_per_bicycle_s": 0.01, "check_s": 1.0, "join_s": 2.0, "main_process_peak_MB": 300.0,
-              "worker_peak_MB": 200.0}  # fmt: skip
+    common = {
+        "workers": 2, "work_cpu_per_bicycle_s": 0.01, "check_s": 1.0, "join_s": 2.0, "main_process_peak_MB": 300.0,
+        "worker_peak_MB": 200.0,
+    }  # fmt: skip
     small = {"bicycles": 1000, "parts": 50, "compute_s": 10.0, "main_process_cpu_per_part_s": (0.1 + 1.0) / 50}
     large = {"bicycles": 10_000, "parts": 100, "compute_s": 100.0, "main_process_cpu_per_part_s": (1.0 + 2.0) / 100,
              "parts_MB": 5.0, "result_MB": 1.0}  # fmt: skip
