@@ -1,5 +1,8 @@
 """``velotyre validate sweep-scale``: what it counts, and what it makes of two runs."""
 
+import json
+from pathlib import Path
+
 import pytest
 
 pytest.importorskip("zarr")
@@ -46,3 +49,20 @@ def test_extrapolation_by_hand():
 def test_critical_speeds_of_distinct_bicycles():
     sweep = sweep_scale.critical_sweep(1000, 7)
     assert (sweep.items, sweep.seed, sweep.outputs, sweep.speeds) == (1000, 7, ("critical_speeds",), ())
+
+
+def test_committed_result_and_the_page_agree():
+    root = Path(__file__).parents[3]
+    result = json.loads((root / "data" / "validation" / "sweep_scale.json").read_text())
+    page = (root / "docs" / "sweeps.md").read_text(encoding="utf-8")
+    _, small, large, rates = result["rows"]
+    assert (small["bicycles"], large["bicycles"], rates["bicycles"]) == (10**4, 10**5, 10**6)
+    assert result["overhead_below_5_percent"]
+    shares = " | ".join(f"{100 * row['overhead_share']:.1f} %" for row in (small, large, rates))
+    assert f"| overhead: share of the workers' time in which they do not compute | {shares} |" in page
+    assert f"| parts | {small['parts']} | {large['parts']} | {rates['parts']} |" in page
+    found = result["extrapolated"]
+    assert sweep_scale.extrapolated(result["rows"][0], large, 10**7) == pytest.approx(found)
+    assert f"{found['work_cpu_hours']:.0f} hours of one processor" in page
+    assert f"{found['hours_as_measured']:.0f} hours by the\nclock" in page
+    assert f"{found['parts_GB']:.1f} GB of parts, {found['result_GB']:.2f} GB of\nresult" in page
