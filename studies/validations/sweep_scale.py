@@ -78,7 +78,7 @@ def extrapolated(small: Row, large: Row, target: int) -> Row:
     """What a number of ``target`` bicycles would take, in proportion to the large run.
 
     The processor time of the main process is split into a part that grows with time (heartbeats) and one that grows
-    with the parts; the latter bounds how many workers one client can feed.
+    with the parts; the latter bounds how many workers one client can feed (None where two short runs do not tell).
 
     Parameters
     ----------
@@ -89,14 +89,16 @@ def extrapolated(small: Row, large: Row, target: int) -> Row:
     """
     factor, cpu = target / large["bicycles"], large["work_cpu_per_bicycle_s"]
     times = [[row["compute_s"], row["parts"]] for row in (small, large)]
-    _, per_part = np.linalg.solve(times, [row["main_process_cpu_per_part_s"] * row["parts"] for row in (small, large)])
+    own = [row["main_process_cpu_per_part_s"] * row["parts"] for row in (small, large)]
+    per_part = float(np.linalg.lstsq(np.array(times), np.array(own))[0][1])
     items = chosen_items(1 / cpu, target, target)
     return {
         "bicycles": target, "parts": -(-target // items), "work_per_part_cpu_s": items * cpu,
         "work_cpu_hours": target * cpu / 3600,
         "check_and_join_hours": factor * (large["check_s"] + large["join_s"]) / 3600,
         "hours_as_measured": factor * large["compute_s"] / 3600, "workers_as_measured": large["workers"],
-        "main_process_cpu_per_part_s": per_part, "most_workers_that_one_client_feeds": items * cpu / per_part,
+        "main_process_cpu_per_part_s": per_part if per_part > 0 else None,
+        "most_workers_that_one_client_feeds": items * cpu / per_part if per_part > 0 else None,
         "parts_GB": factor * large["parts_MB"] / 1e3, "result_GB": factor * large["result_MB"] / 1e3,
         "main_process_memory_MB": large["main_process_peak_MB"], "worker_memory_MB": large["worker_peak_MB"],
         "work_cpu_per_bicycle_large_over_small": cpu / small["work_cpu_per_bicycle_s"],

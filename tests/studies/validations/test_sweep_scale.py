@@ -42,6 +42,8 @@ def test_extrapolation_by_hand():
     assert found["main_process_cpu_per_part_s"] == pytest.approx(0.02)
     assert found["most_workers_that_one_client_feeds"] == pytest.approx(500)
     assert found["work_cpu_hours"] == pytest.approx(10_000 / 3600)
+    short = small | {"main_process_cpu_per_part_s": 0.0}
+    assert sweep_scale.extrapolated(common | short, common | large, 10**6)["main_process_cpu_per_part_s"] is None
     assert found["check_and_join_hours"] == pytest.approx(300 / 3600)
     assert (found["parts_GB"], found["result_GB"]) == (pytest.approx(0.5), pytest.approx(0.1))
 
