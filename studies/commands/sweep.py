@@ -16,10 +16,14 @@ from studies.reporting.output import verbose
 @click.option("--workers", type=click.IntRange(1), help="Threads of this process; default: one a core.")
 @click.option("--processes", type=click.IntRange(1), help="Processes of this machine instead of threads.")
 @click.option("--scheduler", metavar="ADDRESS", help="Address of a dask.distributed scheduler, e.g. tcp://host:8786.")
+@click.option("--plot", is_flag=True, help="Draw the result into RESULT_figures, as 'velotyre draw' does.")
 @click.option("--json", "json_file", metavar="FILE", help="Write what was computed as JSON; - is standard output.")
 def command(
-    sweep_file: str, out: str, workers: int | None, processes: int | None, scheduler: str | None, json_file: str | None
-) -> None:
+    sweep_file: str, out: str, workers: int | None, processes: int | None, scheduler: str | None,
+    json_file: str | None, *, plot: bool,
+) -> None:  # fmt: skip
+    import logging
+    from importlib import import_module
     from importlib.util import find_spec
     from os import cpu_count
 
@@ -47,6 +51,9 @@ def command(
         engine = in_processes(processes)
     elif scheduler:
         engine = on_cluster(scheduler)
+        import_module("distributed")  # which sets its own levels
+        for logger in ("distributed", "distributed.client"):  # what is lost is said in one line, without tracebacks
+            logging.getLogger(logger).setLevel(logging.CRITICAL)
     sweep = read_sweep(sweep_file)
     result = run_sweep(sweep, out, engine=engine, progress=True)
     record = {
@@ -58,4 +65,12 @@ def command(
         write_json(record, json_file)
     if json_file != "-":
         click.echo(f"{record['bicycles']} bicycles, {record['points']} points: {record['result']}")
+    if plot:
+        from studies.sweep_pictures.draw import draw_result
+        from studies.sweep_pictures.said import say_what_is_drawn
+
+        try:
+            say_what_is_drawn(draw_result(result), quiet=json_file == "-")
+        except InputError as error:  # the sweep itself is finished
+            click.echo(f"remark: {error}", err=True)
     print_warnings(said_of_stiffness(sweep.nominal.linear_model().warnings, sweep.relative_cornering_stiffness_sd))

@@ -19,6 +19,7 @@ from bicycle.modal.known_modes import packaged_modes
 from bicycle.modal.named_modes import modes
 from bicycle.modal.naming import every_mode
 from bicycle.sensitivity.eigenvalue_derivatives import sensitivities
+from studies.sweeps.made_of import differences
 from studies.sweeps.named import OF_MODES, block_of, critical_output, in_batches, named_outputs
 from studies.sweeps.points import Points, Sampler
 from studies.sweeps.sketch import sketch
@@ -58,10 +59,12 @@ class Worker:
     """
 
     def __init__(self, sweep: Sweep) -> None:
-        if replace(sweep).fingerprint != sweep.fingerprint:  # the latter came along from where the sweep was started
+        here = replace(sweep)
+        if here.fingerprint != sweep.fingerprint:  # the latter came along from where the sweep was started
             raise InputError(
-                f"the worker on {platform.node()} computes with {json.dumps(software())}, not with what the sweep was "
-                "started with, so bits would differ; install the same versions everywhere"
+                f"the worker on {platform.node()} computes with {json.dumps(software())} and other than what the sweep "
+                f"was started with: {differences(sweep.made_of, here.made_of)}; install the same versions "
+                "everywhere, with the same tyre files, and restart the workers"
             )
         self.sweep = sweep
         self.sampler = Sampler(sweep)

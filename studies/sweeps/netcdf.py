@@ -42,7 +42,7 @@ def _parts(name: str, array: Any) -> list[tuple[str, str]]:
 def _copy(file: Any, name: str, array: Any, part: str) -> None:
     kind = str if _kind(array) is str else np.zeros(0, _kind(array)).real.dtype.newbyteorder("=")
     options = {"fill_value": np.nan} if np.dtype(kind).kind == "f" else {}
-    variable = file.createVariable(name, kind, array.metadata.dimension_names, **options)
+    variable = file.createVariable(name, kind, array.metadata.dimension_names or (), **options)
     variable.setncatts(dict(array.attrs))
     for box in _boxes(array):
         values = np.asarray(array[box])

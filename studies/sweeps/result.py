@@ -21,6 +21,7 @@ from studies.sweeps.spec import BY_SPEED, OUTPUTS, SPEED, TYRE_UNITS, Sweep, sof
 from studies.sweeps.tyre_table import said_of_stiffness
 
 CHUNK_BYTES = 4_000_000
+TOGETHER_BYTES = 16 * CHUNK_BYTES  # written at once: a chunk that is written in two goes is compressed twice
 Labels = dict[str, Sequence[Any]]
 
 
@@ -37,7 +38,7 @@ class Variable:
 
 
 def assemble(sweep: Sweep, parts: Parts, pieces: Iterable[tuple[int, int]], store: Path) -> None:
-    """Write the zarr ``store`` from the parts of all ``pieces`` (numbers of items); one part is in memory at a time."""
+    """Write the zarr ``store`` from the parts of all ``pieces`` (numbers of items); few are in memory at a time."""
     import zarr
 
     labels = coordinates(sweep)
@@ -53,9 +54,9 @@ def assemble(sweep: Sweep, parts: Parts, pieces: Iterable[tuple[int, int]], stor
         variable.name: _create(group, variable) for name in stored(sweep) for variable in variables(sweep, labels, name)
     }
     if sweep.quantiles is None:
-        for piece in pieces:
-            for name, rows in parts.read(piece).items():
-                write_rows(targets[name], sweep_shape(sweep), piece[0], rows)
+        for start, arrays in parts.groups(pieces, most_bytes=TOGETHER_BYTES):
+            for name, rows in arrays.items():
+                write_rows(targets[name], sweep_shape(sweep), start, rows)
         return
     merged = {name: Merged(sweep.quantiles) for name in stored(sweep)}
     for piece in pieces:
@@ -133,7 +134,8 @@ def provenance(sweep: Sweep) -> dict[str, Any]:
     del content["points_per_part"]
     said = said_of_stiffness(sweep.nominal.linear_model().warnings, sweep.relative_cornering_stiffness_sd)
     return {
-        "title": "velotyre sweep", "fingerprint": sweep.fingerprint, "software": json.dumps(software()),
+        "title": "velotyre sweep", "fingerprint": sweep.fingerprint, "made_of": json.dumps(sweep.made_of),
+        "software": json.dumps(software()),
         "sweep": json.dumps(content), "warnings": "; ".join(said),
         "random_numbers": "Philox 4x64 keyed by seed and SHA-256 of the parameter's name; sample i is word i",
         "quantile_accuracy": "exact extremes; quantiles to 2**-11 of their value" if sweep.quantiles else "",

@@ -1,17 +1,20 @@
 """Run a sweep: hand out its pieces, keep what is finished, put the result together; interrupted, it continues."""
 
+import contextlib
 import json
-import math
 import sys
 from collections import Counter
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from studies.sampling.refused import left_out
-from studies.sweeps.chunk import SLOW, SLOW_ITEMS, block_items, compute
+from studies.sweeps.chunk import compute
 from studies.sweeps.engines import Engine, in_loop
+from studies.sweeps.made_of import differences
 from studies.sweeps.netcdf import to_netcdf
+from studies.sweeps.part_size import measured_items, usual_items
 from studies.sweeps.parts import Parts, open_parts
 from studies.sweeps.points import ImpossibleItem, Sampler
 from studies.sweeps.result import assemble, remove
@@ -38,10 +41,9 @@ def run_sweep(sweep: Sweep, out: str | Path, *, engine: Engine | None = None, pr
     if out.suffix not in (".zarr", ".nc"):
         raise InputError(f"--out {out.as_posix()}: the name must end in .zarr or .nc (netCDF)")
     if out.exists():
-        if _fingerprint(out) != sweep.fingerprint:
-            raise InputError(
-                f"{out.as_posix()} exists and is not the result of this sweep; remove it or choose another --out"
-            )
+        made_by = _attributes(out)
+        if made_by.get("fingerprint") != sweep.fingerprint:
+            raise InputError(_other_result(out, sweep, made_by))
         for left in ("parts", "partial"):  # killed after the last rename
             remove(out.with_name(f"{out.name}.{left}"))
         return out
@@ -49,13 +51,13 @@ def run_sweep(sweep: Sweep, out: str | Path, *, engine: Engine | None = None, pr
     if progress:
         for warning in said:
             print(f"warning: {warning}", file=sys.stderr)
-    parts = open_parts(out, sweep)
-    todo = [piece for piece in pieces(sweep) if not parts.has(piece)]
+    parts = open_parts(out, sweep, items=lambda: measured_items(sweep))
+    todo = [piece for piece in pieces(sweep, parts.items) if not parts.has(piece)]
     try:
         _compute(sweep, parts, todo, engine or in_loop(), progress=progress)
         _finish(sweep, parts, out)
     except ImpossibleItem as error:
-        if not any(parts.has(piece) for piece in pieces(sweep)):
+        if not any(parts.has(piece) for piece in pieces(sweep, parts.items)):
             parts.remove()  # not in the way of the changed sweep
             raise InputError(str(error)) from error
         raise InputError(f"{error}; {_kept(sweep, parts)}, but a changed sweep starts anew") from error
@@ -100,16 +102,13 @@ def _check_items(sweep: Sweep) -> tuple[str, ...]:
 
 
 def _kept(sweep: Sweep, parts: Parts) -> str:
-    done = sum(piece[1] - piece[0] for piece in pieces(sweep) if parts.has(piece))
+    done = sum(piece[1] - piece[0] for piece in pieces(sweep, parts.items) if parts.has(piece))
     return f"{done} of {sweep.items} bicycles are finished and kept in {parts.folder.as_posix()}"
 
 
-def pieces(sweep: Sweep) -> Iterator[tuple[int, int]]:
-    """Item ranges that are computed and kept together."""
-    step = max(1, sweep.points_per_part // sweep.points_per_item)
-    if any(name in SLOW for name in sweep.outputs):
-        step = min(step, SLOW_ITEMS)
-    step = math.ceil(step / block_items(sweep)) * block_items(sweep)  # whole blocks: nothing is computed twice
+def pieces(sweep: Sweep, items: int | None = None) -> Iterator[tuple[int, int]]:
+    """Item ranges that are computed and kept together: a number of ``items`` each, by default the usual one."""
+    step = items or usual_items(sweep)
     for start in range(0, sweep.items, step):
         yield start, min(start + step, sweep.items)
 
@@ -131,7 +130,7 @@ def _finish(sweep: Sweep, parts: Parts, out: Path) -> None:
     try:
         remove(store)
         remove(export)
-        assemble(sweep, parts, pieces(sweep), store)
+        assemble(sweep, parts, pieces(sweep, parts.items), store)
         if out.suffix == ".nc":
             to_netcdf(store, export)
             export.replace(out)
@@ -142,17 +141,26 @@ def _finish(sweep: Sweep, parts: Parts, out: Path) -> None:
         remove(export)
 
 
-def _fingerprint(out: Path) -> str | None:
+def _attributes(out: Path) -> dict[str, Any]:
+    """What a result says of itself; empty where it is none."""
     if out.is_dir():
         try:
             content = json.loads((out / "zarr.json").read_text(encoding="utf-8"))
         except (OSError, ValueError):
-            return None
-        return content.get("attributes", {}).get("fingerprint")
+            return {}
+        return dict(content.get("attributes", {}))
     import xarray as xr
 
     try:
         with xr.open_dataset(out, engine="netcdf4") as found:
-            return found.attrs.get("fingerprint")
+            return dict(found.attrs)
     except OSError:
-        return None
+        return {}
+
+
+def _other_result(out: Path, sweep: Sweep, made_by: dict[str, Any]) -> str:
+    before = None
+    with contextlib.suppress(KeyError, ValueError):
+        before = json.loads(made_by["made_of"])
+    changed = f" (changed since: {differences(before, sweep.made_of)})" if before else ""
+    return f"{out.as_posix()} exists and is not the result of this sweep{changed}; remove it or choose another --out"

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from importlib.metadata import version
-from pathlib import Path
 from typing import Any
 
 from bicycle.effect import effect_class, packaged_effects
@@ -18,8 +17,8 @@ from bicycle.files.wheel_tyres import MOST_BAR
 from bicycle.model import Model
 from bicycle.parameter_key import ParameterKey
 from bicycle.parameters import BOUNDS
+from studies.sweeps.made_of import source_digests, tyre_digest
 from tyre.base.errors import InputError
-from tyre.find_tyre import is_file_name, read_tyre
 
 SPEED = "speed_m_s"
 TYRE_UNITS = {"pressure_bar": "bar", "load_N": "N", "tyre": "", "surface": ""}
@@ -119,9 +118,18 @@ class Sweep:
     @cached_property
     def fingerprint(self) -> str:
         """Same fingerprint, same numbers to the last bit; the size of the parts does not matter."""
-        content = asdict(replace(self, points_per_part=0)) | {"software": software()} | self._tyre_files
-        content |= {"effects": {o.name: o.digest for o in self.outside_effects}} if self.outside_effects else {}
-        return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+        return _digest(self.made_of)
+
+    @cached_property
+    def made_of(self) -> dict[str, str]:
+        """What makes the numbers: digests of the sweep, the tyres, effects and source, and the versions of software."""
+        content = asdict(replace(self, points_per_part=0))
+        bicycles = {key: content.pop(key) for key in ("bicycles", "bicycle_sd")}
+        found = {"the model": _digest(content.pop("model")), "the sweep": _digest(content)}
+        found |= {"the table of bicycles": _digest(bicycles)} if self.bicycles else {}
+        found |= {f"the tyre {name}": tyre_digest(name) for name in self._tyres}
+        found |= {f"the effect {origin.name}": origin.digest for origin in self.outside_effects}
+        return found | dict(source_digests()) | software()
 
     @cached_property
     def outside_effects(self) -> tuple[Origin, ...]:
@@ -130,17 +138,12 @@ class Sweep:
         return tuple(Origin.of(kind) for kind in kinds)
 
     @property
-    def _tyre_files(self) -> dict[str, Any]:
-        """What the tyres hold that are given by a file."""
+    def _tyres(self) -> list[str]:
+        """Names and files of the measured tyres."""
         tyres = [table.get("tyre") for table in self.model.get("effects", {}).values()]
         named = [name for tyre in tyres for name in (tyre.values() if isinstance(tyre, Mapping) else [tyre])]
         named += [value for axis in self.axes if ParameterKey.parse(axis.name).name == "tyre" for value in axis.values]
-        own = [Path(name) for name in named if isinstance(name, str) and is_file_name(name)]
-        for file in sorted(own):
-            read_tyre(file)  # complains of a file that is missing or bad
-        both = {file.with_suffix(suffix) for file in own for suffix in (".csv", ".toml")}  # of a table
-        files = sorted({*own, *(file for file in both if file.is_file())})
-        return {"tyre_files": {str(f): hashlib.sha256(f.read_bytes()).hexdigest() for f in files}} if files else {}
+        return sorted({name for name in named if isinstance(name, str)})
 
 
 class ImpossibleItem(InputError):
@@ -164,9 +167,13 @@ def bounds_of(model: Model, name: str) -> tuple[float, float]:
     return BOUNDS[name] if name in BOUNDS else CONDITION_BOUNDS[key.name]
 
 
+def _digest(content: Any) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
 def software() -> dict[str, str]:
     """What computes: the solver and the versions that could change a last digit."""
-    names = ["velotyre", "numpy", "scipy", *(["numba"] if default_solver().__name__ == "compiled" else [])]
+    names = ["velotyre", "numpy", "scipy", "sympy", *(["numba"] if default_solver().__name__ == "compiled" else [])]
     return {"eigenvalue_solver": default_solver().__name__} | {name: version(name) for name in names}
 
 

@@ -9,8 +9,8 @@ from page_files import page, write_files
 pytest.importorskip("zarr")
 pytest.importorskip("xarray")
 
-from studies.commands import sweep, uncertainty
-from studies.sweeps import chunk, sketch, spec, sweep_file, variation
+from studies.commands import draw, sweep, uncertainty
+from studies.sweeps import chunk, made_of, part_size, sketch, spec, sweep_file, variation
 from studies.sweeps.run import run_sweep
 from studies.sweeps.sweep_file import build_sweep, read_sweep
 
@@ -51,11 +51,34 @@ def test_every_name_stands_on_the_page():
         *chunk.CHANGES, *sweep_file.REDUCIBLE, *(f"NAME_{field}" for field in sketch.EXTREMES), spec.SPEED,
         "NAME_quantiles", "parameters", "covariance", "tyre_extrapolated", "quantiles",
     }  # fmt: skip
-    names |= {option for command in (sweep.command, uncertainty.command) for p in command.params for option in p.opts}
-    names -= {"sweep_file", "model"}
+    commands = (sweep.command, draw.command, uncertainty.command)
+    names |= {option for command in commands for p in command.params for option in p.opts}
+    names -= {"sweep_file", "model", "result"}
     text = PYTHON.sub("", PAGE)
     missing = [name for name in sorted(names) if not re.search(rf"(?<![\w-]){re.escape(name)}(?![\w-])", text)]
     assert missing == []
+
+
+def test_every_figure_stands_on_the_page(folder, monkeypatch, capsys):
+    from studies.sweep_pictures import figure_critical, figure_speed, shares, stored
+    from studies.sweep_pictures.draw import draw_result
+
+    monkeypatch.chdir(folder)
+    for name in ("covariance", "grid"):
+        run_sweep(read_sweep(f"{name}.toml"), f"{name}.zarr")
+    found = {**draw_result("covariance.zarr").figures, **draw_result("grid.zarr").figures}
+    assert set(found) == {"modes_along_speed", "pairs", "variance_shares", "critical_speeds_each"}
+    for name in (*found, "critical_speeds", "stability_along_speed"):
+        assert f"| `{name}` |" in PAGE
+    assert (figure_critical.LEAST_FOR_BARS, figure_critical.MOST_ROWS, figure_speed.MOST_MODES) == (30, 40, 4)
+    assert (figure_speed.LEAST_FOR_BANDS, stored.MOST_BICYCLES) == (20, 200_000)
+    assert (shares.LEAST, shares.RESAMPLES) == (40, 200)
+
+
+def test_parts_and_fingerprint_are_those_of_the_page():
+    assert (part_size.SHARES, part_size.LEAST_SECONDS, part_size.MOST_SECONDS) == (1000, 0.2, 10.0)
+    for package in made_of.SOURCES:
+        assert f"`{package}`" in PAGE
 
 
 def test_limits_and_defaults_are_those_of_the_page():

@@ -13,7 +13,7 @@ from tyre.base.errors import unknown
 
 ROOT = Path(__file__).parents[2]
 DEAR = {"run", "blind-test", "validate", "tyre fit", "uncertainty", "diagnose", "plan", "animate"}  # seconds to hours
-NEEDS_FILES = {"look", "sweep", "modal", "frequency-response", "tyre fit", "rider"}  # of the user
+NEEDS_FILES = {"look", "sweep", "draw", "modal", "frequency-response", "tyre fit", "rider"}  # of the user
 
 
 def commands(group: click.Group, path: tuple[str, ...] = ()):

@@ -7,6 +7,7 @@ from contextlib import contextmanager, nullcontext
 from functools import cache
 from importlib.util import find_spec
 from multiprocessing.context import SpawnContext, SpawnProcess
+from threading import Thread
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ def worker_pool(
     """Open a pool of fresh processes with one BLAS thread each.
 
     The matrices of a fit are tiny: BLAS threads would only fight over the processors (measured: ten times slower on a
-    busy machine).
+    busy machine). The processes end when this one is killed.
 
     Parameters
     ----------
@@ -73,13 +74,25 @@ class _Quiet(SpawnContext):
 
 
 def _begin(prepare: Callable[..., None] | None, arguments: tuple[Any, ...]) -> None:
-    """Hear Ctrl-C from now on, or go without a word where it came meanwhile; then ``prepare``."""
+    """End with the parent; hear Ctrl-C from now on, or go without a word where it came meanwhile; then ``prepare``."""
+    Thread(target=_end_with_parent, daemon=True).start()
     if hasattr(signal, "pthread_sigmask"):
         if signal.SIGINT in signal.sigpending():
             os._exit(128 + signal.SIGINT)
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     if prepare is not None:
         prepare(*arguments)
+
+
+def _end_with_parent() -> None:
+    """End this worker when the process that started it is gone: killed, it can no longer say so."""
+    from multiprocessing import parent_process
+    from multiprocessing.connection import wait
+
+    parent = parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(1)
 
 
 @contextmanager

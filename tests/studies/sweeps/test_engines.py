@@ -16,7 +16,9 @@ from tyre.base.errors import InputError
 def test_other_software_on_a_worker_is_refused():
     sweep = build_sweep(RANDOM)
     vars(sweep)["fingerprint"] = "as computed elsewhere"
-    with pytest.raises(InputError, match=r"the worker on .* computes with .*velotyre.*install the same versions"):
+    with pytest.raises(
+        InputError, match=r"the worker on .* computes with .*velotyre.*other than what .*install the same versions"
+    ):
         compute(sweep, 0, 1)
 
 

@@ -160,7 +160,9 @@ def test_conditions_of_an_effect_hold_for_every_point(tmp_path):
 
 def test_refused_results(reference, tmp_path):
     other = build_sweep(RANDOM | {"seed": 6})
-    with pytest.raises(InputError, match="is not the result of this sweep; remove it or choose another --out"):
+    with pytest.raises(
+        InputError, match=r"is not the result of this sweep \(changed since: the sweep\); remove it or choose another"
+    ):
         run_sweep(other, reference)
     (tmp_path / "text.nc").write_text("x")
     with pytest.raises(InputError, match=r"text.nc exists and is not the result of this sweep"):

@@ -64,3 +64,17 @@ def test_missing_extra(monkeypatch, tmp_path, capsys):
     with pytest.raises(SystemExit, match="2"):
         main(["sweep", "x.toml", "--out", "x.zarr"])
     assert "zarr is not installed; install it with pip install 'velotyre[sweeps]'" in capsys.readouterr().err
+
+
+def test_a_lost_cluster_is_one_line(tmp_path, capsys, monkeypatch):
+    """What dask logs on the way is not shown: a scheduler that is gone is tried again with many lines."""
+    pytest.importorskip("distributed")
+    import logging
+
+    monkeypatch.setattr("studies.sweeps.engines.PATIENCE", 0.3)
+    file = write_file(tmp_path, {"model": MODEL, "outputs": ["eigenvalues"], "grid": GRID})
+    with pytest.raises(SystemExit, match="2"):
+        main(["sweep", str(file), "--out", str(tmp_path / "a.zarr"), "--scheduler", "tcp://127.0.0.1:9"])
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "no dask scheduler answers at tcp://127.0.0.1:9" in line
+    assert not logging.getLogger("distributed.utils").isEnabledFor(logging.ERROR)

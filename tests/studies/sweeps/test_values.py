@@ -199,3 +199,19 @@ def test_a_model_whose_equations_switch_at_a_speed(tmp_path):
                    effect_class("steer_assist")(**assist))  # fmt: skip
         linear = Model(load_bicycle("benchmark").replace(mB=mass), effects).linear_model()
         assert_same_eigenvalues(found.eigenvalues.sel(mB=mass), linear.eigenvalues([2.0, 5.0, 9.0]), rtol=1e-9)
+
+
+@pytest.mark.parametrize("reduce", [True, False])
+def test_a_result_without_axes_goes_into_netcdf(tmp_path, reduce):
+    """One number over all samples, or the only bicycle of a sweep: a variable without dimensions."""
+    pytest.importorskip("netCDF4")
+    xr = pytest.importorskip("xarray")
+    content = {"model": MEASURED, "outputs": ["largest_growth_rate"], "grid": {"speed_m_s": [4.0, 8.0]}}
+    more = {"samples": 20, "sampled": {"mB": {"sd": 1.0}}, "reduce": {}} if reduce else {}
+    sweep = build_sweep(content | more)
+    store = load(run_sweep(sweep, tmp_path / "result.zarr"))
+    name = "tyre_extrapolated_count" if reduce else "tyre_extrapolated"
+    with xr.open_dataset(run_sweep(sweep, tmp_path / "result.nc")) as found:
+        assert found[name].dims == store[name].dims == ()
+        assert float(found[name]) == (20.0 if reduce else float(store[name]))
+        assert set(found.variables) == set(store.variables)
