@@ -19,7 +19,8 @@ from bicycle.parameters import Bicycle
 from bicycle.rider.measurements import available_riders
 from bicycle.rider.posture import POSTURES
 from studies.explorer.computed import bicycle_or_none
-from studies.explorer.state import FASTEST, ON, State, written
+from studies.explorer.flat_keys import ON, written
+from studies.explorer.state import FASTEST, State
 from studies.explorer.tyre_controls import tyre_rows
 from studies.model_argument import LAWS
 from studies.model_example import typical_values

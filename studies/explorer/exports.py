@@ -7,8 +7,9 @@ from typing import Any
 
 from bicycle.effect.registry import outside_origins
 from studies.explorer.computed import POINTS, computed
+from studies.explorer.flat_keys import written
 from studies.explorer.models import model_content
-from studies.explorer.state import State, written
+from studies.explorer.state import State
 from studies.model_argument import LAWS
 from tyre.base.files import slug
 

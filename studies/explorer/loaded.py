@@ -9,8 +9,9 @@ from typing import Any
 from bicycle.files.bicycle_file import WRITERS, load_bicycle
 from bicycle.files.flat_bicycle import read_flat_text, read_flat_yaml
 from bicycle.parameters import Bicycle
+from studies.explorer.flat_keys import flattened
 from studies.explorer.models import OWN_TYRES, as_table, refuse_other_files, tyres_of
-from studies.explorer.state import State, flattened, parse_state
+from studies.explorer.state import State, parse_state
 from studies.model_argument import choose
 from tyre.base.errors import InputError
 from tyre.base.files import slug

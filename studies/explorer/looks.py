@@ -113,8 +113,8 @@ def layout(palette: Palette, *, title: str, height: int, **more: Any) -> dict[st
         "height": height, "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)",
         "font": {"color": palette.text, "size": 13, "family": "system-ui, sans-serif"},
         "title": {
-            "text": title, "font": {"size": 14}, "x": 0, "xref": "container", "y": 1, "yref": "container",
-            "yanchor": "top", "pad": {"l": 8, "t": 8},
+            "text": title, "font": {"size": 14}, "x": 0, "xref": "container", "y": 0.985, "yref": "container",
+            "yanchor": "top", "pad": {"l": 8},
         },
         "margin": {"l": 60, "r": 12, "t": 78, "b": 48}, "hoverlabel": {"font": {"size": 13}}, "uirevision": "same",
         "legend": {"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0},

@@ -4,16 +4,11 @@
 ``effects.relaxation_length.pressure_bar.front=5``) and those of the view (speeds, chosen mode, pinned curves).
 """
 
-import json
-import math
-from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 from urllib.parse import quote, unquote
 
-from bicycle.effect import WHEELS, registry
-from bicycle.files.tyre_values import FROM_TYRE
-from bicycle.files.wheel_tyres import TYRE_KEYS
+from studies.explorer.flat_keys import MODEL_KEYS, Value, each_wheel, finite, model_value, nested, written
 from tyre.base import schema
 from tyre.base.checks import number, remarked, text
 from tyre.base.errors import InputError, shown, unknown
@@ -22,12 +17,6 @@ LONGEST = 60_000  # letters of an address
 MOST_PINS = 4
 FASTEST = 60.0  # m/s, of the speed range
 PIN = "pin"
-MODEL_KEYS = ("bicycle", "effects", "allow_unusual", "covariance", "description")
-TEXT_KEYS = ("tyre", "surface")  # of an effect's table; all else is a number, a switch or the word "tyre"
-ON = "on"
-"""Value of ``effects.NAME`` for an effect that is there without numbers of its own."""
-
-Value = float | bool | str
 
 
 @dataclass(frozen=True)
@@ -126,9 +115,9 @@ def parse_state(address: Any) -> State:
         if key in model or key in view:
             raise InputError(f"address: {key} is given twice; keep one")
         if key.split(".")[0] in MODEL_KEYS:
-            model[key] = _model_value(key, value)
+            model[key] = model_value(key, value)
         elif key in ("slow", "fast", "at"):
-            view[key] = _float(key, value)
+            view[key] = finite(key, value)
         else:
             view[key] = value
     try:
@@ -140,7 +129,7 @@ def parse_state(address: Any) -> State:
         raise InputError(f"address: {unknown('key', strange[0], [*MODEL_KEYS, *VIEW.keys, PIN])}") from error
     if not any(key.startswith("bicycle.") for key in model):
         model.setdefault("bicycle", "benchmark")
-    state = State(model=tuple(sorted(_each_wheel(model).items())), pins=_pins(pins), **checked)
+    state = State(model=tuple(sorted(each_wheel(model).items())), pins=_pins(pins), **checked)
     if not state.slow < state.fast or not state.slow <= state.at <= state.fast:
         raise InputError(
             f"address: speeds from {state.slow:g} to {state.fast:g} m/s with {state.at:g} m/s chosen; the first must "
@@ -148,148 +137,6 @@ def parse_state(address: Any) -> State:
         )
     nested(model)
     return state
-
-
-def nested(flat: Mapping[str, Value]) -> dict[str, Any]:
-    """Tables from dotted keys.
-
-    Parameters
-    ----------
-    flat : mapping
-        Key of a model file (unit by its name) -> value.
-
-    Raises
-    ------
-    InputError
-        A key that is a value and a table at once.
-    """
-    content: dict[str, Any] = {}
-    for key, value in flat.items():
-        *outer, last = key.split(".")
-        place = content
-        for part in outer:
-            place = place.setdefault(part, {})
-            if not isinstance(place, dict):
-                raise InputError(f"address: {key} is given beside {part} as a whole; keep one")
-        if last in place:
-            raise InputError(f"address: {key} is given as a value and as a table; keep one")
-        if len(outer) == 1 and outer[0] == "effects":
-            place[last] = {}
-        else:
-            place[last] = json.loads(str(value)) if key == "covariance" else value
-    return content
-
-
-def flattened(content: Mapping[str, Any]) -> tuple[tuple[str, Value], ...]:
-    """Dotted keys from the content of a model file, for :class:`State`.
-
-    Parameters
-    ----------
-    content : mapping
-        As read from TOML, in its units.
-
-    Raises
-    ------
-    InputError
-        What an address cannot hold, such as a list.
-    """
-    flat: dict[str, Value] = {}
-
-    def add(key: str, value: Any) -> None:
-        if key == "covariance":
-            flat[key] = json.dumps(value)
-        elif isinstance(value, Mapping) and (value or key == "effects"):
-            for name, inner in value.items():
-                add(f"{key}.{name}", inner)
-        elif isinstance(value, Mapping):
-            flat[key] = ON
-        elif isinstance(value, bool | str):
-            flat[key] = value
-        elif isinstance(value, int | float):
-            flat[key] = float(value)
-        else:
-            raise InputError(f"{key} = {shown(value)} must be a number, a text or true or false")
-
-    for name, value in content.items():
-        if name not in MODEL_KEYS:
-            raise InputError(unknown("key", name, MODEL_KEYS))
-        add(name, value)
-    return tuple(sorted(flat.items()))
-
-
-def written(value: Value) -> str:
-    """A value as the address has it, every digit of a number.
-
-    Parameters
-    ----------
-    value : float, bool or str
-        In the unit of its key.
-    """
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    return repr(value).removesuffix(".0") if isinstance(value, float) else value
-
-
-def _float(key: str, value: str) -> float:
-    try:
-        found = float(value)
-    except ValueError:
-        found = math.nan
-    if not math.isfinite(found) or len(value) > 40:
-        raise InputError(f"address: {key} = {shown(value)} must be a finite number")
-    return found
-
-
-def _model_value(key: str, value: str) -> Value:
-    parts = key.split(".")
-    if key in ("bicycle", "description") or (parts[0] == "effects" and len(parts) > 2 and parts[2] in TEXT_KEYS):
-        return value
-    if key == "covariance":
-        return _covariance(value)
-    if value in ("true", "false") and parts[-1] in ("allow_unusual", "extrapolate"):
-        return value == "true"
-    if parts[0] == "effects" and (value, len(parts)) == (ON, 2):
-        return ON
-    if parts[0] == "effects" and value == "tyre" and len(parts) in (3, 4):
-        return value
-    if parts[0] == "bicycle" and not _is_number(value):
-        return value  # such as 0.3 +/- 0.01, which the reader of bicycles checks
-    if len(parts) == 1 or len(parts) > 4 or (parts[0] == "effects" and len(parts) == 2):
-        raise InputError(f"address: {key} = {shown(value)} is no key and value of a model file")
-    return _float(key, value)
-
-
-def _covariance(value: str) -> str:
-    try:
-        found = json.loads(value)
-    except (ValueError, RecursionError):
-        found = None
-    if not isinstance(found, dict):
-        raise InputError(f"address: covariance = {shown(value)} must be a table as JSON")
-    return json.dumps(found)
-
-
-def _is_number(value: str) -> bool:
-    try:
-        return math.isfinite(float(value))
-    except ValueError:
-        return False
-
-
-def _each_wheel(model: Mapping[str, Value]) -> dict[str, Value]:
-    """One number for both wheels as two, so that each has its own control."""
-    found: dict[str, Value] = {}
-    for key, value in model.items():
-        parts = key.split(".")
-        kind = registry().get(parts[1]) if parts[0] == "effects" and len(parts) == 3 else None
-        twice = kind is not None and (
-            parts[2] in TYRE_KEYS or any(p.per_wheel for p in kind.parameters if p.name == parts[2])
-        )
-        if twice and value != FROM_TYRE and not any(f"{key}.{wheel}" in model for wheel in WHEELS):
-            found |= {f"{key}.{wheel}": value for wheel in WHEELS}
-        else:
-            found[key] = value
-    return found
 
 
 def _pins(texts: list[str]) -> tuple[str, ...]:

@@ -5,8 +5,9 @@ from typing import Any
 from bicycle.effect import WHEELS
 from bicycle.files.wheel_tyres import MOST_BAR
 from studies.explorer.computed import bicycle_or_none
+from studies.explorer.flat_keys import written
 from studies.explorer.models import known_tyres
-from studies.explorer.state import State, written
+from studies.explorer.state import State
 from tyre.base.errors import InputError
 from tyre.base.units import PASCAL_PER_BAR
 from tyre.find_tyre import read_tyre
