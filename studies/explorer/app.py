@@ -18,7 +18,7 @@ from studies.explorer.loaded import with_file
 from studies.explorer.looks import LIGHT, PALETTES, Palette
 from studies.explorer.models import bicycle_name
 from studies.explorer.motion import mode_motion
-from studies.explorer.one_speed import damping_figure, sensitivity_figure
+from studies.explorer.one_speed import damping_figure, figure_or_words, sensitivity_figure
 from studies.explorer.page import ALONG, AT, INDEX, page
 from studies.explorer.saved_page import saved_page
 from studies.explorer.state import State as Shown
@@ -100,7 +100,9 @@ def _figures(app: Dash) -> None:
     )  # fmt: skip
     def damping(asked: Any, theme: Any) -> Any:
         def found(state: Shown) -> Any:
-            return damping_figure(at_speed(state), _palette(theme)), exports.as_command(state), exports.as_python(state)
+            palette = _palette(theme)
+            drawn = figure_or_words("damping", lambda: damping_figure(at_speed(state), palette), palette)
+            return drawn, exports.as_command(state), exports.as_python(state)
 
         return _said(asked, found, 3)
 
@@ -108,11 +110,22 @@ def _figures(app: Dash) -> None:
         Output("sensitivity", "figure"), Input("settled", "data"), Input("theme", "data"), prevent_initial_call=True
     )
     def sensitivity(asked: Any, theme: Any) -> Any:
-        return _said(asked, lambda state: sensitivity_figure(ranking(state), _palette(theme)), 1)
+        palette = _palette(theme)
+
+        def found(state: Shown) -> Any:
+            return figure_or_words("sensitivity", lambda: sensitivity_figure(ranking(state), palette), palette)
+
+        return _said(asked, found, 1)
 
     @app.callback(Output("motion", "data"), Input("settled", "data"), prevent_initial_call=True)
     def motion(asked: Any) -> Any:
-        return _said(asked, lambda state: mode_motion(state, at_speed(state)), 1)
+        def found(state: Shown) -> Any:
+            try:
+                return mode_motion(state, at_speed(state))
+            except InputError as error:
+                return {"message": str(error)}
+
+        return _said(asked, found, 1)
 
 
 def _forms(app: Dash) -> None:

@@ -55,9 +55,10 @@ class AtSpeed:
     named : Modes
         At that speed only.
     sd : dict of str to float
-        One sd of the damping ratio of each pair, to first order from what the model's sources state; NaN: not a pair.
+        One sd of the damping ratio of each pair, to first order from what the model's sources state; NaN: not a pair,
+        or nothing is stated.
     uncertain : tuple of str
-        Parameters whose sd is stated; empty: none, and then every ``sd`` is 0.
+        Parameters whose sd is stated.
     """
 
     named: Modes
@@ -150,7 +151,7 @@ def _at_speed(built: tuple[Model, LinearModel], speed: float) -> AtSpeed:
     named = modes(linear, [speed])
     names, covariance = model_covariance(model)
     roots = np.array([[values[0, 0] for values in named.branches.values()]])
-    _, damping = mode_sd(model, [speed], roots, names, covariance)
+    damping = mode_sd(model, [speed], roots, names, covariance)[1] if names else np.full(roots.shape, np.nan)
     return AtSpeed(named, dict(zip(named.branches, damping[0].tolist(), strict=True)), names)
 
 

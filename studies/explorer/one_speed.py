@@ -1,7 +1,9 @@
 """Figures at the chosen speed: damping of each mode with its uncertainty, and what moves the chosen mode most."""
 
 import math
+from collections.abc import Callable
 from html import escape
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -12,8 +14,35 @@ from studies.explorer.along_speed import Figure, halving
 from studies.explorer.computed import AtSpeed
 from studies.explorer.looks import HEIGHTS, Palette, layout, series
 from studies.sensitivity.ranking import Ranking
+from tyre.base.errors import InputError
 
 TOP = 12  # bars; the table has all
+
+
+def figure_or_words(name: str, made: Callable[[], Figure], palette: Palette) -> Figure:
+    """A figure, or the words in which the library refuses its numbers in its place.
+
+    Parameters
+    ----------
+    name : str
+        Of the figure, for its height.
+    made : callable
+        Gives the figure.
+    palette : Palette
+
+    Returns
+    -------
+    dict
+        A plotly figure.
+    """
+    try:
+        return made()
+    except InputError as error:
+        words = "<br>".join(wrap(escape(str(error)), 60))
+        said = {"text": words, "showarrow": False, "xref": "paper", "yref": "paper", "x": 0, "y": 0.9, "align": "left"}
+        none = {"visible": False}
+        shown = layout(palette, title="", height=HEIGHTS[name], annotations=[said], xaxis=none, yaxis=none)
+        return {"data": [], "layout": shown | {"meta": {"columns": ["message"], "rows": [[str(error)]]}}}
 
 
 def damping_figure(at: AtSpeed, palette: Palette) -> Figure:

@@ -70,7 +70,7 @@ def page(initial: str) -> Any:
 
 def _controls() -> Any:
     drop = dcc.Upload(
-        html.Button("Load a bicycle or model file, or drop it here", className="drop"),
+        html.Div("Load a bicycle or model file, or drop it here", className="drop"),
         id="upload", accept=".toml,.yml,.yaml,.txt", max_size=LARGEST, className="upload", className_active="over",
     )  # fmt: skip
     return html.Section(

@@ -14,7 +14,7 @@ from studies.explorer.computed import at_speed, computed, ranking
 from studies.explorer.looks import Palette
 from studies.explorer.models import bicycle_name
 from studies.explorer.motion import mode_motion
-from studies.explorer.one_speed import damping_figure, sensitivity_figure
+from studies.explorer.one_speed import damping_figure, figure_or_words, sensitivity_figure
 from studies.explorer.state import State, parse_state
 
 
@@ -40,7 +40,9 @@ def saved_page(state: State, palette: Palette) -> str:
             "Critical speeds": critical_strip(now, palette),
             "Root locus": root_locus(now, palette),
             "Damping at the chosen speed": damping_figure(at, palette),
-            "Sensitivities at the chosen speed": sensitivity_figure(ranking(state), palette),
+            "Sensitivities at the chosen speed": figure_or_words(
+                "sensitivity", lambda: sensitivity_figure(ranking(state), palette), palette
+            ),
         },
         "motion": mode_motion(state, at),
         "files": {

@@ -39,7 +39,7 @@ def tyre_rows(state: State, law: str) -> list[dict[str, Any]]:
         bars = None if source is None else _in_bar(source.pressure_range)
         rows.append({
             "wheel": wheel,
-            "keys": keys,
+            "address": keys,
             "tyres": [{"value": one, "chosen": one == name} for one in known_tyres()],
             "surfaces": [{"value": one, "words": one or "as measured", "chosen": one == surface} for one in SURFACES],
             "pressure": written(pressure) if isinstance(pressure, float) else "",

@@ -172,6 +172,8 @@
       fill: function (form) {
         if (!form) return nothing();
         const focus = document.activeElement && document.activeElement.id;
+        const files = document.querySelector("#upload input[type=file]");
+        if (files) files.setAttribute("aria-label", "Load a bicycle or model file");
         at("form-model").innerHTML = form.html.model;
         at("form-speeds").innerHTML = form.html.speeds;
         at("form-at").innerHTML = form.html.at;
@@ -200,6 +202,7 @@
         return nothing();
       },
       moved: function (data) {
+        if (data && data.message) { at("motion-said").textContent = data.message; return nothing(); }
         if (data) shared.show({ views: at("motion-views"), table: at("table-motion"), said: at("motion-said"), button: at("play") }, data);
         if (data) at("motion-title").textContent = "Mode shape: " + data.mode.replaceAll("_", " ");
         return nothing();
