@@ -7,6 +7,7 @@ be its own (a foreign name that points here is refused: DNS rebinding), and so m
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from dash.exceptions import DependencyException
 from flask import Flask, Response, request
 
 LARGEST_BODY = 3_000_000
@@ -49,9 +50,14 @@ def guard(server: Flask, callbacks: Mapping[str, Any], hosts: Iterable[str], scr
             return _said(403, "another site may not ask this server")
         if request.path == CALLBACK:
             return _refused_callback(callbacks)
-        if request.path not in PAGES and not request.path.startswith(FOLDERS):
+        odd = "//" in request.path or ".." in request.path
+        if odd or (request.path not in PAGES and not request.path.startswith(FOLDERS)):
             return _said(404, "there is no such page")
         return None if request.method in ("GET", "HEAD") else _said(405, "only reading is allowed here")
+
+    @server.errorhandler(DependencyException)
+    def no_such_part(error: DependencyException) -> Response:
+        return _said(404, "there is no such page")
 
     @server.after_request
     def harden(answer: Response) -> Response:
