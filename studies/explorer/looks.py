@@ -90,7 +90,7 @@ def series(mode: str, palette: Palette, *, pinned: bool = False) -> dict[str, An
     }
 
 
-def layout(palette: Palette, *, title: str, height: int, **more: Any) -> dict[str, Any]:
+def layout(palette: Palette, *, title: str, height: int, below: str = "", **more: Any) -> dict[str, Any]:
     """What the figures have in common.
 
     Parameters
@@ -100,6 +100,8 @@ def layout(palette: Palette, *, title: str, height: int, **more: Any) -> dict[st
         Words above the figure, for its picture; plotly's marks in it are escaped by who gives them.
     height : int
         Pixels.
+    below : str, optional
+        A second line, in smaller letters.
     more : object
         Further keys of a plotly layout, in its units.
     """
@@ -114,7 +116,8 @@ def layout(palette: Palette, *, title: str, height: int, **more: Any) -> dict[st
         "font": {"color": palette.text, "size": 13, "family": "system-ui, sans-serif"},
         "title": {
             "text": title, "font": {"size": 14}, "x": 0, "xref": "container", "y": 0.985, "yref": "container",
-            "yanchor": "top", "pad": {"l": 8},
+            "yanchor": "top", "pad": {"l": 8, "t": 6},
+            **({"subtitle": {"text": below, "font": {"size": 12}}} if below else {}),
         },
         "margin": {"l": 60, "r": 12, "t": 78, "b": 48}, "hoverlabel": {"font": {"size": 13}}, "uirevision": "same",
         "legend": {"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0},

@@ -86,10 +86,9 @@ def damping_figure(at: AtSpeed, palette: Palette) -> Figure:
     return {
         "data": data,
         "layout": layout(
-            palette, title=f"Damping ratio of the oscillations at {speed:.4g} m/s<br>({said})",
+            palette, title=f"Damping of the oscillations at {speed:.4g} m/s", below=said,
             height=HEIGHTS["damping"],
             yaxis={"title": {"text": "Damping ratio (below 0: grows)"}}, xaxis={"type": "category"},
-            margin={"l": 60, "r": 12, "t": 62, "b": 48},
             meta={
                 "columns": [
                     "mode", "real part 1/s", "imaginary part rad/s", "frequency Hz", "damping ratio", "sd of it",
@@ -132,10 +131,10 @@ def sensitivity_figure(found: Ranking, palette: Palette) -> Figure:
             }
         ],
         "layout": layout(
-            palette, title=f"What moves {words} at {found.speed:.4g} m/s<br>(growth for +1 sd of each; hatched: worse)",
-            height=HEIGHTS["sensitivity"], xaxis={"title": {"text": "Change of the real part, 1/s"}},
+            palette, title=f"What moves {words} at {found.speed:.4g} m/s",
+            below="change of the real part for +1 sd of each; hatched: towards unstable",
+            height=HEIGHTS["sensitivity"], xaxis={"title": {"text": "Change, 1/s"}},
             yaxis={"type": "category"},
-            margin={"l": 60, "r": 12, "t": 62, "b": 48},
             meta={
                 "columns": ["parameter", "value", "unit", "sd", "sd from", "growth 1/s", "frequency Hz"], "rows": rows,
             },

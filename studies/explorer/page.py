@@ -73,10 +73,8 @@ def _controls() -> Any:
         html.Div("Load a bicycle or model file, or drop it here", className="drop"),
         id="upload", accept=".toml,.yml,.yaml,.txt", max_size=LARGEST, className="upload", className_active="over",
     )  # fmt: skip
-    return html.Section(
-        [html.H2("Model"), drop, html.Div(id="loaded", role="status"), html.Div(id="form-model")],
-        className="controls", **{"aria-label": "Model"},
-    )  # fmt: skip
+    inside = [html.Summary("Model"), drop, html.Div(id="loaded", role="status"), html.Div(id="form-model")]
+    return html.Section(html.Details(inside, open=True, id="controls"), className="controls", **{"aria-label": "Model"})
 
 
 def _figures() -> Any:

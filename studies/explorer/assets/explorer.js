@@ -161,6 +161,7 @@
       begin: function (initial) {
         at("theme-place").innerHTML = '<label for="theme">Colours</label> <select id="theme"><option value="auto">as the system</option><option value="light">light</option><option value="dark">dark</option></select>';
         at("theme").value = kept() || "auto";
+        if (window.innerWidth <= 760) at("controls").open = false; // the figures come first on a phone
         page.begun = true;
         page.text = location.hash.length > 1 ? location.hash.slice(1) : initial || "";
         send("theme", theme());
