@@ -11,8 +11,8 @@ from studies import cli
 from studies.cli import build, main
 
 ROOT = Path(__file__).parents[2]
-DEAR = {"run", "blind-test", "validate", "tyre fit", "uncertainty", "diagnose", "plan", "animate"}  # seconds to hours
-SERVES = {"explore"}  # until it is interrupted
+# seconds to hours; explore serves until it is interrupted
+DEAR = {"run", "blind-test", "validate", "tyre fit", "uncertainty", "diagnose", "plan", "animate", "explore"}
 NEEDS_FILES = {"look", "sweep", "modal", "frequency-response", "tyre fit", "rider"}  # of the user
 
 
@@ -50,7 +50,7 @@ CHEAP = sorted(
     {
         line
         for command in EVERY.values() for line in examples(command)
-        if not any(line.startswith(f"velotyre {name}") for name in DEAR | SERVES | NEEDS_FILES) and "model.toml" not in line
+        if not any(line.startswith(f"velotyre {name}") for name in DEAR | NEEDS_FILES) and "model.toml" not in line
     }
 )  # fmt: skip
 
