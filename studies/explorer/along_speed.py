@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
 from html import escape
 from typing import Any
 
@@ -174,6 +175,7 @@ def critical_words(critical: CriticalSpeed) -> str:
     return f"{critical.speed:.4f} m/s: {mode_words(critical.mode)} becomes {change} ({how})"
 
 
+@lru_cache(maxsize=8)
 def modes_table(named: Modes) -> dict[str, Any]:
     """The table behind a figure: a row per speed, mode and root, every digit, and when the motion halves or doubles.
 

@@ -99,7 +99,7 @@ def layout(palette: Palette, *, title: str, height: int, below: str = "", **more
     title : str
         Words above the figure, for its picture; plotly's marks in it are escaped by who gives them.
     height : int
-        Pixels.
+        Pixels (no SI unit).
     below : str, optional
         A second line, in smaller letters.
     more : object

@@ -1,7 +1,7 @@
 """From a state to the model of its bicycle, rider, tyres and effects; nothing but packaged and loaded data is read."""
 
 from collections.abc import Iterable, Mapping
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any
 
 from bicycle.files.bicycle_file import available_bicycles, given_numbers, load_bicycle
@@ -19,7 +19,7 @@ OWN_TYRES: set[str] = set()
 
 def known_tyres() -> tuple[str, ...]:
     """Tyres that a state may name: the packaged ones, and the files of the model given at the start."""
-    return (*available_tyres(), *packaged_formulas(), *sorted(OWN_TYRES))
+    return (*_packaged_tyres(), *sorted(OWN_TYRES))
 
 
 def model_content(state: State) -> dict[str, Any]:
@@ -133,6 +133,11 @@ def _frame(content: Mapping[str, Any], state: State) -> Bicycle:
         return load_bicycle(given)
     numbers = given_numbers(given, place="bicycle")
     return Bicycle(state.name or "own", numbers.values, numbers.sd, "", "", tuple(numbers.notes))
+
+
+@cache
+def _packaged_tyres() -> tuple[str, ...]:
+    return (*available_tyres(), *packaged_formulas())
 
 
 @lru_cache(maxsize=32)
