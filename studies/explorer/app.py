@@ -104,7 +104,7 @@ def _figures(app: Dash) -> None:
             drawn = figure_or_words("damping", lambda: damping_figure(at_speed(state), palette), palette)
             return drawn, exports.as_command(state), exports.as_python(state)
 
-        return _said(asked, found, 3)
+        return _said(_numbered(asked), found, 3)
 
     @app.callback(
         Output("sensitivity", "figure"), Input("settled", "data"), Input("theme", "data"), prevent_initial_call=True
@@ -115,7 +115,7 @@ def _figures(app: Dash) -> None:
         def found(state: Shown) -> Any:
             return figure_or_words("sensitivity", lambda: sensitivity_figure(ranking(state), palette), palette)
 
-        return _said(asked, found, 1)
+        return _said(_numbered(asked), found, 1)
 
     @app.callback(Output("motion", "data"), Input("settled", "data"), prevent_initial_call=True)
     def motion(asked: Any) -> Any:
@@ -125,15 +125,14 @@ def _figures(app: Dash) -> None:
             except InputError as error:
                 return {"message": str(error)}
 
-        return _said(asked, found, 1)
+        return _said(_numbered(asked), found, 1)
 
 
 def _forms(app: Dash) -> None:
     @app.callback(Output("form", "data"), Input("redraw", "data"), prevent_initial_call=True)
     def form(asked: Any) -> Any:
-        text = asked.get("text") if isinstance(asked, dict) else None
         try:
-            state = parse_state(text)
+            state = parse_state(_numbered(asked))
         except InputError:
             state = Shown()
         try:
@@ -194,6 +193,11 @@ def _in_the_browser(app: Dash) -> None:
     client("loaded", Output("loaded", "title"), Input("dropped", "data"))
     for name, _ in (*ALONG, *AT):
         client("table", Output(f"table-{name}", "title"), Input(name, "figure"), State(name, "id"))
+
+
+def _numbered(asked: Any) -> Any:
+    """The address of what the browser sends with a running number, so that the same one is answered again."""
+    return asked.get("text") if isinstance(asked, dict) else None
 
 
 def _said(asked: Any, found: Callable[[Shown], Any], outputs: int) -> Any:

@@ -45,9 +45,7 @@ def main() -> None:
         try:
             with sync_playwright() as driver:
                 browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
-                print(
-                    f"load of the machine: {', '.join(f'{x:.1f}' for x in os.getloadavg())}; {os.cpu_count()} processors"
-                )
+                print(f"load of the machine {os.getloadavg()[0]:.1f}; {os.cpu_count()} processors")
                 first = [_first_plot(browser, f"{address}#{STATE}") for _ in range(STARTS)]
                 _say("first plot", first)
                 for key, low, high in (

@@ -4,7 +4,7 @@
   const shared = window.velotyreShared;
   const COALESCE = 800; // ms: changes of one control within it are one step of undo
   const SETTLE = 200; // ms without a change before the figures at one speed follow
-  const page = { text: "", past: [], lastKey: "", lastTime: 0, redraws: 0, settling: 0, asked: null, modes: "" };
+  const page = { text: "", past: [], lastKey: "", lastTime: 0, redraws: 0, settling: 0, modes: "", waiting: new Set(), sent: false };
   const at = (id) => document.getElementById(id);
   const send = (id, data) => window.dash_clientside.set_props(id, { data: data });
 
@@ -40,7 +40,8 @@
     const url = "#" + text;
     if (options.replace) history.replaceState(null, "", url);
     else if (location.hash !== url) history.pushState(null, "", url);
-    busy(true);
+    busy(PARTS);
+    page.sent = false;
     at("undo").disabled = !page.past.length;
     send("state", text);
     if (options.redraw) redraw();
@@ -60,10 +61,14 @@
     change(joined(list), {});
   }
   function unpin() { change(joined(pairs(page.text).filter(([key]) => key !== "pin")), {}); }
-  function busy(on) {
-    const place = at("busy");
-    place.textContent = on ? "computing …" : "";
-    at("figures").setAttribute("aria-busy", String(on));
+  const PARTS = ["along", "damping", "sensitivity", "motion"]; // answers that a change waits for
+  function busy(parts) {
+    page.waiting = new Set(parts);
+    at("busy").textContent = parts.length ? "computing …" : "";
+    at("figures").setAttribute("aria-busy", String(parts.length > 0));
+  }
+  function came(part) {
+    if (page.waiting.has(part) && (part === "along" || page.sent)) busy([...page.waiting].filter((one) => one !== part));
   }
 
   function edit(control) {
@@ -165,7 +170,7 @@
         page.begun = true;
         page.text = location.hash.length > 1 ? location.hash.slice(1) : initial || "";
         send("theme", theme());
-        busy(true);
+        busy(PARTS);
         at("undo").disabled = true;
         redraw();
         return page.text;
@@ -187,10 +192,10 @@
         if (!shown) return nothing();
         const message = at("message");
         if (shown.asked !== page.text) return nothing(); // an answer to an earlier question
-        busy(false);
         message.textContent = shown.message ? shown.message + (page.lastShown ? " (The figures show the last model that could be computed.)" : "") : "";
         at("figures").classList.toggle("stale", Boolean(shown.message));
-        if (shown.message) return nothing();
+        if (shown.message) { busy([]); return nothing(); }
+        came("along");
         page.text = shown.address;
         if (location.hash.slice(1) !== shown.address) history.replaceState(null, "", "#" + shown.address);
         page.lastShown = shown;
@@ -199,10 +204,15 @@
         modes(shown);
         list(at("notes"), shown.critical.concat(shown.notes));
         clearTimeout(page.settling);
-        page.settling = setTimeout(() => send("settled", shown.address), SETTLE);
+        page.settling = setTimeout(function () {
+          page.sent = true;
+          page.settled = (page.settled || 0) + 1;
+          send("settled", { n: page.settled, text: shown.address });
+        }, SETTLE);
         return nothing();
       },
       moved: function (data) {
+        came("motion");
         if (data && data.message) { at("motion-said").textContent = data.message; return nothing(); }
         if (data) shared.show({ views: at("motion-views"), table: at("table-motion"), said: at("motion-said"), button: at("play") }, data);
         if (data) at("motion-title").textContent = "Mode shape: " + data.mode.replaceAll("_", " ");
@@ -218,6 +228,7 @@
       table: function (figure, name) {
         tables[name] = figure && figure.layout && figure.layout.meta;
         fillTable(name);
+        came(name);
         return nothing();
       },
     },

@@ -121,6 +121,7 @@ def test_the_keyboard_is_enough(opened):
     until(page, "[...document.querySelectorAll('#modes .legendtext')].pop().textContent.includes('pin 1: benchmark')")
     for _ in range(3):  # pin, slider, switch
         page.keyboard.press("Alt+z")
+    assert page.inner_text("#busy") == "computing …"
     until(page, f"{QUIET} && !location.hash.includes('rider_arms')")
     settled(page)
     assert roots(page)["weave"] == [pytest.approx(PUBLISHED["weave"], abs=1e-9)]
