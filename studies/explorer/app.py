@@ -16,7 +16,7 @@ from studies.explorer.computed import at_speed, computed, ranking
 from studies.explorer.controls import controls_html
 from studies.explorer.loaded import with_file
 from studies.explorer.looks import LIGHT, PALETTES, Palette
-from studies.explorer.models import bicycle_name
+from studies.explorer.models import bicycle_name, load_notes
 from studies.explorer.motion import mode_motion
 from studies.explorer.one_speed import damping_figure, figure_or_words, sensitivity_figure
 from studies.explorer.page import ALONG, AT, INDEX, page
@@ -73,7 +73,9 @@ def main_figures(asked: Any, theme: Any) -> tuple[Any, ...]:
         "name": f"{bicycle_name(state)}, {', '.join(e.identifier.replace('_', ' ') for e in now.model.effects)}",
         "modes": [{"value": name, "words": mode_words(name)} for name in now.named.names],
         "critical": [critical_words(c) for c in now.critical] or [f"none up to {state.fast:g} m/s"],
-        "notes": [*(" ".join(note.split()) for note in now.linear.warnings), *map(str, now.named.events)],
+        "notes": [
+            " ".join(str(note).split()) for note in (*load_notes(state), *now.linear.warnings, *now.named.events)
+        ],
     }
     return (
         modes_figure(now, pinned, palette), critical_strip(now, palette), root_locus(now, palette), shown,
@@ -101,7 +103,8 @@ def _figures(app: Dash) -> None:
     def damping(asked: Any, theme: Any) -> Any:
         def found(state: Shown) -> Any:
             palette = _palette(theme)
-            drawn = figure_or_words("damping", lambda: damping_figure(at_speed(state), palette), palette)
+            made = _logged(lambda: damping_figure(at_speed(state), palette))
+            drawn = figure_or_words("damping", made, palette)
             return drawn, exports.as_command(state), exports.as_python(state)
 
         return _said(_numbered(asked), found, 3)
@@ -113,7 +116,8 @@ def _figures(app: Dash) -> None:
         palette = _palette(theme)
 
         def found(state: Shown) -> Any:
-            return figure_or_words("sensitivity", lambda: sensitivity_figure(ranking(state), palette), palette)
+            made = _logged(lambda: sensitivity_figure(ranking(state), palette))
+            return figure_or_words("sensitivity", made, palette)
 
         return _said(_numbered(asked), found, 1)
 
@@ -121,7 +125,7 @@ def _figures(app: Dash) -> None:
     def motion(asked: Any) -> Any:
         def found(state: Shown) -> Any:
             try:
-                return mode_motion(state, at_speed(state))
+                return _logged(lambda: mode_motion(state, at_speed(state)))()
             except InputError as error:
                 return {"message": str(error)}
 
@@ -198,6 +202,21 @@ def _in_the_browser(app: Dash) -> None:
 def _numbered(asked: Any) -> Any:
     """The address of what the browser sends with a running number, so that the same one is answered again."""
     return asked.get("text") if isinstance(asked, dict) else None
+
+
+def _logged(made: Callable[[], Any]) -> Callable[[], Any]:
+    """The same function; what nobody foresaw goes to the terminal, and the page says so."""
+
+    def call() -> Any:
+        try:
+            return made()
+        except InputError:
+            raise
+        except Exception as error:
+            logging.getLogger(__name__).exception("no answer")
+            raise InputError(FAILED) from error
+
+    return call
 
 
 def _said(asked: Any, found: Callable[[Shown], Any], outputs: int) -> Any:

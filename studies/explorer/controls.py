@@ -140,7 +140,7 @@ def law_options(chosen: str, bicycle: Bicycle | None, *, measured: bool) -> list
     measured : bool
         It has a measured tyre.
     """
-    gone = tuple(f"effects.{name}" for name in law_names())
+    gone = ("load", *(f"effects.{name}" for name in law_names()))
     found = []
     for name in sorted(law_names(), key=lambda one: (one not in LAWS, one)):
         words = name.replace("_", " ")

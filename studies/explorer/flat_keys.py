@@ -10,7 +10,8 @@ from bicycle.files.tyre_values import FROM_TYRE
 from bicycle.files.wheel_tyres import TYRE_KEYS
 from tyre.base.errors import InputError, shown, unknown
 
-MODEL_KEYS = ("bicycle", "effects", "allow_unusual", "covariance", "description")
+FILE_KEYS = ("bicycle", "effects", "allow_unusual", "covariance", "description")
+MODEL_KEYS = (*FILE_KEYS, "load")
 TEXT_KEYS = ("tyre", "surface")  # of an effect's table; all else is a number, a switch or the word "tyre"
 ON = "on"
 """Value of ``effects.NAME`` for an effect that is there without numbers of its own."""
@@ -79,8 +80,8 @@ def flattened(content: Mapping[str, Any]) -> tuple[tuple[str, Value], ...]:
             raise InputError(f"{key} = {shown(value)} must be a number, a text or true or false")
 
     for name, value in content.items():
-        if name not in MODEL_KEYS:
-            raise InputError(unknown("key", name, MODEL_KEYS))
+        if name not in FILE_KEYS:
+            raise InputError(unknown("key", name, FILE_KEYS))
         add(name, value)
     return tuple(sorted(flat.items()))
 

@@ -8,6 +8,7 @@ from bicycle.files.bicycle_file import available_bicycles, given_numbers, load_b
 from bicycle.files.model_file import allows_unusual, build_model
 from bicycle.model import Model
 from bicycle.parameters import Bicycle
+from studies.explorer.own_loads import LOAD, at_own_loads, own_load_notes
 from studies.explorer.state import State
 from tyre import available_tyres
 from tyre.base.errors import InputError, unknown
@@ -36,7 +37,20 @@ def model_content(state: State) -> dict[str, Any]:
     """
     content = state.content
     refuse_other_files(content)
-    return content | _rider(state, content)
+    loads = content.pop(LOAD, {})
+    whole = content | _rider(state, content)
+    return at_own_loads(whole, bicycle_of(state), _by_wheel(loads)) if loads else whole
+
+
+def load_notes(state: State) -> list[str]:
+    """What must be told of loads that were given by hand; empty without.
+
+    Parameters
+    ----------
+    state : State
+    """
+    loads = state.content.get(LOAD, {})
+    return own_load_notes(state.content, bicycle_of(state), _by_wheel(loads)) if loads else []
 
 
 def refuse_other_files(content: Mapping[str, Any]) -> None:
@@ -119,6 +133,12 @@ def bicycle_name(state: State) -> str:
     given = state.content["bicycle"]
     name = given if isinstance(given, str) else state.name or "own bicycle"
     return f"{name} with {state.rider}, {state.posture}" if state.rider else name
+
+
+def _by_wheel(loads: Any) -> dict[str, float]:
+    if not isinstance(loads, Mapping) or any(not isinstance(load, float) for load in loads.values()):
+        raise InputError("load: give load.rear and load.front, each a number in N")
+    return dict(loads)
 
 
 def _rider(state: State, content: Mapping[str, Any]) -> dict[str, Any]:

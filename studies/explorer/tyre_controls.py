@@ -7,6 +7,7 @@ from bicycle.files.wheel_tyres import MOST_BAR
 from studies.explorer.computed import bicycle_or_none
 from studies.explorer.flat_keys import written
 from studies.explorer.models import known_tyres
+from studies.explorer.own_loads import LOAD
 from studies.explorer.state import State
 from tyre.base.errors import InputError
 from tyre.base.units import PASCAL_PER_BAR
@@ -31,7 +32,7 @@ def tyre_rows(state: State, law: str) -> list[dict[str, Any]]:
     for number, wheel in enumerate(WHEELS):
         keys = {name: f"effects.{law}.{name}.{wheel}" for name in ("tyre", "surface", "pressure_bar")}
         name, surface = str(model.get(keys["tyre"], "")), str(model.get(keys["surface"], ""))
-        pressure = model.get(keys["pressure_bar"])
+        pressure, own = model.get(keys["pressure_bar"]), model.get(f"{LOAD}.{wheel}")
         try:
             source: TyreSource | None = read_tyre(name, surface=surface or None) if name in known_tyres() else None
         except InputError:
@@ -45,7 +46,10 @@ def tyre_rows(state: State, law: str) -> list[dict[str, Any]]:
             "pressure": written(pressure) if isinstance(pressure, float) else "",
             "pressure_bar": None if bars is None else _bar(pressure, bars, most=MOST_BAR),
             "load": None if loads is None else f"{loads[number]:.1f}",
-            "load_bar": None if source is None or loads is None else _bar(loads[number], source.load_range),
+            "own_load": written(own) if isinstance(own, float) else "",
+            "load_bar": None if source is None or loads is None else _bar(
+                own if isinstance(own, float) else loads[number], source.load_range
+            ),
         })  # fmt: skip
     return rows
 
