@@ -63,7 +63,7 @@ def modes_figure(now: Computed, pinned: Mapping[str, Computed], palette: Palette
         },
         *(_upright(c.speed, palette) for c in inside),
     ]  # fmt: skip
-    beyond = "; tyre values extrapolated" if extrapolated(now.linear.warnings) else ""
+    beyond = "; tyre values extrapolated" if extrapolated(now.notes) else ""
     return {
         "data": data,
         "layout": layout(
@@ -152,11 +152,11 @@ def critical_strip(now: Computed, palette: Palette) -> Figure:
         for c in inside
     ]  # fmt: skip
     rows = [[c.speed, c.mode, c.kind, c.frequency_hz, c.direction] for c in now.critical]
-    none = "no critical speed within the range" if not inside else "filled: unstable above, open: stable above"
+    none = "no critical speed within the range" if not inside else "filled: unstable above; open: stable above"
     return {
         "data": data or [{"type": "scatter", "mode": "markers", "x": [], "y": [], "showlegend": False}],
         "layout": layout(
-            palette, title=f"Critical speeds ({none})", height=HEIGHTS["critical"],
+            palette, title="Critical speeds", below=none, height=HEIGHTS["critical"],
             xaxis={"title": {"text": "Speed, m/s"}, "range": [slow, fast]}, yaxis={"type": "category"},
             meta={"columns": ["speed m/s", "mode", "kind", "frequency Hz", "as speed grows"], "rows": rows},
         ),

@@ -16,7 +16,7 @@ from studies.explorer.computed import at_speed, computed, ranking
 from studies.explorer.controls import controls_html
 from studies.explorer.loaded import with_file
 from studies.explorer.looks import LIGHT, PALETTES, Palette
-from studies.explorer.models import bicycle_name, load_notes
+from studies.explorer.models import bicycle_name
 from studies.explorer.motion import mode_motion
 from studies.explorer.one_speed import damping_figure, figure_or_words, sensitivity_figure
 from studies.explorer.page import ALONG, AT, INDEX, page
@@ -73,9 +73,7 @@ def main_figures(asked: Any, theme: Any) -> tuple[Any, ...]:
         "name": f"{bicycle_name(state)}, {', '.join(e.identifier.replace('_', ' ') for e in now.model.effects)}",
         "modes": [{"value": name, "words": mode_words(name)} for name in now.named.names],
         "critical": [critical_words(c) for c in now.critical] or [f"none up to {state.fast:g} m/s"],
-        "notes": [
-            " ".join(str(note).split()) for note in (*load_notes(state), *now.linear.warnings, *now.named.events)
-        ],
+        "notes": [" ".join(str(note).split()) for note in (*now.notes, *now.named.events)],
     }
     return (
         modes_figure(now, pinned, palette), critical_strip(now, palette), root_locus(now, palette), shown,

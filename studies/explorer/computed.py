@@ -14,7 +14,7 @@ from bicycle.model import Model
 from bicycle.parameters import Bicycle
 from bicycle.sensitivity.model_covariance import model_covariance
 from bicycle.sensitivity.propagation import mode_sd
-from studies.explorer.models import bicycle_of, build
+from studies.explorer.models import bicycle_of, build, load_notes
 from studies.explorer.state import State, parse_state
 from studies.sensitivity.ranking import Ranking, rank
 from tyre.base.errors import InputError
@@ -38,12 +38,15 @@ class Computed:
         At :data:`POINTS` speeds from the slowest to the fastest.
     critical : tuple of CriticalSpeed
         Up to the fastest speed.
+    notes : tuple of str
+        What a reader of the numbers must be told.
     """
 
     model: Model
     linear: LinearModel
     named: Modes
     critical: tuple[CriticalSpeed, ...]
+    notes: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +87,8 @@ def computed(state: State) -> Computed:
         What the library refuses.
     """
     with _one_at_a_time:
-        return _computed(_build(_model_key(state)), state.slow, state.fast)
+        key = _model_key(state)
+        return _computed(_build(key), _notes(key), state.slow, state.fast)
 
 
 def at_speed(state: State) -> AtSpeed:
@@ -139,10 +143,15 @@ def _build(address: str) -> tuple[Model, LinearModel]:
 
 
 @lru_cache(maxsize=KEPT)
-def _computed(built: tuple[Model, LinearModel], slow: float, fast: float) -> Computed:
+def _notes(address: str) -> tuple[str, ...]:
+    return (*load_notes(parse_state(address)), *_build(address)[1].warnings)
+
+
+@lru_cache(maxsize=KEPT)
+def _computed(built: tuple[Model, LinearModel], notes: tuple[str, ...], slow: float, fast: float) -> Computed:
     model, linear = built
     found = modes(linear, np.linspace(slow, fast, POINTS))
-    return Computed(model, linear, found, critical_speeds(linear, max_speed=fast))
+    return Computed(model, linear, found, critical_speeds(linear, max_speed=fast), notes)
 
 
 @lru_cache(maxsize=KEPT)

@@ -119,8 +119,9 @@ def layout(palette: Palette, *, title: str, height: int, below: str = "", **more
             "yanchor": "top", "pad": {"l": 8, "t": 6},
             **({"subtitle": {"text": below, "font": {"size": 12}}} if below else {}),
         },
-        "margin": {"l": 60, "r": 12, "t": 78, "b": 48}, "hoverlabel": {"font": {"size": 13}}, "uirevision": "same",
-        "legend": {"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0},
+        "margin": {"l": 60, "r": 12, "t": 72 if below else 48, "b": 48}, "uirevision": "same",
+        "hoverlabel": {"font": {"size": 13}},
+        "legend": {"orientation": "h", "y": -0.19, "yanchor": "top", "x": 0},
     } | more  # fmt: skip
     for key in [key for key in found if key.startswith(("xaxis", "yaxis"))]:
         found[key] = axis | found[key]

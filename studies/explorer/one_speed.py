@@ -77,8 +77,8 @@ def damping_figure(at: AtSpeed, palette: Palette) -> Figure:
                 "type": "data", "array": [0.0 if math.isnan(sd) else sd], "color": palette.text, "thickness": 2,
                 "visible": not math.isnan(sd),
             },
-            "text": [f"{ratio:.3g}" + ("" if math.isnan(sd) else f" ± {sd:.1g}")], "textposition": "outside",
-            "cliponaxis": False,
+            "text": [f"{ratio:.3g}" + ("" if math.isnan(sd) else f" ± {sd:.1g}")], "textposition": "inside",
+            "insidetextanchor": "middle", "textangle": 0,
             "hovertemplate": f"{escape(mode_words(name))}: damping ratio %{{y:.5g}}<extra></extra>",
         }
         for name, ratio, sd in bars

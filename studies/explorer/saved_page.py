@@ -12,7 +12,7 @@ from studies.explorer import exports
 from studies.explorer.along_speed import critical_strip, modes_figure, root_locus
 from studies.explorer.computed import at_speed, computed, ranking
 from studies.explorer.looks import Palette
-from studies.explorer.models import bicycle_name, load_notes
+from studies.explorer.models import bicycle_name
 from studies.explorer.motion import mode_motion
 from studies.explorer.one_speed import damping_figure, figure_or_words, sensitivity_figure
 from studies.explorer.state import State, parse_state
@@ -49,7 +49,7 @@ def saved_page(state: State, palette: Palette) -> str:
             f"{exports.file_stem(state)}.toml": exports.model_toml(state),
             f"{exports.file_stem(state)}_eigenvalues.csv": exports.eigenvalues_csv(state),
         },
-        "notes": [*load_notes(state), *now.linear.warnings],
+        "notes": list(now.notes),
     }
     return str(
         _template().render(
