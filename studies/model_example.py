@@ -88,14 +88,33 @@ def _said(effect: type[Effect]) -> str:
 
 def _lines(effect: type[Effect], bicycle: Bicycle) -> str:
     """A commented line per parameter, with the default or a typical value that suits the bicycle."""
+    values = typical_values(effect, bicycle)
+    if values is not None:
+        return "".join(_line(p, values[p.name]) for p in effect.parameters)
+    return "".join(_line(p, _value(p, SHARES[0])) for p in effect.parameters) + UNFIT
+
+
+def typical_values(effect: type[Effect], bicycle: Bicycle) -> dict[str, float] | None:
+    """Values to begin with, by the name of the parameter: defaults, else typical ones that the bicycle takes.
+
+    Parameters
+    ----------
+    effect : subclass of Effect
+    bicycle : Bicycle
+
+    Returns
+    -------
+    dict or None
+        In the units of the parameters; None where no share of the typical ranges suits the bicycle.
+    """
     for share in SHARES:
         values = {p.name: _value(p, share) for p in effect.parameters}
         try:
             _tyred(bicycle).with_effect(effect(**values))
         except InputError:
             continue
-        return "".join(_line(p, values[p.name]) for p in effect.parameters)
-    return "".join(_line(p, _value(p, SHARES[0])) for p in effect.parameters) + UNFIT
+        return values
+    return None
 
 
 def _tyred(bicycle: Bicycle) -> Model:

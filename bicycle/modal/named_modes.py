@@ -149,12 +149,12 @@ class Modes:
         import pandas as pd
 
         columns: dict[str, list[Any]] = {name: [] for name in UNITS}
+        ratios = {name: self.damping_ratio(name) for name in self.branches}
         for k in range(len(self.speeds)):
             for name, values in self.branches.items():
                 for root in np.flatnonzero(~np.isnan(values[k])).tolist():
                     z = values[k, root]
-                    ratio = self.damping_ratio(name)[k]
-                    row = (self.speeds[k], name, z.real, z.imag, abs(float(frequency_hz(z))), ratio)
+                    row = (self.speeds[k], name, z.real, z.imag, abs(float(frequency_hz(z))), ratios[name][k])
                     for column, value in zip(columns.values(), row, strict=True):
                         column.append(value)
         found = pd.DataFrame(columns)

@@ -12,7 +12,8 @@ from studies.cli import build, main
 from tyre.base.errors import unknown
 
 ROOT = Path(__file__).parents[2]
-DEAR = {"run", "blind-test", "validate", "tyre fit", "uncertainty", "diagnose", "plan", "animate"}  # seconds to hours
+# seconds to hours; explore serves until it is interrupted
+DEAR = {"run", "blind-test", "validate", "tyre fit", "uncertainty", "diagnose", "plan", "animate", "explore"}
 NEEDS_FILES = {"look", "sweep", "draw", "modal", "frequency-response", "tyre fit", "rider"}  # of the user
 
 

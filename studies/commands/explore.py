@@ -1,0 +1,26 @@
+"""``velotyre explore``: the page on which parameters are moved and modes watched."""
+
+import click
+
+from studies.reporting.examples import example
+
+
+@click.command(
+    help="Open a page in the browser: controls for bicycle, rider, tyres and effects, linked figures, downloads. "
+    "MODEL is what it begins with.",
+    epilog=example("velotyre explore", "velotyre explore model.toml --port 8060 --no-browser"),
+)
+@click.argument("model", required=False)
+@click.option("--port", default=8050, show_default=True, type=click.IntRange(0, 65535), help="0 takes a free one.")
+@click.option("--no-browser", is_flag=True, help="Only say the address.")
+def command(model: str | None, port: int, *, no_browser: bool) -> None:
+    from tyre.base.optional import optional_module
+
+    try:
+        optional_module("dash", extra="explore")
+    except ImportError as error:
+        raise click.ClickException(str(error)) from error
+    from studies.explorer.loaded import start_state
+    from studies.explorer.server import serve
+
+    serve(start_state(model).address, port=port, browser=not no_browser)

@@ -1,0 +1,144 @@
+"""The page as Dash draws it: places for the forms (``controls.py``), figures with their tables, downloads."""
+
+from typing import Any
+
+from dash import dcc, html
+
+from studies.explorer.loaded import LARGEST
+from studies.explorer.looks import HEIGHTS
+
+INDEX = """<!DOCTYPE html>
+<html lang="en">
+<head>
+{%metas%}
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<title>{%title%}</title>
+{%favicon%}
+{%css%}
+</head>
+<body>
+{%app_entry%}
+<footer>{%config%}{%scripts%}{%renderer%}</footer>
+</body>
+</html>
+"""
+
+ALONG = (("modes", "Modes along speed"), ("critical", "Critical speeds"), ("locus", "Root locus"))
+AT = (("damping", "Damping at the chosen speed"), ("sensitivity", "Sensitivities at the chosen speed"))
+"""Figures: id and what they are called. A further view is a row here, its figure in a callback of ``app.py``."""
+
+STORES = ("state", "theme", "redraw", "form", "shown", "settled", "motion", "dropped", "copied")
+
+
+def page(initial: str) -> Any:
+    """The components of the page.
+
+    Parameters
+    ----------
+    initial : str
+        Address of the state that it begins with.
+    """
+    return html.Div(
+        [
+            dcc.Store(id="initial", data=initial),
+            *(dcc.Store(id=name) for name in STORES),
+            dcc.Download(id="file"),
+            html.A("Skip to the figures", href="#figures", className="skip"),
+            html.Header(
+                [
+                    html.H1("velotyre explorer"),
+                    html.P(id="what"),
+                    html.Div(
+                        [
+                            html.Button("Undo", id="undo", title="Take the last change back (Alt+Z)"),
+                            html.Button("Pin", id="pin", title="Keep the present curves to compare (Alt+P)"),
+                            html.Button("Unpin", id="unpin", title="Drop what is pinned"),
+                            html.Div(id="theme-place"),
+                            html.Span(id="busy", role="status"),
+                        ],
+                        className="bar",
+                    ),
+                ]
+            ),
+            html.Div(id="message", role="alert"),
+            html.Div([_controls(), _figures()], className="columns"),
+        ],
+        id="page",
+    )
+
+
+def _controls() -> Any:
+    drop = dcc.Upload(
+        html.Div("Load a bicycle or model file, or drop it here", className="drop"),
+        id="upload", accept=".toml,.yml,.yaml,.txt", max_size=LARGEST, className="upload", className_active="over",
+    )  # fmt: skip
+    inside = [html.Summary("Model"), drop, html.Div(id="loaded", role="status"), html.Div(id="form-model")]
+    return html.Section(html.Details(inside, open=True, id="controls"), className="controls", **{"aria-label": "Model"})
+
+
+def _figures() -> Any:
+    return html.Main(
+        [
+            html.Section([html.H2("Along speed"), html.Div(id="form-speeds"), *(_figure(*one) for one in ALONG)]),
+            html.Section([
+                html.H2("At one speed"), html.Div(id="form-at"),
+                html.Div([*(_figure(*one) for one in AT), _motion()], className="pair"),
+            ]),
+            html.Section([html.H2("Notes on this model"), html.Ul(id="notes")]),
+            _take_away(),
+        ],
+        id="figures", tabIndex=-1,
+    )  # fmt: skip
+
+
+def _figure(name: str, words: str) -> Any:
+    graph = dcc.Graph(
+        id=name, figure={"data": [], "layout": {"xaxis": {"visible": False}, "yaxis": {"visible": False},
+                         "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)"}},
+        config={"displaylogo": False, "displayModeBar": False}, responsive=True,
+        style={"height": f"{HEIGHTS[name]}px"},
+    )  # fmt: skip
+    buttons = [
+        html.Button(f"{kind.upper()}", **{"data-image": name, "data-format": kind, "aria-label": f"{words} as {kind}"})
+        for kind in ("svg", "png")
+    ]
+    table = html.Details(
+        [html.Summary(f"Table: {words.lower()}"), html.Div(id=f"table-{name}", className="table", tabIndex=0)],
+        **{"data-table": name},
+    )
+    under = html.Div([table, html.Div(buttons, className="images")], className="under")
+    return html.Figure([graph, under], **{"aria-label": words})
+
+
+def _motion() -> Any:
+    table = html.Details(
+        [html.Summary("Table: mode shape"), html.Div(id="table-motion", className="table", tabIndex=0)],
+        **{"data-table": "motion"},
+    )
+    parts = [
+        html.H3("Mode shape", id="motion-title"),
+        html.Div(id="motion-views", className="views"),
+        html.Div([html.Button("Play", id="play"), html.Span(id="motion-said")], className="bar"),
+        table,
+    ]
+    return html.Figure(parts, className="motion", **{"aria-label": "Mode shape"})
+
+
+def _take_away() -> Any:
+    buttons = [
+        html.Button("Model (TOML)", id="save-model"),
+        html.Button("Eigenvalues (CSV)", id="save-csv"),
+        html.Button("Save as page (HTML)", id="save-page", title="One file that works offline"),
+    ]
+    texts = [
+        html.Div(
+            [
+                html.H3(words),
+                html.Button(f"Copy {what}", **{"data-copy": f"text-{what}"}),
+                html.Pre(id=f"text-{what}", tabIndex=0),
+            ]
+        )
+        for what, words in (("command", "As command"), ("python", "As Python"))
+    ]
+    return html.Section([html.H2("Take away"), html.Div(buttons, className="bar"), *texts])

@@ -1,0 +1,84 @@
+"""The present view as one HTML file that works from the disk: figures, tables, data and the model file inside."""
+
+import base64
+import gzip
+import json
+from datetime import UTC, datetime
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from studies.explorer import exports
+from studies.explorer.along_speed import critical_strip, modes_figure, root_locus
+from studies.explorer.computed import at_speed, computed, ranking
+from studies.explorer.looks import Palette
+from studies.explorer.models import bicycle_name
+from studies.explorer.motion import mode_motion
+from studies.explorer.one_speed import damping_figure, figure_or_words, sensitivity_figure
+from studies.explorer.state import State, parse_state
+
+
+def saved_page(state: State, palette: Palette) -> str:
+    """The file.
+
+    Parameters
+    ----------
+    state : State
+    palette : Palette
+        The figures keep its colours.
+
+    Raises
+    ------
+    InputError
+        The state makes no model.
+    """
+    now, at = computed(state), at_speed(state)
+    pins = {f"pin {k + 1}: {bicycle_name(pin)}": pin for k, pin in enumerate(map(parse_state, state.pins))}
+    content = {
+        "figures": {
+            "Modes along speed": modes_figure(now, {label: computed(pin) for label, pin in pins.items()}, palette),
+            "Critical speeds": critical_strip(now, palette),
+            "Root locus": root_locus(now, palette),
+            "Damping at the chosen speed": damping_figure(at, palette),
+            "Sensitivities at the chosen speed": figure_or_words(
+                "sensitivity", lambda: sensitivity_figure(ranking(state), palette), palette
+            ),
+        },
+        "motion": mode_motion(state, at),
+        "files": {
+            f"{exports.file_stem(state)}.toml": exports.model_toml(state),
+            f"{exports.file_stem(state)}_eigenvalues.csv": exports.eigenvalues_csv(state),
+        },
+        "notes": list(now.notes),
+    }
+    return str(
+        _template().render(
+            name=bicycle_name(state), dark=palette.dark, made=datetime.now(UTC).strftime("%Y-%m-%d"),
+            effects=", ".join(e.identifier.replace("_", " ") for e in now.model.effects), at=state.at,
+            address=state.address, plotly=_plotly(), content=_packed(json.dumps(content, allow_nan=False).encode()),
+            common=_asset("common.js"), style=_asset("explorer.css"),
+        )
+    )  # fmt: skip
+
+
+def _packed(data: bytes) -> str:
+    """Compressed, as letters that no tag of HTML can be made of (base 85 has no slash)."""
+    return base64.b85encode(gzip.compress(data, 9, mtime=0)).decode("ascii")
+
+
+@cache
+def _plotly() -> str:
+    """The program that draws, which comes with plotly: 4.8 MB, of which 1.8 MB are left."""
+    return _packed(files("plotly").joinpath("package_data/plotly.min.js").read_bytes())
+
+
+def _asset(name: str) -> str:
+    return files("studies.explorer").joinpath("assets", name).read_text(encoding="utf-8")
+
+
+@cache
+def _template() -> Any:
+    from jinja2 import Environment
+
+    text = files("studies.explorer").joinpath("templates/saved_page.html.j2").read_text(encoding="utf-8")
+    return Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(text)

@@ -1,0 +1,65 @@
+"""One server and one headless browser for all tests of the page."""
+
+import os
+import shutil
+import threading
+
+import pytest
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+
+
+@pytest.fixture(scope="session")
+def address():
+    """Where the page is served, as ``velotyre explore`` does it."""
+    pytest.importorskip("dash", reason="the page needs dash (extra explore)")
+    from werkzeug.serving import make_server
+
+    from studies.explorer.server import HOST, build_server, listening
+
+    place = listening(0)
+    port = place.getsockname()[1]
+    server = make_server(HOST, port, build_server("", port), threaded=True, fd=os.dup(place.fileno()))
+    place.close()
+    thread = threading.Thread(target=server.serve_forever, daemon=True)
+    thread.start()
+    yield f"http://{HOST}:{port}/"
+    server.shutdown()
+    thread.join()
+    server.server_close()
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """Headless Chromium."""
+    playwright = pytest.importorskip("playwright.sync_api", reason="browser tests need playwright")
+    if CHROMIUM is None:
+        pytest.skip("browser tests need chromium (apt-get install chromium)")
+    with playwright.sync_playwright() as driver:
+        found = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield found
+        found.close()
+
+
+@pytest.fixture
+def opened(browser, address):
+    """Open the page at a state in a browser of its own; at the end the console must be free of errors."""
+    contexts, errors = [], []
+
+    def at(state="", **settings):
+        context = browser.new_context(
+            **({"viewport": {"width": 1300, "height": 900}, "accept_downloads": True} | settings)
+        )
+        contexts.append(context)
+        page = context.new_page()
+        page.on(
+            "console", lambda message: errors.append(message.text) if message.type in ("error", "warning") else None
+        )
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.goto(f"{address}#{state}" if state else address)
+        return page
+
+    yield at
+    for context in contexts:
+        context.close()
+    assert errors == []

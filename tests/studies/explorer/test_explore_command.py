@@ -1,0 +1,53 @@
+"""``velotyre explore``: it says its address, refuses what it cannot use, and says how to install what is missing."""
+
+import http.client
+import socket
+import subprocess
+import sys
+
+import pytest
+
+from studies.cli import main
+
+
+def refused(capsys, *arguments):
+    with pytest.raises(SystemExit) as stop:
+        main(["explore", *arguments])
+    assert stop.value.code == 2
+    return capsys.readouterr().err
+
+
+def test_without_dash_it_says_how_to_install_it(capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "dash", None)
+    assert refused(capsys) == 'velotyre: dash is not installed; install it with: pip install "velotyre[explore]"\n'
+
+
+def test_a_model_that_is_none_is_refused(capsys):
+    pytest.importorskip("dash", reason="the page needs dash (extra explore)")
+    assert "unknown bicycle 'pisto'; did you mean 'pista'?" in refused(capsys, "pisto")
+    assert "--port" in refused(capsys, "--port", "70000")
+
+
+def test_a_port_that_is_taken_is_refused(capsys):
+    pytest.importorskip("dash", reason="the page needs dash (extra explore)")
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        line = refused(capsys, "--no-browser", "--port", str(port))
+    assert line.startswith(f"velotyre: --port {port} cannot be used (")
+    assert line.endswith("; give another one, or 0 for a free one\n")
+
+
+def test_it_serves_at_the_address_that_it_says_and_ends_when_interrupted():
+    pytest.importorskip("dash", reason="the page needs dash (extra explore)")
+    code = "from studies.cli import main; main(['explore', 'pista', '--port', '0', '--no-browser'])"
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as served:
+        try:
+            line = served.stdout.readline()
+            assert line.startswith("velotyre explorer: http://127.0.0.1:")
+            place = line.split()[2].removeprefix("http://").rstrip("/")
+            page = http.client.HTTPConnection(place, timeout=30)
+            page.request("GET", "/_dash-layout")
+            assert b"bicycle=pista" in page.getresponse().read()
+            page.close()
+        finally:
+            served.terminate()

@@ -1,0 +1,233 @@
+"""The page in a browser: numbers, names, address, pins, files, keyboard, accessibility.
+
+Eigenvalues of the benchmark bicycle at 5 m/s: Meijaard, Papadopoulos, Ruina & Schwab (2007), Proc. R. Soc. A 463,
+table 2; those of a tyre model are taken from its state matrix by numpy.
+"""
+
+import csv
+import io
+import time
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("dash", reason="the page needs dash (extra explore)")
+
+from bicycle import Model, read_model
+from bicycle.files.model_file import build_model
+
+PUBLISHED = {
+    "weave": complex(-0.77534188219585, 4.46486771378823),
+    "capsize": -0.32286642900409,
+    "castering": -14.07838969279822,
+}
+TYRES = (
+    "bicycle=benchmark&effects.relaxation_length.tyre=Tyre1&effects.relaxation_length.pressure_bar.rear=5.5"
+    "&effects.relaxation_length.pressure_bar.front=4&effects.steer_damper.damping=0.5&slow=2&fast=12&at=7"
+)
+QUIET = "!document.getElementById('busy').textContent && !document.getElementById('message').textContent"
+
+
+def until(page, expression):
+    """Wait for an expression; Playwright's own way needs eval, which the page's policy forbids."""
+    end = time.monotonic() + 30
+    tried = f"(() => {{ try {{ return Boolean({expression}) }} catch {{ return false }} }})()"  # not there yet
+    while not page.evaluate(tried):
+        assert time.monotonic() < end, f"{expression}: {page.inner_text('#page')[:300]} {page.url}"
+        page.wait_for_timeout(30)
+
+
+def settled(page, speed="5"):
+    """Wait until the figures at one speed are those of ``speed``."""
+    until(page, f"{QUIET} && document.querySelector('#damping .gtitle')?.textContent.includes('at {speed} m/s')")
+
+
+def rows(page, name):
+    """Cells of the table behind a figure, numbers with every digit."""
+    details = page.locator(f"details[data-table={name}]")
+    if details.get_attribute("open") is None:
+        details.locator("summary").click()
+    page.wait_for_selector(f"#table-{name} td")
+    return page.eval_on_selector_all(
+        f"#table-{name} tbody tr",
+        "rows => rows.map(r => [...r.cells].map(c => 'value' in c.dataset ? Number(c.dataset.value) : c.textContent))",
+    )
+
+
+def roots(page):
+    """Name -> eigenvalues (upper half) of the table at the chosen speed."""
+    found = {}
+    for name, real, imaginary, *_ in rows(page, "damping"):
+        found.setdefault(name, []).append(complex(real, imaginary))
+    return found
+
+
+def test_numbers_and_names_of_the_benchmark_are_the_published_ones(opened):
+    page = opened()
+    settled(page)
+    found = roots(page)
+    assert set(found) == set(PUBLISHED)
+    for name, value in PUBLISHED.items():
+        assert found[name] == [pytest.approx(value, abs=1e-9)]
+    critical = [(row[1], row[0]) for row in rows(page, "critical")]
+    assert critical == [("weave", pytest.approx(4.29238253634111, abs=1e-9)),
+                        ("capsize", pytest.approx(6.02426201538837, abs=1e-9))]  # fmt: skip
+    assert page.locator("#modes .legendtext").all_text_contents() == ["weave", "capsize", "castering"]
+
+
+def test_numbers_of_a_tyre_model_are_those_of_its_state_matrix_and_travel_with_the_address(opened):
+    page = opened(TYRES)
+    settled(page, "7")
+    model = build_model({"bicycle": "benchmark", "effects": {
+        "relaxation_length": {"tyre": "Tyre1", "pressure_bar": {"rear": 5.5, "front": 4.0}},
+        "steer_damper": {"damping": 0.5},
+    }})  # fmt: skip
+    expected = np.linalg.eigvals(model.linear_model().state_matrix(7.0))
+    expected = np.sort_complex(expected[expected.imag >= 0])
+    found = roots(page)
+    assert {"weave", "wobble", "capsize"} <= set(found)
+    assert np.sort_complex([z for every in found.values() for z in every]) == pytest.approx(
+        expected, rel=1e-9, abs=1e-9
+    )
+    wobble = found["wobble"][0]
+    assert 5 < wobble.imag / (2 * np.pi) < 12  # Hz, where wobble is known to be
+    other = opened(page.url.partition("#")[2])
+    settled(other, "7")
+    assert other.url == page.url
+    assert rows(other, "damping") == rows(page, "damping")
+    assert rows(other, "modes") == rows(page, "modes")
+    assert other.locator("[id='n-effects.steer_damper.damping']").input_value() == "0.5"
+
+
+def test_the_keyboard_is_enough(opened):
+    page = opened()
+    settled(page)
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.className") == "skip"
+    for _ in range(60):  # to the switch of the hands, by Tab alone
+        page.keyboard.press("Tab")
+        if page.evaluate("document.activeElement.id") == "s-effects.rider_arms":
+            break
+    page.keyboard.press("Space")
+    page.wait_for_selector("[id='n-effects.rider_arms.damping']")
+    until(page, f"{QUIET} && document.activeElement.id === 's-effects.rider_arms'")
+    page.keyboard.press("Tab")
+    page.keyboard.press("ArrowRight")  # the slider of the first parameter
+    until(page, "!location.hash.includes('inertia=0.1&')")
+    assert page.locator("[id='n-effects.rider_arms.inertia']").input_value() not in ("0.1", "")
+    page.keyboard.press("Alt+p")
+    until(page, "[...document.querySelectorAll('#modes .legendtext')].pop().textContent.includes('pin 1: benchmark')")
+    for _ in range(3):  # pin, slider, switch
+        page.keyboard.press("Alt+z")
+    assert page.inner_text("#busy") == "computing …"
+    until(page, f"{QUIET} && !location.hash.includes('rider_arms')")
+    settled(page)
+    assert roots(page)["weave"] == [pytest.approx(PUBLISHED["weave"], abs=1e-9)]
+
+
+def test_what_is_taken_away_opens(opened, tmp_path, browser):
+    page = opened(TYRES + "&name=x")
+    settled(page, "7")
+    page.wait_for_selector("#motion-views path", state="attached")
+
+    def saved(button, name):
+        with page.expect_download() as found:
+            page.locator(button).click()
+        assert found.value.suggested_filename == name
+        found.value.save_as(tmp_path / name)
+        return tmp_path / name
+
+    model = read_model(saved("#save-model", "benchmark.toml"))
+    assert isinstance(model, Model)
+    assert {effect.identifier for effect in model.effects} == {"relaxation_length", "steer_damper"}
+    table = list(csv.DictReader(io.StringIO(saved("#save-csv", "benchmark_eigenvalues.csv").read_text())))
+    assert [float(table[0]["speed_m_s"]), float(table[-1]["speed_m_s"])] == [2.0, 12.0]
+    assert len(rows(page, "modes")) == len(table)
+    svg = saved("button[data-image=modes][data-format=svg]", "velotyre_modes.svg").read_text()
+    assert svg.startswith("<svg")
+    assert "wobble" in svg
+    assert saved("button[data-image=locus][data-format=png]", "velotyre_locus.png").read_bytes()[:4] == b"\x89PNG"
+    assert page.inner_text("#text-command").startswith("cat > model.toml <<'END_OF_MODEL'")
+    assert "vt.build_model({'bicycle': 'benchmark'" in page.inner_text("#text-python")
+
+    whole = saved("#save-page", "benchmark.html")
+    assert whole.stat().st_size < 2_000_000
+    context = browser.new_context(offline=True)
+    other, asked, errors = context.new_page(), [], []
+    other.on("request", lambda request: asked.append(request.url))
+    other.on("pageerror", lambda error: errors.append(str(error)))
+    other.goto(whole.as_uri())
+    other.wait_for_selector("html[data-ready=yes]")
+    assert other.locator(".js-plotly-plot").count() == 5
+    assert errors == []
+    assert [url for url in asked if not url.startswith(("file:", "blob:", "data:"))] == []
+    other.locator("summary", has_text="Table: damping").click()
+    shown = other.eval_on_selector_all(
+        "figure[aria-label^=Damping] td[data-value]", "c => c.map(x => Number(x.dataset.value))"
+    )
+    assert roots(page)["wobble"][0].real in shown
+    with other.expect_download() as found:
+        other.locator("a[download$='.toml']").click()
+    assert tomllib.loads(Path(found.value.path()).read_text())["effects"]["steer_damper"] == {"damping": 0.5}
+    context.close()
+
+
+def test_files_that_are_dropped(opened):
+    page = opened()
+    settled(page)
+
+    def drop(name, text):
+        page.set_input_files("#upload input", files={"name": name, "mimeType": "text/plain", "buffer": text.encode()})
+
+    drop("mine.toml", "[values]\nw = 'wide'\n")
+    until(page, "document.getElementById('message').textContent")
+    assert page.inner_text("#message").startswith("mine.toml: [values]: w = 'wide'")
+    drop(
+        "model.toml",
+        'bicycle = "pista"\n[effects.steer_damper]\ndamping = 1.0\n[effects.side_slip]\ntyre="/etc/passwd.csv"\n',
+    )
+    until(page, "document.getElementById('message').textContent.includes('unknown tyre')")
+    drop("model.toml", 'bicycle = "pista"\n[effects.steer_damper]\ndamping = 1.0\n')
+    until(page, f"{QUIET} && document.getElementById('what').textContent === 'pista, no slip, steer damper'")
+    assert page.url.endswith("#bicycle=pista&effects.steer_damper.damping=1")
+
+
+def test_refusals_are_words_and_names_are_text(opened):
+    page = opened("bicycle=benchmark&name=%3Cimg%20src%3Dx%20onerror%3Dalert(1)%3E&effects.steer_damper.damping=-3")
+    until(page, "document.getElementById('message').textContent")
+    assert page.inner_text("#message") == (
+        "effect 'steer_damper': damping = -3 N m s/rad is outside 0 .. inf N m s/rad (wrong sign?)"
+    )
+    values = "&".join(
+        f"bicycle.{key}={value!r}" for key, value in build_model({"bicycle": "pista"}).bicycle.values.items()
+    )
+    page = opened(f"{values}&name=%3Cimg%20src%3Dx%20onerror%3Dalert(1)%3E&pin=bicycle%3Dbenchmark")
+    settled(page)
+    assert page.inner_text("#what").startswith("<img src=x onerror=alert(1)>")
+    assert page.locator("#page img[src=x]").count() == 0
+
+
+@pytest.mark.parametrize(("width", "scheme"), [(1300, "light"), (390, "dark")])
+def test_no_serious_finding_of_axe(opened, width, scheme):
+    axe = pytest.importorskip("axe_core_python.sync_playwright", reason="the check needs axe-core-python")
+    page = opened(
+        f"{TYRES}&effects.rider_arms.damping=1", viewport={"width": width, "height": 844}, color_scheme=scheme,
+        reduced_motion="reduce",
+    )  # fmt: skip
+    settled(page, "7")
+    page.wait_for_selector("#motion-views path", state="attached")
+    found = axe.Axe().run(page)
+    serious = [
+        (one["id"], [node["html"][:120] for node in one["nodes"][:3]])
+        for one in found["violations"]
+        if one["impact"] in ("serious", "critical")
+    ]
+    assert serious == []
+    assert page.evaluate("document.documentElement.dataset.theme") == scheme
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert page.inner_text("#play") == "Play"  # nothing moves unasked where motion is to be reduced
+    still = page.locator("#motion-views svg path").first.get_attribute("d")
+    page.wait_for_timeout(200)
+    assert page.locator("#motion-views svg path").first.get_attribute("d") == still

@@ -1,0 +1,289 @@
+"""States and addresses: each the other's inverse; what the controls, the exports and the loader make of them."""
+
+import json
+import subprocess
+import sys
+import tomllib
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bicycle import load_bicycle, read_model, registry
+from bicycle.files.bicycle_file import available_bicycles, to_text, to_toml, to_yaml
+from bicycle.files.model_file import build_model
+from studies.explorer import exports
+from studies.explorer.along_speed import halving, modes_figure
+from studies.explorer.computed import AtSpeed, at_speed, bicycle_or_none, computed, ranking
+from studies.explorer.controls import controls, controls_html, law_options, starts
+from studies.explorer.loaded import start_state, with_file
+from studies.explorer.looks import DARK, LIGHT, colour_on
+from studies.explorer.models import build, load_notes, model_content
+from studies.explorer.motion import FRAMES, mode_motion
+from studies.explorer.one_speed import damping_figure, figure_or_words, sensitivity_figure
+from studies.explorer.state import State, parse_state
+from studies.model_example import typical_values
+from tyre import read_tyre
+from tyre.base.errors import InputError
+
+TYRES = (
+    "bicycle=benchmark&effects.relaxation_length.tyre=Tyre1&effects.relaxation_length.pressure_bar.rear=5.5"
+    "&effects.relaxation_length.pressure_bar.front=4&slow=2&fast=12&at=7"
+)
+numbers = st.floats(0.01, 50.0)
+
+
+@settings(max_examples=80, deadline=None)
+@given(
+    damping=numbers, pressure=numbers, ends=st.tuples(numbers, numbers, numbers).map(sorted), name=st.text(max_size=20),
+    bicycle=st.sampled_from(available_bicycles()), posture=st.sampled_from(["upright", "hoods", "drops"]),
+)  # fmt: skip
+def test_an_address_says_its_state_exactly(damping, pressure, ends, name, bicycle, posture):
+    slow, at, fast = ends
+    if slow == fast or any(ord(letter) < 32 for letter in name):
+        return
+    model = {
+        "bicycle": bicycle, "effects.steer_damper.damping": damping, "effects.side_slip.tyre.rear": "Tyre1",
+        "effects.side_slip.tyre.front": "A & B=c%+é", "effects.side_slip.pressure_bar.rear": pressure,
+        "effects.side_slip.pressure_bar.front": 4.0, "allow_unusual": True,
+    }  # fmt: skip
+    state = State(tuple(sorted(model.items())), name, "charlie", posture, slow, fast, at, "weave", ("bicycle=pista",))
+    assert parse_state(state.address) == state
+    assert parse_state(f"#{state.address}") == state
+    assert "\n" not in state.address
+    assert " " not in state.address
+
+
+def test_the_empty_address_is_the_benchmark():
+    assert parse_state("") == State()
+    assert State().content == {"bicycle": "benchmark"}
+
+
+def test_one_number_for_both_wheels_becomes_two():
+    state = parse_state("effects.pneumatic_trail.trail=0.02&effects.side_slip.cornering_stiffness=5000")
+    assert state.content["effects"] == {
+        "pneumatic_trail": {"trail": {"rear": 0.02, "front": 0.02}},
+        "side_slip": {"cornering_stiffness": {"rear": 5000.0, "front": 5000.0}},
+    }
+
+
+@pytest.mark.parametrize("identifier", registry())
+def test_every_effect_has_a_switch_and_a_field_for_each_parameter(identifier):
+    """Switched on by the page, an effect has all its parameters as fields, with unit and typical range."""
+    effect, bicycle = registry()[identifier], load_bicycle("benchmark")
+    address = "&".join(f"{key}={value}" for key, value in starts(effect, bicycle).items())
+    html = controls_html(parse_state(address))["model"]
+    for parameter in effect.parameters:
+        low, high = parameter.typical
+        assert f"typical {low:g} .. {high:g}" in html
+        for entry in parameter.entries():
+            assert html.count(f'data-key="effects.{identifier}.{entry}"') == 2  # slider and number
+    if effect.slot != "contact law":
+        assert f'id="s-effects.{identifier}" checked' in html
+
+
+def test_every_effect_that_is_switched_on_makes_a_model():
+    """On a bicycle with tyres; what an effect needs besides is said by the library."""
+    bicycle = load_bicycle("benchmark")
+    fitting = [effect for effect in registry().values() if typical_values(effect, bicycle) is not None]
+    assert len(fitting) >= len(registry()) - 2  # no typical rider who leans leaves a possible frame of the benchmark
+    for effect in fitting:
+        law = {} if effect.slot == "contact law" else law_options("no_slip", None, measured=False)[0]["edit"].put
+        for name in effect.requires:
+            law = dict(law) | {"effects.steer_assist.gain": "5", "effects.steer_assist.fade_speed": "5",
+                               "effects.steer_assist.lean_gain": "0"} if name == "motor command" else law  # fmt: skip
+        pairs = dict(law) | starts(effect, bicycle)
+        assert effect.identifier in [e.identifier for e in build(parse_state(_joined(pairs))).effects]
+
+
+def _joined(pairs):
+    return "&".join(f"{key}={value}" for key, value in pairs.items())
+
+
+def test_hands_and_rider_stand_with_the_rider():
+    shown = controls(parse_state("bicycle=pista&rider=charlie&posture=drops&effects.rider_arms.damping=2"))
+    hands = next(panel for panel in shown["rider_effects"] if panel["id"] == "rider_arms")
+    assert (hands["words"], hands["on"]) == ("hands on the bar (rider arms)", True)
+    assert [one["value"] for one in shown["riders"] if one["chosen"]] == ["charlie"]
+    assert [one["value"] for one in shown["postures"] if one["chosen"]] == ["drops"]
+
+
+def test_pressure_and_load_are_marked_outside_what_was_measured():
+    """Tyre1 was measured from 340 to 490 N and from 3.5 to 7.5 bar (its table)."""
+    shown = controls(parse_state(TYRES.replace("front=4", "front=9")))
+    rear, front = shown["wheels"]
+    assert (rear["pressure_bar"]["words"], rear["load_bar"]["words"]) == ("3.5 .. 7.5", "340 .. 490")
+    assert (rear["pressure_bar"]["outside"], front["pressure_bar"]["outside"]) == (False, True)
+    assert (rear["load_bar"]["outside"], front["load_bar"]["outside"]) == (True, True)
+    html = controls_html(parse_state(TYRES.replace("front=4", "front=9")))["model"]
+    assert html.count("now outside") == 3
+    with pytest.raises(InputError, match="front wheel: 19 bar is farther outside the 3.5-7.5 bar"):
+        build(parse_state(TYRES.replace("front=4", "front=19")))
+
+
+def test_a_load_by_hand_takes_the_tyre_there():
+    """At the middle of its table Tyre1 has what ``read_tyre`` says at 400 N and 5.5 bar."""
+    state = parse_state(TYRES.replace("front=4", "front=5.5") + "&load.front=400&effects.steer_damper.damping=1")
+    expected = read_tyre("Tyre1").at(load=400.0, pressure=5.5e5)
+    values = build(state).parameters
+    assert values["relaxation_length.cornering_stiffness.front"] == pytest.approx(expected.cornering_stiffness)
+    assert values["relaxation_length.relaxation_length.front"] == pytest.approx(expected.relaxation_length)
+    rear = build(parse_state(TYRES)).parameters["relaxation_length.cornering_stiffness.rear"]
+    assert values["relaxation_length.cornering_stiffness.rear"] == pytest.approx(rear)  # its load is that at rest
+    assert load_notes(state)[0].startswith("loads by hand (front 400 N): the tyre is taken there, without its uncert")
+    assert load_notes(parse_state(TYRES)) == []
+    assert read_model_text(exports.model_toml(state)) == build(state)
+    shown = controls(state)["wheels"][1]
+    assert (shown["own_load"], shown["load_bar"]["outside"]) == ("400", False)
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ("load.front=0", "load.front = 0 N must be above 0; leave it out for the load at rest"),
+        ("load.front=2000", "front wheel: 2000 N is farther outside the 340-490 N"),
+        ("load.side=400", "load: unknown wheel 'side'; known: front, rear"),
+    ],
+)
+def test_a_load_that_is_none_is_refused(more, words):
+    with pytest.raises(InputError) as error:
+        build(parse_state(f"{TYRES}&{more}"))
+    assert str(error.value).startswith(words)
+    with pytest.raises(InputError, match="load: a load by hand is for a measured tyre, and the model has none"):
+        build(parse_state("bicycle=benchmark&load.front=400"))
+
+
+def read_model_text(text):
+    return build_model(tomllib.loads(text))
+
+
+def test_a_script_in_a_name_is_text():
+    values = load_bicycle("pista").values
+    state = parse_state(
+        _joined({f"bicycle.{k}": repr(v) for k, v in values.items()}) + "&name=<script>alert(1)</script>"
+    )
+    html = controls_html(state)["model"]
+    assert "<script" not in html
+    assert "&lt;script&gt;" in html
+    figure = modes_figure(computed(state), {"<b onclick=x>": computed(state)}, LIGHT)
+    assert not any("<b onclick" in trace["name"] for trace in figure["data"])
+
+
+@pytest.mark.parametrize(
+    "state",
+    [
+        "", TYRES, TYRES + "&effects.relaxation_length.surface=drum", TYRES + "&effects.steer_damper.damping=0.5",
+        "bicycle=pista&effects.no_slip=on",
+    ],
+)  # fmt: skip
+def test_command_and_python_compute_the_same(state, tmp_path):
+    """What is copied is run by shell and interpreter; both give the eigenvalues of the state matrix."""
+    state = parse_state(state)
+    linear = build(state).linear_model()
+    main = f'velotyre() {{ "{sys.executable}" -c "from studies.cli import main; main()" "$@"; }}\n'
+    text = f"{main}{exports.as_command(state)} --json found.json"
+    subprocess.run(["bash", "-c", text], check=True, cwd=tmp_path, capture_output=True)
+    found = json.loads((tmp_path / "found.json").read_text())
+    assert found["speeds_m_s"] == pytest.approx(np.linspace(state.slow, state.fast, 60).tolist(), rel=1e-9)
+    last = np.sort_complex([complex(*z) for z in found["eigenvalues"][-1]])
+    assert last == pytest.approx(
+        np.sort_complex(np.linalg.eigvals(linear.state_matrix(state.fast))), rel=1e-8, abs=1e-8
+    )
+    said = {}
+    exec(exports.as_python(state).replace("import velotyre as vt", "import studies.velotyre as vt"), said)
+    assert said["found"].eigenvalues[-1] == pytest.approx(last, rel=1e-8, abs=1e-8)
+    (tmp_path / "kept.toml").write_text(exports.model_toml(state))
+    assert read_model(tmp_path / "kept.toml") == build_model(model_content(state))
+
+
+@pytest.mark.parametrize(("ending", "write"), [(".toml", to_toml), (".yml", to_yaml), (".txt", to_text)])
+def test_a_bicycle_that_is_dropped_keeps_the_effects_and_its_sd(ending, write):
+    bicycle = load_bicycle("fisher")
+    state, _ = with_file(parse_state(TYRES), f"C:\\mine\\my bike{ending}", write(bicycle).encode())
+    assert state.name == "my_bike"
+    assert build(parse_state("bicycle=fisher")).bicycle.sd == pytest.approx(dict(bicycle.sd))
+    own = bicycle_or_none(state)
+    assert dict(own.values) == pytest.approx(dict(bicycle.values))
+    assert dict(own.sd) == pytest.approx(dict(bicycle.sd))
+    assert set(state.content["effects"]) == {"relaxation_length"}
+    assert parse_state(state.address) == state
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("a.exe", "", "a.exe: drop a bicycle or a model file (.toml, .yml, .yaml, .txt)"),
+        ("a", "", "a: drop a bicycle or a model file"),
+        ("../../a.toml", "x = ", "a.toml: "),
+        ("a.toml", "", "a.toml: the table [values] with the bicycle's parameters is missing"),
+        ("a.toml", "w = 1", "a.toml: the key 'bicycle' of a model file, or [values] of a bicycle file, is missing"),
+        ("a.toml", 'bicycle = "x.toml"', "a.toml: unknown bicycle 'x.toml'; known: "),
+        ("a.toml", 'bicycle = "pista"\n[effects.x]\ny = [1]', "a.toml: effects.x.y = [1] must be a number, a text or"),
+        ("a.toml", 'bicycle = "pista"\nstrange = 1', "a.toml: unknown key 'strange'"),
+        ("a.txt", "w = 1", "a.txt: "),
+        ("a.yml", "- 1", "a.yml: "),
+        ("a.toml", "#" * 1_000_001, "a.toml: 1000001 bytes are more than the 1000000 that a bicycle or model may have"),
+    ],
+)
+def test_a_file_that_is_none_is_refused_by_its_own_name(name, text, words):
+    with pytest.raises(InputError) as error:
+        with_file(State(), name, text.encode())
+    assert str(error.value).startswith(words)
+    assert "/tmp" not in str(error.value)
+
+
+def test_the_model_of_the_command_line(tmp_path):
+    (tmp_path / "mine.toml").write_text(to_toml(load_bicycle("pista")))
+    (tmp_path / "model.toml").write_text(
+        'bicycle = "mine.toml"\n[effects.steer_damper]\ndamping = 1\n'
+        '[covariance]\nparameters = ["steer_damper.damping"]\nmatrix = [[0.01]]\n'
+    )
+    state = start_state(str(tmp_path / "model.toml"))
+    assert state.name == "mine"
+    assert parse_state(state.address) == state
+    assert build(state).sd == {"steer_damper.damping": pytest.approx(0.1)}
+    assert start_state("pista").content["bicycle"] == "pista"
+    assert start_state(None) == State()
+    with pytest.raises(InputError, match="unknown bicycle 'pisto'; did you mean 'pista'"):
+        start_state("pisto")
+
+
+def test_a_rider_is_part_of_the_model_that_is_saved():
+    pytest.importorskip("yeadon", reason="a rider needs yeadon")
+    state = parse_state("bicycle=pista&rider=charlie&posture=drops")
+    saved = tomllib.loads(exports.model_toml(state))
+    assert build_model(saved).bicycle["mB"] == pytest.approx(4.49 + 78.75, rel=1e-3)  # frame, and rider as measured
+    with pytest.raises(InputError, match="it carries a rider already"):
+        build(parse_state("bicycle=benchmark&rider=charlie"))
+
+
+def test_figures_at_one_speed():
+    state = parse_state(TYRES)
+    at = at_speed(state)
+    assert isinstance(at, AtSpeed)
+    figure = damping_figure(at, LIGHT)
+    assert figure["data"][0]["error_y"]["visible"]
+    assert not damping_figure(at_speed(State()), LIGHT)["data"][0]["error_y"]["visible"]  # nothing is stated
+    top = sensitivity_figure(ranking(state), DARK)
+    sizes = [abs(x) for x in top["data"][0]["x"]]
+    assert sizes == sorted(sizes)
+    motion = mode_motion(state, at)
+    assert motion["mode"] == "weave"
+    assert all(len(frames) == FRAMES for view in motion["views"] for frames in view["paths"].values())
+    assert [row[1] for row in motion["table"]["rows"]][:3].count(1.0) == 1  # the largest angle
+
+    def refused():
+        raise InputError("no <b> here")
+
+    words = figure_or_words("damping", refused, LIGHT)["layout"]
+    assert "&lt;b&gt;" in words["annotations"][0]["text"]
+    assert words["meta"]["rows"] == [["no <b> here"]]
+
+
+def test_words_and_colours():
+    assert halving(np.log(2)) == "doubles in 1 s"
+    assert halving(-2 * np.log(2)) == "halves in 0.5 s"
+    assert halving(0.0) == "neither grows nor decays"
+    assert colour_on("#123a6b", LIGHT) == "#123a6b"
+    assert sum(bytes.fromhex(colour_on("#123a6b", DARK)[1:])) > sum(bytes.fromhex("123a6b"))
