@@ -64,11 +64,10 @@ def draw_result(result: str | Path, folder: Path | None = None, *, at: float | N
     if not drawn.figures:
         with contextlib.suppress(OSError):  # others' files are in it
             drawn.folder.rmdir()
-        if drawn.remarks:
-            raise InputError(f"{stored.path.as_posix()}: nothing is drawn: {'; '.join(drawn.remarks)}")
         raise InputError(
-            f"{stored.path.as_posix()} holds nothing that is drawn ({', '.join(stored.sweep.outputs)}); ask the sweep "
-            "for critical_speeds, or for largest_growth_rate, damping_ratios or modes at several speeds"
+            f"{stored.path.as_posix()} holds nothing that is drawn ({', '.join(stored.sweep.outputs)}; "
+            f"{'; '.join(drawn.remarks)}); ask the sweep for critical_speeds, or for largest_growth_rate, "
+            "damping_ratios or modes at several speeds"
         )
     drawn.remarks.extend(_said(stored))
     return drawn

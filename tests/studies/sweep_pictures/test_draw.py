@@ -245,7 +245,34 @@ def test_refused(sample, tmp_path, capsys):
         ("text.nc", "cannot be read as the result of a sweep"),
         ("empty.zarr", "cannot be read as the result of a sweep"),
         ("foreign.zarr", "is not a result of 'velotyre sweep'"),
+        ("plain.zarr", "holds nothing that is drawn (parameters; stable and unstable bicycles are not told apart"),
     ):
         with pytest.raises(SystemExit, match="2"):
             main(["draw", str(tmp_path / name)])
         assert words in capsys.readouterr().err
+    assert not (tmp_path / "plain_figures").exists()
+
+
+def test_a_sweep_without_critical_speeds_is_finished_and_says_so(tmp_path, capsys):
+    content = {"model": {"bicycle": "benchmark"}, "outputs": ["critical_speeds"], "max_speed_m_s": 2.0,
+               "grid": {"c": [0.06, 0.08]}}  # fmt: skip
+    out = tmp_path / "none.zarr"
+    main(["sweep", str(write_file(tmp_path, content)), "--out", str(out), "--plot"])
+    said = capsys.readouterr().err
+    assert "remark: " in said
+    assert "no bicycle has a critical speed up to 2 m/s, so none are drawn" in said
+    with pytest.raises(SystemExit, match="2"):
+        main(["draw", str(out)])
+    assert "no bicycle has a critical speed up to 2 m/s" in capsys.readouterr().err
+    main(["draw", str(out), "--at", "5"])  # growth rates at 5 m/s are computed anew
+    rows = pd.read_csv(tmp_path / "none_figures" / "pairs.csv")
+    assert rows["unstable"][1] == 0  # c = 0.08 m: between 4.3 and 6.0 m/s (Meijaard et al. 2007)
+
+
+def test_no_possible_bicycle(sample, monkeypatch, tmp_path):
+    from studies.sweep_pictures.stored import Stored
+    from tyre.base.errors import InputError
+
+    monkeypatch.setattr(Stored, "possible", np.zeros((2, 40), bool))
+    with pytest.raises(InputError, match="no bicycle of it is possible, so there is nothing to draw"):
+        draw_result(sample, tmp_path / "no")
