@@ -1,7 +1,7 @@
 """Following a boundary through the chart: predictor along the tangent, corrector across it, whatever way it turns.
 
-The arc length is the parameter, so that folds are passed (Keller 1977). One corrector step is taken at each point and
-all points are sharpened together at the end.
+The arc length is the parameter, so that folds are passed (Keller 1977). One corrector step is taken at each point of a
+walk in long strides; points are filled in, and all are sharpened together.
 """
 
 from dataclasses import dataclass
@@ -18,6 +18,8 @@ TURN = 0.25  # rad that the tangent may turn in a step
 ACROSS = 0.2  # of the step: a corrector that moves farther came from too far
 HALVES = 0.5  # to which the square of a frequency may fall in a step
 SLOW = 1e-3  # of sqrt(g/w) about 3 1/s: a pair slower than this is about to become real
+TURNED = 1e-5  # of the range: how sharply it is told where the unstable side of a real root changes
+STRIDES = 4  # steps that a walk takes at once; the points between are sharpened together
 MOST_POINTS = 20_000
 
 
@@ -146,7 +148,7 @@ def trace(plane: Plane, seed: Seed, *, step: float, slow: float) -> Boundary:
     slow : float
         Frequency (rad/s) below which a pair is about to become real.
     """
-    walker = _Walker(plane, seed, step, slow)
+    walker = _Walker(plane, seed, STRIDES * step, slow)
     ahead, roots_ahead, end = walker.walk(1.0)
     behind: list[Array] = []
     roots_behind: list[complex] = []
@@ -155,6 +157,7 @@ def trace(plane: Plane, seed: Seed, *, step: float, slow: float) -> Boundary:
         behind, roots_behind, begin = walker.walk(-1.0)
     shares = np.array([*behind[::-1], seed.shares, *ahead])
     roots = np.array([*roots_behind[::-1], seed.root, *roots_ahead])
+    shares, roots = _filled(shares, roots, step, closed=end == CLOSED)
     sharp = _sharp(plane, shares, roots, seed, step)
     good = sharp.reached & (np.hypot(*(sharp.shares - shares).T) <= 0.5 * step)
     ends = (begin if good[0] else LOST, end if good[-1] else LOST)
@@ -173,13 +176,26 @@ def _sharp(plane: Plane, shares: Array, roots: Complex, seed: Seed, step: float)
     return sharpened(plane, shares, roots, np.full(len(shares), seed.real), longest=step, held=held)
 
 
+def _filled(shares: Array, roots: Complex, step: float, *, closed: bool) -> tuple[Array, Complex]:
+    """Points and roots with others between, in even steps along the chords."""
+    if closed:
+        shares, roots = np.vstack([shares, shares[:1]]), np.r_[roots, roots[:1]]
+    length = np.hypot(*np.diff(shares, axis=0).T)
+    pieces = np.maximum(np.ceil(length / step * (1 - 1e-9)).astype(int), 1)
+    at = np.concatenate([k + np.arange(n) / n for k, n in enumerate(pieces)] + [[len(length)]])
+    at = at[:-1] if closed else at
+    place = np.arange(len(shares))
+    found = np.stack([np.interp(at, place, column) for column in shares.T], -1)
+    return found, np.interp(at, place, roots.real) + 1j * np.interp(at, place, roots.imag)
+
+
 def _turns(plane: Plane, shares: Array, uphill: Array, seed: Seed, step: float) -> Array:
     """Points with two more, close to each other, wherever a second root becomes zero and the unstable side changes."""
     points: list[Array] = [shares[0]]
     for k in range(len(shares) - 1):
         a, b, before = shares[k], shares[k + 1], uphill[k]
         if before @ uphill[k + 1] < 0:
-            while np.hypot(*(b - a)) > SMALLEST:
+            while np.hypot(*(b - a)) > TURNED:
                 middle = _sharp(plane, (a + b)[None] / 2, np.zeros(1, complex), seed, step)
                 point = middle.shares[0]
                 if not min(np.hypot(*(point - a)), np.hypot(*(point - b))) < np.hypot(*(b - a)):
