@@ -75,9 +75,9 @@ def main_figures(asked: Any, theme: Any) -> tuple[Any, ...]:
         "critical": [critical_words(c) for c in now.critical] or [f"none up to {state.fast:g} m/s"],
         "notes": [" ".join(str(note).split()) for note in (*now.notes, *now.named.events)],
     }
-    return (
-        modes_figure(now, pinned, palette), critical_strip(now, palette), root_locus(now, palette), shown,
-    )  # fmt: skip
+    locus = root_locus(now, palette)
+    del locus["layout"]["meta"]  # its table is that of the modes, which the browser has
+    return modes_figure(now, pinned, palette), critical_strip(now, palette), locus, shown
 
 
 def _figures(app: Dash) -> None:

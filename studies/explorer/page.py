@@ -19,10 +19,12 @@ INDEX = """<!DOCTYPE html>
 </head>
 <body>
 {%app_entry%}
-<footer>{%config%}{%scripts%}{%renderer%}</footer>
+<footer><script src="/_dash-component-suites/plotly/package_data/plotly.min.js"></script>
+{%config%}{%scripts%}{%renderer%}</footer>
 </body>
 </html>
 """
+"""What draws is asked for at once: Dash would ask for it only when it meets the first figure."""
 
 ALONG = (("modes", "Modes along speed"), ("critical", "Critical speeds"), ("locus", "Root locus"))
 AT = (("damping", "Damping at the chosen speed"), ("sensitivity", "Sensitivities at the chosen speed"))

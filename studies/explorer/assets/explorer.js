@@ -226,8 +226,10 @@
         return nothing();
       },
       table: function (figure, name) {
-        tables[name] = figure && figure.layout && figure.layout.meta;
+        if (name !== "locus") tables[name] = figure && figure.layout && figure.layout.meta;
+        if (name === "modes") tables.locus = tables.modes;
         fillTable(name);
+        if (name === "modes") fillTable("locus");
         came(name);
         return nothing();
       },
