@@ -70,7 +70,13 @@ class ManyCriticalSpeeds:
         return {why: count for number, why in WHY.items() if (count := int((self.status == number).sum()))}
 
     def of(self, bicycle: int) -> tuple[CriticalSpeed, ...]:
-        """Those of the bicycle with this index, by speed."""
+        """Those of the bicycle with this index, by speed.
+
+        Parameters
+        ----------
+        bicycle : int
+            Its index.
+        """
         return tuple(
             CriticalSpeed.of_root(
                 speed=float(self.speed[k]), root=1j * float(self.angular_frequency[k]),

@@ -37,7 +37,7 @@ def divide(t: Track, unit: Array, low: Array, high: Array, owner: Whole, v: Arra
         if t.status[b] != SURE:
             continue
         wanted = 0
-        for j in range(t.count[b] - 1):
+        for j in range(t.filled[b] - 1):
             left, right = t.order[b, j], t.order[b, j + 1]
             if t.v[b, right] <= low[b] or t.v[b, left] >= high[b]:
                 continue
@@ -48,7 +48,7 @@ def divide(t: Track, unit: Array, low: Array, high: Array, owner: Whole, v: Arra
                     perhaps = t.im[b, left, i] >= 0.0 and sees(t, b, left, right, i) == PERHAPS
             if not perhaps:
                 continue
-            if t.count[b] + wanted >= t.v.shape[1] or h < SMALLEST * unit[b]:
+            if t.filled[b] + wanted >= t.v.shape[1] or h < SMALLEST * unit[b]:
                 t.status[b] = TOO_CLOSE
                 asked -= wanted
                 break
@@ -60,7 +60,18 @@ def divide(t: Track, unit: Array, low: Array, high: Array, owner: Whole, v: Arra
 
 @compiled
 def sees(t: Track, b: int, left: int, right: int, i: int) -> int:
-    """Whether root ``i`` of the node ``left`` crosses on its way to the next: NONE, ONE or PERHAPS."""
+    """Whether root ``i`` of the node ``left`` crosses on its way to the next: NONE, ONE or PERHAPS.
+
+    Parameters
+    ----------
+    t : Track
+    b : int
+        Index of the bicycle.
+    left, right : int
+        Indices of the two nodes.
+    i : int
+        Index of the root.
+    """
     h = t.v[b, right] - t.v[b, left]
     k = t.match[b, left, i]
     a, z = t.re[b, left, i], t.re[b, right, k]
@@ -129,7 +140,7 @@ def crossings(t: Track, low: Array, high: Array, owner: Whole, step: Whole, root
     for b in range(t.v.shape[0]):
         if t.status[b] != SURE:
             continue
-        for j in range(t.count[b] - 1):
+        for j in range(t.filled[b] - 1):
             left, right = t.order[b, j], t.order[b, j + 1]
             if t.v[b, right] <= low[b] or t.v[b, left] >= high[b]:
                 continue

@@ -38,7 +38,13 @@ class Similarity(NamedTuple):
 
 
 def room_for(n: int, count: int) -> tuple[Array, Similarity]:
-    """Empty arrays for the Hessenberg forms of ``count`` matrices (n, n) and their similarity, LANES at a time."""
+    """Empty arrays for the Hessenberg forms of ``count`` matrices (n, n) and their similarity, LANES at a time.
+
+    Parameters
+    ----------
+    n, count : int
+        Number of rows, and of matrices.
+    """
     lanes = min(LANES, -(-count // FEWEST) * FEWEST)
     h = np.zeros((n + 1, n + 1, lanes))  # a reflection may reach over the edge by one
     order = np.zeros((n, lanes), np.int64)
@@ -46,7 +52,13 @@ def room_for(n: int, count: int) -> tuple[Array, Similarity]:
 
 
 def batches(n: int, m: int) -> Iterator[tuple[int, int, Array, Similarity]]:
-    """Index of the first, number, and room for ``m`` matrices (n, n), batch by batch."""
+    """Index of the first, number, and room for ``m`` matrices (n, n), batch by batch.
+
+    Parameters
+    ----------
+    n, m : int
+        Number of rows, and of matrices.
+    """
     for start in range(0, m, LANES):
         count = min(LANES, m - start)
         if start == 0 or count < LANES:

@@ -42,7 +42,19 @@ def solve(stack: Array, real: Array, imag: Array) -> int:
 
 @compiled
 def roots_of(h: Array, unit: Array, start: int, count: int, real: Array, imag: Array) -> int:
-    """Fill in the eigenvalues of matrices in Hessenberg form; first lane that failed, or -1."""
+    """Fill in the eigenvalues of matrices in Hessenberg form; first lane that failed, or -1.
+
+    Parameters
+    ----------
+    h : ndarray, shape (n + 1, n + 1, lanes)
+        As of :func:`bicycle.eigenvalues.hessenberg_kernel.hessenberg`.
+    unit : ndarray, shape (lanes,)
+        What each matrix was divided by.
+    start, count : int
+        Index of the first matrix and number of matrices.
+    real, imag : ndarray, shape (m, n)
+        Get the parts of the eigenvalues, in the unit of the matrices.
+    """
     n = h.shape[0] - 1
     window, lane = np.empty((3, h.shape[2]), np.int64), np.empty((8, h.shape[2]))
     failed = _iterate(h, n, window, lane)

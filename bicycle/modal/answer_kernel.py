@@ -67,8 +67,17 @@ def name_bits(name: Whole, modes: int) -> int:
 
 @compiled
 def step_of(t: Track, b: int, v: float) -> int:
-    """The step that holds ``v`` (m/s): the place of its lower node."""
-    low, high = 0, t.count[b] - 1
+    """The step that holds ``v`` (m/s): the place of its lower node.
+
+    Parameters
+    ----------
+    t : Track
+    b : int
+        Index of the bicycle.
+    v : float
+        m/s.
+    """
+    low, high = 0, t.filled[b] - 1
     while high - low > 1:
         middle = (low + high) // 2
         if t.v[b, t.order[b, middle]] <= v:
@@ -80,7 +89,17 @@ def step_of(t: Track, b: int, v: float) -> int:
 
 @compiled
 def same_labels(t: Track, found: Named, b: int, j: int, v: float) -> bool:
-    """Whether no name changes in step ``j``, or ``v`` (m/s) is one of its ends."""
+    """Whether no name changes in step ``j``, or ``v`` (m/s) is one of its ends.
+
+    Parameters
+    ----------
+    t : Track
+    found : Named
+    b, j : int
+        Indices of the bicycle and the step.
+    v : float
+        m/s.
+    """
     if t.v[b, t.order[b, j]] == v or t.v[b, t.order[b, j + 1]] == v:
         return True
     changes = 0
@@ -141,7 +160,17 @@ def _branches(
 
 @compiled
 def hermite(a: float, b: float, rise_a: float, rise_b: float, s: float) -> float:
-    """Cubic of s in 0..1 with these ends and slopes."""
+    """Cubic of s in 0..1 with these ends and slopes.
+
+    Parameters
+    ----------
+    a, b : float
+        At 0 and 1, in any unit.
+    rise_a, rise_b : float
+        Slopes there, in the same unit.
+    s : float
+        No unit.
+    """
     return (1 + 2 * s) * (1 - s) ** 2 * a + s**2 * (3 - 2 * s) * b + s * (1 - s) * ((1 - s) * rise_a - s * rise_b)
 
 
@@ -156,15 +185,15 @@ def ask_more(t: Track, found: Named, v: Array, unit: Array, owner: Whole, more: 
         m/s, NaN for none.
     unit : ndarray, shape (B,)
         Unit of speed, m/s.
-    owner, more : ndarray
-        Get the bicycles and the speeds.
+    owner, more : ndarray, shape (k,)
+        Get the bicycles and the speeds, m/s.
     """
     asked = 0
     for b in range(v.shape[0]):
         first = asked
         if t.status[b] != SURE:
             continue
-        for j in range(t.count[b] - 1):
+        for j in range(t.filled[b] - 1):
             left = t.order[b, j]
             h = t.v[b, t.order[b, j + 1]] - t.v[b, left]
             if t.kind[b, left] == MEETING and h > NARROW * unit[b] and _of_two_modes(t, found, b, j):
@@ -194,7 +223,7 @@ def ask_more(t: Track, found: Named, v: Array, unit: Array, owner: Whole, more: 
             asked += 1
             if h < SMALLEST * unit[b]:
                 t.status[b] = BESIDE_A_CHANGE
-        if t.count[b] + asked - first > t.v.shape[1]:
+        if t.filled[b] + asked - first > t.v.shape[1]:
             t.status[b] = BESIDE_A_CHANGE
         if t.status[b] != SURE:
             asked = first
@@ -228,7 +257,17 @@ def _of_two_modes(t: Track, found: Named, b: int, j: int) -> bool:
 
 @compiled
 def node_like(t: Track, found: Named, b: int, j: int, v: float) -> int:
-    """The node of step ``j`` whose names hold at ``v`` (m/s): the one farther from where they were given."""
+    """The node of step ``j`` whose names hold at ``v`` (m/s): the one farther from where they were given.
+
+    Parameters
+    ----------
+    t : Track
+    found : Named
+    b, j : int
+        Indices of the bicycle and the step.
+    v : float
+        m/s.
+    """
     if t.v[b, t.order[b, j]] == v:
         return j
     if t.v[b, t.order[b, j + 1]] == v:

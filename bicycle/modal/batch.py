@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 from bicycle.eigenvalues.vectors_kernel import decompose_stack
 from bicycle.linear_model import LinearModel
 from bicycle.modal import answer_kernel, follow_kernel, naming_kernel
+from bicycle.modal.anchor_kernel import Roles
 from bicycle.modal.follow_kernel import SURE, Track
 from bicycle.modal.naming import HIGHEST, LOWEST, speed_unit
 from bicycle.modal.naming import roles as roles_of
-from bicycle.modal.naming_kernel import Named, Roles
+from bicycle.modal.naming_kernel import Named
 from bicycle.modal.speed_limits import FASTEST_RATE, FASTEST_SPEED, REFERENCE_SPEED, SLOWEST_SPEED
 from bicycle.modal.tracking import SPARSE, STEP, grid
 from bicycle.speed_polynomial import SpeedPolynomial
@@ -79,7 +80,16 @@ class Block:
 
     @classmethod
     def of(cls, polynomial: SpeedPolynomial, unit: Array, kind: "BatchKind") -> "Block":
-        """From a stack of polynomials (m, n, n) and the units of speed (m,), m/s, of bicycles of one ``kind``."""
+        """From state matrices and units of speed of bicycles of one kind.
+
+        Parameters
+        ----------
+        polynomial : SpeedPolynomial, shape (m, n, n)
+            Scaled state matrices, 1/s.
+        unit : ndarray, shape (m,)
+            sqrt(g w), m/s.
+        kind : BatchKind
+        """
         shape = polynomial.shape
         stacked = [np.broadcast_to(matrix, shape) for matrix in polynomial.values()] or [np.zeros(shape)]
         powers = np.array(list(polynomial) or [0], float)
@@ -146,7 +156,18 @@ class Block:
         return track
 
     def add(self, track: Track, owner: NDArray[np.int64], v: Array, asked: Asked | None = None) -> None:
-        """Add nodes at speeds ``v`` (k,) of bicycles ``owner`` (k,) to a track, and those that these ask for."""
+        """Add nodes at speeds ``v`` (k,) of bicycles ``owner`` (k,) to a track, and those that these ask for.
+
+        Parameters
+        ----------
+        track : Track
+        owner : ndarray of int, shape (k,)
+            Indices of the bicycles.
+        v : ndarray, shape (k,)
+            m/s.
+        asked : callable, optional
+            As of :meth:`follow`.
+        """
         room = track.v.size * 3
         owners, speeds = np.empty(room, np.int64), np.empty(room)
         while len(v):
@@ -157,11 +178,18 @@ class Block:
             owner, v = owners[:count].copy(), speeds[:count].copy()
 
     def name(self, track: Track, speeds: Array) -> Named:
-        """Name all roots of a track of these bicycles; it gets the nodes it needs around ``speeds`` (m, k), m/s."""
+        """Name all roots of a track of these bicycles; it gets the nodes it needs around ``speeds`` (m, k), m/s.
+
+        Parameters
+        ----------
+        track : Track
+        speeds : ndarray, shape (m, k)
+            m/s, NaN for none.
+        """
         bicycles, nodes, n = track.re.shape
         found = Named(
-            *(np.zeros((bicycles, nodes, n), np.int64) for _ in range(2)), np.zeros((bicycles, n), np.int64),
-            np.zeros(bicycles),
+            np.zeros((bicycles, nodes, n), np.int64), np.zeros((bicycles, nodes, n), np.int64),
+            np.zeros((bicycles, n), np.int64), np.zeros(bicycles),
         )  # fmt: skip
         owners, more = np.empty(track.v.size + 1, np.int64), np.empty(track.v.size + 1)
         todo = np.ones(bicycles, np.int64)
@@ -195,7 +223,7 @@ class BatchKind:
         joints = {state.role for state in states if state.joint}
         roles = Roles(
             of_state=np.array([known.index(role) for role in of_state], np.int64),
-            lean=0, steer=1, yaw=2, count=len(known),
+            lean=0, steer=1, yaw=2, number=len(known),
             joint=np.array([role in joints for role in known], np.int64),
             mark=np.array([[role in mode.marks for role in known] for mode in played], float).reshape(-1, len(known)),
             first=np.array([0 if mode.marks[0] in present else -1 for mode in played], np.int64),
@@ -259,9 +287,10 @@ def name_roots(block: Block, speeds: Array) -> NamedRoots:
     parts = [
         _name_part(block.part(slice(at, at + BLOCK)), rising[at : at + BLOCK]) for at in range(0, len(speeds), BLOCK)
     ]
-    values, bits, *others = (np.concatenate([part[i] for part in parts]) for i in range(5))
+    values, bits, anchor, every, status = (np.concatenate([part[i] for part in parts]) for i in range(5))
     back = np.argsort(order, axis=1)[..., None]
-    return NamedRoots(*(np.take_along_axis(one, back, 1) for one in (values, bits)), block.kind.names, *others)
+    values, bits = np.take_along_axis(values, back, 1), np.take_along_axis(bits, back, 1)
+    return NamedRoots(values, bits, block.kind.names, anchor, every, status)
 
 
 def _name_part(
@@ -282,14 +311,31 @@ def _name_part(
 
 
 def eigenvalues_of(block: Block, owner: NDArray[np.int64], v: Array) -> NDArray[np.complex128]:
-    """Eigenvalues (k, n) of bicycles ``owner`` (k,) at speeds ``v`` (k,), m/s, sorted, 1/s."""
+    """Eigenvalues (k, n) of bicycles ``owner`` (k,) at speeds ``v`` (k,), m/s, sorted, 1/s.
+
+    Parameters
+    ----------
+    block : Block
+    owner : ndarray of int, shape (k,)
+        Indices of the bicycles.
+    v : ndarray, shape (k,)
+        m/s.
+    """
     from bicycle.eigenvalues.solvers import compiled
 
     return compiled(block.matrices(owner, v)[0])
 
 
 def name_of(bits: int, names: tuple[str, ...]) -> str:
-    """The name that ``bits`` stand for, among ``names``: joint where there are several."""
+    """The name that ``bits`` stand for, among ``names``: joint where there are several.
+
+    Parameters
+    ----------
+    bits : int
+        Index of each name as a bit.
+    names : tuple of str
+        By number.
+    """
     return "+".join(sorted(name for number, name in enumerate(names) if bits >> number & 1))
 
 

@@ -35,7 +35,7 @@ class Track(NamedTuple):
     dre: Array  # (B, M, n), slopes, 1/m
     dim: Array
     share: Array  # (B, M, n, n), of each state in each root
-    count: Small  # (B,)
+    filled: Small  # (B,), how many nodes there are
     order: Small  # (B, M)
     kind: Small  # (B, M)
     match: Small  # (B, M, n)
@@ -44,10 +44,17 @@ class Track(NamedTuple):
 
 
 def empty_track(bicycles: int, nodes: int, n: int) -> Track:
-    """Room for so many bicycles, nodes of each, and roots."""
+    """Room for so many bicycles, nodes of each, and roots.
+
+    Parameters
+    ----------
+    bicycles, nodes, n : int
+        Number of each.
+    """
     table = (bicycles, nodes)
     return Track(
-        np.zeros(table), *(np.zeros((*table, n)) for _ in range(4)), np.zeros((*table, n, n)),
+        np.zeros(table), np.zeros((*table, n)), np.zeros((*table, n)), np.zeros((*table, n)), np.zeros((*table, n)),
+        np.zeros((*table, n, n)),
         np.zeros(bicycles, np.int16), np.zeros(table, np.int16), np.zeros(table, np.int16),
         np.zeros((*table, n), np.int16), np.zeros((*table, 4), np.int16), np.zeros(bicycles, np.int16),
     )  # fmt: skip
@@ -90,11 +97,26 @@ def assemble(
 def place(
     t: Track, owner: NDArray[np.int64], v: Array, re: Array, im: Array, slopes: Array, share: Array, doubt: Array
 ) -> None:
-    """Take in nodes as :func:`bicycle.eigenvalues.vectors_kernel.decompose_stack` gives them (k of them)."""
+    """Take in nodes as :func:`bicycle.eigenvalues.vectors_kernel.decompose_stack` gives them (k of them).
+
+    Parameters
+    ----------
+    t : Track
+    owner : ndarray of int, shape (k,)
+        Indices of the bicycles.
+    v : ndarray, shape (k,)
+        m/s.
+    re, im, doubt : ndarray, shape (k, n)
+        1/s.
+    slopes : ndarray, shape (2, k, n)
+        1/m.
+    share : ndarray, shape (k, n, n)
+        Of each state in each root.
+    """
     n = re.shape[1]
     for k in range(len(v)):
         b = owner[k]
-        slot = t.count[b]
+        slot = t.filled[b]
         at = slot
         while at > 0 and t.v[b, t.order[b, at - 1]] > v[k]:
             t.order[b, at] = t.order[b, at - 1]
@@ -103,7 +125,7 @@ def place(
         if at > 0:
             t.kind[b, t.order[b, at - 1]] = OPEN
         t.kind[b, slot] = OPEN
-        t.count[b] = slot + 1
+        t.filled[b] = slot + 1
         t.v[b, slot] = v[k]
         for i in range(n):
             t.re[b, slot, i], t.im[b, slot, i] = re[k, i], im[k, i]
@@ -119,6 +141,14 @@ def link_steps(t: Track, unit: Array, owner: NDArray[np.int64], v: Array) -> int
     """Link all open steps; fill in ``owner`` and ``v`` with the nodes that are asked for, and say how many.
 
     ``unit`` (B,) is the unit of speed of each bicycle, m/s.
+
+    Parameters
+    ----------
+    t : Track
+    unit : ndarray, shape (B,)
+        m/s.
+    owner, v : ndarray, shape (k,)
+        Get indices of bicycles and speeds, m/s.
     """
     bicycles, most, n = t.re.shape
     roots = np.empty((2, 5, n))  # of both ends: real, imaginary, predicted real, imaginary; number among the roots
@@ -128,14 +158,14 @@ def link_steps(t: Track, unit: Array, owner: NDArray[np.int64], v: Array) -> int
         if t.status[b] != SURE:
             continue
         wanted = 0
-        for j in range(t.count[b] - 1):
+        for j in range(t.filled[b] - 1):
             left, right = t.order[b, j], t.order[b, j + 1]
             if t.kind[b, left] != OPEN:
                 continue
             t.kind[b, left] = _link(t, b, left, right, roots, count)
             if t.kind[b, left] == OPEN:
                 h = t.v[b, right] - t.v[b, left]
-                if t.count[b] + wanted >= most or h < SMALLEST * unit[b]:
+                if t.filled[b] + wanted >= most or h < SMALLEST * unit[b]:
                     t.status[b] = TOO_CLOSE
                     asked -= wanted
                     break
@@ -245,7 +275,15 @@ def _next(t: Track, b: int, left: int, roots: Array, count: int, k: int) -> int:
 
 @compiled
 def mate_of(re: Array, im: Array, i: int) -> int:
-    """The other half of a pair (roots (n,)), the root itself where it is real."""
+    """The other half of a pair (roots (n,)), the root itself where it is real.
+
+    Parameters
+    ----------
+    re, im : ndarray, shape (n,)
+        1/s.
+    i : int
+        Index of the root.
+    """
     if im[i] != 0.0:
         for j in range(len(re)):
             if re[j] == re[i] and im[j] == -im[i]:

@@ -41,7 +41,7 @@ def walk(w: Walked, m: int, modes: int, castering: int, anchor: int, low: float,
     castering : int
         Number of the castering mode, or -1.
     anchor : int
-        Node at which ``w.owner`` holds.
+        Index of the node at which ``w.owner`` holds.
     low, high : float
         Speeds always tracked, m/s.
     """

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bicycle.eigenvalues.hessenberg_kernel import compiled
+from bicycle.modal.anchor_kernel import FIRST_ROLE, Roles, find_anchor, own_core
 from bicycle.modal.cast_kernel import cast
 from bicycle.modal.follow_kernel import SURE, Track, mate_of
 from bicycle.modal.identity_kernel import Walked, Whole, walk
@@ -19,7 +20,6 @@ from bicycle.modal.naming import (
     LOWEST,
     MOSTLY,
     OVERDAMPED,
-    QUICK,
     SHORT,
     SLOW,
     WALKING,
@@ -27,26 +27,6 @@ from bicycle.modal.naming import (
 from tyre.base.arrays import Array
 
 NOT_CLEAR, NO_ANCHOR, SHORT_PAIR, NO_HEIR = 3, 9, 10, 11
-WHOLE = 3  # a pair and two real roots
-EDGE = 0.05  # of the share of lean, steer and yaw
-LEVEL = 1e-9  # plainness this near is equal: rounding decides
-WEAVE, CAPSIZE, CASTERING, FIRST_ROLE = 0, 1, 2, 3  # numbers of names
-
-
-class Roles(NamedTuple):
-    """The roles of states and the modes they mark, as numbers."""
-
-    of_state: Whole  # (n,), number of the role of each state
-    lean: int  # numbers of roles
-    steer: int
-    yaw: int
-    count: int
-    joint: Whole  # (roles,), 1 where it is the role of a joint
-    mark: Array  # (played, roles), 1 where a role marks a mode
-    first: Whole  # (played,), the role that must be there
-    weight: Array  # (played,)
-    oscillation: Whole  # (played,)
-    singular: bool  # the models divide by the speed
 
 
 class Named(NamedTuple):
@@ -60,18 +40,30 @@ class Named(NamedTuple):
 
 @compiled
 def name_all(t: Track, unit: Array, roles: Roles, found: Named, todo: Whole) -> None:
-    """Name the roots of bicycles where ``todo`` (B,) is not 0, ``unit`` (B,) in m/s; the unclear get a status."""
+    """Name the roots of bicycles where ``todo`` (B,) is not 0, ``unit`` (B,) in m/s; the unclear get a status.
+
+    Parameters
+    ----------
+    t : Track
+    unit : ndarray, shape (B,)
+        m/s.
+    roles : Roles
+    found : Named
+        Filled in.
+    todo : ndarray of int, shape (B,)
+        Not 0 where a name is asked for.
+    """
     bicycles, most, n = t.re.shape
     table = (most, n)
     w = Walked(
         np.empty(most), np.empty(table), np.empty(table), np.empty(table, np.int64), np.empty(table, np.int64),
         np.empty(n, np.int64), np.empty(n, np.int64),
     )  # fmt: skip
-    share = np.empty((most, roles.count, n))
+    share = np.empty((most, roles.number, n))
     for b in range(bicycles):
         if t.status[b] != SURE or not todo[b]:
             continue
-        m = t.count[b]
+        m = t.filled[b]
         _in_branches(t, b, m, w, found.root[b], share, roles, unit[b])
         t.status[b] = _name(w, m, share, roles, unit[b], found, b)
         if t.status[b] == SURE:
@@ -97,7 +89,7 @@ def _in_branches(t: Track, b: int, m: int, w: Walked, root: Whole, share: Array,
             w.mate[k, i] = mate_of(w.re[k], w.im[k], i)
         if 0.99 * SLOW <= w.v[k] / unit <= 1.01 * FAST:
             for i in range(n):
-                for r in range(roles.count):
+                for r in range(roles.number):
                     share[k, r, i] = 0.0
                 for s in range(n):
                     share[k, roles.of_state[s], i] += t.share[b, slot, s, root[k, i]]
@@ -108,12 +100,12 @@ def _name(w: Walked, m: int, share: Array, roles: Roles, unit: float, found: Nam
     """Name one bicycle; the status says whether that is clear."""
     n = w.re.shape[1]
     core = np.empty(n, np.int64)
-    anchor = _anchor(w, m, share, roles, unit, core)
+    anchor = find_anchor(w, m, share, roles, unit, core)
     if anchor < 0:
         return NO_ANCHOR
     low, high = (LOWEST * unit if roles.singular else 0.0), HIGHEST * unit
     found.anchor[b] = w.v[anchor]
-    modes, castering = _core(w, anchor, share, roles, core, found.name[b])
+    modes, castering = own_core(w, anchor, share, roles, core, found.name[b])
     known = modes
     modes = _others(w, m, anchor, share, roles, modes, low, high)
     if modes < 0:
@@ -121,138 +113,6 @@ def _name(w: Walked, m: int, share: Array, roles: Roles, unit: float, found: Nam
     if not walk(w, m, modes, castering, anchor, low, high):
         return NO_HEIR
     return SURE if _play(w, m, share, roles, unit, modes, known, found.name[b]) else NOT_CLEAR
-
-
-@compiled
-def _anchor(w: Walked, m: int, share: Array, roles: Roles, unit: float, core: Whole) -> int:
-    """Node at which weave, capsize and castering are plainest, -1 where it is not clear; ``core`` marks their roots."""
-    n = w.re.shape[1]
-    best, most, second, plainest = -1, 0, -1.0, -1.0
-    near, nearest, edge = 0, math.inf, False
-    here, slow = np.empty(n, np.int64), np.empty(3, np.int64)
-    for k in range(m):
-        speed = w.v[k] / unit
-        if abs(speed - WALKING) < nearest:
-            near, nearest = k, abs(speed - WALKING)
-        if not SLOW <= speed <= QUICK:
-            continue
-        edge = edge or (k + 1 < m and _on_the_edge(w, k, share, roles))
-        count = _core_at(w, k, share, roles, here, slow)
-        if count == 0 or count < most:
-            continue
-        plain = _plainness(w, k, here)
-        if count > most:
-            most, plainest, second = count, -1.0, -1.0
-        if plain > plainest:
-            best, plainest, second = k, plain, plainest
-            core[:] = here
-        else:
-            second = max(second, plain)
-    if edge and most < WHOLE:  # a node of the full track next to the meeting may have more
-        return -1
-    if most == 0:
-        core[:] = 0
-        return near
-    return -1 if plainest - second < LEVEL else best
-
-
-@compiled
-def _on_the_edge(w: Walked, k: int, share: Array, roles: Roles) -> bool:
-    """Whether roots meet in the step from node k that are hardly, or hardly not, of lean, steer and yaw."""
-    for i in range(w.re.shape[1]):
-        if w.mate[k, i] != w.mate[k + 1, i]:
-            least, most = 1.0, 0.0
-            for node in range(k, k + 2):
-                for j in (i, w.mate[k, i], w.mate[k + 1, i]):
-                    moving = share[node, roles.lean, j] + share[node, roles.steer, j] + share[node, roles.yaw, j]
-                    least, most = min(least, moving), max(most, moving)
-            if least < MOSTLY + EDGE and most > MOSTLY - EDGE:
-                return True
-    return False
-
-
-@compiled
-def _core_at(w: Walked, k: int, share: Array, roles: Roles, here: Whole, slow: Whole) -> int:
-    """Mark the pair and the two real roots among the three slowest of lean, steer and yaw at a node; how many."""
-    n = w.re.shape[1]
-    here[:] = 0
-    taken = 0
-    for place in range(3):
-        own, least = -1, math.inf
-        for i in range(n):
-            moving = share[k, roles.lean, i] + share[k, roles.steer, i] + share[k, roles.yaw, i]
-            if w.im[k, i] < 0.0 or not moving >= MOSTLY or (taken >> i) & 1:
-                continue
-            size = math.hypot(w.re[k, i], w.im[k, i])
-            if size < least:
-                own, least = i, size
-        slow[place] = own
-        if own >= 0:
-            taken |= 1 << own
-    pairs, reals, count = 0, 0, 0
-    for place in range(3):
-        if slow[place] >= 0 and w.im[k, slow[place]] == 0.0:
-            reals += 1
-    for place in range(3):
-        i = slow[place]
-        if i < 0:
-            continue
-        if w.im[k, i] > 0.0:
-            pairs += 1
-            here[i] = 1 if pairs == 1 else 0
-        else:
-            here[i] = 1 if reals == 2 else 0
-        count += here[i]
-    return count
-
-
-@compiled
-def _plainness(w: Walked, k: int, core: Whole) -> float:
-    """How far the core is from meeting: among itself, of the pair with itself, and with other modes."""
-    n = w.re.shape[1]
-    least = math.inf
-    for i in range(n):
-        if not core[i]:
-            continue
-        size = math.hypot(w.re[k, i], w.im[k, i])
-        if w.im[k, i] > 0.0:
-            least = min(least, w.im[k, i] / max(size, 1e-300))
-        for j in range(n):
-            if j != i and w.im[k, j] >= 0.0:
-                gap = math.hypot(w.re[k, i] - w.re[k, j], w.im[k, i] - w.im[k, j])
-                least = min(least, gap / (size + math.hypot(w.re[k, j], w.im[k, j]) + 1e-300))
-    return least
-
-
-@compiled
-def _core(w: Walked, k: int, share: Array, roles: Roles, core: Whole, name: Whole) -> tuple[int, int]:
-    """Owners of the core at the anchor; how many modes, and the number of castering or -1."""
-    n = w.re.shape[1]
-    w.owner[:] = -1
-    w.double[:] = 0
-    modes, first, second = 0, -1, -1
-    for i in range(n):
-        if core[i] and w.im[k, i] > 0.0:
-            w.owner[i] = w.owner[w.mate[k, i]] = 0
-            w.double[0] = 1
-            name[0] = WEAVE
-            modes = 1
-        elif core[i]:
-            if first < 0 or abs(w.re[k, i]) < abs(w.re[k, first]):
-                first, second = i, first
-            else:
-                second = i
-    if first < 0:
-        return modes, -1
-    a, b = (
-        share[k, roles.lean, first] / (share[k, roles.lean, first] + share[k, roles.steer, first] + 1e-300),
-        share[k, roles.lean, second] / (share[k, roles.lean, second] + share[k, roles.steer, second] + 1e-300),
-    )
-    if not a >= b:
-        first, second = second, first
-    w.owner[first], w.owner[second] = modes, modes + 1
-    name[modes], name[modes + 1] = CAPSIZE, CASTERING
-    return modes + 2, modes + 1
 
 
 @compiled
@@ -306,7 +166,7 @@ def _others(
 @compiled
 def _two_overdamped(w: Walked, anchor: int, share: Array, roles: Roles, partner: Whole) -> bool:
     """Whether a joint has two real roots at the anchor that are not a pair elsewhere."""
-    for r in range(roles.count):
+    for r in range(roles.number):
         alone, every = 0, 0
         for i in range(len(partner)):
             if roles.joint[r] and w.owner[i] < 0 and w.im[anchor, i] == 0.0 and share[anchor, r, i] > MOSTLY:
@@ -336,7 +196,7 @@ def _play(w: Walked, m: int, share: Array, roles: Roles, unit: float, modes: int
             total[mode] += weight
             for p in range(played):
                 part = 0.0
-                for r in range(roles.count):
+                for r in range(roles.number):
                     part += roles.mark[p, r] * share[k, r, i]
                 if roles.oscillation[p] and w.im[k, i] == 0.0:
                     part *= OVERDAMPED

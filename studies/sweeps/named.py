@@ -96,7 +96,7 @@ def critical_output(
     changes : sequence of str
         ``destabilising`` and ``stabilising``, in their order.
     occurrences : int
-        Room for so many of one mode and direction.
+        Number of those of one mode and direction that there is room for.
     """
     from bicycle.critical.batch import critical_speeds_of
     from bicycle.modal.batch import name_of

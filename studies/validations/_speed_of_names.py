@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -42,7 +43,7 @@ def _parts(order: int, count: int) -> list[Callable[[], Any]]:
         polynomial, _ = family.polynomials(part, len(part["w"]))
         return Block.of(polynomial, np.sqrt(family.base["g"] * part["w"]), kind)
 
-    return [lambda start=start: block(start) for start in range(0, count, AT_ONCE)]
+    return [partial(block, start) for start in range(0, count, AT_ONCE)]
 
 
 def _alone(order: int) -> list[LinearModel]:

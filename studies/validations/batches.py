@@ -41,7 +41,7 @@ def run(*, out: Path, seed: int, models: int = 1000, minutes: int = 0) -> dict[s
     models : int
         Number of models.
     minutes : int
-        Stop after so long, with the models compared until then; 0: never.
+        Number of minutes (min) after which it stops, with the models compared until then; 0: never.
     """
     from tyre.base.progress import progress_bar
 

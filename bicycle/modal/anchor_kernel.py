@@ -1,0 +1,195 @@
+"""Where weave, capsize and castering are plainest, compiled: the anchor of :mod:`bicycle.modal.naming`.
+
+Needs numba (extra ``fast``).
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from bicycle.eigenvalues.hessenberg_kernel import compiled
+from bicycle.modal.identity_kernel import Walked, Whole
+from bicycle.modal.naming import MOSTLY, QUICK, SLOW, WALKING
+from tyre.base.arrays import Array
+
+WHOLE = 3  # a pair and two real roots
+EDGE = 0.05  # of the share of lean, steer and yaw
+LEVEL = 1e-9  # plainness this near is equal: rounding decides
+WEAVE, CAPSIZE, CASTERING, FIRST_ROLE = 0, 1, 2, 3  # numbers of names
+
+
+class Roles(NamedTuple):
+    """The roles of states and the modes they mark, as numbers."""
+
+    of_state: Whole  # (n,), number of the role of each state
+    lean: int  # numbers of roles
+    steer: int
+    yaw: int
+    number: int  # of roles
+    joint: Whole  # (roles,), 1 where it is the role of a joint
+    mark: Array  # (played, roles), 1 where a role marks a mode
+    first: Whole  # (played,), the role that must be there
+    weight: Array  # (played,)
+    oscillation: Whole  # (played,)
+    singular: bool  # the models divide by the speed
+
+
+@compiled
+def find_anchor(w: Walked, m: int, share: Array, roles: Roles, unit: float, core: Whole) -> int:
+    """Node at which weave, capsize and castering are plainest, -1 where it is not clear; ``core`` marks their roots.
+
+    Parameters
+    ----------
+    w : Walked
+    m : int
+        Number of nodes.
+    share : ndarray, shape (m, roles, n)
+        Of each role in each branch.
+    roles : Roles
+    unit : float
+        Unit of speed, m/s.
+    core : ndarray of int, shape (n,)
+        Gets 1 for its branches.
+    """
+    n = w.re.shape[1]
+    best, most, second, plainest = -1, 0, -1.0, -1.0
+    near, nearest, edge = 0, math.inf, False
+    here, slow = np.empty(n, np.int64), np.empty(3, np.int64)
+    for k in range(m):
+        speed = w.v[k] / unit
+        if abs(speed - WALKING) < nearest:
+            near, nearest = k, abs(speed - WALKING)
+        if not SLOW <= speed <= QUICK:
+            continue
+        edge = edge or (k + 1 < m and _on_the_edge(w, k, share, roles))
+        count = _core_at(w, k, share, roles, here, slow)
+        if count == 0 or count < most:
+            continue
+        plain = _plainness(w, k, here)
+        if count > most:
+            most, plainest, second = count, -1.0, -1.0
+        if plain > plainest:
+            best, plainest, second = k, plain, plainest
+            core[:] = here
+        else:
+            second = max(second, plain)
+    if edge and most < WHOLE:  # a node of the full track next to the meeting may have more
+        return -1
+    if most == 0:
+        core[:] = 0
+        return near
+    return -1 if plainest - second < LEVEL else best
+
+
+@compiled
+def _on_the_edge(w: Walked, k: int, share: Array, roles: Roles) -> bool:
+    """Whether roots meet in the step from node k that are hardly, or hardly not, of lean, steer and yaw."""
+    for i in range(w.re.shape[1]):
+        if w.mate[k, i] != w.mate[k + 1, i]:
+            least, most = 1.0, 0.0
+            for node in range(k, k + 2):
+                for j in (i, w.mate[k, i], w.mate[k + 1, i]):
+                    moving = share[node, roles.lean, j] + share[node, roles.steer, j] + share[node, roles.yaw, j]
+                    least, most = min(least, moving), max(most, moving)
+            if least < MOSTLY + EDGE and most > MOSTLY - EDGE:
+                return True
+    return False
+
+
+@compiled
+def _core_at(w: Walked, k: int, share: Array, roles: Roles, here: Whole, slow: Whole) -> int:
+    """Mark the pair and the two real roots among the three slowest of lean, steer and yaw at a node; how many."""
+    n = w.re.shape[1]
+    here[:] = 0
+    taken = 0
+    for place in range(3):
+        own, least = -1, math.inf
+        for i in range(n):
+            moving = share[k, roles.lean, i] + share[k, roles.steer, i] + share[k, roles.yaw, i]
+            if w.im[k, i] < 0.0 or not moving >= MOSTLY or (taken >> i) & 1:
+                continue
+            size = math.hypot(w.re[k, i], w.im[k, i])
+            if size < least:
+                own, least = i, size
+        slow[place] = own
+        if own >= 0:
+            taken |= 1 << own
+    pairs, reals, count = 0, 0, 0
+    for place in range(3):
+        if slow[place] >= 0 and w.im[k, slow[place]] == 0.0:
+            reals += 1
+    for place in range(3):
+        i = slow[place]
+        if i < 0:
+            continue
+        if w.im[k, i] > 0.0:
+            pairs += 1
+            here[i] = 1 if pairs == 1 else 0
+        else:
+            here[i] = 1 if reals == 2 else 0
+        count += here[i]
+    return count
+
+
+@compiled
+def _plainness(w: Walked, k: int, core: Whole) -> float:
+    """How far the core is from meeting: among itself, of the pair with itself, and with other modes."""
+    n = w.re.shape[1]
+    least = math.inf
+    for i in range(n):
+        if not core[i]:
+            continue
+        size = math.hypot(w.re[k, i], w.im[k, i])
+        if w.im[k, i] > 0.0:
+            least = min(least, w.im[k, i] / max(size, 1e-300))
+        for j in range(n):
+            if j != i and w.im[k, j] >= 0.0:
+                gap = math.hypot(w.re[k, i] - w.re[k, j], w.im[k, i] - w.im[k, j])
+                least = min(least, gap / (size + math.hypot(w.re[k, j], w.im[k, j]) + 1e-300))
+    return least
+
+
+@compiled
+def own_core(w: Walked, k: int, share: Array, roles: Roles, core: Whole, name: Whole) -> tuple[int, int]:
+    """Owners of the core at the anchor; how many modes, and the number of castering or -1.
+
+    Parameters
+    ----------
+    w : Walked
+    k : int
+        Index of the anchor.
+    share : ndarray, shape (m, roles, n)
+        Of each role in each branch.
+    roles : Roles
+    core : ndarray of int, shape (n,)
+        1 for its branches.
+    name : ndarray of int, shape (n,)
+        Gets the numbers of the names of its modes.
+    """
+    n = w.re.shape[1]
+    w.owner[:] = -1
+    w.double[:] = 0
+    modes, first, second = 0, -1, -1
+    for i in range(n):
+        if core[i] and w.im[k, i] > 0.0:
+            w.owner[i] = w.owner[w.mate[k, i]] = 0
+            w.double[0] = 1
+            name[0] = WEAVE
+            modes = 1
+        elif core[i]:
+            if first < 0 or abs(w.re[k, i]) < abs(w.re[k, first]):
+                first, second = i, first
+            else:
+                second = i
+    if first < 0:
+        return modes, -1
+    a, b = (
+        share[k, roles.lean, first] / (share[k, roles.lean, first] + share[k, roles.steer, first] + 1e-300),
+        share[k, roles.lean, second] / (share[k, roles.lean, second] + share[k, roles.steer, second] + 1e-300),
+    )
+    if not a >= b:
+        first, second = second, first
+    w.owner[first], w.owner[second] = modes, modes + 1
+    name[modes], name[modes + 1] = CAPSIZE, CASTERING
+    return modes + 2, modes + 1
