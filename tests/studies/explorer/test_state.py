@@ -22,6 +22,7 @@ from studies.explorer.looks import DARK, LIGHT, colour_on
 from studies.explorer.models import build, load_notes, model_content
 from studies.explorer.motion import FRAMES, mode_motion
 from studies.explorer.one_speed import damping_figure, figure_or_words, sensitivity_figure
+from studies.explorer.saved_page import saved_page
 from studies.explorer.state import State, parse_state
 from studies.model_example import typical_values
 from tyre import read_tyre
@@ -287,3 +288,25 @@ def test_words_and_colours():
     assert halving(0.0) == "neither grows nor decays"
     assert colour_on("#123a6b", LIGHT) == "#123a6b"
     assert sum(bytes.fromhex(colour_on("#123a6b", DARK)[1:])) > sum(bytes.fromhex("123a6b"))
+
+
+def test_pointing_at_a_curve_tells_frequency_damping_and_time():
+    """Weave of the benchmark at 5 m/s (Meijaard et al. 2007, table 2): -0.77534 + 4.46487i 1/s."""
+    state = parse_state("slow=5&fast=6&at=5")
+    curves = modes_figure(computed(state), {"pin 1: x": computed(state)}, LIGHT)["data"]
+    weave = next(curve for curve in curves if curve["name"] == "weave")
+    assert weave["text"][0] == (
+        "<b>weave</b> at 5 m/s<br>0.7106 Hz, damping ratio 0.1711<br>halves in 0.894 s"
+    )  # 4.46487 / 2 pi; 0.77534 / |z|; ln 2 / 0.77534
+    pinned = [curve for curve in curves if curve["name"] == "weave, pin 1: x"]
+    assert pinned[0]["y"] == weave["y"]
+    assert pinned[0]["line"]["dash"] == weave["line"]["dash"]
+    looks = {(c["line"]["dash"], c["marker"]["symbol"]) for c in curves if c["showlegend"] and not c["meta"]["pin"]}
+    assert len(looks) == 3  # told apart without colour
+
+
+def test_a_saved_page_with_all_that_can_be_pinned_stays_below_two_megabytes():
+    pins = "&".join(f"pin=bicycle%3D{name}" for name in ("pista", "rigid", "benchmark", "browser"))
+    page = saved_page(parse_state(f"{TYRES}&{pins}"), LIGHT)
+    assert 1_000_000 < len(page.encode()) < 2_000_000
+    assert "https://" not in page.split('<script type="text/plain"')[0]
