@@ -12,7 +12,6 @@ import numpy as np
 from bicycle.eigenvalues.hessenberg_kernel import compiled
 from bicycle.modal.anchor_kernel import FIRST_ROLE, Roles, find_anchor, own_core
 from bicycle.modal.cast_kernel import cast
-from bicycle.modal.follow_kernel import SURE, Track, mate_of
 from bicycle.modal.identity_kernel import Walked, Whole, walk
 from bicycle.modal.naming import (
     FAST,
@@ -24,6 +23,7 @@ from bicycle.modal.naming import (
     SLOW,
     WALKING,
 )  # fmt: skip
+from bicycle.modal.track_kernel import SURE, Track, mate_of
 from tyre.base.arrays import Array
 
 NOT_CLEAR, NO_ANCHOR, SHORT_PAIR, NO_HEIR = 3, 9, 10, 11
