@@ -8,7 +8,6 @@ bicycle gets no answer here but a status, and the caller asks the plain path for
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +19,7 @@ from bicycle.modal.batch_kind import BatchKind
 from bicycle.modal.naming import HIGHEST, LOWEST, speed_unit
 from bicycle.modal.naming_kernel import Named
 from bicycle.modal.speed_limits import FASTEST_RATE, FASTEST_SPEED, REFERENCE_SPEED, SLOWEST_SPEED
-from bicycle.modal.track_kernel import Track
+from bicycle.modal.track_kernel import Decomposed, Track
 from bicycle.modal.tracking import SPARSE, STEP, grid
 from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.base.arrays import Array
@@ -44,16 +43,6 @@ WHY = {
 """Why a batch is not sure of a bicycle, by status."""
 
 Asked = Callable[[Track, NDArray[np.int64], Array], int]
-
-
-class Decomposed(NamedTuple):
-    """Roots (k, n), their slopes (2, k, n), shares of states (k, n, n) and doubt (k, n) at k nodes."""
-
-    re: Array
-    im: Array
-    slopes: Array
-    share: Array
-    doubt: Array
 
 
 @dataclass(frozen=True)

@@ -145,6 +145,11 @@ def _others(
         if last - first < SHORT * (high / HIGHEST):
             return -1
         partner[p], partner[q] = q, p
+    alone = 0
+    for i in range(n):
+        alone += 1 if w.owner[i] < 0 and partner[i] < 0 and w.im[anchor, i] == 0.0 else 0
+    if alone > 1 and not roles.singular and w.v[0] > 0.0:
+        return -1  # they may be a pair below the track
     if _two_overdamped(w, anchor, share, roles, partner):
         return -1  # rare, and their order counts: left to the plain path
     while True:

@@ -53,6 +53,16 @@ def empty_track(bicycles: int, nodes: int, n: int) -> Track:
     )  # fmt: skip
 
 
+class Decomposed(NamedTuple):
+    """Roots (k, n), their slopes (2, k, n), shares of states (k, n, n) and doubt (k, n) at k nodes."""
+
+    re: Array
+    im: Array
+    slopes: Array
+    share: Array
+    doubt: Array
+
+
 @compiled
 def assemble(
     coefficients: Array, powers: Array, owner: NDArray[np.int64], v: Array, stack: Array, change: Array
