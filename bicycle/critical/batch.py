@@ -16,7 +16,7 @@ from bicycle.critical import crossing_kernel
 from bicycle.critical.critical_speed import CriticalSpeed
 from bicycle.modal import answer_kernel, batch
 from bicycle.modal.batch import BLOCK, START, Block
-from bicycle.modal.follow_kernel import SURE, Track
+from bicycle.modal.track_kernel import SURE, Track
 from bicycle.modal.tracking import STEP
 from tyre.base.arrays import Array
 

@@ -11,8 +11,8 @@ import math
 from bicycle.critical.completeness import NOISE
 from bicycle.eigenvalues.hessenberg_kernel import compiled
 from bicycle.modal.answer_kernel import hermite
-from bicycle.modal.follow_kernel import MEETING, SMALLEST, SURE, TOO_CLOSE, Track
 from bicycle.modal.identity_kernel import Whole
+from bicycle.modal.track_kernel import MEETING, SMALLEST, SURE, TOO_CLOSE, Track
 from tyre.base.arrays import Array
 
 NONE, ONE, PERHAPS = 0, 1, 2

@@ -14,7 +14,6 @@ from bicycle.modal.naming import MOSTLY, QUICK, SLOW, WALKING
 from tyre.base.arrays import Array
 
 WHOLE = 3  # a pair and two real roots
-EDGE = 0.05  # of the share of lean, steer and yaw
 LEVEL = 1e-9  # plainness this near is equal: rounding decides
 WEAVE, CAPSIZE, CASTERING, FIRST_ROLE = 0, 1, 2, 3  # numbers of names
 
@@ -60,9 +59,10 @@ def find_anchor(w: Walked, m: int, share: Array, roles: Roles, unit: float, core
         speed = w.v[k] / unit
         if abs(speed - WALKING) < nearest:
             near, nearest = k, abs(speed - WALKING)
+        if k + 1 < m and speed <= QUICK and w.v[k + 1] / unit >= SLOW:
+            edge = edge or _roots_meet(w, k)
         if not SLOW <= speed <= QUICK:
             continue
-        edge = edge or (k + 1 < m and _on_the_edge(w, k, share, roles))
         count = _core_at(w, k, share, roles, here, slow)
         if count == 0 or count < most:
             continue
@@ -83,18 +83,12 @@ def find_anchor(w: Walked, m: int, share: Array, roles: Roles, unit: float, core
 
 
 @compiled
-def _on_the_edge(w: Walked, k: int, share: Array, roles: Roles) -> bool:
-    """Whether roots meet in the step from node k that are hardly, or hardly not, of lean, steer and yaw."""
+def _roots_meet(w: Walked, k: int) -> bool:
+    """Whether roots meet in the step from node k to the next."""
+    changed = 0
     for i in range(w.re.shape[1]):
-        if w.mate[k, i] != w.mate[k + 1, i]:
-            least, most = 1.0, 0.0
-            for node in range(k, k + 2):
-                for j in (i, w.mate[k, i], w.mate[k + 1, i]):
-                    moving = share[node, roles.lean, j] + share[node, roles.steer, j] + share[node, roles.yaw, j]
-                    least, most = min(least, moving), max(most, moving)
-            if least < MOSTLY + EDGE and most > MOSTLY - EDGE:
-                return True
-    return False
+        changed += 1 if w.mate[k, i] != w.mate[k + 1, i] else 0
+    return changed > 0
 
 
 @compiled

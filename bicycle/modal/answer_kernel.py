@@ -9,10 +9,10 @@ import math
 import numpy as np
 
 from bicycle.eigenvalues.hessenberg_kernel import compiled
-from bicycle.modal.follow_kernel import MEETING, SMALLEST, SMOOTH, SURE, Track, mate_of
 from bicycle.modal.identity_kernel import Whole
 from bicycle.modal.matching import CLEAR, TWIN
 from bicycle.modal.naming_kernel import Named
+from bicycle.modal.track_kernel import MEETING, SMALLEST, SMOOTH, SURE, Track, mate_of
 from bicycle.modal.tracking import STEP
 from tyre.base.arrays import Array
 

@@ -8,20 +8,18 @@ bicycle gets no answer here but a status, and the caller asks the plain path for
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.eigenvalues.vectors_kernel import decompose_stack
 from bicycle.linear_model import LinearModel
-from bicycle.modal import answer_kernel, follow_kernel, naming_kernel
-from bicycle.modal.anchor_kernel import Roles
-from bicycle.modal.follow_kernel import SURE, Track
+from bicycle.modal import answer_kernel, follow_kernel, naming_kernel, track_kernel
+from bicycle.modal.batch_kind import BatchKind
 from bicycle.modal.naming import HIGHEST, LOWEST, speed_unit
-from bicycle.modal.naming import roles as roles_of
 from bicycle.modal.naming_kernel import Named
 from bicycle.modal.speed_limits import FASTEST_RATE, FASTEST_SPEED, REFERENCE_SPEED, SLOWEST_SPEED
+from bicycle.modal.track_kernel import Decomposed, Track
 from bicycle.modal.tracking import SPARSE, STEP, grid
 from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.base.arrays import Array
@@ -31,8 +29,8 @@ START = 2.0**-6  # in steps: where a track begins that needs not reach rest
 STIFF, BEYOND = 6, 12  # statuses beside those of the kernels
 NODES = 192  # of one bicycle at most
 WHY = {
-    follow_kernel.NO_VECTORS: "a root without eigenvectors",
-    follow_kernel.TOO_CLOSE: "roots that come too close",
+    track_kernel.NO_VECTORS: "a root without eigenvectors",
+    track_kernel.TOO_CLOSE: "roots that come too close",
     naming_kernel.NOT_CLEAR: "roles that two modes play nearly alike",
     naming_kernel.NO_ANCHOR: "two speeds at which names are equally plain",
     naming_kernel.SHORT_PAIR: "real roots that are a pair for a short while",
@@ -45,16 +43,6 @@ WHY = {
 """Why a batch is not sure of a bicycle, by status."""
 
 Asked = Callable[[Track, NDArray[np.int64], Array], int]
-
-
-class Decomposed(NamedTuple):
-    """Roots (k, n), their slopes (2, k, n), shares of states (k, n, n) and doubt (k, n) at k nodes."""
-
-    re: Array
-    im: Array
-    slopes: Array
-    share: Array
-    doubt: Array
 
 
 @dataclass(frozen=True)
@@ -76,10 +64,10 @@ class Block:
     coefficients: Array
     powers: Array
     unit: Array
-    kind: "BatchKind"
+    kind: BatchKind
 
     @classmethod
-    def of(cls, polynomial: SpeedPolynomial, unit: Array, kind: "BatchKind") -> "Block":
+    def of(cls, polynomial: SpeedPolynomial, unit: Array, kind: BatchKind) -> "Block":
         """From state matrices and units of speed of bicycles of one kind.
 
         Parameters
@@ -131,7 +119,7 @@ class Block:
         """A (1/s) and dA/dv (1/m) of bicycles ``owner`` (k,) at speeds ``v`` (k,), m/s, shape (k, n, n) each."""
         n = self.coefficients.shape[-1]
         stack, change = np.empty((len(v), n, n)), np.empty((len(v), n, n))
-        follow_kernel.assemble(self.coefficients, self.powers, owner, v, stack, change)
+        track_kernel.assemble(self.coefficients, self.powers, owner, v, stack, change)
         return stack, change
 
     def follow(self, lowest: float, highest: Array, asked: Asked | None = None) -> Track:
@@ -146,7 +134,7 @@ class Block:
         steps = grid(low / STEP, top, 1 / STEP, singular=self.kind.singular, sparse=True)
         if steps[0] == 0 and lowest >= START * STEP:
             steps[0] = START  # at rest, roots may be double
-        track = follow_kernel.empty_track(bicycles, max(NODES, 2 * len(steps)), n)
+        track = track_kernel.empty_track(bicycles, max(NODES, 2 * len(steps)), n)
         # each as far as it must go by itself, so that no result depends on the others
         own, place = np.nonzero(np.concatenate([[-1.0], steps[:-1]]) < reach[:, None])
         self.add(track, own, (self.unit * STEP)[own] * steps[place], asked)
@@ -201,39 +189,6 @@ class Block:
             if count:
                 self.add(track, owners[:count].copy(), more[:count].copy())
         return found
-
-
-@dataclass(frozen=True)
-class BatchKind:
-    """What the bicycles of a batch have in common: states, modes, ``names`` by number, and ``gravity``, m/s^2."""
-
-    roles: Roles
-    names: tuple[str, ...]
-    singular: bool
-    gravity: float
-
-    @classmethod
-    def of(cls, model: LinearModel) -> "BatchKind":
-        """That of a ``model``."""
-        states = model.declared.states
-        of_state = [state.role for state in states] or [""] * model.order  # matrices without a bicycle declare none
-        known = [*dict.fromkeys(("lean", "steer", "yaw", *of_state))]
-        played = roles_of(model)
-        present = {state.role for state in states}
-        joints = {state.role for state in states if state.joint}
-        roles = Roles(
-            of_state=np.array([known.index(role) for role in of_state], np.int64),
-            lean=0, steer=1, yaw=2, number=len(known),
-            joint=np.array([role in joints for role in known], np.int64),
-            mark=np.array([[role in mode.marks for role in known] for mode in played], float).reshape(-1, len(known)),
-            first=np.array([0 if mode.marks[0] in present else -1 for mode in played], np.int64),
-            weight=np.array([mode.weight for mode in played], float),
-            oscillation=np.array([mode.oscillation for mode in played], np.int64),
-            singular=bool(model.singular_at_rest),
-        )  # fmt: skip
-        others = [f"other_{number}" for number in range(1, model.order + 1)]
-        names = ("weave", "capsize", "castering", *(mode.name for mode in played), *others)
-        return cls(roles, names, bool(model.singular_at_rest), float(model.parameters["g"]))
 
 
 @dataclass(frozen=True)
@@ -337,8 +292,3 @@ def name_of(bits: int, names: tuple[str, ...]) -> str:
         By number.
     """
     return "+".join(sorted(name for number, name in enumerate(names) if bits >> number & 1))
-
-
-def sure(status: NDArray[np.int16]) -> NDArray[np.bool_]:
-    """Where a batch is sure, (m,), by its ``status`` (m,)."""
-    return np.asarray(status == SURE)

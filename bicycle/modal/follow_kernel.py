@@ -6,91 +6,14 @@ two real roots meet stands for itself. Other steps are halved, so that all nodes
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.eigenvalues.hessenberg_kernel import compiled
 from bicycle.modal.matching import CLEAR, TWIN
+from bicycle.modal.track_kernel import MEETING, NO_VECTORS, OPEN, SMALLEST, SMOOTH, SURE, TOO_CLOSE, Track, mate_of
 from tyre.base.arrays import Array
-
-Small = NDArray[np.int16]
-
-OPEN, SMOOTH, MEETING = 0, 1, 2
-SURE, NO_VECTORS, TOO_CLOSE = 0, 1, 2
-SMALLEST = 2.0**-16  # of the unit of speed: a step below it is left to the plain path
-
-
-class Track(NamedTuple):
-    """Nodes of B bicycles, at most M each with n roots, in the order they were computed; ``order`` sorts them by speed.
-
-    ``kind`` and ``match`` tell of the step from a node to the next: which root follows which; in a MEETING the roots
-    ``two`` of the node (first two) and of the next (last two) turn from real to a pair or back.
-    """
-
-    v: Array  # (B, M), m/s
-    re: Array  # (B, M, n), 1/s
-    im: Array
-    dre: Array  # (B, M, n), slopes, 1/m
-    dim: Array
-    share: Array  # (B, M, n, n), of each state in each root
-    filled: Small  # (B,), how many nodes there are
-    order: Small  # (B, M)
-    kind: Small  # (B, M)
-    match: Small  # (B, M, n)
-    two: Small  # (B, M, 4)
-    status: Small  # (B,)
-
-
-def empty_track(bicycles: int, nodes: int, n: int) -> Track:
-    """Room for so many bicycles, nodes of each, and roots.
-
-    Parameters
-    ----------
-    bicycles, nodes, n : int
-        Number of each.
-    """
-    table = (bicycles, nodes)
-    return Track(
-        np.zeros(table), np.zeros((*table, n)), np.zeros((*table, n)), np.zeros((*table, n)), np.zeros((*table, n)),
-        np.zeros((*table, n, n)),
-        np.zeros(bicycles, np.int16), np.zeros(table, np.int16), np.zeros(table, np.int16),
-        np.zeros((*table, n), np.int16), np.zeros((*table, 4), np.int16), np.zeros(bicycles, np.int16),
-    )  # fmt: skip
-
-
-@compiled
-def assemble(
-    coefficients: Array, powers: Array, owner: NDArray[np.int64], v: Array, stack: Array, change: Array
-) -> None:
-    """Fill in A(v) and dA/dv of bicycles ``owner`` (k,) at speeds ``v`` (k,).
-
-    Parameters
-    ----------
-    coefficients : ndarray, shape (p, B, n, n)
-        Of the powers of the speed.
-    powers : ndarray, shape (p,)
-        These powers.
-    owner, v : ndarray, shape (k,)
-        Index of the bicycle, and m/s.
-    stack, change : ndarray, shape (k, n, n)
-        Get A in 1/s, and dA/dv in 1/m.
-    """
-    n = stack.shape[1]
-    for k in range(len(v)):
-        for i in range(n):
-            for j in range(n):
-                stack[k, i, j] = change[k, i, j] = 0.0
-        for p in range(len(powers)):
-            power = powers[p]
-            one = v[k] ** power
-            slope = power * v[k] ** (power - 1) if power != 0.0 else 0.0
-            a = coefficients[p, owner[k]]
-            for i in range(n):
-                for j in range(n):
-                    stack[k, i, j] += one * a[i, j]
-                    change[k, i, j] += slope * a[i, j]
 
 
 @compiled
@@ -271,24 +194,6 @@ def _next(t: Track, b: int, left: int, roots: Array, count: int, k: int) -> int:
         if roots[1, 4, j] == wanted:
             return j
     return 0
-
-
-@compiled
-def mate_of(re: Array, im: Array, i: int) -> int:
-    """The other half of a pair (roots (n,)), the root itself where it is real.
-
-    Parameters
-    ----------
-    re, im : ndarray, shape (n,)
-        1/s.
-    i : int
-        Index of the root.
-    """
-    if im[i] != 0.0:
-        for j in range(len(re)):
-            if re[j] == re[i] and im[j] == -im[i]:
-                return j
-    return i
 
 
 @compiled

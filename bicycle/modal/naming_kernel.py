@@ -12,7 +12,6 @@ import numpy as np
 from bicycle.eigenvalues.hessenberg_kernel import compiled
 from bicycle.modal.anchor_kernel import FIRST_ROLE, Roles, find_anchor, own_core
 from bicycle.modal.cast_kernel import cast
-from bicycle.modal.follow_kernel import SURE, Track, mate_of
 from bicycle.modal.identity_kernel import Walked, Whole, walk
 from bicycle.modal.naming import (
     FAST,
@@ -24,6 +23,7 @@ from bicycle.modal.naming import (
     SLOW,
     WALKING,
 )  # fmt: skip
+from bicycle.modal.track_kernel import SURE, Track, mate_of
 from tyre.base.arrays import Array
 
 NOT_CLEAR, NO_ANCHOR, SHORT_PAIR, NO_HEIR = 3, 9, 10, 11
@@ -145,6 +145,11 @@ def _others(
         if last - first < SHORT * (high / HIGHEST):
             return -1
         partner[p], partner[q] = q, p
+    alone = 0
+    for i in range(n):
+        alone += 1 if w.owner[i] < 0 and partner[i] < 0 and w.im[anchor, i] == 0.0 else 0
+    if alone > 1 and not roles.singular and w.v[0] > 0.0:
+        return -1  # they may be a pair below the track
     if _two_overdamped(w, anchor, share, roles, partner):
         return -1  # rare, and their order counts: left to the plain path
     while True:

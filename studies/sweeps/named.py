@@ -35,7 +35,8 @@ def block_of(model: LinearModel, family: ModelFamily, values: Mapping[str, Any],
     count : int
         Number m of bicycles.
     """
-    from bicycle.modal.batch import BatchKind, Block
+    from bicycle.modal.batch import Block
+    from bicycle.modal.batch_kind import BatchKind
 
     found = family.polynomials(values, count)
     unit = np.broadcast_to(np.sqrt(np.asarray(values["g"], float) * values["w"]), count)

@@ -33,7 +33,8 @@ def _drawn(order: int, count: int) -> tuple[ModelFamily, dict[str, Array]]:
 
 def _parts(order: int, count: int) -> list[Callable[[], Any]]:
     """Makers of the blocks of bicycles, assembly included."""
-    from bicycle.modal.batch import BatchKind, Block
+    from bicycle.modal.batch import Block
+    from bicycle.modal.batch_kind import BatchKind
 
     family, numbers = _drawn(order, count)
     kind = BatchKind.of(family.model.linear_model())
