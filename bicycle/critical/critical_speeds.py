@@ -21,6 +21,7 @@ from bicycle.critical.critical_speed import CriticalSpeed
 from bicycle.critical.newton import newton_crossings
 from bicycle.eigenvalues.solvers import compiled, default_solver
 from bicycle.linear_model import LinearModel
+from bicycle.modal.named_modes import IN_BATCHES
 from bicycle.modal.naming import speed_unit
 from bicycle.modal.speed_limits import check_trackable
 from bicycle.modal.tracker import Tracker
@@ -77,7 +78,7 @@ def critical_speeds(model: Model | LinearModel, max_speed: float = 60.0) -> tupl
     if not (np.isfinite(max_speed) and max_speed > 0):
         raise InputError(f"max_speed = {max_speed!r} m/s is not allowed; give a finite speed > 0 m/s")
     check_trackable(model, np.array([max_speed]), "max_speed")
-    found = _in_a_batch(model, float(max_speed))
+    found = _in_a_batch(model, float(max_speed)) if IN_BATCHES else None
     return tracked_critical_speeds(model, float(max_speed)) if found is None else found
 
 

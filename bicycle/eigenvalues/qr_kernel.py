@@ -30,7 +30,7 @@ def solve(stack: Array, real: Array, imag: Array) -> int:
     Returns
     -------
     int
-        Index of the first matrix that failed, or -1.
+        Index of the first matrix that failed, or -1. Of those before it some may not be filled in.
     """
     for start, count, h, by in batches(stack.shape[1], stack.shape[0]):
         hessenberg(stack, start, count, h, by)

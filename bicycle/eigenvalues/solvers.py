@@ -115,6 +115,7 @@ def compiled(stack: NDArray[np.float64]) -> Complex:
         failed = solve(stack[start:], result.real[start:], result.imag[start:])
         if failed < 0:
             break
+        result[start : start + failed] = compiled(stack[start : start + failed])  # its neighbours were not finished
         start += failed
         result[start] = lapack(stack[start : start + 1])[0]
         start += 1
@@ -123,5 +124,11 @@ def compiled(stack: NDArray[np.float64]) -> Complex:
 
 @cache
 def default_solver() -> Solver:
-    """:func:`compiled` where numba is installed, else :func:`lapack`."""
-    return compiled if find_spec("numba") else lapack
+    """:func:`compiled` where numba is installed and can keep what it compiled, else :func:`lapack`."""
+    if not find_spec("numba"):
+        return lapack
+    try:
+        import bicycle.eigenvalues.qr_kernel  # noqa: F401
+    except RuntimeError:  # there is no place beside the source, as in a zipped wheel
+        return lapack
+    return compiled

@@ -13,8 +13,8 @@ from studies.reporting.output import verbose
 @verbose
 @click.argument("sweep_file", metavar="SWEEP.toml")
 @click.option("--out", required=True, metavar="RESULT", help="Result: a .zarr folder, or a .nc file (netCDF).")
-@click.option("--workers", type=click.IntRange(1), help="Threads of this process; default: one a core.")
-@click.option("--processes", type=click.IntRange(1), help="Processes of this machine instead of threads.")
+@click.option("--workers", type=click.IntRange(1), help="Workers of this machine; default: one a core.")
+@click.option("--processes", type=click.IntRange(1), help="The same, processes whatever is computed.")
 @click.option("--scheduler", metavar="ADDRESS", help="Address of a dask.distributed scheduler, e.g. tcp://host:8786.")
 @click.option("--plot", is_flag=True, help="Draw the result into RESULT_figures, as 'velotyre draw' does.")
 @click.option("--json", "json_file", metavar="FILE", help="Write what was computed as JSON; - is standard output.")
@@ -28,7 +28,8 @@ def command(
     from os import cpu_count
 
     from studies.reporting.output import print_warnings, write_json
-    from studies.sweeps.engines import in_processes, in_threads, on_cluster
+    from studies.sweeps.engines import in_processes, on_cluster
+    from studies.sweeps.part_size import here
     from studies.sweeps.result import impossible_draws
     from studies.sweeps.run import run_sweep
     from studies.sweeps.sweep_file import read_sweep
@@ -46,15 +47,13 @@ def command(
     chosen = [engine for engine in (workers, processes, scheduler) if engine]
     if len(chosen) > 1:
         raise InputError("give one of --workers, --processes and --scheduler")
-    engine = in_threads(workers or cpu_count() or 1)
-    if processes:
-        engine = in_processes(processes)
-    elif scheduler:
+    sweep = read_sweep(sweep_file)
+    engine = in_processes(processes) if processes else here(sweep, workers or cpu_count() or 1)
+    if scheduler:
         engine = on_cluster(scheduler)
         import_module("distributed")  # which sets its own levels
         for logger in ("distributed", "distributed.client"):  # what is lost is said in one line, without tracebacks
             logging.getLogger(logger).setLevel(logging.CRITICAL)
-    sweep = read_sweep(sweep_file)
     result = run_sweep(sweep, out, engine=engine, progress=True)
     record = {
         "result": result.as_posix(), "fingerprint": sweep.fingerprint, "bicycles": sweep.items,

@@ -19,8 +19,7 @@ from tyre.base.plausible import WAY_OUT
 from tyre.base.toml_file import read_toml
 from tyre.find_tyre import is_file_name
 
-LARGEST = 1_000_000
-"""Bytes of a dropped file."""
+LARGEST = 1_000_000  # bytes of a dropped file
 
 
 def with_file(state: State, name: str, data: bytes) -> tuple[State, tuple[str, ...]]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from bicycle.eigenvalues.oscillation import frequency_hz, pair_damping_ratio
 from bicycle.eigenvalues.solvers import compiled, default_solver
 from bicycle.linear_model import LinearModel
+from bicycle.modal.named_modes import IN_BATCHES
 from bicycle.model_family import ModelFamily
 from tyre.base.arrays import Array, Complex
 
@@ -18,8 +19,8 @@ Done = NDArray[np.bool_]
 
 
 def in_batches(family: ModelFamily) -> bool:
-    """Whether bicycles of a ``family`` can be named at once: numba is there, equations do not switch at a speed."""
-    return default_solver() is compiled and not family.evaluate.symbolic.switches
+    """Whether bicycles of a ``family`` are named at once: batches are trusted, numba is there, no equation switches."""
+    return IN_BATCHES and default_solver() is compiled and not family.evaluate.symbolic.switches
 
 
 def block_of(model: LinearModel, family: ModelFamily, values: Mapping[str, Any], count: int) -> tuple[Any, Done]:

@@ -1,4 +1,4 @@
-"""How many bicycles are computed and kept together: few enough to save often, enough that overhead stays small.
+"""How many bicycles are computed and kept together, and by whom: often enough saved, little overhead.
 
 What is handed out, kept and joined costs some milliseconds a part whatever is in it (`velotyre validate sweep-scale`
 measures it). So where bicycles take long a part holds a thousandth of the sweep, but not less than a fifth of a second
@@ -9,12 +9,14 @@ import math
 import time
 
 from studies.sweeps.chunk import SLOW, SLOW_ITEMS, block_items, compute
+from studies.sweeps.engines import Engine, in_processes, in_threads
 from studies.sweeps.spec import Sweep
 from tyre.base.errors import InputError
 
 LEAST_SECONDS, MOST_SECONDS = 0.2, 10.0  # of work in a part
 SHARES = 1000  # parts of a sweep between
 WORTH_MEASURING = 8  # blocks
+WORTH_PROCESSES = 256  # bicycles: a process takes a second to start
 
 
 def usual_items(sweep: Sweep) -> int:
@@ -57,6 +59,20 @@ def chosen_items(items_per_second: float, items: int, most: int) -> int:
 def slow(sweep: Sweep) -> bool:
     """Whether bicycles are tracked one by one."""
     return any(name in SLOW for name in sweep.outputs)
+
+
+def here(sweep: Sweep, workers: int) -> Engine:
+    """Workers of this machine: processes where many bicycles are tracked one by one, which threads cannot share.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    workers : int
+        Their number.
+    """
+    if workers > 1 and slow(sweep) and sweep.items >= WORTH_PROCESSES:
+        return in_processes(workers)
+    return in_threads(workers)
 
 
 def most_items(sweep: Sweep) -> int:

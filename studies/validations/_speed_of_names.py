@@ -19,8 +19,7 @@ from tyre.base.parallel import one_blas_thread
 
 SPEEDS = np.linspace(0.5, 30.0, 60)  # m/s
 TOP = 60.0  # m/s
-AT_ONCE = 256  # bicycles
-ALONE = 24  # bicycles that are tracked one by one
+AT_ONCE, ALONE = 256, 24  # bicycles: in a block, and tracked one by one
 
 
 def _drawn(order: int, count: int) -> tuple[ModelFamily, dict[str, Array]]:

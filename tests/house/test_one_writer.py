@@ -12,6 +12,7 @@ OWN = (
     "studies/sweeps/",  # parts with their own digests
     "studies/validations/_",  # recordings that a validation makes in a temporary folder
     "studies/validations/damaged_recordings.py",
+    "studies/explorer/loaded.py",  # a dropped file, in a temporary folder
     "studies/missing_effect/packaged.py",  # unpacks into a temporary folder
     "studies/door_stubs.py",  # of the source itself
 )

@@ -123,9 +123,20 @@ def test_lapack_takes_over_where_the_kernel_gives_up(monkeypatch):
     calls = []
 
     def failing(part, real, imag):
+        """Give up at the third matrix, with those before it unfinished."""
         calls.append(len(part))
-        return 2 if len(calls) == 1 and solve(part[:2], real[:2], imag[:2]) < 0 else solve(part, real, imag)
+        return 2 if len(calls) == 1 else solve(part, real, imag)
 
     monkeypatch.setattr(qr_kernel, "solve", failing)
     assert_same_eigenvalues(compiled(stack), lapack(stack), rtol=1e-7, atol=1e-12)
-    assert calls == [5, 2]
+    assert calls == [5, 2, 2]
+
+
+@pytest.mark.skipif(not NUMBA, reason="numba is not installed")
+def test_the_kernel_says_which_matrix_it_gave_up():
+    from bicycle.eigenvalues.qr_kernel import solve
+
+    stack = np.random.default_rng(1).normal(size=(6, 5, 5))
+    stack[3] = np.nan
+    parts = np.zeros((2, 6, 5))
+    assert solve(stack, *parts) == 3

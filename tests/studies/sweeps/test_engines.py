@@ -1,5 +1,6 @@
-"""Engines that fail: lost workers, no scheduler, a worker with other software."""
+"""Engines: which is taken, and those that fail: lost workers, no scheduler, a worker with other software."""
 
+import numpy as np
 import pytest
 from sweep_examples import RANDOM
 
@@ -8,6 +9,7 @@ pytest.importorskip("xarray")
 
 from studies.sweeps.chunk import compute
 from studies.sweeps.engines import on_cluster
+from studies.sweeps.part_size import here
 from studies.sweeps.run import run_sweep
 from studies.sweeps.sweep_file import build_sweep
 from tyre.base.errors import InputError
@@ -86,3 +88,20 @@ def test_a_cluster_that_fails(monkeypatch, tmp_path, workers, error, words):
     monkeypatch.setattr("studies.sweeps.run.compute", failing)
     with pytest.raises(InputError, match=f"{words}.*; 0 of 1400 bicycles are finished"):
         run_sweep(build_sweep(RANDOM), tmp_path / "a.zarr", engine=on_cluster("tcp://x:1"))
+
+
+def test_many_tracked_bicycles_go_to_processes_and_the_rest_to_threads(monkeypatch):
+    """Threads cannot share what the interpreter does; processes take a second to start."""
+    for name in ("in_threads", "in_processes"):
+        monkeypatch.setattr(f"studies.sweeps.part_size.{name}", lambda workers, name=name: (name, workers))
+
+    def chosen(outputs, masses, workers):
+        grid = {"mB": np.linspace(80, 90, masses).tolist()}
+        if outputs == ["eigenvalues"]:
+            grid["speed_m_s"] = [5.0]
+        return here(build_sweep({"model": {"bicycle": "benchmark"}, "grid": grid, "outputs": outputs}), workers)
+
+    assert chosen(["critical_speeds"], 300, 2) == ("in_processes", 2)
+    assert chosen(["critical_speeds"], 3, 2) == ("in_threads", 2)
+    assert chosen(["eigenvalues"], 300, 2) == ("in_threads", 2)
+    assert chosen(["critical_speeds"], 300, 1) == ("in_threads", 1)
