@@ -10,8 +10,6 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from jinja2 import Environment
-
 from bicycle.effect import WHEELS, Effect, Parameter, registry
 from bicycle.files.bicycle_file import available_bicycles
 from bicycle.files.tyre_values import FROM_TYRE
@@ -24,6 +22,7 @@ from studies.explorer.state import FASTEST, State
 from studies.explorer.tyre_controls import tyre_rows
 from studies.model_argument import LAWS
 from studies.model_example import typical_values
+from studies.reporting.markdown_text import html_template
 from tyre.base.errors import InputError
 
 CONTACT = "contact law"
@@ -277,4 +276,4 @@ def _first(text: str) -> str:
 @cache
 def _template(name: str) -> Any:
     text = files("studies.explorer").joinpath(f"templates/{name}.html.j2").read_text(encoding="utf-8")
-    return Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(text)
+    return html_template(text)

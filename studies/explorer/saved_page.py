@@ -16,6 +16,7 @@ from studies.explorer.models import bicycle_name
 from studies.explorer.motion import mode_motion
 from studies.explorer.one_speed import damping_figure, figure_or_words, sensitivity_figure
 from studies.explorer.state import State, parse_state
+from studies.reporting.markdown_text import html_template
 
 
 def saved_page(state: State, palette: Palette) -> str:
@@ -78,7 +79,5 @@ def _asset(name: str) -> str:
 
 @cache
 def _template() -> Any:
-    from jinja2 import Environment
-
     text = files("studies.explorer").joinpath("templates/saved_page.html.j2").read_text(encoding="utf-8")
-    return Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(text)
+    return html_template(text)

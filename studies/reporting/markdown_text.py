@@ -46,6 +46,19 @@ def _escaped(value: object) -> object:
     return Markup("\n".join(plain(line) for line in str(value).split("\n")))
 
 
+def html_template(text: str) -> Any:
+    """The HTML template of jinja2 in ``text``, ready to be filled: every value of it is escaped that is no ``Markup``.
+
+    Parameters
+    ----------
+    text : str
+    """
+    import jinja2
+
+    environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    return environment.from_string(text)
+
+
 def page(template: str, *, title: str, text: str, extensions: Sequence[Any], **settings: Any) -> str:
     """The HTML ``template`` with the ``title`` and the Markdown ``text`` in it.
 

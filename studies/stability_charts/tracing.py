@@ -19,7 +19,7 @@ ACROSS = 0.2  # of the step: a corrector that moves farther came from too far
 HALVES = 0.5  # to which the square of a frequency may fall in a step
 SLOW = 1e-3  # of sqrt(g/w) about 3 1/s: a pair slower than this is about to become real
 TURNED = 1e-5  # of the range: how sharply it is told where the unstable side of a real root changes
-STRIDES = 4  # steps that a walk takes at once; the points between are sharpened together
+STRIDES = (4, 1)  # steps that a walk takes at once, the points between sharpened together; where that fails, one by one
 MOST_POINTS = 20_000
 
 
@@ -148,7 +148,25 @@ def trace(plane: Plane, seed: Seed, *, step: float, slow: float) -> Boundary:
     slow : float
         Frequency (rad/s) below which a pair is about to become real.
     """
-    walker = _Walker(plane, seed, STRIDES * step, slow)
+    for strides in STRIDES:
+        shares, roots, ends = _walked(_Walker(plane, seed, strides * step, slow), step)
+        sharp = _sharp(plane, shares, roots, seed, step)
+        good = sharp.reached & (np.hypot(*(sharp.shares - shares).T) <= 0.5 * step)
+        if good.all() and LOST not in ends:
+            break
+    ends = (ends[0] if good[0] else LOST, ends[1] if good[-1] else LOST)
+    if seed.real:
+        turns = _turns(plane, sharp.shares[good], sharp.at.gradient[good].real, seed, step)
+        if len(turns) > good.sum():
+            sharp = _sharp(plane, turns, np.zeros(len(turns), complex), seed, step)
+            good = sharp.reached
+    at = sharp.at
+    return Boundary(sharp.shares[good], at.root[good], at.gradient[good], at.size[good], seed.real, ends)
+
+
+def _walked(walker: _Walker, step: float) -> tuple[Array, Complex, tuple[str, str]]:
+    """Points and roots of the way to both sides, in steps of at most ``step``, and how it ends."""
+    seed = walker.seed
     ahead, roots_ahead, end = walker.walk(1.0)
     behind: list[Array] = []
     roots_behind: list[complex] = []
@@ -157,17 +175,7 @@ def trace(plane: Plane, seed: Seed, *, step: float, slow: float) -> Boundary:
         behind, roots_behind, begin = walker.walk(-1.0)
     shares = np.array([*behind[::-1], seed.shares, *ahead])
     roots = np.array([*roots_behind[::-1], seed.root, *roots_ahead])
-    shares, roots = _filled(shares, roots, step, closed=end == CLOSED)
-    sharp = _sharp(plane, shares, roots, seed, step)
-    good = sharp.reached & (np.hypot(*(sharp.shares - shares).T) <= 0.5 * step)
-    ends = (begin if good[0] else LOST, end if good[-1] else LOST)
-    if seed.real:
-        turns = _turns(plane, sharp.shares[good], sharp.at.gradient[good].real, seed, step)
-        if len(turns) > good.sum():
-            sharp = _sharp(plane, turns, np.zeros(len(turns), complex), seed, step)
-            good = sharp.reached
-    at = sharp.at
-    return Boundary(sharp.shares[good], at.root[good], at.gradient[good], at.size[good], seed.real, ends)
+    return *_filled(shares, roots, step, closed=end == CLOSED), (begin, end)
 
 
 def _sharp(plane: Plane, shares: Array, roots: Complex, seed: Seed, step: float) -> Sharp:

@@ -16,13 +16,13 @@ needs_numba = pytest.mark.skipif(not importlib.util.find_spec("numba"), reason="
 
 @needs_numba
 def test_batches_name_and_cross_as_the_judge(tmp_path):
-    found = run(out=tmp_path, seed=3, models=60)
+    found = run(out=tmp_path, seed=3, models=80)
     assert found["different"] == []
-    assert found["models"] == 60
+    assert found["models"] == 80
     assert found["named"] > 20
     assert found["critical_speeds"] > 20
-    assert sum(found["not_sure_of_names"].values()) + found["named"] == 60
-    assert sum(found["not_sure_of_critical_speeds"].values()) + found["with_critical_speeds"] + found["refused"] == 60
+    assert sum(found["not_sure_of_names"].values()) + found["named"] == 80
+    assert sum(found["not_sure_of_critical_speeds"].values()) + found["with_critical_speeds"] + found["refused"] == 80
 
 
 def test_another_name_or_speed_is_seen():
