@@ -66,7 +66,7 @@ GENERATORS = sorted(p for p in BLIND.rglob("*.py") if p.stem not in JUDGES)
 
 @pytest.mark.parametrize("file", GENERATORS, ids=lambda p: p.relative_to(BLIND).as_posix())
 def test_the_generators_share_nothing_with_the_fitter(file):
-    """Of `bicycle` they may know the reader of parameters, of `studies` one another, of the rest errors, types, the writer."""
+    """Of `bicycle` they may know the reader of parameters, of `studies` one another, else errors, types, the writer."""
     allowed = {
         "bicycle": {"Bicycle", "load_bicycle"},
         "tyre.base.errors": {"InputError"},
