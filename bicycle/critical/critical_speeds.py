@@ -18,7 +18,7 @@ import numpy as np
 from bicycle.critical.bialternate import bialternate_sum, singular_speeds
 from bicycle.critical.completeness import NOISE, missing_crossings, near_touches
 from bicycle.critical.critical_speed import CriticalSpeed
-from bicycle.critical.newton import newton_crossings
+from bicycle.critical.newton import SAME_FREQUENCY, SAME_SPEED, newton_crossings
 from bicycle.eigenvalues.solvers import compiled, default_solver
 from bicycle.linear_model import LinearModel
 from bicycle.modal.named_modes import IN_BATCHES
@@ -181,9 +181,20 @@ def _beyond_rounding(
     missing = missing_crossings(part.polynomial, crossings, part.low, part.high, tracked)
     if not missing.size:
         return crossings
-    more = sorted([*crossings, *part.near([], missing, counted=True)], key=lambda c: c.speed)
+    found = [c for c in part.near([], missing, counted=True) if not any(_same(c, known) for known in crossings)]
+    more = sorted([*crossings, *found], key=lambda c: c.speed)
     left = missing_crossings(part.polynomial, more, part.low, part.high, tracked)
     return more if left.size < missing.size else crossings
+
+
+def _same(one: CriticalSpeed, other: CriticalSpeed) -> bool:
+    """Whether two are one crossing, found twice."""
+    near = abs(one.speed - other.speed) <= SAME_SPEED * other.speed
+    return (
+        near
+        and one.destabilising == other.destabilising
+        and abs(one.frequency_hz - other.frequency_hz) <= SAME_FREQUENCY * max(one.frequency_hz, other.frequency_hz)
+    )
 
 
 def _candidates(part: _SearchedRange) -> Array:
