@@ -5,6 +5,7 @@ they are found exactly for the numbers at hand, the problem with these speeds is
 roots), and so on until no further speed misses the demand (Hettich & Kortanek 1993, SIAM Rev. 35, 380-429).
 """
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -155,14 +156,21 @@ def _step(problem: Problem, near: Sequence[Peak], margins: Mapping[Demand, float
     y0 = np.clip((x - start) / scale, (low - start) / scale, (high - start) / scale)
     bounds = list(zip((low - start) / scale, (high - start) / scale, strict=True))
     constraint: Any = {"type": "ineq", "fun": kept, "jac": slopes}
-    found = minimize(
-        lambda y: 0.5 * float(y @ y), y0, jac=lambda y: y, bounds=bounds, constraints=[constraint], method="SLSQP",
+    found = _solved(
+        lambda y: 0.5 * float(y @ y), y0, jac=lambda y: y, bounds=bounds, constraints=[constraint],
         options={"maxiter": 40, "ftol": 1e-14},
     )  # fmt: skip
     y = np.clip(found.x, *np.transpose(bounds))
     if np.isfinite(y).all() and kept(y).min() > -1e-3:
         return np.asarray(start + scale * y)
     return _least_missed(problem, Followed(problem.space, near, x), margin, x, (low, high))
+
+
+def _solved(*given: Any, **settings: Any) -> Any:
+    """SLSQP; scipy before 1.12 warns of steps that leave the bounds by rounding, and clips them as later ones do."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Values in x were outside bounds", RuntimeWarning)
+        return minimize(*given, method="SLSQP", **settings)
 
 
 def _least_missed(problem: Problem, followed: Followed, margin: Array, x: Array, box: tuple[Array, Array]) -> Array:
@@ -179,9 +187,9 @@ def _least_missed(problem: Problem, followed: Followed, margin: Array, x: Array,
         ),
     }
     down = np.r_[np.zeros(len(y0)), 1.0]
-    found = minimize(
+    found = _solved(
         lambda z: float(z[-1]), np.r_[y0, t0], jac=lambda z: down,
-        bounds=[*zip(*ends, strict=True), (None, None)], constraints=[constraint], method="SLSQP",
+        bounds=[*zip(*ends, strict=True), (None, None)], constraints=[constraint],
         options={"maxiter": 30, "ftol": 1e-10},
     )  # fmt: skip
     y = np.clip(found.x[:-1], *ends)
