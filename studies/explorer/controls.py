@@ -5,7 +5,7 @@ A change of a control is an edit of the address: keys that go (by what they begi
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -45,7 +45,7 @@ class Edit:
     """
 
     remove: tuple[str, ...] = ()
-    put: Mapping[str, str] = ()  # type: ignore[assignment]
+    put: Mapping[str, str] = field(default_factory=dict)
 
     def __str__(self) -> str:
         return json.dumps({"remove": list(self.remove), "set": dict(self.put)})

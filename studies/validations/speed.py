@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from bicycle.modal.named_modes import IN_BATCHES
 from studies.validations import _speed_of_charts as of_charts
 from studies.validations import _speed_of_eigenvalues as of_eigenvalues
 from studies.validations import _speed_of_names as of_names
@@ -101,7 +102,19 @@ def _rows(*, quick: bool) -> Iterator[tuple[str, str, Measured]]:
 
 
 def _names(bicycles: int, repeats: int) -> Iterator[tuple[str, str, Measured]]:
-    """Rows about named modes and critical speeds of so many bicycles."""
+    """Rows about named modes and critical speeds of so many bicycles; of batches where commands take these."""
+    if IN_BATCHES:
+        yield from _batches(bicycles, repeats)
+    for order, most in ((8, 1.5e-3), (12, None)):
+        target = ">= 3 x and <= 1.5 ms, none missed" if most else "faster, none missed"
+        yield (
+            f"all critical speeds of one bicycle, {order} states, against a 400-speed grid with polishing",
+            target, partial(_critical, order, most, repeats),
+        )  # fmt: skip
+
+
+def _batches(bicycles: int, repeats: int) -> Iterator[tuple[str, str, Measured]]:
+    """Rows about the compiled batches."""
     yield (
         f"named modes of {bicycles} bicycles, 8 states, 60 speeds, in batches (fast) against one by one", ">= 15 x",
         partial(_batch, 15, of_names.named_modes, 8, bicycles, min(repeats, 3)),
@@ -120,12 +133,6 @@ def _names(bicycles: int, repeats: int) -> Iterator[tuple[str, str, Measured]]:
         "2 threads against 1, named modes, fast", ">= 1.7 x",
         _faster(1.7, points, of_names.threads, 8, bicycles, min(repeats, 3)),
     )  # fmt: skip
-    for order, most in ((8, 1.5e-3), (12, None)):
-        target = ">= 3 x and <= 1.5 ms, none missed" if most else "faster, none missed"
-        yield (
-            f"all critical speeds of one bicycle, {order} states, against a 400-speed grid with polishing",
-            target, partial(_critical, order, most, repeats),
-        )  # fmt: skip
 
 
 def _batch(least: float, compare: Callable[..., tuple[float, float, int]], *arguments: Any) -> Row:

@@ -12,6 +12,8 @@ from bicycle.critical.batch import critical_speeds_of
 from bicycle.critical.critical_speeds import critical_speeds, tracked_critical_speeds
 from bicycle.modal.batch import Block
 
+pytestmark = pytest.mark.usefixtures("batches_on")
+
 
 def built(trail=0.08, mass=85.0, **effects):
     bicycle = load_bicycle("benchmark").replace(c=trail, mB=mass)

@@ -11,6 +11,7 @@ from bicycle import Model, effect_class, load_bicycle
 from bicycle.modal.batch import WHY, Block, name_of, name_roots
 from bicycle.modal.named_modes import modes, tracked_modes
 
+pytestmark = pytest.mark.usefixtures("batches_on")
 SPEEDS = np.linspace(1.0, 30.0, 30)
 
 

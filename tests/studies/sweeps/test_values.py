@@ -23,7 +23,11 @@ from tyre import TyreMap
 from tyre.base.errors import InputError
 
 
-def test_grid_values_are_those_of_single_models(tmp_path):
+@pytest.mark.parametrize("batches", [False, True])
+def test_grid_values_are_those_of_single_models(tmp_path, monkeypatch, batches):
+    if batches:
+        pytest.importorskip("numba")
+        monkeypatch.setattr("studies.sweeps.named.IN_BATCHES", True)
     content = {
         "model": MODEL,
         "grid": {
