@@ -107,9 +107,6 @@ def critical_speeds_of(block: Block, max_speed: float) -> ManyCriticalSpeeds:
 def _part(block: Block, max_speed: float, first: int) -> tuple[NDArray[np.generic], ...]:
     """Bicycle, speed, frequency, slope and name of every crossing, and the status of every bicycle."""
     low, high = REST * block.unit, np.full(len(block.unit), max_speed)
-    if block.kind.singular:
-        nothing = np.empty(0)
-        return (*[nothing] * 5, np.full(len(low), AT_REST))
 
     def asked(track: Track, owner: NDArray[np.int64], v: Array) -> int:
         return int(crossing_kernel.divide(track, block.unit, low, high, owner, v))
@@ -140,14 +137,15 @@ def _part(block: Block, max_speed: float, first: int) -> tuple[NDArray[np.generi
 
 
 def _moves_near_rest(block: Block, track: Track) -> NDArray[np.bool_]:
-    """Whether stability changes below the track, or may: fewer or more unstable roots, or one near the axis, (m,)."""
+    """Whether stability changes below the track, or may: other roots are unstable, or one is near the axis, (m,)."""
     bicycles = len(block.unit)
     share = np.geomspace(1.0, START * STEP / REST, SLOW_LOOKS)
     owner, v = np.repeat(np.arange(bicycles), len(share)), np.outer(block.unit, REST * share).ravel()
     at = block.decompose(owner, v)
     certain = (np.abs(at.re) > 3 * at.doubt).all(1).reshape(bicycles, -1).all(1)
-    unstable = (at.re > 0).sum(1).reshape(bicycles, -1)
-    return np.asarray(~certain | (unstable != unstable[:, :1]).any(1))
+    order = np.lexsort((at.re, np.abs(at.im)))
+    unstable = np.take_along_axis(at.re > 0, order, 1).reshape(bicycles, len(share), -1)  # by frequency
+    return np.asarray(~certain | (unstable != unstable[:, :1]).any((1, 2)))
 
 
 def _sharpened(block: Block, owner: NDArray[np.int64], start: Array) -> tuple[Array, Array, Array, Array, Array]:
@@ -182,6 +180,6 @@ def _named(
     speeds[owner, place] = v
     roots[0, owner, place], roots[1, owner, place] = re, im
     found = block.name(track, speeds)
-    answer_kernel.answer(track, found, speeds, roots[0], roots[1], bits)
+    answer_kernel.answer(track, found, block.unit, speeds, roots[0], roots[1], bits)
     own = np.hypot(re, im - omega[:, None]).argmin(1)
     return np.asarray(bits[owner, place, own])

@@ -103,12 +103,11 @@ def _bisect(polynomial: SpeedPolynomial, a: float, b: float) -> list[float]:
         open_ = []
         for k, pair in enumerate(halves):
             for side, (lo, hi) in enumerate(pair):
-                if count[side, k] == count[side + 1, k]:
-                    continue
-                if hi - lo < 1e-9 * hi:
-                    narrowed.append((lo + hi) / 2)
-                else:
-                    open_.append((lo, hi))
+                if count[side, k] != count[side + 1, k]:
+                    if hi - lo < 1e-9 * hi:
+                        narrowed.append((lo + hi) / 2)
+                    else:
+                        open_.append((lo, hi))
     return narrowed
 
 

@@ -19,9 +19,7 @@ from bicycle.critical.bialternate import bialternate_sum, singular_speeds
 from bicycle.critical.completeness import NOISE, missing_crossings, near_touches
 from bicycle.critical.critical_speed import CriticalSpeed
 from bicycle.critical.newton import SAME_FREQUENCY, SAME_SPEED, newton_crossings
-from bicycle.eigenvalues.solvers import compiled, default_solver
 from bicycle.linear_model import LinearModel
-from bicycle.modal.named_modes import IN_BATCHES
 from bicycle.modal.naming import speed_unit
 from bicycle.modal.speed_limits import check_trackable
 from bicycle.modal.tracker import Tracker
@@ -78,30 +76,6 @@ def critical_speeds(model: Model | LinearModel, max_speed: float = 60.0) -> tupl
     if not (np.isfinite(max_speed) and max_speed > 0):
         raise InputError(f"max_speed = {max_speed!r} m/s is not allowed; give a finite speed > 0 m/s")
     check_trackable(model, np.array([max_speed]), "max_speed")
-    found = _in_a_batch(model, float(max_speed)) if IN_BATCHES else None
-    return tracked_critical_speeds(model, float(max_speed)) if found is None else found
-
-
-def _in_a_batch(model: LinearModel, max_speed: float) -> tuple[CriticalSpeed, ...] | None:
-    """Critical speeds by the compiled path, None where it is missing or not sure."""
-    if default_solver() is not compiled or len(model.ranges) > 1 or model.singular_at_rest:
-        return None
-    from bicycle.critical.batch import critical_speeds_of
-    from bicycle.modal.batch import Block
-
-    found = critical_speeds_of(Block.of_models([model]), max_speed)
-    return None if found.status[0] else found.of(0)
-
-
-def tracked_critical_speeds(model: LinearModel, max_speed: float) -> tuple[CriticalSpeed, ...]:
-    """Critical speeds by pencil and track of one model: as :func:`critical_speeds`, and the judge of its quicker path.
-
-    Parameters
-    ----------
-    model : LinearModel
-    max_speed : float
-        One that can be tracked, m/s.
-    """
     rest = REST * speed_unit(model)
     switches = [at.lower for at in model.ranges if 0 < at.lower <= max_speed]
     whole = [

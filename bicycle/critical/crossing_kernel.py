@@ -10,7 +10,7 @@ import math
 
 from bicycle.critical.completeness import NOISE
 from bicycle.eigenvalues.hessenberg_kernel import compiled
-from bicycle.modal.answer_kernel import hermite
+from bicycle.modal.cubic_kernel import hermite, miss, reach
 from bicycle.modal.identity_kernel import Whole
 from bicycle.modal.track_kernel import MEETING, SMALLEST, SURE, TOO_CLOSE, Track
 from tyre.base.arrays import Array
@@ -84,26 +84,18 @@ def sees(t: Track, b: int, left: int, right: int, i: int) -> int:
 
 @compiled
 def _one(a: float, z: float, rise_a: float, rise_z: float, noise: float, at_rest: int) -> int:
-    miss = abs(a + 0.5 * rise_a - z + 0.5 * rise_z) + noise
+    doubt = miss(a, z, rise_a, rise_z) + noise
     square, cube = 3.0 * (z - a) - 2.0 * rise_a - rise_z, rise_a + rise_z - 2.0 * (z - a)
-    least, most = min(a, z), max(a, z)
+    least, most = reach(a, z, rise_a, rise_z)
     flat, steep = min(rise_a, rise_z), max(rise_a, rise_z)  # of the slope: at the ends and where it turns
     if cube != 0.0:
         turn = -square / (3.0 * cube)
         if 0.0 < turn < 1.0:
             slope = rise_a + turn * (2.0 * square + 3.0 * cube * turn)
             flat, steep = min(flat, slope), max(steep, slope)
-    under = square * square - 3.0 * cube * rise_a
-    if under >= 0.0:
-        for sign in (-1.0, 1.0):
-            below = square + sign * math.sqrt(under)
-            s = -rise_a / below if below != 0.0 else -1.0
-            if 0.0 < s < 1.0:
-                value = hermite(a, z, rise_a, rise_z, s)
-                least, most = min(least, value), max(most, value)
-    if least > miss or most < -miss:
+    if least > doubt or most < -doubt:
         return NONE
-    if flat > STRAIGHT * miss or steep < -STRAIGHT * miss:
+    if flat > STRAIGHT * doubt or steep < -STRAIGHT * doubt:
         if min(abs(a), abs(z)) > 2.0 * noise:
             return ONE if a * z < 0.0 else NONE
         if at_rest and abs(a) <= 2.0 * noise < abs(z):  # from the axis straight away

@@ -11,9 +11,12 @@ import numpy as np
 from bicycle.eigenvalues.hessenberg_kernel import compiled
 from bicycle.modal.identity_kernel import Walked, Whole
 from bicycle.modal.naming import MOSTLY, QUICK, SLOW, WALKING
+from bicycle.modal.track_kernel import SURE, Track
 from tyre.base.arrays import Array
 
+SPARE = 0.2  # of the unit of speed: nodes next to the range of an anchor are looked at too
 WHOLE = 3  # a pair and two real roots
+BETTER = 1.05  # an anchor is plainer by so much than speeds that the full track may look at in addition
 LEVEL = 1e-9  # plainness this near is equal: rounding decides
 WEAVE, CAPSIZE, CASTERING, FIRST_ROLE = 0, 1, 2, 3  # numbers of names
 
@@ -52,48 +55,119 @@ def find_anchor(w: Walked, m: int, share: Array, roles: Roles, unit: float, core
         Gets 1 for its branches.
     """
     n = w.re.shape[1]
-    best, most, second, plainest = -1, 0, -1.0, -1.0
-    near, nearest, edge = 0, math.inf, False
+    best, most, plainest, second = -1, 0, -1.0, -1.0
+    near, nearest = 0, math.inf
     here, slow = np.empty(n, np.int64), np.empty(3, np.int64)
+    count, plain = np.zeros(m, np.int64), np.full(m, -1.0)
     for k in range(m):
         speed = w.v[k] / unit
-        if abs(speed - WALKING) < nearest:
+        if w.grid[k] and abs(speed - WALKING) < nearest:
             near, nearest = k, abs(speed - WALKING)
-        if k + 1 < m and speed <= QUICK and w.v[k + 1] / unit >= SLOW:
-            edge = edge or _roots_meet(w, k)
-        if not SLOW <= speed <= QUICK:
+        if not SLOW - SPARE <= speed <= QUICK + SPARE:
             continue
-        count = _core_at(w, k, share, roles, here, slow)
-        if count == 0 or count < most:
+        count[k] = _core_at(w, k, share, roles, here, slow, 0)
+        if count[k]:
+            plain[k] = _plainness(w, k, here)
+        if not w.grid[k] or not SLOW <= speed <= QUICK or count[k] == 0 or count[k] < most:
             continue
-        plain = _plainness(w, k, here)
-        if count > most:
-            most, plainest, second = count, -1.0, -1.0
-        if plain > plainest:
-            best, plainest, second = k, plain, plainest
+        if count[k] > most:
+            most, plainest, second = count[k], -1.0, -1.0
+        if plain[k] > plainest:
+            best, plainest, second = k, plain[k], plainest
             core[:] = here
         else:
-            second = max(second, plain)
-    if edge and most < WHOLE:  # a node of the full track next to the meeting may have more
+            second = max(second, plain[k])
+    if (most and plainest - second < LEVEL) or _more_between(w, m, unit, count, plain, most, plainest):
+        return -1
+    if _more_at_meetings(w, m, share, roles, unit, most, plainest):
         return -1
     if most == 0:
         core[:] = 0
         return near
-    return -1 if plainest - second < LEVEL else best
+    return best
 
 
 @compiled
-def _roots_meet(w: Walked, k: int) -> bool:
-    """Whether roots meet in the step from node k to the next."""
-    changed = 0
-    for i in range(w.re.shape[1]):
-        changed += 1 if w.mate[k, i] != w.mate[k + 1, i] else 0
-    return changed > 0
+def _more_between(w: Walked, m: int, unit: float, count: Whole, plain: Array, most: int, plainest: float) -> bool:
+    """Whether the full track may have a plainer node inside a step that it divides."""
+    divided = False
+    for k in range(m - 1):
+        if w.grid[k]:
+            divided = w.grid[k] == 1
+        if not divided or w.v[k + 1] / unit < SLOW or w.v[k] / unit > QUICK:
+            continue
+        if count[k] > most or count[k + 1] > most or (most < WHOLE and count[k] + count[k + 1]):
+            return True
+        if w.grid[k] or count[k] < most or k == 0:
+            continue
+        peak = (count[k - 1] < most or plain[k] >= plain[k - 1]) and (count[k + 1] < most or plain[k] >= plain[k + 1])
+        if peak and not plain[k] * BETTER < plainest:
+            return True
+    return False
 
 
 @compiled
-def _core_at(w: Walked, k: int, share: Array, roles: Roles, here: Whole, slow: Whole) -> int:
-    """Mark the pair and the two real roots among the three slowest of lean, steer and yaw at a node; how many."""
+def _more_at_meetings(
+    w: Walked, m: int, share: Array, roles: Roles, unit: float, most: int, plainest: float
+) -> bool:  # fmt: skip
+    """Whether a node next to a meeting may be plainer: who moves in two nearly equal roots is not known there."""
+    here, slow = np.empty(w.re.shape[1], np.int64), np.empty(3, np.int64)
+    for k in range(m - 1):
+        if w.v[k + 1] / unit < SLOW or w.v[k] / unit > QUICK:
+            continue
+        meet = 0
+        for i in range(w.re.shape[1]):
+            meet |= 1 << i if w.mate[k, i] != w.mate[k + 1, i] else 0
+        if meet:
+            for end in range(k, k + 2):
+                count = _core_at(w, end, share, roles, here, slow, meet)
+                if count > most or (count and count == most and not _plainness(w, end, here) * BETTER < plainest):
+                    return True
+    return False
+
+
+@compiled
+def ask_between(t: Track, unit: Array, owner: Whole, v: Array) -> int:
+    """Quarters of steps that the full track divides where an anchor may be; fill in ``owner`` and ``v``, say how many.
+
+    Parameters
+    ----------
+    t : Track
+    unit : ndarray, shape (B,)
+        m/s.
+    owner, v : ndarray, shape (k,)
+        Get indices of bicycles and speeds, m/s.
+    """
+    asked = 0
+    for b in range(t.v.shape[0]):
+        wanted = 0
+        for j in range(t.filled[b] - 1):
+            slot = t.order[b, j]
+            if t.status[b] != SURE or slot >= t.grid[b] or t.plain[b, slot] or t.v[b, slot] > QUICK * unit[b]:
+                continue
+            end = j + 1
+            while end < t.filled[b] - 1 and t.order[b, end] >= t.grid[b]:
+                end += 1
+            low, high = t.v[b, slot], t.v[b, t.order[b, end]]
+            if high < SLOW * unit[b]:
+                continue
+            for quarter in range(1, 4):
+                place, known = low + 0.25 * quarter * (high - low), False
+                for k in range(j + 1, end):
+                    known = known or abs(t.v[b, t.order[b, k]] - place) < 0.1 * (high - low)
+                if not known and t.filled[b] + wanted < t.v.shape[1]:
+                    owner[asked], v[asked] = b, place
+                    asked += 1
+                    wanted += 1
+    return asked
+
+
+@compiled
+def _core_at(w: Walked, k: int, share: Array, roles: Roles, here: Whole, slow: Whole, without: int) -> int:
+    """Mark the pair and the two real roots among the three slowest of lean, steer and yaw at a node; how many.
+
+    ``without`` has bits of branches that are not among them.
+    """
     n = w.re.shape[1]
     here[:] = 0
     taken = 0
@@ -101,7 +175,7 @@ def _core_at(w: Walked, k: int, share: Array, roles: Roles, here: Whole, slow: W
         own, least = -1, math.inf
         for i in range(n):
             moving = share[k, roles.lean, i] + share[k, roles.steer, i] + share[k, roles.yaw, i]
-            if w.im[k, i] < 0.0 or not moving >= MOSTLY or (taken >> i) & 1:
+            if w.im[k, i] < 0.0 or not moving >= MOSTLY or ((taken | without) >> i) & 1:
                 continue
             size = math.hypot(w.re[k, i], w.im[k, i])
             if size < least:

@@ -9,10 +9,12 @@ import math
 import numpy as np
 
 from bicycle.eigenvalues.hessenberg_kernel import compiled
-from bicycle.modal.identity_kernel import Whole
+from bicycle.eigenvalues.vectors_kernel import DOUBTFUL
+from bicycle.modal.cubic_kernel import hermite
+from bicycle.modal.identity_kernel import CHANCE, Whole
 from bicycle.modal.matching import CLEAR, TWIN
 from bicycle.modal.naming_kernel import Named
-from bicycle.modal.track_kernel import MEETING, SMALLEST, SMOOTH, SURE, Track, mate_of
+from bicycle.modal.track_kernel import MEETING, SMALLEST, SMOOTH, SURE, Track, mate_of, on_grid
 from bicycle.modal.tracking import STEP
 from tyre.base.arrays import Array
 
@@ -22,13 +24,15 @@ NARROW = 2.0**-6 * STEP  # of the unit of speed: who gets which root is judged s
 
 
 @compiled
-def answer(t: Track, found: Named, v: Array, re: Array, im: Array, names: Whole) -> None:
+def answer(t: Track, found: Named, unit: Array, v: Array, re: Array, im: Array, names: Whole) -> None:
     """Fill in the names of roots at speeds, as bits; a bicycle that is not sure gets a status.
 
     Parameters
     ----------
     t : Track
     found : Named
+    unit : ndarray, shape (B,)
+        Unit of speed, m/s.
     v : ndarray, shape (B, m)
         m/s, NaN for none.
     re, im : ndarray, shape (B, m, n)
@@ -48,10 +52,15 @@ def answer(t: Track, found: Named, v: Array, re: Array, im: Array, names: Whole)
             if not _branches(t, found, b, j, v[b, k], re[b, k], im[b, k], expected, branch):
                 t.status[b] = RIVALS
                 break
-            at = node_like(t, found, b, j, v[b, k])
+            at = node_like(t, found, unit, b, j, v[b, k])
+            if at < 0:
+                t.status[b] = BESIDE_A_CHANGE
+                break
             for i in range(n):
                 mate = mate_of(re[b, k], im[b, k], i)
                 modes = found.label[b, at, branch[i]] | found.label[b, at, branch[mate]]
+                if modes & CHANCE:
+                    t.status[b] = BESIDE_A_CHANGE
                 names[b, k, i] = name_bits(found.name[b], modes)
 
 
@@ -102,10 +111,7 @@ def same_labels(t: Track, found: Named, b: int, j: int, v: float) -> bool:
     """
     if t.v[b, t.order[b, j]] == v or t.v[b, t.order[b, j + 1]] == v:
         return True
-    changes = 0
-    for i in range(found.label.shape[2]):
-        changes += 1 if found.label[b, j, i] != found.label[b, j + 1, i] else 0
-    return changes == 0
+    return _same_names(found, b, j, j + 1)
 
 
 @compiled
@@ -121,6 +127,9 @@ def _branches(
     for i in range(n):
         size = max(size, re[i] * re[i] + im[i] * im[i])
         branch[i] = -1
+    for i in range(n):
+        if 0.0 < im[i] <= DOUBTFUL * math.sqrt(size):
+            return False  # rounding may have split two real roots
     first, second = -1, -1  # branches that meet
     for i in range(n):
         p, q = found.root[b, j, i], found.root[b, j + 1, i]
@@ -156,22 +165,6 @@ def _branches(
             if branch[k] < 0:
                 branch[k], first = first, second
     return True
-
-
-@compiled
-def hermite(a: float, b: float, rise_a: float, rise_b: float, s: float) -> float:
-    """Cubic of s in 0..1 with these ends and slopes.
-
-    Parameters
-    ----------
-    a, b : float
-        At 0 and 1, in any unit.
-    rise_a, rise_b : float
-        Slopes there, in the same unit.
-    s : float
-        No unit.
-    """
-    return (1 + 2 * s) * (1 - s) ** 2 * a + s**2 * (3 - 2 * s) * b + s * (1 - s) * ((1 - s) * rise_a - s * rise_b)
 
 
 @compiled
@@ -256,20 +249,52 @@ def _of_two_modes(t: Track, found: Named, b: int, j: int) -> bool:
 
 
 @compiled
-def node_like(t: Track, found: Named, b: int, j: int, v: float) -> int:
-    """The node of step ``j`` whose names hold at ``v`` (m/s): the one farther from where they were given.
+def node_like(t: Track, found: Named, unit: Array, b: int, j: int, v: float) -> int:
+    """The node whose names hold at ``v`` (m/s) in step ``j``, -1 where that hangs on nodes that are not known here.
+
+    In a step of the full track that it takes as a whole, it is the end farther from where names were given. In others
+    names must not change.
 
     Parameters
     ----------
     t : Track
     found : Named
+    unit : ndarray, shape (B,)
+        Unit of speed, m/s.
     b, j : int
         Indices of the bicycle and the step.
     v : float
         m/s.
     """
-    if t.v[b, t.order[b, j]] == v:
-        return j
-    if t.v[b, t.order[b, j + 1]] == v:
-        return j + 1
-    return j + 1 if v >= found.anchor[b] else j
+    low, high = j, j + 1
+    while low > 0 and not on_grid(t, unit, b, t.order[b, low]):
+        low -= 1
+    while high < t.filled[b] - 1 and not on_grid(t, unit, b, t.order[b, high]):
+        high += 1
+    if t.v[b, t.order[b, low]] == v:
+        return low
+    if t.v[b, t.order[b, high]] == v:
+        return high
+    up = v >= found.anchor[b]
+    whole = low + 1 == high and t.kind[b, t.order[b, j]] == SMOOTH
+    if t.plain[b, t.order[b, low]] or whole:
+        wide = t.v[b, t.order[b, high]] - t.v[b, t.order[b, low]] > 1.5 * STEP * unit[b]
+        return -1 if wide and not _same_names(found, b, low, high) else (high if up else low)
+    own = j + 1 if up else j
+    if not _same_names(found, b, j, j + 1):
+        return -1
+    while low < own < high:  # the full track may have any node out to the end of its step or to where roots meet
+        if t.kind[b, t.order[b, own if up else own - 1]] == MEETING:
+            return own
+        own += 1 if up else -1
+        if not _same_names(found, b, own, j):
+            return -1
+    return own
+
+
+@compiled
+def _same_names(found: Named, b: int, j: int, k: int) -> bool:
+    changes = 0
+    for i in range(found.label.shape[2]):
+        changes += 1 if found.label[b, j, i] != found.label[b, k, i] else 0
+    return changes == 0

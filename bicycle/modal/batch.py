@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bicycle.eigenvalues.vectors_kernel import decompose_stack
 from bicycle.linear_model import LinearModel
-from bicycle.modal import answer_kernel, follow_kernel, naming_kernel, track_kernel
+from bicycle.modal import anchor_kernel, answer_kernel, follow_kernel, naming_kernel, track_kernel
 from bicycle.modal.batch_kind import BatchKind
 from bicycle.modal.naming import HIGHEST, LOWEST, speed_unit
 from bicycle.modal.naming_kernel import Named
@@ -137,7 +137,11 @@ class Block:
         track = track_kernel.empty_track(bicycles, max(NODES, 2 * len(steps)), n)
         # each as far as it must go by itself, so that no result depends on the others
         own, place = np.nonzero(np.concatenate([[-1.0], steps[:-1]]) < reach[:, None])
+        track.grid[:] = np.bincount(own, minlength=bicycles)
         self.add(track, own, (self.unit * STEP)[own] * steps[place], asked)
+        owners, speeds = np.empty(track.v.size, np.int64), np.empty(track.v.size)
+        count = anchor_kernel.ask_between(track, self.unit, owners, speeds)
+        self.add(track, owners[:count], speeds[:count], asked)
         slot = int(np.abs(steps * STEP - REFERENCE_SPEED).argmin())
         fastest = np.hypot(track.re[:, slot], track.im[:, slot]).max(1)
         track.status[~(fastest * self.unit <= 0.99 * FASTEST_RATE * self.kind.gravity)] = STIFF
@@ -260,7 +264,7 @@ def _name_part(
     values = eigenvalues_of(block, np.repeat(np.arange(bicycles), k), speeds.ravel())
     values = values.reshape(bicycles, k, -1)
     bits = np.zeros(values.shape, np.int64)
-    answer_kernel.answer(track, found, speeds, values.real.copy(), values.imag.copy(), bits)
+    answer_kernel.answer(track, found, block.unit, speeds, values.real.copy(), values.imag.copy(), bits)
     every = np.bitwise_or.reduce(1 << found.name, axis=1)
     return values, bits, found.anchor, every, track.status
 

@@ -15,7 +15,8 @@ MARKS = 12  # markers along a line
 
 def draw_modes(found: Any, axes: Any = None) -> tuple[Any, Any]:
     """Frequency (Hz, damped) above, real part (1/s) below; pale background and pale bands where a mode is unstable,
-    hatched where the model rests on tyre values beyond the measured ones.
+    hatched where the model rests on tyre values beyond the measured ones. What decays faster than 40 1/s lies below
+    the picture; the legend says so of a mode of which nothing is seen.
 
     Parameters
     ----------
@@ -37,7 +38,8 @@ def draw_modes(found: Any, axes: Any = None) -> tuple[Any, Any]:
     for name in found.names:
         _draw(frequency, real, name, speeds, found.branches[name][order])
     _limits(frequency, real, np.concatenate([values.ravel() for values in found.branches.values()]))
-    real.axhspan(0, real.get_ylim()[1], color=UNSTABLE, zorder=0, linewidth=0)
+    low, high = real.get_ylim()
+    real.axhspan(0, high, color=UNSTABLE, zorder=0, linewidth=0)
     frequency.set(ylabel="Frequency, Hz (pale: unstable)")
     beyond = extrapolated(found.model.warnings)
     hatched = "; hatched: tyre values extrapolated" if beyond else ""
@@ -50,6 +52,8 @@ def draw_modes(found: Any, axes: Any = None) -> tuple[Any, Any]:
         part.grid(True, color="0.88", linewidth=0.6)
         part.set_axisbelow(True)
     handles, labels = real.get_legend_handles_labels()
+    hidden = {mode_words(name) for name in found.names if np.nanmax(found.branches[name].real, initial=-np.inf) < low}
+    labels = [f"{label} (out of view)" if label in hidden else label for label in labels]
     frequency.legend(handles, labels, frameon=False, fontsize="small", ncols=3, loc="best")
     return frequency, real
 

@@ -11,8 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.eigenvalues.hessenberg_kernel import compiled
+from bicycle.modal.apart_kernel import keep_apart
 from bicycle.modal.matching import CLEAR, TWIN
-from bicycle.modal.track_kernel import MEETING, NO_VECTORS, OPEN, SMALLEST, SMOOTH, SURE, TOO_CLOSE, Track, mate_of
+from bicycle.modal.track_kernel import (
+    MEETING,
+    NO_VECTORS,
+    OPEN,
+    SMALLEST,
+    SMOOTH,
+    SURE,
+    TOO_CLOSE,
+    Track,
+    mate_of,
+    on_grid,
+)  # fmt: skip
+from bicycle.modal.tracking import STEP
 from tyre.base.arrays import Array
 
 
@@ -86,8 +99,14 @@ def link_steps(t: Track, unit: Array, owner: NDArray[np.int64], v: Array) -> int
             if t.kind[b, left] != OPEN:
                 continue
             t.kind[b, left] = _link(t, b, left, right, roots, count)
+            h = t.v[b, right] - t.v[b, left]
+            if t.kind[b, left] == MEETING and h > 1.5 * STEP * unit[b]:
+                t.kind[b, left] = OPEN  # the full track has nodes there that tell more
+            if t.kind[b, left] != OPEN and not keep_apart(t, b, left, right, t.kind[b, left]):
+                t.kind[b, left] = OPEN
+            if t.kind[b, left] == SMOOTH and on_grid(t, unit, b, left) and on_grid(t, unit, b, right):
+                t.plain[b, left] = 1
             if t.kind[b, left] == OPEN:
-                h = t.v[b, right] - t.v[b, left]
                 if t.filled[b] + wanted >= most or h < SMALLEST * unit[b]:
                     t.status[b] = TOO_CLOSE
                     asked -= wanted

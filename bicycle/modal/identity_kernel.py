@@ -17,6 +17,9 @@ from tyre.base.arrays import Array
 Whole = NDArray[np.int64]
 
 
+CHANCE = 1 << 60  # beside the modes of a label: rounding decides which of them
+
+
 class Walked(NamedTuple):
     """What is known of one bicycle: nodes (m,), roots in branches (m, n), and the modes at the anchor."""
 
@@ -27,6 +30,7 @@ class Walked(NamedTuple):
     label: Whole  # (m, n), filled in: modes a root may belong to, as bits
     owner: Whole  # (n,), at the anchor
     double: Whole  # (n,), 1 for a mode of two roots
+    grid: Whole  # (m,), 0 for a node that the full track may not have, 2 where it has none on the way to the next
 
 
 @compiled
@@ -46,22 +50,41 @@ def walk(w: Walked, m: int, modes: int, castering: int, anchor: int, low: float,
         Speeds always tracked, m/s.
     """
     n = w.re.shape[1]
-    owner, now = np.empty(n, np.int64), np.empty(n, np.int64)
+    owner, now, chance = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
     for way in range(2):
         owner[:] = w.owner
+        chance[:] = 0
         k, past = anchor, -1
         while 0 <= k < m:
             changed = past < 0
             if not changed:
                 for i in range(n):
                     changed = changed or w.mate[k, i] != w.mate[past, i]
+            if past >= 0 and _halves_part(w, k, past, owner, chance):
+                return False
             if changed and not _assign(w, k, anchor, way, modes, castering, owner, now, low, high):
                 return False
             for i in range(n):
-                w.label[k, i] = now[i]
+                w.label[k, i] = now[i] | chance[i]
             past = k
             k += 1 if way == 0 else -1
     return True
+
+
+@compiled
+def _halves_part(w: Walked, k: int, past: int, owner: Whole, chance: Whole) -> bool:
+    """Mark the roots of a pair of two modes that splits, as rounding decides which is whose; True if they meet again.
+
+    That is where the step of the full track next to the meeting has two roots that are equal to rounding.
+    """
+    for i in range(w.re.shape[1]):
+        mate = w.mate[past, i]
+        if mate != w.mate[k, i] and owner[i] != owner[mate]:
+            chance[i] = chance[mate] = CHANCE
+    again = False
+    for i in range(w.re.shape[1]):
+        again = again or (chance[i] != 0 and w.mate[k, i] != i)
+    return again
 
 
 @compiled

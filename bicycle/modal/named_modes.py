@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bicycle.eigenvalues.oscillation import frequency_hz, pair_damping_ratio
-from bicycle.eigenvalues.solvers import compiled, default_solver
 from bicycle.linear_model import LinearModel
 from bicycle.modal.events import ModeEvent
 from bicycle.modal.naming import every_mode
@@ -35,13 +34,6 @@ UNITS = {
     "damping_ratio": "1",
 }  # fmt: skip
 """Columns of :meth:`Modes.to_dataframe`."""
-
-
-IN_BATCHES: bool = False
-"""Whether names and critical speeds come from compiled batches (:mod:`bicycle.modal.batch`) where these are sure.
-
-They are not: against the track, `velotyre validate batches` still finds other names on a few models in a thousand.
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,40 +192,11 @@ def modes(model: Model | LinearModel, speeds: ArrayLike) -> Modes:
     if v.ndim != 1 or not v.size:
         raise InputError(f"speeds have shape {v.shape}; give one or more speeds in a row")
     check_trackable(model, v)
-    return (_in_a_batch(model, v) if IN_BATCHES else None) or tracked_modes(model, v)
-
-
-def tracked_modes(model: LinearModel, speeds: Array) -> Modes:
-    """The modes by the full track of one model: what :func:`modes` gives, and the judge of its quicker path.
-
-    Parameters
-    ----------
-    model : LinearModel
-    speeds : ndarray, shape (m,)
-        Forward speeds that can be tracked, m/s.
-    """
-    tracker = Tracker.over(model, float(speeds.min()), float(speeds.max()))
-    ordered = tracker.ordered(speeds)
-    index, labels = tracker.labels(speeds, ordered)
+    tracker = Tracker.over(model, float(v.min()), float(v.max()))
+    ordered = tracker.ordered(v)
+    index, labels = tracker.labels(v, ordered)
     branches = _branches(model, ordered, index, labels, tracker.naming.names)
-    return Modes(speeds, np.sort_complex(ordered), branches, tracker.naming.anchor, model)
-
-
-def _in_a_batch(model: LinearModel, speeds: Array) -> Modes | None:
-    """The modes by the compiled path, None where it is missing or not sure."""
-    if default_solver() is not compiled or len(model.ranges) > 1:
-        return None
-    from bicycle.modal.batch import Block, name_of, name_roots
-
-    found = name_roots(Block.of_models([model]), speeds[None])
-    if found.status[0]:
-        return None
-    values, bits = found.values[0], found.bits[0]
-    key, index = np.unique(bits, axis=0, return_inverse=True)
-    labels = [tuple(name_of(int(one), found.names) for one in case) for case in key]
-    every = [name for number, name in enumerate(found.names) if found.every[0] >> number & 1]
-    branches = _branches(model, values, index.reshape(-1), labels, every)
-    return Modes(speeds, values, branches, float(found.anchor[0]), model)
+    return Modes(v, np.sort_complex(ordered), branches, tracker.naming.anchor, model)
 
 
 def _branches(

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from bicycle.eigenvalues.hessenberg_kernel import compiled
-from bicycle.modal.anchor_kernel import FIRST_ROLE, Roles, find_anchor, own_core
+from bicycle.modal.anchor_kernel import FIRST_ROLE, SPARE, Roles, find_anchor, own_core
 from bicycle.modal.cast_kernel import cast
-from bicycle.modal.identity_kernel import Walked, Whole, walk
+from bicycle.modal.identity_kernel import CHANCE, Walked, Whole, walk
 from bicycle.modal.naming import (
     FAST,
     HIGHEST,
@@ -24,8 +24,11 @@ from bicycle.modal.naming import (
     WALKING,
 )  # fmt: skip
 from bicycle.modal.track_kernel import SURE, Track, mate_of
+from bicycle.modal.tracking import STEP
 from tyre.base.arrays import Array
 
+SAME = 1e-6  # of the unit of speed: rounding decides which side a node is of
+NEAR_REST = 8.0  # the discriminant of two roots may change so many times as fast below the first node as above
 NOT_CLEAR, NO_ANCHOR, SHORT_PAIR, NO_HEIR = 3, 9, 10, 11
 
 
@@ -57,7 +60,7 @@ def name_all(t: Track, unit: Array, roles: Roles, found: Named, todo: Whole) -> 
     table = (most, n)
     w = Walked(
         np.empty(most), np.empty(table), np.empty(table), np.empty(table, np.int64), np.empty(table, np.int64),
-        np.empty(n, np.int64), np.empty(n, np.int64),
+        np.empty(n, np.int64), np.empty(n, np.int64), np.empty(most, np.int64),
     )  # fmt: skip
     share = np.empty((most, roles.number, n))
     for b in range(bicycles):
@@ -81,13 +84,14 @@ def _in_branches(t: Track, b: int, m: int, w: Walked, root: Whole, share: Array,
     for k in range(m):
         slot = t.order[b, k]
         w.v[k] = t.v[b, slot]
+        w.grid[k] = 1 + t.plain[b, slot] if slot < t.grid[b] else 0
         for i in range(n):
             if k:
                 root[k, i] = t.match[b, t.order[b, k - 1], root[k - 1, i]]
             w.re[k, i], w.im[k, i] = t.re[b, slot, root[k, i]], t.im[b, slot, root[k, i]]
         for i in range(n):
             w.mate[k, i] = mate_of(w.re[k], w.im[k], i)
-        if 0.99 * SLOW <= w.v[k] / unit <= 1.01 * FAST:
+        if SLOW - SPARE <= w.v[k] / unit <= FAST + SPARE:
             for i in range(n):
                 for r in range(roles.number):
                     share[k, r, i] = 0.0
@@ -119,37 +123,18 @@ def _name(w: Walked, m: int, share: Array, roles: Roles, unit: float, found: Nam
 def _others(
     w: Walked, m: int, anchor: int, share: Array, roles: Roles, modes: int, low: float, high: float
 ) -> int:  # fmt: skip
-    """Owners of all other roots, slow first; -1 where a pair of two real roots lasts too shortly to be sure."""
+    """Owners of all other roots, slow first; how many modes there are, -1 where two real roots may be one or not."""
     n = w.re.shape[1]
     partner = np.full(n, -1, np.int64)
-    tried = np.zeros((n, n), np.int64)
     while True:  # real roots that are a pair at another speed, the nearest first
-        best, p, q, first, last = math.inf, -1, -1, 0.0, 0.0
-        for i in range(n):
-            for j in range(i):
-                if w.owner[i] >= 0 or w.owner[j] >= 0 or w.im[anchor, i] != 0.0 or w.im[anchor, j] != 0.0:
-                    continue
-                if partner[i] >= 0 or partner[j] >= 0 or tried[i, j]:
-                    continue
-                distance, begin, end = math.inf, math.inf, -math.inf
-                for k in range(m):
-                    if low <= w.v[k] <= high and w.mate[k, i] == j:
-                        distance = min(distance, abs(w.v[k] - w.v[anchor]))
-                        begin, end = min(begin, w.v[k]), max(end, w.v[k])
-                if distance == math.inf:
-                    tried[i, j] = 1
-                elif distance < best:
-                    best, p, q, first, last = distance, i, j, begin, end
+        p, q = _nearest_couple(w, m, anchor, partner, low, high)
         if p < 0:
             break
-        if last - first < SHORT * (high / HIGHEST):
+        if q < 0:
             return -1
         partner[p], partner[q] = q, p
-    alone = 0
-    for i in range(n):
-        alone += 1 if w.owner[i] < 0 and partner[i] < 0 and w.im[anchor, i] == 0.0 else 0
-    if alone > 1 and not roles.singular and w.v[0] > 0.0:
-        return -1  # they may be a pair below the track
+    if not roles.singular and w.v[0] > 0.0 and _meet_at_rest(w, m, anchor, partner):
+        return -1
     if _two_overdamped(w, anchor, share, roles, partner):
         return -1  # rare, and their order counts: left to the plain path
     while True:
@@ -166,6 +151,53 @@ def _others(
             w.owner[other] = modes
             w.double[modes] = 1
         modes += 1
+
+
+@compiled
+def _nearest_couple(
+    w: Walked, m: int, anchor: int, partner: Whole, low: float, high: float
+) -> tuple[int, int]:  # fmt: skip
+    """Two real roots that are a pair at the speed nearest to the anchor; none -1 twice, in doubt the second -1."""
+    best, p, q, sure = math.inf, -1, -1, False
+    second, near = math.inf, 0
+    for i in range(w.re.shape[1]):
+        for j in range(i):
+            free = w.owner[i] < 0 and w.owner[j] < 0 and partner[i] < 0 and partner[j] < 0
+            if not free or w.im[anchor, i] != 0.0 or w.im[anchor, j] != 0.0:
+                continue
+            distance, seen = math.inf, False
+            for k in range(m):
+                if low <= w.v[k] <= high and w.mate[k, i] == j:
+                    distance = min(distance, abs(w.v[k] - w.v[anchor]))
+                    seen = seen or w.grid[k] > 0
+            if distance < best:
+                second, near = best, (1 << p) | (1 << q) if p >= 0 else 0
+                best, p, q, sure = distance, i, j, seen
+            elif distance < second:
+                second, near = distance, (1 << i) | (1 << j)
+    if p < 0:
+        return -1, -1
+    tie = second - best < 2.0 * SHORT * (high / HIGHEST) and near & ((1 << p) | (1 << q)) != 0
+    return p, (q if sure and not tie else -1)  # the full track may step over a short pair, or see another first
+
+
+@compiled
+def _meet_at_rest(w: Walked, m: int, anchor: int, partner: Whole) -> bool:
+    """Whether two real roots, each a mode by itself, may be a pair below the first node."""
+    far = NEAR_REST * w.v[0] / (w.v[1] - w.v[0])
+    for i in range(w.re.shape[1]):
+        for j in range(i):
+            if w.owner[i] >= 0 or w.owner[j] >= 0 or partner[i] >= 0 or partner[j] >= 0:
+                continue
+            if w.im[anchor, i] != 0.0 or w.im[anchor, j] != 0.0:
+                continue
+            if w.im[0, i] != 0.0 or w.im[0, j] != 0.0:
+                return True
+            first = (w.re[0, i] - w.re[0, j]) ** 2
+            second = (w.re[1, i] - w.re[1, j]) ** 2 - (w.im[1, i] - w.im[1, j]) ** 2
+            if not first > far * abs(second - first):
+                return True
+    return False
 
 
 @compiled
@@ -188,11 +220,13 @@ def _play(w: Walked, m: int, share: Array, roles: Roles, unit: float, modes: int
     n, played = w.re.shape[1], len(roles.weight)
     mean, total = np.zeros((played, modes)), np.full(modes, 1e-300)
     for k in range(m):
-        if not WALKING <= w.v[k] / unit <= FAST:
+        if not WALKING - SAME <= w.v[k] / unit <= FAST + SAME:
             continue
-        weight = _gradient(w.v, m, k) / unit
+        weight = _weight(w.v, m, k, unit)
         for i in range(n):
             mode = -1
+            if w.label[k, i] & CHANCE:
+                return False
             for one in range(modes):
                 if w.label[k, i] == 1 << one:
                     mode = one
@@ -224,10 +258,12 @@ def _play(w: Walked, m: int, share: Array, roles: Roles, unit: float, modes: int
 
 
 @compiled
-def _gradient(v: Array, m: int, k: int) -> float:
-    """Weight of node k of an integral, as of ``numpy.gradient`` of the speeds."""
-    if k == 0:
-        return float(v[1] - v[0])
-    if k == m - 1:
-        return float(v[m - 1] - v[m - 2])
-    return float(v[k + 1] - v[k - 1]) / 2
+def _weight(v: Array, m: int, k: int, unit: float) -> float:
+    """Weight of node k of an integral as the full track takes it: half a step of it beyond its last node in range."""
+    below = 0.5 * STEP if v[k] / unit >= WALKING else -0.5 * STEP
+    above = 0.5 * STEP if v[k] / unit <= FAST else -0.5 * STEP
+    if k and v[k - 1] / unit >= WALKING - SAME:
+        below = 0.5 * (v[k] - v[k - 1]) / unit
+    if k + 1 < m and v[k + 1] / unit <= FAST + SAME:
+        above = 0.5 * (v[k + 1] - v[k]) / unit
+    return below + above

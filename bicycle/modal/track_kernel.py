@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.eigenvalues.hessenberg_kernel import compiled
+from bicycle.modal.tracking import STEP
 from tyre.base.arrays import Array
 
 Small = NDArray[np.int16]
@@ -34,6 +35,8 @@ class Track(NamedTuple):
     match: Small  # (B, M, n)
     two: Small  # (B, M, 4)
     status: Small  # (B,)
+    grid: Small  # (B,), how many of the first nodes are those of the sparse grid
+    plain: Small  # (B, M), 1 where the step to the next node of the full grid was linked as a whole
 
 
 def empty_track(bicycles: int, nodes: int, n: int) -> Track:
@@ -50,6 +53,7 @@ def empty_track(bicycles: int, nodes: int, n: int) -> Track:
         np.zeros((*table, n, n)),
         np.zeros(bicycles, np.int16), np.zeros(table, np.int16), np.zeros(table, np.int16),
         np.zeros((*table, n), np.int16), np.zeros((*table, 4), np.int16), np.zeros(bicycles, np.int16),
+        np.zeros(bicycles, np.int16), np.zeros(table, np.int16),
     )  # fmt: skip
 
 
@@ -112,3 +116,19 @@ def mate_of(re: Array, im: Array, i: int) -> int:
             if re[j] == re[i] and im[j] == -im[i]:
                 return j
     return i
+
+
+@compiled
+def on_grid(t: Track, unit: Array, b: int, slot: int) -> bool:
+    """Whether the full track has this node whatever the roots do.
+
+    Parameters
+    ----------
+    t : Track
+    unit : ndarray, shape (B,)
+        m/s.
+    b, slot : int
+        Indices of the bicycle and the node.
+    """
+    steps = t.v[b, slot] / (unit[b] * STEP)
+    return bool(slot < t.grid[b] or abs(steps - round(steps)) < 1e-9)

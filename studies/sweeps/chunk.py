@@ -49,6 +49,11 @@ def compute(sweep: Sweep, start: int, stop: int) -> Arrays:
     return arrays if sweep.quantiles is None else sketch(arrays, start, sweep.samples)
 
 
+def alone(sweep: Sweep) -> int:
+    """How many bicycles of a ``sweep`` this process has tracked one by one so far, because a batch was not sure."""
+    return _worker(sweep).alone
+
+
 class Worker:
     """What is prepared once per sweep and process.
 
@@ -124,7 +129,7 @@ class Worker:
         """Named results of possible bicycles: together, and one by one where that is not sure."""
         together: Arrays = {}
         sure = np.zeros(count, bool)
-        if in_batches(self.sampler.family) and set(self.slow) != {"sensitivities"}:
+        if in_batches(self.sampler.family, self.sweep.items) and set(self.slow) != {"sensitivities"}:
             block, refused = block_of(self.linear, self.sampler.family, points.values, count)
             sure = ~refused
             if set(OF_MODES) & set(self.slow):

@@ -9,18 +9,27 @@ from numpy.typing import NDArray
 from bicycle.eigenvalues.oscillation import frequency_hz, pair_damping_ratio
 from bicycle.eigenvalues.solvers import compiled, default_solver
 from bicycle.linear_model import LinearModel
-from bicycle.modal.named_modes import IN_BATCHES
 from bicycle.model_family import ModelFamily
 from tyre.base.arrays import Array, Complex
 
+FEWEST = 1000  # bicycles: it takes longer to compile the kernels for the first time than to track fewer one by one
 OF_MODES = ("modes", "frequencies", "damping_ratios")
 Arrays = dict[str, NDArray[Any]]
 Done = NDArray[np.bool_]
 
 
-def in_batches(family: ModelFamily) -> bool:
-    """Whether bicycles of a ``family`` are named at once: batches are trusted, numba is there, no equation switches."""
-    return IN_BATCHES and default_solver() is compiled and not family.evaluate.symbolic.switches
+def in_batches(family: ModelFamily, items: int) -> bool:
+    """Whether bicycles of a ``family``, ``items`` in all, are named at once.
+
+    They are where there are many, numba is there and no equation switches.
+
+    Parameters
+    ----------
+    family : ModelFamily
+    items : int
+        Number of bicycles.
+    """
+    return items >= FEWEST and default_solver() is compiled and not family.evaluate.symbolic.switches
 
 
 def block_of(model: LinearModel, family: ModelFamily, values: Mapping[str, Any], count: int) -> tuple[Any, Done]:

@@ -9,6 +9,7 @@ import math
 import time
 
 from studies.sweeps.chunk import SLOW, SLOW_ITEMS, block_items, compute
+from studies.sweeps.compiling import compilation_told
 from studies.sweeps.engines import Engine, in_processes, in_threads
 from studies.sweeps.spec import Sweep
 from tyre.base.errors import InputError
@@ -27,13 +28,14 @@ def usual_items(sweep: Sweep) -> int:
     return _whole_blocks(sweep, step)
 
 
-def measured_items(sweep: Sweep) -> int:
-    """Bicycles in a part, from the time that the first ones of the sweep take here."""
+def measured_items(sweep: Sweep, *, show: bool = False) -> int:
+    """Bicycles in a part, from the time that the first ones of the sweep take here; ``show`` tells what is compiled."""
     block, most = block_items(sweep), most_items(sweep)
     if not slow(sweep) or sweep.items < WORTH_MEASURING * block:
         return usual_items(sweep)
     try:
-        _seconds(sweep, 1)  # derivation and compilation
+        with compilation_told(show=show):
+            _seconds(sweep, 1)  # derivation and compilation
         count = block
         while (taken := _seconds(sweep, count)) < LEAST_SECONDS and 2 * count <= min(most, sweep.items):
             count *= 2

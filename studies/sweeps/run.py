@@ -51,7 +51,7 @@ def run_sweep(sweep: Sweep, out: str | Path, *, engine: Engine | None = None, pr
     if progress:
         for warning in said:
             print(f"warning: {warning}", file=sys.stderr)
-    parts = open_parts(out, sweep, items=lambda: measured_items(sweep))
+    parts = open_parts(out, sweep, items=lambda: measured_items(sweep, show=progress))
     todo = [piece for piece in pieces(sweep, parts.items) if not parts.has(piece)]
     try:
         _compute(sweep, parts, todo, engine or in_loop(), progress=progress)

@@ -155,7 +155,10 @@ def build_sweep(content: Mapping[str, Any], *, folder: Path = Path()) -> Sweep:
 
 def _check_samples(sweep: Sweep, *, random: bool) -> None:
     if random and sweep.samples < 2:
-        raise InputError("parameters are sampled but samples is missing; give for example samples = 1000")
+        raise InputError(
+            f"parameters are sampled, but samples = {sweep.samples} (1 without the key) is no sample; give two or "
+            "more, for example samples = 1000"
+        )
     if not random and sweep.samples > 1:
         raise InputError(f"samples = {sweep.samples}, but nothing is sampled; add [sampled] or leave it out")
     if sweep.items > MOST_BICYCLES:

@@ -37,20 +37,25 @@ def alternating(first: Callable[[], Any], second: Callable[[], Any], repeats: in
     return float(np.median(times[0])), float(np.median(times[1]))
 
 
+def effects_of(order: int) -> dict[str, dict[str, float]]:
+    """Effects of a model with so many states on the benchmark bicycle: 8 on tyres; 12 with flexible front and rider."""
+    if order == 8:
+        return {"relaxation_length": TYRE}
+    hinge = {"stiffness": 3000.0, "damping": 15.0, "joint_x": 0.8, "joint_z": -0.85}
+    rider = {"mass": 30.0, "x": 0.3, "z": -1.0, "Ixx": 1.0, "Izz": 0.5, "joint_z": -0.9}
+    return {"relaxation_length": TYRE, "front_compliance": hinge, "rider_lean": rider}
+
+
 def tyre_model(order: int) -> Model:
-    """The benchmark bicycle on tyres: 8 states; with a flexible front and a leaning rider 12."""
-    effects = [effect_class("relaxation_length")(**TYRE)]
-    if order == 12:
-        hinge = {"stiffness": 3000.0, "damping": 15.0, "joint_x": 0.8, "joint_z": -0.85}
-        rider = {"mass": 30.0, "x": 0.3, "z": -1.0, "Ixx": 1.0, "Izz": 0.5, "joint_z": -0.9}
-        effects += [effect_class("front_compliance")(**hinge), effect_class("rider_lean")(**rider)]
+    """The benchmark bicycle with the effects of :func:`effects_of`."""
+    effects = [effect_class(name)(**values) for name, values in effects_of(order).items()]
     return Model(load_bicycle("benchmark"), tuple(effects))
 
 
-def sweep_of(samples: int, **changes: Any) -> Sweep:
-    """Distinct bicycles with 8 states at 8 m/s."""
+def sweep_of(samples: int, order: int = 8, **changes: Any) -> Sweep:
+    """Distinct bicycles with so many states at 8 m/s."""
     content = {
-        "model": {"bicycle": "benchmark", "effects": {"relaxation_length": TYRE}}, "samples": samples, "seed": 1,
+        "model": {"bicycle": "benchmark", "effects": effects_of(order)}, "samples": samples, "seed": 1,
         "outputs": ["eigenvalues"], "grid": {"speed_m_s": [8.0]},
         "sampled": {key: {"sd": sd} for key, sd in SPREAD.items()},
     }  # fmt: skip

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from bicycle.critical.critical_speed import CriticalSpeed
-from bicycle.critical.critical_speeds import tracked_critical_speeds
+from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.linear_model import LinearModel
-from bicycle.modal.named_modes import Modes, tracked_modes
+from bicycle.modal.named_modes import Modes, modes
 from studies.validations._random_models import random_model
 from studies.validations.critical_speeds import LAWS, WILD
 from tyre.base.arrays import Array, Complex
@@ -94,12 +94,12 @@ def _compare_kind(found: Sequence[tuple[int, LinearModel]], speeds: Array, resul
             result["named"] += 1
             names = {int(bits): name_of(int(bits), named.names) for bits in np.unique(named.bits[k])}
             wrong = differing_names(
-                tracked_modes(model, speeds), named.values[k], [[names[int(b)] for b in row] for row in named.bits[k]]
+                modes(model, speeds), named.values[k], [[names[int(b)] for b in row] for row in named.bits[k]]
             )
             result["different"] += [{**where, "at_m_s": [float(v) for v in speeds[wrong]]}] if wrong else []
         if not crossings.status[k]:
             try:
-                judged = tracked_critical_speeds(model, SPEEDS[1])
+                judged = critical_speeds(model, SPEEDS[1])
             except InputError:
                 result["refused"] += 1
                 continue

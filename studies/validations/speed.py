@@ -9,7 +9,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from bicycle.modal.named_modes import IN_BATCHES
 from studies.validations import _speed_of_charts as of_charts
 from studies.validations import _speed_of_eigenvalues as of_eigenvalues
 from studies.validations import _speed_of_names as of_names
@@ -102,9 +101,8 @@ def _rows(*, quick: bool) -> Iterator[tuple[str, str, Measured]]:
 
 
 def _names(bicycles: int, repeats: int) -> Iterator[tuple[str, str, Measured]]:
-    """Rows about named modes and critical speeds of so many bicycles; of batches where commands take these."""
-    if IN_BATCHES:
-        yield from _batches(bicycles, repeats)
+    """Rows about named modes and critical speeds of so many bicycles."""
+    yield from _batches(bicycles, repeats)
     for order, most in ((8, 1.5e-3), (12, None)):
         target = ">= 3 x and <= 1.5 ms, none missed" if most else "faster, none missed"
         yield (

@@ -47,7 +47,8 @@ def run(
         Address of a running cluster, in place of workers started here.
     """
     few = max(bicycles // 10, 1)
-    rates = {"outputs": ["largest_growth_rate"], "grid": {"speed_m_s": {"from": 2, "to": 20, "count": 10}}}
+    rates: dict[str, Any] = {"grid": {"speed_m_s": {"from": 2, "to": 20, "count": 10}}}
+    rates["outputs"] = ["largest_growth_rate"]
     limits = critical_sweep(few, seed)
     rows = list[Row]()
     with _cluster(scheduler, workers) as address:

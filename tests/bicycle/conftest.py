@@ -71,12 +71,3 @@ def random_bicycles() -> Callable[[int, int], Iterator[Bicycle]]:
             yield bicycle
 
     return draw
-
-
-@pytest.fixture(scope="module")
-def batches_on() -> Iterator[None]:
-    """The compiled batches, which no command takes yet, in use: for tests of what they would answer."""
-    with pytest.MonkeyPatch.context() as patch:
-        for module in ("bicycle.modal.named_modes", "bicycle.critical.critical_speeds"):
-            patch.setattr(f"{module}.IN_BATCHES", True)
-        yield

@@ -60,12 +60,23 @@ def test_the_picture_shows_every_mode_in_its_look(found):
     drawn = np.concatenate([line.get_ydata() for line in real.lines])
     expected = np.concatenate([values.real.ravel() for values in found.branches.values()])
     assert np.allclose(np.sort(drawn[~np.isnan(drawn)]), np.sort(expected[~np.isnan(expected)]))
-    words = [text.get_text() for text in frequency.get_legend().get_texts()]
+    words = [text.get_text().removesuffix(" (out of view)") for text in frequency.get_legend().get_texts()]
     assert {"weave", "capsize", "castering"} <= set(words)
     assert len(words) == len(set(words))
     assert "Hz" in frequency.get_ylabel()
     assert "1/s" in real.get_ylabel()
     assert real.get_xlabel().startswith("Speed, m/s")
+
+
+def test_the_legend_says_which_modes_lie_below_the_picture():
+    slip = {"cornering_stiffness": 5000.0}
+    found = modes(build_model({"bicycle": "benchmark", "effects": {"side_slip": slip}}), [4.37, 5.0])
+    frequency, real = found.plot(Figure().subplots(2, 1))
+    low = real.get_ylim()[0]
+    seen = {line.get_label(): line.get_ydata().max() >= low for line in real.lines if line.get_label()[0] != "_"}
+    assert {True, False} == set(seen.values())
+    words = [text.get_text() for text in frequency.get_legend().get_texts()]
+    assert words == [name if shown else f"{name} (out of view)" for name, shown in seen.items()]
 
 
 def test_what_is_unstable_is_pale(found):

@@ -68,7 +68,7 @@ from tyre.base.errors import InputError
         ({"grid": 3}, r"grid = 3 must be a table: write \[grid\]"),
         ({"samples": 10}, "samples = 10, but nothing is sampled"),
         ({"samples": 0}, "samples = 0 must be a whole number from 1"),
-        ({"sampled": {"mB": {"sd": 1.0}}}, "parameters are sampled but samples is missing"),
+        ({"sampled": {"mB": {"sd": 1.0}}}, r"are sampled, but samples = 1 \(1 without the key\) is no sample"),
         ({"sampled": 3}, r"sampled = 3 must be a table: write \[sampled\]"),
         ({"sampled": {"mB": 1.0}, "samples": 2}, r"sampled.mB = 1.0: give {mean, sd}, {sd} or {low, high}"),
         ({"sampled": {"mB": {"sd": -1.0}}, "samples": 2}, "sampled.mB.sd = -1 must be >= 0"),

@@ -63,7 +63,8 @@ def test_missing_extra(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(SystemExit, match="2"):
         main(["sweep", "x.toml", "--out", "x.zarr"])
-    assert "zarr is not installed; install it with pip install 'velotyre[sweeps]'" in capsys.readouterr().err
+    assert "zarr is not installed; install it with: pip install " in (said := capsys.readouterr().err)
+    assert "[sweeps]" in said
 
 
 def test_a_lost_cluster_is_one_line(tmp_path, capsys, monkeypatch):

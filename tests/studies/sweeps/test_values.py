@@ -27,7 +27,7 @@ from tyre.base.errors import InputError
 def test_grid_values_are_those_of_single_models(tmp_path, monkeypatch, batches):
     if batches:
         pytest.importorskip("numba")
-        monkeypatch.setattr("studies.sweeps.named.IN_BATCHES", True)
+        monkeypatch.setattr("studies.sweeps.named.FEWEST", 1)
     content = {
         "model": MODEL,
         "grid": {
@@ -131,7 +131,7 @@ def test_joint_draws_of_very_different_size(tmp_path):
 
 def test_a_sampled_pressure_is_around_that_of_the_model(tmp_path):
     content = {
-        "model": MEASURED, "outputs": ["parameters"], "samples": 4000,
+        "model": MEASURED, "outputs": ["parameters"], "samples": 1000,
         "sampled": {"pressure_bar": {"sd": 0.05}, "tyre_covariance": True},
     }  # fmt: skip
     drawn = load(run_sweep(build_sweep(content), tmp_path / "a.zarr")).parameters
