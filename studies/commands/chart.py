@@ -28,6 +28,7 @@ def command(
 ) -> None:  # fmt: skip
 
     from studies.model_axes.pairs import numbers_by_name
+    from studies.reporting.manifest import results
     from studies.reporting.output import print_table, print_warnings, write_csv, write_json
     from studies.stability_charts.chart import stability_chart
     from studies.stability_charts.figure import draw_chart
@@ -37,9 +38,9 @@ def command(
     chosen.model  # noqa: B018 (a mistake in the file is reported with its name)
     plane = Plane.of(chosen.content, x_text, y_text, speed=speed)
     chart = stability_chart(plane, sd=numbers_by_name(sds, "--sd", "c=0.005", "standard deviation"), assume=assume)
-    out.mkdir(parents=True, exist_ok=True)
-    write_csv(chart.frame(), out / "stability_chart.csv")
-    draw_chart(chart, out / "stability_chart", title=title(chart))
+    with results(out):
+        write_csv(chart.frame(), out / "stability_chart.csv")
+        draw_chart(chart, out / "stability_chart", title=title(chart))
     if json_file:
         write_json(record(chart), json_file)
     if json_file != "-":

@@ -19,6 +19,9 @@ from tyre.base.notes import extrapolated
 
 DAMPED = 40.0  # 1/s: what decays faster is over at once; the picture begins above it, the table has it
 MARKS = 12  # markers along a curve
+ONCE, FIXED = {"automargin": False}, {"l": 76, "r": 12, "t": 48, "b": 48}
+"""Of axes whose numbers are short: a margin that the browser fits to them makes it draw every axis twice."""
+
 Figure = dict[str, Any]
 
 
@@ -69,9 +72,10 @@ def modes_figure(now: Computed, pinned: Mapping[str, Computed], palette: Palette
         "layout": layout(
             palette, title="Modes along speed (shaded: unstable)", height=HEIGHTS["modes"], shapes=shapes,
             hovermode="closest",
-            xaxis={"title": {"text": f"Speed, m/s{beyond}"}, "range": [slow, fast], "anchor": "y2"},
-            yaxis={"title": {"text": "Real part, 1/s"}, "domain": [0.53, 1.0], "range": [low, high]},
-            yaxis2={"title": {"text": "Frequency, Hz"}, "domain": [0.0, 0.47], "rangemode": "tozero"},
+            margin=FIXED,
+            xaxis={"title": {"text": f"Speed, m/s{beyond}"}, "range": [slow, fast], "anchor": "y2"} | ONCE,
+            yaxis={"title": {"text": "Real part, 1/s"}, "domain": [0.53, 1.0], "range": [low, high]} | ONCE,
+            yaxis2={"title": {"text": "Frequency, Hz"}, "domain": [0.0, 0.47], "rangemode": "tozero"} | ONCE,
             meta=modes_table(now.named),
         ),
     }  # fmt: skip
@@ -119,8 +123,8 @@ def root_locus(now: Computed, palette: Palette) -> Figure:
         "data": data,
         "layout": layout(
             palette, title="Root locus in speed (shaded: unstable)", height=HEIGHTS["locus"], shapes=[shade],
-            xaxis={"title": {"text": "Real part, 1/s"}, "range": [low, high]},
-            yaxis={"title": {"text": "Imaginary part, rad/s"}, "rangemode": "tozero"}, meta=modes_table(named),
+            margin=FIXED, xaxis={"title": {"text": "Real part, 1/s"}, "range": [low, high]} | ONCE,
+            yaxis={"title": {"text": "Imaginary part, rad/s"}, "rangemode": "tozero"} | ONCE, meta=modes_table(named),
         ),
     }  # fmt: skip
 

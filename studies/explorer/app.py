@@ -12,17 +12,19 @@ from dash import ClientsideFunction, Dash, Input, Output, State, no_update
 from bicycle.modal.looks import mode_words
 from studies.explorer import exports
 from studies.explorer.along_speed import critical_strip, critical_words, modes_figure, root_locus
+from studies.explorer.chart import chart_csv, chart_figure, chart_notes, chart_of
 from studies.explorer.computed import at_speed, computed, ranking
 from studies.explorer.controls import controls_html
-from studies.explorer.loaded import with_file
+from studies.explorer.dropped import with_files
 from studies.explorer.looks import LIGHT, PALETTES, Palette
 from studies.explorer.models import bicycle_name
 from studies.explorer.motion import mode_motion
 from studies.explorer.one_speed import damping_figure, figure_or_words, sensitivity_figure
-from studies.explorer.page import ALONG, AT, INDEX, page
+from studies.explorer.page import ALONG, AT, CHART, INDEX, page
 from studies.explorer.saved_page import saved_page
 from studies.explorer.state import State as Shown
 from studies.explorer.state import parse_state
+from studies.explorer.tyre_files import kept_here
 from tyre.base.errors import InputError
 
 FAILED = "this could not be computed; the terminal of velotyre explore says why"
@@ -38,7 +40,8 @@ def build_app(initial: str = "") -> Dash:
     """
     app = Dash(
         "velotyre_explorer", assets_folder=str(Path(__file__).parent / "assets"), index_string=INDEX,
-        title="velotyre explorer", update_title="", serve_locally=True, suppress_callback_exceptions=False,
+        title="velotyre explorer", update_title="", serve_locally=True,
+        assets_ignore=r"recording\.js|plotly-basic", suppress_callback_exceptions=False,
     )  # fmt: skip
     app.layout = page(initial)
     _figures(app)
@@ -73,7 +76,7 @@ def main_figures(asked: Any, theme: Any) -> tuple[Any, ...]:
         "name": f"{bicycle_name(state)}, {', '.join(e.identifier.replace('_', ' ') for e in now.model.effects)}",
         "modes": [{"value": name, "words": mode_words(name)} for name in now.named.names],
         "critical": [critical_words(c) for c in now.critical] or [f"none up to {state.fast:g} m/s"],
-        "notes": [" ".join(str(note).split()) for note in (*now.notes, *now.named.events)],
+        "notes": [" ".join(str(note).split()) for note in (*now.notes, *now.named.events, *kept_here(state))],
     }
     locus = root_locus(now, palette)
     del locus["layout"]["meta"]  # its table is that of the modes, which the browser has
@@ -82,7 +85,7 @@ def main_figures(asked: Any, theme: Any) -> tuple[Any, ...]:
 
 def _figures(app: Dash) -> None:
     @app.callback(
-        *(Output(name, "figure") for name, _ in ALONG), Output("shown", "data"),
+        *(Output(f"drawn-{name}", "data") for name, _ in ALONG), Output("shown", "data"),
         Input("state", "data"), Input("theme", "data"), prevent_initial_call=True,
     )  # fmt: skip
     def along(asked: Any, theme: Any) -> Any:
@@ -95,7 +98,7 @@ def _figures(app: Dash) -> None:
             return (*[no_update] * len(ALONG), _refusal(asked, FAILED))
 
     @app.callback(
-        Output("damping", "figure"), Output("text-command", "children"), Output("text-python", "children"),
+        Output("drawn-damping", "data"), Output("text-command", "children"), Output("text-python", "children"),
         Input("settled", "data"), Input("theme", "data"), prevent_initial_call=True,
     )  # fmt: skip
     def damping(asked: Any, theme: Any) -> Any:
@@ -108,7 +111,7 @@ def _figures(app: Dash) -> None:
         return _said(_numbered(asked), found, 3)
 
     @app.callback(
-        Output("sensitivity", "figure"), Input("settled", "data"), Input("theme", "data"), prevent_initial_call=True
+        Output("drawn-sensitivity", "data"), Input("settled", "data"), Input("theme", "data"), prevent_initial_call=True
     )
     def sensitivity(asked: Any, theme: Any) -> Any:
         palette = _palette(theme)
@@ -128,6 +131,21 @@ def _figures(app: Dash) -> None:
                 return {"message": str(error)}
 
         return _said(_numbered(asked), found, 1)
+
+    @app.callback(
+        Output("drawn-chart", "data"), Output("chart-told", "data"),
+        Input("charted", "data"), Input("theme", "data"), prevent_initial_call=True,
+    )  # fmt: skip
+    def chart(asked: Any, theme: Any) -> Any:
+        address = _numbered(asked)
+        if address is None:
+            return no_update, no_update
+        try:
+            state = parse_state(address)
+            found = _logged(lambda: chart_of(state))()
+            return chart_figure(found, _palette(theme)), {"address": state.address, "notes": chart_notes(found)}
+        except InputError as error:
+            return no_update, {"message": str(error)}
 
 
 def _forms(app: Dash) -> None:
@@ -149,16 +167,20 @@ def _forms(app: Dash) -> None:
         prevent_initial_call=True,
     )  # fmt: skip
     def dropped(contents: Any, name: Any, asked: Any) -> Any:
-        if not isinstance(contents, str) or not isinstance(name, str):
+        given, names = _listed(contents), _listed(name)
+        if not given or len(given) != len(names):
             return no_update
         try:
-            data = base64.b64decode(contents.partition(",")[2], validate=True)
-            state, remarks = with_file(_or_start(asked), name, data)
+            files = [
+                (one, base64.b64decode(text.partition(",")[2], validate=True))
+                for one, text in zip(names, given, strict=True)
+            ]
+            state, remarks = _logged(lambda: with_files(_or_start(asked), files))()
         except InputError as error:
             return {"message": str(error)}
         except binascii.Error:
-            return {"message": f"{name[:80]}: the browser did not send it whole; drop it again"}
-        return {"address": state.address, "remarks": list(remarks), "name": name[:80]}
+            return {"message": f"{names[0][:80]}: the browser did not send it whole; drop it again"}
+        return {"address": state.address, "remarks": list(remarks), "name": ", ".join(one[:80] for one in names)}
 
 
 def _files(app: Dash) -> None:
@@ -171,9 +193,10 @@ def _files(app: Dash) -> None:
     @app.callback(
         Output("file", "data"),
         Input("save-model", "n_clicks"), Input("save-csv", "n_clicks"), Input("save-page", "n_clicks"),
-        State("shown", "data"), State("theme", "data"), prevent_initial_call=True,
+        Input("save-chart", "n_clicks"), State("shown", "data"), State("theme", "data"), State("charted", "data"),
+        prevent_initial_call=True,
     )  # fmt: skip
-    def save(model: Any, csv: Any, whole: Any, shown: Any, theme: Any) -> Any:
+    def save(model: Any, csv: Any, whole: Any, drawn: Any, shown: Any, theme: Any, charted: Any) -> Any:
         from dash import ctx
 
         asked = shown.get("asked") if isinstance(shown, dict) else None
@@ -181,6 +204,8 @@ def _files(app: Dash) -> None:
             return made(asked, ".toml", exports.model_toml)
         if ctx.triggered_id == "save-csv":
             return made(asked, "_eigenvalues.csv", exports.eigenvalues_csv)
+        if ctx.triggered_id == "save-chart":
+            return made(_numbered(charted), "_stability_chart.csv", chart_csv)
         return made(asked, ".html", lambda state: saved_page(state, _palette(theme)))
 
 
@@ -193,8 +218,15 @@ def _in_the_browser(app: Dash) -> None:
     client("told", Output("settled", "data"), Input("shown", "data"))
     client("moved", Output("motion-title", "title"), Input("motion", "data"))
     client("loaded", Output("loaded", "title"), Input("dropped", "data"))
-    for name, _ in (*ALONG, *AT):
-        client("table", Output(f"table-{name}", "title"), Input(name, "figure"), State(name, "id"))
+    client("charted", Output("chart-said", "title"), Input("chart-told", "data"))
+    for name, _ in (*ALONG, *AT, CHART):
+        client("draw", Output(f"table-{name}", "title"), Input(f"drawn-{name}", "data"), State(name, "id"))
+
+
+def _listed(given: Any) -> list[str]:
+    """What the browser sends of one file or of several."""
+    listed = given if isinstance(given, list) else [given]
+    return listed if all(isinstance(one, str) for one in listed) else []
 
 
 def _numbered(asked: Any) -> Any:

@@ -16,6 +16,7 @@ from bicycle.sensitivity.model_covariance import model_covariance
 from bicycle.sensitivity.propagation import mode_sd
 from studies.explorer.models import bicycle_of, build, load_notes
 from studies.explorer.state import State, parse_state
+from studies.explorer.tyre_files import TYRES
 from studies.sensitivity.ranking import Ranking, rank
 from tyre.base.errors import InputError
 
@@ -127,6 +128,22 @@ def bicycle_or_none(state: State) -> Bicycle | None:
             return None
 
 
+def model_of(state: State) -> Model:
+    """The model of a state; kept, so that asking again is free.
+
+    Parameters
+    ----------
+    state : State
+
+    Raises
+    ------
+    InputError
+        What the library refuses.
+    """
+    with _one_at_a_time:
+        return _build(_model_key(state))[0]
+
+
 def _model_key(state: State) -> str:
     return State(state.model, state.name, state.rider, state.posture).address
 
@@ -144,7 +161,9 @@ def _build(address: str) -> tuple[Model, LinearModel]:
 
 @lru_cache(maxsize=KEPT)
 def _notes(address: str) -> tuple[str, ...]:
-    return (*load_notes(parse_state(address)), *_build(address)[1].warnings)
+    return tuple(
+        TYRES.in_words(str(note)) for note in (*load_notes(parse_state(address)), *_build(address)[1].warnings)
+    )
 
 
 @lru_cache(maxsize=KEPT)

@@ -16,6 +16,7 @@ from bicycle.files.tyre_values import FROM_TYRE
 from bicycle.parameters import Bicycle
 from bicycle.rider.measurements import available_riders
 from bicycle.rider.posture import POSTURES
+from studies.explorer.chart_axes import chart_axes
 from studies.explorer.computed import bicycle_or_none
 from studies.explorer.flat_keys import ON, written
 from studies.explorer.state import FASTEST, State
@@ -61,7 +62,7 @@ def controls_html(state: State) -> dict[str, str]:
     Returns
     -------
     dict
-        ``model``, ``speeds`` (range) and ``at`` (chosen speed and mode).
+        ``model``, ``speeds`` (range), ``at`` (chosen speed and mode) and ``chart`` (its axes).
     """
     ends = [
         {"key": key, "words": words, "value": written(getattr(state, key)), "low": 0.1, "high": FASTEST, "step": 0.1}
@@ -75,6 +76,7 @@ def controls_html(state: State) -> dict[str, str]:
         "model": _template("controls").render(**controls(state)),
         "speeds": _template("speeds").render(fields=ends, most=FASTEST),
         "at": _template("speeds").render(fields=[at], most=FASTEST, mode=True),
+        "chart": _template("chart").render(axes=chart_axes(state)),
     }
 
 

@@ -10,6 +10,7 @@ from studies.explorer.computed import POINTS, computed
 from studies.explorer.flat_keys import written
 from studies.explorer.models import model_content
 from studies.explorer.state import State
+from studies.explorer.tyre_files import TYRES, tyre_names
 from studies.model_argument import LAWS
 from tyre.base.files import slug
 
@@ -37,7 +38,23 @@ def model_toml(state: State) -> str:
     """
     import tomli_w
 
-    return f"# made by velotyre explore, {state.alone().address}\n" + tomli_w.dumps(model_content(state))
+    needs = "".join(f"# {line}\n" for line in needed_files(state))
+    return f"# made by velotyre explore, {state.alone().address}\n{needs}" + tomli_w.dumps(_content(state))
+
+
+def needed_files(state: State) -> list[str]:
+    """What must be said of tyre files that were loaded; empty where the model names none.
+
+    Parameters
+    ----------
+    state : State
+    """
+    files = list(TYRES.content(tyre_names(state.content)))
+    return [f"needs beside it, as they were loaded: {', '.join(files)}"] if files else []
+
+
+def _content(state: State) -> dict[str, Any]:
+    return TYRES.portable(model_content(state))
 
 
 def eigenvalues_csv(state: State) -> str:
@@ -57,13 +74,14 @@ def as_command(state: State) -> str:
     ----------
     state : State
     """
-    content = model_content(state)
+    content = _content(state)
     step = (state.fast - state.slow) / (POINTS - 1)
     speeds = f"{written(state.slow)}:{written(state.fast)}:{written(step)} --max-speed {written(state.fast)}"
     own = "".join(f" --effects {shlex.quote(str(origin.file))}" for origin in outside_origins() if origin.file)
     short = _options(content)
     if short is not None:
-        return f"velotyre{own} modes {short} --speeds {speeds}"
+        needs = "".join(f"# {line}\n" for line in needed_files(state))
+        return f"{needs}velotyre{own} modes {short} --speeds {speeds}"
     return f"cat > {FILE} <<'{END}'\n{model_toml(state)}{END}\nvelotyre{own} modes {FILE} --speeds {speeds}"
 
 
@@ -81,7 +99,8 @@ def as_python(state: State) -> str:
             "import velotyre as vt",
             "",
             *own,
-            f"model = vt.build_model({pformat(model_content(state), sort_dicts=False, width=100)})",
+            *(f"# {line}" for line in needed_files(state)),
+            f"model = vt.build_model({pformat(_content(state), sort_dicts=False, width=100)})",
             f"found = vt.modes(model, np.linspace({state.slow!r}, {state.fast!r}, {POINTS}))",
             f"critical = vt.critical_speeds(model, max_speed={state.fast!r})",
             "print(found, *critical, sep='\\n')",

@@ -8,7 +8,7 @@ from typing import Any
 from bicycle.effect import WHEELS, registry
 from bicycle.files.tyre_values import FROM_TYRE
 from bicycle.files.wheel_tyres import TYRE_KEYS
-from tyre.base.errors import InputError, shown, unknown
+from tyre.base.errors import InputError, is_number, shown, unknown
 
 FILE_KEYS = ("bicycle", "effects", "allow_unusual", "covariance", "description")
 MODEL_KEYS = (*FILE_KEYS, "load")
@@ -74,7 +74,7 @@ def flattened(content: Mapping[str, Any]) -> tuple[tuple[str, Value], ...]:
             flat[key] = ON
         elif isinstance(value, bool | str):
             flat[key] = value
-        elif isinstance(value, int | float):
+        elif is_number(value):
             flat[key] = float(value)
         else:
             raise InputError(f"{key} = {shown(value)} must be a number, a text or true or false")

@@ -10,21 +10,19 @@ from bicycle.model import Model
 from bicycle.parameters import Bicycle
 from studies.explorer.own_loads import LOAD, at_own_loads, own_load_notes
 from studies.explorer.state import State
+from studies.explorer.tyre_files import TYRES, refuse_unloaded
 from tyre import available_tyres
 from tyre.base.errors import InputError, unknown
 from tyre.find_tyre import packaged_formulas
 
-OWN_TYRES: set[str] = set()
-"""Files of tyres that the model of the command line names: the user loaded them."""
-
 
 def known_tyres() -> tuple[str, ...]:
-    """Tyres that a state may name: the packaged ones, and the files of the model given at the start."""
-    return (*_packaged_tyres(), *sorted(OWN_TYRES))
+    """Tyres that a state may name: the packaged ones, and the files that were loaded."""
+    return (*_packaged_tyres(), *TYRES.names())
 
 
 def model_content(state: State) -> dict[str, Any]:
-    """The content of the model file of a state: its rider is part of the bicycle.
+    """The content of the model file of a state: its rider is part of the bicycle, loaded tyres have their paths.
 
     Parameters
     ----------
@@ -38,8 +36,9 @@ def model_content(state: State) -> dict[str, Any]:
     content = state.content
     refuse_other_files(content)
     loads = content.pop(LOAD, {})
-    whole = content | _rider(state, content)
-    return at_own_loads(whole, bicycle_of(state), _by_wheel(loads)) if loads else whole
+    whole = TYRES.located(content | _rider(state, content))
+    with TYRES.by_name():
+        return at_own_loads(whole, bicycle_of(state), _by_wheel(loads)) if loads else whole
 
 
 def load_notes(state: State) -> list[str]:
@@ -50,7 +49,7 @@ def load_notes(state: State) -> list[str]:
     state : State
     """
     loads = state.content.get(LOAD, {})
-    return own_load_notes(state.content, bicycle_of(state), _by_wheel(loads)) if loads else []
+    return own_load_notes(TYRES.located(state.content), bicycle_of(state), _by_wheel(loads)) if loads else []
 
 
 def refuse_other_files(content: Mapping[str, Any]) -> None:
@@ -73,8 +72,12 @@ def refuse_other_files(content: Mapping[str, Any]) -> None:
         tyre = table.get("tyre") if isinstance(table, Mapping) else None
         for one in tyre.values() if isinstance(tyre, Mapping) else [tyre]:
             if one is not None and one not in known_tyres():
-                more = "a file of yours is read with its model: velotyre explore model.toml"
-                raise InputError(f"effect {name!r}: {unknown('tyre', one, known_tyres())}; {more}")
+                where = f"effect {name!r}"
+                if isinstance(one, str):
+                    refuse_unloaded(one, where=where)
+                raise InputError(
+                    f"{where}: {unknown('tyre', one, known_tyres())}; or drop the file of yours on the page"
+                )
 
 
 def build(state: State) -> Model:
@@ -89,7 +92,9 @@ def build(state: State) -> Model:
     InputError
         As :func:`model_content`, and what :func:`bicycle.files.model_file.build_model` refuses.
     """
-    return build_model(model_content(state))
+    content = model_content(state)
+    with TYRES.by_name():
+        return build_model(content)
 
 
 def bicycle_of(state: State) -> Bicycle:

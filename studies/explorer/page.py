@@ -4,8 +4,10 @@ from typing import Any
 
 from dash import dcc, html
 
-from studies.explorer.loaded import LARGEST
+from studies.explorer.guard import LARGEST_BODY
+from studies.explorer.loaded import ENDINGS, LARGEST
 from studies.explorer.looks import HEIGHTS
+from tyre.find_tyre import FILE_ENDINGS
 
 INDEX = """<!DOCTYPE html>
 <html lang="en">
@@ -19,18 +21,38 @@ INDEX = """<!DOCTYPE html>
 </head>
 <body>
 {%app_entry%}
-<footer><script src="/_dash-component-suites/plotly/package_data/plotly.min.js"></script>
+<footer><script src="/assets/plotly-basic.min.js"></script>
 {%config%}{%scripts%}{%renderer%}</footer>
 </body>
 </html>
 """
-"""What draws is asked for at once: Dash would ask for it only when it meets the first figure."""
+"""What draws is asked for at once: Dash would ask for it only when it meets the first figure, and for four times as
+much. ``assets/plotly-basic.min.js`` is plotly.js 4.1.1 as its makers publish it for lines and bars (npm
+plotly.js-basic-dist-min, MIT)."""
 
 ALONG = (("modes", "Modes along speed"), ("critical", "Critical speeds"), ("locus", "Root locus"))
 AT = (("damping", "Damping at the chosen speed"), ("sensitivity", "Sensitivities at the chosen speed"))
-"""Figures: id and what they are called. A further view is a row here, its figure in a callback of ``app.py``."""
+CHART = ("chart", "Stability chart")
+"""Figures: id and what they are called. A further view is a row here, its figure in a callback of ``app.py``.
 
-STORES = ("state", "theme", "redraw", "form", "shown", "settled", "motion", "dropped", "copied")
+The figures are drawn by ``assets/explorer.js`` from what comes into the store ``drawn-ID``: a graph of Dash would draw
+each of them empty first, and all of them before the first is seen."""
+
+ACCEPTED = ",".join(dict.fromkeys((*ENDINGS, *FILE_ENDINGS)))
+
+STORES = (
+    "state",
+    "theme",
+    "redraw",
+    "form",
+    "shown",
+    "settled",
+    "motion",
+    "dropped",
+    "copied",
+    "charted",
+    "chart-told",
+)
 
 
 def page(initial: str) -> Any:
@@ -45,11 +67,16 @@ def page(initial: str) -> Any:
         [
             dcc.Store(id="initial", data=initial),
             *(dcc.Store(id=name) for name in STORES),
+            *(dcc.Store(id=f"drawn-{name}") for name, _ in (*ALONG, *AT, CHART)),
             dcc.Download(id="file"),
             html.A("Skip to the figures", href="#figures", className="skip"),
             html.Header(
                 [
                     html.H1("velotyre explorer"),
+                    html.Nav(
+                        [html.A("Model", href="/", **{"aria-current": "page"}), html.A("Recording", href="/recording")],
+                        **{"aria-label": "Pages"},
+                    ),
                     html.P(id="what"),
                     html.Div(
                         [
@@ -63,7 +90,7 @@ def page(initial: str) -> Any:
                     ),
                 ]
             ),
-            html.Div(id="message", role="alert"),
+            html.Div(id="message", role="alert", **{"data-largest": LARGEST, "data-largest-body": LARGEST_BODY}),
             html.Div([_controls(), _figures()], className="columns"),
         ],
         id="page",
@@ -71,9 +98,10 @@ def page(initial: str) -> Any:
 
 
 def _controls() -> Any:
+    words = "Load a bicycle, model or tyre, or drop it here (a model together with its tyre files)"
     drop = dcc.Upload(
-        html.Div("Load a bicycle or model file, or drop it here", className="drop"),
-        id="upload", accept=".toml,.yml,.yaml,.txt", max_size=LARGEST, className="upload", className_active="over",
+        html.Div(words, className="drop"),
+        id="upload", accept=ACCEPTED, max_size=LARGEST, multiple=True, className="upload", className_active="over",
     )  # fmt: skip
     inside = [html.Summary("Model"), drop, html.Div(id="loaded", role="status"), html.Div(id="form-model")]
     return html.Section(html.Details(inside, open=True, id="controls"), className="controls", **{"aria-label": "Model"})
@@ -87,6 +115,7 @@ def _figures() -> Any:
                 html.H2("At one speed"), html.Div(id="form-at"),
                 html.Div([*(_figure(*one) for one in AT), _motion()], className="pair"),
             ]),
+            _chart(),
             html.Section([html.H2("Notes on this model"), html.Ul(id="notes")]),
             _take_away(),
         ],
@@ -95,12 +124,7 @@ def _figures() -> Any:
 
 
 def _figure(name: str, words: str) -> Any:
-    graph = dcc.Graph(
-        id=name, figure={"data": [], "layout": {"xaxis": {"visible": False}, "yaxis": {"visible": False},
-                         "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)"}},
-        config={"displaylogo": False, "displayModeBar": False}, responsive=True,
-        style={"height": f"{HEIGHTS[name]}px"},
-    )  # fmt: skip
+    graph = html.Div(html.Div(className="graph"), id=name, style={"minHeight": f"{HEIGHTS[name]}px"})
     buttons = [
         html.Button(f"{kind.upper()}", **{"data-image": name, "data-format": kind, "aria-label": f"{words} as {kind}"})
         for kind in ("svg", "png")
@@ -111,6 +135,15 @@ def _figure(name: str, words: str) -> Any:
     )
     under = html.Div([table, html.Div(buttons, className="images")], className="under")
     return html.Figure([graph, under], **{"aria-label": words})
+
+
+def _chart() -> Any:
+    """Drawn when it is asked for: it takes seconds."""
+    buttons = [html.Button("Draw the chart", id="draw-chart"), html.Span(id="chart-busy", role="status")]
+    parts = [html.H2("Stability chart of two numbers"), html.Div(id="form-chart"), html.Div(buttons, className="bar")]
+    taken = html.Button("Chart (CSV)", id="save-chart")
+    drawn = html.Div([_figure(*CHART), html.Ul(id="chart-notes"), taken], id="chart-place", hidden=True)
+    return html.Section([*parts, html.Div(id="chart-said", role="alert"), drawn], id="chart-section")
 
 
 def _motion() -> Any:

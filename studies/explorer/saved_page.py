@@ -3,6 +3,7 @@
 import base64
 import gzip
 import json
+from contextlib import suppress
 from datetime import UTC, datetime
 from functools import cache
 from importlib.resources import files
@@ -16,6 +17,7 @@ from studies.explorer.models import bicycle_name
 from studies.explorer.motion import mode_motion
 from studies.explorer.one_speed import damping_figure, figure_or_words, sensitivity_figure
 from studies.explorer.state import State, parse_state
+from studies.explorer.tyre_files import files_of, kept_here
 from studies.reporting.markdown_text import html_template
 
 
@@ -33,7 +35,7 @@ def saved_page(state: State, palette: Palette) -> str:
     InputError
         The state makes no model.
     """
-    now, at = computed(state), at_speed(state)
+    now, at, needed = computed(state), at_speed(state), kept_here(state)
     pins = {f"pin {k + 1}: {bicycle_name(pin)}": pin for k, pin in enumerate(map(parse_state, state.pins))}
     content = {
         "figures": {
@@ -49,8 +51,9 @@ def saved_page(state: State, palette: Palette) -> str:
         "files": {
             f"{exports.file_stem(state)}.toml": exports.model_toml(state),
             f"{exports.file_stem(state)}_eigenvalues.csv": exports.eigenvalues_csv(state),
+            **_texts(state),
         },
-        "notes": list(now.notes),
+        "notes": [*now.notes, *needed],
     }
     return str(
         _template().render(
@@ -62,6 +65,15 @@ def saved_page(state: State, palette: Palette) -> str:
     )  # fmt: skip
 
 
+def _texts(state: State) -> dict[str, str]:
+    """Tyre files that were loaded, as text."""
+    found = {}
+    for name, data in files_of(state).items():
+        with suppress(UnicodeDecodeError):  # of a .mat: its numbers stand in the tables
+            found[name] = data.decode()
+    return found
+
+
 def _packed(data: bytes) -> str:
     """Compressed, as letters that no tag of HTML can be made of (base 85 has no slash)."""
     return base64.b85encode(gzip.compress(data, 9, mtime=0)).decode("ascii")
@@ -69,8 +81,8 @@ def _packed(data: bytes) -> str:
 
 @cache
 def _plotly() -> str:
-    """The program that draws, which comes with plotly: 4.8 MB, of which 1.8 MB are left."""
-    return _packed(files("plotly").joinpath("package_data/plotly.min.js").read_bytes())
+    """The program that draws."""
+    return _packed(files("studies.explorer").joinpath("assets", "plotly-basic.min.js").read_bytes())
 
 
 def _asset(name: str) -> str:

@@ -37,6 +37,8 @@ class State:
         Whose sensitivities and shape are shown; empty: the first.
     pins : tuple of str
         Addresses of what is shown for comparison.
+    x, y : str
+        What stands along the axes of the stability chart, as ``velotyre chart`` takes it; empty: no chart.
     """
 
     model: tuple[tuple[str, Value], ...] = (("bicycle", "benchmark"),)
@@ -48,6 +50,8 @@ class State:
     at: float = 5.0
     mode: str = ""
     pins: tuple[str, ...] = ()
+    x: str = ""
+    y: str = ""
 
     @property
     def content(self) -> dict[str, Any]:
@@ -79,7 +83,7 @@ def _short(value: Any) -> str:
 
 _speed = number(above=0.0, most=FASTEST, says=f"must be a speed above 0 and up to {FASTEST:g} m/s")
 VIEW = schema.table(
-    {schema.maybe(key): _short for key in ("name", "rider", "mode")}
+    {schema.maybe(key): _short for key in ("name", "rider", "mode", "x", "y")}
     | {schema.maybe("posture"): text("must be upright, hoods or drops", allowed=("upright", "hoods", "drops"))}
     | {schema.maybe(key): _speed for key in ("slow", "fast", "at")}
 )

@@ -9,9 +9,9 @@ from studies.explorer.flat_keys import written
 from studies.explorer.models import known_tyres
 from studies.explorer.own_loads import LOAD
 from studies.explorer.state import State
+from studies.explorer.tyre_files import TYRES, is_loaded, shown_name
 from tyre.base.errors import InputError
 from tyre.base.units import PASCAL_PER_BAR
-from tyre.find_tyre import read_tyre
 from tyre.tyre_source import TyreSource
 
 SURFACES = ("", "flat", "drum")
@@ -34,14 +34,14 @@ def tyre_rows(state: State, law: str) -> list[dict[str, Any]]:
         name, surface = str(model.get(keys["tyre"], "")), str(model.get(keys["surface"], ""))
         pressure, own = model.get(keys["pressure_bar"]), model.get(f"{LOAD}.{wheel}")
         try:
-            source: TyreSource | None = read_tyre(name, surface=surface or None) if name in known_tyres() else None
+            source: TyreSource | None = TYRES.read(name, surface or None) if name in known_tyres() else None
         except InputError:
             source = None  # said by the model itself
         bars = None if source is None else _in_bar(source.pressure_range)
         rows.append({
             "wheel": wheel,
             "address": keys,
-            "tyres": [{"value": one, "chosen": one == name} for one in known_tyres()],
+            "tyres": [{"value": one, "words": _words(one), "chosen": one == name} for one in _known(name)],
             "surfaces": [{"value": one, "words": one or "as measured", "chosen": one == surface} for one in SURFACES],
             "pressure": written(pressure) if isinstance(pressure, float) else "",
             "pressure_bar": None if bars is None else _bar(pressure, bars, most=MOST_BAR),
@@ -52,6 +52,21 @@ def tyre_rows(state: State, law: str) -> list[dict[str, Any]]:
             ),
         })  # fmt: skip
     return rows
+
+
+def _known(name: str) -> tuple[str, ...]:
+    """Every tyre, and the present one where it is none of them: the message says what is wrong with it."""
+    return known_tyres() if name in known_tyres() else (*known_tyres(), name)
+
+
+def _words(name: str) -> str:
+    """Name of a tyre for its reader; the digest tells apart files of one name."""
+    if not is_loaded(name):
+        return name
+    file = shown_name(name)
+    alike = sum(shown_name(one) == file for one in TYRES.names() if is_loaded(one)) > 1
+    lost = "" if name in TYRES.names() else ", not here"
+    return f"{file} (loaded{f' {name[len(file) :]}' if alike else ''}{lost})"
 
 
 def _in_bar(pressures: tuple[float, float]) -> tuple[float, float]:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.eigenvalues.oscillation import frequency_hz
+from studies.stability_charts.band import BAND
 from studies.stability_charts.boundary import DOUBLE_ZERO, LOST, Boundary
 from studies.stability_charts.checking import ASIDE, Check, completed
 from studies.stability_charts.marks import Mark, marks
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 STEP = 1 / 150  # of the axes, the longest along a boundary
-BAND = 1.96  # standard deviations: 95 %
 WIDE = 0.3  # of the axes: a band whose half width is more along half of a boundary is no band
 
 

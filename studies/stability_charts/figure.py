@@ -4,11 +4,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from bicycle.modal.looks import mode_look, mode_words
 from studies.reporting.plotting import EXTRAPOLATED, GREY, drawing, legend_columns
-from studies.stability_charts.chart import BAND, NamedBoundary, StabilityChart
+from studies.stability_charts.band import band_of
+from studies.stability_charts.chart import NamedBoundary, StabilityChart
 from studies.stability_charts.marks import LOAD, MODEL, PRESSURE, TYRE, Mark
 from studies.stability_charts.plane import Span
 from tyre.base.arrays import Array
@@ -92,16 +92,10 @@ def _band(axes: Any, chart: StabilityChart, one: NamedBoundary) -> None:
     """Shade what is nearer to a boundary than 1.96 standard deviations of its nearest point."""
     if not one.band_is_told:
         return
-    share = np.linspace(0, 1, 301)
-    grid = np.stack(np.meshgrid(share, share, indexing="ij"), -1).reshape(-1, 2)
-    point = np.arange(len(one.curve))
-    between = np.linspace(0, len(point) - 1, 6 * len(point))
-    dense = np.stack([np.interp(between, point, along) for along in one.curve.shares.T], -1)
-    away, at = KDTree(dense).query(grid)
-    inside = away / np.maximum(BAND * np.interp(between, point, one.spread[:, 2])[at], 1e-12)
+    share, inside = band_of(one.curve.shares, one.spread[:, 2])
     spans, colour = chart.plane.spans, mode_look(one.names.names[0] or "other").colour
     axes.contourf(
-        spans[0].at(share), spans[1].at(share), inside.reshape(301, 301).T, levels=[0, 1], colors=[colour], alpha=0.25,
+        spans[0].at(share), spans[1].at(share), inside.T, levels=[0, 1], colors=[colour], alpha=0.25,
         zorder=1, antialiased=True,
     )  # fmt: skip
 

@@ -10,8 +10,8 @@ from page_files import page, write_files
 from studies.cli import main
 from studies.commands import chart as command
 from studies.stability_charts import checking, naming, plane, search
+from studies.stability_charts.band import BAND
 from studies.stability_charts.chart import STEP
-from studies.stability_charts.figure import BAND
 
 PAGE = page("stability_charts")
 

@@ -113,6 +113,7 @@ window.velotyreShared = (function () {
 
   function image(name, format, words) {
     const graph = document.getElementById(name).querySelector(".js-plotly-plot") || document.getElementById(name);
+    if (!graph.data) return; // not drawn yet
     const dark = document.documentElement.dataset.theme === "dark";
     const layout = Object.assign({}, graph.layout, { paper_bgcolor: dark ? "#14181d" : "#ffffff", meta: undefined });
     return window.Plotly.downloadImage(

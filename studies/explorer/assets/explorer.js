@@ -1,8 +1,9 @@
 // The address is the state: a control edits it here, the server answers with figures or with words.
 (function () {
   "use strict";
-  const shared = window.velotyreShared;
+  const shared = window.velotyreShared, look = window.velotyreTheme;
   const COALESCE = 800; // ms: changes of one control within it are one step of undo
+  const BESIDE = 100000; // bytes of a request that are not its files
   const SETTLE = 200; // ms without a change before the figures at one speed follow
   const page = { text: "", past: [], lastKey: "", lastTime: 0, redraws: 0, settling: 0, modes: "", waiting: new Set(), sent: false };
   const at = (id) => document.getElementById(id);
@@ -71,10 +72,47 @@
     if (page.waiting.has(part) && (part === "along" || page.sent)) busy([...page.waiting].filter((one) => one !== part));
   }
 
+  // ---- the stability chart, drawn on request ----
+  function axes() {
+    const put = {};
+    for (const name of ["x", "y"]) {
+      const chosen = at("chart-" + name);
+      if (!chosen) return null;
+      const low = at("chart-" + name + "-low").value, high = at("chart-" + name + "-high").value;
+      put[name] = chosen.value + (low !== "" && high !== "" ? "=" + low + ":" + high + (at("chart-" + name + "-log").checked ? ":log" : "") : "");
+    }
+    return put;
+  }
+  function drawChart() {
+    const put = axes();
+    if (!put) return;
+    const text = edited(page.text, { remove: ["x", "y"], set: put });
+    if (text !== page.text) change(text, { key: "chart" });
+    at("chart-busy").textContent = "computing the chart …";
+    at("draw-chart").disabled = true;
+    page.charts = (page.charts || 0) + 1;
+    send("charted", { n: page.charts, text: text });
+  }
+  const modelOf = (text) => joined(pairs(text).filter(([key]) => !["pin", "mode", "slow", "fast", "at"].includes(key) || (key === "at" && !/(^|&)[xy]=speed/.test(text))).sort());
+  function chartAge() { // a chart of an earlier model is pale and says so
+    if (!page.chart || at("chart-place").hidden) return;
+    const old = modelOf(page.text) !== page.chart;
+    at("chart-place").classList.toggle("stale", old);
+    if (!at("chart-busy").textContent.startsWith("comp")) at("chart-busy").textContent = old ? "of an earlier model; draw it again" : "";
+  }
+
   function edit(control) {
+    if (control.dataset.axis) {
+      if (control.matches("select")) {
+        const usual = control.selectedOptions[0].dataset;
+        at(control.id + "-low").value = usual.low || "";
+        at(control.id + "-high").value = usual.high || "";
+      }
+      return;
+    }
     if (control.matches("select:not([data-key])")) {
       const chosen = control.selectedOptions[0].dataset.edit;
-      if (control.id === "theme") return theme(control.value);
+      if (control.id === "theme") return look.choose(control.value);
       if (chosen) change(edited(page.text, JSON.parse(chosen)), { redraw: true });
     } else if (control.matches("input[type=checkbox]")) {
       change(edited(page.text, JSON.parse(control.checked ? control.dataset.on : control.dataset.off)), { redraw: true });
@@ -92,6 +130,27 @@
       change(edited(page.text, { remove: [key], set: put }), { key: key, redraw: "redraw" in control.dataset });
     }
   }
+  // Dash drops a file that is too large without a word, and the server a body: said here, before either.
+  function tooLarge(files) {
+    const most = at("message").dataset, one = files.find((file) => file.size > Number(most.largest));
+    const all = files.reduce((sum, file) => sum + file.size, 0);
+    if (one) return one.name + ": " + one.size + " bytes are more than the " + most.largest + " of a file here; use the commands in a terminal";
+    if (4 * all > 3 * (Number(most.largestBody) - BESIDE)) return "the files together have " + all + " bytes, too many at once; drop them one by one, the model last";
+    return "";
+  }
+  for (const kind of ["drop", "change"]) {
+    document.addEventListener(kind, function (event) {
+      if (!event.target.closest || !event.target.closest("#upload")) return;
+      const message = tooLarge([...((event.dataTransfer || event.target).files || [])]);
+      if (!message) return;
+      event.preventDefault();
+      event.stopPropagation();
+      at("loaded").textContent = "";
+      at("message").textContent = message;
+      if (kind === "change") event.target.value = "";
+    }, true);
+  }
+
   document.addEventListener("input", function (event) {
     if (event.target.matches("input[type=range][data-key], input[type=number][data-key]")) edit(event.target);
   });
@@ -106,6 +165,7 @@
     if (button.id === "undo") undo();
     else if (button.id === "pin") pin();
     else if (button.id === "unpin") unpin();
+    else if (button.id === "draw-chart") drawChart();
     else if (button.id === "play") shared.toggle();
     else if (button.dataset.image) shared.image(button.dataset.image, button.dataset.format, "velotyre_" + button.dataset.image);
     else if (button.dataset.copy) copy(button);
@@ -127,22 +187,9 @@
     );
   }
 
-  // ---- light and dark ----
-  const darkness = window.matchMedia("(prefers-color-scheme: dark)");
-  function kept(value) {
-    try { if (value !== undefined) localStorage.setItem("velotyre-theme", value); return localStorage.getItem("velotyre-theme"); }
-    catch (error) { return null; }
-  }
-  function theme(choice) {
-    if (choice !== undefined) kept(choice);
-    const asked = kept() || "auto";
-    const now = asked === "auto" ? (darkness.matches ? "dark" : "light") : asked;
-    document.documentElement.dataset.theme = now;
-    if (window.dash_clientside && window.dash_clientside.set_props && page.begun) send("theme", now);
-    return now;
-  }
-  darkness.addEventListener("change", () => theme());
-  theme();
+  look.hear(function (now) {
+    if (page.begun) send("theme", now);
+  });
 
   // ---- tables, filled when they are opened ----
   const tables = {};
@@ -155,8 +202,34 @@
     if (name && name !== "motion") fillTable(name);
   }, true);
 
+  // ---- figures: the modes at once, the others one after the other, so that the first is seen first ----
+  const FIRST = "modes", waiting = new Map();
+  function drawn(name, figure) {
+    window.Plotly.react(at(name).firstElementChild, figure.data, figure.layout, { displaylogo: false, displayModeBar: false, responsive: true });
+    if (name !== "locus") tables[name] = figure.layout.meta;
+    if (name === "modes") tables.locus = tables.modes;
+    fillTable(name);
+    if (name === "modes") fillTable("locus");
+    came(name);
+  }
+  function later(name, figure) {
+    if (!waiting.size) setTimeout(next, 0);
+    waiting.set(name, figure); // in place of one that was not drawn yet
+  }
+  function next() {
+    const [name, figure] = waiting.entries().next().value;
+    waiting.delete(name);
+    if (waiting.size) setTimeout(next, 0);
+    drawn(name, figure);
+  }
+
   function list(place, lines) {
     place.replaceChildren(...lines.map(function (line) { const item = document.createElement("li"); item.textContent = line; return item; }));
+  }
+  function labelled() { // the part of Dash that makes it is read late
+    const files = document.querySelector("#upload input[type=file]");
+    if (files) files.setAttribute("aria-label", "Load a bicycle, model or tyre");
+    else setTimeout(labelled, 50);
   }
   function nothing() { return window.dash_clientside.no_update; }
 
@@ -164,12 +237,11 @@
   window.dash_clientside = Object.assign({}, window.dash_clientside, {
     velotyre: {
       begin: function (initial) {
-        at("theme-place").innerHTML = '<label for="theme">Colours</label> <select id="theme"><option value="auto">as the system</option><option value="light">light</option><option value="dark">dark</option></select>';
-        at("theme").value = kept() || "auto";
+        look.place(at("theme-place"));
         if (window.innerWidth <= 760) at("controls").open = false; // the figures come first on a phone
         page.begun = true;
         page.text = location.hash.length > 1 ? location.hash.slice(1) : initial || "";
-        send("theme", theme());
+        send("theme", look.now());
         busy(PARTS);
         at("undo").disabled = true;
         redraw();
@@ -178,11 +250,11 @@
       fill: function (form) {
         if (!form) return nothing();
         const focus = document.activeElement && document.activeElement.id;
-        const files = document.querySelector("#upload input[type=file]");
-        if (files) files.setAttribute("aria-label", "Load a bicycle or model file");
+        labelled();
         at("form-model").innerHTML = form.html.model;
         at("form-speeds").innerHTML = form.html.speeds;
         at("form-at").innerHTML = form.html.at;
+        at("form-chart").innerHTML = form.html.chart;
         page.modes = "";
         if (page.lastShown) modes(page.lastShown);
         if (focus && at(focus) && document.activeElement !== at(focus)) at(focus).focus();
@@ -199,9 +271,11 @@
         page.text = shown.address;
         if (location.hash.slice(1) !== shown.address) history.replaceState(null, "", "#" + shown.address);
         page.lastShown = shown;
+        look.model(shown.address);
         at("what").textContent = shown.name;
         at("unpin").disabled = !pairs(page.text).some(([key]) => key === "pin");
         modes(shown);
+        chartAge();
         list(at("notes"), shown.critical.concat(shown.notes));
         clearTimeout(page.settling);
         page.settling = setTimeout(function () {
@@ -209,6 +283,19 @@
           page.settled = (page.settled || 0) + 1;
           send("settled", { n: page.settled, text: shown.address });
         }, SETTLE);
+        return nothing();
+      },
+      charted: function (told) {
+        if (!told) return nothing();
+        at("draw-chart").disabled = false;
+        at("chart-busy").textContent = "";
+        at("chart-said").textContent = told.message || "";
+        if (told.message) return nothing();
+        page.chart = modelOf(told.address);
+        at("chart-place").hidden = false;
+        list(at("chart-notes"), told.notes);
+        chartAge();
+        window.dispatchEvent(new Event("resize")); // it was hidden until now
         return nothing();
       },
       moved: function (data) {
@@ -221,16 +308,16 @@
       loaded: function (dropped) {
         if (!dropped) return nothing();
         at("loaded").textContent = dropped.message ? "" : ["loaded " + dropped.name].concat(dropped.remarks).join("; ");
+        at("message").textContent = "";
         if (dropped.message) at("message").textContent = dropped.message;
-        else change(dropped.address, { redraw: true });
+        else if (dropped.address !== page.text) change(dropped.address, { redraw: true });
+        else adopt(dropped.address, { redraw: true, replace: true }); // a tyre to choose, or the one that was lacking
         return nothing();
       },
-      table: function (figure, name) {
-        if (name !== "locus") tables[name] = figure && figure.layout && figure.layout.meta;
-        if (name === "modes") tables.locus = tables.modes;
-        fillTable(name);
-        if (name === "modes") fillTable("locus");
-        came(name);
+      draw: function (figure, name) {
+        if (!figure) return nothing();
+        if (name === FIRST) drawn(name, figure);
+        else later(name, figure);
         return nothing();
       },
     },

@@ -15,11 +15,12 @@ def address():
     pytest.importorskip("dash", reason="the page needs dash (extra explore)")
     from werkzeug.serving import make_server
 
-    from studies.explorer.server import HOST, build_server, listening
+    from studies.explorer.server import CLOSE, HOST, build_server, listening
 
     place = listening(0)
     port = place.getsockname()[1]
-    server = make_server(HOST, port, build_server("", port), threaded=True, fd=os.dup(place.fileno()))
+    application = build_server("", port)
+    server = make_server(HOST, port, application, threaded=True, fd=os.dup(place.fileno()))
     place.close()
     thread = threading.Thread(target=server.serve_forever, daemon=True)
     thread.start()
@@ -27,6 +28,7 @@ def address():
     server.shutdown()
     thread.join()
     server.server_close()
+    application.extensions[CLOSE]()
 
 
 @pytest.fixture(scope="session")
@@ -46,7 +48,7 @@ def opened(browser, address):
     """Open the page at a state in a browser of its own; at the end the console must be free of errors."""
     contexts, errors = [], []
 
-    def at(state="", **settings):
+    def at(state="", path="", **settings):
         context = browser.new_context(
             **({"viewport": {"width": 1300, "height": 900}, "accept_downloads": True} | settings)
         )
@@ -56,7 +58,7 @@ def opened(browser, address):
             "console", lambda message: errors.append(message.text) if message.type in ("error", "warning") else None
         )
         page.on("pageerror", lambda error: errors.append(str(error)))
-        page.goto(f"{address}#{state}" if state else address)
+        page.goto(f"{address}{path}#{state}" if state else f"{address}{path}")
         return page
 
     yield at

@@ -19,7 +19,9 @@ def refused(capsys, *arguments):
 
 def test_without_dash_it_says_how_to_install_it(capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "dash", None)
-    assert refused(capsys) == 'velotyre: dash is not installed; install it with: pip install "velotyre[explore]"\n'
+    said = refused(capsys)
+    assert said.startswith("velotyre: dash is not installed; install it with: pip install ")
+    assert "[explore]" in said
 
 
 def test_a_model_that_is_none_is_refused(capsys):

@@ -14,7 +14,7 @@ from bicycle.files.bicycle_file import load_bicycle, to_toml
 from studies.explorer.server import build_server
 
 HOME = {"Host": "127.0.0.1:8050"}
-ALONG = "..modes.figure...critical.figure...locus.figure...shown.data.."
+ALONG = "..drawn-modes.data...drawn-critical.data...drawn-locus.data...shown.data.."
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +24,7 @@ def client():
 
 def question(state, theme="light"):
     """A request of the page for its figures along speed."""
-    outputs = [{"id": name, "property": "figure"} for name in ("modes", "critical", "locus")]
+    outputs = [{"id": f"drawn-{name}", "property": "data"} for name in ("modes", "critical", "locus")]
     return {
         "output": ALONG,
         "outputs": [*outputs, {"id": "shown", "property": "data"}],
@@ -148,7 +148,10 @@ def test_what_no_page_sends_is_refused(client, body):
         ("name=" + "x" * 81, "must be one line of at most 80 letters"),
         ("name=a%0Ab", "must be one line of at most 80 letters"),
         ("posture=standing", "address: posture = 'standing' must be upright, hoods or drops"),
-        ("effects.side_slip.tyre=/etc/passwd.csv&effects.side_slip.pressure_bar=5", "unknown tyre '/etc/passwd.csv'; "),
+        (
+            "effects.side_slip.tyre=/etc/passwd.csv&effects.side_slip.pressure_bar=5",
+            "names the tyre file '/etc/passwd.csv', which was not dropped; ",
+        ),
         ("effects.steer_damper.damping=1e308", "the model"),
         ("effects.nothing.x=1", "unknown effect 'nothing'; "),
         ("effects.steer_damper=3", "address: effects.steer_damper = '3' is no key and value of a model file"),
@@ -163,6 +166,34 @@ def test_what_no_page_sends_is_refused(client, body):
 )
 def test_a_state_that_makes_no_model_is_refused_in_words(client, state, words):
     assert words in shown(client, state)["message"]
+
+
+@pytest.mark.parametrize(
+    ("axes", "words"),
+    [
+        ("", "stability chart: choose what stands along both axes"),
+        ("x=speed", "stability chart: choose what stands along both axes"),
+        ("x=speed&y=speed", "both axes are speed; give two different ones"),
+        ("x=speed&y=nothing", "unknown parameter 'nothing'"),
+        ("x=speed%3D1:1e999&y=c", "the range must be finite and rise"),
+        ("x=speed%3D-1e300:1e300&y=c", "speed"),
+        ("x=speed&y=c%3D__import__", "axis 'c=__import__'"),
+        ("x=speed&y=" + "c" * 100, "must be one line of at most 80 letters"),
+    ],
+)
+def test_a_chart_that_cannot_be_drawn_is_refused_in_words(client, axes, words):
+    body = {
+        "output": "..drawn-chart.data...chart-told.data..",
+        "outputs": [{"id": "drawn-chart", "property": "data"}, {"id": "chart-told", "property": "data"}],
+        "inputs": [
+            {"id": "charted", "property": "data", "value": {"n": 1, "text": f"bicycle=benchmark&{axes}"}},
+            {"id": "theme", "property": "data", "value": "light"},
+        ],
+        "changedPropIds": ["charted.data"],
+    }
+    answer = ask(client, body)
+    assert answer.status_code == 200
+    assert words in answer.get_json()["response"]["chart-told"]["data"]["message"]
 
 
 OPENED: list[str] = []

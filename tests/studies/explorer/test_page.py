@@ -17,6 +17,7 @@ pytest.importorskip("dash", reason="the page needs dash (extra explore)")
 
 from bicycle import Model, read_model
 from bicycle.files.model_file import build_model
+from studies.explorer import tyre_files
 
 PUBLISHED = {
     "weave": complex(-0.77534188219585, 4.46486771378823),
@@ -164,6 +165,7 @@ def test_what_is_taken_away_opens(opened, tmp_path, browser):
     assert errors == []
     assert [url for url in asked if not url.startswith(("file:", "blob:", "data:"))] == []
     other.locator("summary", has_text="Table: damping").click()
+    other.wait_for_selector("figure[aria-label^=Damping] td[data-value]")
     shown = other.eval_on_selector_all(
         "figure[aria-label^=Damping] td[data-value]", "c => c.map(x => Number(x.dataset.value))"
     )
@@ -181,17 +183,58 @@ def test_files_that_are_dropped(opened):
     def drop(name, text):
         page.set_input_files("#upload input", files={"name": name, "mimeType": "text/plain", "buffer": text.encode()})
 
-    drop("mine.toml", "[values]\nw = 'wide'\n")
+    drop("long.txt", "0" * 1_000_001)
     until(page, "document.getElementById('message').textContent")
-    assert page.inner_text("#message").startswith("mine.toml: [values]: w = 'wide'")
+    assert page.inner_text("#message").startswith("long.txt: 1000001 bytes are more than the 1000000 of a file here")
+    page.set_input_files(
+        "#upload input",
+        files=[{"name": f"{k}.csv", "mimeType": "text/plain", "buffer": b"0" * 900_000} for k in range(3)],
+    )
+    until(page, "document.getElementById('message').textContent.startsWith('the files together have 2700000 bytes')")
+    drop("mine.toml", "[values]\nw = 'wide'\n")
+    until(page, "document.getElementById('message').textContent.startsWith(\"mine.toml: [values]: w = 'wide'\")")
     drop(
         "model.toml",
         'bicycle = "pista"\n[effects.steer_damper]\ndamping = 1.0\n[effects.side_slip]\ntyre="/etc/passwd.csv"\n',
     )
-    until(page, "document.getElementById('message').textContent.includes('unknown tyre')")
+    until(page, "document.getElementById('message').textContent.includes('which was not dropped; drop both together')")
     drop("model.toml", 'bicycle = "pista"\n[effects.steer_damper]\ndamping = 1.0\n')
     until(page, f"{QUIET} && document.getElementById('what').textContent === 'pista, no slip, steer damper'")
     assert page.url.endswith("#bicycle=pista&effects.steer_damper.damping=1")
+
+
+def test_a_model_and_its_tyre_are_dropped_and_said_to_be_lacking_elsewhere(opened):
+    table = "Fz [N],p [bar],C [N/deg],K [N/mm]\n300,4,100,60\n300,6,90,70\n700,4,150,62\n700,6,140,72\n"
+    model = 'bicycle = "benchmark"\n[effects.relaxation_length]\ntyre = "maps/own.csv"\npressure_bar = 5\n'
+    given = {"model.toml": model, "own.csv": table}
+
+    def drop(page, *names):
+        page.set_input_files(
+            "#upload input",
+            files=[{"name": name, "mimeType": "text/plain", "buffer": given[name].encode()} for name in names],
+        )
+
+    page = opened()
+    settled(page)
+    drop(page, "model.toml")
+    until(page, "document.getElementById('message').textContent.includes(\"tyre file 'maps/own.csv', which was\")")
+    drop(page, "own.csv", "model.toml")
+    until(page, f"{QUIET} && document.getElementById('what').textContent === 'benchmark, relaxation length'")
+    assert page.inner_text("#message") == ""
+    chosen = page.locator("[id='t-effects.relaxation_length.tyre.front'] option:checked")
+    assert chosen.text_content() == "own.csv (loaded)"
+    assert "the address does not hold own.csv" in page.inner_text("#notes")
+    page.select_option("[id='t-effects.relaxation_length.tyre.rear']", "Tyre1")
+    settled(page)
+    text, address = page.inner_text("#text-command"), page.evaluate("location.hash.slice(1)")
+    assert 'front = "own.csv"' in text
+    tyre_files.TYRES.close()  # as on another machine
+    other = opened(address.replace("front=5", "front=5.2"))
+    until(other, "document.getElementById('message').textContent.includes('drop the same file on the page')")
+    drop(other, "own.csv")
+    settled(other)
+    assert other.inner_text("#message") == ""
+    assert other.evaluate("location.hash.slice(1)") == address.replace("front=5", "front=5.2")
 
 
 def test_refusals_are_words_and_names_are_text(opened):
@@ -231,3 +274,36 @@ def test_no_serious_finding_of_axe(opened, width, scheme):
     still = page.locator("#motion-views svg path").first.get_attribute("d")
     page.wait_for_timeout(200)
     assert page.locator("#motion-views svg path").first.get_attribute("d") == still
+
+
+def test_a_stability_chart_of_two_numbers(opened, tmp_path):
+    page = opened("bicycle=benchmark&x=speed=1:10:log")
+    settled(page)
+    page.select_option("#chart-y", "c")
+    assert page.input_value("#chart-y-low") == "0.04"
+    page.fill("#chart-y-low", "0.05")
+    page.click("#draw-chart")
+    assert page.inner_text("#chart-busy") == "computing the chart …"
+    page.wait_for_selector("#chart-place:not([hidden]) #chart .scatterlayer .trace", state="attached")
+    until(page, "!document.getElementById('chart-busy').textContent")
+    assert page.url.endswith("&x=speed%3D1:10:log&y=c%3D0.05:0.12")
+    assert sorted(page.locator("#chart .legendtext").all_text_contents()) == ["capsize", "model", "weave"]
+    points = rows(page, "chart")
+    for mode, speed in (("weave", 4.29238253634111), ("capsize", 6.02426201538837)):  # of the paper, at its trail
+        here = sorted((trail, along) for _, name, along, trail, *_ in points if name == mode)
+        assert np.interp(0.08, *zip(*here, strict=True)) == pytest.approx(speed, abs=1e-4)
+    weave = [hertz for _, name, _, _, hertz, *_ in points if name == "weave"]
+    assert all(0.3 < hertz < 0.7 for hertz in weave)
+    with page.expect_download() as found:
+        page.click("#save-chart")
+    assert found.value.suggested_filename == "benchmark_stability_chart.csv"
+    table = list(csv.DictReader(io.StringIO(Path(found.value.path()).read_text())))
+    assert [float(row["speed_m_s"]) for row in table] == [row[2] for row in points]
+    page.fill("#n-at", "6")  # the speed is an axis: the chart stays true
+    settled(page, "6")
+    assert page.inner_text("#chart-busy") == ""
+    page.select_option("#c-bicycle", "pista")
+    until(page, "document.getElementById('chart-busy').textContent === 'of an earlier model; draw it again'")
+    page.fill("#chart-y-low", "0.2")
+    page.click("#draw-chart")
+    until(page, "document.getElementById('chart-said').textContent.includes('the range must be finite and rise')")

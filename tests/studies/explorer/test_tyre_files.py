@@ -1,0 +1,253 @@
+"""Tyre files that are dropped on the page: kept under their names, put on wheels, and nothing else is read."""
+
+import io
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bicycle.files.bicycle_file import load_bicycle, to_text, to_toml
+from bicycle.files.model_file import build_model, read_model
+from studies.explorer import exports
+from studies.explorer import tyre_files as files
+from studies.explorer.computed import computed
+from studies.explorer.controls import controls
+from studies.explorer.dropped import with_files
+from studies.explorer.looks import LIGHT
+from studies.explorer.models import build
+from studies.explorer.saved_page import saved_page
+from studies.explorer.state import State, parse_state
+from studies.explorer.tyre_files import TYRES, kept_here, shown_name
+from tyre.base.errors import InputError
+
+TABLE = b"Fz [N],p [bar],C [N/deg],K [N/mm]\n400,4,100,60\n400,6,90,70\n700,4,150,62\n700,6,140,72\n"
+MODEL = b'bicycle = "benchmark"\n[effects.relaxation_length]\ntyre = "fit/maps/mine.csv"\npressure_bar = 5\n'
+MEASURED = b"load_N,pressure_bar,cornering_stiffness_N_per_deg,lateral_stiffness_N_per_mm\n400,4,100,60\n700,6,140,72\n"
+SIDECAR = b'tyre = "Mine"\nsurface = "flat"\nsource = "made up for this test"\n'
+TIR = Path(__file__).parents[3] / "docs" / "tyres.md"
+
+
+@pytest.fixture(autouse=True)
+def nothing_loaded():
+    TYRES.close()
+    yield
+    TYRES.close()
+
+
+def tir():
+    """The .tir file of docs/tyres.md."""
+    return TIR.read_text().split(":caption: example.tir\n")[1].split("```")[0].encode()
+
+
+def test_a_model_and_its_tyre_are_dropped_together(tmp_path):
+    state, _ = with_files(State(), [("model.toml", MODEL), ("mine.csv", TABLE)])
+    assert parse_state(state.address) == state
+    name = dict(state.model)["effects.relaxation_length.tyre.rear"]
+    assert shown_name(name) == "mine.csv"
+    (tmp_path / "fit" / "maps").mkdir(parents=True)
+    (tmp_path / "fit" / "maps" / "mine.csv").write_bytes(TABLE)
+    (tmp_path / "model.toml").write_bytes(MODEL)
+    model, found = read_model(tmp_path / "model.toml"), build(state)
+    assert found.parameters == pytest.approx(dict(model.parameters), rel=1e-12)
+    assert not any("velotyre_tyres" in note for note in computed(state).notes)
+
+    (tmp_path / "mine.csv").write_bytes(TABLE)  # and taken away
+    (tmp_path / "kept.toml").write_text(exports.model_toml(state))
+    assert "# needs beside it, as they were loaded: mine.csv" in exports.model_toml(state)
+    assert tomllib.loads(exports.model_toml(state))["effects"]["relaxation_length"]["tyre"]["rear"] == "mine.csv"
+    assert read_model(tmp_path / "kept.toml").parameters == pytest.approx(dict(model.parameters), rel=1e-12)
+    for text in (exports.as_command(state), exports.as_python(state)):
+        assert "# needs beside it, as they were loaded: mine.csv" in text
+        assert "velotyre_tyres" not in text
+        assert "@" not in text.replace(state.address, "")
+
+
+def test_a_tyre_alone_can_be_chosen_for_each_wheel_and_put_in_later():
+    start = parse_state("effects.relaxation_length.tyre=Tyre1&effects.relaxation_length.pressure_bar=5")
+    state, remarks = with_files(start, [("mine.csv", TABLE)])
+    assert state == start
+    assert remarks == ("mine.csv: it can be chosen under Tyres now, for each wheel",)
+    (name,) = TYRES.names()
+    options = [(one["value"], one["words"]) for one in controls(state)["wheels"][1]["tyres"]]
+    assert options[-1] == (name, "mine.csv (loaded)")
+    front = parse_state(start.address.replace("tyre.front=Tyre1", f"tyre.front={name}"))
+    values = build(front).parameters
+    assert values["relaxation_length.cornering_stiffness.rear"] == build(start).parameters[
+        "relaxation_length.cornering_stiffness.rear"
+    ]  # fmt: skip
+    assert values["relaxation_length.cornering_stiffness.front"] != values[
+        "relaxation_length.cornering_stiffness.rear"
+    ]  # fmt: skip
+    later, _ = with_files(start, [("model.toml", MODEL)])
+    assert dict(later.model)["effects.relaxation_length.tyre.front"] == name
+
+
+def test_a_table_takes_its_sidecar_along():
+    with_files(State(), [("mine.csv", MEASURED), ("mine.toml", SIDECAR), ("plain.csv", TABLE), ("t.tir", tir())])
+    assert [shown_name(name) for name in TYRES.names()] == ["mine.csv", "plain.csv", "t.tir"]
+    assert list(TYRES.content([TYRES.names()[0]])) == ["mine.csv", "mine.toml"]
+    assert TYRES.read(TYRES.names()[0], None).at(load=400, pressure=4e5).tyre == "Mine"
+    assert TYRES.find("somewhere/mine.toml") == TYRES.names()[0]
+    assert TYRES.find("C:\\else\\t.tir") == TYRES.names()[2]
+    assert TYRES.find("t.csv") is None
+
+
+def test_other_kinds_of_files_are_told_apart():
+    numbers = " ".join(f"{x:g}" for x in [1, 0, 1000, 2000, 10, 0.01, -0.3, 0.1, 0, 0, 0, 0, 0, 0])
+    bicycle = to_text(load_bicycle("pista")).encode()
+    state, _ = with_files(State(), [("a.txt", f"fy = {numbers}\npressure_bar = 5\n".encode()), ("b.txt", bicycle)])
+    assert state.name == "b"
+    assert [shown_name(name) for name in TYRES.names()] == ["a.txt"]
+
+
+def test_two_contents_of_one_name_are_two_tyres():
+    first, _ = with_files(State(), [("model.toml", MODEL), ("mine.csv", TABLE)])
+    second, _ = with_files(State(), [("model.toml", MODEL), ("mine.csv", TABLE.replace(b"100,60", b"120,60"))])
+    stiff = [build(one).parameters["relaxation_length.cornering_stiffness.front"] for one in (first, second)]
+    assert stiff[0] != stiff[1]
+    assert len({one["words"] for one in controls(second)["wheels"][0]["tyres"][-2:]}) == 2
+    again, _ = with_files(State(), [("model.toml", MODEL), ("mine.csv", TABLE)])
+    assert again == first
+
+
+@pytest.mark.parametrize(
+    ("dropped", "words"),
+    [
+        ({"model.toml": MODEL},
+         "model.toml: effect 'relaxation_length': names the tyre file 'fit/maps/mine.csv', which was not dropped; drop "
+         "both together"),
+        ({"model.toml": MODEL, "other.csv": TABLE}, "which was not dropped; drop both together"),
+        ({"mine.toml": SIDECAR}, "mine.toml: describes the tyre table mine.csv; drop both together"),
+        ({"mine.csv": b"t,x\n1,2\n"}, "mine.csv"),
+        ({"mine.tir": b"nothing"}, "mine.tir"),
+        ({"mine.mat": b"nothing"}, "mine.mat"),
+        ({"mine.mat": TABLE}, "mine.mat"),  # on which scipy stumbles
+        ({"mine.json": b"[" * 20000}, "mine.json"),
+        ({"mine.toml": b'kind = "modal"'}, "mine.toml: kind = 'modal'; a tyre is a table without a kind"),
+        ({".mine.csv": TABLE}, "cannot be loaded under this name"),
+        ({"mine.csv": b"#" * 1_000_001}, "mine.csv: 1000001 bytes are more than the 1000000 of a tyre file"),
+        ({"a.toml": MODEL, "b.toml": MODEL}, "a.toml and b.toml: drop one bicycle or model at a time, with its tyres"),
+        ({"x/mine.csv": TABLE, "y/mine.csv": TABLE}, "mine.csv: two files of this name were dropped; rename one"),
+        ({f"{k}.csv": TABLE for k in range(21)}, "21 files were dropped; at most 20 at once"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_taken_is_refused_in_words(dropped, words):
+    with pytest.raises(InputError) as refused:
+        with_files(State(), list(dropped.items()))
+    assert words in str(refused.value)
+    assert "velotyre_tyres" not in str(refused.value)
+    assert not [name for name in TYRES.names() if shown_name(name).startswith("mine")]
+
+
+def test_too_many_tyres_are_refused(monkeypatch):
+    monkeypatch.setattr(files, "MOST_TYRES", 1)
+    with_files(State(), [("a.csv", TABLE)])
+    with pytest.raises(InputError, match=r"b\.csv: 1 tyre files are loaded; start velotyre explore again for more"):
+        with_files(State(), [("b.csv", TABLE)])
+    with_files(State(), [("a.csv", TABLE)])  # the same once more
+
+
+def test_an_address_with_a_tyre_that_is_not_here_says_what_to_drop():
+    state, _ = with_files(State(), [("model.toml", MODEL), ("mine.csv", TABLE)])
+    assert kept_here(state) == [
+        "the address does not hold mine.csv: elsewhere, drop that on the page first; a saved page has it inside"
+    ]
+    assert kept_here(State()) == []
+    TYRES.close()
+    with pytest.raises(
+        InputError, match=r"the tyre file 'mine\.csv' is not loaded here, or has another content; an ad"
+    ):
+        build(state)
+    assert controls(state)["wheels"][0]["tyres"][-1]["words"] == "mine.csv (loaded, not here)"
+    with_files(state, [("mine.csv", TABLE.replace(b"100", b"101"))])
+    with pytest.raises(InputError, match="or has another content"):
+        build(state)
+    with_files(state, [("mine.csv", TABLE)])
+    build(state)
+
+
+def test_a_saved_page_holds_the_tyre():
+    state, _ = with_files(State(), [("model.toml", MODEL), ("mine.csv", MEASURED), ("mine.toml", SIDECAR)])
+    import base64
+    import gzip
+    import json
+
+    packed = saved_page(state, LIGHT).split('id="content">')[1].split("</script>")[0]
+    content = json.loads(gzip.decompress(base64.b85decode(packed)))
+    assert content["files"]["mine.csv"].encode() == MEASURED
+    assert content["files"]["mine.toml"].encode() == SIDECAR
+    assert "velotyre_tyres" not in json.dumps(content)
+    assert kept_here(state)[0] in content["notes"]
+
+
+SECRET = "secret_9d1f.csv"
+
+
+@pytest.mark.parametrize(
+    "trick",
+    [
+        "{path}", "{path}@0123456789", "../{name}", "mine.csv@0000000000/../../{name}", "./{name}", "{name}",
+        "~/{name}", "mine.csv@{digest}/../{name}", "file://{path}", "mine.csv@{digest}\\u0000", "..\\\\{name}",
+    ],
+)  # fmt: skip
+def test_no_name_of_a_tyre_leads_to_a_file_that_was_not_loaded(trick, tmp_path, monkeypatch):
+    (tmp_path / SECRET).write_bytes(TABLE)
+    monkeypatch.chdir(tmp_path)
+    with_files(State(), [("mine.csv", TABLE)])
+    digest = TYRES.names()[0].partition("@")[2]
+    name = trick.format(path=tmp_path / SECRET, name=SECRET, digest=digest)
+    text = f'bicycle = "benchmark"\n[effects.relaxation_length]\ntyre = "{name}"\npressure_bar = 5\n'
+    with pytest.raises(InputError):
+        with_files(State(), [("model.toml", text.encode())])
+    address = f"effects.relaxation_length.tyre.rear={name}&effects.relaxation_length.tyre.front=Tyre1"
+    with pytest.raises(InputError):
+        build(parse_state(f"{address}&effects.relaxation_length.pressure_bar=5"))
+
+
+def test_a_name_with_a_folder_is_not_written():
+    with pytest.raises(InputError, match="cannot be loaded under this name"):
+        TYRES.keep("../mine.csv", {"../mine.csv": TABLE})
+    assert TYRES.names() == []
+
+
+def test_a_matlab_file_that_reads_another_one_is_refused(tmp_path):
+    h5py = pytest.importorskip("h5py", reason="reads version 7.3 of .mat")
+    with h5py.File(tmp_path / "other.h5", "w") as other:
+        other["fy"] = np.arange(14.0)
+    packed = io.BytesIO()
+    with h5py.File(packed, "w") as file:
+        file["fy"] = h5py.ExternalLink(str(tmp_path / "other.h5"), "fy")
+    with pytest.raises(InputError, match=r"mine\.mat: some of its data are in other files \(HDF5 links\)"):
+        with_files(State(), [("mine.mat", packed.getvalue())])
+    assert TYRES.names() == []
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(
+        st.tuples(
+            st.sampled_from(["a.csv", "a.toml", "b.tir", "c.txt", "d.yaml", "e.json", "f.mat", "../g.csv", "h", ""]),
+            st.binary(max_size=60) | st.sampled_from([TABLE, MODEL, MEASURED, SIDECAR]),
+        ),
+        max_size=4,
+    )
+)  # fmt: skip
+def test_whatever_is_dropped_is_taken_or_refused(dropped):
+    try:
+        state, _ = with_files(State(), dropped)
+    except InputError as error:
+        said = str(error)
+    else:
+        said = state.address
+        assert parse_state(said) == state
+    assert "velotyre_tyres" not in said
+
+
+def test_a_bicycle_beside_a_tyre_is_the_bicycle():
+    state, _ = with_files(State(), [("mine.csv", TABLE), ("my.toml", to_toml(load_bicycle("pista")).encode())])
+    assert build_model({"bicycle": state.content["bicycle"]}).bicycle.values == pytest.approx(
+        dict(load_bicycle("pista").values)
+    )
