@@ -16,6 +16,7 @@ from bicycle.identification.decay_posterior import (
     noise_floor,
     posterior,
     prepared,
+    seeking_block,
 )  # fmt: skip
 from bicycle.identification.decay_window import Window, fitting_block
 from tyre.base.arrays import Array
@@ -138,7 +139,7 @@ def sought(
         One more is fitted beside where the evidence for it is clear: odds of 20.
     """
     whole = cut(1)
-    whole = cut(max(1, len(whole.time) // MOST_SOUGHT))
+    whole = cut(max(1, min(len(whole.time) // MOST_SOUGHT, seeking_block(whole))))
     starts, w = first_guesses(whole, start_hz), whole
     for number in range(count):
         starts = further_guess(whole, starts[0]) if number else starts
@@ -161,7 +162,38 @@ def sought(
 
 def clearer(more: Posterior, few: Posterior) -> bool:
     """Whether the odds of ``more`` modes over ``few`` are 20 or higher."""
-    return more.log_evidence - _occam(more) > few.log_evidence - _occam(few) + CLEAR
+    return _log_odds(more, few) > CLEAR
+
+
+def log_odds_of_each(found: Estimate) -> Array:
+    """Logarithm of the odds of each of several modes (m,), infinite where none less would do in the same window.
+
+    One less is fitted from where each of them is left out in turn. Where the best of these does as well, the mode that
+    it does without is the one in doubt, and the next is asked for among the others.
+
+    Parameters
+    ----------
+    found : Estimate
+    """
+    w, evidence = found.window, found.best.evidence
+    odds, left = np.full(len(found.mean), math.inf), list(range(len(found.mean)))
+    while len(left) > 1:
+        modes = found.best.best[left]
+        starts = [modes, *(np.delete(modes, k, 0) for k in range(len(modes)))]
+        every, *tried = (estimate(w, [evidence.drift], [start], evidence.weight) for start in starts)
+        fewer = [one.best for one in tried if one is not None]
+        if every is None or not fewer:
+            break
+        few = max(fewer, key=lambda one: one.log_evidence)
+        if clearer(every.best, few):
+            break
+        away = np.linalg.norm(modes[:, None] - few.best[None], axis=-1).min(1)
+        odds[left.pop(int(away.argmax()))] = _log_odds(every.best, few)
+    return odds
+
+
+def _log_odds(more: Posterior, few: Posterior) -> float:
+    return more.log_evidence - _occam(more) - few.log_evidence + _occam(few)
 
 
 def _occam(found: Posterior) -> float:

@@ -129,6 +129,7 @@ class Evidence:
         return each, (gram, right), squares
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a trial that grows all through a long recording
 def basis(modes: Array, time: Array) -> Array:
     """Decaying cosines and sines.
 

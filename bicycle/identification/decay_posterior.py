@@ -19,6 +19,7 @@ from bicycle.identification.decay_window import Window
 from tyre.base.arrays import Array
 
 SLOWEST, FASTEST = 0.1, 200.0  # rad/s
+HIGHEST_PEAK = FASTEST / 2  # of a spectrum, rad/s
 LOWEST, HIGHEST = -50.0, 20.0  # 1/s
 GROWTH = 30.0  # e-folds over the window
 POINTS = 64  # for one mode
@@ -160,7 +161,8 @@ def _proposal(size: int, points: int) -> tuple[Array, Array]:
     from scipy.stats import chi2, multivariate_t, norm
     from scipy.stats.qmc import Sobol
 
-    uniform = Sobol(size + 1, rng=np.random.default_rng(1)).random(points)
+    # "rng" is the newer name, of scipy 1.15
+    uniform = Sobol(size + 1, seed=np.random.default_rng(1)).random(points)
     z = norm.ppf(uniform[:, :size]) / np.sqrt(chi2.ppf(uniform[:, size], TAIL) / TAIL)[:, None]
     return z, np.asarray(multivariate_t(np.zeros(size), np.eye(size), df=TAIL).logpdf(z)).reshape(-1)
 
@@ -210,12 +212,17 @@ def _net(w: Window, peak: float, damping: tuple[float, ...], known: list[Array])
     return [net[k] for k in np.argsort(left)[:3]]
 
 
+def seeking_block(w: Window) -> int:
+    """Samples of a window ``w`` that may be made one where peaks are sought; in longer blocks a fast one seems slow."""
+    return max(1, int(math.pi / HIGHEST_PEAK / (w.time[1] - w.time[0])))
+
+
 def _peak(w: Window, signals: Array) -> float:
     """Highest peak of the summed spectra, rad/s."""
     step, size = w.time[1] - w.time[0], 8 * len(w.time)
     power = (np.abs(np.fft.rfft(signals - signals.mean(0), size, axis=0)) ** 2).sum(1)
     frequency = angular_frequency(np.fft.rfftfreq(size, step))
-    power = np.where((frequency < 1.0) | (frequency > FASTEST / 2), 0.0, power)
+    power = np.where((frequency < 1.0) | (frequency > HIGHEST_PEAK), 0.0, power)
     return float(frequency[int(np.argmax(power))])
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from bicycle.eigenvalues.oscillation import angular_frequency, frequency_hz
-from bicycle.identification.decay_estimate import RATIOS, Estimate, sought
+from bicycle.identification.decay_estimate import CLEAR, RATIOS, Estimate, log_odds_of_each, sought
 from bicycle.identification.decay_evidence import DRIFTS
 from bicycle.identification.decay_posterior import FASTEST, SLOWEST
 from bicycle.identification.decay_window import window
@@ -57,6 +57,8 @@ class Decay:
         Eigenvalues of what was fitted beside, as the evidence for it is clear.
     estimate : Estimate, optional
         All of it; None where no oscillation was found.
+    fewer : str
+        That the window holds fewer modes than were asked for; empty where all are there.
     """
 
     run: str
@@ -71,12 +73,15 @@ class Decay:
     movement: Movement | None = None
     beside: tuple[complex, ...] = ()
     estimate: Estimate | None = None
+    fewer: str = ""
 
     @property
     def rejected(self) -> str:
         """Why the run tells too little, or nothing."""
         if self.estimate is None:
             return "no decaying oscillation was found"
+        if self.fewer:
+            return self.fewer
         if self.r_squared < POOREST:
             return f"R^2 = {self.r_squared:.2f} is below {POOREST:g}: not a decaying oscillation"
         size, doubt = abs(self.eigenvalue), max(self.sd)
@@ -174,7 +179,18 @@ def identify_modes(
         near = np.abs(found.mean[:, 1] - (0.0 if start_hz is None else float(angular_frequency(start_hz))))
         numbers = [int(np.argmax(found.energies()) if start_hz is None else np.argmin(near))]
     asked = len(found.mean) == count
-    return tuple(_decay(run, found, number, last_s, asked=asked, scanned=thorough) for number in numbers)
+    decays = tuple(_decay(run, found, number, last_s, asked=asked, scanned=thorough) for number in numbers)
+    if count == 1:
+        return decays
+    odds = log_odds_of_each(found)
+    there = int(np.isinf(odds).sum())
+    if there == count:
+        return decays
+    why = (
+        f"{there} of {count} modes are there (odds of {math.exp(odds.min()):.2g} : 1 for one more, at least "
+        f"{math.exp(CLEAR):g}), and names go by frequency: ask for {there}"
+    )
+    return tuple(replace(decay, fewer=why) for decay in decays)
 
 
 def _decay(run: Run, found: Estimate, number: int, last_s: float, *, asked: bool, scanned: bool) -> Decay:

@@ -1,6 +1,7 @@
 """``velotyre modal``: eigenvalues from raw free decays, as a modal table for ``velotyre diagnose``."""
 
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 import click
@@ -27,23 +28,29 @@ def command(
     runs: tuple[str, ...], channels_file: Path | None, channel_texts: tuple[str, ...], mode: str | None,
     modes: str | None, first_s: float, last_s: float, start_hz: float | None, drift: str | None, out_file: str | None,
     figures: Path | None,
-) -> None:  # fmt: skip
+) -> Any:  # fmt: skip
+    from contextlib import nullcontext
+
     from bicycle.identification.free_decay import identify_modes
     from studies.free_decays.words import judged, repeat_notes
+    from studies.reporting.manifest import results
     from studies.reporting.output import print_table
     from tyre.base.errors import InputError
 
     names = _names(mode, modes)
     channel_map = chosen_map(channels_file, channel_texts)
-    decays = []
+    decays, fitted = [], []
     notes: list[str] = []
     drawn: list[str] = []
-    for event in [event for given in runs for event in _read(given, channel_map)]:
-        found = identify_modes(event, len(names), first_s=first_s, last_s=last_s, start_hz=start_hz, drift=drift)
-        decays += list(zip(names, found, strict=True))
-        notes += [f"{event.name}: {note}" for note in event.notes]
-        if figures is not None and found[0].estimate is not None:
-            drawn.append(_draw(event, tuple(zip(names, found, strict=True)), figures, drawn))
+    events = [event for given in runs for event in _read(given, channel_map)]
+    with nullcontext() if figures is None else results(figures):
+        for event in events:
+            found = identify_modes(event, len(names), first_s=first_s, last_s=last_s, start_hz=start_hz, drift=drift)
+            decays += list(zip(names, found, strict=True))
+            fitted.append((event, tuple(zip(names, found, strict=True))))
+            notes += [f"{event.name}: {note}" for note in (*event.notes, *_beyond(event, first_s, last_s))]
+            if figures is not None and found[0].estimate is not None:
+                drawn.append(_draw(event, tuple(zip(names, found, strict=True)), figures, drawn))
     every = judged(decays)
     rows = [each.decay.row(each.mode) for each in every if not each.rejected]
     notes += [note for each in every for note in _beside(each)]
@@ -57,12 +64,23 @@ def command(
         unwritten = f", {out_file} is not written" if out_file else ""
         first = runs[0].rpartition("@")[0]
         said = (
-            f"no run could be used{unwritten}; see the judgements above; `velotyre look {first}` finds the windows in "
-            "which a motion dies away"
+            f"no run could be used{unwritten}; see the judgements above; `velotyre look {quote(first)}` finds the "
+            "windows in which a motion dies away"
         )
         if out_file:
             raise InputError(said)
         click.echo(f"note: {said}", err=True)
+    return fitted, every  # for the page of velotyre explore
+
+
+def _beyond(event: Any, first_s: float, last_s: float) -> list[str]:
+    """A note where a window that was asked for is longer than the recording; 0 and infinity are not asked for."""
+    begin, end = float(event.time[0]), float(event.time[-1])
+    spare = (end - begin) / max(len(event.time) - 1, 1)
+    if not (first_s and first_s < begin - spare) and not end + spare < last_s < float("inf"):
+        return []
+    asked = f"from {first_s:g} s" + (f" to {last_s:g} s" if last_s < float("inf") else "")
+    return [f"the window {asked} reaches beyond the recording, {begin:g} to {end:g} s; what there is was fitted"]
 
 
 def _names(mode: str | None, modes: str | None) -> list[str]:
@@ -125,7 +143,6 @@ def _draw(event: Any, decays: Any, figures: Path, drawn: list[str]) -> str:
 
     from studies.free_decays.figure import draw
 
-    figures.mkdir(parents=True, exist_ok=True)
     stem = re.sub(r"[^\w.-]+", "_", f"{Path(event.name).name}_{event.speed:g}".replace(".csv", ""))
     name = next(n for n in (stem, *(f"{stem}_{k}" for k in range(2, 10_000))) if n not in drawn)
     draw(event, decays, figures / name)

@@ -30,12 +30,12 @@ def decay(rng, *, duration=4.0, colour=0.8, sd=0.02, slow=0.0):
 
 @pytest.mark.parametrize(("slow", "duration"), [(0.0, 4.0), (0.3, 4.0), (0.3, 2.3)])
 def test_errors_are_honest_under_coloured_noise_and_drift(slow, duration):
-    """The scatter of 60 estimates is what each says of itself, down to 1.6 cycles and with a slow mode beside weave.
+    """The scatter of 30 estimates is what each says of itself, down to 1.6 cycles and with a slow mode beside weave.
 
     Errors for white noise would be a third of the scatter; with no drift but an offset 1 to 1.6 sd of bias.
     """
     rng = np.random.default_rng(2)
-    runs = [decay(rng, slow=slow, duration=duration) for _ in range(60)]
+    runs = [decay(rng, slow=slow, duration=duration) for _ in range(30)]
     found = [identify(run, start_hz=0.7) for run in runs]
     errors = np.array([[(f.eigenvalue - ROOT).real / f.sd[0], (f.eigenvalue - ROOT).imag / f.sd[1]] for f in found])
     assert np.abs(errors.mean(0)).max() < 0.5
@@ -43,7 +43,7 @@ def test_errors_are_honest_under_coloured_noise_and_drift(slow, duration):
     assert (np.abs(errors) < 1.96).mean() > 0.88
     refused = {place: f.rejected for place, f in enumerate(found) if f.rejected}
     assert not refused or (slow and duration < 4)  # in a short window the slow mode is no parabola
-    assert len(refused) <= 5
+    assert len(refused) <= 2
     for place, why in refused.items():  # the start that is named will do
         start = float(re.search(r"start it at ([\d.]+) s", why)[1])
         assert not identify(runs[place], first_s=start, start_hz=0.7).rejected
@@ -75,6 +75,22 @@ def test_a_short_window_is_used_with_a_larger_sd():
     assert short.rejected == ""
     assert max(short.sd) > 2 * max(long.sd)
     assert abs(short.eigenvalue - ROOT) < 3 * max(short.sd)
+
+
+def test_a_fast_mode_is_none_of_the_slow_ones_that_a_coarse_look_makes_of_it():
+    """Ten minutes of a log that nobody cut: one sample in seven would show 26 rad/s as 18.9."""
+    root = complex(-1.5, 26.0)
+    t = np.arange(0, 600, 0.02)
+    wave = np.exp(root * t).real + 0.002 * np.random.default_rng(6).standard_normal(len(t))
+    found = identify(Run("r.csv", 4.8, t, {"steer_rate_rad_s": wave}, {}), thorough=False)
+    assert abs(found.eigenvalue - root) < 4 * max(found.sd) < 0.5
+
+
+def test_a_log_of_half_an_hour_gives_no_warning_of_what_would_grow_all_the_while():
+    t = np.arange(0, 2000, 0.05)
+    wave = np.exp(ROOT * t).real + 0.01 * np.random.default_rng(6).standard_normal(len(t))
+    found = identify(Run("r.csv", 4.8, t, {"roll_rate_rad_s": wave}, {}), thorough=False)
+    assert abs(found.eigenvalue - ROOT) < 4 * max(found.sd) < 0.5
 
 
 def test_cycles_are_those_of_the_window():
@@ -120,9 +136,18 @@ def test_two_modes_in_one_window():
     for found, truth in ((weave, ROOT), (wobble, other)):
         assert abs(found.eigenvalue - truth) < 4 * max(found.sd)
         assert max(found.sd) < 0.1 * abs(truth)
+        assert found.rejected == ""
     alone = identify(run)  # the second is found by itself
     assert abs(alone.eigenvalue - ROOT) < 4 * max(alone.sd)
     assert alone.beside[0] == pytest.approx(other, abs=0.5)
+
+
+@pytest.mark.parametrize("seed", [11, 12, 13])
+def test_a_mode_that_is_asked_for_and_not_there_is_refused(seed):
+    found = identify_modes(decay(np.random.default_rng(seed), colour=0.0), 2)
+    assert min(abs(one.eigenvalue - ROOT) / max(one.sd) for one in found) < 4
+    words = r"1 of 2 modes are there \(odds of [\d.e-]+ : 1 for one more, at least 20\), and names go by .*: ask for 1"
+    assert all(re.fullmatch(words, one.rejected) for one in found)  # which of the names the one has is not known
 
 
 @pytest.mark.parametrize(

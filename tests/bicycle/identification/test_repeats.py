@@ -14,6 +14,8 @@ def test_speeds_within_five_per_cent_are_repeats():
     assert about_one_speed([5.01, 4.99, 6.0, 4.96]) == ((3, 1, 0), (2,))
     assert about_one_speed([4.0, 4.19, 4.21]) == ((0, 1), (2,))  # 5 % of the slowest, no chain
     assert about_one_speed([]) == ()
+    dense = np.arange(4.0, 6.01, 0.1).tolist()  # neighbours differ by less than 3 %: 4.0, 4.3, 4.6, 4.9, 5.2, 5.5, 5.8
+    assert [round(dense[group[0]], 1) for group in about_one_speed(dense)] == [4.0, 4.3, 4.6, 4.9, 5.2, 5.5, 5.8]
 
 
 def test_three_repeats_that_scatter_five_times_as_much_as_their_fits_say():

@@ -72,7 +72,7 @@ def test_two_modes_pictures_and_a_table(tmp_path, capsys):
         for part, expected in (("real_1_s", truth.real), ("imag_rad_s", truth.imag)):
             sd = float(row[part.replace("_1", "_sd_1").replace("_rad", "_sd_rad")])
             assert abs(float(row[part]) - expected) < 4 * sd
-    assert {p.name for p in (tmp_path / "pictures").iterdir()} == {"two_5.png", "two_5.svg"}
+    assert {p.name for p in (tmp_path / "pictures").iterdir()} == {"two_5.png", "two_5.svg", "modal.manifest.json"}
     main(["modal", *common, *common[:1]])  # twice: neither picture overwrites the other
     assert "a second oscillation of" in capsys.readouterr().err
     assert {p.name for p in (tmp_path / "pictures").glob("*.png")} == {"two_5.png", "two_5_2.png"}
@@ -108,3 +108,21 @@ def test_runs_of_other_channels_do_not_share_a_table(tmp_path, capsys):
         main(["modal", f"{tmp_path / 'both.csv'}@5", f"{tmp_path / 'one.csv'}@6", "--out", str(tmp_path / "t.csv")])
     assert "only some of the runs have steer_over_lean; give runs with the same channels" in capsys.readouterr().err
     assert not (tmp_path / "t.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("window", "note"),
+    [
+        ((), ""),
+        (("--from", "0.2", "--to", "2"), ""),
+        (("--to", "99"), "the window from 0 s to 99 s reaches beyond the recording, 0 to "),
+        (("--from", "-3"), "the window from -3 s reaches beyond the recording, 0 to "),
+    ],
+)
+def test_a_window_longer_than_the_recording_is_said(window, note, tmp_path, capsys):
+    run = make(Cell(noise=0.02), np.random.default_rng(4), root=complex(-0.5, 4.5), speed=5.0).run
+    write(tmp_path / "run.csv", run)
+    main(["modal", f"{tmp_path / 'run.csv'}@5", *window])
+    shown = capsys.readouterr().err
+    assert ("reaches beyond" in shown) == bool(note)
+    assert note in shown
