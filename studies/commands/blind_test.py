@@ -13,7 +13,9 @@ MEDIANS = ("gap_left", "class_size", "seconds")
     epilog=example("velotyre blind-test --cases 2 --out cases.jsonl --report blind"),
 )
 @click.option("--cases", default=20, show_default=True, help="Cases of each cell.")
-@click.option("--seed", default=1, show_default=True, help="Seed of the first case; the others follow.")
+@click.option(
+    "--seed", type=click.IntRange(0), default=1, show_default=True, help="Seed of the first case; the others follow."
+)
 @click.option("--cell", "--cells", "cells", multiple=True, metavar="CELL", help="Only this cell; may be repeated.")
 @click.option("--workers", default=2, show_default=True, help="Processes.")
 @click.option("--out", "out_file", required=True, metavar="FILE", help="Results, one JSON object a line.")
@@ -33,6 +35,7 @@ def command(
     from studies.missing_effect.blind.report import write_report
     from studies.missing_effect.blind.run import blind_test, read_results
     from studies.missing_effect.blind.score import summary
+    from studies.reporting.manifest import results
     from studies.reporting.output import print_table, write_json
     from tyre.base.errors import InputError, unknown
 
@@ -46,7 +49,8 @@ def command(
         pass
     found = summary(read_results(path))
     if report_folder:
-        write_report(found, Path(report_folder))
+        with results(Path(report_folder)):
+            write_report(found, Path(report_folder))
     if json_file:
         write_json(found, json_file)
     if json_file == "-":

@@ -1,5 +1,7 @@
 """``velotyre diagnose``: find where simulation and measurement disagree and name the missing effect."""
 
+from typing import Any
+
 import click
 
 from studies.reporting.examples import example
@@ -25,7 +27,7 @@ WORTH_PROCESSES = 5.0  # s that a judgement takes, from which on processes are w
 def command(
     measurement_file: str, folder: str | None, without: tuple[str, ...], with_: tuple[str, ...], json_file: str | None,
     workers: int | None, *, no_stability: bool,
-) -> None:  # fmt: skip
+) -> Any:  # fmt: skip
     from os import cpu_count
     from pathlib import Path
     from time import perf_counter
@@ -64,7 +66,7 @@ def command(
     if json_file:
         write_json(record(found, findings), json_file)
     if json_file == "-":
-        return
+        return found, findings
     place = str(Path(folder) / "report.html") if folder else ""
     for line in first_lines(found, findings, place):
         click.echo(line)
@@ -86,3 +88,4 @@ def command(
     if rows and verdict.verdict == "partial":
         print_table(rows, ["effect", "parameter", "value", "1 sd"])
     print_warnings(verdict.warnings)
+    return found, findings  # for the page of velotyre explore

@@ -185,8 +185,11 @@ def fit(
     used = np.ones(len(forward.rows.where), bool) if rows is None else rows
     starts = starts or default_starts(forward, candidates)
     begins = [begin for x in starts for begin in (x, *(problem.guided(forward, x) if patient else ()))]
-    ends = [problem.end(forward, begin, used, turns) for begin in begins]
-    return problem.evidence(forward, min(ends, key=lambda end: end.objective), used)
+    best = problem.end(forward, begins[0], used, turns)
+    for begin in begins[1:]:
+        end = problem.end(forward, begin, used, turns, reached=best.objective)
+        best = min(best, end, key=lambda end: end.objective)
+    return problem.evidence(forward, best, used)
 
 
 @dataclass(frozen=True)
@@ -207,14 +210,23 @@ class _Problem:
         lower = np.maximum((np.array([u.lowest for u in self.unknowns]) - centre) / sd, -FARTHEST)
         return lower, np.minimum((np.array([u.highest for u in self.unknowns]) - centre) / sd, FARTHEST)
 
-    def end(self, forward: Forward, x: Array, used: NDArray[np.bool_], turns: tuple[int, int] = THOROUGH) -> End:
+    def end(
+        self,
+        forward: Forward,
+        x: Array,
+        used: NDArray[np.bool_],
+        turns: tuple[int, int] = THOROUGH,
+        *,
+        reached: float = math.inf,
+    ) -> End:
         centre, sd = self.prior
 
         def evaluate(z: Array, *, slopes: bool) -> tuple[Array, Array]:
             residual, jacobian = forward.residual(self.candidates, centre + sd * z, slopes=slopes)
             return residual, jacobian * sd if slopes else jacobian
 
-        return minimise(evaluate, (x - centre) / sd, *self.bounds, used, turns=turns, eager=forward.thorough)
+        start = (x - centre) / sd
+        return minimise(evaluate, start, *self.bounds, used, turns=turns, eager=forward.thorough, reached=reached)
 
     def guided(self, forward: Forward, x: Array) -> list[Array]:
         """Where the easier problems lead, each begun where the one before ended; empty where there are none."""

@@ -27,6 +27,8 @@ MOST_BENT = (
 )
 POOR_DECREMENT = 1e-2  # a fit that is poor anyway is not polished beyond a per cent, but where it must converge
 POOR_CHI2 = 10.0  # objective a row beyond which a fit is poor
+BEATEN = 1.5  # times what another start has reached, above which a fit that stalls is given up
+STALLED, SLOW = 8, 0.9  # turns in which it must fall below this share
 
 Evaluate = Callable[..., tuple[Array, Array]]
 
@@ -64,6 +66,7 @@ def small(objective: float) -> float:
     return max(EXACT, RELATIVE * objective)
 
 
+@np.errstate(invalid="ignore", over="ignore")  # what is not finite is judged below, and never a minimum
 def minimise(
     evaluate: Evaluate,
     z: Array,
@@ -73,6 +76,7 @@ def minimise(
     *,
     turns: tuple[int, int] = THOROUGH,
     eager: bool = False,
+    reached: float = np.inf,
 ) -> End:
     """Levenberg-Marquardt on |residual[used]|^2 + |z|^2 within bounds.
 
@@ -90,26 +94,32 @@ def minimise(
         Most iterations, in all and of a fit that is still poor then; it is not converged where they do not suffice.
     eager : bool
         Whether derivatives are cheap beside the residual: they are then taken with each trial, not after it.
+    reached : float
+        Objective that another start has reached, a sum of squares without unit: a fit that stalls far above it ends.
     """
+    rows = slice(None) if used.all() else used  # a mask copies
     z = np.clip(z, lower, upper)
     residual, jacobian = evaluate(z, slopes=True)
-    objective, damping, decrement = _objective(residual, z, used), 1e-3, np.inf
+    objective, damping, decrement = _objective(residual[rows], z), 1e-3, np.inf
+    past: list[float] = []
     for turn in range(turns[0]):
-        if not (np.isfinite(objective) and np.isfinite(jacobian[used]).all()):
+        if not (np.isfinite(objective) and np.isfinite(jacobian[rows]).all()):
             return End(z, np.inf, residual, jacobian, np.inf)
-        gradient = jacobian[used].T @ residual[used] + z
+        gradient = jacobian[rows].T @ residual[rows] + z
         held = ((z <= lower) & (gradient > 0)) | ((z >= upper) & (gradient < 0))
         free = np.flatnonzero(~held)
         if not len(free):
             return End(z, objective, residual, jacobian, 0.0)
-        factor = qr(np.vstack([jacobian[np.ix_(used, free)], np.eye(len(z))[:, free]]), mode="r", check_finite=False)
-        triangle = factor[0][: len(free)]
+        triangle = _triangle(np.vstack([jacobian[rows][:, free], np.eye(len(z))[:, free]]))
         promised = solve_triangular(triangle, gradient[free], trans="T", check_finite=False)
         decrement = float(promised @ promised)
         poor = turns != THOROUGH and objective > POOR_CHI2 * used.sum()
         if not np.isfinite(decrement) or (poor and decrement <= POOR_DECREMENT * objective) or decrement < TINY:
             break
         if poor and turn >= turns[1]:
+            break
+        past.append(objective)
+        if objective > BEATEN * reached and turn >= STALLED and objective > SLOW * past[-1 - STALLED]:
             break
         last = decrement <= small(objective)  # its step is still taken: the next decrement is smaller by far
         size = np.sqrt((triangle**2).sum(0))
@@ -123,12 +133,12 @@ def minimise(
             trial = z + straight
             if not last:
                 probe = np.clip(z + PROBE * straight, lower, upper)
-                further = evaluate(probe, slopes=False)[0][used]
-                bend = 2 / PROBE**2 * (further - residual[used] - jacobian[used] @ (probe - z))
-                trial[free] += _acceleration(damped[1], jacobian[np.ix_(used, free)].T @ bend, size, step)
+                further = evaluate(probe, slopes=False)[0][rows]
+                bend = 2 / PROBE**2 * (further - residual[rows] - jacobian[rows] @ (probe - z))
+                trial[free] += _acceleration(damped[1], jacobian[rows][:, free].T @ bend, size, step)
             trial = np.clip(trial, lower, upper)
             tried = evaluate(trial, slopes=eager)
-            new = _objective(tried[0], trial, used)
+            new = _objective(tried[0][rows], trial)
             if new < objective:
                 gained = objective - new
                 improved, z, objective = True, trial, new
@@ -154,15 +164,19 @@ def spread(jacobian: Array) -> tuple[Array, float]:
     """
     if not np.isfinite(jacobian).all():
         return np.eye(jacobian.shape[1]), np.inf
-    triangle = qr(jacobian, mode="r", check_finite=False)[0][: jacobian.shape[1]]
+    triangle = _triangle(jacobian)
     _, s, axes = np.linalg.svd(triangle)
     gain = np.zeros(jacobian.shape[1])
     gain[: len(s)] = s**2
     return (axes.T / (1 + gain)) @ axes, float(np.log1p(gain).sum())
 
 
-def _objective(residual: Array, z: Array, used: NDArray[np.bool_]) -> float:
-    kept = residual[used]
+def _triangle(matrix: Array) -> Array:
+    """R of the orthogonal factors of a ``matrix`` (n, p), without the rows of zeros."""
+    return np.asarray(np.linalg.qr(matrix, mode="r"))
+
+
+def _objective(kept: Array, z: Array) -> float:
     value = float(kept @ kept + z @ z)
     return value if np.isfinite(value) else np.inf
 

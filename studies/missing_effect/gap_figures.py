@@ -41,16 +41,40 @@ def legend_above(figure: Any, axis: Any, *, columns: int) -> None:
     figure.legend(handles, labels, loc="outside upper center", ncols=columns)
 
 
-def draw_gap(judgement: Judgement, target: Path) -> bool:
-    """Residuals of each series of a ``judgement``, into the file ``target`` without ending."""
+def shown_series(judgement: Judgement) -> list[str]:
+    """The series of a ``judgement`` whose residuals are shown one by one; empty where they are summed by channel."""
     rows = judgement.forward.rows
     names = list(dict.fromkeys(rows.series))
     series = np.array(rows.series)
     samples = max(int(np.unique(rows.abscissa[series == name], return_counts=True)[1].max()) for name in names)
     if rows.one_axis and (len(names) > MOST_SERIES or samples > CROWDED):
-        return _gap_by_channel(judgement, target)
+        return []
     if not rows.condition and not rows.one_axis:  # recordings: those with the largest gap
         names = sorted(names, key=lambda name: -float((judgement.nominal[series == name] ** 2).mean()))[:MOST_SERIES]
+    return names
+
+
+def rms_by_channel(judgement: Judgement) -> dict[str, tuple[list[float], dict[str, list[float]]]]:
+    """Channel -> places on the abscissa, and the rms there of what each model of a ``judgement`` leaves."""
+    rows, found = judgement.forward.rows, {}
+    channel = rows.channels
+    for name in dict.fromkeys(channel.tolist()):
+        places = np.unique(rows.abscissa[channel == name]).tolist()
+        here = [(channel == name) & (rows.abscissa == x) for x in places]
+        rms = {
+            title: [float(np.sqrt((gap[inside] ** 2).mean())) for inside in here]
+            for title, gap in residuals(judgement).items()
+        }
+        found[name] = (places, rms)
+    return found
+
+
+def draw_gap(judgement: Judgement, target: Path) -> bool:
+    """Residuals of each series of a ``judgement``, into the file ``target`` without ending."""
+    rows = judgement.forward.rows
+    names, series = shown_series(judgement), np.array(rows.series)
+    if not names:
+        return _gap_by_channel(judgement, target)
     with drawing(target, width=8, height=1.2 + 2.3 * -(-len(names) // 2)) as figure:
         for axis, name in zip(panels(figure, len(names)), names, strict=True):
             here = series == name
@@ -66,18 +90,13 @@ def draw_gap(judgement: Judgement, target: Path) -> bool:
 
 def _gap_by_channel(judgement: Judgement, target: Path) -> bool:
     """Root mean square of the residuals of each channel over speed: for histories, with too many samples to show."""
-    rows = judgement.forward.rows
-    channel = rows.channels
-    names = list(dict.fromkeys(channel.tolist()))
+    rows, found = judgement.forward.rows, rms_by_channel(judgement)
     from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-    with drawing(target, width=8, height=1.2 + 2.3 * -(-len(names) // 2)) as figure:
-        for axis, name in zip(panels(figure, len(names)), names, strict=True):
+    with drawing(target, width=8, height=1.2 + 2.3 * -(-len(found) // 2)) as figure:
+        for axis, (name, (places, values)) in zip(panels(figure, len(found)), found.items(), strict=True):
             axis.axhline(1, color="k", linestyle=":", linewidth=1)
-            places = np.unique(rows.abscissa[channel == name])
-            for k, (title, gap) in enumerate(residuals(judgement).items()):
-                squares = gap**2
-                rms = [float(np.sqrt(squares[(channel == name) & (rows.abscissa == x)].mean())) for x in places]
+            for k, (title, rms) in enumerate(values.items()):
                 axis.plot(places, rms, label=title, **look(k).plot)
             axis.set(title=name, xlabel=rows.axis, ylabel="rms gap / sd", yscale="log")
             axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 1.5, 2.0, 3.0, 5.0, 7.0)))

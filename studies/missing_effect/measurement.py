@@ -193,6 +193,10 @@ def _of_kind(kind: str, given: Mapping[str, Any], folder: Path, common: Mapping[
 def _uncertainty(table: Mapping[str, Any], prefix: str = "") -> dict[str, float]:
     flat: dict[str, float] = {}
     for key, value in table.items():
+        if isinstance(value, Mapping) and not value:
+            raise InputError(
+                f"[uncertainty.{prefix}{key}] is empty; write the 1-sigma of its parameters or take it out"
+            )
         if isinstance(value, Mapping):
             flat |= _uncertainty(value, f"{prefix}{key}.")
         else:

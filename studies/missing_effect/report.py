@@ -22,8 +22,9 @@ from studies.missing_effect.residual import words
 from studies.missing_effect.residual.figure import caption, draw_torque
 from studies.missing_effect.residual.kept import Kept, critical_of
 from studies.missing_effect.residual.terms import EFFECT
+from studies.reporting.made_by import made_by
+from studies.reporting.markdown_text import cells, plain, rendered
 from studies.reporting.markdown_text import page as html_page
-from studies.reporting.markdown_text import plain, rendered
 from studies.reporting.output import json_text
 from tyre.base.errors import InputError
 from tyre.base.files import slug, write_text
@@ -79,7 +80,7 @@ def page(diagnosis: Diagnosis, findings: Findings, captions: Mapping[str, str], 
     content = _content(diagnosis, findings) | {"captions": captions, "corrected": Markup(corrected)}
     text = rendered(TEMPLATE, content)
     lines = [line.rstrip() for line in text.splitlines()]
-    return "\n".join(line for k, line in enumerate(lines) if line or (k and lines[k - 1])) + "\n"
+    return "\n".join(line for k, line in enumerate(lines) if line or (k and lines[k - 1])).rstrip() + made_by()
 
 
 def record(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
@@ -109,7 +110,7 @@ def _content(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
     moved = tables.moved(diagnosis, findings.moved)
     mimics = [m for m in verdict.mimics if m.chi2 < verdict.chi2["final"]]
     gone = {"still": not moved[1], "mimics": not mimics}
-    rows = Markup("\n".join(f"| {' | '.join(map(plain, row))} |" for row in tables.named(diagnosis)))
+    rows = Markup("\n".join(f"| {cells(row)} |" for row in tables.named(diagnosis)))
     note = Markup(plain(sentences.named_note(diagnosis)))
     return {
         "v": verdict, "f": findings, "name": measurement.name, "sentence": sentences.sentence(verdict),

@@ -21,6 +21,7 @@ from studies.missing_effect.blind.cells import make
 from studies.missing_effect.blind.score import judge
 from tyre.base.errors import InputError
 
+BEGIN = '{"cell": '  # of every record
 KEPT = ("verdict", "effects", "class", "chi2", "held_out_gap", "goodness_of_fit_p")
 
 
@@ -68,12 +69,31 @@ def read_results(path: Path) -> list[dict[str, Any]]:
     if not path.exists():
         return []
     try:
-        records = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
+        lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+        if lines and _is_half(lines[-1]):
+            lines.pop()
+        records = [json.loads(line) for line in lines if line.strip()]
         if not all({"cell", "seed", "score"} <= set(record) for record in records):
             raise ValueError("not results of a blind test")
     except (TypeError, ValueError) as error:
         raise InputError(f"{path}: not a result file of blind-test ({error}); give another --out") from error
     return records
+
+
+def _is_half(line: str) -> bool:
+    """Whether a line is the beginning of a record, and no more: the file of somebody else is not touched."""
+    return not line.endswith("\n") and bool(line) and (line.startswith(BEGIN) or BEGIN.startswith(line))
+
+
+def _forget_half_line(path: Path) -> None:
+    """Cut off what a killed run, or a full disk, left of a line: its case is computed again."""
+    if not path.exists():
+        return
+    content = path.read_bytes()
+    kept = content.rfind(b"\n") + 1
+    if _is_half(content[kept:].decode("utf-8", "replace")):
+        with path.open("rb+") as file:
+            file.truncate(kept)
 
 
 def blind_test(path: Path, *, cases: int, seed: int, cells: tuple[str, ...], workers: int) -> Iterator[dict[str, Any]]:
@@ -96,6 +116,7 @@ def blind_test(path: Path, *, cases: int, seed: int, cells: tuple[str, ...], wor
     todo = [(cell, seed + k) for k in range(cases) for cell in cells if (cell, seed + k) not in done]
     from tyre.base.progress import progress_bar
 
+    _forget_half_line(path)
     with (
         path.open("a", encoding="utf-8") as file,
         model_workers(workers) as pool,

@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from bicycle.identification.repeats import about_one_speed
 from studies.inference.folds import MOST_FOLDS, folds
 from studies.inference.forward import ProposedMeasurement, Rows, Series
 from studies.inference.parameter import Candidate
@@ -25,7 +26,6 @@ from studies.missing_effect.motion.bicycle_forward import (
     FORCED_OUTPUTS,
     FORCED_SD,
     BicycleForward,
-    distinct_speeds,
 )
 from studies.missing_effect.motion.family import Family, stencil_slope
 from tyre.base.arrays import Array, Complex
@@ -134,7 +134,7 @@ class FrequencyForward(BicycleForward):
     @property
     def varied(self) -> bool:
         """Whether the points are of two speeds, or two inputs."""
-        return distinct_speeds(self.wanted.speed) > 1 or len(set(self.wanted.inputs)) > 1
+        return len(about_one_speed(self.wanted.speed.tolist())) > 1 or len(set(self.wanted.inputs)) > 1
 
     @cached_property
     def measured(self) -> tuple[Array, Array]:

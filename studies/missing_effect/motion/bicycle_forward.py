@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from bicycle.eigenvalues.decomposition import eigensystem
 from bicycle.eigenvalues.oscillation import angular_frequency
@@ -23,14 +23,7 @@ FORCED_SPEEDS = (1.0, 1.5, 2.0)  # of the fastest measured speed
 FORCED_HZ = np.geomspace(0.5, 4.0, 6)
 FORCED_OUTPUTS = ("lean_rate", "steer", "yaw_rate")
 FORCED_SD = 0.05  # of the magnitude of a frequency response, and of a tenth of its peak
-SAME_SPEED = 0.05  # share within which two speeds are one condition
 MOST_GROWTH = 0.5  # 1/s; what grows faster is not held up while the torque sweeps
-
-
-def distinct_speeds(speeds: ArrayLike) -> int:
-    """How many of ``speeds`` (m/s) differ by more than :data:`SAME_SPEED`; neighbours within it count as one."""
-    ordered = np.unique(np.asarray(speeds, float))
-    return 1 + int((np.diff(ordered) > SAME_SPEED * ordered[1:]).sum())
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 
 from bicycle.identification.recording import STEER, Run
+from bicycle.identification.repeats import about_one_speed
 from studies.inference.folds import folds
 from studies.inference.forward import ProposedMeasurement, Residual, Rows, Series
 from studies.inference.parameter import Candidate, central_differences
-from studies.missing_effect.motion.bicycle_forward import SPEED_AXIS, BicycleForward, distinct_speeds
+from studies.missing_effect.motion.bicycle_forward import SPEED_AXIS, BicycleForward
 from studies.missing_effect.motion.family import Family
 from studies.missing_effect.motion.history_candidates import BIAS, BIAS_KEY, DRIFT_KEY
 from studies.missing_effect.motion.history_noise import LARGEST_SIGNAL, ChannelNoise, limited, rough_noise
@@ -152,11 +153,12 @@ class HistoryForward(BicycleForward):
         key = (tuple(c.identifier for c in candidates), theta.tobytes())
         if key not in self._last:
             forced, free = self._replay(family, theta[None], None)
+            scale = self._start_scale(family)
             found = []
             for k, run in enumerate(self.runs):
                 n = len(run.time)
                 white = self._white(np.stack([run.channels[c] for c in self.noise], 1) - forced[0, k, :n])
-                found.append(self._marginal(run, free[k][:n], white, candidates, family))
+                found.append(self._marginal(run, free[k][:n], white, candidates, scale))
             self._last.clear()
             self._last[key] = found
         return self._last[key]
@@ -180,7 +182,7 @@ class HistoryForward(BicycleForward):
     def varied(self) -> bool:
         """Whether the runs are of two speeds, or pushed by two inputs."""
         pushed = {name for run in self.runs for name, u in run.inputs.items() if np.ptp(u) > 0}
-        return distinct_speeds([run.speed for run in self.runs]) > 1 or len(pushed) > 1
+        return len(about_one_speed([run.speed for run in self.runs])) > 1 or len(pushed) > 1
 
     def easier(self) -> tuple["HistoryForward", ...]:
         """The runs in pieces, each with a start of its own, as in multiple shooting: what grows stays near its start.
@@ -252,10 +254,9 @@ class HistoryForward(BicycleForward):
         return np.concatenate([noise.whiten(signals[:, c]) for c, noise in enumerate(self.noise.values())])
 
     def _marginal(
-        self, run: Run, free: Array, white: Array, candidates: tuple[Candidate, ...], family: Family
+        self, run: Run, free: Array, white: Array, candidates: tuple[Candidate, ...], states: Array
     ) -> RunFit:
-        """Integrate the initial state out (and a bias or drift of each channel, where one is a candidate)."""
-        states = self._start_scale(family)
+        """Integrate the initial state out, its prior sd ``states`` (and bias or drift, as candidates)."""
         scale = np.concatenate([states, np.ones(free.shape[-1] - len(states))])  # low-passes bring their own
         phi = self._white(free) * scale
         n = phi.shape[1]

@@ -12,7 +12,7 @@ COLOURS = (0.0, 0.98)  # of the autoregressive coefficient
 
 def limited(signal: Array) -> Array:
     """The ``signal`` (any shape) within +-:data:`LARGEST_SIGNAL`, which a trial bicycle that falls goes beyond."""
-    if not signal.size or np.abs(signal).max() <= LARGEST_SIGNAL:
+    if not signal.size or (signal.max() <= LARGEST_SIGNAL and signal.min() >= -LARGEST_SIGNAL):
         return signal
     finite = np.nan_to_num(signal, nan=LARGEST_SIGNAL, posinf=LARGEST_SIGNAL, neginf=-LARGEST_SIGNAL)
     return np.asarray(finite.clip(-LARGEST_SIGNAL, LARGEST_SIGNAL))

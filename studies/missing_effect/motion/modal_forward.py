@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.eigenvalues.decomposition import eigensystem
+from bicycle.identification.repeats import about_one_speed
 from studies.inference.folds import folds
 from studies.inference.forward import ProposedMeasurement, Rows, Series
 from studies.inference.parameter import Candidate
-from studies.missing_effect.motion.bicycle_forward import SPEED_AXIS, BicycleForward, distinct_speeds
+from studies.missing_effect.motion.bicycle_forward import SPEED_AXIS, BicycleForward
 from studies.missing_effect.motion.family import Family, stencil_slope
 from studies.missing_effect.motion.modal_table import ModalPoint
 from studies.missing_effect.motion.ratio_sensors import LEAN, apply_sensor, errors_of
@@ -48,6 +49,7 @@ class ModeAtSpeed(ProposedMeasurement):
     ratios: tuple[bool, bool] = (False, False)
 
 
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")  # two roots that meet, a mode without lean: not finite
 def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True) -> tuple[Complex, Complex]:
     """Eigenvalue and both ratios of each wanted mode, (m, 3), and their derivatives (m, 3, p), or (m, 3, 0).
 
@@ -73,8 +75,7 @@ def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True
     root, x = values[at, chosen], right[at, :, chosen]
     c = output[at][:, rows]
     seen = np.einsum("mri,mi->mr", c, x)
-    with np.errstate(divide="ignore", invalid="ignore"):  # a mode without lean
-        ratio = seen[:, 1:] / seen[:, :1]
+    ratio = seen[:, 1:] / seen[:, :1]
     number = np.concatenate([root[:, None], ratio], axis=1)
     slope = np.zeros((*number.shape, len(steps)), complex)
     if len(steps):
@@ -89,8 +90,7 @@ def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True
         dx = right[at] @ (turned / gap[:, :, None])
         dseen = c @ dx + np.einsum("pmri,mi->mrp", d.output[:, at][:, :, rows], x)
         slope[:, 0] = turned[point, chosen]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            slope[:, 1:] = (dseen[:, 1:] - ratio[:, :, None] * dseen[:, :1]) / seen[:, :1, None]
+        slope[:, 1:] = (dseen[:, 1:] - ratio[:, :, None] * dseen[:, :1]) / seen[:, :1, None]
     errors = _coordinates(family, theta)
     for r, name in enumerate(RATIO_OUTPUT, 1):
         apply_sensor(number, slope, r, errors_of(errors, name))
@@ -151,7 +151,7 @@ class ModalForward(BicycleForward):
     @property
     def varied(self) -> bool:
         """Whether the points are of two speeds."""
-        return distinct_speeds([p.speed for p in self.points]) > 1
+        return len(about_one_speed([p.speed for p in self.points])) > 1
 
     @cached_property
     def measured(self) -> tuple[Array, Array]:

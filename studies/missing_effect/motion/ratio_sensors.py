@@ -28,6 +28,7 @@ def errors_of(errors: dict[str, tuple[int, float]], signal: str) -> list[tuple[i
     return [errors.get(key.format(signal)) for key in (GAIN, DELAY, LOWPASS)]
 
 
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")  # a real root at the filter's own
 def apply_sensor(
     number: Complex, slope: Complex, row: int, errors: list[tuple[int, float] | None], *, power: int = 1
 ) -> None:
@@ -50,12 +51,11 @@ def apply_sensor(
     late, constant = (e[1] if e else 0.0 for e in (delay, tau))
     root = number[:, 0].copy()
     if delay or tau:
-        with np.errstate(divide="ignore", invalid="ignore"):  # a real root at the filter's own
-            slow = 1 / (1 + root * constant)
-            number[:, row] *= (np.exp(-root * late) * slow) ** power
-            by_root = number[:, row] * power * (-late - constant * slow)
-            slope[:, row] = slope[:, row] * (np.exp(-root * late) * slow)[:, None] ** power
-            slope[:, row] += by_root[:, None] * slope[:, 0]
+        slow = 1 / (1 + root * constant)
+        number[:, row] *= (np.exp(-root * late) * slow) ** power
+        by_root = number[:, row] * power * (-late - constant * slow)
+        slope[:, row] = slope[:, row] * (np.exp(-root * late) * slow)[:, None] ** power
+        slope[:, row] += by_root[:, None] * slope[:, 0]
         for entry, by in ((delay, -root), (tau, -root * slow)):
             if entry is not None and slope.shape[2]:
                 slope[:, row, entry[0]] += power * by * number[:, row]

@@ -10,9 +10,37 @@ from studies.missing_effect.interface import Figure
 from studies.missing_effect.motion.history_forward import HistoryForward
 from studies.missing_effect.reporting.words import titles
 from studies.reporting.plotting import GREY, drawing, look
+from tyre.base.arrays import Array
 
 MOST_RUNS = 4
 ROOM = 0.15  # of the measured range, beyond it: what leaves is not shown
+
+
+def missed_most(judgement: Judgement) -> tuple[dict[str, list[Array]], list[int]]:
+    """What the models leave of the runs, and which runs the base model misses most.
+
+    Parameters
+    ----------
+    judgement : Judgement
+        Of time histories.
+
+    Returns
+    -------
+    missed : dict of str to list of ndarray, shape (samples, channels)
+        Measured less computed, of each model and run, SI.
+    shown : list of int
+        Runs, at most :data:`MOST_RUNS`.
+    """
+    forward, null, final = judgement.forward, judgement.hypotheses.null, judgement.final
+    assert isinstance(forward, HistoryForward)
+    nominal = np.array([u.centre for u in forward.nuisances])
+    models = {
+        "nominal": ((), nominal), "nuisance_only": ((), null.theta), "final": (final.candidates, final.theta),
+    }  # fmt: skip
+    missed = {title: forward.unexplained(*models[model]) for model, title in titles(judgement).items()}
+    sd = np.array([noise.sd for noise in forward.noise.values()])
+    gap = [float(np.mean((e / sd) ** 2)) for e in next(iter(missed.values()))]
+    return missed, sorted(np.argsort(np.nan_to_num(gap, nan=np.inf))[::-1][:MOST_RUNS].tolist())
 
 
 def draw_traces(judgement: Judgement, target: Path) -> bool:
@@ -24,17 +52,10 @@ def draw_traces(judgement: Judgement, target: Path) -> bool:
         Of time histories.
     target : Path
     """
-    forward, null, final = judgement.forward, judgement.hypotheses.null, judgement.final
+    forward = judgement.forward
     assert isinstance(forward, HistoryForward)
-    nominal = np.array([u.centre for u in forward.nuisances])
-    models = {
-        "nominal": ((), nominal), "nuisance_only": ((), null.theta), "final": (final.candidates, final.theta),
-    }  # fmt: skip
-    missed = {title: forward.unexplained(*models[model]) for model, title in titles(judgement).items()}
+    missed, shown = missed_most(judgement)
     channels = tuple(forward.noise)
-    sd = np.array([noise.sd for noise in forward.noise.values()])
-    gap = [float(np.mean((e / sd) ** 2)) for e in next(iter(missed.values()))]
-    shown = sorted(np.argsort(np.nan_to_num(gap, nan=np.inf))[::-1][:MOST_RUNS].tolist())
     with drawing(target, width=1 + 3.2 * len(channels), height=1.0 + 1.9 * len(shown)) as figure:
         axes = figure.subplots(len(shown), len(channels), squeeze=False)
         for row, (line, k) in enumerate(zip(axes, shown, strict=True)):

@@ -7,8 +7,8 @@ from typing import Any
 
 from bicycle.identification.recording import FASTEST
 from studies.inference.evidence import CLEAR_ODDS
-from tyre.base.checks import any_table, list_of, number, refused, text, whole
-from tyre.base.errors import InputError
+from tyre.base.checks import any_table, list_of, number, refused, remarked, text, whole
+from tyre.base.errors import InputError, is_number
 from tyre.base.schema import Table, by_name, maybe, needed, read, table
 from tyre.base.toml_file import read_toml
 
@@ -61,8 +61,10 @@ GOAL = table(
 
 def _limit(value: Any) -> Any:
     if isinstance(value, Mapping):
+        if not value:
+            raise remarked("is an empty table; write the sizes above which it would matter, or take it out")
         return {key: _limit(entry) for key, entry in value.items()}
-    if isinstance(value, bool) or not isinstance(value, int | float) or not value > 0:
+    if not is_number(value) or not value > 0:
         raise refused(value, "must be the size above which an effect would matter, above 0, in SI")
     return float(value)
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from studies.missing_effect.plan import words
 from studies.missing_effect.plan.figure import draw
 from studies.missing_effect.plan.plan import Plan
-from studies.reporting.markdown_text import plain
+from studies.reporting.markdown_text import cells, plain
 from studies.reporting.output import write_json
 from tyre.base.files import write_text
 
@@ -55,4 +55,4 @@ def page(plan: Plan, name: str, verdict: str, *, drawn: bool) -> str:
 
 def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     lines = [heads, ["---"] * len(heads), *rows]
-    return "\n".join(f"| {' | '.join(map(plain, line))} |" for line in lines)
+    return "\n".join(f"| {cells(line)} |" for line in lines)

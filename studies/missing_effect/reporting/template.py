@@ -34,24 +34,24 @@ More probable than what the verdict rests on, but refused:
 {% if f.parts %}
 ## Do the parts agree?
 
-| part | n | {{ models|join(' | ') }} | disagreement with the others | P(more, if one model is true) |
+| part | n | {{ models|cells }} | disagreement with the others | P(more, if one model is true) |
 |---|---|---{{ '|---' * models|length }}|---|
-{% for row in together %}| {{ row|join(' | ') }} |
+{% for row in together %}| {{ row|cells }} |
 {% endfor %}
 {{ parts_note }}
 {% if compared_parts %}
 | effect | by this part alone | by the others | apart by |
 |---|---|---|---|
-{% for row in compared_parts %}| {{ row|join(' | ') }} |
+{% for row in compared_parts %}| {{ row|cells }} |
 {% endfor %}
 {% endif %}
 {% endif %}
 {% if f.predicted %}
 ## Runs that were never fitted
 
-| predicted | {{ models|join(' | ') }} |
+| predicted | {{ models|cells }} |
 |---|{{ '---|' * models|length }}
-{% for row in predicted %}| {{ row|join(' | ') }} |
+{% for row in predicted %}| {{ row|cells }} |
 {% endfor %}
 {{ predicted_note }}
 
@@ -59,9 +59,9 @@ More probable than what the verdict rests on, but refused:
 ## Parameters that moved
 
 {% if moved[0] %}
-| parameter | stated | now | {{ went|join(' | ') }} |
+| parameter | stated | now | {{ went|cells }} |
 |---|---|---|{{ '---|' * went|length }}
-{% for row in moved[0] %}| {{ row|join(' | ') }} |
+{% for row in moved[0] %}| {{ row|cells }} |
 {% endfor %}
 Values ± one standard deviation; "moved" is how far the parameter went, in its stated standard deviations;
 {{ moved[1]|length }} others went less than half of one.
@@ -75,7 +75,7 @@ None floats.
 {% if limits[0] %}
 | effect | parameter | 95 % limit | share of what its prior allows |
 |---|---|---|---|
-{% for row in limits[0] %}| {{ row|join(' | ') }} |
+{% for row in limits[0] %}| {{ row|cells }} |
 {% endfor %}
 {% endif %}
 {% if limits[0] %}{{ limits_note }}
@@ -89,7 +89,7 @@ Not limited by these data (the limit is that of the prior, or beyond): {{ limits
 {% if further %}
 | measurement | gain |
 |---|---|
-{% for s in further %}| {{ s.what }} | {{ '%.1f' % s.gain }} |
+{% for s in further %}| {{ [s.what, '%.1f' % s.gain]|cells }} |
 {% endfor %}
 {% endif %}
 {{ next_note }}
@@ -101,7 +101,7 @@ Not limited by these data (the limit is that of the prior, or beyond): {{ limits
 
 | variant | verdict | names | P(nothing) | same? |
 |---|---|---|---|---|
-{% for row in varied %}| {{ row|join(' | ') }} |
+{% for row in varied %}| {{ row|cells }} |
 {% endfor %}
 {% endif %}
 {% for figure in captions if figure.startswith('before_after') %}
@@ -121,7 +121,7 @@ Not limited by these data (the limit is that of the prior, or beyond): {{ limits
 {% if kept_rows %}
 | torque | value | 1 sd, these terms alone | 1 sd | gain of log evidence | gain of held-out score |
 |---|---|---|---|---|---|
-{% for row in kept_rows %}| {{ row|join(' | ') }} |
+{% for row in kept_rows %}| {{ row|cells }} |
 {% endfor %}
 Slope and curve are those over half the range of measured speeds, about its middle ({{ kept_speeds }}). The second
 standard deviation, which the corrected model carries, holds what the terms that were left out may take.
@@ -134,7 +134,7 @@ Critical speeds of the corrected model, with what parameters and torque leave op
 
 | what happens | speed | measured there? |
 |---|---|---|
-{% for row in kept_critical %}| {{ row|join(' | ') }} |
+{% for row in kept_critical %}| {{ row|cells }} |
 {% endfor %}
 {% endif %}
 {% endif %}
@@ -155,9 +155,9 @@ Critical speeds of the corrected model, with what parameters and torque leave op
 {% endfor %}
 {{ open('places') }}
 
-| χ² by | n | {{ models|join(' | ') }} |
+| χ² by | n | {{ models|cells }} |
 |---|---|{{ '---|' * models|length }}
-{% for row in parts %}| {{ row|join(' | ') }} |
+{% for row in parts %}| {{ row|cells }} |
 {% endfor %}
 Largest shares of the χ² that remains ({{ models[-1] }}):
 {% for where, share in v.worst %}
@@ -168,7 +168,7 @@ Largest shares of the χ² that remains ({{ models[-1] }}):
 
 | hypothesis | P | χ² | sizes | what became of it |
 |---|---|---|---|---|
-{% for row in tried %}| {{ row|join(' | ') }} |
+{% for row in tried %}| {{ row|cells }} |
 {% endfor %}
 {% for reason, names in not_tried.items() %}- not tried: {{ names|join(', ') }}: {{ reason }}
 {% endfor %}
@@ -182,7 +182,7 @@ Largest shares of the χ² that remains ({{ models[-1] }}):
 
 | rule | figure | holds |
 |---|---|---|
-{% for c in v.checks %}| {{ c.what }} | {{ c.figure }} | {{ 'yes' if c.passed else 'no' }} |
+{% for c in v.checks %}| {{ [c.what, c.figure]|cells }} | {{ 'yes' if c.passed else 'no' }} |
 {% endfor %}
 {{ fitting }} Gap on held-out data, relative to the base model: {{ gaps }}.
 {% if 'held_out' in captions %}
@@ -194,9 +194,9 @@ Largest shares of the χ² that remains ({{ models[-1] }}):
 {% if moved[1] %}
 {{ open('still') }}
 
-| parameter | stated | now | {{ went|join(' | ') }} |
+| parameter | stated | now | {{ went|cells }} |
 |---|---|---|{{ '---|' * went|length }}
-{% for row in moved[1] %}| {{ row|join(' | ') }} |
+{% for row in moved[1] %}| {{ row|cells }} |
 {% endfor %}
 {{ close }}
 {% endif %}
@@ -208,7 +208,7 @@ Terms without a physical cause, and effects with the sign that nature does not g
 
 | term | value | χ² |
 |---|---|---|
-{% for m in mimics %}| {{ m.what }} | {{ '%.3g' % m.value }} | {{ '%.1f' % m.chi2 }} |
+{% for m in mimics %}| {{ [m.what]|cells }} | {{ '%.3g' % m.value }} | {{ '%.1f' % m.chi2 }} |
 {% endfor %}
 {{ close }}
 {% endif %}

@@ -94,7 +94,7 @@ def _library(forward: Forward, residual: Residual, motion: Seen, torque: Complex
             continue
         inner = float((like.conj() * torque).real.sum())
         share = inner**2 / (square * float((np.abs(torque) ** 2).sum()))
-        yield Likeness(c.identifier, share, inner < 0)
+        yield Likeness(c.identifier, min(1.0, share), inner < 0)  # rounding
 
 
 def _held(family: Family, theta: Array, motion: Seen) -> Complex:

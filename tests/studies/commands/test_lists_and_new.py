@@ -6,6 +6,7 @@ import json
 import re
 import tomllib
 
+import matplotlib
 import numpy as np
 import pytest
 
@@ -158,9 +159,32 @@ def test_critical_speeds_as_csv_on_standard_output(capsys):
     [
         (["--plot", "modes.gif"], "the ending must be one of .png, .svg, .pdf"),
         (["--plot", "none/modes.png"], "none/modes.png: cannot write the picture: No such file or directory"),
+        (["--csv", "-", "--json", "-"], "--csv - and --json - would write into each other; give one of them a file"),
         (["--csv", "none/modes.csv"], "none/modes.csv: cannot write the table: No such file or directory"),
     ],
 )
 def test_pictures_and_tables_that_cannot_be_written(options, words, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert words in refused(capsys, "modes", "benchmark", "--speeds", "5", *options)
+
+
+def test_no_critical_speed_is_said_in_words(capsys):
+    main(["critical", "benchmark", "--max-speed", "4.2"])  # weave is stable above 4.292 m/s
+    assert capsys.readouterr().out == "no critical speed up to 4.2 m/s: no mode becomes stable or unstable\n"
+
+
+@pytest.mark.parametrize("name", ["a$b_1$c", "a$b_{1$c"])
+def test_a_name_is_no_formula_in_a_picture(name, tmp_path):
+    main(["convert", "benchmark", "--to", str(tmp_path / f"{name}.txt")])
+    picture = tmp_path / "modes.svg"
+    with matplotlib.rc_context({"svg.fonttype": "none"}):
+        main(["modes", str(tmp_path / f"{name}.txt"), "--speeds", "5", "--plot", str(picture)])
+    assert f">{name}: no slip<" in picture.read_text()
+
+
+def test_a_deviation_that_a_table_does_not_state_is_no_zero(capsys):
+    main(["tyres", "Tyre2"])  # the paper gives none of the cornering stiffness
+    head, rule, row = capsys.readouterr().out.partition("\n\n")[2].splitlines()[:3]
+    names, starts = head.split(), [match.start() for match in re.finditer("-+", rule)]
+    at = starts[names.index("cornering_stiffness_sd_N_per_deg")]
+    assert row[at:].split()[0] == "-"

@@ -52,3 +52,37 @@ def test_derivatives_taken_with_each_trial_change_nothing_but_the_number_of_call
     np.testing.assert_array_equal(ends[True].z, ends[False].z)
     np.testing.assert_array_equal(ends[True].jacobian, ends[False].jacobian)
     assert calls[True] < calls[False]
+
+
+def test_a_start_that_stalls_far_above_what_another_reached_is_given_up():
+    """Slopes 300 times too steep: the objective of 10^4 creeps, by less than a tenth in eight turns."""
+
+    def turns(reached):
+        calls = []
+
+        def creeping(z, *, slopes):
+            calls.append(slopes)
+            return np.array([100.0 - z[0]]), np.array([[-300.0]]) if slopes else np.zeros((1, 0))
+
+        end = minimise(creeping, np.zeros(1), np.full(1, -1e3), np.full(1, 1e3), np.ones(1, bool), reached=reached)
+        assert not end.converged
+        return sum(calls), end.objective
+
+    whole, lowest = turns(np.inf)
+    assert whole > 15  # until the damping forbids all steps
+    assert turns(7000.0) == (whole, lowest)  # not far above it
+    given_up, objective = turns(50.0)
+    assert 8 < given_up < 12
+    assert 9e3 < objective < 1e4
+
+
+def test_a_way_that_leads_beyond_all_numbers_is_not_taken_and_gives_no_warning():
+    """Beyond x = 1 nothing is finite; the gradient leads there."""
+
+    def broken(z, *, slopes):
+        residual = np.array([3.0 - z[0], 0.5]) if z[0] < 1 else np.array([np.inf, -np.inf])
+        return residual, np.array([[-1.0], [0.0]]) if slopes else np.zeros((2, 0))
+
+    end = minimise(broken, np.array([0.95]), np.full(1, -9.0), np.full(1, 9.0), np.ones(2, bool))
+    assert np.isfinite(end.objective)
+    assert 0.95 <= end.z[0] < 1

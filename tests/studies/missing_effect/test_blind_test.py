@@ -13,7 +13,7 @@ from bicycle import load_bicycle
 from studies.cli import main
 from studies.missing_effect.blind import run as running
 from studies.missing_effect.blind.report import report, targets, write_report
-from studies.missing_effect.blind.run import read_results
+from studies.missing_effect.blind.run import blind_test, read_results
 from studies.missing_effect.blind.score import judge, summary, wilson
 from tyre.base.errors import InputError
 
@@ -119,7 +119,17 @@ def test_bad_input(tmp_path, capsys, arguments, words):
     assert words in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("content", ["speed_m_s,mode\n", "3\n", '{"cell": 1}\n'])
+@pytest.mark.parametrize("half", ['{"cell": "modal-none", "se', "{", '{"cell": '])
+def test_what_a_killed_run_began_to_write_is_computed_again(tmp_path, half):
+    out = tmp_path / "r.jsonl"
+    done = '{"cell": "a", "seed": 1, "score": null}\n'
+    out.write_text(done + half)
+    assert [record["seed"] for record in read_results(out)] == [1]
+    list(blind_test(out, cases=1, seed=1, cells=("a",), workers=1))
+    assert out.read_text() == done
+
+
+@pytest.mark.parametrize("content", ["speed_m_s,mode\n", "3\n", '{"cell": 1}\n', "mine", '{"a": 1', "[1]\nmine"])
 def test_a_file_that_holds_something_else_is_left_alone(tmp_path, capsys, content):
     (tmp_path / "r.jsonl").write_text(content)
     with pytest.raises(SystemExit):

@@ -138,6 +138,7 @@ def test_report_and_json_of_the_command(tmp_path):
             str(tmp_path / "out"),
             "--json",
             str(tmp_path / "v.json"),
+            "--no-stability",
         ]
     )
     verdict = json.loads((tmp_path / "v.json").read_text())

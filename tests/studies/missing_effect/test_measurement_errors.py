@@ -38,6 +38,7 @@ def histories(tmp_path, *, toml=HISTORY, head=RUN_HEAD, rows=None):
     [
         ("kind = [", "not a TOML file"),
         (MODAL + "[surprise]\n", "unknown key 'surprise'"),
+        (MODAL + "[uncertainty.nonsense]\n", r"\[uncertainty.nonsense\] is empty; write the 1-sigma of its parameters"),
         (MODAL.replace('"modal"', '"model"'), "kind = 'model' is not allowed"),
         ('bicycle = "benchmark"\n', "kind = None is not allowed"),
         ('kind = "modal"\nbicycle = "benchmark"\n', r"the table \[modal\] is missing"),

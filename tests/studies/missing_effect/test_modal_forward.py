@@ -12,7 +12,7 @@ from studies.missing_effect.motion.family import stencil_slope
 from studies.missing_effect.motion.modal_forward import ModalForward
 from studies.missing_effect.motion.modal_table import ModalPoint
 from studies.missing_effect.motion.nuisances import nuisances
-from studies.missing_effect.motion.ratio_sensors import measurement_candidates
+from studies.missing_effect.motion.ratio_sensors import apply_sensor, measurement_candidates
 from studies.missing_effect.motion.sensor_errors import geometry_errors
 
 TYRE = {"cornering_stiffness": {"rear": 6000.0, "front": 4500.0}, "relaxation_length": 0.1}
@@ -46,6 +46,12 @@ def test_the_modes_of_the_model_itself_leave_no_residual(forward):
     assert np.abs(residual).max() < 1e-8
 
 
+def test_a_dense_series_of_speeds_is_more_than_one_and_repeats_are_not():
+    model = Model(load_bicycle("benchmark"))
+    assert forward_at(model, [5.0, 5.1, 5.2, 5.3, 5.4]).varied  # each within 5 % of the next
+    assert not forward_at(model, [5.0, 5.1, 5.2]).varied
+
+
 def test_derivatives_agree_with_differences_of_the_prediction(forward):
     for candidate in forward.candidates:
         unknowns = (*forward.nuisances, *candidate.unknowns)
@@ -70,6 +76,17 @@ def test_matrix_slopes_agree_with_the_symbolic_derivative(forward):
         exact = family.models.evaluate.derivative(key, forward.base.parameters)
         total = sum(5.0**power * matrix for power, matrix in exact.dynamics.items()) * family.models.scale
         np.testing.assert_allclose(slope.dynamics[k, 0], total, rtol=1e-6, atol=1e-6 * np.abs(total).max())
+
+
+def test_a_mode_without_lean_is_not_finite_and_no_warning():
+    """A warning of numpy would reach the user's terminal in the middle of a search."""
+    errors = [(0, 0.1), (1, 0.02), (2, 0.05)]
+    for power in (1, -1):
+        number = np.array([[-20.0 + 0j, np.inf + 0j, 1.0]])  # 1 / (1 + root tau) is infinite too
+        slope = np.full((1, 3, 3), np.inf + 0j)
+        apply_sensor(number, slope, 1, errors, power=power)
+        assert not np.isfinite(number[0, 1])
+        assert np.isfinite(number[0, [0, 2]]).all()
 
 
 def test_a_speed_with_two_modes_uses_each_root_once():

@@ -52,6 +52,8 @@ odds = 100
     ("content", "words"),
     [
         ("", "nothing can be measured; write \\[\\[runs\\]\\] with speeds_m_s"),
+        (RUNS + "[limits.nonsense]", "\\[limits\\]: nonsense is an empty table; write the sizes above which"),
+        (RUNS + f"[limits]\nsteer_damper = {10**400}", "must be the size above which an effect would matter, above 0"),
         ("[[runs]]\neach = 2", "\\[\\[runs\\]\\] number 1: no speeds_m_s; write"),
         ("[[runs]]\nspeeds_m_s = [5]", "no price of each run"),
         ("[[runs]]\nspeeds_m_s = [500]\neach = 1", "must be a list of speeds in m/s, above 0 and up to 60"),

@@ -28,6 +28,7 @@ from studies.missing_effect.reporting.words import (
     titles,
     values_of,
 )
+from studies.reporting.made_by import made_by
 from tyre.base.errors import InputError
 
 PLACES = np.repeat(np.arange(1.0, 7.0), 4)
@@ -175,6 +176,7 @@ def test_figures_and_tables_call_a_hypothesis_alike(one, folder):
     assert said("none") == "parameters only"
     assert said("a+b") == "a + b"
     text = (folder / "report.md").read_text(encoding="utf-8")
+    assert text.endswith(made_by())
     svg = (folder / "posterior.svg").read_text(encoding="utf-8")
     for row in tables.tried(one):
         assert f"| {row[0]} | {row[1]} |" in text
