@@ -12,14 +12,15 @@ import shlex
 import tomllib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 import click
 
 from studies.reporting.examples import ARGUMENTS
+from studies.reporting.made_by import version_of
 from studies.reporting.output import print_warnings
+from tyre.base.errors import InputError
 from tyre.base.files import left_by_a_killed_run, write_text
 
 VERSIONS = ("velotyre", "numpy", "scipy", "sympy", "pandas", "matplotlib", "control")
@@ -32,12 +33,20 @@ def results(folder: Path) -> Iterator[None]:
     """Write results into ``folder`` and, last, their manifest; it is made where it does not exist.
 
     The manifest is called after the command, ``run.manifest.json``. A command before that did not finish is said on
-    standard error.
+    standard error; one that is refused before it writes leaves none.
+
+    Raises
+    ------
+    InputError
+        A file is in the place of the ``folder``.
     """
     context = click.get_current_context(silent=True)
     arguments = [] if context is None else context.meta.get(ARGUMENTS, [])
     called = "" if context is None else "_".join(context.command_path.split()[1:])
     manifest = folder / f"{called.replace('-', '_') or 'velotyre'}.manifest.json"
+    made = not folder.is_dir()
+    if made and folder.exists():
+        raise InputError(f"{folder} is a file; give a folder for the results")
     folder.mkdir(parents=True, exist_ok=True)
     if (stopped := unfinished(manifest)) is not None:
         print_warnings([f"{folder}: an earlier {stopped} did not finish; what it left there is replaced file by file"])
@@ -46,12 +55,19 @@ def results(folder: Path) -> Iterator[None]:
                 file.unlink()
     content: dict[str, Any] = {
         "command": shlex.join(["velotyre", *arguments]), "finished": False,
-        "versions": {"python": platform.python_version()} | {name: _version(name) for name in VERSIONS},
+        "versions": {"python": platform.python_version()} | {name: version_of(name) for name in VERSIONS},
         "inputs": [_entry(file, file.as_posix()) for file in inputs(arguments, outside=folder)],
     }  # fmt: skip
     _write(manifest, content)
     before = _stamps(folder)
-    yield
+    try:
+        yield
+    except BaseException:
+        if _stamps(folder) == before and stopped is None:  # refused before it wrote: there is nothing to replace
+            manifest.unlink()
+            if made:
+                folder.rmdir()
+        raise
     written = [file for file, stamp in _stamps(folder).items() if before.get(file) != stamp]
     files = [_entry(file, file.relative_to(folder).as_posix()) for file in sorted(written) if file != manifest]
     _write(manifest, content | {"finished": True, "files": files})
@@ -136,13 +152,6 @@ def _stamps(folder: Path) -> dict[Path, tuple[int, int, int]]:
 def _entry(file: Path, name: str) -> dict[str, Any]:
     with file.open("rb") as opened:
         return {"file": name, "bytes": file.stat().st_size, "sha256": hashlib.file_digest(opened, "sha256").hexdigest()}
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "not installed"
 
 
 def _write(manifest: Path, content: dict[str, Any]) -> None:

@@ -78,6 +78,13 @@ def write_json(content: Mapping[str, Any], target: str) -> None:
         raise InputError(f"{target}: cannot write the result: {error.strerror}") from error
 
 
+def check_targets(**targets: str | None) -> None:
+    """Refuse two of the ``targets`` (file names by option) on standard output, where nothing could tell them apart."""
+    there = [f"--{name} -" for name, target in targets.items() if target == "-"]
+    if len(there) > 1:
+        raise InputError(f"{' and '.join(there)} would write into each other; give one of them a file")
+
+
 def json_text(content: Mapping[str, Any]) -> str:
     """The ``content`` as JSON.
 
@@ -155,8 +162,11 @@ def named_rows(table: "pd.DataFrame", name: str) -> "pd.DataFrame":
     return filled
 
 
-def print_critical(critical: Mapping[str, Sequence[Any]]) -> None:
-    """Print the ``critical`` speeds of bicycles by name, one a row; an empty name is not shown."""
+def print_critical(critical: Mapping[str, Sequence[Any]], *, max_speed: float) -> None:
+    """Print ``critical`` speeds up to ``max_speed`` (m/s) of bicycles by name, one a row; no empty name is shown."""
+    if not critical.get("", True):
+        click.echo(f"no critical speed up to {max_speed:g} m/s: no mode becomes stable or unstable")
+        return
     rows = [
         [*([name] if name else []), *cells]
         for name, speeds in critical.items()

@@ -16,7 +16,7 @@ from tyre.base.files import replacing
 
 __all__ = [
     "EXTRAPOLATED", "FORMATS", "GREY", "LOOKS", "STYLE", "UNSTABLE", "Look", "drawing", "extrapolated_note",
-    "hatch_extrapolated", "legend_columns", "look", "mode_look", "mode_marker", "mode_words",
+    "hatch_extrapolated", "legend_columns", "look", "mode_look", "mode_marker", "mode_words", "plain_text",
 ]  # fmt: skip
 
 FORMATS = ("png", "svg")
@@ -74,11 +74,24 @@ def drawing(target: Path, *, width: float, height: float) -> Iterator[Any]:
     with matplotlib.rc_context(style):
         figure = Figure(figsize=(width, height), layout="constrained")
         yield figure
+        plain_text(figure)
         for suffix in FORMATS:
             metadata = {"Date": None} if suffix == "svg" else {"Software": None}
             # a name may hold a dot (weave_at_5.5), which with_suffix would take for an ending
             with replacing(target.with_name(f"{target.name}.{suffix}")) as part:
                 figure.savefig(part, metadata=metadata)
+
+
+def plain_text(artist: Any) -> None:
+    """Let no text of a figure (``artist``) be a formula but the ticks of its axes: a name may hold a $."""
+    from matplotlib.axis import Tick
+    from matplotlib.text import Text
+
+    for part in artist.get_children():
+        if isinstance(part, Text):
+            part.set_parse_math(False)
+        elif not isinstance(part, Tick):
+            plain_text(part)
 
 
 def hatch_extrapolated(axes: Any, *, extrapolated: bool) -> None:

@@ -11,7 +11,7 @@ OWN = (
     "tyre/base/files.py",
     "studies/sweeps/",  # parts with their own digests
     "studies/validations/_",  # recordings that a validation makes in a temporary folder
-    "studies/validations/damaged_recordings.py",
+    "studies/validations/damaged_",  # the same, damaged
     "studies/explorer/loaded.py",  # a dropped file, in a temporary folder
     "studies/missing_effect/packaged.py",  # unpacks into a temporary folder
     "studies/door_stubs.py",  # of the source itself

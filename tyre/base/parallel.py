@@ -53,6 +53,24 @@ def worker_pool(
                 os.environ[name] = value
 
 
+def lone_process(work: Callable[..., None], arguments: tuple[Any, ...]) -> SpawnProcess:
+    """A fresh process for one piece of work, not yet started: deaf to Ctrl-C, and gone when this one is.
+
+    Parameters
+    ----------
+    work : callable
+        At the top of a module.
+    arguments : tuple
+        What can be pickled.
+    """
+    return _Worker(target=_alone, args=(work, arguments))
+
+
+def _alone(work: Callable[..., None], arguments: tuple[Any, ...]) -> None:
+    Thread(target=end_with_parent, daemon=True).start()
+    work(*arguments)
+
+
 class _Worker(SpawnProcess):
     """A process that is deaf to Ctrl-C until it is there: what it imports would end in a traceback of its own."""
 
@@ -66,6 +84,13 @@ class _Worker(SpawnProcess):
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)  # here an interrupt comes late, but comes
 
+    def run(self) -> None:
+        """Do the work; Ctrl-C while it imports what a piece of work needs ends it without a word, like that in work."""
+        try:
+            super().run()
+        except KeyboardInterrupt:
+            os._exit(128 + signal.SIGINT)
+
 
 class _Quiet(SpawnContext):
     """Fresh processes that are :class:`_Worker`."""
@@ -75,7 +100,7 @@ class _Quiet(SpawnContext):
 
 def _begin(prepare: Callable[..., None] | None, arguments: tuple[Any, ...]) -> None:
     """End with the parent; hear Ctrl-C from now on, or go without a word where it came meanwhile; then ``prepare``."""
-    Thread(target=_end_with_parent, daemon=True).start()
+    Thread(target=end_with_parent, daemon=True).start()
     if hasattr(signal, "pthread_sigmask"):
         if signal.SIGINT in signal.sigpending():
             os._exit(128 + signal.SIGINT)
@@ -84,7 +109,7 @@ def _begin(prepare: Callable[..., None] | None, arguments: tuple[Any, ...]) -> N
         prepare(*arguments)
 
 
-def _end_with_parent() -> None:
+def end_with_parent() -> None:
     """End this worker when the process that started it is gone: killed, it can no longer say so."""
     from multiprocessing import parent_process
     from multiprocessing.connection import wait

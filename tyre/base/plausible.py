@@ -13,6 +13,8 @@ from types import MappingProxyType
 
 from tyre.base.errors import InputError
 
+SMALLEST, LARGEST = 1e-12, 1e12
+"""Sizes beyond which a number is none that was measured of a tyre, in any unit; what is made of them stays a number."""
 ABSURD = 30.0
 WAY_OUT = "allow_unusual"
 """Key at the top of a model or bicycle file that lets absurd values pass (with a warning)."""

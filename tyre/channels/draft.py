@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from shlex import quote
 
 from tyre.base.errors import InputError
 from tyre.channels.read import contents
@@ -182,7 +183,8 @@ def looking(path: Path) -> Iterator[None]:
     except InputError as error:
         if not path.is_file():
             raise
-        raise InputError(f"{error}; `velotyre look {path}` shows what is in it and what it can be used for") from error
+        there = f"`velotyre look {quote(str(path))}` shows what is in it and what it can be used for"
+        raise InputError(f"{error}; {there}") from error
 
 
 def _words(found: Contents, quantities: Mapping[str, str]) -> str:

@@ -106,10 +106,11 @@ def quality(values: Array) -> Quality:
         return Quality(values.size, values.size, *gaps, np.nan, np.nan, np.nan, 0.0, 0.0, 0, 0, 0, 0, 0, 0)
     low, high = float(good.min()), float(good.max())
     levels = int(min(np.unique(good[:MOST]).size, FEW_LEVELS + 1))
-    step = resolution(good[:MOST])
-    noise = noise_level(good[:MOST])
-    still = (0, 0, 0, 0) if levels <= FEW_LEVELS else _still(values, low, high, step)
-    spikes = _spikes(good, max(noise, step / np.sqrt(12)), high - low) if levels > FEW_LEVELS else 0
+    with np.errstate(over="ignore", invalid="ignore"):  # numbers near the end of what a float holds
+        step = resolution(good[:MOST])
+        noise = noise_level(good[:MOST])
+        still = (0, 0, 0, 0) if levels <= FEW_LEVELS else _still(values, low, high, step)
+        spikes = _spikes(good, max(noise, step / np.sqrt(12)), high - low) if levels > FEW_LEVELS else 0
     return Quality(
         values.size, int(values.size - good.size), *gaps, low, float(np.median(good)), high, step, noise, *still,
         spikes, levels,

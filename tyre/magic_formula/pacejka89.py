@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
+from tyre.base.plausible import LARGEST
 from tyre.magic_formula.mf61 import saturation
 from tyre.magic_formula.side_force import magic_formula, magic_formula_derivatives
 
@@ -76,6 +77,14 @@ class Pacejka89:
     aligning_moment_coefficients: tuple[float, ...] | None = None
     slip_unit: str = "deg"
     lateral_stiffness: float | None = None
+
+    def __post_init__(self) -> None:
+        for letter, numbers in (("a", self.side_force_coefficients), ("c", self.aligning_moment_coefficients or ())):
+            for place, value in enumerate(numbers):
+                if not abs(value) <= LARGEST:
+                    raise InputError(
+                        f"{self.label}: {letter}{place} = {value:g} must be a number up to {LARGEST:g} in size"
+                    )
 
     def side_force(self, *, slip_angle: ArrayLike, load: ArrayLike, camber: ArrayLike = 0.0) -> Array:
         """Side force.

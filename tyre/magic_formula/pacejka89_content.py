@@ -2,6 +2,7 @@
 
 import json
 import re
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -60,14 +61,14 @@ def read_content(path: Path) -> tuple[Any, list[str]]:
     if ending == ".json":
         try:
             return json.loads(text), []
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise InputError(f"{path}: not a JSON file: {error}") from error
     if ending in (".yaml", ".yml"):
         import yaml
 
         try:
             return yaml.safe_load(text), []
-        except yaml.YAMLError as error:
+        except (yaml.YAMLError, RecursionError) as error:
             raise InputError(f"{path}: not a YAML file: {' '.join(str(error).split())}") from error
     if ending == ".csv" and re.search(r"(^|[,;\t])\s*a0\s*([,;\t]|$)", text, re.MULTILINE):
         return _rows(path), []
@@ -137,7 +138,7 @@ def _matlab(path: Path) -> tuple[Any, list[str]]:
             raise InputError(f"{path}: saved as version 7.3; {error}, or save it with -v7") from error
         with h5py.File(path, "r") as file:
             content = _of_hdf5(file)
-    except (MatReadError, ValueError, OSError, TypeError) as error:
+    except (MatReadError, ValueError, OSError, TypeError, LookupError, zlib.error) as error:
         raise InputError(f"{path}: not a MATLAB file ({' '.join(str(error).split())[:80]})") from error
     content = {key: value for key, value in content.items() if not key.startswith("__")}
 

@@ -1,7 +1,6 @@
 """Files of Pacejka-89 coefficients, and what they must be to describe a tyre."""
 
-import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -9,16 +8,47 @@ from typing import Any
 
 import numpy as np
 
-from tyre.base.errors import InputError, is_number, shown
+from tyre.base.checks import Check, list_of, number, text
+from tyre.base.errors import InputError
 from tyre.base.paths import data_root
+from tyre.base.plausible import LARGEST, SMALLEST
+from tyre.base.schema import maybe, needed, read, table
+from tyre.base.toml_file import read_toml
 from tyre.magic_formula.pacejka89 import DEGREE, SLIP_UNITS, Pacejka89
 from tyre.magic_formula.pacejka89_tyre import LOADS, Pacejka89Tyre
 
 KIND = "pacejka89"
 _LATERAL, _ALIGNING = 14, 18
-_KEYS = {"kind", "tyre", "surface", "load_max_N", "slip_unit", "source", "licence", "note", "set"}
-_SET_KEYS = {"pressure_kPa", "label", "side_force", "aligning_moment", "lateral_stiffness_N_per_mm"}
-_MAY_MISS = {"aligning_moment", "lateral_stiffness_N_per_mm"}
+_NOTES = "must be text in quotes, or a list of texts"
+
+
+def _notes(value: Any) -> Any:
+    return value if isinstance(value, str) else list_of(text(), _NOTES)(value)
+
+
+def _coefficients(count: int) -> Check:
+    return list_of(number(least=-LARGEST, most=LARGEST), f"must be a list of {count} numbers", least=count, most=count)
+
+
+SET = table(
+    {
+        needed("label"): text(), needed("pressure_kPa"): number(above=0, least=SMALLEST, most=1e5),
+        needed("side_force"): _coefficients(_LATERAL), maybe("aligning_moment"): _coefficients(_ALIGNING),
+        maybe("lateral_stiffness_N_per_mm"): number(above=1, most=1000, says="must be a number of 1 to 1000 N/mm"),
+    }
+)  # fmt: skip
+FILE = table(
+    {
+        needed("kind"): text(f"must be {KIND!r}", allowed=(KIND,)),
+        needed("tyre"): text(blank=False), needed("surface"): text(blank=False), needed("source"): text(),
+        needed("licence"): text(), needed("load_max_N"): number(above=0, least=SMALLEST, most=1e5),
+        maybe("slip_unit", "deg"): text("is neither 'deg' nor 'rad'", allowed=tuple(SLIP_UNITS)),
+        maybe("note", []): _notes,
+        needed("set", "a set is missing; write [[set]] and its coefficients below it"): list_of(
+            SET, "must be tables: write [[set]] and its coefficients below it", least=1, strict=False
+        ),
+    }
+)  # fmt: skip
 # limits of check_coefficients, far beyond what is measured: C/Fz is 0.2 to 0.3 per degree in Dell'Orto et al.
 _STIFFNESS_PER_LOAD = (0.03, 1.0)
 _LARGEST_FRICTION = 1.5
@@ -42,7 +72,12 @@ def check_coefficients(fit: Pacejka89) -> None:
     InputError
         Naming the load, the value and the allowed range.
     """
-    for load in (force for force in LOADS if force <= fit.load_max):
+    with np.errstate(all="ignore"):  # what is not finite is refused
+        _check_at(fit, [load for load in LOADS if load <= fit.load_max])
+
+
+def _check_at(fit: Pacejka89, loads: Sequence[float]) -> None:
+    for load in loads:
         stiffness = float(fit.cornering_stiffness(load=load)) * DEGREE
         lowest, highest = (limit * load for limit in _STIFFNESS_PER_LOAD)
         if not lowest <= stiffness <= highest:
@@ -110,37 +145,22 @@ def read_pacejka89(source: str | Path | Traversable) -> Pacejka89Tyre:
     if isinstance(source, str) and not source.endswith(".toml"):
         source = data_root() / "tyres" / f"{source}.toml"
     file = Path(source) if isinstance(source, str) else source
-    try:
-        table = tomllib.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{source}: cannot be read ({error.strerror})") from None
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{source}: is not valid TOML: {error}") from None
-    return _interpret(table, str(source))
+    return _interpret(read_toml(file, "file of Pacejka-89 coefficients"), str(source))
 
 
-def _interpret(table: Mapping[str, Any], where: str) -> Pacejka89Tyre:
-    if table.get("kind") != KIND:
-        raise InputError(f"{where}: kind = {table.get('kind')!r}, expected {KIND!r}")
-    _refuse_keys(table, _KEYS, _KEYS - {"note", "slip_unit"}, where)
-    if table.get("slip_unit", "deg") not in SLIP_UNITS:
-        raise InputError(f"{where}: slip_unit = {table['slip_unit']!r} is neither 'deg' nor 'rad'")
+def _interpret(content: Mapping[str, Any], where: str) -> Pacejka89Tyre:
+    given = read(FILE, content, where=where)
     sets: list[Pacejka89] = []
-    if not isinstance(table["set"], list) or not table["set"]:
-        raise InputError(f"{where}: a set is missing; write [[set]] and its coefficients below it")
-    for entry in table["set"]:
-        _refuse_keys(entry, _SET_KEYS, _SET_KEYS - _MAY_MISS, f"{where}, set")
-        aligning = entry.get("aligning_moment")
+    for entry in given["set"]:
+        stiffness = entry.get("lateral_stiffness_N_per_mm")
         fit = Pacejka89(
-            label=f"{table['tyre']}, {entry['label']}",
-            pressure=_positive(entry, "pressure_kPa", f"{where}, set") * 1e3,
-            load_max=_positive(table, "load_max_N", where),
-            side_force_coefficients=_numbers(entry["side_force"], _LATERAL, f"{where}, side_force"),
-            aligning_moment_coefficients=(
-                None if aligning is None else _numbers(aligning, _ALIGNING, f"{where}, aligning_moment")
-            ),
-            slip_unit=table.get("slip_unit", "deg"),
-            lateral_stiffness=_stiffness(entry, where),
+            label=f"{given['tyre']}, {entry['label']}",
+            pressure=entry["pressure_kPa"] * 1e3,
+            load_max=given["load_max_N"],
+            side_force_coefficients=tuple(entry["side_force"]),
+            aligning_moment_coefficients=tuple(entry["aligning_moment"]) if "aligning_moment" in entry else None,
+            slip_unit=given["slip_unit"],
+            lateral_stiffness=None if stiffness is None else stiffness * 1e3,
         )
         check_coefficients(fit)
         sets.append(fit)
@@ -149,43 +169,12 @@ def _interpret(table: Mapping[str, Any], where: str) -> Pacejka89Tyre:
         raise InputError(f"{where}: lateral_stiffness_N_per_mm is missing in {without[0].label}; give it in every set")
     if len({fit.pressure for fit in sets}) < len(sets):
         raise InputError(f"{where}: two sets have one pressure_kPa; keep one of them")
-    note = table.get("note", [])
+    note = given["note"]
     tyre = Pacejka89Tyre(
-        tyre=table["tyre"],
-        surface=table["surface"],
+        tyre=given["tyre"],
+        surface=given["surface"],
         sets=tuple(sorted(sets, key=lambda fit: fit.pressure)),
-        source=table["source"],
+        source=given["source"],
         notes=(note,) if isinstance(note, str) else tuple(note),
     )
     return replace(tyre, notes=(*tyre.notes, *tyre.doubts))
-
-
-def _refuse_keys(table: Mapping[str, Any], known: set[str], required: set[str], where: str) -> None:
-    for key in sorted(set(table) - known):
-        raise InputError(f"{where}: key {key!r} is unknown (known: {', '.join(sorted(known))})")
-    for key in sorted(required - set(table)):
-        raise InputError(f"{where}: key {key!r} is missing")
-
-
-def _numbers(values: Any, count: int, where: str) -> tuple[float, ...]:
-    if not isinstance(values, list) or len(values) != count or not all(isinstance(v, int | float) for v in values):
-        raise InputError(f"{where}: must be a list of {count} numbers")
-    return tuple(float(value) for value in values)
-
-
-def _positive(table: Mapping[str, Any], key: str, where: str) -> float:
-    value = table[key]
-    if not is_number(value) or not 0 < value < 1e5:
-        raise InputError(f"{where}: {key} = {shown(value)} must be a positive number")
-    return float(value)
-
-
-def _stiffness(entry: Mapping[str, Any], where: str) -> float | None:
-    value = entry.get("lateral_stiffness_N_per_mm")
-    if value is None:
-        return None
-    if not is_number(value) or not 1 < value < 1000:
-        raise InputError(
-            f"{where}, set: lateral_stiffness_N_per_mm = {shown(value)} must be a number of 1 to 1000 N/mm"
-        )
-    return float(value) * 1e3

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import inf, isfinite, nan
 
-from tyre.base.errors import InputError
+from tyre.base.errors import InputError, shown
+from tyre.base.plausible import LARGEST, SMALLEST
 from tyre.magic_formula.tir_coefficients import MF52Lateral, MF61Lateral
 from tyre.magic_formula.tir_moments import NAMES, TirMoments
 from tyre.magic_formula.tir_text import TirText
@@ -144,8 +145,10 @@ class TirNumbers:
         if not isinstance(value, float) or not isfinite(value):
             known = sorted({name for section in self.text.sections.values() for name in section})
             near = difflib.get_close_matches(key, known, n=1) if value is None else []
-            state = "is missing" if value is None else f"is {value!r}, not a number"
+            state = "is missing" if value is None else f"is {shown(value)}, not a number"
             raise InputError(f"{self.text.source}: {key} {state}" + (f"; did you mean {near[0]}?" if near else ""))
+        if abs(value) > LARGEST:
+            raise InputError(f"{self.text.source}: {key} = {value:g} must be a number up to {LARGEST:g} in size")
         return value
 
     def positive(self, key: str, default: float | None = None) -> float:
@@ -159,8 +162,8 @@ class TirNumbers:
             Where it is missing, in the same unit; None: it must be there.
         """
         value = self.number(key, default)
-        if not 0.0 < value < 1e12:
-            raise InputError(f"{self.text.source}: {key} = {value:g} must be positive")
+        if not SMALLEST <= value <= LARGEST:
+            raise InputError(f"{self.text.source}: {key} = {value:g} must be positive, {SMALLEST:g} to {LARGEST:g}")
         return value
 
     def _plausible(self, key: str, pressure: float) -> float:

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass, field
+from math import isfinite
 from pathlib import Path
 
 from tyre.base.errors import InputError, plain_digits
@@ -119,6 +120,6 @@ def _value(text: str) -> float | str | None:
     if not plain_digits(text):
         return text
     try:
-        return float(text)
+        return value if isfinite(value := float(text)) else text
     except ValueError:
         return text

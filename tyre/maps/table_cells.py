@@ -3,6 +3,7 @@
 from typing import Any
 
 from tyre.base.checks import Check, number
+from tyre.base.plausible import LARGEST
 from tyre.maps.table_sidecar import POSITIVE
 
 REQUIRED = ("load_N", "pressure_bar", "cornering_stiffness_N_per_deg")
@@ -12,9 +13,9 @@ CORRELATION, DOF = "stiffness_correlation", ("cornering_stiffness_dof", "lateral
 TRAIL = "pneumatic_trail"
 DIRECT = {"slip step": "relaxation_length_slip_step", "two sweep rates": "relaxation_length_two_rates"}
 
-_NOT_NEGATIVE = number(least=0, says="must be finite and >= 0")
+_NOT_NEGATIVE = number(least=0, most=LARGEST, says="must be finite and >= 0")
 _FREEDOM = number(above=0, endless=True, says="must be > 0 (inf where the standard deviation is known well)")
-_ANY = number(says="must be finite, or empty where it was not measured")
+_ANY = number(least=-LARGEST, most=LARGEST, says="must be finite, or empty where it was not measured")
 
 
 def _or_empty(check: Check) -> Check:

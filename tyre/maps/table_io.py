@@ -31,6 +31,7 @@ import csv
 import math
 from collections.abc import Mapping
 from dataclasses import asdict
+from functools import cache
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
@@ -43,10 +44,11 @@ from tyre.base.csv_table import read_cells, read_columns
 from tyre.base.errors import InputError
 from tyre.base.files import replacing, write_text
 from tyre.base.paths import data_root
+from tyre.base.schema import read
 from tyre.base.units import PASCAL_PER_BAR
 from tyre.maps.measured_column import MeasuredColumn
 from tyre.maps.named_columns import read_named_columns
-from tyre.maps.table_cells import COLUMNS, CORRELATION, DIRECT, DOF, REQUIRED, STIFFNESS, TRAIL
+from tyre.maps.table_cells import COLUMNS, CORRELATION, DIRECT, DOF, REQUIRED, SD, STIFFNESS, TRAIL
 from tyre.maps.table_sidecar import listed, read_sidecar, without_sidecar
 from tyre.maps.tables import MeasuredTable
 
@@ -64,7 +66,18 @@ def read_folder(folder: Traversable | None = None) -> list[MeasuredTable]:
     InputError
         No such folder, or a table that cannot be read.
     """
-    folder = folder if folder is not None else data_root() / "tyres"
+    if folder is None:
+        return list(_packaged())
+    return _read_all(folder)
+
+
+@cache
+def _packaged() -> tuple[MeasuredTable, ...]:
+    """The packaged tables, read once: they do not change, and nobody can change their arrays."""
+    return tuple(_read_all(data_root() / "tyres"))
+
+
+def _read_all(folder: Traversable) -> list[MeasuredTable]:
     if not folder.is_dir():
         raise InputError(f"{folder}: no such folder of tyre tables.")
     stems = sorted(item.name.removesuffix(".csv") for item in folder.iterdir() if item.name.endswith(".csv"))
@@ -240,12 +253,18 @@ def _columns(path: Traversable) -> tuple[Mapping[str, Array], list[str]]:
     """Columns of a table and what each row is called; of the own form as they are, of another by name and unit."""
     header = read_cells(path, kind="tyre table", example=", ".join(REQUIRED)).text.lstrip("\ufeff \r\n")
     names = next((line for line in header.splitlines() if line.strip() and not line.startswith("#")), "")
-    own = [name.strip() for cells in csv.reader([names.partition("#")[0]], skipinitialspace=True) for name in cells]
+    try:
+        own = [name.strip() for cells in csv.reader([names.partition("#")[0]], skipinitialspace=True) for name in cells]
+    except csv.Error as error:
+        raise InputError(f"{path}: the names of the columns are not CSV ({error}); see the quotation marks") from error
     if names and isinstance(path, Path) and any(name not in COLUMNS for name in own):
         found = read_named_columns(path)
         missing = [name for name in REQUIRED if name not in found]
         if missing:
             raise InputError(f"{path}: the column {', '.join(missing)} is missing")
+        for name in (*REQUIRED, *STIFFNESS, *SD):
+            for row, value in enumerate(found.get(name, ()), 1):
+                read(COLUMNS[name], float(value), where=f"{path}, row {row}", section=name, dotted=True)
         return found, [f"row {row}" for row in range(1, len(found["load_N"]) + 1)]
     plain = read_columns(path, numbers=COLUMNS, needed=REQUIRED)
     return plain.numbers, [f"line {line}" for line in plain.lines]

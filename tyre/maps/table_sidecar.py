@@ -7,12 +7,15 @@ from typing import Any
 
 from tyre.base.checks import flag, list_of, number, text
 from tyre.base.errors import InputError
+from tyre.base.plausible import LARGEST, SMALLEST
 from tyre.base.schema import maybe, needed, read, table
 from tyre.base.toml_file import read_toml
 from tyre.maps.calibration import CommonCalibration
 from tyre.maps.named_columns import comments
 
-POSITIVE = number(above=0, says="must be finite and > 0")
+POSITIVE = number(
+    above=0, least=SMALLEST, most=LARGEST, says=f"must be finite and > 0, from {SMALLEST:g} to {LARGEST:g}"
+)
 _WORDS, _NAMES = text(), list_of(text(), "must be a list of texts in quotes")
 _WHO = "; a tyre table must say its tyre, surface and source"
 _RESOLUTION = ("cornering_stiffness_N_per_deg", "relaxation_length_mm")

@@ -7,6 +7,7 @@ import numpy as np
 
 from tyre.bands import GRAVITY, POUND
 from tyre.base.errors import InputError
+from tyre.base.plausible import SMALLEST
 from tyre.recordings.recording import Channel, Condition, PullTest, RigRun
 
 # name of a Condition field -> lowest, highest, factor to the printed unit, printed unit
@@ -129,9 +130,10 @@ def _check_load(run: RigRun, where: str) -> None:
         )
     ratio = median / run.condition.load
     if not 1 / _LOAD_RATIO <= ratio <= _LOAD_RATIO:
+        times = max(ratio, 1 / ratio) if ratio > SMALLEST else np.inf  # an empty channel is in no other unit
         slips = ((GRAVITY, "kg"), (POUND, "lbf"), (1e3, "kN"))
         said = [f" ({unit} in {'the recording' if ratio < 1 else 'the declared load'}?)" for factor, unit in slips
-                if abs(max(ratio, 1 / ratio) / factor - 1.0) < 0.1]  # fmt: skip
+                if abs(times / factor - 1.0) < 0.1]  # fmt: skip
         raise InputError(
             f"{where}: median vertical load is {median:.4g} N, the declared load {run.condition.load:.4g} N; "
             f"one of the two has the wrong unit{said[0] if said else ''}"

@@ -7,10 +7,12 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from studies.cli import main
-from studies.reporting.manifest import inputs, unfinished
+from studies.reporting.manifest import inputs, results, unfinished
+from tyre.base.errors import InputError
 
 ASKED = ["sensitivity", "benchmark", "--mode", "weave", "--speed", "5", "--out"]
 
@@ -105,3 +107,45 @@ def test_inputs_are_followed(tmp_path):
                  tmp_path / "campaign", out / "old.csv", "nul\0", "x" * 5000]  # fmt: skip
     found = [str(file.relative_to(tmp_path)) for file in inputs([str(a) for a in arguments], outside=out)]
     assert found == ["m.toml", "t.csv", "t.toml", "o.toml", "run.csv", "campaign/a.csv", "campaign/deep/b.csv"]
+
+
+@pytest.mark.parametrize("there", [False, True])
+def test_a_command_that_is_refused_before_it_writes_leaves_nothing(tmp_path, there):
+    out = tmp_path / "out"
+    if there:
+        out.mkdir()
+        (out / "of_the_user.txt").write_text("there before")
+    with pytest.raises(ValueError, match="refused"), results(out):
+        raise ValueError("refused")
+    assert out.exists() == there
+    assert not list(out.glob("*.json"))
+    with pytest.raises(UnicodeEncodeError), results(out):
+        (out / "half.csv").write_text("1\ud800", encoding="utf-8")
+    assert unfinished(out / "velotyre.manifest.json") == "velotyre"
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        ["look", "ride.csv"],
+        ["modal", "ride.csv@5", "--figures"],
+        ["chart", "benchmark", "--x", "speed=5:7", "--y", "c=0.07:0.08"],
+    ],
+)
+def test_commands_that_write_several_files_write_a_manifest(tmp_path, monkeypatch, asked):
+    monkeypatch.chdir(tmp_path)
+    time = np.arange(0, 6, 0.01)
+    rows = "".join(f"{t:.2f},{x:.4f}\n" for t, x in zip(time, np.exp(-0.8 * time) * np.cos(6 * time), strict=True))
+    Path("ride.csv").write_text(f"time_s,roll_rate_rad_s\n{rows}")
+    main([*asked, *(["out"] if asked[-1] == "--figures" else ["--out", "out"])])
+    found = json.loads(Path(f"out/{asked[0]}.manifest.json").read_text())
+    assert found["finished"] is True
+    assert {entry["file"] for entry in found["files"]} == {p.name for p in Path("out").iterdir()} - {
+        f"{asked[0]}.manifest.json"
+    }
+
+
+def test_a_file_in_the_place_of_the_folder(tmp_path):
+    (tmp_path / "out").write_text("mine")
+    with pytest.raises(InputError, match="out is a file; give a folder for the results"), results(tmp_path / "out"):
+        pass

@@ -10,7 +10,8 @@ from jinja2 import UndefinedError
 from markdown import markdown
 from markupsafe import Markup
 
-from studies.reporting.markdown_text import code, page, plain, rendered
+from studies.main_study.report_numbers import table
+from studies.reporting.markdown_text import cell, cells, code, page, plain, rendered
 
 ROOT = Path(__file__).parents[3]
 HOSTILE = (
@@ -51,6 +52,17 @@ def test_a_template_escapes_every_value(name):
                     {"name": name, "names": [name, 3], "rows": ["a", name]})  # fmt: skip
     found, _ = tags(markdown(text, extensions=["tables", "md_in_html"]))
     assert not set(found) - {"h1", "ul", "li", "p"}
+
+
+def test_a_name_with_a_bar_stays_in_its_cell():
+    name = "a|b [c](d)"
+    rows = f"| {cells([name, 3])} |\n| {{{{ row|cells }}}} |"
+    text = rendered(f"| x | y |\n|---|---|\n{rows}\n", {"row": [name, Markup("`n`")]})
+    found = html.unescape(markdown(text, extensions=["tables"]))
+    assert found.count(f"<td>{name}</td>") == 2
+    assert found.count("<td>") == 4
+    assert table([[name, "1"]], ["p|q", "r"]).splitlines()[2].count("|") == 3
+    assert cell("x|y") == "x&#124;y"
 
 
 def test_text_that_is_markdown_is_said_to_be():

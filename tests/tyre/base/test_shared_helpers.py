@@ -11,7 +11,7 @@ import pytest
 from tyre import TyreMap
 from tyre.base.files import replacing, write_text
 from tyre.base.notes import Note, extrapolated, folded
-from tyre.base.progress import progress_bar
+from tyre.base.progress import progress_bar, progress_told
 from tyre.tyre_source import out_of_reach
 
 ROOT = Path(__file__).parents[3]
@@ -83,6 +83,21 @@ def test_no_progress_bar_where_standard_error_is_no_terminal(monkeypatch):
         monkeypatch.setattr(sys, "stderr", screen)
         assert list(progress_bar(range(3), desc="work", show=show)) == [0, 1, 2]
         assert ("work" in screen.getvalue()) == show
+
+
+def test_a_progress_bar_tells_who_listens_in_place_of_a_terminal(monkeypatch):
+    screen, told = io.StringIO(), []
+    monkeypatch.setattr(sys, "stderr", screen)
+    with progress_told(told.append):
+        with progress_bar(desc="work", unit=" fits", mininterval=0) as bar:
+            bar.set_postfix_str("damper", refresh=False)
+            bar.update(3)
+        assert list(progress_bar(range(2), show=False)) == [0, 1]
+    assert [(one["prefix"], one["n"], one["unit"]) for one in told][-1] == ("work", 3, " fits")
+    assert told[-1]["postfix"] == "damper"
+    count = len(told)
+    assert list(progress_bar(range(2), desc="after")) == [0, 1]
+    assert (len(told), screen.getvalue()) == (count, "")
 
 
 def test_every_progress_bar_is_that_one():

@@ -323,9 +323,7 @@ def test_a_library_that_is_not_installed_is_named_with_the_way_to_install_it(
 
     original = builtins.__import__
     monkeypatch.setattr("tyre.base.optional.import_module", lambda name: lacking(name))
-    with pytest.raises(
-        InputError, match=rf'{package}.* is not installed; install it with: pip install "velotyre\[{extra}\]"'
-    ):
+    with pytest.raises(InputError, match=rf"{package}.* is not installed; install it with: pip install .*\[{extra}\]"):
         contents(path)
 
 

@@ -210,8 +210,8 @@ def test_every_kind_of_file_is_read(tmp_path):
         ("lateral_stiffness_N_per_mm = 70\n", "", "lateral_stiffness_N_per_mm is missing in Made-up 89, hard"),
         ("= 45\n", '= "x"\n', "lateral_stiffness_N_per_mm = 'x' must be a number of 1 to 1000 N/mm"),
         ("pressure_kPa = 500", "pressure_kPa = 300", "two sets have one pressure_kPa"),
-        ("pressure_kPa = 500", "pressure_kPa = -5", "pressure_kPa = -5 must be a positive number"),
-        ("load_max_N = 1000", 'load_max_N = "x"', "load_max_N = 'x' must be a positive number"),
+        ("pressure_kPa = 500", "pressure_kPa = -5", "pressure_kPa = -5 must be a finite number above 0"),
+        ("load_max_N = 1000", 'load_max_N = "x"', "load_max_N = 'x' must be a finite number above 0"),
     ],
 )
 def test_bad_coefficient_files_are_refused(tmp_path, old, new, message):

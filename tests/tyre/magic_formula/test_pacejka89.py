@@ -127,14 +127,19 @@ def test_a_file_of_ones_own(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (("pacejka89", "map"), "kind = 'map', expected 'pacejka89'"),
-        (("licence", "license"), "key 'license' is unknown"),
-        (("label", "name"), "key 'name' is unknown"),
-        (('source = "test"\n', ""), "key 'source' is missing"),
-        (("[1.3, ", "["), "side_force: must be a list of 14 numbers"),
+        (("pacejka89", "map"), "kind = 'map' must be 'pacejka89'"),
+        (("licence", "license"), "unknown key 'license'; did you mean 'licence'"),
+        (("label", "name"), "number 1: unknown key 'name'"),
+        (('source = "test"\n', ""), "source is missing"),
+        (("[1.3, ", "["), r"number 1: side_force = \[.*must be a list of 14 numbers"),
         (("100.0", "8000.0"), "the fit is not usable"),
         (('licence = "none"', 'licence = "none"\nslip_unit = "grad"'), "slip_unit = 'grad' is neither"),
-        (("[[set]]", "[[set"), "is not valid TOML"),
+        (("[[set]]", "[[set"), "not a TOML file"),
+        (("[1.3, ", "[1e13, "), "side_force = .* must be a list of 14 numbers"),
+        (("[1.3, ", "[" + "9" * 400 + ", "), "side_force = .* must be a list of 14 numbers"),
+        (("[1.3, ", "[true, "), "side_force = .* must be a list of 14 numbers"),
+        (('surface = "flat"', "surface = 3"), "surface = 3 must be text in quotes"),
+        (('licence = "none"', 'licence = "none"\nnote = [1]'), "note = .* must be text in quotes"),
     ],
 )
 def test_malformed_files_are_refused(tmp_path, change, message):
@@ -145,7 +150,7 @@ def test_malformed_files_are_refused(tmp_path, change, message):
 
 
 def test_unknown_tyres_are_refused():
-    with pytest.raises(InputError, match=r"none\.toml: cannot be read"):
+    with pytest.raises(InputError, match=r"none\.toml: no such file of Pacejka-89 coefficients"):
         read_pacejka89("none")
 
 
@@ -171,3 +176,14 @@ def test_the_moment_of_a_leaning_tyre_by_the_formula(slip, camber):
     phi = (1 - e) * x + e / b * np.arctan(b * x)
     moment = d * np.sin(c[0] * np.arctan(b * phi)) + (c[14] * fz**2 + c[15] * fz) * g + c[16] * fz + c[17]
     assert fit.aligning_moment(slip_angle=slip, load=450.0, camber=camber) == pytest.approx(moment, rel=1e-12)
+
+
+def test_a_coefficient_that_is_no_number_is_refused():
+    for value in (np.nan, np.inf, -2e12):
+        with pytest.raises(InputError, match=r"a3 = .* must be a number up to 1e\+12 in size"):
+            replace(FIT, side_force_coefficients=(*LATERAL[:3], value, *LATERAL[4:]))
+
+
+def test_coefficients_that_make_no_number_are_refused_without_a_warning():
+    with pytest.raises(InputError, match="the fit is not usable"):
+        check_coefficients(replace(FIT, side_force_coefficients=(*LATERAL[:4], 0.0, *LATERAL[5:])))

@@ -164,6 +164,8 @@ def test_an_aborted_fit_is_refused_with_the_reason(tmp_path):
         ("a_p300.json", 3, "3 is no list of coefficients"),
         ("a_p300.json", {}, "no coefficients found; give 14 numbers"),
         ("a_p300.json", "{", "not a JSON file"),
+        ("a_p300.json", "[" * 100_000, "not a JSON file"),
+        ("a_p300.yaml", "[" * 5_000, "not a YAML file"),
         ("a_p300.yaml", "a: [", "not a YAML file"),
         ("a_p300.mat", "text", "not a MATLAB file"),
         ("a_p300.txt", "1.0\nx\n", r"line 2: unknown key 'x'"),

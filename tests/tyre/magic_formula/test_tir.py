@@ -207,7 +207,10 @@ def test_one_condition_is_enough_for_a_fit():
     [
         (MF61.replace("PKY1", "PKYY1"), "PKY1 is missing; did you mean PKYY1"),
         (MF61.replace("-19.0", "abc"), "PKY1 is 'abc', not a number"),
+        (MF61.replace("-19.0", "9" * 400), r"PKY1 is .99+\.\.\., not a number"),
         (MF61.replace("1.6", "-1"), "PKY2 = -1 must be positive"),
+        (MF61.replace("1.6", "1e-308"), "PKY2 = 1e-308 must be positive, 1e-12 to 1e"),
+        (MF61.replace("PKY2 =", "PKY6 = -1e308\nPKY2 ="), r"PKY6 = -1e\+308 must be a number up to 1e\+12 in size"),
         (MF61.replace("61 $", "70 $"), r"FITTYP or PROPERTY_FILE_FORMAT = 70.0 is neither MF-Tyre 5.2"),
         (MF61.replace("'newton'", "'stone'"), r"\[UNITS\] FORCE: unit 'stone' is not a unit of force"),
         (MF61.replace("'radians'", "'degrees'"), "ANGLE = 'degrees'; only coefficients in radians"),

@@ -95,7 +95,8 @@ HEAD = "load_N,pressure_bar,C [N/deg]"
         (f"{HEAD},c_alpha [N/deg],K [N/mm]\n340,3.5,90,90,45\n", "two columns give cornering_stiffness_N_per_deg"),
         ("C [N/deg],K [N/mm]\n90,45\n", r"the column load_N, pressure_bar is missing"),
         (f"{HEAD}\n340,3.5,90\n", r"give one of the columns 'relaxation_length_mm', 'lateral_stiffness_N_per_mm'"),
-        (f"{HEAD},K [N/mm]\n340,3.5,-90,45\n", r"cornering_stiffness of condition 1 is .*; it must be finite and > 0"),
+        (f"{HEAD},K [N/mm]\n1e-308,3.5,90,45\n", r"row 1: load_N = 1e-308 must be finite and > 0, from 1e-12"),
+        (f"{HEAD},K [N/mm]\n340,3.5,-90,45\n", r"row 1: cornering_stiffness_N_per_deg = -90 must be finite and > 0"),
     ],
 )  # fmt: skip
 def test_refused(tmp_path, text, words):

@@ -118,6 +118,7 @@ def test_shared_stiffness_that_disagrees_is_refused(tmp_path: Path) -> None:
         (CSV.replace("110.0", "11o.0"), "line 3: cornering_stiffness_N_per_deg = '11o.0' must be finite and > 0"),
         (CSV.replace("110.0", "-110.0"), "line 3: cornering_stiffness_N_per_deg = -110 must be finite and > 0"),
         (CSV.replace("110.0", "nan"), "line 3: cornering_stiffness_N_per_deg = nan must be finite and > 0"),
+        (CSV.replace("110.0", "5e-324"), "cornering_stiffness_N_per_deg = 5e-324 must be finite and > 0, from 1e-12"),
         (CSV.replace("500,4", "300,4"), "300 N at 4 bar appears twice"),
     ],
 )
@@ -204,3 +205,9 @@ def test_arrays_must_fit_and_be_positive() -> None:
         MeasuredTable(**(good | {"load": np.array([0.0, 400.0])}))
     with pytest.raises(ValueError, match="read-only"):
         MeasuredTable(**good).load[0] = 1.0
+
+
+def test_names_of_columns_that_are_no_csv_are_refused(tmp_path):
+    (tmp_path / "t.csv").write_text('"' + "a" * 200_000 + "\n1\n")
+    with pytest.raises(InputError, match=r"the names of the columns are not CSV \(field larger than field limit"):
+        read_table(tmp_path / "t.csv")

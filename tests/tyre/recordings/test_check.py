@@ -38,6 +38,8 @@ def test_conditions_in_other_units(values, words):
     ({"vertical_load": 0.4 + 0.001 * X}, r"wrong unit \(kN in the recording\?\)"),
     ({"vertical_load": 3923.0 + X}, r"wrong unit \(kg in the declared load\?\)"),
     ({"vertical_load": 10.0 + X}, r"wrong unit$"),
+    ({"vertical_load": 0.0 * X}, r"median vertical load is 0 N, the declared load .*wrong unit$"),
+    ({"vertical_load": 5e-324 + 0.0 * X}, r"median vertical load is 4.941e-324 N, .*wrong unit$"),
 ])  # fmt: skip
 def test_channels_in_other_units(channels, words):
     with pytest.raises(InputError, match=words):
