@@ -1,47 +1,78 @@
-"""Build the documentation: ``pip install -e ".[docs]" && sphinx-build -W docs out/docs``.
+"""Build the documentation: ``pip install -e ".[docs]" && sphinx-build -W --keep-going docs out/docs``.
 
-The effect pages are generated here from the declarations of the effects; nothing generated is kept in the tree.
+Pages that follow from the code are generated here: the effects from their declarations, the audit of the paper from its
+tables. Nothing generated is kept in the tree, and nothing is fetched from a network, now or when a page is read.
 """
 
+import importlib.metadata
+import sys
 from pathlib import Path
+
+from sphinx.application import Sphinx
 
 from bicycle.effect import registry
 from bicycle.files.effect_docs import describe
+from studies.paper_audit.audit import as_markdown, audit
 
 HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE))  # mathml.py
 
 project = "velotyre"
 author = "the velotyre authors"
+copyright = f"2026, {author}"
+release = importlib.metadata.version("velotyre")
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
-    "sphinx.ext.mathjax",
+    "mathml",
     "numpydoc",
     "sphinx_gallery.gen_gallery",
 ]
 myst_enable_extensions = ["dollarmath", "colon_fence"]
+myst_heading_anchors = 3
 autosummary_generate = True
+autosummary_filename_map = {"velotyre.Modes": "velotyre.Modes_class"}  # beside velotyre.modes where case does not count
+autodoc_typehints = "none"
 numpydoc_show_class_members = False
-exclude_patterns = ["gallery/README.rst", "sg_execution_times.rst"]
-html_theme = "alabaster"
-html_theme_options = {"description": "From the tyre rig to the stability of the bicycle", "page_width": "1100px"}
+templates_path = ["_templates"]
+exclude_patterns = ["gallery/README.rst", "generated", "sg_execution_times.rst", "included"]
+html_theme = "furo"
+html_title = f"velotyre {release}"
+html_static_path = ["_static"]
+html_css_files = ["pages.css"]
+html_math_renderer = "mathml"
+html_copy_source = False
 sphinx_gallery_conf = {
     "examples_dirs": str(HERE / "gallery"),
     "gallery_dirs": "auto_gallery",
     "filename_pattern": r"/\w+\.py$",
     "download_all_examples": False,
     "abort_on_example_error": True,
+    "write_computation_times": False,  # its page would load scripts from a network
 }
 suppress_warnings = ["config.cache"]
 
 
-def write_effect_pages() -> None:
-    """One page per registered effect, under ``effects/`` (ignored by git)."""
-    folder = HERE / "effects"
-    folder.mkdir(exist_ok=True)
-    for identifier, effect in registry().items():
-        (folder / f"{identifier}.md").write_text(describe(effect), encoding="utf-8")
+def write_pages() -> None:
+    """One page per registered effect under ``effects/`` and, under ``generated/``, what others include."""
+    pages = {f"effects/{identifier}.md": describe(effect) for identifier, effect in registry().items()}
+    pages["generated/paper_audit.md"] = as_markdown(audit()).partition("\n")[2]  # the page has its own title
+    for name, text in pages.items():
+        (HERE / name).parent.mkdir(exist_ok=True)
+        (HERE / name).write_text(text, encoding="utf-8")
 
 
-write_effect_pages()
+def bars_are_absolute_values(
+    _app: Sphinx, _what: str, _name: str, _it: object, _options: object, lines: list[str]
+) -> None:
+    """In docstrings ``|z|`` is the size of z; to reStructuredText it is a substitution."""
+    lines[:] = [line if "``" in line else line.replace("|", r"\|") for line in lines]
+
+
+def setup(app: Sphinx) -> None:
+    """Take part in the build: before numpydoc, which has priority 500."""
+    app.connect("autodoc-process-docstring", bars_are_absolute_values, priority=400)
+
+
+write_pages()

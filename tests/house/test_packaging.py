@@ -4,11 +4,16 @@ import os
 import shutil
 import subprocess
 import sys
+import tarfile
 import tomllib
 import zipfile
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+import yaml
+
+from studies.cli import main
 
 ROOT = Path(__file__).parents[2]
 
@@ -25,46 +30,107 @@ def test_listed_packages_are_those_on_disk():
     assert listed == {elsewhere.get(name, name) for name in found} | {"tyre.data"}
 
 
-NO_LIBRARIES = {"build", "mypy", "pandas-stubs", "ruff", "setuptools"}  # nothing of the package runs with them
+NO_LIBRARIES = {"build", "mypy", "pandas-stubs", "ruff", "setuptools", "twine"}  # nothing of the package runs with them
 TOO_NEW = {"mat-io"}  # needs a numpy above the oldest
 PAGE = {"axe-core-python", "dash", "playwright"}  # of the explorer, which is tested with the newest
 
 
-def version(text):
+def numbers_of(text):
     numbers = [int(number) for number in text.split(".")]
     return tuple(numbers + [0] * (3 - len(numbers)))
 
 
 def test_the_oldest_versions_of_the_checks_are_those_that_are_allowed():
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     lines = (ROOT / ".ci" / "oldest.txt").read_text().splitlines()
     pinned = dict(line.lower().split("==") for line in lines if "==" in line)
-    extras = [one for name, many in project["optional-dependencies"].items() if name not in ("docs", "benchmarks")
-              for one in many]  # fmt: skip
-    stated = dict(one.lower().split(">=") for one in (*project["dependencies"], *extras) if ">=" in one)
+    apart = ("docs", "benchmarks", "mutation")  # no test needs them
+    extras = [one for name, many in project()["optional-dependencies"].items() if name not in apart for one in many]
+    stated = dict(one.lower().split(">=") for one in (*project()["dependencies"], *extras) if ">=" in one)
     libraries = {name for name in stated if not name.startswith("types-")} - NO_LIBRARIES - TOO_NEW - PAGE
     assert libraries == pinned.keys() - {"numcodecs", "pyparsing"}
-    assert {name: version(pinned[name]) for name in libraries} == {name: version(stated[name]) for name in libraries}
+    assert {name: numbers_of(pinned[name]) for name in libraries} == {
+        name: numbers_of(stated[name]) for name in libraries
+    }
     for name in ("numpy", "zarr", "netcdf4"):  # stated more than once, and alike
-        assert len({one.lower() for one in (*project["dependencies"], *extras) if one.lower().startswith(name)}) == 1
+        assert len({one.lower() for one in (*project()["dependencies"], *extras) if one.lower().startswith(name)}) == 1
 
 
 @pytest.fixture(scope="module")
-def wheel(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("wheel")
-    source = (
-        folder / "source"
-    )  # a copy, for setuptools leaves its build folder in the source and packs what it finds there
-    source.mkdir()
-    for name in ("pyproject.toml", "README.md", "LICENSE"):
-        shutil.copy(ROOT / name, source)
-    for name in ("tyre", "bicycle", "studies", "data"):
-        shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
+def source(tmp_path_factory):
+    """A copy, for setuptools leaves its build folder in the source and packs what it finds there."""
+    folder = tmp_path_factory.mktemp("source")
+    for name in (
+        "pyproject.toml",
+        "MANIFEST.in",
+        "README.md",
+        "LICENSE",
+        "CHANGELOG.md",
+        "CITATION.cff",
+        "CONTRIBUTING.md",
+    ):
+        shutil.copy(ROOT / name, folder)
+    for name in ("tyre", "bicycle", "studies", "data", "docs"):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def packages(source, tmp_path_factory):
+    """A source distribution, and a wheel that is built from it."""
+    folder = tmp_path_factory.mktemp("dist")
     subprocess.run(
-        [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "-w", folder, source],
-        check=True, capture_output=True,
-    )  # fmt: skip
-    return next(folder.glob("*.whl"))
+        [sys.executable, "-m", "build", "--no-isolation", "--outdir", folder, source], check=True, capture_output=True
+    )
+    return folder
+
+
+@pytest.fixture(scope="module")
+def wheel(packages):
+    return next(packages.glob("*.whl"))
+
+
+def project():
+    return tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+
+
+def test_the_packages_are_what_an_index_takes(packages):
+    files = sorted(packages.iterdir())
+    assert [file.name for file in files] == [
+        f"velotyre-{project()['version']}-py3-none-any.whl", f"velotyre-{project()['version']}.tar.gz",
+    ]  # fmt: skip
+    shown = subprocess.run([sys.executable, "-m", "twine", "check", "--strict", *files], capture_output=True, text=True)
+    assert shown.returncode == 0, shown.stdout + shown.stderr
+    assert shown.stdout.count("PASSED") == 2
+
+
+def test_the_source_distribution_holds_what_one_works_with(packages):
+    with tarfile.open(next(packages.glob("*.tar.gz"))) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    wanted = {"CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", "LICENSE", "docs/index.md", "docs/conf.py"}
+    assert wanted | {"studies/missing_effect/README.md", "data/SOURCES.md"} <= names
+    assert not {name for name in names if name.startswith(("docs/api/", "docs/auto_gallery/", "docs/generated/"))}
+
+
+def test_every_package_says_that_it_is_typed(wheel):
+    inside = set(zipfile.ZipFile(wheel).namelist())
+    assert {f"{name}/py.typed" for name in ("tyre", "bicycle", "studies", "velotyre")} <= inside
+
+
+def test_the_version_stands_in_one_place(capsys):
+    stated = project()["version"]
+    assert version("velotyre") == stated, "install again: pip install -e ."
+    main(["--version"])
+    assert capsys.readouterr().out.strip() == f"velotyre, version {stated}"
+
+
+def test_the_citation_is_of_this_version():
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert {"cff-version", "message", "title", "authors", "version", "date-released", "license"} <= citation.keys()
+    assert citation["version"] == project()["version"]
+    assert citation["license"] == project()["license"]
+    changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    newest = next(line for line in changes.splitlines() if line.startswith("## "))
+    assert newest == f"## {citation['version']} - {citation['date-released'].isoformat()}"
 
 
 USER = """

@@ -1,0 +1,160 @@
+"""The page on what was asked and measured says what the results of the validations say."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from page_files import page
+
+ROOT = Path(__file__).parents[2]
+PAGE = page("reliability")
+ROWS = [[cell.strip() for cell in line.strip("|").split("|")] for line in PAGE.splitlines() if line.startswith("| ")]
+
+
+def result(name):
+    return json.loads((ROOT / "data" / "validation" / f"{name}.json").read_text(encoding="utf-8"))
+
+
+def measured(start):
+    (row,) = [row for row in ROWS if row[0].startswith(start)]
+    return row[1]
+
+
+def test_tyre():
+    rig, repeats, faults = result("rig_coverage"), result("repeats")["share_percent"], result("sensor_faults")
+    coverage, error = rig["coverage"], rig["error"]
+    for start, one in (
+        ("95 % intervals of the cornering", "cornering_stiffness"),
+        ("the same, lateral", "lateral_stiffness"),
+    ):
+        assert measured(start) == f"{coverage[one]['share_percent']} % of {coverage[one]['cases']}"
+    assert measured("bias of the cornering") == f"{error['cornering_stiffness']['mean_percent']:.2f} %"
+    assert measured("bias of the lateral") == f"{error['lateral_stiffness']['mean_percent']:.2f} %"
+    stated, twice = repeats["as stated"].values(), repeats["2.0"]
+    assert measured("intervals hold with few") == f"{min(stated):.1f} to {max(stated):.1f} %"
+    assert measured("the same, where it scatters") == (
+        f"{twice['0']:.1f} % without repeats, {twice['30']:.1f} % with thirty pairs"
+    )
+    assert faults["sound_sweeps"] == 400
+    assert set(faults["false_alarms_percent"].values()) == {0.0}
+    found = [one["named_percent"] for one in faults["found"]["side_force flattens from 70% of its range on"].values()]
+    assert measured("force cells") == ", ".join(f"{one:.0f}" for one in found) + " %"
+    bent = faults["found"]["side_force flattens from 0% of its range on"].values()
+    assert {one["named_percent"] for one in bent} == {0.0}
+
+
+def test_bicycle():
+    critical, derivatives = result("critical_speeds"), result("sensitivity_mpmath")
+    assert critical["unexplained"] == critical["off_axis"] == []
+    assert measured("every change") == "{0} of {0}, {1} models".format(critical["crossings"], critical["models"])
+    assert measured("derivatives") == f"{derivatives['largest_relative_error']:.1e}, {derivatives['pairs']} pairs"
+    written = [row["report_written"] for row in result("every_bicycle")["rows"]]
+    assert measured("the main study") == f"{sum(written)} of {len(written)}"
+    shares = [row["overhead_share"] * 100 for row in result("sweep_scale")["rows"][1:]]
+    assert measured("overhead of a sweep") == f"{min(shares):.1f} to {max(shares):.1f} %"
+    for number in re.findall(r"[\d.]+", " ".join(row[1] for row in ROWS if "[benchmarks]" in row[-1])):
+        assert re.search(rf"\b{re.escape(number)}", page("benchmarks")), number
+    for number in re.findall(r"[\d.]+", " ".join(row[1] for row in ROWS if "[explorer]" in row[-1])):
+        assert f" {number} s " in page("explorer"), number
+
+
+@pytest.mark.parametrize(
+    ("start", "cell"),
+    [
+        ("95 % intervals of eigenvalues", "white noise"), ("coloured noise", "coloured noise"),
+        ("an offset and", "offset, 1.1 to 1.4 cycles"), ("two modes", "weave and wobble"),
+        ("a motion that", "driven by the ground"),
+    ],
+)  # fmt: skip
+def test_free_decays(start, cell):
+    one = result("free_decays")["cells"][cell]["coverage_percent"]
+    assert re.findall(r"[\d.]+(?= %)", measured(start)) == [str(one["real"]), str(one["imaginary"])]
+    low, high = result("free_decays")["target_percent"]
+    (row,) = [row for row in ROWS if row[0].startswith(start)]
+    both = [low <= one[part] <= high for part in ("real", "imaginary")]
+    assert row[2] == ("yes" if all(both) else "**no**" if not any(both) else "**no**, yes")
+
+
+SECOND = {
+    0: ("modal-none", "something_named"), 1: ("modal-none-tight", "something_named"),
+    2: ("history-none", "something_named"), 3: ("modal-one", "detected"), 4: ("modal-one", "right_when_named"),
+    5: ("modal-one", "truth_inside_95"), 6: ("modal-unusual", "right_or_tentative_right"),
+    7: ("modal-opposed", "right"), 8: ("modal-opposed", "truth_inside_95"), 9: ("modal-outside", "misnamed"),
+    10: ("modal-outside", "some_false_name"),
+}  # fmt: skip
+
+
+def test_second_edition():
+    folder = ROOT / "studies/missing_effect/blind/results/second_edition"
+    cells = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["cells"]
+    rows = [row for row in ROWS if "[second edition]" in row[-1]]
+    for place, (cell, key) in SECOND.items():
+        one, row = cells[cell][key], rows[place]
+        share = f" ({one['share']:.0%})".replace("%", " %") if one["hits"] else ""
+        assert row[1] == f"{one['hits']} of {one['of']}{share}", row[0]
+        (least,) = re.findall(r"(\d+)(?: to \d+)? %$", row[0]) or [None]
+        if least is not None:
+            low = one["share"] * 100 >= int(least) if "least" in row[0] or " to " in row[0] else True
+            high = one["share"] * 100 <= int(least) if "most" in row[0] else True
+            assert row[2] == ("yes" if low and high else "**no**"), row[0]
+    crashed = [cell["crashed"] for cell in cells.values()]
+    assert rows[-1][1] == f"{sum(one['hits'] for one in crashed)} of {sum(one['of'] for one in crashed)}"
+    assert all(cell["cases"] == 150 for cell in cells.values())
+
+
+def test_the_chapter_says_of_the_second_edition_what_its_report_says():
+    def rows(text):
+        return [
+            tuple(cell.strip() for cell in line.strip("|").split("|")) for line in text.splitlines() if line[:2] == "| "
+        ]
+
+    folder = ROOT / "studies/missing_effect"
+    chapter = (folder / "README.md").read_text(encoding="utf-8").partition("Of the second edition seven cells")[2]
+    told = [row for row in rows(chapter.partition("What misses")[0]) if row[0] and not row[0].startswith("crash")]
+    report = rows((folder / "blind/results/second_edition/report.md").read_text(encoding="utf-8"))
+    assert len(told) == 13
+    for what, target, modal, histories in told:
+        assert any(row[:3] == (what, target, modal) and histories in ("-", row[3]) for row in report), what
+
+
+def test_batches():
+    found = result("batches")
+    assert measured("named modes and critical speeds in") == (
+        f"{len(found['different'])} of {found['models']} models differ, in sweeps of 1000 bicycles and more"
+    )
+
+
+def test_diagnosis():
+    blind = (ROOT / "studies/missing_effect/blind/results/report.md").read_text(encoding="utf-8")
+    counted = [row[1] for row in ROWS if "[blind test]" in row[-1]]
+    for text in counted:
+        share = re.match(r"(\d+ of \d+|1 %)", text)[1].replace("1 %", "1%")
+        assert re.search(rf"\| {share}\b", blind) or f"| {share} " in blind, text
+    torque = result("residual_torque")["cells"]["modal-outside"]
+    assert measured("residual torque: gap") == f"{torque['held_out_gap_left']['median']:.0%}".replace("%", " %")
+    inside, within = torque["weave_inside_95"], torque["weave_inside_95_within_measured_speeds"]
+    assert measured("residual torque: interval") == (
+        f"{inside['hits']} of {inside['of']} ({inside['share'] * 100:.0f} %); "
+        f"{within['hits']} of {within['of']} within the measured speeds"
+    )
+    for start, name in (("verdict right", "measurement_plan"), ("the same with up to 6", "measurement_plan_six_runs")):
+        after = result(name)["after_planned_runs"]
+        assert measured(start) == f"{after['right']} of {after['cases']}, none named wrongly"
+        assert result(name)["named_wrongly"] == 0
+
+
+def test_damaged_recordings():
+    damaged = result("damaged_recordings")
+    counts = {}
+    for one in damaged["by_format"].values():
+        for what, count in one.items():
+            counts[what] = counts.get(what, 0) + count
+    (row,) = [row for row in ROWS if row[0].startswith("recordings in eleven formats")]
+    assert len(damaged["by_format"]) == 11
+    assert damaged["failures"] == []
+    assert row[1] == str(sum(counts.values()))
+    assert row[2] == (
+        f"{counts['refused']} refused in words, {counts['right']} read right, {counts['altered']} altered, "
+        "none read wrong, none crashed"
+    )

@@ -1,0 +1,98 @@
+"""The documentation as a site: every page in the index, every public name in the API, nothing from a network.
+
+Where the site has been built (``sphinx-build docs out/docs``; the checks of a change do) its pages are read, too.
+"""
+
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+import bicycle
+import studies.velotyre as vt
+import tyre
+from studies.cli import build
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+BUILT = ROOT / "out" / "docs"
+OUTSIDE = re.compile(r"^(?:[a-z][a-z0-9+.-]*:)?//", re.I)
+
+
+def test_every_public_name_is_in_the_api():
+    text = (DOCS / "api.md").read_text(encoding="utf-8")
+    listed = re.findall(r"^   ([\w.]+)$", text, flags=re.M)
+    assert len(listed) == len(set(listed))
+    public = {*vt.HOME, *dir(vt.effects)} | set(bicycle.__all__) | set(tyre.__all__)
+    assert len(public) > 50
+    assert public - set(listed) == set()
+
+
+def test_every_page_is_in_the_index():
+    index = (DOCS / "index.md").read_text(encoding="utf-8")
+    trees = "\n".join(re.findall(r"^```\{toctree\}\n(.*?)^```", index, flags=re.M | re.S))
+    assert {page.stem for page in DOCS.glob("*.md")} - set(trees.split()) == {"index"}
+
+
+def test_every_command_is_named_on_a_page():
+    text = "\n".join(page.read_text(encoding="utf-8") for page in [*DOCS.glob("*.md"), ROOT / "README.md"])
+    names = [name for name in build().list_commands(None) if not re.search(rf"velotyre {name}\b", text)]
+    assert names == []
+
+
+class Sources(HTMLParser):
+    """What a page loads by itself: scripts, sheets, pictures, fonts, frames; links to follow are none."""
+
+    def __init__(self):
+        super().__init__()
+        self.loaded, self.formulae = [], 0
+
+    def handle_starttag(self, tag, attrs):
+        given = dict(attrs)
+        self.formulae += tag == "math"
+        if tag == "link":
+            if not {"canonical", "next", "prev", "index", "search", "license"} & set((given.get("rel") or "").split()):
+                self.loaded.append(given.get("href") or "")
+        elif tag != "a":
+            self.loaded += [given[key] or "" for key in ("src", "srcset", "poster", "data") if key in given]
+
+
+def sources(text):
+    reader = Sources()
+    reader.feed(text)
+    return reader
+
+
+def outside(text):
+    """Addresses on other machines that a page or a sheet loads."""
+    found = sources(text).loaded + re.findall(r"url\(\s*['\"]?([^'\")]+)|@import\s+['\"]([^'\"]+)", text)
+    flat = [part for one in found for part in ([one] if isinstance(one, str) else one)]
+    return [address for address in flat if OUTSIDE.match(address)]
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ('<script src="https://cdn.example/x.js"></script>', 1), ('<img src="http://example.org/a.png">', 1),
+        ('<link rel="stylesheet" href="//cdn.example/x.css">', 1),
+        ("<style>@font-face {src: url('https://example.org/f.woff2')}</style>", 1),
+        ('@import "https://example.org/x.css";', 1), ('<a href="https://example.org">there</a>', 0),
+        ('<img src="_images/a.png"><link rel="stylesheet" href="_static/x.css">', 0),
+    ],
+)  # fmt: skip
+def test_what_a_page_loads_is_seen(text, found):
+    assert len(outside(text)) == found
+
+
+@pytest.mark.skipif(
+    not (BUILT / "index.html").is_file(), reason="the site has not been built: sphinx-build docs out/docs"
+)
+def test_the_built_site_loads_nothing_from_a_network():
+    pages = list(BUILT.rglob("*.html"))
+    assert len(pages) > 100
+    for file in [*pages, *BUILT.rglob("*.css")]:
+        assert outside(file.read_text(encoding="utf-8")) == [], file
+    physics = (BUILT / "physics.html").read_text(encoding="utf-8")
+    assert sources(physics).formulae > 80  # MathML, which needs no script
+    assert "$$" not in physics
