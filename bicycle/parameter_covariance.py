@@ -137,7 +137,9 @@ def checked_covariance(names: Sequence[str], covariance: ArrayLike) -> Array:
         raise InputError(f"covariance of {', '.join(names)} must be {size} x {size} finite numbers")
     sd = np.sqrt(np.maximum(np.diag(spread), 0.0))
     scale = np.where(sd > 0, sd, 1.0)
-    correlation = spread / np.outer(scale, scale)
-    if not np.allclose(correlation, correlation.T, rtol=0, atol=1e-9) or np.linalg.eigvalsh(correlation)[0] < -1e-9:
+    with np.errstate(all="ignore"):  # variances near the end of what a float holds
+        correlation = spread / np.outer(scale, scale)
+    symmetric = np.isfinite(correlation).all() and np.allclose(correlation, correlation.T, rtol=0, atol=1e-9)
+    if not symmetric or np.linalg.eigvalsh(correlation)[0] < -1e-9:
         raise InputError(f"covariance of {', '.join(names)} must be symmetric without negative eigenvalues")
     return spread

@@ -82,7 +82,8 @@ def shown_conditions(tyre: TyreSource) -> "pd.DataFrame":
     import pandas as pd
 
     if isinstance(tyre, TyreMap):
-        return tyre.table
+        stated = tyre.measured.cornering_stiffness_sd is not None
+        return tyre.table if stated else tyre.table.assign(cornering_stiffness_sd_N_per_deg=None)  # 0 would be exact
     load, pressure = conditions(tyre)
     if not load.size:
         raise InputError(f"{tyre.label}: the file states no pressure, so there is nothing to list")

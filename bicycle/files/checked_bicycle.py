@@ -5,8 +5,9 @@ from typing import Any
 
 from bicycle.parameters import TYPICAL, UNITS, Bicycle, doubts_about
 from tyre.base.errors import InputError, is_number
-from tyre.base.plausible import WAY_OUT, refuse_absurd
+from tyre.base.plausible import WAY_OUT, Doubt, refuse_absurd
 
+SEVERAL = 3  # lengths in one other unit: not a slip of one of them
 NAME_THE_UNIT = "write its unit behind the number (lam = 18.3 deg; TOML: in quotes) or in a table units (TOML, YAML)"
 
 
@@ -31,7 +32,7 @@ def checked_bicycle(
     sd = sd or {}
     doubts = doubts_about(values)
     if not allow_unusual:
-        refuse_absurd(doubts, where=where, remedy=NAME_THE_UNIT)
+        refuse_absurd(doubts, where=where, remedy=_unit_of_all(doubts) or NAME_THE_UNIT)
         for doubt in _spreads_in_doubt(sd, TYPICAL):
             raise InputError(
                 f"{doubt}; {NAME_THE_UNIT}, or write {WAY_OUT} = true at the top of the {where} if it is meant so"
@@ -42,6 +43,15 @@ def checked_bicycle(
         causes = [one.text for one in doubts if one.explained and one.text.split(" = ")[0] + " = " not in str(error)]
         remedy = [NAME_THE_UNIT] if any(one.explained for one in doubts) else []
         raise InputError("; ".join([str(error), *causes[:1], *remedy])) from error
+
+
+def _unit_of_all(doubts: Iterable[Doubt]) -> str:
+    """The remedy where the lengths of a whole file are in one other unit; empty where they are not."""
+    for word, unit in (("millimetres", "mm"), ("centimetres", "cm")):
+        count = sum(f"({word}?)" in doubt.text for doubt in doubts)
+        if count >= SEVERAL:
+            return f'write length = "{unit}" in a table units (TOML, YAML), as {count} lengths look like {word}'
+    return ""
 
 
 def _spreads_in_doubt(sd: Mapping[str, Any], typical: Mapping[str, tuple[float, float]]) -> Iterable[str]:

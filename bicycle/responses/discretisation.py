@@ -87,15 +87,14 @@ def marched(step: Array, push: Array, start: Array) -> Array:
     pushed = np.zeros((*lead, n, blocks * block))
     pushed[..., : count - 1] = push
     pushed = np.moveaxis(pushed.reshape(*lead, n, blocks, block), -1, 0)
-    rest = np.zeros((block + 1, *lead, n, blocks))
-    powers = np.empty((block + 1, *step.shape))
+    both = np.zeros((block + 1, *lead, n, blocks + n))  # the blocks from rest, and behind them the powers of A
+    rest, powers = both[..., :blocks], both[..., blocks:]
     powers[0] = np.eye(n)
     begin = np.empty((blocks, *lead, n, 1))
     begin[0] = start[..., None]
     for j in range(block):
-        np.matmul(step, rest[j], out=rest[j + 1])
+        np.matmul(step, both[j], out=both[j + 1])
         rest[j + 1] += pushed[j]
-        np.matmul(step, powers[j], out=powers[j + 1])
     for k in range(blocks - 1):
         begin[k + 1] = powers[block] @ begin[k] + rest[block, ..., k : k + 1]
     states = rest[:block] + powers[:block] @ np.moveaxis(begin[..., 0], 0, -1)

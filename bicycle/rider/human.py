@@ -25,6 +25,7 @@ from bicycle.rider.measurements import RiderMeasurements
 from bicycle.rider.solids import half_ellipsoid, stadium_solid
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
+from tyre.base.optional import not_installed
 
 DENSITY_SETS = ("Dempster", "Chandler", "Clauser")
 """Densities of the segments from three sources (Yeadon 1990); the first is used, the spread is an uncertainty."""
@@ -122,9 +123,7 @@ def _yeadon() -> ModuleType:
         with _quiet():
             import yeadon
     except ImportError as error:
-        raise InputError(
-            "a rider's body needs the package yeadon; install it with pip install 'velotyre[rider]'"
-        ) from error
+        raise InputError(f"a rider's body needs yeadon: {not_installed('yeadon', extra='rider')}") from error
     return yeadon
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from bicycle.model import Model
 from bicycle.responses.linear import Response
 from studies.animation.bicycle_drawing import BicycleDrawing, Part, bicycle_drawing
-from studies.reporting.plotting import STYLE, look
+from studies.reporting.plotting import STYLE, look, plain_text
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.base.files import replacing
@@ -98,6 +98,7 @@ def film(model: Model, drawn: BicycleDrawing, motion: Response, title: str) -> I
         top.legend(loc="upper left", ncols=2)
         canvas.suptitle(title, x=0.02, ha="left")
         clock = canvas.text(0.98, 0.935, "", ha="right", fontsize=9)
+        plain_text(canvas)
         contacts = _contacts(model, motion)
 
         def show(k: int) -> None:

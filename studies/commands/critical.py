@@ -17,6 +17,7 @@ from studies.reporting.examples import example
 def command(chosen: ChosenModel, max_speed: float, csv_file: str | None, json_file: str | None) -> None:
     from studies.reporting.analysis import analyse, record, records
     from studies.reporting.output import (
+        check_targets,
         critical_table,
         named_rows,
         print_critical,
@@ -26,6 +27,7 @@ def command(chosen: ChosenModel, max_speed: float, csv_file: str | None, json_fi
         write_json,
     )
 
+    check_targets(csv=csv_file, json=json_file)
     models = {name: one.model.linear_model() for name, one in chosen.each.items()}
     found = {name: analyse(model, [], max_speed=max_speed)[1] for name, model in models.items()}
     if csv_file is not None:
@@ -34,5 +36,5 @@ def command(chosen: ChosenModel, max_speed: float, csv_file: str | None, json_fi
     if json_file is not None:
         write_json(records({name: record(models[name], None, one) for name, one in found.items()}), json_file)
     if "-" not in (csv_file, json_file):
-        print_critical(found)
+        print_critical(found, max_speed=max_speed)
         print_named_warnings({name: model.warnings for name, model in models.items()})

@@ -19,15 +19,19 @@ from studies.reporting.examples import example
 def command(result: str, out: str | None, at: float | None, json_file: str | None) -> None:
     from importlib.util import find_spec
 
+    from studies.reporting.manifest import results
     from studies.reporting.output import write_json
-    from studies.sweep_pictures.draw import draw_result
+    from studies.sweep_pictures.draw import draw_result, figures_folder
     from studies.sweep_pictures.said import say_what_is_drawn
     from tyre.base.errors import InputError
+    from tyre.base.optional import not_installed
 
     for module in ("zarr", "xarray", *(["netCDF4"] if result.endswith(".nc") else [])):
         if not find_spec(module):
-            raise InputError(f"{module} is not installed; install it with pip install 'velotyre[sweeps]'")
-    drawn = draw_result(result, Path(out) if out else None, at=at)
+            raise InputError(not_installed(module, extra="sweeps"))
+    folder = Path(out) if out else figures_folder(result)
+    with results(folder):
+        drawn = draw_result(result, folder, at=at)
     if json_file:
         content = {"folder": drawn.folder.as_posix(), "figures": drawn.figures, "remarks": drawn.remarks}
         write_json(content, json_file)

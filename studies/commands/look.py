@@ -1,6 +1,7 @@
 """``velotyre look``: what is in a recording, what each command would do with it, and what is lacking."""
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -23,11 +24,14 @@ from studies.reporting.examples import example
 def command(
     files: tuple[Path, ...], channels_file: Path | None, dbc: tuple[Path, ...], out: Path | None, json_file: str | None,
     *, force: bool,
-) -> None:  # fmt: skip
+) -> Any:  # fmt: skip
+    from contextlib import nullcontext
+
     from studies.channel_options import chosen_map
     from studies.look.drafts import drafts, steps, write_drafts
     from studies.look.look import look
     from studies.look.words import tell
+    from studies.reporting.manifest import results
     from studies.reporting.output import write_json
     from tyre.base.errors import InputError
 
@@ -42,26 +46,27 @@ def command(
             if len(files) == 1:
                 raise
             failed.append(str(error))
-    for place, found in enumerate(looks):
-        made = drafts(found, out or Path())
-        if out is not None:
-            from studies.look.figure import draw
+    with nullcontext() if out is None else results(out):
+        for place, found in enumerate(looks):
+            made = drafts(found, out or Path())
+            if out is not None:
+                from studies.look.figure import draw
 
-            out.mkdir(parents=True, exist_ok=True)
-            written = write_drafts(made, out, force=force)
-            picture = draw(found, out / f"{found.opened.path.stem}.look")
-        if json_file == "-":
-            continue
-        if place:
-            click.echo("")
-        tell(found, steps(found, made, out))
-        if out is not None:
-            click.echo("")
-            click.echo(f"picture: {picture}")
-            for path, draft in zip(written, made, strict=True):
-                marks = f", {draft.marks} place{'s' * (draft.marks > 1)} to fill in" if draft.marks else ""
-                click.echo(f"draft: {path} ({draft.purpose}{marks})")
+                written = write_drafts(made, out, force=force)
+                picture = draw(found, out / f"{found.opened.path.stem}.look")
+            if json_file == "-":
+                continue
+            if place:
+                click.echo("")
+            tell(found, steps(found, made, out))
+            if out is not None:
+                click.echo("")
+                click.echo(f"picture: {picture}")
+                for path, draft in zip(written, made, strict=True):
+                    marks = f", {draft.marks} place{'s' * (draft.marks > 1)} to fill in" if draft.marks else ""
+                    click.echo(f"draft: {path} ({draft.purpose}{marks})")
     if json_file:
         write_json({"files": [found.as_json() for found in looks]}, json_file)
     if failed:
         raise InputError("; ".join(failed))
+    return looks  # for the page of velotyre explore

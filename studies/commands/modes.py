@@ -29,6 +29,7 @@ def command(
     from studies.reporting.analysis import analyse, record, records
     from studies.reporting.modes_picture import check_picture, draw_picture
     from studies.reporting.output import (
+        check_targets,
         named_rows,
         parse_speeds,
         print_critical,
@@ -43,6 +44,7 @@ def command(
         check_picture(plot_file)
         if len(chosen.each) > 1:
             raise InputError(f"--plot draws one bicycle; name one of the table: FILE#{next(iter(chosen.each))}")
+    check_targets(csv=csv_file, json=json_file)
     models = {name: one.model.linear_model() for name, one in chosen.each.items()}
     asked = parse_speeds(speeds)
     found = {name: analyse(model, asked, max_speed=max_speed) for name, model in models.items()}
@@ -70,7 +72,7 @@ def command(
         heads = ["bicycle"] * (len(rows[0]) > len(columns) + 1)
         print_table(rows, [*heads, "speed m/s", *(f"{mode} 1/s" for mode in columns)])
         click.echo()
-        print_critical({name: critical for name, (_, critical) in found.items()})
+        print_critical({name: critical for name, (_, critical) in found.items()}, max_speed=max_speed)
         for name, one in named.items():
             for event in one.events:
                 click.echo(f"{name}: {event}" if name else str(event))

@@ -48,7 +48,10 @@ def command(
             draw_tornado(ranking, folder / "tornado", top=top)
     if json_file != "-":
         z = ranking.eigenvalue
-        click.echo(f"{mode} at {speed:g} m/s: {z.real:.4g} + {z.imag:.4g}i 1/s; changes for +1 standard deviation each")
+        root = f"{z.real:.4g} + {z.imag:.4g}i" if z.imag else f"{z.real:.4g}"
+        click.echo(f"{mode} at {speed:g} m/s: {root} 1/s; changes for +1 standard deviation each")
+        for other in ranking.others:
+            click.echo(f"it has another real root here, {other:.4g} 1/s, which this does not rank")
         if ranking.meeting:
             click.echo("two real roots meet here: the eigenvalue is their mean")
         shown = [

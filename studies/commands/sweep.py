@@ -35,6 +35,7 @@ def command(
     from studies.sweeps.sweep_file import read_sweep
     from studies.sweeps.tyre_table import said_of_stiffness
     from tyre.base.errors import InputError
+    from tyre.base.optional import not_installed
 
     for module in (
         "zarr",
@@ -43,7 +44,7 @@ def command(
         *(["netCDF4"] if out.endswith(".nc") else []),
     ):
         if not find_spec(module):
-            raise InputError(f"{module} is not installed; install it with pip install 'velotyre[sweeps]'")
+            raise InputError(not_installed(module, extra="sweeps"))
     chosen = [engine for engine in (workers, processes, scheduler) if engine]
     if len(chosen) > 1:
         raise InputError("give one of --workers, --processes and --scheduler")
@@ -65,11 +66,14 @@ def command(
     if json_file != "-":
         click.echo(f"{record['bicycles']} bicycles, {record['points']} points: {record['result']}")
     if plot:
-        from studies.sweep_pictures.draw import draw_result
+        from studies.reporting.manifest import results
+        from studies.sweep_pictures.draw import draw_result, figures_folder
         from studies.sweep_pictures.said import say_what_is_drawn
 
         try:
-            say_what_is_drawn(draw_result(result), quiet=json_file == "-")
+            with results(folder := figures_folder(result)):
+                drawn = draw_result(result, folder)
+            say_what_is_drawn(drawn, quiet=json_file == "-")
         except InputError as error:  # the sweep itself is finished
             click.echo(f"remark: {error}", err=True)
     print_warnings(said_of_stiffness(sweep.nominal.linear_model().warnings, sweep.relative_cornering_stiffness_sd))

@@ -93,7 +93,8 @@ def command(
 def _row(q: "Quantity") -> list[Any]:
     low, high = q.band()
     cause = max(q.shares, key=lambda name: q.shares[name])
-    return [q.name, q.unit, q.value, q.linear_sd, q.sampled_sd, low, high, q.lost, f"{cause} {q.shares[cause]:.0%}"]
+    numbers = map(_plain, (q.value, q.linear_sd, q.sampled_sd, low, high))
+    return [q.name, q.unit, *numbers, q.lost, f"{cause} {q.shares[cause]:.0%}"]
 
 
 def _print_groups(uncertainty: "Uncertainty", found: "list[Quantity]") -> None:

@@ -5,6 +5,7 @@ import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from shlex import quote
 
 from studies.look.look import Look
 from studies.look.motion_uses import DECAY, Motion
@@ -63,21 +64,26 @@ def drafts(found: Look, folder: Path) -> list[Draft]:
 
 
 def write_drafts(made: Iterable[Draft], folder: Path, *, force: bool) -> list[Path]:
-    """Write drafts ``made`` into a ``folder``; one that is there already is kept unless ``force``.
+    """Write drafts ``made`` into a ``folder``; one that is there and was changed is kept unless ``force``.
 
     Raises
     ------
     InputError
-        A draft that is there already.
+        A draft that is there and was changed.
     """
     paths = {folder / draft.name: draft for draft in made}
-    there = [path for path in paths if path.exists()]
+    there = [path for path, draft in paths.items() if path.exists() and not _untouched(path, draft.text)]
     if there and not force:
         names = ", ".join(str(path) for path in there)
         raise InputError(f"{names}: there already and not overwritten; take another --out, or --force if it may go")
     for path, draft in paths.items():
         write_text(path, draft.text)
     return list(paths)
+
+
+def _untouched(path: Path, text: str) -> bool:
+    """Whether a draft is as it would be written again, as a command leaves it that was stopped."""
+    return path.is_file() and path.read_bytes() == text.encode("utf-8")
 
 
 def _sidecars(roles: Roles, given: Supposed, folder: Path, stem: str) -> list[Draft]:
@@ -218,17 +224,17 @@ def steps(found: Look, made: Iterable[Draft], folder: Path | None) -> dict[str, 
             continue
         step = use.next_step
         if folder is None and (use.windows or (not step) or "MAP.toml" in step or "MEASUREMENT" in step):
-            step = f"velotyre look {found.opened.path} --out DIR writes drafts"
+            step = f"velotyre look {quote(str(found.opened.path))} --out DIR writes drafts"
         elif not step:
-            step = f"velotyre tyre fit {folder} --out fit"
+            step = f"velotyre tyre fit {quote(str(folder))} --out fit"
             if found.roles.given is not None:
-                step += f" --channels {found.roles.given.source}"
+                step += f" --channels {quote(str(found.roles.given.source))}"
         else:
             endings = (".decays.toml", ".channels.toml") if use.name == DECAY else (".channels.toml",)
             name = next((name for ending in endings for name in named if name.endswith(ending)), "MAP.toml")
-            step = step.replace("MAP.toml", f"{folder}/{name}")
+            step = step.replace("MAP.toml", quote(f"{folder}/{name}"))
             measured = next((name for name in named if name.endswith(".measurement.toml")), "")
-            step = step.replace("MEASUREMENT.toml", f"{folder}/{measured}") if measured else step
+            step = step.replace("MEASUREMENT.toml", quote(f"{folder}/{measured}")) if measured else step
         said[use.name] = step
     return said
 

@@ -26,7 +26,7 @@ def draw(found: Look, target: Path) -> Path:
     left_out, names = names[MOST:], names[:MOST]
     columns = 1 if len(names) <= 8 else 2 if len(names) <= 20 else 3
     rows = -(-len(names) // columns)
-    spans = _spans(found)
+    marked = spans(found)
     with drawing(
         target, width=(9.0, 13.0, 16.0)[columns - 1], height=1.2 + rows * (1.5 if rows <= 8 else 1.15)
     ) as figure:
@@ -35,7 +35,7 @@ def draw(found: Look, target: Path) -> Path:
         for place, name in enumerate(names):
             panel = axes[place % rows][place // rows]
             _panel(panel, found, name, taken.get(name, ""), place)
-            for use, start, end, event in spans:
+            for use, start, end, event in marked:
                 panel.axvspan(start, end, color=COLOURS[use], alpha=0.18, linewidth=0)
                 if place == 0:
                     panel.annotate(
@@ -52,11 +52,11 @@ def draw(found: Look, target: Path) -> Path:
             axes[last][column].tick_params(labelbottom=True)
         more = f"; {len(left_out)} more channels are not drawn" if left_out else ""
         figure.suptitle(f"{found.opened.path.name}{more}", x=0.01, ha="left", fontweight="bold")
-        _legend(figure, spans)
+        _legend(figure, marked)
     return target.with_name(f"{target.name}.png")
 
 
-def _spans(found: Look) -> list[tuple[str, float, float, str]]:
+def spans(found: Look) -> list[tuple[str, float, float, str]]:
     """Use, start and end in s (or samples), name; only uses that take less than the whole recording are marked."""
     marked = []
     for use in found.uses:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 import numpy as np
@@ -76,7 +77,7 @@ def motion_uses(roles: Roles) -> tuple[list[Use], Motion | None]:
         windows = tuple(Window(w.name, round(begin + w.first, 6), round(begin + w.last, 6)) for w in windows)
         windows = windows or part * bool(decay.usable)
         decay, replay = (replace(use, windows=use.usable) for use in (decay, replay))
-    at = f"{path}@{speed:.2f}" if speed else f"{path}@SPEED"
+    at = quote(f"{path}@{speed:.2f}" if speed else f"{path}@SPEED")
     command = f"velotyre frequency-response {at}{_with_map(roles)}"
     return [decay, replay, response_use(replay, runs, command)], Motion(speed, windows, part, kept, replay.usable)
 
@@ -170,7 +171,7 @@ def _decay(
     """The use, the windows that were found, and the channels to be kept where not all of them show a decay."""
     path = roles.opened.path
     says = "" if speed else "the forward speed in m/s, after @"
-    at = f"{path}@{speed:.2f}" if speed else f"{path}@SPEED"
+    at = quote(f"{path}@{speed:.2f}" if speed else f"{path}@SPEED")
     file = _file_time(roles)
     free = roles.map is None and not _is_native(path, roles.opened.signals.columns)
     events, reasons = _as_they_are(runs, file)
@@ -231,7 +232,7 @@ def _kicks(whole: Run, file: Array) -> tuple[tuple[Window, ...], list[Event]]:
 
 def _with_map(roles: Roles) -> str:
     if roles.given is not None:
-        return f" --channels {roles.given.source}"
+        return f" --channels {quote(str(roles.given.source))}"
     if _is_native(roles.opened.path, roles.opened.signals.columns) and roles.map is None:
         return ""
     return " --channels MAP.toml"

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from shlex import quote
 
 import numpy as np
 
@@ -66,9 +67,8 @@ def _described(roles: Roles, sidecar: Sidecar) -> list[Use]:
         else:
             bad = [f"the sidecar and the channels make it a {' and a '.join(others)}"]
             remedies = (OTHERWISE[name],)
-        uses.append(
-            Use(name, tuple(good), tuple(bad), remedies, f"velotyre tyre fit {path.parent} --out fit" * bool(good))
-        )
+        fit = f"velotyre tyre fit {quote(str(path.parent))} --out fit"
+        uses.append(Use(name, tuple(good), tuple(bad), remedies, fit * bool(good)))
     return uses
 
 

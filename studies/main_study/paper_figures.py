@@ -23,8 +23,8 @@ TABLES = {  # tyre, surface -> the paper's tables of cornering stiffness and rel
 }
 TYRE1, TYRE1_DRUM, TYRE2, TYRE3 = TABLES
 LABELS = {
-    "cornering_stiffness_N_per_deg": "Cornering stiffness $C_{Fy}$, N/deg",
-    "lateral_stiffness_N_per_mm": "Lateral stiffness $K_y$, N/mm",
+    "cornering_stiffness_N_per_deg": "Cornering stiffness C_Fy, N/deg",
+    "lateral_stiffness_N_per_mm": "Lateral stiffness K_y, N/mm",
     "relaxation_length_mm": "Relaxation length, mm",
 }
 

@@ -86,7 +86,8 @@ def shares(settings: Settings) -> Mapping[str, Array]:
     from scipy.stats import qmc
 
     size = 2 ** int(np.ceil(np.log2(max(settings.fronts, 2))))
-    u = qmc.Sobol(len(DRAWN), rng=np.random.default_rng(settings.seed)).random(size)[: settings.fronts]
+    # "rng" is the newer name, of scipy 1.15
+    u = qmc.Sobol(len(DRAWN), seed=np.random.default_rng(settings.seed)).random(size)[: settings.fronts]
     ranges = settings.ranges
     return {name: spread_over(getattr(ranges, name), u[:, k]) for k, name in enumerate(DRAWN)}
 

@@ -31,6 +31,7 @@ from studies.main_study.report_tables import (
 from studies.main_study.settings import CAMBER_RANGE, CONTACT_LENGTH
 from studies.main_study.solve import RIDDEN, Result
 from studies.main_study.study import Study
+from studies.reporting.made_by import made_by
 from studies.reporting.markdown_text import page as html_page
 from studies.reporting.markdown_text import rendered
 from tyre.base.files import write_text
@@ -47,7 +48,7 @@ def write_report(study: Study, answer: Answer, folder: Path, *, paper_figures: S
     shown = context(study, answer) | {
         "paper_figures": paper_figures, "sections": [(title, anchor(title)) for title in titles if title != "Contents"],
     }  # fmt: skip
-    text = rendered(source, shown)
+    text = rendered(source, shown).rstrip() + made_by()
     made = html_page(
         _template("report.html.j2"), title=f"velotyre: {study.settings.bicycle.name}", text=text,
         extensions=("tables", "toc"), extension_configs={"toc": {"slugify": lambda t, _: anchor(t)}},

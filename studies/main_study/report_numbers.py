@@ -4,6 +4,10 @@ import math
 from collections.abc import Sequence
 from typing import Any, Protocol
 
+from markupsafe import Markup
+
+from studies.reporting.markdown_text import cell
+
 
 class Measured(Protocol):
     """A number with its standard deviation, and that of the tyre data alone."""
@@ -61,8 +65,9 @@ def _range(ends: list[str]) -> str:
     return " to ".join(dict.fromkeys(ends))
 
 
-def table(rows: list[list[str]], headers: list[str]) -> str:
-    """A Markdown table of ``rows`` under ``headers``."""
+def table(rows: list[list[str]], headers: list[str]) -> Markup:
+    """A Markdown table of ``rows`` under ``headers``, what names say escaped."""
     from tabulate import tabulate
 
-    return tabulate(rows, headers=headers, tablefmt="github", disable_numparse=True)
+    escaped = [[cell(text) for text in row] for row in rows]
+    return Markup(tabulate(escaped, headers=list(map(cell, headers)), tablefmt="github", disable_numparse=True))

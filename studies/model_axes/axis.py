@@ -57,6 +57,17 @@ class Axis:
         return name if self.unit == "1" or name.endswith(f"_{unit}") else f"{name}_{unit}"
 
 
+def axis_keys(model: Model) -> list[str]:
+    """Keys of a model that can be an axis, beside the speed and the condition of its tyres.
+
+    Parameters
+    ----------
+    model : Model
+    """
+    known = dict.fromkeys(str(ParameterKey.parse(entry).whole) for entry in model.parameters)
+    return [key for key in known if key not in UNUSED]
+
+
 def axis_of(model: Model, key: str) -> Axis:
     """The axis that a key stands for in a model.
 
@@ -79,10 +90,9 @@ def axis_of(model: Model, key: str) -> Axis:
         bounds = (0.0, MOST_BAR if own.name == "pressure_bar" else math.inf)
         return Axis(key, OF_THE_TYRE[own.name], (own.wheel,) if own.wheel else WHEELS, bounds)
     if not entries_of(key, set(model.parameters) - set(UNUSED)):
-        known = {str(ParameterKey.parse(entry).whole) for entry in model.parameters} - set(UNUSED)
         missing = own.effect and own.effect not in {effect.identifier for effect in model.effects}
         hint = f"the model has no effect {own.effect}: add [effects.{own.effect}] to its file; " if missing else ""
-        raise InputError(hint + unknown("parameter", key, {SPEED, *OF_THE_TYRE, *known}))
+        raise InputError(hint + unknown("parameter", key, {SPEED, *OF_THE_TYRE, *axis_keys(model)}))
     if key in model.tied:
         raise InputError(f"{key} was not given and equals {model.tied[key]} of the bicycle; give it a number first")
     return Axis(key, unit_of(key), (), bounds_of(model, key))

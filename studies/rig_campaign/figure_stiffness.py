@@ -29,7 +29,8 @@ def stiffness_over_load(conditions: Sequence[ConditionResult]) -> "Figure":
     )
     pressures = sorted({c.pressure for c in conditions})
     surfaces = sorted({c.surface for c in conditions}, reverse=True)
-    span = float(np.ptp([c.load for c in conditions])) or 40.0
+    loads = sorted({c.load for c in conditions})
+    span = loads[-1] - loads[0] or 40.0
     for panel, (name, label, factor) in zip(axes, quantities, strict=True):
         for row, surface in enumerate(surfaces):
             for number, pressure in enumerate(pressures):
@@ -62,6 +63,8 @@ def stiffness_over_load(conditions: Sequence[ConditionResult]) -> "Figure":
                 )
         panel.set_xlabel("vertical load (N)")
         panel.set_ylabel(label)
+        if len(loads) == 1:  # ticks of what was moved aside would be crowded hundredths of a newton
+            panel.set(xticks=loads, xlim=(loads[0] - span / 2, loads[0] + span / 2))
     handles, labels = axes[0].get_legend_handles_labels()
     if handles:
         figure.legend(handles, labels, loc="outside lower center", ncols=min(6, len(labels)), fontsize=8)
@@ -109,8 +112,8 @@ def flat_against_drum(
         )
     for exponent in campaign.curvature:
         if exponent.tyre == tyre:
-            sd = f" $\\pm$ {exponent.exponent.sd:.2f}" if np.isfinite(exponent.exponent.sd) else ""
-            text = f"mean: $(1 + R/R_d)^n$, n = {exponent.exponent.value:.2f}{sd}"
+            sd = f" ± {exponent.exponent.sd:.2f}" if np.isfinite(exponent.exponent.sd) else ""
+            text = f"mean: (1 + R/R_d)^n, n = {exponent.exponent.value:.2f}{sd}"
             panel.axhline(exponent.ratio, color="0.4", lw=1.0, ls=(0, (1, 2)), label=text)
     panel.set_xlabel("vertical load (N)")
     panel.set_ylabel("cornering stiffness, flat over drum")

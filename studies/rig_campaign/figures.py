@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from studies.reporting.plotting import plain_text
 from studies.rig_campaign.figure_carpet import carpet
 from studies.rig_campaign.figure_recordings import pull_loop, repeats, sweep_residuals
 from studies.rig_campaign.figure_stiffness import flat_against_drum, stiffness_over_load, surface_pairs
@@ -60,15 +61,19 @@ def save_figures(campaign: Campaign, folder: Path, *, every_recording: bool = Fa
         paths = []
         for name, figure in drawn:
             path = folder / f"{name}.png"
-            with replacing(path) as part:
-                figure.savefig(part)
+            _save(figure, path)
             paths.append(path)
         if every_recording:
             (folder / "residuals").mkdir(exist_ok=True)
             for item in {item.file: item for item in (*sweeps, *pulls)}.values():
                 figure = sweep_residuals(item) if item.kind == "slip_sweep" else pull_loop(item)
                 path = folder / "residuals" / f"{slug(item.file)}.png"
-                with replacing(path) as part:
-                    figure.savefig(part)
+                _save(figure, path)
                 paths.append(path)
     return paths
+
+
+def _save(figure: "Figure", path: Path) -> None:
+    plain_text(figure)
+    with replacing(path) as part:
+        figure.savefig(part)

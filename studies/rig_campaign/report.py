@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from studies.reporting.markdown_text import code, plain
+from studies.reporting.made_by import made_by
+from studies.reporting.markdown_text import cell, code, plain
 from tyre.base.csv_text import write_csv
 from tyre.base.files import write_text
 from tyre.base.units import PASCAL_PER_BAR
@@ -84,7 +85,7 @@ def report_text(campaign: Campaign, figures: Sequence[Path], remarks: Sequence[s
         lines += [f"- {code(name)}: {plain(reason)}" for name, reason in campaign.skipped.items()] + [""]
     rows = [
         (
-            plain(c.tyre),
+            cell(c.tyre),
             c.surface,
             f"{c.load:g}",
             f"{c.pressure / PASCAL_PER_BAR:g}",
@@ -123,7 +124,7 @@ def report_text(campaign: Campaign, figures: Sequence[Path], remarks: Sequence[s
             spread = f" +- {item.exponent.sd:.2f} (sd)" if math.isfinite(item.exponent.sd) else ""
             lines.append(
                 f"- {plain(item.tyre)}: C on the flat track is {100 * (item.ratio - 1):.1f} % above the drum over "
-                f"{item.pairs} conditions, an exponent of (1 + R/R_drum)^n of "
+                f"{item.pairs} condition{'s' * (item.pairs != 1)}, an exponent of (1 + R/R_drum)^n of "
                 f"{item.exponent.value:.2f}{spread}. Reported, not applied."
             )
         lines.append("")
@@ -143,7 +144,7 @@ def report_text(campaign: Campaign, figures: Sequence[Path], remarks: Sequence[s
         )
     if figures:
         lines += ["## Figures", ""] + [f"![{path.stem}]({path.relative_to(out).as_posix()})" for path in figures] + [""]
-    return "\n".join(lines)
+    return "\n".join(lines).rstrip() + made_by()
 
 
 def _budget(campaign: Campaign) -> list[tuple[str, str, str]]:

@@ -73,10 +73,12 @@ def parameter_path(model_file: str | Path | Mapping[str, Any], key: str, *, spee
     if key == "speed":
         linear = model.linear_model()
         return ParameterPath("speed", "m/s", linear.state_matrix, lambda v: (model, v), math.nan)
+    own = ParameterKey.parse(key)
     if speed is None:
+        if own.name not in OF_THE_TYRE and own.effect not in OF_THE_TYRE:
+            path_family(model, key)  # an unknown name is said first
         raise InputError(f"parameter {key!r}: give the --speed (m/s) at which it runs")
     model.linear_model().check_speeds(speed)
-    own = ParameterKey.parse(key)
     if own.effect in OF_THE_TYRE:
         raise InputError(f"parameter {key!r}: {unknown('wheel', own.name, WHEELS)}")
     if own.name in OF_THE_TYRE:

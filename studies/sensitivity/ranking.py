@@ -44,7 +44,7 @@ class Ranking:
     """Changes of one mode at one speed, the largest change of the growth rate first.
 
     Where two real roots meet, ``eigenvalue`` is their mean and ``meeting`` says so: their growth rates have no
-    derivatives, the mean has.
+    derivatives, the mean has. ``others`` are real roots that the mode has beside the one that is ranked, 1/s.
     """
 
     mode: str
@@ -53,6 +53,7 @@ class Ranking:
     meeting: bool
     critical_speeds: tuple[float, ...]
     changes: tuple[Change, ...]
+    others: tuple[float, ...] = ()
 
     @property
     def total(self) -> float:
@@ -109,7 +110,8 @@ def rank(
         for key, slope in zip(found.parameters, slopes, strict=True)
     ]  # fmt: skip
     ranked = sorted(changes, key=lambda change: (change.origin == EXACT, -abs(change.growth)))
-    return Ranking(mode, speed, eigenvalue, meeting, tuple(c.speed for c in crossings), tuple(ranked))
+    others = () if meeting else tuple(z.real for z in values[1:] if not z.imag)
+    return Ranking(mode, speed, eigenvalue, meeting, tuple(c.speed for c in crossings), tuple(ranked), others)
 
 
 def unit_of(key: str) -> str:
@@ -124,6 +126,7 @@ def record(ranking: Ranking) -> dict[str, Any]:
         "speed_m_s": ranking.speed,
         "eigenvalue_1_s": [ranking.eigenvalue.real, ranking.eigenvalue.imag],
         "mean_of_meeting_roots": ranking.meeting,
+        "other_real_roots_1_s": list(ranking.others),
         "critical_speeds_m_s": list(ranking.critical_speeds),
         "total_growth_rate_change_1_s": ranking.total,
         "parameters": [

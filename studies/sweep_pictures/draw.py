@@ -148,7 +148,7 @@ def _parameters(stored: Stored, drawn: Drawn, at: float | None) -> None:
     rank = {one.name: max((s.first for every in found.values() for s in every if s.name == one.name), default=0.0)
             for one in varied}  # fmt: skip
     ordered = sorted(varied, key=lambda one: -rank[one.name]) if found else varied
-    drawn.figures["pairs"] = draw_pairs(stored, drawn.folder / "pairs", ordered, outputs, stable)
+    drawn.figures["pairs"] = draw_pairs(stored, drawn.folder / "pairs", ordered, outputs, stable, ranked=bool(found))
     if found and len(varied) > 1:
         drawn.figures["variance_shares"] = draw_shares(stored, drawn.folder / "variance_shares", found, remarks)
         overlapping = dict.fromkeys(text[text.index(OVERLAP) :] for text in remarks.values() if OVERLAP in text)

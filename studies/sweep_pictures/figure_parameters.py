@@ -21,8 +21,9 @@ STABLE, UNSTABLE, PLAIN = "#5f9ed1", "#c8462f", "#123a6b"
 
 
 def draw_pairs(
-    stored: Stored, target: Path, varied: Sequence[Varied], outputs: Sequence[Target], stable: Stability | None
-) -> str:
+    stored: Stored, target: Path, varied: Sequence[Varied], outputs: Sequence[Target], stable: Stability | None,
+    *, ranked: bool = False,
+) -> str:  # fmt: skip
     """A panel for each output and parameter, a point a bicycle; returns what is to be seen.
 
     Parameters
@@ -36,6 +37,8 @@ def draw_pairs(
         In the order of the rows.
     stable : Stability or None
         Colours the points.
+    ranked : bool
+        The parameters stand in the order of their shares of the variance.
     """
     shown, rows = list(varied)[:MOST_COLUMNS], list(outputs)[:MOST_ROWS]
     shape = stored.possible.shape
@@ -70,7 +73,10 @@ def draw_pairs(
         title = f"Outputs over the varied parameters, {stored.whose}"
         title += f"; a random {len(places)} of them drawn" if len(places) < stored.possible.sum() else ""
         if len(varied) > len(shown):
-            title += f"\nthe {len(shown)} parameters with the largest shares of {len(varied)}"
+            words = f"the {len(shown)} parameters with the largest shares of {len(varied)}"
+            title += f"\n{words if ranked else f'the first {len(shown)} of {len(varied)} parameters'}"
+        if len(outputs) > len(rows):
+            title += f"\nthe first {len(rows)} of {len(outputs)} outputs"
         canvas.suptitle(stored.title(title, width - 0.4), x=0.01, ha="left", fontsize=9.5)
     if unstable is not None:
         columns["unstable"] = unstable.astype(int)

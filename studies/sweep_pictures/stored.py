@@ -3,7 +3,9 @@
 import json
 import re
 import textwrap
-from collections.abc import Mapping
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -86,17 +88,19 @@ class Stored:
         -------
         ndarray, shape (cells, samples, ...)
         """
-        found = self.data[name].sel(**place)
-        if SAMPLE in found.dims:
-            found = found.isel({SAMPLE: slice(self.samples)})
-        values = np.asarray(found.values)
-        outer = len(self.sweep.axes) + (SAMPLE in found.dims)
-        return values.reshape(self.cells, self.samples, *values.shape[outer:])
+        with _undamaged(self.path):
+            found = self.data[name].sel(**place)
+            if SAMPLE in found.dims:
+                found = found.isel({SAMPLE: slice(self.samples)})
+            values = np.asarray(found.values)
+            outer = len(self.sweep.axes) + (SAMPLE in found.dims)
+            return values.reshape(self.cells, self.samples, *values.shape[outer:])
 
     def reduced_rows(self, name: str, **place: Any) -> Array:
         """A variable of a reduced result, the cells as the first axis; arguments as :meth:`rows`."""
-        values = np.asarray(self.data[name].sel(**place).values)
-        return values.reshape(self.cells, *values.shape[len(self.sweep.axes) :])
+        with _undamaged(self.path):
+            values = np.asarray(self.data[name].sel(**place).values)
+            return values.reshape(self.cells, *values.shape[len(self.sweep.axes) :])
 
     def unit(self, name: str) -> str:
         """The unit of the parameter ``name`` that can be varied; empty for a ratio or a name."""
@@ -201,7 +205,7 @@ def read_result(path: str | Path) -> Stored:
     data = _opened(path)
     try:
         sweep = _sweep(json.loads(data.attrs["sweep"]))
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, RecursionError, OverflowError) as error:
         raise InputError(
             f"{path.as_posix()} is not a result of 'velotyre sweep'; give one that it has written"
         ) from error
@@ -217,19 +221,29 @@ def read_result(path: str | Path) -> Stored:
 def _opened(path: Path) -> Any:
     import xarray as xr
 
-    try:
+    with _undamaged(path):
         if path.is_dir():
             return xr.open_zarr(path, consolidated=False)
         found = xr.open_dataset(path, engine="netcdf4")
-    except (OSError, ValueError, KeyError) as error:
-        raise InputError(
-            f"{path.as_posix()} cannot be read as the result of a sweep; give a .zarr folder or .nc file of "
-            "'velotyre sweep'"
-        ) from error
     for name in [str(name) for name in found if str(name).endswith("_imag")]:
         whole = name.removesuffix("_imag")
         found[whole] = found[f"{whole}_real"] + 1j * found[name]
     return found
+
+
+@contextmanager
+def _undamaged(path: Path) -> Iterator[None]:
+    """Say that a result is damaged whatever its libraries raise of it; numbers in it may be anything then."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    except Exception as error:
+        said = f"{type(error).__name__}: {' '.join(str(error).split())[:120]}"
+        raise InputError(
+            f"{path.as_posix()} cannot be read as the result of a sweep ({said}); give a .zarr folder or .nc file of "
+            "'velotyre sweep', undamaged"
+        ) from error
 
 
 def _sweep(content: Mapping[str, Any]) -> Sweep:

@@ -7,6 +7,7 @@ from studies.uncertainty.quantity import Quantity
 
 FAR = 0.1  # relative difference of the two sd that is worth a word
 CHANCE = 3.0  # sd of the sampled sd
+LEAST = 40  # draws, of which one lies below 2.5 % on average and one above 97.5 %
 ROUNDING = 1e-9  # relative
 
 
@@ -29,10 +30,8 @@ def remarks(found: Sequence[Quantity], unlisted: int, samples: int, max_speed: f
             why = "have no such oscillation, or one like another"
             if q.unit == "m/s":
                 why = f"do not have it up to {max_speed:g} m/s"
-            said.append(
-                f"{q.name}: {q.lost} of {samples} bicycles {why}, which the linear sd does not show; "
-                "sd Monte Carlo and band are of the others"
-            )
+            rest = "sd Monte Carlo and band are of the others" if len(q.kept) else "so there is no band"
+            said.append(f"{q.name}: {q.lost} of {samples} bicycles {why}, which the linear sd does not show; {rest}")
         elif differs(q):
             said.append(
                 f"{q.name}: not linear, sd {q.sampled_sd:.3g} {q.unit} by Monte Carlo against {q.linear_sd:.3g} linear"
@@ -42,6 +41,8 @@ def remarks(found: Sequence[Quantity], unlisted: int, samples: int, max_speed: f
             f"at least {unlisted} of {samples} bicycles have further critical speeds up to {max_speed:g} m/s, "
             "which the model at its mean values does not have; a sweep with the output critical_speeds lists them"
         )
+    if samples < LEAST:
+        said.append(f"{samples} bicycles are too few for the bounds at 2.5 % and 97.5 %; draw {LEAST} or more")
     return tuple(said)
 
 

@@ -210,7 +210,7 @@ class UncertainModel:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What the model says of its data, with what is assumed here of the cornering stiffness."""
-        warnings = self.sampler.model.linear_model().warnings
+        warnings = self._stated.linear_model().warnings
         return (*said_of_stiffness(warnings, self.sampler.sweep.relative_cornering_stiffness_sd), *self.sampler.notes)
 
     def draw(self, samples: int, seed: int) -> Array:

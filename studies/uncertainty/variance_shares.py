@@ -6,6 +6,7 @@ from bicycle.critical.critical_speed import CrossingIdentity
 from bicycle.sensitivity.eigenvalue_derivatives import critical_speed_sensitivities
 from studies.uncertainty.propagation import Uncertainty
 from tyre.base.errors import InputError
+from tyre.base.optional import not_installed
 
 
 def total_effects(
@@ -38,7 +39,7 @@ def total_effects(
         from SALib.analyze import sobol
         from SALib.sample import sobol as sampling
     except ImportError as error:
-        raise InputError("SALib is not installed; install it with pip install 'velotyre[sensitivity]'") from error
+        raise InputError(not_installed("SALib", extra="sensitivity")) from error
     crossings = uncertainty.crossings(max_speed)
     crossing = next((crossing for which, crossing in crossings.items() if str(which) == str(name)), None)
     if crossing is None:

@@ -1,12 +1,16 @@
 """``velotyre tyre fit``: a folder of rig recordings to cornering stiffness, lateral stiffness and relaxation length."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from studies.channel_options import chosen_map, takes_channels
 from studies.reporting.examples import example
 from tyre.base.errors import InputError
+
+if TYPE_CHECKING:
+    from tyre.campaigns.campaign import Campaign
 
 
 @click.command(epilog=example("velotyre tyre fit campaign --out fit"))
@@ -53,7 +57,7 @@ def command(
     wheel_radius: float,
     every_residual: bool,
     no_lag_correction: bool,
-) -> None:
+) -> "Campaign":
     """Fit all recordings in FOLDER (.csv with .toml sidecar, .tdx) and write tables, maps, .tir files and figures.
 
     A sidecar with a channel map describes a recording in any columns, units and formats.
@@ -115,3 +119,4 @@ def command(
     )
     for table in sorted((out / "maps").glob("*.csv")):
         click.echo(f'on a bicycle: tyre = "{table.as_posix()}" in a model file', err=to_stdout)
+    return campaign  # for the page of velotyre explore

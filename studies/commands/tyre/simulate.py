@@ -23,7 +23,7 @@ def _numbers(text: str, what: str) -> tuple[float, ...]:
 
 @click.command(epilog=example("velotyre tyre simulate campaign --seed 1"))
 @click.argument("folder", type=click.Path(path_type=Path))
-@click.option("--seed", type=int, required=True, help="Seed of the random numbers.")
+@click.option("--seed", type=click.IntRange(0), required=True, help="Seed of the random numbers.")
 @click.option("--name", default="Synthetic tyre", show_default=True, help="Name of the tyre.")
 @click.option("--loads", default="340,400,490", show_default=True, help="Vertical loads, N.")
 @click.option("--pressures", default="3.5,5.5,7.5", show_default=True, help="Inflation pressures, bar.")
@@ -85,10 +85,14 @@ def _plan(options: Mapping[str, Any]) -> "CampaignPlan":
         raise InputError(f"{said}: none may be negative and one must be positive")
     numbers = {what: _numbers(options[what], what) for what in ("rates", "loads", "pressures")}
     for what in ("loads", "pressures", "rates"):
-        if min(numbers[what]) <= 0.0:
-            raise InputError(f"{what} must be positive, got {min(numbers[what]):g}")
+        if not all(0.0 < number < np.inf for number in numbers[what]):
+            raise InputError(f"{what} must be positive and finite, got {', '.join(f'{n:g}' for n in numbers[what])}")
+    surfaces = tuple(options["surfaces"].split(","))
+    for what, each in (numbers | {"surfaces": surfaces}).items():
+        if len(set(each)) < len(each):
+            raise InputError(f"{what} = {options[what]} names one twice, whose files would take each other's place")
     return CampaignPlan(
         tyre=options["name"], loads=numbers["loads"], pressures=tuple(PASCAL_PER_BAR * p for p in numbers["pressures"]),
-        surfaces=tuple(options["surfaces"].split(",")), rates=tuple(float(np.deg2rad(r)) for r in numbers["rates"]),
+        surfaces=surfaces, rates=tuple(float(np.deg2rad(r)) for r in numbers["rates"]),
         axes=options["axes"], file_format=options["file_format"], **counts,
     )  # fmt: skip

@@ -159,3 +159,16 @@ def test_values_that_are_meant_stay_meant(tmp_path, ending):
     giant = Bicycle("giant", BENCHMARK | {"c": 7.0})
     (tmp_path / f"g{ending}").write_text(WRITERS[ending](giant, allow_unusual=True))
     assert load_bicycle(tmp_path / f"g{ending}") == Bicycle("g", giant.values)
+
+
+@pytest.mark.parametrize(("factor", "unit", "word"), [(1e3, "mm", "millimetres"), (1e2, "cm", "centimetres")])
+def test_a_whole_bicycle_in_another_unit_of_length_is_told_so(tmp_path, factor, unit, word):
+    values = load_bicycle("benchmark").values
+    turned = {key: factor * value if UNITS.get(key) == "m" else value for key, value in values.items()}
+    path = tmp_path / "b.toml"
+    path.write_text("[values]\n" + "".join(f"{key} = {value!r}\n" for key, value in turned.items()))
+    words = rf'\({word}\?\); .*write length = "{unit}" in a table units \(TOML, YAML\), as \d lengths look like {word}'
+    with pytest.raises(InputError, match=words):
+        load_bicycle(path)
+    path.write_text(f'[units]\nlength = "{unit}"\n' + path.read_text())
+    assert dict(load_bicycle(path).values) == pytest.approx(dict(values))

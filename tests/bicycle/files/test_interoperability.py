@@ -102,9 +102,7 @@ def test_responses_as_datasets(model):
 
 def test_without_xarray_the_extra_is_named(model, monkeypatch):
     monkeypatch.setitem(sys.modules, "xarray", None)
-    with pytest.raises(
-        ImportError, match='xarray is not installed; install it with: pip install "velotyre\\[xarray\\]"'
-    ):
+    with pytest.raises(ImportError, match="xarray is not installed; install it with: pip install .*xarray\\]"):
         modes_to_xarray(modes(model, [5.0]))
 
 

@@ -5,6 +5,7 @@ import json
 import pytest
 
 from studies.cli import main
+from studies.reporting.made_by import made_by
 
 SMALL = ["--loads", "400", "--pressures", "5", "--rates", "4", "--sweeps", "1", "--pulls", "1"]
 
@@ -70,14 +71,20 @@ def test_a_bad_file_is_left_out_and_listed(folder, tmp_path, capsys):
     main(fit)
     printed = capsys.readouterr()
     assert "skipped bad.tdx" in printed.err
-    assert "## Skipped files (1)" in (tmp_path / "out" / "report.md").read_text()
+    report = (tmp_path / "out" / "report.md").read_text()
+    assert "## Skipped files (1)" in report
+    assert report.endswith(made_by())
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (["--loads", "340;400"], "must be numbers separated by commas"),
-        (["--rates", "0"], "rates must be positive, got 0"),
+        (["--rates", "0"], "rates must be positive and finite, got 0"),
+        (["--loads", "340,inf"], "loads must be positive and finite, got 340, inf"),
+        (["--loads", "300,300"], "loads = 300,300 names one twice, whose files would take each other's place"),
+        (["--surfaces", "flat,flat"], "surfaces = flat,flat names one twice"),
+        (["--seed", "-1"], "-1 is not in the range x>=0"),
         (["--axes", "iso"], "is not one of ISO, SAE, adapted SAE"),
         (["--effect", "nois:white=2"], "did you mean 'noise'"),
         (["--effect", "noise:white=loud"], "must be numbers separated by commas"),

@@ -1,6 +1,7 @@
 """What `look` says is what `tyre fit`, `modal` and `diagnose` then do, with just those samples."""
 
 import json
+import shlex
 from dataclasses import replace
 from pathlib import Path
 
@@ -106,21 +107,21 @@ def test_a_pull_test_of_a_testing_machine_is_fitted_once_the_draft_is_filled_in(
 
 
 def test_decays_are_identified_in_the_windows_of_the_draft(tmp_path, capsys):
-    truth = imu_log(tmp_path / "imu.csv")
-    found = look(tmp_path / "imu.csv")
+    log, out = tmp_path / "my | log ä" / "imu.csv", tmp_path / "my drafts"
+    log.parent.mkdir()
+    truth = imu_log(log)
+    found = look(log)
     decay = use(found, "free decay")
     assert [e.start_s for e in decay.events] == [pytest.approx(kick, abs=0.6) for kick in truth["kicks"]]
-    main(["look", str(tmp_path / "imu.csv"), "--out", str(tmp_path / "drafts")])
+    main(["look", str(log), "--out", str(out)])
     shown = capsys.readouterr().out
     (line,) = [line for line in shown.splitlines() if "next: velotyre modal" in line]
     command = line.partition("next: velotyre ")[2].replace("modal.csv", str(tmp_path / "modal.csv"))
-    main(command.split())
+    main(shlex.split(command))
     rows = (tmp_path / "modal.csv").read_text().splitlines()
     assert len(rows) == 4
-    channel_map = ChannelMap.from_file(tmp_path / "drafts" / "imu.decays.toml")
-    for event, run in zip(
-        decay.events, bicycle_events(tmp_path / "imu.csv", 5.0, channel_map=channel_map), strict=True
-    ):
+    channel_map = ChannelMap.from_file(out / "imu.decays.toml")
+    for event, run in zip(decay.events, bicycle_events(log, 5.0, channel_map=channel_map), strict=True):
         assert (run.time.size, run.time[0]) == (event.used, pytest.approx(event.start_s))
         root = identify(run).eigenvalue
         assert (root.real, root.imag) == pytest.approx((truth["decay"], 2 * np.pi * truth["hertz"]), rel=0.05)

@@ -120,6 +120,8 @@ def test_drafts_are_not_overwritten(tmp_path, capsys):
     assert mine.read_text(encoding="utf-8") == "mine"
     said(capsys, path, "--out", tmp_path / "d", "--force")
     assert mine.read_text(encoding="utf-8") != "mine"
+    said(capsys, path, "--out", tmp_path / "d")  # a draft that nobody changed: what a stopped command left
+    mine.write_text(mine.read_text(encoding="utf-8") + "\n", encoding="utf-8")
     with pytest.raises(InputError, match="not overwritten"):
         write_drafts(drafts(look(path), tmp_path / "d"), tmp_path / "d", force=False)
 

@@ -17,6 +17,7 @@ from studies.main_study.settings import Settings
 from studies.main_study.study import run_study
 from studies.main_study.tables import write_tables
 from studies.reporting import plotting
+from studies.reporting.made_by import made_by
 
 
 def tiny(**others):
@@ -50,6 +51,7 @@ def test_run_prints_the_question_then_the_answer_and_writes_everything(quick, tm
     assert lines[-1] == f"report: {(folder / 'report.html').as_posix()}"
     assert max(map(len, lines[:-1])) <= 110
     text = (folder / "report.md").read_text(encoding="utf-8")
+    assert text.endswith(made_by())
     for sentence in said.split("How sure:")[0].removeprefix(lines[0]).strip().split(". ")[1:]:
         assert sentence.strip(" .") in text
     assert "- Tyre9 flat at 3 bar: gone" in text

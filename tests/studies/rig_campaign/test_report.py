@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import pytest
 
+from studies.rig_campaign.figure_stiffness import stiffness_over_load
+from studies.rig_campaign.figures import save_figures
 from studies.rig_campaign.report import report_text, write_campaign
 
 
@@ -50,3 +52,12 @@ def test_names_in_the_report_are_no_markup(rig_campaign, tmp_path):
     assert f"- `{hostile}.csv`: no &lt;script&gt;" in text
     assert "&lt;script&gt;alert(1)&lt;/script&gt; 2 " in text
     assert "- remark on &lt;script&gt;" in text
+
+
+def test_one_load_is_one_tick_and_a_name_no_formula(rig_campaign, tmp_path):
+    campaign = rig_campaign[0]
+    load = campaign.conditions[0].load
+    one = tuple(replace(c, tyre="a$b_{1$", sweeps=(), pulls=()) for c in campaign.conditions if c.load == load)
+    assert all(list(panel.get_xticks()) == [load] for panel in stiffness_over_load(one).axes)
+    few = replace(campaign, conditions=one, curvature=())
+    assert {path.name for path in save_figures(few, tmp_path)} >= {"stiffness_a_b__1_.png"}

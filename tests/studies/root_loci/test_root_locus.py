@@ -212,6 +212,7 @@ def test_front_compliance_and_rear_tyre_differ_without_colour():
         (SOFT, "front_compliance.stiffness", "-5:2", 7.0, "stiffness = -5 N m/rad is outside 0 .. inf"),
         (SOFT, "w", "-1:2", 7.0, "w = -1 m must be positive"),
         (SOFT, "IFyy", "0:1", None, "parameter 'IFyy': give the --speed"),
+        (SOFT, "IFy", "0:1", None, "unknown parameter 'IFy'; did you mean 'IFyy'?"),
         (SOFT, "IFyy", "0:1", -2.0, "speed -2 m/s is not allowed"),
         (SOFT, "speed", "-1:1", None, "speed -1 m/s is not allowed"),
         (SOFT, "pressure_bar", "3:9", 7.0, "pressure_bar needs a measured tyre in the model file"),

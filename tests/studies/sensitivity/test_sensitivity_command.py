@@ -139,3 +139,14 @@ def test_bad_input_ends_with_one_line(model_file, capsys, arguments, words):
     shown = capsys.readouterr().err
     assert words in shown
     assert shown.count("\n") == 1
+
+
+def test_a_mode_of_two_real_roots_says_which_one_is_ranked(tmp_path, capsys):
+    file = tmp_path / "found.json"
+    main(["sensitivity", "pista", "--mode", "weave", "--speed", "1", "--json", str(file)])
+    found = json.loads(file.read_text())
+    roots = sorted(Model(load_bicycle("pista")).linear_model().eigenvalues([1.0])[0].real)[-2:]
+    assert [found["eigenvalue_1_s"][0], *found["other_real_roots_1_s"]] == pytest.approx(roots[::-1])
+    first, second = capsys.readouterr().out.splitlines()[:2]
+    assert first.startswith(f"weave at 1 m/s: {roots[1]:.4g} 1/s; ")
+    assert second == f"it has another real root here, {roots[0]:.4g} 1/s, which this does not rank"

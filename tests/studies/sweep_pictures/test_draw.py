@@ -118,6 +118,7 @@ def test_pairs_hold_the_bicycles_as_they_are(sample, drawn):
     rows, found = table(drawn, "pairs"), load(sample)
     growth = found.largest_growth_rate.values.reshape(80, 3)
     share = (growth > 0).mean(0)
+    assert "; the first 5 of 6 outputs" in drawn.figures["pairs"]
     k = int(np.abs(share - 0.5).argmin())
     assert 0 < share[k] < 1
     np.testing.assert_array_equal(rows["unstable"], growth[:, k] > 0)
@@ -237,6 +238,10 @@ def test_refused(sample, tmp_path, capsys):
     file = tmp_path / "foreign.zarr" / "zarr.json"
     content = json.loads(file.read_text())
     file.write_text(json.dumps(content | {"attributes": {}}))
+    shutil.copytree(sample, tmp_path / "chunk.zarr")
+    for chunk in (tmp_path / "chunk.zarr").glob("*/c/**/*"):
+        if chunk.is_file():
+            chunk.write_bytes(b"not compressed")
     plain = build_sweep({"model": MODEL, "outputs": ["parameters"], "grid": {"c": [0.05, 0.06]}})
     run_sweep(plain, tmp_path / "plain.zarr")
     for name, words in (
@@ -244,13 +249,14 @@ def test_refused(sample, tmp_path, capsys):
         ("half.zarr", "it is not finished: "),
         ("text.nc", "cannot be read as the result of a sweep"),
         ("empty.zarr", "cannot be read as the result of a sweep"),
+        ("chunk.zarr", "cannot be read as the result of a sweep"),
         ("foreign.zarr", "is not a result of 'velotyre sweep'"),
         ("plain.zarr", "holds nothing that is drawn (parameters; stable and unstable bicycles are not told apart"),
     ):
         with pytest.raises(SystemExit, match="2"):
             main(["draw", str(tmp_path / name)])
         assert words in capsys.readouterr().err
-    assert not (tmp_path / "plain_figures").exists()
+    assert not list(tmp_path.glob("*_figures"))
 
 
 def test_a_sweep_without_critical_speeds_is_finished_and_says_so(tmp_path, capsys):
@@ -276,3 +282,14 @@ def test_no_possible_bicycle(sample, monkeypatch, tmp_path):
     monkeypatch.setattr(Stored, "possible", np.zeros((2, 40), bool))
     with pytest.raises(InputError, match="no bicycle of it is possible, so there is nothing to draw"):
         draw_result(sample, tmp_path / "no")
+
+
+def test_a_small_sample_names_what_is_left_out_of_the_picture_and_ranks_nothing(tmp_path):
+    content = {"model": {"bicycle": "pista"}, "outputs": ["critical_speeds"], "samples": 5, "seed": 3,
+               "sampled": {"bicycle_sd": True}}  # fmt: skip
+    out = tmp_path / "few.nc"
+    run_sweep(build_sweep(content), out)
+    found = draw_result(out, tmp_path / "few")
+    assert any(remark.startswith("no shares of the variance") for remark in found.remarks)
+    assert "; the first 6 of 24 parameters" in found.figures["pairs"]
+    assert "largest shares" not in found.figures["pairs"]

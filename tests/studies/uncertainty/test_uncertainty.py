@@ -282,6 +282,10 @@ def test_remarks_say_where_the_linear_sd_fails():
     assert f"x: {number} of 2000 bicycles do not have it up to 60 m/s" in remarks([quantity(lost)], 0, 2000, 60.0)[0]
     assert f"x: {number} of 2000 bicycles have no such osc" in remarks([quantity(lost, "Hz")], 0, 2000, 60.0)[0]
     assert remarks([quantity(1.5 * draws[:10])], 0, 2000, 60.0) == ()  # so few samples show nothing
+    (none,) = remarks([quantity(np.full(50, np.nan))], 0, 50, 60.0)
+    assert none.endswith("which the linear sd does not show; so there is no band")
+    few = "39 bicycles are too few for the bounds at 2.5 % and 97.5 %; draw 40 or more"
+    assert remarks([quantity(draws[:39])], 0, 39, 60.0)[-1] == few
 
 
 def test_draws_that_make_no_bicycle_are_left_out_and_counted(monkeypatch):
@@ -391,9 +395,7 @@ def test_refused_switches_and_names():
 
 def test_salib_missing(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "SALib.analyze", None)
-    with pytest.raises(
-        InputError, match=r"SALib is not installed; install it with pip install 'velotyre\[sensitivity\]'"
-    ):
+    with pytest.raises(InputError, match=r"SALib is not installed; install it with: pip install .*\[sensitivity\]"):
         total_effects(Uncertainty(GIVEN, sd={"c": 0.001}), "x")
 
 
@@ -455,3 +457,11 @@ def test_command_shows_the_table_and_its_notes(tmp_path, capsys):
     both = capsys.readouterr()
     assert "wobble unstable above" in both.out  # the table is not lost
     assert "so its variance is not defined" in both.err
+
+
+def test_command_says_what_is_odd_of_the_bicycle_and_shows_no_nan(capsys):
+    main(["uncertainty", "browser", "--samples", "2", "--stated-only", "--sd", "c=1000"])
+    both = capsys.readouterr()
+    assert "violate the triangle inequality" in both.err
+    assert "so there is no band" in both.out
+    assert "nan" not in both.out
