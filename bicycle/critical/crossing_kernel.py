@@ -9,7 +9,7 @@ every crossing up to the highest speed is either seen or the bicycle is left to 
 import math
 
 from bicycle.critical.completeness import NOISE
-from bicycle.eigenvalues.hessenberg_kernel import compiled
+from bicycle.eigenvalues.compilation import compiled
 from bicycle.modal.cubic_kernel import hermite, miss, reach
 from bicycle.modal.identity_kernel import Whole
 from bicycle.modal.track_kernel import MEETING, SMALLEST, SURE, TOO_CLOSE, Track

@@ -6,19 +6,17 @@ and 7.5), so is the backward error: a few eps times the norm.
 """
 
 import math
-from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from bicycle.eigenvalues.compilation import compiled
 from tyre.base.arrays import Array
 
 LANES, FEWEST = 64, 8  # as many side by side, or fewer by this step where fewer are left
 ONE_BITS = 1023  # exponent of 1.0
-
-compiled: Callable[[Any], Any] = numba.njit(cache=True, nogil=True, error_model="numpy")
 
 Places = NDArray[np.int64]
 

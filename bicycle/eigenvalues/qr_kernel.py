@@ -9,7 +9,8 @@ import math
 
 import numpy as np
 
-from bicycle.eigenvalues.hessenberg_kernel import Places, batches, compiled, hessenberg
+from bicycle.eigenvalues.compilation import compiled
+from bicycle.eigenvalues.hessenberg_kernel import Places, batches, hessenberg
 from tyre.base.arrays import Array
 
 EPS = float(np.finfo(float).eps)

@@ -9,7 +9,8 @@ import math
 
 import numpy as np
 
-from bicycle.eigenvalues.hessenberg_kernel import LANES, Places, Similarity, batches, compiled, hessenberg
+from bicycle.eigenvalues.compilation import compiled
+from bicycle.eigenvalues.hessenberg_kernel import LANES, Places, Similarity, batches, hessenberg
 from bicycle.eigenvalues.qr_kernel import EPS, roots_of
 from tyre.base.arrays import Array
 

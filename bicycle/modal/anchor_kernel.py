@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bicycle.eigenvalues.hessenberg_kernel import compiled
+from bicycle.eigenvalues.compilation import compiled
 from bicycle.modal.identity_kernel import Walked, Whole
 from bicycle.modal.naming import MOSTLY, QUICK, SLOW, WALKING
 from bicycle.modal.track_kernel import SURE, Track

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from bicycle.eigenvalues.hessenberg_kernel import compiled
+from bicycle.eigenvalues.compilation import compiled
 from bicycle.eigenvalues.vectors_kernel import DOUBTFUL
 from bicycle.modal.cubic_kernel import hermite
 from bicycle.modal.identity_kernel import CHANCE, Whole

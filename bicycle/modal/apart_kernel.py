@@ -7,7 +7,7 @@ for a moment, two pairs of which it is not plain whether they cross or turn back
 
 import math
 
-from bicycle.eigenvalues.hessenberg_kernel import compiled
+from bicycle.eigenvalues.compilation import compiled
 from bicycle.modal.cubic_kernel import hermite, miss, reach
 from bicycle.modal.matching import TWIN
 from bicycle.modal.track_kernel import MEETING, Track

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.eigenvalues.hessenberg_kernel import compiled
+from bicycle.eigenvalues.compilation import compiled
 from bicycle.modal.naming import FAINT, MARGIN
 from tyre.base.arrays import Array
 

@@ -2,7 +2,7 @@
 
 import math
 
-from bicycle.eigenvalues.hessenberg_kernel import compiled
+from bicycle.eigenvalues.compilation import compiled
 
 
 @compiled

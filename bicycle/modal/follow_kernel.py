@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.eigenvalues.hessenberg_kernel import compiled
+from bicycle.eigenvalues.compilation import compiled
 from bicycle.modal.apart_kernel import keep_apart
 from bicycle.modal.matching import CLEAR, TWIN
 from bicycle.modal.track_kernel import (

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bicycle.eigenvalues.hessenberg_kernel import compiled
+from bicycle.eigenvalues.compilation import compiled
 from bicycle.modal.anchor_kernel import FIRST_ROLE, SPARE, Roles, find_anchor, own_core
 from bicycle.modal.cast_kernel import cast
 from bicycle.modal.identity_kernel import CHANCE, Walked, Whole, walk

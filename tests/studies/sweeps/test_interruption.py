@@ -159,7 +159,7 @@ def test_a_full_disk_is_reported_and_loses_nothing(reference, tmp_path):
     process = subprocess.run(
         [sys.executable, "-c", FULL, str(file), str(out), "300000"], capture_output=True, text=True, check=False
     )
-    assert process.returncode == 2
+    assert process.returncode == 2, process.stderr
     line = process.stderr.strip().splitlines()[-1]
     assert "File too large: cannot write to" in line
     assert f"0 of {build_sweep(content).items} bicycles are finished and kept in" in line
@@ -176,7 +176,7 @@ def test_a_disk_too_full_for_netcdf_is_reported_and_loses_nothing(tmp_path):
     process = subprocess.run(
         [sys.executable, "-c", FULL, str(file), str(out), "450000"], capture_output=True, text=True, check=False
     )
-    assert process.returncode == 2
+    assert process.returncode == 2, process.stderr
     line = process.stderr.strip().splitlines()[-1]
     assert "as it does when the disk is full: cannot write to" in line
     assert "1400 of 1400 bicycles are finished and kept in" in line
