@@ -33,7 +33,7 @@ class Model:
     Raises
     ------
     InputError
-        Two effects exclude each other, or one needs what no other provides.
+        Two effects exclude each other, one needs what no other provides, or they are not given as one argument.
     """
 
     bicycle: Bicycle
@@ -52,6 +52,8 @@ class Model:
         ) -> None: ...  # fmt: skip
 
     def __post_init__(self) -> None:
+        if any(isinstance(other, Effect) for other in (self.notes, self.sd, self.assumed_sd, self.covariance)):
+            raise InputError("effects were given one after the other; give them as one: Model(bicycle, [one, other])")
         effects = (self.effects,) if isinstance(self.effects, Effect) else tuple(self.effects)
         if not any(effect.slot == "contact law" for effect in effects):
             effects = (effect_class(DEFAULT_CONTACT)(), *effects)

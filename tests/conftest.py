@@ -1,13 +1,25 @@
-"""A simulated rig campaign and its fit, which tests of several rooms look at; made once."""
+"""Tests of one room run in one process; and a simulated rig campaign with its fit, which several rooms look at."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
 if TYPE_CHECKING:
     from tyre.campaigns.campaign import Campaign
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Whole rooms go to one process: what they share (models derived, campaigns fitted, kernels) is made once."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class ByRoom(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            return nodeid.partition("::")[0].rpartition("/")[0]
+
+    return ByRoom(config, log)
 
 
 @pytest.fixture(scope="session")

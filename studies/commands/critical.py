@@ -34,7 +34,8 @@ def command(chosen: ChosenModel, max_speed: float, csv_file: str | None, json_fi
         tables = [named_rows(critical_table(critical), name) for name, critical in found.items()]
         write_csv(stacked(tables), csv_file)
     if json_file is not None:
-        write_json(records({name: record(models[name], None, one) for name, one in found.items()}), json_file)
+        told = {name: record(models[name], None, one, max_speed=max_speed) for name, one in found.items()}
+        write_json(records(told), json_file)
     if "-" not in (csv_file, json_file):
         print_critical(found, max_speed=max_speed)
         print_named_warnings({name: model.warnings for name, model in models.items()})

@@ -55,7 +55,8 @@ def command(
         ((name, model),) = models.items()
         draw_picture(model, asked, plot_file, title=_title(chosen.each[name]))
     if json_file is not None:
-        write_json(records({name: record(models[name], *both) for name, both in found.items()}), json_file)
+        told = {name: record(models[name], *both, max_speed=max_speed) for name, both in found.items()}
+        write_json(records(told), json_file)
     if "-" not in (csv_file, json_file):
         named = {name: both[0] for name, both in found.items() if both[0] is not None}
         columns = list(dict.fromkeys(mode for one in named.values() for mode in one.to_dict()))

@@ -27,7 +27,7 @@ from studies.reporting.markdown_text import cells, plain, rendered
 from studies.reporting.markdown_text import page as html_page
 from studies.reporting.output import json_text
 from tyre.base.errors import InputError
-from tyre.base.files import slug, write_text
+from tyre.base.files import slugs, write_text
 
 __all__ = ["SAYS", "page", "record", "write_report"]
 
@@ -192,7 +192,8 @@ def _write_others(diagnosis: Diagnosis, folder: Path) -> str:
         texts = other_texts(diagnosis)
     except InputError as error:
         return f" There is no corrected model of the other bicycles: {plain(str(error))}"
-    for name, text in texts.items():
-        write_text(folder / f"model_{slug(name)}.toml", text)
-    links = [f"[`model_{slug(name)}.toml`](model_{slug(name)}.toml) of {plain(name)}" for name in texts]
+    files = {name: f"model_{stem}.toml" for name, stem in slugs(texts).items()}
+    for name, file in files.items():
+        write_text(folder / file, texts[name])
+    links = [f"[`{file}`]({file}) of {plain(name)}" for name, file in files.items()]
     return f" It is of the bicycle at the top; of the others there is {listed(links)}." if links else ""

@@ -18,8 +18,12 @@ def analyse(model: LinearModel, speeds: ArrayLike, *, max_speed: float) -> tuple
     return (modes(model, speeds) if speeds.size else None), critical_speeds(model, max_speed=max_speed)
 
 
-def record(model: LinearModel, found: Modes | None, critical: Sequence[CriticalSpeed]) -> dict[str, Any]:
-    """The result as JSON-ready data; complex numbers as [real, imaginary] in 1/s."""
+def record(
+    model: LinearModel, found: Modes | None, critical: Sequence[CriticalSpeed], *, max_speed: float
+) -> dict[str, Any]:
+    """The result as JSON-ready data, with the ``max_speed`` (m/s) of the search; complex numbers as [real, imaginary]
+    in 1/s.
+    """
     speeds = np.empty(0) if found is None else found.speeds
     rear, front = model.static_loads
     return {
@@ -39,6 +43,7 @@ def record(model: LinearModel, found: Modes | None, critical: Sequence[CriticalS
             }
             for c in critical
         ],
+        "critical_speeds_searched_m_s": [0.0, max_speed],
         "warnings": list(model.warnings),
     }
 

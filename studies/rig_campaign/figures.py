@@ -7,7 +7,7 @@ from studies.reporting.plotting import plain_text
 from studies.rig_campaign.figure_carpet import carpet
 from studies.rig_campaign.figure_recordings import pull_loop, repeats, sweep_residuals
 from studies.rig_campaign.figure_stiffness import flat_against_drum, stiffness_over_load, surface_pairs
-from tyre.base.files import replacing, slug
+from tyre.base.files import replacing, slugs
 from tyre.campaigns.campaign import Campaign
 from tyre.campaigns.recording import points_of
 
@@ -36,16 +36,17 @@ def save_figures(campaign: Campaign, folder: Path, *, every_recording: bool = Fa
     folder.mkdir(parents=True, exist_ok=True)
     drawn: list[tuple[str, Figure]] = []
     with matplotlib.rc_context({"font.size": 9.0, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 130}):
-        for tyre in sorted({c.tyre for c in campaign.conditions}):
+        stems = slugs(sorted({c.tyre for c in campaign.conditions}))
+        for tyre, stem in stems.items():
             mine = [c for c in campaign.conditions if c.tyre == tyre]
             for surface in sorted({c.surface for c in mine}, reverse=True):
                 chosen = [c for c in mine if c.surface == surface and c.sweeps]
                 if chosen:
-                    drawn.append((f"carpet_{slug(tyre)}_{surface}", carpet(chosen)))
-            drawn.append((f"stiffness_{slug(tyre)}", stiffness_over_load(mine)))
+                    drawn.append((f"carpet_{stem}_{surface}", carpet(chosen)))
+            drawn.append((f"stiffness_{stem}", stiffness_over_load(mine)))
             pairs = surface_pairs(mine)
             if pairs:
-                drawn.append((f"flat_drum_{slug(tyre)}", flat_against_drum(campaign, tyre, pairs)))
+                drawn.append((f"flat_drum_{stem}", flat_against_drum(campaign, tyre, pairs)))
         sweeps = [item for c in campaign.conditions for item in c.sweeps]
         if sweeps:
             worst = min(sweeps, key=lambda item: (item.r_squared, item.file))
@@ -65,9 +66,11 @@ def save_figures(campaign: Campaign, folder: Path, *, every_recording: bool = Fa
             paths.append(path)
         if every_recording:
             (folder / "residuals").mkdir(exist_ok=True)
-            for item in {item.file: item for item in (*sweeps, *pulls)}.values():
+            of_file = {item.file: item for item in (*sweeps, *pulls)}
+            for file, stem in slugs(of_file).items():
+                item = of_file[file]
                 figure = sweep_residuals(item) if item.kind == "slip_sweep" else pull_loop(item)
-                path = folder / "residuals" / f"{slug(item.file)}.png"
+                path = folder / "residuals" / f"{stem}.png"
                 _save(figure, path)
                 paths.append(path)
     return paths

@@ -8,7 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from tyre.base.errors import InputError
-from tyre.base.files import slug
+from tyre.base.files import slugs
 from tyre.base.progress import progress_bar
 from tyre.base.toml_file import read_toml
 from tyre.channels.channel_map import TABLES, ChannelMap
@@ -115,6 +115,8 @@ def _mapped(files: list[Path], *, every: bool) -> dict[Path, Path]:
 def _write(sidecar: Path, recording: Path, folder: Path, target: Path, channel_map: ChannelMap | None) -> None:
     place = target / sidecar.relative_to(folder).parent
     place.mkdir(parents=True, exist_ok=True)
-    for event, found in read_events(sidecar, channel_map).items():
-        name = f"{sidecar.stem}.{slug(event)}" if event else sidecar.stem
+    events = read_events(sidecar, channel_map)
+    stems = slugs(events)
+    for event, found in events.items():
+        name = f"{sidecar.stem}.{stems[event]}" if event else sidecar.stem
         write_csv(found, place / f"{name}.csv")

@@ -3,8 +3,9 @@
 import os
 import re
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from itertools import count
 from pathlib import Path
 
 
@@ -74,3 +75,21 @@ def slug(name: str) -> str:
     name : str
     """
     return "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in name)
+
+
+def slugs(names: Iterable[str]) -> dict[str, str]:
+    """Names fit for files, no two alike, whatever the file system makes of capitals: the next one ends in ``_2``.
+
+    Parameters
+    ----------
+    names : iterable of str
+    """
+    found: dict[str, str] = {}
+    taken: set[str] = set()
+    for name in names:
+        if name in found:
+            continue
+        stem = slug(name)
+        found[name] = next(one for n in count(1) if (one := stem if n == 1 else f"{stem}_{n}").casefold() not in taken)
+        taken.add(found[name].casefold())
+    return found

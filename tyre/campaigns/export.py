@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tyre.base.arrays import Array
-from tyre.base.files import slug
+from tyre.base.files import slugs
 from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.campaign import Campaign
 from tyre.campaigns.condition import ConditionResult
@@ -40,8 +40,9 @@ def write_tables(campaign: Campaign, out: Path, *, wheel_radius: float) -> tuple
     paths: list[Path] = []
     for folder in ("maps", "tir"):
         (out / folder).mkdir(parents=True, exist_ok=True)
+    stems = slugs(table.tyre for table in tables)
     for table in tables:
-        name = f"{slug(table.tyre)}_{table.surface}"
+        name = f"{stems[table.tyre]}_{table.surface}"
         path = out / "maps" / f"{name}.csv"
         write_table(table, path)
         paths += [path, *_write_property_files(table, out / "tir", name, wheel_radius)]

@@ -237,3 +237,9 @@ def test_a_derivation_has_no_hidden_parameters():
         declared = {f"{effect.identifier}.{key}" for p in effect.parameters for key in p.entries()}
         idle |= declared - set(found)
     assert idle == {"rider_lean.Izz"}
+
+
+def test_effects_given_one_after_the_other_are_refused():
+    """The second would be taken for the notes, and be missing from the model."""
+    with pytest.raises(InputError, match=r"give them as one: Model\(bicycle, \[one, other\]\)"):
+        Model(load_bicycle("benchmark"), EFFECTS["steer_damper"](damping=1.0), EFFECTS["steer_damper"](damping=2.0))

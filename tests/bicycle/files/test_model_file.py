@@ -215,6 +215,7 @@ def test_critical_command_prints_and_writes(whipple, capsys, tmp_path):
     assert f"{3.43503384866144 / (2 * np.pi):.4g}" in shown.out
     short = json.loads(run(capsys, "critical", whipple, "--max-speed", "5", "--json", "-").out)
     assert len(short["critical_speeds"]) == 1
+    assert short["critical_speeds_searched_m_s"] == [0.0, 5.0]
 
 
 @pytest.mark.parametrize(

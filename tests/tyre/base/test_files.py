@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tyre.base.files import left_by_a_killed_run, replacing, write_bytes, write_text
+from tyre.base.files import left_by_a_killed_run, replacing, slugs, write_bytes, write_text
 
 OLD, NEW = "the old one\n", "a new one\n" * 1000
 
@@ -88,3 +88,12 @@ def test_a_folder_and_a_missing_folder_are_named(tmp_path):
         write_text(tmp_path, NEW)
     with pytest.raises(FileNotFoundError, match="no_folder/t.csv"):
         write_text(tmp_path / "no_folder" / "t.csv", NEW)
+
+
+def test_names_fit_for_files_are_never_alike():
+    names = ["a b", "a_b", "A-B", "a/b", "A B", "a b", "a_b_2", ""]
+    stems = slugs(names)
+    assert list(stems) == list(dict.fromkeys(names))
+    assert len({stem.casefold() for stem in stems.values()}) == len(stems)
+    assert stems["a b"] == "a_b"
+    assert stems["a_b"] == "a_b_2"

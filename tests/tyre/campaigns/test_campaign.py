@@ -111,6 +111,18 @@ def test_map_and_property_files_can_be_read_back(campaign, tmp_path):
     assert "synthetic" in (out / "tir" / "Synthetic_tyre_flat_mf61.tir").read_text()
 
 
+def test_tyres_whose_names_differ_in_signs_alone_get_files_of_their_own(campaign, tmp_path):
+    names = ("Pro 25/28", "Pro 25-28", "Pro 25 28")
+    conditions = tuple(
+        replace(item, tyre=name) for name in names for item in campaign.conditions if item.surface == "flat"
+    )
+    paths, _ = write_tables(replace(campaign, conditions=conditions), tmp_path, wheel_radius=0.34)
+    assert len(paths) == len(set(paths))
+    tables = [path for path in paths if path.suffix == ".csv"]
+    assert [path.name for path in tables] == ["Pro_25_28_flat.csv", "Pro_25-28_flat.csv", "Pro_25_28_2_flat.csv"]
+    assert [TyreMap.from_file(path).tyre for path in tables] == list(names)
+
+
 def test_a_second_run_takes_its_fits_from_the_cache(rig_folder, campaign, cache, monkeypatch):
 
     def forbidden(*args, **settings):
