@@ -1,6 +1,7 @@
 """Time histories made by the generator that shares nothing with the fitter."""
 
 import dataclasses
+from functools import cache
 
 import numpy as np
 import pytest
@@ -115,16 +116,25 @@ def test_coloured_noise_is_estimated_and_keeps_chi_squared_honest(tmp_path):
     assert found.chi2 / len(found.residual) == pytest.approx(1, abs=0.1)
 
 
-@pytest.mark.parametrize(
-    ("name", "settings"),
-    [
-        ("steer_damper", {"bicycle": "browser"}),
-        ("relaxation_length", {"speeds": (13.0, 17.0)}),  # forced, near 15 m/s
-    ],
-)
-def test_one_hidden_effect_is_named_with_its_size(tmp_path, name, settings):
-    truth, measurement = case(tmp_path, (name,), 3, **FEW, **settings)
-    found = diagnose(measurement).verdict
+SETTINGS = {"steer_damper": {"bicycle": "browser"}, "relaxation_length": {"speeds": (13.0, 17.0)}}  # near 15 m/s
+
+
+@pytest.fixture(scope="module")
+def diagnosed(tmp_path_factory):
+    """Truth and diagnosis of a case by the name of its effect; each is made once."""
+
+    @cache
+    def of(name):
+        truth, measurement = case(tmp_path_factory.mktemp(name), (name,), 3, **FEW, **SETTINGS[name])
+        return truth, diagnose(measurement)
+
+    return of
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_one_hidden_effect_is_named_with_its_size(diagnosed, name):
+    truth, diagnosis = diagnosed(name)
+    found = diagnosis.verdict
     assert found.verdict in ("named", "class")
     assert found.equivalent[0] == name
     key, (value, sd) = next(iter(found.effects[0].parameters.items()))
@@ -142,9 +152,8 @@ def test_a_sensor_that_reads_too_much_is_told_from_a_physical_effect(tmp_path):
     assert found.effects[0].parameters["scale"][0] == pytest.approx(-0.2, abs=0.02)
 
 
-def test_the_report_shows_channels_over_speed(tmp_path):
-    _, measurement = case(tmp_path, ("steer_damper",), 3, bicycle="browser", **FEW)
-    write_report(diagnose(measurement), tmp_path / "out")
+def test_the_report_shows_channels_over_speed(diagnosed, tmp_path):
+    write_report(diagnosed("steer_damper")[1], tmp_path / "out")
     text = (tmp_path / "out" / "report.md").read_text()
     assert "| roll_rate_rad_s | 753 |" in text
     assert (tmp_path / "out" / "gap.png").stat().st_size > 1000
