@@ -29,11 +29,14 @@ PROGRAM = ("appearance", "common", "server", "explorer")
 
 ACCEPTED = ",".join(dict.fromkeys((*ENDINGS, *FILE_ENDINGS)))
 
-ASKED = ("ask-along", "ask-at", "ask-motion", "ask-form", "ask-chart", "save")
+ASKED = ("ask-at", "ask-motion", "ask-chart", "save")
 """Stores of what the browser asks: a running number, the address of the state, the colours."""
 
-ANSWERED = ("along", "damping", "sensitivity", "motion", "form", "chart", "dropped")
+ANSWERED = ("damping", "sensitivity", "motion", "chart", "dropped")
 """Stores of what the server answers, each read by the function of ``assets/explorer.js`` of that name."""
+
+DIRECT = ("ask-along", "along", "ask-form", "form")
+"""Stores that stay empty: the page asks these questions itself (``assets/server.js``), as Dash would."""
 
 
 @cache
@@ -79,4 +82,6 @@ def carrier() -> Any:
         html.Div(words, className="drop"),
         id="upload", accept=ACCEPTED, max_size=LARGEST, multiple=True, className="upload", className_active="over",
     )  # fmt: skip
-    return html.Div([*(dcc.Store(id=name) for name in ("state", *ASKED, *ANSWERED)), dcc.Download(id="file"), drop])
+    return html.Div(
+        [*(dcc.Store(id=name) for name in ("state", *ASKED, *ANSWERED, *DIRECT)), dcc.Download(id="file"), drop]
+    )

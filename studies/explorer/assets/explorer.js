@@ -44,12 +44,28 @@
     else if (location.hash !== url) history.pushState(null, "", url);
     busy(PARTS);
     page.sent = false;
+    clearTimeout(page.settling); // what is at one speed waits for the end of a move: it would hold the next figure up,
+    moved(); // and so would those that are not seen
     at("undo").disabled = !page.past.length;
     server.send("state", text);
-    ask("ask-along", text);
+    follow();
     if (options.redraw) redraw();
   }
-  function redraw() { ask("ask-form", page.text); }
+  async function follow() { // one question at a time: while a slider moves, the last of its values is asked next
+    page.again = Boolean(page.following);
+    if (page.following) return;
+    page.following = true;
+    const text = page.text, answer = await server.ask("along", question(text));
+    await page.read;
+    page.following = false;
+    if (page.again) follow();
+    along(answer.message ? { shown: { asked: text, message: answer.message } } : answer);
+  }
+  async function redraw(after) {
+    const mine = (page.forms = (page.forms || 0) + 1), forms = await server.ask("form", question(page.text));
+    await after;
+    if (mine === page.forms && !forms.message) form(forms);
+  }
   function undo() {
     if (!page.past.length) return;
     page.lastKey = "";
@@ -192,7 +208,7 @@
   }
 
   look.hear(function () {
-    ask("ask-along", page.text);
+    follow();
     if (page.charted) ask("ask-chart", page.charted);
   });
 
@@ -219,6 +235,9 @@
   }
   function later(name, figure) {
     waiting.set(name, figure); // in place of one that was not drawn yet
+    moved();
+  }
+  function moved() {
     page.heard = performance.now();
     schedule();
   }
@@ -324,8 +343,8 @@
   const heard = (read) => function (answer) { if (answer) read(answer); };
   window.dash_clientside = Object.assign({}, window.dash_clientside, {
     velotyre: {
-      carry, along: heard(along), damping: heard(damping), sensitivity: heard(sensitivity), motion: heard(motion),
-      form: heard(form), chart: heard(chart), dropped: heard(dropped),
+      carry, damping: heard(damping), sensitivity: heard(sensitivity), motion: heard(motion), chart: heard(chart),
+      dropped: heard(dropped),
     },
   });
 
@@ -351,23 +370,13 @@
     look.place(at("theme-place"));
     if (window.innerWidth <= 760) at("controls").open = false; // the figures come first on a phone
     page.text = location.hash.length > 1 ? location.hash.slice(1) : at("page").dataset.initial;
+    page.read = new Promise((done) => document.addEventListener("DOMContentLoaded", done)); // with plotly, the last program
     server.send("state", page.text);
     busy(PARTS);
     at("undo").disabled = true;
-    const read = new Promise((done) => document.addEventListener("DOMContentLoaded", done));
-    const figures = server.first("ask-along", "along", question(page.text));
-    const forms = server.first("ask-form", "form", question(page.text));
-    try {
-      const answer = await figures;
-      await read; // with it plotly, the last program of the page
-      if (answer) along(answer);
-      else ask("ask-along", page.text); // by Dash, which can ask again
-      const controls = await forms;
-      if (controls) form(controls);
-      else redraw();
-    } finally {
-      server.callDash();
-    }
+    const figures = follow();
+    redraw(figures);
+    try { await figures; } finally { server.callDash(); }
   }
   begin();
 })();

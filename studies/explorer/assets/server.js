@@ -1,5 +1,6 @@
-// How the page asks: Dash carries questions and answers. The first ones are put without it, by the same words, and its
-// programs are read when the first figure is drawn: they take longer than the figure itself.
+// How the page asks. What it begins with and what follows a slider is asked of the server by the page itself, in the
+// words of Dash; the rest goes through Dash. Its programs are read when the first figure is drawn: they take longer
+// than that.
 window.velotyreServer = (function () {
   "use strict";
   const held = new Map(); // what is said before Dash is there: the last of each
@@ -15,19 +16,19 @@ window.velotyreServer = (function () {
     held.clear();
   }
 
-  async function first(question, answer, data) { // the answer, or undefined where none is to be had
-    const end = (id) => ({ id: id, property: "data" });
+  async function ask(name, data) { // what the callback of the store `name` answers, else a message
+    const end = (id) => ({ id: id, property: "data" }), question = "ask-" + name;
     const asked = {
-      output: answer + ".data", outputs: end(answer), changedPropIds: [question + ".data"],
+      output: name + ".data", outputs: end(name), changedPropIds: [question + ".data"],
       inputs: [Object.assign(end(question), { value: data })],
     };
     try {
       const come = await fetch("/_dash-update-component", {
         method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(asked),
       });
-      return come.ok ? (await come.json()).response[answer].data : undefined;
+      return come.ok ? (await come.json()).response[name].data : { message: (await come.text()).trim() };
     } catch (error) {
-      return undefined;
+      return { message: "velotyre explore does not answer; start it again in the terminal, then load this page again" };
     }
   }
 
@@ -48,5 +49,5 @@ window.velotyreServer = (function () {
     Promise.all(programs.map(read)).then(() => rest.forEach(read)); // the last one starts it
   }
 
-  return { send, carry, first, callDash };
+  return { send, carry, ask, callDash };
 })();

@@ -92,6 +92,11 @@ def test_no_path_leads_to_a_file(client, path):
     assert b"import " not in answer.data
 
 
+def test_only_the_icon_is_kept_by_the_browser_without_asking(client):
+    assert client.get("/_favicon.ico", headers=HOME).headers["Cache-Control"] == "max-age=3600"
+    assert "max-age" not in client.get("/", headers=HOME).headers.get("Cache-Control", "")
+
+
 @pytest.mark.parametrize("method", ["put", "delete", "patch", "post", "options"])
 def test_the_page_is_only_read(client, method):
     assert getattr(client, method)("/", headers=HOME).status_code == 405
@@ -110,7 +115,7 @@ def test_a_body_of_ten_megabytes_is_refused(client):
         json.dumps({"output": ALONG}).encode(),
         json.dumps(question("a") | {"outputs": []}).encode(),
         json.dumps(question("a") | {"outputs": {"id": [], "property": {}}}).encode(),
-        json.dumps(question("a") | {"inputs": [{"id": "ask-along", "property": "data"}]}).encode(),
+        json.dumps(question("a") | {"inputs": []}).encode(),
         json.dumps(question("a") | {"inputs": "ask-along"}).encode(),
         json.dumps(question("a") | {"changedPropIds": [[1]]}).encode(),
         json.dumps(question([[[[[[[[[["deep"]]]]]]]]]])).encode(),
