@@ -19,8 +19,9 @@ from tyre.base.notes import extrapolated
 
 DAMPED = 40.0  # 1/s: what decays faster is over at once; the picture begins above it, the table has it
 MARKS = 12  # markers along a curve
-ONCE, FIXED = {"automargin": False}, {"l": 76, "r": 12, "t": 48, "b": 48}
-"""Of axes whose numbers are short: a margin that the browser fits to them makes it draw every axis twice."""
+ONCE, FIXED = {"automargin": False, "ticklabeloverflow": "allow"}, {"l": 76, "r": 12, "t": 48, "b": 48}
+"""Of axes whose numbers are short: a margin that the browser fits to them makes it draw every axis twice,
+and numbers that it looks for beyond the figure make it lay the page out anew for each."""
 
 Figure = dict[str, Any]
 

@@ -20,7 +20,7 @@ from studies.explorer.looks import LIGHT, PALETTES, Palette
 from studies.explorer.models import bicycle_name
 from studies.explorer.motion import mode_motion
 from studies.explorer.one_speed import damping_figure, figure_or_words, sensitivity_figure
-from studies.explorer.page import ALONG, AT, CHART, INDEX, page
+from studies.explorer.page import ANSWERED, carrier, index
 from studies.explorer.saved_page import saved_page
 from studies.explorer.state import State as Shown
 from studies.explorer.state import parse_state
@@ -39,11 +39,11 @@ def build_app(initial: str = "") -> Dash:
         Address of the state that it begins with.
     """
     app = Dash(
-        "velotyre_explorer", assets_folder=str(Path(__file__).parent / "assets"), index_string=INDEX,
-        title="velotyre explorer", update_title="", serve_locally=True,
-        assets_ignore=r"recording\.js|plotly-basic", suppress_callback_exceptions=False,
+        "velotyre_explorer", assets_folder=str(Path(__file__).parent / "assets"), index_string=index(initial),
+        title="velotyre explorer", update_title="", serve_locally=True, assets_ignore=r"\.(js|css)$",
+        suppress_callback_exceptions=False,
     )  # fmt: skip
-    app.layout = page(initial)
+    app.layout = carrier()
     _figures(app)
     _forms(app)
     _files(app)
@@ -51,7 +51,7 @@ def build_app(initial: str = "") -> Dash:
     return app
 
 
-def main_figures(asked: Any, theme: Any) -> tuple[Any, ...]:
+def main_figures(asked: Any, theme: Any) -> dict[str, Any]:
     """Figures along speed and what else is told of a state.
 
     Parameters
@@ -63,8 +63,8 @@ def main_figures(asked: Any, theme: Any) -> tuple[Any, ...]:
 
     Returns
     -------
-    tuple
-        Figures of modes, critical speeds and root locus, and ``shown``: what the browser needs beside them.
+    dict
+        ``figures`` of modes, critical speeds and root locus, and ``shown``: what the browser needs beside them.
     """
     state = parse_state(asked)
     now, palette = computed(state), _palette(theme)
@@ -80,49 +80,46 @@ def main_figures(asked: Any, theme: Any) -> tuple[Any, ...]:
     }
     locus = root_locus(now, palette)
     del locus["layout"]["meta"]  # its table is that of the modes, which the browser has
-    return modes_figure(now, pinned, palette), critical_strip(now, palette), locus, shown
+    modes = modes_figure(now, pinned, palette)
+    return {"figures": {"modes": modes, "critical": critical_strip(now, palette), "locus": locus}, "shown": shown}
 
 
 def _figures(app: Dash) -> None:
-    @app.callback(
-        *(Output(f"drawn-{name}", "data") for name, _ in ALONG), Output("shown", "data"),
-        Input("state", "data"), Input("theme", "data"), prevent_initial_call=True,
-    )  # fmt: skip
-    def along(asked: Any, theme: Any) -> Any:
+    @app.callback(Output("along", "data"), Input("ask-along", "data"), prevent_initial_call=True)
+    def along(asked: Any) -> Any:
+        text, theme = _asked(asked)
         try:
-            return main_figures(asked, theme)
+            return main_figures(text, theme)
         except InputError as error:
-            return (*[no_update] * len(ALONG), _refusal(asked, str(error)))
+            return _refusal(text, str(error))
         except Exception:
             logging.getLogger(__name__).exception("no figures")
-            return (*[no_update] * len(ALONG), _refusal(asked, FAILED))
+            return _refusal(text, FAILED)
 
-    @app.callback(
-        Output("drawn-damping", "data"), Output("text-command", "children"), Output("text-python", "children"),
-        Input("settled", "data"), Input("theme", "data"), prevent_initial_call=True,
-    )  # fmt: skip
-    def damping(asked: Any, theme: Any) -> Any:
+    @app.callback(Output("damping", "data"), Input("ask-at", "data"), prevent_initial_call=True)
+    def damping(asked: Any) -> Any:
+        text, theme = _asked(asked)
+        palette = _palette(theme)
+
         def found(state: Shown) -> Any:
-            palette = _palette(theme)
             made = _logged(lambda: damping_figure(at_speed(state), palette))
             drawn = figure_or_words("damping", made, palette)
-            return drawn, exports.as_command(state), exports.as_python(state)
+            return {"figure": drawn, "command": exports.as_command(state), "python": exports.as_python(state)}
 
-        return _said(_numbered(asked), found, 3)
+        return _said(text, found)
 
-    @app.callback(
-        Output("drawn-sensitivity", "data"), Input("settled", "data"), Input("theme", "data"), prevent_initial_call=True
-    )
-    def sensitivity(asked: Any, theme: Any) -> Any:
+    @app.callback(Output("sensitivity", "data"), Input("ask-at", "data"), prevent_initial_call=True)
+    def sensitivity(asked: Any) -> Any:
+        text, theme = _asked(asked)
         palette = _palette(theme)
 
         def found(state: Shown) -> Any:
             made = _logged(lambda: sensitivity_figure(ranking(state), palette))
-            return figure_or_words("sensitivity", made, palette)
+            return {"figure": figure_or_words("sensitivity", made, palette)}
 
-        return _said(_numbered(asked), found, 1)
+        return _said(text, found)
 
-    @app.callback(Output("motion", "data"), Input("settled", "data"), prevent_initial_call=True)
+    @app.callback(Output("motion", "data"), Input("ask-motion", "data"), prevent_initial_call=True)
     def motion(asked: Any) -> Any:
         def found(state: Shown) -> Any:
             try:
@@ -130,29 +127,28 @@ def _figures(app: Dash) -> None:
             except InputError as error:
                 return {"message": str(error)}
 
-        return _said(_numbered(asked), found, 1)
+        return _said(_asked(asked)[0], found)
 
-    @app.callback(
-        Output("drawn-chart", "data"), Output("chart-told", "data"),
-        Input("charted", "data"), Input("theme", "data"), prevent_initial_call=True,
-    )  # fmt: skip
-    def chart(asked: Any, theme: Any) -> Any:
-        address = _numbered(asked)
-        if address is None:
-            return no_update, no_update
+    @app.callback(Output("chart", "data"), Input("ask-chart", "data"), prevent_initial_call=True)
+    def chart(asked: Any) -> Any:
+        text, theme = _asked(asked)
         try:
-            state = parse_state(address)
+            state = parse_state(text)
             found = _logged(lambda: chart_of(state))()
-            return chart_figure(found, _palette(theme)), {"address": state.address, "notes": chart_notes(found)}
+            return {
+                "figure": chart_figure(found, _palette(theme)),
+                "address": state.address,
+                "notes": chart_notes(found),
+            }
         except InputError as error:
-            return no_update, {"message": str(error)}
+            return {"message": str(error)}
 
 
 def _forms(app: Dash) -> None:
-    @app.callback(Output("form", "data"), Input("redraw", "data"), prevent_initial_call=True)
+    @app.callback(Output("form", "data"), Input("ask-form", "data"), prevent_initial_call=True)
     def form(asked: Any) -> Any:
         try:
-            state = parse_state(_numbered(asked))
+            state = parse_state(_asked(asked)[0])
         except InputError:
             state = Shown()
         try:
@@ -184,43 +180,34 @@ def _forms(app: Dash) -> None:
 
 
 def _files(app: Dash) -> None:
-    def made(asked: Any, ending: str, text: Callable[[Shown], str]) -> Any:
+    endings: dict[Any, tuple[str, Callable[[Shown, Palette], str]]] = {
+        "model": (".toml", lambda state, _: exports.model_toml(state)),
+        "csv": ("_eigenvalues.csv", lambda state, _: exports.eigenvalues_csv(state)),
+        "chart": ("_stability_chart.csv", lambda state, _: chart_csv(state)),
+        "page": (".html", saved_page),
+    }
+
+    @app.callback(Output("file", "data"), Input("save", "data"), prevent_initial_call=True)
+    def save(asked: Any) -> Any:
+        text, theme = _asked(asked)
+        what = asked.get("what") if isinstance(asked, dict) else None
+        if not isinstance(what, str) or what not in endings:
+            return no_update
+        ending, made = endings[what]
+
         def found(state: Shown) -> Any:
-            return {"content": text(state), "filename": f"{exports.file_stem(state)}{ending}", "type": "text/plain"}
+            content = made(state, _palette(theme))
+            return {"content": content, "filename": f"{exports.file_stem(state)}{ending}", "type": "text/plain"}
 
-        return _said(asked, found, 1)
-
-    @app.callback(
-        Output("file", "data"),
-        Input("save-model", "n_clicks"), Input("save-csv", "n_clicks"), Input("save-page", "n_clicks"),
-        Input("save-chart", "n_clicks"), State("shown", "data"), State("theme", "data"), State("charted", "data"),
-        prevent_initial_call=True,
-    )  # fmt: skip
-    def save(model: Any, csv: Any, whole: Any, drawn: Any, shown: Any, theme: Any, charted: Any) -> Any:
-        from dash import ctx
-
-        asked = shown.get("asked") if isinstance(shown, dict) else None
-        if ctx.triggered_id == "save-model":
-            return made(asked, ".toml", exports.model_toml)
-        if ctx.triggered_id == "save-csv":
-            return made(asked, "_eigenvalues.csv", exports.eigenvalues_csv)
-        if ctx.triggered_id == "save-chart":
-            return made(_numbered(charted), "_stability_chart.csv", chart_csv)
-        return made(asked, ".html", lambda state: saved_page(state, _palette(theme)))
+        return _said(text, found)
 
 
 def _in_the_browser(app: Dash) -> None:
-    def client(function: str, *ends: Any, first: bool = False) -> None:
-        app.clientside_callback(ClientsideFunction("velotyre", function), *ends, prevent_initial_call=not first)
-
-    client("begin", Output("state", "data"), Input("initial", "data"), first=True)
-    client("fill", Output("form-model", "title"), Input("form", "data"))
-    client("told", Output("settled", "data"), Input("shown", "data"))
-    client("moved", Output("motion-title", "title"), Input("motion", "data"))
-    client("loaded", Output("loaded", "title"), Input("dropped", "data"))
-    client("charted", Output("chart-said", "title"), Input("chart-told", "data"))
-    for name, _ in (*ALONG, *AT, CHART):
-        client("draw", Output(f"table-{name}", "title"), Input(f"drawn-{name}", "data"), State(name, "id"))
+    """What comes is read by ``assets/explorer.js``; the first call says that Dash is there."""
+    for name in ANSWERED:
+        read = ClientsideFunction("velotyre", name)
+        app.clientside_callback(read, Input(name, "data"), prevent_initial_call=True)
+    app.clientside_callback(ClientsideFunction("velotyre", "carry"), Input("file", "id"))
 
 
 def _listed(given: Any) -> list[str]:
@@ -229,9 +216,9 @@ def _listed(given: Any) -> list[str]:
     return listed if all(isinstance(one, str) for one in listed) else []
 
 
-def _numbered(asked: Any) -> Any:
-    """The address of what the browser sends with a running number, so that the same one is answered again."""
-    return asked.get("text") if isinstance(asked, dict) else None
+def _asked(asked: Any) -> tuple[Any, Any]:
+    """Address and colours of what the browser asks (with a running number, so that the same is answered again)."""
+    return (asked.get("text"), asked.get("theme")) if isinstance(asked, dict) else (None, None)
 
 
 def _logged(made: Callable[[], Any]) -> Callable[[], Any]:
@@ -249,20 +236,19 @@ def _logged(made: Callable[[], Any]) -> Callable[[], Any]:
     return call
 
 
-def _said(asked: Any, found: Callable[[Shown], Any], outputs: int) -> Any:
+def _said(asked: Any, found: Callable[[Shown], Any]) -> Any:
     """What a function finds of a state; nothing where the message already stands on the page."""
-    nothing = no_update if outputs == 1 else (no_update,) * outputs
     try:
         return found(parse_state(asked))
     except InputError:
-        return nothing
+        return no_update
     except Exception:
         logging.getLogger(__name__).exception("no answer")
-        return nothing
+        return no_update
 
 
 def _refusal(asked: Any, message: str) -> dict[str, Any]:
-    return {"asked": asked, "message": message}
+    return {"shown": {"asked": asked, "message": message}}
 
 
 def _or_start(asked: Any) -> Shown:

@@ -21,8 +21,9 @@ CALLBACK = "/_dash-update-component"
 FOLDER = "/recording/"
 """Of the addresses of the page of recordings."""
 
+ICON = "/_favicon.ico"
 OPENED = ("/", "/recording")  # by a link, too
-PAGES = (*OPENED, "/_dash-layout", "/_dash-dependencies", "/_favicon.ico")
+PAGES = (*OPENED, "/_dash-layout", "/_dash-dependencies", ICON)
 FOLDERS = ("/assets/", "/_dash-component-suites/")
 DEEPEST, MOST_VALUES = 6, 5_000
 
@@ -83,6 +84,8 @@ def guard(server: Flask, callbacks: Mapping[str, Any], hosts: Iterable[str], scr
         answer.headers["X-Content-Type-Options"] = "nosniff"
         answer.headers["Referrer-Policy"] = "no-referrer"
         answer.headers["Cross-Origin-Resource-Policy"] = "same-origin"
+        if request.path == ICON:  # browsers ask for it anew whenever the address changes, with every move of a slider
+            answer.headers["Cache-Control"] = "max-age=3600"
         return answer
 
 

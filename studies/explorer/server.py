@@ -15,6 +15,7 @@ from studies.explorer.computed import at_speed, ranking
 from studies.explorer.controls import controls_html
 from studies.explorer.guard import guard
 from studies.explorer.motion import mode_motion
+from studies.explorer.page import program_hash
 from studies.explorer.recording.routes import add_routes
 from studies.explorer.state import parse_state
 from studies.explorer.tyre_files import TYRES
@@ -43,7 +44,7 @@ def build_server(initial: str, port: int) -> Any:
     app = build_app(initial)
     hosts = (f"{HOST}:{port}", f"localhost:{port}")
     app._setup_server()  # lists the callbacks, which it would do at the first request
-    guard(app.server, app.callback_map, hosts, app.csp_hashes())
+    guard(app.server, app.callback_map, hosts, [*app.csp_hashes(), program_hash()])
     close = add_routes(app.server)
 
     def end() -> None:

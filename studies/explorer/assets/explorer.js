@@ -1,13 +1,14 @@
 // The address is the state: a control edits it here, the server answers with figures or with words.
 (function () {
   "use strict";
-  const shared = window.velotyreShared, look = window.velotyreTheme;
+  const shared = window.velotyreShared, look = window.velotyreTheme, server = window.velotyreServer;
   const COALESCE = 800; // ms: changes of one control within it are one step of undo
   const BESIDE = 100000; // bytes of a request that are not its files
   const SETTLE = 200; // ms without a change before the figures at one speed follow
-  const page = { text: "", past: [], lastKey: "", lastTime: 0, redraws: 0, settling: 0, modes: "", waiting: new Set(), sent: false };
+  const page = { text: "", past: [], lastKey: "", lastTime: 0, asked: 0, settling: 0, modes: "", waiting: new Set(), sent: false };
   const at = (id) => document.getElementById(id);
-  const send = (id, data) => window.dash_clientside.set_props(id, { data: data });
+  const question = (text) => ({ n: (page.asked += 1), text: text, theme: look.now() });
+  const ask = (store, text) => server.send(store, question(text));
 
   // ---- the address as pairs of key and value ----
   function pairs(text) {
@@ -43,13 +44,27 @@
     else if (location.hash !== url) history.pushState(null, "", url);
     busy(PARTS);
     page.sent = false;
+    clearTimeout(page.settling); // what is at one speed waits for the end of a move: it would hold the next figure up,
+    moved(); // and so would those that are not seen
     at("undo").disabled = !page.past.length;
-    send("state", text);
+    server.send("state", text);
+    follow();
     if (options.redraw) redraw();
   }
-  function redraw() {
-    page.redraws += 1;
-    send("redraw", { n: page.redraws, text: page.text });
+  async function follow() { // one question at a time: while a slider moves, the last of its values is asked next
+    page.again = Boolean(page.following);
+    if (page.following) return;
+    page.following = true;
+    const text = page.text, answer = await server.ask("along", question(text));
+    await page.read;
+    page.following = false;
+    if (page.again) follow();
+    along(answer.message ? { shown: { asked: text, message: answer.message } } : answer);
+  }
+  async function redraw(after) {
+    const mine = (page.forms = (page.forms || 0) + 1), forms = await server.ask("form", question(page.text));
+    await after;
+    if (mine === page.forms && !forms.message) form(forms);
   }
   function undo() {
     if (!page.past.length) return;
@@ -90,8 +105,8 @@
     if (text !== page.text) change(text, { key: "chart" });
     at("chart-busy").textContent = "computing the chart …";
     at("draw-chart").disabled = true;
-    page.charts = (page.charts || 0) + 1;
-    send("charted", { n: page.charts, text: text });
+    page.charted = text;
+    ask("ask-chart", text);
   }
   const modelOf = (text) => joined(pairs(text).filter(([key]) => !["pin", "mode", "slow", "fast", "at"].includes(key) || (key === "at" && !/(^|&)[xy]=speed/.test(text))).sort());
   function chartAge() { // a chart of an earlier model is pale and says so
@@ -169,6 +184,7 @@
     else if (button.id === "play") shared.toggle();
     else if (button.dataset.image) shared.image(button.dataset.image, button.dataset.format, "velotyre_" + button.dataset.image);
     else if (button.dataset.copy) copy(button);
+    else if (button.dataset.save) save(button.dataset.save);
   });
   document.addEventListener("keydown", function (event) {
     if (!event.altKey || event.ctrlKey) return;
@@ -179,6 +195,10 @@
     const text = location.hash.slice(1);
     if (text !== page.text) { page.lastKey = ""; adopt(text, { redraw: true, replace: true }); }
   });
+  function save(what) {
+    const text = what === "chart" ? page.charted : page.lastShown && page.lastShown.asked;
+    if (text) server.send("save", Object.assign(question(text), { what: what }));
+  }
   function copy(button) {
     const text = at(button.dataset.copy).textContent;
     navigator.clipboard.writeText(text).then(
@@ -187,8 +207,9 @@
     );
   }
 
-  look.hear(function (now) {
-    if (page.begun) send("theme", now);
+  look.hear(function () {
+    follow();
+    if (page.charted) ask("ask-chart", page.charted);
   });
 
   // ---- tables, filled when they are opened ----
@@ -202,8 +223,8 @@
     if (name && name !== "motion") fillTable(name);
   }, true);
 
-  // ---- figures: the modes at once, the others one after the other, so that the first is seen first ----
-  const FIRST = "modes", waiting = new Map();
+  // ---- figures: the modes at once, then what is seen, one after the other; the rest when nothing changes ----
+  const waiting = new Map();
   function drawn(name, figure) {
     window.Plotly.react(at(name).firstElementChild, figure.data, figure.layout, { displaylogo: false, displayModeBar: false, responsive: true });
     if (name !== "locus") tables[name] = figure.layout.meta;
@@ -213,15 +234,30 @@
     came(name);
   }
   function later(name, figure) {
-    if (!waiting.size) setTimeout(next, 0);
     waiting.set(name, figure); // in place of one that was not drawn yet
+    moved();
+  }
+  function moved() {
+    page.heard = performance.now();
+    schedule();
+  }
+  function seen(name) {
+    const place = at(name).getBoundingClientRect();
+    return place.top < window.innerHeight && place.bottom > 0;
+  }
+  function schedule() {
+    clearTimeout(page.drawing);
+    if (!waiting.size) return;
+    const quiet = Math.max(0, page.heard + SETTLE - performance.now());
+    page.drawing = setTimeout(next, [...waiting.keys()].some(seen) ? 0 : quiet);
   }
   function next() {
-    const [name, figure] = waiting.entries().next().value;
+    const name = [...waiting.keys()].find(seen) || waiting.keys().next().value, figure = waiting.get(name);
     waiting.delete(name);
-    if (waiting.size) setTimeout(next, 0);
+    schedule();
     drawn(name, figure);
   }
+  window.addEventListener("beforeprint", function () { while (waiting.size) next(); });
 
   function list(place, lines) {
     place.replaceChildren(...lines.map(function (line) { const item = document.createElement("li"); item.textContent = line; return item; }));
@@ -231,95 +267,84 @@
     if (files) files.setAttribute("aria-label", "Load a bicycle, model or tyre");
     else setTimeout(labelled, 50);
   }
-  function nothing() { return window.dash_clientside.no_update; }
-
-  // ---- what Dash calls ----
+  // ---- what the server answers, by the name of its store ----
+  function along(answer) {
+    const figures = answer.figures;
+    if (figures) drawn("modes", figures.modes);
+    told(answer.shown);
+    if (!figures) return;
+    later("critical", figures.critical);
+    later("locus", figures.locus);
+  }
+  function told(shown) {
+    const message = at("message");
+    if (shown.asked !== page.text) return; // an answer to an earlier question
+    message.textContent = shown.message ? shown.message + (page.lastShown ? " (The figures show the last model that could be computed.)" : "") : "";
+    at("figures").classList.toggle("stale", Boolean(shown.message));
+    if (shown.message) { busy([]); return; }
+    came("along");
+    page.text = shown.address;
+    if (location.hash.slice(1) !== shown.address) history.replaceState(null, "", "#" + shown.address);
+    page.lastShown = shown;
+    look.model(shown.address);
+    at("what").textContent = shown.name;
+    at("unpin").disabled = !pairs(page.text).some(([key]) => key === "pin");
+    modes(shown);
+    chartAge();
+    list(at("notes"), shown.critical.concat(shown.notes));
+    clearTimeout(page.settling);
+    page.settling = setTimeout(function () {
+      page.sent = true;
+      ask("ask-at", shown.address);
+      ask("ask-motion", shown.address);
+    }, SETTLE);
+  }
+  function damping(answer) {
+    at("text-command").textContent = answer.command;
+    at("text-python").textContent = answer.python;
+    later("damping", answer.figure);
+  }
+  function motion(data) {
+    came("motion");
+    if (data.message) { at("motion-said").textContent = data.message; return; }
+    shared.show({ views: at("motion-views"), table: at("table-motion"), said: at("motion-said"), button: at("play") }, data);
+    at("motion-title").textContent = "Mode shape: " + data.mode.replaceAll("_", " ");
+  }
+  function form(forms) {
+    const focus = document.activeElement && document.activeElement.id;
+    at("form-model").innerHTML = forms.html.model;
+    at("form-speeds").innerHTML = forms.html.speeds;
+    at("form-at").innerHTML = forms.html.at;
+    at("form-chart").innerHTML = forms.html.chart;
+    page.modes = "";
+    if (page.lastShown) modes(page.lastShown);
+    if (focus && at(focus) && document.activeElement !== at(focus)) at(focus).focus();
+  }
+  function chart(answer) {
+    at("draw-chart").disabled = false;
+    at("chart-busy").textContent = "";
+    at("chart-said").textContent = answer.message || "";
+    if (answer.message) return;
+    page.chart = modelOf(answer.address);
+    at("chart-place").hidden = false;
+    list(at("chart-notes"), answer.notes);
+    chartAge();
+    later("chart", answer.figure);
+  }
+  function dropped(files) {
+    at("loaded").textContent = files.message ? "" : ["loaded " + files.name].concat(files.remarks).join("; ");
+    at("message").textContent = "";
+    if (files.message) at("message").textContent = files.message;
+    else if (files.address !== page.text) change(files.address, { redraw: true });
+    else adopt(files.address, { redraw: true, replace: true }); // a tyre to choose, or the one that was lacking
+  }
+  function sensitivity(answer) { later("sensitivity", answer.figure); }
+  function carry() { server.carry(); labelled(); }
+  const heard = (read) => function (answer) { if (answer) read(answer); };
   window.dash_clientside = Object.assign({}, window.dash_clientside, {
     velotyre: {
-      begin: function (initial) {
-        look.place(at("theme-place"));
-        if (window.innerWidth <= 760) at("controls").open = false; // the figures come first on a phone
-        page.begun = true;
-        page.text = location.hash.length > 1 ? location.hash.slice(1) : initial || "";
-        send("theme", look.now());
-        busy(PARTS);
-        at("undo").disabled = true;
-        redraw();
-        return page.text;
-      },
-      fill: function (form) {
-        if (!form) return nothing();
-        const focus = document.activeElement && document.activeElement.id;
-        labelled();
-        at("form-model").innerHTML = form.html.model;
-        at("form-speeds").innerHTML = form.html.speeds;
-        at("form-at").innerHTML = form.html.at;
-        at("form-chart").innerHTML = form.html.chart;
-        page.modes = "";
-        if (page.lastShown) modes(page.lastShown);
-        if (focus && at(focus) && document.activeElement !== at(focus)) at(focus).focus();
-        return nothing();
-      },
-      told: function (shown) {
-        if (!shown) return nothing();
-        const message = at("message");
-        if (shown.asked !== page.text) return nothing(); // an answer to an earlier question
-        message.textContent = shown.message ? shown.message + (page.lastShown ? " (The figures show the last model that could be computed.)" : "") : "";
-        at("figures").classList.toggle("stale", Boolean(shown.message));
-        if (shown.message) { busy([]); return nothing(); }
-        came("along");
-        page.text = shown.address;
-        if (location.hash.slice(1) !== shown.address) history.replaceState(null, "", "#" + shown.address);
-        page.lastShown = shown;
-        look.model(shown.address);
-        at("what").textContent = shown.name;
-        at("unpin").disabled = !pairs(page.text).some(([key]) => key === "pin");
-        modes(shown);
-        chartAge();
-        list(at("notes"), shown.critical.concat(shown.notes));
-        clearTimeout(page.settling);
-        page.settling = setTimeout(function () {
-          page.sent = true;
-          page.settled = (page.settled || 0) + 1;
-          send("settled", { n: page.settled, text: shown.address });
-        }, SETTLE);
-        return nothing();
-      },
-      charted: function (told) {
-        if (!told) return nothing();
-        at("draw-chart").disabled = false;
-        at("chart-busy").textContent = "";
-        at("chart-said").textContent = told.message || "";
-        if (told.message) return nothing();
-        page.chart = modelOf(told.address);
-        at("chart-place").hidden = false;
-        list(at("chart-notes"), told.notes);
-        chartAge();
-        window.dispatchEvent(new Event("resize")); // it was hidden until now
-        return nothing();
-      },
-      moved: function (data) {
-        came("motion");
-        if (data && data.message) { at("motion-said").textContent = data.message; return nothing(); }
-        if (data) shared.show({ views: at("motion-views"), table: at("table-motion"), said: at("motion-said"), button: at("play") }, data);
-        if (data) at("motion-title").textContent = "Mode shape: " + data.mode.replaceAll("_", " ");
-        return nothing();
-      },
-      loaded: function (dropped) {
-        if (!dropped) return nothing();
-        at("loaded").textContent = dropped.message ? "" : ["loaded " + dropped.name].concat(dropped.remarks).join("; ");
-        at("message").textContent = "";
-        if (dropped.message) at("message").textContent = dropped.message;
-        else if (dropped.address !== page.text) change(dropped.address, { redraw: true });
-        else adopt(dropped.address, { redraw: true, replace: true }); // a tyre to choose, or the one that was lacking
-        return nothing();
-      },
-      draw: function (figure, name) {
-        if (!figure) return nothing();
-        if (name === FIRST) drawn(name, figure);
-        else later(name, figure);
-        return nothing();
-      },
+      carry, damping: heard(damping), sensitivity: heard(sensitivity), motion: heard(motion), chart: heard(chart),
+      dropped: heard(dropped),
     },
   });
 
@@ -339,4 +364,19 @@
       return option;
     }));
   }
+
+  // ---- the beginning: figures and forms are asked for while the browser reads what draws, Dash comes after them ----
+  async function begin() {
+    look.place(at("theme-place"));
+    if (window.innerWidth <= 760) at("controls").open = false; // the figures come first on a phone
+    page.text = location.hash.length > 1 ? location.hash.slice(1) : at("page").dataset.initial;
+    page.read = new Promise((done) => document.addEventListener("DOMContentLoaded", done)); // with plotly, the last program
+    server.send("state", page.text);
+    busy(PARTS);
+    at("undo").disabled = true;
+    const figures = follow();
+    redraw(figures);
+    try { await figures; } finally { server.callDash(); }
+  }
+  begin();
 })();

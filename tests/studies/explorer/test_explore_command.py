@@ -48,8 +48,8 @@ def test_it_serves_at_the_address_that_it_says_and_ends_when_interrupted():
             assert line.startswith("velotyre explorer: http://127.0.0.1:")
             place = line.split()[2].removeprefix("http://").rstrip("/")
             page = http.client.HTTPConnection(place, timeout=30)
-            page.request("GET", "/_dash-layout")
-            assert b"bicycle=pista" in page.getresponse().read()
+            page.request("GET", "/")
+            assert b'data-initial="bicycle=pista"' in page.getresponse().read()
             page.close()
         finally:
             served.terminate()

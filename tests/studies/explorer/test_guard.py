@@ -14,7 +14,7 @@ from bicycle.files.bicycle_file import load_bicycle, to_toml
 from studies.explorer.server import build_server
 
 HOME = {"Host": "127.0.0.1:8050"}
-ALONG = "..drawn-modes.data...drawn-critical.data...drawn-locus.data...shown.data.."
+ALONG = "along.data"
 
 
 @pytest.fixture(scope="module")
@@ -24,15 +24,12 @@ def client():
 
 def question(state, theme="light"):
     """A request of the page for its figures along speed."""
-    outputs = [{"id": f"drawn-{name}", "property": "data"} for name in ("modes", "critical", "locus")]
+    asked = {"n": 1, "text": state, "theme": theme}
     return {
         "output": ALONG,
-        "outputs": [*outputs, {"id": "shown", "property": "data"}],
-        "inputs": [
-            {"id": "state", "property": "data", "value": state},
-            {"id": "theme", "property": "data", "value": theme},
-        ],
-        "changedPropIds": ["state.data"],
+        "outputs": {"id": "along", "property": "data"},
+        "inputs": [{"id": "ask-along", "property": "data", "value": asked}],
+        "changedPropIds": ["ask-along.data"],
     }
 
 
@@ -43,7 +40,7 @@ def ask(client, body, **headers):
 def shown(client, state):
     answer = ask(client, question(state))
     assert answer.status_code == 200, answer.data[:300]
-    return answer.get_json()["response"]["shown"]["data"]
+    return answer.get_json()["response"]["along"]["data"]["shown"]
 
 
 def test_the_page_asks_and_is_answered(client):
@@ -95,6 +92,11 @@ def test_no_path_leads_to_a_file(client, path):
     assert b"import " not in answer.data
 
 
+def test_only_the_icon_is_kept_by_the_browser_without_asking(client):
+    assert client.get("/_favicon.ico", headers=HOME).headers["Cache-Control"] == "max-age=3600"
+    assert "max-age" not in client.get("/", headers=HOME).headers.get("Cache-Control", "")
+
+
 @pytest.mark.parametrize("method", ["put", "delete", "patch", "post", "options"])
 def test_the_page_is_only_read(client, method):
     assert getattr(client, method)("/", headers=HOME).status_code == 405
@@ -113,8 +115,8 @@ def test_a_body_of_ten_megabytes_is_refused(client):
         json.dumps({"output": ALONG}).encode(),
         json.dumps(question("a") | {"outputs": []}).encode(),
         json.dumps(question("a") | {"outputs": {"id": [], "property": {}}}).encode(),
-        json.dumps(question("a") | {"inputs": [{"id": "state", "property": "data"}]}).encode(),
-        json.dumps(question("a") | {"inputs": "state"}).encode(),
+        json.dumps(question("a") | {"inputs": []}).encode(),
+        json.dumps(question("a") | {"inputs": "ask-along"}).encode(),
         json.dumps(question("a") | {"changedPropIds": [[1]]}).encode(),
         json.dumps(question([[[[[[[[[["deep"]]]]]]]]]])).encode(),
         json.dumps(question(list(range(100_000)))).encode(),
@@ -182,18 +184,16 @@ def test_a_state_that_makes_no_model_is_refused_in_words(client, state, words):
     ],
 )
 def test_a_chart_that_cannot_be_drawn_is_refused_in_words(client, axes, words):
+    asked = {"n": 1, "text": f"bicycle=benchmark&{axes}", "theme": "light"}
     body = {
-        "output": "..drawn-chart.data...chart-told.data..",
-        "outputs": [{"id": "drawn-chart", "property": "data"}, {"id": "chart-told", "property": "data"}],
-        "inputs": [
-            {"id": "charted", "property": "data", "value": {"n": 1, "text": f"bicycle=benchmark&{axes}"}},
-            {"id": "theme", "property": "data", "value": "light"},
-        ],
-        "changedPropIds": ["charted.data"],
+        "output": "chart.data",
+        "outputs": {"id": "chart", "property": "data"},
+        "inputs": [{"id": "ask-chart", "property": "data", "value": asked}],
+        "changedPropIds": ["ask-chart.data"],
     }
     answer = ask(client, body)
     assert answer.status_code == 200
-    assert words in answer.get_json()["response"]["chart-told"]["data"]["message"]
+    assert words in answer.get_json()["response"]["chart"]["data"]["message"]
 
 
 OPENED: list[str] = []

@@ -6,7 +6,6 @@ table 2; those of a tyre model are taken from its state matrix by numpy.
 
 import csv
 import io
-import time
 import tomllib
 from pathlib import Path
 
@@ -18,6 +17,7 @@ pytest.importorskip("dash", reason="the page needs dash (extra explore)")
 from bicycle import Model, read_model
 from bicycle.files.model_file import build_model
 from studies.explorer import tyre_files
+from tests.shared.explorer_page import QUIET, settled, until
 
 PUBLISHED = {
     "weave": complex(-0.77534188219585, 4.46486771378823),
@@ -28,21 +28,6 @@ TYRES = (
     "bicycle=benchmark&effects.relaxation_length.tyre=Tyre1&effects.relaxation_length.pressure_bar.rear=5.5"
     "&effects.relaxation_length.pressure_bar.front=4&effects.steer_damper.damping=0.5&slow=2&fast=12&at=7"
 )
-QUIET = "!document.getElementById('busy').textContent && !document.getElementById('message').textContent"
-
-
-def until(page, expression):
-    """Wait for an expression; Playwright's own way needs eval, which the page's policy forbids."""
-    end = time.monotonic() + 30
-    tried = f"(() => {{ try {{ return Boolean({expression}) }} catch {{ return false }} }})()"  # not there yet
-    while not page.evaluate(tried):
-        assert time.monotonic() < end, f"{expression}: {page.inner_text('#page')[:300]} {page.url}"
-        page.wait_for_timeout(30)
-
-
-def settled(page, speed="5"):
-    """Wait until the figures at one speed are those of ``speed``."""
-    until(page, f"{QUIET} && document.querySelector('#damping .gtitle')?.textContent.includes('at {speed} m/s')")
 
 
 def rows(page, name):
