@@ -12,6 +12,7 @@ import sympy as sp
 from bicycle.derivation.builder import SPEED, ModelBuilder
 from bicycle.derivation.closing import SymbolicModel
 from bicycle.derivation.declarations import Mode
+from bicycle.derivation.mistakes import applying
 from bicycle.derivation.straight_line import compiled
 from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.base.arrays import Array
@@ -191,7 +192,8 @@ def derive(effects: tuple[type[Contribution], ...]) -> SymbolicModel:
     """
     model = ModelBuilder()
     for effect in effects:
-        effect.symbolic().apply(model)
+        with applying(effect):
+            effect.symbolic().apply(model)
         for mode in effect.modes:
             model.add_mode(mode)
     return model.close()

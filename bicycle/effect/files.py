@@ -12,6 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeVar
 
+from bicycle.derivation.mistakes import line_of, said
 from tyre.base.errors import InputError
 
 T = TypeVar("T")
@@ -104,7 +105,7 @@ def installed_classes(base: type[T]) -> Iterator[tuple[type[T], str]]:
         try:
             thing = entry.load()
         except Exception as error:
-            raise InputError(f"{where} cannot be imported: {_said(error)}; mend or uninstall it") from error
+            raise InputError(f"{where} cannot be imported: {said(error)}; mend or uninstall it") from error
         found = list(_classes(thing, base)) if isinstance(thing, ModuleType) else [thing]
         if not found or not all(isinstance(kind, type) and issubclass(kind, base) for kind in found):
             raise InputError(f"{where} is neither an Effect nor a module with effects; mend or uninstall it")
@@ -161,7 +162,7 @@ def _run(path: Path, name: str) -> ModuleType:
     sys.modules[name] = module
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # a script that ends itself would end the command without a word
         sys.modules.pop(name)
         if former is not None:
             sys.modules[name] = former
@@ -169,12 +170,7 @@ def _run(path: Path, name: str) -> ModuleType:
             raise InputError(f"{path}, line {error.lineno}: this is not Python ({error.msg}); mend the line") from error
         if isinstance(error, InputError):
             raise InputError(f"{path}: {error}") from error
-        import traceback
-
-        calls = traceback.extract_tb(error.__traceback__)
-        lines = [call.lineno for call in calls if Path(call.filename) == path.resolve()]
-        where = f", line {lines[-1]}" if lines else ""
-        raise InputError(f"{path}{where}: the file cannot be run: {_said(error)}; mend it") from error
+        raise InputError(f"{path}{line_of(error, path)}: the file cannot be run: {said(error)}; mend it") from error
     return module
 
 
@@ -188,7 +184,3 @@ def _digest(content: bytes) -> str:
     import hashlib
 
     return hashlib.sha256(content).hexdigest()
-
-
-def _said(error: Exception) -> str:
-    return f"{type(error).__name__}: {error}"

@@ -13,6 +13,7 @@ from tyre.base.csv_table import read_columns
 from tyre.base.errors import InputError
 from tyre.channels.channel_map import ChannelMap
 from tyre.channels.draft import draft_words, refuse_unmapped
+from tyre.channels.read import contents
 from tyre.channels.record import Record, read_records
 from tyre.channels.units import quantity_of
 
@@ -63,6 +64,10 @@ def read_forced(
     try:
         columns = read_columns(path, numbers=(*own, *more), needed=("time_s", *more))
     except InputError as error:
+        there = [] if f"{path}, line" in str(error) else [column.name for column in contents(path).columns]
+        if more and "time_s" in there and reference not in there:
+            known = ", ".join(there)
+            raise InputError(f"{path}: --instrument {reference}: there is no such column; it has {known}") from error
         words = "" if f"{path}, line" in str(error) else draft_words(path, QUANTITIES)
         more_words = f"; a reference is named with --instrument; or give a channel map: {words}" if words else ""
         raise InputError(f"{error}{more_words}") from error

@@ -32,6 +32,7 @@ from tyre.base.arrays import Array, Complex
 from tyre.base.errors import InputError
 
 FEWEST_SEGMENTS = 5.0  # independent ones
+FEWEST_SAMPLES = 16  # of a segment: less is all window and trend
 EVERY = 2  # bins: the window makes neighbours nearly the same number
 FIRST = 2  # bin: below it the trend was taken out
 AROUND = np.array([-1, 0, 1])
@@ -89,9 +90,20 @@ def spectral_response(
     Raises
     ------
     InputError
-        Segments that are too long for five independent ones, or too short for two frequencies.
+        Segments that are too long for five independent ones, or too short for two frequencies; a highest frequency
+        above half the sample rate.
     """
     size = round(segment_s / step)
+    if size < FEWEST_SAMPLES:
+        raise InputError(
+            f"segments of {segment_s:g} s hold {size} samples of {step:.3g} s; at least {FEWEST_SAMPLES} are needed: "
+            f"take segments of {FEWEST_SAMPLES * step:.3g} s or more"
+        )
+    half = 0.5 / step
+    if np.isfinite(highest_hz) and highest_hz > half * (1 + 1e-9):
+        raise InputError(
+            f"{highest_hz:g} Hz is above {half:.4g} Hz, half the sample rate, and cannot be seen; take a lower limit"
+        )
     hop = size // 2
     segments = [_segments(signals, size, hop) for signals in (inputs, outputs, references or inputs)]
     counts = [len(part) for part in segments[0]]

@@ -59,8 +59,9 @@ def responses_of_runs(
     Raises
     ------
     InputError
-        An input or output that is not known or not recorded, no speed, a run twice, runs of one speed with different
-        sample times; as :func:`.read_forced` and :func:`.spectral_response`.
+        An input or output that is not known or not recorded, no speed, a run twice or at two speeds, the input as its
+        own reference, runs of one speed with different sample times; as :func:`.read_forced` and
+        :func:`.spectral_response`.
     """
     if source not in FORCED_INPUTS:
         raise InputError(f"--input: {unknown('input', source, FORCED_INPUTS)}")
@@ -71,6 +72,13 @@ def responses_of_runs(
         raise InputError(f"--output {','.join(outputs)!r}: name each output once, such as roll_rate,steer")
     if len(set(given)) < len(given):
         raise InputError(f"{next(x for x in given if list(given).count(x) > 1)!r} is given twice; keep one")
+    _refuse_two_speeds(given)
+    column = {**FORCED_INPUTS, **MOTIONS}.get(reference, reference)
+    if column == FORCED_INPUTS[source]:
+        raise InputError(
+            f"--instrument {reference}: this is the input itself, no reference from outside; leave --instrument out, "
+            "or name the signal that was added to the input"
+        )
     runs = [run for text in given for run in _read(text, reference, channel_map)]
     notes = [f"{run.name}: {note}" for run in runs for note in run.notes]
     found = []
@@ -78,7 +86,6 @@ def responses_of_runs(
         here = [run for run in runs if run.speed == speed]
         _refuse_steps(here)
         driven = [_signal(run, FORCED_INPUTS[source], f"--input {source}") for run in here]
-        column = {**FORCED_INPUTS, **MOTIONS}.get(reference, reference)
         pushed = [_signal(run, column, f"--instrument {reference}") for run in here] if reference else None
         for name in outputs:
             seen = [_signal(run, MOTIONS[name], f"--output {name}") for run in here]
@@ -103,6 +110,14 @@ def _read(text: str, reference: str, channel_map: ChannelMap | None) -> tuple[Ru
     file, speed = file_and_speed(text)
     with looking(file):
         return read_forced(file, speed, reference=reference, channel_map=channel_map)
+
+
+def _refuse_two_speeds(given: Sequence[str]) -> None:
+    known: dict[str, float] = {}
+    for text in given:
+        file, speed = file_and_speed(text)
+        if (other := known.setdefault(file.resolve().as_posix(), speed)) != speed:
+            raise InputError(f"{file} is given at {other:g} and at {speed:g} m/s; a recording has one speed: keep one")
 
 
 def _refuse_steps(runs: Sequence[Run]) -> None:

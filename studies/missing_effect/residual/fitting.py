@@ -19,6 +19,7 @@ from studies.inference.fit import Fit, fit, prior
 from studies.inference.forward import Forward
 from studies.inference.joint import JointForward
 from studies.missing_effect.diagnose import Diagnosis
+from studies.missing_effect.forced.forward import FrequencyForward
 from studies.missing_effect.motion.bicycle_forward import BicycleForward
 from studies.missing_effect.motion.canonical_forward import CanonicalForward
 from studies.missing_effect.motion.history_forward import HistoryForward
@@ -135,15 +136,24 @@ class Residual:
 
 
 def speeds_of(forward: Forward) -> Array:
-    """Measured speeds (n,) of a ``forward`` model of bicycle motion, m/s."""
+    """Measured speeds (n,) of a ``forward`` model of bicycle motion, m/s.
+
+    Raises
+    ------
+    InputError
+        Data without motion: a bench test, the tyre on a rig.
+    """
     if isinstance(forward, JointForward):
         return np.concatenate([speeds_of(part.forward) for part in forward.parts])
     if isinstance(forward, ModalForward):
         return np.array([point.speed for point in forward.points])
     if isinstance(forward, HistoryForward):
         return np.array([run.speed for run in forward.runs])
-    assert isinstance(forward, CanonicalForward)
-    return np.array(forward.table.speeds, float)
+    if isinstance(forward, FrequencyForward):
+        return forward.wanted.speed
+    if isinstance(forward, CanonicalForward):
+        return np.array(forward.table.speeds, float)
+    raise InputError("a torque over state and speed is fitted to motion alone, not to a bench test or a tyre on a rig")
 
 
 def base_of(forward: Forward) -> BicycleForward:
@@ -160,7 +170,8 @@ def fit_residual(diagnosis: Diagnosis) -> Residual | None:
     Raises
     ------
     InputError
-        The data cannot carry one: a single run, no term that improves the held-out score, a base model with one.
+        The data cannot carry one: a single run, a part without motion, no term that improves the held-out score, a
+        base model with one.
     """
     if diagnosis.verdict.verdict not in OPEN or not isinstance(diagnosis.measurement, BicycleMeasurement):
         return None

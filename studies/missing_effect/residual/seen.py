@@ -1,7 +1,8 @@
 """The motion that the data showed, as harmonic samples: what a torque on it would have done.
 
-Modes of modal data, the frequencies of time histories (windowed as by Hann) and those of an identification are brought
-to one form: at a speed v the lean and steer angles are complex amplitudes of exp(s t), so rates are s times as large.
+Modes of modal data, the frequencies of time histories (windowed as by Hann), of responses and of an identification are
+brought to one form: at a speed v the lean and steer angles are complex amplitudes of exp(s t), so rates are s times as
+large.
 """
 
 from dataclasses import dataclass, replace
@@ -12,6 +13,7 @@ import numpy as np
 from studies.inference.forward import Forward
 from studies.inference.joint import JointForward
 from studies.inference.parameter import Candidate
+from studies.missing_effect.forced.forward import FrequencyForward, Wanted, responses
 from studies.missing_effect.motion.canonical_forward import FREQUENCIES, STEER_RATE, CanonicalForward
 from studies.missing_effect.motion.history_forward import HistoryForward
 from studies.missing_effect.motion.modal_forward import ModalForward, predict
@@ -72,6 +74,8 @@ def seen(forward: Forward, candidates: tuple[Candidate, ...], theta: Array) -> S
         return _scaled(*_modes(forward, candidates, theta))
     if isinstance(forward, HistoryForward):
         return _scaled(*_histories(forward, candidates, theta))
+    if isinstance(forward, FrequencyForward):
+        return _scaled(*_forced(forward, candidates, theta))
     assert isinstance(forward, CanonicalForward)
     return _scaled(*_identified(forward, candidates, theta))
 
@@ -117,6 +121,22 @@ def _histories(
         roots.append(2j * np.pi * hertz[kept])
         angles.append(spectrum[kept])
     return np.concatenate(speeds), np.concatenate(roots), np.concatenate(angles)
+
+
+def _forced(
+    forward: FrequencyForward, candidates: tuple[Candidate, ...], theta: Array
+) -> tuple[Array, Complex, Complex]:
+    """Each response once, of one size: gain and phase do not say how far the bicycle moved."""
+    given = forward.wanted
+    places = sorted(set(zip(given.speed.tolist(), given.frequency.tolist(), given.inputs, strict=True)))
+    speed, frequency = np.array([place[:2] for place in places]).T
+    source = tuple(place[2] for place in places)
+    family = forward.family(candidates)
+    angle = np.stack([
+        responses(family, Wanted(frequency, speed, source, (name,) * len(places)), theta, slopes=False)[0]
+        for name in ("lean", "steer")
+    ], axis=1)  # fmt: skip
+    return speed, 2j * np.pi * frequency, angle / np.linalg.norm(angle, axis=1, keepdims=True)
 
 
 def _identified(

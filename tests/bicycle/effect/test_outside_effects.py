@@ -90,6 +90,7 @@ def test_a_class_of_a_session_cannot_go_to_workers(spring):
         ("toy.py", None, "toy.py: cannot be read .*give a Python file with an Effect"),
         ("toy.py", "class Toy(Effect:\n", "toy.py, line 1: this is not Python .*mend the line"),
         ("toy.py", "x = 1\ny = x / 0\n", "toy.py, line 2: the file cannot be run: ZeroDivisionError: division by zero"),
+        ("toy.py", "raise SystemExit(3)\n", "toy.py, line 1: the file cannot be run: SystemExit: 3; mend it"),
         ("toy.py", "x = 1\n", "toy.py: defines no effect; write a class that inherits from bicycle.Effect"),
         ("steer_spring.py", SPRING, "steer_spring.py: the effect 'steer_spring' exists already .bicycle.effects.steer"),
         ("my-toy.py", SPRING, "effect 'my-toy': its identifier has other than small letters, digits and underscores"),
@@ -116,6 +117,25 @@ def test_refused_files(tmp_path, name, text, words):
     with pytest.raises(InputError, match=words), outside_effects([tmp_path / name]):
         pass
     assert set(registry()) == set(packaged_effects())
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "words"),
+    [
+        ("steer.angle", "steer.angel", "AttributeError: 'Coordinate' object has no attribute 'angel'"),
+        ("-self.stiffness", "-self.stifness", "AttributeError: .* has no attribute 'stifness'"),
+        ("model.steer, -self", "-self", "TypeError: .* missing 1 required positional argument: 'torque'"),
+        ("-self.stiffness", "-math.sin(self.stiffness)", "TypeError: Cannot convert expression to float"),
+    ],
+)
+def test_a_mistake_in_apply_is_one_line_with_file_and_line(tmp_path, right, wrong, words):
+    text = "import math\n" + SPRING
+    assert text.count(right) == 1
+    (tmp_path / "toy.py").write_text(text.replace(right, wrong))
+    at = 1 + text[: text.index(right)].count("\n")
+    said = f"toy.py, line {at}: effect 'toy' cannot be added to the equations: {words}.*; mend its apply"
+    with outside_effects([tmp_path / "toy.py"]), pytest.raises(InputError, match=said):
+        Model(load_bicycle("benchmark"), effect_class("toy")()).linear_model()
 
 
 @pytest.mark.parametrize(

@@ -92,12 +92,23 @@ def test_without_a_reference_it_is_said_what_that_assumes(folder, capsys, monkey
         (["run4.csv@4", "--segment", "0"], "--segment = 0 must be positive"),
         (["run4.csv@4", "--to-hz", "-1"], "--to-hz = -1 must be positive"),
         (["run4.csv@4", "--segment", "60"], "independent segments of 60 s"),
+        (["run4.csv@4", "--segment", "0.01"], "segments of 0.01 s hold . samples .* take segments of .* s or more"),
+        (["run4.csv@4", "--to-hz", "60"], "60 Hz is above 50 Hz, half the sample rate"),
+        (["run4.csv@4", "run4.csv@5"], "run4.csv is given at 4 and at 5 m/s; a recording has one speed: keep one"),
+        (
+            ["run4.csv@4", "--input", "steer_torque", "--instrument", "steer_torque"],
+            "--instrument steer_torque: this is the input itself, no reference from outside; leave --instrument out",
+        ),
+        (
+            ["run4.csv@4", "--instrument", "nope"],
+            "nope: there is no such column; it has time_s, .*push_N_m; .velotyre look",
+        ),
     ],
 )
 def test_what_cannot_be_done(folder, capsys, monkeypatch, options, words):
     monkeypatch.chdir(folder)
     with pytest.raises(SystemExit):
-        main(["frequency-response", *options, "--instrument", "push_N_m"])
+        main(["frequency-response", "--instrument", "push_N_m", *options])
     assert re.search(words, " ".join(capsys.readouterr().err.split()))
 
 

@@ -6,6 +6,7 @@ from published_bicycle import K0, TILT, G, bar_stiffness
 
 from studies.missing_effect import diagnose, read_measurement
 from studies.missing_effect.bench.candidates import MOTOR, NO_RIDER, ROLLING, UNSEEN
+from studies.missing_effect.residual.kept import keep
 from tyre.base.errors import InputError
 
 HEAD = "test,condition,steer_rad,steer_rate_rad_s,direction,steer_torque_N_m,steer_torque_sd_N_m"
@@ -280,3 +281,13 @@ def test_the_table_must_be_named(tmp_path):
         read_measurement(write(tmp_path, GOOD, toml=TOML.replace('table = "b.csv"', "")))
     with pytest.raises(InputError, match=r"the table \[bench\] is missing"):
         read_measurement(write(tmp_path, GOOD, toml=TOML.split("[bench]")[0]))
+
+
+def test_what_a_bench_test_leaves_open_is_no_torque_over_state_and_speed(tmp_path):
+    measurement = read_measurement(write(tmp_path, sweep(spring=8.0)))
+    every = tuple(c.identifier for c in measurement.forward().candidates)
+    found = diagnose(measurement, without=tuple(name for name in every if name != "steer_friction"))
+    assert found.verdict.verdict in ("unknown", "partial")
+    kept = keep(found)
+    assert kept.residual is None
+    assert "is fitted to motion alone, not to a bench test or a tyre on a rig" in kept.refused

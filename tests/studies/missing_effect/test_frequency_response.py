@@ -11,6 +11,8 @@ from studies.cli import main
 from studies.missing_effect import diagnose, read_measurement
 from studies.missing_effect.forced.figure import draw_bode
 from studies.missing_effect.forced.forward import FrequencyForward
+from studies.missing_effect.report import write_report
+from studies.missing_effect.residual.kept import keep
 from tyre.base.errors import InputError
 
 HEAD = "input,output,frequency_hz,speed_m_s,re,im,sd"
@@ -206,6 +208,23 @@ def test_a_spring_is_found_and_named(tmp_path, capsys):
     assert (out / "before_after.png").stat().st_size > 10000
     assert "Gain and phase, measured with 95 % intervals" in (out / "report.md").read_text()
     assert "m/s |" not in (out / "report.md").read_text().split("## ")[1]  # no thirds of the frequencies called speeds
+
+
+def test_a_gap_that_nobody_names_is_kept_as_a_torque_against_the_steer_rate(tmp_path):
+    """3 N m s/rad are hidden and no effect is tried: the gap is kept and written, as that of modes."""
+    speeds = (5.0, 6.0, 7.0, 8.0)
+    measurement = read_measurement(write(tmp_path, rows(speeds=speeds, damper=3.0)))
+    every = tuple(c.identifier for c in measurement.forward().candidates)
+    found = diagnose(measurement, without=tuple(name for name in every if name != "speed_scale"))
+    assert found.verdict.verdict in ("unknown", "partial")
+    kept = keep(found)
+    value, sd = kept.residual.values["steer_from_steer_rate"], kept.residual.sd["steer_from_steer_rate"]
+    assert abs(value + 3.0) < 3 * sd < 1.5
+    assert set(kept.motion.speed) == set(speeds)
+    np.testing.assert_allclose(np.unique(kept.motion.root), 2j * np.pi * HERTZ, rtol=1e-6)
+    assert kept.shape.library[0].identifier == "steer_damper"
+    write_report(found, tmp_path / "out")
+    assert "steer torque against the steer rate" in (tmp_path / "out" / "report.md").read_text()
 
 
 def test_nothing_hidden_names_nothing(tmp_path):
