@@ -66,8 +66,8 @@ def read_forced(
     except InputError as error:
         there = [] if f"{path}, line" in str(error) else [column.name for column in contents(path).columns]
         if more and "time_s" in there and reference not in there:
-            known = ", ".join(there)
-            raise InputError(f"{path}: --instrument {reference}: there is no such column; it has {known}") from error
+            every = ", ".join(there)
+            raise InputError(f"{path}: --instrument {reference}: there is no such column; it has {every}") from error
         words = "" if f"{path}, line" in str(error) else draft_words(path, QUANTITIES)
         more_words = f"; a reference is named with --instrument; or give a channel map: {words}" if words else ""
         raise InputError(f"{error}{more_words}") from error

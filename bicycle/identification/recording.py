@@ -140,7 +140,7 @@ def run_of(record: Record, path: Path, speed: float, group: str = "") -> Run:
     places = [f"sample {place}" for place in range(1, len(record.time) + 1)]
     name = record.source.removeprefix(str(path.parent)).lstrip("/\\")
     run = _checked(record.source, name, numbers, places, speed, group)
-    return replace(run, mountings=record.mountings, notes=record.notes)
+    return replace(run, mountings=record.mountings, notes=(*run.notes, *record.notes))
 
 
 def _checked(
@@ -162,7 +162,13 @@ def _checked(
                 f"{source}, {places[row]}: {channel} = {numbers[channel][row]:g} is too large (up to {largest:g}); "
                 f"is it in {unit}?"
             )
-    return Run(name, speed, time, channels, {k: x for k, x in numbers.items() if k in INPUTS}, group)
+    inputs = {key: column for key, column in numbers.items() if key in INPUTS}
+    notes = tuple(
+        f"{key} is {x[0]:g} in all samples: it stayed the same during the run, or the channel is dead"
+        for key, x in inputs.items()
+        if np.ptp(x) == 0
+    )
+    return Run(name, speed, time, channels, inputs, group, notes=notes)
 
 
 def _check_time(path: str, time: Array, places: Sequence[str]) -> None:

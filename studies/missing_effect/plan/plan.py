@@ -63,6 +63,8 @@ class Plan:
         No cheaper plan exists.
     costs : Costs
     notes : tuple of str
+    verdict : str
+        The word of the diagnosis so far.
     """
 
     steps: tuple[Step, ...]
@@ -73,6 +75,7 @@ class Plan:
     proven: bool
     costs: Costs
     notes: tuple[str, ...] = ()
+    verdict: str = ""
 
     @property
     def complete(self) -> bool:
@@ -139,7 +142,10 @@ def plan(diagnosis: Diagnosis, costs: Costs) -> Plan:
         notes.append("the verdict is unknown: no hypothesis of the library fits, so none can be told from another; "
                      "look at the gap, the units and the sensors first")  # fmt: skip
     curve = _front(offers, wanted)
-    return Plan(_steps(found), _bought(found), found.cost, questions, curve, found.proven, costs, tuple(notes))
+    return Plan(
+        _steps(found), _bought(found), found.cost, questions, curve, found.proven, costs, tuple(notes),
+        diagnosis.verdict.verdict,
+    )  # fmt: skip
 
 
 def _wanted(now: Sequence[Answer], most: Sequence[Answer]) -> dict[int, float]:

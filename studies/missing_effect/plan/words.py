@@ -5,6 +5,7 @@ import math
 from studies.missing_effect.plan.offer import Answer
 from studies.missing_effect.plan.plan import Plan, Settled
 from studies.missing_effect.reporting.words import listed, number, percent
+from studies.missing_effect.residual.fitting import OPEN
 
 QUESTIONS = ("question", "now", "after the plan", "after everything offered")
 STEPS = ("what", "times", "price")
@@ -12,6 +13,11 @@ STEPS = ("what", "times", "price")
 
 def headline(plan: Plan) -> str:
     """The ``plan`` in a sentence."""
+    if not plan.questions and plan.verdict in OPEN:
+        return (
+            f"Nothing can be planned: the verdict is {plan.verdict}, so something in the data has no explanation yet, "
+            "and there are no two hypotheses to be told apart."
+        )
     if not plan.questions:
         return "Nothing is open: no further measurement is needed."
     if not plan.steps:

@@ -305,6 +305,17 @@ def test_what_is_assumed_of_histories_is_said(tmp_path):
     assert [run.name for run in found.runs] == ["a.csv", "day 2/a.csv"]
 
 
+def test_a_torque_that_never_moves_is_said(tmp_path):
+    head = "time_s,roll_rate_rad_s,steer_torque_N_m"
+    rows = [f"{0.01 * k:.2f},{0.01 * (k % 7)},0" for k in range(50)]
+    said = "a.csv: steer_torque_N_m is 0 in all samples: it stayed the same during the run, or the channel is dead"
+    assert said in read_measurement(histories(tmp_path, head=head, rows=rows)).notes
+    rows[-1] = rows[-1][:-1] + "1"
+    assert not any(
+        "in all samples" in note for note in read_measurement(histories(tmp_path, head=head, rows=rows)).notes
+    )
+
+
 def test_a_dead_channel_and_a_short_record(tmp_path):
     with pytest.raises(InputError, match="steer_rad is constant .0.: a dead channel"):
         read_measurement(histories(tmp_path, rows=[f"{0.01 * k:.2f},{0.01 * (k % 7)},0" for k in range(50)]))

@@ -1,4 +1,4 @@
-"""The file of costs: what is read, and what is refused."""
+"""The file of costs: what is read, and what is refused; what is said where nothing can be planned."""
 
 import re
 from pathlib import Path
@@ -7,6 +7,8 @@ import pytest
 
 from studies.cli import main
 from studies.missing_effect.plan.costs import Bench, Costs, Stop, read_costs
+from studies.missing_effect.plan.plan import Plan
+from studies.missing_effect.plan.words import headline
 from tyre.base.errors import InputError
 
 TABLE = "speed_m_s,mode,real_1_s,imag_rad_s,steer_over_lean_re,steer_over_lean_im\n" + "".join(
@@ -115,3 +117,16 @@ def test_the_example_is_read(tmp_path, monkeypatch, capsys):
     main(["new", "costs.toml", "--kind", "costs"])
     assert "velotyre plan kooijman2008 --costs costs.toml" in capsys.readouterr().out
     assert [stop.speed for stop in read_costs(tmp_path / "costs.toml").stops] == [4, 5, 6, 7, 8, 10]
+
+
+@pytest.mark.parametrize(
+    ("verdict", "words"),
+    [
+        ("named", "Nothing is open: no further measurement is needed."),
+        ("none", "Nothing is open: no further measurement is needed."),
+        ("unknown", "Nothing can be planned: the verdict is unknown, so something in the data has no explanation yet"),
+        ("partial", "Nothing can be planned: the verdict is partial, so something in the data has no explanation yet"),
+    ],
+)
+def test_a_gap_without_an_explanation_is_not_called_settled(verdict, words):
+    assert headline(Plan((), (), 0.0, (), (), True, Costs(), verdict=verdict)).startswith(words)
