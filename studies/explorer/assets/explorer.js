@@ -60,6 +60,7 @@
     page.following = false;
     if (page.again) follow();
     along(answer.message ? { shown: { asked: text, message: answer.message } } : answer);
+    schedule();
   }
   async function redraw(after) {
     const mine = (page.forms = (page.forms || 0) + 1), forms = await server.ask("form", question(page.text));
@@ -249,7 +250,8 @@
     clearTimeout(page.drawing);
     if (!waiting.size) return;
     const quiet = Math.max(0, page.heard + SETTLE - performance.now());
-    page.drawing = setTimeout(next, [...waiting.keys()].some(seen) ? 0 : quiet);
+    if ([...waiting.keys()].some(seen)) page.drawing = setTimeout(next, 0);
+    else if (!page.following) page.drawing = setTimeout(next, quiet); // else when the answer has come
   }
   function next() {
     const name = [...waiting.keys()].find(seen) || waiting.keys().next().value, figure = waiting.get(name);
