@@ -29,7 +29,7 @@ class _OwnNames(IndexDataCacheFile):
     def save(self, key: Any, data: Any) -> None:
         super().save(key, data)
         folder, named = Path(self._cache_path), set(self._load_index().values())
-        for file in folder.glob(self._data_name_pattern.format(number=0).replace(".0.nbc", ".*.nbc")):
+        for file in folder.glob(f"{self._index_name.removesuffix('.nbi')}.*.nbc"):
             if file.name not in named:  # of an older source or version
                 file.unlink(missing_ok=True)
 
@@ -37,8 +37,8 @@ class _OwnNames(IndexDataCacheFile):
 class _Kept(FunctionCache):
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)
-        own = Path(function.__code__.co_filename)
-        self._cache_file = _OwnNames(self._cache_path, self._impl.filename_base, (_kernels(), own.read_bytes()))
+        source = sha256(_kernels() + Path(function.__code__.co_filename).read_bytes()).hexdigest()
+        self._cache_file = _OwnNames(self._cache_path, self._impl.filename_base, source)
 
     def load_overload(self, *arguments: Any) -> Any:
         try:
@@ -54,9 +54,9 @@ class _Kept(FunctionCache):
 
 
 @cache
-def _kernels() -> str:
-    files = sorted(Path(__file__).parents[1].rglob("*_kernel.py"))
-    return sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+def _kernels() -> bytes:
+    """The text of all kernels."""
+    return b"".join(file.read_bytes() for file in sorted(Path(__file__).parents[1].rglob("*_kernel.py")))
 
 
 def compiled(function: Callable[..., Any]) -> Any:
