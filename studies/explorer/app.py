@@ -185,6 +185,7 @@ def _files(app: Dash) -> None:
         "csv": ("_eigenvalues.csv", lambda state, _: exports.eigenvalues_csv(state)),
         "chart": ("_stability_chart.csv", lambda state, _: chart_csv(state)),
         "page": (".html", saved_page),
+        "page with chart": (".html", lambda state, palette: saved_page(state, palette, chart=True)),
     }
 
     @app.callback(Output("file", "data"), Input("save", "data"), prevent_initial_call=True)

@@ -10,7 +10,8 @@ from importlib.resources import files
 from typing import Any
 
 from studies.explorer import exports
-from studies.explorer.along_speed import critical_strip, modes_figure, root_locus
+from studies.explorer.along_speed import Figure, critical_strip, modes_figure, root_locus
+from studies.explorer.chart import chart_figure, chart_notes, chart_of
 from studies.explorer.computed import at_speed, computed, ranking
 from studies.explorer.looks import Palette
 from studies.explorer.models import bicycle_name
@@ -21,7 +22,7 @@ from studies.explorer.tyre_files import files_of, kept_here
 from studies.reporting.markdown_text import html_template
 
 
-def saved_page(state: State, palette: Palette) -> str:
+def saved_page(state: State, palette: Palette, *, chart: bool = False) -> str:
     """The file.
 
     Parameters
@@ -29,6 +30,8 @@ def saved_page(state: State, palette: Palette) -> str:
     state : State
     palette : Palette
         The figures keep its colours.
+    chart : bool, optional
+        With the stability chart over the axes of the state, which is there at once where the page has shown it.
 
     Raises
     ------
@@ -37,6 +40,7 @@ def saved_page(state: State, palette: Palette) -> str:
     """
     now, at, needed = computed(state), at_speed(state), kept_here(state)
     pins = {f"pin {k + 1}: {bicycle_name(pin)}": pin for k, pin in enumerate(map(parse_state, state.pins))}
+    drawn, told = _chart(state, palette) if chart else ({}, [])
     content = {
         "figures": {
             "Modes along speed": modes_figure(now, {label: computed(pin) for label, pin in pins.items()}, palette),
@@ -46,6 +50,7 @@ def saved_page(state: State, palette: Palette) -> str:
             "Sensitivities at the chosen speed": figure_or_words(
                 "sensitivity", lambda: sensitivity_figure(ranking(state), palette), palette
             ),
+            **drawn,
         },
         "motion": mode_motion(state, at),
         "files": {
@@ -53,7 +58,7 @@ def saved_page(state: State, palette: Palette) -> str:
             f"{exports.file_stem(state)}_eigenvalues.csv": exports.eigenvalues_csv(state),
             **_texts(state),
         },
-        "notes": [*now.notes, *needed],
+        "notes": [*now.notes, *needed, *told],
     }
     return str(
         _template().render(
@@ -63,6 +68,12 @@ def saved_page(state: State, palette: Palette) -> str:
             common=_asset("common.js"), style=_asset("explorer.css"),
         )
     )  # fmt: skip
+
+
+def _chart(state: State, palette: Palette) -> tuple[dict[str, Figure], list[str]]:
+    """The stability chart under its title, and how to read it."""
+    found = chart_of(state)
+    return {"Stability chart": chart_figure(found, palette)}, [f"stability chart: {line}" for line in chart_notes(found)]
 
 
 def _texts(state: State) -> dict[str, str]:

@@ -5,12 +5,19 @@
 First plot: from the start of the navigation until the curves of the modes are in the page, the server being up and
 each browser new. Slider: from the event of the slider until the figure of the modes is drawn anew, 8 states, 60 speeds,
 names and critical speeds. The load of the machine is told, for it counts.
+
+Where ``dash-bootstrap-components`` is installed too, the neighbouring project's web app (in BicycleParameters) is
+measured in the same browser: its first curve, and its range of speeds moved until its curves are
+drawn anew (100 speeds, 4 states).
 """
 
 import os
 import shutil
+import socket
 import subprocess
 import sys
+import time
+from importlib.util import find_spec
 from statistics import median
 
 from playwright.sync_api import sync_playwright
@@ -21,7 +28,7 @@ STATE = (
 )
 STARTS, CHANGES = 5, 40
 WATCH = """new MutationObserver((_, self) => {
-  if (!document.querySelector('#modes .scatterlayer .trace')) return;
+  if (!document.querySelector('CURVE')) return;
   window.firstPlot = performance.now();
   self.disconnect();
 }).observe(document, {childList: true, subtree: true});"""
@@ -35,6 +42,15 @@ CHANGE = """value => new Promise(done => {
   slider.dispatchEvent(new Event('input', {bubbles: true}));
 })"""
 
+OWN, NEIGHBOUR = "#modes .scatterlayer .trace", ".js-plotly-plot .scatterlayer .trace"
+NEIGHBOUR_CHANGE = """value => new Promise(done => {
+  const graph = document.querySelector('#geometry-plot .js-plotly-plot');  // its eigenvalues go there
+  const start = performance.now();
+  const drawn = () => { graph.removeListener('plotly_afterplot', drawn); done(performance.now() - start); };
+  graph.on('plotly_afterplot', drawn);
+  dash_clientside.set_props('range-slider', {value: [0, value]});
+})"""
+
 
 def main() -> None:
     """Print one line per measure: median and range in ms."""
@@ -46,7 +62,7 @@ def main() -> None:
             with sync_playwright() as driver:
                 browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
                 print(f"load of the machine {os.getloadavg()[0]:.1f}; {os.cpu_count()} processors")
-                first = [_first_plot(browser, f"{address}#{STATE}") for _ in range(STARTS)]
+                first = [_first_plot(browser, f"{address}#{STATE}", OWN) for _ in range(STARTS)]
                 _say("first plot", first)
                 for key, low, high in (
                     ("effects.steer_damper.damping", 0.1, 4.9),
@@ -63,17 +79,51 @@ def main() -> None:
                         page.wait_for_timeout(100)
                     _say(f"slider {key}", times)
                     page.close()
+                if find_spec("dash_bootstrap_components"):
+                    _neighbour(browser)
                 browser.close()
         finally:
             served.terminate()
 
 
-def _first_plot(browser: object, address: str) -> float:
+def _neighbour(browser: object) -> None:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    code = f"from bicycleparameters.app import app; app.run(port={port})"
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as served:
+        try:
+            _until_it_answers(port)
+            address = f"http://127.0.0.1:{port}/"
+            _say("neighbour, first plot", [_first_plot(browser, address, NEIGHBOUR) for _ in range(STARTS)])
+            page = browser.new_page()  # type: ignore[attr-defined]
+            page.goto(address)
+            page.wait_for_selector(NEIGHBOUR, state="attached", timeout=120_000)
+            page.wait_for_timeout(5000)
+            times = []
+            for k in range(CHANGES):
+                times.append(page.evaluate(NEIGHBOUR_CHANGE, 5 + 5 * (k % 2)))
+                page.wait_for_timeout(500)
+            _say("neighbour, range of speeds", times)
+        finally:
+            served.terminate()
+
+
+def _until_it_answers(port: int) -> None:
+    for _ in range(600):
+        with socket.socket() as trial:
+            if trial.connect_ex(("127.0.0.1", port)) == 0:
+                return
+        time.sleep(0.1)
+    raise TimeoutError(f"nothing answers on port {port} after 60 s")
+
+
+def _first_plot(browser: object, address: str, curve: str) -> float:
     context = browser.new_context()  # type: ignore[attr-defined]
     page = context.new_page()
-    page.add_init_script(WATCH)
+    page.add_init_script(WATCH.replace("CURVE", curve))
     page.goto(address)
-    page.wait_for_selector("#modes .scatterlayer .trace", state="attached", timeout=120_000)
+    page.wait_for_selector(curve, state="attached", timeout=120_000)
     found = float(page.evaluate("window.firstPlot"))
     context.close()
     return found

@@ -198,7 +198,9 @@
   });
   function save(what) {
     const text = what === "chart" ? page.charted : page.lastShown && page.lastShown.asked;
-    if (text) server.send("save", Object.assign(question(text), { what: what }));
+    if (!text) return;
+    const charted = what === "page" && page.chart && modelOf(text) === page.chart; // not one of an earlier model
+    server.send("save", Object.assign(question(text), { what: charted ? "page with chart" : what }));
   }
   function copy(button) {
     const text = at(button.dataset.copy).textContent;

@@ -261,7 +261,15 @@ def test_no_serious_finding_of_axe(opened, width, scheme):
     assert page.locator("#motion-views svg path").first.get_attribute("d") == still
 
 
-def test_a_stability_chart_of_two_numbers(opened, tmp_path):
+def saved_view(browser, download, place):
+    download.save_as(place)
+    page = browser.new_context(offline=True).new_page()
+    page.goto(place.as_uri())
+    page.wait_for_selector("html[data-ready=yes]")
+    return page
+
+
+def test_a_stability_chart_of_two_numbers(opened, tmp_path, browser):
     page = opened("bicycle=benchmark&x=speed=1:10:log")
     settled(page)
     page.select_option("#chart-y", "c")
@@ -287,8 +295,23 @@ def test_a_stability_chart_of_two_numbers(opened, tmp_path):
     page.fill("#n-at", "6")  # the speed is an axis: the chart stays true
     settled(page, "6")
     assert page.inner_text("#chart-busy") == ""
+    with page.expect_download() as found:
+        page.click("#save-page")
+    other = saved_view(browser, found.value, tmp_path / "with_chart.html")
+    other.locator("summary", has_text="Table: stability chart").click()
+    cells = "figure[aria-label='Stability chart'] td[data-value]"
+    other.wait_for_selector(cells)
+    kept = set(other.eval_on_selector_all(cells, "c => c.map(x => Number(x.dataset.value))"))
+    assert {row[2] for row in points} <= kept
+    assert other.locator("#notes li", has_text="stability chart: shaded: something is unstable").count() == 1
+    other.context.close()
     page.select_option("#c-bicycle", "pista")
     until(page, "document.getElementById('chart-busy').textContent === 'of an earlier model; draw it again'")
+    with page.expect_download() as found:  # which is not of what is shown
+        page.click("#save-page")
+    other = saved_view(browser, found.value, tmp_path / "without.html")
+    assert other.locator("figure[aria-label='Stability chart']").count() == 0
+    other.context.close()
     page.fill("#chart-y-low", "0.2")
     page.click("#draw-chart")
     until(page, "document.getElementById('chart-said').textContent.includes('the range must be finite and rise')")
