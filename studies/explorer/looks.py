@@ -15,7 +15,7 @@ LINE_WIDTH = 2.0  # pixels; the house's lines are counted in widths
 LEAST_LIGHTNESS = 0.62  # of a colour on dark ground
 
 
-HEIGHTS = {"modes": 580, "critical": 240, "locus": 460, "damping": 400, "sensitivity": 460, "chart": 520}
+HEIGHTS = {"modes": 580, "critical": 240, "locus": 460, "damping": 400, "sensitivity": 520, "chart": 520}
 """Of the figures, pixels."""
 
 

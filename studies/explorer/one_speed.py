@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable
 from html import escape
 from textwrap import wrap
-from typing import Any
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from studies.sensitivity.ranking import Ranking
 from tyre.base.errors import InputError
 
 TOP = 12  # bars; the table has all
+LINE = 20  # letters beside a bar
 
 
 def figure_or_words(name: str, made: Callable[[], Figure], palette: Palette) -> Figure:
@@ -119,21 +119,21 @@ def sensitivity_figure(found: Ranking, palette: Palette) -> Figure:
         [c.parameter, c.value, c.unit, c.sd, c.origin, c.growth, c.frequency if found.eigenvalue.imag else None]
         for c in found.changes
     ]
-    words = escape(mode_words(found.mode))
+    words, names = escape(mode_words(found.mode)), [_short(c.parameter) for c in top]
     return {
         "data": [
             {
                 "type": "bar", "orientation": "h", "x": [c.growth for c in top], "showlegend": False,
-                "y": [_short(c.parameter) for c in top],
+                "y": [_in_two_lines(name) for name in names], "customdata": names,
                 "marker": {"color": colour, "pattern": {"shape": ["/" if c.growth > 0 else "" for c in top]}},
                 "text": [f"sd {c.sd:.2g} {c.unit if c.unit != '1' else ''} ({c.origin})" for c in top],
-                "hovertemplate": "%{y}: %{x:.3g} 1/s for %{text}<extra></extra>", "textposition": "none",
+                "hovertemplate": "%{customdata}: %{x:.3g} 1/s for %{text}<extra></extra>", "textposition": "none",
             }
         ],
         "layout": layout(
             palette, title=f"What moves {words} at {found.speed:.4g} m/s",
-            below="change of the real part for +1 sd of each; hatched: towards unstable",
-            height=HEIGHTS["sensitivity"], xaxis={"title": {"text": "Change, 1/s"}},
+            below="change for +1 sd of each; hatched: towards unstable",
+            height=HEIGHTS["sensitivity"], xaxis={"title": {"text": "Real part, 1/s"}},
             yaxis={"type": "category"},
             meta={
                 "columns": ["parameter", "value", "unit", "sd", "sd from", "growth 1/s", "frequency Hz"], "rows": rows,
@@ -142,7 +142,16 @@ def sensitivity_figure(found: Ranking, palette: Palette) -> Figure:
     }  # fmt: skip
 
 
-def _short(parameter: str) -> Any:
+def _in_two_lines(name: str) -> str:
+    """A long name broken where its parts meet, so that the bars keep their room on a narrow page."""
+    ends = [k + 1 for k, letter in enumerate(name) if letter in "._"]
+    if len(name) <= LINE or not ends:
+        return name
+    middle = min(ends, key=lambda end: abs(end - len(name) / 2))
+    return f"{name[:middle]}<br>{name[middle:]}"
+
+
+def _short(parameter: str) -> str:
     """The name of a parameter without its effect where that says it twice."""
     parts = parameter.split(".")
     return ".".join(parts[1:]) if len(parts) > 1 and parts[0] == parts[1] else parameter

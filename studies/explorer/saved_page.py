@@ -73,7 +73,8 @@ def saved_page(state: State, palette: Palette, *, chart: bool = False) -> str:
 def _chart(state: State, palette: Palette) -> tuple[dict[str, Figure], list[str]]:
     """The stability chart under its title, and how to read it."""
     found = chart_of(state)
-    return {"Stability chart": chart_figure(found, palette)}, [f"stability chart: {line}" for line in chart_notes(found)]
+    notes = [f"stability chart: {line}" for line in chart_notes(found)]
+    return {"Stability chart": chart_figure(found, palette)}, notes
 
 
 def _texts(state: State) -> dict[str, str]:

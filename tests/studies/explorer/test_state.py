@@ -271,6 +271,10 @@ def test_figures_at_one_speed():
     top = sensitivity_figure(ranking(state), DARK)
     sizes = [abs(x) for x in top["data"][0]["x"]]
     assert sizes == sorted(sizes)
+    beside, full = top["data"][0]["y"], top["data"][0]["customdata"]
+    assert [line.replace("<br>", "") for line in beside] == full
+    assert max(len(part) for line in beside for part in line.split("<br>")) <= 28  # the bars keep their room
+    assert "relaxation_length.<br>cornering_stiffness.rear" in beside
     motion = mode_motion(state, at)
     assert motion["mode"] == "weave"
     assert all(len(frames) == FRAMES for view in motion["views"] for frames in view["paths"].values())
