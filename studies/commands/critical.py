@@ -37,5 +37,5 @@ def command(chosen: ChosenModel, max_speed: float, csv_file: str | None, json_fi
         told = {name: record(models[name], None, one, max_speed=max_speed) for name, one in found.items()}
         write_json(records(told), json_file)
     if "-" not in (csv_file, json_file):
-        print_critical(found, max_speed=max_speed)
+        print_critical(found, models, max_speed=max_speed)
         print_named_warnings({name: model.warnings for name, model in models.items()})

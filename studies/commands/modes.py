@@ -73,7 +73,8 @@ def command(
         heads = ["bicycle"] * (len(rows[0]) > len(columns) + 1)
         print_table(rows, [*heads, "speed m/s", *(f"{mode} 1/s" for mode in columns)])
         click.echo()
-        print_critical({name: critical for name, (_, critical) in found.items()}, max_speed=max_speed)
+        critical = {name: speeds for name, (_, speeds) in found.items()}
+        print_critical(critical, models, max_speed=max_speed)
         for name, one in named.items():
             for event in one.events:
                 click.echo(f"{name}: {event}" if name else str(event))

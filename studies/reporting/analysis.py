@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from bicycle.critical.completeness import NOISE
 from bicycle.critical.critical_speed import CriticalSpeed
 from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.linear_model import LinearModel
@@ -16,6 +17,16 @@ def analyse(model: LinearModel, speeds: ArrayLike, *, max_speed: float) -> tuple
     """Modes at ``speeds`` (m,), m/s (None without speeds), and critical speeds up to ``max_speed`` (m/s)."""
     speeds = np.atleast_1d(np.asarray(speeds, float))
     return (modes(model, speeds) if speeds.size else None), critical_speeds(model, max_speed=max_speed)
+
+
+def unstable_modes(model: LinearModel, speed: float) -> tuple[str, ...]:
+    """Names of the modes that grow at a ``speed``, m/s."""
+    values = model.eigenvalues([speed])[0]
+    noise = NOISE * np.abs(values).max()
+    if not (values.real > noise).any():
+        return ()
+    named = modes(model, [speed]).to_dict()
+    return tuple(name for name, found in named.items() if any(real > noise for real, _ in found[0] or ()))
 
 
 def record(

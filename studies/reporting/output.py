@@ -18,6 +18,8 @@ from tyre.base.notes import folded
 if TYPE_CHECKING:
     import pandas as pd
 
+    from bicycle.linear_model import LinearModel
+
 MOST_SPEEDS = 1_000_000
 VERBOSE = "velotyre.verbose"
 
@@ -162,16 +164,29 @@ def named_rows(table: "pd.DataFrame", name: str) -> "pd.DataFrame":
     return filled
 
 
-def print_critical(critical: Mapping[str, Sequence[Any]], *, max_speed: float) -> None:
-    """Print ``critical`` speeds up to ``max_speed`` (m/s) of bicycles by name, one a row; no empty name is shown."""
-    if not critical.get("", True):
-        click.echo(f"no critical speed up to {max_speed:g} m/s: no mode becomes stable or unstable")
+def print_critical(
+    critical: Mapping[str, Sequence[Any]], models: Mapping[str, "LinearModel"], *, max_speed: float
+) -> None:
+    """Print ``critical`` speeds up to ``max_speed`` (m/s) of the ``models`` by name, one a row; no empty name is shown.
+
+    Where there is none, what holds at one of the speeds holds at all, and is said.
+    """
+    from studies.reporting.analysis import unstable_modes
+
+    within = max_speed / 2
+    throughout = {name: unstable_modes(models[name], within) for name, found in critical.items() if not found}
+    if "" in throughout:
+        modes = throughout[""]
+        what = (
+            f"unstable at all of them ({', '.join(modes)} at {within:g} m/s)" if modes else "unstable at none of them"
+        )
+        click.echo(f"no critical speed up to {max_speed:g} m/s: no mode becomes stable or unstable; it is {what}")
         return
     rows = [
         [*([name] if name else []), *cells]
         for name, speeds in critical.items()
         for cells in [[f"{c.speed:.6f}", c.mode, c.kind, c.frequency_hz, c.direction] for c in speeds]
-        or ([[None] * 5] if name else [])
+        or [["none", None, None, None, f"{'unstable' if throughout[name] else 'not unstable'} throughout"]]
     ]
     heads = ["bicycle"] * any(critical)
     print_table(rows, [*heads, "critical speed m/s", "mode", "kind", "frequency Hz", "as speed grows"])

@@ -170,7 +170,10 @@ def test_pictures_and_tables_that_cannot_be_written(options, words, tmp_path, mo
 
 def test_no_critical_speed_is_said_in_words(capsys):
     main(["critical", "benchmark", "--max-speed", "4.2"])  # weave is stable above 4.292 m/s
-    assert capsys.readouterr().out == "no critical speed up to 4.2 m/s: no mode becomes stable or unstable\n"
+    assert capsys.readouterr().out == (
+        "no critical speed up to 4.2 m/s: no mode becomes stable or unstable; it is unstable at all of them (weave at "
+        "2.1 m/s)\n"
+    )
 
 
 @pytest.mark.parametrize("name", ["a$b_1$c", "a$b_{1$c"])

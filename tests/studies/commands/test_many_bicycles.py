@@ -44,7 +44,7 @@ def test_critical_of_every_bicycle(table, capsys):
     main(["critical", table, "--max-speed", "10"])
     shown = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in shown[2:]] == ["benchmark"] * 2 + ["kooijman2008"] * 2 + ["slow"]
-    assert shown[-1].split()[1:] == ["-"] * 5
+    assert shown[-1].split()[1:] == ["none", "-", "-", "-", "unstable", "throughout"]
     main(["critical", table, "--max-speed", "10", "--json", "-"])
     found = json.loads(capsys.readouterr().out)["bicycles"]
     assert [one["name"] for one in found] == list(NAMES)

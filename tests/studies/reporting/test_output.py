@@ -5,7 +5,9 @@ import json
 import pandas as pd
 import pytest
 
-from studies.reporting.output import parse_speeds, print_table, write_csv, write_json
+from bicycle import Model, load_bicycle
+from studies.reporting import analysis
+from studies.reporting.output import parse_speeds, print_critical, print_table, write_csv, write_json
 from tyre.base.errors import InputError
 
 
@@ -52,3 +54,14 @@ def test_csv_has_all_digits_and_json_no_infinity(tmp_path, capsys):
         write_json({"a": float("inf")}, "-")
     with pytest.raises(InputError, match="is no file name; give a file, or - for standard output"):
         write_json({}, "")
+
+
+def test_what_never_becomes_unstable_is_said(capsys, monkeypatch):
+    monkeypatch.setattr(analysis, "unstable_modes", lambda model, speed: ())  # no packaged bicycle is
+    models = {name: Model(load_bicycle("benchmark")).linear_model() for name in ("", "a")}
+    print_critical({"": ()}, models, max_speed=3.0)
+    assert capsys.readouterr().out == (
+        "no critical speed up to 3 m/s: no mode becomes stable or unstable; it is unstable at none of them\n"
+    )
+    print_critical({"a": ()}, models, max_speed=3.0)
+    assert capsys.readouterr().out.splitlines()[-1].endswith("not unstable throughout")
