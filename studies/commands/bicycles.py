@@ -25,13 +25,13 @@ def command(bicycle: str | None, json_file: str | None) -> None:
     from bicycle.parameters import UNITS
     from studies.reporting.output import print_table, write_json
 
-    found = [load_bicycle(name) for name in ([bicycle] if bicycle else available_bicycles())]
+    found = [load_bicycle(name) for name in (available_bicycles() if bicycle is None else [bicycle])]
     records = [_record(one) for one in found]
     if json_file:
-        write_json(records[0] if bicycle else {"bicycles": records}, json_file)
+        write_json(records[0] if bicycle is not None else {"bicycles": records}, json_file)
     if json_file == "-":
         return
-    if bicycle:
+    if bicycle is not None:
         one, known = found[0], found[0].sd
         click.echo(f"{one.name}: {one.description or 'no description'}\nsource: {one.source or 'not stated'}\n")
         rows = [[key, value, UNITS.get(key, "kg m^2"), known.get(key)] for key, value in one.values.items()]

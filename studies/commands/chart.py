@@ -29,12 +29,13 @@ def command(
 
     from studies.model_axes.pairs import numbers_by_name
     from studies.reporting.manifest import results
-    from studies.reporting.output import print_table, print_warnings, write_csv, write_json
+    from studies.reporting.output import check_targets, print_table, print_warnings, write_csv, write_json
     from studies.stability_charts.chart import stability_chart
     from studies.stability_charts.figure import draw_chart
     from studies.stability_charts.plane import Plane
     from studies.stability_charts.words import checked, headers, record, rows, title
 
+    check_targets(json=json_file)
     chosen.model  # noqa: B018 (a mistake in the file is reported with its name)
     plane = Plane.of(chosen.content, x_text, y_text, speed=speed)
     chart = stability_chart(plane, sd=numbers_by_name(sds, "--sd", "c=0.005", "standard deviation"), assume=assume)

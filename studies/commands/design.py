@@ -47,10 +47,11 @@ def command(
     from studies.design.design import Wanted, designed
     from studies.design.words import HEADERS, lines, model_text, record, remarks, rows
     from studies.model_axes.pairs import numbers_by_name, ranges_by_name
-    from studies.reporting.output import print_table, print_warnings, write_json
+    from studies.reporting.output import check_targets, print_table, print_warnings, write_json
     from tyre.base.errors import InputError
     from tyre.base.files import write_text
 
+    check_targets(json=json_file)
     if up_to <= low:
         raise InputError(f"--up-to {up_to:g} must be above --from {low:g} m/s")
     if out.suffix.lower() != ".toml":

@@ -39,14 +39,13 @@ def command(
     from studies.missing_effect.reporting.tables import named
     from studies.missing_effect.reporting.words import explains, said
     from studies.reporting.manifest import results
-    from studies.reporting.output import print_table, print_warnings, write_json
+    from studies.reporting.output import check_targets, print_table, print_warnings, write_json
     from tyre.base.errors import InputError
     from tyre.base.progress import progress_bar
 
     if folder and Path(folder).exists() and not Path(folder).is_dir():
         raise InputError(f"--out {folder} is a file; give a folder")
-    if json_file and json_file != "-" and not Path(json_file).parent.is_dir():
-        raise InputError(f"--json {json_file}: no such folder; make it first")
+    check_targets(json=json_file)
     started = perf_counter()
     found = diagnose(read_measurement(measurement_file), without=without, with_=with_, progress=True)
     took = perf_counter() - started

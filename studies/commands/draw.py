@@ -20,12 +20,13 @@ def command(result: str, out: str | None, at: float | None, json_file: str | Non
     from importlib.util import find_spec
 
     from studies.reporting.manifest import results
-    from studies.reporting.output import write_json
+    from studies.reporting.output import check_targets, write_json
     from studies.sweep_pictures.draw import draw_result, figures_folder
     from studies.sweep_pictures.said import say_what_is_drawn
     from tyre.base.errors import InputError
     from tyre.base.optional import not_installed
 
+    check_targets(json=json_file)
     for module in ("zarr", "xarray", *(["netCDF4"] if result.endswith(".nc") else [])):
         if not find_spec(module):
             raise InputError(not_installed(module, extra="sweeps"))

@@ -34,12 +34,13 @@ def command(
     import math
 
     from studies.missing_effect.forced.from_runs import responses_of_runs, rows_of, shown_of
-    from studies.reporting.output import print_table
+    from studies.reporting.output import check_targets, print_table
     from tyre.base.errors import InputError
 
     for name, value in (("segment", segment_s), ("to-hz", highest_hz)):
         if not (math.isfinite(value) and value > 0):
             raise InputError(f"--{name} = {value:g} must be positive")
+    check_targets(out=out_file)
     names = [name.strip() for name in outputs.split(",") if name.strip()]
     found, notes = responses_of_runs(
         runs, source, names, chosen_map(channels_file, channel_texts), reference=reference, segment_s=segment_s,

@@ -39,12 +39,11 @@ def command(
     from studies.missing_effect.plan.report import write_plan
     from studies.missing_effect.reporting.sentences import sentence
     from studies.reporting.manifest import results
-    from studies.reporting.output import print_table, print_warnings, write_json
+    from studies.reporting.output import check_targets, print_table, print_warnings, write_json
     from tyre.base.errors import InputError
 
     costs, measurement = read_costs(costs_file), read_measurement(measurement_file)
-    if json_file and json_file != "-" and not Path(json_file).parent.is_dir():
-        raise InputError(f"--json {json_file}: no such folder; make it first")
+    check_targets(json=json_file)
     try:
         check(measurement.forward(without=without, also=with_), measurement.name, costs)  # before what takes time
         found = diagnose(measurement, without=without, with_=with_, progress=True)

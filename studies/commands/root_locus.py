@@ -29,12 +29,13 @@ def command(
 
     from bicycle.eigenvalues.oscillation import angular_frequency
     from studies.reporting.manifest import results
-    from studies.reporting.output import print_table, print_warnings, write_csv, write_json
+    from studies.reporting.output import check_targets, print_table, print_warnings, write_csv, write_json
     from studies.root_loci.figure import draw_root_locus
     from studies.root_loci.parameter_path import parameter_path
     from studies.root_loci.root_locus import parse_range, root_locus
     from tyre.base.errors import InputError
 
+    check_targets(json=json_file)
     if parameter == "speed" and speed is not None:
         raise InputError(f"--speed {speed:g} is given, but the speed is the parameter; leave --speed out")
     values, model = parse_range(span), chosen.model

@@ -40,13 +40,14 @@ def command(
     import numpy as np
 
     from studies.model_axes.pairs import numbers_by_name
-    from studies.reporting.output import parse_speeds, print_table, print_warnings, write_json
+    from studies.reporting.output import check_targets, parse_speeds, print_table, print_warnings, write_json
     from studies.sampling.refused import left_out
     from studies.uncertainty.comparison import remarks
     from studies.uncertainty.contributions import assumed, assumed_words, counted_as_exact, exact_words
     from studies.uncertainty.propagation import Uncertainty
     from studies.uncertainty.variance_shares import total_effects
 
+    check_targets(json=json_file)
     uncertainty = Uncertainty(
         chosen.content, sd=numbers_by_name(sds, "--sd", "c=0.005", "standard deviation"), defaults=not stated_only,
         relative_cornering_stiffness_sd=relative_cornering_stiffness_sd,

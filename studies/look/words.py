@@ -56,7 +56,7 @@ def _headline(found: Look) -> str:
     for column in opened.signals.columns:
         size = opened.signals.signals[column.name].values.size
         time = opened.time_of(column.name) if found.is_timed(column.name) else None
-        many = f"{size} samples"
+        many = "1 sample" if size == 1 else f"{size} samples"
         if time is not None and time.size > 1 and np.isfinite(rate(time)):
             many += f" at {rate(time):.4g} Hz, {np.nanmax(time) - np.nanmin(time):.4g} s"
         times[many] = times.get(many, 0) + 1
@@ -66,7 +66,7 @@ def _headline(found: Look) -> str:
         common = sorted(times.items(), key=lambda item: -item[1])
         said = "; ".join(f"{count} of {many}" for many, count in common[:4])
         said += f"; and {len(common) - 4} other rates or lengths" if len(common) > 4 else ""
-    return f"{opened.path}: {len(opened.columns)} channels, {said}"
+    return f"{opened.path}: {len(opened.columns)} channel{'s' * (len(opened.columns) != 1)}, {said}"
 
 
 def _rows(found: Look) -> Iterator[Sequence[object]]:

@@ -21,6 +21,12 @@ if TYPE_CHECKING:
     from bicycle.linear_model import LinearModel
 
 MOST_SPEEDS = 1_000_000
+ENDINGS = {"CSV": ".csv", "JSON": ".json"}
+OTHERS = (
+    ".xlsx", ".xls", ".ods", ".parquet", ".feather", ".h5", ".hdf5", ".mat", ".nc", ".zarr", ".toml", ".html", ".png",
+    ".svg", ".pdf",
+)  # fmt: skip
+"""Endings that no table or result is written under."""
 VERBOSE = "velotyre.verbose"
 
 
@@ -74,6 +80,7 @@ def write_json(content: Mapping[str, Any], target: str) -> None:
         return
     if not target or "\0" in target:
         raise InputError(f"--json {target!r} is no file name; give a file, or - for standard output")
+    _check_ending(target, "JSON")
     try:
         write_text(target, text + "\n")
     except OSError as error:
@@ -81,10 +88,25 @@ def write_json(content: Mapping[str, Any], target: str) -> None:
 
 
 def check_targets(**targets: str | None) -> None:
-    """Refuse two of the ``targets`` (file names by option) on standard output, where nothing could tell them apart."""
+    """Refuse two of the ``targets`` (file names by option; ``json``, all others CSV) on standard output, where nothing
+    could tell them apart, names of other formats and in folders that are not there: before anything is computed.
+    """
     there = [f"--{name} -" for name, target in targets.items() if target == "-"]
     if len(there) > 1:
         raise InputError(f"{' and '.join(there)} would write into each other; give one of them a file")
+    for name, target in targets.items():
+        if not target or target == "-" or "\0" in target:
+            continue
+        _check_ending(target, "JSON" if name == "json" else "CSV")
+        if not Path(target).parent.is_dir():
+            raise InputError(f"--{name} {target}: no such folder; make it first")
+
+
+def _check_ending(target: str | Path, form: str) -> None:
+    """Refuse a name that says another format than what is written, which its reader would stumble on."""
+    ending = Path(target).suffix.lower()
+    if ending in OTHERS or (ending in ENDINGS.values() and ending != ENDINGS[form]):
+        raise InputError(f"{target}: what is written is {form}; give a name that ends in {ENDINGS[form]}")
 
 
 def json_text(content: Mapping[str, Any]) -> str:
@@ -122,6 +144,7 @@ def write_csv(table: "pd.DataFrame", target: str | Path) -> None:
     if target == "-":
         click.echo(text, nl=False)
         return
+    _check_ending(target, "CSV")
     try:
         write_text(target, text)
     except OSError as error:

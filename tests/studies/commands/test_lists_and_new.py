@@ -160,12 +160,17 @@ def test_critical_speeds_as_csv_on_standard_output(capsys):
         (["--plot", "modes.gif"], "the ending must be one of .png, .svg, .pdf"),
         (["--plot", "none/modes.png"], "none/modes.png: cannot write the picture: No such file or directory"),
         (["--csv", "-", "--json", "-"], "--csv - and --json - would write into each other; give one of them a file"),
-        (["--csv", "none/modes.csv"], "none/modes.csv: cannot write the table: No such file or directory"),
+        (["--csv", "none/modes.csv"], "--csv none/modes.csv: no such folder; make it first"),
+        (["--json", "modes.csv"], "modes.csv: what is written is JSON; give a name that ends in .json"),
     ],
 )
 def test_pictures_and_tables_that_cannot_be_written(options, words, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert words in refused(capsys, "modes", "benchmark", "--speeds", "5", *options)
+
+
+def test_an_empty_name_is_no_bicycle(capsys):
+    assert "unknown bicycle ''; known: " in refused(capsys, "bicycles", "")
 
 
 def test_no_critical_speed_is_said_in_words(capsys):

@@ -7,7 +7,7 @@ import pytest
 
 from bicycle import Model, load_bicycle
 from studies.reporting import analysis
-from studies.reporting.output import parse_speeds, print_critical, print_table, write_csv, write_json
+from studies.reporting.output import check_targets, parse_speeds, print_critical, print_table, write_csv, write_json
 from tyre.base.errors import InputError
 
 
@@ -65,3 +65,20 @@ def test_what_never_becomes_unstable_is_said(capsys, monkeypatch):
     )
     print_critical({"a": ()}, models, max_speed=3.0)
     assert capsys.readouterr().out.splitlines()[-1].endswith("not unstable throughout")
+
+
+@pytest.mark.parametrize(
+    ("target", "write", "form"),
+    [
+        ("t.xlsx", lambda target: write_csv(pd.DataFrame({"a": [1.0]}), target), "CSV; give a name that ends in .csv"),
+        ("t.JSON", lambda target: write_csv(pd.DataFrame({"a": [1.0]}), target), "CSV; give a name that ends in .csv"),
+        ("t.csv", lambda target: write_json({"a": 1.0}, target), "JSON; give a name that ends in .json"),
+        ("t.parquet", lambda target: check_targets(csv=None, out=target), "CSV; give a name that ends in .csv"),
+        ("t.csv", lambda target: check_targets(json=target), "JSON; give a name that ends in .json"),
+    ],
+)
+def test_a_name_of_another_format_is_refused(target, write, form, tmp_path):
+    with pytest.raises(InputError, match=f"{target}: what is written is {form}"):
+        write(str(tmp_path / target))
+    assert not list(tmp_path.iterdir())
+    check_targets(csv=str(tmp_path / "t.txt"), json=str(tmp_path / "t"))  # a name that says no other format

@@ -41,6 +41,8 @@ def one(given, **tables):
         ("angular rate", "°/s", math.pi / 180), ("angular rate", "rpm", 2 * math.pi / 60),
         ("acceleration", "g", 9.80665), ("acceleration", "m/s²", 1), ("acceleration", "m/s^2", 1),
         ("moment", "N·m", 1), ("moment", "N*mm", 1e-3), ("moment", "lbf·ft", 1.3558179483314),
+        ("moment", "kgf cm", 0.0980665), ("moment", "kgf·m", 9.80665), ("moment", "kp m", 9.80665),
+        ("pressure", "kgf/cm²", 98066.5), ("pressure", "atm", 101325),
         ("length", "mm", 1e-3), ("length", "µm", 1e-6), ("length", "in", 0.0254),
         ("pressure", "bar", 1e5), ("pressure", "psi", 6894.757293168), ("pressure", "kPa", 1e3),
         ("speed", "km/h", 1 / 3.6), ("speed", "mph", 0.44704), ("time", "ms", 1e-3), ("time", "µs", 1e-6),
