@@ -201,10 +201,20 @@ def lattice(first: Array, second: Array) -> Array:
     return np.stack(np.meshgrid(first, second, indexing="ij"), -1).reshape(-1, 2)
 
 
+def speed_of_rest(space: ModelSpace) -> float:
+    """The lowest speed of a chart, m/s.
+
+    Parameters
+    ----------
+    space : ModelSpace
+    """
+    return REST * speed_unit(space.linear)
+
+
 def _span(space: ModelSpace, axis: Axis, given: tuple[float, float] | None, *, log: bool) -> Span:
     low, high = usual_range(space, axis) if given is None else given
     if axis.key == SPEED:
-        rest = REST * speed_unit(space.linear)
+        rest = speed_of_rest(space)
         if low < 0:
             raise InputError(f"speed {low:g} m/s is not allowed; give speeds >= 0 m/s")
         low = max(low, rest)

@@ -4,8 +4,9 @@ from typing import Any
 
 import numpy as np
 
+from studies.model_axes.axis import SPEED
 from studies.stability_charts.chart import NamedBoundary, StabilityChart
-from studies.stability_charts.plane import Span
+from studies.stability_charts.plane import Span, speed_of_rest
 
 NOTHING = 1e-9  # of an axis: a standard deviation below this is rounding
 
@@ -75,11 +76,14 @@ def checked(chart: StabilityChart) -> list[str]:
         "the number of unstable roots is what the boundaries tell"
     )
     if chart.uncertain and chart.boundaries:
-        lines.append(
-            f"band: 95 %, first order, of {len(chart.uncertain.names)} uncertain numbers; the axes themselves are exact"
-        )
+        count = len(chart.uncertain.names)
+        uncertain = f"{count} uncertain number{'s' * (count > 1)}"
+        lines.append(f"band: 95 %, first order, of {uncertain}; the axes themselves are exact")
     elif not chart.uncertain:
         lines.append("no band: the model states no uncertainty; --sd NAME=VALUE gives some, --assume takes defaults")
+    rest = speed_of_rest(chart.plane.space)
+    if any(span.axis.key == SPEED and span.low == rest for span in chart.plane.spans):
+        lines.append(f"from {rest:.2g} m/s on: slower is rest, where an undamped pair lies on the imaginary axis at any value")
     return lines
 
 

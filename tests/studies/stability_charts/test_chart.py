@@ -289,7 +289,8 @@ def test_the_command(tmp_path, capsys, monkeypatch):
     )
     shown = capsys.readouterr().out
     assert "at 0 of" not in shown
-    assert "band: 95 %, first order, of 1 uncertain numbers" in shown
+    assert "band: 95 %, first order, of 1 uncertain number;" in shown
+    assert "from 0.0032 m/s on: slower is rest" in shown  # sqrt(9.81 x 1.02) / 1000
     table = pd.read_csv("o/stability_chart.csv")
     assert {"sd_speed_m_s", "sd_c_m", "mode", "frequency_Hz", "closed"} <= set(table.columns)
     told = json.loads((tmp_path / "o.json").read_text())
