@@ -83,7 +83,9 @@ def checked(chart: StabilityChart) -> list[str]:
         lines.append("no band: the model states no uncertainty; --sd NAME=VALUE gives some, --assume takes defaults")
     rest = speed_of_rest(chart.plane.space)
     if any(span.axis.key == SPEED and span.low == rest for span in chart.plane.spans):
-        lines.append(f"from {rest:.2g} m/s on: slower is rest, where an undamped pair lies on the imaginary axis at any value")
+        lines.append(
+            f"from {rest:.2g} m/s on: slower is rest, where an undamped pair lies on the imaginary axis at any value"
+        )
     return lines
 
 

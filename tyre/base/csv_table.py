@@ -68,17 +68,17 @@ class Cells:
         for line, text in enumerate(self.text.split("\n"), 1):
             kept = text if self.logged else COMMENT.sub(r"\1", text).strip()
             if kept and not kept.isspace():
-                quoted = not self.logged and '"' in kept
-                cells = _quoted(kept, f"{self.path}, line {line}") if quoted else kept.split(self.separator)
-                found.append((line, cells))
+                quoted, where = not self.logged and '"' in kept, f"{self.path}, line {line}"
+                found.append((line, _quoted(kept, where) if quoted else kept.split(self.separator)))
         width = len(found[0][1]) if found else 0
         for line, cells in found:
             if len(cells) != width:
                 how = "was the file cut off?" if len(cells) < width else "name every column, separate by commas"
                 how += " and write numbers with a point; decimal commas need semicolons" * (len(cells) > width)
-                raise InputError(
-                    f"{self.path}, line {line}: {len(cells)} cells where the header has {width} columns; {how}"
-                )
+                if self.separator == "," and ";" in "".join(found[0][1]):
+                    how = "columns are separated by commas here, not semicolons, and numbers written with a point"
+                counted = f"{len(cells)} cell{'s' * (len(cells) != 1)} where the header has {width} column"
+                raise InputError(f"{self.path}, line {line}: {counted}{'s' * (width != 1)}; {how}")
         return found
 
     @cached_property

@@ -1,6 +1,8 @@
 """Measured against computed time histories: the runs with the largest gap."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,8 +14,11 @@ from studies.missing_effect.reporting.words import titles
 from studies.reporting.plotting import GREY, drawing, look
 from tyre.base.arrays import Array
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 MOST_RUNS = 4
-ROOM = 0.15  # of the measured range, beyond it: what leaves is not shown
+ROOM = 0.15  # of the measured range, beyond it: what leaves is told in numbers
 
 
 def missed_most(judgement: Judgement) -> tuple[dict[str, list[Array]], list[int]]:
@@ -67,13 +72,25 @@ def draw_traces(judgement: Judgement, target: Path) -> bool:
                     style = {**look(number).plot, "marker": "", "linewidth": 1.3}
                     axis.plot(run.time, seen - rest[k][:, c], label=title, **style)
                 room = ROOM * (float(np.ptp(seen)) or 1.0)
-                axis.set_ylim(seen.min() - room, seen.max() + room)
+                low, high = seen.min() - room, seen.max() + room
+                axis.set_ylim(low, high)
+                _say_what_is_cut(axis, {title: seen - rest[k][:, c] for title, rest in missed.items()}, low, high)
                 axis.set_title(f"{run.name}, {run.speed:.3g} m/s" if not c else "")
                 axis.set_ylabel(name)
                 if row == len(shown) - 1:
                     axis.set_xlabel("time, s")
         legend_above(figure, axes[0, 0], columns=4)
     return True
+
+
+def _say_what_is_cut(axis: "Axes", computed: Mapping[str, Array], low: float, high: float) -> None:
+    """How far lines go that leave the frame, which is that of what was measured."""
+    lines = [
+        f"{title}: {y.min():.2g} .. {y.max():.2g}" for title, y in computed.items() if y.min() < low or y.max() > high
+    ]
+    if lines:
+        said = "beyond the frame:\n" + "\n".join(lines)
+        axis.annotate(said, (0.02, 0.03), xycoords="axes fraction", fontsize="x-small", color=GREY, va="bottom")
 
 
 TRACES: Figure = (

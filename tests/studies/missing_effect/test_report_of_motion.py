@@ -3,6 +3,7 @@
 import csv
 import dataclasses
 import json
+import re
 from itertools import islice
 from pathlib import Path
 from types import SimpleNamespace
@@ -175,6 +176,14 @@ def test_traces_leave_what_the_noise_is(histories, tmp_path):
     for words in ("measured", "base model", "parameters only", "time, s", *forward.noise):
         assert f"<!-- {words} -->" in svg, words
     assert "with" not in {line for line in svg.splitlines() if line.strip().startswith("<!--")}
+    assert "beyond the frame" not in svg
+    wild = dataclasses.replace(null, theta=null.theta * 1.5)
+    assert draw_traces(
+        dataclasses.replace(judgement, final=wild, hypotheses=SimpleNamespace(null=wild)), tmp_path / "w"
+    )
+    svg = (tmp_path / "w.svg").read_text(encoding="utf-8")
+    assert "<!-- beyond the frame: -->" in svg
+    assert re.search(r"<!-- parameters only: -\S+ \.\. \S+ -->", svg)
 
 
 def test_the_corrected_model_has_the_values_of_the_final_fit(damped, tmp_path):

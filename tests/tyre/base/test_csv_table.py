@@ -68,7 +68,7 @@ def test_a_last_row_without_a_line_end_may_be_a_cut_number(file):
             read_columns(file(text), numbers=("a", "b"), needed=())
     for text in ("a,b\n1,12.3\n", "a,b\n1,12.3\n  ", "a,b\n1,12.3 # whole", "a,b\n1,12.3\n# whole"):
         assert read_columns(file(text), numbers=("a", "b"), needed=()).numbers["b"] == [12.3]
-    for text, words in (("a,b\n1", "1 cells where the header has 2 columns; was the file cut off"), ("a,b", "no rows")):
+    for text, words in (("a,b\n1", "1 cell where the header has 2 columns; was the file cut off"), ("a,b", "no rows")):
         with pytest.raises(InputError, match=words):
             read_columns(file(text), numbers=("a", "b"), needed=())
     with pytest.raises(InputError, match="no line end, so the file may be cut off inside a number; complete the row"):
@@ -96,7 +96,7 @@ def test_a_loggers_file_is_read_fast_and_slow_alike(file):
     ("text", "words"),
     [
         ("a,b\n1,2\n1,2,3\n", "line 3: 3 cells where the header has 2 columns; name every column, separate by commas"),
-        ("a,b\n1,2\n1\n", "line 3: 1 cells where the header has 2 columns; was the file cut off"),
+        ("a,b\n1,2\n1\n", "line 3: 1 cell where the header has 2 columns; was the file cut off"),
         ("a,b\n1,2\n1,1_0\n", "line 3: b = '1_0' is not a number"),
         ("a,b\n1,2\n1,x\n", "line 3: b = 'x' is not a number"),
         ("", "no CSV; the first line must name the columns: a, b"),
@@ -106,3 +106,9 @@ def test_a_loggers_file_is_read_fast_and_slow_alike(file):
 def test_what_a_logger_cannot_have_written(file, text, words):
     with pytest.raises(InputError, match=words):
         read_cells(file(text), kind="recording", example="a, b", logged=True).numbers([0, 1], missing=("",))
+
+
+def test_semicolons_with_decimal_commas_where_commas_separate(file):
+    words = "line 2: 4 cells where the header has 1 column; columns are separated by commas here, not semicolons"
+    with pytest.raises(InputError, match=words):
+        read_cells(file("t;a;b\n0,1;0,2;0,3\n"), kind="table", example="t").numbers([0])
