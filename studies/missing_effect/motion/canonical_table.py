@@ -149,7 +149,7 @@ def _between(differences: Array, stated: Array) -> tuple[Array, str]:
     scatter = differences.var(0, ddof=1)
     times = np.sqrt(scatter / (stated**2).mean(0))
     note = (
-        f"noise: the scatter between {n} subsets of the runs, {times.min():.1f} to {times.max():.0f} times the stated "
+        f"noise: the scatter between {n} subsets of the runs, {times.min():.2g} to {times.max():.2g} times the stated "
         f"sd, widened for its {n - 1} degrees of freedom (variance of Student's t); coefficients count as independent. "
         f"Being taken from these rows, it leaves a perfect model with chi^2 of about {len(COEFFICIENTS) * (n - 3)} of "
         f"{stated.size}: goodness of fit says little here, held-out subsets and the posterior decide"
