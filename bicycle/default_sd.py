@@ -58,6 +58,13 @@ on top.
 """
 
 
+MOST = {
+    "m": (0.5, "mm"), "rad": (0.3, "degrees"), "kg": (100.0, "g"), "kg m^2": (100.0, "kg mm^2"),
+    "m/s^2": (1.0, "mm/s^2"),
+}  # fmt: skip
+"""Standard deviations of a bicycle's parameters beyond which they are surely in another unit, by unit."""
+
+
 @dataclass(frozen=True)
 class Deviation:
     """One standard deviation (SI), its origin (one of ``ORIGINS``) and the reason where there is one to tell."""
@@ -90,10 +97,13 @@ def standard_deviations(
     Raises
     ------
     InputError
-        ``given`` names no parameter of the model, or a number that is not finite and >= 0.
+        ``given`` names no parameter of the model, a number that is not finite and >= 0, or one that can only be in
+        another unit.
     """
     values = model.parameters
     stated = _both_wheels(given or {}, values)
+    for key, sd in stated.items():
+        _refuse_absurd(model, key, sd)
     found = {}
     for key in values:
         if key in stated:
@@ -142,6 +152,27 @@ def _switched_off(model: Model, key: str) -> bool:
     neutral = next((p.neutral for e in model.effects if e.identifier == own.effect for p in e.parameters
                     if p.name == own.name), None)  # fmt: skip
     return neutral is not None and model.parameters[key] == neutral
+
+
+def _refuse_absurd(model: Model, key: str, sd: float) -> None:
+    """Refuse a standard deviation of which no measurement, and no guess, is so bad: it is in another unit."""
+    if key in UNITS:
+        most, other = MOST[UNITS[key]]
+        if sd > most:
+            raise InputError(
+                f"the standard deviation of {key} is {sd:g}, more than {most:g} {UNITS[key]}; is it in {other}?"
+            )
+        return
+    own = ParameterKey.parse(key)
+    known = [p for e in model.effects if e.identifier == own.effect for p in e.parameters if p.name == own.name]
+    for p in known:
+        low, high = p.typical
+        if sd > max(high - low, abs(model.parameters[key])):
+            unit = "" if p.unit == "1" else f" {p.unit}"
+            raise InputError(
+                f"the standard deviation of {key} is {sd:g}{unit}, more than the value and more than its usual values "
+                f"{low:g} .. {high:g}{unit} differ; is it in another unit?"
+            )
 
 
 def _both_wheels(given: Mapping[str, float], values: Mapping[str, float]) -> dict[str, float]:

@@ -10,6 +10,7 @@ from bicycle.effect.files import GUIDE, Origin
 from bicycle.effect.parameter import Parameter
 from bicycle.parameters import UNITS
 from tyre.base.errors import InputError, is_number, shown
+from tyre.base.unit_words import is_si
 
 NAME = re.compile("[a-z][a-z0-9_]*")
 
@@ -69,6 +70,11 @@ def _mistakes(effect: Any, known: Mapping[str, Any]) -> Iterator[str]:
 def _wrong_parameter(p: Parameter) -> Iterator[str]:
     if not all(isinstance(text, str) and text.strip() for text in (p.unit, p.description)):
         yield f"{p.name} has no unit or no meaning; write Parameter('N m/rad', 'of the hinge', ...)"
+    elif not is_si(p.unit):  # files, sliders and priors take its numbers for SI
+        yield (
+            f"{p.name}: unit = {shown(p.unit)} is not one of kg, m, s, rad, N, Pa and what they make without a prefix; "
+            "write for example N m s/rad, kg m^2 or 1/s, and 1 where there is none"
+        )
     low, high = p.bounds
     if not low <= p.typical[0] < p.typical[1] <= high:
         yield f"{p.name}: typical {p.typical[0]:g} .. {p.typical[1]:g} is not within the bounds {low:g} .. {high:g}"

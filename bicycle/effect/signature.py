@@ -78,7 +78,7 @@ def sentence(p: Parameter) -> str:
     ----------
     p : Parameter
     """
-    text = f"{p.description[0].upper()}{p.description[1:]}; typical {_range(p.typical)}, allowed {_range(p.bounds)}"
+    text = f"{p.description[:1].upper()}{p.description[1:]}; typical {_range(p.typical)}, allowed {_range(p.bounds)}"
     vanishes = "" if p.neutral is None else f"; the effect vanishes at {p.neutral:g}"
     side = "above" if p.neutral == math.inf else "below"
     least = f"; negligible {side} {p.least:g}" if p.least and p.neutral is not None else ""

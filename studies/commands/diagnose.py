@@ -35,7 +35,7 @@ def command(
     from studies.missing_effect import diagnose, read_measurement
     from studies.missing_effect.report import record, write_report
     from studies.missing_effect.reporting.findings import find, with_stability
-    from studies.missing_effect.reporting.sentences import closing, first_lines, fitting, told_apart
+    from studies.missing_effect.reporting.sentences import closing, first_lines, fitting, next_note, told_apart
     from studies.missing_effect.reporting.tables import named
     from studies.missing_effect.reporting.words import explains, said
     from studies.reporting.manifest import results
@@ -75,6 +75,8 @@ def command(
     for member in verdict.equivalent[1:]:
         why = f": {verdict.reasons[member]}" if member in verdict.reasons else ""
         click.echo(f"cannot be told apart from {said(member)}{why}")
+    if len(findings.between) > 1 and not findings.further:
+        click.echo(next_note(findings))
     for advice in findings.further[:3]:
         click.echo(f"measure next: {advice.what} (tells {told_apart(findings)} by {advice.gain:.1f} sd)")
     click.echo(closing(found).replace("χ²", "chi^2"))

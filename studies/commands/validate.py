@@ -12,7 +12,11 @@ import click
 
 from studies.reporting.examples import example
 from studies.reporting.manifest import results
+from tyre.base.errors import InputError, unknown
 from tyre.base.files import write_text
+
+NEVER_NONE = ("models", "campaigns", "mutants", "draws", "workers", "jobs")
+"""Counts of which 0 leaves nothing to do; of others, such as histories beside cases, none may be asked for."""
 
 
 class ValidationGroup(click.Group):
@@ -37,6 +41,18 @@ class ValidationGroup(click.Group):
             return None
         return _command(name, import_module(f"{self.package}.{name.replace('-', '_')}"))
 
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """The validation that the first of ``args`` names; an unknown one is refused with the nearest known.
+
+        ``ctx`` is click's context.
+        """
+        known = self.list_commands(ctx)
+        if args and not args[0].startswith("-") and args[0].replace("_", "-") not in known:
+            raise InputError(unknown("validation", args[0], known))
+        return super().resolve_command(ctx, args)
+
 
 def _command(name: str, module: ModuleType) -> click.Command:
     options: list[click.Parameter] = [
@@ -58,12 +74,17 @@ def _command(name: str, module: ModuleType) -> click.Command:
             continue
         flag = "--" + parameter.name.replace("_", "-")
         if parameter.default is inspect.Parameter.empty:
-            options.append(click.Option([flag], type=int, required=True))
+            options.append(click.Option([flag], type=click.IntRange(min=0), required=True))
         elif isinstance(parameter.default, bool):
             options.append(click.Option([f"{flag}/--no{flag[1:]}"], default=parameter.default, show_default=True))
         else:
             options.append(
-                click.Option([flag], type=type(parameter.default), default=parameter.default, show_default=True)
+                click.Option(
+                    [flag],
+                    type=_allowed(parameter.name, parameter.default),
+                    default=parameter.default,
+                    show_default=True,
+                )
             )
 
     def callback(out: Path, json_file: Path | None, **settings: Any) -> None:
@@ -85,6 +106,13 @@ def _command(name: str, module: ModuleType) -> click.Command:
         name, params=options, callback=callback, help=inspect.cleandoc(module.__doc__ or name),
         epilog=example(f"velotyre validate {name}{shown}"),
     )  # fmt: skip
+
+
+def _allowed(name: str, default: Any) -> Any:
+    """What an option of this ``name`` and ``default`` may be: a count, a positive number, words."""
+    if isinstance(default, int):
+        return click.IntRange(min=int(name in NEVER_NONE))
+    return click.FloatRange(min=0.0, min_open=True) if isinstance(default, float) else type(default)
 
 
 command = ValidationGroup(

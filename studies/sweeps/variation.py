@@ -220,6 +220,12 @@ def _nominal(name: str, model: Model, tyre: Mapping[str, Any]) -> float:
     per_wheel = pressure if isinstance(pressure, Mapping) else dict.fromkeys(WHEELS, pressure)
     values |= {f"pressure_bar.{wheel}": value for wheel, value in per_wheel.items() if value is not None}
     found = {values[key] for key in entries_of(name, values)}
+    if len(found) == len(WHEELS):
+        rear, front = (values[f"{name}.{wheel}"] for wheel in WHEELS)
+        raise InputError(
+            f"sampled {name}: mean is missing; the model has {rear:g} at the rear and {front:g} at the front wheel, so "
+            f"give {name}.rear and {name}.front"
+        )
     if len(found) != 1:
         raise InputError(f"sampled {name}: mean is missing; the model has no single value of it")
     return float(found.pop())

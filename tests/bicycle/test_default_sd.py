@@ -115,8 +115,18 @@ def test_every_effect_has_deviations_with_an_origin(identifier):
         ({"IByy": 1.0}, "unknown parameter 'IByy'"),
         ({"mB": -1.0}, r"the standard deviation of mB is -1.0; it must be finite and >= 0 \(SI units\)"),
         ({"mB": math.inf}, "the standard deviation of mB is inf; it must be finite"),
+        ({"c": 1e9}, r"the standard deviation of c is 1e\+09, more than 0.5 m; is it in mm\?"),
+        ({"lam": 2.0}, "the standard deviation of lam is 2, more than 0.3 rad; is it in degrees"),
+        ({"g": 100.0}, "the standard deviation of g is 100, more than 1 m/s.2; is it in mm/s.2"),
+        ({"steer_damper.damping": 60.0}, "steer_damper.damping is 60 N m s/rad, more than the value and more than its"),
     ],
 )
 def test_given_deviations_are_checked(given, words):
+    model = Model(load_bicycle("benchmark"), effect_class("steer_damper")(damping=50.0))
     with pytest.raises(InputError, match=words):
-        standard_deviations(Model(load_bicycle("benchmark")), given)
+        standard_deviations(model, given)
+
+
+def test_a_deviation_as_large_as_a_value_beyond_the_usual_is_taken():
+    model = Model(load_bicycle("benchmark"), effect_class("steer_damper")(damping=50.0))
+    assert standard_deviations(model, {"steer_damper.damping": 50.0})["steer_damper.damping"].sd == 50.0

@@ -72,6 +72,14 @@ def is_unit(text: str) -> bool:
     return _parsed(text) is not None
 
 
+def is_si(text: str) -> bool:
+    """Whether ``text`` is an SI unit that is known, without prefixes: ``N m/rad``, ``kg``, ``1/s``, ``1`` for none."""
+    if text == "1":
+        return True
+    found = _parsed(f"rad/{text[2:]}" if text.startswith("1/") else text)
+    return found is not None and found[0] == 1
+
+
 @cache
 def _parsed(text: str) -> tuple[Fraction, tuple[int, ...]] | None:
     """Factor and powers of (kg, m, s, rad) of a unit; None where it is none."""

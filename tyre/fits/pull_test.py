@@ -12,6 +12,7 @@ from scipy.optimize import least_squares
 from tyre.base.errors import InputError
 from tyre.estimate import REPEATABILITY_DOF, Calibration, Estimate, combine_uncertainties
 from tyre.fits.friction import dahl_after
+from tyre.recordings.gauge import reading_step
 from tyre.recordings.recording import Channel, Condition, PullTest
 
 _LINEAR = 0.02  # departure from the initial slope that ends the linear range
@@ -177,24 +178,6 @@ def fit_pull_test(test: PullTest, *, calibration: Calibration | None = None) -> 
         force=force,
         fitted=chosen["fitted"],
     )
-
-
-def reading_step(displacement: Channel) -> float:
-    """Resolution of a gauge seen in its readings: the step (m) they are all multiples of; 0 where none is visible.
-
-    Parameters
-    ----------
-    displacement : ndarray, shape (n,)
-        Readings, m.
-    """
-    values = np.unique(np.round(displacement, 9))
-    if values.size < 2:
-        return 0.0
-    step = float(np.min(np.diff(values)))
-    count = values / step
-    if step < 5e-7 or np.max(np.abs(count - np.round(count))) > 0.02:
-        return 0.0
-    return step
 
 
 def _strokes(deflection: Channel, threshold: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -99,7 +99,7 @@ def check_channels(recording: RigRun | PullTest, *, where: str) -> None:
     """
     samples = len(recording.side_force)
     if samples < 2:
-        raise InputError(f"{where}: holds {samples} samples, at least 2 are needed; was the file cut off?")
+        raise InputError(f"{where}: has {samples} of the 2 or more samples that are needed; was the file cut off?")
     for name in ("time", "vertical_load", *_CHANNEL_LIMITS):
         channel: Channel | None = getattr(recording, name, None)
         if channel is None:

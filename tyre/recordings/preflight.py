@@ -6,6 +6,7 @@ import numpy as np
 
 from tyre.base.units import PASCAL_PER_BAR
 from tyre.recordings.axes import CONVENTIONS, slope_grows
+from tyre.recordings.gauge import reading_step
 from tyre.recordings.preflight_signal import count_branches, dropouts, slope, stuck, time_faults
 from tyre.recordings.recording import Channel, Condition, PullTest, RigRun
 
@@ -224,10 +225,9 @@ def _pull(test: PullTest) -> tuple[list[str], list[str], list[Fault]]:
         stays = 1e3 * test.plate_displacement[both][0]
         return [], [], [*faults, (f"plate_displacement stays at {stays:.4g} mm: its gauge is dead", True)]
     travel = float(np.ptp(deflection[both]))
-    steps = np.unique(np.abs(np.diff(np.unique(test.plate_displacement[both]))))
     if travel < _SMALLEST_PULL:
         faults.append((f"tyre deflection covers {travel * 1e3:.2g} mm, {_SMALLEST_PULL * 1e3:g} mm are needed", True))
-    elif steps.size and travel < _GAUGE_STEPS * steps[0]:
+    elif travel < _GAUGE_STEPS * reading_step(test.plate_displacement[both]):
         faults.append((f"tyre deflection covers fewer than {_GAUGE_STEPS} steps of the gauge", False))
     faults += stuck("side_force", test.side_force, deflection, travel=0.1 * travel)
     gradient, correlation = slope(deflection, test.side_force)

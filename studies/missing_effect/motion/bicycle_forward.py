@@ -1,11 +1,13 @@
 """What the forward models of the bicycle share: the base model, its nuisances and its candidates."""
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bicycle.effect.files import Origin
 from bicycle.eigenvalues.decomposition import eigensystem
 from bicycle.eigenvalues.oscillation import angular_frequency
 from bicycle.model import Model, check_compatible
@@ -54,6 +56,22 @@ class BicycleForward(ForwardModel):
     candidates: tuple[Candidate, ...]
     refused: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse an effect from outside that is called as another candidate, such as an error of the measurement.
+
+        Raises
+        ------
+        InputError
+            Naming it.
+        """
+        count = Counter(c.identifier for c in self.candidates)
+        for c in self.candidates:
+            if c.effect is not None and count[c.identifier] > 1:
+                raise InputError(
+                    f"the effect {c.identifier!r} of {Origin.of(c.effect).file or c.effect.__module__} has "
+                    "the name of something that may be wrong with a measurement or its files; give it another"
+                )
 
     def family(self, candidates: tuple[Candidate, ...]) -> Family:
         """The base model with ``candidates``."""

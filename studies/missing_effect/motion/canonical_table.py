@@ -30,6 +30,7 @@ SPEEDS = (2.0, 3.0, 4.0, 5.0, 6.0, 7.0)  # m/s
 BAND = (0.3, 3.0)  # Hz
 FASTEST, HIGHEST = 60.0, 50.0
 FEWEST = 4  # subsets from which a scatter can be had: Student's t with fewer has no variance
+TOO_WIDE = 0.01  # scatter in stated sd: subsets that agree so well are not known so badly
 LONE = 100.0  # times what all other subsets have: no rider makes that
 PERCENT = 0.1 / math.sqrt(12)  # rounding of a printed percentage
 DISAGREE = 5.0  # sd by which two rows may differ on Whipple's value
@@ -149,11 +150,16 @@ def _between(differences: Array, stated: Array) -> tuple[Array, str]:
     scatter = differences.var(0, ddof=1)
     times = np.sqrt(scatter / (stated**2).mean(0))
     note = (
-        f"noise: the scatter between {n} subsets of the runs, {times.min():.1f} to {times.max():.0f} times the stated "
+        f"noise: the scatter between {n} subsets of the runs, {times.min():.2g} to {times.max():.2g} times the stated "
         f"sd, widened for its {n - 1} degrees of freedom (variance of Student's t); coefficients count as independent. "
         f"Being taken from these rows, it leaves a perfect model with chi^2 of about {len(COEFFICIENTS) * (n - 3)} of "
         f"{stated.size}: goodness of fit says little here, held-out subsets and the posterior decide"
     )
+    if times.max() < TOO_WIDE:
+        note += (
+            f". The stated sd of every coefficient is more than {1 / TOO_WIDE:g} times that scatter and hides whatever "
+            "is missing: see their units"
+        )
     return np.maximum(scatter - (stated**2).mean(0), 0) * (n - 1) / (n - 3), note
 
 

@@ -88,7 +88,7 @@ def read_modal(
     settings = read_settings(path, columns, model, uncertainty)
     points = tuple(replace(_point(path, row, columns), settings=known) for row, known in enumerate(settings))
     if len(points) < 3:
-        raise InputError(f"{path}: {len(points)} point(s) cannot be diagnosed; give at least three, at several speeds")
+        raise InputError(f"{path}: has {len(points)} of the 3 or more rows that are needed; give several speeds")
     _refuse_repeats(path, points, columns.lines)
     points, notes = _with_sd(points, [name in columns.numbers for name in SD])
     unused = [name for name in UNUSED if name in columns.numbers]

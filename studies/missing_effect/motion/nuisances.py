@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 
-from bicycle.default_sd import ASSUMED, standard_deviations
+from bicycle.default_sd import ASSUMED, MOST, standard_deviations
 from bicycle.effect import Parameter
 from bicycle.model import Model
 from bicycle.parameter_key import ParameterKey, entries_of
@@ -12,8 +12,6 @@ from studies.inference.parameter import UncertainParameter
 from tyre.base.errors import InputError, is_number, shown, unknown
 
 FINEST, TINIEST = 1e-9, 1e-12  # of the value, and in SI: a smaller stated sd is lost in rounding
-MOST = {"m": (0.5, "mm"), "rad": (0.3, "degrees"), "kg": (100.0, "g"), "kg m^2": (100.0, "kg mm^2")}
-"""Standard deviations of a bicycle's parameters beyond which they are surely in another unit, by unit."""
 
 
 def nuisances(model: Model, given: Mapping[str, float]) -> tuple[tuple[UncertainParameter, ...], tuple[str, ...]]:

@@ -21,6 +21,8 @@ from studies.missing_effect.residual.kept import Kept, keep, record
 from studies.missing_effect.unfitted import Predicted, predicted
 from tyre.base.parallel import one_blas_thread
 
+LEAST_GAIN = 0.05  # standard deviations; what would tell less is no advice
+
 
 @dataclass(frozen=True)
 class Findings:
@@ -107,6 +109,7 @@ def find(diagnosis: Diagnosis) -> Findings:
     between, further = verdict.equivalent, verdict.separating_measurements
     if not further and len(rivals) == 2:
         between, further = tuple(f.name for f in rivals), tuple(separating(forward, list(rivals)))
+    further = tuple(s for s in further if s.gain >= LEAST_GAIN)
     parts = parts_against_rest(forward, final) if isinstance(forward, JointForward) else ()
     return Findings(
         moved=moved(known.null, final), limits=upper_limits(forward, known, final), between=between, further=further,

@@ -88,6 +88,13 @@ def _assumed(
         notes.append(f"the base model contains {', '.join(recordings.includes)}")
     if sweeps and not any(c.peak for c in curves.values()):
         notes.append(f"the reference has no curve: a peak of {PEAK:g} loads and a shape of 1.4 are assumed, 1 sd 10 %")
+    for pull in pulls:
+        curve = curves[pull.label]
+        if abs(pull.condition.load / curve.load - 1) > ALIKE:
+            notes.append(
+                f"{pull.name}: at {pull.condition.load:g} N the reference has no lateral stiffness; that at "
+                f"{curve.load:g} N stands for it"
+            )
     if off:
         notes.append("loads that the reference does not have are computed with the cornering stiffness of the nearest")
     length = curves[sweeps[0].label].length if sweeps else None

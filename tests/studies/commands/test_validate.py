@@ -24,9 +24,27 @@ def test_validations_are_found_and_described(capsys):
 
 def test_unknown_validation_ends_in_one_line(capsys):
     with pytest.raises(SystemExit) as stop:
-        main(["validate", "nothing"])
+        main(["validate", "critical-speed"])
     assert stop.value.code == 2
-    assert "No such command 'nothing'" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "unknown validation 'critical-speed'; did you mean 'critical-speeds'? known: batches" in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["critical-speeds", "--seed", "-1"], "-1 is not in the range x>=0"),
+        (["critical-speeds", "--seed", "1", "--models", "0"], "0 is not in the range x>=1"),
+        (["residual-torque", "--seed", "1", "--histories", "-1"], "-1 is not in the range x>=0"),
+        (["batches", "--seed", "1", "--minutes", "-5"], "-5 is not in the range x>=0"),
+        (["mutation", "--seed", "1", "--longest", "0"], "0.0 is not in the range x>0"),
+    ],
+)
+def test_counts_that_are_none_are_refused(arguments, words, capsys, tmp_path):
+    with pytest.raises(SystemExit) as stop:
+        main(["validate", *arguments, "--out", str(tmp_path)])
+    assert stop.value.code == 2
+    assert words in capsys.readouterr().err
 
 
 def test_any_module_becomes_a_command(tmp_path, monkeypatch, capsys):

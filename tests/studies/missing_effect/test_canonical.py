@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from bicycle import Bicycle, Model
+from bicycle.effect import outside_effects
 from bicycle.files.bicycle_file import load_bicycle
 from bicycle.identification.canonical import Canonical
 from studies.cli import main
@@ -326,3 +327,33 @@ def test_a_coefficient_far_from_all_other_subsets_is_refused(tmp_path, factor, r
         InputError, match=r"C1_delta_delta = -?1685.4 kg m of all-rounder, track is 1e\+03 times the largest"
     ):
         read_measurement(file)
+
+
+def test_an_sd_that_hides_everything_is_told_and_no_measurement_is_advised_that_tells_nothing(tmp_path, capsys):
+    rows = [row.rsplit(",", 1)[0] + ",1e4" for row in rows_of(PUBLISHED, scatter=0.01)]
+    main(["diagnose", str(write(tmp_path, rows))])
+    both = capsys.readouterr()
+    assert both.out.startswith("none: ")
+    assert "Nothing that this kind of data proposes would tell the leading hypotheses apart." in both.out
+    assert "measure next" not in both.out
+    assert "is more than 100 times that scatter and hides whatever is missing: see their units" in both.err
+    usual = read_measurement(write(tmp_path, rows_of(PUBLISHED, scatter=0.01))).forward()
+    assert not any("see their units" in note for note in usual.notes)
+
+
+def test_an_own_effect_with_the_name_of_an_error_of_the_measurement_is_refused(tmp_path):
+    (tmp_path / "lean_scale.py").write_text(
+        """from bicycle import Effect, Parameter
+
+class Own(Effect):
+    'A toy.'
+    size = Parameter("N m/rad", "of the toy", bounds=(0.0, 9.0), typical=(1.0, 2.0), default=1.0, neutral=0.0)
+    source = signature = "none"
+    def apply(self, model):
+        model.add_torque(model.steer, -self.size * model.steer.angle)
+"""
+    )
+    measurement = read_measurement(write(tmp_path, rows_of(PUBLISHED, scatter=0.01)))
+    said = "the effect 'lean_scale' of .*lean_scale.py has the name of something that may be wrong with a measurement"
+    with outside_effects([tmp_path / "lean_scale.py"]), pytest.raises(InputError, match=said):
+        measurement.forward()

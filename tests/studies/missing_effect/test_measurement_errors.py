@@ -88,7 +88,7 @@ def test_measurement_file(tmp_path, toml, words):
         (HEAD.rsplit(",", 3)[0], [r.rsplit(",", 3)[0] for r in ROWS], "the column imag_rad_s is missing"),
         (HEAD + ",real_1_s", [r + ",3" for r in ROWS], "the column real_1_s is given twice"),
         (HEAD, [], "the table has no rows"),
-        (HEAD, ROWS[:1], "1 point.s. cannot be diagnosed; give at least three"),
+        (HEAD, ROWS[:1], "has 1 of the 3 or more rows that are needed; give several speeds"),
         (HEAD, [*ROWS, "7,weave,nan,5,0.1,0.1"], "line 5: real_1_s = 'nan' is not a finite number"),
         (HEAD, [*ROWS, "7,weave,,5,0.1,0.1"], "line 5: real_1_s = '' is not a finite number"),
         (HEAD, [*ROWS, "7,weve,0,5,0.1,0.1"], "unknown mode 'weve'; did you mean 'weave'"),

@@ -337,14 +337,14 @@ def test_the_same_file_gives_the_same_report(folder, tmp_path):
 def test_what_is_assumed_is_said():
     bare = Reference((Curve(400.0, 5.5e5, (C, 76.0), (K, 750.0)),), "C and K only")
     heavy = dataclasses.replace(FLAT, load=520.0)
-    given = measurement(
-        [sweep(1), sweep(2, condition=heavy)], [pull(3)], bare, includes=("sweep_lag",), pull_displacement="plate"
-    )
+    sweeps, pulls = [sweep(1), sweep(2, condition=heavy)], [pull(3), dataclasses.replace(pull(4), condition=heavy)]
+    given = measurement(sweeps, pulls, bare, includes=("sweep_lag",), pull_displacement="plate")
     notes = " | ".join(given.forward().notes)
     for words in (
         "the recordings are synthetic", "reference: C and K only", "the base model contains sweep_lag",
         "the reference has no curve: a peak of 1.05 loads and a shape of 1.4 are assumed",
         "loads that the reference does not have are computed with the cornering stiffness of the nearest",
+        "p 1: at 520 N the reference has no lateral stiffness; that at 400 N stands for it",
         "relaxation length at 400 N, 5.5 bar, flat: 101 mm, 1 sd 10 mm",
         "displacement of the pull tests is that of the plate; the rim's is ignored",
         "s 0: one block of 2 is compared",

@@ -5,7 +5,7 @@ from fractions import Fraction
 import pytest
 
 from tyre.base.errors import InputError
-from tyre.base.unit_words import factor_to_si, is_unit
+from tyre.base.unit_words import factor_to_si, is_si, is_unit
 
 
 @pytest.mark.parametrize(
@@ -31,6 +31,16 @@ def test_what_is_no_unit(text):
     assert not is_unit(text)
     with pytest.raises(InputError, match="f: .* is not a unit that is known; write for example N/m, N/mm, kN/m"):
         factor_to_si(text, "N/mm", where="f")
+
+
+@pytest.mark.parametrize("text", ["1", "kg m^2", "N m s/rad", "1/s", "N/m", "rad/s"])
+def test_si_units(text):
+    assert is_si(text)
+
+
+@pytest.mark.parametrize("text", ["furlong", "mm", "N/deg", "1/ms", "g", "", "1/", "2"])
+def test_what_is_no_si_unit(text):
+    assert not is_si(text)
 
 
 def test_a_unit_of_another_quantity_is_told_with_those_that_fit():

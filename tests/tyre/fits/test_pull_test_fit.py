@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tyre.base.errors import InputError
 from tyre.estimate import Calibration
-from tyre.fits.pull_test import fit_pull_test, reading_step
+from tyre.fits.pull_test import fit_pull_test
 from tyre.recordings.recording import Condition, PullTest
 
 K = 55e3
@@ -122,9 +122,7 @@ def test_pulling_to_both_sides():
     assert fit.friction == pytest.approx(2.0, abs=0.15)
 
 
-def test_gauge_step_is_found_and_is_a_floor_of_the_scatter():
-    assert reading_step(np.array([0.0, 1e-5, 3e-5, 7e-5])) == pytest.approx(1e-5)
-    assert reading_step(np.array([0.0, 1.03e-5, 3.41e-5, 7.77e-5])) == 0.0
+def test_gauge_step_is_a_floor_of_the_scatter():
     fit = fit_pull_test(loop(gauge=1e-5))
     assert fit.resolution == pytest.approx(1e-5)
     # two gauges, each uniform over one step: sd of deflection = step / sqrt(6)
@@ -188,3 +186,9 @@ def test_a_rim_that_never_moves_is_said():
         rim_displacement=0.0 * test.rim_displacement,
     )
     assert any("rim did not move" in note for note in fit_pull_test(still).notes)
+
+
+def test_a_pull_in_a_dozen_equal_steps_is_no_coarse_gauge():
+    plate = 0.3e-3 * np.arange(12)
+    test = PullTest(FLAT, "ISO", 5e4 * plate, plate, np.zeros(12))
+    assert fit_pull_test(test).lateral_stiffness.value == pytest.approx(5e4, rel=1e-6)

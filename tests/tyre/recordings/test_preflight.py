@@ -112,6 +112,12 @@ FAULTS = [
 ]  # fmt: skip
 
 
+def test_a_pull_of_few_readings_is_no_coarse_gauge():
+    """Readings far apart, on a scale that they show to be fine."""
+    x = np.array([0.0, 0.31, 0.74, 1.02, 1.45, 1.83, 2.11, 2.57, 2.96]) * 1e-3
+    assert preflight(PullTest(CONDITION, "ISO", 5.5e4 * x, x, 0.0 * x)).problems == ()
+
+
 @pytest.mark.parametrize(("fault", "message", "usable"), FAULTS, ids=[message[:40] for _, message, _ in FAULTS])
 def test_a_fault_is_named(fault, message, usable):
     verdict = preflight(fault())

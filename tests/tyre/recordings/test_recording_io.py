@@ -193,7 +193,7 @@ def test_unused_columns_are_named(folder):
         (lambda s: s.replace("vertical_load_N", "side_force_kN"), "side_force is in two columns.*keep one"),
         (lambda s: s.replace("vertical_load_N", "height_m"), "column vertical_load_N is missing"),
         (lambda s: s.splitlines()[0] + "\n", "no rows; was the file cut off"),
-        (lambda s: "\n".join(s.splitlines()[:2]) + "\n", "holds 1 samples, at least 2"),
+        (lambda s: "\n".join(s.splitlines()[:2]) + "\n", "has 1 of the 2 or more samples that are needed"),
         (lambda s: s[:-2], r"line 4: the last row ends with '\S*399\.' and no line end, so the file may be"),
         (
             lambda s: s.replace("slip_angle_deg", "slip_angle_rad").replace("1.0,", "2.0,"),
