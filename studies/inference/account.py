@@ -39,6 +39,8 @@ def account(forward: Forward, known: Hypotheses, acceptance: Acceptance, nominal
     if acceptance.verdict == "partial":  # the misfit counts as noise: Birge (1932), Phys. Rev. 40, 207-227
         variance = variance * max(1.0, final.objective / len(nominal))
     effects = tuple(named(final, c, variance) for c in final.candidates)
+    refused = _refused(forward, known, acceptance)
+    rules = {name: rule for name, _, rule in refused}
     return Verdict(
         verdict=acceptance.verdict,
         effects=effects,
@@ -56,8 +58,8 @@ def account(forward: Forward, known: Hypotheses, acceptance: Acceptance, nominal
         goodness_of_fit_p=goodness_of_fit(forward, final),
         checks=acceptance.checks, mimics=acceptance.mimics, refused=forward.refused,
         warnings=(*forward.notes, *_warnings(forward, known, acceptance, gap=scale > 0)),
-        sentence=sentence(forward, known, acceptance, effects), reasons=acceptance.reasons,
-        refused_leaders=_refused(forward, known, acceptance),
+        sentence=sentence(forward, known, acceptance, effects, rules), reasons=acceptance.reasons,
+        refused_leaders=refused,
     )  # fmt: skip
 
 
@@ -89,7 +91,12 @@ def _rule(forward: Forward, known: Hypotheses, acceptance: Acceptance, f: Fit) -
         p, judged = goodness_of_fit(forward, f), acceptance.leader
         if p <= POOR_FIT or judged is None:
             return f"it does not fit (p = {p:.2g})"
-        return f"less probable than {judged.name}, which fails a rule"
+        if f.identifiers > judged.identifiers and (odds := known.odds(f, judged)) > 1:
+            return (
+                f"{odds:.2g} times as probable as {judged.name}, which was judged, but not clearly so, or the data "
+                "left out gain nothing by it"
+            )
+        return f"not what was judged: {judged.name} was, which fails a rule"
     if acceptance.final.identifiers < f.identifiers:
         odds = known.odds(f, acceptance.final)
         if odds <= CLEAR_ODDS:

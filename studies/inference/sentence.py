@@ -1,14 +1,19 @@
 """The verdict in one sentence, made of the figures that stand beside it."""
 
+from collections.abc import Mapping
+
 from studies.inference.acceptance import Acceptance
 from studies.inference.checks import goodness_of_fit
 from studies.inference.evidence import Hypotheses
+from studies.inference.fit import Fit
 from studies.inference.forward import Forward
 from studies.inference.search import POOR_FIT
 from studies.inference.verdict import Named
 
 
-def sentence(forward: Forward, known: Hypotheses, acceptance: Acceptance, effects: tuple[Named, ...]) -> str:
+def sentence(
+    forward: Forward, known: Hypotheses, acceptance: Acceptance, effects: tuple[Named, ...], refused: Mapping[str, str]
+) -> str:
     """What was decided, in words that the figures bear.
 
     Parameters
@@ -18,13 +23,15 @@ def sentence(forward: Forward, known: Hypotheses, acceptance: Acceptance, effect
     acceptance : Acceptance
     effects : tuple of Named
         With their values.
+    refused : mapping of str to str
+        Hypotheses that are more probable than what is named, and the rule that each fails.
     """
     what = " and ".join(map(in_words, effects))
     p = goodness_of_fit(forward, acceptance.final)
     if acceptance.verdict == "none":
         return _none(known, p)
     if acceptance.verdict == "unknown":
-        return _unknown(forward, known, acceptance)
+        return _unknown(forward, known, acceptance, refused)
     if acceptance.verdict == "partial":
         final, n = acceptance.final, len(forward.rows.where)
         closes = "close" if len(effects) > 1 else "closes"
@@ -66,7 +73,7 @@ def _none(known: Hypotheses, p: float) -> str:
     return said
 
 
-def _unknown(forward: Forward, known: Hypotheses, acceptance: Acceptance) -> str:
+def _unknown(forward: Forward, known: Hypotheses, acceptance: Acceptance, refused: Mapping[str, str]) -> str:
     leader = acceptance.leader
     null = goodness_of_fit(forward, known.null)
     said = f"The base model with its parameters adjusted does not fit (p = {null:.2g})"
@@ -74,7 +81,7 @@ def _unknown(forward: Forward, known: Hypotheses, acceptance: Acceptance) -> str
         return f"{said}, and no effect of the library makes it more probable."
     p = goodness_of_fit(forward, leader)
     if p <= POOR_FIT:
-        return f"{said}, nor does any hypothesis of the library; the most probable, {leader.name}, leaves p = {p:.2g}."
+        return f"{said}{_poor(forward, known, leader, refused)}"
     if not forward.varied:
         return (
             f"{said}; {leader.name} would (p = {p:.2g}), but one speed and one input are no evidence for a name: "
@@ -86,3 +93,16 @@ def _unknown(forward: Forward, known: Hypotheses, acceptance: Acceptance) -> str
         return f"{said}; {leader.name} comes near (p = {p:.2g}), but its fit did not converge: it is not judged."
     failed = "; ".join(f"{c.what}: {c.figure}" for c in acceptance.checks if not c.passed)
     return f"{said}; {leader.name} would in sum (p = {p:.2g}), but fails a rule ({failed})."
+
+
+def _poor(forward: Forward, known: Hypotheses, leader: Fit, refused: Mapping[str, str]) -> str:
+    """Where what was judged does not fit: whether anything does."""
+    p = {f: goodness_of_fit(forward, f) for f in known.best() if f.converged}
+    fitting = next((f for f in p if p[f] > POOR_FIT and f.name in refused), None)
+    if fitting is None:
+        best = next(iter(p), leader)
+        left = goodness_of_fit(forward, best)
+        return f", nor does any hypothesis of the library; the most probable, {best.name}, leaves p = {left:.2g}."
+    judged = f"{leader.name}, which was judged (p = {goodness_of_fit(forward, leader):.2g})"
+    would = f"{fitting.name} would in sum (p = {p[fitting]:.2g}), but is refused: {refused[fitting.name]}"
+    return f", nor does {judged}; {would}."

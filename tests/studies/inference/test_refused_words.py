@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from studies.inference import identifiability
+from studies.inference import account, identifiability
 from studies.inference.account import _rule
 from studies.inference.evidence import Hypotheses
 
@@ -24,6 +24,21 @@ def test_clear_odds_are_not_called_unclear(odds, words):
     acceptance = SimpleNamespace(leader=None, final=final, checks=())
     known = SimpleNamespace(odds=lambda one, other: odds)
     assert words in _rule(None, known, acceptance, larger)
+
+
+@pytest.mark.parametrize(
+    ("odds", "words"),
+    [(33.0, "33 times as probable as a, which was judged, but not clearly so"), (0.1, "not what was judged: a was")],
+)
+def test_where_nothing_is_named_the_one_that_was_judged_is_not_called_likelier(odds, words, monkeypatch):
+    monkeypatch.setattr(account, "goodness_of_fit", lambda *_: 0.5)
+    larger = SimpleNamespace(
+        converged=True, candidates=("a", "b"), identifiers=frozenset("ab"), at_bound=list, negligible=list,
+        implausible=list,
+    )  # fmt: skip
+    judged = SimpleNamespace(name="a", identifiers=frozenset("a"))
+    acceptance = SimpleNamespace(leader=judged, final=SimpleNamespace(candidates=()), checks=())
+    assert _rule(None, SimpleNamespace(odds=lambda one, other: odds), acceptance, larger).startswith(words)
 
 
 def test_one_that_is_more_probable_than_any_number_says(monkeypatch):

@@ -1,0 +1,49 @@
+"""What is said where nothing is named: the figures are those of the hypotheses that it speaks of."""
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import pytest
+
+from studies.inference import sentence as module
+from studies.inference.sentence import sentence
+
+P = {"none": 1e-9, "a+b": 1e-7, "a+b+c": 1e-3, "a+b+d": 0.3}
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    name: str
+    converged: bool
+
+    def at_bound(self):
+        return ()
+
+
+def said_of(*names, refused=None, monkeypatch, stuck=()):
+    made = {name: Fitted(name, name not in stuck) for name in ("none", *names)}
+    monkeypatch.setattr(module, "goodness_of_fit", lambda _, fit: P[fit.name])
+    known = SimpleNamespace(null=made["none"], best=lambda: [made[name] for name in names])
+    judged = SimpleNamespace(verdict="unknown", leader=made["a+b"], final=made["none"], checks=())
+    return sentence(SimpleNamespace(varied=True), known, judged, (), refused or {})
+
+
+def test_the_most_probable_is_the_most_probable(monkeypatch):
+    """The one that was judged has fewer effects than the one that leads the table beside the sentence."""
+    said = said_of("a+b+c", "a+b", monkeypatch=monkeypatch)
+    assert said.endswith("nor does any hypothesis of the library; the most probable, a+b+c, leaves p = 0.001.")
+
+
+@pytest.mark.parametrize("stuck", [(), ("a+b+d",)])
+def test_one_that_fits_and_is_refused_is_told_with_its_rule(monkeypatch, stuck):
+    said = said_of(
+        "a+b+d", "a+b+c", "a+b", refused={"a+b+d": "the data left out gain nothing"}, monkeypatch=monkeypatch,
+        stuck=stuck,
+    )  # fmt: skip
+    if stuck:  # what did not converge is not judged
+        assert said.endswith("the most probable, a+b+c, leaves p = 0.001.")
+    else:
+        assert said.endswith(
+            ", nor does a+b, which was judged (p = 1e-07); a+b+d would in sum (p = 0.3), but is refused: the data left "
+            "out gain nothing."
+        )
