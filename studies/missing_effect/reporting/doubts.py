@@ -1,4 +1,4 @@
-"""Gaps that no physics makes: a whole channel in other units or with the other sign, or numbers that are absurd."""
+"""Gaps that no physics makes: a whole channel in other units or of the other sign, numbers that are absurd or faint."""
 
 import math
 from collections.abc import Collection, Mapping
@@ -17,6 +17,7 @@ NEAR, CONSISTENT = 0.15, 0.3  # relative: of the middle of some ratios to a know
 CLOSE, CLOSER = 0.8, 0.6  # relative: of what a factor leaves to the values, and to what is left without it
 FEWEST = 3  # values or runs that agree
 GAP = 25.0  # chi^2 a number of a series that is worth a doubt
+FAINT = 0.3  # of the sd of its noise: pure noise of the stated sd has 1
 NAMED = ("named", "class", "tentative")
 FACTORS = {
     180 / math.pi: "are they in degrees? Radians are expected",
@@ -54,6 +55,8 @@ def doubts(diagnosis: Diagnosis) -> tuple[str, ...]:
         found += _of_values(diagnosis, *forward.measured)
     if isinstance(forward, HistoryForward) and len(forward.noise) > 1:
         found += _of_channels(forward)
+    if isinstance(forward, HistoryForward):
+        found += _faint(forward)
     n, adjusted = len(diagnosis.nominal), diagnosis.hypotheses.null.chi2
     if not found and adjusted > ABSURD * n and diagnosis.verdict.verdict not in NAMED:
         found.append(
@@ -160,6 +163,19 @@ def _of_channels(forward: HistoryForward) -> list[str]:
     if wrong and all(factor == -1 for factor in wrong.values()) and len(wrong) == len(names) == 2:
         return [f"{names[0]} or {names[1]}: {_asked(-1.0)}"]
     return [f"{name}: {_asked(factor, _factors(name))}" for name, factor in wrong.items()]
+
+
+def _faint(forward: HistoryForward) -> list[str]:
+    """Channels that move less than their own noise in every run."""
+    moved = {
+        name: max(float(np.sqrt(np.mean(run.channels[name] ** 2))) for run in forward.runs) for name in forward.noise
+    }
+    return [
+        f"{name}: its root mean square is {size:.2g} at most, of a noise with sd {forward.noise[name].sd:.2g}: it "
+        "tells next to nothing; is the unit right, and that of noise_sd?"
+        for name, size in moved.items()
+        if size < FAINT * forward.noise[name].sd
+    ]
 
 
 def _factors(channel: str) -> Mapping[float, str]:

@@ -147,6 +147,12 @@ def test_channels_that_fit_each_other_are_not(histories):
     assert doubts(_of(histories)) == ()
 
 
+def test_a_channel_far_below_its_noise_is_asked_about(histories):
+    faint = scaled(histories, "steer_rad", 1e-5)
+    assert any(doubt.startswith("steer_rad: its root mean square is ") for doubt in doubts(_of(faint)))
+    assert all("next to nothing" not in doubt for doubt in doubts(_of(scaled(histories, "steer_rad", 0.3))))
+
+
 def test_no_angular_rate_is_in_kilometres_an_hour(histories):
     assert doubts(_of(scaled(histories, "yaw_rate_rad_s", 3.6))) == ()
 
