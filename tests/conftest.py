@@ -1,5 +1,6 @@
 """Tests of one room run in one process; and a simulated rig campaign with its fit, which several rooms look at."""
 
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,15 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
             return nodeid.partition("::")[0].rpartition("/")[0]
 
     return ByRoom(config, log)
+
+
+@pytest.fixture
+def two_variants(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A stability table judges the first two of its variants only; each is a diagnosis."""
+    from studies.inference import stability
+
+    every = stability.variants
+    monkeypatch.setattr(stability, "variants", lambda *given: islice(every(*given), 2))
 
 
 @pytest.fixture(scope="session")

@@ -4,7 +4,6 @@ import csv
 import dataclasses
 import json
 import re
-from itertools import islice
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -13,7 +12,6 @@ import pytest
 
 from bicycle.files.model_file import read_model
 from studies.cli import main
-from studies.inference import stability
 from studies.inference.fit import fit
 from studies.inference.judge import Judgement
 from studies.missing_effect import read_measurement
@@ -24,7 +22,6 @@ from studies.missing_effect.reporting.corrected_model import corrected_model, mo
 from studies.missing_effect.reporting.doubts import doubts, known_factor
 from tyre.base.errors import InputError
 
-every_variant = stability.variants
 PAGE = Path(__file__).parents[3] / "docs" / "measurement_files.md"
 
 
@@ -217,9 +214,9 @@ def test_a_model_that_cannot_be_says_why(damped):
         model_text(broken)
 
 
+@pytest.mark.usefixtures("two_variants")
 @pytest.mark.parametrize("variants", [True, False])
-def test_the_command_says_the_sentence_and_where_the_report_is(modal, tmp_path, capsys, monkeypatch, variants):
-    monkeypatch.setattr(stability, "variants", lambda *given: islice(every_variant(*given), 2))
+def test_the_command_says_the_sentence_and_where_the_report_is(modal, tmp_path, capsys, variants):
     few = [f"--without={name}" for name in ("side_slip", "relaxation_length", "front_compliance", "aerodynamic_drag",
            "steer_assist", "rider_lean", "twisting_torque", "crown_radius", "speed_scale", "steer_sensor_delay",
            "steer_sensor_scale", "steer_spring", "rider_arms")]  # fmt: skip

@@ -3,7 +3,6 @@
 import ast
 import dataclasses
 import json
-from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,6 @@ import pytest
 
 import studies.missing_effect
 from studies.cli import main
-from studies.inference import stability
 from studies.inference.fit import fit
 from studies.missing_effect import diagnose, read_measurement
 from studies.missing_effect.report import write_report
@@ -35,7 +33,6 @@ from tyre.rig.effects.sensor_gain import SensorGain
 from tyre.rig.simulator import Protocol, simulate_pull, simulate_step, simulate_sweep
 from tyre.rig.tyre import RigTyre
 
-every_variant = stability.variants
 C, K = 7600.0, 75e3
 LENGTH = C / K
 STEADY = RigTyre(C, K, peak_force=430.0, shape=1.4, curvature=0.1, relaxation=False)
@@ -304,8 +301,8 @@ def written(folder, text):
     return folder / "rig.toml"
 
 
-def test_the_command_reads_recordings_and_their_reference(folder, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(stability, "variants", lambda *given: islice(every_variant(*given), 2))
+@pytest.mark.usefixtures("two_variants")
+def test_the_command_reads_recordings_and_their_reference(folder, tmp_path, capsys):
     file = written(folder, RIG + 'recordings = "flat"\n')
     main(["diagnose", str(file), "--out", str(tmp_path / "out"), "--json", str(tmp_path / "v.json")])
     found = json.loads((tmp_path / "v.json").read_text())
