@@ -126,7 +126,7 @@ def test_limits_and_defaults_are_those_of_the_page():
         assert (shown[key][1] == "%") == (of != "SI unit"), key
         assert ("geometric mean" in shown[key][2]) == (of == "xx and zz"), key
     assert (default_sd.EFFECT, default_sd.CORNERING_STIFFNESS) == (0.1, 0.03)
-    assert [most for most, _ in n.MOST.values()] == [0.5, 0.3, 100, 100]
+    assert [most for most, _ in n.MOST.values()] == [0.5, 0.3, 100, 100, 1]
     assert (canonical_table.SPEEDS, canonical_table.BAND, canonical_table.FEWEST) == ((2, 3, 4, 5, 6, 7), (0.3, 3), 4)
     assert [f.default for f in fields(Calibration)] == [0.003, 0.003, 0.002, 0.01]
     assert [(least, kind) for _, least, kind in reference_file.LEAST] == [(1, "N/deg"), (10, "N/mm")]

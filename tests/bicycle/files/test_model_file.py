@@ -232,7 +232,7 @@ def test_critical_command_prints_and_writes(whipple, capsys, tmp_path):
         (["modes"], "Missing argument 'MODEL'"),
         (["mode", "{model}"], "unknown command 'mode'; did you mean 'modes'?"),
         (["critical", "{model}", "--max-speed", "-1"], "max"),
-        (["modes", "{model}", "--speeds", "1", "--json", "{folder}/absent/x.json"], "No such file"),
+        (["modes", "{model}", "--speeds", "1", "--json", "{folder}/absent/x.json"], "no such folder; make it first"),
     ],
 )
 def test_bad_use_ends_with_one_line_and_exit_code_2(arguments, words, whipple, capsys):

@@ -68,10 +68,13 @@ def held(opened):
 
 
 def go(page, state):
-    """Open a state anew: another address after # alone would not load the page."""
+    """Open a state anew: another address after # alone would not load the page.
+
+    The event of a page that is loaded would wait for Dash where the first plot, which asks for it, comes before.
+    """
     address = page.url.partition("#")[0]
     page.goto("about:blank")
-    page.goto(f"{address}#{state}")
+    page.goto(f"{address}#{state}", wait_until="domcontentloaded")
 
 
 def test_the_first_plot_its_names_and_its_controls_need_no_dash(held):

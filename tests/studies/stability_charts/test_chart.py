@@ -310,7 +310,7 @@ def test_rows_say_what_is_stable(soft):
 
 
 def test_a_band_wider_than_the_chart_is_not_drawn_and_said():
-    chart = stability_chart(Plane.of(WHIPPLE, "speed=4:7", "c=0.07:0.09"), sd={"w": 0.5, "lam": 0.5})
+    chart = stability_chart(Plane.of(WHIPPLE, "speed=4:7", "c=0.07:0.09"), sd={"w": 0.5, "lam": 0.3})
     assert not any(one.band_is_told for one in chart.boundaries)
     assert sum("its band would be wider than most of the chart" in text for text in chart.doubts) == 2
     narrow = stability_chart(Plane.of(WHIPPLE, "speed=4:7", "c=0.07:0.09"), sd={"w": 0.005})
