@@ -108,8 +108,8 @@ def _judge_all(
     with ThreadPoolExecutor(len(trees)) as pool:
         for part in pool.map(lambda tree: list(_judged(todo, tree, tests, kept, longest)), trees):
             rows += part
-    names = {mutant.name for mutant in drawn}
-    return [row for row in rows if row["name"] in names]
+    judged = {row["name"]: row for row in rows}
+    return [judged[mutant.name] for mutant in drawn]  # in their order, whichever thread was first
 
 
 def _judged(
