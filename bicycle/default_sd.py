@@ -160,7 +160,7 @@ def _refuse_absurd(model: Model, key: str, sd: float) -> None:
         most, other = MOST[UNITS[key]]
         if sd > most:
             raise InputError(
-                f"the standard deviation of {key} is {sd:g}, more than {most:g} {UNITS[key]}; is it in {other}?"
+                f"the standard deviation of {key} = {sd:g} is more than {most:g} {UNITS[key]}; is it in {other}?"
             )
         return
     own = ParameterKey.parse(key)

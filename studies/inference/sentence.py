@@ -98,11 +98,12 @@ def _unknown(forward: Forward, known: Hypotheses, acceptance: Acceptance, refuse
 def _poor(forward: Forward, known: Hypotheses, leader: Fit, refused: Mapping[str, str]) -> str:
     """Where what was judged does not fit: whether anything does."""
     p = {f: goodness_of_fit(forward, f) for f in known.best() if f.converged}
-    fitting = next((f for f in p if p[f] > POOR_FIT and f.name in refused), None)
+    fitting = next((f for f in p if p[f] > POOR_FIT), None)
     if fitting is None:
         best = next(iter(p), leader)
         left = goodness_of_fit(forward, best)
         return f", nor does any hypothesis of the library; the most probable, {best.name}, leaves p = {left:.2g}."
     judged = f"{leader.name}, which was judged (p = {goodness_of_fit(forward, leader):.2g})"
-    would = f"{fitting.name} would in sum (p = {p[fitting]:.2g}), but is refused: {refused[fitting.name]}"
+    why = refused.get(fitting.name, "it is less probable than that nothing is missing")
+    would = f"{fitting.name} would in sum (p = {p[fitting]:.2g}), but is refused: {why}"
     return f", nor does {judged}; {would}."

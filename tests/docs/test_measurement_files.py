@@ -16,7 +16,7 @@ from studies.missing_effect import diagnose, measurement, read_measurement
 from studies.missing_effect.bench import table as bench_table
 from studies.missing_effect.forced import noise
 from studies.missing_effect.forced import table as frequency_table
-from studies.missing_effect.motion import canonical_table, modal_table, nuisances
+from studies.missing_effect.motion import canonical_table, modal_table
 from studies.missing_effect.report import SAYS, record
 from studies.missing_effect.reporting.findings import find
 from studies.missing_effect.rig import measurement as rig_measurement
@@ -108,7 +108,7 @@ def test_every_name_stands_on_the_page():
 
 
 def test_limits_and_defaults_are_those_of_the_page():
-    h, m, n = recording, modal_table, nuisances
+    h, m = recording, modal_table
     assert (h.FASTEST, m.FASTEST, canonical_table.FASTEST, canonical_table.HIGHEST) == (60, 60, 60, 50)
     assert (m.FASTEST_ROOT, m.SMALLEST_SD, m.LARGEST_RATIO) == (200, 1e-5, 1e5)
     assert (m.DEFAULT_SD, m.DEFAULT_RATIO_SD, m.FEWEST_REPEATS) == (0.03, 0.05, 5)
@@ -126,7 +126,7 @@ def test_limits_and_defaults_are_those_of_the_page():
         assert (shown[key][1] == "%") == (of != "SI unit"), key
         assert ("geometric mean" in shown[key][2]) == (of == "xx and zz"), key
     assert (default_sd.EFFECT, default_sd.CORNERING_STIFFNESS) == (0.1, 0.03)
-    assert [most for most, _ in n.MOST.values()] == [0.5, 0.3, 100, 100, 1]
+    assert [most for most, _ in default_sd.MOST.values()] == [0.5, 0.3, 100, 100, 1]
     assert (canonical_table.SPEEDS, canonical_table.BAND, canonical_table.FEWEST) == ((2, 3, 4, 5, 6, 7), (0.3, 3), 4)
     assert [f.default for f in fields(Calibration)] == [0.003, 0.003, 0.002, 0.01]
     assert [(least, kind) for _, least, kind in reference_file.LEAST] == [(1, "N/deg"), (10, "N/mm")]

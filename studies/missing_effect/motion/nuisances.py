@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 
-from bicycle.default_sd import ASSUMED, MOST, standard_deviations
+from bicycle.default_sd import ASSUMED, standard_deviations
 from bicycle.effect import Parameter
 from bicycle.model import Model
 from bicycle.parameter_key import ParameterKey, entries_of
@@ -87,6 +87,3 @@ def _check(given: Mapping[str, float], values: Mapping[str, float]) -> None:
                 f"[uncertainty]: {key} = {sd:g} is below {max(least, TINIEST):.2g}, a billionth of its value, which no "
                 "measurement reaches; give its standard deviation, or 0, which fixes it"
             )
-        most, other = MOST.get(UNITS.get(key, ""), (math.inf, ""))
-        if sd > most:
-            raise InputError(f"[uncertainty]: {key} = {sd:g} is more than {most:g} {UNITS[key]}; is it in {other}?")

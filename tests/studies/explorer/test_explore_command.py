@@ -1,9 +1,12 @@
 """``velotyre explore``: it says its address, refuses what it cannot use, and says how to install what is missing."""
 
 import http.client
+import os
+import shlex
 import socket
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -51,5 +54,26 @@ def test_it_serves_at_the_address_that_it_says_and_ends_when_interrupted():
             page.request("GET", "/")
             assert b'data-initial="bicycle=pista"' in page.getresponse().read()
             page.close()
+        finally:
+            served.terminate()
+
+
+def test_it_opens_the_browser_at_its_address(tmp_path):
+    pytest.importorskip("dash", reason="the page needs dash (extra explore)")
+    opened = tmp_path / "opened"
+    browser = tmp_path / "browser"
+    browser.write_text(f'#!/bin/sh\nprintf "%s" "$1" > {shlex.quote(str(opened))}.part\n'
+                       f'mv {shlex.quote(str(opened))}.part {shlex.quote(str(opened))}\n')  # fmt: skip
+    browser.chmod(0o755)
+    code = "from studies.cli import main; main(['explore', '--port', '0'])"
+    settings = os.environ | {"BROWSER": str(browser)}
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, env=settings) as served:
+        try:
+            address = served.stdout.readline().split()[2]
+            for _ in range(300):
+                if opened.exists():
+                    break
+                time.sleep(0.1)
+            assert opened.read_text() == address
         finally:
             served.terminate()

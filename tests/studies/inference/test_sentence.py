@@ -47,3 +47,10 @@ def test_one_that_fits_and_is_refused_is_told_with_its_rule(monkeypatch, stuck):
             ", nor does a+b, which was judged (p = 1e-07); a+b+d would in sum (p = 0.3), but is refused: the data left "
             "out gain nothing."
         )
+
+
+def test_one_that_fits_is_told_though_it_is_less_probable_than_nothing(monkeypatch):
+    said = said_of("a+b", "a+b+d", monkeypatch=monkeypatch)
+    assert said.endswith(
+        "a+b+d would in sum (p = 0.3), but is refused: it is less probable than that nothing is missing."
+    )
