@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.critical.pencil import crossings_by_pencil
 from bicycle.effect import take_over
 from bicycle.eigenvalues.oscillation import least_damping_ratio
 from bicycle.eigenvalues.solvers import default_solver, eigenvalues
@@ -186,7 +186,7 @@ class Worker:
     def _critical(self, linear: Any) -> NDArray[np.float64]:
         names = (*self.modes, OTHER)
         result = np.full((len(names), len(CHANGES), OCCURRENCES), np.nan)
-        for crossing in critical_speeds(linear, self.sweep.max_speed):
+        for crossing in crossings_by_pencil(linear, self.sweep.max_speed):
             name = crossing.mode if crossing.mode in self.modes else OTHER
             row = result[names.index(name), CHANGES.index(crossing.direction)]
             free = np.flatnonzero(np.isnan(row))

@@ -7,6 +7,9 @@ them in batches, and pays for those of which a batch is not sure.
 import numpy as np
 
 from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.critical.pencil import crossings_by_pencil
+from bicycle.critical.single import CALLS
+from bicycle.eigenvalues.solvers import Solver, compiled
 from studies.sweeps.chunk import alone, compute
 from studies.sweeps.engines import in_threads
 from studies.sweeps.named import FEWEST
@@ -60,9 +63,21 @@ def threads(order: int, count: int, repeats: int) -> Pair:
     return alternating(lambda: drain(sweep, in_threads(1)), lambda: drain(sweep, in_threads(2)), repeats)
 
 
-def one_bicycle(order: int, repeats: int) -> tuple[float, float, int, int]:
-    """Seconds of a grid of 400 speeds with polishing, and of critical_speeds; crossings of each."""
+def one_bicycle(order: int, solver: Solver, repeats: int) -> tuple[float, float, int, int]:
+    """Seconds of a grid of 400 speeds with polishing, and of the critical speeds of one bicycle; crossings of each.
+
+    The plain path is what a program gets for its first bicycles, the kernels what it gets for those after them.
+    """
     linear = tyre_model(order).linear_model()
-    found, on_grid = critical_speeds(linear, TOP), grid_crossings(linear)
-    grid, ours = alternating(lambda: grid_crossings(linear), lambda: critical_speeds(linear, TOP), 5 * repeats)
+    search = crossings_by_pencil
+    if solver is compiled:
+        from bicycle.critical.batch import critical_speeds_of
+        from bicycle.modal.batch import Block
+
+        critical_speeds_of(Block.of_models([linear]), TOP)  # compiled, if they never were
+        for _ in range(CALLS):
+            critical_speeds(linear, TOP)
+        search = critical_speeds
+    found, on_grid = search(linear, TOP), grid_crossings(linear)
+    grid, ours = alternating(lambda: grid_crossings(linear), lambda: search(linear, TOP), 5 * repeats)
     return grid, ours, len(on_grid), len(found)

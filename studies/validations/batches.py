@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from bicycle.critical.critical_speed import CriticalSpeed
-from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.critical.pencil import crossings_by_pencil
 from bicycle.linear_model import LinearModel
 from bicycle.modal.named_modes import Modes, modes
 from studies.validations._random_models import random_model
@@ -99,7 +99,7 @@ def _compare_kind(found: Sequence[tuple[int, LinearModel]], speeds: Array, resul
             result["different"] += [{**where, "at_m_s": [float(v) for v in speeds[wrong]]}] if wrong else []
         if not crossings.status[k]:
             try:
-                judged = critical_speeds(model, SPEEDS[1])
+                judged = crossings_by_pencil(model, SPEEDS[1])
             except InputError:
                 result["refused"] += 1
                 continue

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from bicycle.critical.critical_speed import CriticalSpeed
-from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.critical.pencil import crossings_by_pencil
 from bicycle.linear_model import LinearModel
 from studies.validations._random_models import random_model
 
@@ -43,7 +43,7 @@ def run(*, out: Path, seed: int, models: int = 1000) -> dict[str, Any]:
     for number in progress_bar(range(models), desc="models"):
         decades = WILD if number % 2 else 0.0
         model = random_model(generator, contact_laws=LAWS, share=0.25, decades=decades).linear_model()
-        found = critical_speeds(model, max_speed=FASTEST)
+        found = crossings_by_pencil(model, FASTEST)
         result["crossings"] += len(found)
         result["orders"][str(model.order)] = result["orders"].get(str(model.order), 0) + 1
         where = {"model": number, "effects": list(model.effects)}

@@ -9,7 +9,7 @@ pytest.importorskip("numba")
 
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.critical.batch import critical_speeds_of
-from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.critical.pencil import crossings_by_pencil
 from bicycle.modal.batch import Block
 
 
@@ -33,7 +33,7 @@ def assert_same(found, judged):
 def test_critical_speeds_are_those_of_pencil_and_track(trail, mass, length, stiffness):
     model = built(trail, mass, **tyre(length, stiffness))
     found = critical_speeds_of(Block.of_models([model]), 60.0)
-    assert found.status[0] or assert_same(found.of(0), critical_speeds(model, 60.0)) is None
+    assert found.status[0] or assert_same(found.of(0), crossings_by_pencil(model, 60.0)) is None
 
 
 def test_no_bicycle_hangs_on_its_neighbours():
@@ -51,11 +51,11 @@ def test_a_bicycle_with_a_root_at_zero_is_left_to_the_plain_path(synthetic):
     assert found.status[0] != 0
     assert sum(found.unsure.values()) == 1
     assert found.of(0) == ()
-    assert [c.speed for c in critical_speeds(model, 20.0)] == [pytest.approx(7.0)]
+    assert [c.speed for c in crossings_by_pencil(model, 20.0)] == [pytest.approx(7.0)]
 
 
 def test_slip_without_relaxation_is_answered():
     model = built(side_slip={"cornering_stiffness": 6300.0})
     found = critical_speeds_of(Block.of_models([model, model]), 20.0)
     assert found.unsure == {}
-    assert_same(found.of(1), critical_speeds(model, 20.0))
+    assert_same(found.of(1), crossings_by_pencil(model, 20.0))

@@ -260,6 +260,6 @@ def test_max_speed_must_be_trackable(tyred):
 def test_a_crossing_is_listed_once_where_rounding_miscounts_unstable_roots_next_to_it(synthetic, monkeypatch):
     """Roots (v - 7), -0.5 (v - 3) +- 8 i and -40; the count does not add up at 3 m/s until it is looked at again."""
     counts = iter([np.array([3.0])] * 4 + [np.empty(0)] * 9)
-    monkeypatch.setattr("bicycle.critical.critical_speeds.missing_crossings", lambda *given: next(counts))
+    monkeypatch.setattr("bicycle.critical.pencil.missing_crossings", lambda *given: next(counts))
     model = synthetic(rotated(0, p0=([[-7]], pair(1.5, 8), [[-40]]), p1=([[1]], pair(-0.5, 0), [[0]])))
     assert [speed for speed, *_ in listed(model)] == pytest.approx([3.0, 7.0])

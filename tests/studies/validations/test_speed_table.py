@@ -23,6 +23,15 @@ def test_the_grid_of_the_comparison_finds_the_same_crossings(order):
     np.testing.assert_allclose(sorted(of_studies.grid_crossings(linear)), exact, rtol=1e-6)
 
 
+@pytest.mark.parametrize("path", timing.SOLVERS)
+def test_all_crossings_of_the_grid_are_found(path):
+    if path == "fast":
+        pytest.importorskip("numba")
+    row = speed._critical(8, timing.SOLVERS[path], None, 1)
+    assert row["note"].endswith("ms; 3 crossings on the grid, 3 found and named")
+    assert row["met"] == (row["seconds"][0] > row["seconds"][1])
+
+
 def test_lapack_called_directly_gives_the_same_eigenvalues():
     pytest.importorskip("numba")
     stack = timing.tyre_model(8).linear_model().state_matrix([1.0, 5.0, 20.0])
