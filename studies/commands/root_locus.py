@@ -55,7 +55,16 @@ def command(
             }
             for c in locus.crossings
         ]  # fmt: skip
-        write_json({"parameter": parameter, "unit": path.unit, "speed_m_s": speed, "crossings": found}, json_file)
+        write_json(
+            {
+                "parameter": parameter,
+                "unit": path.unit,
+                "speed_m_s": speed,
+                "crossings": found,
+                "unstable_throughout": list(locus.unstable_throughout),
+            },
+            json_file,
+        )
     if json_file != "-":
         effect, range_note = ("stabilising", "destabilising"), ("", "extrapolated")
         headers = [f"{parameter} {path.unit}", "mode", "frequency Hz", "as it grows"]
@@ -63,6 +72,12 @@ def command(
             [f"{c.value:.6g}", c.mode, c.frequency_hz, effect[c.destabilising], range_note[c.extrapolated]]
             for c in locus.crossings
         ]
-        print_table(rows, [*headers, "tyre values"])
+        if rows:
+            print_table(rows, [*headers, "tyre values"])
+        else:
+            click.echo(f"no mode becomes stable or unstable from {values[0]:g} to {values[-1]:g} {path.unit}")
+        always = ", ".join(locus.unstable_throughout)
+        if always or not rows:
+            click.echo(f"unstable all along: {always or 'no mode'}")
         beyond = [] if locus.inside.all() else ["part of the range lies beyond the measured loads or pressures"]
         print_warnings([*model.linear_model().warnings, *beyond])

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from bicycle.critical.completeness import NOISE
 from bicycle.eigenvalues.oscillation import damping_ratio, frequency_hz, oscillating
 from bicycle.modal.named_modes import modes
 from bicycle.modal.parameter_branches import BranchCrossing, branch_crossings, follow_branches
@@ -55,6 +56,13 @@ class RootLocus:
     crossings: tuple[AxisCrossing, ...]
     asked: NDArray[np.bool_]
     inside: NDArray[np.bool_]
+
+    @property
+    def unstable_throughout(self) -> tuple[str, ...]:
+        """Names of the modes with a root to the right of the imaginary axis at all values."""
+        largest = np.abs(self.eigenvalues).max(1, keepdims=True)
+        unstable = (self.eigenvalues.real > NOISE * largest).all(0)
+        return tuple(dict.fromkeys(name for name, here in zip(self.names, unstable, strict=True) if here))
 
     def frame(self) -> "pd.DataFrame":
         """A row per requested value and root with Im >= 0."""

@@ -255,3 +255,28 @@ def test_speed_as_parameter_and_as_option_is_refused(file, tmp_path, capsys):
         )
     assert stop.value.code == 2
     assert "--speed 5 is given, but the speed is the parameter; leave --speed out" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("speeds", "said", "throughout"),
+    [
+        # Meijaard et al. (2007): all stable from 4.29 to 6.02 m/s, capsize alone unstable above
+        ("4.5:6", ["no mode becomes stable or unstable from 4.5 to 6 m/s", "unstable all along: no mode"], []),
+        ("6.5:9", ["no mode becomes stable or unstable from 6.5 to 9 m/s", "unstable all along: capsize"], ["capsize"]),
+    ],
+)
+def test_without_a_crossing_it_is_said_what_is_unstable(tmp_path, capsys, speeds, said, throughout):
+    main(["root-locus", "benchmark", "--parameter", "speed", "--range", speeds, "--out", str(tmp_path / "out"),
+          "--json", str(tmp_path / "c.json")])  # fmt: skip
+    assert capsys.readouterr().out.splitlines() == said
+    record = json.loads((tmp_path / "c.json").read_text())
+    assert (record["crossings"], record["unstable_throughout"]) == ([], throughout)
+
+
+def test_beside_a_crossing_it_is_said_what_is_unstable_all_along(file, tmp_path, capsys):
+    """Wobble of a soft front crosses; capsize is unstable from 5.6 m/s on such tyres, whatever the front does."""
+    main(["root-locus", str(file(SOFT)), "--parameter", "front_compliance.stiffness", "--range", "500:9000:500",
+          "--speed", "7", "--out", str(tmp_path / "out")])  # fmt: skip
+    said = capsys.readouterr().out.splitlines()
+    assert any("wobble" in line for line in said)
+    assert said[-1] == "unstable all along: capsize"
