@@ -100,7 +100,7 @@ def draw_modes_along_speed(stored: Stored, target: Path) -> str:
         grid[0, 0].set_xlim(speeds.min(), speeds.max())
         left = [mode for mode, _ in every if mode not in [name for name, _ in shown]]
         title = f"Oscillating modes of {_whose(stored)}{_how(stored)}"
-        title += "\nA band is drawn where at least half of the bicycles have the mode" if _bands(stored) else ""
+        title += ";\na band is drawn where at least half of the bicycles have the mode" if _bands(stored) else ""
         title += f"; not drawn: {', '.join(left).replace('_', ' ')}" if left else ""
         canvas.suptitle(stored.title(title, width - 0.3), x=0.01, ha="left", fontsize=9.5)
     write_csv(pd.concat(rows), target.with_name(f"{target.name}.csv"))

@@ -209,6 +209,8 @@ def read_result(path: str | Path) -> Stored:
         raise InputError(
             f"{path.as_posix()} is not a result of 'velotyre sweep'; give one that it has written"
         ) from error
+    for name in sweep.model.get("effects", {}):
+        effect_class(name)  # one of the user's own may not be known: said before anything is drawn
     try:
         made_of = json.loads(data.attrs["made_of"])
     except (KeyError, ValueError):

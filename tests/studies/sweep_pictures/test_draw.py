@@ -259,6 +259,22 @@ def test_refused(sample, tmp_path, capsys):
     assert not list(tmp_path.glob("*_figures"))
 
 
+def test_the_result_of_an_effect_that_is_not_known_leaves_nothing(sample, tmp_path, capsys):
+    """As of a sweep with an effect of one's own, drawn without --effects."""
+    result, figures = tmp_path / "own.zarr", tmp_path / "figures"
+    shutil.copytree(sample, result)
+    file = result / "zarr.json"
+    content = json.loads(file.read_text())
+    sweep = json.loads(content["attributes"]["sweep"])
+    sweep["model"]["effects"] = {"swaying_box": {"mass": 5.0}}
+    content["attributes"]["sweep"] = json.dumps(sweep)
+    file.write_text(json.dumps(content))
+    with pytest.raises(SystemExit, match="2"):
+        main(["draw", str(result), "--out", str(figures)])
+    assert "unknown effect 'swaying_box'" in capsys.readouterr().err
+    assert not figures.exists()
+
+
 def test_a_sweep_without_critical_speeds_is_finished_and_says_so(tmp_path, capsys):
     content = {"model": {"bicycle": "benchmark"}, "outputs": ["critical_speeds"], "max_speed_m_s": 2.0,
                "grid": {"c": [0.06, 0.08]}}  # fmt: skip
