@@ -58,7 +58,8 @@ def draw_stability(stored: Stored, target: Path) -> str:
             axes.set_ylim(low, high)
         every[-1].set_xlabel("Speed, m/s")
         every[-1].set_xlim(speeds.min(), speeds.max())
-        title = f"Stability of {_whose(stored)}" + ("; shaded: unstable" if panels else "") + _how(stored)
+        title = f"Stability of {_whose(stored)}" + ("; shaded: unstable" if panels else "")
+        title += _between(speeds) + _how(stored)
         canvas.suptitle(stored.title(title, 7.7), x=0.01, ha="left", fontsize=9.5)
     write_csv(pd.concat(rows), target.with_name(f"{target.name}.csv"))
     return title
@@ -99,7 +100,7 @@ def draw_modes_along_speed(stored: Stored, target: Path) -> str:
             grid[-1, column].set_xlabel("Speed, m/s")
         grid[0, 0].set_xlim(speeds.min(), speeds.max())
         left = [mode for mode, _ in every if mode not in [name for name, _ in shown]]
-        title = f"Oscillating modes of {_whose(stored)}{_how(stored)}"
+        title = f"Oscillating modes of {_whose(stored)}{_between(speeds)}{_how(stored)}"
         title += ";\na band is drawn where at least half of the bicycles have the mode" if _bands(stored) else ""
         title += f"; not drawn: {', '.join(left).replace('_', ' ')}" if left else ""
         canvas.suptitle(stored.title(title, width - 0.3), x=0.01, ha="left", fontsize=9.5)
@@ -247,6 +248,11 @@ def _pairs(levels: Sequence[float]) -> list[tuple[float, float]]:
 def _marks(speeds: Array) -> dict[str, Any]:
     """Marks at the speeds themselves where they are few: between them nothing is computed."""
     return {"marker": "o", "markersize": 3.5} if len(speeds) <= FEW_SPEEDS else {}
+
+
+def _between(speeds: Array) -> str:
+    """What lines are between such marks, so that nobody reads a critical speed there."""
+    return "; computed at the marks, straight lines between them" if _marks(speeds) else ""
 
 
 def _nearest(levels: Sequence[float], level: float) -> float:

@@ -259,6 +259,16 @@ def test_refused(sample, tmp_path, capsys):
     assert not list(tmp_path.glob("*_figures"))
 
 
+@pytest.mark.parametrize(("speeds", "few"), [([4.5, 7.5], True), (np.linspace(2.0, 9.0, 16).tolist(), False)])
+def test_few_speeds_are_told_from_the_lines_between_them(tmp_path, speeds, few):
+    outputs = ["largest_growth_rate", "frequencies"]
+    run_sweep(build_sweep({"model": MODEL, "outputs": outputs, "grid": {"speed_m_s": speeds}}), tmp_path / "one.zarr")
+    drawn = draw_result(tmp_path / "one.zarr", tmp_path / "figures")
+    said = "; computed at the marks, straight lines between them"
+    names = ["stability_along_speed", "modes_along_speed"]
+    assert [said in drawn.figures[name] for name in names] == [few, few]
+
+
 def test_the_result_of_an_effect_that_is_not_known_leaves_nothing(sample, tmp_path, capsys):
     """As of a sweep with an effect of one's own, drawn without --effects."""
     result, figures = tmp_path / "own.zarr", tmp_path / "figures"
