@@ -7,7 +7,7 @@ starts (:mod:`.window_start`), and repeats say what one decay cannot (:mod:`.rep
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,11 +20,13 @@ from bicycle.identification.decay_posterior import FASTEST, SLOWEST
 from bicycle.identification.decay_window import window
 from bicycle.identification.recording import Run
 from bicycle.identification.window_start import PARTS, TOO_FAR, Movement, movement
+from tyre.base.arrays import Array
 from tyre.base.errors import InputError, unknown
 
 POOREST = 0.8  # R^2 of the decay
 MOST_DOUBT = 0.3  # sd of a part of the eigenvalue over its size
 MOST_MODES = 3
+FEWEST_CYCLES = 0.25  # of one of several modes in the window
 __all__ = ["DRIFTS", "MOST_DOUBT", "MOST_MODES", "POOREST", "RATIOS", "Decay", "identify", "identify_modes"]
 
 
@@ -182,15 +184,25 @@ def identify_modes(
     decays = tuple(_decay(run, found, number, last_s, asked=asked, scanned=thorough) for number in numbers)
     if count == 1:
         return decays
-    odds = log_odds_of_each(found)
-    there = int(np.isinf(odds).sum())
-    if there == count:
-        return decays
-    why = (
-        f"{there} of {count} modes are there (odds of {math.exp(odds.min()):.2g} : 1 for one more, at least "
-        f"{math.exp(CLEAR):g}), and names go by frequency: ask for {there}"
-    )
+    why = _fewer(decays, log_odds_of_each(found))
     return tuple(replace(decay, fewer=why) for decay in decays)
+
+
+def _fewer(decays: Sequence[Decay], odds: Array) -> str:
+    """That the window holds fewer modes than these, whose log ``odds`` are infinite where they are clear; or empty."""
+    count, there = len(decays), int(np.isinf(odds).sum())
+    least = min(decay.cycles for decay in decays)
+    if there < count:
+        return (
+            f"{there} of {count} modes are there (odds of {math.exp(odds.min()):.2g} : 1 for one more, at least "
+            f"{math.exp(CLEAR):g}), and names go by frequency: ask for {there}"
+        )
+    if least < FEWEST_CYCLES:
+        return (
+            f"one of {count} modes turns by {least:.2g} cycles (at least {FEWEST_CYCLES:g}), which a drift or a real "
+            "mode does as well, and names go by frequency: ask for fewer, or for a longer window"
+        )
+    return ""
 
 
 def _decay(run: Run, found: Estimate, number: int, last_s: float, *, asked: bool, scanned: bool) -> Decay:

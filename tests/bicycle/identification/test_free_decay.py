@@ -150,6 +150,18 @@ def test_a_mode_that_is_asked_for_and_not_there_is_refused(seed):
     assert all(re.fullmatch(words, one.rejected) for one in found)  # which of the names the one has is not known
 
 
+@pytest.mark.parametrize("seed", [14, 15])
+def test_a_real_mode_is_no_oscillation_that_gets_a_name(seed):
+    rng = np.random.default_rng(seed)
+    t = np.arange(0, 3.0, 0.01)
+    wave = 0.5 * np.exp(ROOT * t).real + 0.5 * np.exp(-3.0 * t) + 0.004 * rng.standard_normal(len(t))
+    found = identify_modes(Run("r.csv", 4.8, t, {"roll_rate_rad_s": wave}, {}), 2, drift="none")
+    words = (
+        r"one of 2 modes turns by [\d.e-]+ cycles \(at least 0.25\), which a drift or a real mode does as well, and .*"
+    )
+    assert all(re.fullmatch(words, one.rejected) for one in found)
+
+
 @pytest.mark.parametrize(
     ("count", "settings", "words"),
     [
