@@ -120,8 +120,12 @@ def test_the_proposed_forced_response_is_that_of_the_model(forward):
     assert np.allclose(slope[:, k], numeric, rtol=1e-3, atol=1e-3 * np.abs(numeric).max())
 
 
+def test_no_speed_is_proposed_that_is_far_beyond_those_measured(forward):
+    assert [one.speed for one in forward.forced(6.0)] == [6.0, 7.5]
+
+
 def test_a_bicycle_that_falls_is_not_proposed_for_a_sweep(forward):
-    assert forward.forced(1.0) == ()  # 1, 1.5 and 2 m/s, far below the weave speed
+    assert forward.forced(1.0) == ()  # 1 and 1.25 m/s, far below the weave speed
 
 
 def test_it_can_be_sent_to_another_process_after_use(forward):
