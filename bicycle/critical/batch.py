@@ -159,7 +159,7 @@ def _sharpened(block: Block, owner: NDArray[np.int64], start: Array) -> tuple[Ar
         if not len(moving):
             break
         at = block.decompose(owner[moving], v[moving])
-        there, expected, moved, told = v[moving], root[:, moving], step[moving], state[:, moving]
+        there, expected, moved, told = v[moving], root.take(moving, 1), step[moving], state.take(moving, 1)
         crossing_kernel.newton(there, at.re, at.im, at.slopes, at.doubt, expected, moved, told)
         re[moving], im[moving] = at.re, at.im
         v[moving], root[:, moving], step[moving], state[:, moving] = there, expected, moved, told

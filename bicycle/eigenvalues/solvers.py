@@ -109,11 +109,13 @@ def compiled(stack: NDArray[np.float64]) -> Complex:
     """Eigenvalues (m, n) of a ``stack``, shape (m, n, n), by the QR kernel of this room; LAPACK where it gives up."""
     from bicycle.eigenvalues.qr_kernel import solve
 
+    parts = np.empty((2, *stack.shape[:2]))
     result = np.empty(stack.shape[:2], complex)
     start = 0
     while start < len(stack):
-        failed = solve(stack[start:], result.real[start:], result.imag[start:])
+        failed = solve(stack[start:], parts[0, start:], parts[1, start:])
         if failed < 0:
+            result.real[start:], result.imag[start:] = parts[:, start:]
             break
         result[start : start + failed] = compiled(stack[start : start + failed])  # its neighbours were not finished
         start += failed

@@ -136,7 +136,7 @@ class Block:
             steps[0] = START  # at rest, roots may be double
         track = track_kernel.empty_track(bicycles, max(NODES, 2 * len(steps)), n)
         # each as far as it must go by itself, so that no result depends on the others
-        own, place = np.nonzero(np.concatenate([[-1.0], steps[:-1]]) < reach[:, None])
+        own, place = map(np.copy, np.nonzero(np.concatenate([[-1.0], steps[:-1]]) < reach[:, None]))
         track.grid[:] = np.bincount(own, minlength=bicycles)
         self.add(track, own, (self.unit * STEP)[own] * steps[place], asked)
         owners, speeds = np.empty(track.v.size, np.int64), np.empty(track.v.size)
