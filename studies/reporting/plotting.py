@@ -80,6 +80,7 @@ def drawing(target: Path, *, width: float, height: float) -> Iterator[Any]:
             # a name may hold a dot (weave_at_5.5), which with_suffix would take for an ending
             with replacing(target.with_name(f"{target.name}.{suffix}")) as part:
                 figure.savefig(part, metadata=metadata)
+            figure.set_layout_engine("none")  # both as the first was laid out, which takes as long as to draw it
 
 
 def plain_text(artist: Any) -> None:
