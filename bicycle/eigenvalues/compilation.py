@@ -18,9 +18,7 @@ from uuid import uuid4
 
 import numba
 from numba.core.caching import FunctionCache, IndexDataCacheFile
-from numba.core.registry import cpu_target
 
-_DISPATCHERS: list[Any] = []
 DAMAGED = (EOFError, UnpicklingError, ValueError, OSError)
 
 
@@ -41,15 +39,6 @@ class _Kept(FunctionCache):
         super().__init__(function)
         source = sha256(_kernels() + Path(function.__code__.co_filename).read_bytes()).hexdigest()
         self._cache_file = _OwnNames(self._cache_path, self._impl.filename_base, source)
-
-    def kept(self) -> bool:
-        """Whether there is something to load, of this source, this version of numba and this processor."""
-        processor, folder = cpu_target.target_context.codegen().magic_tuple(), Path(self._cache_path)
-        try:
-            index = self._cache_file._load_index()
-        except DAMAGED:
-            return False
-        return any(key[1] == processor and (folder / name).exists() for key, name in index.items())
 
     def load_overload(self, *arguments: Any) -> Any:
         try:
@@ -85,10 +74,4 @@ def compiled(function: Callable[..., Any]) -> Any:
     """
     dispatcher = numba.njit(nogil=True, error_model="numpy")(function)
     dispatcher._cache = _Kept(function)  # as cache=True does, with numba's own
-    _DISPATCHERS.append(dispatcher)
     return dispatcher
-
-
-def all_kept() -> bool:
-    """Whether every kernel imported so far is loaded, or was compiled before on such a processor and is kept."""
-    return all(dispatcher.signatures or dispatcher._cache.kept() for dispatcher in _DISPATCHERS)

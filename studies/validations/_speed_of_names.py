@@ -4,11 +4,11 @@ What is timed is what a sweep computes, without storage. A small sweep tracks ea
 them in batches, and pays for those of which a batch is not sure.
 """
 
+from functools import partial
+
 import numpy as np
 
 from bicycle.critical.critical_speeds import critical_speeds
-from bicycle.critical.pencil import crossings_by_pencil
-from bicycle.critical.single import CALLS
 from bicycle.eigenvalues.solvers import Solver, compiled
 from studies.sweeps.chunk import alone, compute
 from studies.sweeps.engines import in_threads
@@ -66,18 +66,10 @@ def threads(order: int, count: int, repeats: int) -> Pair:
 def one_bicycle(order: int, solver: Solver, repeats: int) -> tuple[float, float, int, int]:
     """Seconds of a grid of 400 speeds with polishing, and of the critical speeds of one bicycle; crossings of each.
 
-    The plain path is what a program gets for its first bicycles, the kernels what it gets for those after them.
+    By numpy, or by the kernels.
     """
     linear = tyre_model(order).linear_model()
-    search = crossings_by_pencil
-    if solver is compiled:
-        from bicycle.critical.batch import critical_speeds_of
-        from bicycle.modal.batch import Block
-
-        critical_speeds_of(Block.of_models([linear]), TOP)  # compiled, if they never were
-        for _ in range(CALLS):
-            critical_speeds(linear, TOP)
-        search = critical_speeds
+    search = partial(critical_speeds, fast=solver is compiled)
     found, on_grid = search(linear, TOP), grid_crossings(linear)
     grid, ours = alternating(lambda: grid_crossings(linear), lambda: search(linear, TOP), 5 * repeats)
     return grid, ours, len(on_grid), len(found)

@@ -9,7 +9,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from bicycle.critical.single import CALLS
 from bicycle.eigenvalues.solvers import Solver
 from studies.validations import _speed_of_charts as of_charts
 from studies.validations import _speed_of_eigenvalues as of_eigenvalues
@@ -228,7 +227,7 @@ def markdown(result: dict[str, Any]) -> str:
 
 Written by `velotyre validate speed --table docs/benchmarks.md`. Ratios are of medians of calls that take turns in one
 run; `numpy` is the stacked LAPACK path, `fast` the compiled kernel (extra `fast`), both on two threads.
-Of bicycles that a program asks for one by one, the first {CALLS - 1} take the path called `numpy`.
+The critical speeds of one bicycle are `fast` where `fast=True` asks for it.
 {quick}
 Machine: {machine["processor"]}, {machine["cores"]} cores, {machine["system"]}, Python {machine["python"]}, {packages};
 load average at the start {machine["load"]} (other work on the machine spoils the ratios with threads).

@@ -22,17 +22,11 @@ def shifted(x):
 """
 
 
-def shifted(folder: Path):
-    """The function of the module as it is on disk."""
+def run(folder: Path) -> tuple[float, int]:
+    """The answer of the module as it is on disk, and how many compiled functions it found."""
     content = {"__name__": "own"}
     exec(compile((folder / "own.py").read_text(), folder / "own.py", "exec"), content)
-    return content["shifted"]
-
-
-def run(folder: Path) -> tuple[float, int]:
-    """Its answer, and how many compiled functions it found."""
-    function = shifted(folder)
-    return function(1.0), sum(function.stats.cache_hits.values())
+    return content["shifted"](1.0), sum(content["shifted"].stats.cache_hits.values())
 
 
 def kept(folder: Path) -> list[Path]:
@@ -102,50 +96,6 @@ def test_a_cut_file_is_compiled_anew(folder, ending, size):
     (file,) = (folder / "__pycache__").glob(f"own.shifted*.{ending}")
     file.write_bytes(file.read_bytes()[:size])
     assert [run(folder) for _ in range(2)] == [(2.0, 0), (2.0, 1)]
-
-
-def known(folder: Path, monkeypatch) -> bool:
-    """Whether a new process need not compile the module."""
-    with monkeypatch.context() as patched:
-        patched.setattr(compilation, "_DISPATCHERS", [])
-        shifted(folder)
-        return compilation.all_kept()
-
-
-def test_what_is_kept_is_known(folder, monkeypatch):
-    assert known(folder, monkeypatch)
-
-
-@pytest.mark.parametrize("ending", ["nbi", "nbc"])
-def test_what_is_lost_is_known(folder, monkeypatch, ending):
-    (file,) = (folder / "__pycache__").glob(f"own.shifted*.{ending}")
-    file.unlink()
-    assert not known(folder, monkeypatch)
-    assert run(folder) == (2.0, 0)
-    assert known(folder, monkeypatch)
-
-
-def test_what_is_damaged_or_of_another_source_or_processor_is_not_kept(folder, monkeypatch):
-    (index,) = (folder / "__pycache__").glob("own.shifted*.nbi")
-    whole = index.read_bytes()
-    index.write_bytes(whole[:20])
-    assert not known(folder, monkeypatch)
-    index.write_bytes(whole)
-    codegen = compilation.cpu_target.target_context.codegen()
-    with monkeypatch.context() as patched:
-        patched.setattr(type(codegen), "magic_tuple", lambda self: ("another processor",))
-        assert not known(folder, monkeypatch)
-    (folder / "own.py").write_text(MODULE.format(shift=3))
-    assert not known(folder, monkeypatch)
-
-
-def test_what_this_process_compiled_is_at_hand(folder, monkeypatch):
-    monkeypatch.setattr(compilation, "_DISPATCHERS", [])
-    function = shifted(folder)
-    function(1.0)
-    for file in kept(folder):
-        file.unlink()
-    assert compilation.all_kept()
 
 
 def test_kernels_are_compiled_anew_together(monkeypatch, tmp_path):

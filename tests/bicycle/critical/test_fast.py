@@ -1,0 +1,88 @@
+"""Critical speeds of one bicycle by the kernels: the same; where they are not sure or not there, by the plain path."""
+
+import numpy as np
+import pytest
+import wobble_onsets
+
+from bicycle.critical import critical_speeds as module
+from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.critical.pencil import crossings_by_pencil
+from bicycle.eigenvalues.solvers import lapack
+from tyre.base.errors import InputError
+
+COMPLIANCE = wobble_onsets.COMPLIANCE
+TYRE = {"cornering_stiffness": 6300.0, "relaxation_length": 0.1}
+
+
+def needs_numba():
+    pytest.importorskip("numba")
+
+
+@pytest.fixture
+def judged(monkeypatch):
+    """The speeds up to which the plain path was asked."""
+    asked = []
+
+    def by_pencil(model, max_speed):
+        asked.append(max_speed)
+        return crossings_by_pencil(model, max_speed)
+
+    monkeypatch.setattr(module, "crossings_by_pencil", by_pencil)
+    return asked
+
+
+@pytest.mark.parametrize("bicycle", ["benchmark", "pista_rider", "browser"])
+@pytest.mark.parametrize(
+    "effects", [{}, {"relaxation_length": TYRE}, {"relaxation_length": TYRE, "front_compliance": COMPLIANCE}]
+)
+@pytest.mark.parametrize("max_speed", [4.5, 60.0])
+def test_it_is_the_same(tyred, judged, bicycle, effects, max_speed):
+    needs_numba()
+    model = tyred(bicycle, **effects)
+    found, plain = critical_speeds(model, max_speed, fast=True), crossings_by_pencil(model, max_speed)
+    assert judged == []
+    assert [(c.mode, c.kind, c.direction) for c in found] == [(c.mode, c.kind, c.direction) for c in plain]
+    np.testing.assert_allclose([c.speed for c in found], [c.speed for c in plain], rtol=0, atol=1e-9)
+    np.testing.assert_allclose([c.frequency_hz for c in found], [c.frequency_hz for c in plain], rtol=0, atol=1e-8)
+
+
+def test_one_of_which_they_are_not_sure_is_judged(synthetic, judged):
+    """Roots 0 and -20 at all speeds, and v - 7."""
+    needs_numba()
+    model = synthetic({0: np.diag([0.0, -7.0, -20.0]), 1: np.diag([0.0, 1.0, 0.0])})
+    assert [c.speed for c in critical_speeds(model, 20.0, fast=True)] == [pytest.approx(7.0)]
+    assert judged == [20.0]
+
+
+def test_one_whose_equations_switch_is_judged(synthetic, judged):
+    """Root v - 3 below 5 m/s and v - 4 above."""
+    needs_numba()
+    below, above = ({0: np.diag([-far, -20.0]), 1: np.diag([1.0, 0.0])} for far in (3.0, 4.0))
+    found = critical_speeds(synthetic(below, above, borders=(5.0,)), 20.0, fast=True)
+    assert [c.speed for c in found] == [pytest.approx(3.0)]
+    assert judged == [20.0]
+
+
+def test_where_no_kernel_can_be_kept_it_is_judged(tyred, judged, monkeypatch):
+    """As in a zipped wheel."""
+    needs_numba()
+    monkeypatch.setattr(module, "default_solver", lambda: lapack)
+    assert critical_speeds(tyred(), 10.0, fast=True) == crossings_by_pencil(tyred(), 10.0)
+    assert judged == [10.0]
+
+
+def test_nothing_is_critical_next_to_rest(tyred):
+    needs_numba()
+    assert critical_speeds(tyred(), 1e-9, fast=True) == ()
+
+
+def test_too_fast_is_refused_alike(tyred):
+    needs_numba()
+    with pytest.raises(InputError, match="max_speed = 1e\\+06 m/s is not allowed"):
+        critical_speeds(tyred(), 1e6, fast=True)
+
+
+def test_without_numba_it_is_said_what_to_install(tyred, monkeypatch):
+    monkeypatch.setattr(module, "find_spec", lambda name: None)
+    with pytest.raises(InputError, match="numba is not installed; install it with: .*fast"):
+        critical_speeds(tyred(), fast=True)
