@@ -154,8 +154,8 @@ def _table(path: Path, lines: list[str], reading: Reading) -> tuple[str, str, in
         whole = [row for row in sample if len(row) == width]
         shares = [_share_of_numbers([row[place] for row in whole], decimal) for place in range(width)]
         numeric = [place for place, share in enumerate(shares) if share >= 0.5]
-        first = _first(lines, filled, delimiter, decimal, width, numeric, start)
-        if not numeric or first is None:
+        first = _first(lines, filled, delimiter, decimal, width, numeric, start) if numeric else None
+        if first is None:
             continue
         above = [index for index in filled if index < first]
         header = not above or len(split(lines[above[-1]], delimiter)) in (width, width - 1, width + 1)
@@ -193,12 +193,12 @@ def _first(
         row = split(lines[index], delimiter)
         if start and index >= start:
             return index
-        if any(are_units(split(lines[later], delimiter)) for later in filled[place + 1 : place + 4]):
-            continue  # results of a testing machine, above the table itself
         hits = sum(
             len(row) > column and (NUMBER[decimal].fullmatch(row[column]) is not None or row[column] in MISSING[1:])
             for column in numeric
         )
-        if len(row) == width and hits > 0.5 * len(numeric):
-            return index
+        if len(row) != width or hits <= 0.5 * len(numeric):
+            continue
+        if not any(are_units(split(lines[later], delimiter)) for later in filled[place + 1 : place + 4]):
+            return index  # else it is a result of a testing machine, above the table itself
     return None
