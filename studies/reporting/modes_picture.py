@@ -8,7 +8,7 @@ import numpy as np
 from bicycle.linear_model import LinearModel
 from bicycle.modal.figure import draw_modes
 from bicycle.modal.named_modes import modes
-from studies.reporting.plotting import STYLE, plain_text
+from studies.reporting.plotting import STYLE, settle
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.base.files import replacing
@@ -36,7 +36,7 @@ def draw_picture(model: LinearModel, speeds: Array, target: str, *, title: str) 
         figure = Figure(figsize=(7.5, 6.5), layout="constrained")
         frequency, _ = draw_modes(modes(model, _finely(speeds)), figure.subplots(2, 1, sharex=True))
         frequency.set_title(title)
-        plain_text(figure)
+        settle(figure)
         try:
             with replacing(target) as part:
                 figure.savefig(part)

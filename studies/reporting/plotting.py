@@ -16,7 +16,7 @@ from tyre.base.files import replacing
 
 __all__ = [
     "EXTRAPOLATED", "FORMATS", "GREY", "LOOKS", "STYLE", "UNSTABLE", "Look", "drawing", "extrapolated_note",
-    "hatch_extrapolated", "legend_columns", "look", "mode_look", "mode_marker", "mode_words", "plain_text",
+    "hatch_extrapolated", "legend_columns", "look", "mode_look", "mode_marker", "mode_words", "plain_text", "settle",
 ]  # fmt: skip
 
 FORMATS = ("png", "svg")
@@ -74,13 +74,26 @@ def drawing(target: Path, *, width: float, height: float) -> Iterator[Any]:
     with matplotlib.rc_context(style):
         figure = Figure(figsize=(width, height), layout="constrained")
         yield figure
-        plain_text(figure)
+        settle(figure)
         for suffix in FORMATS:
             metadata = {"Date": None} if suffix == "svg" else {"Software": None}
             # a name may hold a dot (weave_at_5.5), which with_suffix would take for an ending
             with replacing(target.with_name(f"{target.name}.{suffix}")) as part:
                 figure.savefig(part, metadata=metadata)
-            figure.set_layout_engine("none")  # both as the first was laid out, which takes as long as to draw it
+
+
+def settle(figure: Any) -> None:
+    """Make a finished ``figure`` ready to be saved: texts that are no formulas, and its layout, found once.
+
+    A figure with a layout engine is drawn twice for each format: once for nothing but the layout.
+    """
+    import matplotlib
+
+    plain_text(figure)
+    dpi = matplotlib.rcParams["savefig.dpi"]
+    figure.dpi = figure.dpi if dpi == "figure" else dpi
+    figure.get_layout_engine().execute(figure)
+    figure.set_layout_engine(None)
 
 
 def plain_text(artist: Any) -> None:

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studies.reporting.plotting import plain_text
+from studies.reporting.plotting import settle
 from studies.rig_campaign.figure_carpet import carpet
 from studies.rig_campaign.figure_recordings import pull_loop, repeats, sweep_residuals
 from studies.rig_campaign.figure_stiffness import flat_against_drum, stiffness_over_load, surface_pairs
@@ -77,6 +77,6 @@ def save_figures(campaign: Campaign, folder: Path, *, every_recording: bool = Fa
 
 
 def _save(figure: "Figure", path: Path) -> None:
-    plain_text(figure)
+    settle(figure)
     with replacing(path) as part:
         figure.savefig(part)
