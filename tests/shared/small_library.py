@@ -1,0 +1,12 @@
+"""A diagnosis with few hypotheses, for what does not hang on how many are tried; the blind test tries them all."""
+
+from collections.abc import Collection
+
+from studies.missing_effect.measurement import Measurement
+
+
+def all_but(measurement: Measurement, tried: Collection[str]) -> tuple[str, ...]:
+    """Names to leave out, so that those in ``tried`` are the whole library; each of them must be known."""
+    known = {candidate.identifier for candidate in measurement.forward().candidates}
+    assert set(tried) <= known, sorted(set(tried) - known)
+    return tuple(sorted(known - set(tried)))
