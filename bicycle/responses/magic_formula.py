@@ -13,6 +13,7 @@ Lean and steer stay small in the geometry; a lagged aligning_moment stays linear
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -172,7 +173,11 @@ class MagicFormulaModel:
         grid, held = input_grid(t, given)
         heading = self.output_matrix[[self.outputs.index(name) for name in ("yaw_rate", "rear_lateral_velocity")]]
 
-        def rate(_: float, y: Array, u: Array) -> Array:
+        reached = float(grid[0])
+
+        def rate(at: float, y: Array, u: Array) -> Array:
+            nonlocal reached
+            reached = at
             yaw_rate, lateral_velocity = heading @ y[:-2]
             return np.concatenate([self.rate(y[:-2], u), [yaw_rate, lateral_velocity + self.speed * y[-2]]])
 
@@ -189,8 +194,10 @@ class MagicFormulaModel:
                     args=(spread @ held[first],), rtol=tolerance, atol=tolerance / 100, max_step=longest,
                 )  # fmt: skip
             if not found.success or not np.isfinite(found.y).all():
+                lost = found.t[~np.isfinite(found.y).all(0)]
+                stops = float(lost[0]) if lost.size else reached
                 raise InputError(
-                    f"the simulation at {self.speed:g} m/s stops at {found.t[-1]:g} s: {found.message} "
+                    f"the simulation at {self.speed:g} m/s stops at {stops:.3g} s: {found.message} "
                     "The bicycle has probably fallen; take less time or a smaller input"
                 )
             states = np.vstack([states, found.y.T[1:]])
@@ -205,7 +212,7 @@ class MagicFormulaModel:
     def _of(self, name: str) -> Array:
         return np.array([getattr(tyre, name) for tyre in self.tyres])
 
-    @property
+    @cached_property
     def _coefficients(self) -> dict[str, Array]:
         peak, shape = self._of("friction"), self._of("shape_factor")
         factor = self.cornering_stiffness / (self.loads * peak * shape)

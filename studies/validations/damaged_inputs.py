@@ -142,7 +142,7 @@ def _late(place: Any) -> bool:
 def _lost(seed: int, index: int, outcome: str, code: int | None, shared: Any) -> dict[str, Any]:
     """The record of an input whose process did not end by itself."""
     with tempfile.TemporaryDirectory() as folder:
-        reader, example, victim, _, what = _drawn(seed, index, [r.examples(Path(folder)) for r in READERS])
+        reader, example, victim, _, what = _drawn(seed, index, _Examples(Path(folder)))
     shared[reader * len(OUTCOMES) + OUTCOMES.index(outcome)] += 1
     words = f"no end after {PATIENCE:g} s" if outcome == "hang" else f"the process ended with {code}"
     return _record(index, READERS[reader], example, victim, what, outcome, words)
@@ -155,7 +155,18 @@ def _record(
             "outcome": outcome, "words": words[-400:]}  # fmt: skip
 
 
-def _drawn(seed: int, index: int, every: Sequence[Sequence[Example]]) -> tuple[int, Example, str, bytes, str]:
+class _Examples(dict[int, Sequence[Example]]):
+    """Examples of the readers by number, made in a folder of their own when they are asked for."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+
+    def __missing__(self, reader: int) -> Sequence[Example]:
+        self[reader] = READERS[reader].examples(Path(tempfile.mkdtemp(dir=self.root)))
+        return self[reader]
+
+
+def _drawn(seed: int, index: int, every: _Examples) -> tuple[int, Example, str, bytes, str]:
     """Reader, example, file, damaged content and what was done, of one input."""
     rng = random.Random(f"{seed} {index}")
     (reader,) = rng.choices(range(len(READERS)), [reader.share for reader in READERS])
@@ -170,18 +181,22 @@ def _work(seed: int, first: int, stop: int, shared: Any, place: Any, queue: Any)
     Thread(target=end_with_parent, daemon=True).start()
     warnings.simplefilter("ignore")
     with tempfile.TemporaryDirectory() as root:
-        every = [reader.examples(Path(tempfile.mkdtemp(dir=root))) for reader in READERS]
-        ready = [_prepared(reader, found, Path(root)) for reader, found in zip(READERS, every, strict=True)]
-        warnings.simplefilter("error")
-        for hidden in (DeprecationWarning, ResourceWarning):  # which Python does not show users either
-            warnings.simplefilter("ignore", hidden)
+        every = _Examples(Path(root))
+        ready: dict[int, dict[str, Prepared]] = {}
         for index in range(first, stop):
             place[1] = time.monotonic()
             if place[1] > place[2]:
                 break
-            place[0] = index
+            place[0] = -1.0  # nothing damaged is read yet
             number, example, victim, content, what = _drawn(seed, index, every)
-            outcome, words = _outcome(READERS[number], ready[number][example.name], victim, content)
+            if number not in ready:
+                ready[number] = _prepared(READERS[number], every[number], Path(root))
+            place[:2] = index, time.monotonic()
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
+                for hidden in (DeprecationWarning, ResourceWarning):  # which Python does not show users either
+                    warnings.simplefilter("ignore", hidden)
+                outcome, words = _outcome(READERS[number], ready[number][example.name], victim, content)
             shared[number * len(OUTCOMES) + OUTCOMES.index(outcome)] += 1
             if outcome in FAILURES:
                 queue.put(_record(index, READERS[number], example, victim, what, outcome, words))
