@@ -140,24 +140,38 @@ def choose(
 
 
 def _bare(text: str) -> ChosenModel:
+    from tyre.base.toml_file import read_toml
+
+    bicycle = bicycle_alone(text)
+    if bicycle is not None:
+        return _whipple(bicycle, text)
+    return ChosenModel(_absolute(read_toml(Path(text), "model file"), Path(text).parent), text)
+
+
+def bicycle_alone(text: str) -> str | None:
+    """What :func:`bicycle.load_bicycle` takes where ``text``, an argument MODEL, is a bicycle; None for a model file.
+
+    Raises
+    ------
+    InputError
+        Neither a packaged bicycle nor a file.
+    """
     from bicycle.files.bicycle_file import available_bicycles, bicycle_place
     from bicycle.files.bicycle_table import is_bicycle_table
     from tyre.base.toml_file import read_toml
 
     path = Path(text)
     if text in available_bicycles() and not path.is_file():
-        return _whipple(text, text)
+        return text
     if is_bicycle_table(text):
-        return _whipple(bicycle_place(text, Path()), text)
+        return bicycle_place(text, Path())
     if path.suffix.lower() in BICYCLE_FILES:
-        return _whipple(path.resolve().as_posix(), text)
+        return path.resolve().as_posix()
     if not path.is_file() and path.suffix.lower() != ".toml":
         there = unknown("bicycle", text, available_bicycles())
         raise InputError(f"{there}; or give a file: velotyre new model.toml writes an example")
     content = read_toml(path, "model file")
-    if "values" in content and "bicycle" not in content:
-        return _whipple(path.resolve().as_posix(), text)
-    return ChosenModel(_absolute(content, path.parent), text)
+    return path.resolve().as_posix() if "values" in content and "bicycle" not in content else None
 
 
 def _whipple(bicycle: str, text: str) -> ChosenModel:

@@ -17,10 +17,11 @@ WIDTH = 110
 
 @click.command(
     help="Does this tyre, at this pressure, bring my bicycle closer to wobble? Measured tyres on a bicycle, hands off "
-    "and on the bar, with a rigid and a flexible front: a report with figures and tables.",
+    "and on the bar, with a rigid and a flexible front: a report with figures and tables. MODEL is a model file, whose "
+    "tyre the question is then about, or a bicycle.",
     epilog=example("velotyre run --bicycle benchmark --pressures 4,5.5,7 --out out"),
 )
-@click.argument("model_file", metavar="[MODEL.toml]", required=False)
+@click.argument("model_file", metavar="[MODEL]", required=False)
 @click.option("--out", default="out", show_default=True, help="Folder to write into.")
 @click.option("--bicycle", help="A packaged bicycle, or a file; default: a measured frame with a rider in the drops.")
 @click.option(

@@ -16,6 +16,7 @@ from bicycle.parameter_key import ParameterKey
 from bicycle.parameters import Bicycle
 from studies.main_study.riders import packaged_postures, with_rider
 from studies.main_study.settings import Arms, Front, Settings
+from studies.model_argument import bicycle_alone
 from tyre.base.errors import InputError
 from tyre.base.toml_file import read_toml
 
@@ -34,7 +35,7 @@ def settings_of(
     ----------
     model : str, optional
         Model file: its tyre is what the question is about, its front and arms take the place of the assumed ones, all
-        other effects are in every world.
+        other effects are in every world. Or a bicycle, as ``bicycle``.
     bicycle : str, optional
         Packaged bicycle or file, by default the packaged one with a rider in the drops.
     tyres : sequence of str
@@ -47,9 +48,14 @@ def settings_of(
     Raises
     ------
     InputError
-        Both a model and a bicycle or rider, a model without a lagging tyre, or a value that is not allowed.
+        Two bicycles, a model and a bicycle or rider, a model without a lagging tyre, or a value that is not allowed.
     """
     bars = read_pressures(pressures)
+    alone = None if model is None else bicycle_alone(model)
+    if alone is not None:
+        if bicycle is not None:
+            raise InputError(f"two bicycles, {model} and --bicycle {bicycle}; leave one out")
+        model, bicycle = None, alone
     if posture is not None and rider is None:
         raise InputError(f"--posture {posture} needs a --rider; or take a packaged bicycle whose rider sits so")
     if model is None and rider is not None:

@@ -3,6 +3,8 @@
 import pytest
 from small_study import own_table
 
+from bicycle import load_bicycle
+from bicycle.files.bicycle_file import to_toml
 from studies.cli import main
 from studies.main_study.assemble import beside
 from studies.main_study.cases import given_case
@@ -146,3 +148,14 @@ def test_a_model_and_a_bicycle_are_refused(model, capsys, tmp_path):
 def test_what_is_wrong_in_a_model_file_is_told_with_its_name(model, effects, words):
     with pytest.raises(InputError, match=f"mine.toml: .*{words}"):
         settings_of(model(effects))
+
+
+def test_a_bicycle_in_the_place_of_the_model_is_the_bicycle(tmp_path):
+    by_option = settings_of(bicycle="pista", pressures="4,6")
+    assert settings_of("pista", pressures="4,6").bicycle.values == by_option.bicycle.values
+    (tmp_path / "mine.toml").write_text(to_toml(load_bicycle("browser")))
+    assert settings_of(str(tmp_path / "mine.toml")).bicycle.values == load_bicycle("browser").values
+    with pytest.raises(InputError, match="two bicycles, pista and --bicycle rigid; leave one out"):
+        settings_of("pista", bicycle="rigid")
+    with pytest.raises(InputError, match="unknown bicycle 'pisto'; did you mean 'pista'"):
+        settings_of("pisto")
