@@ -1,12 +1,16 @@
-"""Gaps that no physics makes: a whole channel in other units or of the other sign, numbers that are absurd or faint."""
+"""Gaps that no physics makes: channels in other units or of the other sign, absurd or faint data, another bicycle."""
 
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
+from scipy.stats import chi2
 
+from studies.inference.joint import JointForward
+from studies.inference.moved import moved
 from studies.missing_effect.diagnose import Diagnosis
+from studies.missing_effect.motion.bicycle_forward import BicycleForward
 from studies.missing_effect.motion.canonical_forward import CanonicalForward
 from studies.missing_effect.motion.history_forward import HistoryForward
 from studies.missing_effect.motion.modal_forward import ModalForward
@@ -18,6 +22,7 @@ CLOSE, CLOSER = 0.8, 0.6  # relative: of what a factor leaves to the values, and
 FEWEST = 3  # values or runs that agree
 GAP = 25.0  # chi^2 a number of a series that is worth a doubt
 FAINT = 0.3  # of the sd of its noise: pure noise of the stated sd has 1
+SELDOM, FARTHEST = 1e-6, 3  # probability of such a sum of squares by chance; parameters that are listed
 NAMED = ("named", "class", "tentative")
 FACTORS = {
     180 / math.pi: "are they in degrees? Radians are expected",
@@ -46,7 +51,7 @@ LINEAR = {
 
 
 def doubts(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """What of the data of a ``diagnosis`` is surely in other units or of the other sign, in words."""
+    """What of the data of a ``diagnosis``, or of its bicycle, is surely not as stated, in words."""
     forward = diagnosis.forward
     found: list[str] = []
     if isinstance(forward, ModalForward):
@@ -63,6 +68,8 @@ def doubts(diagnosis: Diagnosis) -> tuple[str, ...]:
             f"chi^2 is {adjusted / n:.2g} a number even with the parameters adjusted: check the units, the signs, the "
             "speeds (m/s) and the stated standard deviations before anything else"
         )
+    if not found and isinstance(forward, BicycleForward | JointForward):
+        found += _of_the_bicycle(diagnosis)
     return tuple(found)
 
 
@@ -175,6 +182,21 @@ def _faint(forward: HistoryForward) -> list[str]:
         "tells next to nothing; is the unit right, and that of noise_sd?"
         for name, size in moved.items()
         if size < FAINT * forward.noise[name].sd
+    ]
+
+
+def _of_the_bicycle(diagnosis: Diagnosis) -> list[str]:
+    """Parameters that went farther, all together, than their standard deviations allow."""
+    went = moved(diagnosis.final, diagnosis.final)
+    squares, most = sum(m.shift**2 for m in went), float(chi2.isf(SELDOM, max(len(went), 1)))
+    if not squares > most:
+        return []
+    farthest = ", ".join(f"{m.name} {m.shift:+.1f} sd" for m in went[:FARTHEST])
+    return [
+        f"the parameters went farther than their stated standard deviations allow ({farthest}; sum of squares "
+        f"{squares:.3g} for {len(went)}, and chance makes more than {most:.2g} once in a million at most): is the "
+        "bicycle of the file the one that was measured, as it was ridden? An effect that the library lacks, or "
+        "deviations that are stated too small, do the same"
     ]
 
 

@@ -1,7 +1,7 @@
 """Sentences of a report, each true of the numbers beside it."""
 
 from studies.inference.limits import widening
-from studies.inference.moved import share_closed
+from studies.inference.moved import moved, share_closed
 from studies.inference.verdict import Verdict
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.motion.history_forward import HistoryForward
@@ -35,9 +35,11 @@ def closing(diagnosis: Diagnosis) -> str:
     nominal, adjusted, final = chi2["nominal"], chi2["nuisance_only"], chi2["final"]
     told = [f"χ² over {chi2['n']} numbers is {misfit(nominal)} for the base model"]
     if diagnosis.forward.nuisances:
-        share = share_closed(nominal, adjusted)
+        null = diagnosis.hypotheses.null
+        farthest = abs(moved(null, null)[0].shift)
         told.append(
-            f"{percent(share)} of it goes by moving parameters within their uncertainty ({misfit(adjusted)} remain)"
+            f"{percent(share_closed(nominal, adjusted))} of it goes by moving parameters, by up to {farthest:.2g} of "
+            f"their stated standard deviations ({misfit(adjusted)} remain)"
         )
     if diagnosis.final.candidates:
         more = (adjusted - final) / nominal if nominal > 0 else 0.0

@@ -4,6 +4,7 @@ import csv
 import dataclasses
 import json
 import re
+import shutil
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -100,6 +101,23 @@ def test_an_absurd_gap_asks_for_units(damped):
     assert doubts(absurd) == ()
 
 
+def test_another_bicycle_is_asked_about(modal, tmp_path):
+    """The data of one bicycle with the file of another: its parameters have to go far."""
+    shutil.copytree(modal, tmp_path, dirs_exist_ok=True)
+    file = tmp_path / "MEASUREMENT.toml"
+    own = read_measurement(file).model.bicycle.name
+    file.write_text(file.read_text().replace(f'"{own}"', '"crescendo"'))
+    (asked,) = doubts(begun(read_measurement(file), verdict="unknown"))
+    told = re.match(
+        r"the parameters went farther than their stated standard deviations allow \((\w+) [+-]([\d.]+) sd, .*; sum of "
+        r"squares ([\d.]+) for \d+, and chance makes more than (\d+) once in a million at most\): is the bicycle of "
+        "the file the one that was measured",
+        asked,
+    )
+    assert told
+    assert float(told[3]) > float(told[4]) > float(told[2])
+
+
 def test_factors_near_known_ones_are_known():
     assert known_factor(55.0) == pytest.approx(57.3, abs=0.01)
     assert known_factor(-1.1) == -1.0
@@ -156,8 +174,12 @@ def test_no_angular_rate_is_in_kilometres_an_hour(histories):
 
 def _of(measurement):
     forward = measurement.forward()
-    null = SimpleNamespace(chi2=0.0)
-    return SimpleNamespace(forward=forward, nominal=np.zeros(3), hypotheses=SimpleNamespace(null=null))
+    p = len(forward.nuisances)
+    null = SimpleNamespace(
+        chi2=0.0, theta=np.array([u.centre for u in forward.nuisances]), unknowns=forward.nuisances,
+        effect_columns=slice(p, p), covariance=np.eye(p),
+    )  # fmt: skip
+    return SimpleNamespace(forward=forward, nominal=np.zeros(3), hypotheses=SimpleNamespace(null=null), final=null)
 
 
 def test_traces_leave_what_the_noise_is(histories, tmp_path):
