@@ -200,7 +200,8 @@ def test_data_are_found_in_an_unpacked_and_in_a_zipped_wheel(wheel, unpacked):
         assert ask(place).startswith(f"1.02 Tyre1 {place}")
 
 
-DOOR = "import velotyre as vt; print(vt.SideSlip.identifier, vt.__file__)"
+WITHOUT_NUMBA = "sys.modules['numba'] = None"  # which would compile the kernels of a wheel just unpacked: 20 s
+DOOR = f"{WITHOUT_NUMBA}; import velotyre as vt; print(vt.SideSlip.identifier, vt.__file__)"
 MEASUREMENTS = ("kooijman2008", "tyre1_drum")  # the second names tables of another folder
 
 
