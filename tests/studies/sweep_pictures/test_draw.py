@@ -3,7 +3,6 @@
 import json
 import re
 import shutil
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -42,16 +41,6 @@ def sample(tmp_path_factory):
 @pytest.fixture(scope="module")
 def drawn(sample):
     return draw_result(sample)
-
-
-@pytest.fixture
-def unseen(monkeypatch):
-    """For tests whose figures differ from those of others in their numbers alone: the pictures are left empty."""
-
-    def at():
-        monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda self, target, **_: Path(target).touch())
-
-    return at
 
 
 def table(drawn, name):
