@@ -29,6 +29,7 @@ def test_the_next_order_is_taken_until_a_fault(tmp_path, monkeypatch):
     mine, theirs = Pipe()
     for _ in range(4):
         mine.send((str(tmp_path), "look", []))
+    mine.send(None)  # no order: were it taken, this would end in an error
     work.work(theirs)
     for said in (("done", {"seen": 1}), ("free", None), ("failed", "no such file"), ("free", None)):
         assert mine.recv() == said
