@@ -1,4 +1,7 @@
-"""One computation at a time, in a process of its own, so that the page answers while it runs and can stop it."""
+"""One computation at a time, in another process, so that the page answers while it runs and can stop it.
+
+The process takes the next order too: what it imports costs seconds. One that was stopped or broke down is replaced.
+"""
 
 import time
 from collections.abc import Sequence
@@ -130,25 +133,30 @@ class Jobs:
 
     def _listen(self, job: Job, desk: Desk, pipe: Connection, process: Any) -> None:
         said: tuple[str, Any] = ("failed", ENDED)
+        free = False
         try:
-            while True:
+            while not free:
                 what, content = pipe.recv()
                 if what == "progress":
                     job.progress = content
+                elif what == "free":
+                    free = True
                 else:
                     said = (what, content)
         except (EOFError, OSError):  # its end
             process.join()
+        with self._lock:
+            if job.state == "running":
+                if said[0] == "done":
+                    desk.results[job.kind] = said[1]
+                else:
+                    job.message = said[1]
+                job.state = said[0]
+                if free:  # it takes the next order
+                    self._ready = (process, pipe)
+                    return
         pipe.close()
         self.prepare()
-        with self._lock:
-            if job.state != "running":
-                return
-            if said[0] == "done":
-                desk.results[job.kind] = said[1]
-            else:
-                job.message = said[1]
-            job.state = said[0]
 
 
 def _fresh() -> tuple[Any, Connection]:

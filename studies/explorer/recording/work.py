@@ -24,37 +24,43 @@ AHEAD = (
 
 
 def work(pipe: Connection) -> None:
-    """Wait for an order, run a command and tell of it.
+    """Wait for an order, run a command and tell of it; then wait for the next.
 
     Parameters
     ----------
     pipe : multiprocessing.connection.Connection
         Gives ``(folder, kind, arguments)``: where to run, the folder in it that is emptied first and gets the results,
-        and the command line. Gets ``("progress", dict)``, and at the end ``("done", dict)`` or ``("failed", words)``.
+        and the command line. Gets ``("progress", dict)``, then ``("done", dict)`` or ``("failed", words)``, and last
+        ``("free", None)`` if the next order may come; after a fault it is not known what is left behind, and the
+        process ends.
     """
     os.environ["MPLBACKEND"] = "Agg"
     if hasattr(os, "nice"):
         os.nice(GENTLY)
     for name in AHEAD:
         import_module(name)
-    try:
-        folder, kind, arguments = pipe.recv()
-    except EOFError:  # nobody wants anything any more
-        return
-    os.chdir(folder)
-    shutil.rmtree(kind, ignore_errors=True)
-    Path(kind).mkdir()
-    try:
-        found = _answer(kind, arguments, pipe)
-    except InputError as error:
-        pipe.send(("failed", str(error)))
-    except OSError as error:
-        pipe.send(("failed", f"{error.filename or 'a file'}: {error.strerror or error}"))
-    except Exception:
-        logging.getLogger(__name__).exception("no answer")
-        pipe.send(("failed", FAILED))
-    else:
-        pipe.send(("done", found))
+    sound = True
+    while sound:
+        try:
+            folder, kind, arguments = pipe.recv()
+        except EOFError:  # nobody wants anything any more
+            return
+        os.chdir(folder)
+        shutil.rmtree(kind, ignore_errors=True)
+        Path(kind).mkdir()
+        try:
+            pipe.send(("done", _answer(kind, arguments, pipe)))
+        except InputError as error:
+            pipe.send(("failed", str(error)))
+        except OSError as error:
+            pipe.send(("failed", f"{error.filename or 'a file'}: {error.strerror or error}"))
+        except Exception:
+            logging.getLogger(__name__).exception("no answer")
+            pipe.send(("failed", FAILED))
+            sound = False
+        os.chdir(Path(folder).anchor)  # so that the folder can be deleted
+        if sound:
+            pipe.send(("free", None))
     pipe.close()
 
 

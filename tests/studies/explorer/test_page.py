@@ -17,7 +17,7 @@ pytest.importorskip("dash", reason="the page needs dash (extra explore)")
 from bicycle import Model, read_model
 from bicycle.files.model_file import build_model
 from studies.explorer import tyre_files
-from tests.shared.explorer_page import QUIET, settled, until
+from tests.shared.explorer_page import QUIET, serious, settled, until
 
 PUBLISHED = {
     "weave": complex(-0.77534188219585, 4.46486771378823),
@@ -239,20 +239,13 @@ def test_refusals_are_words_and_names_are_text(opened):
 
 @pytest.mark.parametrize(("width", "scheme"), [(1300, "light"), (390, "dark")])
 def test_no_serious_finding_of_axe(opened, width, scheme):
-    axe = pytest.importorskip("axe_core_python.sync_playwright", reason="the check needs axe-core-python")
     page = opened(
         f"{TYRES}&effects.rider_arms.damping=1", viewport={"width": width, "height": 844}, color_scheme=scheme,
         reduced_motion="reduce",
     )  # fmt: skip
     settled(page, "7")
     page.wait_for_selector("#motion-views path", state="attached")
-    found = axe.Axe().run(page)
-    serious = [
-        (one["id"], [node["html"][:120] for node in one["nodes"][:3]])
-        for one in found["violations"]
-        if one["impact"] in ("serious", "critical")
-    ]
-    assert serious == []
+    assert serious(page) == []
     assert page.evaluate("document.documentElement.dataset.theme") == scheme
     assert page.evaluate("document.documentElement.scrollWidth") <= width
     assert page.inner_text("#play") == "Play"  # nothing moves unasked where motion is to be reduced

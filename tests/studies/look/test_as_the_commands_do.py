@@ -33,6 +33,23 @@ def rig(tmp_path_factory):
     return folder, truth, found
 
 
+@pytest.fixture
+def looked(monkeypatch):
+    """Run `velotyre look` with drafts into a folder, and give what it found: one look takes seconds."""
+    found = []
+
+    def noted(*given):
+        found.append(look(*given))
+        return found[-1]
+
+    def at(path, out):
+        main(["look", str(path), "--out", str(out)])
+        return found[-1]
+
+    monkeypatch.setattr("studies.look.look.look", noted)
+    return at
+
+
 def use(found, name):
     return next(use for use in found.uses if use.name.startswith(name))
 
@@ -89,11 +106,9 @@ def test_samples_said_to_be_left_out_do_not_move_the_fit_and_others_do(rig):
         assert (abs(after / before - 1) > 1e-6) == moves
 
 
-def test_a_pull_test_of_a_testing_machine_is_fitted_once_the_draft_is_filled_in(tmp_path, capsys):
+def test_a_pull_test_of_a_testing_machine_is_fitted_once_the_draft_is_filled_in(looked, tmp_path, capsys):
     stiffness = pull_export(tmp_path / "pull.txt")
-    found = look(tmp_path / "pull.txt")
-    (event,) = use(found, "pull test").events
-    main(["look", str(tmp_path / "pull.txt"), "--out", str(tmp_path / "drafts")])
+    (event,) = use(looked(tmp_path / "pull.txt", tmp_path / "drafts"), "pull test").events
     capsys.readouterr()
     with pytest.raises(SystemExit):  # what is marked must be filled in
         main(["tyre", "fit", str(tmp_path / "drafts"), "--out", str(tmp_path / "fit"), "--jobs", "1"])
@@ -106,14 +121,12 @@ def test_a_pull_test_of_a_testing_machine_is_fitted_once_the_draft_is_filled_in(
     assert event.used == test.complete.sum() == event.last
 
 
-def test_decays_are_identified_in_the_windows_of_the_draft(tmp_path, capsys):
+def test_decays_are_identified_in_the_windows_of_the_draft(looked, tmp_path, capsys):
     log, out = tmp_path / "my | log ä" / "imu.csv", tmp_path / "my drafts"
     log.parent.mkdir()
     truth = imu_log(log)
-    found = look(log)
-    decay = use(found, "free decay")
+    decay = use(looked(log, out), "free decay")
     assert [e.start_s for e in decay.events] == [pytest.approx(kick, abs=0.6) for kick in truth["kicks"]]
-    main(["look", str(log), "--out", str(out)])
     shown = capsys.readouterr().out
     (line,) = [line for line in shown.splitlines() if "next: velotyre modal" in line]
     command = line.partition("next: velotyre ")[2].replace("modal.csv", str(tmp_path / "modal.csv"))
@@ -128,11 +141,9 @@ def test_decays_are_identified_in_the_windows_of_the_draft(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("write", [half_empty, can_log])
-def test_histories_are_read_by_the_draft(tmp_path, write):
+def test_histories_are_read_by_the_draft(looked, tmp_path, write):
     path = write(tmp_path)
-    found = look(path)
-    (event,) = use(found, "replay").events
-    main(["look", str(path), "--out", str(tmp_path / "drafts")])
+    (event,) = use(looked(path, tmp_path / "drafts"), "replay").events
     content = read_toml(tmp_path / "drafts" / f"{path.stem}.measurement.toml", "measurement")
     (run,), _, _ = read_runs(content["histories"], tmp_path / "drafts")
     assert (run.time.size, run.time[0]) == (event.used, pytest.approx(event.start_s))

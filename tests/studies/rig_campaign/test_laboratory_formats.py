@@ -23,6 +23,11 @@ def campaign(tmp_path_factory):
     return recordings, fitted(place / "own", place / "fit")
 
 
+@pytest.fixture(autouse=True)
+def _numbers_alone(unseen):
+    unseen()
+
+
 def fitted(folder, out, *options):
     file = out.with_suffix(".json")
     main(["tyre", "fit", str(folder), "--out", str(out), "--json", str(file), "--jobs", "1", *options])

@@ -126,7 +126,8 @@ def test_pairs_hold_the_bicycles_as_they_are(sample, drawn):
     assert rows[f"largest growth rate at {SPEEDS['speed_m_s'][k]:g} m/s, 1/s"].to_numpy() == pytest.approx(growth[:, k])
 
 
-def test_shares_say_what_they_rest_on(drawn, tmp_path):
+def test_shares_say_what_they_rest_on(unseen, drawn, tmp_path):
+    unseen()
     rows = table(drawn, "variance_shares")
     weave = rows[rows["output"] == "weave: stable above, m/s"].set_index("parameter")["first_order"]
     assert weave.idxmax() == "c"
@@ -139,11 +140,13 @@ def test_shares_say_what_they_rest_on(drawn, tmp_path):
     assert "correlated: c and w (-0.50); their shares overlap and have no unique split" in said
 
 
-def test_a_speed_that_is_not_in_the_result_is_computed_anew(sample, tmp_path, monkeypatch):
-    found = draw_result(sample, tmp_path / "at", at=4.0)
+def test_a_speed_that_is_not_in_the_result_is_computed_anew(unseen, sample, tmp_path, monkeypatch):
+    unseen()
+    found = draw_result(sample, tmp_path / "at", at=5.2)
     rows = pd.read_csv(tmp_path / "at" / "pairs.csv")
-    content = SAMPLE | {"outputs": ["largest_growth_rate"], "grid": SAMPLE["grid"] | {"speed_m_s": [4.0]}}
+    content = SAMPLE | {"outputs": ["largest_growth_rate"], "grid": SAMPLE["grid"] | {"speed_m_s": [5.2]}}
     other = load(run_sweep(build_sweep(content), tmp_path / "other.zarr")).largest_growth_rate.values.ravel()
+    assert 0 < (other > 0).sum() < 80
     np.testing.assert_array_equal(rows["unstable"], other > 0)
     assert "pairs" in found.figures
     monkeypatch.setattr("studies.sweeps.spec.source_digests", lambda: {"the source of bicycle": "other"})
@@ -154,7 +157,8 @@ def test_a_speed_that_is_not_in_the_result_is_computed_anew(sample, tmp_path, mo
     assert "variance_shares" in changed.figures
 
 
-def test_at_a_speed_that_cannot_be_told(sample, tmp_path, monkeypatch, capsys):
+def test_at_a_speed_that_cannot_be_told(unseen, sample, tmp_path, monkeypatch, capsys):
+    unseen()
     monkeypatch.setattr("studies.sweeps.spec.source_digests", lambda: {"the source of bicycle": "other"})
     for asked, words in (
         ("4", "--at 4: sample.zarr does not tell of this speed, .* give one that it holds, the nearest are 3, 5.4 m/s"),
@@ -176,13 +180,14 @@ def test_without_parameters_a_changed_source_is_said(tmp_path, monkeypatch):
     assert any("cannot be drawn again as in plain.zarr, since this has changed: the source" in r for r in found.remarks)
 
 
-def test_a_grid(tmp_path, capsys):
+def test_a_grid(unseen, tmp_path, capsys):
     main(["sweep", str(write_file(tmp_path, GRID)), "--out", str(tmp_path / "g.nc"), "--plot"])
     shown = capsys.readouterr()
     assert "g_figures/critical_speeds_each.png, .svg, .csv: Critical speeds up to 60 m/s of 8 combinations" in shown.out
     shares = pd.read_csv(tmp_path / "g_figures" / "variance_shares.csv")
     assert (shares["half_width_95"] == 0).all()
     assert shares["total"].between(0, 1.0001).all()
+    unseen()
     main(["sweep", str(tmp_path / "sweep.toml"), "--out", str(tmp_path / "z.zarr"), "--plot", "--json", "-"])
     json.loads(capsys.readouterr().out)  # nothing but the record
     for name in ("critical_speeds_each", "pairs", "variance_shares"):
@@ -222,7 +227,8 @@ def test_bicycles_by_name_and_eigenvalues_in_netcdf(tmp_path):
     assert "bicycle alone is varied, so there are no shares to compare" in found.remarks
 
 
-def test_a_large_sample_is_cut_and_says_so(sample, monkeypatch, tmp_path):
+def test_a_large_sample_is_cut_and_says_so(unseen, sample, monkeypatch, tmp_path):
+    unseen()
     assert MOST_BICYCLES == 200_000
     monkeypatch.setattr("studies.sweep_pictures.stored.MOST_BICYCLES", 70)
     found = draw_result(sample, tmp_path / "few")
@@ -260,7 +266,8 @@ def test_refused(sample, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(("speeds", "few"), [([4.5, 7.5], True), (np.linspace(2.0, 9.0, 16).tolist(), False)])
-def test_few_speeds_are_told_from_the_lines_between_them(tmp_path, speeds, few):
+def test_few_speeds_are_told_from_the_lines_between_them(unseen, tmp_path, speeds, few):
+    unseen()
     outputs = ["largest_growth_rate", "frequencies"]
     run_sweep(build_sweep({"model": MODEL, "outputs": outputs, "grid": {"speed_m_s": speeds}}), tmp_path / "one.zarr")
     drawn = draw_result(tmp_path / "one.zarr", tmp_path / "figures")
