@@ -173,7 +173,8 @@ class LinearModel:
         threads : int
             Number of threads that more than a thousand speeds are spread over; the result does not depend on it.
         solver : callable, optional
-            As in :func:`bicycle.eigenvalues.solvers.eigenvalues`: compiled where numba (extra ``fast``) is installed.
+            As in :func:`bicycle.eigenvalues.solvers.eigenvalues`: compiled for many speeds, where numba (extra
+            ``fast``) is installed.
 
         Returns
         -------

@@ -4,8 +4,6 @@
 >>> family = ModelFamily(Model(load_bicycle("benchmark")), ("c", "mB"))
 >>> family.state_matrices({"c": [0.06, 0.08, 0.1]}, [[4.0, 5.0]]).shape
 (3, 2, 4, 4)
->>> family.with_values({"c": 0.06}).parameters["c"]
-0.06
 """
 
 from collections.abc import Mapping
@@ -21,7 +19,7 @@ from bicycle.descriptor import DescriptorStack
 from bicycle.effect import Effect
 from bicycle.effect.numbers import effect_of
 from bicycle.eigenvalues.decomposition import positive_definite
-from bicycle.eigenvalues.solvers import Solver, compiled, default_solver
+from bicycle.eigenvalues.solvers import Solver, compiled, solver_for
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model, linear_model, state_scale
 from bicycle.parameter_key import entries_of
@@ -208,7 +206,7 @@ class ModelFamily:
         matrices, n = self.evaluate(self.values(numbers)), len(self.scale)
         mass = np.broadcast_to(matrices.mass, (count, n, n))
         parts = tuple(np.broadcast_to(matrix, (count, n, n)) for matrix in matrices.dynamics.values())
-        if (solver or default_solver()) is compiled:
+        if (solver or solver_for(count)) is compiled:
             from bicycle.eigenvalues.pencil_kernel import reduce_pencil
 
             solved, refused = np.empty((len(parts), count, n, n)), np.empty(count, bool)
@@ -224,7 +222,7 @@ class ModelFamily:
         polynomial = SpeedPolynomial(dict(zip(matrices.dynamics, solved, strict=True)), shape=(count, n, n))
         return FamilyMatrices(polynomial, refused)
 
-    def state_matrices(self, numbers: Mapping[str, Any], speeds: ArrayLike) -> Array:
+    def state_matrices(self, numbers: Mapping[str, Any], speeds: ArrayLike, *, solver: Solver | None = None) -> Array:
         """Scaled state matrices of bicycles at speeds, whether or not the equations switch in between.
 
         Parameters
@@ -233,6 +231,8 @@ class ModelFamily:
             As in :meth:`values`.
         speeds : array_like, shape (m, k) or (1, k)
             m/s.
+        solver : callable, optional
+            As in :meth:`polynomials`.
 
         Returns
         -------
@@ -246,7 +246,7 @@ class ModelFamily:
         v = np.asarray(speeds, float)
         count = int(np.broadcast_shapes(v.shape[:1], *(np.shape(number) for number in numbers.values()))[0])
         if not self.evaluate.symbolic.switches:
-            polynomial, refused = self.polynomials(numbers, count)
+            polynomial, refused = self.polynomials(numbers, count, solver=solver)
             self._refuse(numbers, refused)
             return np.array(np.broadcast_to(polynomial(v), (count, v.shape[1], *polynomial.shape[1:])))
         self._refuse(numbers, self.without_mass(numbers, count))

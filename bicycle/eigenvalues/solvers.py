@@ -18,6 +18,7 @@ from tyre.base.errors import InputError
 from tyre.base.parallel import one_blas_thread
 
 BATCH = 1024  # matrices a call: they fit the cache, and there is enough for every thread
+FEW = 20_000  # matrices for which LAPACK takes tenths of a second; to load the kernels takes a whole one
 
 Solver = Callable[[NDArray[np.float64]], Complex]
 
@@ -25,7 +26,8 @@ Solver = Callable[[NDArray[np.float64]], Complex]
 def eigenvalues(stack: ArrayLike, *, threads: int = 1, solver: Solver | None = None) -> Complex:
     """Eigenvalues (..., n) in 1/s of matrices, sorted by real then imaginary part.
 
-    Each matrix is treated by itself: the result depends neither on its neighbours nor on the number of threads.
+    Each matrix is treated by itself: the result depends neither on its neighbours nor on the number of threads; by
+    default its last digits depend on whether there are few or many of them.
 
     Parameters
     ----------
@@ -34,7 +36,7 @@ def eigenvalues(stack: ArrayLike, *, threads: int = 1, solver: Solver | None = N
     threads : int
         Number of threads that sub-batches are spread over; numpy and the compiled kernel leave the interpreter free.
     solver : callable, optional
-        :func:`lapack` or :func:`compiled`; by default compiled where numba (extra ``fast``) is installed.
+        :func:`lapack` or :func:`compiled`; by default that of :func:`solver_for` so many matrices.
 
     Raises
     ------
@@ -83,7 +85,7 @@ def in_batches(
     """
     if threads < 1:
         raise InputError(f"threads = {threads}; give at least 1")
-    solve = solver or default_solver()
+    solve = solver or solver_for(shape[0])
     result = np.empty(shape, complex)
 
     def fill(start: int) -> None:
@@ -122,6 +124,11 @@ def compiled(stack: NDArray[np.float64]) -> Complex:
         result[start] = lapack(stack[start : start + 1])[0]
         start += 1
     return result
+
+
+def solver_for(count: int) -> Solver:
+    """:func:`default_solver` for a ``count`` of matrices (without unit) that it is worth loading for; else LAPACK."""
+    return lapack if count <= FEW else default_solver()
 
 
 @cache

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bicycle.critical.pencil import crossings_by_pencil
 from bicycle.effect import take_over
 from bicycle.eigenvalues.oscillation import least_damping_ratio
-from bicycle.eigenvalues.solvers import default_solver, eigenvalues
+from bicycle.eigenvalues.solvers import eigenvalues, solver_for
 from bicycle.linear_model import LinearModel
 from bicycle.modal.known_modes import packaged_modes
 from bicycle.modal.named_modes import modes
@@ -123,7 +123,8 @@ class Worker:
         speeds = points.speeds
         self.linear.check_speeds(speeds)
         every = np.broadcast_to(speeds, (count, speeds.shape[1]))
-        return eigenvalues(self.sampler.family.state_matrices(points.values, every), solver=default_solver())
+        solver = solver_for(self.sweep.items * max(len(self.sweep.speeds), 1))  # one for all parts
+        return eigenvalues(self.sampler.family.state_matrices(points.values, every, solver=solver), solver=solver)
 
     def _named(self, points: Points, start: int, count: int) -> Arrays:
         """Named results of possible bicycles: together, and one by one where that is not sure."""

@@ -48,7 +48,7 @@ def block_of(model: LinearModel, family: ModelFamily, values: Mapping[str, Any],
     from bicycle.modal.batch import Block
     from bicycle.modal.batch_kind import BatchKind
 
-    found = family.polynomials(values, count)
+    found = family.polynomials(values, count, solver=compiled)
     unit = np.broadcast_to(np.sqrt(np.asarray(values["g"], float) * values["w"]), count)
     return Block.of(found.polynomial, unit, BatchKind.of(model)), found.refused
 
