@@ -12,7 +12,7 @@ from studies.sweep_pictures.figure_speed import draw_modes_along_speed, draw_sta
 from studies.sweep_pictures.quantities import CRITICAL, any_limit
 from studies.sweep_pictures.shares import LEAST, LEAST_OF_A_GRID, Share, correlated, shares, stated_correlations
 from studies.sweep_pictures.stored import Stored, read_result, speeds_of
-from studies.sweep_pictures.targets import Target, mode_targets, stability, targets
+from studies.sweep_pictures.targets import Stability, Target, mode_targets, stability, targets
 from studies.sweep_pictures.varied import Varied, grid_parameters, sampled_parameters
 from studies.sweeps.spec import SPEED
 from tyre.base.errors import InputError
@@ -57,10 +57,11 @@ def draw_result(result: str | Path, folder: Path | None = None, *, at: float | N
         raise InputError(f"--at {at:g} must be a speed of 0 m/s or more")
     if not stored.reduced and not stored.possible.any():
         raise InputError(f"{stored.path.as_posix()}: no bicycle of it is possible, so there is nothing to draw")
+    asked = None if at is None or stored.reduced else stability(stored, at)  # refused before anything is drawn
     drawn.folder.mkdir(parents=True, exist_ok=True)
     _critical(stored, drawn)
     _along_speed(stored, drawn)
-    _parameters(stored, drawn, at)
+    _parameters(stored, drawn, asked)
     if not drawn.figures:
         with contextlib.suppress(OSError):  # others' files are in it
             drawn.folder.rmdir()
@@ -116,7 +117,7 @@ def _along_speed(stored: Stored, drawn: Drawn) -> None:
             drawn.remarks.append(f"one speed only, so nothing of {', '.join(sorted(held))} is drawn along the speed")
 
 
-def _parameters(stored: Stored, drawn: Drawn, at: float | None) -> None:
+def _parameters(stored: Stored, drawn: Drawn, asked: Stability | None) -> None:
     if stored.reduced:
         drawn.remarks.append("[reduce] kept no samples, so nothing is drawn against the parameters that were sampled")
         return
@@ -127,8 +128,8 @@ def _parameters(stored: Stored, drawn: Drawn, at: float | None) -> None:
         if not remark:
             drawn.remarks.append("nothing but the speed is varied, so nothing is drawn against parameters")
         return
-    stable = stability(stored, at)
-    outputs = [*targets(stored, stable), *mode_targets(stored, at if stable is None else stable.speed)]
+    stable = asked or stability(stored, None)
+    outputs = [*targets(stored, stable), *mode_targets(stored, None if stable is None else stable.speed)]
     if stable is None:
         drawn.remarks.append(
             "stable and unstable bicycles are not told apart: the result holds no largest_growth_rate, and there is no "

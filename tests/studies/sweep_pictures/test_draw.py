@@ -168,6 +168,7 @@ def test_at_a_speed_that_cannot_be_told(unseen, sample, tmp_path, monkeypatch, c
         with pytest.raises(SystemExit, match="2"):
             main(["draw", str(sample), "--out", str(tmp_path / "no"), "--at", asked])
         assert re.search(words, capsys.readouterr().err)
+        assert not [*(tmp_path / "no").glob("*.svg")]  # it is refused before anything is drawn
 
 
 def test_without_parameters_a_changed_source_is_said(tmp_path, monkeypatch):
