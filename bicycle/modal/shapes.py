@@ -25,7 +25,9 @@ class ModeShape:
     @property
     def magnitude(self) -> dict[str, Array]:
         """Component -> (m,), rad or m for 1 rad of the largest angle."""
-        return dict(zip(self.components, np.abs(self.phasors).T, strict=True))
+        sizes = np.abs(self.phasors)
+        largest = np.delete(sizes, 3, axis=1).max(1, keepdims=True)  # 1 but for the rounding of the phasors
+        return dict(zip(self.components, (sizes / largest).T, strict=True))
 
     @property
     def phase(self) -> dict[str, Array]:
