@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 UNITS = {
-    "speed_m_s": "m/s", "mode": "", "real_1_s": "1/s", "imaginary_rad_s": "rad/s", "frequency_hz": "Hz",
+    "speed_m_s": "m/s", "mode": "", "real_1_s": "1/s", "imaginary_rad_s": "rad/s", "frequency_Hz": "Hz",
     "damping_ratio": "1",
 }  # fmt: skip
 """Columns of :meth:`Modes.to_dataframe`."""
@@ -142,7 +142,7 @@ class Modes:
     def to_dataframe(self) -> "pd.DataFrame":
         """A row per speed, mode and root; ``attrs["units"]`` has the unit of every column.
 
-        Columns: ``speed_m_s``, ``mode``, ``real_1_s``, ``imaginary_rad_s``, ``frequency_hz`` (damped, 0 for a real
+        Columns: ``speed_m_s``, ``mode``, ``real_1_s``, ``imaginary_rad_s``, ``frequency_Hz`` (damped, 0 for a real
         root), ``damping_ratio`` (as :meth:`damping_ratio`). A mode that has split into two real roots has two rows.
         """
         import pandas as pd

@@ -204,7 +204,7 @@ def modes_table(named: Modes) -> dict[str, Any]:
 
 def _units() -> Sequence[tuple[str, str]]:
     shown = {"speed_m_s": "speed", "real_1_s": "real part", "imaginary_rad_s": "imaginary part"}
-    shown |= {"frequency_hz": "frequency", "damping_ratio": "damping ratio"}
+    shown |= {"frequency_Hz": "frequency", "damping_ratio": "damping ratio"}
     return [(shown.get(name, name), "" if unit == "1" else unit) for name, unit in UNITS.items()]
 
 

@@ -155,7 +155,7 @@ def critical_table(critical: Sequence[Any]) -> "pd.DataFrame":
     """Critical speeds ``critical``, a row each, with the unit in the column names."""
     import pandas as pd
 
-    columns = ("speed_m_s", "mode", "kind", "frequency_hz", "as_speed_grows")
+    columns = ("speed_m_s", "mode", "kind", "frequency_Hz", "as_speed_grows")
     rows = [(c.speed, c.mode, c.kind, c.frequency_hz, c.direction) for c in critical]
     return pd.DataFrame(rows, columns=columns)
 

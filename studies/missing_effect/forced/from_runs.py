@@ -141,7 +141,7 @@ def rows_of(response: RunResponse) -> list[dict[str, Any]]:
     found = response.found
     return [
         {
-            "input": response.input, "output": response.output, "frequency_hz": float(f"{f:.6g}"),
+            "input": response.input, "output": response.output, "frequency_Hz": float(f"{f:.6g}"),
             "speed_m_s": response.speed, "re": float(f"{gain.real:.6g}"), "im": float(f"{gain.imag:.6g}"),
             "sd": float(f"{sd:.4g}"), "coherence": float(f"{coherence:.4g}"), "averages": round(found.averages, 2),
         }

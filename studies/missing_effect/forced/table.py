@@ -36,7 +36,7 @@ FORMS = {
     ("gain_db", "phase"): "gain_db and phase_deg",
 }
 PHASES = {"phase_deg": math.pi / 180, "phase_rad": 1.0}
-FREQUENCIES = {"frequency_hz": 1.0, "frequency_rad_s": 1 / (2 * math.pi)}
+FREQUENCIES = {"frequency_Hz": 1.0, "frequency_hz": 1.0, "frequency_rad_s": 1 / (2 * math.pi)}
 SPEEDS = {"speed_m_s": 1.0, "speed_km_h": 1 / 3.6}
 NUMBERS = ("re", "im", "gain", "gain_db", *PHASES, *FREQUENCIES, *SPEEDS, *NOISE)
 TEXTS = ("input", "output", "input_unit", "output_unit", "group")

@@ -33,7 +33,7 @@ def test_the_frame_holds_every_eigenvalue_with_its_unit(found):
         listed = rows["real_1_s"].to_numpy() + 1j * rows["imaginary_rad_s"].to_numpy()
         assert len(listed) == len(upper)
         assert all(np.abs(upper - z).min() < 1e-9 * (1 + abs(z)) for z in listed)
-    assert np.allclose(table["frequency_hz"], table["imaginary_rad_s"] / (2 * np.pi))
+    assert np.allclose(table["frequency_Hz"], table["imaginary_rad_s"] / (2 * np.pi))
     pairs = table[table["imaginary_rad_s"] > 0]
     size = np.hypot(pairs["real_1_s"], pairs["imaginary_rad_s"])
     assert np.allclose(pairs["damping_ratio"], -pairs["real_1_s"] / size)

@@ -36,7 +36,7 @@ def test_modes_and_their_figure(model, capsys):
     mine = rows[(rows["mode"] == "pannier") & (rows["speed_m_s"] == 3)]
     # at walking speed the box hangs as a pendulum on the slowly moving frame: f^2 = (k + m g h) / (I + m h^2) / 4 pi^2
     alone = np.sqrt((100 + 10 * 9.81 * 0.2) / (10 * 0.12**2 + 10 * 0.2**2)) / (2 * np.pi)
-    assert mine["frequency_hz"].item() == pytest.approx(alone, rel=0.1)
+    assert mine["frequency_Hz"].item() == pytest.approx(alone, rel=0.1)
     assert not rows["mode"].str.startswith("other").any()
 
 

@@ -142,7 +142,7 @@ def test_modes_as_picture_and_table(ending, tmp_path, capsys):
     found = modes(build_model({"bicycle": "benchmark"}), [1.0, 5.5])
     assert len(rows) == sum((z.imag >= 0) for z in found.eigenvalues.ravel())
     weave = next(row for row in rows if row["mode"] == "weave" and float(row["speed_m_s"]) == 5.5)
-    assert float(weave["frequency_hz"]) == found.frequency("weave")[1]
+    assert float(weave["frequency_Hz"]) == found.frequency("weave")[1]
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(["modes.csv", picture.name])
     assert "castering" in capsys.readouterr().out
 

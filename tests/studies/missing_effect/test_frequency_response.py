@@ -15,7 +15,7 @@ from studies.missing_effect.report import write_report
 from studies.missing_effect.residual.kept import keep
 from tyre.base.errors import InputError
 
-HEAD = "input,output,frequency_hz,speed_m_s,re,im,sd"
+HEAD = "input,output,frequency_Hz,speed_m_s,re,im,sd"
 TOML = 'kind = "frequency_response"\nbicycle = "benchmark"\n[uncertainty]\nlam = 0.005\nIBxx = 0.2\n'
 TABLE = '[frequency_response]\ntable = "r.csv"\n'
 HERTZ = np.geomspace(0.4, 4.0, 9)
@@ -189,7 +189,7 @@ def test_noise_from_coherence_holds_the_truth(tmp_path):
         f"steer_torque,steer,1,{1 + 50 * k / count:.9g},{g.real:.9g},{g.imag:.9g},{c:.12g},{n}"
         for k, (g, c) in enumerate(zip(gain, coherence, strict=True))
     ]
-    head = "input,output,frequency_hz,speed_m_s,re,im,coherence,averages"
+    head = "input,output,frequency_Hz,speed_m_s,re,im,coherence,averages"
     points = read_measurement(write(tmp_path, lines, head=head)).points
     errors = np.array([(p.value - true) / p.sd for p in points])
     assert np.mean(np.abs(errors) ** 2) / 2 == pytest.approx(1, abs=0.08)
@@ -312,8 +312,8 @@ GOOD = [
     "steer_torque,steer,2,5,0.1,0.2,0.01",
     "steer_torque,steer,1,6,0.1,0.2,0.01",
 ]
-PHASE = "input,output,frequency_hz,speed_m_s,gain,phase_deg,sd"
-NOISY = "input,output,frequency_hz,speed_m_s,re,im,coherence,averages"
+PHASE = "input,output,frequency_Hz,speed_m_s,gain,phase_deg,sd"
+NOISY = "input,output,frequency_Hz,speed_m_s,re,im,coherence,averages"
 
 
 @pytest.mark.parametrize(
@@ -357,15 +357,15 @@ NOISY = "input,output,frequency_hz,speed_m_s,re,im,coherence,averages"
             [GOOD[0].replace("0.1", "-0.1"), *GOOD[1:]],
             "gain = -0.1 must not be negative; put the sign into the phase",
         ),
-        (HEAD.replace("speed_m_s", "frequency_rad_s"), GOOD, "frequency_hz and frequency_rad_s say the same"),
-        (HEAD.replace("frequency_hz", "speed_km_h"), GOOD, "the column frequency_hz is missing"),
+        (HEAD.replace("speed_m_s", "frequency_rad_s"), GOOD, "frequency_Hz and frequency_rad_s say the same"),
+        (HEAD.replace("frequency_Hz", "speed_km_h"), GOOD, "the column frequency_Hz is missing"),
         (HEAD.replace("speed_m_s", "averages"), GOOD, "the column speed_m_s is missing"),
         (HEAD.replace("sd", "sd_db"), GOOD, "sd_db belongs to gain_db"),
         (HEAD.replace("sd", "coherence"), GOOD, "no noise; give the column sd .* or coherence and averages"),
         (
-            HEAD.replace("frequency_hz", "frequncy_hz"),
+            HEAD.replace("frequency_Hz", "frequncy_hz"),
             GOOD,
-            "unknown column 'frequncy_hz'; did you mean 'frequency_hz'",
+            "unknown column 'frequncy_hz'; did you mean 'frequency_Hz'",
         ),
         (
             NOISY,
@@ -413,7 +413,7 @@ def test_one_speed_and_one_share_of_noise_may_stand_in_the_file(tmp_path):
         "steer_torque,steer,3,0.1,0.3"
     ]
     toml = TOML + TABLE + "speed_m_s = 5\nrelative_sd = 0.1\n"
-    points = read_measurement(write(tmp_path, lines, head="input,output,frequency_hz,re,im", toml=toml)).points
+    points = read_measurement(write(tmp_path, lines, head="input,output,frequency_Hz,re,im", toml=toml)).points
     assert {p.speed for p in points} == {5.0}
     np.testing.assert_allclose([p.sd for p in points], [0.1 * abs(p.value) for p in points])
 
