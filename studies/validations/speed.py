@@ -1,7 +1,7 @@
 """How fast velotyre is: ratios against peers, LAPACK and plain loops, measured in one run; medians.
 
-The table goes to benchmarks.md beside the JSON, or to --table. A quiet machine matters: other work on it spoils every
-ratio with threads. What cannot be measured here is listed with the reason.
+The table goes to benchmarks.md beside the JSON, row by row, and whole to --table. A quiet machine matters: other work
+on it spoils every ratio with threads. What cannot be measured here is listed with the reason.
 """
 
 from collections.abc import Callable, Iterator
@@ -29,9 +29,9 @@ def run(*, out: Path, quick: bool = False, table: str = "") -> dict[str, Any]:
     out : Path
         Folder for the page.
     quick : bool
-        Small sizes: about a minute instead of ten.
+        Small sizes: about a minute instead of half an hour.
     table : str
-        File for the page instead of ``benchmarks.md`` in ``out``.
+        File for the finished page besides ``benchmarks.md`` in ``out``, which holds what is measured so far.
     """
     from tyre.base.progress import progress_bar
 
@@ -44,9 +44,10 @@ def run(*, out: Path, quick: bool = False, table: str = "") -> dict[str, Any]:
         except Exception as error:  # a peer that is missing or broken must not cost the other rows
             row |= {"measured": None, "met": None, "note": f"not measured: {type(error).__name__}: {error}"}
         rows.append(row)
+        write_text(out / "benchmarks.md", markdown({"machine": machine, "quick": quick, "rows": rows}))
     result = {"machine": machine, "quick": quick, "rows": rows}
-    path = Path(table) if table else out / "benchmarks.md"
-    write_text(path, markdown(result))
+    if table:
+        write_text(Path(table), markdown(result))
     return result
 
 

@@ -59,3 +59,17 @@ def test_table(monkeypatch, tmp_path, capsys):
     assert "| with a peer | - | - | - | not measured: ImportError: No module named 'peer' |" in lines
     assert "A quick run with small sizes: indicative only." in text
     assert timing.machine()["processor"] in text
+
+
+def test_rows_that_were_measured_outlive_an_interruption(monkeypatch, tmp_path):
+    def interrupted():
+        raise KeyboardInterrupt
+
+    rows = [("ours against theirs", "", speed._faster(None, 4, lambda: (2.0, 0.1))), ("the next", "", interrupted)]
+    monkeypatch.setattr(speed, "_rows", lambda quick: rows)
+    with pytest.raises(KeyboardInterrupt):
+        speed.run(out=tmp_path, table=str(tmp_path / "table.md"))
+    text = (tmp_path / "benchmarks.md").read_text(encoding="utf-8")
+    assert "| ours against theirs |" in " ".join(text.split())
+    assert "the next" not in text
+    assert not (tmp_path / "table.md").exists()
