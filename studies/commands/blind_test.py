@@ -33,7 +33,7 @@ def command(
 
     from studies.missing_effect.blind.cells import CELLS
     from studies.missing_effect.blind.report import write_report
-    from studies.missing_effect.blind.run import blind_test, read_results
+    from studies.missing_effect.blind.run import blind_test, results_in
     from studies.missing_effect.blind.score import summary
     from studies.reporting.manifest import results
     from studies.reporting.output import print_table, write_json
@@ -47,7 +47,7 @@ def command(
     path = Path(out_file)
     for _ in blind_test(path, cases=cases, seed=seed, cells=cells or CELLS, workers=workers):
         pass
-    found = summary(read_results(path))
+    found = summary(results_in(path).read())
     if report_folder:
         with results(Path(report_folder)):
             write_report(found, Path(report_folder))

@@ -6,10 +6,8 @@ wrong scale of the steer sensor, a wrong speed). Results are appended to joint_c
 interrupted run goes on from there.
 """
 
-import json
 import tempfile
 from collections.abc import Mapping, Sequence
-from concurrent.futures import as_completed
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -34,23 +32,14 @@ def run(*, out: Path, seed: int, cases: int = 150, workers: int = 2) -> dict[str
     workers : int
         Number of processes.
     """
-    from bicycle.effect.workers import model_workers
-    from tyre.base.progress import progress_bar
+    from studies.missing_effect.blind.kept import KeptCases
 
-    out.mkdir(parents=True, exist_ok=True)
-    file = out / "joint_cases.jsonl"
-    rows = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()] if file.exists() else []
     wanted = [(seed + k, "") for k in range(cases)]
     wanted += [(seed + k, ("scale", "speed")[k % 2]) for k in range(cases // 2)]
-    done = {(row["seed"], row["planted"]) for row in rows}
-    rows = [row for row in rows if (row["seed"], row["planted"]) in set(wanted)]
-    todo = [job for job in wanted if job not in done]
-    with file.open("a", encoding="utf-8") as kept, model_workers(workers) as pool, progress_bar(total=len(todo)) as bar:
-        for future in as_completed([pool.submit(one_case, *job) for job in todo]):
-            rows.append(future.result())
-            kept.write(json.dumps(rows[-1]) + "\n")
-            kept.flush()
-            bar.update()
+    kept = KeptCases(out / "joint_cases.jsonl", ("seed", "planted"), also=("error",))
+    for _ in kept.computed(wanted, one_case, workers=workers, what="joint diagnosis"):
+        pass
+    rows = kept.of(wanted)
     return {"seed": seed, "cases": cases, **scored(rows)}
 
 

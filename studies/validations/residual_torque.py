@@ -10,11 +10,9 @@ interval.
 Cases are kept in ``residual_torque_cases.jsonl`` in the folder of the result, so an interrupted run goes on.
 """
 
-import json
 import tempfile
 import traceback
 from collections.abc import Mapping, Sequence
-from concurrent.futures import as_completed
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -23,13 +21,13 @@ import numpy as np
 
 from bicycle.critical.critical_speed import OSCILLATORY, STABILISING
 from bicycle.critical.critical_speeds import critical_speeds
-from bicycle.effect.workers import model_workers
 from bicycle.files.model_file import read_model
 from bicycle.model import Model
 from bicycle.sensitivity.model_covariance import critical_speed_estimates
 from studies.inference.checks import HeldOut
 from studies.missing_effect.blind.cells import make
 from studies.missing_effect.blind.generator import HELD_OUT
+from studies.missing_effect.blind.kept import KeptCases
 from studies.missing_effect.blind.score import wilson
 from studies.missing_effect.diagnose import Diagnosis, diagnose
 from studies.missing_effect.measurement import read_measurement
@@ -37,7 +35,6 @@ from studies.missing_effect.reporting.corrected_model import model_text
 from studies.missing_effect.residual.fitting import OPEN, Residual, fit_residual
 from tyre.base.errors import InputError
 from tyre.base.files import write_text
-from tyre.base.progress import progress_bar
 
 KEPT_BACK = {"modal-outside": 6, "history-outside": 3}  # speeds
 FASTEST = 20.0  # m/s, of the weave's critical speed
@@ -68,21 +65,10 @@ def run(*, out: Path, seed: int, cases: int = 100, histories: int = 20, workers:
     wanted = [("modal-outside", first + k) for k in range(cases)]
     wanted += [("history-outside", first + k) for k in range(histories)]
     wanted.sort(key=lambda job: (job[1] - first) / {"modal-outside": cases, "history-outside": histories}[job[0]])
-    path = out / "residual_torque_cases.jsonl"
-    known = {(row["cell"], row["seed"]): row for row in _read(path)}
-    todo = [job for job in wanted if job not in known]
-    with (
-        path.open("a", encoding="utf-8") as file,
-        model_workers(workers) as pool,
-        progress_bar(total=len(todo), desc="residual torque", unit=" cases") as bar,
-    ):
-        for future in as_completed({pool.submit(one_case, *job) for job in todo}):
-            row = future.result()
-            known[row["cell"], row["seed"]] = row
-            file.write(json.dumps(row) + "\n")
-            file.flush()
-            bar.update()
-    rows = [known[job] for job in wanted]
+    kept = KeptCases(out / "residual_torque_cases.jsonl", ("cell", "seed"), also=("error",))
+    for _ in kept.computed(wanted, one_case, workers=workers, what="residual torque"):
+        pass
+    rows = kept.of(wanted)
     return {
         "synthetic": True,
         "what": "residual torque of blind cases outside the library: prediction of speeds kept back",
@@ -92,12 +78,6 @@ def run(*, out: Path, seed: int, cases: int = 100, histories: int = 20, workers:
         "cells": {cell: summary([r for r in rows if r["cell"] == cell]) for cell in KEPT_BACK},
         "cases": rows,
     }
-
-
-def _read(path: Path) -> list[dict[str, Any]]:
-    if not path.exists():
-        return []
-    return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
 
 
 def one_case(cell: str, seed: int) -> dict[str, Any]:

@@ -4,10 +4,10 @@ Each case is of the cell ``loud-one`` of the blind test (synthetic: 8 free runs,
 growing, one effect hidden). The most probable hypothesis of the search and the one that was hidden are fitted again
 from random starts, nuisances by their prior and sizes anywhere from neutral to what seldom occurs, every other start by
 way of short pieces of the runs. The search has reached the optimum where none of these ends clearly lower.
+Cases are appended to search_optimum_cases.jsonl in ``out``; an interrupted run goes on from there.
 """
 
 import tempfile
-from concurrent.futures import as_completed
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,7 @@ def run(*, out: Path, seed: int, cases: int = 200, starts: int = 20, workers: in
     Parameters
     ----------
     out : Path
-        Folder for tables; unused.
+        Folder of search_optimum_cases.jsonl.
     seed : int
         Of the first case; the others follow.
     cases : int
@@ -33,25 +33,28 @@ def run(*, out: Path, seed: int, cases: int = 200, starts: int = 20, workers: in
     workers : int
         Number of processes.
     """
-    from bicycle.effect.workers import model_workers
-    from tyre.base.progress import progress_bar
+    from studies.missing_effect.blind.kept import KeptCases
 
-    rows: list[dict[str, Any]] = []
-    with model_workers(workers) as pool, progress_bar(total=cases, desc="cases") as bar:
-        for future in as_completed([pool.submit(compared, seed + k, starts) for k in range(cases)]):
-            rows += future.result()
-            bar.update()
-    missed = sorted((r for r in rows if not r["reached"]), key=lambda r: r["seed"])
-    wrong = {r["seed"] for r in missed}
+    wanted = [(seed + k, starts) for k in range(cases)]
+    kept = KeptCases(out / "search_optimum_cases.jsonl", ("seed", "starts"), also=("compared", "error"))
+    for _ in kept.computed(wanted, one_case, workers=workers, what="optimum"):
+        pass
+    rows = [{"seed": case["seed"], **row} for case in kept.of(wanted) for row in case["compared"]]
+    missed = [r for r in rows if not r["reached"]]
+    broken = [{"seed": case["seed"], "error": case["error"]} for case in kept.of(wanted) if case["error"]]
+    wrong = {r["seed"] for r in (*missed, *broken)}
     return {
         "seed": seed, "cases": cases, "starts_each": starts, "fits_compared": len(rows),
-        "cases_with_every_optimum_reached": cases - len(wrong), "share": 1 - len(wrong) / cases, "missed": missed,
-        "random_starts_that_reached_it": float(np.mean([r["share_of_starts"] for r in rows])),
+        "cases_with_every_optimum_reached": cases - len(wrong), "share": 1 - len(wrong) / cases,
+        "missed": missed, "errors": broken,
+        "random_starts_that_reached_it": float(np.mean([r["share_of_starts"] for r in rows])) if rows else None,
     }  # fmt: skip
 
 
-def compared(seed: int, starts: int) -> list[dict[str, Any]]:
+def one_case(seed: int, starts: int) -> dict[str, Any]:
     """One case: objectives of the search and of the best random start for its leader and for what was hidden.
+
+    What raises is kept as ``error``; the optimum counts as missed.
 
     Parameters
     ----------
@@ -65,16 +68,20 @@ def compared(seed: int, starts: int) -> list[dict[str, Any]]:
     from studies.missing_effect.measurement import read_measurement
     from tyre.base.parallel import one_blas_thread
 
-    with tempfile.TemporaryDirectory() as name, one_blas_thread():
-        truth, without = make(CELL, seed, Path(name))
-        judgement = judge(read_measurement(Path(name) / "MEASUREMENT.toml").forward(without=without))
-        known = judgement.hypotheses
-        hidden = known.find(frozenset(truth.effects))
-        leader = max((known.null, *known.fits), key=known.log_posterior)
-        generator = np.random.default_rng([seed, starts])
-        chosen = {f.identifiers: f for f in (leader, hidden) if f is not None}
-        compare = [against_random(judgement.forward, f, generator, starts) for f in chosen.values()]
-        return [{"seed": seed, **row} for row in compare]
+    row: dict[str, Any] = {"seed": seed, "starts": starts, "compared": [], "error": None}
+    try:
+        with tempfile.TemporaryDirectory() as name, one_blas_thread():
+            truth, without = make(CELL, seed, Path(name))
+            judgement = judge(read_measurement(Path(name) / "MEASUREMENT.toml").forward(without=without))
+            known = judgement.hypotheses
+            hidden = known.find(frozenset(truth.effects))
+            leader = max((known.null, *known.fits), key=known.log_posterior)
+            generator = np.random.default_rng([seed, starts])
+            chosen = {f.identifiers: f for f in (leader, hidden) if f is not None}
+            row["compared"] = [against_random(judgement.forward, f, generator, starts) for f in chosen.values()]
+    except Exception as error:  # whatever it is: it is counted, and the others go on
+        row["error"] = f"{type(error).__name__}: {error}"
+    return row
 
 
 def against_random(forward: Any, found: Any, generator: np.random.Generator, starts: int) -> dict[str, Any]:

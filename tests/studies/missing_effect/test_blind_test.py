@@ -13,7 +13,7 @@ from bicycle import load_bicycle
 from studies.cli import main
 from studies.missing_effect.blind import run as running
 from studies.missing_effect.blind.report import report, targets, write_report
-from studies.missing_effect.blind.run import blind_test, read_results
+from studies.missing_effect.blind.run import blind_test, results_in
 from studies.missing_effect.blind.score import judge, summary, wilson
 from tyre.base.errors import InputError
 
@@ -60,7 +60,7 @@ def test_wilson_interval_against_the_published_example():
 
 
 BLIND = Path(generator.__file__).parent
-JUDGES = {"run", "score", "report"}
+JUDGES = {"run", "kept", "score", "report"}
 GENERATORS = sorted(p for p in BLIND.rglob("*.py") if p.stem not in JUDGES)
 
 
@@ -100,7 +100,7 @@ def test_resuming_and_summary(tmp_path, capsys):
     assert found["cells"]["modal-none"]["cases"] == 1
     assert found["cells"]["modal-none"]["crashed"]["hits"] == 0
     assert list(found["confusion"]["modal-none"]) == ["nothing"]
-    (record,) = read_results(out)
+    (record,) = results_in(out).read()
     assert record["error"] is None
     assert record["baseline"]["verdict"] in ("none", "unknown", "named", "class")
     assert summary([])["cells"] == {}
@@ -124,7 +124,7 @@ def test_what_a_killed_run_began_to_write_is_computed_again(tmp_path, half):
     out = tmp_path / "r.jsonl"
     done = '{"cell": "a", "seed": 1, "score": null}\n'
     out.write_text(done + half)
-    assert [record["seed"] for record in read_results(out)] == [1]
+    assert [record["seed"] for record in results_in(out).read()] == [1]
     list(blind_test(out, cases=1, seed=1, cells=("a",), workers=1))
     assert out.read_text() == done
 
@@ -215,7 +215,7 @@ def test_report(tmp_path):
 
 def test_the_committed_results_are_those_that_the_readme_shows():
     folder = Path(generator.__file__).parent
-    found = summary(read_results(folder / "results" / "cases.jsonl"))
+    found = summary(results_in(folder / "results" / "cases.jsonl").read())
     assert found == json.loads((folder / "results" / "summary.json").read_text(encoding="utf-8"))
     assert report(found) in (folder / "results" / "report.md").read_text(encoding="utf-8")
     assert targets(found) in (folder.parent / "README.md").read_text(encoding="utf-8")

@@ -1,0 +1,109 @@
+"""Cases of a long count, kept as they end: one JSON object a line, so that an interrupted count goes on."""
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import as_completed
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bicycle.effect.workers import model_workers
+from tyre.base.errors import InputError
+
+Row = dict[str, Any]
+Job = tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class KeptCases:
+    """File of the cases of a count.
+
+    Attributes
+    ----------
+    path : Path
+        One JSON object a line.
+    keys : tuple of str
+        What tells a case from the others: arguments of the function that computes it, keys of its row; the first of
+        them begins the row.
+    also : tuple of str
+        Further keys that every row has.
+    what, remedy : str
+        What the file is, and what to do where it is something else, for errors.
+    """
+
+    path: Path
+    keys: tuple[str, ...]
+    also: tuple[str, ...] = ()
+    what: str = "the cases of such a count"
+    remedy: str = "give another --out"
+
+    def read(self) -> list[Row]:
+        """Rows so far; InputError where the file is something else."""
+        if not self.path.exists():
+            return []
+        try:
+            lines = self.path.read_text(encoding="utf-8").splitlines(keepends=True)
+            if lines and self._is_half(lines[-1]):
+                lines.pop()
+            rows: list[Row] = [json.loads(line) for line in lines if line.strip()]
+            if not all({*self.keys, *self.also} <= set(row) for row in rows):
+                raise ValueError(f"a row without {', '.join((*self.keys, *self.also))}")
+        except (TypeError, ValueError) as error:
+            raise InputError(f"{self.path}: not {self.what} ({error}); {self.remedy}") from error
+        return rows
+
+    def of(self, jobs: Sequence[Job]) -> list[Row]:
+        """Rows of some ``jobs``, in their order; those that the file lacks are left out."""
+        known = {self._job(row): row for row in self.read()}
+        return [known[job] for job in jobs if job in known]
+
+    def computed(self, jobs: Sequence[Job], one: Callable[..., Row], *, workers: int, what: str) -> Iterator[Row]:
+        """Compute what the file does not hold yet; yields and appends each row as it ends.
+
+        Parameters
+        ----------
+        jobs : sequence of tuple
+            Values of ``keys``.
+        one : callable
+            From a job to its row; importable, for processes.
+        workers : int
+            Number of processes.
+        what : str
+            Beside the progress bar.
+        """
+        from tyre.base.progress import progress_bar
+
+        done = {self._job(row) for row in self.read()}
+        todo = [job for job in jobs if job not in done]
+        self._forget_half_line()
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        with (
+            self.path.open("a", encoding="utf-8") as file,
+            model_workers(workers) as pool,
+            progress_bar(total=len(todo), desc=what, unit=" cases") as bar,
+        ):
+            waiting = {pool.submit(one, *job) for job in todo}
+            for future in as_completed(waiting):
+                row = future.result()
+                file.write(json.dumps(row) + "\n")
+                file.flush()
+                bar.update()
+                yield row
+
+    def _job(self, row: Row) -> Job:
+        return tuple(row[key] for key in self.keys)
+
+    def _is_half(self, line: str) -> bool:
+        """Whether a line is the beginning of a row, and no more: the file of somebody else is not touched."""
+        begin = f'{{"{self.keys[0]}": '
+        return not line.endswith("\n") and bool(line) and (line.startswith(begin) or begin.startswith(line))
+
+    def _forget_half_line(self) -> None:
+        """Cut off what a killed run, or a full disk, left of a line: its case is computed again."""
+        if not self.path.exists():
+            return
+        content = self.path.read_bytes()
+        kept = content.rfind(b"\n") + 1
+        if self._is_half(content[kept:].decode("utf-8", "replace")):
+            with self.path.open("rb+") as file:
+                file.truncate(kept)
