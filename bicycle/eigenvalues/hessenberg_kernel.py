@@ -6,7 +6,6 @@ and 7.5), so is the backward error: a few eps times the norm.
 """
 
 import math
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -35,8 +34,9 @@ class Similarity(NamedTuple):
     tau: Array
 
 
-def room_for(n: int, count: int) -> tuple[Array, Similarity]:
-    """Empty arrays for the Hessenberg forms of ``count`` matrices (n, n) and their similarity, LANES at a time.
+@compiled
+def room_for(n: int, count: int) -> tuple[int, Array, Similarity]:
+    """Number of lanes, and empty arrays for the Hessenberg forms of ``count`` matrices (n, n) and their similarity.
 
     Parameters
     ----------
@@ -46,22 +46,8 @@ def room_for(n: int, count: int) -> tuple[Array, Similarity]:
     lanes = min(LANES, -(-count // FEWEST) * FEWEST)
     h = np.zeros((n + 1, n + 1, lanes))  # a reflection may reach over the edge by one
     order = np.zeros((n, lanes), np.int64)
-    return h, Similarity(np.empty(lanes), order, np.empty((n, lanes)), np.empty((n, n, lanes)), np.empty((n, lanes)))
-
-
-def batches(n: int, m: int) -> Iterator[tuple[int, int, Array, Similarity]]:
-    """Index of the first, number, and room for ``m`` matrices (n, n), batch by batch.
-
-    Parameters
-    ----------
-    n, m : int
-        Number of rows, and of matrices.
-    """
-    for start in range(0, m, LANES):
-        count = min(LANES, m - start)
-        if start == 0 or count < LANES:
-            h, by = room_for(n, count)
-        yield start, count, h, by
+    by = Similarity(np.empty(lanes), order, np.empty((n, lanes)), np.empty((n, n, lanes)), np.empty((n, lanes)))
+    return lanes, h, by
 
 
 @compiled

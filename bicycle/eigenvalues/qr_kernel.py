@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from bicycle.eigenvalues.compilation import compiled
-from bicycle.eigenvalues.hessenberg_kernel import Places, batches, hessenberg
+from bicycle.eigenvalues.hessenberg_kernel import LANES, Places, hessenberg, room_for
 from tyre.base.arrays import Array
 
 EPS = float(np.finfo(float).eps)
@@ -18,6 +18,7 @@ NOTHING = 1e-140  # of the norm: its square is still a number
 MOST_ITERATIONS = 300  # of one eigenvalue; two or three are usual
 
 
+@compiled
 def solve(stack: Array, real: Array, imag: Array) -> int:
     """Fill in the eigenvalues of matrices, each row sorted by real then imaginary part.
 
@@ -33,11 +34,15 @@ def solve(stack: Array, real: Array, imag: Array) -> int:
     int
         Index of the first matrix that failed, or -1. Of those before it some may not be filled in.
     """
-    for start, count, h, by in batches(stack.shape[1], stack.shape[0]):
+    m, n = stack.shape[:2]
+    for start in range(0, m, LANES):  # all in one call, which leaves the interpreter free
+        count = min(LANES, m - start)
+        if start == 0 or count < LANES:
+            _, h, by = room_for(n, count)
         hessenberg(stack, start, count, h, by)
         failed = roots_of(h, by.unit, start, count, real, imag)
         if failed >= 0:
-            return int(start + failed)
+            return start + failed
     return -1
 
 

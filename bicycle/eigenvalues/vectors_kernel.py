@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from bicycle.eigenvalues.compilation import compiled
-from bicycle.eigenvalues.hessenberg_kernel import LANES, Places, Similarity, batches, hessenberg
+from bicycle.eigenvalues.hessenberg_kernel import LANES, Places, Similarity, hessenberg, room_for
 from bicycle.eigenvalues.qr_kernel import EPS, roots_of
 from tyre.base.arrays import Array
 
@@ -19,6 +19,7 @@ DOUBTFUL = 1e-7  # a pair with an imaginary part below this share of the largest
 GROWTH = 1e-6  # of 1 / eps: an eigenvector grows at least by so much
 
 
+@compiled
 def decompose_stack(
     stack: Array, change: Array, real: Array, imag: Array, slopes: Array, shares: Array, doubt: Array
 ) -> int:
@@ -42,16 +43,17 @@ def decompose_stack(
     int
         Index of the first matrix without eigenvalues, or -1.
     """
-    n = stack.shape[1]
-    for start, count, h, by in batches(n, stack.shape[0]):
-        lanes = h.shape[2]
+    m, n = stack.shape[:2]
+    for start in range(0, m, LANES):  # all in one call, which leaves the interpreter free
+        count = min(LANES, m - start)
         if start == 0 or count < LANES:
+            lanes, h, by = room_for(n, count)
             keep, work, triangle = np.empty_like(h), np.empty((12, max(n, 4), lanes)), np.empty((2, n, n, lanes))
         hessenberg(stack, start, count, h, by)
         keep[:] = h
         failed = roots_of(h, by.unit, start, count, real, imag)
         if failed >= 0:
-            return int(start + failed)
+            return start + failed
         _vectors(keep, by, start, count, stack, change, real, imag, slopes, shares, doubt, triangle, work)
     return -1
 
@@ -64,8 +66,7 @@ def _vectors(
     """Eigenvectors of up to LANES matrices, root by root, and what follows from them."""
     n, lanes = h.shape[0] - 1, h.shape[2]
     z = np.empty((2, lanes))
-    root = np.empty(lanes, np.int64)
-    norm = np.zeros(lanes)
+    root, norm = np.empty(lanes, np.int64), np.zeros(lanes)
     swap = np.empty((n, lanes))
     d = np.empty((2, n, n, lanes))  # |A| and dA, in the order of the Hessenberg form, balanced
     for k in range(lanes):

@@ -23,7 +23,8 @@ def backward_error(matrix, values):
     """Size of the smallest change that makes each value an eigenvalue, in eps of the norm (Golub & Van Loan 7.9)."""
     n = len(matrix)
     distance = [np.linalg.svd(matrix - z * np.eye(n), compute_uv=False)[-1] for z in values]
-    return max(distance) / (EPS * max(np.linalg.norm(matrix), np.finfo(float).tiny))
+    largest = max(np.abs(matrix).max(), np.finfo(float).tiny)  # squares of what is near 1e-200 are zero
+    return max(distance) / (EPS * largest * max(np.linalg.norm(matrix / largest), 1.0))
 
 
 def families():
