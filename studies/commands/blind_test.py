@@ -45,8 +45,7 @@ def command(
     if cases < 1 or workers < 1:
         raise InputError(f"cases = {cases} and workers = {workers} must be at least 1")
     path = Path(out_file)
-    for _ in blind_test(path, cases=cases, seed=seed, cells=cells or CELLS, workers=workers):
-        pass
+    blind_test(path, cases=cases, seed=seed, cells=cells or CELLS, workers=workers)
     found = summary(results_in(path).read())
     if report_folder:
         with results(Path(report_folder)):

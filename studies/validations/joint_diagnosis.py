@@ -37,9 +37,7 @@ def run(*, out: Path, seed: int, cases: int = 150, workers: int = 2) -> dict[str
     wanted = [(seed + k, "") for k in range(cases)]
     wanted += [(seed + k, ("scale", "speed")[k % 2]) for k in range(cases // 2)]
     kept = KeptCases(out / "joint_cases.jsonl", ("seed", "planted"), also=("error",))
-    for _ in kept.computed(wanted, one_case, workers=workers, what="joint diagnosis"):
-        pass
-    rows = kept.of(wanted)
+    rows = kept.computed(wanted, one_case, workers=workers, what="joint diagnosis")
     return {"seed": seed, "cases": cases, **scored(rows)}
 
 

@@ -66,9 +66,7 @@ def run(*, out: Path, seed: int, cases: int = 100, histories: int = 20, workers:
     wanted += [("history-outside", first + k) for k in range(histories)]
     wanted.sort(key=lambda job: (job[1] - first) / {"modal-outside": cases, "history-outside": histories}[job[0]])
     kept = KeptCases(out / "residual_torque_cases.jsonl", ("cell", "seed"), also=("error",))
-    for _ in kept.computed(wanted, one_case, workers=workers, what="residual torque"):
-        pass
-    rows = kept.of(wanted)
+    rows = kept.computed(wanted, one_case, workers=workers, what="residual torque")
     return {
         "synthetic": True,
         "what": "residual torque of blind cases outside the library: prediction of speeds kept back",

@@ -37,11 +37,10 @@ def run(*, out: Path, seed: int, cases: int = 200, starts: int = 20, workers: in
 
     wanted = [(seed + k, starts) for k in range(cases)]
     kept = KeptCases(out / "search_optimum_cases.jsonl", ("seed", "starts"), also=("compared", "error"))
-    for _ in kept.computed(wanted, one_case, workers=workers, what="optimum"):
-        pass
-    rows = [{"seed": case["seed"], **row} for case in kept.of(wanted) for row in case["compared"]]
+    each = kept.computed(wanted, one_case, workers=workers, what="optimum")
+    rows = [{"seed": case["seed"], **row} for case in each for row in case["compared"]]
     missed = [r for r in rows if not r["reached"]]
-    broken = [{"seed": case["seed"], "error": case["error"]} for case in kept.of(wanted) if case["error"]]
+    broken = [{"seed": case["seed"], "error": case["error"]} for case in each if case["error"]]
     wrong = {r["seed"] for r in (*missed, *broken)}
     return {
         "seed": seed, "cases": cases, "starts_each": starts, "fits_compared": len(rows),

@@ -29,7 +29,7 @@ def run(*, out: Path, quick: bool = False, table: str = "") -> dict[str, Any]:
     out : Path
         Folder for the page.
     quick : bool
-        Small sizes: about a minute instead of half an hour.
+        Small sizes: about a minute instead of a quarter of an hour.
     table : str
         File for the finished page besides ``benchmarks.md`` in ``out``, which holds what is measured so far.
     """

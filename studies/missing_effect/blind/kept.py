@@ -1,7 +1,7 @@
 """Cases of a long count, kept as they end: one JSON object a line, so that an interrupted count goes on."""
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import as_completed
 from dataclasses import dataclass
 from pathlib import Path
@@ -52,13 +52,8 @@ class KeptCases:
             raise InputError(f"{self.path}: not {self.what} ({error}); {self.remedy}") from error
         return rows
 
-    def of(self, jobs: Sequence[Job]) -> list[Row]:
-        """Rows of some ``jobs``, in their order; those that the file lacks are left out."""
-        known = {self._job(row): row for row in self.read()}
-        return [known[job] for job in jobs if job in known]
-
-    def computed(self, jobs: Sequence[Job], one: Callable[..., Row], *, workers: int, what: str) -> Iterator[Row]:
-        """Compute what the file does not hold yet; yields and appends each row as it ends.
+    def computed(self, jobs: Sequence[Job], one: Callable[..., Row], *, workers: int, what: str) -> list[Row]:
+        """Rows of some ``jobs``, in their order; those that the file lacks are computed, and appended as they end.
 
         Parameters
         ----------
@@ -73,8 +68,8 @@ class KeptCases:
         """
         from tyre.base.progress import progress_bar
 
-        done = {self._job(row) for row in self.read()}
-        todo = [job for job in jobs if job not in done]
+        known = {self._job(row): row for row in self.read()}
+        todo = [job for job in jobs if job not in known]
         self._forget_half_line()
         self.path.parent.mkdir(parents=True, exist_ok=True)
         with (
@@ -82,13 +77,13 @@ class KeptCases:
             model_workers(workers) as pool,
             progress_bar(total=len(todo), desc=what, unit=" cases") as bar,
         ):
-            waiting = {pool.submit(one, *job) for job in todo}
-            for future in as_completed(waiting):
+            for future in as_completed({pool.submit(one, *job) for job in todo}):
                 row = future.result()
+                known[self._job(row)] = row
                 file.write(json.dumps(row) + "\n")
                 file.flush()
                 bar.update()
-                yield row
+        return [known[job] for job in jobs]
 
     def _job(self, row: Row) -> Job:
         return tuple(row[key] for key in self.keys)

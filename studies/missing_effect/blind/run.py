@@ -7,7 +7,6 @@ test goes on where it stopped. A case that raises is a line too, with its error,
 import tempfile
 import time
 import traceback
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -65,8 +64,8 @@ def results_in(path: Path) -> KeptCases:
     return KeptCases(path, ("cell", "seed"), also=("score",), what="a result file of blind-test")
 
 
-def blind_test(path: Path, *, cases: int, seed: int, cells: tuple[str, ...], workers: int) -> Iterator[dict[str, Any]]:
-    """Run what the file does not hold yet; yields and appends each result.
+def blind_test(path: Path, *, cases: int, seed: int, cells: tuple[str, ...], workers: int) -> list[dict[str, Any]]:
+    """Results of all cases asked for; what the file does not hold yet is run, and appended as it ends.
 
     Parameters
     ----------
@@ -82,4 +81,4 @@ def blind_test(path: Path, *, cases: int, seed: int, cells: tuple[str, ...], wor
         Number of processes.
     """
     jobs = [(cell, seed + k) for k in range(cases) for cell in cells]
-    yield from results_in(path).computed(jobs, run_case, workers=workers, what="blind test")
+    return results_in(path).computed(jobs, run_case, workers=workers, what="blind test")

@@ -125,7 +125,7 @@ def test_what_a_killed_run_began_to_write_is_computed_again(tmp_path, half):
     done = '{"cell": "a", "seed": 1, "score": null}\n'
     out.write_text(done + half)
     assert [record["seed"] for record in results_in(out).read()] == [1]
-    list(blind_test(out, cases=1, seed=1, cells=("a",), workers=1))
+    assert [record["seed"] for record in blind_test(out, cases=1, seed=1, cells=("a",), workers=1)] == [1]
     assert out.read_text() == done
 
 
