@@ -101,6 +101,50 @@ def marched(step: Array, push: Array, start: Array) -> Array:
     return np.moveaxis(states, 0, -1).reshape(*lead, n, blocks * block)[..., :count]
 
 
+def from_rest(step: Array, known: Array, across: Array, seen: Array) -> Array:
+    """Outputs of systems that begin at rest under many pushes, each a sum of the same known signals.
+
+    As :func:`marched`, but all pushes of a system are marched in one product, and no states are kept.
+
+    Parameters
+    ----------
+    step : ndarray, shape (r, n, n)
+        State matrices A of one sample.
+    known : ndarray, shape (r, T - 1, q)
+        Signals of each system.
+    across : ndarray, shape (r, q, k, n)
+        What each signal adds to the states in each of the k pushes.
+    seen : ndarray, shape (r, c, n)
+        Output matrices.
+
+    Returns
+    -------
+    ndarray, shape (r, c, T, k)
+    """
+    systems, count, q = known.shape[0], known.shape[1] + 1, known.shape[2]
+    k, n = across.shape[2:]
+    block = int(np.ceil(np.sqrt(count)))
+    blocks = -(-count // block)
+    padded = np.zeros((systems, blocks * block, q))
+    padded[:, : count - 1] = known
+    beside = np.ascontiguousarray(np.moveaxis(padded.reshape(systems, blocks, block, q), 2, 0))
+    turned, out, across = step.swapaxes(-1, -2), seen.swapaxes(-1, -2), across.reshape(systems, q, k * n)
+    rest, power = np.zeros((systems, blocks * k, n)), np.broadcast_to(np.eye(n), step.shape)
+    y = np.empty((block, systems, blocks * k, seen.shape[1]))
+    powers = np.empty((block, systems, n, seen.shape[1]))  # transposed, as they are seen
+    for j in range(block):
+        np.matmul(rest, out, out=y[j])
+        np.matmul(power, out, out=powers[j])
+        rest, power = rest @ turned, power @ turned
+        rest += (beside[j] @ across).reshape(rest.shape)
+    ends, begin = rest.reshape(systems, blocks, k, n), np.zeros((systems, blocks, k, n))
+    for b in range(blocks - 1):
+        begin[:, b + 1] = begin[:, b] @ power + ends[:, b]
+    y += begin.reshape(rest.shape) @ powers
+    y = y.reshape(block, systems, blocks, k, -1).transpose(1, 4, 2, 0, 3)
+    return y.reshape(systems, -1, blocks * block, k)[:, :, :count]
+
+
 def powers_of(step: Array, count: int) -> Array:
     """Free responses to unit starts, A^k for k = 0 .. ``count`` - 1, by doubling.
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from scipy.special import log_ndtr
 
 from studies.inference.arrays import Array
 from studies.inference.forward import Forward
-from studies.inference.minimise import GUIDE, THOROUGH, End, minimise, spread
+from studies.inference.minimise import GUIDE, THOROUGH, End, distinct, minimise, spread
 from studies.inference.parameter import Candidate, UncertainParameter, together
 
 MOST_SCALES = 3.0  # prior sd of a size that occurs
@@ -38,6 +38,8 @@ class Fit:
         Factor on the prior sd of the nuisances.
     converged : bool
         Whether gradient and step are as small as a minimum asks for; what is not is never judged.
+    begins : tuple of ndarray
+        Coordinates (p,) from which the fit was tried.
     """
 
     candidates: tuple[Candidate, ...]
@@ -48,8 +50,9 @@ class Fit:
     jacobian: Array
     objective: float
     log_evidence: float
-    nuisance_scale: float = field(default=1.0)
+    nuisance_scale: float = 1.0
     converged: bool = True
+    begins: tuple[Array, ...] = ()
 
     @property
     def name(self) -> str:
@@ -184,12 +187,12 @@ def fit(
     problem = _Problem(candidates, (*forward.nuisances, *(u for c in candidates for u in c.unknowns)), nuisance_scale)
     used = np.ones(len(forward.rows.where), bool) if rows is None else rows
     starts = starts or default_starts(forward, candidates)
-    begins = [begin for x in starts for begin in (x, *(problem.guided(forward, x) if patient else ()))]
+    begins = distinct(begin for x in starts for begin in (x, *(problem.guided(forward, x) if patient else ())))
     best = problem.end(forward, begins[0], used, turns)
     for begin in begins[1:]:
         end = problem.end(forward, begin, used, turns, reached=best.objective)
         best = min(best, end, key=lambda end: end.objective)
-    return problem.evidence(forward, best, used)
+    return replace(problem.evidence(forward, best, used), begins=tuple(begins))
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ Steps are bent by geodesic acceleration (Transtrum & Sethna 2012, arXiv:1201.588
 long and curved, and straight steps have to be short there.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -152,6 +152,15 @@ def minimise(
         if last or not improved:
             break
     return End(z, objective, residual, jacobian, decrement)
+
+
+def distinct(points: Iterable[Array], known: Sequence[Array] = ()) -> list[Array]:
+    """The ``points`` (p,) without repetitions and without those ``known``: from one place there is one way."""
+    found: list[Array] = []
+    for x in points:
+        if not any(np.array_equal(x, other) for other in (*known, *found)):
+            found.append(x)
+    return found
 
 
 def spread(jacobian: Array) -> tuple[Array, float]:

@@ -14,7 +14,7 @@ from studies.inference.checks import goodness_of_fit, held_out, whiteness
 from studies.inference.evidence import CLEAR_ODDS, SELDOM, Hypotheses
 from studies.inference.fit import Fit, default_starts, fit, outlook
 from studies.inference.forward import Forward
-from studies.inference.minimise import GUIDE, ROUGH, THOROUGH, small
+from studies.inference.minimise import GUIDE, ROUGH, THOROUGH, distinct, small
 from studies.inference.parameter import Candidate, together
 from studies.inference.starts import enlarged, promising
 
@@ -206,7 +206,8 @@ def _none_worse(forward: Forward, known: Hypotheses, new: Sequence[Fit] | None =
         best = min(parts, key=lambda p: p.objective)
         if f.objective > best.objective + 2 * small(best.objective):
             begins = [enlarged(best, f.candidates), enlarged(best, f.candidates, neutral=True)]
-            other = fit(forward, f.candidates, starts=begins, turns=ROUGH)
+            begins = distinct(begins, f.begins)
+            other = fit(forward, f.candidates, starts=begins, turns=ROUGH) if begins else f
             better.append(other if other.objective < f.objective else f)
     return known.replaced(better) if better else known
 

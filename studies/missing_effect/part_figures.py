@@ -38,7 +38,7 @@ def of_part(judgement: Judgement, number: int) -> Judgement:
         return _FitOfPart(
             kept, tuple(f.unknowns[k] for k in places), f.theta[places], f.covariance[places][:, places],
             f.residual[rows], f.jacobian[rows][:, places], f.objective, f.log_evidence, f.nuisance_scale, f.converged,
-            f.name,
+            whole=f.name,
         )  # fmt: skip
 
     known = judgement.hypotheses

@@ -103,7 +103,10 @@ class Family:
 
     def __call__(self, theta: Array, speeds: Array) -> DescriptorStack:
         """Matrices for coordinates ``theta`` (K, unknowns) at recorded ``speeds`` (S,) in m/s."""
-        values = self.values(theta)
+        return self.system(self.values(theta), speeds)
+
+    def system(self, values: Mapping[str, Array], speeds: Array) -> DescriptorStack:
+        """Matrices for ``values`` as of :meth:`values` at recorded ``speeds`` (S,) in m/s."""
         system = self.models.descriptor(values, self.true_speeds(values, speeds))
         for key, (seen, torque) in FEEDBACK.items():
             if key in values:

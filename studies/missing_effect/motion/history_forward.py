@@ -1,7 +1,5 @@
 """Predicted time histories: the recorded torques replayed, initial states marginalised, coloured noise whitened.
 
-The initial state of a run enters linearly. It has a wide normal prior and is integrated out exactly: with the whitened
-free responses Phi S = U s V', the residual is multiplied by (I + Phi S^2 Phi')^-1/2 = I + U (1/sqrt(1 + s^2) - 1) U'.
 Noise of a channel is first-order autoregressive: e_k = rho e_(k-1) + innovation.
 """
 
@@ -11,6 +9,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bicycle.identification.recording import STEER, Run
 from bicycle.identification.repeats import about_one_speed
@@ -20,19 +19,14 @@ from studies.inference.parameter import Candidate, central_differences
 from studies.missing_effect.motion.bicycle_forward import SPEED_AXIS, BicycleForward
 from studies.missing_effect.motion.family import Family
 from studies.missing_effect.motion.history_candidates import BIAS, BIAS_KEY, DRIFT_KEY
-from studies.missing_effect.motion.history_noise import LARGEST_SIGNAL, ChannelNoise, limited, rough_noise
+from studies.missing_effect.motion.history_noise import ChannelNoise, rough_noise, whitened
+from studies.missing_effect.motion.initial_states import Marginal, integrated_out, start_sd
 from studies.missing_effect.motion.pieces import pieces
 from studies.missing_effect.motion.prescribed_steer import PrescribedSteer
 from studies.missing_effect.motion.replay import Replay
 from tyre.base.arrays import Array
 
 FORWARD = 3e-4  # of the steps of central differences: a run that grows bends so much that a longer one misleads a fit
-START = {"rad/s": 3.0, "m/s": 2.0, "N": 0.3, "N m": 0.1, "rad": 0.5}
-"""Prior sd of an initial state by its unit, of forces and moments in weights and weights times m; of others 1."""
-
-JOINT_START = {"rad/s": 0.5, "rad": 0.05}
-"""The same of an elastic joint, which gives way by a fraction of the lean (rad/s, rad); wider would veil a new mode."""
-
 FURTHER_SD = {"roll_rate_rad_s": 0.02, "steer_rad": 0.005, "yaw_rate_rad_s": 0.02}
 
 
@@ -41,16 +35,6 @@ class FurtherChannel(ProposedMeasurement):
     """A ``channel`` that was not recorded, in the same runs."""
 
     channel: str
-
-
-@dataclass(frozen=True)
-class RunFit:
-    """Whitened residual of a run, left vectors U and gains 1/sqrt(1 + s^2) - 1, and the most probable initial state."""
-
-    residual: Array
-    left: Array
-    gain: Array
-    start: Array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -135,48 +119,39 @@ class HistoryForward(BicycleForward):
         """
         family = self.family(candidates)
         runs = self._fitted(family, candidates, theta)
-        residual = np.concatenate([run.residual for run in runs])
+        residual = self._flat(runs.residual)
         if not slopes or not len(theta):
             return residual, np.empty((len(residual), 0))
         steps = FORWARD * family.stencil(theta)[1]
-        batch = np.vstack([theta, theta + np.diag(steps)])
-        moved, _ = self._replay(family, batch, np.array([run.start for run in runs]))
-        columns = []
-        for k, run in enumerate(self.runs):
-            seen = limited(moved[:, k, : len(run.time)])
-            slope = (seen[1:] - seen[0]) / steps[:, None, None]
-            columns.append(-_shrink(self._white(np.moveaxis(slope, 0, -1)), runs[k].left, runs[k].gain))
-        return residual, np.vstack(columns)
+        white = self._white(self._replay.slopes(family, theta, steps, runs.start))
+        return residual, -self._flat(runs.without(white))
 
-    def _fitted(self, family: Family, candidates: tuple[Candidate, ...], theta: Array) -> list[RunFit]:
-        """Each run with its initial state marginalised; the last answer is kept, because a fit asks twice."""
+    def _fitted(self, family: Family, candidates: tuple[Candidate, ...], theta: Array) -> Marginal:
+        """The runs with their initial states marginalised; the last answer is kept, because a fit asks twice."""
         key = (tuple(c.identifier for c in candidates), theta.tobytes())
         if key not in self._last:
-            forced, free = self._replay(family, theta[None], None)
-            scale = self._start_scale(family)
-            found = []
-            for k, run in enumerate(self.runs):
-                n = len(run.time)
-                white = self._white(np.stack([run.channels[c] for c in self.noise], 1) - forced[0, k, :n])
-                found.append(self._marginal(run, free[k][:n], white, candidates, scale))
+            forced, free = self._replay.free(family, theta)
+            white = self._white((self._measured - forced)[..., None])
+            found = self._marginal(free, white, candidates, start_sd(family))
             self._last.clear()
             self._last[key] = found
         return self._last[key]
 
     @cached_property
-    def _last(self) -> dict[Any, list[RunFit]]:
+    def _last(self) -> dict[Any, Marginal]:
         return {}
 
     def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
         """Sum of ln(1 + s^2) over the runs, with ``candidates`` at ``theta`` (p,)."""
         runs = self._fitted(self.family(candidates), candidates, theta)
-        return float(-2 * sum(np.log1p(run.gain).sum() for run in runs))
+        return float(-2 * np.log1p(runs.gain).sum())
 
     def marginalised(self, candidates: tuple[Candidate, ...], theta: Array, white: Array) -> Array:
         """``white`` noise (n, draws) without what the initial states absorb, with ``candidates`` at ``theta`` (p,)."""
         runs = self._fitted(self.family(candidates), candidates, theta)
-        parts = np.split(white, np.cumsum([len(run.residual) for run in runs])[:-1])
-        return np.concatenate([_shrink(part, run.left, run.gain) for part, run in zip(parts, runs, strict=True)])
+        padded = np.zeros((self._recorded.size, white.shape[1]))
+        padded[self._recorded.ravel()] = white
+        return self._flat(runs.without(padded.reshape(*runs.residual.shape, -1)))
 
     @property
     def varied(self) -> bool:
@@ -222,73 +197,82 @@ class HistoryForward(BicycleForward):
             return super().predict(proposal, candidates, theta)
         batch, steps = self.family(candidates).stencil(theta)
         moved = self.simulated(candidates, theta, (proposal.channel,), batch)
-        flat = np.concatenate([moved[:, k, : len(run.time), 0] for k, run in enumerate(self.runs)], axis=1)
+        flat = np.concatenate([moved[:, k, 0, : len(run.time)] for k, run in enumerate(self.runs)], axis=1)
         return flat[0] / proposal.sd, central_differences(flat, steps) / proposal.sd[:, None]
 
     def simulated(self, candidates: tuple[Candidate, ...], theta: Array, channels: tuple[str, ...], at: Array) -> Array:
-        """``channels`` (K, runs, T, channels) of ``candidates`` at ``at`` (K, p), from the best starts at ``theta``."""
-        family = self.family(candidates)
-        return self.replay_of(channels)(family, at, self.starts(candidates, theta))[0]
+        """``channels`` (K, runs, channels, T) of ``candidates`` at ``at`` (K, p), from the best starts at ``theta``."""
+        return self.replay_of(channels)(self.family(candidates), at, self.starts(candidates, theta))
 
     def starts(self, candidates: tuple[Candidate, ...], theta: Array) -> Array:
         """Most probable initial state (runs, states) with ``candidates`` at ``theta`` (p,)."""
-        return np.array([run.start for run in self._fitted(self.family(candidates), candidates, theta)])
+        return self._fitted(self.family(candidates), candidates, theta).start
 
     def unexplained(self, candidates: tuple[Candidate, ...], theta: Array) -> list[Array]:
         """Measured minus computed signals of each run (T, channels), in the channels' units, from the best starts.
 
         Arguments as :meth:`.Forward.residual`, without slopes.
         """
+        runs = self._fitted(self.family(candidates), candidates, theta)
+        white = runs.without(runs.residual[..., None]).reshape(self._recorded.shape)  # once more: nothing integrated
         found = []
-        for run, fitted in zip(self.runs, self._fitted(self.family(candidates), candidates, theta), strict=True):
-            white = _shrink(fitted.residual[:, None], fitted.left, fitted.gain)[:, 0]  # once more: nothing integrated
-            channels = np.split(white, len(self.noise))
-            raw = [noise.colour_again(w) for noise, w in zip(self.noise.values(), channels, strict=True)]
-            found.append(np.stack(raw, 1).reshape(len(run.time), -1))
+        for run, own in zip(self.runs, white, strict=True):
+            channels = zip(self.noise.values(), own[:, : len(run.time)], strict=True)
+            found.append(np.stack([noise.colour_again(w) for noise, w in channels], 1))
         return found
 
     # ------------------------------------------------------------------ inside
 
-    def _white(self, signals: Array) -> Array:
-        """Signals (T, channels, ...) -> whitened rows (channels T, ...)."""
-        return np.concatenate([noise.whiten(signals[:, c]) for c, noise in enumerate(self.noise.values())])
+    @cached_property
+    def _recorded(self) -> NDArray[np.bool_]:
+        """Where there are samples (R, C, T): all but behind the end of runs shorter than the longest."""
+        ends = np.array([len(run.time) for run in self.runs])
+        inside = np.arange(self._replay.length) < ends[:, None]
+        return np.repeat(inside[:, None], len(self.noise), 1)
 
-    def _marginal(
-        self, run: Run, free: Array, white: Array, candidates: tuple[Candidate, ...], states: Array
-    ) -> RunFit:
-        """Integrate the initial state out, its prior sd ``states`` (and bias or drift, as candidates)."""
-        scale = np.concatenate([states, np.ones(free.shape[-1] - len(states))])  # low-passes bring their own
-        phi = self._white(free) * scale
-        n = phi.shape[1]
-        names = {c.identifier for c in candidates}
-        if names & {BIAS_KEY, DRIFT_KEY}:
-            phi = np.hstack([phi, self._white(self._slow(run, trend=DRIFT_KEY in names))])
-        if not (np.abs(phi).max() < LARGEST_SIGNAL and np.abs(white).max() < LARGEST_SIGNAL):  # fallen, or not a number
-            nothing = np.full((len(phi), 1), np.nan)
-            return RunFit(nothing[:, 0], nothing, np.zeros(1), np.zeros(n))
-        u, s, vt = np.linalg.svd(phi, full_matrices=False)
-        best = vt.T @ (s / (1 + s**2) * (u.T @ white))
-        gain = 1 / np.sqrt(1 + s**2) - 1
-        return RunFit(_shrink(white[:, None], u, gain)[:, 0], u, gain, best[:n] * scale)
+    @cached_property
+    def _even(self) -> bool:
+        return bool(self._recorded.all())
 
-    def _slow(self, run: Run, *, trend: bool) -> Array:
-        """A constant of each channel, 1 sd, and a ``trend`` of as much over half the run (T, channels, columns)."""
-        count = len(self.noise)
-        shapes = [np.ones(len(run.time)), *([np.linspace(-1.0, 1.0, len(run.time))] if trend else [])]
-        found = np.zeros((len(run.time), count, count * len(shapes)))
-        for c, name in enumerate(self.noise):
-            for k, shape in enumerate(shapes):
-                found[:, c, c + k * count] = BIAS[name] * shape
+    @cached_property
+    def _measured(self) -> Array:
+        """What was recorded (R, C, T), zero behind the end of a run."""
+        found = np.zeros(self._recorded.shape)
+        for r, run in enumerate(self.runs):
+            found[r, :, : len(run.time)] = [run.channels[c] for c in self.noise]
         return found
 
-    def _start_scale(self, family: Family) -> Array:
-        weight = sum(self.base.bicycle.static_loads)
-        found = []
-        for state, unit in zip(family.symbolic.declared.states, family.models.scale, strict=True):
-            sd = (JOINT_START if state.joint else START).get(state.unit, 1.0)
-            found.append(sd * (weight if state.forcelike else 1.0) / unit)
-        return np.array(found)
+    def _flat(self, rows: Array) -> Array:
+        """The rows (R, C T, ...) of all runs below each other (n, ...)."""
+        flat = rows.reshape(-1, *rows.shape[2:])
+        return flat if self._even else flat[self._recorded.ravel()]
 
+    def _white(self, signals: Array) -> Array:
+        """Signals (R, C, T, columns) -> whitened rows (R, C T, columns)."""
+        white = whitened(signals, tuple(self.noise.values()))
+        if not self._even:
+            white *= self._recorded[..., None]
+        return white.reshape(len(white), -1, white.shape[-1])
 
-def _shrink(white: Array, left: Array, gain: Array) -> Array:
-    return white + left @ (gain[:, None] * (left.T @ white))
+    def _marginal(self, free: Array, white: Array, candidates: tuple[Candidate, ...], states: Array) -> Marginal:
+        """Integrate the initial states out, their prior sd ``states`` (and bias or drift, as candidates)."""
+        scale = np.concatenate([states, np.ones(free.shape[-1] - len(states))])  # low-passes bring their own
+        phi = self._white(free) * scale
+        n = phi.shape[-1]
+        names = {c.identifier for c in candidates}
+        if names & {BIAS_KEY, DRIFT_KEY}:
+            phi = np.concatenate([phi, self._white(self._slow(trend=DRIFT_KEY in names))], -1)
+        found = integrated_out(phi, white)
+        return found._replace(start=found.start[:, :n] * scale)
+
+    def _slow(self, *, trend: bool) -> Array:
+        """A constant of each channel, 1 sd, and a ``trend`` of as much over half the run (R, C, T, columns)."""
+        count = len(self.noise)
+        found = np.zeros((*self._recorded.shape, count * (2 if trend else 1)))
+        for r, run in enumerate(self.runs):
+            n = len(run.time)
+            shapes = [np.ones(n), *([np.linspace(-1.0, 1.0, n)] if trend else [])]
+            for c, name in enumerate(self.noise):
+                for k, shape in enumerate(shapes):
+                    found[r, c, :n, c + k * count] = BIAS[name] * shape
+        return found

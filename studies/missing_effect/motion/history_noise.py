@@ -1,5 +1,6 @@
 """Coloured noise of the channels of time histories: e_k = rho e_(k-1) + innovation, whitened along the samples."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,6 +59,23 @@ class ChannelNoise:
         change = float(np.mean([np.mean(np.diff(e) ** 2) for e in raw]))
         sd = self.sd if self.given else level
         return ChannelNoise(sd, float(np.clip(1 - change / (2 * sd**2), *COLOURS)), self.given)
+
+
+def whitened(signals: Array, noise: Sequence[ChannelNoise]) -> Array:
+    """:meth:`ChannelNoise.whiten` of all channels at once.
+
+    Parameters
+    ----------
+    signals : ndarray, shape (runs, channels, samples, columns)
+        In the units of the channels.
+    noise : sequence of ChannelNoise
+        Of each channel.
+    """
+    white = limited(signals) / np.array([one.sd for one in noise])[:, None, None]
+    colour = np.array([one.colour for one in noise])[:, None, None]
+    if colour.any():
+        white[:, :, 1:] = (white[:, :, 1:] - colour * white[:, :, :-1]) / np.sqrt(1 - colour**2)
+    return np.asarray(white)
 
 
 def rough_noise(channels: list[Array]) -> ChannelNoise:

@@ -15,16 +15,17 @@ angle is not taken for motion, however much its second derivative amplifies it.
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import BSpline
 
 from bicycle.descriptor import DescriptorStack
 from bicycle.identification.recording import CHANNELS, INPUTS, STEER, STEER_TORQUE, Run
-from bicycle.responses.discretisation import marched
+from bicycle.responses.discretisation import from_rest
 from studies.missing_effect.motion.family import Family
 from studies.missing_effect.motion.friction import FRICTION, direction, third_difference_noise
-from studies.missing_effect.motion.replay import Driven, Replay
+from studies.missing_effect.motion.replay import Driven, Replay, Sampled
 from studies.missing_effect.motion.sensor_errors import DELAY, GAIN
 from tyre.base.arrays import Array
 
@@ -111,10 +112,10 @@ class PrescribedSteer(Replay):
         return tuple(SteerSpline.of_run(run, self.steer_noise) for run in self.runs)
 
     @cached_property
-    def _directions(self) -> dict[str, Array]:
-        """Sign (n,) of the steer rate of each run, its jumps as smooth as the acceleration is in which they show."""
+    def _directions(self) -> Array:
+        """Sign of the steer rate (R, T), its jumps as smooth as the acceleration is in which they show."""
         runs = zip(self.runs, self._splines, strict=True)
-        return {run.name: spline.smoothing @ direction(run) for run, spline in runs}
+        return self._padded([spline.smoothing @ direction(run) for run, spline in runs])
 
     @property
     def _others(self) -> list[str]:
@@ -179,44 +180,58 @@ class PrescribedSteer(Replay):
             inputs = np.concatenate([inputs, np.zeros((*inputs.shape[:-1], 1))], -1)
         return _all_states(Driven(state, inputs, seen_z, direct_u), keep, n)
 
-    def _signals(self, values: Mapping[str, Array], k: int, length: int, starts: Array | None) -> Array:
-        """Steer angle and derivatives, the other torques, friction: (K, R, T, m)."""
-        torques = super()._signals(values, k, length, None)  # by the order of the inputs, friction last
-        column = list(self.runs[0].inputs).index(STEER)
-        rest = np.delete(torques, column, -1)
-        angle = np.zeros((k, len(self.runs), length, ORDERS))
-        most = self._most
-        for i, (late, gain) in enumerate(_sensor(values, k)):
-            for r, (found, uncertain) in enumerate(spline.at(late) for spline in self._splines):
+    def _signals(self, values: Mapping[str, Array], starts: Array | None) -> Array:
+        """Steer angle and derivatives, the other torques, friction."""
+        torques = super()._signals(values, None)  # by the order of the inputs, friction last
+        sensors = _sensor(values)
+        if len(set(sensors)) == 1:
+            sensors = sensors[:1]
+        most = self._uncertain_columns
+        angle = np.zeros((len(sensors), len(self.runs), ORDERS, self.length))
+        for i, (late, gain) in enumerate(sensors):
+            for r, (found, uncertain) in enumerate(self._angles(late)):
                 if starts is not None:
                     found = found + uncertain @ starts[r, -most:][: uncertain.shape[-1]]
-                angle[i, r, : len(found)] = found / gain
-        return np.concatenate([angle, rest], -1)
+                angle[i, r, :, : len(found)] = found.T / gain
+        rest = np.delete(torques, list(self.runs[0].inputs).index(STEER), 2)
+        k = max(len(angle), len(rest))
+        return np.concatenate([np.broadcast_to(part, (k, *part.shape[1:])) for part in (angle, rest)], 2)
 
-    @property
-    def _most(self) -> int:
+    def _angles(self, late: float) -> list[tuple[Array, Array]]:
+        """The smoothed angle of each run read later by so many s; that of the last time is kept."""
+        if self._kept.get("late") != late:
+            self._kept.update(late=late, angles=[spline.at(late) for spline in self._splines])
+        found: list[tuple[Array, Array]] = self._kept["angles"]
+        return found
+
+    @cached_property
+    def _kept(self) -> dict[str, Any]:
+        return {}
+
+    @cached_property
+    def _uncertain_columns(self) -> int:
         """Coefficients of the longest spline."""
         return max(len(spline.coefficients) for spline in self._splines)
 
-    def _uncertain(
-        self, driven: Driven, values: Mapping[str, Array], steps: tuple[Array, Array, Array], length: int
-    ) -> Array:
-        """Responses to the uncertain coefficients of the splines."""
-        ad, g0, g1 = steps
-        u = np.zeros((len(ad), len(self.runs), self._most, ORDERS, length))
-        for i, (late, gain) in enumerate(_sensor(values, len(ad))):
-            for r, spline in enumerate(self._splines):
-                moved = spline.at(late)[1] / gain
-                u[i, r, : moved.shape[-1], :, : len(moved)] = np.moveaxis(moved, 0, -1).swapaxes(0, 1)
-        b0, b1 = (g[:, :, None, :, :ORDERS] for g in (g0, g1))
-        x = marched(ad[:, :, None], b0 @ u[..., :-1] + b1 @ u[..., 1:], np.zeros(driven.state.shape[-1]))
-        y = driven.seen[:, :, None] @ x + driven.direct[:, :, None, :, :ORDERS] @ u
-        return np.moveaxis(y, 2, -1)
+    def _uncertain(self, system: Sampled, values: Mapping[str, Array]) -> Array:
+        """Responses to the uncertain coefficients of the splines, of one bicycle."""
+        step, before, after, seen, direct, _ = system.of(0)
+        ((late, gain),) = _sensor(values)
+        most = self._uncertain_columns
+        angle = np.zeros((len(self.runs), self.length, most, ORDERS))
+        for r, (_, uncertain) in enumerate(self._angles(late)):
+            angle[r, : len(uncertain), : uncertain.shape[-1]] = uncertain.swapaxes(-1, -2) / gain
+        signals = np.concatenate([angle[:, :-1], angle[:, 1:]], -1)
+        into = np.concatenate([before[..., :ORDERS], after[..., :ORDERS]], -1).swapaxes(-1, -2)
+        across = np.einsum("cd,rqn->rcqdn", np.eye(most), into).reshape(len(step), -1, most, step.shape[-1])
+        y = from_rest(step, signals.reshape(*signals.shape[:2], -1), across, seen)
+        assert direct is not None
+        return (y + np.einsum("rco,rtko->rctk", direct[..., :ORDERS], angle))[None]
 
 
-def _sensor(values: Mapping[str, Array], k: int) -> list[tuple[float, float]]:
-    """By how many s the sensor of the steer angle is late, and how many times it reads too much, of ``k`` bicycles."""
-    nothing = np.zeros((k, 1))
+def _sensor(values: Mapping[str, Array]) -> list[tuple[float, float]]:
+    """By how many s the sensor of the steer angle is late, and how many times it reads too much, of K bicycles."""
+    nothing = np.zeros((len(next(iter(values.values()))), 1))
     late, gain = (values.get(key.format(STEER), nothing)[:, 0].tolist() for key in (DELAY, GAIN))
     return [(one, 1.0 + other) for one, other in zip(late, gain, strict=True)]
 

@@ -1,6 +1,6 @@
 """Replay of recorded runs: the torques through the model, from given starts or with the free responses."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -9,7 +9,7 @@ import numpy as np
 
 from bicycle.descriptor import DescriptorStack
 from bicycle.identification.recording import CHANNELS, INPUTS, Run
-from bicycle.responses.discretisation import discretised, marched, powers_of
+from bicycle.responses.discretisation import discretised, from_rest, marched, powers_of
 from studies.missing_effect.motion.family import Family
 from studies.missing_effect.motion.friction import FRICTION, direction
 from studies.missing_effect.motion.lowpass import begun, lowpassed
@@ -17,6 +17,7 @@ from studies.missing_effect.motion.sensor_errors import DELAY, GAIN, LOWPASS
 from tyre.base.arrays import Array
 
 HELD_SHARE = 0.5  # of samples that repeat the one before
+SENSED = (LOWPASS, DELAY, GAIN)
 
 
 class Driven(NamedTuple):
@@ -25,7 +26,23 @@ class Driven(NamedTuple):
     state: Array
     inputs: Array
     seen: Array
-    direct: Array
+    direct: Array | None  # where the inputs are not seen
+
+
+class Sampled(NamedTuple):
+    """The same from sample to sample: x_(k+1) = step x_k + before u_k + after u_(k+1), with u (K or 1, R, m, T)."""
+
+    step: Array
+    before: Array
+    after: Array
+    seen: Array
+    direct: Array | None
+    u: Array
+
+    def of(self, k: int) -> tuple[Array, Array, Array, Array, Array | None, Array]:
+        """Those of bicycle number ``k`` (0 ...), without the axis of bicycles."""
+        direct = None if self.direct is None else self.direct[k]
+        return self.step[k], self.before[k], self.after[k], self.seen[k], direct, self.u[k % len(self.u)]
 
 
 @dataclass(frozen=True)
@@ -35,13 +52,18 @@ class Replay:
     Attributes
     ----------
     runs : tuple of Run
-        R runs of at most T samples.
+        R runs of at most T samples; what is given behind the end of a shorter one means nothing.
     channels : tuple of str
-        Columns that are computed.
+        C columns that are computed.
     """
 
     runs: tuple[Run, ...]
     channels: tuple[str, ...]
+
+    @cached_property
+    def length(self) -> int:
+        """Samples T of the longest run."""
+        return max(len(run.time) for run in self.runs)
 
     @cached_property
     def held(self) -> bool:
@@ -49,7 +71,7 @@ class Replay:
         steps = [np.diff(u) for run in self.runs for u in run.inputs.values()]
         return bool(steps) and float(np.mean(np.concatenate(steps) == 0)) > HELD_SHARE
 
-    def __call__(self, family: Family, theta: Array, starts: Array | None) -> tuple[Array, list[Array]]:
+    def __call__(self, family: Family, theta: Array, starts: Array) -> Array:
         """Simulate every run.
 
         Parameters
@@ -58,46 +80,122 @@ class Replay:
             The model with its p unknowns and n states.
         theta : ndarray, shape (K, p)
             Coordinates.
-        starts : ndarray, shape (R, n + filters + uncertain), optional
+        starts : ndarray, shape (R, n + filters + uncertain)
             Initial states, then those of the low-pass of each channel that has one, in shares of the channel's size,
-            then what is uncertain of the inputs; without them the runs begin at rest, and the free responses are given.
+            then what is uncertain of the inputs.
 
         Returns
         -------
-        outputs : ndarray, shape (K, R, T, channels)
-        free : list of ndarray, shape (T, channels, n + filters + uncertain)
-            For each run, without ``starts`` only; of the first coordinates.
+        ndarray, shape (K, R, C, T)
         """
         values = family.values(theta)
+        system = self._sampled(family, values, starts)
+        with np.errstate(over="ignore", invalid="ignore"):
+            y = self._seen(system, self._states(system, starts))
+            return self._sensed(y[..., None], values, starts[:, system.step.shape[-1] :])[..., 0]
+
+    def free(self, family: Family, theta: Array) -> tuple[Array, Array]:
+        """What the inputs do to runs that begin at rest, and what each unit start does by itself.
+
+        Parameters
+        ----------
+        family : Family
+        theta : ndarray, shape (p,)
+
+        Returns
+        -------
+        forced : ndarray, shape (R, C, T)
+        free : ndarray, shape (R, C, T, n + filters + uncertain)
+            By the columns of ``starts``.
+        """
+        values = family.values(theta[None])
+        system = self._sampled(family, values, None)
+        n = system.step.shape[-1]
+        with np.errstate(over="ignore", invalid="ignore"):
+            forced = self._seen(system, self._states(system, np.zeros((len(self.runs), n))))
+            powers = powers_of(system.step[0], self.length)
+            shown = (system.seen[0] @ powers.reshape(*powers.shape[:2], -1)).reshape(*forced.shape[1:], n)
+            y = np.concatenate([forced[..., None], shown[None], self._uncertain(system, values)], -1)
+            y = self._sensed(y, values, None)[0]
+        behind = np.moveaxis(self._filter_starts(values)[0], -2, -1)
+        return y[..., 0], np.concatenate([y[..., 1 : 1 + n], behind, y[..., 1 + n :]], -1)
+
+    def slopes(self, family: Family, theta: Array, steps: Array, starts: Array) -> Array:
+        """Derivatives of the channels with respect to the coordinates, by the differential equations' own derivative.
+
+        d(x)' = A dx + dA x + ...: all coordinates share the system matrix of a run and are marched at once. The
+        derivatives of the matrices are differences.
+
+        Parameters
+        ----------
+        family : Family
+        theta : ndarray, shape (p,)
+        steps : ndarray, shape (p,)
+            Of the differences, in the units of the coordinates.
+        starts : ndarray, shape (R, n + filters + uncertain)
+
+        Returns
+        -------
+        ndarray, shape (R, C, T, p)
+        """
+        values = family.values(np.vstack([theta, theta + np.diag(steps)]))
+        system = self._sampled(family, values, starts)
+        step, _, _, seen, direct, u = system.of(0)
+        per = steps[:, None, None, None]
+        with np.errstate(over="ignore", invalid="ignore"):
+            x = self._states(system, starts, only=1)[0]
+            change = np.concatenate([(m[1:] - m[0]) / per for m in (system.step, system.before, system.after)], -1)
+            across, known = [np.moveaxis(change, (0, 1, 3), (2, 0, 1))], [x[..., :-1], u[..., :-1], u[..., 1:]]
+            moved = {k: (system.u[k + 1] - u) / h for k, h in enumerate(steps) if len(system.u) > 1}
+            moved = {k: du for k, du in moved.items() if du.any()}
+            for k, du in moved.items():  # inputs that the coordinate changes push the states themselves
+                known.append(system.before[k + 1] @ du[..., :-1] + system.after[k + 1] @ du[..., 1:])
+                own = np.zeros((*step.shape[:-1], len(steps), step.shape[-1]))
+                own[:, :, k] = np.eye(step.shape[-1])
+                across.append(own)
+            found = from_rest(step, np.concatenate(known, 1).swapaxes(-1, -2), np.concatenate(across, 1), seen)
+            looked = (system.seen[1:] - seen) / per
+            if looked.any():
+                found += x.swapaxes(-1, -2)[:, None] @ np.moveaxis(looked, 0, -1)
+            if direct is not None and system.direct is not None:
+                found += u.swapaxes(-1, -2)[:, None] @ np.moveaxis((system.direct[1:] - direct) / per, 0, -1)
+                for k, du in moved.items():
+                    found[..., k] += system.direct[k + 1] @ du
+            if not self._faulty(values):
+                return found
+            y = np.empty((1 + len(steps), *found.shape[:-1]))
+            y[0] = seen @ x if direct is None else seen @ x + direct @ u
+            y[1:] = y[0] + per * np.moveaxis(found, -1, 0)
+            y = self._sensed(y[..., None], values, starts[:, x.shape[1] :])[..., 0]
+            return np.moveaxis((y[1:] - y[0]) / per, 0, -1)
+
+    def _sampled(self, family: Family, values: Mapping[str, Array], starts: Array | None) -> Sampled:
+        """The bicycles from sample to sample and what drives them, uncertain inputs as the ``starts`` have them."""
         speeds = np.array([run.speed for run in self.runs])
-        steps = np.array([run.step for run in self.runs])
-        length = max(len(run.time) for run in self.runs)
-        driven = self._driven(family, values, family(theta, speeds))
-        n = driven.state.shape[-1]
-        ad, g0, g1 = discretised(driven.state, driven.inputs, steps)
+        driven = self._driven(family, values, family.system(values, speeds))
+        step, before, after = discretised(driven.state, driven.inputs, self._steps)
         if self.held:
             recorded = len(self.runs[0].inputs)
-            g0[..., :recorded] += g1[..., :recorded]
-            g1[..., :recorded] = 0.0
-        u = self._signals(values, len(theta), length, starts).swapaxes(-1, -2)  # (K, R, m, T)
-        begin = np.zeros((len(self.runs), n)) if starts is None else starts[:, :n]
-        with np.errstate(over="ignore", invalid="ignore"):
-            x = marched(ad, g0 @ u[..., :-1] + g1 @ u[..., 1:], begin)
-            y = (driven.seen @ x + driven.direct @ u)[..., None]  # (K, R, channels, T, 1)
-            if starts is None:
-                free = powers_of(ad, length)
-                shown = (driven.seen @ free.reshape(*free.shape[:3], -1)).reshape(*y.shape[:-1], n)
-                y = np.concatenate([y, shown, self._uncertain(driven, values, (ad, g0, g1), length)], -1)
-            y = self._sensed(np.moveaxis(y, 3, 0), values, steps)
-        behind = self._filter_starts(values, length, steps)
-        if starts is not None:
-            y[..., 0] += np.einsum("tkrcf,rf->tkrc", behind, starts[:, n : n + behind.shape[-1]])
-        outputs = np.moveaxis(y[..., 0], 0, 2)
-        every = (
-            np.concatenate([y[:, 0, r, :, 1 : 1 + n], behind[:, 0, r], y[:, 0, r, :, 1 + n :]], -1)
-            for r in range(len(self.runs))
-        )
-        return outputs, list(every) if starts is None else []
+            before[..., :recorded] += after[..., :recorded]
+            after[..., :recorded] = 0.0
+        return Sampled(step, before, after, driven.seen, driven.direct, self._signals(values, starts))
+
+    @cached_property
+    def _steps(self) -> Array:
+        return np.array([run.step for run in self.runs])
+
+    def _states(self, system: Sampled, starts: Array, only: int | None = None) -> Array:
+        """States (K, R, n, T) of the bicycles, or of the first of them ``only``."""
+        step, before, after, u = (
+            part[:only] for part in (system.step, system.before, system.after, system.u)
+        )  # fmt: skip
+        return marched(step, before @ u[..., :-1] + after @ u[..., 1:], starts[:, : step.shape[-1]])
+
+    @staticmethod
+    def _seen(system: Sampled, x: Array) -> Array:
+        """Channels (K, R, C, T) before their sensors."""
+        y = system.seen @ x
+        return y if system.direct is None else y + system.direct @ system.u
 
     def _driven(self, family: Family, values: Mapping[str, Array], system: DescriptorStack) -> Driven:
         """The bicycles as the torques drive them."""
@@ -105,60 +203,92 @@ class Replay:
         columns = [names.inputs.index(INPUTS[u]) for u in self.runs[0].inputs]
         if FRICTION in values:
             columns.append(names.inputs.index("steer_torque"))
+        n = system.mass.shape[-1]
+        solved = np.linalg.solve(system.mass, np.concatenate([system.dynamics, system.input[..., columns]], -1))
         seen = system.output[..., [names.outputs.index(CHANNELS[c]) for c in self.channels], :]
-        return Driven(
-            np.asarray(np.linalg.solve(system.mass, system.dynamics), float),
-            np.asarray(np.linalg.solve(system.mass, system.input[..., columns]), float), seen,
-            np.zeros((*seen.shape[:-1], len(columns))),
-        )  # fmt: skip
+        return Driven(solved[..., :n], solved[..., n:], seen, None)
 
-    def _signals(self, values: Mapping[str, Array], k: int, length: int, starts: Array | None) -> Array:
-        """What drives each run (K, R, T, m)."""
-        return np.stack([self._torque(run, values, k, length) for run in self.runs], 1)
-
-    def _uncertain(
-        self, driven: Driven, values: Mapping[str, Array], steps: tuple[Array, Array, Array], length: int
-    ) -> Array:
-        """Responses to what is uncertain of the inputs (K, R, channels, T, columns): recorded torques are exact."""
-        return np.zeros((*driven.seen.shape[:-1], length, 0))
-
-    def _torque(self, run: Run, values: Mapping[str, Array], k: int, length: int) -> Array:
-        found = np.zeros((k, length, len(run.inputs) + (FRICTION in values)))
+    def _signals(self, values: Mapping[str, Array], starts: Array | None) -> Array:
+        """What drives each run (K, R, m, T), or (1, R, m, T) where it is the same for all."""
+        names = list(self.runs[0].inputs)
+        k = len(next(iter(values.values())))
+        settings = np.zeros((k, 2 * len(names) + 1))
+        for m, name in enumerate(names):
+            settings[:, 2 * m] = values[GAIN.format(name)][:, 0] if GAIN.format(name) in values else 0.0
+            settings[:, 2 * m + 1] = values[DELAY.format(name)][:, 0] if DELAY.format(name) in values else 0.0
+        settings[:, -1] = values[FRICTION][:, 0] if FRICTION in values else 0.0
+        if (settings == settings[0]).all():
+            settings = settings[:1]
+        found = np.empty((len(settings), len(self.runs), len(names) + (FRICTION in values), self.length))
+        found[:, :, : len(names)] = (1 + settings[:, None, :-1:2, None]) * self._recorded
+        for i, m in zip(*np.nonzero(settings[:, 1::2]), strict=True):
+            delay = settings[i, 2 * m + 1]
+            for r, run in enumerate(self.runs):
+                shifted = np.interp(run.time - delay, run.time, run.inputs[names[m]])
+                found[i, r, m, : len(shifted)] = (1 + settings[i, 2 * m]) * shifted
         if FRICTION in values:
-            found[:, : len(run.time), -1] = -values[FRICTION] * self._directions[run.name]
-        for m, (name, u) in enumerate(run.inputs.items()):
-            gain = 1 + values.get(GAIN.format(name), np.zeros((k, 1)))[:, 0]
-            delay = values.get(DELAY.format(name), np.zeros((k, 1)))[:, 0]
-            for i in range(k):
-                shifted = np.interp(run.time - delay[i], run.time, u) if delay[i] else u
-                found[i, : len(u), m] = gain[i] * shifted
+            found[:, :, -1] = -settings[:, -1, None, None] * self._directions
         return found
 
     @cached_property
-    def _directions(self) -> dict[str, Array]:
-        """Expected sign (n,) of the steer rate of each run by its name."""
-        return {run.name: direction(run) for run in self.runs}
+    def _recorded(self) -> Array:
+        """Inputs as they were recorded (R, inputs, T)."""
+        found = np.zeros((len(self.runs), len(self.runs[0].inputs), self.length))
+        for r, run in enumerate(self.runs):
+            for m, u in enumerate(run.inputs.values()):
+                found[r, m, : len(u)] = u
+        return found
 
-    def _filter_starts(self, values: Mapping[str, Array], length: int, steps: Array) -> Array:
-        """What the unknown state of each low-pass does to the channels (T, K, R, channels, filters)."""
+    @cached_property
+    def _directions(self) -> Array:
+        """Expected sign of the steer rate (R, T)."""
+        return self._padded([direction(run) for run in self.runs])
+
+    def _padded(self, signals: Sequence[Array]) -> Array:
+        """One signal of each run (R, T)."""
+        return np.array([np.pad(signal, (0, self.length - len(signal))) for signal in signals])
+
+    def _uncertain(self, system: Sampled, values: Mapping[str, Array]) -> Array:
+        """Responses to what is uncertain of the inputs (K, R, C, T, columns): recorded torques are exact."""
+        return np.zeros((*system.seen.shape[:-1], self.length, 0))
+
+    def _faulty(self, values: Mapping[str, Array]) -> bool:
+        """Whether a sensor does anything but show its channel."""
+        return any(kind.format(name) in values for kind in SENSED for name in self.channels)
+
+    def _filter_starts(self, values: Mapping[str, Array]) -> Array:
+        """What the unknown state of each low-pass does to the channels (K, R, C, filters, T)."""
         filtered = [c for c, name in enumerate(self.channels) if LOWPASS.format(name) in values]
         k = len(next(iter(values.values())))
-        found = np.zeros((length, k, len(self.runs), len(self.channels), len(filtered)))
+        found = np.zeros((k, len(self.runs), len(self.channels), len(filtered), self.length))
         for f, c in enumerate(filtered):
             name = self.channels[c]
             size = np.array([np.sqrt(np.mean(run.channels[name] ** 2)) for run in self.runs])
-            found[:, :, :, c, f] = size * begun(length, values[LOWPASS.format(name)][:, 0], steps)
+            dying = begun(self.length, values[LOWPASS.format(name)][:, 0], self._steps)
+            found[:, :, c, f] = np.moveaxis(size * dying, 0, -1)
         return found
 
-    def _sensed(self, y: Array, values: Mapping[str, Array], steps: Array) -> Array:
-        """Low-pass, delay (to second order in time) and gain of each channel, outputs (T, K, R, channels, ...)."""
+    def _sensed(self, y: Array, values: Mapping[str, Array], starts: Array | None) -> Array:
+        """Low-pass, delay (to second order in time) and gain of each channel, outputs (K, R, C, T, ...).
+
+        ``starts`` (R, filters + ...) are those of the low-passes.
+        """
         for c, name in enumerate(self.channels):
+            one = np.moveaxis(y[:, :, c], 2, 0)  # (T, K, R, ...)
             if LOWPASS.format(name) in values:
-                y[:, :, :, c] = lowpassed(y[:, :, :, c], values[LOWPASS.format(name)][:, 0], steps)
+                one[:] = lowpassed(one, values[LOWPASS.format(name)][:, 0], self._steps)
             if DELAY.format(name) in values:
-                tau = values[DELAY.format(name)][:, :1] / steps  # (K, R), in samples
-                first = np.gradient(y[:, :, :, c], axis=0)
-                y[:, :, :, c] += -tau[..., None] * first + tau[..., None] ** 2 / 2 * np.gradient(first, axis=0)
+                tau = (values[DELAY.format(name)][:, :1] / self._steps)[..., None]  # (K, R, 1), in samples
+                first = np.gradient(one, axis=0)
+                one += -tau * first + tau**2 / 2 * np.gradient(first, axis=0)
             if GAIN.format(name) in values:
-                y[:, :, :, c] *= 1 + values[GAIN.format(name)][:, :, None]
+                one *= 1 + values[GAIN.format(name)][:, :, None]
+        if starts is not None:
+            behind = self._filter_starts(values)
+            y[..., 0] += np.einsum("krcft,rf->krct", behind, starts[:, : behind.shape[3]])
         return y
+
+    @property
+    def _uncertain_columns(self) -> int:
+        """How many columns of the starts are uncertain inputs."""
+        return 0

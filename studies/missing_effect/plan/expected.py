@@ -9,7 +9,7 @@ from studies.inference.fit import Fit
 from studies.inference.identifiability import BENCH_SD
 from studies.inference.parameter import UncertainParameter, central_differences
 from studies.missing_effect.motion.history_forward import FURTHER_SD, HistoryForward
-from studies.missing_effect.motion.history_noise import ChannelNoise
+from studies.missing_effect.motion.history_noise import ChannelNoise, whitened
 from studies.missing_effect.motion.modal_forward import FURTHER_RATIO_SD, ModalForward, ModeAtSpeed
 from studies.missing_effect.motion.replay import Replay
 from studies.missing_effect.plan.costs import RATIOS, Bench, Costs
@@ -110,10 +110,8 @@ def history_run(
     planned = replace(run, speed=speed, channels=channels)
     first = fits[0]
     starts = forward.starts(first.candidates, first.theta)[place : place + 1]
-    angles, _ = Replay((planned,), ("lean_rad", "steer_rad"))(
-        forward.family(first.candidates), first.theta[None], starts
-    )
-    down = np.flatnonzero(~(np.abs(angles[0, 0]).max(1) < UPRIGHT))
+    angles = Replay((planned,), ("lean_rad", "steer_rad"))(forward.family(first.candidates), first.theta[None], starts)
+    down = np.flatnonzero(~(np.abs(angles[0, 0]).max(0) < UPRIGHT))
     end = int(down[0]) if len(down) else len(run.time)
     if end * run.step < SHORTEST:
         return []
@@ -131,13 +129,13 @@ def _history(forward: HistoryForward, there: HistoryForward, place: int, fit: Fi
     family, replay = forward.family(fit.candidates), there.replay_of(tuple(there.noise))
     start = forward.starts(fit.candidates, fit.theta)[place : place + 1]
     batch, steps = family.stencil(fit.theta)
-    moved = _white(there.noise, replay(family, batch, start)[0][:, 0])
-    rest = _white(there.noise, replay(family, fit.theta[None], 0 * start)[0][:, 0])[0]
+    moved = _white(there.noise, replay(family, batch, start)[:, 0])
+    rest = _white(there.noise, replay(family, fit.theta[None], 0 * start)[:, 0])[0]
     without = moved[0]
     if fit.candidates:
         nuisances = Hypothesised(fit).nuisances
         own = forward.starts((), nuisances)[place : place + 1]
-        without = _white(there.noise, replay(forward.family(()), nuisances[None], own)[0][:, 0])[0]
+        without = _white(there.noise, replay(forward.family(()), nuisances[None], own)[:, 0])[0]
     return Expected(
         moved[0], rest, central_differences(moved, steps), without,
         lambda columns: there.marginalised(fit.candidates, fit.theta, columns),
@@ -146,9 +144,8 @@ def _history(forward: HistoryForward, there: HistoryForward, place: int, fit: Fi
 
 
 def _white(noise: Mapping[str, ChannelNoise], signals: Array) -> Array:
-    """Signals (K, T, channels) as whitened rows (K, channels T)."""
-    rows = [[one.whiten(signal[:, c]) for c, one in enumerate(noise.values())] for signal in signals]
-    return np.array([np.concatenate(row) for row in rows])
+    """Signals (K, channels, T) as whitened rows (K, channels T)."""
+    return whitened(signals[..., None], tuple(noise.values())).reshape(len(signals), -1)
 
 
 def bench_test(fits: Sequence[Fit], key: str, bench: Bench) -> tuple[Expected, ...] | None:

@@ -144,14 +144,15 @@ def _of_channels(forward: HistoryForward) -> list[str]:
     nominal = np.array([u.centre for u in forward.nuisances])
     family = forward.family(())
     states = len(family.symbolic.declared.states)
-    forced, free = forward.replay_of(names)(family, nominal[None], None)
+    forced, free = forward.replay_of(names).free(family, nominal)
     ratios: dict[str, float] = {}
     for c, name in enumerate(names):
         found = []
         for k, run in enumerate(forward.runs):
             n = len(run.time)
             weight = np.array([1 / (np.std(run.channels[other]) or 1.0) for other in names])
-            phi, rest = free[k][:n, :, :states] * weight[:, None], forced[0, k, :n] * weight
+            phi = np.moveaxis(free[k, :, :n, :states], 0, 1) * weight[:, None]
+            rest = forced[k, :, :n].T * weight
             seen = np.stack([run.channels[other] for other in names], 1) * weight
             column = np.where(np.arange(len(names)) == c, -seen, 0.0)
             target = np.where(np.arange(len(names)) == c, 0.0, seen) - rest

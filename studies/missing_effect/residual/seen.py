@@ -110,7 +110,7 @@ def _histories(
     moved = forward.simulated(candidates, theta, ("lean_rad", "steer_rad"), theta[None])[0]
     speeds, roots, angles = [], [], []
     for run, motion in zip(forward.runs, moved, strict=True):
-        motion = motion[: len(run.time)]
+        motion = motion[:, : len(run.time)].T
         if not np.isfinite(motion).all():
             continue
         spectrum = np.fft.rfft(motion * np.hanning(len(motion))[:, None], axis=0)

@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import expm
 from scipy.signal import StateSpace, lsim
 
-from bicycle.responses.discretisation import discretised, marched, powers_of
+from bicycle.responses.discretisation import discretised, from_rest, marched, powers_of
 
 N, M = 4, 2
 
@@ -27,6 +27,22 @@ def test_the_march_is_lsim_with_inputs_that_are_linear_between_samples(samples):
             system = StateSpace(state[k, r], inputs[k, r], np.eye(N), np.zeros((N, M)))
             expected = lsim(system, u[k, r].T, steps[r] * np.arange(samples), start[k, r])[2]
             np.testing.assert_allclose(found[k, r].T, expected, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("samples", [2, 3, 16, 17, 50])
+def test_many_pushes_of_systems_at_rest_are_those_of_each_sample_by_sample(samples):
+    rng = np.random.default_rng(13)
+    state, seen = 3 * rng.normal(size=(2, N, N)), rng.normal(size=(2, 3, N))
+    known, across = rng.normal(size=(2, samples - 1, M)), rng.normal(size=(2, M, 5, N))
+    found = from_rest(np.array([expm(0.02 * a) for a in state]), known, across, seen)
+    assert found.shape == (2, 3, samples, 5)
+    for r in range(2):
+        for k in range(5):
+            x = np.zeros(N)
+            for t in range(samples):
+                np.testing.assert_allclose(found[r, :, t, k], seen[r] @ x, rtol=1e-9, atol=1e-11)
+                if t < samples - 1:
+                    x = expm(0.02 * state[r]) @ x + across[r, :, k].T @ known[r, t]
 
 
 @pytest.mark.parametrize("samples", [1, 2, 5, 8, 33])
