@@ -72,9 +72,7 @@ class Evaluator:
         indicators : tuple of array_like
             For each switch of the equations 1 below its speed and 0 above; shapes that broadcast too.
         """
-        arguments = [np.asarray(values[name], float) for name in self.symbolic.parameters]
-        arguments += [np.asarray(value, float) for value in indicators]
-        return self._fill(self._function(*arguments), np.broadcast_shapes(*(a.shape for a in arguments)))
+        return self._filled(self._function, values, indicators)
 
     def switch_speeds(self, values: Mapping[str, float]) -> tuple[float, ...]:
         """Speeds (m/s) at which the equations change, in the order of the indicators.
@@ -113,10 +111,7 @@ class Evaluator:
         values, indicators : mapping, tuple
             As in a call.
         """
-        function = self._derivatives(key)
-        arguments = [np.asarray(values[name], float) for name in self.symbolic.parameters]
-        arguments += [np.asarray(value, float) for value in indicators]
-        return self._fill(function(*arguments), np.broadcast_shapes(*(a.shape for a in arguments)))
+        return self._filled(self._derivatives(key), values, indicators)
 
     @cached_property
     def _derivative_cache(self) -> dict[str, Any]:
@@ -135,6 +130,14 @@ class Evaluator:
         for kind in POLYNOMIALS:
             blocks += [(kind, power, matrix) for power, matrix in getattr(model, kind).coefficients.items()]
         return blocks
+
+    def _filled(self, function: Any, values: Mapping[str, Any], indicators: tuple[Any, ...]) -> Matrices:
+        arguments = [np.asarray(values[name], float) for name in self.symbolic.parameters]
+        arguments += [np.asarray(value, float) for value in indicators]
+        shape = np.broadcast_shapes(*{a.shape for a in arguments})
+        if all(a.size == 1 for a in arguments):
+            arguments = [a[(0,) * a.ndim] for a in arguments]  # arithmetic of single numbers costs a fifth
+        return self._fill(function(*arguments), shape)
 
     def _fill(self, numbers: list[Any], shape: tuple[int, ...]) -> Matrices:
         single: dict[str, Array] = {}

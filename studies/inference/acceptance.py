@@ -5,12 +5,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from studies.inference.attempts import POOR_FIT
 from studies.inference.checks import HeldOut, goodness_of_fit, held_out, whiteness, with_wider_nuisances
 from studies.inference.evidence import CLEAR_ODDS, Hypotheses
 from studies.inference.fit import Fit, fit
 from studies.inference.forward import Forward
 from studies.inference.identifiability import equivalents
-from studies.inference.search import MANY, NOTHING, POOR_FIT, beats_nothing
+from studies.inference.search import MANY, NOTHING, beats_nothing
 from studies.inference.verdict import AcceptanceCheck, Mimic
 
 PARTIAL_SHARE = 0.5  # of the nuisance-only held-out gap that a partial name must close

@@ -6,13 +6,13 @@ import numpy as np
 
 from studies.inference.acceptance import Acceptance, likelier
 from studies.inference.arrays import Array
+from studies.inference.attempts import POOR_FIT
 from studies.inference.checks import HeldOut, goodness_of_fit
 from studies.inference.evidence import CLEAR_ODDS, Hypotheses
 from studies.inference.fit import Fit
 from studies.inference.forward import Forward
 from studies.inference.identifiability import separating
 from studies.inference.parameter import Candidate
-from studies.inference.search import POOR_FIT
 from studies.inference.sentence import sentence
 from studies.inference.verdict import Named, Verdict
 

@@ -266,10 +266,8 @@ class _Problem:
 def default_starts(forward: Forward, candidates: tuple[Candidate, ...]) -> list[Array]:
     """Nuisances at their prior means, with the starts of the ``candidates``: coordinates (p,), several."""
     nominal = np.array([u.centre for u in forward.nuisances])
-    longest = max((len(c.starts) for c in candidates), default=1)
-    return [
-        np.concatenate([nominal, *(c.starts[min(k, len(c.starts) - 1)] for c in candidates)]) for k in range(longest)
-    ]
+    most = range(max((len(c.starts) for c in candidates), default=1))
+    return [np.concatenate([nominal, *(c.starts[min(k, len(c.starts) - 1)] for c in candidates)]) for k in most]
 
 
 def _half_normal(distance: float, gradient: float, variance: float) -> float:

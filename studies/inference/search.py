@@ -10,11 +10,12 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 
 from studies.inference.arrays import Array
+from studies.inference.attempts import POOR_FIT, bettered, fitted, polished, retried, turns_of
 from studies.inference.checks import goodness_of_fit, held_out, whiteness
-from studies.inference.evidence import CLEAR_ODDS, SELDOM, Hypotheses
+from studies.inference.evidence import CLEAR_ODDS, Hypotheses
 from studies.inference.fit import Fit, default_starts, fit, outlook
 from studies.inference.forward import Forward
-from studies.inference.minimise import GUIDE, ROUGH, THOROUGH, distinct, small
+from studies.inference.minimise import ROUGH, distinct, small
 from studies.inference.parameter import Candidate, together
 from studies.inference.starts import enlarged, promising
 
@@ -23,12 +24,7 @@ MOST_EFFECTS = 3
 MOST_TRIED = 4  # candidates that are fitted beside a parent
 WORTH_A_FIT = 4.0  # promised decrease of the objective below which they are not
 NOTHING = 0.05  # P(nothing is missing) above which nothing is named
-POOR_FIT = 0.01  # p below which a model does not fit
 MANY = 3  # effects at once, each of which must stand alone
-LOUD = 1.3  # objective a row beyond which every hypothesis is tried again
-RETRIED = 5  # poor fits that are tried from other starts
-POLISHED = 8  # most probable fits that must converge
-HOPELESS = 2.0  # times the best objective, beyond which a fit is not polished
 Progress = Callable[[str], None]
 """Called with the name of each hypothesis before it is fitted."""
 
@@ -46,9 +42,9 @@ def singles(forward: Forward, progress: Progress) -> Hypotheses:
             starts += nominal[1:]
         else:
             starts = promising(forward, (candidate,), [*starts, *nominal[: len(starts)]], len(starts))
-        fits.append(_fitted(forward, (candidate,), starts, turns=_turns(forward)))
+        fits.append(fitted(forward, (candidate,), starts, turns=turns_of(forward)))
     known = Hypotheses(null, tuple(fits), forward.library)
-    return _retried(forward, _none_worse(forward, known))
+    return retried(forward, _none_worse(forward, known))
 
 
 def again(forward: Forward, known: Hypotheses, progress: Progress) -> Hypotheses:
@@ -65,7 +61,7 @@ def again(forward: Forward, known: Hypotheses, progress: Progress) -> Hypotheses
     found = [fit(forward, starts=[known.null.theta])]
     for f in known.fits:
         progress(f.name)
-        found.append(_fitted(forward, f.candidates, [f.theta], turns=_turns(forward)))
+        found.append(fitted(forward, f.candidates, [f.theta], turns=turns_of(forward)))
     return _none_worse(forward, Hypotheses(found[0], tuple(found[1:]), known.library))
 
 
@@ -144,46 +140,8 @@ def expand(forward: Forward, known: Hypotheses, parents: Iterable[Fit], progress
             done.add(parent.identifiers | {candidate.identifier})
             joined = (*parent.candidates, candidate)
             progress(together(joined))
-            found.append(_fitted(forward, joined, _joined_starts(forward, known, parent, candidate)))
+            found.append(fitted(forward, joined, _joined_starts(forward, known, parent, candidate)))
     return _smaller(forward, _none_worse(forward, known.replaced(found), found), found)
-
-
-def polished(forward: Forward, known: Hypotheses) -> Hypotheses:
-    """The most probable hypotheses fitted until they converge; what does not is said, and never judged.
-
-    Parameters
-    ----------
-    forward : Forward
-    known : Hypotheses
-    """
-    for _ in range(2):
-        best = min(f.objective for f in (known.null, *known.fits))
-        leading = [f for f, _ in known.probabilities[:POLISHED] if not f.converged and f.objective < HOPELESS * best]
-        if not leading:
-            break
-        known = known.replaced([_fitted(forward, f.candidates, [f.theta]) for f in leading])
-    return known
-
-
-def _turns(forward: Forward) -> tuple[int, int]:
-    return THOROUGH if forward.thorough else ROUGH
-
-
-def _fitted(
-    forward: Forward, candidates: tuple[Candidate, ...], starts: Sequence[Array], *, turns: tuple[int, int] = THOROUGH
-) -> Fit:
-    """A fit; an effect that ended beyond what occurs is fitted again with the prior of sizes that seldom occur.
-
-    One effect only: several of them together mimic anything.
-    """
-    found = fit(forward, candidates, starts=starts, turns=turns)
-    beyond = {name.split(".")[0] for name in found.implausible()}
-    usual = [c for c in candidates if c.identifier in beyond and all(u.widened == 1 for u in c.unknowns)]
-    if len(beyond) != 1 or not usual or not math.isfinite(found.objective):
-        return found
-    wider = tuple(c.unusual() if c in usual else c for c in candidates)
-    seldom = fit(forward, wider, starts=[found.theta], turns=turns)
-    return seldom if seldom.implausible() and seldom.log_evidence + math.log(SELDOM) > found.log_evidence else found
 
 
 def _joined_starts(forward: Forward, known: Hypotheses, parent: Fit, candidate: Candidate) -> list[Array]:
@@ -214,47 +172,14 @@ def _none_worse(forward: Forward, known: Hypotheses, new: Sequence[Fit] | None =
 
 def _smaller(forward: Forward, known: Hypotheses, larger: Sequence[Fit]) -> Hypotheses:
     """What the best ``larger`` hypotheses contain, fitted again from where they ended with one effect removed."""
-    better: list[Fit] = []
+    parts: list[Fit] = []
     for f in sorted(larger, key=lambda f: -known.log_posterior(f))[:BEAM]:
         for gone in f.candidates:
             rest = tuple(c for c in f.candidates if c is not gone)
             old = known.find(frozenset(c.identifier for c in rest))
-            if old is not None and goodness_of_fit(forward, old) > POOR_FIT:
-                continue
-            part = _fitted(forward, rest, [enlarged(f, rest)])
-            if old is None or part.objective < old.objective - small(old.objective):
-                better.append(part)
-    return known.replaced(better) if better else known
-
-
-def _retried(forward: Forward, known: Hypotheses) -> Hypotheses:
-    """Where no single hypothesis fits: the best of them from other starts, guided by easier problems."""
-    if not known.fits:
-        return known
-    if any(goodness_of_fit(forward, f) > POOR_FIT for f in (known.null, *known.fits)):
-        return known
-    order = sorted(known.fits, key=lambda f: f.objective)
-    easier = forward.easier()
-    if easier and order[0].objective > LOUD * len(forward.rows.where):
-        ways = _guided(easier[0], known)
-    else:
-        ways = [fit(forward, f.candidates, patient=True, turns=ROUGH) for f in order[:RETRIED]]
-    better = []
-    for way in ways:
-        old = known.find(way.identifiers)
-        other = _fitted(forward, way.candidates, [way.theta], turns=ROUGH)
-        if old is None or other.objective < old.objective - small(old.objective):
-            better.append(other)
-    return known.replaced(better) if better else known
-
-
-def _guided(easier: Forward, known: Hypotheses) -> list[Fit]:
-    """Single hypotheses fitted to an ``easier`` problem, those whose first step promises most there."""
-    null = fit(easier, turns=GUIDE)
-    promised = {f: outlook(easier, null, f.candidates[0]) for f in known.fits if f.candidates[0].unknowns}
-    order = sorted(promised, key=lambda f: promised[f])
-    soft = [f for f in order[RETRIED:] if len(f.candidates[0].first_starts) > 1]  # their first step says little
-    return [fit(easier, f.candidates, turns=GUIDE) for f in (*order[:RETRIED], *soft)]
+            if old is None or goodness_of_fit(forward, old) <= POOR_FIT:
+                parts.append(fitted(forward, rest, [enlarged(f, rest)]))
+    return bettered(known, parts)
 
 
 def _each_alone(forward: Forward, known: Hypotheses, leader: Fit) -> tuple[Hypotheses, Fit]:
@@ -266,7 +191,7 @@ def _each_alone(forward: Forward, known: Hypotheses, leader: Fit) -> tuple[Hypot
             rest = tuple(c for c in leader.candidates if c is not gone)
             part = known.find(frozenset(c.identifier for c in rest))
             if part is None or not part.converged:
-                part = _fitted(forward, rest, [enlarged(leader, rest)])
+                part = fitted(forward, rest, [enlarged(leader, rest)])
                 known = known.replaced([part])
             odds = known.odds(leader, part)
             alone = len(leader.candidates) < MANY or beats_nothing(forward, known, gone, nothing)

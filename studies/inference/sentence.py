@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 
 from studies.inference.acceptance import Acceptance
+from studies.inference.attempts import POOR_FIT
 from studies.inference.checks import goodness_of_fit
 from studies.inference.evidence import Hypotheses
 from studies.inference.fit import Fit
 from studies.inference.forward import Forward
-from studies.inference.search import POOR_FIT
 from studies.inference.verdict import Named
 
 

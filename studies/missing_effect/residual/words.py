@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from studies.inference.search import POOR_FIT
+from studies.inference.attempts import POOR_FIT
 from studies.missing_effect.reporting.words import listed, number, percent
 from studies.missing_effect.residual.amplitude import Amplitude
 from studies.missing_effect.residual.kept import Critical, Kept, plain

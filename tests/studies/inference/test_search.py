@@ -8,7 +8,7 @@ import pytest
 
 from studies.inference import Candidate, ForwardModel, Rows, UncertainParameter, judge
 from studies.inference.fit import fit
-from studies.inference.minimise import minimise
+from studies.inference.minimise import ROUGH, minimise
 from studies.inference.search import singles
 
 X = np.linspace(0.0, 1.0, 30)
@@ -80,6 +80,30 @@ def test_a_larger_hypothesis_never_fits_worse():
     known = singles(Waves(data(0.0), tuple(candidate(name) for name in ("slope", "other"))), lambda what: None)
     for f in known.fits:
         assert f.objective <= known.null.objective + 1e-3
+
+
+@dataclass(frozen=True)
+class Winding(Waves):
+    """The truth is 3 sd away, and the way there is a narrow winding valley: size = 2 sin(6 level)."""
+
+    thorough: bool = False
+
+    def residual(self, candidates, theta, *, slopes=True):
+        rows, jacobian = np.zeros(30), np.zeros((30, len(theta)))
+        rows[1:], jacobian[1:, 0] = 30 * (theta[0] - 3), 30
+        size = theta[1] if candidates else 2.0
+        rows[0] = 300 * (size - 2 * np.sin(6 * theta[0]))
+        jacobian[0] = 300 * np.array([-12 * np.cos(6 * theta[0]), *np.ones(len(theta) - 1)])
+        return rows, jacobian
+
+
+def test_where_nothing_fits_what_was_given_up_as_poor_is_fitted_to_its_end():
+    forward = Winding(data(0.0), (winding := candidate("winding"),))
+    assert fit(forward, (winding,), turns=ROUGH).objective > 1e3
+    (found,) = singles(forward, lambda what: None).fits
+    assert found.converged
+    assert found.objective < 100
+    assert found.theta == pytest.approx([3.0, 2 * math.sin(18.0)], abs=0.01)
 
 
 def test_what_cannot_move_on_has_not_converged():

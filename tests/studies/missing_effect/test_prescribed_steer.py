@@ -68,7 +68,8 @@ def test_derivatives_agree_with_differences_of_the_residual_also_where_a_run_is_
     forward = read(tmp_path, friction=0.2).forward()
     first, second = forward.runs
     cut = {name: signal[:-37] for name, signal in second.channels.items()}
-    second = replace(second, time=second.time[:-37], channels=cut, inputs={"steer_rad": second.inputs["steer_rad"][:-37]})
+    angle = {"steer_rad": second.inputs["steer_rad"][:-37]}
+    second = replace(second, time=second.time[:-37], channels=cut, inputs=angle)
     forward = replace(forward, runs=(first, second))
     candidates = {c.identifier: c for c in forward.candidates}
     for name in ("steer_delay", "steer_scale", "roll_rate_lowpass", "steer_friction", "steer_damper", "speed_scale"):

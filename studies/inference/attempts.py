@@ -1,0 +1,114 @@
+"""How a hypothesis is fitted, and when it is tried again: from other starts, by way of easier problems, to its end."""
+
+import math
+from collections.abc import Iterable, Sequence
+
+from studies.inference.arrays import Array
+from studies.inference.checks import goodness_of_fit
+from studies.inference.evidence import SELDOM, Hypotheses
+from studies.inference.fit import Fit, fit, outlook
+from studies.inference.forward import Forward
+from studies.inference.minimise import GUIDE, ROUGH, THOROUGH, small
+from studies.inference.parameter import Candidate
+
+POOR_FIT = 0.01  # p below which a model does not fit
+LOUD = 1.3  # objective a row beyond which every hypothesis is tried again
+RETRIED = 5  # poor fits that are tried from other starts
+POLISHED = 8  # most probable fits that must converge
+HOPELESS = 2.0  # times the best objective, beyond which a fit is not polished
+
+
+def fitted(
+    forward: Forward, candidates: tuple[Candidate, ...], starts: Sequence[Array], *, turns: tuple[int, int] = THOROUGH
+) -> Fit:
+    """A fit; an effect that ended beyond what occurs is fitted again with the prior of sizes that seldom occur.
+
+    One effect only: several of them together mimic anything.
+
+    Parameters
+    ----------
+    forward : Forward
+    candidates : tuple of Candidate
+    starts : sequence of ndarray, shape (p,)
+        Coordinates.
+    turns : tuple of int, shape (2,)
+        Most iterations, as :func:`studies.inference.minimise.minimise` takes them.
+    """
+    found = fit(forward, candidates, starts=starts, turns=turns)
+    beyond = {name.split(".")[0] for name in found.implausible()}
+    usual = [c for c in candidates if c.identifier in beyond and all(u.widened == 1 for u in c.unknowns)]
+    if len(beyond) != 1 or not usual or not math.isfinite(found.objective):
+        return found
+    wider = tuple(c.unusual() if c in usual else c for c in candidates)
+    seldom = fit(forward, wider, starts=[found.theta], turns=turns)
+    return seldom if seldom.implausible() and seldom.log_evidence + math.log(SELDOM) > found.log_evidence else found
+
+
+def turns_of(forward: Forward) -> tuple[int, int]:
+    """How many iterations a first look at a hypothesis takes at most, as dear as ``forward`` is."""
+    return THOROUGH if forward.thorough else ROUGH
+
+
+def polished(forward: Forward, known: Hypotheses) -> Hypotheses:
+    """The most probable hypotheses fitted until they converge; what does not is said, and never judged.
+
+    Parameters
+    ----------
+    forward : Forward
+    known : Hypotheses
+    """
+    for _ in range(2):
+        best = min(f.objective for f in (known.null, *known.fits))
+        leading = [f for f, _ in known.probabilities[:POLISHED] if not f.converged and f.objective < HOPELESS * best]
+        if not leading:
+            break
+        known = known.replaced([fitted(forward, f.candidates, [f.theta]) for f in leading])
+    return known
+
+
+def retried(forward: Forward, known: Hypotheses) -> Hypotheses:
+    """Where no single hypothesis fits: the best of them from other starts, guided by easier problems.
+
+    Where none fits then either, those that were given up as poor are fitted to their end: a way may be long and lead.
+
+    Parameters
+    ----------
+    forward : Forward
+    known : Hypotheses
+    """
+    if not known.fits or _some_fits(forward, known):
+        return known
+    order = sorted(known.fits, key=lambda f: f.objective)
+    easier = forward.easier()
+    if easier and order[0].objective > LOUD * len(forward.rows.where):
+        ways = _guided(easier[0], known)
+    else:
+        ways = [fit(forward, f.candidates, patient=True, turns=ROUGH) for f in order[:RETRIED]]
+    known = bettered(known, [fitted(forward, way.candidates, [way.theta], turns=ROUGH) for way in ways])
+    if _some_fits(forward, known):
+        return known
+    given_up = [f for f in known.fits if not f.converged and math.isfinite(f.objective)]
+    return bettered(known, [fitted(forward, f.candidates, [f.theta]) for f in given_up])
+
+
+def _some_fits(forward: Forward, known: Hypotheses) -> bool:
+    return any(goodness_of_fit(forward, f) > POOR_FIT for f in (known.null, *known.fits))
+
+
+def bettered(known: Hypotheses, others: Iterable[Fit]) -> Hypotheses:
+    """With those of the ``others`` that are clearly better than what is ``known`` of the same effects."""
+    better = []
+    for other in others:
+        old = known.find(other.identifiers)
+        if old is None or other.objective < old.objective - small(old.objective):
+            better.append(other)
+    return known.replaced(better) if better else known
+
+
+def _guided(easier: Forward, known: Hypotheses) -> list[Fit]:
+    """Single hypotheses fitted to an ``easier`` problem, those whose first step promises most there."""
+    null = fit(easier, turns=GUIDE)
+    promised = {f: outlook(easier, null, f.candidates[0]) for f in known.fits if f.candidates[0].unknowns}
+    order = sorted(promised, key=lambda f: promised[f])
+    soft = [f for f in order[RETRIED:] if len(f.candidates[0].first_starts) > 1]  # their first step says little
+    return [fit(easier, f.candidates, turns=GUIDE) for f in (*order[:RETRIED], *soft)]
