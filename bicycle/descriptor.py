@@ -58,3 +58,43 @@ class DescriptorStack:
         pencil = 1j * angular_frequency[:, None, None] * self.mass[:, :, None] - self.dynamics[:, :, None]
         states = np.linalg.solve(pencil, self.input[:, :, None][..., list(inputs)] + 0j)
         return np.asarray(self.output[:, :, None, list(outputs)] @ states)
+
+    def responses_about_the_first(
+        self, angular_frequency: Array, *, inputs: Sequence[int], outputs: Sequence[int]
+    ) -> Complex:
+        """:meth:`frequency_response` of bicycles that hardly differ from the first, to first order in what differs.
+
+        With the pencil P = i omega E - F and H = C P^-1 B, dH = dC P^-1 B + C P^-1 (dB + (dF - i omega dE) P^-1 B): one
+        system is solved where all would be.
+
+        Parameters
+        ----------
+        angular_frequency : ndarray, shape (f,)
+            omega, rad/s.
+        inputs, outputs : sequence of int
+            Columns of B, rows of C.
+
+        Returns
+        -------
+        ndarray of complex, shape (m, k, f, outputs, inputs)
+        """
+        if len(self.mass) == 1:
+            return self.frequency_response(angular_frequency, inputs=inputs, outputs=outputs)
+        c, b = self.output[:, :, list(outputs)], self.input[..., list(inputs)]
+        w = 1j * angular_frequency[:, None, None]
+        pencil = w * self.mass[0, :, None] - self.dynamics[0, :, None]  # (k, f, n, n)
+        right = np.linalg.solve(pencil, b[0, :, None] + 0j)
+        left = np.linalg.solve(pencil.swapaxes(-1, -2), c[0, :, None].swapaxes(-1, -2) + 0j).swapaxes(-1, -2)
+        found = np.repeat((c[0, :, None] @ right)[None], len(self.mass), 0)
+        # left (dF - i omega dE) right: the changes of all bicycles times what stands about each of their entries
+        about = left.transpose(0, 3, 1, 2)[:, :, None, ..., None] * right.transpose(0, 2, 1, 3)[:, None, ..., None, :]
+        speeds, n, _, *answers = about.shape  # (k, n, n, f, outputs, inputs)
+        for part, entries in ((self.dynamics, about), (self.mass, -w * about)):
+            change = (part[1:] - part[0]).swapaxes(0, 1).reshape(speeds, -1, n * n)
+            more = change @ entries.reshape(speeds, n * n, -1)
+            found[1:] += more.reshape(speeds, -1, *answers).swapaxes(0, 1)
+        if (change := c[1:] - c[0]).any():
+            found[1:] += change[:, :, None] @ right
+        if (change := b[1:] - b[0]).any():
+            found[1:] += left @ change[:, :, None]
+        return found

@@ -5,6 +5,7 @@ import pytest
 from eigenvalue_sets import assert_same_eigenvalues
 
 from bicycle import Model, effect_class, load_bicycle
+from bicycle.descriptor import DescriptorStack
 from bicycle.effect.numbers import effect_of
 from bicycle.eigenvalues.solvers import compiled, eigenvalues, lapack
 from bicycle.model_family import ModelFamily
@@ -134,6 +135,24 @@ def test_the_answer_to_a_harmonic_torque_is_that_of_one_model_at_a_time():
             answer = np.linalg.solve(1j * w * np.eye(len(state)) - state, push[:, torque])
             expected = seen[symbolic.outputs.index("steer")] @ answer
             assert gains[k, 1, f, 0, 0] == pytest.approx(expected, rel=1e-10)
+
+
+def test_responses_about_the_first_are_the_responses_to_first_order():
+    """Random systems, all four matrices changed by h: the error falls with h^2, and the first is exact."""
+    rng, errors = np.random.default_rng(8), []
+    first = [rng.normal(size=(1, 3, 5, 5)) for _ in range(2)] + [rng.normal(size=(1, 3, *s)) for s in ((5, 3), (4, 5))]
+    change = [rng.normal(size=(6, *part.shape[1:])) for part in first]
+    change = [part * (np.arange(6) > 0)[:, None, None, None] for part in change]
+    for h in (1e-3, 1e-4):
+        stack = DescriptorStack(*(part + h * more for part, more in zip(first, change, strict=True)))
+        which = {"inputs": [2, 0], "outputs": [3, 1, 0]}
+        near, exact = (f(np.array([0.5, 2.0, 9.0, 30.0]), **which) for f in (
+            stack.responses_about_the_first, stack.frequency_response))  # fmt: skip
+        assert near.shape == exact.shape == (6, 3, 4, 3, 2)
+        np.testing.assert_allclose(near[0], exact[0], rtol=1e-9)
+        errors.append(np.abs(near - exact).max())
+        assert errors[-1] < 0.05 * np.abs(exact - exact[0]).max()
+    assert errors[1] == pytest.approx(1e-2 * errors[0], rel=0.1)
 
 
 def test_feedback_of_an_output_is_a_spring():

@@ -133,10 +133,10 @@ class BicycleForward(ForwardModel):
         return parts[0], central_differences(parts, steps)
 
     def _response(self, candidates: tuple[Candidate, ...], theta: Array, speed: float) -> NDArray[np.complex128]:
-        """C (i w E - F)^-1 B for coordinates (K, p): (K, frequencies, outputs), per N m of steer torque."""
+        """C (i w E - F)^-1 B for a stencil of coordinates (K, p): (K, frequencies, outputs), per N m of steer torque."""
         family = self.family(candidates)
         names, system = family.symbolic, family(theta, np.array([speed]))
-        gains = system.frequency_response(
+        gains = system.responses_about_the_first(
             angular_frequency(FORCED_HZ), inputs=[names.inputs.index("steer_torque")],
             outputs=[names.outputs.index(name) for name in FORCED_OUTPUTS],
         )  # fmt: skip

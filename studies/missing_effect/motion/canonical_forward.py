@@ -94,13 +94,16 @@ class CanonicalForward(BicycleForward):
         return Rows(where, number, series, number.astype(np.intp) % MOST_FOLDS, condition=subsets, shown=shown)
 
     def coefficients(self, candidates: tuple[Candidate, ...], theta: Array) -> Array:
-        """What the identification would give (K, 9) with ``candidates`` at the coordinates ``theta`` (K, p)."""
+        """What the identification would give (K, 9) with ``candidates`` at the coordinates ``theta`` (K, p).
+
+        Those behind the first are a stencil about it.
+        """
         return identify(self._motion(candidates, theta), self.whipple)
 
     def _motion(self, candidates: tuple[Candidate, ...], theta: Array) -> Motion:
         family, speeds = self.family(candidates), np.array(self.table.speeds)
         names, omega = family.symbolic, angular_frequency(np.geomspace(*self.table.band, FREQUENCIES))
-        response = family(theta, speeds).frequency_response(  # (K, speeds, frequencies, lean and steer, inputs)
+        response = family(theta, speeds).responses_about_the_first(  # (K, speeds, frequencies, lean and steer, inputs)
             omega, inputs=[names.inputs.index(name) for name in ("steer_torque", "lateral_force")],
             outputs=[names.outputs.index(name) for name in ("lean", "steer")],
         )  # fmt: skip
