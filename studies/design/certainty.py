@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-from bicycle.eigenvalues.solvers import eigenvalues
+from bicycle.eigenvalues.solvers import Solver, eigenvalues, solver_for
 from bicycle.linear_model import LinearModel
 from bicycle.modal.matching import assign
 from bicycle.modal.named_modes import Modes, modes
@@ -126,8 +126,9 @@ def certainty(
     masks = {demand: _mask(start, nominal, demand) for demand in demands}
     excess = {demand: np.full(len(z), np.nan) for demand in demands}
     lost: list[int] = []
+    solver = solver_for(len(z) * len(SHARES) * len(speeds))  # one for all draws
     for rows in (slice(a, a + 256) for a in range(0, len(z), 256)):
-        roots, good = _followed(uncertain, z[rows], speeds, start)
+        roots, good = _followed(uncertain, z[rows], speeds, start, solver)
         own = np.arange(rows.start, rows.start + len(roots))
         for demand, mask in masks.items():
             missed = _top(speeds, np.where(mask, demand.excess(roots), -np.inf).max(2))
@@ -150,7 +151,9 @@ def _mask(start: Complex, nominal: Modes, demand: Demand) -> NDArray[np.bool_]:
     return np.asarray(np.nanmin(np.where(np.isnan(away), np.inf, away), 2) <= 1e-7 * np.abs(start).max(1)[:, None])
 
 
-def _followed(uncertain: UncertainModel, z: Array, speeds: Array, start: Complex) -> tuple[Complex, NDArray[np.bool_]]:
+def _followed(
+    uncertain: UncertainModel, z: Array, speeds: Array, start: Complex, solver: Solver
+) -> tuple[Complex, NDArray[np.bool_]]:
     """Roots (m, k, n) of draws in the order of those of the design, and which of them are beyond doubt."""
     count, n = len(z), start.shape[1]
     past: Any = None
@@ -159,7 +162,7 @@ def _followed(uncertain: UncertainModel, z: Array, speeds: Array, start: Complex
     for share in SHARES:
         values = np.concatenate(
             [
-                eigenvalues(polynomial(speeds[None])).reshape(-1, n)
+                eigenvalues(polynomial(speeds[None]), solver=solver).reshape(-1, n)
                 for _, polynomial, _ in uncertain.batches(z, share=share)
             ]
         )
