@@ -20,6 +20,7 @@ LEAST_DAMPING, MOST_DAMPING = 1e-9, 1e6
 EXACT = 1e-3  # decrease of the objective that one more step promises, below which a fit has converged
 TINY = 1e-9  # that no step is worth
 RELATIVE = 1e-5  # the same in shares of the objective
+SETTLED = 0.1  # share of what counts as none: more of it left after a step shows a valley, not a minimum
 GOOD, BAD = 0.75, 0.25  # decrease over that of the linear model: the damping falls above the one, rises below the other
 PROBE = 0.1  # of a step: where the second derivative along it is taken
 MOST_BENT = (
@@ -100,7 +101,7 @@ def minimise(
     rows = slice(None) if used.all() else used  # a mask copies
     z = np.clip(z, lower, upper)
     residual, jacobian = evaluate(z, slopes=True)
-    objective, damping, decrement = _objective(residual[rows], z), 1e-3, np.inf
+    objective, damping, decrement, near = _objective(residual[rows], z), 1e-3, np.inf, False
     past: list[float] = []
     for turn in range(turns[0]):
         if not (np.isfinite(objective) and np.isfinite(jacobian[rows]).all()):
@@ -121,7 +122,10 @@ def minimise(
         past.append(objective)
         if objective > BEATEN * reached and turn >= STALLED and objective > SLOW * past[-1 - STALLED]:
             break
-        last = decrement <= small(objective)  # its step is still taken: the next decrement is smaller by far
+        valley, near = near, decrement <= small(objective)
+        last = decrement <= SETTLED * small(objective)
+        if last and valley:
+            break
         size = np.sqrt((triangle**2).sum(0))
         improved = False
         while damping < MOST_DAMPING:
@@ -131,7 +135,7 @@ def minimise(
             straight = np.zeros(len(z))
             straight[free] = -step
             trial = z + straight
-            if not last:
+            if not near or valley:
                 probe = np.clip(z + PROBE * straight, lower, upper)
                 further = evaluate(probe, slopes=False)[0][rows]
                 bend = 2 / PROBE**2 * (further - residual[rows] - jacobian[rows] @ (probe - z))

@@ -133,7 +133,7 @@ class BicycleForward(ForwardModel):
         return parts[0], central_differences(parts, steps)
 
     def _response(self, candidates: tuple[Candidate, ...], theta: Array, speed: float) -> NDArray[np.complex128]:
-        """C (i w E - F)^-1 B for a stencil of coordinates (K, p): (K, frequencies, outputs), per N m of steer torque."""
+        """C (i w E - F)^-1 B at a stencil of coordinates (K, p): (K, frequencies, outputs), per N m of steer torque."""
         family = self.family(candidates)
         names, system = family.symbolic, family(theta, np.array([speed]))
         gains = system.responses_about_the_first(
