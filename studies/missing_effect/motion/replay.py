@@ -140,34 +140,40 @@ class Replay:
         """
         values = family.values(np.vstack([theta, theta + np.diag(steps)]))
         system = self._sampled(family, values, starts)
-        step, _, _, seen, direct, u = system.of(0)
-        per = steps[:, None, None, None]
         with np.errstate(over="ignore", invalid="ignore"):
             x = self._states(system, starts, only=1)[0]
-            change = np.concatenate([(m[1:] - m[0]) / per for m in (system.step, system.before, system.after)], -1)
-            across, known = [np.moveaxis(change, (0, 1, 3), (2, 0, 1))], [x[..., :-1], u[..., :-1], u[..., 1:]]
-            moved = {k: (system.u[k + 1] - u) / h for k, h in enumerate(steps) if len(system.u) > 1}
-            moved = {k: du for k, du in moved.items() if du.any()}
-            for k, du in moved.items():  # inputs that the coordinate changes push the states themselves
-                known.append(system.before[k + 1] @ du[..., :-1] + system.after[k + 1] @ du[..., 1:])
-                own = np.zeros((*step.shape[:-1], len(steps), step.shape[-1]))
-                own[:, :, k] = np.eye(step.shape[-1])
-                across.append(own)
-            found = from_rest(step, np.concatenate(known, 1).swapaxes(-1, -2), np.concatenate(across, 1), seen)
-            looked = (system.seen[1:] - seen) / per
-            if looked.any():
-                found += x.swapaxes(-1, -2)[:, None] @ np.moveaxis(looked, 0, -1)
-            if direct is not None and system.direct is not None:
-                found += u.swapaxes(-1, -2)[:, None] @ np.moveaxis((system.direct[1:] - direct) / per, 0, -1)
-                for k, du in moved.items():
-                    found[..., k] += system.direct[k + 1] @ du
-            if not self._faulty(values):
+            found = self._moved(system, x, steps)
+            if not any(kind.format(name) in values for kind in SENSED for name in self.channels):
                 return found
-            y = np.empty((1 + len(steps), *found.shape[:-1]))
+            _, _, _, seen, direct, u = system.of(0)
+            y, per = np.empty((1 + len(steps), *found.shape[:-1])), steps[:, None, None, None]
             y[0] = seen @ x if direct is None else seen @ x + direct @ u
             y[1:] = y[0] + per * np.moveaxis(found, -1, 0)
             y = self._sensed(y[..., None], values, starts[:, x.shape[1] :])[..., 0]
             return np.moveaxis((y[1:] - y[0]) / per, 0, -1)
+
+    def _moved(self, system: Sampled, x: Array, steps: Array) -> Array:
+        """Derivatives (R, C, T, p) before the sensors about the states ``x`` (R, n, T) of the first bicycle."""
+        step, _, _, seen, direct, u = system.of(0)
+        per = steps[:, None, None, None]
+        change = np.concatenate([(m[1:] - m[0]) / per for m in (system.step, system.before, system.after)], -1)
+        across, known = [np.moveaxis(change, (0, 1, 3), (2, 0, 1))], [x[..., :-1], u[..., :-1], u[..., 1:]]
+        pushes = {k: (system.u[k + 1] - u) / h for k, h in enumerate(steps) if len(system.u) > 1}
+        pushes = {k: du for k, du in pushes.items() if du.any()}
+        for k, du in pushes.items():  # inputs that the coordinate changes push the states themselves
+            known.append(system.before[k + 1] @ du[..., :-1] + system.after[k + 1] @ du[..., 1:])
+            own = np.zeros((*step.shape[:-1], len(steps), step.shape[-1]))
+            own[:, :, k] = np.eye(step.shape[-1])
+            across.append(own)
+        found = from_rest(step, np.concatenate(known, 1).swapaxes(-1, -2), np.concatenate(across, 1), seen)
+        looked = (system.seen[1:] - seen) / per
+        if looked.any():
+            found += x.swapaxes(-1, -2)[:, None] @ np.moveaxis(looked, 0, -1)
+        if direct is not None and system.direct is not None:
+            found += u.swapaxes(-1, -2)[:, None] @ np.moveaxis((system.direct[1:] - direct) / per, 0, -1)
+            for k, du in pushes.items():
+                found[..., k] += system.direct[k + 1] @ du
+        return found
 
     def _sampled(self, family: Family, values: Mapping[str, Array], starts: Array | None) -> Sampled:
         """The bicycles from sample to sample and what drives them, uncertain inputs as the ``starts`` have them."""
@@ -251,10 +257,6 @@ class Replay:
     def _uncertain(self, system: Sampled, values: Mapping[str, Array]) -> Array:
         """Responses to what is uncertain of the inputs (K, R, C, T, columns): recorded torques are exact."""
         return np.zeros((*system.seen.shape[:-1], self.length, 0))
-
-    def _faulty(self, values: Mapping[str, Array]) -> bool:
-        """Whether a sensor does anything but show its channel."""
-        return any(kind.format(name) in values for kind in SENSED for name in self.channels)
 
     def _filter_starts(self, values: Mapping[str, Array]) -> Array:
         """What the unknown state of each low-pass does to the channels (K, R, C, filters, T)."""
