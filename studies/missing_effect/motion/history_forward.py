@@ -26,7 +26,7 @@ from studies.missing_effect.motion.prescribed_steer import PrescribedSteer
 from studies.missing_effect.motion.replay import Replay
 from tyre.base.arrays import Array
 
-FORWARD = 3e-4  # of the steps of central differences: a run that grows bends so much that a longer one misleads a fit
+FORWARD = 0.1  # of the steps of central differences: one-sided ones of the matrices err by 1e-5 then, as rounding does
 FURTHER_SD = {"roll_rate_rad_s": 0.02, "steer_rad": 0.005, "yaw_rate_rad_s": 0.02}
 
 

@@ -45,6 +45,33 @@ def test_the_model_replays_its_own_response(tmp_path):
     assert jacobian.shape == (600, len(forward.nuisances))
 
 
+def test_runs_of_any_length_and_step_are_those_of_each_alone():
+    """Behind the end of the short run, whose bicycle falls, its motion would grow beyond all numbers."""
+    model, runs = Model(load_bicycle("benchmark")), []
+    for name, speed, step_s, count in (("short", 2.0, 0.02, 60), ("long", 6.0, 0.005, 30_000)):
+        time, rng = np.arange(count) * step_s, np.random.default_rng(count)
+        torque = InputHistory(np.array([0.0, 0.2, 0.5]), np.array([0.5, -0.5, 0.0]))
+        r = respond(model.linear_model(), speed=speed, time=time, inputs={"steer_torque": torque})
+        channels = {"roll_rate_rad_s": r.outputs["lean_rate"], "steer_rad": r.outputs["steer"]}
+        channels = {key: signal + 0.01 * rng.standard_normal(count) for key, signal in channels.items()}
+        runs.append(Run(name, speed, time, channels, {"steer_torque_N_m": torque.at(time)}))
+    noise = {"roll_rate_rad_s": 0.02, "steer_rad": 0.02}
+    both, *alone = (
+        HistoryMeasurement(name="own", model=model, runs=of, noise_sd=noise).forward()
+        for of in (tuple(runs), *((run,) for run in runs))
+    )
+    for identifier in ("steer_damper", "bias", "drift", "roll_rate_lowpass", "steer_friction"):
+        joined = tuple(c for c in both.candidates if c.identifier == identifier)
+        theta = np.concatenate([[u.centre for u in both.nuisances], *(c.starts[0] for c in joined)])
+        found, each = both.residual(joined, theta), [one.residual(joined, theta) for one in alone]
+        residual, slopes = (np.concatenate([one[k] for one in each]) for k in range(2))
+        np.testing.assert_allclose(found[0], residual, rtol=1e-8, atol=1e-8)
+        apart, size = np.linalg.norm(found[1] - slopes, axis=0), np.linalg.norm(slopes, axis=0)
+        assert (apart <= 1e-5 * size + 1e-9 * size.max()).all()  # differences of matrices round
+        total = sum(one.log_determinant(joined, theta) for one in alone)
+        assert both.log_determinant(joined, theta) == pytest.approx(total, rel=1e-9)
+
+
 def test_derivatives_agree_with_differences_of_the_residual(tmp_path):
     _, measurement = case(tmp_path, (), 3, bicycle="pista", **FEW)
     forward = measurement.forward()
