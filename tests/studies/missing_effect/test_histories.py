@@ -48,7 +48,7 @@ def test_the_model_replays_its_own_response(tmp_path):
 def test_runs_of_any_length_and_step_are_those_of_each_alone():
     """Behind the end of the short run, whose bicycle falls, its motion would grow beyond all numbers."""
     model, runs = Model(load_bicycle("benchmark")), []
-    for name, speed, step_s, count in (("short", 2.0, 0.02, 60), ("long", 6.0, 0.005, 30_000)):
+    for name, speed, step_s, count in (("short", 1.5, 0.01, 120), ("long", 6.0, 0.02, 24_000)):
         time, rng = np.arange(count) * step_s, np.random.default_rng(count)
         torque = InputHistory(np.array([0.0, 0.2, 0.5]), np.array([0.5, -0.5, 0.0]))
         r = respond(model.linear_model(), speed=speed, time=time, inputs={"steer_torque": torque})
@@ -67,7 +67,7 @@ def test_runs_of_any_length_and_step_are_those_of_each_alone():
         residual, slopes = (np.concatenate([one[k] for one in each]) for k in range(2))
         np.testing.assert_allclose(found[0], residual, rtol=1e-8, atol=1e-8)
         apart, size = np.linalg.norm(found[1] - slopes, axis=0), np.linalg.norm(slopes, axis=0)
-        assert (apart <= 1e-5 * size + 1e-9 * size.max()).all()  # differences of matrices round
+        assert (apart <= 1e-4 * size + 1e-9 * size.max()).all()  # rounding of eight minutes
         total = sum(one.log_determinant(joined, theta) for one in alone)
         assert both.log_determinant(joined, theta) == pytest.approx(total, rel=1e-9)
 
