@@ -26,7 +26,7 @@ class Driven(NamedTuple):
     state: Array
     inputs: Array
     seen: Array
-    direct: Array | None  # where the inputs are not seen
+    direct: Array | None  # None where the inputs are not seen
 
 
 class Sampled(NamedTuple):
