@@ -16,6 +16,7 @@ from tyre.base.arrays import Array
 
 LANES, FEWEST = 64, 8  # as many side by side, or fewer by this step where fewer are left
 ONE_BITS = 1023  # exponent of 1.0
+NOTHING = 1e-140  # of the norm: its square is still a number
 
 Places = NDArray[np.int64]
 
@@ -184,7 +185,7 @@ def _reduce(h: Array, n: int, reflection: Array, factor: Array, lane: Array) -> 
                 below[k] += h[i, c, k] * h[i, c, k]
         for k in range(lanes):
             x = h[top, c, k]
-            some = below[k] > 0.0
+            some = below[k] > NOTHING * NOTHING  # squares of less have lost their digits
             beta = -math.copysign(math.sqrt(x * x + below[k]), x)
             tau[k] = (beta - x) / beta if some else 0.0
             below[k] = 1.0 / (x - beta) if some else 0.0

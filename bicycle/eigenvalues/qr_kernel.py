@@ -10,11 +10,10 @@ import math
 import numpy as np
 
 from bicycle.eigenvalues.compilation import compiled
-from bicycle.eigenvalues.hessenberg_kernel import LANES, Places, hessenberg, room_for
+from bicycle.eigenvalues.hessenberg_kernel import LANES, NOTHING, Places, hessenberg, room_for
 from tyre.base.arrays import Array
 
 EPS = float(np.finfo(float).eps)
-NOTHING = 1e-140  # of the norm: its square is still a number
 MOST_ITERATIONS = 300  # of one eigenvalue; two or three are usual
 
 

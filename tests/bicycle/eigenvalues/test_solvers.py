@@ -89,6 +89,16 @@ def test_compiled_backward_error_of_anything(matrix):
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
+def test_entries_whose_squares_are_no_numbers_spoil_no_others(solver):
+    """Balanced, the two odd entries are alike; where that is 1e-155, squares of it had lost their digits."""
+    odd = 10.0 ** np.random.default_rng(0).uniform(-199, 0, (500, 2))
+    odd[0] = 8.88695897415705e-174, 6.275990426520188e-144
+    stack = np.zeros((len(odd), 3, 3))
+    stack[:, 0, 2], stack[:, 1, 2], stack[:, 2, 0], stack[:, 2, 1] = odd[:, 0], 2048.0, odd[:, 1], 1.0
+    assert max(map(backward_error, stack, solver(stack))) < 20 * 3
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
 def test_sorted_conjugate_and_independent_of_batches_and_threads(solver):
     stack = np.random.default_rng(1).normal(size=(2 * BATCH + 37, 6, 6))
     whole = eigenvalues(stack, solver=solver)
