@@ -6,9 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from hypothesis import settings
 
 if TYPE_CHECKING:
     from tyre.campaigns.campaign import Campaign
+
+settings.register_profile("untimed", deadline=None)  # a machine that does something else fails no test
+settings.load_profile("untimed")
 
 
 @pytest.hookimpl(optionalhook=True)

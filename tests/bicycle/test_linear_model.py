@@ -106,7 +106,7 @@ def model_effects():
     return (effect_class("relaxation_length")(**RELAXATION),)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(
     length=st.floats(0.1, 10.0), mass=st.floats(0.1, 10.0), time=st.floats(0.1, 10.0),
     speed=st.floats(0.5, 20.0), damping=st.floats(0.0, 3.0),

@@ -21,7 +21,7 @@ def direct(coefficients, speed):
 
 
 @given(powers, array_shapes(min_dims=0, max_dims=3, max_side=3), st.tuples(st.integers(1, 4), st.integers(1, 4)), seeds)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_one_polynomial_at_speeds_of_any_shape(powers, speed_shape, matrix_shape, seed):
     rng = np.random.default_rng(seed)
     coefficients = random_coefficients(rng, powers, matrix_shape)
@@ -33,7 +33,7 @@ def test_one_polynomial_at_speeds_of_any_shape(powers, speed_shape, matrix_shape
 
 
 @given(powers, st.integers(1, 4), st.integers(1, 3), seeds)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_a_stack_has_the_bicycles_first(powers, bicycles, speeds_each, seed):
     rng = np.random.default_rng(seed)
     coefficients = random_coefficients(rng, powers, (bicycles, 3, 3))
@@ -53,7 +53,7 @@ def test_a_stack_has_the_bicycles_first(powers, bicycles, speeds_each, seed):
 
 
 @given(powers, seeds)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_the_derivative_is_that_of_each_power(powers, seed):
     rng = np.random.default_rng(seed)
     coefficients = random_coefficients(rng, powers, (2, 3))

@@ -150,7 +150,7 @@ UNIT_SYSTEMS = {
 }  # fmt: skip
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     name=st.sampled_from(available_bicycles()),
     length=st.sampled_from(UNIT_SYSTEMS["m"]), mass=st.sampled_from(UNIT_SYSTEMS["kg"]),

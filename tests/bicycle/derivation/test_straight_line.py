@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 import sympy as sp
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from bicycle.derivation.straight_line import compiled
@@ -28,7 +28,6 @@ def larger(parts):
     )
 
 
-@settings(deadline=None)
 @given(
     results=st.lists(st.recursive(LEAVES, larger, max_leaves=12), max_size=4),
     values=st.tuples(*[st.floats(0.5, 1.5)] * 3),

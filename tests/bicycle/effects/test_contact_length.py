@@ -259,7 +259,7 @@ def test_capsize_depends_on_the_trail_but_not_on_the_lag():
     np.testing.assert_allclose(speeds[1:], [speeds[0]] * 2, rtol=1e-8)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     share=st.floats(0.05, 0.95), length=st.floats(0.05, 0.3), caster=st.floats(0.01, 3.0), inertia=st.floats(0.01, 30.0)
 )

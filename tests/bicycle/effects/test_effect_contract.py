@@ -124,7 +124,7 @@ def test_unit_strings_are_read():
 
 
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=6)
 @given(
     exponents=st.tuples(*[st.floats(-1, 1)] * 3),
     share=st.floats(0.05, 0.6),

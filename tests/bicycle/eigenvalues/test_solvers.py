@@ -79,7 +79,7 @@ def test_stiff_bicycle_against_many_digits(solver):
 
 
 @pytest.mark.skipif(not NUMBA, reason="numba is not installed")
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     arrays(np.float64, st.integers(1, 9).map(lambda n: (n, n)),
            elements=st.floats(-1e6, 1e6).map(lambda x: x if abs(x) > 1e-200 else 0.0))

@@ -126,7 +126,7 @@ FACTORS = st.floats(0.97, 1.03)
 TEXT = st.text(st.characters(exclude_categories=["Cs", "Cc"]) | st.sampled_from('\n\t"#:= '), max_size=30)
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     factors=st.lists(FACTORS, min_size=len(UNITS), max_size=len(UNITS)), description=TEXT, source=TEXT,
     sd=st.dictionaries(st.sampled_from(tuple(UNITS)), st.floats(0, 0.05), max_size=5),

@@ -40,7 +40,7 @@ def assert_same_names(model, speeds):
     return True
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     st.floats(0.03, 0.12), st.floats(60.0, 120.0), st.floats(0.02, 0.4), st.floats(2000.0, 20000.0),
     st.sampled_from([{}, {"camber_thrust": {"camber_stiffness": 400.0}}, {"steer_damper": {"damping": 3.0}}]),

@@ -309,7 +309,7 @@ DIMENSIONS = {  # powers of length, mass, time of Meijaard's parameters; all ine
 }  # fmt: skip
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(length=st.floats(0.2, 5.0), mass=st.floats(0.1, 10.0), time=st.floats(0.2, 5.0))
 def test_other_units_of_length_mass_and_time_change_nothing_physical(length, mass, time):
     def factor(a, b, c):

@@ -122,7 +122,7 @@ def test_the_contact_of_a_wheel_that_does_not_slip_follows_its_heading(whipple):
     assert np.abs(found.outputs["rear_lateral_velocity"]).max() < 1e-13
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(speed=st.floats(0.0, 20.0), a=st.floats(-1.0, 1.0), b=st.floats(-1.0, 1.0), split=st.floats(0.05, 0.95))
 def test_superposition_and_restart(tyred, speed, a, b, split):
     time = np.array([0.0, split, 1.0])

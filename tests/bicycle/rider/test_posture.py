@@ -26,7 +26,7 @@ def test_two_links_close_the_triangle(first, second, share):
     assert joint + second * np.exp(1j * (root - bend)) == pytest.approx(distance)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     st.floats(0.0, 1.1), st.floats(-0.2, 0.5), st.floats(-0.3, 0.6), st.floats(0.4, 0.8), st.floats(-1.3, -0.7),
     st.floats(0.15, 0.3),

@@ -222,14 +222,14 @@ json_values = st.recursive(
 )  # fmt: skip
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(value=json_values, key=st.sampled_from(["output", "outputs", "inputs", "state", "changedPropIds", "parsed"]))
 def test_any_content_is_answered_without_a_fault(client, value, key):
     answer = ask(client, question("bicycle=pista") | {key: value})
     assert answer.status_code in (200, 400)
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(state=json_values | st.text(alphabet="abict=&.#%0123456789-e", max_size=60), theme=json_values)
 def test_any_state_is_answered_without_a_fault(client, state, theme):
     answer = ask(client, question(state, theme))

@@ -35,7 +35,7 @@ TYRES = (
 numbers = st.floats(0.01, 50.0)
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(
     damping=numbers, pressure=numbers, ends=st.tuples(numbers, numbers, numbers).map(sorted), name=st.text(max_size=20),
     bicycle=st.sampled_from(available_bicycles()), posture=st.sampled_from(["upright", "hoods", "drops"]),

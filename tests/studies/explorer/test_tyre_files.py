@@ -225,7 +225,7 @@ def test_a_matlab_file_that_reads_another_one_is_refused(tmp_path):
     assert TYRES.names() == []
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     st.lists(
         st.tuples(

@@ -173,7 +173,7 @@ CELL = st.one_of(st.floats(-1e6, 1e6), st.sampled_from(["", "NaN", 0, 1, "x"]))
 NAMES = ["t [s]", "gyro_x [deg/s]", "Fy [N]", "Fz [N]", "slip [deg]", "steer torque [Nm]", "way [mm]", "U", "v [km/h]"]
 
 
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data(), names=st.lists(st.sampled_from(NAMES), min_size=1, max_size=6, unique=True))
 def test_no_table_makes_it_crash(tmp_path, data, names):
     rows = data.draw(st.lists(st.tuples(*[CELL] * len(names)), min_size=1, max_size=40))

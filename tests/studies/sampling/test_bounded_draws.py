@@ -32,7 +32,7 @@ def test_positive_quantities_have_the_stated_moments_and_no_draw_is_negative(rel
     np.testing.assert_allclose(np.corrcoef(x), correlation, atol=0.02)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(relative=st.floats(1e-3, 1.0), other=st.floats(1e-3, 1.0), correlation=st.floats(-0.3, 0.95))
 def test_the_moments_hold_by_the_formula_of_the_lognormal(relative, other, correlation):
     """Closed form: a lognormal pair with log-covariance L has the relative covariance exp(L) - 1."""

@@ -24,7 +24,7 @@ def circle(centre, radius, other=-3.0):
     return Toy(matrices)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(st.floats(0.1, 0.9), st.floats(0.1, 0.9), st.floats(1.5e-3, 0.09))
 def test_an_island_of_any_size_is_found_and_closed(x, y, radius):
     """The grid of seeds has cells of 0.03: most of these lie between its points."""
@@ -76,7 +76,7 @@ def test_a_frequency_that_becomes_zero_ends_a_pair_where_a_real_root_is_zero():
     assert real.shares[turn[0], 0] == pytest.approx(0.5, abs=1e-5)
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=6)
 @given(st.integers(0, 10**6))
 def test_the_count_of_unstable_roots_agrees_with_random_curves(seed):
     rng = np.random.default_rng(seed)

@@ -63,7 +63,7 @@ def test_a_fault_changes_the_program_and_leaves_the_lines_where_they_are():
         assert len(mutant.name.splitlines()) == 1
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.sampled_from(SOURCES), st.randoms(use_true_random=False))
 def test_every_fault_of_the_project_is_a_program(path, rng):
     text = path.read_text(encoding="utf-8")

@@ -138,7 +138,7 @@ def test_interval_holds_floor_and_calibration():
     assert fit.lateral_stiffness.sd == pytest.approx(expected)
 
 
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 @given(factor=st.floats(0.2, 5.0), mirrored=st.booleans(), shift=st.floats(-20.0, 20.0))
 def test_scaling_mirroring_and_offset(factor, mirrored, shift):
     test = loop(noise=0.3, presliding=4e-5)

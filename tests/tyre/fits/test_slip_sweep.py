@@ -188,7 +188,7 @@ def test_varying_speed_is_followed_by_distance():
     assert fit.apparent_relaxation_length == pytest.approx(C / K, rel=0.02)
 
 
-@settings(deadline=None, max_examples=8)
+@settings(max_examples=8)
 @given(factor=st.floats(0.3, 3.0), mirrored=st.booleans())
 def test_scaling_and_mirroring_the_tyre(factor, mirrored):
     run = sweep(PlySteer(force=5.0), Noise(), seed=6, cycles=2)

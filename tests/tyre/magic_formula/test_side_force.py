@@ -37,7 +37,7 @@ def test_sine_of_arctangent_closed_form() -> None:
     np.testing.assert_allclose(force, 0.9 * 10 * slip / (1 + 25 * slip**2), rtol=1e-14, atol=1e-16)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(coefficients, st.floats(-0.15, 0.15))
 def test_slope_is_the_derivative(values: dict[str, float], slip: float) -> None:
     step = 1e-6
@@ -46,7 +46,7 @@ def test_slope_is_the_derivative(values: dict[str, float], slip: float) -> None:
     assert difference / (2 * step) == pytest.approx(float(slope), abs=2e-6 * values["stiffness_factor"] ** 2)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(coefficients, st.floats(100.0, 1000.0))
 def test_cornering_stiffness_is_the_slope_of_the_force(values: dict[str, float], load: float) -> None:
     origin = -values["horizontal_shift"]

@@ -141,7 +141,7 @@ def test_positive_pky1_is_said():
 LOAD, PRESSURE = (grid.ravel() for grid in np.meshgrid([340.0, 400.0, 490.0], [3.5e5, 5.5e5, 7.5e5]))
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     pky1=st.floats(8.0, 30.0), pky2=st.floats(0.7, 2.5), ppy1=st.floats(-0.3, 0.3), ppy2=st.floats(-0.4, 0.4),
     lateral=st.floats(2e4, 2e5), pcfy1=st.floats(-0.3, 0.3), pcfy3=st.floats(-0.2, 0.8),

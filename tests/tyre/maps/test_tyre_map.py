@@ -123,7 +123,7 @@ def test_smooth_tyre_is_predicted_everywhere_without_added_uncertainty() -> None
         assert here.cornering_stiffness_sd < 1e-3
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.integers(0, 2**32 - 1), st.floats(300.0, 500.0), st.floats(3e5, 7e5))
 def test_lateral_stiffness_is_bilinear_in_the_measured_values(seed: int, load: float, pressure: float) -> None:
     table = rough(np.random.default_rng(seed))
@@ -237,7 +237,7 @@ def test_uncertainty_grows_outside() -> None:
     assert np.all(np.diff(spreads) > 0)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(conditions, st.sampled_from(["Tyre1", "Tyre2", "Tyre3"]), st.floats(0.0, 0.05))
 def test_joint_covariance_is_a_covariance(asked: list[tuple[float, float]], tyre: str, assumed: float) -> None:
     tyre_map = TyreMap.load(tyre, relative_cornering_stiffness_sd=assumed)

@@ -169,7 +169,7 @@ json_values = st.recursive(
 )  # fmt: skip
 
 
-@settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=80, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     verb=st.sampled_from(["run", "map", "keep", "remove"]),
     body=st.dictionaries(st.sampled_from(["kind", "file", "rows", "runs", "name", "measurement", "map"]), json_values),
