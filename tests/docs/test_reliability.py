@@ -157,6 +157,10 @@ def test_diagnosis():
     for text in counted:
         share = re.match(r"(\d+ of \d+|1 %)", text)[1].replace("1 %", "1%")
         assert re.search(rf"\| {share}\b", blind) or f"| {share} " in blind, text
+    optimum = result("search_optimum")
+    assert measured("the search comes to the optimum") == (
+        f"{optimum['cases_with_every_optimum_reached']} of {optimum['cases']}"
+    )
     torque = result("residual_torque")["cells"]["modal-outside"]
     assert measured("residual torque: gap") == f"{torque['held_out_gap_left']['median']:.0%}".replace("%", " %")
     inside, within = torque["weave_inside_95"], torque["weave_inside_95_within_measured_speeds"]
