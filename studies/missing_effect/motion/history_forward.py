@@ -26,7 +26,9 @@ from studies.missing_effect.motion.prescribed_steer import PrescribedSteer
 from studies.missing_effect.motion.replay import Replay
 from tyre.base.arrays import Array
 
-FORWARD = 0.1  # of the steps of central differences: one-sided ones of the matrices err by 1e-5 then, as rounding does
+FORWARD = (
+    0.1  # of the steps of central differences: one-sided ones of the matrices err by 1e-5 to 1e-3, as rounding does
+)
 FURTHER_SD = {"roll_rate_rad_s": 0.02, "steer_rad": 0.005, "yaw_rate_rad_s": 0.02}
 
 
@@ -226,9 +228,8 @@ class HistoryForward(BicycleForward):
     @cached_property
     def _recorded(self) -> NDArray[np.bool_]:
         """Where there are samples (R, C, T): all but behind the end of runs shorter than the longest."""
-        ends = np.array([len(run.time) for run in self.runs])
-        inside = np.arange(self._replay.length) < ends[:, None]
-        return np.repeat(inside[:, None], len(self.noise), 1)
+        there = self._replay.padded([np.ones(len(run.time))] * len(self.noise) for run in self.runs)
+        return there > 0
 
     @cached_property
     def _even(self) -> bool:
@@ -237,10 +238,7 @@ class HistoryForward(BicycleForward):
     @cached_property
     def _measured(self) -> Array:
         """What was recorded (R, C, T), zero behind the end of a run."""
-        found = np.zeros(self._recorded.shape)
-        for r, run in enumerate(self.runs):
-            found[r, :, : len(run.time)] = [run.channels[c] for c in self.noise]
-        return found
+        return self._replay.padded([run.channels[c] for c in self.noise] for run in self.runs)
 
     def _flat(self, rows: Array) -> Array:
         """The rows (R, C T, ...) of all runs below each other (n, ...)."""

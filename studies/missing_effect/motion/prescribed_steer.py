@@ -115,7 +115,7 @@ class PrescribedSteer(Replay):
     def _directions(self) -> Array:
         """Sign of the steer rate (R, T), its jumps as smooth as the acceleration is in which they show."""
         runs = zip(self.runs, self._splines, strict=True)
-        return self._padded([spline.smoothing @ direction(run) for run, spline in runs])
+        return self.padded([spline.smoothing @ direction(run)] for run, spline in runs)[:, 0]
 
     @property
     def _others(self) -> list[str]:
@@ -215,7 +215,7 @@ class PrescribedSteer(Replay):
 
     def _uncertain(self, system: Sampled, values: Mapping[str, Array]) -> Array:
         """Responses to the uncertain coefficients of the splines, of one bicycle."""
-        step, before, after, seen, direct, _ = system.of(0)
+        step, before, after, seen, direct, _ = system.first
         ((late, gain),) = _sensor(values)
         most = self._uncertain_columns
         angle = np.zeros((len(self.runs), self.length, most, ORDERS))

@@ -1,6 +1,6 @@
 """Replay of recorded runs: the torques through the model, from given starts or with the free responses."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -39,10 +39,11 @@ class Sampled(NamedTuple):
     direct: Array | None
     u: Array
 
-    def of(self, k: int) -> tuple[Array, Array, Array, Array, Array | None, Array]:
-        """Those of bicycle number ``k`` (0 ...), without the axis of bicycles."""
-        direct = None if self.direct is None else self.direct[k]
-        return self.step[k], self.before[k], self.after[k], self.seen[k], direct, self.u[k % len(self.u)]
+    @property
+    def first(self) -> tuple[Array, Array, Array, Array, Array | None, Array]:
+        """Those of the first bicycle, without the axis of bicycles."""
+        direct = None if self.direct is None else self.direct[0]
+        return self.step[0], self.before[0], self.after[0], self.seen[0], direct, self.u[0]
 
 
 @dataclass(frozen=True)
@@ -145,7 +146,7 @@ class Replay:
             found = self._moved(system, x, steps)
             if not any(kind.format(name) in values for kind in SENSED for name in self.channels):
                 return found
-            _, _, _, seen, direct, u = system.of(0)
+            _, _, _, seen, direct, u = system.first
             y, per = np.empty((1 + len(steps), *found.shape[:-1])), steps[:, None, None, None]
             y[0] = seen @ x if direct is None else seen @ x + direct @ u
             y[1:] = y[0] + per * np.moveaxis(found, -1, 0)
@@ -154,7 +155,7 @@ class Replay:
 
     def _moved(self, system: Sampled, x: Array, steps: Array) -> Array:
         """Derivatives (R, C, T, p) before the sensors about the states ``x`` (R, n, T) of the first bicycle."""
-        step, _, _, seen, direct, u = system.of(0)
+        step, _, _, seen, direct, u = system.first
         per = steps[:, None, None, None]
         change = np.concatenate([(m[1:] - m[0]) / per for m in (system.step, system.before, system.after)], -1)
         across, known = [np.moveaxis(change, (0, 1, 3), (2, 0, 1))], [x[..., :-1], u[..., :-1], u[..., 1:]]
@@ -192,9 +193,7 @@ class Replay:
 
     def _states(self, system: Sampled, starts: Array, only: int | None = None) -> Array:
         """States (K, R, n, T) of the bicycles, or of the first of them ``only``."""
-        step, before, after, u = (
-            part[:only] for part in (system.step, system.before, system.after, system.u)
-        )  # fmt: skip
+        step, before, after, u = (part[:only] for part in (system.step, system.before, system.after, system.u))
         return marched(step, before @ u[..., :-1] + after @ u[..., 1:], starts[:, : step.shape[-1]])
 
     @staticmethod
@@ -236,23 +235,20 @@ class Replay:
             found[:, :, -1] = -settings[:, -1, None, None] * self._directions
         return found
 
+    def padded(self, signals: Iterable[Sequence[Array]]) -> Array:
+        """``signals`` of each run as one array (R, signals, T), zero behind the end of a run."""
+        found = [[np.pad(x, (0, self.length - len(x))) for x in own] for own in signals]
+        return np.array(found).reshape(len(self.runs), -1, self.length)
+
     @cached_property
     def _recorded(self) -> Array:
         """Inputs as they were recorded (R, inputs, T)."""
-        found = np.zeros((len(self.runs), len(self.runs[0].inputs), self.length))
-        for r, run in enumerate(self.runs):
-            for m, u in enumerate(run.inputs.values()):
-                found[r, m, : len(u)] = u
-        return found
+        return self.padded(list(run.inputs.values()) for run in self.runs)
 
     @cached_property
     def _directions(self) -> Array:
         """Expected sign of the steer rate (R, T)."""
-        return self._padded([direction(run) for run in self.runs])
-
-    def _padded(self, signals: Sequence[Array]) -> Array:
-        """One signal of each run (R, T)."""
-        return np.array([np.pad(signal, (0, self.length - len(signal))) for signal in signals])
+        return self.padded([direction(run)] for run in self.runs)[:, 0]
 
     def _uncertain(self, system: Sampled, values: Mapping[str, Array]) -> Array:
         """Responses to what is uncertain of the inputs (K, R, C, T, columns): recorded torques are exact."""

@@ -106,6 +106,17 @@ def test_where_nothing_fits_what_was_given_up_as_poor_is_fitted_to_its_end():
     assert found.theta == pytest.approx([3.0, 2 * math.sin(18.0)], abs=0.01)
 
 
+def test_a_fit_goes_on_where_a_small_promise_was_a_slow_beginning():
+    """6.2 of 10009 are to be gained, but the first step promises 0.06: min of (3 - z^2)^2 + z^2 is 2.75."""
+
+    def evaluate(z, *, slopes):
+        return np.array([100.0, 3 - z[0] ** 2]), np.array([[0.0], [-2 * z[0]]])
+
+    end = minimise(evaluate, np.array([0.05]), np.full(1, -9.0), np.full(1, 9.0), np.ones(2, bool))
+    assert end.converged
+    assert end.objective == pytest.approx(10002.75, abs=1e-2)
+
+
 def test_what_cannot_move_on_has_not_converged():
     """A residual whose derivative is wrong: it promises much and gives nothing."""
 
