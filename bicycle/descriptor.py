@@ -5,7 +5,56 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.base.arrays import Array, Complex
+
+
+@dataclass(frozen=True)
+class DescriptorPolynomial:
+    """E x' = F(v) x + B(v) u, y = C(v) x of m bicycles; the states are those of the model over ``scale``.
+
+    Attributes
+    ----------
+    mass : ndarray, shape (m, 1, n, n) or (m, k, n, n)
+        E; with an axis of k speeds where the equations switch at a speed: each has its own coefficients then. Of a
+        single bicycle (n, n) will do.
+    dynamics, input, output : SpeedPolynomial
+        F, B and C, of shapes (m, 1 or k, n, n), (..., n, inputs) and (..., outputs, n).
+    """
+
+    mass: Array
+    dynamics: SpeedPolynomial
+    input: SpeedPolynomial
+    output: SpeedPolynomial
+
+    def __call__(self, speeds: Array) -> "DescriptorStack":
+        """The matrices at ``speeds`` (m, k), m/s; where equations switch, those for which the coefficients are."""
+        dynamics = self.dynamics(speeds)
+        return DescriptorStack(
+            np.broadcast_to(self.mass, dynamics.shape), dynamics, self.input(speeds), self.output(speeds)
+        )
+
+    def with_feedback(self, *, input: int, output: int, gain: Array) -> "DescriptorPolynomial":
+        """The same with an input that answers an output, u = gain y.
+
+        Parameters
+        ----------
+        input, output : int
+            Column of B, row of C.
+        gain : ndarray, shape (m, 1)
+            SI unit of the input over that of the output; without axes where the coefficients have none either.
+        """
+        dynamics = dict(self.dynamics)
+        for pushed, b in self.input.items():
+            for seen, c in self.output.items():
+                more = gain[..., None, None] * b[..., :, None, input] * c[..., None, output, :]
+                dynamics[pushed + seen] = dynamics.get(pushed + seen, 0.0) + more
+        return replace(self, dynamics=SpeedPolynomial(dynamics, shape=self.dynamics.shape))
+
+    def take(self, bicycles: slice) -> "DescriptorPolynomial":
+        """Those of some ``bicycles`` (0 ...)."""
+        parts = (part.take(bicycles) for part in (self.dynamics, self.input, self.output))
+        return DescriptorPolynomial(self.mass[bicycles], *parts)
 
 
 @dataclass(frozen=True)
@@ -26,19 +75,6 @@ class DescriptorStack:
     dynamics: Array
     input: Array
     output: Array
-
-    def with_feedback(self, *, input: int, output: int, gain: Array) -> "DescriptorStack":
-        """The same with an input that answers an output, u = gain y.
-
-        Parameters
-        ----------
-        input, output : int
-            Column of B, row of C.
-        gain : ndarray, shape (m, 1) or (m, k)
-            SI unit of the input over that of the output.
-        """
-        push, seen = self.input[..., :, None, input], self.output[..., None, output, :]
-        return replace(self, dynamics=self.dynamics + gain[..., None, None] * push * seen)
 
     def frequency_response(self, angular_frequency: Array, *, inputs: Sequence[int], outputs: Sequence[int]) -> Complex:
         """Gain C (i omega E - F)^-1 B.

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bicycle.derivation.evaluation import Evaluator, Matrices, evaluator
-from bicycle.descriptor import DescriptorStack
+from bicycle.descriptor import DescriptorPolynomial
 from bicycle.effect import Effect
 from bicycle.effect.numbers import effect_of
 from bicycle.eigenvalues.decomposition import positive_definite
@@ -251,7 +251,8 @@ class ModelFamily:
             return np.array(np.broadcast_to(polynomial(v), (count, v.shape[1], *polynomial.shape[1:])))
         self._refuse(numbers, self.without_mass(numbers, count))
         columns = {key: np.reshape(np.broadcast_to(number, count), (count, 1)) for key, number in numbers.items()}
-        system = self.descriptor(self.values(columns), np.broadcast_to(v, (count, v.shape[1])))
+        v = np.broadcast_to(v, (count, v.shape[1]))
+        system = self.descriptor(self.values(columns), v)(v)
         return np.asarray(np.linalg.solve(system.mass, system.dynamics))
 
     def _refuse(self, numbers: Mapping[str, Any], refused: NDArray[np.bool_]) -> None:
@@ -280,21 +281,20 @@ class ModelFamily:
         finite = np.asarray(np.isfinite(mass).all((-2, -1)))
         return ~positive_definite(np.where(finite[:, None, None], mass, np.eye(mass.shape[-1]))) | ~finite
 
-    def descriptor(self, values: Mapping[str, Any], speeds: Array) -> DescriptorStack:
-        """Matrices of bicycles at speeds, where equations switch those that hold at each speed.
+    def descriptor(self, values: Mapping[str, Any], speeds: Array) -> DescriptorPolynomial:
+        """Matrices of bicycles as polynomials in the speed, where equations switch those that hold at each speed.
 
         Parameters
         ----------
         values : mapping of str to ndarray, shape () or (m, 1)
             Every parameter that enters the equations, SI.
         speeds : ndarray, shape (m, k)
-            m/s.
+            m/s, at which they are wanted.
         """
         symbolic = self.evaluate.symbolic
         switches = self.evaluate.switch_function(*(values[name] for name in symbolic.parameters))
         matrices: Matrices = self.evaluate(values, tuple((speeds <= switch).astype(float) for switch in switches))
-        dynamics = matrices.dynamics(speeds) * self.scale
-        return DescriptorStack(
-            np.broadcast_to(matrices.mass * self.scale, dynamics.shape), dynamics,
-            matrices.input_matrix(speeds), matrices.output_matrix(speeds) * self.scale,
+        return DescriptorPolynomial(
+            matrices.mass * self.scale, matrices.dynamics * self.scale,
+            matrices.input_matrix, matrices.output_matrix * self.scale,
         )  # fmt: skip

@@ -84,6 +84,11 @@ class SpeedPolynomial(Mapping[int, Array]):
             return np.zeros(shape)
         return np.array(np.broadcast_to(total, shape)) if len(self) == 1 else np.asarray(total)
 
+    def __mul__(self, factor: Array) -> "SpeedPolynomial":
+        """The polynomial with every coefficient times ``factor``, which broadcasts against them, in their units."""
+        scaled = {power: matrix * factor for power, matrix in self._coefficients.items()}
+        return SpeedPolynomial(scaled, shape=self.shape)
+
     @cached_property
     def derivative(self) -> "SpeedPolynomial":
         """dP/dv, a polynomial too; called like this one, per m/s."""

@@ -94,7 +94,7 @@ def test_effects_without_numbers_take_them_from_the_call():
     family = ModelFamily(MODELS["no slip"], further=(tyre,))
     values = family.values(TYRE.values({}))
     speeds = np.array([[3.0, 9.0]])
-    system = family.descriptor(values, speeds)
+    system = family.descriptor(values, speeds)(speeds)
     expected = MODELS["relaxation"].linear_model().state_matrix(speeds[0])
     np.testing.assert_allclose(np.linalg.solve(system.mass, system.dynamics)[0], expected, rtol=1e-11, atol=1e-9)
     assert effect_of(tyre, values) == TYRE
@@ -123,7 +123,8 @@ def test_an_unknown_key_is_refused_with_the_nearest_match():
 def test_the_answer_to_a_harmonic_torque_is_that_of_one_model_at_a_time():
     family = ModelFamily(MODELS["relaxation"])
     columns = {key: np.reshape(value, (-1, 1)) for key, value in (family.base | {"c": TRAILS}).items()}
-    system = family.descriptor(columns, np.full((5, 2), [4.0, 8.0]))
+    speeds = np.full((5, 2), [4.0, 8.0])
+    system = family.descriptor(columns, speeds)(speeds)
     omega, symbolic = np.array([3.0, 20.0]), family.evaluate.symbolic
     gains = system.frequency_response(
         omega, inputs=[symbolic.inputs.index("steer_torque")], outputs=[symbolic.outputs.index("steer")]
@@ -160,8 +161,8 @@ def test_feedback_of_an_output_is_a_spring():
     family = ModelFamily(MODELS["relaxation"])
     symbolic, speeds = family.evaluate.symbolic, np.array([[7.0]])
     system = family.descriptor(family.base, speeds).with_feedback(
-        input=symbolic.inputs.index("steer_torque"), output=symbolic.outputs.index("steer"), gain=np.array([[-12.0]])
-    )
+        input=symbolic.inputs.index("steer_torque"), output=symbolic.outputs.index("steer"), gain=np.array(-12.0)
+    )(speeds)
     sprung = MODELS["relaxation"].with_effect(effect_class("steer_spring")(stiffness=12.0)).linear_model()
     np.testing.assert_allclose(
         np.linalg.solve(system.mass, system.dynamics)[0, 0], sprung.state_matrix(7.0), rtol=1e-11, atol=1e-9

@@ -1,7 +1,7 @@
 """Predicted frequency responses H = C (i omega E - F)^-1 B of the linear model at the measured speeds, with slopes.
 
 dH = dC X + L (dB - (i omega dE - dF) X) with X = (i omega E - F)^-1 B and L = C (i omega E - F)^-1; the derivatives of
-the matrices are central differences, for they are smooth and cheap, so that of the response itself is analytic. The
+the matrices are those of :mod:`studies.missing_effect.motion.slopes`. The
 response is that of the bicycle alone, also at speeds at which it is unstable and something held it (Ljung 1999, System
 Identification, ch. 13: the direct approach).
 
@@ -27,10 +27,12 @@ from studies.missing_effect.motion.bicycle_forward import (
     FORCED_SD,
     BicycleForward,
 )
-from studies.missing_effect.motion.family import Family, stencil_slope
+from studies.missing_effect.motion.family import Family
+from studies.missing_effect.motion.slopes import Slopes
 from tyre.base.arrays import Array, Complex
 
 PARTS = ("real", "imaginary")
+ACCELERATION = "lateral_acceleration"
 FURTHER_INPUTS = ("steer_torque", "lateral_force")
 MOST_FURTHER_SPEEDS = 3
 
@@ -74,45 +76,61 @@ def responses(
         Whether derivatives are wanted.
     """
     speeds = np.unique(wanted.speed)
-    batch, steps = family.stencil(theta) if slopes else (theta[None], theta[:0])
-    system, names = family(batch, speeds), family.symbolic
+    bicycle = Slopes(family, theta, speeds, slopes)
+    system, names = bicycle.system, family.symbolic
     places, at = np.unique(np.stack([wanted.speed, wanted.frequency]), axis=1, return_inverse=True)
     at, of_speed, s = at.ravel(), np.searchsorted(speeds, places[0]), 2j * np.pi * places[1]
     inputs, outputs = list(dict.fromkeys(wanted.inputs)), list(dict.fromkeys(wanted.outputs))
-    columns = [names.inputs.index(name) for name in inputs]
-    shown = np.stack([
-        _acceleration(family, batch, speeds, system.output, of_speed, s, accelerometer)
-        if name == "lateral_acceleration" else system.output[:, of_speed, names.outputs.index(name)] + 0j
-        for name in outputs
-    ], axis=2)  # fmt: skip
+    pushed = np.zeros((len(s), len(names.inputs), len(inputs)))
+    pushed[:, [names.inputs.index(name) for name in inputs], range(len(inputs))] = 1.0
+    shown = _Shown.of(bicycle, outputs, of_speed, s, accelerometer)
+    seen, rows = shown.weights, system.output[0, of_speed][:, shown.rows]
     pencil = s[:, None, None] * system.mass[0, of_speed] - system.dynamics[0, of_speed]
-    states = np.linalg.solve(pencil, system.input[0, of_speed][..., columns] + 0j)
-    pick = (at, [outputs.index(name) for name in wanted.outputs], [inputs.index(name) for name in wanted.inputs])
-    gains = (shown[0] @ states)[pick]
-    slope = np.zeros((len(gains), len(steps)), complex)
-    if p := len(steps):
-        back = np.linalg.solve(pencil.swapaxes(1, 2), shown[0].swapaxes(1, 2)).swapaxes(1, 2)
-        d = stencil_slope(system, steps)
-        dshown = (shown[1 : p + 1] - shown[p + 1 :]) / (2 * steps[:, None, None, None])
-        dpencil = s[:, None, None] * d.mass[:, of_speed] - d.dynamics[:, of_speed]
-        turned = dshown @ states + back @ (d.input[:, of_speed][..., columns] - dpencil @ states)
-        slope = turned[(slice(None), *pick)].T
+    states = np.linalg.solve(pencil, system.input[0, of_speed] @ pushed + 0j)
+    pick = ([outputs.index(name) for name in wanted.outputs], [inputs.index(name) for name in wanted.inputs])
+    gains = (seen @ (rows @ states))[at, *pick]
+    slope = np.zeros((len(gains), len(bicycle.steps)), complex)
+    if slope.size:
+        back = np.linalg.solve(pencil.swapaxes(1, 2), (seen @ rows).swapaxes(1, 2)).swapaxes(1, 2)
+        force = bicycle.applied("input", of_speed, pushed) + bicycle.force(of_speed, states, s)
+        changed = seen[:, None] @ bicycle.applied("output", of_speed, states, shown.rows)
+        changed += shown.slopes @ (rows @ states)[:, None] + back[:, None] @ force
+        slope = changed[at, :, *pick]
     return gains, slope
 
 
-def _acceleration(
-    family: Family, batch: Array, speeds: Array, output: Array, of_speed: NDArray[np.intp], s: Complex,
-    place: Accelerometer | None,
-) -> Complex:  # fmt: skip
-    """Row of C (K, m, n) of what an accelerometer at its ``place`` reads."""
-    assert place is not None
-    values, rows = family.values(batch), family.symbolic.outputs
-    lateral, yaw, rolling, lean = (
-        output[:, of_speed, rows.index(name)] for name in ("rear_lateral_velocity", "yaw_rate", "lean_rate", "lean")
-    )
-    v = family.true_speeds(values, speeds)[:, of_speed, None]
-    moved = s[:, None] * (lateral + place.x * yaw - place.z * rolling)
-    return np.asarray(moved + v * yaw - values["g"][..., None] * lean)
+@dataclass(frozen=True)
+class _Shown:
+    """Measured signals as sums of outputs of the model: ``weights`` (m, signals, rows) of its ``rows``.
+
+    ``slopes`` (m, p, signals, rows) are what the coordinates change of the weights.
+    """
+
+    rows: list[int]
+    weights: Complex
+    slopes: Array
+
+    @classmethod
+    def of(
+        cls, bicycle: Slopes, signals: list[str], at: NDArray[np.intp], s: Complex, place: Accelerometer | None
+    ) -> "_Shown":
+        """At speeds ``at`` and i omega ``s`` (m,); an accelerometer reads at its ``place``."""
+        parts = ("rear_lateral_velocity", "yaw_rate", "lean_rate", "lean")
+        used = list(dict.fromkeys([name for name in signals if name != ACCELERATION] + list(parts)))
+        weights = np.zeros((len(s), len(signals), len(used)), complex)
+        slopes = np.zeros((len(s), len(bicycle.steps), len(signals), len(used)))
+        for k, name in enumerate(signals):
+            if name != ACCELERATION:
+                weights[:, k, used.index(name)] = 1.0
+                continue
+            assert place is not None
+            lateral, yaw, rolling, lean = (used.index(part) for part in parts)
+            v, g = bicycle.true_speeds, bicycle.values["g"]
+            weights[:, k, lateral], weights[:, k, rolling] = s, -place.z * s
+            weights[:, k, yaw], weights[:, k, lean] = place.x * s + v[0, at], -g[0]
+            slopes[:, :, k, yaw], slopes[:, :, k, lean] = bicycle.difference(v).T[at], -bicycle.difference(g)[:, 0]
+        outputs = bicycle.family.symbolic.outputs
+        return cls([outputs.index(name) for name in used], weights, slopes)
 
 
 @dataclass(frozen=True, kw_only=True)

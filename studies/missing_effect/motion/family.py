@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from bicycle.derivation.closing import SymbolicModel
-from bicycle.descriptor import DescriptorStack
+from bicycle.descriptor import DescriptorPolynomial, DescriptorStack
 from bicycle.model import Model
 from bicycle.model_family import ModelFamily
 from studies.inference.parameter import Candidate, UncertainParameter
@@ -27,12 +27,6 @@ def feedback_key(seen: str, torque: str) -> str:
 
 
 FEEDBACK = {feedback_key(seen, torque): (seen, torque) for seen in SEEN for torque in TORQUES}
-
-
-def stencil_slope(system: DescriptorStack, steps: Array) -> DescriptorStack:
-    """Derivatives (p, k, ...) of the ``system`` of a batch made by :meth:`Family.stencil` with ``steps`` (p,)."""
-    p, h = len(steps), 2 * steps[:, None, None, None]
-    return DescriptorStack(*((part[1 : p + 1] - part[p + 1 :]) / h for part in vars(system).values()))
 
 
 @dataclass(frozen=True)
@@ -107,12 +101,17 @@ class Family:
 
     def system(self, values: Mapping[str, Array], speeds: Array) -> DescriptorStack:
         """Matrices for ``values`` as of :meth:`values` at recorded ``speeds`` (S,) in m/s."""
-        system = self.models.descriptor(values, self.true_speeds(values, speeds))
+        true = self.true_speeds(values, speeds)
+        return self.matrices(values, true)(true)
+
+    def matrices(self, values: Mapping[str, Array], speeds: Array) -> DescriptorPolynomial:
+        """Matrices for ``values`` as of :meth:`values` as polynomials, for true ``speeds`` (K, S) in m/s."""
+        matrices = self.models.descriptor(values, speeds)
         for key, (seen, torque) in FEEDBACK.items():
             if key in values:
                 column, row = self.symbolic.inputs.index(torque), self.symbolic.outputs.index(seen)
-                system = system.with_feedback(input=column, output=row, gain=values[key])
-        return system
+                matrices = matrices.with_feedback(input=column, output=row, gain=values[key])
+        return matrices
 
     def stencil(self, theta: Array) -> tuple[Array, Array]:
         """Batch [theta, theta + h_k, theta - h_k ...] (2 p + 1, p) about ``theta`` (p,), and the steps h (p,)."""

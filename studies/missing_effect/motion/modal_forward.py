@@ -1,7 +1,7 @@
 """Predicted eigenvalues and shape ratios of the measured modes, with derivatives.
 
-d(lambda) = u (dA) x with left and right eigenvectors u x = 1, and dx from the other modes; dA by central differences
-of the matrices, which are smooth and cheap, so that the derivative of the eigenvalue itself is analytic.
+d(lambda) = u (dF - lambda dE) x with left and right eigenvectors, u E x = 1, and dx from the other modes; what the
+coordinates change of the matrices is of :mod:`studies.missing_effect.motion.slopes`.
 """
 
 from dataclasses import dataclass, replace
@@ -17,10 +17,11 @@ from studies.inference.folds import folds
 from studies.inference.forward import ProposedMeasurement, Rows, Series
 from studies.inference.parameter import Candidate
 from studies.missing_effect.motion.bicycle_forward import SPEED_AXIS, BicycleForward
-from studies.missing_effect.motion.family import Family, stencil_slope
+from studies.missing_effect.motion.family import Family
 from studies.missing_effect.motion.modal_table import ModalPoint
 from studies.missing_effect.motion.ratio_sensors import LEAN, apply_sensor, errors_of
 from studies.missing_effect.motion.row_settings import Settings
+from studies.missing_effect.motion.slopes import Slopes
 from studies.missing_effect.motion.wanted_modes import Wanted, root_of
 from tyre.base.arrays import Array, Complex
 
@@ -65,30 +66,25 @@ def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True
         Whether derivatives are wanted.
     """
     speeds = np.unique(wanted.speed)
-    batch, steps = family.stencil(theta) if slopes else (theta[None], theta[:0])
-    system = family(batch, speeds)
-    mass, output = system.mass[0], system.output[0]
-    values, right, left = eigensystem(system.dynamics[0], mass=mass)
+    bicycle = Slopes(family, theta, speeds, slopes)
+    system, names = bicycle.system, family.symbolic.outputs
+    values, right, left = eigensystem(system.dynamics[0], mass=system.mass[0])
     chosen, at = root_of(wanted, speeds, values), np.searchsorted(speeds, wanted.speed)
-    names = family.symbolic.outputs
     rows = [names.index(name) for name in ("lean_rate", *RATIO_OUTPUT.values())]
     root, x = values[at, chosen], right[at, :, chosen]
-    c = output[at][:, rows]
+    c = system.output[0, at][:, rows]
     seen = np.einsum("mri,mi->mr", c, x)
     ratio = seen[:, 1:] / seen[:, :1]
     number = np.concatenate([root[:, None], ratio], axis=1)
-    slope = np.zeros((*number.shape, len(steps)), complex)
-    if len(steps):
-        d = stencil_slope(system, steps)
-        force = np.einsum("pmij,mj->mip", d.dynamics[:, at], x) - root[:, None, None] * np.einsum(
-            "pmij,mj->mip", d.mass[:, at], x
-        )
+    slope = np.zeros((*number.shape, len(bicycle.steps)), complex)
+    if slope.size:
+        force = bicycle.force(at, x[..., None], root)[..., 0].swapaxes(1, 2)
         turned = left[at] @ force  # u_i (dF - lambda dE) x / (u_i E x_i)
         gap = root[:, None] - values[at]
         point = np.arange(len(at))
         gap[point, chosen] = np.inf
         dx = right[at] @ (turned / gap[:, :, None])
-        dseen = c @ dx + np.einsum("pmri,mi->mrp", d.output[:, at][:, :, rows], x)
+        dseen = c @ dx + bicycle.applied("output", at, x[..., None], rows)[..., 0].swapaxes(1, 2)
         slope[:, 0] = turned[point, chosen]
         slope[:, 1:] = (dseen[:, 1:] - ratio[:, :, None] * dseen[:, :1]) / seen[:, :1, None]
     errors = _coordinates(family, theta)

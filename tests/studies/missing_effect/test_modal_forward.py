@@ -8,12 +8,12 @@ import pytest
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.modal.named_modes import modes
 from studies.missing_effect.motion.candidates import find_candidates
-from studies.missing_effect.motion.family import stencil_slope
 from studies.missing_effect.motion.modal_forward import ModalForward
 from studies.missing_effect.motion.modal_table import ModalPoint
 from studies.missing_effect.motion.nuisances import nuisances
 from studies.missing_effect.motion.ratio_sensors import apply_sensor, measurement_candidates
 from studies.missing_effect.motion.sensor_errors import geometry_errors
+from studies.missing_effect.motion.slopes import Slopes
 
 TYRE = {"cornering_stiffness": {"rear": 6000.0, "front": 4500.0}, "relaxation_length": 0.1}
 
@@ -69,13 +69,13 @@ def test_derivatives_agree_with_differences_of_the_prediction(forward):
 def test_matrix_slopes_agree_with_the_symbolic_derivative(forward):
     family = forward.family(())
     theta = np.array([u.centre for u in forward.nuisances])
-    batch, steps = family.stencil(theta)
-    slope = stencil_slope(family(batch, np.array([5.0])), steps)
+    n = len(family.models.scale)
+    slope = Slopes(family, theta, np.array([5.0])).applied("dynamics", np.array([0]), np.eye(n)[None] + 0j)[0]
     for key in ("lam", "IBxx", "c"):
         k = [u.name for u in forward.nuisances].index(key)
         exact = family.models.evaluate.derivative(key, forward.base.parameters)
         total = sum(5.0**power * matrix for power, matrix in exact.dynamics.items()) * family.models.scale
-        np.testing.assert_allclose(slope.dynamics[k, 0], total, rtol=1e-6, atol=1e-6 * np.abs(total).max())
+        np.testing.assert_allclose(slope[k].real, total, rtol=1e-6, atol=1e-6 * np.abs(total).max())
 
 
 def test_a_mode_without_lean_is_not_finite_and_no_warning():
