@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr, solve_triangular
+from scipy.linalg.lapack import dgeqrf
 
 from studies.inference.arrays import Array
 
@@ -30,6 +31,7 @@ POOR_DECREMENT = 1e-2  # a fit that is poor anyway is not polished beyond a per 
 POOR_CHI2 = 10.0  # objective a row beyond which a fit is poor
 BEATEN = 1.5  # times what another start has reached, above which a fit that stalls is given up
 STALLED, SLOW = 8, 0.9  # turns in which it must fall below this share
+WEDGED, CREEP = 4, 0.05  # turns that gained less than this share of what one step promises, beside what is not finite
 
 Evaluate = Callable[..., tuple[Array, Array]]
 
@@ -101,7 +103,8 @@ def minimise(
     rows = slice(None) if used.all() else used  # a mask copies
     z = np.clip(z, lower, upper)
     residual, jacobian = evaluate(z, slopes=True)
-    objective, damping, decrement, near = _objective(residual[rows], z), 1e-3, np.inf, False
+    objective, damping, decrement = _objective(residual[rows], z), 1e-3, np.inf
+    near = straight_way = fallen = False
     past: list[float] = []
     for turn in range(turns[0]):
         if not (np.isfinite(objective) and np.isfinite(jacobian[rows]).all()):
@@ -111,7 +114,8 @@ def minimise(
         free = np.flatnonzero(~held)
         if not len(free):
             return End(z, objective, residual, jacobian, 0.0)
-        triangle = _triangle(np.vstack([jacobian[rows][:, free], np.eye(len(z))[:, free]]))
+        data = _triangle(jacobian[rows] if len(free) == len(z) else jacobian[rows][:, free])
+        triangle = _triangle(np.vstack([data, np.eye(len(free))]))
         promised = solve_triangular(triangle, gradient[free], trans="T", check_finite=False)
         decrement = float(promised @ promised)
         poor = turns != THOROUGH and objective > POOR_CHI2 * used.sum()
@@ -121,6 +125,9 @@ def minimise(
             break
         past.append(objective)
         if objective > BEATEN * reached and turn >= STALLED and objective > SLOW * past[-1 - STALLED]:
+            break
+        crept = turn >= WEDGED and past[-1 - WEDGED] - objective < CREEP * decrement
+        if crept and fallen and decrement > small(objective):
             break
         valley, near = near, decrement <= small(objective)
         last = decrement <= SETTLED * small(objective)
@@ -135,17 +142,22 @@ def minimise(
             straight = np.zeros(len(z))
             straight[free] = -step
             trial = z + straight
-            if not near or valley:
+            if valley or not (near or straight_way):
                 probe = np.clip(z + PROBE * straight, lower, upper)
                 further = evaluate(probe, slopes=False)[0][rows]
                 bend = 2 / PROBE**2 * (further - residual[rows] - jacobian[rows] @ (probe - z))
-                trial[free] += _acceleration(damped[1], jacobian[rows][:, free].T @ bend, size, step)
+                trial[free] += _acceleration(damped[1], (jacobian[rows].T @ bend)[free], size, step)
             trial = np.clip(trial, lower, upper)
             tried = evaluate(trial, slopes=eager)
             new = _objective(tried[0][rows], trial)
+            fallen = fallen or not np.isfinite(new)
             if new < objective:
                 gained = objective - new
                 improved, z, objective = True, trial, new
+                if last and straight_way:  # slopes no longer change
+                    residual = tried[0]
+                    break
+                straight_way = gained > GOOD * decrement
                 residual, jacobian = tried if eager else evaluate(z, slopes=True)
                 if gained > GOOD * expected:
                     damping = max(damping / 10, LEAST_DAMPING)
@@ -185,8 +197,10 @@ def spread(jacobian: Array) -> tuple[Array, float]:
 
 
 def _triangle(matrix: Array) -> Array:
-    """R of the orthogonal factors of a ``matrix`` (n, p), without the rows of zeros."""
-    return np.asarray(np.linalg.qr(matrix, mode="r"))
+    """R of the orthogonal factors of a ``matrix`` (n, p), without the rows of zeros; numpy copies thrice as much."""
+    if not matrix.size:
+        return np.zeros((min(matrix.shape), matrix.shape[1]))
+    return np.asarray(np.triu(dgeqrf(matrix)[0][: matrix.shape[1]]))
 
 
 def _objective(kept: Array, z: Array) -> float:

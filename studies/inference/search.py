@@ -58,10 +58,13 @@ def again(forward: Forward, known: Hypotheses, progress: Progress) -> Hypotheses
         Told of each fit.
     """
     progress("parameters only")
-    found = [fit(forward, starts=[known.null.theta])]
+    null = fit(forward, starts=[known.null.theta])
+    found = [null]
     for f in known.fits:
         progress(f.name)
-        found.append(fitted(forward, f.candidates, [f.theta], turns=turns_of(forward)))
+        moved = np.concatenate([null.theta, f.theta[f.effect_columns]])  # what adds little moves as the null did
+        start = promising(forward, f.candidates, [f.theta, moved], 1)
+        found.append(fitted(forward, f.candidates, start, turns=turns_of(forward)))
     return _none_worse(forward, Hypotheses(found[0], tuple(found[1:]), known.library))
 
 

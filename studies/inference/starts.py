@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from studies.inference.arrays import Array
-from studies.inference.fit import Fit
+from studies.inference.fit import Fit, prior
 from studies.inference.forward import Forward
 from studies.inference.parameter import Candidate
 
@@ -16,11 +16,13 @@ STARTS_RUN = 2  # of those with the lowest objective
 def promising(
     forward: Forward, candidates: tuple[Candidate, ...], starts: Sequence[Array], most: int = STARTS_RUN
 ) -> list[Array]:
-    """The ``starts`` (p,) of the lowest chi^2 with ``candidates``, a number ``most`` of them."""
+    """The ``starts`` (p,) of the lowest objective with ``candidates``, a number ``most`` of them."""
+    centre, sd = prior((*forward.nuisances, *(u for c in candidates for u in c.unknowns)), candidates, 1.0)
     values = []
     for theta in starts:
         residual, _ = forward.residual(candidates, theta, slopes=False)
-        value = float(residual @ residual)
+        z = (theta - centre) / sd
+        value = float(residual @ residual + z @ z)
         values.append(value if math.isfinite(value) else math.inf)
     return [starts[k] for k in np.argsort(values, kind="stable")[:most]]
 

@@ -126,7 +126,8 @@ class HistoryForward(BicycleForward):
             return residual, np.empty((len(residual), 0))
         steps = FORWARD * family.stencil(theta)[1]
         white = self._white(self._replay.slopes(family, theta, steps, runs.start))
-        return residual, -self._flat(runs.without(white))
+        moved = self._flat(runs.without(white))
+        return residual, np.negative(moved, out=moved)
 
     def _fitted(self, family: Family, candidates: tuple[Candidate, ...], theta: Array) -> Marginal:
         """The runs with their initial states marginalised; the last answer is kept, because a fit asks twice."""

@@ -74,7 +74,10 @@ def whitened(signals: Array, noise: Sequence[ChannelNoise]) -> Array:
     white = limited(signals) / np.array([one.sd for one in noise])[:, None, None]
     colour = np.array([one.colour for one in noise])[:, None, None]
     if colour.any():
-        white[:, :, 1:] = (white[:, :, 1:] - colour * white[:, :, :-1]) / np.sqrt(1 - colour**2)
+        rest = np.sqrt(1 - colour**2)
+        for run in white:  # one after the other: whole copies of all would cost more than the arithmetic
+            run[:, 1:] -= colour * run[:, :-1]
+            run[:, 1:] /= rest
     return np.asarray(white)
 
 

@@ -33,7 +33,9 @@ class Marginal(NamedTuple):
 
     def without(self, white: Array) -> Array:
         """What marginalising leaves of ``white`` columns (R, C T, columns)."""
-        return white + self.left @ (self.gain[:, :, None] * (self.left.swapaxes(-1, -2) @ white))
+        left = self.left @ (self.gain[:, :, None] * (self.left.swapaxes(-1, -2) @ white))
+        left += white
+        return left
 
 
 def integrated_out(phi: Array, white: Array) -> Marginal:

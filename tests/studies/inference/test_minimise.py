@@ -86,3 +86,23 @@ def test_a_way_that_leads_beyond_all_numbers_is_not_taken_and_gives_no_warning()
     end = minimise(broken, np.array([0.95]), np.full(1, -9.0), np.full(1, 9.0), np.ones(2, bool))
     assert np.isfinite(end.objective)
     assert 0.95 <= end.z[0] < 1
+
+
+def test_a_fit_that_creeps_beside_what_is_not_finite_is_given_up():
+    """Slopes 300 times too steep: one step promises 10^4, four of them gain a hundredth; beyond lies no number."""
+
+    def turns(low, high):
+        calls = []
+
+        def creeping(z, *, slopes):
+            calls.append(slopes)
+            residual = np.nan if low < z[0] < high else 100.0 - z[0]
+            return np.array([residual]), np.array([[-300.0]]) if slopes else np.zeros((1, 0))
+
+        end = minimise(creeping, np.zeros(1), np.full(1, -1e3), np.full(1, 1e3), np.ones(1, bool))
+        assert not end.converged
+        assert np.isfinite(end.objective)
+        return sum(calls)
+
+    assert turns(1e6, 1e7) > 15  # nowhere near
+    assert turns(0.2, 0.4) < 8
