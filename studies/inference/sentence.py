@@ -102,7 +102,8 @@ def _poor(forward: Forward, known: Hypotheses, leader: Fit, refused: Mapping[str
     if fitting is None:
         best = next(iter(p), leader)
         left = goodness_of_fit(forward, best)
-        return f", nor does any hypothesis of the library; the most probable, {best.name}, leaves p = {left:.2g}."
+        lowers = f"takes chi^2 from {known.null.chi2:.4g} to {best.chi2:.4g} and leaves p = {left:.2g}"
+        return f", nor does any hypothesis of the library; the most probable, {best.name}, {lowers}."
     judged = f"{leader.name}, which was judged (p = {goodness_of_fit(forward, leader):.2g})"
     why = refused.get(fitting.name, "it is less probable than that nothing is missing")
     would = f"{fitting.name} would in sum (p = {p[fitting]:.2g}), but is refused: {why}"

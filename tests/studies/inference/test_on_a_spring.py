@@ -133,6 +133,32 @@ def test_what_is_not_in_the_library_is_not_given_another_name():
     assert "something is missing that the library does not explain" in judgement.verdict.warnings
 
 
+@pytest.mark.parametrize(
+    ("hum", "damping", "word"),
+    [
+        (0.5, 0.15, "partial"),  # N; a rest that is small and leaves p near 1e-3
+        (0.6, 0.15, "unknown"),  # p near 1e-7: a name beside so much would mostly be wrong
+        (0.6, 0.60, "partial"),  # the same rest, but the damper closes more than nine tenths of the gap
+    ],
+)
+def test_a_name_beside_a_large_rest_must_close_nine_tenths_of_the_gap(hum, damping, word):
+    """A damper is missing, and a hum of the floor that is no candidate."""
+
+    def rate(t, y):
+        return y[1], -(7.95 * y[0] + damping * y[1] + hum * np.sin(5 * t)) / 2.02
+
+    runs = [solve_ivp(rate, (0, TIME[-1]), (x, 0), t_eval=TIME, rtol=1e-9, atol=1e-11).y[0] for x in STARTS]
+    data = np.array(runs) + NOISE * np.random.default_rng(2).standard_normal((3, 61))
+    verdict = judge(Spring(data)).verdict
+    assert verdict.verdict == word
+    if word == "unknown":
+        assert "the most probable, damper, takes chi^2 from" in verdict.sentence
+    else:
+        (effect,) = verdict.effects
+        value, sd = effect.parameters["damping"]
+        assert value == pytest.approx(damping, abs=3 * sd)
+
+
 def test_progress_is_told_of_every_fit():
     told = []
     judge(Spring(recorded(1)), progress=told.append)

@@ -15,13 +15,14 @@ P = {"none": 1e-9, "a+b": 1e-7, "a+b+c": 1e-3, "a+b+d": 0.3}
 class Fitted:
     name: str
     converged: bool
+    chi2: float = 50.0
 
     def at_bound(self):
         return ()
 
 
 def said_of(*names, refused=None, monkeypatch, stuck=()):
-    made = {name: Fitted(name, name not in stuck) for name in ("none", *names)}
+    made = {name: Fitted(name, name not in stuck) for name in names} | {"none": Fitted("none", True, 400.0)}
     monkeypatch.setattr(module, "goodness_of_fit", lambda _, fit: P[fit.name])
     known = SimpleNamespace(null=made["none"], best=lambda: [made[name] for name in names])
     judged = SimpleNamespace(verdict="unknown", leader=made["a+b"], final=made["none"], checks=())
@@ -31,7 +32,10 @@ def said_of(*names, refused=None, monkeypatch, stuck=()):
 def test_the_most_probable_is_the_most_probable(monkeypatch):
     """The one that was judged has fewer effects than the one that leads the table beside the sentence."""
     said = said_of("a+b+c", "a+b", monkeypatch=monkeypatch)
-    assert said.endswith("nor does any hypothesis of the library; the most probable, a+b+c, leaves p = 0.001.")
+    assert said.endswith(
+        "nor does any hypothesis of the library; the most probable, a+b+c, takes chi^2 from 400 to 50 and leaves p = "
+        "0.001."
+    )
 
 
 @pytest.mark.parametrize("stuck", [(), ("a+b+d",)])
@@ -41,7 +45,7 @@ def test_one_that_fits_and_is_refused_is_told_with_its_rule(monkeypatch, stuck):
         stuck=stuck,
     )  # fmt: skip
     if stuck:  # what did not converge is not judged
-        assert said.endswith("the most probable, a+b+c, leaves p = 0.001.")
+        assert said.endswith("the most probable, a+b+c, takes chi^2 from 400 to 50 and leaves p = 0.001.")
     else:
         assert said.endswith(
             ", nor does a+b, which was judged (p = 1e-07); a+b+d would in sum (p = 0.3), but is refused: the data left "
