@@ -6,7 +6,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from studies.inference.attempts import POOR_FIT
-from studies.inference.checks import HeldOut, goodness_of_fit, held_out, whiteness, with_wider_nuisances
+from studies.inference.checks import (
+    HeldOut,
+    goodness_of_fit,
+    held_out,
+    whiteness,
+    with_wider_nuisances,
+    within_uncertainty,
+)
 from studies.inference.evidence import CLEAR_ODDS, Hypotheses
 from studies.inference.fit import Fit, fit
 from studies.inference.forward import Forward
@@ -90,12 +97,12 @@ def accept(forward: Forward, known: Hypotheses, leader: Fit | None) -> Acceptanc
     led = _studied(forward, known, leader)
     vital = _vital(forward, led)
     reserved = (*_reserved(known, led, null_score), *_each_alone(forward, known, led, null_score))
-    fitting = _fitting(forward, leader)
-    checks = (*vital, *reserved, *fitting)
+    fitting, within = _fitting(forward, leader), _within(leader)
+    checks = (*vital, *reserved, within, *fitting)
     scores = {"nuisance_only": null_score, "final": led.score}
     members, explains = tuple(led.members), all(c.passed for c in (*vital, *fitting))
     reasons = {f.name: why for f, why in led.members.items()}
-    doubts = tuple(f"{c.what}: {c.figure}" for c in reserved if not c.passed)
+    doubts = tuple(f"{c.what}: {c.figure}" for c in (*reserved, within) if not c.passed)
     if explains and not doubts:
         word = "named" if len(members) == 1 else "class"
         return Acceptance(word, leader, scores, leader, members, reasons, (), checks)
@@ -196,6 +203,12 @@ def _each_alone(forward: Forward, known: Hypotheses, led: _Leader, null_score: H
     return (
         AcceptanceCheck("each of three effects stands alone", f"not {', '.join(weak)}" if weak else "yes", not weak),
     )
+
+
+def _within(leader: Fit) -> AcceptanceCheck:
+    """Of a name without reservation: it is of little use on another bicycle than that of the file."""
+    p = within_uncertainty(leader)
+    return AcceptanceCheck("parameters within their uncertainty, p > 0.01", f"{p:.2g}", p > POOR_FIT)
 
 
 def _fitting(forward: Forward, leader: Fit) -> tuple[AcceptanceCheck, ...]:

@@ -1,4 +1,4 @@
-"""The checks an effect must pass before it is named: held-out score, goodness of fit, whiteness, wider nuisances."""
+"""The checks of an effect before it is named: held-out score, goodness of fit, whiteness, how far nuisances went."""
 
 import math
 from collections.abc import Iterator
@@ -107,6 +107,29 @@ def goodness_of_fit(forward: Forward, hypothesis: Fit) -> float:
     """
     freedom = len(forward.rows.where) - sum(u.size for c in hypothesis.candidates for u in c.unknowns)
     return float(chi2_distribution.sf(hypothesis.objective, max(freedom, 1)))
+
+
+def within_uncertainty(hypothesis: Fit) -> float:
+    """P(sum of squares larger) of how far the nuisances went, in their standard deviations, if these are true.
+
+    Before the data are known, what a fit will make of them has the covariance 1 - P with their posterior covariance P,
+    both in prior sd (Box 1980, J. Royal Statistical Society A 143, 383-430); the sum of squares is compared with the
+    chi^2 distribution of its mean and variance (Satterthwaite).
+
+    Parameters
+    ----------
+    hypothesis : Fit
+    """
+    count = hypothesis.effect_columns.start
+    nuisances = hypothesis.unknowns[:count]
+    sd = hypothesis.nuisance_scale * np.array([u.scale for u in nuisances])
+    went = (hypothesis.theta[:count] - np.array([u.centre for u in nuisances])) / sd
+    known = np.eye(count) - hypothesis.covariance[:count, :count] / np.outer(sd, sd)
+    free = np.clip(np.linalg.eigvalsh(known), 0.0, 1.0)
+    mean, variance = float(free.sum()), 2 * float((free**2).sum())
+    if not variance > ROUNDING:
+        return 1.0
+    return float(chi2_distribution.sf(2 * mean * float(went @ went) / variance, 2 * mean**2 / variance))
 
 
 def whiteness(forward: Forward, hypothesis: Fit) -> float:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from studies.inference.checks import whiteness
+from studies.inference.checks import whiteness, within_uncertainty
 from studies.inference.fit import Fit
 from studies.inference.forward import ForwardModel, Rows
 from studies.inference.parameter import Candidate, UncertainParameter
@@ -110,3 +110,32 @@ def test_a_size_that_ends_at_either_bound_is_told(at, names):
     done = Fit((share,), (size,), np.array([float(at)]), np.eye(1), np.zeros(9), np.zeros((9, 1)), 0.0, 0.0)
     assert done.at_bound() == names
     assert done.admissible == (not names)
+
+
+def shifted(rng, jacobian, *, off=1.0):
+    """A fit of linear data whose parameters lie ``off`` prior sd from their means, by the normal equations."""
+    count = jacobian.shape[1]
+    units = np.array([0.5, 20.0, 1e-3, 3.0])[:count]  # prior sd
+    data = jacobian @ (off * rng.standard_normal(count)) + rng.standard_normal(len(jacobian))
+    covariance = np.linalg.inv(np.eye(count) + jacobian.T @ jacobian)
+    went = covariance @ jacobian.T @ data
+    unknowns = tuple(UncertainParameter(f"u{k}", "1", {f"u{k}": 1.0}, 7.0, float(u)) for k, u in enumerate(units))
+    theta, spread = 7.0 + units * went, covariance * np.outer(units, units)
+    return Fit((), unknowns, theta, spread, data - jacobian @ went, -jacobian / units, 0.0, 0.0)
+
+
+def test_how_far_parameters_went_has_the_probability_that_is_said():
+    """Drawn from their priors: p is even, with parameters that the data tell and that they do not."""
+    jacobian = np.array([3.0, 1.0, 0.3, 0.0]) * np.random.default_rng(1).standard_normal((12, 4))
+    rng = np.random.default_rng(2)
+    p = np.array([within_uncertainty(shifted(rng, jacobian)) for _ in range(2000)])
+    for below in (0.01, 0.05, 0.5):
+        assert abs(np.mean(p < below) - below) < 3 * np.sqrt(below / 2000) + 0.3 * below
+    far = np.array([within_uncertainty(shifted(rng, jacobian, off=5.0)) for _ in range(200)])
+    assert np.mean(far < 0.01) > 0.7
+
+
+def test_parameters_of_which_the_data_tell_nothing_are_within():
+    rng = np.random.default_rng(3)
+    assert within_uncertainty(shifted(rng, np.zeros((5, 3)))) == 1.0
+    assert within_uncertainty(shifted(rng, np.zeros((5, 0)))) == 1.0

@@ -133,6 +133,15 @@ def test_what_is_not_in_the_library_is_not_given_another_name():
     assert "something is missing that the library does not explain" in judgement.verdict.warnings
 
 
+def test_a_name_is_tentative_where_the_parameters_had_to_go_too_far():
+    """A mass 5 of its standard deviations above what is stated."""
+    verdict = judge(Spring(recorded(3, damping=0.15, mass=2.1))).verdict
+    assert (verdict.verdict, verdict.equivalent) == ("tentative", ("damper",))
+    (failed,) = (check for check in verdict.checks if not check.passed)
+    assert failed.what == "parameters within their uncertainty, p > 0.01"
+    assert verdict.sentence.endswith(f"What does not hold: {failed.what}: {failed.figure}.")
+
+
 @pytest.mark.parametrize(
     ("hum", "damping", "word"),
     [
