@@ -104,7 +104,7 @@ def minimise(
     z = np.clip(z, lower, upper)
     residual, jacobian = evaluate(z, slopes=True)
     objective, damping, decrement = _objective(residual[rows], z), 1e-3, np.inf
-    near = straight_way = fallen = False
+    near = as_promised = fallen = False  # as_promised: the last step gained what a whole one promises
     past: list[float] = []
     for turn in range(turns[0]):
         if not (np.isfinite(objective) and np.isfinite(jacobian[rows]).all()):
@@ -142,7 +142,7 @@ def minimise(
             straight = np.zeros(len(z))
             straight[free] = -step
             trial = z + straight
-            if valley or not (near or straight_way):
+            if valley or not (near or as_promised):
                 probe = np.clip(z + PROBE * straight, lower, upper)
                 further = evaluate(probe, slopes=False)[0][rows]
                 bend = 2 / PROBE**2 * (further - residual[rows] - jacobian[rows] @ (probe - z))
@@ -154,10 +154,10 @@ def minimise(
             if new < objective:
                 gained = objective - new
                 improved, z, objective = True, trial, new
-                if last and straight_way:  # slopes no longer change
+                if last and as_promised:  # slopes no longer change
                     residual = tried[0]
                     break
-                straight_way = gained > GOOD * decrement
+                as_promised = gained > GOOD * decrement
                 residual, jacobian = tried if eager else evaluate(z, slopes=True)
                 if gained > GOOD * expected:
                     damping = max(damping / 10, LEAST_DAMPING)
