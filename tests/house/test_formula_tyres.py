@@ -90,7 +90,7 @@ def test_simulate_and_sensitivity(folder, capsys):
 
 
 def test_uncertainty_tells_what_is_assumed(folder, capsys):
-    found = json_of(capsys, "uncertainty", folder / "model.toml", "--speeds", "6", "--json", "-")
+    found = json_of(capsys, "uncertainty", folder / "model.toml", "--speeds", "6", "--samples", "20", "--json", "-")
     text = json.dumps(found)
     assert "assumed" in text
     assert "tyre lateral stiffness" in text

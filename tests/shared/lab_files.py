@@ -43,7 +43,7 @@ def rig_log(path: Path) -> dict:
 
 def imu_log(path: Path) -> dict:
     """Three kicks in deg/s and g, dates as times, an offset of the gyro."""
-    rng, time = np.random.default_rng(2), np.arange(0, 60, 0.01)
+    rng, time = np.random.default_rng(2), np.arange(0, 60, 0.02)
     roll, yaw = rng.normal(0, 1, time.size) + 2.0, rng.normal(0, 1, time.size)
     kicks, decay, hertz = (10.0, 25.0, 41.0), -0.6, 1.1
     for kick in kicks:
@@ -89,7 +89,7 @@ def can_log(folder: Path) -> Path:
     from asammdf import MDF, Signal
 
     rng = np.random.default_rng(4)
-    fast, slow = np.arange(0, 20, 0.01), np.arange(0.003, 20, 0.02)
+    fast, slow = np.arange(0, 10, 0.01), np.arange(0.003, 10, 0.02)
     path = folder / "can.mf4"
     with MDF(version="4.10") as file:
         torque = 3 * np.exp(-(((fast - 5) / 0.2) ** 2)) + rng.normal(0, 0.05, fast.size)

@@ -46,7 +46,7 @@ FASTER = 2 * np.pi * 4.5  # rad/s: of these bicycles only wobble is slower than 
 
 
 def nothing(**more):
-    return Wanted(**({"costs": {}, "sd": {}, "limits": {}} | more))
+    return Wanted(**({"costs": {}, "sd": {}, "limits": {}, "samples": 50} | more))
 
 
 def wobble_growth(content, numbers):

@@ -34,8 +34,9 @@ def rig(tmp_path_factory):
 
 
 @pytest.fixture
-def looked(monkeypatch):
+def looked(monkeypatch, unseen):
     """Run `velotyre look` with drafts into a folder, and give what it found: one look takes seconds."""
+    unseen()
     found = []
 
     def noted(*given):

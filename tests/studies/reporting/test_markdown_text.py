@@ -94,16 +94,13 @@ def test_code_holds_any_name(name):
 
 def test_every_template_is_filled_here():
     """No other file makes an environment of jinja, in which escaping could be forgotten."""
+    files = [file for top in ("tyre", "bicycle", "studies") for file in (ROOT / top).rglob("*.py")]
+    naming = {file: text for file in files if "jinja2" in (text := file.read_text(encoding="utf-8"))}
     makers = [
         file.relative_to(ROOT).as_posix()
-        for top in ("tyre", "bicycle", "studies")
-        for file in (ROOT / top).rglob("*.py")
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        for file, text in naming.items()
+        for node in ast.walk(ast.parse(text))
         if isinstance(node, ast.Call) and "jinja2" in ast.unparse(node.func)
     ]
     assert makers == ["studies/reporting/markdown_text.py"] * 3
-    assert not any(
-        "from jinja2" in file.read_text(encoding="utf-8")
-        for top in ("tyre", "bicycle", "studies")
-        for file in (ROOT / top).rglob("*.py")
-    )
+    assert not any("from jinja2" in text for text in naming.values())

@@ -26,7 +26,8 @@ def refused(capsys, *words):
 
 
 @pytest.mark.parametrize("posture", ["upright", "hoods", "drops"])
-def test_the_packaged_bicycle_is_made_again(tmp_path, capsys, posture):
+def test_the_packaged_bicycle_is_made_again(unseen, tmp_path, capsys, posture):
+    unseen()
     name = f"pista_charlie_{posture}"
     run("pista", "--rider", "charlie", "--posture", posture, "--out", tmp_path / f"{name}.toml")
     made, packaged = load_bicycle(tmp_path / f"{name}.toml"), load_bicycle(name)
@@ -64,7 +65,8 @@ def test_the_file_says_where_it_comes_from(tmp_path, capsys):
     assert {p.name for p in tmp_path.iterdir()} == {"me.toml", "me.png", "me.svg"}
 
 
-def test_a_bicycle_file_with_an_own_geometry(tmp_path, capsys):
+def test_a_bicycle_file_with_an_own_geometry(unseen, tmp_path, capsys):
+    unseen()
     frame, seat = tmp_path / "mine.toml", tmp_path / "seat.toml"
     frame.write_text((DATA / "bicycles" / "fisher.toml").read_text())
     seat.write_text("[values]\nsaddle_distance_m = 0.70\nreach_m = 0.6\ndrop_m = -0.05\n")

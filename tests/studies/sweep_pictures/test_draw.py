@@ -171,7 +171,8 @@ def test_at_a_speed_that_cannot_be_told(unseen, sample, tmp_path, monkeypatch, c
         assert not [*(tmp_path / "no").glob("*.svg")]  # it is refused before anything is drawn
 
 
-def test_without_parameters_a_changed_source_is_said(tmp_path, monkeypatch):
+def test_without_parameters_a_changed_source_is_said(unseen, tmp_path, monkeypatch):
+    unseen()
     content = {"model": MODEL, "samples": 40, "outputs": ["largest_growth_rate"], "grid": SPEEDS,
                "sampled": {"c": {"sd": 0.01}}}  # fmt: skip
     out = run_sweep(build_sweep(content), tmp_path / "plain.zarr")
@@ -318,7 +319,8 @@ def test_no_possible_bicycle(sample, monkeypatch, tmp_path):
         draw_result(sample, tmp_path / "no")
 
 
-def test_a_small_sample_names_what_is_left_out_of_the_picture_and_ranks_nothing(tmp_path):
+def test_a_small_sample_names_what_is_left_out_of_the_picture_and_ranks_nothing(unseen, tmp_path):
+    unseen()
     content = {"model": {"bicycle": "pista"}, "outputs": ["critical_speeds"], "samples": 5, "seed": 3,
                "sampled": {"bicycle_sd": True}}  # fmt: skip
     out = tmp_path / "few.nc"

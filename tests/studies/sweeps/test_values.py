@@ -131,7 +131,7 @@ def test_joint_draws_of_very_different_size(tmp_path):
 
 def test_a_sampled_pressure_is_around_that_of_the_model(tmp_path):
     content = {
-        "model": MEASURED, "outputs": ["parameters"], "samples": 1000,
+        "model": MEASURED, "outputs": ["parameters"], "samples": 200,
         "sampled": {"pressure_bar": {"sd": 0.05}, "tyre_covariance": True},
     }  # fmt: skip
     drawn = load(run_sweep(build_sweep(content), tmp_path / "a.zarr")).parameters

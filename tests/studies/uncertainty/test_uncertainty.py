@@ -212,7 +212,7 @@ def test_a_crossing_that_vanishes_is_counted_as_lost():
     pytest.importorskip("SALib")
     words = r"wobble unstable above is missing up to 60 m/s for \d+ of \d+ bicycles, so its variance is not defined"
     with pytest.raises(InputError, match=words):
-        total_effects(uncertainty, "wobble unstable above", base=64)
+        total_effects(uncertainty, "wobble unstable above", base=16)
 
 
 HINGED = {"bicycle": "benchmark", "effects": {

@@ -188,13 +188,20 @@ def test_varying_speed_is_followed_by_distance():
     assert fit.apparent_relaxation_length == pytest.approx(C / K, rel=0.02)
 
 
+@pytest.fixture(scope="module")
+def as_it_is():
+    """A sweep and its fit, with which those of other tyres are compared."""
+    run = sweep(PlySteer(force=5.0), Noise(), seed=6, cycles=2)
+    return run, fit_slip_sweep(run)
+
+
 @settings(max_examples=8)
 @given(factor=st.floats(0.3, 3.0), mirrored=st.booleans())
-def test_scaling_and_mirroring_the_tyre(factor, mirrored):
-    run = sweep(PlySteer(force=5.0), Noise(), seed=6, cycles=2)
+def test_scaling_and_mirroring_the_tyre(as_it_is, factor, mirrored):
+    run, plain = as_it_is
     sign = -1.0 if mirrored else 1.0
     changed = replace(run, slip_angle=sign * run.slip_angle, side_force=sign * factor * run.side_force)
-    plain, other = fit_slip_sweep(run), fit_slip_sweep(changed)
+    other = fit_slip_sweep(changed)
     assert other.cornering_stiffness.value == pytest.approx(factor * plain.cornering_stiffness.value, rel=1e-6)
     assert other.parameters["lag"] == pytest.approx(plain.parameters["lag"], rel=1e-3)
 
