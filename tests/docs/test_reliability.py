@@ -174,6 +174,69 @@ def test_diagnosis():
         assert result(name)["named_wrongly"] == 0
 
 
+def test_joint_data():
+    joint = result("joint_diagnosis")
+    right = {name: f"{one['hits']} of {one['of']}" for name, one in joint["right"].items()}
+    modes, kicks = (right[name].removesuffix(f" of {joint['cases']}") for name in ("modes", "kicks"))
+    assert measured("joint data, 150 cases: names") == (
+        f"{right['joint']}; modes alone {modes}, kicks {kicks}, pushes {right['pushes']}; no case is lost"
+    )
+    cases = ROOT / "studies/missing_effect/blind/results/joint_cases.jsonl"
+    rows = [json.loads(line) for line in cases.read_text(encoding="utf-8").splitlines()]
+    rows = [row for row in rows if not row["planted"] and row["seed"] < joint["seed"] + joint["cases"]]
+    assert not [
+        row["seed"] for row in rows if max(one["right"] for one in row["alone"].values()) > row["joint"]["right"]
+    ]
+    ratios = []
+    for row in rows:
+        for key, (_, sd) in row["joint"]["sizes"].items() if row["joint"]["right"] else ():
+            alone = [one["sizes"][key][1] for one in row["alone"].values() if one["right"] and key in one["sizes"]]
+            if key.startswith(row["hidden"]) and alone:
+                ratios.append((sd / min(alone), row["hidden"]))
+    wider = [(ratio, hidden) for ratio, hidden in ratios if ratio > 1.001]
+    assert {hidden for _, hidden in wider} == {"rider_lean"}
+    assert measured("joint data: no interval") == (
+        f"{len(ratios) - len(wider)} of {len(ratios)} ({len(wider)} are wider, by {max(wider)[0] - 1:.0%} or less; all "
+        "are numbers of a swaying rider)"
+    ).replace("%", " %")
+    found, claimed = joint["planted_found"], joint["false_contradiction"]
+    assert measured("a mistake planted in one part") == f"{found['hits']} of {found['of']}"
+    assert measured("none planted: a part") == f"{claimed['hits']} of {claimed['of']} ({claimed['share']:.0%})".replace(
+        "%", " %"
+    )
+
+
+NEWER = (
+    ("outside the library, modes: named", "modal-outside", ("named", "class")),
+    ("the same, modes, `partial`", "modal-outside", ("named", "class", "partial")),
+    ("outside the library, histories: named", "history-outside", ("named", "class")),
+    ("the same, histories, `partial`", "history-outside", ("named", "class", "partial")),
+    ("another bicycle's file: named", "modal-wrong-bicycle", ("named", "class")),
+    ("the same, another bicycle's, `partial`", "modal-wrong-bicycle", ("named", "class", "partial")),
+)
+
+
+def test_fresh_cases_of_the_newer_rules():
+    kept = (ROOT / "studies/missing_effect/blind/results/newer_rules.jsonl").read_text(encoding="utf-8")
+    cases = [json.loads(line) for line in kept.splitlines()]
+    assert not [case["error"] for case in cases if case["error"]]
+    for start, cell, words in NEWER:
+        of = [case for case in cases if case["cell"] == cell]
+        hits = sum(case["verdict"]["verdict"] in words for case in of)
+        assert measured(start) == f"{hits} of {len(of)} ({hits / len(of):.0%})".replace("%", " %")
+        (row,) = [row for row in ROWS if row[0].startswith(start)]
+        most = int(re.search(r"at most (\d+) %", row[0])[1])
+        assert row[2] == ("yes (few)" if hits <= most / 100 * len(of) else "**no**")
+    for start, cell in (("one effect, modes", "modal-one"), ("one effect, histories", "history-one")):
+        of = [case for case in cases if case["cell"] == cell]
+        named = [case for case in of if case["verdict"]["verdict"] in ("named", "class")]
+        tentative = sum(case["score"]["tentative_right"] for case in of)
+        right = sum(case["score"]["right"] for case in named)
+        assert measured(start) == (
+            f"{len(named)} of {len(of)} named, {right} of them right; {tentative} tentatively right"
+        )
+
+
 def test_damaged_recordings():
     damaged = result("damaged_recordings")
     counts = {}
