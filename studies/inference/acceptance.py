@@ -23,7 +23,7 @@ from studies.inference.verdict import AcceptanceCheck, Mimic
 
 PARTIAL_SHARE = 0.5  # of the nuisance-only held-out gap that a partial name must close
 PARTIAL_REST = 2.0  # held-out gap (in sd) beyond which a name would be a guess
-FAR = 1e-4  # p of the fit below which a partial name was wrong in 83 of 85 blind cases (right in 43 of 75 above)
+FAR = 1e-4  # p of the fit below which partial names come mostly from causes that the library lacks (blind test)
 FAR_SHARE = 0.1  # of the nuisance-only held-out gap that it may leave then
 LIKELIER_ODDS = 3.0  # beyond which a hypothesis with one effect more than the leader joins its class, though not clear
 EVEN = 0.5  # P(nothing is missing) above which a poor fit of nothing alone names nothing
@@ -206,7 +206,7 @@ def _each_alone(forward: Forward, known: Hypotheses, led: _Leader, null_score: H
 
 
 def _within(leader: Fit) -> AcceptanceCheck:
-    """Of a name without reservation: it is of little use on another bicycle than that of the file."""
+    """Must hold for a name without reservation, and not for a partial one: else the bicycle may be another one."""
     p = within_uncertainty(leader)
     return AcceptanceCheck("parameters within their uncertainty, p > 0.01", f"{p:.2g}", p > POOR_FIT)
 

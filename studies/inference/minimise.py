@@ -197,7 +197,7 @@ def spread(jacobian: Array) -> tuple[Array, float]:
 
 
 def _triangle(matrix: Array) -> Array:
-    """R of the orthogonal factors of a ``matrix`` (n, p), without the rows of zeros; numpy copies thrice as much."""
+    """R of the orthogonal factors of a ``matrix`` (n, p), without the rows of zeros; numpy takes thrice as long."""
     if not matrix.size:
         return np.zeros((min(matrix.shape), matrix.shape[1]))
     return np.asarray(np.triu(dgeqrf(matrix)[0][: matrix.shape[1]]))

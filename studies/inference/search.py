@@ -59,13 +59,13 @@ def again(forward: Forward, known: Hypotheses, progress: Progress) -> Hypotheses
     """
     progress("parameters only")
     null = fit(forward, starts=[known.null.theta])
-    found = [null]
+    found = []
     for f in known.fits:
         progress(f.name)
         moved = np.concatenate([null.theta, f.theta[f.effect_columns]])  # what adds little moves as the null did
         start = promising(forward, f.candidates, [f.theta, moved], 1)
         found.append(fitted(forward, f.candidates, start, turns=turns_of(forward)))
-    return _none_worse(forward, Hypotheses(found[0], tuple(found[1:]), known.library))
+    return _none_worse(forward, Hypotheses(null, tuple(found), known.library))
 
 
 def search(forward: Forward, known: Hypotheses, progress: Progress) -> tuple[Hypotheses, Fit | None]:

@@ -33,9 +33,9 @@ class Marginal(NamedTuple):
 
     def without(self, white: Array) -> Array:
         """What marginalising leaves of ``white`` columns (R, C T, columns)."""
-        left = self.left @ (self.gain[:, :, None] * (self.left.swapaxes(-1, -2) @ white))
-        left += white
-        return left
+        rest = self.left @ (self.gain[:, :, None] * (self.left.swapaxes(-1, -2) @ white))
+        rest += white
+        return rest
 
 
 def integrated_out(phi: Array, white: Array) -> Marginal:
