@@ -72,6 +72,6 @@ def compiled(function: Callable[..., Any]) -> Any:
     RuntimeError
         There is no place beside the source, as in a zipped wheel.
     """
-    dispatcher = numba.njit(nogil=True, error_model="numpy")(function)
+    dispatcher = numba.njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True)(function)  # nothing in C calls it
     dispatcher._cache = _Kept(function)  # as cache=True does, with numba's own
     return dispatcher

@@ -17,7 +17,7 @@ from bicycle.identification.recording import (
     STEER_TORQUE,
     read_events,
 )
-from bicycle.identification.run import Run
+from bicycle.identification.run import Run, refuse_copies
 from tyre.base.checks import any_table, anything, flag, list_of, number, refused, text
 from tyre.base.errors import InputError, refuse_unknown
 from tyre.base.paths import named_folder
@@ -174,12 +174,9 @@ def _refuse_repeats(runs: list[Run]) -> None:
     for place, run in enumerate(runs):
         if set(run.channels) != set(runs[0].channels) or set(run.inputs) != set(runs[0].inputs):
             raise InputError(f"{run.name}: has other columns than {runs[0].name}; all runs need the same channels")
-        for other in runs[:place]:
-            same = len(run.time) == len(other.time) and all(
-                (run.channels[c] == x).all() for c, x in other.channels.items()
-            )
-            if run.name == other.name or same:
-                raise InputError(f"{run.name}: the same recording as {other.name}; keep one, or it counts twice")
+        if run.name in {other.name for other in runs[:place]}:
+            raise InputError(f"{run.name}: the same recording twice; keep one, or it counts twice")
+    refuse_copies(runs)
 
 
 def _runs(entry: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> list[Run]:
@@ -206,11 +203,14 @@ def _files(given: Mapping[str, Any], folder: Path, where: str) -> list[Path]:
     if "file" in given:
         return [Path(given["file"])]
     pattern = Path(given["files"])
-    root = folder / pattern.parent
-    found = sorted(pattern.parent / path.name for path in root.glob(pattern.name) if path.is_file())
+    root = Path(pattern.anchor) if pattern.is_absolute() else folder
+    names = pattern.relative_to(pattern.anchor).as_posix()
+    found = sorted(path for path in root.glob(names) if path.is_file())
     if not found:
-        raise InputError(f'{where}: no file in {root} is called so; give a pattern such as "kick_*.csv"')
-    return found
+        raise InputError(
+            f'{where}: no file in {folder} is called so; give a pattern such as "kick_*.csv" or "ride_*/recording.csv"'
+        )
+    return found if pattern.is_absolute() else [path.relative_to(folder) for path in found]
 
 
 def _events(path: Path, given: Mapping[str, Any], channel_map: ChannelMap | None) -> tuple[Run, ...]:

@@ -1,9 +1,10 @@
 """One recorded run of a bicycle: equidistant samples in SI units."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from tyre.base.arrays import Array
+from tyre.base.errors import InputError
 from tyre.channels.mounting import Mounting
 
 
@@ -29,3 +30,18 @@ class Run:
     def step(self) -> float:
         """Sample time, s."""
         return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
+
+
+def refuse_copies(runs: Sequence[Run]) -> None:
+    """Refuse a recording that stands twice among ``runs``: it would count as two.
+
+    Raises
+    ------
+    InputError
+        Two runs with the same samples.
+    """
+    seen: dict[tuple[tuple[str, bytes], ...], Run] = {}
+    for run in runs:
+        samples = tuple((name, run.channels[name].tobytes()) for name in sorted(run.channels))
+        if (other := seen.setdefault(samples, run)) is not run:
+            raise InputError(f"{run.name}: the same recording as {other.name}; keep one, or it counts twice")

@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from bicycle.identification.decay_estimate import Estimate, clearer, estimate
 from bicycle.identification.decay_window import window
@@ -107,7 +108,13 @@ def _later(
         alone = estimate(w, likely, [known[number : number + 1]], weight)
         if alone is not None and (whole is None or not clearer(whole.best, alone.best)):
             return alone, 0
-    return None if whole is None else (whole, number)
+    return None if whole is None else (whole, _same_mode(known, whole.mean, number))
+
+
+def _same_mode(before: Array, after: Array, number: int) -> int:
+    """Place ``after`` of the mode ``number`` of those ``before`` (1/s, rad/s): near ones may change places."""
+    distance = np.hypot(*(before[:, None, :] - after[None, :, :]).transpose(2, 0, 1))
+    return int(linear_sum_assignment(distance)[1][number])
 
 
 def _numbers(found: Estimate, number: int) -> dict[str, tuple[Array, float]]:

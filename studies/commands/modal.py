@@ -32,9 +32,11 @@ def command(
     from contextlib import nullcontext
 
     from bicycle.identification.free_decay import identify_modes
+    from bicycle.identification.run import refuse_copies
     from studies.free_decays.words import judged, repeat_notes
     from studies.reporting.manifest import results
     from studies.reporting.output import print_table
+    from studies.run_argument import named_apart
     from tyre.base.errors import InputError
 
     names = _names(mode, modes)
@@ -42,7 +44,8 @@ def command(
     decays, fitted = [], []
     notes: list[str] = []
     drawn: list[str] = []
-    events = [event for given in runs for event in _read(given, channel_map)]
+    events = named_apart([_read(given, channel_map) for given in runs])
+    refuse_copies(events)
     with nullcontext() if figures is None else results(figures):
         for event in events:
             found = identify_modes(event, len(names), first_s=first_s, last_s=last_s, start_hz=start_hz, drift=drift)
@@ -99,15 +102,15 @@ def _names(mode: str | None, modes: str | None) -> list[str]:
     return names
 
 
-def _read(given: str, channel_map: Any) -> tuple[Any, ...]:
-    """The events of an argument RUN.csv@SPEED."""
+def _read(given: str, channel_map: Any) -> tuple[Path, tuple[Any, ...]]:
+    """The file of an argument RUN.csv@SPEED, and its events."""
     from bicycle.identification.recording import read_events
     from studies.run_argument import file_and_speed
     from tyre.channels.draft import looking
 
     file, speed = file_and_speed(given)
     with looking(file):
-        return read_events(file, speed, channel_map=channel_map)
+        return file, read_events(file, speed, channel_map=channel_map)
 
 
 def _shown(each: Any) -> list[object]:
@@ -143,7 +146,7 @@ def _draw(event: Any, decays: Any, figures: Path, drawn: list[str]) -> str:
 
     from studies.free_decays.figure import draw
 
-    stem = re.sub(r"[^\w.-]+", "_", f"{Path(event.name).name}_{event.speed:g}".replace(".csv", ""))
+    stem = re.sub(r"[^\w.-]+", "_", f"{event.name}_{event.speed:g}".replace(".csv", ""))
     name = next(n for n in (stem, *(f"{stem}_{k}" for k in range(2, 10_000))) if n not in drawn)
     draw(event, decays, figures / name)
     return name

@@ -89,8 +89,8 @@ def _eigenvalues(study: Study, result: Result) -> "pd.DataFrame":
             parts.append(
                 pd.DataFrame(
                     {
-                        "speed_m_s": speeds[there], "mode": mode, "branch": branch + 1, "real_1_per_s": kept.real,
-                        "imaginary_rad_per_s": kept.imag, "frequency_Hz": frequency_hz(kept),
+                        "speed_m_s": speeds[there], "mode": mode, "branch": branch + 1, "real_1_s": kept.real,
+                        "imaginary_rad_s": kept.imag, "frequency_Hz": frequency_hz(kept),
                         "damping_ratio": ratio,
                     }
                 )

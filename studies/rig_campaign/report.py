@@ -235,7 +235,7 @@ def _recording_rows(campaign: Campaign) -> list[dict[str, Any]]:
                 "value": item.value,
                 "fit_sd": item.fit_sd,
                 "r_squared": item.r_squared,
-                "slip_rate_rad_per_s": item.rate or None,
+                "slip_rate_rad_s": item.rate or None,
                 **item.details,
                 "notes": "; ".join(item.notes),
             }

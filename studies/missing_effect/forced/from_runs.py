@@ -2,15 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from bicycle.identification.forced_run import FORCED_INPUTS, MOTIONS, read_forced
-from bicycle.identification.run import Run
+from bicycle.identification.run import Run, refuse_copies
 from bicycle.identification.spectral_response import SpectralResponse, spectral_response
 from studies.missing_effect.forced.table import spoken
-from studies.run_argument import file_and_speed
+from studies.run_argument import file_and_speed, named_apart
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError, unknown
 from tyre.channels.channel_map import ChannelMap
@@ -79,7 +80,8 @@ def responses_of_runs(
             f"--instrument {reference}: this is the input itself, no reference from outside; leave --instrument out, "
             "or name the signal that was added to the input"
         )
-    runs = [run for text in given for run in _read(text, reference, channel_map)]
+    runs = named_apart([_read(text, reference, channel_map) for text in given])
+    refuse_copies(runs)
     notes = [f"{run.name}: {note}" for run in runs for note in run.notes]
     found = []
     for speed in sorted({run.speed for run in runs}):
@@ -106,10 +108,10 @@ def responses_of_runs(
     return found, notes
 
 
-def _read(text: str, reference: str, channel_map: ChannelMap | None) -> tuple[Run, ...]:
+def _read(text: str, reference: str, channel_map: ChannelMap | None) -> tuple[Path, tuple[Run, ...]]:
     file, speed = file_and_speed(text)
     with looking(file):
-        return read_forced(file, speed, reference=reference, channel_map=channel_map)
+        return file, read_forced(file, speed, reference=reference, channel_map=channel_map)
 
 
 def _refuse_two_speeds(given: Sequence[str]) -> None:

@@ -126,6 +126,22 @@ def test_a_start_too_early_is_refused_or_widened_and_a_later_one_is_not():
     assert abs(late.eigenvalue - ROOT) < 3 * max(late.sd)
 
 
+def test_a_transient_that_changes_places_with_the_mode_from_a_later_start_does_not_widen_it():
+    """The fast mode of steering after a kick, real, which later starts show with a frequency of its own."""
+    root, rng, t = complex(-0.73, 5.82), np.random.default_rng(1), np.arange(0, 2.5, 0.008)
+    fast, wave = np.exp(-12.3 * t), 0.37 * np.exp(root * t)
+    channels = {
+        "roll_rate_rad_s": wave.real - 0.03 * fast + 0.004 * rng.standard_normal(t.size),
+        "steer_rad": ((0.78 - 0.33j) * wave / root).real + 0.03 * fast + 0.002 * rng.standard_normal(t.size),
+        "yaw_rate_rad_s": ((-0.34 - 0.7j) * wave).real + 0.1 * fast + 0.004 * rng.standard_normal(t.size),
+    }
+    found = identify(Run("r.csv", 6.45, t, channels, {}))
+    assert found.beside[0].real < -8
+    assert found.rejected == ""
+    assert abs(found.eigenvalue - root) < 0.02
+    assert max(found.sd) < 0.1
+
+
 def test_two_modes_in_one_window():
     other = complex(-1.5, 26.0)
     rng = np.random.default_rng(10)

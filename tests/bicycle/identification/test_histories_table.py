@@ -27,6 +27,19 @@ def test_a_pattern_is_all_its_files_in_their_order(folder):
     assert {run.group for run in found} == {"kicks"}
 
 
+def test_a_pattern_may_name_folders_and_stand_by_itself(folder, tmp_path):
+    for number in (1, 2):
+        (tmp_path / f"ride_{number}").mkdir()
+        (tmp_path / f"ride_{number}" / "recording.csv").write_bytes((folder / f"kick_{number}.csv").read_bytes())
+    names = ["ride_1/recording.csv", "ride_2/recording.csv"]
+    found, _, _ = runs(tmp_path, {"files": "ride_*/recording.csv"})
+    assert [run.name for run in found] == names
+    found, _, _ = runs(folder, {"files": f"{tmp_path}/ride_*/recording.csv"})
+    assert [run.name for run in found] == [f"{tmp_path}/{name}" for name in names]
+    with pytest.raises(InputError, match=r"no file in /.* is called so; give a pattern such as \"kick_"):
+        runs(folder, {"files": f"{tmp_path}/drive_*/recording.csv"})
+
+
 @pytest.mark.parametrize("key", ["first_s", "drop_first_s"])
 def test_the_window_counts_from_the_first_sample_and_a_run_s_own_goes_first(folder, key):
     found, _, notes = runs(folder, {"file": "kick_1.csv"}, {"file": "kick_2.csv", "first_s": 0.4, "last_s": 1.2},

@@ -94,6 +94,7 @@ def test_without_a_reference_it_is_said_what_that_assumes(folder, capsys, monkey
         (["run4.csv@4", "--segment", "60"], "independent segments of 60 s"),
         (["run4.csv@4", "--segment", "0.01"], "segments of 0.01 s hold . samples .* take segments of .* s or more"),
         (["run4.csv@4", "--to-hz", "60"], "60 Hz is above 50 Hz, half the sample rate"),
+        (["run4.csv@4", "copy.csv@4"], "copy.csv: the same recording as run4.csv; keep one, or it counts twice"),
         (["run4.csv@4", "run4.csv@5"], "run4.csv is given at 4 and at 5 m/s; a recording has one speed: keep one"),
         (
             ["run4.csv@4", "--input", "steer_torque", "--instrument", "steer_torque"],
@@ -105,8 +106,10 @@ def test_without_a_reference_it_is_said_what_that_assumes(folder, capsys, monkey
         ),
     ],
 )
-def test_what_cannot_be_done(folder, capsys, monkeypatch, options, words):
-    monkeypatch.chdir(folder)
+def test_what_cannot_be_done(folder, tmp_path, capsys, monkeypatch, options, words):
+    monkeypatch.chdir(tmp_path)
+    for name in ("run4.csv", "copy.csv"):
+        (tmp_path / name).write_bytes((folder / "run4.csv").read_bytes())
     with pytest.raises(SystemExit):
         main(["frequency-response", "--instrument", "push_N_m", *options])
     assert re.search(words, " ".join(capsys.readouterr().err.split()))

@@ -73,11 +73,31 @@ def test_two_modes_pictures_and_a_table(tmp_path, capsys):
             sd = float(row[part.replace("_1", "_sd_1").replace("_rad", "_sd_rad")])
             assert abs(float(row[part]) - expected) < 4 * sd
     assert {p.name for p in (tmp_path / "pictures").iterdir()} == {"two_5.png", "two_5.svg", "modal.manifest.json"}
-    main(["modal", *common, *common[:1]])  # twice: neither picture overwrites the other
+    assert "a second oscillation of" not in shown.err
+    main(["modal", *common])
     assert "a second oscillation of" in capsys.readouterr().err
-    assert {p.name for p in (tmp_path / "pictures").glob("*.png")} == {"two_5.png", "two_5_2.png"}
     svg = (tmp_path / "pictures" / "two_5.svg").read_text()
     assert svg.startswith("<?xml")
+
+
+def test_recordings_of_one_name_in_several_folders_are_told_apart(tmp_path, capsys):
+    """As `velotyre simulate` writes them, one folder a ride."""
+    for place, ride in enumerate(("first", "second")):
+        (tmp_path / ride).mkdir()
+        write(tmp_path / ride / "recording.csv", make(Cell(noise=0.02), np.random.default_rng(place)).run)
+    files = [str(tmp_path / ride / "recording.csv") for ride in ("first", "second")]
+    pictures = tmp_path / "pictures"
+    main(["modal", *(f"{file}@5" for file in files), "--to", "1e3", "--figures", str(pictures)])
+    shown = capsys.readouterr()
+    for ride in ("first", "second"):
+        assert f"{ride}/recording.csv  " in shown.out
+        assert f"note: {ride}/recording.csv: the window from 0 s to 1000 s reaches beyond" in shown.err
+        assert (pictures / f"{ride}_recording_5.png").is_file()
+    for again in (files[0], str(tmp_path / "copy.csv")):
+        (tmp_path / "copy.csv").write_bytes((tmp_path / "first" / "recording.csv").read_bytes())
+        with pytest.raises(SystemExit):
+            main(["modal", f"{files[0]}@5", f"{again}@5"])
+        assert "the same recording as" in capsys.readouterr().err
 
 
 def test_a_refused_run_is_drawn_with_its_reason(tmp_path, capsys):
