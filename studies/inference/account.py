@@ -13,7 +13,7 @@ from studies.inference.fit import Fit
 from studies.inference.forward import Forward
 from studies.inference.identifiability import separating
 from studies.inference.parameter import Candidate
-from studies.inference.sentence import sentence
+from studies.inference.sentence import printed, sentence
 from studies.inference.verdict import Named, Verdict
 
 NEGLIGIBLE = 1e-3  # posterior of a pair that is not worth a line
@@ -90,7 +90,7 @@ def _rule(forward: Forward, known: Hypotheses, acceptance: Acceptance, f: Fit) -
     if not acceptance.final.candidates:
         p, judged = goodness_of_fit(forward, f), acceptance.leader
         if p <= POOR_FIT or judged is None:
-            return f"it does not fit (p = {p:.2g})"
+            return f"it does not fit (p {printed(p)})"
         if f.identifiers > judged.identifiers and (odds := known.odds(f, judged)) > 1:
             return (
                 f"{odds:.2g} times as probable as {judged.name}, which was judged, but not clearly so, or the data "

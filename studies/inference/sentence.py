@@ -10,6 +10,8 @@ from studies.inference.fit import Fit
 from studies.inference.forward import Forward
 from studies.inference.verdict import Named
 
+LEAST = 1e-99  # of a probability that is printed
+
 
 def sentence(
     forward: Forward, known: Hypotheses, acceptance: Acceptance, effects: tuple[Named, ...], refused: Mapping[str, str]
@@ -43,14 +45,26 @@ def sentence(
         )
     others = [f.name for f in acceptance.members[1:]]
     alone = goodness_of_fit(forward, known.null)
-    without = f"without it the adjusted parameters {'fit too' if alone > POOR_FIT else 'do not fit'} (p = {alone:.2g})"
-    whole = f"it explains the data (p = {p:.2g}); {without}, P(nothing is missing) = {known.nothing:.2g}"
+    fits = "fit too" if alone > POOR_FIT else "do not fit"
+    without = f"without it the adjusted parameters {fits} (p {printed(alone)})"
+    whole = f"it explains the data (p {printed(p)}); {without}, P(nothing is missing) {printed(known.nothing)}"
     if acceptance.verdict == "named":
         return f"{what} is missing, relative to this library: {whole}."
     either = f", which these data cannot tell from {' or '.join(others)}" if others else ""
     if acceptance.verdict == "class":
         return f"An effect is missing; the most probable is {what}{either}: {whole}."
     return f"Tentatively {what}{either}: {whole}. What does not hold: {'; '.join(acceptance.reservations)}."
+
+
+def printed(probability: float, digits: int = 2) -> str:
+    """A ``probability`` behind its sign, to so many ``digits`` but never as impossible or certain: ``= 0.03``.
+
+    Beyond what is printed it is ``< 1e-99`` or, of two digits, ``> 0.99``.
+    """
+    if probability < LEAST:
+        return f"< {LEAST:g}"
+    rounded = f"{probability:.{digits}g}"
+    return f"> {1 - 10**-digits:g}" if rounded == "1" else f"= {rounded}"
 
 
 def in_words(effect: Named) -> str:
@@ -64,19 +78,19 @@ def in_words(effect: Named) -> str:
 
 def _none(known: Hypotheses, p: float) -> str:
     fits = "explains the data" if p > POOR_FIT else "does not fit well"
-    said = f"The base model with its parameters adjusted {fits} (p = {p:.2g}), P(nothing is missing) = "
-    said += f"{known.nothing:.2g}: no effect is named."
+    said = f"The base model with its parameters adjusted {fits} (p {printed(p)}), P(nothing is missing) "
+    said += f"{printed(known.nothing)}: no effect is named."
     best = known.best()
     if best and known.nothing < 0.5:
         share = known.posterior[best[0].name]
-        said = said.removesuffix(".") + f", though {best[0].name} has P = {share:.2g}; more data would tell."
+        said = said.removesuffix(".") + f", though {best[0].name} has P {printed(share)}; more data would tell."
     return said
 
 
 def _unknown(forward: Forward, known: Hypotheses, acceptance: Acceptance, refused: Mapping[str, str]) -> str:
     leader = acceptance.leader
     null = goodness_of_fit(forward, known.null)
-    said = f"The base model with its parameters adjusted does not fit (p = {null:.2g})"
+    said = f"The base model with its parameters adjusted does not fit (p {printed(null)})"
     if leader is None:
         return f"{said}, and no effect of the library makes it more probable."
     p = goodness_of_fit(forward, leader)
@@ -84,15 +98,16 @@ def _unknown(forward: Forward, known: Hypotheses, acceptance: Acceptance, refuse
         return f"{said}{_poor(forward, known, leader, refused)}"
     if not forward.varied:
         return (
-            f"{said}; {leader.name} would (p = {p:.2g}), but one speed and one input are no evidence for a name: "
+            f"{said}; {leader.name} would (p {printed(p)}), but one speed and one input are no evidence for a name: "
             "measure at a second speed."
         )
     if leader.at_bound():
-        return f"{said}; only {leader.name} at a bound of what is physical does (p = {p:.2g}: {leader.at_bound()[0]})."
+        where = f"(p {printed(p)}: {leader.at_bound()[0]})"
+        return f"{said}; only {leader.name} at a bound of what is physical does {where}."
     if not leader.converged:
-        return f"{said}; {leader.name} comes near (p = {p:.2g}), but its fit did not converge: it is not judged."
+        return f"{said}; {leader.name} comes near (p {printed(p)}), but its fit did not converge: it is not judged."
     failed = "; ".join(f"{c.what}: {c.figure}" for c in acceptance.checks if not c.passed)
-    return f"{said}; {leader.name} would in sum (p = {p:.2g}), but fails a rule ({failed})."
+    return f"{said}; {leader.name} would in sum (p {printed(p)}), but fails a rule ({failed})."
 
 
 def _poor(forward: Forward, known: Hypotheses, leader: Fit, refused: Mapping[str, str]) -> str:
@@ -102,9 +117,9 @@ def _poor(forward: Forward, known: Hypotheses, leader: Fit, refused: Mapping[str
     if fitting is None:
         best = next(iter(p), leader)
         left = goodness_of_fit(forward, best)
-        lowers = f"takes chi^2 from {known.null.chi2:.4g} to {best.chi2:.4g} and leaves p = {left:.2g}"
+        lowers = f"takes chi^2 from {known.null.chi2:.4g} to {best.chi2:.4g} and leaves p {printed(left)}"
         return f", nor does any hypothesis of the library; the most probable, {best.name}, {lowers}."
-    judged = f"{leader.name}, which was judged (p = {goodness_of_fit(forward, leader):.2g})"
+    judged = f"{leader.name}, which was judged (p {printed(goodness_of_fit(forward, leader))})"
     why = refused.get(fitting.name, "it is less probable than that nothing is missing")
-    would = f"{fitting.name} would in sum (p = {p[fitting]:.2g}), but is refused: {why}"
+    would = f"{fitting.name} would in sum (p {printed(p[fitting])}), but is refused: {why}"
     return f", nor does {judged}; {would}."

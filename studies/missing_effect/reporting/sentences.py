@@ -2,6 +2,7 @@
 
 from studies.inference.limits import widening
 from studies.inference.moved import moved, share_closed
+from studies.inference.sentence import printed
 from studies.inference.verdict import Verdict
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.motion.history_forward import HistoryForward
@@ -56,7 +57,7 @@ def fitting(diagnosis: Diagnosis) -> str:
     numbers = f"{n} numbers" if not free else f"{n} numbers less {free} fitted freely"
     return (
         f"χ² {final.chi2:.1f} + {penalty(final):.1f} penalty for what moved from its prior = {final.objective:.1f} for "
-        f"{numbers}: p = {diagnosis.verdict.goodness_of_fit_p:.3g} of {who}."
+        f"{numbers}: p {printed(diagnosis.verdict.goodness_of_fit_p, 3)} of {who}."
     )
 
 
@@ -79,7 +80,7 @@ def limits_note(diagnosis: Diagnosis) -> str:
     wider = widening(diagnosis.forward, final)
     if wider > 1:
         p = diagnosis.verdict.goodness_of_fit_p
-        note += f" As that model does not fit (p = {p:.2g}), the noise is taken {wider:.3g} times larger."
+        note += f" As that model does not fit (p {printed(p)}), the noise is taken {wider:.3g} times larger."
     return note
 
 
@@ -116,7 +117,7 @@ def parts_note(findings: Findings) -> str:
     for part in wrong:
         rest = findings.without[part.part]
         told.append(
-            f"{part.part} contradicts the rest by {part.sd:.1f} sd (p = {part.p:.2g}); without it: {rest.verdict}: "
+            f"{part.part} contradicts the rest by {part.sd:.1f} sd (p {printed(part.p)}); without it: {rest.verdict}: "
             f"{sentence(rest)}"
         )
     return " ".join(told)

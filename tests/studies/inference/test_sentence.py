@@ -58,3 +58,14 @@ def test_one_that_fits_is_told_though_it_is_less_probable_than_nothing(monkeypat
     assert said.endswith(
         "a+b+d would in sum (p = 0.3), but is refused: it is less probable than that nothing is missing."
     )
+
+
+@pytest.mark.parametrize(
+    ("probability", "digits", "words"),
+    [
+        (0.034, 2, "= 0.034"), (1e-7, 2, "= 1e-07"), (0.0, 2, "< 1e-99"), (1e-250, 3, "< 1e-99"), (1.0, 2, "> 0.99"),
+        (0.9951, 2, "> 0.99"), (0.9951, 3, "= 0.995"), (0.99991, 3, "> 0.999"), (0.994, 2, "= 0.99"),
+    ],
+)  # fmt: skip
+def test_nothing_is_printed_as_impossible_or_certain(probability, digits, words):
+    assert module.printed(probability, digits) == words
