@@ -34,16 +34,15 @@ class Followed:
 
     def _look(self, x: Array, expected: Complex) -> tuple[Complex, Complex, NDArray[np.bool_]]:
         """Roots (k,) nearest to what is expected, their derivatives (k, d), and which of them are clear."""
-        points = np.broadcast_to(x, (len(self.speeds), len(x)))
-        matrices, slopes = self.space.matrices_and_slopes(points, self.speeds)
+        matrices, slopes = self.space.matrices_and_slopes(self._points(x), self.speeds)
         values, right, left = eigensystem(matrices)
-        away, row = np.abs(values - expected[:, None]), np.arange(len(values))
-        own = away.argmin(1)
-        root = values[row, own]
-        apart = np.abs(values - root[:, None])
-        apart[row, own] = np.inf
+        own, clear = _nearest(values, expected)
+        row = np.arange(len(values))
         change = np.stack([projected(left, slopes[:, i], right)[row, own] for i in range(len(x))], -1)
-        return root, change, away[row, own] <= CLEAR * apart.min(1)
+        return values[row, own], change, clear
+
+    def _points(self, x: Array) -> Array:
+        return np.broadcast_to(x, (len(self.speeds), len(x)))
 
     def to(self, x: Array) -> None:
         """Follow every root to other numbers ``x`` (d,), in their units, in smaller steps where one is not clear."""
@@ -60,13 +59,31 @@ class Followed:
         self._to(self.x + step / 2, deepest - 1)
         self._to(x, deepest - 1)
 
+    def _roots_at(self, x: Array) -> Complex:
+        """Roots (k,) at numbers ``x`` (d,), without derivatives where all are clear of rivals."""
+        values = np.linalg.eigvals(self.space.matrices(self._points(x), self.speeds)).astype(complex)
+        own, clear = _nearest(values, self.roots + self.slopes @ (x - self.x))
+        if clear.all():
+            return np.asarray(values[np.arange(len(values)), own])
+        self.to(x)
+        return self.roots
+
     def excess(self, x: Array) -> Array:
         """By how much each demand is missed (k,), 1/s, at numbers ``x`` (d,) in their units."""
-        self.to(x)
-        return np.array([d.excess(root) for d, root in zip(self.demands, self.roots, strict=True)])
+        roots = self._roots_at(np.asarray(x, float))
+        return np.array([d.excess(root) for d, root in zip(self.demands, roots, strict=True)])
 
     def excess_slopes(self, x: Array) -> Array:
         """Derivatives (k, d) of :meth:`excess` at numbers ``x`` (d,) in their units."""
         self.to(x)
         rows = zip(self.demands, self.roots, self.slopes, strict=True)
         return np.array([d.slope(np.array([root]), change[None])[0] for d, root, change in rows])
+
+
+def _nearest(values: Complex, expected: Complex) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """Of the roots (k, n), which is nearest to what is expected (k,), and whether it is clear of rivals."""
+    away, row = np.abs(values - expected[:, None]), np.arange(len(values))
+    own = away.argmin(1)
+    apart = np.abs(values - values[row, own][:, None])
+    apart[row, own] = np.inf
+    return own, away[row, own] <= CLEAR * apart.min(1)

@@ -27,6 +27,8 @@ SETTLED = 1e-7  # of the cost, by which the last rounds may differ
 SAME_SPEED = 1e-3  # of the speed: peaks nearer than this are one
 NEARLY = 3.0  # 1/s: peaks that keep their demand by more than this are left out
 REGION = 0.35  # of the limits: the longest move of a number in a round
+STILL = 1e-6  # of what counts as 1: a round that moves no number farther repeats the one before
+MENDED = 4  # steps back to where the demands are kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +109,7 @@ def solved(problem: Problem, margins: Mapping[Demand, float], begin: Array) -> A
             break
         working = [(peak.demand, peak.speed) for peak in near]
         ahead = _step(problem, near, margins, x, region)
-        if number and np.array_equal(ahead, x):  # held by limits: further rounds would repeat it
+        if number and (np.abs(ahead - x) <= STILL * problem.cost.scale).all():  # held by limits or by a kink of a tyre
             break
         x = ahead
     assert best is not None
@@ -162,6 +164,11 @@ def _step(problem: Problem, near: Sequence[Peak], margins: Mapping[Demand, float
     )  # fmt: skip
     y = np.clip(found.x, *np.transpose(bounds))
     if np.isfinite(y).all() and kept(y).min() > -1e-3:
+        for _ in range(MENDED):  # where a tyre's table has a kink, the solver ends a little beside the demand
+            short = -kept(y)
+            if (short <= 0).all():
+                break
+            y = np.clip(y + np.linalg.pinv(slopes(y)[short > 0]) @ short[short > 0], *np.transpose(bounds))
         return np.asarray(start + scale * y)
     return _least_missed(problem, Followed(problem.space, near, x), margin, x, (low, high))
 

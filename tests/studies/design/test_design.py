@@ -14,9 +14,10 @@ from bicycle.model_family import ModelFamily
 from studies.cli import main
 from studies.design.added_effects import with_effects
 from studies.design.certainty import Certainty
-from studies.design.cost import BY_COST, BY_SD, RELATIVE
-from studies.design.demand import Demand, demands
+from studies.design.cost import BY_COST, BY_SD, RELATIVE, base_of, cost_of, limits_of
+from studies.design.demand import Demand, demands, expanded, grid
 from studies.design.design import Wanted, designed
+from studies.design.problem import Problem, solved
 from studies.design.words import lines, remarks
 from studies.model_axes.model_space import ModelSpace
 from tyre.base.errors import InputError
@@ -95,6 +96,24 @@ def test_what_binds_is_the_worst_speed_and_the_file_keeps_the_demand():
     said = "\n".join(lines(found))
     assert "kept from 3 to 25 m/s: wobble stable" in said
     assert f"binds: wobble at {peak.speed:.4g} m/s" in said
+
+
+def test_a_search_that_ends_at_a_kink_of_a_tyre_s_table_keeps_the_demand():
+    """Between measured pressures a table bends at them: 5.5 bar is best, and slopes tell two different things there."""
+    hinge = {"stiffness": 2100.0, "damping": 9.0, "joint_x": 0.83, "joint_z": -0.74, "axis_tilt": 0.3}
+    law = {"tyre": "Tyre2", "pressure_bar": {"rear": 4.2, "front": 6.1}}
+    content = {"bicycle": "pista_charlie_drops", "effects": {"relaxation_length": law, "front_compliance": hinge}}
+    space = ModelSpace(content, ["front_compliance.stiffness", "front_compliance.damping", "pressure_bar.front"])
+    speeds = grid(*RANGE)
+    problem = Problem(
+        space, base_of(space), cost_of(space, {}, {}, assume=False), limits_of(space, {}),
+        expanded(WOBBLE, space.linear, speeds), speeds,
+    )  # fmt: skip
+    found = solved(problem, {}, np.array([1148.75, 24.585, 7.151]))
+    assert found.kept
+    assert found.x[2] == pytest.approx(5.5, abs=1e-4)
+    assert not [c for c in critical_speeds(space.model_at(found.x), 25.0) if c.mode == "wobble"]
+    assert [c for c in critical_speeds(space.model_at(found.x - [0, 0.1, 0]), 25.0) if c.mode == "wobble"]
 
 
 def test_a_damping_ratio_and_two_modes():
