@@ -1,6 +1,7 @@
-"""Inputs over time: zero at first, then constant from each jump to the next."""
+"""Inputs over time: zero at first, then constant from each jump to the next, or linear from sample to sample."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +14,8 @@ from tyre.base.errors import InputError
 class InputHistory:
     """``value[k]`` (SI) holds from ``time[k]`` (s, increasing) to the next; before the first the input is zero.
 
+    With ``linear`` it goes straight from each value to the next, as samples of a recording are read; the last holds.
+
     Raises
     ------
     InputError
@@ -21,6 +24,7 @@ class InputHistory:
 
     time: Array
     value: Array
+    linear: bool = False
 
     def __post_init__(self) -> None:
         time, value = (np.atleast_1d(np.asarray(given, float)) for given in (self.time, self.value))
@@ -41,8 +45,23 @@ class InputHistory:
         time : array_like
             s.
         """
-        before = np.searchsorted(self.time, np.asarray(time, float), side="right")
-        return np.asarray(np.concatenate([[0.0], self.value])[before])
+        return self._from(np.asarray(time, float), "right")
+
+    def before(self, time: ArrayLike) -> Array:
+        """Value just before each time (s).
+
+        Parameters
+        ----------
+        time : array_like
+            s.
+        """
+        return self._from(np.asarray(time, float), "left")
+
+    def _from(self, time: Array, side: Literal["left", "right"]) -> Array:
+        begun = np.searchsorted(self.time, time, side=side)
+        if self.linear:
+            return np.where(begun > 0, np.interp(time, self.time, self.value), 0.0)
+        return np.asarray(np.concatenate([[0.0], self.value])[begun])
 
 
 def step(size: float, *, start: float = 0.0) -> InputHistory:

@@ -1,8 +1,9 @@
 """Time histories and frequency responses of the linear model, exact to rounding.
 
-Between two jumps of the inputs x(t + h) = Phi x(t) + Gamma u with exp([[A, B], [0, 0]] h) = [[Phi, Gamma], [0, 1]]
-(Van Loan 1978, IEEE Trans. Automatic Control 23, 395-404), so there is no step-size error whatever the time grid. Yaw
-angle and lateral displacement of the rear contact, d(psi)/dt = r and dy/dt = V + v psi, are carried along.
+Between two jumps or bends the inputs go straight from u0 to u1, and x(t + h) = Phi x(t) + Gamma u0 + G (u1 - u0) with
+exp([[A h, B h, 0], [0, 0, 1], [0, 0, 0]]) = [[Phi, Gamma, G], [0, 1, 1], [0, 0, 1]] (Van Loan 1978, IEEE Trans.
+Automatic Control 23, 395-404), so there is no step-size error whatever the time grid. Yaw angle and lateral
+displacement of the rear contact, d(psi)/dt = r and dy/dt = V + v psi, are carried along.
 
 >>> from bicycle import Model, load_bicycle
 >>> found = respond(Model(load_bicycle("benchmark")).linear_model(), speed=5.0, time=[0.0, 0.5], initial={"lean": 0.02})
@@ -30,7 +31,7 @@ def respond(
     model: Model | LinearModel, *, speed: float, time: ArrayLike,
     initial: Mapping[str, float] | None = None, inputs: Mapping[str, InputHistory] | None = None,
 ) -> Response:  # fmt: skip
-    """Time history from initial states and inputs that are constant between jumps.
+    """Time history from initial states and inputs that are constant between jumps, or linear between samples.
 
     Parameters
     ----------
@@ -61,15 +62,15 @@ def respond(
         model, speed, model.state_matrix(speed), input_matrix[:, columns] / model.scale[:, None],
         output_matrix * model.scale,
     )  # fmt: skip
-    grid, held = input_grid(t, given)
+    grid, begin, end = input_grid(t, given)
     with np.errstate(over="ignore", invalid="ignore"):
-        states = _propagate(a, b, np.concatenate([x, np.zeros(len(PATH))]), grid, held)[np.searchsorted(grid, t)]
+        states = _propagate(a, b, np.concatenate([x, np.zeros(len(PATH))]), grid, begin, end)[np.searchsorted(grid, t)]
         values = states @ c.T
     if not np.isfinite(values).all():
         raise InputError(
             f"the response at {speed:g} m/s grows beyond all numbers within {t[-1] - t[0]:g} s; take less time"
         )
-    shown = held[np.searchsorted(grid, t)]
+    shown = begin[np.searchsorted(grid, t)]
     values[:, : len(model.outputs)] += shown @ model.feedthrough(speed)[:, columns].T
     outputs = dict(zip((*model.outputs, *PATH), values.T, strict=True))
     return Response(t, float(speed), outputs, dict(zip(given, shown.T, strict=True)), units_of(model))
@@ -190,18 +191,29 @@ def initial_state(states: tuple[str, ...], initial: Mapping[str, float] | None, 
     return x
 
 
-def input_grid(time: Array, inputs: Mapping[str, InputHistory]) -> tuple[Array, Array]:
-    """Times (k,) with every jump among them, and the inputs (k, number) that hold from each on.
+def input_grid(time: Array, inputs: Mapping[str, InputHistory]) -> tuple[Array, Array, Array]:
+    """Times (k,) with every jump and bend among them, and the inputs between: they go straight from begin to end.
 
     Parameters
     ----------
     time : ndarray, shape (m,)
         s.
     inputs : mapping of str to InputHistory
+
+    Returns
+    -------
+    grid : ndarray, shape (k,)
+        s.
+    begin : ndarray, shape (k, number)
+        Inputs just after each time.
+    end : ndarray, shape (k - 1, number)
+        Inputs just before the next.
     """
-    jumps = [h.time[(h.time > time[0]) & (h.time < time[-1])] for h in inputs.values()]
-    grid = np.unique(np.concatenate([time, *jumps]))
-    return grid, np.array([h.at(grid) for h in inputs.values()]).reshape(len(inputs), len(grid)).T
+    times = [h.time[(h.time > time[0]) & (h.time < time[-1])] for h in inputs.values()]
+    grid = np.unique(np.concatenate([time, *times]))
+    begin = np.array([h.at(grid) for h in inputs.values()]).reshape(len(inputs), len(grid)).T
+    end = np.array([h.before(grid[1:]) for h in inputs.values()]).reshape(len(inputs), len(grid) - 1).T
+    return grid, begin, end
 
 
 def _with_path(
@@ -216,14 +228,16 @@ def _with_path(
     return a, np.vstack([input_matrix, np.zeros((2, input_matrix.shape[1]))]), c
 
 
-def _propagate(a: Array, b: Array, x: Array, grid: Array, held: Array) -> Array:
+def _propagate(a: Array, b: Array, x: Array, grid: Array, begin: Array, end: Array) -> Array:
     n, m = b.shape
     steps, which = np.unique(np.diff(grid), return_inverse=True)
-    block = np.zeros((n + m, n + m))
-    block[:n, :n], block[:n, n:] = a, b
-    transition = expm(block * steps[:, None, None])[:, :n] if steps.size else np.empty((0, n, n + m))
+    block = np.zeros((len(steps), n + 2 * m, n + 2 * m))
+    block[:, :n, :n] = a * steps[:, None, None]
+    block[:, :n, n : n + m] = b * steps[:, None, None]
+    block[:, n : n + m, n + m :] = np.eye(m)
+    transition = expm(block)[:, :n] if steps.size else np.empty((0, n, n + 2 * m))
     states = np.empty((len(grid), n))
     states[0] = x
     for k, i in enumerate(which):
-        states[k + 1] = transition[i] @ np.concatenate([states[k], held[k]])
+        states[k + 1] = transition[i] @ np.concatenate([states[k], begin[k], end[k] - begin[k]])
     return states

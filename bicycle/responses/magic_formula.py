@@ -156,7 +156,7 @@ class MagicFormulaModel:
         self, *, time: ArrayLike, initial: Mapping[str, float] | None = None,
         inputs: Mapping[str, InputHistory] | None = None, tolerance: float = 1e-10,
     ) -> Response:  # fmt: skip
-        """Time history, integrated by DOP853 from jump to jump of the inputs; arguments as in :func:`respond`.
+        """Time history, integrated by DOP853 from jump to jump or bend of the inputs; arguments as in :func:`respond`.
 
         ``tolerance`` is relative, and absolute for 1 rad, 1 rad/s ... times a hundredth.
 
@@ -170,28 +170,34 @@ class MagicFormulaModel:
         t, x = check_time(time), np.concatenate([initial_state(self.states, initial, self.units), np.zeros(len(PATH))])
         spread = np.zeros((len(self.inputs), len(given)))
         spread[[self.inputs.index(name) for name in given], range(len(given))] = 1.0
-        grid, held = input_grid(t, given)
+        grid, begin, end = input_grid(t, given)
         heading = self.output_matrix[[self.outputs.index(name) for name in ("yaw_rate", "rear_lateral_velocity")]]
 
         reached = float(grid[0])
 
-        def rate(at: float, y: Array, u: Array) -> Array:
+        def rate(at: float, y: Array, since: float, first: Array, slope: Array) -> Array:
             nonlocal reached
             reached = at
+            u = first + slope * (at - since)
             yaw_rate, lateral_velocity = heading @ y[:-2]
             return np.concatenate([self.rate(y[:-2], u), [yaw_rate, lateral_velocity + self.speed * y[-2]]])
 
         origin = self.jacobian(np.zeros(len(self.states)), np.zeros(len(self.inputs)))
         longest = 1 / np.abs(np.linalg.eigvals(origin)).max()  # between longer steps the interpolant is rough
-        jumps = np.flatnonzero((np.diff(held, axis=0) != 0).any(1)) + 1
+        moving = (begin[:-1] != end).any(1)
+        bends = moving[:-1] | moving[1:] if len(moving) else moving
+        bends = bends & np.isin(grid[1:-1], np.concatenate([[], *(h.time for h in given.values())]))
+        jumps = np.flatnonzero((begin[1:-1] != end[:-1]).any(1) | bends) + 1
         states = x[None, :]
         for first, last in zip([0, *jumps], [*jumps, len(grid) - 1], strict=True):
             if first == last:
                 continue
+            slope = (end[last - 1] - begin[first]) / (grid[last] - grid[first])
             with np.errstate(over="ignore", invalid="ignore"):
                 found = solve_ivp(
                     rate, (grid[first], grid[last]), states[-1], "DOP853", grid[first : last + 1],
-                    args=(spread @ held[first],), rtol=tolerance, atol=tolerance / 100, max_step=longest,
+                    args=(grid[first], spread @ begin[first], spread @ slope), rtol=tolerance, atol=tolerance / 100,
+                    max_step=longest,
                 )  # fmt: skip
             if not found.success or not np.isfinite(found.y).all():
                 lost = found.t[~np.isfinite(found.y).all(0)]
@@ -202,7 +208,7 @@ class MagicFormulaModel:
                 )
             states = np.vstack([states, found.y.T[1:]])
         at = np.searchsorted(grid, t)
-        states, shown = states[at], held[at]
+        states, shown = states[at], begin[at]
         forces = self.side_forces(states[:, :-2] @ self.slip_matrix.T + shown @ (self.slip_input @ spread).T)
         named = dict(zip(self.outputs, (states[:, :-2] @ self.output_matrix.T).T, strict=True))
         named |= {f"{wheel}_side_force": forces[:, k] for k, wheel in enumerate(WHEELS)}

@@ -1,6 +1,7 @@
 """What ``velotyre simulate`` reads from its options: initial states and inputs over time."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,9 +19,11 @@ SHAPES: Mapping[str, tuple[Callable[..., InputHistory], bool]] = {
     "step": (step, False), "pulse": (pulse, True), "doublet": (doublet, True),
 }  # fmt: skip
 _QUANTITY = {unit: quantity for quantity, unit in SI.items()}
+FILES = {"file": True, "steps": False}
+"""Shapes that are read from a file: whether values are joined by straight lines; else each holds to the next."""
 HOW = (
-    "write NAME:step:SIZE[@START], NAME:pulse:SIZE@START+DURATION, NAME:doublet:SIZE@START+DURATION or "
-    "NAME:file:FILE.csv, "
+    "write NAME:step:SIZE[@START], NAME:pulse:SIZE@START+DURATION, NAME:doublet:SIZE@START+DURATION, "
+    "NAME:file:FILE.csv (samples, straight lines between them) or NAME:steps:FILE.csv (each value holds to the next), "
     "in SI units and seconds, for example steer_torque:step:0.5@1.0"
 )
 
@@ -67,12 +70,13 @@ def parse_inputs(
             raise InputError(f"input {text!r}: {name} is given twice")
         if not value:
             raise InputError(f"input {text!r}: {HOW}")
-        if shape == "file":
-            inputs[name] = read_history(Path(value), name, allowed[name], channel_map)
+        if shape in FILES:
+            read = read_history(Path(value), name, allowed[name], channel_map)
+            inputs[name] = replace(read, linear=FILES[shape])
         elif shape in SHAPES:
             inputs[name] = _shaped(text, shape, value)
         else:
-            raise InputError(f"input {text!r}: {unknown('shape', shape, [*SHAPES, 'file'])}; {HOW}")
+            raise InputError(f"input {text!r}: {unknown('shape', shape, [*SHAPES, *FILES])}; {HOW}")
     return inputs
 
 

@@ -75,6 +75,19 @@ def test_control_gives_the_same_forced_response(tyred):
         assert np.allclose(found.outputs[name], values, rtol=1e-8, atol=1e-8 * np.abs(values).max())
 
 
+def test_samples_of_a_recording_are_joined_by_straight_lines(tyred):
+    """As control does between its samples; our own times need not be those of the recording."""
+    time = np.arange(0.0, 3.0, 0.02)
+    torque = np.sin(2 * np.pi * 1.3 * time) + 0.4
+    wanted = np.arange(0.0, 2.98, 0.05)
+    found = respond(tyred, speed=7.0, time=wanted, inputs={"steer_torque": InputHistory(time, torque, linear=True)})
+    theirs = control.forced_response(tyred.to_control(7.0, inputs=["steer_torque"]), time, torque)
+    at = [round(t / 0.02) for t in wanted[::2]]
+    for name, values in zip(tyred.outputs, theirs.outputs, strict=True):
+        assert np.allclose(found.outputs[name][::2], values[at], rtol=1e-8, atol=1e-8 * np.abs(values).max())
+    assert found.inputs["steer_torque"] == pytest.approx(np.interp(wanted, time, torque))
+
+
 def test_slip_step_settles_at_cornering_stiffness_times_slip():
     # A bicycle too heavy to be pushed aside stays straight, so its tyre sees the imposed slip alone: F = C alpha
     # after the lag F(t) = C alpha (1 - exp(-v t / lambda)) (Dell'Orto et al., eq. 2, corrected).

@@ -7,7 +7,7 @@ import pytest
 from eigenvalue_sets import assert_same_eigenvalues
 
 from bicycle import Model, effect_class, load_bicycle, registry
-from bicycle.responses.inputs import pulse, step
+from bicycle.responses.inputs import InputHistory, pulse, step
 from bicycle.responses.linear import respond
 from bicycle.responses.magic_formula import MagicTyre
 from bicycle.responses.magic_formula_model import magic_formula_model
@@ -147,6 +147,18 @@ def test_inputs_that_jump_between_samples_are_integrated_from_jump_to_jump():
     model = build(*SETS["static"])
     inputs = {"steer_torque": pulse(1e-4, start=0.1234, duration=0.2), "rear_slip": step(1e-5, start=0.5011)}
     time = np.linspace(0, 1, 11)
+    found = magic_formula_model(model, speed=5.0).simulate(time=time, inputs=inputs, tolerance=1e-12)
+    expected = respond(model.linear_model(), speed=5.0, time=time, inputs=inputs)
+    for name, values in expected.outputs.items():
+        assert np.allclose(found.outputs[name], values, rtol=0, atol=1e-6 * np.abs(values).max())
+
+
+def test_samples_that_are_joined_by_straight_lines_are_integrated_from_bend_to_bend():
+    model = build(*SETS["static"])
+    clock = np.array([0.05, 0.2, 0.31, 0.5, 0.6, 0.9])
+    samples = InputHistory(clock, 1e-4 * np.array([0.5, 1.0, -1.0, 0.0, 0.0, 0.7]), linear=True)
+    inputs = {"steer_torque": samples, "rear_slip": step(1e-5, start=0.5011)}
+    time = np.linspace(0, 1.2, 13)
     found = magic_formula_model(model, speed=5.0).simulate(time=time, inputs=inputs, tolerance=1e-12)
     expected = respond(model.linear_model(), speed=5.0, time=time, inputs=inputs)
     for name, values in expected.outputs.items():

@@ -101,12 +101,15 @@ def test_an_offset_alone_moves_the_bicycle(file, tmp_path):
 def test_inputs_from_a_file(tmp_path):
     (tmp_path / "t.csv").write_text("time_s,steer_torque_N_m\n0,1.5\n0.5,-2\n")
     found = parse_inputs(
-        [f"steer_torque:file:{tmp_path / 't.csv'}", "rear_slip:doublet:0.02@1+0.5", "lean_torque:step:3"],
+        [f"steer_torque:steps:{tmp_path / 't.csv'}", "rear_slip:doublet:0.02@1+0.5", "lean_torque:step:3"],
         allowed=INPUTS,
     )
     assert found["steer_torque"].at([0.0, 0.49, 0.5]).tolist() == [1.5, 1.5, -2.0]
     assert found["rear_slip"].at([1.0, 1.25, 1.5]).tolist() == [0.02, -0.02, 0.0]
     assert found["lean_torque"].at([-0.1, 0.0]).tolist() == [0.0, 3.0]
+    samples = parse_inputs([f"steer_torque:file:{tmp_path / 't.csv'}"], allowed=INPUTS)["steer_torque"]
+    assert samples.at([-0.1, 0.0, 0.25, 0.5, 9.0]).tolist() == [0.0, 1.5, -0.25, -2.0, -2.0]
+    assert samples.before([0.0, 0.5]).tolist() == [0.0, -2.0]
 
 
 @pytest.mark.parametrize(
@@ -121,6 +124,7 @@ def test_inputs_from_a_file(tmp_path):
         ("steer_torque:pulse:1@0+0", "the duration of a pulse is 0 s"),
         ("steer_torque:stp:1", "unknown shape 'stp'; did you mean 'step'"),
         ("steer_torque:file:absent.csv", "absent.csv"),
+        ("steer_torque:steps:absent.csv", "absent.csv"),
     ],
 )
 def test_refused_inputs(text, words):
