@@ -7,6 +7,7 @@ from pathlib import Path
 from bicycle.identification.recording import FASTEST
 from bicycle.identification.run import Run
 from tyre.base.errors import InputError
+from tyre.base.paths import own_ends
 
 
 def file_and_speed(text: str) -> tuple[Path, float]:
@@ -28,19 +29,6 @@ def file_and_speed(text: str) -> tuple[Path, float]:
 
 
 def named_apart(read: Sequence[tuple[Path, Sequence[Run]]]) -> list[Run]:
-    """The runs ``read`` from files, in their order, each named by the shortest end of its path that no other file has.
-
-    ``a/recording.csv`` and ``b/recording.csv`` keep their folders, ``a/one.csv`` and ``a/two.csv`` need none.
-    """
-    files = {file for file, _ in read}
-    return [
-        replace(run, name=_own_end(file, files - {file}) + run.name.removeprefix(file.name))
-        for file, runs in read
-        for run in runs
-    ]
-
-
-def _own_end(file: Path, others: set[Path]) -> str:
-    parts = file.parts
-    own = (n for n in range(1, len(parts)) if all(other.parts[-n:] != parts[-n:] for other in others))
-    return Path(*parts[-next(own, len(parts)) :]).as_posix()
+    """The runs ``read`` from files, in their order, each by the shortest end of its path that no other has."""
+    ends = own_ends(file for file, _ in read)
+    return [replace(run, name=ends[file] + run.name.removeprefix(file.name)) for file, runs in read for run in runs]

@@ -28,7 +28,7 @@ def command(
     from contextlib import nullcontext
 
     from studies.channel_options import chosen_map
-    from studies.look.drafts import drafts, steps, write_drafts
+    from studies.look.drafts import drafts, stems, steps, write_drafts
     from studies.look.look import look
     from studies.look.words import tell
     from studies.reporting.manifest import results
@@ -47,13 +47,14 @@ def command(
                 raise
             failed.append(str(error))
     with nullcontext() if out is None else results(out):
-        for place, found in enumerate(looks):
-            made = drafts(found, out or Path())
+        called = stems([found.opened.path for found in looks])
+        for place, (found, stem) in enumerate(zip(looks, called, strict=True)):
+            made = drafts(found, out or Path(), stem)
             if out is not None:
                 from studies.look.figure import draw
 
                 written = write_drafts(made, out, force=force)
-                picture = draw(found, out / f"{found.opened.path.stem}.look")
+                picture = draw(found, out / f"{stem}.look")
             if json_file == "-":
                 continue
             if place:

@@ -12,7 +12,8 @@ from studies.look.motion_uses import DECAY, Motion
 from studies.look.rig_events import ALL_PULL, ALL_ROLLING, Supposed
 from studies.look.roles import MOTION, QUANTITIES, TORQUES, Roles
 from tyre.base.errors import InputError
-from tyre.base.files import slug, write_text
+from tyre.base.files import slug, slugs, write_text
+from tyre.base.paths import own_ends
 from tyre.channels.draft import UNKNOWN
 from tyre.channels.reading import Reading
 from tyre.channels.units import SI
@@ -38,15 +39,25 @@ class Draft:
         return self.text.count(f"# {FILL}")
 
 
-def drafts(found: Look, folder: Path) -> list[Draft]:
+def stems(files: Sequence[Path]) -> list[str]:
+    """What the drafts of each of some ``files`` are called, no two alike: by their names, folders where these agree."""
+    ends = own_ends(files)
+    bare = {file: Path(end).with_suffix("").as_posix() for file, end in ends.items()}
+    names = {file: name if list(bare.values()).count(name) == 1 else ends[file] for file, name in bare.items()}
+    fit = slugs(names.values())
+    return [fit[names[file]] for file in files]
+
+
+def drafts(found: Look, folder: Path, stem: str = "") -> list[Draft]:
     """Drafts for a look at a file, to be written into ``folder``; none where the maps are there already.
 
+    Their names begin with ``stem``, if it is given, else with that of the file.
     A folder that holds the drafts of a sidecar can be given to ``tyre fit``: they name the recording.
     """
     if found.roles.map is not None and found.roles.sidecar is not None:
         return []
     made = []
-    stem = slug(found.opened.path.stem)
+    stem = stem or slug(found.opened.path.stem)
     if found.roles.sidecar is None:
         for given in found.rig:
             made += _sidecars(found.roles, given, folder, stem)

@@ -1,6 +1,7 @@
 """Where the packaged data are: installed as ``tyre.data``, or ``data`` of a bare checkout; and folders of users."""
 
 import os
+from collections.abc import Iterable
 from importlib import import_module, resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -40,6 +41,22 @@ def refuse_special(path: Path | Traversable) -> None:
     """
     if isinstance(path, Path) and path.exists() and not (path.is_file() or path.is_dir()):
         raise InputError(f"{path}: is a pipe or a device; write what comes out of it to a file and give that")
+
+
+def own_ends(files: Iterable[Path]) -> dict[Path, str]:
+    """The shortest end of each path that no other of the ``files`` has: ``a/run.csv``, ``b/run.csv``, but ``two.csv``.
+
+    Parameters
+    ----------
+    files : iterable of Path
+    """
+    every = list(dict.fromkeys(files))
+    found = {}
+    for file in every:
+        lengths = range(1, len(file.parts) + 1)
+        own = (n for n in lengths if not any(other.parts[-n:] == file.parts[-n:] for other in every if other != file))
+        found[file] = Path(*file.parts[-next(own, len(file.parts)) :]).as_posix()
+    return found
 
 
 def named_folder(name: str, beside: Path) -> Path:

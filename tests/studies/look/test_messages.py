@@ -206,3 +206,17 @@ def test_a_forced_run_that_is_long_enough_gives_a_frequency_response(tmp_path, c
     shown = said(capsys, path)
     for word in words:
         assert word in shown
+
+
+def test_recordings_of_one_name_have_drafts_of_their_own(tmp_path, capsys):
+    """As `velotyre simulate` writes them, one folder a ride; and two formats of one log."""
+    rows = "".join(f"{0.01 * k:.2f},{np.exp(-0.02 * k) * np.sin(0.05 * k):.6f}\n" for k in range(300))
+    files = [tmp_path / name for name in ("a/recording.csv", "b/recording.csv", "b/log.csv", "b/log.txt")]
+    for file in files:
+        file.parent.mkdir(exist_ok=True)
+        file.write_text("time_s,roll_rate_rad_s\n" + rows)
+    main(["look", *map(str, files), "--out", str(tmp_path / "drafts")])
+    assert "already" not in capsys.readouterr().err
+    written = {path.name for path in (tmp_path / "drafts").glob("*.channels.toml")}
+    assert written == {f"{stem}.channels.toml" for stem in ("a_recording", "b_recording", "log_csv", "log_txt")}
+    assert (tmp_path / "drafts" / "a_recording.look.png").is_file()
