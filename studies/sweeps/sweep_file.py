@@ -128,7 +128,7 @@ def build_sweep(content: Mapping[str, Any], *, folder: Path = Path()) -> Sweep:
     sampled = read_options(given["sampled"])
     own_sd = stated_sd(bicycles) if bicycles and sampled["bicycle_sd"] else None
     others = {k: v for k, v in given["sampled"].items() if not (bicycles and k == "bicycle_sd")}
-    normals, uniforms = read_sampled(others, allowed, nominal, tyre or {})
+    normals, uniforms = read_sampled(others, allowed, nominal, tyre or {}, [axis.name for axis in axes])
     axes = (*([Axis(BICYCLE, tuple(one.name for one in bicycles))] if bicycles else []), *axes)
     if not allows_unusual(model):
         refuse_absurd_values(nominal, {axis.name: axis.values for axis in axes})

@@ -130,9 +130,10 @@ def read_options(content: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def read_sampled(
-    content: Mapping[str, Any], allowed: set[str], model: Model, tyre: Mapping[str, Any]
-) -> tuple[tuple[Normal, ...], tuple[Uniform, ...]]:
-    """Distributions of ``[sampled]``.
+    content: Mapping[str, Any], allowed: set[str], model: Model, tyre: Mapping[str, Any],
+    elsewhere: Collection[str] = (),
+) -> tuple[tuple[Normal, ...], tuple[Uniform, ...]]:  # fmt: skip
+    """Distributions of ``[sampled]``; ``bicycle_sd`` stands for what nothing else varies.
 
     Parameters
     ----------
@@ -144,6 +145,8 @@ def read_sampled(
         Gives means and bounds.
     tyre : mapping
         Table of the measured tyre in the model, empty without one.
+    elsewhere : collection of str
+        Names that are varied outside this table.
     """
     options = read_options(content)
     normals, uniforms = [], []
@@ -159,13 +162,14 @@ def read_sampled(
         mean = numbers["mean"] if "mean" in numbers else _nominal(name, model, tyre)
         possible_moments(f"sampled.{name}", mean, numbers["sd"], bounds_of(model, name))
         normals.append(Normal((name,), (mean,), ((numbers["sd"],),)))
+    joint = [_joint(entry, allowed, model, tyre) for entry in options["joint"]]
     if options["bicycle_sd"]:
         sd = {key: value for key, value in model.bicycle.sd.items() if value > 0 and key in UNITS}
         if not sd:
             raise InputError(f"sampled.bicycle_sd: bicycle {model.bicycle.name!r} states no standard deviations")
-        normals += [Normal((key,), (model.bicycle[key],), ((value,),)) for key, value in sd.items()]
-    normals += [_joint(entry, allowed, model, tyre) for entry in options["joint"]]
-    return tuple(normals), tuple(uniforms)
+        own = {*elsewhere, *(u.name for u in uniforms), *(name for one in (*normals, *joint) for name in one.names)}
+        normals += [Normal((key,), (model.bicycle[key],), ((value,),)) for key, value in sd.items() if key not in own]
+    return (*normals, *joint), tuple(uniforms)
 
 
 def _uniform(name: str, low: float, high: float, bounds: tuple[float, float]) -> Uniform:

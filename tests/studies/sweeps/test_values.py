@@ -165,6 +165,19 @@ def test_draws_have_the_standard_deviations_of_the_bicycle_file(tmp_path):
         assert float(values.sel(parameter=key).std()) == pytest.approx(stated[key], rel=0.06), key
 
 
+def test_what_is_varied_otherwise_has_no_standard_deviation_of_the_bicycle_file(tmp_path):
+    joint = {"parameters": ["mB", "zB"], "covariance": [[4.0, 0.0], [0.0, 1e-4]]}
+    content = {
+        "model": {"bicycle": "pista"}, "samples": 2000, "outputs": ["parameters"], "grid": {"w": [0.98, 1.0]},
+        "sampled": {"bicycle_sd": True, "c": {"low": 0.05, "high": 0.07}, "mF": {"sd": 0.5}, "joint": [joint]},
+    }  # fmt: skip
+    values = load(run_sweep(build_sweep(content), tmp_path / "sd.zarr")).parameters.sel(w=0.98)
+    stated = load_bicycle("pista").sd
+    expected = {"w": 0.0, "c": 0.02 / np.sqrt(12), "mF": 0.5, "mB": 2.0, "zB": 0.01, "xB": stated["xB"]}
+    for key, sd in expected.items():
+        assert float(values.sel(parameter=key).std()) == pytest.approx(sd, rel=0.08, abs=1e-12), key
+
+
 def test_tyres_given_by_files_are_those_tables(tmp_path):
     """A file of the packaged table gives its numbers; parts of a table that was changed since are refused."""
     TyreMap.load("Tyre3").to_file(tmp_path / "own_6.5.csv")
