@@ -49,7 +49,7 @@ def sentence(
     without = f"without it the adjusted parameters {fits} (p {printed(alone)})"
     whole = f"it explains the data (p {printed(p)}); {without}, P(nothing is missing) {printed(known.nothing)}"
     if acceptance.verdict == "named":
-        return f"{what} is missing, relative to this library: {whole}."
+        return f"{what} {'are' if len(effects) > 1 else 'is'} missing, relative to this library: {whole}."
     either = f", which these data cannot tell from {' or '.join(others)}" if others else ""
     if acceptance.verdict == "class":
         return f"An effect is missing; the most probable is {what}{either}: {whole}."

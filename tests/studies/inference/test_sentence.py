@@ -7,6 +7,7 @@ import pytest
 
 from studies.inference import sentence as module
 from studies.inference.sentence import sentence
+from studies.inference.verdict import Named
 
 P = {"none": 1e-9, "a+b": 1e-7, "a+b+c": 1e-3, "a+b+d": 0.3}
 
@@ -58,6 +59,17 @@ def test_one_that_fits_is_told_though_it_is_less_probable_than_nothing(monkeypat
     assert said.endswith(
         "a+b+d would in sum (p = 0.3), but is refused: it is less probable than that nothing is missing."
     )
+
+
+@pytest.mark.parametrize(("count", "verb"), [(1, "is"), (2, "are")])
+def test_one_is_missing_and_two_are(monkeypatch, count, verb):
+    monkeypatch.setattr(module, "goodness_of_fit", lambda _, fit: P[fit.name])
+    known = SimpleNamespace(null=Fitted("none", True), nothing=0.0)
+    judged = SimpleNamespace(verdict="named", final=Fitted("a+b+d", True), members=())
+    effects = tuple(Named(name, {"size": (1.0, 0.1)}, {"size": "m"}) for name in "ab"[:count])
+    said = sentence(SimpleNamespace(), known, judged, effects, {})
+    assert f"{effects[-1].identifier} (size 1 +- 0.1 m) {verb} missing, relative to this library: it explains" in said
+    assert said.endswith("do not fit (p = 1e-09), P(nothing is missing) < 1e-99.")
 
 
 @pytest.mark.parametrize(
