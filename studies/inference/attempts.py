@@ -3,6 +3,8 @@
 import math
 from collections.abc import Iterable, Sequence
 
+import numpy as np
+
 from studies.inference.arrays import Array
 from studies.inference.checks import goodness_of_fit
 from studies.inference.evidence import SELDOM, Hypotheses
@@ -15,6 +17,7 @@ POOR_FIT = 0.01  # p below which a model does not fit
 LOUD = 1.3  # objective a row beyond which every hypothesis is tried again
 RETRIED = 5  # poor fits that are tried from other starts
 POLISHED = 8  # most probable fits that must converge
+IMPROVED = 8.0  # decrease of the objective below which further starts of a soft joint are not worth their time
 HOPELESS = 2.0  # times the best objective, beyond which a fit is not polished
 
 
@@ -64,6 +67,19 @@ def polished(forward: Forward, known: Hypotheses) -> Hypotheses:
             break
         known = known.replaced([fitted(forward, f.candidates, [f.theta]) for f in leading])
     return known
+
+
+def laddered(forward: Forward, known: Hypotheses) -> Hypotheses:
+    """Soft joints that improve the fit, fitted from several softnesses as well: a loose body resonates in each.
+
+    Parameters
+    ----------
+    forward : Forward
+    known : Hypotheses
+    """
+    hopeful = [f for f in known.fits if len(f.candidates) == 1 and f.objective < known.null.objective - IMPROVED]
+    ladders = {f: [np.concatenate([known.null.theta, start]) for start in f.candidates[0].ladder] for f in hopeful}
+    return bettered(known, [fitted(forward, f.candidates, starts) for f, starts in ladders.items() if starts])
 
 
 def retried(forward: Forward, known: Hypotheses) -> Hypotheses:

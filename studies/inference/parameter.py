@@ -12,6 +12,8 @@ from studies.inference.arrays import Array
 
 UNUSUAL = 5.0  # times the prior sd of a size: one that seldom occurs
 STEP = 1e-3  # of the prior scale: central differences of the (smooth) matrices, error about 1e-9
+LADDER = (0.02, 0.07, 0.2, 0.7)
+"""Of the prior sd of a softness: where further fits of a soft joint begin."""
 
 
 @dataclass(frozen=True)
@@ -143,11 +145,26 @@ class Candidate:
         """Coordinates from which fits begin: small and typical sizes, of either sign where both are physical."""
         found: list[Array] = []
         for share in (0.05, 0.7, -0.05, -0.7):
-            start = np.array([u.centre + share * u.scale * u.size for u in self.unknowns])
-            clipped = np.array([min(max(x, u.lowest), u.highest) for x, u in zip(start, self.unknowns, strict=True)])
-            if share > 0 or (self.unknowns and (clipped == start).all()):
-                found.append(clipped)
+            start, inside = self._sized(share)
+            if share > 0 or (self.unknowns and inside):
+                found.append(start)
         return tuple(found)
+
+    @property
+    def ladder(self) -> tuple[Array, ...]:
+        """Coordinates (p,) of softer and softer joints, of anything else none: each may lead to another minimum."""
+        return tuple(self._sized(share)[0] for share in LADDER) if self.soft else ()
+
+    @property
+    def soft(self) -> bool:
+        """Whether it is a compliance, gone where it is rigid."""
+        return any(u.size and u.power == -1 for u in self.unknowns)
+
+    def _sized(self, share: float) -> tuple[Array, bool]:
+        """Coordinates (p,) with sizes of a ``share`` of their prior sd, and whether the bounds leave them so."""
+        start = np.array([u.centre + share * u.scale * u.size for u in self.unknowns])
+        clipped = np.array([min(max(x, u.lowest), u.highest) for x, u in zip(start, self.unknowns, strict=True)])
+        return clipped, bool((clipped == start).all())
 
     @property
     def neutral(self) -> Array:
@@ -160,8 +177,7 @@ class Candidate:
 
         Soft joints have minima of their own: a slightly soft one and a soft one differ in kind (an extra mode).
         """
-        soft = any(u.size and u.power == -1 for u in self.unknowns)
-        return self.starts[: 2 if soft else 1]
+        return self.starts[: 2 if self.soft else 1]
 
 
 def together(candidates: tuple[Candidate, ...]) -> str:

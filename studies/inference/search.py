@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 
 from studies.inference.arrays import Array
-from studies.inference.attempts import POOR_FIT, bettered, fitted, polished, retried, turns_of
+from studies.inference.attempts import POOR_FIT, bettered, fitted, laddered, polished, retried, turns_of
 from studies.inference.checks import goodness_of_fit, held_out, whiteness
 from studies.inference.evidence import CLEAR_ODDS, Hypotheses
 from studies.inference.fit import Fit, default_starts, fit, outlook
@@ -79,7 +79,7 @@ def search(forward: Forward, known: Hypotheses, progress: Progress) -> tuple[Hyp
     progress : callable
         Told of each fit.
     """
-    known = polished(forward, known)
+    known = laddered(forward, polished(forward, known))
     if not known.fits or known.nothing >= NOTHING:
         return known, None
     leader = first(forward, known, known.best(1))
