@@ -5,6 +5,8 @@ import re
 import shlex
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from studies.cli import main
@@ -37,9 +39,10 @@ def test_the_page_runs_and_the_damper_is_found(tmp_path, monkeypatch, capsys):
         value, sd = damping(file)
         assert value == pytest.approx(HIDDEN, abs=1.96 * sd), file
         assert sd < 0.2 * HIDDEN
-    again = Path("again/response_linear.csv").read_text(encoding="utf-8").splitlines()
-    torque = again[0].split(",").index("steer_torque_N_m")
-    assert {float(line.split(",")[torque]) for line in again[1:]} == {-2.0, 0.0, 2.0}
+    recorded, again = (pd.read_csv(file, comment="#") for file in ("kick_1/recording.csv", "again/response_linear.csv"))
+    assert set(recorded["steer_torque_N_m"]) == {-2.0, 0.0, 2.0}
+    joined = np.interp(again["time_s"], recorded["time_s"], recorded["steer_torque_N_m"])
+    assert again["steer_torque_N_m"].to_numpy() == pytest.approx(joined, abs=1e-9)
     assert sorted(read_sensors(Path("kicked.toml")).channels) == ["roll_rate_rad_s", "steer_rad", "steer_torque_N_m"]
 
 
