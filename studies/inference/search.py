@@ -97,7 +97,7 @@ def search(forward: Forward, known: Hypotheses, progress: Progress) -> tuple[Hyp
         if held_out(forward, larger[0]).log_score <= held_out(forward, leader).log_score:
             break
         leader = larger[0]
-    return _each_alone(forward, known, leader)
+    return pruned(forward, known, leader)
 
 
 def first(forward: Forward, known: Hypotheses, fits: Sequence[Fit]) -> Fit:
@@ -185,17 +185,21 @@ def _smaller(forward: Forward, known: Hypotheses, larger: Sequence[Fit]) -> Hypo
     return bettered(known, parts)
 
 
-def _each_alone(forward: Forward, known: Hypotheses, leader: Fit) -> tuple[Hypotheses, Fit]:
-    """The leader without what does not stand by its own odds and its own held-out gain."""
+def pruned(forward: Forward, known: Hypotheses, leader: Fit) -> tuple[Hypotheses, Fit]:
+    """The leader without what does not stand by its own odds and its own held-out gain.
+
+    Parameters
+    ----------
+    forward : Forward
+    known : Hypotheses
+        Those with one effect less are among them, or are fitted; where they fit poorly, again from the leader's end.
+    leader : Fit
+    """
     nothing = held_out(forward, known.null).log_score if len(leader.candidates) >= MANY else math.nan
     while len(leader.candidates) > 1:
         score, weak = held_out(forward, leader).log_score, []
         for gone in leader.candidates:
-            rest = tuple(c for c in leader.candidates if c is not gone)
-            part = known.find(frozenset(c.identifier for c in rest))
-            if part is None or not part.converged:
-                part = fitted(forward, rest, [enlarged(leader, rest)])
-                known = known.replaced([part])
+            known, part = _without(forward, known, leader, gone)
             odds = known.odds(leader, part)
             alone = len(leader.candidates) < MANY or beats_nothing(forward, known, gone, nothing)
             if odds < CLEAR_ODDS or held_out(forward, part).log_score >= score or not alone:
@@ -204,6 +208,17 @@ def _each_alone(forward: Forward, known: Hypotheses, leader: Fit) -> tuple[Hypot
             break
         leader = min(weak, key=lambda item: item[0])[1]
     return known, leader
+
+
+def _without(forward: Forward, known: Hypotheses, leader: Fit, gone: Candidate) -> tuple[Hypotheses, Fit]:
+    """The leader's hypothesis without one effect, at the best end known: a poor one may be a minimum of its own."""
+    rest = tuple(c for c in leader.candidates if c is not gone)
+    part = known.find(frozenset(c.identifier for c in rest))
+    if part is not None and part.converged and goodness_of_fit(forward, part) > POOR_FIT:
+        return known, part
+    trial = fitted(forward, rest, [enlarged(leader, rest)])
+    known = known.replaced([trial]) if part is None or not part.converged else bettered(known, [trial])
+    return known, known.find(trial.identifiers) or trial
 
 
 def beats_nothing(forward: Forward, known: Hypotheses, candidate: Candidate, nothing: float) -> bool:

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from studies.inference import Candidate, ForwardModel, Rows, UncertainParameter, judge
+from studies.inference.evidence import Hypotheses
 from studies.inference.fit import fit
 from studies.inference.minimise import ROUGH, minimise
-from studies.inference.search import singles
+from studies.inference.search import pruned, singles
 
 X = np.linspace(0.0, 1.0, 30)
 LEVEL = UncertainParameter("level", "1", {"level": 1.0}, 0.0, 1.0)
@@ -104,6 +105,31 @@ def test_where_nothing_fits_what_was_given_up_as_poor_is_fitted_to_its_end():
     assert found.converged
     assert found.objective < 100
     assert found.theta == pytest.approx([3.0, 2 * math.sin(18.0)], abs=0.01)
+
+
+@dataclass(frozen=True)
+class Tones(Waves):
+    """data = level + sin(8 size x) for "tone", + size x^2 for "other": each size has a minimum near some others."""
+
+    def residual(self, candidates, theta, *, slopes=True):
+        computed, columns = np.full(30, theta[0]), [np.ones(30)]
+        for c, size in zip(candidates, theta[1:], strict=True):
+            tone = c.identifier == "tone"
+            computed = computed + (np.sin(8 * size * X) if tone else size * X**2)
+            columns.append(8 * X * np.cos(8 * size * X) if tone else X**2)
+        return (self.data - computed) / 0.1, -np.stack(columns, 1) / 0.1
+
+
+def test_no_effect_is_kept_because_the_rest_stopped_in_a_minimum_of_its_own():
+    tone, other = candidate("tone"), candidate("other")
+    forward = Tones(data(0.0) + np.sin(8 * 1.5 * X), (tone, other))
+    stuck = fit(forward, (tone,), starts=[np.array([0.0, 2.5])])
+    pair = fit(forward, (tone, other), starts=[np.array([0.3, 1.5, 0.0])])
+    assert stuck.converged
+    assert stuck.objective > 100 > pair.objective
+    _, leader = pruned(forward, Hypotheses(fit(forward), (stuck, pair), forward.candidates), pair)
+    assert leader.name == "tone"
+    assert leader.theta[1] == pytest.approx(1.5, abs=0.05)
 
 
 def test_a_fit_goes_on_where_a_small_promise_was_a_slow_beginning():
