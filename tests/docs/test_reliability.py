@@ -179,14 +179,14 @@ def test_joint_data():
     right = {name: f"{one['hits']} of {one['of']}" for name, one in joint["right"].items()}
     modes, kicks = (right[name].removesuffix(f" of {joint['cases']}") for name in ("modes", "kicks"))
     assert measured("joint data, 150 cases: names") == (
-        f"{right['joint']}; modes alone {modes}, kicks {kicks}, pushes {right['pushes']}; no case is lost"
+        f"{right['joint']}; modes alone {modes}, kicks {kicks}, pushes {right['pushes']}; one case that each part told "
+        "was lost, and is told by the search of now"
     )
     cases = ROOT / "studies/missing_effect/blind/results/joint_cases.jsonl"
     rows = [json.loads(line) for line in cases.read_text(encoding="utf-8").splitlines()]
     rows = [row for row in rows if not row["planted"] and row["seed"] < joint["seed"] + joint["cases"]]
-    assert not [
-        row["seed"] for row in rows if max(one["right"] for one in row["alone"].values()) > row["joint"]["right"]
-    ]
+    lost = [row for row in rows if max(one["right"] for one in row["alone"].values()) > row["joint"]["right"]]
+    assert [all(one["right"] for one in row["alone"].values()) for row in lost] == [True]
     ratios = []
     for row in rows:
         for key, (_, sd) in row["joint"]["sizes"].items() if row["joint"]["right"] else ():
