@@ -76,7 +76,7 @@ def test_a_frequency_that_becomes_zero_ends_a_pair_where_a_real_root_is_zero():
     assert real.shares[turn[0], 0] == pytest.approx(0.5, abs=1e-5)
 
 
-@settings(max_examples=6)
+@settings(max_examples=3)
 @given(st.integers(0, 10**6))
 def test_the_count_of_unstable_roots_agrees_with_random_curves(seed):
     rng = np.random.default_rng(seed)

@@ -1,4 +1,4 @@
-"""Mutated recordings and property files: whatever the text, InputError or a sound result, nothing else."""
+"""Mutated recordings and property files: InputError or a sound result; `validate damaged-inputs` tries many more."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from tyre.recordings.read import read_recording, write_csv
 from tyre.recordings.recording import Condition, PullTest, RigRun
 from tyre.recordings.tydex import write_tydex
 
-FUZZ = settings(max_examples=250, suppress_health_check=[HealthCheck.function_scoped_fixture])
+FUZZ = settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
 SNIPPETS = st.one_of(
     st.text(max_size=6),
     st.sampled_from(
@@ -86,7 +86,7 @@ def test_mutated_csv_or_sidecar(tmp_path, recordings, name, suffix, mutations):
     assert str(tmp_path) in message
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(raw=st.binary(max_size=200), suffix=st.sampled_from([".csv", ".toml", ".tdx"]))
 def test_arbitrary_bytes(tmp_path, recordings, raw, suffix):
     write_csv(recordings["run"], tmp_path / "a.csv")
