@@ -6,9 +6,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from small_library import all_but
 
 from bicycle.effect import outside_effects, registry
 from studies.cli import main
+from studies.missing_effect import read_measurement
 
 PANNIER = str(Path(__file__).with_name("pannier.py"))
 MODEL = """bicycle = "benchmark"
@@ -170,8 +172,9 @@ def test_diagnosis_names_it(tmp_path, monkeypatch, capsys):
     (tmp_path / "measured.toml").write_text(
         f'kind = "modal"\nbicycle = "kooijman2008"\n[candidates.pannier]\n{known}[modal]\ntable = "t.csv"\n'
     )
-    dear = ("aerodynamic_drag", "crown_radius", "relaxation_length", "side_slip", "steer_assist", "twisting_torque")
-    without = [word for name in dear for word in ("--without", name)]
+    with outside_effects([PANNIER]):
+        few = ("pannier", "steer_damper", "steer_spring", "speed_scale")
+        without = [f"--without={name}" for name in all_but(read_measurement(tmp_path / "measured.toml"), few)]
     main(["diagnose", "measured.toml", "--effects", PANNIER, *without, "--json", "-"])
     verdict = json.loads(capsys.readouterr().out)
     assert verdict["verdict"] == "named"
