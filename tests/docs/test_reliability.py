@@ -197,7 +197,7 @@ def test_joint_data():
     assert {hidden for _, hidden in wider} == {"rider_lean"}
     assert measured("joint data: no interval") == (
         f"{len(ratios) - len(wider)} of {len(ratios)} ({len(wider)} are wider, by {max(wider)[0] - 1:.0%} or less; all "
-        "are numbers of a swaying rider)"
+        "are numbers of a swaying rider, and none is wider than that of a part at the same values)"
     ).replace("%", " %")
     found, claimed = joint["planted_found"], joint["false_contradiction"]
     assert measured("a mistake planted in one part") == f"{found['hits']} of {found['of']}"

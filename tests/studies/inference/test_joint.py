@@ -63,6 +63,9 @@ def test_a_joint_fit_is_the_fit_of_all_rows_at_once():
     expected = np.linalg.solve(columns.T @ columns + np.eye(2), columns.T @ (y / 0.1))
     np.testing.assert_allclose(found.theta, expected, rtol=1e-6)
     assert len(forward.nuisances) == 1
+    np.testing.assert_allclose(found.covariance, np.linalg.inv(columns.T @ columns + np.eye(2)), rtol=1e-6)
+    for one in forward.parts:  # information adds up: on a line an interval is nowhere wider than that of a part
+        assert (found.covariance.diagonal() < fit(one.forward, (SLOPE,)).covariance.diagonal()).all()
 
 
 def test_an_error_of_one_instrument_is_named_as_its_own_and_moves_no_other():
