@@ -27,13 +27,16 @@ class Nodes:
         """The nodes at ``index`` (k,)."""
         return Nodes(*(part[index] for part in vars(self).values()))
 
+    def and_(self, others: "Nodes") -> "Nodes":
+        """These and the ``others``, one after the other."""
+        return Nodes(*map(np.concatenate, zip(vars(self).values(), vars(others).values(), strict=True)))
+
     def joined(self, new: "Nodes") -> tuple["Nodes", NDArray[np.intp]]:
         """These and the ``new`` nodes in order of ``v``, and the places of the old ones among them."""
         order = np.argsort(np.concatenate([self.v, new.v]), kind="stable")
         places = np.empty_like(order)
         places[order] = np.arange(len(order))
-        every = (np.concatenate(pair) for pair in zip(vars(self).values(), vars(new).values(), strict=True))
-        return Nodes(*(part[order] for part in every)), places[: len(self.v)]
+        return self.and_(new).take(order), places[: len(self.v)]
 
 
 def link(a: Nodes, b: Nodes) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:

@@ -1,0 +1,125 @@
+"""The anchor speed, at which weave, capsize and castering are named: where they are plainest.
+
+There the three slowest motions of lean, steer and yaw are a pair and two real roots that keep apart from each other and
+from all other roots.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bicycle.modal.tracking import STEP
+from tyre.base.arrays import Array, Complex
+
+SLOW, QUICK = 0.7, 3.0  # of sqrt(g w), about 2 to 9 m/s: the anchor lies between
+WALKING = 1.5  # about 5 m/s: the anchor of a model without weave, capsize and castering
+MOSTLY = 0.5  # a root of lean, steer and yaw has at least this share of them
+BETTER = 1.05  # an anchor is plainer by so much than speeds that a finer track may look at in addition
+
+Unit = tuple[int, ...]  # branches of a pair or of a single real root
+
+
+def units_at(values: Complex, mate: NDArray[np.intp]) -> list[Unit]:
+    """The pairs and single real roots at a node as tuples of branches, slow first.
+
+    Parameters
+    ----------
+    values : complex ndarray, shape (n,)
+        Eigenvalues, 1/s.
+    mate : ndarray of int, shape (n,)
+        Index of the other half of each pair, of itself for a real root.
+    """
+    of = mate.tolist()
+    slow_first = np.argsort(np.abs(values), kind="stable").tolist()
+    return [(i,) if of[i] == i else (i, of[i]) for i in slow_first if of[i] == i or values[i].imag > 0]
+
+
+def core_of(values: Complex, moving: Array) -> NDArray[np.bool_]:
+    """Which roots are the pair and the two real roots among the three slowest of lean, steer and yaw.
+
+    Parameters
+    ----------
+    values : complex ndarray, shape (m, n)
+        Eigenvalues, 1/s.
+    moving : ndarray, shape (m, n)
+        Share of lean, steer and yaw in each.
+
+    Returns
+    -------
+    ndarray of bool, shape (m, n)
+        Of a pair the upper half; what there is of them.
+    """
+    size = np.where((moving >= MOSTLY) & (values.imag >= 0), np.abs(values), np.inf)
+    slowest = np.argsort(size, axis=1, kind="stable")[:, :3]
+    is_core = np.isfinite(np.take_along_axis(size, slowest, 1))
+    pair = np.take_along_axis(values.imag, slowest, 1) > 0
+    both_real = (is_core & ~pair).sum(1, keepdims=True) == 2
+    is_core &= np.where(pair, np.cumsum(pair, axis=1) == 1, both_real)
+    core = np.zeros(values.shape, bool)
+    np.put_along_axis(core, slowest, is_core, 1)
+    return core
+
+
+def plainness(values: Complex, core: NDArray[np.bool_]) -> Array:
+    """How far the ``core`` (m, n) is from meeting, at each node: among itself, of the pair with itself, with others.
+
+    Parameters
+    ----------
+    values : complex ndarray, shape (m, n)
+        Eigenvalues, 1/s.
+    core : ndarray of bool, shape (m, n)
+        As of :func:`core_of`.
+    """
+    size = np.abs(values)
+    gap = np.abs(values[:, :, None] - values[:, None, :]) / (size[:, :, None] + size[:, None, :] + 1e-300)
+    other = core[:, :, None] & (values.imag >= 0)[:, None, :] & ~np.eye(values.shape[1], dtype=bool)
+    own = np.where(core & (values.imag > 0), values.imag / np.maximum(size, 1e-300), np.inf)
+    return np.asarray(np.minimum(np.where(other, gap, np.inf).min((1, 2)), own.min(1)))
+
+
+def find_anchor(speeds: Array, core: NDArray[np.bool_], plain: Array) -> tuple[int, bool]:
+    """Node at which weave, capsize and castering are plainest, and whether a finer track would have no plainer one.
+
+    Parameters
+    ----------
+    speeds : ndarray, shape (m,)
+        Rising, in units of sqrt(g w).
+    core : ndarray of bool, shape (m, n)
+        Between SLOW and QUICK as of :func:`core_of`.
+    plain : ndarray, shape (m,)
+        There as of :func:`plainness`.
+    """
+    within = (speeds >= SLOW) & (speeds <= QUICK)
+    count = core.sum(1)
+    most = count[within].max(initial=0)
+    best = np.where(within & (count == most), plain.round(9), -1.0) if most else -np.abs(speeds - WALKING)
+    k = int(best.argmax())
+    halved = np.diff(speeds) < 0.75 * STEP
+    beside = np.append(halved, False) | np.append(False, halved)  # noqa: FBT003
+    level = count + np.where(plain * BETTER >= plain[k], 0.5, 0.0)
+    rivals = within & (beside | (best == best[k]))
+    rivals[k] = beside[k]
+    return k, not (most == 0 and (count[beside] > 0).any()) and not (rivals & (level > most)).any()
+
+
+def core_at(units: Sequence[Unit], core: NDArray[np.bool_], lean: Array, steer: Array) -> dict[str, Unit]:
+    """A pair and two real roots, where these are the slowest of lean, steer and yaw; else what there is of them.
+
+    Parameters
+    ----------
+    units : sequence of tuples of int
+        As of :func:`units_at`.
+    core : ndarray of bool, shape (n,)
+        Which roots are among them.
+    lean, steer : ndarray, shape (n,)
+        Share in each root.
+    """
+    found: dict[str, Unit] = {}
+    pairs, reals = ([unit for unit in units if core[unit[0]] and len(unit) == length] for length in (2, 1))
+    if pairs:
+        found["weave"] = pairs[0]
+    if reals:
+        leaning = [lean[i] / (lean[i] + steer[i] + 1e-300) for (i,) in reals]
+        found["capsize"], found["castering"] = reals if leaning[0] >= leaning[1] else reals[::-1]
+    return found
