@@ -15,6 +15,7 @@ from tyre.base.arrays import Array, Complex
 SLOW, QUICK = 0.7, 3.0  # of sqrt(g w), about 2 to 9 m/s: the anchor lies between
 WALKING = 1.5  # about 5 m/s: the anchor of a model without weave, capsize and castering
 MOSTLY = 0.5  # a root of lean, steer and yaw has at least this share of them
+LEVEL = 1e-8  # plainness this near is equal: rounding decides
 BETTER = 1.05  # an anchor is plainer by so much than speeds that a finer track may look at in addition
 
 Unit = tuple[int, ...]  # branches of a pair or of a single real root
@@ -78,13 +79,17 @@ def plainness(values: Complex, core: NDArray[np.bool_]) -> Array:
     return np.asarray(np.minimum(np.where(other, gap, np.inf).min((1, 2)), own.min(1)))
 
 
-def find_anchor(speeds: Array, core: NDArray[np.bool_], plain: Array) -> tuple[int, bool]:
+def find_anchor(
+    speeds: Array, mate: NDArray[np.intp], core: NDArray[np.bool_], plain: Array
+) -> tuple[int, bool]:  # fmt: skip
     """Node at which weave, capsize and castering are plainest, and whether a finer track would have no plainer one.
 
     Parameters
     ----------
     speeds : ndarray, shape (m,)
         Rising, in units of sqrt(g w).
+    mate : ndarray of int, shape (m, n)
+        Index of the other half of each pair.
     core : ndarray of bool, shape (m, n)
         Between SLOW and QUICK as of :func:`core_of`.
     plain : ndarray, shape (m,)
@@ -95,12 +100,12 @@ def find_anchor(speeds: Array, core: NDArray[np.bool_], plain: Array) -> tuple[i
     most = count[within].max(initial=0)
     best = np.where(within & (count == most), plain.round(9), -1.0) if most else -np.abs(speeds - WALKING)
     k = int(best.argmax())
-    halved = np.diff(speeds) < 0.75 * STEP
-    beside = np.append(halved, False) | np.append(False, halved)  # noqa: FBT003
+    divided = (np.diff(speeds) < 0.75 * STEP) | (mate[1:] != mate[:-1]).any(1)  # a finer track has nodes there
+    beside = np.append(divided, [False]) | np.append([False], divided)
     level = count + np.where(plain * BETTER >= plain[k], 0.5, 0.0)
-    rivals = within & (beside | (best == best[k]))
+    rivals = within & (beside | (best > best[k] - LEVEL))
     rivals[k] = beside[k]
-    return k, not (most == 0 and (count[beside] > 0).any()) and not (rivals & (level > most)).any()
+    return k, not (rivals & (level > most)).any()
 
 
 def core_at(units: Sequence[Unit], core: NDArray[np.bool_], lean: Array, steer: Array) -> dict[str, Unit]:

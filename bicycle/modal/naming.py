@@ -179,7 +179,7 @@ def name_nodes(rules: Rules, unit: float, speeds: Array, seen: Evidence, weight:
         Of each speed where the roles of tyres and joints are judged.
     """
     always = rules.window(unit)
-    anchor, anchored = find_anchor(speeds / unit, seen.core, seen.plain)
+    anchor, anchored = find_anchor(speeds / unit, seen.mate, seen.core, seen.plain)
     units = units_at(seen.values[anchor], seen.mate[anchor])
     lean, steer = seen.share["lean"][anchor], seen.share["steer"][anchor]
     core = core_at(units, seen.core[anchor], lean, steer)

@@ -111,14 +111,14 @@ def _answer(
 ) -> None:  # fmt: skip
     """Fill in the names of the roots at the speeds asked for, or why they are not sure."""
     sure = np.flatnonzero(status == SURE)
-    right = np.concatenate([
-        tracks.start[b] + np.clip(np.searchsorted(tracks.v[slice(*tracks.start[b : b + 2])], speeds[b]), 1,
-                                  tracks.start[b + 1] - tracks.start[b] - 1)
-        for b in sure.tolist()
-    ] or [np.empty(0, np.intp)])  # fmt: skip
+    right = np.zeros((len(sure), speeds.shape[1]), np.intp)
+    for row, b in zip(right, sure.tolist(), strict=True):
+        first, end = tracks.start[b : b + 2]
+        row[:] = np.clip(first + np.searchsorted(tracks.v[first:end], speeds[b]), first + 1, end - 1)
+    right = right.ravel()
     left = right - 1
     owner = np.repeat(sure, speeds.shape[1])
-    roots = values[sure].reshape(len(right), -1)
+    roots = values[sure].reshape(-1, values.shape[2])
     h = (tracks.v[right] - tracks.v[left])[:, None]
     s = (speeds[sure].ravel() - tracks.v[left])[:, None] / h
     expected = hermite(tracks.values[left], tracks.values[right], h * tracks.slopes[left], h * tracks.slopes[right], s)
