@@ -20,7 +20,7 @@ from bicycle.modal.named_modes import modes
 from bicycle.modal.naming import every_mode
 from bicycle.sensitivity.eigenvalue_derivatives import sensitivities
 from studies.sweeps.made_of import differences
-from studies.sweeps.named import OF_MODES, block_of, critical_output, in_batches, named_outputs
+from studies.sweeps.named import OF_MODES, batch_solver, block_of, critical_output, in_batches, named_outputs
 from studies.sweeps.points import Points, Sampler
 from studies.sweeps.sketch import sketch
 from studies.sweeps.spec import BY_SPEED, Sweep, software
@@ -130,14 +130,16 @@ class Worker:
         """Named results of possible bicycles: together, and one by one where that is not sure."""
         together: Arrays = {}
         sure = np.zeros(count, bool)
-        if in_batches(self.sampler.family, self.sweep.items) and set(self.slow) != {"sensitivities"}:
-            block, refused = block_of(self.linear, self.sampler.family, points.values, count)
+        solver = batch_solver(self.sampler.family, self.sweep.items)
+        at_once = in_batches(self.slow, solver)
+        if solver and at_once:
+            block, refused = block_of(self.linear, self.sampler.family, points.values, count, solver)
             sure = ~refused
-            if set(OF_MODES) & set(self.slow):
+            if set(OF_MODES) & set(at_once):
                 speeds = np.broadcast_to(points.speeds, (count, points.speeds.shape[1]))
-                together, told = named_outputs(block, speeds, self.modes)
+                together, told = named_outputs(block, speeds, self.modes, solver)
                 sure &= told
-            if "critical_speeds" in self.slow:
+            if "critical_speeds" in at_once:
                 crossings, told = critical_output(block, self.sweep.max_speed, self.modes, CHANGES, OCCURRENCES)
                 together["critical_speeds"] = crossings
                 sure &= told
