@@ -22,7 +22,7 @@ from bicycle.modal.tracking import SPARSE, STEP, grid
 from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.base.arrays import Array
 
-BLOCK = 128  # bicycles tracked together: few nodes of each fill the lanes
+BLOCK = 128  # bicycles tracked together: few nodes of each fill the lanes, or make a call to numpy worth it
 START = 2.0**-6  # in steps: where a track begins that needs not reach rest
 
 

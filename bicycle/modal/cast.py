@@ -57,7 +57,9 @@ def _cast(mean: Array, factors: Array) -> tuple[set[tuple[int, int]], bool]:
 
     played, cast = best(FAINT)
     whole = sum(played[pair] for pair in cast)
-    clear = best(FAINT / (1 + MARGIN))[1] == best(FAINT * (1 + MARGIN))[1] == cast
+    clear = True
+    if ((mean >= FAINT / (1 + MARGIN)) & (mean < FAINT * (1 + MARGIN))).any():
+        clear = best(FAINT / (1 + MARGIN))[1] == best(FAINT * (1 + MARGIN))[1] == cast
     for pair in cast:
         without = played.copy()
         without[pair] = 0

@@ -125,11 +125,10 @@ def _answer(
     cost = np.abs(expected[:, :, None] - roots[:, None, :])
     own = cost.argmin(2)
     landed = np.take_along_axis(roots, own, 1)
-    size = np.abs(roots).max(1)[:, None]
-    twin = np.abs(landed[:, :, None] - roots[:, None, :]) <= TWIN * size[:, :, None]
-    rival = np.where(twin, np.inf, cost).min(2)
+    alike = TWIN * np.abs(roots).max(1)[:, None]
     best = cost.min(2)
-    clear = (best < CLEAR * rival) | (best <= TWIN * size)
+    cost[np.abs(landed[:, :, None] - roots[:, None, :]) <= alike[:, :, None]] = np.inf
+    clear = (best < CLEAR * cost.min(2)) | (best <= alike)
     clear &= np.sign(landed.imag) == np.sign(tracks.values[left].imag)
     clear &= np.sort(own, 1) == np.arange(own.shape[1])
     status[owner[doubtful(roots) | ~clear.all(1)]] = RIVALS

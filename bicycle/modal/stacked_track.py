@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.eigenvalues.decomposition import decompose
+from bicycle.eigenvalues.decomposition import BATCH, decompose
 from bicycle.modal.doubts import BESIDE_A_CHANGE, NODES, NO_VECTORS, SMALLEST, SURE, TOO_CLOSE
 from bicycle.modal.identity import conjugate_index
-from bicycle.modal.matching import CLEAR, Nodes, link
+from bicycle.modal.matching import CLEAR, Roots, link_roots
 from bicycle.modal.apart import keep_apart
 from bicycle.modal.tracking import STEP
 from bicycle.speed_polynomial import SpeedPolynomial
@@ -23,7 +23,7 @@ Indices = NDArray[np.intp]
 
 
 class ManyTracks(NamedTuple):
-    """Nodes of many bicycles, by bicycle and speed: N in all, n branches.
+    """Roots of many bicycles, by bicycle and speed: N in all, n branches.
 
     Attributes
     ----------
@@ -77,12 +77,15 @@ def track_many(
     """
     found: list[_Found] = []
 
-    def compute(owner: Indices, v: Array) -> Nodes:
-        nodes = Nodes(v, *decompose(polynomial.take(owner), v))
-        share = np.abs(nodes.right * nodes.left.swapaxes(1, 2))
-        share /= share.sum(1, keepdims=True)
-        found.append(_Found(owner, v, nodes.values, nodes.slopes, share))
-        return nodes
+    def compute(owner: Indices, v: Array) -> Roots:
+        start = len(found)
+        for part in np.array_split(np.arange(len(v)), -(-len(v) // BATCH)):
+            values, slopes, right, left = decompose(polynomial.take(owner[part]), v[part])
+            share = np.abs(right * left.swapaxes(1, 2))
+            share /= share.sum(1, keepdims=True)
+            found.append(_Found(owner[part], v[part], values, slopes, share))
+        new = found[start:]
+        return Roots(v, np.concatenate([part.values for part in new]), np.concatenate([part.slopes for part in new]))
 
     nodes = compute(owner, v)
     lower = np.flatnonzero(owner[1:] == owner[:-1])
@@ -115,7 +118,7 @@ def track_many(
     return _in_branches(_Found(*map(np.concatenate, zip(*found, strict=True))), linked, status)
 
 
-def _linked(a: Nodes, b: Nodes) -> tuple[Indices, NDArray[np.bool_], NDArray[np.bool_]]:
+def _linked(a: Roots, b: Roots) -> tuple[Indices, NDArray[np.bool_], NDArray[np.bool_]]:
     """Which root follows which (k, n), where it is beyond doubt and where two real roots meet (k,)."""
     change = (a.values.imag == 0).sum(1) - (b.values.imag == 0).sum(1)
     meets = np.abs(change) == 2
@@ -132,13 +135,13 @@ def _linked(a: Nodes, b: Nodes) -> tuple[Indices, NDArray[np.bool_], NDArray[np.
             values[rows, members] = values[rows, members].mean(1, keepdims=True).real
             slopes[rows, members] = slopes[rows, members].mean(1, keepdims=True).real
             mark[rows, members] = True
-            merged.append(Nodes(nodes.v, values, slopes, nodes.right, nodes.left))
-        match, good = link(*merged)
+            merged.append(Roots(nodes.v, values, slopes))
+        match, good, _ = link_roots(*merged)
         landed = match[k[:, None], first]
         plain[k] &= (np.sort(landed, 1) == np.sort(last, 1)).all(1)
         match[k[:, None], first] = last
     else:
-        match, good = link(a, b)
+        match, good, _ = link_roots(a, b)
     good &= plain
     k = np.flatnonzero(good)
     h, row = (b.v - a.v)[k, None], k[:, None]
@@ -148,7 +151,7 @@ def _linked(a: Nodes, b: Nodes) -> tuple[Indices, NDArray[np.bool_], NDArray[np.
     return match, good, meets
 
 
-def _two_that_meet(a: Nodes, b: Nodes, merge: NDArray[np.bool_]) -> tuple[Indices, Indices, NDArray[np.bool_]]:
+def _two_that_meet(a: Roots, b: Roots, merge: NDArray[np.bool_]) -> tuple[Indices, Indices, NDArray[np.bool_]]:
     """Which two roots (k, 2) of each end meet, as ``double_roots.join_double_root``, and where that is plain (k,)."""
     rows = np.arange(len(a.v))
     real, paired = (np.where(merge[:, None], *order) for order in ((a.values, b.values), (b.values, a.values)))
@@ -181,7 +184,7 @@ def _two_that_meet(a: Nodes, b: Nodes, merge: NDArray[np.bool_]) -> tuple[Indice
 
 
 def _in_branches(nodes: _Found, linked: list, status: NDArray[np.int16]) -> ManyTracks:
-    """Nodes of the sure in order, and their roots in the order of branches."""
+    """Roots of the sure in order, and their roots in the order of branches."""
     match, smooth = np.zeros(nodes.values.shape, np.intp), np.ones(len(nodes.v), bool)
     for lower, follows, plain in linked:
         match[lower], smooth[lower] = follows, plain
