@@ -5,12 +5,15 @@ the two ends tells whether it may be zero in between: two real roots that are a 
 for a moment, two pairs of which it is not plain whether they cross or turn back.
 """
 
+from typing import TypeVar
+
 import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.modal.matching import TWIN
 from tyre.base.arrays import Array, Complex
 
+Number = TypeVar("Number", Array, Complex)
 FAR = 3.0  # a discriminant is at least so many misses away from zero
 AWAY = 6.0  # roots so many times farther apart than they move need no further look
 BLURRED = 20.0  # of the distance at which two roots count as one: nearer, rounding may decide
@@ -42,7 +45,8 @@ def keep_apart(a: Complex, z: Complex, rise_a: Complex, rise_z: Complex, free: N
     for alike, stay in ((real, _real_stay), (upper, _pairs_stay)):
         k, c = np.nonzero(alike[:, first] & alike[:, second])
         i, j = first[c], second[c]
-        _mark(apart, k, stay(*(x[k, i] - x[k, j] for x in (a, z, rise_a, rise_z)), blur[k]))
+        distance, later, rise, later_rise = (x[k, i] - x[k, j] for x in (a, z, rise_a, rise_z))
+        _mark(apart, k, stay(distance, later, rise, later_rise, blur[k]))
     return apart
 
 
@@ -59,9 +63,9 @@ def _stay(a: Array, z: Array, rise_a: Array, rise_z: Array, blur: Array) -> NDAr
     far = np.minimum(np.abs(a), np.abs(z)) >= blur
     slow = (AWAY * np.abs(rise_a) < np.abs(a)) & (AWAY * np.abs(rise_z) < np.abs(z)) & (np.abs(z - a) < 0.5 * np.abs(a))
     k = np.flatnonzero(far & ~slow)
-    a, z, rise_a, rise_z, blur = (x[k] for x in (a, z, rise_a, rise_z, blur))
+    a, z, rise_a, rise_z = (x[k] for x in (a, z, rise_a, rise_z))
     square = a * a, z * z, 2 * a * rise_a, 2 * z * rise_z
-    far[k] = _least(*square) > blur**2 + FAR * _miss(*square)
+    far[k] = _least(*square) > blur[k] ** 2 + FAR * _miss(*square)
     return far
 
 
@@ -71,15 +75,15 @@ def _pairs_stay(a: Complex, z: Complex, rise_a: Complex, rise_z: Complex, blur: 
     far = np.minimum(first, last) >= blur
     slow = (AWAY * np.abs(rise_a) < first) & (AWAY * np.abs(rise_z) < last) & (np.abs(z - a) < 0.5 * first)
     k = np.flatnonzero(far & ~slow)
-    a, z, rise_a, rise_z, blur = (x[k] for x in (a, z, rise_a, rise_z, blur))
+    a, z, rise_a, rise_z = (x[k] for x in (a, z, rise_a, rise_z))
     square = a * a, z * z, 2 * a * rise_a, 2 * z * rise_z
-    off = blur**2 + FAR * _miss(*square)
+    off = blur[k] ** 2 + FAR * _miss(*square)
     at = np.linspace(0, 1, LOOKS + 1)[:, None]
     far[k] = (np.abs(hermite(*square, at)) > off).all(0)
     return far
 
 
-def hermite(a: NDArray, z: NDArray, rise_a: NDArray, rise_z: NDArray, s: Array) -> NDArray:
+def hermite(a: Number, z: Number, rise_a: Number, rise_z: Number, s: Array) -> Number:
     """Cubic of s in 0..1 with these ends and slopes, real or complex.
 
     Parameters
@@ -105,6 +109,6 @@ def _least(a: Array, z: Array, rise_a: Array, rise_z: Array) -> Array:
     return least
 
 
-def _miss(a: NDArray, z: NDArray, rise_a: NDArray, rise_z: NDArray) -> Array:
+def _miss(a: Number, z: Number, rise_a: Number, rise_z: Number) -> Array:
     """How far what both ends foretell for the middle differs."""
     return np.abs(a + 0.5 * rise_a - z + 0.5 * rise_z)

@@ -14,7 +14,6 @@ from bicycle.modal.matching import TWIN
 from bicycle.modal.track_kernel import MEETING, Track
 
 
-
 @compiled
 def keep_apart(t: Track, b: int, left: int, right: int, kind: int) -> bool:
     """Whether no two roots can meet in a step, beyond those two that it is known for.

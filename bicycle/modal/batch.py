@@ -22,7 +22,6 @@ from bicycle.modal.tracking import SPARSE, STEP, grid
 from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.base.arrays import Array
 
-BLOCK = 128  # bicycles tracked together: few nodes of each fill the lanes, or make a call to numpy worth it
 START = 2.0**-6  # in steps: where a track begins that needs not reach rest
 
 
@@ -148,9 +147,9 @@ def name_roots(block: Block, speeds: Array, *, solver: Solver | None = None) -> 
     NamedRoots
     """
     if (solver or default_solver()) is compiled:
-        from bicycle.modal.compiled_batch import name_block
+        from bicycle.modal.compiled_batch import BLOCK, name_block
     else:
-        from bicycle.modal.stacked_batch import name_block
+        from bicycle.modal.stacked_batch import BLOCK, name_block
     order = np.argsort(speeds, axis=1, kind="stable")
     rising = np.take_along_axis(speeds, order, 1)
     parts = [

@@ -18,6 +18,8 @@ from bicycle.modal.speed_limits import FASTEST_RATE, FASTEST_SPEED, REFERENCE_SP
 from bicycle.modal.track_kernel import Decomposed, Track
 from tyre.base.arrays import Array
 
+BLOCK = 128  # bicycles tracked together: few nodes of each fill the lanes
+
 Asked = Callable[[Track, NDArray[np.int64], Array], int]
 
 
@@ -34,9 +36,7 @@ def decompose(block: Block, owner: NDArray[np.int64], v: Array) -> Decomposed:
     """
     stack, change = matrices(block, owner, v)
     k, n = stack.shape[:2]
-    found = Decomposed(
-        np.empty((k, n)), np.empty((k, n)), np.empty((2, k, n)), np.empty((k, n, n)), np.empty((k, n))
-    )
+    found = Decomposed(np.empty((k, n)), np.empty((k, n)), np.empty((2, k, n)), np.empty((k, n, n)), np.empty((k, n)))
     start = 0
     while start < k:
         part = Decomposed(*(x[:, start:] if x is found.slopes else x[start:] for x in found))

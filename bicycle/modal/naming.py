@@ -142,8 +142,9 @@ class Evidence(NamedTuple):
 
     def at(self, nodes: slice) -> "Evidence":
         """Of some ``nodes``."""
-        *arrays, share = self
-        return Evidence(*(array[nodes] for array in arrays), {role: each[nodes] for role, each in share.items()})
+        share = {role: each[nodes] for role, each in self.share.items()}
+        values, mate, core, plain, part = self.values, self.mate, self.core, self.plain, self.part
+        return Evidence(values[nodes], mate[nodes], core[nodes], plain[nodes], part[nodes], share)
 
 
 def name_branches(model: LinearModel, tracked: Sequence[TrackedRange]) -> Naming:
@@ -260,8 +261,8 @@ def _modes(
     plain = True
     for joint in joints:  # an overdamped one
         own = [i for i in single if seen.share[joint][anchor, i] > MOSTLY]
-        alone = not {*own} & {i for _, *two in meet for i in two}
-        plain = plain and (len(own) < 2 or (len(own) == 2 and alone))
+        met = {*own} & {i for _, *two in meet for i in two}
+        plain = plain and (len(own) < 2 or (len(own) == 2 and not met))
         meet += [(np.inf, i, j) for i, j in zip(own[1::2], own[::2], strict=False)]
     joined: set[int] = set()
     short = SHORT * (always[1] / HIGHEST)

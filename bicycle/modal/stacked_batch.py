@@ -20,6 +20,8 @@ from bicycle.modal.stacked_track import ManyTracks, track_many
 from bicycle.modal.tracking import STEP
 from tyre.base.arrays import Array, Complex
 
+BLOCK = 256  # bicycles tracked together: a call to numpy is worth it, and memory stays small
+
 Bits = NDArray[np.int64]
 Status = NDArray[np.int16]
 
@@ -81,9 +83,7 @@ def _named(
     label, chance = np.zeros(tracks.values.shape, np.int64), np.zeros(len(owner), bool)
     for b in np.flatnonzero(status == SURE).tolist():
         nodes = slice(*tracks.start[b : b + 2])
-        found = name_nodes(
-            block.kind.rules, float(block.unit[b]), tracks.v[nodes], seen.at(nodes), weight[nodes]
-        )
+        found = name_nodes(block.kind.rules, float(block.unit[b]), tracks.v[nodes], seen.at(nodes), weight[nodes])
         status[b], anchor[b], chance[nodes] = found.doubt, found.anchor, found.chance
         every[b] = sum(number[name] for name in found.names)
         label[nodes] = _bits(found, number)
@@ -111,12 +111,11 @@ def _answer(
 ) -> None:  # fmt: skip
     """Fill in the names of the roots at the speeds asked for, or why they are not sure."""
     sure = np.flatnonzero(status == SURE)
-    right = np.zeros((len(sure), speeds.shape[1]), np.intp)
-    for row, b in zip(right, sure.tolist(), strict=True):
+    upper = np.zeros((len(sure), speeds.shape[1]), np.intp)
+    for row, b in zip(upper, sure.tolist(), strict=True):
         first, end = tracks.start[b : b + 2]
         row[:] = np.clip(first + np.searchsorted(tracks.v[first:end], speeds[b]), first + 1, end - 1)
-    right = right.ravel()
-    left = right - 1
+    left, right = upper.ravel() - 1, upper.ravel()
     owner = np.repeat(sure, speeds.shape[1])
     roots = values[sure].reshape(-1, values.shape[2])
     h = (tracks.v[right] - tracks.v[left])[:, None]

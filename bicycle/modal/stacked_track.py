@@ -5,16 +5,16 @@ which two real roots meet stands for itself. Other steps are halved, so that all
 track, and so are meetings next to speeds that are asked for.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.eigenvalues.decomposition import BATCH, decompose
-from bicycle.modal.doubts import BESIDE_A_CHANGE, NODES, NO_VECTORS, SMALLEST, SURE, TOO_CLOSE
+from bicycle.modal.apart import keep_apart
+from bicycle.modal.doubts import BESIDE_A_CHANGE, NO_VECTORS, NODES, SMALLEST, SURE, TOO_CLOSE
 from bicycle.modal.identity import conjugate_index
 from bicycle.modal.matching import CLEAR, Roots, link_roots
-from bicycle.modal.apart import keep_apart
 from bicycle.modal.tracking import STEP
 from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.base.arrays import Array, Complex
@@ -48,6 +48,8 @@ class ManyTracks(NamedTuple):
 
 
 class _Found(NamedTuple):
+    """Nodes in the order they were computed, their roots in LAPACK's."""
+
     owner: Indices
     v: Array
     values: Complex
@@ -145,42 +147,43 @@ def _linked(a: Roots, b: Roots) -> tuple[Indices, NDArray[np.bool_], NDArray[np.
     good &= plain
     k = np.flatnonzero(good)
     h, row = (b.v - a.v)[k, None], k[:, None]
-    good[k] = keep_apart(
-        a.values[k], b.values[row, match[k]], h * a.slopes[k], h * b.slopes[row, match[k]], ~two[0][k]
-    )
+    good[k] = keep_apart(a.values[k], b.values[row, match[k]], h * a.slopes[k], h * b.slopes[row, match[k]], ~two[0][k])
     return match, good, meets
 
 
 def _two_that_meet(a: Roots, b: Roots, merge: NDArray[np.bool_]) -> tuple[Indices, Indices, NDArray[np.bool_]]:
     """Which two roots (k, 2) of each end meet, as ``double_roots.join_double_root``, and where that is plain (k,)."""
-    rows = np.arange(len(a.v))
-    real, paired = (np.where(merge[:, None], *order) for order in ((a.values, b.values), (b.values, a.values)))
-    rise_real, rise_paired = (np.where(merge[:, None], *order) for order in ((a.slopes, b.slopes), (b.slopes, a.slopes)))
-    ahead = np.where(merge, 1, -1)[:, None] * (b.v - a.v)[:, None] / 2
-    i, j = np.triu_indices(real.shape[1], 1)
-    gap, turn = real[:, i] - real[:, j], rise_real[:, i] - rise_real[:, j]
-    total = (real[:, i] + real[:, j] + ahead * (rise_real[:, i] + rise_real[:, j])).real
-    d = (gap * gap + 2 * ahead * gap * turn).real
-    d_pair = (-4 * paired.imag**2 + 8 * ahead * paired.imag * rise_paired.imag)
+    rows, merges = np.arange(len(a.v)), merge[:, None]
+
+    def either(first: NDArray[Any], last: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+        return np.where(merges, first, last), np.where(merges, last, first)
+
+    (alone, paired), (rise_alone, rise_paired) = either(a.values, b.values), either(a.slopes, b.slopes)
+    ahead = np.where(merges, 0.5, -0.5) * (b.v - a.v)[:, None]
+    i, j = np.triu_indices(alone.shape[1], 1)
+    gap, turn = alone[:, i] - alone[:, j], rise_alone[:, i] - rise_alone[:, j]
+    d = (gap * gap + 2 * ahead * gap * turn).real  # discriminants and sums, foretold for the middle
+    d_pair = -4 * paired.imag**2 + 8 * ahead * paired.imag * rise_paired.imag
+    total = (alone[:, i] + alone[:, j] + ahead * (rise_alone[:, i] + rise_alone[:, j])).real
     total_pair = 2 * (paired - ahead * rise_paired).real
     miss = np.abs(d[:, :, None] - d_pair[:, None, :])
     off = np.abs(total[:, :, None] - total_pair[:, None, :]) + np.sqrt(miss)
-    possible = ((real[:, i].imag == 0) & (real[:, j].imag == 0))[:, :, None] & (paired.imag > 0)[:, None, :]
+    real = (alone[:, i].imag == 0) & (alone[:, j].imag == 0)
+    possible = real[:, :, None] & (paired.imag > 0)[:, None, :]
     best = np.where(possible, off, np.inf).reshape(len(rows), -1).argmin(1)
-    couple, upper = np.divmod(best, real.shape[1])
+    couple, upper = np.divmod(best, alone.shape[1])
     i, j = i[couple], j[couple]
-    larger = real[rows, i].real >= real[rows, j].real
-    ones = np.stack([np.where(larger, i, j), np.where(larger, j, i)], 1)
-    others = np.stack([upper, conjugate_index(paired)[rows, upper]], 1)
+    larger = alone[rows, i].real >= alone[rows, j].real
+    two = np.where(larger, [i, j], [j, i]).T
+    halves = np.stack([upper, conjugate_index(paired)[rows, upper]], 1)
     plain = possible[rows, couple, upper]
-    for values, members in ((real, ones), (paired, others)):
+    for values, members in ((alone, two), (paired, halves)):
         both = values[rows[:, None], members]
         far = np.abs(values - both.mean(1, keepdims=True))
         far[rows[:, None], members] = np.inf
         spread = np.maximum(np.abs(both[:, 0] - both[:, 1]) ** 2, miss[rows, couple, upper])
         plain &= np.sqrt(spread) < 2 * CLEAR * far.min(1)
-    first, last = (np.where(merge[:, None], *order) for order in ((ones, others), (others, ones)))
-    return first, last, plain
+    return *either(two, halves), plain
 
 
 def _in_branches(nodes: _Found, linked: list, status: NDArray[np.int16]) -> ManyTracks:
