@@ -13,8 +13,10 @@ from bicycle.modal.tracking import STEP
 from tyre.base.arrays import Array, Complex
 
 SLOW, QUICK = 0.7, 3.0  # of sqrt(g w), about 2 to 9 m/s: the anchor lies between
+SPARE = 0.2  # nodes next to that range are looked at too
 WALKING = 1.5  # about 5 m/s: the anchor of a model without weave, capsize and castering
 MOSTLY = 0.5  # a root of lean, steer and yaw has at least this share of them
+WHOLE = 3  # a pair and two real roots
 LEVEL = 1e-8  # plainness this near is equal: rounding decides
 BETTER = 1.05  # an anchor is plainer by so much than speeds that a finer track may look at in addition
 
@@ -36,11 +38,13 @@ def units_at(values: Complex, mate: NDArray[np.intp]) -> list[Unit]:
     return [(i,) if of[i] == i else (i, of[i]) for i in slow_first if of[i] == i or values[i].imag > 0]
 
 
-def core_of(values: Complex, moving: Array) -> NDArray[np.bool_]:
-    """Which roots are the pair and the two real roots among the three slowest of lean, steer and yaw.
+def possible_cores(speeds: Array, values: Complex, moving: Array) -> tuple[NDArray[np.bool_], Array]:
+    """The pair and the two real roots among the three slowest of lean, steer and yaw where an anchor may be.
 
     Parameters
     ----------
+    speeds : ndarray, shape (m,)
+        In units of sqrt(g w).
     values : complex ndarray, shape (m, n)
         Eigenvalues, 1/s.
     moving : ndarray, shape (m, n)
@@ -48,9 +52,19 @@ def core_of(values: Complex, moving: Array) -> NDArray[np.bool_]:
 
     Returns
     -------
-    ndarray of bool, shape (m, n)
-        Of a pair the upper half; what there is of them.
+    core : ndarray of bool, shape (m, n)
+        Which roots these are, of a pair the upper half; what there is of them. None outside of where an anchor may be.
+    plain : ndarray, shape (m,)
+        How far they are from meeting, among themselves and with other modes; 0 outside.
     """
+    core, plain = np.zeros(values.shape, bool), np.zeros(len(values))
+    k = np.flatnonzero((speeds >= SLOW - SPARE) & (speeds <= QUICK + SPARE))
+    core[k] = _core(values[k], moving[k])
+    plain[k] = _plainness(values[k], core[k])
+    return core, plain
+
+
+def _core(values: Complex, moving: Array) -> NDArray[np.bool_]:
     size = np.where((moving >= MOSTLY) & (values.imag >= 0), np.abs(values), np.inf)
     slowest = np.argsort(size, axis=1, kind="stable")[:, :3]
     is_core = np.isfinite(np.take_along_axis(size, slowest, 1))
@@ -62,16 +76,7 @@ def core_of(values: Complex, moving: Array) -> NDArray[np.bool_]:
     return core
 
 
-def plainness(values: Complex, core: NDArray[np.bool_]) -> Array:
-    """How far the ``core`` (m, n) is from meeting, at each node: among itself, of the pair with itself, with others.
-
-    Parameters
-    ----------
-    values : complex ndarray, shape (m, n)
-        Eigenvalues, 1/s.
-    core : ndarray of bool, shape (m, n)
-        As of :func:`core_of`.
-    """
+def _plainness(values: Complex, core: NDArray[np.bool_]) -> Array:
     size = np.abs(values)
     gap = np.abs(values[:, :, None] - values[:, None, :]) / (size[:, :, None] + size[:, None, :] + 1e-300)
     other = core[:, :, None] & (values.imag >= 0)[:, None, :] & ~np.eye(values.shape[1], dtype=bool)
@@ -90,10 +95,8 @@ def find_anchor(
         Rising, in units of sqrt(g w).
     mate : ndarray of int, shape (m, n)
         Index of the other half of each pair.
-    core : ndarray of bool, shape (m, n)
-        Between SLOW and QUICK as of :func:`core_of`.
-    plain : ndarray, shape (m,)
-        There as of :func:`plainness`.
+    core, plain : ndarray, shape (m, n) and (m,)
+        As :func:`possible_cores` gives them.
     """
     within = (speeds >= SLOW) & (speeds <= QUICK)
     count = core.sum(1)
@@ -101,11 +104,13 @@ def find_anchor(
     best = np.where(within & (count == most), plain.round(9), -1.0) if most else -np.abs(speeds - WALKING)
     k = int(best.argmax())
     divided = (np.diff(speeds) < 0.75 * STEP) | (mate[1:] != mate[:-1]).any(1)  # a finer track has nodes there
+    divided &= (speeds[1:] >= SLOW) & (speeds[:-1] <= QUICK)
     beside = np.append(divided, [False]) | np.append([False], divided)
     level = count + np.where(plain * BETTER >= plain[k], 0.5, 0.0)
-    rivals = within & (beside | (best > best[k] - LEVEL))
+    rivals = beside | (within & (best > best[k] - LEVEL))
     rivals[k] = beside[k]
-    return k, not (rivals & (level > most)).any()
+    more = most < WHOLE and count[beside].any()
+    return k, not (more or (rivals & (level > most)).any())
 
 
 def core_at(units: Sequence[Unit], core: NDArray[np.bool_], lean: Array, steer: Array) -> dict[str, Unit]:

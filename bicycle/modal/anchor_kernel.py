@@ -8,15 +8,13 @@ import math
 import numpy as np
 
 from bicycle.eigenvalues.compilation import compiled
-from bicycle.modal.anchor import BETTER, MOSTLY, QUICK, SLOW, WALKING
+from bicycle.modal.anchor import BETTER, MOSTLY, QUICK, SLOW, SPARE, WALKING, WHOLE
 from bicycle.modal.batch_kind import Roles
 from bicycle.modal.doubts import SURE
 from bicycle.modal.identity_kernel import Walked, Whole
 from bicycle.modal.track_kernel import Track
 from tyre.base.arrays import Array
 
-SPARE = 0.2  # of the unit of speed: nodes next to the range of an anchor are looked at too
-WHOLE = 3  # a pair and two real roots
 LEVEL = 1e-9  # plainness this near is equal: rounding decides
 WEAVE, CAPSIZE, CASTERING, FIRST_ROLE = 0, 1, 2, 3  # numbers of names
 

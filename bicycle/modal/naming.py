@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from bicycle.derivation.declarations import BASE_MODES, Mode, State
 from bicycle.linear_model import LinearModel
-from bicycle.modal.anchor import MOSTLY, QUICK, SLOW, WALKING, Unit, core_at, core_of, find_anchor, plainness, units_at
+from bicycle.modal.anchor import MOSTLY, WALKING, Unit, core_at, find_anchor, possible_cores, units_at
 from bicycle.modal.cast import named_by_role
 from bicycle.modal.doubts import NO_ANCHOR, NO_HEIR, NOT_CLEAR, SHORT_PAIR, SURE
 from bicycle.modal.identity import conjugate_index, regions
@@ -129,10 +129,7 @@ class Evidence(NamedTuple):
             Of each state (second axis) in each branch.
         """
         share = state_shares(rules.states, participation)
-        core, plain = np.zeros(values.shape, bool), np.zeros(len(values))
-        k = np.flatnonzero((speeds >= SLOW) & (speeds <= QUICK))
-        core[k] = core_of(values[k], (share["lean"] + share["steer"] + share["yaw"])[k])
-        plain[k] = plainness(values[k], core[k])
+        core, plain = possible_cores(speeds, values, share["lean"] + share["steer"] + share["yaw"])
         form = np.where(values.imag != 0, 1.0, OVERDAMPED)
         part = np.zeros((len(values), len(rules.played), values.shape[1]))
         for r, role in enumerate(rules.played):

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from bicycle.eigenvalues.compilation import compiled
-from bicycle.modal.anchor import MOSTLY, SLOW, WALKING
-from bicycle.modal.anchor_kernel import FIRST_ROLE, SPARE, find_anchor, own_core
+from bicycle.modal.anchor import MOSTLY, SLOW, SPARE, WALKING
+from bicycle.modal.anchor_kernel import FIRST_ROLE, find_anchor, own_core
 from bicycle.modal.batch_kind import Roles
 from bicycle.modal.cast_kernel import cast
 from bicycle.modal.doubts import NO_ANCHOR, NO_HEIR, NOT_CLEAR, SHORT_PAIR, SURE

@@ -22,6 +22,8 @@ from tyre.base.arrays import Array, Complex
 
 BLOCK = 256  # bicycles tracked together: a call to numpy is worth it, and memory stays small
 
+SAME = 1e-9  # of a step of the grid: rounding
+
 Bits = NDArray[np.int64]
 Status = NDArray[np.int16]
 
@@ -67,7 +69,8 @@ def _name_block(block: Block, speeds: Array) -> tuple[Complex, Bits, Array, Bits
         kept = status[own] == SURE
         tracks = track_many(polynomial, block.unit, own[kept], v[kept], speeds, status)
         label, chance = _named(block, tracks, every, anchor, status)
-        _answer(tracks, label, chance, speeds, values, bits, status)
+        settled = _settled(block, tracks, label, anchor) & ~chance
+        _answer(tracks, label, settled, speeds, values, bits, status)
     return values, bits, anchor, every, status
 
 
@@ -105,8 +108,30 @@ def _weight(v: Array, owner: NDArray[np.intp]) -> Array:
     return high - low
 
 
+def _settled(block: Block, tracks: ManyTracks, label: Bits, anchor: Array) -> NDArray[np.bool_]:
+    """Whether no name changes in the step from each node to the next (N,), nor beyond as far as the full track may go.
+
+    In a step that the full track takes as a whole the names are those of its end farther from the anchor: from a step
+    inside they must stay the same out to there, or to where two roots meet.
+    """
+    owner = np.repeat(np.arange(len(anchor)), np.diff(tracks.start))
+    steps = tracks.v / (block.unit * STEP)[owner]
+    full = tracks.given | (np.abs(steps - steps.round()) < SAME)
+    changes = np.append((label[1:] != label[:-1]).any(1), [True])
+    meets = ~tracks.smooth
+    up = tracks.v >= anchor[owner]
+    unsettled = meets | changes
+    on = np.where(up, ~(np.roll(full, -1) | np.roll(meets, -1)), ~(full | np.roll(meets, 1)))  # not the end of it yet
+    while True:
+        beyond = np.where(up, np.roll(unsettled, -1), np.roll(unsettled, 1))
+        more = unsettled | (on & beyond)
+        if (more == unsettled).all():
+            return ~unsettled
+        unsettled = more
+
+
 def _answer(
-    tracks: ManyTracks, label: Bits, chance: NDArray[np.bool_], speeds: Array, values: Complex, bits: Bits,
+    tracks: ManyTracks, label: Bits, settled: NDArray[np.bool_], speeds: Array, values: Complex, bits: Bits,
     status: Status,
 ) -> None:  # fmt: skip
     """Fill in the names of the roots at the speeds asked for, or why they are not sure."""
@@ -131,8 +156,7 @@ def _answer(
     clear &= np.sign(landed.imag) == np.sign(tracks.values[left].imag)
     clear &= np.sort(own, 1) == np.arange(own.shape[1])
     status[owner[doubtful(roots) | ~clear.all(1)]] = RIVALS
-    same = tracks.smooth[left] & (label[left] == label[right]).all(1) & ~chance[right]
-    status[owner[~same]] = BESIDE_A_CHANGE
+    status[owner[~settled[left]]] = BESIDE_A_CHANGE
     named = np.zeros(roots.shape, np.int64)
     np.put_along_axis(named, own, label[right], 1)
     bits[sure] = named.reshape(len(sure), *bits.shape[1:])

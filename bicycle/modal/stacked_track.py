@@ -5,6 +5,7 @@ which two real roots meet stands for itself. Other steps are halved, so that all
 track, and so are meetings next to speeds that are asked for.
 """
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,7 +24,7 @@ Indices = NDArray[np.intp]
 
 
 class ManyTracks(NamedTuple):
-    """Roots of many bicycles, by bicycle and speed: N in all, n branches.
+    """Nodes of many bicycles, by bicycle and speed: N in all, n branches.
 
     Attributes
     ----------
@@ -37,6 +38,8 @@ class ManyTracks(NamedTuple):
         Of each state (second axis) in each branch.
     smooth : ndarray of bool, shape (N,)
         False where two real roots meet in the step to the next node.
+    given : ndarray of bool, shape (N,)
+        Nodes of the sparse grid; the others were asked for.
     """
 
     start: Indices
@@ -45,6 +48,7 @@ class ManyTracks(NamedTuple):
     slopes: Complex
     share: Array
     smooth: NDArray[np.bool_]
+    given: NDArray[np.bool_]
 
 
 class _Found(NamedTuple):
@@ -117,7 +121,7 @@ def track_many(
         count += len(k)
         a, b = a.and_(middle), middle.and_(b)
         own, lower, upper = np.tile(own, 2), np.concatenate([lower, new]), np.concatenate([new, upper])
-    return _in_branches(_Found(*map(np.concatenate, zip(*found, strict=True))), linked, status)
+    return _in_branches(_Found(*map(np.concatenate, zip(*found, strict=True))), linked, len(owner), status)
 
 
 def _linked(a: Roots, b: Roots) -> tuple[Indices, NDArray[np.bool_], NDArray[np.bool_]]:
@@ -186,8 +190,11 @@ def _two_that_meet(a: Roots, b: Roots, merge: NDArray[np.bool_]) -> tuple[Indice
     return *either(two, halves), plain
 
 
-def _in_branches(nodes: _Found, linked: list, status: NDArray[np.int16]) -> ManyTracks:
-    """Roots of the sure in order, and their roots in the order of branches."""
+def _in_branches(
+    nodes: _Found, linked: Sequence[tuple[Indices, Indices, NDArray[np.bool_]]], given: int,
+    status: NDArray[np.int16],
+) -> ManyTracks:  # fmt: skip
+    """Nodes of the sure in order, and their roots in the order of branches."""
     match, smooth = np.zeros(nodes.values.shape, np.intp), np.ones(len(nodes.v), bool)
     for lower, follows, plain in linked:
         match[lower], smooth[lower] = follows, plain
@@ -206,4 +213,4 @@ def _in_branches(nodes: _Found, linked: list, status: NDArray[np.int16]) -> Many
         branch[at + 1] = np.take_along_axis(match[at], branch[at], 1)
     values, slopes = (np.take_along_axis(x, branch, 1) for x in (values, nodes.slopes[order]))
     share = np.take_along_axis(nodes.share[order], branch[:, None, :], 2)
-    return ManyTracks(start, nodes.v[order], values, slopes, share, smooth[order])
+    return ManyTracks(start, nodes.v[order], values, slopes, share, smooth[order], order < given)
