@@ -5,6 +5,7 @@ from all other roots.
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,30 +39,55 @@ def units_at(values: Complex, mate: NDArray[np.intp]) -> list[Unit]:
     return [(i,) if of[i] == i else (i, of[i]) for i in slow_first if of[i] == i or values[i].imag > 0]
 
 
-def possible_cores(speeds: Array, values: Complex, moving: Array) -> tuple[NDArray[np.bool_], Array]:
-    """The pair and the two real roots among the three slowest of lean, steer and yaw where an anchor may be.
+class Cores(NamedTuple):
+    """Where an anchor may be, the pair and the two real roots among the three slowest of lean, steer and yaw.
 
-    Parameters
+    Attributes
     ----------
-    speeds : ndarray, shape (m,)
-        In units of sqrt(g w).
-    values : complex ndarray, shape (m, n)
-        Eigenvalues, 1/s.
-    moving : ndarray, shape (m, n)
-        Share of lean, steer and yaw in each.
-
-    Returns
-    -------
     core : ndarray of bool, shape (m, n)
-        Which roots these are, of a pair the upper half; what there is of them. None outside of where an anchor may be.
+        Which roots these are, of a pair the upper half; what there is of them. None outside.
     plain : ndarray, shape (m,)
         How far they are from meeting, among themselves and with other modes; 0 outside.
+    others : ndarray, shape (m, 2)
+        At the ends of a step in which roots meet: how many they are, and how plain, without those that meet.
     """
-    core, plain = np.zeros(values.shape, bool), np.zeros(len(values))
-    k = np.flatnonzero((speeds >= SLOW - SPARE) & (speeds <= QUICK + SPARE))
-    core[k] = _core(values[k], moving[k])
-    plain[k] = _plainness(values[k], core[k])
-    return core, plain
+
+    core: NDArray[np.bool_]
+    plain: Array
+    others: Array
+
+    @classmethod
+    def of(cls, speeds: Array, values: Complex, mate: NDArray[np.intp], moving: Array) -> "Cores":
+        """Of tracked roots.
+
+        Parameters
+        ----------
+        speeds : ndarray, shape (m,)
+            In units of sqrt(g w).
+        values : complex ndarray, shape (m, n)
+            Eigenvalues, 1/s.
+        mate : ndarray of int, shape (m, n)
+            Index of the other half of each pair.
+        moving : ndarray, shape (m, n)
+            Share of lean, steer and yaw in each.
+        """
+        core, plain, others = np.zeros(values.shape, bool), np.zeros(len(values)), np.zeros((len(values), 2))
+        near = (speeds >= SLOW - SPARE) & (speeds <= QUICK + SPARE)
+        k = np.flatnonzero(near)
+        core[k] = _core(values[k], moving[k])
+        plain[k] = _plainness(values[k], core[k])
+        meets = np.zeros(values.shape, bool)
+        meets[1:] = meets[:-1] = mate[1:] != mate[:-1]
+        meets[1:-1] = (mate[2:] != mate[1:-1]) | (mate[1:-1] != mate[:-2])
+        k = np.flatnonzero(near & meets.any(1))
+        if k.size:
+            rest = _core(values[k], np.where(meets[k], 0.0, moving[k]))
+            others[k] = np.column_stack([rest.sum(1), _plainness(values[k], rest)])
+        return cls(core, plain, others)
+
+    def at(self, nodes: slice) -> "Cores":
+        """Of some ``nodes``."""
+        return Cores(self.core[nodes], self.plain[nodes], self.others[nodes])
 
 
 def _core(values: Complex, moving: Array) -> NDArray[np.bool_]:
@@ -84,9 +110,7 @@ def _plainness(values: Complex, core: NDArray[np.bool_]) -> Array:
     return np.asarray(np.minimum(np.where(other, gap, np.inf).min((1, 2)), own.min(1)))
 
 
-def find_anchor(
-    speeds: Array, mate: NDArray[np.intp], core: NDArray[np.bool_], plain: Array
-) -> tuple[int, bool]:  # fmt: skip
+def find_anchor(speeds: Array, mate: NDArray[np.intp], cores: Cores) -> tuple[int, bool]:
     """Node at which weave, capsize and castering are plainest, and whether a finer track would have no plainer one.
 
     Parameters
@@ -95,9 +119,9 @@ def find_anchor(
         Rising, in units of sqrt(g w).
     mate : ndarray of int, shape (m, n)
         Index of the other half of each pair.
-    core, plain : ndarray, shape (m, n) and (m,)
-        As :func:`possible_cores` gives them.
+    cores : Cores
     """
+    core, plain, others = cores
     within = (speeds >= SLOW) & (speeds <= QUICK)
     count = core.sum(1)
     most = count[within].max(initial=0)
@@ -106,11 +130,13 @@ def find_anchor(
     divided = (np.diff(speeds) < 0.75 * STEP) | (mate[1:] != mate[:-1]).any(1)  # a finer track has nodes there
     divided &= (speeds[1:] >= SLOW) & (speeds[:-1] <= QUICK)
     beside = np.append(divided, [False]) | np.append([False], divided)
-    level = count + np.where(plain * BETTER >= plain[k], 0.5, 0.0)
     rivals = beside | (within & (best > best[k] - LEVEL))
     rivals[k] = beside[k]
     more = most < WHOLE and count[beside].any()
-    return k, not (more or (rivals & (level > most)).any())
+    for number, how in ((count, plain), others.T):
+        level = number + np.where(how * BETTER >= plain[k], 0.5, 0.0)
+        more = more or (rivals & (level > most)).any()
+    return k, not more
 
 
 def core_at(units: Sequence[Unit], core: NDArray[np.bool_], lean: Array, steer: Array) -> dict[str, Unit]:

@@ -35,10 +35,12 @@ def named_by_role(
     k = np.flatnonzero(weight)
     of_case = weight[k] * (found.cases[k] == np.arange(len(own))[:, None])  # (cases, nodes)
     sums = (of_case @ part[k].reshape(len(k), -1)).reshape(len(own), *part.shape[1:])
-    mean = np.einsum("cmi,cri->rm", own, sums) / (of_case.sum(1) @ own.sum(2) + 1e-300)
+    total = of_case.sum(1) @ own.sum(2)
+    mean = np.einsum("cmi,cri->rm", own, sums) / (total + 1e-300)
     named = [*names]
     free = [m for m, name in enumerate(names) if not name]
     cast, clear = _cast(mean[:, free], np.array([[role.weight] for role in played]))
+    clear = clear and bool((total[free] >= MARGIN * weight.sum()).all())  # not from a node or two
     for row, column in cast:
         named[free[column]] = played[row].name
     others = [m for m in free if not named[m]]

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from bicycle.derivation.declarations import BASE_MODES, Mode, State
 from bicycle.linear_model import LinearModel
-from bicycle.modal.anchor import MOSTLY, WALKING, Unit, core_at, find_anchor, possible_cores, units_at
+from bicycle.modal.anchor import MOSTLY, WALKING, Cores, Unit, core_at, find_anchor, units_at
 from bicycle.modal.cast import named_by_role
 from bicycle.modal.doubts import NO_ANCHOR, NO_HEIR, NOT_CLEAR, SHORT_PAIR, SURE
 from bicycle.modal.identity import conjugate_index, regions
@@ -97,10 +97,8 @@ class Evidence(NamedTuple):
         1/s.
     mate : ndarray of int, shape (m, n)
         The other half of each pair, itself of a real root.
-    core : ndarray of bool, shape (m, n)
-        Where an anchor may be, the roots of weave, capsize and castering; none elsewhere.
-    plain : ndarray, shape (m,)
-        There, how plain these are.
+    cores : Cores
+        Roots of weave, capsize and castering where an anchor may be.
     part : ndarray, shape (m, r, n)
         How far each root plays each of the r modes that are named so.
     share : mapping of str to ndarray, shape (m, n)
@@ -109,8 +107,7 @@ class Evidence(NamedTuple):
 
     values: Complex
     mate: NDArray[np.intp]
-    core: NDArray[np.bool_]
-    plain: Array
+    cores: Cores
     part: Array
     share: Shares
 
@@ -129,19 +126,19 @@ class Evidence(NamedTuple):
             Of each state (second axis) in each branch.
         """
         share = state_shares(rules.states, participation)
-        core, plain = possible_cores(speeds, values, share["lean"] + share["steer"] + share["yaw"])
+        mate = conjugate_index(values)
+        cores = Cores.of(speeds, values, mate, share["lean"] + share["steer"] + share["yaw"])
         form = np.where(values.imag != 0, 1.0, OVERDAMPED)
         part = np.zeros((len(values), len(rules.played), values.shape[1]))
         for r, role in enumerate(rules.played):
             if share[role.marks[0]].any():
                 part[:, r] = sum(share[mark] for mark in role.marks) * (form if role.oscillation else 1.0)
-        return cls(values, conjugate_index(values), core, plain, part, share)
+        return cls(values, mate, cores, part, share)
 
     def at(self, nodes: slice) -> "Evidence":
         """Of some ``nodes``."""
         share = {role: each[nodes] for role, each in self.share.items()}
-        values, mate, core, plain, part = self.values, self.mate, self.core, self.plain, self.part
-        return Evidence(values[nodes], mate[nodes], core[nodes], plain[nodes], part[nodes], share)
+        return Evidence(self.values[nodes], self.mate[nodes], self.cores.at(nodes), self.part[nodes], share)
 
 
 def name_branches(model: LinearModel, tracked: Sequence[TrackedRange]) -> Naming:
@@ -177,10 +174,10 @@ def name_nodes(rules: Rules, unit: float, speeds: Array, seen: Evidence, weight:
         Of each speed where the roles of tyres and joints are judged.
     """
     always = rules.window(unit)
-    anchor, anchored = find_anchor(speeds / unit, seen.mate, seen.core, seen.plain)
+    anchor, anchored = find_anchor(speeds / unit, seen.mate, seen.cores)
     units = units_at(seen.values[anchor], seen.mate[anchor])
     lean, steer = seen.share["lean"][anchor], seen.share["steer"][anchor]
-    core = core_at(units, seen.core[anchor], lean, steer)
+    core = core_at(units, seen.cores.core[anchor], lean, steer)
     modes, plain = _modes(speeds, seen, units, anchor, core, rules.joints, always)
     castering = [name for name, _ in modes].index("castering") if "castering" in core else -1
     branches = [branches for _, branches in modes]
