@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from bicycle.critical import crossing_kernel
 from bicycle.critical.critical_speed import CriticalSpeed
 from bicycle.modal import answer_kernel, batch, doubts
-from bicycle.modal.batch import START, Block
+from bicycle.modal.block import START, Block
 from bicycle.modal.compiled_batch import BLOCK, decompose, follow, name
 from bicycle.modal.doubts import SURE
 from bicycle.modal.track_kernel import Track

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bicycle.eigenvalues.solvers import compiled
 from bicycle.eigenvalues.vectors_kernel import decompose_stack
 from bicycle.modal import anchor_kernel, answer_kernel, follow_kernel, naming_kernel, track_kernel
-from bicycle.modal.batch import Block
+from bicycle.modal.block import Block
 from bicycle.modal.doubts import BEYOND, NODES, STIFF
 from bicycle.modal.naming_kernel import Named
 from bicycle.modal.speed_limits import FASTEST_RATE, FASTEST_SPEED, REFERENCE_SPEED, SLOWEST_SPEED

@@ -58,7 +58,7 @@ def link(a: Nodes, b: Nodes) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
 
 
 def link_roots(a: Roots, b: Roots) -> tuple[NDArray[np.intp], NDArray[np.bool_], NDArray[np.bool_]]:
-    """The same by where the roots are heading alone.
+    """The same by where the roots are heading alone, of ``a`` and their neighbours ``b``.
 
     Returns the match (k, n), whether it is good (k,), and which roots have no twin (k, n).
     """

@@ -11,7 +11,7 @@ from bicycle.eigenvalues.decomposition import doubtful
 from bicycle.eigenvalues.solvers import in_batches, lapack
 from bicycle.modal.anchor import WALKING
 from bicycle.modal.apart import hermite
-from bicycle.modal.batch import Block
+from bicycle.modal.block import Block
 from bicycle.modal.doubts import BESIDE_A_CHANGE, BEYOND, NO_VECTORS, RIVALS, STIFF, SURE
 from bicycle.modal.matching import CLEAR, TWIN
 from bicycle.modal.naming import FAST, Evidence, Naming, name_nodes

@@ -50,7 +50,7 @@ def in_batches(outputs: Sequence[str], solver: Solver | None) -> tuple[str, ...]
 def block_of(
     model: LinearModel, family: ModelFamily, values: Mapping[str, Any], count: int, solver: Solver
 ) -> tuple[Any, Done]:
-    """The bicycles as a :class:`bicycle.modal.batch.Block`, and which of them are none, (m,).
+    """The bicycles as a :class:`bicycle.modal.block.Block`, and which of them are none, (m,).
 
     Parameters
     ----------
@@ -64,8 +64,8 @@ def block_of(
     solver : callable
         As :func:`batch_solver` gives it.
     """
-    from bicycle.modal.batch import Block
     from bicycle.modal.batch_kind import BatchKind
+    from bicycle.modal.block import Block
 
     found = family.polynomials(values, count, solver=solver)
     unit = np.broadcast_to(np.sqrt(np.asarray(values["g"], float) * values["w"]), count)
@@ -77,7 +77,7 @@ def named_outputs(block: Any, speeds: Array, modes: Sequence[str], solver: Solve
 
     Parameters
     ----------
-    block : bicycle.modal.batch.Block
+    block : bicycle.modal.block.Block
     speeds : ndarray, shape (m, k)
         m/s.
     modes : sequence of str
@@ -120,7 +120,7 @@ def critical_output(
 
     Parameters
     ----------
-    block : bicycle.modal.batch.Block
+    block : bicycle.modal.block.Block
     max_speed : float
         m/s.
     modes : sequence of str

@@ -18,7 +18,8 @@ from bicycle.critical.critical_speed import CriticalSpeed
 from bicycle.critical.pencil import crossings_by_pencil
 from bicycle.eigenvalues.solvers import Solver, compiled, default_solver, lapack
 from bicycle.linear_model import LinearModel
-from bicycle.modal.batch import Block, name_of, name_roots
+from bicycle.modal.batch import name_of, name_roots
+from bicycle.modal.block import Block
 from bicycle.modal.named_modes import Modes, modes
 from studies.validations._random_models import random_model
 from studies.validations.critical_speeds import LAWS, WILD

@@ -11,7 +11,9 @@ from bicycle import Model, effect_class, load_bicycle
 from bicycle.eigenvalues.solvers import compiled, lapack
 from bicycle.linear_model import LinearModel
 from bicycle.modal import batch
-from bicycle.modal.batch import WHY, Block, name_of, name_roots
+from bicycle.modal.batch import name_of, name_roots
+from bicycle.modal.block import Block
+from bicycle.modal.doubts import WHY
 from bicycle.modal.named_modes import modes
 
 SPEEDS = np.linspace(1.0, 30.0, 30)

@@ -13,7 +13,8 @@ import pytest
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.eigenvalues.solvers import compiled, lapack
-from bicycle.modal.batch import Block, name_of, name_roots
+from bicycle.modal.batch import name_of, name_roots
+from bicycle.modal.block import Block
 from bicycle.modal.named_modes import modes
 
 CASES = json.loads((Path(__file__).parent / "hard_models.json").read_text())
