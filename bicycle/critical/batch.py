@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 
 from bicycle.critical import crossing_kernel
 from bicycle.critical.critical_speed import CriticalSpeed
-from bicycle.modal import answer_kernel, batch
-from bicycle.modal.batch import BLOCK, START, Block
-from bicycle.modal.track_kernel import SURE, Track
+from bicycle.modal import answer_kernel, batch, doubts
+from bicycle.modal.block import START, Block
+from bicycle.modal.compiled_batch import BLOCK, decompose, follow, name
+from bicycle.modal.doubts import SURE
+from bicycle.modal.track_kernel import Track
 from bicycle.modal.tracking import STEP
 from tyre.base.arrays import Array
 
@@ -28,7 +30,7 @@ WELL_KNOWN = 2e-10  # m/s: what rounding may change in a crossing at most
 APART = 1e-6  # of the speed: two crossings nearer than this are left to the plain path
 BLURRED, AT_REST = 7, 8
 WHY: Mapping[int, str] = {
-    **batch.WHY,
+    **doubts.WHY,
     BLURRED: "crossings that rounding blurs or that nearly coincide",
     AT_REST: "stability that changes near rest, or slip without relaxation",
 }
@@ -111,7 +113,7 @@ def _part(block: Block, max_speed: float, first: int) -> tuple[NDArray[np.generi
     def asked(track: Track, owner: NDArray[np.int64], v: Array) -> int:
         return int(crossing_kernel.divide(track, block.unit, low, high, owner, v))
 
-    track = block.follow(START * STEP, high / block.unit, asked)
+    track = follow(block, START * STEP, high / block.unit, asked)
     track.status[_moves_near_rest(block, track)] = AT_REST
     room = track.re[:, :, 0].size
     owner, step, root = (np.empty(room, np.int64) for _ in range(3))
@@ -141,7 +143,7 @@ def _moves_near_rest(block: Block, track: Track) -> NDArray[np.bool_]:
     bicycles = len(block.unit)
     share = np.geomspace(1.0, START * STEP / REST, SLOW_LOOKS)
     owner, v = np.repeat(np.arange(bicycles), len(share)), np.outer(block.unit, REST * share).ravel()
-    at = block.decompose(owner, v)
+    at = decompose(block, owner, v)
     certain = (np.abs(at.re) > 3 * at.doubt).all(1).reshape(bicycles, -1).all(1)
     order = np.lexsort((at.re, np.abs(at.im)))
     unstable = np.take_along_axis(at.re > 0, order, 1).reshape(bicycles, len(share), -1)  # by frequency
@@ -158,7 +160,7 @@ def _sharpened(block: Block, owner: NDArray[np.int64], start: Array) -> tuple[Ar
     for _ in range(MOST_STEPS):
         if not len(moving):
             break
-        at = block.decompose(owner[moving], v[moving])
+        at = decompose(block, owner[moving], v[moving])
         there, expected, moved, told = v[moving], root.take(moving, 1), step[moving], state.take(moving, 1)
         crossing_kernel.newton(there, at.re, at.im, at.slopes, at.doubt, expected, moved, told)
         re[moving], im[moving] = at.re, at.im
@@ -179,7 +181,7 @@ def _named(
     roots, bits = np.zeros((2, bicycles, width, n)), np.zeros((bicycles, width, n), np.int64)
     speeds[owner, place] = v
     roots[0, owner, place], roots[1, owner, place] = re, im
-    found = block.name(track, speeds)
+    found = name(block, track, speeds)
     answer_kernel.answer(track, found, block.unit, speeds, roots[0], roots[1], bits)
     own = np.hypot(re, im - omega[:, None]).argmin(1)
     return np.asarray(bits[owner, place, own])

@@ -58,7 +58,7 @@ def _by_kernels(model: LinearModel, max_speed: float) -> tuple[CriticalSpeed, ..
     if len(model.ranges) > 1 or default_solver() is not compiled:
         return None
     from bicycle.critical.batch import critical_speeds_of
-    from bicycle.modal.batch import Block
+    from bicycle.modal.block import Block
 
     found = critical_speeds_of(Block.of_models([model]), max_speed)
     return None if found.status[0] else found.of(0)

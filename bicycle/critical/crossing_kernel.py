@@ -11,8 +11,9 @@ import math
 from bicycle.critical.completeness import NOISE
 from bicycle.eigenvalues.compilation import compiled
 from bicycle.modal.cubic_kernel import hermite, miss, reach
+from bicycle.modal.doubts import SMALLEST, SURE, TOO_CLOSE
 from bicycle.modal.identity_kernel import Whole
-from bicycle.modal.track_kernel import MEETING, SMALLEST, SURE, TOO_CLOSE, Track
+from bicycle.modal.track_kernel import MEETING, Track
 from tyre.base.arrays import Array
 
 NONE, ONE, PERHAPS = 0, 1, 2

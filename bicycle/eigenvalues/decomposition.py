@@ -132,11 +132,13 @@ def uncertainty(values: Complex, left: Complex, matrices: Array, right: Complex)
 
 
 def inverse(matrices: Complex) -> Complex:
-    """Inverses of ``matrices`` (m, n, n); pseudo-inverses where a matrix of eigenvectors is exactly defective."""
+    """Inverses of ``matrices`` (m, n, n); the pseudo-inverse of a matrix of eigenvectors that is exactly defective."""
     try:
         return np.asarray(np.linalg.inv(matrices))
     except np.linalg.LinAlgError:
-        return np.asarray(np.linalg.pinv(matrices))
+        half = len(matrices) // 2
+        parts = (matrices[:half], matrices[half:])
+        return np.concatenate([inverse(part) for part in parts]) if half else np.asarray(np.linalg.pinv(matrices))
 
 
 def positive_definite(mass: Array) -> NDArray[np.bool_]:

@@ -4,37 +4,19 @@ Needs numba (extra ``fast``).
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from bicycle.eigenvalues.compilation import compiled
+from bicycle.modal.anchor import BETTER, MOSTLY, QUICK, SLOW, SPARE, WALKING, WHOLE
+from bicycle.modal.batch_kind import Roles
+from bicycle.modal.doubts import SURE
 from bicycle.modal.identity_kernel import Walked, Whole
-from bicycle.modal.naming import MOSTLY, QUICK, SLOW, WALKING
-from bicycle.modal.track_kernel import SURE, Track
+from bicycle.modal.track_kernel import Track
 from tyre.base.arrays import Array
 
-SPARE = 0.2  # of the unit of speed: nodes next to the range of an anchor are looked at too
-WHOLE = 3  # a pair and two real roots
-BETTER = 1.05  # an anchor is plainer by so much than speeds that the full track may look at in addition
 LEVEL = 1e-9  # plainness this near is equal: rounding decides
 WEAVE, CAPSIZE, CASTERING, FIRST_ROLE = 0, 1, 2, 3  # numbers of names
-
-
-class Roles(NamedTuple):
-    """The roles of states and the modes they mark, as numbers."""
-
-    of_state: Whole  # (n,), number of the role of each state
-    lean: int  # numbers of roles
-    steer: int
-    yaw: int
-    number: int  # of roles
-    joint: Whole  # (roles,), 1 where it is the role of a joint
-    mark: Array  # (played, roles), 1 where a role marks a mode
-    first: Whole  # (played,), the role that must be there
-    weight: Array  # (played,)
-    oscillation: Whole  # (played,)
-    singular: bool  # the models divide by the speed
 
 
 @compiled

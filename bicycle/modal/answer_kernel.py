@@ -11,14 +11,14 @@ import numpy as np
 from bicycle.eigenvalues.compilation import compiled
 from bicycle.eigenvalues.vectors_kernel import DOUBTFUL
 from bicycle.modal.cubic_kernel import hermite
+from bicycle.modal.doubts import BESIDE_A_CHANGE, RIVALS, SMALLEST, SURE
 from bicycle.modal.identity_kernel import CHANCE, Whole
 from bicycle.modal.matching import CLEAR, TWIN
 from bicycle.modal.naming_kernel import Named
-from bicycle.modal.track_kernel import MEETING, SMALLEST, SMOOTH, SURE, Track, mate_of, on_grid
+from bicycle.modal.track_kernel import MEETING, SMOOTH, Track, mate_of, on_grid
 from bicycle.modal.tracking import STEP
 from tyre.base.arrays import Array
 
-BESIDE_A_CHANGE, RIVALS = 4, 5
 LEVELS = 4  # of halving at once towards a meeting
 NARROW = 2.0**-6 * STEP  # of the unit of speed: who gets which root is judged so near to a meeting of two modes
 

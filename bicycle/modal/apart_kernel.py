@@ -8,14 +8,10 @@ for a moment, two pairs of which it is not plain whether they cross or turn back
 import math
 
 from bicycle.eigenvalues.compilation import compiled
+from bicycle.modal.apart import AWAY, BLURRED, FAR, LOOKS
 from bicycle.modal.cubic_kernel import hermite, miss, reach
 from bicycle.modal.matching import TWIN
 from bicycle.modal.track_kernel import MEETING, Track
-
-FAR = 3.0  # a discriminant is at least so many misses away from zero
-AWAY = 6.0  # roots so many times farther apart than they move need no further look
-BLURRED = 20.0  # of the distance at which two roots count as one: nearer, rounding may decide
-LOOKS = 8  # places at which two pairs are looked at in a step
 
 
 @compiled

@@ -1,10 +1,10 @@
-"""Which mode plays which role, compiled: the assignment of :mod:`bicycle.modal.naming` and whether it is clear."""
+"""Which mode plays which role, compiled: the assignment of :mod:`bicycle.modal.cast` and whether it is clear."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.eigenvalues.compilation import compiled
-from bicycle.modal.naming import FAINT, MARGIN
+from bicycle.modal.cast import FAINT, MARGIN
 from tyre.base.arrays import Array
 
 

@@ -12,19 +12,9 @@ from numpy.typing import NDArray
 
 from bicycle.eigenvalues.compilation import compiled
 from bicycle.modal.apart_kernel import keep_apart
+from bicycle.modal.doubts import NO_VECTORS, SMALLEST, SURE, TOO_CLOSE
 from bicycle.modal.matching import CLEAR, TWIN
-from bicycle.modal.track_kernel import (
-    MEETING,
-    NO_VECTORS,
-    OPEN,
-    SMALLEST,
-    SMOOTH,
-    SURE,
-    TOO_CLOSE,
-    Track,
-    mate_of,
-    on_grid,
-)  # fmt: skip
+from bicycle.modal.track_kernel import MEETING, OPEN, SMOOTH, Track, mate_of, on_grid
 from bicycle.modal.tracking import STEP
 from tyre.base.arrays import Array
 

@@ -26,11 +26,13 @@ Label = tuple[int, ...]  # the modes a root may belong to
 class Regions:
     """``labels[cases[k]][i]``: the modes that branch i may belong to at node k.
 
-    ``clear`` is False where roots next to a meeting were compared that had nearly the same size.
+    ``chance[k]`` where rounding decides which half of a pair of two modes is whose after it has split. ``clear`` is
+    False where roots next to a meeting were compared that had nearly the same size, or could be shared out in two ways.
     """
 
     labels: tuple[tuple[Label, ...], ...]
     cases: NDArray[np.intp]
+    chance: NDArray[np.bool_]
     clear: bool
 
 
@@ -41,8 +43,8 @@ def conjugate_index(values: Complex) -> NDArray[np.intp]:
 
 
 def regions(
-    speeds: Array, values: Complex, modes: Sequence[tuple[int, ...]], castering: int, anchor: int,
-    always: tuple[float, float],
+    speeds: Array, values: Complex, mate: NDArray[np.intp], modes: Sequence[tuple[int, ...]], castering: int,
+    anchor: int, always: tuple[float, float],
 ) -> Regions:  # fmt: skip
     """Carry the identity of modes up and down from one node to all others.
 
@@ -54,6 +56,8 @@ def regions(
         m/s, rising.
     values : complex ndarray, shape (m, n)
         Tracked eigenvalues (1/s), one column a branch.
+    mate : ndarray of int, shape (m, n)
+        Of them, as :func:`conjugate_index` gives it.
     modes : sequence of tuples of int
         Indices of the branches of each mode at node ``anchor``.
     castering : int
@@ -68,14 +72,16 @@ def regions(
     owner = np.empty(n, np.intp)
     for number, unit in enumerate(modes):
         owner[list(unit)] = number
-    mate = conjugate_index(values)
+    if (owner[mate] == owner).all():  # no pair is of two modes
+        own = tuple((int(mode),) for mode in owner)
+        return Regions((own,), np.zeros(len(values), np.intp), np.zeros(len(values), bool), clear=True)
     labels: list[tuple[Label, ...]] = [()] * len(values)
-    walk = _Walk(speeds, values, mate, modes, castering, always, labels)
+    walk = _Walk(speeds, values, mate, modes, castering, always, labels, np.zeros(len(values), bool))
     for nodes in (range(anchor, len(values)), range(anchor, -1, -1)):
         walk.go(nodes, owner.copy())
     cases = sorted(set(labels))
     number_of = {case: k for k, case in enumerate(cases)}
-    return Regions(tuple(cases), np.array([number_of[label] for label in labels], np.intp), walk.clear)
+    return Regions(tuple(cases), np.array([number_of[label] for label in labels], np.intp), walk.chance, walk.clear)
 
 
 @dataclass
@@ -87,19 +93,26 @@ class _Walk:
     castering: int
     always: tuple[float, float]
     labels: list[tuple[Label, ...]]
+    chance: NDArray[np.bool_]
     clear: bool = True
 
     def go(self, nodes: Sequence[int], owner: NDArray[np.intp]) -> None:
         past: list[int] = []
         now: tuple[Label, ...] = ()
         other = (self.mate[1:] != self.mate[:-1]).any(1).tolist()
+        split = np.zeros(len(owner), bool)
         for k in nodes:
             if not past or other[min(k, past[-1])]:
+                if past:
+                    mate = self.mate[past[-1]]
+                    split |= (mate != self.mate[k]) & (owner[mate] != owner)
+                    self.clear = self.clear and not (split & (self.mate[k] != np.arange(len(owner)))).any()
                 before = owner.copy()
                 now, changed = self._assign(k, owner)
                 for group in changed:
                     self._blur(past, before, group, self.speeds[k])
             self.labels[k] = now
+            self.chance[k] = split.any()
             past.append(k)
 
     def _assign(self, k: int, owner: NDArray[np.intp]) -> tuple[tuple[Label, ...], list[frozenset[int]]]:
@@ -162,11 +175,16 @@ class _Walk:
         kept = np.zeros((len(pairs), len(double)))
         for p, pair in enumerate(pairs):
             kept[p] = [(before[list(pair)] == m).sum() for m in double]
-        for row, column in zip(*linear_sum_assignment(-kept), strict=True):
+        rows, columns = linear_sum_assignment(-kept)
+        for row, column in zip(rows, columns, strict=True):
             owner[list(pairs[row])] = double[column]
+            without = kept.copy()
+            without[row, column] = -1
+            self.clear = self.clear and without[linear_sum_assignment(-without)].sum() < kept[rows, columns].sum()
         free = [i for i in reals if before[i] not in single]
         lost = [m for m in single if m not in before[reals]]  # the others keep their root
         owner[free] = lost
+        self.clear = self.clear and len(free) < 2
         return bool((owner != before).any())
 
     def _blur(self, past: list[int], owner: NDArray[np.intp], group: frozenset[int], speed: float) -> None:

@@ -1,6 +1,7 @@
 """Which root of one node is which of the next, told by where they are heading and by their vectors."""
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,32 +15,52 @@ MAC_ENOUGH = 0.5
 
 
 @dataclass
-class Nodes:
-    """Eigenvalues and their slopes (m, n), right (columns) and left (rows) eigenvectors (m, n, n) at ``v`` (m,)."""
+class Roots:
+    """Eigenvalues and their slopes (m, n) at ``v`` (m,)."""
 
     v: Array
     values: Complex
     slopes: Complex
+
+    def take(self, index: NDArray[np.intp]) -> Self:
+        """Those at ``index`` (k,)."""
+        return type(self)(*(part[index] for part in vars(self).values()))
+
+    def and_(self, others: Self) -> Self:
+        """These and the ``others``, one after the other."""
+        return type(self)(*map(np.concatenate, zip(vars(self).values(), vars(others).values(), strict=True)))
+
+
+@dataclass
+class Nodes(Roots):
+    """Roots with right (columns) and left (rows) eigenvectors (m, n, n)."""
+
     right: Complex
     left: Complex
-
-    def take(self, index: NDArray[np.intp]) -> "Nodes":
-        """The nodes at ``index`` (k,)."""
-        return Nodes(*(part[index] for part in vars(self).values()))
 
     def joined(self, new: "Nodes") -> tuple["Nodes", NDArray[np.intp]]:
         """These and the ``new`` nodes in order of ``v``, and the places of the old ones among them."""
         order = np.argsort(np.concatenate([self.v, new.v]), kind="stable")
         places = np.empty_like(order)
         places[order] = np.arange(len(order))
-        every = (np.concatenate(pair) for pair in zip(vars(self).values(), vars(new).values(), strict=True))
-        return Nodes(*(part[order] for part in every)), places[: len(self.v)]
+        return self.and_(new).take(order), places[: len(self.v)]
 
 
 def link(a: Nodes, b: Nodes) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
     """Match the nodes ``a`` and their neighbours ``b``, k each: which root follows which, and where it is beyond doubt.
 
     Returns the match (k, n) and whether it is good (k,).
+    """
+    match, good, alone = link_roots(a, b)
+    row, own = np.arange(len(match))[:, None], np.arange(match.shape[1])
+    mac = np.abs(a.left @ b.right)[row, own, match] * np.abs(b.left @ a.right)[row, match, own]
+    return match, good & ((mac > MAC_ENOUGH) | ~alone).all(1)
+
+
+def link_roots(a: Roots, b: Roots) -> tuple[NDArray[np.intp], NDArray[np.bool_], NDArray[np.bool_]]:
+    """The same by where the roots are heading alone, of ``a`` and their neighbours ``b``.
+
+    Returns the match (k, n), whether it is good (k,), and which roots have no twin (k, n).
     """
     half = (b.v - a.v)[:, None] / 2
     cost = np.abs((a.values + half * a.slopes)[:, :, None] - (b.values - half * b.slopes)[:, None, :])
@@ -53,13 +74,11 @@ def link(a: Nodes, b: Nodes) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
     twin = np.abs(landed[:, :, None] - b.values[:, None, :]) <= TWIN * size[:, :, None]
     rival = np.where(twin, np.inf, cost).min(2)
     good = (cost[row, own, match] < CLEAR * rival).all(1) & allowed[row, own, match].all(1)
-    mac = np.abs(a.left @ b.right)[row, own, match] * np.abs(b.left @ a.right)[row, match, own]
-    good &= ((mac > MAC_ENOUGH) | (twin.sum(2) > 1)).all(1)
     order = np.argsort(np.where(kind_a == 0, a.values.real, np.inf), axis=1)
     real = np.where(kind_a[row, order] == 0, landed.real[row, order], np.inf)
     with np.errstate(invalid="ignore"):  # inf - inf beyond the last real root
         good &= ~(np.diff(real) < -TWIN * size).any(1)
-    return match, good
+    return match, good, twin.sum(2) == 1
 
 
 def set_cost(a: Complex, b: Complex) -> Array:

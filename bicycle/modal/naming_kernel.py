@@ -10,26 +10,18 @@ from typing import NamedTuple
 import numpy as np
 
 from bicycle.eigenvalues.compilation import compiled
-from bicycle.modal.anchor_kernel import FIRST_ROLE, SPARE, Roles, find_anchor, own_core
+from bicycle.modal.anchor import MOSTLY, SLOW, SPARE, WALKING
+from bicycle.modal.anchor_kernel import FIRST_ROLE, find_anchor, own_core
+from bicycle.modal.batch_kind import Roles
 from bicycle.modal.cast_kernel import cast
+from bicycle.modal.doubts import NO_ANCHOR, NO_HEIR, NOT_CLEAR, SHORT_PAIR, SURE
 from bicycle.modal.identity_kernel import CHANCE, Walked, Whole, walk
-from bicycle.modal.naming import (
-    FAST,
-    HIGHEST,
-    LOWEST,
-    MOSTLY,
-    OVERDAMPED,
-    SHORT,
-    SLOW,
-    WALKING,
-)  # fmt: skip
-from bicycle.modal.track_kernel import SURE, Track, mate_of
+from bicycle.modal.naming import FAST, HIGHEST, LOWEST, NEAR_REST, OVERDAMPED, SHORT
+from bicycle.modal.track_kernel import Track, mate_of
 from bicycle.modal.tracking import STEP
 from tyre.base.arrays import Array
 
 SAME = 1e-6  # of the unit of speed: rounding decides which side a node is of
-NEAR_REST = 8.0  # the discriminant of two roots may change so many times as fast below the first node as above
-NOT_CLEAR, NO_ANCHOR, SHORT_PAIR, NO_HEIR = 3, 9, 10, 11
 
 
 class Named(NamedTuple):

@@ -12,8 +12,6 @@ from tyre.base.arrays import Array
 Small = NDArray[np.int16]
 
 OPEN, SMOOTH, MEETING = 0, 1, 2
-SURE, NO_VECTORS, TOO_CLOSE = 0, 1, 2
-SMALLEST = 2.0**-16  # of the unit of speed: a step below it is left to the plain path
 
 
 class Track(NamedTuple):

@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 
 from bicycle.eigenvalues.decomposition import decompose, doubtful
 from bicycle.linear_model import LinearModel
+from bicycle.modal.doubts import SURE
 from bicycle.modal.events import ModeEvent, mode_events
 from bicycle.modal.identity import conjugate_index
-from bicycle.modal.naming import Naming, name_branches, window
+from bicycle.modal.naming import Naming, Rules, name_branches, speed_unit
 from bicycle.modal.tracking import Meeting, TrackedRange, track
 from tyre.base.arrays import Array, Complex
 
@@ -36,7 +37,7 @@ class Tracker:
         sparse : bool
             Save nodes: names are the same where they are :meth:`sure`, events are given coarsely.
         """
-        low, high = window(model)
+        low, high = Rules.of(model).window(speed_unit(model))
         tracked, meetings = track(model, min(lowest, low), max(highest, high), sparse=sparse)
         return cls(model, tracked, meetings, name_branches(model, tracked))
 
@@ -85,10 +86,11 @@ class Tracker:
         for number, places in self.model.by_range(speeds):
             own, start = self._in_range(number), self._start(number)
             right = np.clip(np.searchsorted(own.speeds, speeds[places]), 1, len(own.speeds) - 1)
-            cases = self.naming.cases[start : start + len(own.speeds)]
-            if not (own.smooth[right - 1] & (cases[right] == cases[right - 1])).all():
+            cases, chance = (x[start : start + len(own.speeds)] for x in (self.naming.cases, self.naming.chance))
+            same = (cases[right] == cases[right - 1]) & ~chance[right]
+            if not (own.smooth[right - 1] & same).all():
                 return False
-        return self.naming.clear
+        return self.naming.doubt == SURE
 
     @cached_property
     def _values(self) -> Complex:

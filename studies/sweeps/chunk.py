@@ -20,7 +20,7 @@ from bicycle.modal.named_modes import modes
 from bicycle.modal.naming import every_mode
 from bicycle.sensitivity.eigenvalue_derivatives import sensitivities
 from studies.sweeps.made_of import differences
-from studies.sweeps.named import OF_MODES, block_of, critical_output, in_batches, named_outputs
+from studies.sweeps.named import OF_MODES, batch_solver, block_of, critical_output, in_batches, named_outputs
 from studies.sweeps.points import Points, Sampler
 from studies.sweeps.sketch import sketch
 from studies.sweeps.spec import BY_SPEED, Sweep, software
@@ -49,11 +49,6 @@ def compute(sweep: Sweep, start: int, stop: int) -> Arrays:
     return arrays if sweep.quantiles is None else sketch(arrays, start, sweep.samples)
 
 
-def alone(sweep: Sweep) -> int:
-    """How many bicycles of a ``sweep`` this process has tracked one by one so far, because a batch was not sure."""
-    return _worker(sweep).alone
-
-
 class Worker:
     """What is prepared once per sweep and process.
 
@@ -78,6 +73,7 @@ class Worker:
         self.fast = [name for name in sweep.outputs if name in FAST]
         self.parameters = parameter_names(self.sampler)
         self.modes = mode_names(self.linear)
+        self.solver = batch_solver(self.sampler.family, sweep.items)
         self.alone = 0  # bicycles of which a batch was not sure, so far
 
     def items(self, start: int, stop: int) -> Arrays:
@@ -130,14 +126,15 @@ class Worker:
         """Named results of possible bicycles: together, and one by one where that is not sure."""
         together: Arrays = {}
         sure = np.zeros(count, bool)
-        if in_batches(self.sampler.family, self.sweep.items) and set(self.slow) != {"sensitivities"}:
-            block, refused = block_of(self.linear, self.sampler.family, points.values, count)
+        at_once = in_batches(self.slow, self.solver)
+        if self.solver and at_once:
+            block, refused = block_of(self.linear, self.sampler.family, points.values, count, self.solver)
             sure = ~refused
-            if set(OF_MODES) & set(self.slow):
+            if set(OF_MODES) & set(at_once):
                 speeds = np.broadcast_to(points.speeds, (count, points.speeds.shape[1]))
-                together, told = named_outputs(block, speeds, self.modes)
+                together, told = named_outputs(block, speeds, self.modes, self.solver)
                 sure &= told
-            if "critical_speeds" in self.slow:
+            if "critical_speeds" in at_once:
                 crossings, told = critical_output(block, self.sweep.max_speed, self.modes, CHANGES, OCCURRENCES)
                 together["critical_speeds"] = crossings
                 sure &= told

@@ -1,4 +1,4 @@
-"""Named modes and critical speeds of many items of a sweep at once, compiled; the unsure are left to one by one."""
+"""Named modes and critical speeds of many items of a sweep at once; the unsure are left to one by one."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.eigenvalues.oscillation import frequency_hz, pair_damping_ratio
-from bicycle.eigenvalues.solvers import compiled, default_solver
+from bicycle.eigenvalues.solvers import Solver, compiled, default_solver, lapack
 from bicycle.linear_model import LinearModel
 from bicycle.model_family import ModelFamily
 from tyre.base.arrays import Array, Complex
@@ -18,10 +18,10 @@ Arrays = dict[str, NDArray[Any]]
 Done = NDArray[np.bool_]
 
 
-def in_batches(family: ModelFamily, items: int) -> bool:
-    """Whether bicycles of a ``family``, ``items`` in all, are named at once.
+def batch_solver(family: ModelFamily, items: int) -> Solver | None:
+    """How bicycles of a ``family`` are named at once: compiled where they are many, by LAPACK, or not at all (None).
 
-    They are where there are many, numba is there and no equation switches.
+    Equations that switch at a speed are left to one by one.
 
     Parameters
     ----------
@@ -29,11 +29,28 @@ def in_batches(family: ModelFamily, items: int) -> bool:
     items : int
         Number of bicycles.
     """
-    return items >= FEWEST and default_solver() is compiled and not family.evaluate.symbolic.switches
+    if family.evaluate.symbolic.switches:
+        return None
+    return default_solver() if items >= FEWEST else lapack
 
 
-def block_of(model: LinearModel, family: ModelFamily, values: Mapping[str, Any], count: int) -> tuple[Any, Done]:
-    """The bicycles as a :class:`bicycle.modal.batch.Block`, and which of them are none, (m,).
+def in_batches(outputs: Sequence[str], solver: Solver | None) -> tuple[str, ...]:
+    """Those of ``outputs`` that are computed for many bicycles at once: critical speeds compiled only.
+
+    Parameters
+    ----------
+    outputs : sequence of str
+    solver : callable, optional
+        As :func:`batch_solver` gives it.
+    """
+    together = (*(OF_MODES if solver else ()), *(["critical_speeds"] if solver is compiled else ()))
+    return tuple(name for name in outputs if name in together)
+
+
+def block_of(
+    model: LinearModel, family: ModelFamily, values: Mapping[str, Any], count: int, solver: Solver
+) -> tuple[Any, Done]:
+    """The bicycles as a :class:`bicycle.modal.block.Block`, and which of them are none, (m,).
 
     Parameters
     ----------
@@ -44,29 +61,33 @@ def block_of(model: LinearModel, family: ModelFamily, values: Mapping[str, Any],
         Every parameter, SI.
     count : int
         Number m of bicycles.
+    solver : callable
+        As :func:`batch_solver` gives it.
     """
-    from bicycle.modal.batch import Block
     from bicycle.modal.batch_kind import BatchKind
+    from bicycle.modal.block import Block
 
-    found = family.polynomials(values, count, solver=compiled)
+    found = family.polynomials(values, count, solver=solver)
     unit = np.broadcast_to(np.sqrt(np.asarray(values["g"], float) * values["w"]), count)
     return Block.of(found.polynomial, unit, BatchKind.of(model)), found.refused
 
 
-def named_outputs(block: Any, speeds: Array, modes: Sequence[str]) -> tuple[Arrays, Done]:
+def named_outputs(block: Any, speeds: Array, modes: Sequence[str], solver: Solver) -> tuple[Arrays, Done]:
     """``modes``, ``frequencies`` and ``damping_ratios`` of the bicycles of a block, and of which they are sure, (m,).
 
     Parameters
     ----------
-    block : bicycle.modal.batch.Block
+    block : bicycle.modal.block.Block
     speeds : ndarray, shape (m, k)
         m/s.
     modes : sequence of str
         Names along the axis ``mode``.
+    solver : callable
+        As :func:`batch_solver` gives it.
     """
     from bicycle.modal.batch import name_roots
 
-    found = name_roots(block, speeds)
+    found = name_roots(block, speeds, solver=solver)
     two = np.stack([_two(found.values, found.bits == 1 << found.names.index(name)) if name in found.names
                     else np.full((*speeds.shape, 2), np.nan + 0j) for name in modes], 2)  # fmt: skip
     first, second = two[..., 0], two[..., 1]
@@ -99,7 +120,7 @@ def critical_output(
 
     Parameters
     ----------
-    block : bicycle.modal.batch.Block
+    block : bicycle.modal.block.Block
     max_speed : float
         m/s.
     modes : sequence of str

@@ -1,7 +1,7 @@
 """Sweeps of named modes and critical speeds: in batches against one bicycle after another, unnamed, and one thread.
 
-What is timed is what a sweep computes, without storage. A small sweep tracks each bicycle by itself, a large one names
-them in batches, and pays for those of which a batch is not sure.
+What is timed is what a sweep computes, without storage. Batches, compiled or in plain numpy, pay for the bicycles of
+which they are not sure.
 """
 
 from functools import partial
@@ -10,13 +10,11 @@ import numpy as np
 
 from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.eigenvalues.solvers import Solver, compiled
-from studies.sweeps.chunk import alone, compute
+from studies.sweeps.chunk import Worker, compute
 from studies.sweeps.engines import in_threads
-from studies.sweeps.named import FEWEST
 from studies.sweeps.spec import Sweep
 from studies.validations._speed_of_studies import grid_crossings
 from studies.validations._speed_timing import Pair, alternating, drain, sweep_of, tyre_model
-from tyre.base.errors import InputError
 
 SPEEDS = np.linspace(0.5, 30.0, 60).tolist()  # m/s
 TOP = 60.0  # m/s
@@ -31,24 +29,22 @@ def _crossings(samples: int, order: int) -> Sweep:
     return sweep_of(samples, order, outputs=["critical_speeds"], grid={}, max_speed_m_s=TOP)
 
 
-def _compared(few: Sweep, many: Sweep, repeats: int) -> tuple[float, float, int]:
-    """Seconds a bicycle of a small sweep and of a large one, and how many of the latter were tracked one by one."""
-    if many.items < FEWEST:
-        raise InputError(f"{many.items} bicycles are tracked one by one; compare {FEWEST} or more")
-    one, together = alternating(
-        lambda: compute(few, 0, few.items), lambda: compute(many, 0, many.items), repeats
-    )  # fmt: skip
-    return one / few.items, together / many.items, alone(many) // (repeats + 1)
+def _compared(few: Sweep, many: Sweep, solver: Solver, repeats: int) -> tuple[float, float, int]:
+    """Seconds a bicycle one by one (the few) and in batches, and how many of the latter were tracked one by one."""
+    alone, together = Worker(few), Worker(many)
+    alone.solver, together.solver = None, solver
+    one, all_ = alternating(lambda: alone.items(0, few.items), lambda: together.items(0, many.items), repeats)
+    return one / few.items, all_ / many.items, together.alone // (repeats + 1)
 
 
-def named_modes(order: int, count: int, repeats: int) -> tuple[float, float, int]:
+def named_modes(order: int, count: int, solver: Solver, repeats: int) -> tuple[float, float, int]:
     """Seconds a bicycle: one by one, and in batches; and how many bicycles the batches left."""
-    return _compared(_named(FEW, order), _named(count, order), repeats)
+    return _compared(_named(FEW, order), _named(count, order), solver, repeats)
 
 
-def many_critical_speeds(order: int, count: int, repeats: int) -> tuple[float, float, int]:
+def many_critical_speeds(order: int, count: int, solver: Solver, repeats: int) -> tuple[float, float, int]:
     """Likewise for critical speeds."""
-    return _compared(_crossings(FEW, order), _crossings(count, order), repeats)
+    return _compared(_crossings(FEW, order), _crossings(count, order), solver, repeats)
 
 
 def named_against_unnamed(order: int, count: int, repeats: int) -> Pair:

@@ -2,7 +2,8 @@
 
 At speeds drawn at random every root must have the same names, and every critical speed the same speed (1e-9 m/s), mode,
 direction and frequency. Bicycles of which a batch is not sure are counted by reason; the judge answers for them. All
-models are random (synthetic); every other one has effects up to a hundred times too large or too small.
+models are random (synthetic); every other one has effects up to a hundred times too large or too small. Batches in
+plain numpy name only.
 """
 
 import time
@@ -15,7 +16,10 @@ import numpy as np
 
 from bicycle.critical.critical_speed import CriticalSpeed
 from bicycle.critical.pencil import crossings_by_pencil
+from bicycle.eigenvalues.solvers import Solver, compiled, default_solver, lapack
 from bicycle.linear_model import LinearModel
+from bicycle.modal.batch import name_of, name_roots
+from bicycle.modal.block import Block
 from bicycle.modal.named_modes import Modes, modes
 from studies.validations._random_models import random_model
 from studies.validations.critical_speeds import LAWS, WILD
@@ -29,7 +33,7 @@ SAME_ROOT = 1e-6  # of the largest: a root is the same one
 SWITCHES = "equations that switch at a speed"
 
 
-def run(*, out: Path, seed: int, models: int = 1000, minutes: int = 0) -> dict[str, Any]:
+def run(*, out: Path, seed: int, models: int = 1000, minutes: int = 0, numpy: bool = False) -> dict[str, Any]:
     """Compare random models; ``different`` lists those that a batch answers otherwise than the judge.
 
     Parameters
@@ -42,11 +46,14 @@ def run(*, out: Path, seed: int, models: int = 1000, minutes: int = 0) -> dict[s
         Number of models.
     minutes : int
         Number of minutes (min) after which it stops, with the models compared until then; 0: never.
+    numpy : bool
+        Compare batches in plain numpy, which are those without numba, instead of compiled ones.
     """
     from tyre.base.progress import progress_bar
 
     end = time.monotonic() + 60 * minutes if minutes else np.inf
-    result: dict[str, Any] = {"seed": seed, "models": 0, "speeds_each": SPEEDS[2], "named": 0}
+    solver = lapack if numpy else default_solver()
+    result: dict[str, Any] = {"seed": seed, "path": solver.__name__, "models": 0, "speeds_each": SPEEDS[2], "named": 0}
     result |= {
         "with_critical_speeds": 0,
         "critical_speeds": 0,
@@ -58,12 +65,14 @@ def run(*, out: Path, seed: int, models: int = 1000, minutes: int = 0) -> dict[s
         if time.monotonic() > end:
             break
         count = min(CHUNK, models - number * CHUNK)
-        _compare(np.random.default_rng((seed, number)), count, number * CHUNK, result)
+        _compare(np.random.default_rng((seed, number)), count, number * CHUNK, solver, result)
         result["models"] += count
     return result | {key: dict(sorted(result[key].items())) for key in result if key.startswith("not_sure")}
 
 
-def _compare(generator: np.random.Generator, count: int, first: int, result: dict[str, Any]) -> None:
+def _compare(
+    generator: np.random.Generator, count: int, first: int, solver: Solver, result: dict[str, Any]
+) -> None:  # fmt: skip
     """Draw ``count`` models and compare them kind by kind."""
     kinds = defaultdict(list)
     speeds = np.sort(generator.uniform(*SPEEDS))
@@ -76,27 +85,33 @@ def _compare(generator: np.random.Generator, count: int, first: int, result: dic
             for which in ("not_sure_of_names", "not_sure_of_critical_speeds"):
                 result[which][SWITCHES] += len(found)
         else:
-            _compare_kind(found, speeds, result)
+            block = Block.of_models([model for _, model in found])
+            _compare_names(found, block, speeds, solver, result)
+            if solver is compiled:
+                _compare_crossings(found, block, result)
 
 
-def _compare_kind(found: Sequence[tuple[int, LinearModel]], speeds: Array, result: dict[str, Any]) -> None:
-    from bicycle.critical.batch import critical_speeds_of
-    from bicycle.modal.batch import Block, name_of, name_roots
-
-    block = Block.of_models([model for _, model in found])
-    named = name_roots(block, np.tile(speeds, (len(found), 1)))
-    crossings = critical_speeds_of(block, SPEEDS[1])
+def _compare_names(
+    found: Sequence[tuple[int, LinearModel]], block: Block, speeds: Array, solver: Solver, result: dict[str, Any]
+) -> None:  # fmt: skip
+    named = name_roots(block, np.tile(speeds, (len(found), 1)), solver=solver)
     result["not_sure_of_names"].update(named.unsure)
-    result["not_sure_of_critical_speeds"].update(crossings.unsure)
     for k, (number, model) in enumerate(found):
-        where = {"model": number, "effects": list(model.effects)}
         if not named.status[k]:
             result["named"] += 1
             names = {int(bits): name_of(int(bits), named.names) for bits in np.unique(named.bits[k])}
-            wrong = differing_names(
-                modes(model, speeds), named.values[k], [[names[int(b)] for b in row] for row in named.bits[k]]
-            )
+            called = [[names[int(b)] for b in row] for row in named.bits[k]]
+            wrong = differing_names(modes(model, speeds), named.values[k], called)
+            where = {"model": number, "effects": list(model.effects)}
             result["different"] += [{**where, "at_m_s": [float(v) for v in speeds[wrong]]}] if wrong else []
+
+
+def _compare_crossings(found: Sequence[tuple[int, LinearModel]], block: Block, result: dict[str, Any]) -> None:
+    from bicycle.critical.batch import critical_speeds_of
+
+    crossings = critical_speeds_of(block, SPEEDS[1])
+    result["not_sure_of_critical_speeds"].update(crossings.unsure)
+    for k, (number, model) in enumerate(found):
         if not crossings.status[k]:
             try:
                 judged = crossings_by_pencil(model, SPEEDS[1])
@@ -107,6 +122,7 @@ def _compare_kind(found: Sequence[tuple[int, LinearModel]], speeds: Array, resul
             result["critical_speeds"] += len(judged)
             if not same_crossings(crossings.of(k), judged):
                 said = [[repr(c) for c in every] for every in (crossings.of(k), judged)]
+                where = {"model": number, "effects": list(model.effects)}
                 result["different"].append({**where, "batch": said[0], "judge": said[1]})
 
 

@@ -116,15 +116,18 @@ def _names(bicycles: int, repeats: int) -> Iterator[tuple[str, str, Measured]]:
 
 
 def _batches(bicycles: int, repeats: int) -> Iterator[tuple[str, str, Measured]]:
-    """Rows about the compiled batches."""
-    yield (
-        f"named modes of {bicycles} bicycles, 8 states, 60 speeds, in batches (fast) against one by one", ">= 15 x",
-        partial(_batch, 15, of_names.named_modes, 8, bicycles, min(repeats, 3)),
-    )  # fmt: skip
+    """Rows about batches of named modes and critical speeds."""
+    for path, least in (("fast", 15), ("numpy", 4)):
+        solver = timing.SOLVERS[path]
+        yield (
+            f"named modes of {bicycles} bicycles, 8 states, 60 speeds, in batches ({path}) against one by one",
+            f">= {least} x", partial(_batch, least, of_names.named_modes, 8, bicycles, solver, min(repeats, 3)),
+        )  # fmt: skip
+    fast = timing.SOLVERS["fast"]
     for order in (8, 12):
         yield (
             f"named critical speeds of {bicycles} bicycles, {order} states, in batches (fast) against one by one",
-            ">= 12 x", partial(_batch, 12, of_names.many_critical_speeds, order, bicycles, min(repeats, 3)),
+            ">= 12 x", partial(_batch, 12, of_names.many_critical_speeds, order, bicycles, fast, min(repeats, 3)),
         )  # fmt: skip
     points = 60 * bicycles
     yield (

@@ -10,7 +10,7 @@ pytest.importorskip("numba")
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.critical.batch import critical_speeds_of
 from bicycle.critical.pencil import crossings_by_pencil
-from bicycle.modal.batch import Block
+from bicycle.modal.block import Block
 
 
 def built(trail=0.08, mass=85.0, **effects):

@@ -1,17 +1,24 @@
 """Names of many bicycles at once: those of the full track of each, whoever the neighbours are, or a reason why not."""
 
+import importlib.util
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-pytest.importorskip("numba")
-
 from bicycle import Model, effect_class, load_bicycle
-from bicycle.modal.batch import WHY, Block, name_of, name_roots
+from bicycle.eigenvalues.solvers import compiled, lapack
+from bicycle.linear_model import LinearModel
+from bicycle.modal import batch
+from bicycle.modal.batch import name_of, name_roots
+from bicycle.modal.block import Block
+from bicycle.modal.doubts import WHY
 from bicycle.modal.named_modes import modes
 
 SPEEDS = np.linspace(1.0, 30.0, 30)
+needs_numba = pytest.mark.skipif(not importlib.util.find_spec("numba"), reason="needs numba")
+either_path = pytest.mark.parametrize("solver", [lapack, pytest.param(compiled, marks=needs_numba)])
 
 
 def built(trail=0.08, mass=85.0, length=0.1, stiffness=6300.0, **effects):
@@ -21,9 +28,10 @@ def built(trail=0.08, mass=85.0, length=0.1, stiffness=6300.0, **effects):
     return Model(bicycle, (tyre, *others)).linear_model()
 
 
-def assert_same_names(model, speeds):
+def assert_same_names(model, speeds, solver):
     """The batch is not sure, or names every root as the track does; whether it is sure."""
-    found, judged = name_roots(Block.of_models([model]), np.asarray(speeds, float)[None]), modes(model, speeds)
+    found = name_roots(Block.of_models([model]), np.asarray(speeds, float)[None], solver=solver)
+    judged = modes(model, speeds)
     if found.status[0]:
         return False
     size = np.abs(judged.eigenvalues).max()
@@ -40,36 +48,76 @@ def assert_same_names(model, speeds):
     return True
 
 
+@either_path
 @settings(max_examples=25)
 @given(
-    st.floats(0.03, 0.12), st.floats(60.0, 120.0), st.floats(0.02, 0.4), st.floats(2000.0, 20000.0),
-    st.sampled_from([{}, {"camber_thrust": {"camber_stiffness": 400.0}}, {"steer_damper": {"damping": 3.0}}]),
+    trail=st.floats(0.03, 0.12), mass=st.floats(60.0, 120.0), length=st.floats(0.02, 0.4),
+    stiffness=st.floats(2000.0, 20000.0),
+    effects=st.sampled_from(
+        [{}, {"camber_thrust": {"camber_stiffness": 400.0}}, {"steer_damper": {"damping": 3.0}}]
+    ),
 )  # fmt: skip
-def test_names_are_those_of_the_full_track(trail, mass, length, stiffness, effects):
-    assert_same_names(built(trail, mass, length, stiffness, **effects), SPEEDS)
+def test_names_are_those_of_the_full_track(solver, trail, mass, length, stiffness, effects):
+    assert_same_names(built(trail, mass, length, stiffness, **effects), SPEEDS, solver)
 
 
-def test_a_bicycle_with_tyres_is_named():
-    assert assert_same_names(built(), SPEEDS)
-    assert assert_same_names(built(), SPEEDS[::-1] + 20.0)
+@either_path
+def test_a_bicycle_with_tyres_is_named(solver):
+    assert assert_same_names(built(), SPEEDS, solver)
+    assert assert_same_names(built(), SPEEDS[::-1] + 20.0, solver)
 
 
-def test_no_bicycle_hangs_on_its_neighbours():
+@either_path
+def test_roots_that_change_hands_are_named(solver):
+    """A soft front: castering and the rear tyre meet at 15 m/s."""
+    hinge = {"stiffness": 3000.0, "damping": 15.0, "joint_x": 0.8, "joint_z": -0.85}
+    model = built(front_compliance=hinge)
+    assert [event.modes for event in modes(model, SPEEDS).events if event.pair == ("rear_tyre",)] != []
+    assert any(assert_same_names(model, speeds, solver) for speeds in np.split(SPEEDS, 10)[5:])
+
+
+@either_path
+def test_no_bicycle_hangs_on_its_neighbours(solver):
     models = [built(trail) for trail in (0.05, 0.07, 0.09, 0.11)]
     speeds = np.array([SPEEDS, SPEEDS + 0.1, SPEEDS[::-1], SPEEDS + 40.0])
-    together = name_roots(Block.of_models(models), speeds)
+    together = name_roots(Block.of_models(models), speeds, solver=solver)
     assert together.unsure == {}
     for k, model in enumerate(models):
-        alone = name_roots(Block.of_models([model]), speeds[k : k + 1])
+        alone = name_roots(Block.of_models([model]), speeds[k : k + 1], solver=solver)
         np.testing.assert_array_equal(alone.values[0], together.values[k])
         np.testing.assert_array_equal(alone.bits[0], together.bits[k])
 
 
-def test_speeds_that_cannot_be_tracked_are_not_answered():
-    found = name_roots(Block.of_models([built(), built()]), np.array([[5.0, 2000.0], [5.0, 6.0]]))
+@either_path
+def test_speeds_that_cannot_be_tracked_are_not_answered(solver):
+    found = name_roots(Block.of_models([built(), built()]), np.array([[5.0, 2000.0], [5.0, 6.0]]), solver=solver)
     assert found.status.tolist() == [12, 0]
     assert found.unsure == {"speeds that cannot be tracked": 1}
     assert all(WHY.values())
+
+
+@either_path
+def test_a_double_root_is_left_to_the_plain_path(synthetic, solver):
+    """-1 twice at all speeds: its eigenvectors are any, or one of two, and so are the names."""
+    for above in (0.0, 1.0):
+        model: LinearModel = synthetic({0: [[-1.0, above, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -9.0]]})
+        found = name_roots(Block.of_models([model, model]), np.tile(SPEEDS, (2, 1)), solver=solver)
+        assert (found.status != 0).all()
+
+
+def test_one_that_is_not_finite_leaves_its_neighbours():
+    block = Block.of_models([built(), built(0.07), built()])
+    block.coefficients[:, 1] = np.nan
+    found = name_roots(block, np.tile(SPEEDS, (3, 1)), solver=lapack)
+    assert found.status[1] != 0
+    assert found.status[[0, 2]].tolist() == [0, 0]
+    np.testing.assert_array_equal(found.bits[0], found.bits[2])
+
+
+def test_the_kernels_are_taken_where_they_can_be(monkeypatch):
+    monkeypatch.setattr(batch, "default_solver", lambda: lapack)
+    block, speeds = Block.of_models([built()]), SPEEDS[None]
+    assert name_roots(block, speeds).bits.tolist() == name_roots(block, speeds, solver=lapack).bits.tolist()
 
 
 def test_a_joint_name_lists_both():

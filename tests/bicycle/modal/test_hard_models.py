@@ -3,22 +3,23 @@
 ``hard_models.json`` has their numbers (synthetic, drawn by the validation ``batches``) and what was wrong.
 """
 
+import importlib.util
 import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-pytest.importorskip("numba")
-
 from bicycle import Model, effect_class, load_bicycle
-from bicycle.critical.batch import critical_speeds_of
 from bicycle.critical.critical_speeds import critical_speeds
-from bicycle.modal.batch import Block, name_of, name_roots
+from bicycle.eigenvalues.solvers import compiled, lapack
+from bicycle.modal.batch import name_of, name_roots
+from bicycle.modal.block import Block
 from bicycle.modal.named_modes import modes
 
 CASES = json.loads((Path(__file__).parent / "hard_models.json").read_text())
 SPEEDS = np.linspace(0.5, 40.0, 300)
+NUMBA = importlib.util.find_spec("numba") is not None
 
 
 def drawn(case):
@@ -30,25 +31,29 @@ def drawn(case):
 def test_names_are_those_of_the_track_or_none(case):
     model = drawn(case)
     judged = modes(model, SPEEDS)
-    for speeds in np.split(SPEEDS, 10):  # one speed that is not sure leaves the others
-        found = name_roots(Block.of_models([model]), speeds[None])
-        if found.status[0]:
-            assert sum(found.unsure.values()) == 1
-            continue
-        for k, speed in enumerate(speeds):
-            at = int(np.flatnonzero(speed == SPEEDS)[0])
-            called = [name_of(int(bits), found.names) for bits in found.bits[0, k]]
-            for name in {*called, *judged.branches}:
-                mine = [z for z, own in zip(found.values[0, k], called, strict=True) if own == name and z.imag >= 0]
-                theirs = judged.branches[name][at] if name in judged.branches else np.empty(0)
-                theirs = theirs[~np.isnan(theirs)]
-                assert len(mine) == len(theirs), (name, speed)
-                far = np.abs(np.sort_complex(np.array(mine, complex)) - np.sort_complex(theirs))
-                assert (far <= 1e-6 * np.abs(found.values[0, k]).max()).all(), (name, speed)
+    for solver in (lapack, *([compiled] if NUMBA else [])):
+        for speeds in np.split(SPEEDS, 10):  # one speed that is not sure leaves the others
+            found = name_roots(Block.of_models([model]), speeds[None], solver=solver)
+            if found.status[0]:
+                assert sum(found.unsure.values()) == 1
+                continue
+            for k, speed in enumerate(speeds):
+                at = int(np.flatnonzero(speed == SPEEDS)[0])
+                called = [name_of(int(bits), found.names) for bits in found.bits[0, k]]
+                for name in {*called, *judged.branches}:
+                    mine = [z for z, own in zip(found.values[0, k], called, strict=True) if own == name and z.imag >= 0]
+                    theirs = judged.branches[name][at] if name in judged.branches else np.empty(0)
+                    theirs = theirs[~np.isnan(theirs)]
+                    assert len(mine) == len(theirs), (name, speed, solver.__name__)
+                    far = np.abs(np.sort_complex(np.array(mine, complex)) - np.sort_complex(theirs))
+                    assert (far <= 1e-6 * np.abs(found.values[0, k]).max()).all(), (name, speed, solver.__name__)
 
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
 def test_critical_speeds_are_those_of_the_pencil_or_none(case):
+    pytest.importorskip("numba")
+    from bicycle.critical.batch import critical_speeds_of
+
     model = drawn(case)
     found = critical_speeds_of(Block.of_models([model]), 40.0)
     if found.status[0]:

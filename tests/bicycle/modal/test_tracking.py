@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
-from bicycle.modal.identity import regions
+from bicycle.modal.identity import conjugate_index, regions
 from bicycle.modal.tracking import grid, track
 
 
@@ -104,7 +104,9 @@ def test_the_grid_is_one_sequence_whatever_is_covered():
 
 
 def labels(rows, modes, castering=-1, always=(0.0, 100.0), anchor=0):
-    found = regions(np.arange(float(len(rows))), np.array(rows, complex), modes, castering, anchor, always)
+    values = np.array(rows, complex)
+    speeds, mate = np.arange(float(len(rows))), conjugate_index(values)
+    found = regions(speeds, values, mate, modes, castering, anchor, always)
     return [found.labels[case] for case in found.cases]
 
 

@@ -45,7 +45,7 @@ def test_eigenvalues_beside_tracked_bicycles_track_none_twice(monkeypatch):
     content = RANDOM | {"outputs": ["critical_speeds", "largest_growth_rate"], "grid": {"speed_m_s": [5.0]}}
     sweep, seen = build_sweep(content), []
     one = Worker._one
-    monkeypatch.setattr(chunk, "in_batches", lambda family, items: False)
+    monkeypatch.setattr(chunk, "batch_solver", lambda family, items: None)
     monkeypatch.setattr(Worker, "_one", lambda *given: seen.append(given) or one(*given))
     found = compute(sweep, 3, 6)
     assert len(seen) == 3

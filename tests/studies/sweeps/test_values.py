@@ -23,11 +23,13 @@ from tyre import TyreMap
 from tyre.base.errors import InputError
 
 
-@pytest.mark.parametrize("batches", [False, True])
-def test_grid_values_are_those_of_single_models(tmp_path, monkeypatch, batches):
-    if batches:
+@pytest.mark.parametrize("path", ["one by one", "numpy", "compiled"])
+def test_grid_values_are_those_of_single_models(tmp_path, monkeypatch, path):
+    if path == "compiled":
         pytest.importorskip("numba")
         monkeypatch.setattr("studies.sweeps.named.FEWEST", 1)
+    elif path == "one by one":
+        monkeypatch.setattr("studies.sweeps.chunk.batch_solver", lambda family, items: None)
     content = {
         "model": MODEL,
         "grid": {

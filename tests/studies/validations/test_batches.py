@@ -25,6 +25,15 @@ def test_batches_name_and_cross_as_the_judge(tmp_path):
     assert sum(found["not_sure_of_critical_speeds"].values()) + found["with_critical_speeds"] + found["refused"] == 80
 
 
+def test_batches_in_plain_numpy_name_as_the_judge(tmp_path):
+    found = run(out=tmp_path, seed=3, models=80, numpy=True)
+    assert found["path"] == "lapack"
+    assert found["different"] == []
+    assert found["named"] > 20
+    assert sum(found["not_sure_of_names"].values()) + found["named"] == 80
+    assert found["critical_speeds"] == 0
+
+
 def test_another_name_or_speed_is_seen():
     tyre = effect_class("relaxation_length")(cornering_stiffness=6300.0, relaxation_length=0.1)
     model = Model(load_bicycle("benchmark"), (tyre,)).linear_model()
