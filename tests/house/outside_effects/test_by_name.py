@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from small_library import all_but
 
 from bicycle.effect import outside_effects, registry
 from studies.cli import main
@@ -153,6 +154,7 @@ def test_diagnosis_names_it(tmp_path, monkeypatch, capsys):
     """Synthetic: weave and the mode of a box that the base model does not have."""
     from bicycle import Model, effect_class, load_bicycle
     from bicycle.modal.named_modes import modes
+    from studies.missing_effect import read_measurement
 
     monkeypatch.chdir(tmp_path)
     speeds, rng = [4.5, 5.0, 5.5, 6.0, 6.5], np.random.default_rng(1)
@@ -170,8 +172,9 @@ def test_diagnosis_names_it(tmp_path, monkeypatch, capsys):
     (tmp_path / "measured.toml").write_text(
         f'kind = "modal"\nbicycle = "kooijman2008"\n[candidates.pannier]\n{known}[modal]\ntable = "t.csv"\n'
     )
-    dear = ("aerodynamic_drag", "crown_radius", "relaxation_length", "side_slip", "steer_assist", "twisting_torque")
-    without = [word for name in dear for word in ("--without", name)]
+    with outside_effects([PANNIER]):
+        left_out = all_but(read_measurement("measured.toml"), ("pannier", "steer_damper", "steer_spring", "luggage"))
+    without = [f"--without={name}" for name in left_out]
     main(["diagnose", "measured.toml", "--effects", PANNIER, *without, "--json", "-"])
     verdict = json.loads(capsys.readouterr().out)
     assert verdict["verdict"] == "named"

