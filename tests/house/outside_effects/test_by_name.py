@@ -10,7 +10,6 @@ from small_library import all_but
 
 from bicycle.effect import outside_effects, registry
 from studies.cli import main
-from studies.missing_effect import read_measurement
 
 PANNIER = str(Path(__file__).with_name("pannier.py"))
 MODEL = """bicycle = "benchmark"
@@ -155,6 +154,7 @@ def test_diagnosis_names_it(tmp_path, monkeypatch, capsys):
     """Synthetic: weave and the mode of a box that the base model does not have."""
     from bicycle import Model, effect_class, load_bicycle
     from bicycle.modal.named_modes import modes
+    from studies.missing_effect import read_measurement
 
     monkeypatch.chdir(tmp_path)
     speeds, rng = [4.5, 5.0, 5.5, 6.0, 6.5], np.random.default_rng(1)
@@ -173,8 +173,8 @@ def test_diagnosis_names_it(tmp_path, monkeypatch, capsys):
         f'kind = "modal"\nbicycle = "kooijman2008"\n[candidates.pannier]\n{known}[modal]\ntable = "t.csv"\n'
     )
     with outside_effects([PANNIER]):
-        few = ("pannier", "steer_damper", "steer_spring", "speed_scale")
-        without = [f"--without={name}" for name in all_but(read_measurement(tmp_path / "measured.toml"), few)]
+        left_out = all_but(read_measurement("measured.toml"), ("pannier", "steer_damper", "steer_spring", "luggage"))
+    without = [f"--without={name}" for name in left_out]
     main(["diagnose", "measured.toml", "--effects", PANNIER, *without, "--json", "-"])
     verdict = json.loads(capsys.readouterr().out)
     assert verdict["verdict"] == "named"

@@ -28,7 +28,6 @@ from studies.inference import (
 TIME = np.linspace(0.0, 6.0, 61)
 STARTS = (0.5, 1.0, 1.5)  # m
 NOISE = 0.02  # m
-STEPS = 2  # of Runge and Kutta from one reading to the next
 
 NUISANCES = (
     UncertainParameter("mass", "kg", {"mass": 1.0}, 2.0, 0.02),
@@ -70,15 +69,14 @@ class Spring(ForwardModel):
             x, v = state
             return np.stack([v, -(damping * v + stiffness * x + cubic * x**3) / mass])
 
-        h = (TIME[1] - TIME[0]) / STEPS
+        h = TIME[1] - TIME[0]  # of 31 to a period: an error of some 2e-4 of the amplitude in the run
         x = np.broadcast_to(STARTS, (count, len(STARTS)))
         state, seen = np.stack([x, 0 * x]), [x]
         for _ in TIME[1:]:
-            for _ in range(STEPS):
-                a = rate(state)
-                b = rate(state + h / 2 * a)
-                c = rate(state + h / 2 * b)
-                state = state + h / 6 * (a + 2 * b + 2 * c + rate(state + h * c))
+            a = rate(state)
+            b = rate(state + h / 2 * a)
+            c = rate(state + h / 2 * b)
+            state = state + h / 6 * (a + 2 * b + 2 * c + rate(state + h * c))
             seen.append(state[0])
         return (np.stack(seen, -1) + np.asarray(values.get("zero", 0.0))[..., None]).reshape(count, -1)
 

@@ -15,6 +15,7 @@ from studies.missing_effect.blind.generator import modal_case
 from studies.missing_effect.blind.hidden import HIDDEN, UNUSUAL, Hidden, check_rest
 from studies.missing_effect.blind.opposed import opposed_pair, stand_out
 from studies.missing_effect.blind.score import CALLED
+from studies.missing_effect.blind.second import moving
 from studies.missing_effect.blind.second.machine import coefficients
 from studies.missing_effect.blind.second.sensors import Sensor
 from tyre.base.errors import InputError
@@ -25,8 +26,9 @@ def contents(folder):
 
 
 @pytest.mark.parametrize("cell", CELLS)
-def test_every_cell_makes_readable_cases_that_are_the_same_for_the_same_seed(tmp_path, cell):
-    for seed in range(1, 6):
+def test_every_cell_makes_readable_cases_that_are_the_same_for_the_same_seed(tmp_path, monkeypatch, cell):
+    monkeypatch.setattr(moving, "SUBSTEPS", 2)  # how exact the motion is does not matter here
+    for seed in (1, 2):
         truth, left_out = make(cell, seed, tmp_path / str(seed))
         assert bool(truth.effects) == ("none" not in cell)
         assert (truth.cell, truth.seed) == (cell, seed)
@@ -35,9 +37,9 @@ def test_every_cell_makes_readable_cases_that_are_the_same_for_the_same_seed(tmp
         found = read_measurement(tmp_path / str(seed) / "MEASUREMENT.toml")
         assert len(getattr(found, "points", None) or found.runs) >= 3
         assert "hidden" not in "".join(contents(tmp_path / str(seed)).values())
-    again, _ = make(cell, 5, tmp_path / "again")
+    again, _ = make(cell, 2, tmp_path / "again")
     assert again == truth
-    assert contents(tmp_path / "5") == contents(tmp_path / "again")
+    assert contents(tmp_path / "2") == contents(tmp_path / "again")
 
 
 def test_loud_runs_are_50_times_their_noise_and_some_grow(tmp_path):

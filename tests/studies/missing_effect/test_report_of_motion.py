@@ -238,7 +238,8 @@ def test_a_model_that_cannot_be_says_why(damped):
 
 @pytest.mark.usefixtures("two_variants")
 @pytest.mark.parametrize("variants", [True, False])
-def test_the_command_says_the_sentence_and_where_the_report_is(modal, tmp_path, capsys, variants):
+def test_the_command_says_the_sentence_and_where_the_report_is(modal, tmp_path, capsys, unseen, variants):
+    unseen()
     few = [f"--without={name}" for name in ("side_slip", "relaxation_length", "front_compliance", "aerodynamic_drag",
            "steer_assist", "rider_lean", "twisting_torque", "crown_radius", "speed_scale", "steer_sensor_delay",
            "steer_sensor_scale", "steer_spring", "rider_arms")]  # fmt: skip

@@ -82,8 +82,9 @@ def test_blocks_for_type_checkers_are_left_alone():
 
 
 @pytest.fixture
-def toy(tmp_path):
+def toy(tmp_path, monkeypatch):
     """A tree with one module and its tests, and which tests run which lines."""
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")  # it needs none of them, and each takes its time
     (tmp_path / "toy.py").write_text("def twice(x):\n    y = 2 * x\n    z = 7\n    return y\n")
     (tmp_path / "test_toy.py").write_text(
         "import toy\n\ndef test_four():\n    assert toy.twice(2) == 4\n\ndef test_sound():\n    pass\n"
@@ -112,7 +113,7 @@ def test_what_does_not_end_and_what_no_test_runs(toy, monkeypatch):
     (tree / "test_toy.py").write_text(
         "import time, toy\n\ndef test_four():\n    time.sleep(60 * (toy.twice(2) != 4))\n"
     )
-    monkeypatch.setattr(mutation, "_SPARE", 4.0)
+    monkeypatch.setattr(mutation, "_SPARE", 1.5)
     mutant = next(m for m in all_mutants(tree, (".",)) if m.file == "toy.py" and (m.line, m.kind) == (2, "number"))
     assert judge(mutant, tree, tests, longest=0.1)["end"] == "killed by time"
     assert judge(mutant, tree, LineTests({}, {}, ()), longest=0.1)["end"] == "no test runs it"

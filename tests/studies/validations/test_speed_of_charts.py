@@ -21,6 +21,7 @@ def test_no_cheaper_point_of_a_grid_keeps_the_design(monkeypatch):
     assert kept == 0
     assert count > 500
     monkeypatch.setattr(of_charts, "NEARER", 1.3)  # dearer points: some keep it, so that the count can tell
+    monkeypatch.setattr(of_charts, "WAYS", 5)
     assert of_charts.cheaper(found)[0] > 0
     monkeypatch.setattr(of_charts, "design", lambda: found)
     monkeypatch.setattr(of_charts, "seconds", lambda call, repeats: 2.0)
