@@ -25,8 +25,7 @@ from tyre.base.paths import data_root
 G = 9.81
 LIKELY = ("steer_damper", "steer_spring", "pneumatic_trail", "crown_radius", "steer_torque_scale", "lean_scale",
           "steer_delay", "speed_scale")  # fmt: skip
-SLIPPING = ("steer_damper", "steer_spring", "pneumatic_trail", "crown_radius", "side_slip", "relaxation_length",
-            "lean_scale")  # fmt: skip
+SLIPPING = ("steer_damper", "steer_spring", "pneumatic_trail", "side_slip", "relaxation_length")
 DAVIS = Path(str(data_root().joinpath("measured", "davis.toml")))
 # benchmark bicycle: Meijaard, Papadopoulos, Ruina & Schwab (2007), section 4
 M = np.array([[80.81722, 2.31941332208709], [2.31941332208709, 0.29784188199686]])

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from small_library import all_but
 
 from bicycle.files.model_file import read_model
 from studies.cli import main
@@ -240,9 +241,8 @@ def test_a_model_that_cannot_be_says_why(damped):
 @pytest.mark.parametrize("variants", [True, False])
 def test_the_command_says_the_sentence_and_where_the_report_is(modal, tmp_path, capsys, unseen, variants):
     unseen()
-    few = [f"--without={name}" for name in ("side_slip", "relaxation_length", "front_compliance", "aerodynamic_drag",
-           "steer_assist", "rider_lean", "twisting_torque", "crown_radius", "speed_scale", "steer_sensor_delay",
-           "steer_sensor_scale", "steer_spring", "rider_arms")]  # fmt: skip
+    measurement = read_measurement(modal / "MEASUREMENT.toml")
+    few = [f"--without={name}" for name in all_but(measurement, ("steer_damper", "pneumatic_trail", "speed_scale"))]
     more = [] if variants else ["--no-stability"]
     out = tmp_path / "out"
     main(["diagnose", str(modal / "MEASUREMENT.toml"), "--out", str(out), "--workers", "1", *few, *more])

@@ -344,7 +344,8 @@ def test_words():
 @pytest.mark.parametrize(
     "hostile", ["<script>alert(1)</script>", "[x](javascript:alert(1))", "<img src=x onerror=a()>"]
 )
-def test_what_a_measurement_says_of_itself_never_runs(nothing, tmp_path, hostile):
+def test_what_a_measurement_says_of_itself_never_runs(nothing, tmp_path, unseen, hostile):
+    unseen()
     words = Readings(name=f"readings {hostile}", description=f"about {hostile}", source=f"from {hostile}")
     write_report(dataclasses.replace(nothing, measurement=words), tmp_path)
     made = (tmp_path / "report.html").read_text(encoding="utf-8")

@@ -213,7 +213,7 @@ def test_three_effects_at_once():
     hidden = (DrumCurvature(exponent=0.6), PlySteer(force=15.0))
     runs = [sweep(41 + k, *hidden, tyre=LAGGING, condition=DRUM, rate=k + 1.0) for k in range(2)]
     given = measurement(runs)
-    tried = ("drum_curvature", "conicity", "sweep_lag", "ply_steer", "steering_play", "force_scale", "slip_scale")
+    tried = ("drum_curvature", "conicity", "sweep_lag", "ply_steer", "steering_play")
     found = diagnose(given, without=all_but(given, tried)).verdict
     assert {e.identifier for e in found.effects} == {"drum_curvature", "conicity", "sweep_lag"}
     assert found.held_out_gap["final"] < 0.2
