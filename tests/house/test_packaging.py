@@ -177,9 +177,12 @@ def test_a_type_checker_knows_the_door_and_the_parameters_of_effects(unpacked, t
 QUESTION = "from bicycle import load_bicycle; from tyre import TyreMap; import tyre.base.paths; " + (
     "print(load_bicycle('benchmark')['w'], TyreMap.load('Tyre1').tyre, tyre.base.paths.__file__)"
 )
+WITHOUT_NUMBA = "sys.modules['numba'] = None"  # which would compile the kernels of a wheel just unpacked: 20 s
+DOOR = f"{WITHOUT_NUMBA}; import velotyre as vt; print(vt.SideSlip.identifier, vt.__file__)"
+MEASUREMENTS = ("kooijman2008", "tyre1_drum")  # the second names tables of another folder
 
 
-def ask(path, question=QUESTION):
+def ask(path, question):
     """Run in an isolated interpreter (-I: no editable install of this checkout is shadowed by the folder)."""
     code = f"import sys; sys.path.insert(0, {str(path)!r}); {question}"
     return subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True, cwd="/").stdout
@@ -195,21 +198,12 @@ def test_wheel_holds_every_data_file(wheel):
     assert set(templates) <= inside
 
 
-def test_data_are_found_in_an_unpacked_and_in_a_zipped_wheel(wheel, unpacked):
+def test_the_door_data_and_measurements_by_name_work_from_an_unpacked_and_from_a_zipped_wheel(wheel, unpacked):
+    question = f"{DOOR}; {QUESTION}; print([vt.read_measurement(name).name for name in {MEASUREMENTS}])"
     for place in (unpacked, wheel):
-        assert ask(place).startswith(f"1.02 Tyre1 {place}")
-
-
-WITHOUT_NUMBA = "sys.modules['numba'] = None"  # which would compile the kernels of a wheel just unpacked: 20 s
-DOOR = f"{WITHOUT_NUMBA}; import velotyre as vt; print(vt.SideSlip.identifier, vt.__file__)"
-MEASUREMENTS = ("kooijman2008", "tyre1_drum")  # the second names tables of another folder
-
-
-def test_the_door_and_measurements_by_name_work_from_an_unpacked_and_from_a_zipped_wheel(wheel, unpacked):
-    question = f"{DOOR}; print([vt.read_measurement(name).name for name in {MEASUREMENTS}])"
-    for place in (unpacked, wheel):
-        door, names = ask(place, question).splitlines()
+        door, data, names = ask(place, question).splitlines()
         assert door.startswith(f"side_slip {place}")
+        assert data.startswith(f"1.02 Tyre1 {place}")
         assert names == str(list(MEASUREMENTS))
 
 

@@ -6,6 +6,7 @@ import threading
 
 import pytest
 
+ORDINARY = {"viewport": {"width": 1300, "height": 900}, "accept_downloads": True}
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 
 
@@ -43,17 +44,22 @@ def browser():
         found.close()
 
 
+@pytest.fixture(scope="session")
+def ordinary(browser):
+    """The context of every page without settings of its own: programs that were read and compiled once are kept."""
+    return browser.new_context(**ORDINARY)
+
+
 @pytest.fixture
-def opened(browser, address):
-    """Open the page at a state in a browser of its own; at the end the console must be free of errors."""
-    contexts, errors = [], []
+def opened(browser, ordinary, address):
+    """Open the page at a state in a tab of its own; at the end the console must be free of errors."""
+    pages, contexts, errors = [], [], []
 
     def at(state="", path="", **settings):
-        context = browser.new_context(
-            **({"viewport": {"width": 1300, "height": 900}, "accept_downloads": True} | settings)
-        )
-        contexts.append(context)
-        page = context.new_page()
+        if settings:
+            contexts.append(browser.new_context(**(ORDINARY | settings)))
+        page = (contexts[-1] if settings else ordinary).new_page()
+        pages.append(page)
         page.on(
             "console", lambda message: errors.append(message.text) if message.type in ("error", "warning") else None
         )
@@ -62,6 +68,6 @@ def opened(browser, address):
         return page
 
     yield at
-    for context in contexts:
-        context.close()
+    for one in (*pages, *contexts):
+        one.close()
     assert errors == []

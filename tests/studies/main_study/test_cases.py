@@ -177,7 +177,13 @@ def test_the_users_tyre_may_not_have_the_name_of_another(tmp_path):
 
 
 def test_results_come_by_rising_pressure_whatever_is_asked_first(monkeypatch):
-    settings = small(contact={"tyre": "Tyre1", "pressure_bar": 5.5}, pressures=(4.0, 7.0), fronts=2, samples=20)
+    settings = small(
+        contact={"tyre": "Tyre1", "pressure_bar": 5.5},
+        pressures=(4.0, 7.0),
+        fronts=2,
+        samples=20,
+        speeds=np.linspace(0, 30, 5),
+    )
     monkeypatch.setattr("studies.main_study.cases.available_tyres", dict)
     study = run_study(settings)
     assert [r.case.condition for r in study.of(settings.reference)] == ["4 bar", "5.5 bar", "7 bar"]
