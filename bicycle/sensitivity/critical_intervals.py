@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bicycle.critical.critical_speed import OSCILLATORY, REAL
+from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.modal.named_modes import modes
 from bicycle.model import Model
 from bicycle.sensitivity.eigenvalue_derivatives import sensitivities
 from bicycle.sensitivity.model_covariance import model_covariance
-from bicycle.sensitivity.propagation import standard_deviation
+from bicycle.sensitivity.propagation import slope_of, standard_deviation
 from tyre.base.arrays import Array, Complex
 from tyre.base.errors import InputError
 
@@ -63,8 +64,8 @@ def critical_intervals(
 ) -> tuple[CriticalInterval, ...]:
     """Where the real part of a mode is zero within its uncertainty, mode by mode and from slow to fast.
 
-    The limits are interpolated between ``speeds``. A real root has an infinite slope where it meets another, so of real
-    roots only intervals are listed in which the model itself has a crossing.
+    The limits are interpolated between ``speeds`` and the crossings of the model itself. A real root has an infinite
+    slope where it meets another, so of real roots only intervals are listed in which the model itself has a crossing.
 
     Parameters
     ----------
@@ -75,7 +76,12 @@ def critical_intervals(
     given, assume
         As in :func:`bicycle.sensitivity.model_covariance.model_covariance`.
     width : float
-        Half width of the band, in standard deviations.
+        Half width of the band in standard deviations, no unit.
+
+    Returns
+    -------
+    tuple of CriticalInterval
+        None where nothing is uncertain.
 
     Raises
     ------
@@ -86,8 +92,12 @@ def critical_intervals(
     if v.ndim != 1 or len(v) < 2 or not (np.diff(v) > 0).all():
         raise InputError("give two or more speeds, each above the last")
     names, covariance = model_covariance(model, given, assume=assume)
+    if not names:
+        return ()
+    own = [c.speed for c in critical_speeds(model, float(v[-1])) if c.speed > v[0]]
+    v = np.union1d(v, own)  # so each lies within an interval, however narrow that is
     every = sensitivities(model, v)
-    slopes = np.stack([every.of(name).real for name in names], -1) if names else np.zeros((*every.eigenvalues.shape, 0))
+    slopes = np.stack([slope_of(name, every.parameters, every.of).real for name in names], -1)
     spread = standard_deviation(slopes, covariance)
     found = []
     for mode, branch in modes(model, v).branches.items():

@@ -129,12 +129,11 @@ def corrected(found: Diagnosis, folder: Path, weave: float | None) -> dict[str, 
         every = {"stated": measured.model, **models}  # type: ignore[attr-defined]
         gaps |= {name: prediction_gap(measured, model) for name, model in every.items()}
     said = claims(residual, models["corrected"]) if residual and fitted else None
-    scale = residual.scale if residual else None
     return {
         "fitted": fitted, "refused": refused, "kept": list(residual.kept) if residual else [],
         "misfit": residual.misfit if residual else None, "gaps": gaps,
         "weave": {"true": weave} | weave_said(said, weave),
-        "speeds": [scale.middle - scale.span, scale.middle + scale.span] if scale else None,
+        "speeds": list(residual.scale.ends) if residual else None,
     }  # fmt: skip
 
 

@@ -18,7 +18,6 @@ from studies.missing_effect.residual.fitting import Residual
 
 REACH = 1.5  # from the slowest measured speed over it to the fastest times it, critical speeds are looked for
 STEP = 0.1  # m/s
-MOST_MISFIT = 4.0  # chi^2 a number; beyond it the torque leaves more than twice the noise
 YES, IN_PART, NO = "yes", "in part", "no: extrapolated"
 
 
@@ -86,9 +85,9 @@ def claims(residual: Residual, model: Model) -> Claims:
         The torque that it holds.
     model : Model
     """
-    low, high = residual.scale.middle - residual.scale.span, residual.scale.middle + residual.scale.span
+    low, high = residual.scale.ends
     slowest, fastest = low / REACH, high * REACH
-    if residual.misfit > MOST_MISFIT:
+    if not residual.describes:
         why = f"χ² is {residual.misfit:.3g} a number, so the torque does not describe the data"
         return Claims(slowest, fastest, why)
     every = critical_speeds(model, max_speed=fastest)
