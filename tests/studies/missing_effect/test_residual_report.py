@@ -73,6 +73,15 @@ def test_the_json_has_the_torque_with_its_covariance(reported):
     assert found["amplitude"] is None
 
 
+def test_json_and_page_tell_the_same_critical_speeds(reported):
+    written = json.loads((reported.folder / "verdict.json").read_text())["residual_torque"]["critical_speeds"]
+    assert written == reported.findings.kept.critical.to_dict()
+    rows = words.critical_rows(reported.findings.kept.critical)
+    text = (reported.folder / "report.md").read_text()
+    assert len(rows) == len(written["found"]) > 0
+    assert all(f"| {' | '.join(row)} |" in text for row in rows)
+
+
 def test_the_page_has_a_section_with_figure_and_critical_speeds(reported):
     text = (reported.folder / "report.md").read_text()
     section = text.split("## What could not be named")[1].split("## The corrected model")[0]

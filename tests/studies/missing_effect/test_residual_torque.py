@@ -97,8 +97,17 @@ def test_the_model_file_holds_the_fit_and_its_covariance(damped):
     assert read.sd["residual_torque.middle_speed"] == 0
     assert read.sd["c"] > 0
     assert read.covariance.origin == "model file"
+    low, high = damped.residual.scale.ends
+    assert f"extrapolated outside {low:.3g} to {high:.3g} m/s" in path.read_text()
+    assert "does not describe the data" not in path.read_text()
     assert corrected_model(damped.diagnosis).covariance.names == ()
     assert "residual_torque" not in [e.identifier for e in corrected_model(damped.diagnosis).effects]
+
+
+def test_a_torque_that_leaves_twice_the_noise_does_not_describe_the_data(damped):
+    good, poor = (dataclasses.replace(damped.residual, misfit=misfit) for misfit in (3.9, 4.1))
+    assert (good.describes, poor.describes) == (True, False)
+    assert "it is no cause, does not describe the data, and is extrapolated" in model_text(damped.diagnosis, poor)
 
 
 def test_its_shape_is_that_of_the_effect_that_was_left_out(damped):
