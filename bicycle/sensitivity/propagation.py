@@ -103,7 +103,7 @@ def mode_gradients(model: Model, speed: ArrayLike, eigenvalue: ArrayLike, names:
         raise InputError(f"{len(v)} speeds, but eigenvalues of shape {wanted.shape}; give a row for each speed")
     rows = wanted.reshape(len(v), -1)
     every = sensitivities(model, v)
-    slopes = np.stack([_slope(name, every.parameters, every.of) for name in names], -1)  # (m, n, p)
+    slopes = np.stack([slope_of(name, every.parameters, every.of) for name in names], -1)  # (m, n, p)
     distance = np.abs(every.eigenvalues[:, None, :] - rows[:, :, None])
     at = np.where(np.isnan(distance), np.inf, distance).argmin(-1)
     root: Any = np.take_along_axis(every.eigenvalues, at, 1)
@@ -162,7 +162,7 @@ def critical_speed_gradients(model: Model, critical: Sequence[CriticalSpeed], na
     if not critical:
         return np.empty((0, len(names)))
     slopes = critical_speed_sensitivities(model, critical)
-    return np.stack([_slope(name, slopes, slopes.__getitem__) for name in names], -1)
+    return np.stack([slope_of(name, slopes, slopes.__getitem__) for name in names], -1)
 
 
 def critical_speed_sd(
@@ -195,7 +195,23 @@ def critical_speed_sd(
     return standard_deviation(critical_speed_gradients(model, critical, names), spread)
 
 
-def _slope(name: str, known: Collection[str], slope: Callable[[str], Any]) -> Any:
+def slope_of(name: str, known: Collection[str], slope: Callable[[str], Any]) -> Any:
+    """Derivative with respect to a parameter, or the sum over both wheels where it stands for both.
+
+    Parameters
+    ----------
+    name : str
+        As in :func:`mode_gradients`.
+    known : collection of str
+        Free parameters, by wheel.
+    slope : callable
+        The derivative (any shape) with respect to one of them.
+
+    Raises
+    ------
+    InputError
+        A parameter that is not known.
+    """
     entries = entries_of(name, known)
     if not entries:
         raise InputError(unknown("parameter", name, known))

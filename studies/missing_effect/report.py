@@ -6,21 +6,20 @@ from typing import Any
 
 from markupsafe import Markup
 
-from bicycle.model import Model
 from studies.inference.part import OF
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.figures import draw_all
 from studies.missing_effect.motion.joint_measurement import of_first
 from studies.missing_effect.motion.sensor_errors import GEOMETRY
 from studies.missing_effect.reporting import sentences, tables
-from studies.missing_effect.reporting.corrected_model import corrected_model, model_text, other_texts
+from studies.missing_effect.reporting.corrected_model import model_text, other_texts
 from studies.missing_effect.reporting.findings import Findings, find
 from studies.missing_effect.reporting.sentences import SAYS, plan_note
 from studies.missing_effect.reporting.template import CLOSE, NAMED, OPEN, PAGE, SECTIONS, TEMPLATE
 from studies.missing_effect.reporting.words import explains, listed, probability, said, titles
 from studies.missing_effect.residual import words
 from studies.missing_effect.residual.figure import caption, draw_torque
-from studies.missing_effect.residual.kept import Kept, critical_of
+from studies.missing_effect.residual.kept import Kept
 from studies.missing_effect.residual.terms import EFFECT
 from studies.reporting.made_by import made_by
 from studies.reporting.markdown_text import cells, plain, rendered
@@ -131,11 +130,11 @@ def _content(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
         "predicted": tables.predicted(diagnosis, findings.predicted),
         "predicted_note": sentences.predicted_note(findings) if findings.predicted else "",
         "open": lambda anchor: Markup(OPEN).format(anchor=anchor, title=SECTIONS[anchor]),
-        **_of_kept(diagnosis, findings.kept),
+        **_of_kept(findings.kept),
     }  # fmt: skip
 
 
-def _of_kept(diagnosis: Diagnosis, kept: Kept | None) -> dict[str, Any]:
+def _of_kept(kept: Kept | None) -> dict[str, Any]:
     """What is said of what could not be named."""
     if kept is None:
         return {}
@@ -144,20 +143,13 @@ def _of_kept(diagnosis: Diagnosis, kept: Kept | None) -> dict[str, Any]:
         "kept_amplitude": words.amplitude_note(kept.amplitude),
     }  # fmt: skip
     if kept.residual is not None:
-        scale, model = kept.residual.scale, _corrected(diagnosis, kept)
+        scale = kept.residual.scale
         said_of_it |= {
             "kept_speeds": f"{scale.middle:.3g} ± {scale.span:.3g} m/s",
-            "kept_critical": words.critical_rows(critical_of(kept, model)) if model is not None else [],
+            "kept_critical_note": words.critical_note(kept.critical),
+            "kept_critical": words.critical_rows(kept.critical),
         }
     return said_of_it
-
-
-def _corrected(diagnosis: Diagnosis, kept: Kept) -> Model | None:
-    """The corrected model with what was kept; None where the values make none, as is said beside the model."""
-    try:
-        return corrected_model(diagnosis, kept.residual)
-    except InputError:
-        return None
 
 
 def _write_model(diagnosis: Diagnosis, findings: Findings, target: Path) -> str:

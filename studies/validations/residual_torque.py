@@ -3,15 +3,16 @@
 Cells ``modal-outside`` and ``history-outside`` of the blind test: something is hidden that the library does not hold.
 Of each case further speeds are kept back. Where the verdict leaves a gap (unknown, partial) the residual torque is
 fitted, the corrected model is written as a file and read again. Counted: the gap sqrt(max(0, chi^2/n - 1)) of that
-file on the speeds kept back, against that of the stated model and of the model with its parameters adjusted; and
-whether the true speed above which the weave is stable, from the equations of the hidden machine, is inside its 95 %
-interval.
+file on the speeds kept back, against that of the stated model and of the model with its parameters adjusted; and what
+the report says of the true speed above which the weave is stable, from the equations of the hidden machine: that it is
+inside an interval of 95 % with two limits, or with one, outside all of them, or nothing.
 
 Cases are kept in ``residual_torque_cases.jsonl`` in the folder of the result, so an interrupted run goes on.
 """
 
 import tempfile
 import traceback
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from statistics import median
@@ -19,11 +20,9 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.critical.critical_speed import OSCILLATORY, STABILISING
-from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.critical.critical_speed import OSCILLATORY
 from bicycle.files.model_file import read_model
 from bicycle.model import Model
-from bicycle.sensitivity.model_covariance import critical_speed_estimates
 from studies.inference.checks import HeldOut
 from studies.missing_effect.blind.cells import make
 from studies.missing_effect.blind.generator import HELD_OUT
@@ -32,12 +31,15 @@ from studies.missing_effect.blind.score import wilson
 from studies.missing_effect.diagnose import Diagnosis, diagnose
 from studies.missing_effect.measurement import read_measurement
 from studies.missing_effect.reporting.corrected_model import model_text
+from studies.missing_effect.residual.claims import Claims, claims
 from studies.missing_effect.residual.fitting import OPEN, Residual, fit_residual
 from tyre.base.errors import InputError
 from tyre.base.files import write_text
 
 KEPT_BACK = {"modal-outside": 6, "history-outside": 3}  # speeds
-FASTEST = 20.0  # m/s, of the weave's critical speed
+INSIDE, BOUND, OUTSIDE = "inside", "inside_one_limit", "outside"
+NO_MODEL, WITHHELD, BEYOND, OPEN_ENDED = "no_corrected_model", "withheld", "not_looked_for", "not_told"
+"""What the report says of a true speed: the first three are claims, the others none."""
 LEAST_GAP = 1.0  # of the stated model on what was kept back, below which there is nothing to close
 FIRST = 40000  # seeds of cases begin at FIRST times the seed
 
@@ -126,13 +128,12 @@ def corrected(found: Diagnosis, folder: Path, weave: float | None) -> dict[str, 
         measured = read_measurement(folder / HELD_OUT / "MEASUREMENT.toml")
         every = {"stated": measured.model, **models}  # type: ignore[attr-defined]
         gaps |= {name: prediction_gap(measured, model) for name, model in every.items()}
-    value, sd = weave_estimate(models["corrected"]) if fitted else (None, None)
-    scale = residual.scale if residual else None
+    said = claims(residual, models["corrected"]) if residual and fitted else None
     return {
         "fitted": fitted, "refused": refused, "kept": list(residual.kept) if residual else [],
         "misfit": residual.misfit if residual else None, "gaps": gaps,
-        "weave": {"true": weave, "value": value, "sd": sd},
-        "speeds": [scale.middle - scale.span, scale.middle + scale.span] if scale else None,
+        "weave": {"true": weave} | weave_said(said, weave),
+        "speeds": list(residual.scale.ends) if residual else None,
     }  # fmt: skip
 
 
@@ -143,15 +144,41 @@ def prediction_gap(measured: Any, model: Model) -> float:
     return HeldOut(0.0, residual).gap
 
 
-def weave_estimate(model: Model) -> tuple[float | None, float | None]:
-    """The highest speed (m/s) at which the weave of a ``model`` becomes stable, and its standard deviation."""
-    every = critical_speeds(model, max_speed=FASTEST)
-    found = [c for c in every if (c.mode, c.kind, c.direction) == ("weave", OSCILLATORY, STABILISING)]
-    if not found:
-        return None, None
-    last = max(found, key=lambda c: c.speed)
-    (estimate,) = critical_speed_estimates(model, [last])
-    return float(estimate.value), float(estimate.sd)
+def weave_said(said: Claims | None, true: float | None) -> dict[str, Any]:
+    """What the report says of the weave, and whether it is right.
+
+    Parameters
+    ----------
+    said : Claims, optional
+        Of the corrected model, where there is one.
+    true : float, optional
+        Speed at which the weave becomes stable, m/s.
+
+    Returns
+    -------
+    dict
+        ``looked_for`` and ``intervals``, m/s, with null for no limit, or null; ``outcome``, null without a true speed.
+    """
+    if said is None:
+        return {"looked_for": None, "intervals": None, "outcome": None if true is None else NO_MODEL}
+    of_weave = [
+        one.interval for one in said.found if (one.interval.mode, one.interval.kind) == ("weave", OSCILLATORY)
+    ]  # fmt: skip
+    limits = [[end if np.isfinite(end) else None for end in (one.low, one.high)] for one in of_weave]
+    outcome = None
+    if true is not None:
+        holding = next((ends for one, ends in zip(of_weave, limits, strict=True) if one.holds(true)), None)
+        if said.withheld:
+            outcome = WITHHELD
+        elif not said.slowest <= true <= said.fastest:
+            outcome = BEYOND
+        elif holding is None:
+            outcome = OUTSIDE
+        else:
+            outcome = {0: INSIDE, 1: BOUND, 2: OPEN_ENDED}[holding.count(None)]
+    return {
+        "looked_for": [said.slowest, said.fastest], "intervals": None if said.withheld else limits, "outcome": outcome,
+    }  # fmt: skip
 
 
 def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
@@ -159,14 +186,13 @@ def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     opened = [r for r in rows if not r["error"] and r["verdict"] in OPEN]
     fitted = [r for r in opened if r["fitted"]]
     judged = [r for r in fitted if (r["gaps"]["stated"] or 0.0) >= LEAST_GAP]
-    told = [r for r in fitted if r["weave"]["true"] is not None]
-    near = [r for r in told if r["speeds"][0] <= r["weave"]["true"] <= r["speeds"][1]]
+    told = [r for r in opened if r["weave"]["true"] is not None]
+    near = [r for r in told if r["speeds"] and r["speeds"][0] <= r["weave"]["true"] <= r["speeds"][1]]
     return {
         "cases": len(rows), "errors": sum(bool(r["error"]) for r in rows), "left_open": len(opened),
         "fitted": len(fitted), "gap_judged": len(judged),
         "held_out_gap_left": _ratios(judged, "stated"), "against_parameters_only": _ratios(judged, "adjusted"),
         "weave_inside_95": _inside(told), "weave_inside_95_within_measured_speeds": _inside(near),
-        "weave_sd_m_s": median(s) if (s := [r["weave"]["sd"] for r in told if r["weave"]["sd"]]) else None,
     }  # fmt: skip
 
 
@@ -182,12 +208,19 @@ def _ratios(rows: Sequence[Mapping[str, Any]], against: str) -> dict[str, Any]:
 
 
 def _inside(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Share of the true speeds inside the 95 % interval; one that the corrected model has not is outside."""
-    hits = sum(
-        r["weave"]["value"] is not None and abs(r["weave"]["value"] - r["weave"]["true"]) <= 1.96 * r["weave"]["sd"]
-        for r in rows
-    )
-    low, high = wilson(hits, len(rows))
+    """Share of the claims that are right, with the cases without one; and how wide those with two limits are."""
+    count = Counter(r["weave"]["outcome"] for r in rows)
+    hits, claimed = count[INSIDE] + count[BOUND], count[INSIDE] + count[BOUND] + count[OUTSIDE]
+    low, high = wilson(hits, claimed)
+    widths = [
+        end - start
+        for r in rows if r["weave"]["outcome"] == INSIDE
+        for start, end in r["weave"]["intervals"]
+        if start is not None and end is not None and start <= r["weave"]["true"] <= end
+    ]  # fmt: skip
     return {
-        "hits": hits, "of": len(rows), "share": hits / len(rows) if rows else None, "low": low, "high": high,
+        "hits": hits, "of": claimed, "share": hits / claimed if claimed else None, "low": low, "high": high,
+        "hits_with_one_limit": count[BOUND], "nothing_claimed": len(rows) - claimed,
+        "why": {why: count[why] for why in (NO_MODEL, WITHHELD, BEYOND, OPEN_ENDED)},
+        "median_width_m_s": median(widths) if widths else None,
     }  # fmt: skip

@@ -165,8 +165,9 @@ def test_diagnosis():
     assert measured("residual torque: gap") == f"{torque['held_out_gap_left']['median']:.0%}".replace("%", " %")
     inside, within = torque["weave_inside_95"], torque["weave_inside_95_within_measured_speeds"]
     assert measured("residual torque: interval") == (
-        f"{inside['hits']} of {inside['of']} ({inside['share'] * 100:.0f} %); "
-        f"{within['hits']} of {within['of']} within the measured speeds"
+        f"{inside['hits']} of {inside['of']} ({inside['share'] * 100:.0f} %), {inside['hits_with_one_limit']} of them "
+        f"with one limit only; {within['hits']} of {within['of']} within the measured speeds; nothing said in "
+        f"{inside['nothing_claimed']} more"
     )
     for start, name in (("verdict right", "measurement_plan"), ("the same with up to 6", "measurement_plan_six_runs")):
         after = result(name)["after_planned_runs"]

@@ -131,7 +131,7 @@ def _text(diagnosis: Diagnosis, model: Model, final: Fit, residual: Residual | N
 
     name, verdict = diagnosis.measurement.name, diagnosis.verdict.verdict
     what = f"with {explains(final)}" if final.candidates else "nothing added"
-    kept = "" if residual is None else "; residual_torque holds what could not be named, it is no cause"
+    kept = "" if residual is None else f"; {_kept(residual)}"
     content: dict[str, Any] = {
         "description": (
             f"Corrected by velotyre diagnose from {name}: verdict {verdict}, {what}, parameters adjusted{kept}."
@@ -146,6 +146,16 @@ def _text(diagnosis: Diagnosis, model: Model, final: Fit, residual: Residual | N
         content[WAY_OUT] = True  # far from other bicycles, but what the data say
         build_model(content | tomllib.loads(spread))
     return tomli_w.dumps(content) + spread
+
+
+def _kept(residual: Residual) -> str:
+    """What a reader of the file must know of its residual torque."""
+    low, high = residual.scale.ends
+    good = "" if residual.describes else ", does not describe the data"
+    return (
+        f"residual_torque holds what could not be named: it is no cause{good}, and is extrapolated outside {low:.3g} "
+        f"to {high:.3g} m/s, where the report tells critical speeds as intervals"
+    )
 
 
 def _covariance_text(covariance: ParameterCovariance) -> str:

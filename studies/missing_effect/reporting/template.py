@@ -129,8 +129,10 @@ standard deviation, which the corrected model carries, holds what the terms that
 ![{{ captions.residual_torque }}](residual_torque.png)
 
 *{{ captions.residual_torque }}*
+{% if kept_critical_note %}
+{{ kept_critical_note }}
+{% endif %}
 {% if kept_critical %}
-Critical speeds of the corrected model, with what parameters and torque leave open:
 
 | what happens | speed | measured there? |
 |---|---|---|

@@ -42,6 +42,7 @@ from tyre.base.errors import InputError
 OPEN = ("unknown", "partial")
 """Verdicts that leave a significant gap."""
 
+MOST_MISFIT = 4.0  # chi^2 a number; beyond it the torque leaves more than twice the noise
 ROUNDS = 4  # of choosing terms and fitting them
 WIDTHS = np.array([0.1, 0.3, 1.0])
 """Of the terms that were not chosen, in usual sizes; from 0.003 on, intervals of blind cases were too narrow."""
@@ -111,6 +112,11 @@ class Residual:
         """The same of those that were fitted, were all others zero."""
         spread = np.sqrt(self.misfit * self.fit.covariance.diagonal()[self._columns])
         return dict(zip(self.kept, spread.tolist(), strict=True))
+
+    @property
+    def describes(self) -> bool:
+        """Whether what the torque leaves is small enough for it to be what the data show."""
+        return self.misfit <= MOST_MISFIT
 
     @property
     def _columns(self) -> slice:

@@ -4,18 +4,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from bicycle.critical.critical_speeds import critical_speeds
-from bicycle.model import Model
-from bicycle.sensitivity.model_covariance import critical_speed_estimates
 from studies.missing_effect.diagnose import Diagnosis
+from studies.missing_effect.reporting.corrected_model import corrected_model
 from studies.missing_effect.residual.amplitude import Amplitude, amplitude_of
+from studies.missing_effect.residual.claims import Claims, claims
 from studies.missing_effect.residual.fitting import Residual, fit_residual
 from studies.missing_effect.residual.seen import Seen, seen
 from studies.missing_effect.residual.shapes import Likeness, Shape, shape_of
 from studies.missing_effect.residual.terms import DEGREES, EFFECT
 from tyre.base.errors import InputError
-
-FARTHEST = 1.5  # of the fastest measured speed, up to which critical speeds are listed
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +27,8 @@ class Kept:
         The torque, the motion seen, what it looks like on it; None where nothing was fitted.
     amplitude : Amplitude, optional
         Of time histories.
+    critical : Claims, optional
+        Critical speeds of the corrected model; None where the values make no bicycle.
     """
 
     refused: str = ""
@@ -37,6 +36,7 @@ class Kept:
     motion: Seen | None = None
     shape: Shape | None = None
     amplitude: Amplitude | None = None
+    critical: Claims | None = None
 
 
 def keep(diagnosis: Diagnosis) -> Kept | None:
@@ -51,38 +51,16 @@ def keep(diagnosis: Diagnosis) -> Kept | None:
     motion = seen(forward, residual.fit.candidates, residual.fit.theta)
     return Kept(
         residual=residual, motion=motion, shape=shape_of(forward, residual, motion),
-        amplitude=amplitude_of(forward, residual.fit, residual),
+        amplitude=amplitude_of(forward, residual.fit, residual), critical=_claims(diagnosis, residual),
     )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Critical:
-    """A critical speed of the corrected model (m/s), its standard deviation, and whether speeds were measured there."""
-
-    what: str
-    speed: float
-    sd: float
-    measured: bool
-
-
-def critical_of(kept: Kept, model: Model) -> tuple[Critical, ...]:
-    """Critical speeds of the corrected ``model`` up to half as fast again as was measured.
-
-    Parameters
-    ----------
-    kept : Kept
-        With a torque.
-    model : Model
-        With its covariance.
-    """
-    assert kept.residual is not None
-    scale = kept.residual.scale
-    slowest, fastest = scale.middle - scale.span, scale.middle + scale.span
-    found = critical_speeds(model, max_speed=FARTHEST * fastest)
-    return tuple(
-        Critical(f"{c.mode} {c.direction}", e.value, float(e.sd), slowest <= e.value <= fastest)
-        for c, e in zip(found, critical_speed_estimates(model, found), strict=True)
-    )
+def _claims(diagnosis: Diagnosis, residual: Residual) -> Claims | None:
+    try:
+        model = corrected_model(diagnosis, residual)
+    except InputError:  # as is said beside the corrected model
+        return None
+    return None if model is None else claims(residual, model)
 
 
 def record(kept: Kept | None) -> dict[str, Any] | None:
@@ -116,6 +94,7 @@ def record(kept: Kept | None) -> dict[str, Any] | None:
         "share_of_power": {f"{torque}_from_{state}": share for (torque, state), share in shape.shares.items()},
         "like_effects": _likeness(shape.library), "like_errors_of_the_measurement": _likeness(shape.errors),
         "amplitude": _amplitude(kept.amplitude),
+        "critical_speeds": None if kept.critical is None else kept.critical.to_dict(),
     }  # fmt: skip
 
 

@@ -49,6 +49,11 @@ class SpeedScale:
         distinct = 1 + int((np.diff(v) > LEAST_SPAN / 2 * v[1:]).sum())
         return cls(middle, max(half, LEAST_SPAN * middle), min(distinct, len(DEGREES)))
 
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The slowest and the fastest measured speed, m/s."""
+        return self.middle - self.span, self.middle + self.span
+
     def powers(self, speeds: ArrayLike) -> Array:
         """1, x, x^2 at ``speeds`` (..., ), m/s: (..., 3)."""
         x = (np.asarray(speeds, float) - self.middle) / self.span

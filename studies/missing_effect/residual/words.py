@@ -1,11 +1,15 @@
 """The residual torque in sentences, each true of the numbers beside it; none of them names a cause."""
 
+import math
+
 import numpy as np
 
+from bicycle.critical.critical_speed import OSCILLATORY
 from studies.inference.attempts import POOR_FIT
 from studies.missing_effect.reporting.words import listed, number, percent
 from studies.missing_effect.residual.amplitude import Amplitude
-from studies.missing_effect.residual.kept import Critical, Kept, plain
+from studies.missing_effect.residual.claims import Claims, Critical
+from studies.missing_effect.residual.kept import Kept, plain
 from studies.missing_effect.residual.shapes import Likeness
 from studies.missing_effect.residual.terms import PAIRS, Pair
 
@@ -136,9 +140,40 @@ def coefficients(kept: Kept) -> list[list[str]]:
     return rows
 
 
-def critical_rows(found: tuple[Critical, ...]) -> list[list[str]]:
+def critical_note(found: Claims | None) -> str:
+    """Before the table of critical speeds, or in its place; empty where there is no corrected model."""
+    if found is None:
+        return ""
+    if found.withheld:
+        return f"No critical speed of the corrected model is told: {found.withheld}."
+    looked = f"{number(found.slowest, 3)} to {number(found.fastest, 3)} m/s"
+    if not found.found:
+        return f"From {looked} no mode of the corrected model has a real part with zero in its 95 % band."
+    return (
+        f"Where modes of the corrected model may change their stability (95 %), with what parameters and torque leave "
+        f"open, looked for from {looked}:"
+    )
+
+
+def critical_rows(found: Claims | None) -> list[list[str]]:
     """Rows of the table of critical speeds."""
-    return [
-        [one.what, f"{one.speed:.2f} ± {number(one.sd, 2)} m/s", "yes" if one.measured else "no: extrapolated"]
-        for one in found
-    ]
+    return [] if found is None else [[_what(one), _where(one), one.measured] for one in found.found]
+
+
+def _what(one: Critical) -> str:
+    kind = "" if one.interval.kind == OSCILLATORY else ", a real root"
+    return f"{one.interval.mode} {listed(c.direction for c in one.crossings) if one.crossings else 'critical'}{kind}"
+
+
+def _where(one: Critical) -> str:
+    """The interval in words; the speed of the model itself only where it is told."""
+    low, high = f"{one.interval.low:.2f}", f"{one.interval.high:.2f}"
+    if not one.interval.told:
+        return "not told by these data"
+    if math.isinf(one.interval.low):
+        return f"perhaps, below {high} m/s"
+    if math.isinf(one.interval.high):
+        return f"perhaps, above {low} m/s"
+    if one.crossings:
+        return f"{listed(f'{c.speed:.2f}' for c in one.crossings)} m/s, from {low} to {high} m/s"
+    return f"perhaps, from {low} to {high} m/s"

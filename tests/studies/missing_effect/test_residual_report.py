@@ -73,6 +73,15 @@ def test_the_json_has_the_torque_with_its_covariance(reported):
     assert found["amplitude"] is None
 
 
+def test_json_and_page_tell_the_same_critical_speeds(reported):
+    written = json.loads((reported.folder / "verdict.json").read_text())["residual_torque"]["critical_speeds"]
+    assert written == reported.findings.kept.critical.to_dict()
+    rows = words.critical_rows(reported.findings.kept.critical)
+    text = (reported.folder / "report.md").read_text()
+    assert len(rows) == len(written["found"]) > 0
+    assert all(f"| {' | '.join(row)} |" in text for row in rows)
+
+
 def test_the_page_has_a_section_with_figure_and_critical_speeds(reported):
     text = (reported.folder / "report.md").read_text()
     section = text.split("## What could not be named")[1].split("## The corrected model")[0]
@@ -82,7 +91,7 @@ def test_the_page_has_a_section_with_figure_and_critical_speeds(reported):
     assert "![What could not be named, as a torque" in section
     assert (reported.folder / "residual_torque.png").stat().st_size > 10_000
     assert (reported.folder / "residual_torque.svg").exists()
-    assert "| weave stabilising | " in section
+    assert "Where modes of the corrected model may change their stability (95 %)" in section
     model = read_model(reported.folder / "model.toml")
     assert "residual_torque" in [e.identifier for e in model.effects]
     assert "the covariance of all that was fitted" in text
@@ -215,10 +224,11 @@ def test_coefficients_have_plain_names():
     assert plain("lean_from_steer") == "lean torque from steer"
 
 
-def test_the_message_of_a_corrected_model_that_is_none_is_not_lost(reported, monkeypatch):
+def test_a_corrected_model_that_is_none_has_no_critical_speeds(reported, monkeypatch):
     def none(diagnosis, residual=None):
         raise InputError("no bicycle")
 
-    monkeypatch.setattr("studies.missing_effect.report.corrected_model", none)
-    assert "Critical speeds of the corrected model" not in page(reported.diagnosis, reported.findings, {
-        "residual_torque": ""})  # fmt: skip
+    monkeypatch.setattr("studies.missing_effect.residual.kept.corrected_model", none)
+    without = dataclasses.replace(reported.findings, kept=keep(reported.diagnosis))
+    assert "Where modes of the corrected model" not in page(reported.diagnosis, without, {"residual_torque": ""})
+    assert of_kept(without.kept)["critical_speeds"] is None

@@ -24,12 +24,13 @@ from studies.missing_effect.blind.second.machine import Extras
 from studies.missing_effect.blind.second.shapes import weave_speed
 from studies.missing_effect.reporting.corrected_model import corrected_model, model_text
 from studies.missing_effect.residual.amplitude import _regressed
+from studies.missing_effect.residual.claims import claims
 from studies.missing_effect.residual.fitting import fit_residual
 from studies.missing_effect.residual.seen import SIZE, seen
 from studies.missing_effect.residual.selection import Linear, Selector
 from studies.missing_effect.residual.shapes import shape_of
 from studies.missing_effect.residual.terms import PAIRS, SpeedScale, keys, name_of
-from studies.validations.residual_torque import prediction_gap, summary, weave_estimate
+from studies.validations.residual_torque import prediction_gap, summary, weave_said
 from tyre.base.errors import InputError
 
 
@@ -79,9 +80,11 @@ def test_the_corrected_model_predicts_speeds_that_were_kept_back_and_the_weave_o
     path.write_text(model_text(damped.diagnosis, damped.residual))
     model, measured = read_model(path), read_measurement(damped.folder / HELD_OUT / "MEASUREMENT.toml")
     assert prediction_gap(measured, model) <= 0.25 * prediction_gap(measured, measured.model)
-    value, sd = weave_estimate(model)
-    assert 0 < sd < 0.5
-    assert abs(value - damped.truth.weave) < 3 * sd
+    said = claims(damped.residual, model)
+    (weave,) = (one.interval for one in said.found if one.interval.mode == "weave")
+    assert weave.holds(damped.truth.weave)
+    assert weave.high - weave.low < 2.0
+    assert weave_said(said, damped.truth.weave)["outcome"] == "inside"
 
 
 def test_the_model_file_holds_the_fit_and_its_covariance(damped):
@@ -94,8 +97,17 @@ def test_the_model_file_holds_the_fit_and_its_covariance(damped):
     assert read.sd["residual_torque.middle_speed"] == 0
     assert read.sd["c"] > 0
     assert read.covariance.origin == "model file"
+    low, high = damped.residual.scale.ends
+    assert f"extrapolated outside {low:.3g} to {high:.3g} m/s" in path.read_text()
+    assert "does not describe the data" not in path.read_text()
     assert corrected_model(damped.diagnosis).covariance.names == ()
     assert "residual_torque" not in [e.identifier for e in corrected_model(damped.diagnosis).effects]
+
+
+def test_a_torque_that_leaves_twice_the_noise_does_not_describe_the_data(damped):
+    good, poor = (dataclasses.replace(damped.residual, misfit=misfit) for misfit in (3.9, 4.1))
+    assert (good.describes, poor.describes) == (True, False)
+    assert "it is no cause, does not describe the data, and is extrapolated" in model_text(damped.diagnosis, poor)
 
 
 def test_its_shape_is_that_of_the_effect_that_was_left_out(damped):
@@ -248,27 +260,32 @@ def test_what_is_held_out_changes_nothing_of_a_case(tmp_path):
     assert not speeds[0] & speeds[1]
 
 
-def row(corrected, true, value, sd, **more):
+def row(corrected, true, outcome, **more):
+    intervals = [[4.0, 5.5], [9.0, None]]
     return {
         "error": None, "verdict": "unknown", "fitted": True,
         "gaps": {"stated": 4.0, "adjusted": 2.0, "corrected": corrected},
-        "weave": {"true": true, "value": value, "sd": sd}, "speeds": [3.0, 8.0],
+        "weave": {"true": true, "intervals": intervals, "outcome": outcome}, "speeds": [3.0, 8.0],
     } | more  # fmt: skip
 
 
 def test_cases_are_counted_as_they_are():
     rows = [
-        row(1.0, 5.0, 5.1, 0.1), row(0.0, 5.0, 5.3, 0.1), row(2.0, 2.0, None, None), row(3.0, None, 4.0, 0.1),
-        row(1.0, 4.0, 4.0, 0.1, verdict="named"), row(1.0, 4.0, 4.0, 0.1, fitted=False),
-        row(1.0, 4.0, 4.0, 0.1, error="x"),
+        row(1.0, 5.0, "inside"), row(0.0, 7.0, "outside"), row(2.0, 2.0, "not_looked_for"), row(3.0, None, None),
+        row(1.0, 4.0, "inside", verdict="named"), row(1.0, 4.0, "no_corrected_model", fitted=False, speeds=None),
+        row(1.0, 4.0, "inside", error="x"), row(2.0, 9.5, "inside_one_limit"), row(2.0, 6.0, "withheld"),
+        row(2.0, 6.0, "not_told"),
     ]  # fmt: skip
     found = summary(rows)
-    assert (found["cases"], found["errors"], found["left_open"], found["fitted"]) == (7, 1, 5, 4)
-    assert found["held_out_gap_left"]["median"] == pytest.approx((0.25 + 0.5) / 2)
+    assert (found["cases"], found["errors"], found["left_open"], found["fitted"]) == (10, 1, 8, 7)
+    assert found["held_out_gap_left"]["median"] == pytest.approx(0.5)
     assert found["held_out_gap_left"]["at_most_a_quarter"] == 2
-    assert found["against_parameters_only"]["median"] == pytest.approx(0.75)
+    assert found["against_parameters_only"]["median"] == pytest.approx(1.0)
     inside = found["weave_inside_95"]
-    assert (inside["hits"], inside["of"]) == (1, 3)
-    assert found["weave_inside_95_within_measured_speeds"]["of"] == 2
+    assert (inside["hits"], inside["of"], inside["hits_with_one_limit"], inside["nothing_claimed"]) == (2, 3, 1, 4)
+    assert inside["why"] == {"no_corrected_model": 1, "withheld": 1, "not_looked_for": 1, "not_told": 1}
+    assert inside["median_width_m_s"] == pytest.approx(1.5)
+    near = found["weave_inside_95_within_measured_speeds"]
+    assert (near["hits"], near["of"], near["nothing_claimed"]) == (1, 2, 2)
     assert summary([])["held_out_gap_left"] == {"of": 0}
     assert list(itertools.islice(found, 2)) == ["cases", "errors"]
