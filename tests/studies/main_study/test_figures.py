@@ -20,6 +20,7 @@ from studies.main_study.figure_damping import draw_damping
 from studies.main_study.figure_eigenvalues import draw_eigenvalues
 from studies.main_study.figure_headline import draw_bands, draw_headline
 from studies.main_study.figure_speed_locus import draw_speed_locus
+from studies.main_study.settings import Settings
 from studies.main_study.study import run_study
 from studies.reporting.plotting import mode_look, mode_marker, mode_words
 
@@ -187,7 +188,13 @@ def test_damping_against_pressure_is_that_of_the_results(racing, canvases, tmp_p
     assert [tick.get_text() for tick in canvases[0].axes[-1].get_xticklabels()] == ["3.5", "5.5", "7.5"]
 
 
-def test_own_tyres_are_drawn_beside_the_packaged_ones(canvases, tmp_path):
+@pytest.fixture
+def one_world(monkeypatch):
+    """The world of the first sentence alone."""
+    monkeypatch.setattr(Settings, "setups", property(lambda self: (self.reference,)))
+
+
+def test_own_tyres_are_drawn_beside_the_packaged_ones(one_world, canvases, tmp_path):
     own = own_table(tmp_path, pressures=(3.5, 7.5))
     settings = small(tyres=(str(own),), pressures=(3.5, 5.0), fronts=2, samples=20, speeds=np.linspace(0, 30, 7))
     wanted = {"Mine (synthetic) flat": (3.5, 5.0), "Tyre3 flat": (3.5,)}
@@ -199,7 +206,7 @@ def test_own_tyres_are_drawn_beside_the_packaged_ones(canvases, tmp_path):
         assert "Mine (synthetic)\nflat" in [axes.get_title() for axes in canvases[-1].axes]
 
 
-def test_a_tyre_without_a_pressure_is_drawn(canvases, tmp_path):
+def test_a_tyre_without_a_pressure_is_drawn(one_world, canvases, tmp_path):
     numbers = {"cornering_stiffness": 6000.0, "relaxation_length": 0.12}
     settings = small(contact=numbers, fronts=2, samples=20, speeds=np.linspace(0, 30, 4))
     study = run_study(settings, cases=chosen_given(settings))

@@ -78,9 +78,8 @@ def test_two_workers_write_the_tables_of_one(tmp_path, monkeypatch):
         folder = tmp_path / str(workers)
         folder.mkdir()
         write_tables(study, folder)
-        write_report(study, answer(study), folder, paper_figures=[])
         names[workers] = sorted(file.name for file in folder.iterdir())
-    assert len(names[1]) == 11 + 2
+    assert len(names[1]) == 11
     for name in names[1]:
         assert (tmp_path / "1" / name).read_bytes() == (tmp_path / "2" / name).read_bytes(), name
 
