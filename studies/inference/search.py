@@ -1,7 +1,8 @@
 """Which hypotheses are fitted: nothing, singles, then the best enlarged by one effect at a time, and back again.
 
 A fit may stop in a local optimum. It is found out by comparing nested hypotheses: a hypothesis with one effect more
-can never fit worse, and one effect less is also tried from where the larger one ended.
+can never fit worse, and one effect less is also tried from where the larger one ended. Only what is far behind an
+explanation of the data is left where it stopped.
 """
 
 import math
