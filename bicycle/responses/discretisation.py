@@ -127,21 +127,21 @@ def from_rest(step: Array, known: Array, across: Array, seen: Array) -> Array:
     blocks = -(-count // block)
     padded = np.zeros((systems, blocks * block, q))
     padded[:, : count - 1] = known
-    beside = np.ascontiguousarray(np.moveaxis(padded.reshape(systems, blocks, block, q), 2, 0))
-    turned, out, across = step.swapaxes(-1, -2), seen.swapaxes(-1, -2), across.reshape(systems, q, k * n)
-    rest, power = np.zeros((systems, blocks * k, n)), np.broadcast_to(np.eye(n), step.shape)
-    y = np.empty((block, systems, blocks * k, seen.shape[1]))
-    powers = np.empty((block, systems, n, seen.shape[1]))  # transposed, as they are seen
+    beside = np.ascontiguousarray(np.moveaxis(padded.reshape(systems, blocks, block, q), 2, 0))[:, :, None]
+    across = np.ascontiguousarray(np.moveaxis(across, -1, 1))  # states lead, pushes stay neighbours: wide products
+    rest, power = np.zeros((systems, n, blocks * k)), np.broadcast_to(np.eye(n), step.shape)
+    y = np.empty((block, systems, seen.shape[1], blocks * k))
+    powers = np.empty((block, *seen.shape))  # as they are seen
     for j in range(block):
-        np.matmul(rest, out, out=y[j])
-        np.matmul(power, out, out=powers[j])
-        rest, power = rest @ turned, power @ turned
+        np.matmul(seen, rest, out=y[j])
+        np.matmul(seen, power, out=powers[j])
+        rest, power = step @ rest, step @ power
         rest += (beside[j] @ across).reshape(rest.shape)
-    ends, begin = rest.reshape(systems, blocks, k, n), np.zeros((systems, blocks, k, n))
+    ends, begin = rest.reshape(systems, n, blocks, k), np.zeros((systems, n, blocks, k))
     for b in range(blocks - 1):
-        begin[:, b + 1] = begin[:, b] @ power + ends[:, b]
-    y += begin.reshape(rest.shape) @ powers
-    y = y.reshape(block, systems, blocks, k, -1).transpose(1, 4, 2, 0, 3)
+        begin[:, :, b + 1] = power @ begin[:, :, b] + ends[:, :, b]
+    y += powers @ begin.reshape(rest.shape)
+    y = y.reshape(block, systems, -1, blocks, k).transpose(1, 2, 3, 0, 4)
     return y.reshape(systems, -1, blocks * block, k)[:, :, :count]
 
 

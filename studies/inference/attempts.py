@@ -19,6 +19,7 @@ RETRIED = 5  # poor fits that are tried from other starts
 POLISHED = 8  # most probable fits that must converge
 IMPROVED = 8.0  # decrease of the objective below which further starts of a soft joint are not worth their time
 HOPELESS = 2.0  # times the best objective, beyond which a fit is not polished
+BEHIND = 100.0  # in log posterior, behind one that explains the data: beyond it a fit is not tried again
 
 
 def fitted(
@@ -63,10 +64,25 @@ def polished(forward: Forward, known: Hypotheses) -> Hypotheses:
     for _ in range(2):
         best = min(f.objective for f in (known.null, *known.fits))
         leading = [f for f, _ in known.probabilities[:POLISHED] if not f.converged and f.objective < HOPELESS * best]
+        leading = hopeful(forward, known, leading)
         if not leading:
             break
         known = known.replaced([fitted(forward, f.candidates, [f.theta]) for f in leading])
     return known
+
+
+def hopeful(forward: Forward, known: Hypotheses, fits: Iterable[Fit]) -> list[Fit]:
+    """Those of the ``fits`` that are not far behind one that explains the data: the others are left as they are.
+
+    Parameters
+    ----------
+    forward : Forward
+    known : Hypotheses
+    fits : iterable of Fit
+    """
+    explain = [f for f in known.fits if f.admissible and goodness_of_fit(forward, f) > POOR_FIT]
+    reached = max((known.log_posterior(f) for f in explain), default=-math.inf)
+    return [f for f in fits if known.log_posterior(f) > reached - BEHIND]
 
 
 def laddered(forward: Forward, known: Hypotheses) -> Hypotheses:
@@ -77,8 +93,8 @@ def laddered(forward: Forward, known: Hypotheses) -> Hypotheses:
     forward : Forward
     known : Hypotheses
     """
-    hopeful = [f for f in known.fits if len(f.candidates) == 1 and f.objective < known.null.objective - IMPROVED]
-    ladders = {f: [np.concatenate([known.null.theta, start]) for start in f.candidates[0].ladder] for f in hopeful}
+    better = [f for f in known.fits if len(f.candidates) == 1 and f.objective < known.null.objective - IMPROVED]
+    ladders = {f: [np.concatenate([known.null.theta, start]) for start in f.candidates[0].ladder] for f in better}
     return bettered(known, [fitted(forward, f.candidates, starts) for f, starts in ladders.items() if starts])
 
 

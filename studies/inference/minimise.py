@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr, solve_triangular
-from scipy.linalg.lapack import dgeqrf
+from scipy.linalg.lapack import dgeqrt
 
 from studies.inference.arrays import Array
 
@@ -31,6 +31,7 @@ POOR_DECREMENT = 1e-2  # a fit that is poor anyway is not polished beyond a per 
 POOR_CHI2 = 10.0  # objective a row beyond which a fit is poor
 BEATEN = 1.5  # times what another start has reached, above which a fit that stalls is given up
 STALLED, SLOW = 8, 0.9  # turns in which it must fall below this share
+PANEL = 8  # columns that are factored at once: LAPACK's own choice takes narrow matrices column by column
 WEDGED, CREEP = 4, 0.05  # turns that gained less than this share of what one step promises, beside what is not finite
 
 Evaluate = Callable[..., tuple[Array, Array]]
@@ -197,10 +198,10 @@ def spread(jacobian: Array) -> tuple[Array, float]:
 
 
 def _triangle(matrix: Array) -> Array:
-    """R of the orthogonal factors of a ``matrix`` (n, p), without the rows of zeros; numpy takes thrice as long."""
+    """R of the orthogonal factors of a ``matrix`` (n, p), without the rows of zeros."""
     if not matrix.size:
         return np.zeros((min(matrix.shape), matrix.shape[1]))
-    return np.asarray(np.triu(dgeqrf(matrix)[0][: matrix.shape[1]]))
+    return np.asarray(np.triu(dgeqrt(min(PANEL, *matrix.shape), matrix)[0][: matrix.shape[1]]))
 
 
 def _objective(kept: Array, z: Array) -> float:

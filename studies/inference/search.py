@@ -1,7 +1,8 @@
 """Which hypotheses are fitted: nothing, singles, then the best enlarged by one effect at a time, and back again.
 
 A fit may stop in a local optimum. It is found out by comparing nested hypotheses: a hypothesis with one effect more
-can never fit worse, and one effect less is also tried from where the larger one ended.
+can never fit worse, and one effect less is also tried from where the larger one ended. Only what is far behind an
+explanation of the data is left where it stopped.
 """
 
 import math
@@ -10,7 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 
 from studies.inference.arrays import Array
-from studies.inference.attempts import POOR_FIT, bettered, fitted, laddered, polished, retried, turns_of
+from studies.inference.attempts import POOR_FIT, bettered, fitted, hopeful, laddered, polished, retried, turns_of
 from studies.inference.checks import goodness_of_fit, held_out, whiteness
 from studies.inference.evidence import CLEAR_ODDS, Hypotheses
 from studies.inference.fit import Fit, default_starts, fit, outlook
@@ -23,6 +24,7 @@ BEAM = 2  # hypotheses that are expanded
 MOST_EFFECTS = 3
 MOST_TRIED = 4  # candidates that are fitted beside a parent
 WORTH_A_FIT = 4.0  # promised decrease of the objective below which they are not
+CLOSED = 0.5  # of the gap to the best parent, which a first step must promise to close where the gap is hopeless
 NOTHING = 0.05  # P(nothing is missing) above which nothing is named
 MANY = 3  # effects at once, each of which must stand alone
 Progress = Callable[[str], None]
@@ -129,16 +131,20 @@ def expand(forward: Forward, known: Hypotheses, parents: Iterable[Fit], progress
     """
     done = {f.identifiers for f in known.fits}
     found: list[Fit] = []
+    parents = list(parents)
+    nearest = min((parent.objective for parent in parents), default=math.inf)
     for parent in parents:
-        hopeful: list[tuple[float, int, Candidate]] = []
+        first_steps: list[tuple[float, int, Candidate]] = []
+        far = not hopeful(forward, known, [parent])
+        enough = parent.objective - max(WORTH_A_FIT, CLOSED * (parent.objective - nearest) if far else 0.0)
         for candidate in (*forward.candidates, *forward.enabled_by(parent.candidates)):
             names = parent.identifiers | {candidate.identifier}
             if names in done or len(names) == len(parent.candidates):
                 continue
             if forward.compatible((*parent.candidates, candidate)):
-                hopeful.append((outlook(forward, parent, candidate), len(hopeful), candidate))
-        for promised, _, candidate in sorted(hopeful)[:MOST_TRIED]:
-            if not promised < parent.objective - WORTH_A_FIT and candidate.unknowns:
+                first_steps.append((outlook(forward, parent, candidate), len(first_steps), candidate))
+        for promised, _, candidate in sorted(first_steps)[:MOST_TRIED]:
+            if not promised < enough and candidate.unknowns:
                 continue
             done.add(parent.identifiers | {candidate.identifier})
             joined = (*parent.candidates, candidate)
@@ -160,9 +166,9 @@ def _joined_starts(forward: Forward, known: Hypotheses, parent: Fit, candidate: 
 
 
 def _none_worse(forward: Forward, known: Hypotheses, new: Sequence[Fit] | None = None) -> Hypotheses:
-    """Each hypothesis (each ``new`` one) at least as good as those it contains: fitted again from theirs if not."""
+    """Each hopeful hypothesis (each ``new`` one) at least as good as those it contains: again from theirs if not."""
     better: list[Fit] = []
-    for f in known.fits if new is None else new:
+    for f in hopeful(forward, known, known.fits if new is None else new):
         parts = [p for p in (known.null, *known.fits) if p.identifiers < f.identifiers]
         best = min(parts, key=lambda p: p.objective)
         if f.objective > best.objective + 2 * small(best.objective):

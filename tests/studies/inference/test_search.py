@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from studies.inference import Candidate, ForwardModel, Rows, UncertainParameter, judge
+from studies.inference.attempts import hopeful
 from studies.inference.evidence import Hypotheses
 from studies.inference.fit import fit
 from studies.inference.minimise import ROUGH, minimise
-from studies.inference.search import pruned, singles
+from studies.inference.search import expand, pruned, singles
 
 X = np.linspace(0.0, 1.0, 30)
 LEVEL = UncertainParameter("level", "1", {"level": 1.0}, 0.0, 1.0)
@@ -130,6 +131,44 @@ def test_no_effect_is_kept_because_the_rest_stopped_in_a_minimum_of_its_own():
     _, leader = pruned(forward, Hypotheses(fit(forward), (stuck, pair), forward.candidates), pair)
     assert leader.name == "tone"
     assert leader.theta[1] == pytest.approx(1.5, abs=0.05)
+
+
+SHAPES = {"wave": np.sin(12 * X), "square": X**2, "cube": X**3}
+
+
+@dataclass(frozen=True)
+class Shapes(Waves):
+    """data = level + size shape, for each candidate."""
+
+    def residual(self, candidates, theta, *, slopes=True):
+        columns = np.stack([np.ones(30), *(SHAPES[c.identifier] for c in candidates)], 1)
+        return (self.data - columns @ theta) / 0.1, -columns / 0.1
+
+
+def quiet(what):
+    pass
+
+
+def test_what_is_far_behind_an_explanation_is_left_as_it_is():
+    forward = Shapes(data(0.0) + 2 * SHAPES["wave"], tuple(candidate(name) for name in SHAPES))
+    known = singles(forward, quiet)
+    wave, square, cube = known.fits
+    assert hopeful(forward, known, known.fits) == [wave]
+    unexplained = Hypotheses(known.null, (square, cube), known.library)
+    assert hopeful(forward, unexplained, unexplained.fits) == [square, cube]
+
+
+def test_a_parent_far_behind_is_enlarged_only_by_what_closes_half_of_the_gap():
+    forward = Shapes(data(0.0) + 2 * SHAPES["wave"], tuple(candidate(name) for name in SHAPES))
+    known = singles(forward, quiet)
+    wave, square, _ = known.fits
+    pair = fit(forward, (forward.candidates[1], forward.candidates[2]))
+    assert wave.objective + 100 < pair.objective < square.objective - 4  # it gains, but far from enough
+    found = {f.name for f in expand(forward, known, [wave, square], quiet).fits}
+    assert "square+cube" not in found
+    assert "square+wave" in found
+    alone = Hypotheses(known.null, known.fits[1:], known.library)
+    assert "square+cube" in {f.name for f in expand(forward, alone, [square], quiet).fits}
 
 
 def test_a_fit_goes_on_where_a_small_promise_was_a_slow_beginning():
