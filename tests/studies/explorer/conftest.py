@@ -32,6 +32,17 @@ def address():
 
 
 @pytest.fixture(scope="session")
+def client():
+    """Asks a server that does not listen; the process of its computations serves all tests: its imports take long."""
+    pytest.importorskip("dash", reason="the page needs dash (extra explore)")
+    from studies.explorer.server import CLOSE, build_server
+
+    server = build_server("", 8050)
+    yield server.test_client()
+    server.extensions[CLOSE]()
+
+
+@pytest.fixture(scope="session")
 def browser():
     """Headless Chromium."""
     playwright = pytest.importorskip("playwright.sync_api", reason="browser tests need playwright")
@@ -45,7 +56,10 @@ def browser():
 
 @pytest.fixture
 def opened(browser, address):
-    """Open the page at a state in a browser of its own; at the end the console must be free of errors."""
+    """Open the page at a state in a browser of its own; at the end the console must be free of errors.
+
+    Where ``path`` is None, nothing is opened yet.
+    """
     contexts, errors = [], []
 
     def at(state="", path="", **settings):
@@ -58,7 +72,8 @@ def opened(browser, address):
             "console", lambda message: errors.append(message.text) if message.type in ("error", "warning") else None
         )
         page.on("pageerror", lambda error: errors.append(str(error)))
-        page.goto(f"{address}{path}#{state}" if state else f"{address}{path}")
+        if path is not None:
+            page.goto(f"{address}{path}#{state}" if state else f"{address}{path}")
         return page
 
     yield at

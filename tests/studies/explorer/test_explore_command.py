@@ -42,34 +42,24 @@ def test_a_port_that_is_taken_is_refused(capsys):
     assert line.endswith("; give another one, or 0 for a free one\n")
 
 
-def test_it_serves_at_the_address_that_it_says_and_ends_when_interrupted():
-    pytest.importorskip("dash", reason="the page needs dash (extra explore)")
-    code = "from studies.cli import main; main(['explore', 'pista', '--port', '0', '--no-browser'])"
-    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as served:
-        try:
-            line = served.stdout.readline()
-            assert line.startswith("velotyre explorer: http://127.0.0.1:")
-            place = line.split()[2].removeprefix("http://").rstrip("/")
-            page = http.client.HTTPConnection(place, timeout=30)
-            page.request("GET", "/")
-            assert b'data-initial="bicycle=pista"' in page.getresponse().read()
-            page.close()
-        finally:
-            served.terminate()
-
-
-def test_it_opens_the_browser_at_its_address(tmp_path):
+def test_it_opens_the_browser_at_the_address_that_it_says_serves_there_and_ends_when_interrupted(tmp_path):
     pytest.importorskip("dash", reason="the page needs dash (extra explore)")
     opened = tmp_path / "opened"
     browser = tmp_path / "browser"
     browser.write_text(f'#!/bin/sh\nprintf "%s" "$1" > {shlex.quote(str(opened))}.part\n'
                        f'mv {shlex.quote(str(opened))}.part {shlex.quote(str(opened))}\n')  # fmt: skip
     browser.chmod(0o755)
-    code = "from studies.cli import main; main(['explore', '--port', '0'])"
+    code = "from studies.cli import main; main(['explore', 'pista', '--port', '0'])"
     settings = os.environ | {"BROWSER": str(browser)}
     with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, env=settings) as served:
         try:
-            address = served.stdout.readline().split()[2]
+            line = served.stdout.readline()
+            assert line.startswith("velotyre explorer: http://127.0.0.1:")
+            address = line.split()[2]
+            page = http.client.HTTPConnection(address.removeprefix("http://").rstrip("/"), timeout=30)
+            page.request("GET", "/")
+            assert b'data-initial="bicycle=pista"' in page.getresponse().read()
+            page.close()
             for _ in range(300):
                 if opened.exists():
                     break
@@ -77,3 +67,11 @@ def test_it_opens_the_browser_at_its_address(tmp_path):
             assert opened.read_text() == address
         finally:
             served.terminate()
+
+
+def test_the_browser_is_left_alone_if_so_asked(monkeypatch):
+    pytest.importorskip("dash", reason="the page needs dash (extra explore)")
+    asked = []
+    monkeypatch.setattr("studies.explorer.server.serve", lambda initial, **options: asked.append((initial, options)))
+    main(["explore", "pista", "--no-browser", "--port", "0"])
+    assert asked == [("bicycle=pista", {"port": 0, "browser": False})]
