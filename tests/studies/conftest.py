@@ -12,5 +12,6 @@ def unseen(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
 
     def at() -> None:
         monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda self, target, **_: Path(target).touch())
+        monkeypatch.setattr("studies.reporting.plotting.settle", lambda figure: None)
 
     return at
