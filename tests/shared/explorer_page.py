@@ -6,6 +6,8 @@ import pytest
 
 QUIET = "!document.getElementById('busy').textContent && !document.getElementById('message').textContent"
 
+NOTHING_WAITS = "document.getElementById('figures').getAttribute('aria-busy') === 'false'"
+
 
 def until(page, expression):
     """Wait for an expression; Playwright's own way needs eval, which the page's policy forbids."""

@@ -6,7 +6,6 @@ import threading
 
 import pytest
 
-ORDINARY = {"viewport": {"width": 1300, "height": 900}, "accept_downloads": True}
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 
 
@@ -33,6 +32,17 @@ def address():
 
 
 @pytest.fixture(scope="session")
+def client():
+    """Asks a server that does not listen; the process of its computations serves all tests: its imports take long."""
+    pytest.importorskip("dash", reason="the page needs dash (extra explore)")
+    from studies.explorer.server import CLOSE, build_server
+
+    server = build_server("", 8050)
+    yield server.test_client()
+    server.extensions[CLOSE]()
+
+
+@pytest.fixture(scope="session")
 def browser():
     """Headless Chromium."""
     playwright = pytest.importorskip("playwright.sync_api", reason="browser tests need playwright")
@@ -44,30 +54,29 @@ def browser():
         found.close()
 
 
-@pytest.fixture(scope="session")
-def ordinary(browser):
-    """The context of every page without settings of its own: programs that were read and compiled once are kept."""
-    return browser.new_context(**ORDINARY)
-
-
 @pytest.fixture
-def opened(browser, ordinary, address):
-    """Open the page at a state in a tab of its own; at the end the console must be free of errors."""
-    pages, contexts, errors = [], [], []
+def opened(browser, address):
+    """Open the page at a state in a browser of its own; at the end the console must be free of errors.
+
+    Where ``path`` is None, nothing is opened yet.
+    """
+    contexts, errors = [], []
 
     def at(state="", path="", **settings):
-        if settings:
-            contexts.append(browser.new_context(**(ORDINARY | settings)))
-        page = (contexts[-1] if settings else ordinary).new_page()
-        pages.append(page)
+        context = browser.new_context(
+            **({"viewport": {"width": 1300, "height": 900}, "accept_downloads": True} | settings)
+        )
+        contexts.append(context)
+        page = context.new_page()
         page.on(
             "console", lambda message: errors.append(message.text) if message.type in ("error", "warning") else None
         )
         page.on("pageerror", lambda error: errors.append(str(error)))
-        page.goto(f"{address}{path}#{state}" if state else f"{address}{path}")
+        if path is not None:
+            page.goto(f"{address}{path}#{state}" if state else f"{address}{path}")
         return page
 
     yield at
-    for one in (*pages, *contexts):
-        one.close()
+    for context in contexts:
+        context.close()
     assert errors == []

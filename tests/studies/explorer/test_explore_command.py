@@ -42,18 +42,7 @@ def test_a_port_that_is_taken_is_refused(capsys):
     assert line.endswith("; give another one, or 0 for a free one\n")
 
 
-def test_no_browser_is_opened_unasked(monkeypatch):
-    pytest.importorskip("dash", reason="the page needs dash (extra explore)")
-    asked = []
-    monkeypatch.setattr("studies.explorer.server.serve", lambda initial, **others: asked.append((initial, others)))
-    main(["explore", "pista", "--port", "8060", "--no-browser"])
-    main(["explore", "pista"])
-    assert asked == [
-        ("bicycle=pista", {"port": 8060, "browser": False}), ("bicycle=pista", {"port": 8050, "browser": True}),
-    ]  # fmt: skip
-
-
-def test_it_serves_and_opens_the_browser_at_the_address_that_it_says_and_ends_when_interrupted(tmp_path):
+def test_it_opens_the_browser_at_the_address_that_it_says_serves_there_and_ends_when_interrupted(tmp_path):
     pytest.importorskip("dash", reason="the page needs dash (extra explore)")
     opened = tmp_path / "opened"
     browser = tmp_path / "browser"
@@ -78,3 +67,11 @@ def test_it_serves_and_opens_the_browser_at_the_address_that_it_says_and_ends_wh
             assert opened.read_text() == address
         finally:
             served.terminate()
+
+
+def test_the_browser_is_left_alone_if_so_asked(monkeypatch):
+    pytest.importorskip("dash", reason="the page needs dash (extra explore)")
+    asked = []
+    monkeypatch.setattr("studies.explorer.server.serve", lambda initial, **options: asked.append((initial, options)))
+    main(["explore", "pista", "--no-browser", "--port", "0"])
+    assert asked == [("bicycle=pista", {"port": 0, "browser": False})]

@@ -7,12 +7,11 @@ import pytest
 
 pytest.importorskip("dash", reason="the page needs dash (extra explore)")
 
-from tests.shared.explorer_page import QUIET, settled, until
+from tests.shared.explorer_page import NOTHING_WAITS, QUIET, settled, until
 
 CURVES = "#modes .scatterlayer .trace"
 DAMPER = "effects.steer_damper.damping"
 DAMPED = f"bicycle=benchmark&{DAMPER}=0.5"
-NOTHING_WAITS = "document.getElementById('figures').getAttribute('aria-busy') === 'false'"
 LOCUS = "document.querySelector('#locus .graph').data.map(one => one.x)"
 MOVE = """([key, values]) => {
   const field = document.querySelector(`input[type=number][data-key="${key}"]`);  // which takes a value as it is
@@ -45,9 +44,12 @@ def questions(page):
 
 
 @pytest.fixture
-def held(opened):
-    """A page whose programs of Dash do not come until it is told, what it asked, and how it is told."""
-    page, may_come = opened("about"), threading.Event()
+def held(opened, address):
+    """Opens a state on a page whose programs of Dash do not come until it is told; what it asked; and how it is told.
+
+    The event of a page that is loaded would wait for Dash where the first plot, which asks for it, comes before.
+    """
+    page, may_come = opened(path=None), threading.Event()
     waiting = []
 
     def hold(route):
@@ -64,22 +66,16 @@ def held(opened):
         for route in waiting:
             route.continue_()
 
-    return page, found, let
+    def go(state):
+        page.goto(f"{address}#{state}", wait_until="domcontentloaded")
+        return page
 
-
-def go(page, state):
-    """Open a state anew: another address after # alone would not load the page.
-
-    The event of a page that is loaded would wait for Dash where the first plot, which asks for it, comes before.
-    """
-    address = page.url.partition("#")[0]
-    page.goto("about:blank")
-    page.goto(f"{address}#{state}", wait_until="domcontentloaded")
+    return go, found, let
 
 
 def test_the_first_plot_its_names_and_its_controls_need_no_dash(held):
-    page, asked, let = held
-    go(page, DAMPED)
+    go, asked, let = held
+    page = go(DAMPED)
     page.wait_for_selector(CURVES, state="attached")
     page.wait_for_selector(f"[id='n-{DAMPER}']")
     assert page.evaluate("typeof window.DashRenderer") == "undefined"
@@ -97,15 +93,16 @@ def test_the_first_plot_its_names_and_its_controls_need_no_dash(held):
 
 
 def test_the_page_asks_nothing_twice_when_it_opens(held):
-    page, asked, let = held
+    go, asked, let = held
     let()
-    go(page, DAMPED)
+    page = go(DAMPED)
     settled(page)
     until(page, NOTHING_WAITS)
     assert asked == dict.fromkeys(("along.data", "form.data", "damping.data", "sensitivity.data", "motion.data"), 1)
 
 
-def test_a_slider_that_moves_is_followed_by_its_last_value_and_every_figure_with_it(opened):
+def test_a_slider_that_moves_is_followed_and_what_is_at_one_speed_waits_for_the_end_of_a_move(opened):
+    """By its last value where it is faster than the page, and every figure with it."""
     page = opened(DAMPED)
     settled(page)
     until(page, NOTHING_WAITS)
@@ -122,13 +119,8 @@ def test_a_slider_that_moves_is_followed_by_its_last_value_and_every_figure_with
     until(other, f"{NOTHING_WAITS} && {LOCUS}.length")
     assert page.locator("#locus").bounding_box()["y"] > 900  # it is not seen, yet drawn anew
     until(page, f"JSON.stringify({LOCUS}) === {other.evaluate(f'JSON.stringify(JSON.stringify({LOCUS}))')}")
-
-
-def test_what_is_at_one_speed_waits_for_the_end_of_a_move(opened):
-    page = opened(DAMPED)
-    settled(page)
     until(page, NOTHING_WAITS)
-    asked = questions(page)
+    asked.clear()
     page.evaluate(MOVE_ON, [DAMPER, ["0.6", "0.7", "0.8"]])
     until(page, f"document.getElementById('text-command').textContent.includes('damping = 0.8') && {NOTHING_WAITS}")
     assert asked == {"along.data": 3, "damping.data": 1, "sensitivity.data": 1, "motion.data": 1}

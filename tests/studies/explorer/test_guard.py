@@ -11,15 +11,9 @@ from hypothesis import strategies as st
 pytest.importorskip("dash", reason="the page needs dash (extra explore)")
 
 from bicycle.files.bicycle_file import load_bicycle, to_toml
-from studies.explorer.server import build_server
 
 HOME = {"Host": "127.0.0.1:8050"}
 ALONG = "along.data"
-
-
-@pytest.fixture(scope="module")
-def client():
-    return build_server("", 8050).test_client()
 
 
 def question(state, theme="light"):

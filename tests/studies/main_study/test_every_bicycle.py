@@ -15,7 +15,7 @@ from tyre.base.paths import data_root
 
 NAMES = (*available_bicycles(), "Balanceassistv1Benchmark", "SilverBenchmark", "YellowBenchmark")
 DIFFERENT = ("SilverBenchmark", "rigid_rider_joined")
-"""A text file of a bicycle without a rider, and a rider who is part of the frame; others study one with a rider."""
+"""A text file, of a bicycle without a rider, and one whose rider is part of the frame; elsewhere there is one on it."""
 
 
 @pytest.fixture(scope="module")

@@ -24,8 +24,9 @@ def campaign(tmp_path_factory):
 
 
 @pytest.fixture(autouse=True)
-def _numbers_alone(unseen):
-    unseen()
+def _numbers_alone(monkeypatch):
+    """The fits are compared; nothing is drawn of them."""
+    monkeypatch.setattr("studies.rig_campaign.figures.save_figures", lambda *_, **__: [])
 
 
 def fitted(folder, out, *options):

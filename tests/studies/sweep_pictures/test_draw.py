@@ -14,6 +14,7 @@ pytest.importorskip("zarr")
 pytest.importorskip("xarray")
 
 from studies.cli import main
+from studies.reporting import plotting
 from studies.sweep_pictures.draw import draw_result, figures_folder
 from studies.sweep_pictures.stored import MOST_BICYCLES, read_result
 from studies.sweep_pictures.varied import sampled_parameters
@@ -40,7 +41,10 @@ def sample(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def drawn(sample):
-    return draw_result(sample)
+    """Drawn with coarse dots."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(plotting, "STYLE", {**plotting.STYLE, "savefig.dpi": 20})
+        return draw_result(sample)
 
 
 def table(drawn, name):
@@ -183,13 +187,13 @@ def test_without_parameters_a_changed_source_is_said(unseen, tmp_path, monkeypat
 
 
 def test_a_grid(unseen, tmp_path, capsys):
+    unseen()
     main(["sweep", str(write_file(tmp_path, GRID)), "--out", str(tmp_path / "g.nc"), "--plot"])
     shown = capsys.readouterr()
     assert "g_figures/critical_speeds_each.png, .svg, .csv: Critical speeds up to 60 m/s of 8 combinations" in shown.out
     shares = pd.read_csv(tmp_path / "g_figures" / "variance_shares.csv")
     assert (shares["half_width_95"] == 0).all()
     assert shares["total"].between(0, 1.0001).all()
-    unseen()
     main(["sweep", str(tmp_path / "sweep.toml"), "--out", str(tmp_path / "z.zarr"), "--plot", "--json", "-"])
     json.loads(capsys.readouterr().out)  # nothing but the record
     for name in ("critical_speeds_each", "pairs", "variance_shares"):
@@ -200,7 +204,8 @@ def test_a_grid(unseen, tmp_path, capsys):
     assert set(record["figures"]) == {"critical_speeds_each", "pairs", "variance_shares"}
 
 
-def test_a_reduced_result(tmp_path):
+def test_a_reduced_result(unseen, tmp_path):
+    unseen()
     content = SAMPLE | {"outputs": ["critical_speeds", "largest_growth_rate"], "reduce": {"quantiles": [0.1, 0.5, 0.9]}}
     out = run_sweep(build_sweep(content), tmp_path / "r.zarr")
     found, data = draw_result(out), load(out)
@@ -212,7 +217,8 @@ def test_a_reduced_result(tmp_path):
     np.testing.assert_allclose(rows[rows["quantity"] == "unstable"]["share"], above)
 
 
-def test_bicycles_by_name_and_eigenvalues_in_netcdf(tmp_path):
+def test_bicycles_by_name_and_eigenvalues_in_netcdf(unseen, tmp_path):
+    unseen()
     from bicycle.files.bicycle_file import load_bicycle
     from bicycle.parameters import UNITS
 
@@ -294,7 +300,8 @@ def test_the_result_of_an_effect_that_is_not_known_leaves_nothing(sample, tmp_pa
     assert not figures.exists()
 
 
-def test_a_sweep_without_critical_speeds_is_finished_and_says_so(tmp_path, capsys):
+def test_a_sweep_without_critical_speeds_is_finished_and_says_so(unseen, tmp_path, capsys):
+    unseen()
     content = {"model": {"bicycle": "benchmark"}, "outputs": ["critical_speeds"], "max_speed_m_s": 2.0,
                "grid": {"c": [0.06, 0.08]}}  # fmt: skip
     out = tmp_path / "none.zarr"

@@ -119,13 +119,16 @@ def test_a_zip_stays_inside(desk, inside):
     assert names(desk) == []
 
 
-def test_a_zip_that_is_none_or_swells_is_refused(desk):
+def test_a_zip_that_is_none_or_swells_is_refused(desk, monkeypatch):
+    assert (desks.LARGEST_FILE, desks.LARGEST_ALL) == (32_000_000, 100_000_000)
+    monkeypatch.setattr(desks, "LARGEST_FILE", 32_000)
+    monkeypatch.setattr(desks, "LARGEST_ALL", 100_000)
     with pytest.raises(InputError, match=r"all\.zip: this zip cannot be opened \(File is not a zip file\)"):
         put(desk, "all.zip", b"PK nonsense")
-    with pytest.raises(InputError, match=r"all\.zip, big\.csv: 32000001 bytes are more than the 32000000"):
-        put(desk, "all.zip", packed({"big.csv": b"0" * 32_000_001}))
-    swollen = packed({f"{k}.csv": b"0" * 30_000_000 for k in range(4)})
-    with pytest.raises(InputError, match=r"all\.zip: its files together are more than 100000000 bytes"):
+    with pytest.raises(InputError, match=r"all\.zip, big\.csv: 32001 bytes are more than the 32000 "):
+        put(desk, "all.zip", packed({"big.csv": b"0" * 32_001}))
+    swollen = packed({f"{k}.csv": b"0" * 30_000 for k in range(4)})
+    with pytest.raises(InputError, match=r"all\.zip: its files together are more than 100000 bytes"):
         put(desk, "all.zip", swollen)
     assert names(desk) == []
 

@@ -232,7 +232,29 @@ def test_a_measurement_is_diagnosed_and_browsed(opened):
     assert page.locator("#result-diagnosis img").evaluate_all("all => all.every(one => one.naturalWidth > 0)")
 
 
+def test_a_shipped_recording_without_a_serious_finding_of_axe(opened):
+    page = opened(path="recording")
+    head, *samples = KICK.read_text().splitlines()
+    load(page, kick__csv="\n".join([head, *samples[::4]]) + "\n")  # axe looks at every cell of the table of samples
+    page.click("#run-look")
+    assert answered(page, "look") == (
+        "kick.csv: 4 channels of numbers; it can be used for: free decay (modal), replay (histories)."
+    )
+    assert page.locator("#look-channels .subplot").count() == 3  # all but the time
+    heads, rows = table(page, "look", "Table: channels")
+    assert heads == ["panel", "curve", "time, s", "value"]
+    assert rows[0] == ["roll_rate_rad_s = roll_rate", "recorded", 0.0, 0.0035]
+    for width, scheme in ((1300, "light"), (390, "dark")):
+        page.set_viewport_size({"width": width, "height": 844})
+        page.emulate_media(color_scheme=scheme)
+        page.wait_for_selector(f"html[data-theme={scheme}]")
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+    page.wait_for_timeout(300)
+    assert serious(page) == []  # in the dark; in the light a tyre that is fitted is looked at
+
+
 def test_what_goes_wrong_is_said_and_the_keyboard_is_enough(opened, capsys, tmp_path, monkeypatch):
+    """The last one: no other waits for the process that takes the place of the one that is stopped."""
     page = opened(path="recording")
     load(page, bad__csv="time,roll_rate\n0,1\n0.1\n", odd__toml="kind = 'modal'\n")
     for _ in range(40):  # to the button, by Tab alone
@@ -264,24 +286,3 @@ def test_what_goes_wrong_is_said_and_the_keyboard_is_enough(opened, capsys, tmp_
     page.wait_for_selector("#modes .scatterlayer .trace", state="attached")
     page.click("nav a:text-is('Recording')")
     page.wait_for_selector("#file-rows td:text-is('odd.toml')")
-
-
-def test_a_shipped_recording_without_a_serious_finding_of_axe(opened):
-    page = opened(path="recording")
-    head, *samples = KICK.read_text().splitlines()
-    load(page, kick__csv="\n".join([head, *samples[::4]]) + "\n")  # axe looks at every cell of the table of samples
-    page.click("#run-look")
-    assert answered(page, "look") == (
-        "kick.csv: 4 channels of numbers; it can be used for: free decay (modal), replay (histories)."
-    )
-    assert page.locator("#look-channels .subplot").count() == 3  # all but the time
-    heads, rows = table(page, "look", "Table: channels")
-    assert heads == ["panel", "curve", "time, s", "value"]
-    assert rows[0] == ["roll_rate_rad_s = roll_rate", "recorded", 0.0, 0.0035]
-    for width, scheme in ((1300, "light"), (390, "dark")):
-        page.set_viewport_size({"width": width, "height": 844})
-        page.emulate_media(color_scheme=scheme)
-        page.wait_for_selector(f"html[data-theme={scheme}]")
-        page.wait_for_timeout(300)
-        assert serious(page) == []
-        assert page.evaluate("document.documentElement.scrollWidth") <= width

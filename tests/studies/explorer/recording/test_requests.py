@@ -13,16 +13,8 @@ pytest.importorskip("dash", reason="the page needs dash (extra explore)")
 
 from bicycle.files.bicycle_file import load_bicycle, to_toml
 from studies.explorer.recording.jobs import BUSY
-from studies.explorer.server import CLOSE, build_server
 
 HOME = {"Host": "127.0.0.1:8050"}
-
-
-@pytest.fixture(scope="module")
-def client():
-    server = build_server("", 8050)
-    yield server.test_client()
-    server.extensions[CLOSE]()
 
 
 @pytest.fixture
@@ -169,7 +161,7 @@ json_values = st.recursive(
 )  # fmt: skip
 
 
-@settings(max_examples=80, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     verb=st.sampled_from(["run", "map", "keep", "remove"]),
     body=st.dictionaries(st.sampled_from(["kind", "file", "rows", "runs", "name", "measurement", "map"]), json_values),

@@ -13,7 +13,6 @@ from studies.explorer.recording.gathered import gathered
 from studies.explorer.recording.mounted import mounted
 from studies.explorer.recording.sidecar import described, drafted
 from studies.explorer.recording.tyre_options import tyre_options
-from studies.explorer.server import CLOSE, build_server
 from studies.explorer.state import parse_state
 from studies.explorer.tyre_files import TYRES, shown_name
 from tyre.base.errors import InputError
@@ -166,32 +165,27 @@ def test_the_numbers_of_the_form_are_those_of_the_command():
     assert all(one.words.endswith((", %", ", m")) for one in tyre_options())
 
 
-def test_tricks_with_a_fit_of_a_tyre_end_in_words():
-    server = build_server("", 8050)
-    try:
-        client = server.test_client()
-        desk = f"/recording/{client.post('/recording/open', json={}, headers=HOME).get_json()['desk']}"
+def test_tricks_with_a_fit_of_a_tyre_end_in_words(client):
+    desk = f"/recording/{client.post('/recording/open', json={}, headers=HOME).get_json()['desk']}"
 
-        def run(**asked):
-            return client.post(f"{desk}/run", json={"kind": "tyre_fit"} | asked, headers=HOME)
+    def run(**asked):
+        return client.post(f"{desk}/run", json={"kind": "tyre_fit"} | asked, headers=HOME)
 
-        client.post(f"{desk}/file/runs/a.csv", data=b"t,x\n1,2\n", headers=HOME)
-        assert run(folder="run").text == "unknown folder 'run'; did you mean 'runs'? known: runs"
-        for folder in ("..", "/etc", "runs/..", "--help"):
-            assert "unknown folder" in run(folder=folder).text
-        assert run(map="../x.toml").text == "../x.toml: no such channel map"
-        answer = client.post(f"{desk}/describe", json={"draft": "/etc/passwd"}, headers=HOME)
-        assert (answer.status_code, answer.text) == (
-            400,
-            "/etc/passwd: there is no such draft; look at the recording again",
-        )
-        assert run(folder="runs").status_code == 202
-        end = time.monotonic() + 120
-        while (job := client.get(f"{desk}/state", headers=HOME).get_json()["job"])["state"] == "running":
-            assert time.monotonic() < end
-            time.sleep(0.05)
-        assert job["state"] == "failed"
-        assert "none of 1 recordings could be used" in job["message"]
-        assert client.get(f"{desk}/out/as_loaded/runs/a.csv", headers=HOME).status_code == 404
-    finally:
-        server.extensions[CLOSE]()
+    client.post(f"{desk}/file/runs/a.csv", data=b"t,x\n1,2\n", headers=HOME)
+    assert run(folder="run").text == "unknown folder 'run'; did you mean 'runs'? known: runs"
+    for folder in ("..", "/etc", "runs/..", "--help"):
+        assert "unknown folder" in run(folder=folder).text
+    assert run(map="../x.toml").text == "../x.toml: no such channel map"
+    answer = client.post(f"{desk}/describe", json={"draft": "/etc/passwd"}, headers=HOME)
+    assert (answer.status_code, answer.text) == (
+        400,
+        "/etc/passwd: there is no such draft; look at the recording again",
+    )
+    assert run(folder="runs").status_code == 202
+    end = time.monotonic() + 120
+    while (job := client.get(f"{desk}/state", headers=HOME).get_json()["job"])["state"] == "running":
+        assert time.monotonic() < end
+        time.sleep(0.05)
+    assert job["state"] == "failed"
+    assert "none of 1 recordings could be used" in job["message"]
+    assert client.get(f"{desk}/out/as_loaded/runs/a.csv", headers=HOME).status_code == 404
