@@ -44,13 +44,19 @@ def guarded(node, found, *, inside=False):
     return found
 
 
+def lines_that_write(text):
+    """Numbers of the lines of a program that write a file; a text without any such word is not parsed."""
+    words = ("open(", *WRITERS)
+    return guarded(ast.parse(text), []) if any(word in text for word in words) else []
+
+
 def test_every_file_goes_through_one_writer():
     here = [
         f"{file.relative_to(ROOT)}:{line}"
         for top in ("tyre", "bicycle", "studies")
         for file in sorted((ROOT / top).rglob("*.py"))
         if not file.relative_to(ROOT).as_posix().startswith(OWN)
-        for line in guarded(ast.parse(file.read_text(encoding="utf-8")), [])
+        for line in lines_that_write(file.read_text(encoding="utf-8"))
     ]
     assert here == []
 
@@ -68,4 +74,4 @@ def test_every_file_goes_through_one_writer():
     ],
 )
 def test_the_rule_sees_what_writes(code, lines):
-    assert guarded(ast.parse(code), []) == lines
+    assert lines_that_write(code) == lines

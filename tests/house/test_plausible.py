@@ -150,7 +150,7 @@ UNIT_SYSTEMS = {
 }  # fmt: skip
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(
     name=st.sampled_from(available_bicycles()),
     length=st.sampled_from(UNIT_SYSTEMS["m"]), mass=st.sampled_from(UNIT_SYSTEMS["kg"]),

@@ -42,10 +42,10 @@ def rig_log(path: Path) -> dict:
 
 
 def imu_log(path: Path) -> dict:
-    """Three kicks in deg/s and g, dates as times, an offset of the gyro."""
-    rng, time = np.random.default_rng(2), np.arange(0, 60, 0.02)
+    """Two kicks in deg/s and g, dates as times, an offset of the gyro."""
+    rng, time = np.random.default_rng(2), np.arange(0, 40, 0.04)
     roll, yaw = rng.normal(0, 1, time.size) + 2.0, rng.normal(0, 1, time.size)
-    kicks, decay, hertz = (10.0, 25.0, 41.0), -0.6, 1.1
+    kicks, decay, hertz = (10.0, 25.0), -0.6, 1.1
     for kick in kicks:
         after = np.maximum(time - kick, 0)
         roll += (time >= kick) * 60 * np.exp(decay * after) * np.sin(2 * np.pi * hertz * after)

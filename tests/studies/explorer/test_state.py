@@ -2,7 +2,6 @@
 
 import json
 import subprocess
-import sys
 import tomllib
 
 import numpy as np
@@ -172,10 +171,6 @@ def test_a_script_in_a_name_is_text():
     assert not any("<b onclick" in trace["name"] for trace in figure["data"])
 
 
-NOTED = "printf '%s\\n'"
-"""What the shell hands to a command, a line each: one state starts it as a process, the others have it run here."""
-
-
 @pytest.mark.parametrize(
     "state",
     [
@@ -184,15 +179,16 @@ NOTED = "printf '%s\\n'"
     ],
 )  # fmt: skip
 def test_command_and_python_compute_the_same(state, tmp_path, monkeypatch):
-    """What is copied is run by shell and interpreter; both give the eigenvalues of the state matrix."""
+    """What is copied is run by shell and interpreter; both give the eigenvalues of the state matrix.
+
+    What the shell hands to the command, a line each, is run here.
+    """
     state = parse_state(state)
     linear = build(state).linear_model()
-    velotyre = f'"{sys.executable}" -c "from studies.cli import main; main()"' if state == parse_state(TYRES) else NOTED
-    text = f'velotyre() {{ {velotyre} "$@"; }}\n{exports.as_command(state)} --json found.json'
+    text = f"velotyre() {{ printf '%s\\n' \"$@\"; }}\n{exports.as_command(state)} --json found.json"
     said = subprocess.run(["bash", "-c", text], check=True, cwd=tmp_path, capture_output=True, text=True).stdout
-    if velotyre == NOTED:
-        monkeypatch.chdir(tmp_path)
-        main(said.removesuffix("\n").split("\n"))
+    monkeypatch.chdir(tmp_path)
+    main(said.removesuffix("\n").split("\n"))
     found = json.loads((tmp_path / "found.json").read_text())
     assert found["speeds_m_s"] == pytest.approx(np.linspace(state.slow, state.fast, 60).tolist(), rel=1e-9)
     last = np.sort_complex([complex(*z) for z in found["eigenvalues"][-1]])

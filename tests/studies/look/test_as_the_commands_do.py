@@ -133,7 +133,7 @@ def test_decays_are_identified_in_the_windows_of_the_draft(looked, tmp_path, cap
     command = line.partition("next: velotyre ")[2].replace("modal.csv", str(tmp_path / "modal.csv"))
     main(shlex.split(command))
     rows = (tmp_path / "modal.csv").read_text().splitlines()
-    assert len(rows) == 4
+    assert len(rows) == 1 + len(truth["kicks"])
     channel_map = ChannelMap.from_file(out / "imu.decays.toml")
     for event, run in zip(decay.events, bicycle_events(log, 5.0, channel_map=channel_map), strict=True):
         assert (run.time.size, run.time[0]) == (event.used, pytest.approx(event.start_s))
