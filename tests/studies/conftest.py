@@ -12,6 +12,7 @@ def unseen(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
 
     def at() -> None:
         monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda self, target, **_: Path(target).touch())
-        monkeypatch.setattr("studies.reporting.plotting.settle", lambda figure: None)
+        # of matplotlib's class: a function of ours, imported by name meanwhile, would stay replaced for other tests
+        monkeypatch.setattr("matplotlib.layout_engine.ConstrainedLayoutEngine.execute", lambda self, figure: None)
 
     return at
