@@ -113,7 +113,7 @@ def test_what_does_not_end_and_what_no_test_runs(toy, monkeypatch):
     (tree / "test_toy.py").write_text(
         "import time, toy\n\ndef test_four():\n    time.sleep(60 * (toy.twice(2) != 4))\n"
     )
-    monkeypatch.setattr(mutation, "_SPARE", 1.5)
+    monkeypatch.setattr(mutation, "_SPARE", 4.0)
     mutant = next(m for m in all_mutants(tree, (".",)) if m.file == "toy.py" and (m.line, m.kind) == (2, "number"))
     assert judge(mutant, tree, tests, longest=0.1)["end"] == "killed by time"
     assert judge(mutant, tree, LineTests({}, {}, ()), longest=0.1)["end"] == "no test runs it"
