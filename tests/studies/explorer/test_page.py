@@ -253,7 +253,7 @@ def test_no_serious_finding_of_axe(opened):
         until(page, NOTHING_WAITS)
         page.wait_for_selector("#motion-views path", state="attached")
         assert serious(page) == []
-        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        page.wait_for_function("width => document.documentElement.scrollWidth <= width", arg=width)
     assert page.inner_text("#play") == "Play"  # nothing moves unasked where motion is to be reduced
     still = page.locator("#motion-views svg path").first.get_attribute("d")
     page.wait_for_timeout(200)
