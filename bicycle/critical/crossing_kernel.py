@@ -9,7 +9,7 @@ every crossing up to the highest speed is either seen or the bicycle is left to 
 import math
 
 from bicycle.critical.completeness import NOISE
-from bicycle.eigenvalues.compilation import compiled
+from bicycle.eigenvalues.compilation import compiled, compiled_within
 from bicycle.modal.cubic_kernel import hermite, miss, reach
 from bicycle.modal.doubts import SMALLEST, SURE, TOO_CLOSE
 from bicycle.modal.identity_kernel import Whole
@@ -59,7 +59,7 @@ def divide(t: Track, unit: Array, low: Array, high: Array, owner: Whole, v: Arra
     return asked
 
 
-@compiled
+@compiled_within
 def sees(t: Track, b: int, left: int, right: int, i: int) -> int:
     """Whether root ``i`` of the node ``left`` crosses on its way to the next: NONE, ONE or PERHAPS.
 
@@ -83,7 +83,7 @@ def sees(t: Track, b: int, left: int, right: int, i: int) -> int:
     return _one(a, z, rise_a, rise_z, NOISE * size, 1 if t.v[b, left] == 0.0 else 0)
 
 
-@compiled
+@compiled_within
 def _one(a: float, z: float, rise_a: float, rise_z: float, noise: float, at_rest: int) -> int:
     doubt = miss(a, z, rise_a, rise_z) + noise
     square, cube = 3.0 * (z - a) - 2.0 * rise_a - rise_z, rise_a + rise_z - 2.0 * (z - a)
@@ -104,7 +104,7 @@ def _one(a: float, z: float, rise_a: float, rise_z: float, noise: float, at_rest
     return PERHAPS
 
 
-@compiled
+@compiled_within
 def _meets_away(t: Track, b: int, left: int, right: int, h: float) -> bool:
     """Whether two real roots meet beyond doubt away from zero: their mean is, by more than half their distance."""
     p, q, r, s = t.two[b, left, 0], t.two[b, left, 1], t.two[b, left, 2], t.two[b, left, 3]

@@ -18,6 +18,11 @@ from uuid import uuid4
 
 import numba
 from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import LoweringPass, register_pass
+from numba.core.registry import CPUDispatcher
+from numba.core.typed_passes import AnnotateTypes
 
 DAMAGED = (EOFError, UnpicklingError, ValueError, OSError)
 
@@ -59,6 +64,39 @@ def _kernels() -> bytes:
     return b"".join(file.read_bytes() for file in sorted(Path(__file__).parents[1].rglob("*_kernel.py")))
 
 
+class _AsItIs(JITCodeLibrary):
+    def _optimize_final_module(self) -> None:
+        pass
+
+
+@register_pass(mutates_CFG=False, analysis_only=True)
+class _LeaveToCallers(LoweringPass):
+    _name = "leave_to_callers"
+
+    def __init__(self) -> None:  # abstract in numba
+        super().__init__()
+
+    def run_pass(self, state: Any) -> bool:
+        state.library = _AsItIs(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.enable_object_caching()
+        return False
+
+
+class _Within(CompilerBase):
+    """The default compiler, but for the optimisation of what callers optimise again as a part of theirs."""
+
+    def define_pipelines(self) -> list[Any]:
+        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        passes.add_pass_after(_LeaveToCallers, AnnotateTypes)
+        passes.finalize()
+        return [passes]
+
+
+class _ForKernels(CPUDispatcher):
+    def __call__(self, *_: Any) -> None:  # without a wrapper for Python the process would end
+        raise TypeError(f"{self.py_func.__name__} is compiled for other compiled functions; Python cannot call it")
+
+
 def compiled(function: Callable[..., Any]) -> Any:
     """The function compiled by numba, which leaves the interpreter free; division by zero gives what numpy gives.
 
@@ -72,6 +110,32 @@ def compiled(function: Callable[..., Any]) -> Any:
     RuntimeError
         There is no place beside the source, as in a zipped wheel.
     """
-    dispatcher = numba.njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True)(function)  # nothing in C calls it
+    return _kept(function)
+
+
+def compiled_within(function: Callable[..., Any]) -> Any:
+    """As :func:`compiled`, for a function that others call which are compiled: Python cannot, and waits a third less.
+
+    Every caller takes the whole of it in and optimises it with its own. By itself it is not optimised therefore.
+    Called from Python it raises a ``TypeError``.
+
+    Parameters
+    ----------
+    function : callable
+        As in :func:`compiled`.
+
+    Raises
+    ------
+    RuntimeError
+        As in :func:`compiled`.
+    """
+    dispatcher = _kept(function, pipeline_class=_Within, no_cpython_wrapper=True)
+    dispatcher.__class__ = _ForKernels
+    return dispatcher
+
+
+def _kept(function: Callable[..., Any], **options: Any) -> Any:
+    # nothing in C calls it
+    dispatcher = numba.njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, **options)(function)
     dispatcher._cache = _Kept(function)  # as cache=True does, with numba's own
     return dispatcher

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.eigenvalues.compilation import compiled
+from bicycle.eigenvalues.compilation import compiled_within
 from tyre.base.arrays import Array
 
 LANES, FEWEST = 64, 8  # as many side by side, or fewer by this step where fewer are left
@@ -35,7 +35,7 @@ class Similarity(NamedTuple):
     tau: Array
 
 
-@compiled
+@compiled_within
 def room_for(n: int, count: int) -> tuple[int, Array, Similarity]:
     """Number of lanes, and empty arrays for the Hessenberg forms of ``count`` matrices (n, n) and their similarity.
 
@@ -51,7 +51,7 @@ def room_for(n: int, count: int) -> tuple[int, Array, Similarity]:
     return lanes, h, by
 
 
-@compiled
+@compiled_within
 def hessenberg(stack: Array, start: int, count: int, h: Array, by: Similarity) -> None:
     """Balance matrices and reduce them to upper Hessenberg form, one a lane.
 
@@ -80,7 +80,7 @@ def hessenberg(stack: Array, start: int, count: int, h: Array, by: Similarity) -
     _reduce(h, n, by.v, by.tau, lane)
 
 
-@compiled
+@compiled_within
 def _isolate(a: Array, order: Places) -> None:
     """Order rows and columns so that roots that stand alone on the diagonal come first or last (block triangular)."""
     n = a.shape[0]
@@ -109,7 +109,7 @@ def _isolate(a: Array, order: Places) -> None:
                 break
 
 
-@compiled
+@compiled_within
 def _normalise(h: Array, n: int, unit: Array) -> None:
     """Divide by a power of two near the largest entry, kept in ``unit``."""
     lanes = h.shape[2]
@@ -129,7 +129,7 @@ def _normalise(h: Array, n: int, unit: Array) -> None:
                 h[i, j, k] /= unit[k]
 
 
-@compiled
+@compiled_within
 def _balance(h: Array, n: int, scale: Array, lane: Array) -> None:
     """Scale by powers of two, kept in ``scale``, until rows and columns have like norms."""
     row, column, factor = lane[0], lane[1], lane[2]
@@ -170,7 +170,7 @@ def _balance(h: Array, n: int, scale: Array, lane: Array) -> None:
             return
 
 
-@compiled
+@compiled_within
 def _reduce(h: Array, n: int, reflection: Array, factor: Array, lane: Array) -> None:
     """Reduce to upper Hessenberg form by Householder reflections 1 - tau v v', kept with v[top] = 1 left out."""
     below, total = lane[0], lane[2]

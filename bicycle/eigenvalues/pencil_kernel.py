@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.eigenvalues.compilation import compiled
+from bicycle.eigenvalues.compilation import compiled, compiled_within
 
 
 @compiled
@@ -66,7 +66,7 @@ def reduce_pencil(
                     out[number, k, i, j] = right[i, number * n + j] / scale[i]
 
 
-@compiled
+@compiled_within
 def _eliminate(a: NDArray[np.float64], right: NDArray[np.float64]) -> None:
     """Solve a x = right in place; ``a`` is regular."""
     n, width = right.shape

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from bicycle.eigenvalues.compilation import compiled
+from bicycle.eigenvalues.compilation import compiled, compiled_within
 from bicycle.eigenvalues.hessenberg_kernel import LANES, NOTHING, Places, hessenberg, room_for
 from tyre.base.arrays import Array
 
@@ -45,7 +45,7 @@ def solve(stack: Array, real: Array, imag: Array) -> int:
     return -1
 
 
-@compiled
+@compiled_within
 def roots_of(h: Array, unit: Array, start: int, count: int, real: Array, imag: Array) -> int:
     """Fill in the eigenvalues of matrices in Hessenberg form; first lane that failed, or -1.
 
@@ -70,7 +70,7 @@ def roots_of(h: Array, unit: Array, start: int, count: int, real: Array, imag: A
     return -1
 
 
-@compiled
+@compiled_within
 def _iterate(h: Array, n: int, window: Places, lane: Array) -> int:
     """Francis double-shift QR with deflation in every lane; first lane that does not converge, or -1."""
     low, high, age = window[0], window[1], window[2]
@@ -105,7 +105,7 @@ def _iterate(h: Array, n: int, window: Places, lane: Array) -> int:
     return 0
 
 
-@compiled
+@compiled_within
 def _deflate(h: Array, n: int) -> None:
     """Set negligible entries below the diagonal to zero."""
     lanes = h.shape[2]
@@ -123,7 +123,7 @@ def _deflate(h: Array, n: int) -> None:
             h[i, i - 1, k] = 0.0 if small or below <= NOTHING else h[i, i - 1, k]
 
 
-@compiled
+@compiled_within
 def _shift(h: Array, low: Places, high: Places, age: Places, lane: Array) -> None:
     """First column of (H - z1)(H - z2) of each window into ``lane`` 0 to 2; z1 and z2 from its lower corner."""
     lanes = h.shape[2]
@@ -159,7 +159,7 @@ def _shift(h: Array, low: Places, high: Places, age: Places, lane: Array) -> Non
             lane[2, k] *= h[low[k] + 2, low[k] + 1, k]
 
 
-@compiled
+@compiled_within
 def _sweep(h: Array, first: int, last: int, low: Places, high: Places, lane: Array) -> None:
     """One implicit double-shift step on rows low..high of every lane, all of them within first..last."""
     tau, v2, v3, beta = lane[3], lane[4], lane[5], lane[6]
@@ -198,7 +198,7 @@ def _sweep(h: Array, first: int, last: int, low: Places, high: Places, lane: Arr
                 h[i, c + 2, k] -= total * v3[k]
 
 
-@compiled
+@compiled_within
 def _collect(h: Array, n: int, k: int, unit: float, real: Array, imag: Array) -> None:
     """Read the eigenvalues of one lane off its diagonal blocks, sorted."""
     i = n - 1
@@ -219,7 +219,7 @@ def _collect(h: Array, n: int, k: int, unit: float, real: Array, imag: Array) ->
         real[j + 1], imag[j + 1] = re, im
 
 
-@compiled
+@compiled_within
 def _pair(a: float, b: float, c: float, d: float) -> tuple[float, float, float, float]:
     """Eigenvalues of [[a, b], [c, d]] without overflow: re, im, re, im."""
     if c == 0.0 or b == 0.0:

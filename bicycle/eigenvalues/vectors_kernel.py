@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from bicycle.eigenvalues.compilation import compiled
+from bicycle.eigenvalues.compilation import compiled, compiled_within
 from bicycle.eigenvalues.hessenberg_kernel import LANES, Places, Similarity, hessenberg, room_for
 from bicycle.eigenvalues.qr_kernel import EPS, roots_of
 from tyre.base.arrays import Array
@@ -50,7 +50,10 @@ def decompose_stack(
             lanes, h, by = room_for(n, count)
             keep, work, triangle = np.empty_like(h), np.empty((12, max(n, 4), lanes)), np.empty((2, n, n, lanes))
         hessenberg(stack, start, count, h, by)
-        keep[:] = h
+        for i in range(n):  # in loops here and in other kernels: keep[:] = h takes three seconds more to compile
+            for j in range(n):
+                for k in range(lanes):
+                    keep[i, j, k] = h[i, j, k]
         failed = roots_of(h, by.unit, start, count, real, imag)
         if failed >= 0:
             return start + failed
@@ -58,7 +61,7 @@ def decompose_stack(
     return -1
 
 
-@compiled
+@compiled_within
 def _vectors(
     h: Array, by: Similarity, start: int, count: int, stack: Array, change: Array, real: Array, imag: Array,
     slopes: Array, shares: Array, doubt: Array, triangle: Array, work: Array,
@@ -119,7 +122,7 @@ def _vectors(
     _settle(start, count, n, real, imag, doubt)
 
 
-@compiled
+@compiled_within
 def _factor(h: Array, n: int, z: Array, norm: Array, triangle: Array, work: Array, swap: Array) -> None:
     """H - z = P' L U with neighbours swapped where that is the larger pivot; factors of L in ``work`` 8 and 9."""
     lanes = work.shape[2]
@@ -165,7 +168,7 @@ def _factor(h: Array, n: int, z: Array, norm: Array, triangle: Array, work: Arra
         re[n - 1, n - 1, k], im[n - 1, n - 1, k] = (tiny if small else p), (0.0 if small else q)
 
 
-@compiled
+@compiled_within
 def _right(n: int, triangle: Array, work: Array) -> None:
     """Solve U x = ones: ``work`` 0 and 1."""
     lanes = work.shape[2]
@@ -180,7 +183,7 @@ def _right(n: int, triangle: Array, work: Array) -> None:
         _divide(x[i], y[i], re[i, i], im[i, i])
 
 
-@compiled
+@compiled_within
 def _left(n: int, triangle: Array, work: Array, swap: Array) -> None:
     """Solve (L U)' P u = ones, transposed and not conjugated: ``work`` 2 and 3."""
     lanes = work.shape[2]
@@ -203,7 +206,7 @@ def _left(n: int, triangle: Array, work: Array, swap: Array) -> None:
             x[c + 1, k], y[c + 1, k] = (a if s else p), (b if s else q)
 
 
-@compiled
+@compiled_within
 def _divide(x: Array, y: Array, re: Array, im: Array) -> None:
     for k in range(len(x)):
         size = 1.0 / (re[k] * re[k] + im[k] * im[k])
@@ -211,7 +214,7 @@ def _divide(x: Array, y: Array, re: Array, im: Array) -> None:
         x[k], y[k] = (a * re[k] + b * im[k]) * size, (b * re[k] - a * im[k]) * size
 
 
-@compiled
+@compiled_within
 def _back(n: int, by: Similarity, work: Array) -> None:
     """From the Hessenberg form to the balanced matrix; vectors become of length 1, what they had is in ``work`` 10."""
     lanes = work.shape[2]
@@ -244,7 +247,7 @@ def _back(n: int, by: Similarity, work: Array) -> None:
                         part[i, k] -= total[k] * v[i, k]
 
 
-@compiled
+@compiled_within
 def _judge(
     n: int, by: Similarity, start: int, count: int, root: Places, norm: Array, d: Array, real: Array, imag: Array,
     slopes: Array, shares: Array, doubt: Array, work: Array,
@@ -284,7 +287,7 @@ def _judge(
         doubt[at, r] = DIGITS * max(rounding[k] / math.sqrt(size), largest) if grown else math.nan
 
 
-@compiled
+@compiled_within
 def _settle(start: int, count: int, n: int, real: Array, imag: Array, doubt: Array) -> None:
     """What rounding split of a double real root is real again."""
     for k in range(start, start + count):

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from bicycle.eigenvalues.compilation import compiled
+from bicycle.eigenvalues.compilation import compiled, compiled_within
 from bicycle.modal.anchor import BETTER, MOSTLY, QUICK, SLOW, SPARE, WALKING, WHOLE
 from bicycle.modal.batch_kind import Roles
 from bicycle.modal.doubts import SURE
@@ -19,7 +19,7 @@ LEVEL = 1e-9  # plainness this near is equal: rounding decides
 WEAVE, CAPSIZE, CASTERING, FIRST_ROLE = 0, 1, 2, 3  # numbers of names
 
 
-@compiled
+@compiled_within
 def find_anchor(w: Walked, m: int, share: Array, roles: Roles, unit: float, core: Whole) -> int:
     """Node at which weave, capsize and castering are plainest, -1 where it is not clear; ``core`` marks their roots.
 
@@ -56,7 +56,8 @@ def find_anchor(w: Walked, m: int, share: Array, roles: Roles, unit: float, core
             most, plainest, second = count[k], -1.0, -1.0
         if plain[k] > plainest:
             best, plainest, second = k, plain[k], plainest
-            core[:] = here
+            for i in range(n):
+                core[i] = here[i]
         else:
             second = max(second, plain[k])
     if (most and plainest - second < LEVEL) or _more_between(w, m, unit, count, plain, most, plainest):
@@ -69,7 +70,7 @@ def find_anchor(w: Walked, m: int, share: Array, roles: Roles, unit: float, core
     return best
 
 
-@compiled
+@compiled_within
 def _more_between(w: Walked, m: int, unit: float, count: Whole, plain: Array, most: int, plainest: float) -> bool:
     """Whether the full track may have a plainer node inside a step that it divides."""
     divided = False
@@ -88,7 +89,7 @@ def _more_between(w: Walked, m: int, unit: float, count: Whole, plain: Array, mo
     return False
 
 
-@compiled
+@compiled_within
 def _more_at_meetings(
     w: Walked, m: int, share: Array, roles: Roles, unit: float, most: int, plainest: float
 ) -> bool:  # fmt: skip
@@ -144,7 +145,7 @@ def ask_between(t: Track, unit: Array, owner: Whole, v: Array) -> int:
     return asked
 
 
-@compiled
+@compiled_within
 def _core_at(w: Walked, k: int, share: Array, roles: Roles, here: Whole, slow: Whole, without: int) -> int:
     """Mark the pair and the two real roots among the three slowest of lean, steer and yaw at a node; how many.
 
@@ -182,7 +183,7 @@ def _core_at(w: Walked, k: int, share: Array, roles: Roles, here: Whole, slow: W
     return count
 
 
-@compiled
+@compiled_within
 def _plainness(w: Walked, k: int, core: Whole) -> float:
     """How far the core is from meeting: among itself, of the pair with itself, and with other modes."""
     n = w.re.shape[1]
@@ -200,7 +201,7 @@ def _plainness(w: Walked, k: int, core: Whole) -> float:
     return least
 
 
-@compiled
+@compiled_within
 def own_core(w: Walked, k: int, share: Array, roles: Roles, core: Whole, name: Whole) -> tuple[int, int]:
     """Owners of the core at the anchor; how many modes, and the number of castering or -1.
 

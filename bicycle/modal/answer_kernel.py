@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from bicycle.eigenvalues.compilation import compiled
+from bicycle.eigenvalues.compilation import compiled, compiled_within
 from bicycle.eigenvalues.vectors_kernel import DOUBTFUL
 from bicycle.modal.cubic_kernel import hermite
 from bicycle.modal.doubts import BESIDE_A_CHANGE, RIVALS, SMALLEST, SURE
@@ -64,7 +64,7 @@ def answer(t: Track, found: Named, unit: Array, v: Array, re: Array, im: Array, 
                 names[b, k, i] = name_bits(found.name[b], modes)
 
 
-@compiled
+@compiled_within
 def name_bits(name: Whole, modes: int) -> int:
     """Numbers of the names of ``modes``, both as bits; ``name`` (n,) is the name of each mode."""
     bits = 0
@@ -74,7 +74,7 @@ def name_bits(name: Whole, modes: int) -> int:
     return bits
 
 
-@compiled
+@compiled_within
 def step_of(t: Track, b: int, v: float) -> int:
     """The step that holds ``v`` (m/s): the place of its lower node.
 
@@ -96,7 +96,7 @@ def step_of(t: Track, b: int, v: float) -> int:
     return low
 
 
-@compiled
+@compiled_within
 def same_labels(t: Track, found: Named, b: int, j: int, v: float) -> bool:
     """Whether no name changes in step ``j``, or ``v`` (m/s) is one of its ends.
 
@@ -114,7 +114,7 @@ def same_labels(t: Track, found: Named, b: int, j: int, v: float) -> bool:
     return _same_names(found, b, j, j + 1)
 
 
-@compiled
+@compiled_within
 def _branches(
     t: Track, found: Named, b: int, j: int, v: float, re: Array, im: Array, expected: Array, branch: Whole
 ) -> bool:
@@ -223,7 +223,7 @@ def ask_more(t: Track, found: Named, v: Array, unit: Array, owner: Whole, more: 
     return asked
 
 
-@compiled
+@compiled_within
 def _meeting(t: Track, b: int, j: int) -> float:
     """Where in step ``j``, from 0 to 1, the squared distance of the two roots that meet is zero: it is near linear."""
     left, right = t.order[b, j], t.order[b, j + 1]
@@ -233,7 +233,7 @@ def _meeting(t: Track, b: int, j: int) -> float:
     return first / (first - last) if first != last else 0.5
 
 
-@compiled
+@compiled_within
 def _of_two_modes(t: Track, found: Named, b: int, j: int) -> bool:
     """Whether the two roots that meet in step ``j`` are not of one mode, before and after."""
     first, second = -1, -1
@@ -248,7 +248,7 @@ def _of_two_modes(t: Track, found: Named, b: int, j: int) -> bool:
     return not (one == found.label[b, j, second] == found.label[b, j + 1, first] == found.label[b, j + 1, second])
 
 
-@compiled
+@compiled_within
 def node_like(t: Track, found: Named, unit: Array, b: int, j: int, v: float) -> int:
     """The node whose names hold at ``v`` (m/s) in step ``j``, -1 where that hangs on nodes that are not known here.
 
@@ -292,7 +292,7 @@ def node_like(t: Track, found: Named, unit: Array, b: int, j: int, v: float) -> 
     return own
 
 
-@compiled
+@compiled_within
 def _same_names(found: Named, b: int, j: int, k: int) -> bool:
     changes = 0
     for i in range(found.label.shape[2]):

@@ -7,14 +7,14 @@ for a moment, two pairs of which it is not plain whether they cross or turn back
 
 import math
 
-from bicycle.eigenvalues.compilation import compiled
+from bicycle.eigenvalues.compilation import compiled_within
 from bicycle.modal.apart import AWAY, BLURRED, FAR, LOOKS
 from bicycle.modal.cubic_kernel import hermite, miss, reach
 from bicycle.modal.matching import TWIN
 from bicycle.modal.track_kernel import MEETING, Track
 
 
-@compiled
+@compiled_within
 def keep_apart(t: Track, b: int, left: int, right: int, kind: int) -> bool:
     """Whether no two roots can meet in a step, beyond those two that it is known for.
 
@@ -60,7 +60,7 @@ def keep_apart(t: Track, b: int, left: int, right: int, kind: int) -> bool:
     return True
 
 
-@compiled
+@compiled_within
 def _stays(a: float, z: float, rise_a: float, rise_z: float, blur: float) -> bool:
     """Whether a distance with these ends and slopes, and its square, stay away from zero."""
     if min(abs(a), abs(z)) < blur:
@@ -71,7 +71,7 @@ def _stays(a: float, z: float, rise_a: float, rise_z: float, blur: float) -> boo
     return least > blur * blur + FAR * miss(a * a, z * z, 2.0 * a * rise_a, 2.0 * z * rise_z)
 
 
-@compiled
+@compiled_within
 def _pairs_stay(
     x: float, u: float, dx: float, du: float, y: float, w: float, dy: float, dw: float, blur: float
 ) -> bool:  # fmt: skip

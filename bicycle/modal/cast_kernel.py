@@ -3,12 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.eigenvalues.compilation import compiled
+from bicycle.eigenvalues.compilation import compiled_within
 from bicycle.modal.cast import FAINT, MARGIN
 from tyre.base.arrays import Array
 
 
-@compiled
+@compiled_within
 def cast(mean: Array, weight: Array, given: NDArray[np.int64]) -> bool:
     """Give each mode a role or -1; False where it is not clear by a margin.
 
@@ -40,7 +40,7 @@ def cast(mean: Array, weight: Array, given: NDArray[np.int64]) -> bool:
     return True
 
 
-@compiled
+@compiled_within
 def _best(mean: Array, weight: Array, least: float, worth: Array, given: NDArray[np.int64]) -> float:
     for p in range(mean.shape[0]):
         for mode in range(mean.shape[1]):
@@ -48,7 +48,7 @@ def _best(mean: Array, weight: Array, least: float, worth: Array, given: NDArray
     return _assign(worth, given)
 
 
-@compiled
+@compiled_within
 def _assign(worth: Array, given: NDArray[np.int64]) -> float:
     """Largest sum of one entry a row and a column, over all sets of columns row by row; which, -1 for none."""
     played, modes = worth.shape

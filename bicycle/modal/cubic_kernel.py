@@ -2,10 +2,10 @@
 
 import math
 
-from bicycle.eigenvalues.compilation import compiled
+from bicycle.eigenvalues.compilation import compiled_within
 
 
-@compiled
+@compiled_within
 def hermite(a: float, b: float, rise_a: float, rise_b: float, s: float) -> float:
     """Cubic of s in 0..1 with these ends and slopes.
 
@@ -21,7 +21,7 @@ def hermite(a: float, b: float, rise_a: float, rise_b: float, s: float) -> float
     return (1 + 2 * s) * (1 - s) ** 2 * a + s**2 * (3 - 2 * s) * b + s * (1 - s) * ((1 - s) * rise_a - s * rise_b)
 
 
-@compiled
+@compiled_within
 def reach(a: float, z: float, rise_a: float, rise_z: float) -> tuple[float, float]:
     """Smallest and largest value of the cubic of :func:`hermite` between its ends.
 
@@ -43,7 +43,7 @@ def reach(a: float, z: float, rise_a: float, rise_z: float) -> tuple[float, floa
     return least, most
 
 
-@compiled
+@compiled_within
 def miss(a: float, z: float, rise_a: float, rise_z: float) -> float:
     """How far what both ends foretell for the middle differs.
 

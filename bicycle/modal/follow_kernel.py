@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.eigenvalues.compilation import compiled
+from bicycle.eigenvalues.compilation import compiled, compiled_within
 from bicycle.modal.apart_kernel import keep_apart
 from bicycle.modal.doubts import NO_VECTORS, SMALLEST, SURE, TOO_CLOSE
 from bicycle.modal.matching import CLEAR, TWIN
@@ -107,7 +107,7 @@ def link_steps(t: Track, unit: Array, owner: NDArray[np.int64], v: Array) -> int
     return asked
 
 
-@compiled
+@compiled_within
 def _link(t: Track, b: int, left: int, right: int, roots: Array, count: NDArray[np.int64]) -> int:
     """Link the roots of two nodes; OPEN where it is not beyond doubt."""
     n = t.re.shape[2]
@@ -147,7 +147,7 @@ def _link(t: Track, b: int, left: int, right: int, roots: Array, count: NDArray[
     return MEETING if meeting else SMOOTH
 
 
-@compiled
+@compiled_within
 def _match(t: Track, b: int, left: int, right: int, roots: Array, count: int, size: float) -> bool:
     """Fill in which root follows which; False where a rival is near, a real root would turn or the order changes."""
     a, z = roots[0], roots[1]
@@ -195,7 +195,7 @@ def _match(t: Track, b: int, left: int, right: int, roots: Array, count: int, si
     return True
 
 
-@compiled
+@compiled_within
 def _next(t: Track, b: int, left: int, roots: Array, count: int, k: int) -> int:
     """Place in ``roots`` of what follows root ``k``."""
     wanted = -1.0 if roots[0, 4, k] < 0 else float(t.match[b, left, int(roots[0, 4, k])])
@@ -205,7 +205,7 @@ def _next(t: Track, b: int, left: int, roots: Array, count: int, k: int) -> int:
     return 0
 
 
-@compiled
+@compiled_within
 def _two_that_meet(t: Track, b: int, left: int, right: int, half: float, merge: int) -> bool:
     """Which two real roots of one end are the pair of the other (as ``double_roots.join_double_root``)."""
     n = t.re.shape[2]

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.eigenvalues.compilation import compiled
+from bicycle.eigenvalues.compilation import compiled_within
 from bicycle.modal.identity import APART, MUCH_FASTER, PLAIN
 from tyre.base.arrays import Array
 
@@ -33,7 +33,7 @@ class Walked(NamedTuple):
     grid: Whole  # (m,), 0 for a node that the full track may not have, 2 where it has none on the way to the next
 
 
-@compiled
+@compiled_within
 def walk(w: Walked, m: int, modes: int, castering: int, anchor: int, low: float, high: float) -> bool:
     """Fill in the labels up and down from the ``anchor``; False where it is not clear.
 
@@ -52,7 +52,8 @@ def walk(w: Walked, m: int, modes: int, castering: int, anchor: int, low: float,
     n = w.re.shape[1]
     owner, now, chance = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
     for way in range(2):
-        owner[:] = w.owner
+        for i in range(n):
+            owner[i] = w.owner[i]
         chance[:] = 0
         k, past = anchor, -1
         while 0 <= k < m:
@@ -71,7 +72,7 @@ def walk(w: Walked, m: int, modes: int, castering: int, anchor: int, low: float,
     return True
 
 
-@compiled
+@compiled_within
 def _halves_part(w: Walked, k: int, past: int, owner: Whole, chance: Whole) -> bool:
     """Mark the roots of a pair of two modes that splits, as rounding decides which is whose; True if they meet again.
 
@@ -87,7 +88,7 @@ def _halves_part(w: Walked, k: int, past: int, owner: Whole, chance: Whole) -> b
     return again
 
 
-@compiled
+@compiled_within
 def _assign(
     w: Walked, k: int, anchor: int, way: int, modes: int, castering: int, owner: Whole, now: Whole,
     low: float, high: float,
@@ -124,7 +125,7 @@ def _assign(
     return True
 
 
-@compiled
+@compiled_within
 def _joint(w: Walked, group: int, modes: int, castering: int) -> int:
     """Label of roots that may belong to any mode of a group; castering and one root of a tyre are wobble."""
     single, tyre, tyres, every = 0, -1, 0, 0
@@ -140,7 +141,7 @@ def _joint(w: Walked, group: int, modes: int, castering: int) -> int:
     return 1 << tyre if only_these and tyre >= castering + 1 else group
 
 
-@compiled
+@compiled_within
 def _assign_group(w: Walked, k: int, owner: Whole, group: int, modes: int, castering: int) -> int:
     """Give roots back to their modes: 1 where any changed hands, 0 none, 2 it cannot be told, -1 it is not clear."""
     n = w.re.shape[1]
@@ -179,7 +180,7 @@ def _assign_group(w: Walked, k: int, owner: Whole, group: int, modes: int, caste
     return _hand_over(w, k, owner, group, modes)
 
 
-@compiled
+@compiled_within
 def _hand_over(w: Walked, k: int, owner: Whole, group: int, modes: int) -> int:
     """Give pairs to the modes that had most of them, what remains to the single modes; 1 if any changed."""
     n = w.re.shape[1]
@@ -221,7 +222,7 @@ def _hand_over(w: Walked, k: int, owner: Whole, group: int, modes: int) -> int:
     return _give_reals(w, k, owner, target, group, modes)
 
 
-@compiled
+@compiled_within
 def _give_reals(w: Walked, k: int, owner: Whole, target: Whole, group: int, modes: int) -> int:
     """Real roots of pairs that are gone become those of the single modes that have none; 1 if any root changed."""
     n = w.re.shape[1]
@@ -245,7 +246,7 @@ def _give_reals(w: Walked, k: int, owner: Whole, target: Whole, group: int, mode
     return 1 if changed else 0
 
 
-@compiled
+@compiled_within
 def _blur(
     w: Walked, k: int, anchor: int, way: int, before: Whole, group: int, modes: int, low: float, high: float
 ) -> None:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bicycle.eigenvalues.compilation import compiled
+from bicycle.eigenvalues.compilation import compiled, compiled_within
 from bicycle.modal.anchor import MOSTLY, SLOW, SPARE, WALKING
 from bicycle.modal.anchor_kernel import FIRST_ROLE, find_anchor, own_core
 from bicycle.modal.batch_kind import Roles
@@ -67,7 +67,7 @@ def name_all(t: Track, unit: Array, roles: Roles, found: Named, todo: Whole) -> 
                     found.label[b, k, i] = w.label[k, i]
 
 
-@compiled
+@compiled_within
 def _in_branches(t: Track, b: int, m: int, w: Walked, root: Whole, share: Array, roles: Roles, unit: float) -> None:
     """Roots of the nodes in speed order and of each node in the order of branches; shares of roles where needed."""
     n = w.re.shape[1]
@@ -91,7 +91,7 @@ def _in_branches(t: Track, b: int, m: int, w: Walked, root: Whole, share: Array,
                     share[k, roles.of_state[s], i] += t.share[b, slot, s, root[k, i]]
 
 
-@compiled
+@compiled_within
 def _name(w: Walked, m: int, share: Array, roles: Roles, unit: float, found: Named, b: int) -> int:
     """Name one bicycle; the status says whether that is clear."""
     n = w.re.shape[1]
@@ -111,7 +111,7 @@ def _name(w: Walked, m: int, share: Array, roles: Roles, unit: float, found: Nam
     return SURE if _play(w, m, share, roles, unit, modes, known, found.name[b]) else NOT_CLEAR
 
 
-@compiled
+@compiled_within
 def _others(
     w: Walked, m: int, anchor: int, share: Array, roles: Roles, modes: int, low: float, high: float
 ) -> int:  # fmt: skip
@@ -145,7 +145,7 @@ def _others(
         modes += 1
 
 
-@compiled
+@compiled_within
 def _nearest_couple(
     w: Walked, m: int, anchor: int, partner: Whole, low: float, high: float
 ) -> tuple[int, int]:  # fmt: skip
@@ -173,7 +173,7 @@ def _nearest_couple(
     return p, (q if sure and not tie else -1)  # the full track may step over a short pair, or see another first
 
 
-@compiled
+@compiled_within
 def _meet_at_rest(w: Walked, m: int, anchor: int, partner: Whole) -> bool:
     """Whether two real roots, each a mode by itself, may be a pair below the first node."""
     far = NEAR_REST * w.v[0] / (w.v[1] - w.v[0])
@@ -192,7 +192,7 @@ def _meet_at_rest(w: Walked, m: int, anchor: int, partner: Whole) -> bool:
     return False
 
 
-@compiled
+@compiled_within
 def _two_overdamped(w: Walked, anchor: int, share: Array, roles: Roles, partner: Whole) -> bool:
     """Whether a joint has two real roots at the anchor that are not a pair elsewhere."""
     for r in range(roles.number):
@@ -206,7 +206,7 @@ def _two_overdamped(w: Walked, anchor: int, share: Array, roles: Roles, partner:
     return False
 
 
-@compiled
+@compiled_within
 def _play(w: Walked, m: int, share: Array, roles: Roles, unit: float, modes: int, known: int, name: Whole) -> bool:
     """Name the modes of tyres and joints by their mean share over a range of speed; False where that is not clear."""
     n, played = w.re.shape[1], len(roles.weight)
@@ -249,7 +249,7 @@ def _play(w: Walked, m: int, share: Array, roles: Roles, unit: float, modes: int
     return True
 
 
-@compiled
+@compiled_within
 def _weight(v: Array, m: int, k: int, unit: float) -> float:
     """Weight of node k of an integral as the full track takes it: half a step of it beyond its last node in range."""
     below = 0.5 * STEP if v[k] / unit >= WALKING else -0.5 * STEP

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.eigenvalues.compilation import compiled
+from bicycle.eigenvalues.compilation import compiled, compiled_within
 from bicycle.modal.tracking import STEP
 from tyre.base.arrays import Array
 
@@ -98,7 +98,7 @@ def assemble(
                     change[k, i, j] += slope * a[i, j]
 
 
-@compiled
+@compiled_within
 def mate_of(re: Array, im: Array, i: int) -> int:
     """The other half of a pair (roots (n,)), the root itself where it is real.
 
@@ -116,7 +116,7 @@ def mate_of(re: Array, im: Array, i: int) -> int:
     return i
 
 
-@compiled
+@compiled_within
 def on_grid(t: Track, unit: Array, b: int, slot: int) -> bool:
     """Whether the full track has this node whatever the roots do.
 

@@ -111,3 +111,38 @@ def test_kernels_are_compiled_anew_together(monkeypatch, tmp_path):
         file.write_text("z = 2")
         stamps.append(compilation._kernels.__wrapped__())
     assert len(set(stamps)) == 3
+
+
+WITHIN = """
+from bicycle.eigenvalues.compilation import compiled, compiled_within
+
+@compiled_within
+def shifted(x):
+    return x + 1
+
+@compiled
+def doubled(x):
+    return 2 * shifted(x)
+"""
+
+
+def test_what_is_compiled_for_kernels_is_called_by_them_and_refused_to_python(tmp_path):
+    (tmp_path / "own.py").write_text(WITHIN)
+    for hits in (0, 1):
+        content = {"__name__": "own"}
+        exec(compile(WITHIN, tmp_path / "own.py", "exec"), content)
+        assert content["doubled"](1.0) == 4.0
+        assert sum(content["doubled"].stats.cache_hits.values()) == hits
+        with pytest.raises(TypeError, match="shifted is compiled for other compiled functions; Python cannot call it"):
+            content["shifted"](1.0)
+
+
+def test_a_caller_that_is_compiled_later_takes_in_what_is_kept(tmp_path):
+    (tmp_path / "own.py").write_text(WITHIN)
+    for caller, answer in (("doubled", 4.0), ("tripled", 6.0)):
+        source = WITHIN + "\n@compiled\ndef tripled(x):\n    return 3 * shifted(x)\n"
+        (tmp_path / "own.py").write_text(source)
+        content = {"__name__": "own"}
+        exec(compile(source, tmp_path / "own.py", "exec"), content)
+        assert content[caller](1.0) == answer
+    assert sum(content["shifted"].stats.cache_hits.values()) == 1
