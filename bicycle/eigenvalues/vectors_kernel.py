@@ -48,12 +48,9 @@ def decompose_stack(
         count = min(LANES, m - start)
         if start == 0 or count < LANES:
             lanes, h, by = room_for(n, count)
-            keep, work, triangle = np.empty_like(h), np.empty((12, max(n, 4), lanes)), np.empty((2, n, n, lanes))
+            work, triangle = np.empty((12, max(n, 4), lanes)), np.empty((2, n, n, lanes))
         hessenberg(stack, start, count, h, by)
-        for i in range(n):  # in loops here and in other kernels: keep[:] = h takes three seconds more to compile
-            for j in range(n):
-                for k in range(lanes):
-                    keep[i, j, k] = h[i, j, k]
+        keep = h.copy()
         failed = roots_of(h, by.unit, start, count, real, imag)
         if failed >= 0:
             return start + failed
