@@ -17,12 +17,13 @@ from typing import Any
 from uuid import uuid4
 
 import numba
+from numba import _dynfunc
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import LoweringPass, register_pass
 from numba.core.registry import CPUDispatcher
-from numba.core.typed_passes import AnnotateTypes
+from numba.core.typed_passes import AnnotateTypes, NativeLowering
 
 DAMAGED = (EOFError, UnpicklingError, ValueError, OSError)
 
@@ -64,9 +65,19 @@ def _kernels() -> bytes:
     return b"".join(file.read_bytes() for file in sorted(Path(__file__).parents[1].rglob("*_kernel.py")))
 
 
-class _AsItIs(JITCodeLibrary):
+class _ForCallers(JITCodeLibrary):
+    """Code that is linked into that of callers, and neither optimised nor loaded by itself.
+
+    Were it loaded, the linker would take it where a caller calls it, and leave the caller's own copy: twice as slow.
+    """
+
     def _optimize_final_module(self) -> None:
         pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = True
 
 
 @register_pass(mutates_CFG=False, analysis_only=True)
@@ -77,17 +88,36 @@ class _LeaveToCallers(LoweringPass):
         super().__init__()
 
     def run_pass(self, state: Any) -> bool:
-        state.library = _AsItIs(state.targetctx.codegen(), state.func_id.func_qualname)
-        state.library.enable_object_caching()
+        state.library = _ForCallers(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.flags.no_compile = True
+        return False
+
+
+@register_pass(mutates_CFG=False, analysis_only=True)
+class _KnownToCallers(LoweringPass):
+    _name = "known_to_callers"
+
+    def __init__(self) -> None:
+        super().__init__()
+
+    def run_pass(self, state: Any) -> bool:
+        known = state.cr.fndesc
+        nowhere = 0
+        function = _dynfunc.make_function(
+            known.lookup_module(), state.func_id.func_name, "", nowhere, state.cr.env, (state.library,)
+        )
+        state.targetctx.insert_user_function(function, known, [state.library])
+        state.cr = state.cr._replace(cfunc=function)
         return False
 
 
 class _Within(CompilerBase):
-    """The default compiler, but for the optimisation of what callers optimise again as a part of theirs."""
+    """The default compiler, but for what callers do with their own: optimise it, make it machine code, load it."""
 
     def define_pipelines(self) -> list[Any]:
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
         passes.add_pass_after(_LeaveToCallers, AnnotateTypes)
+        passes.add_pass_after(_KnownToCallers, NativeLowering)
         passes.finalize()
         return [passes]
 
@@ -110,32 +140,26 @@ def compiled(function: Callable[..., Any]) -> Any:
     RuntimeError
         There is no place beside the source, as in a zipped wheel.
     """
-    return _kept(function)
+    dispatcher = _numba(function)
+    dispatcher._cache = _Kept(function)  # as cache=True does, with numba's own
+    return dispatcher
 
 
 def compiled_within(function: Callable[..., Any]) -> Any:
-    """As :func:`compiled`, for a function that others call which are compiled: Python cannot, and waits a third less.
+    """As :func:`compiled`, for a function that others call which are compiled: Python cannot.
 
-    Every caller takes the whole of it in and optimises it with its own. By itself it is not optimised therefore.
-    Called from Python it raises a ``TypeError``.
+    Every caller takes the whole of it in, optimises it with its own and keeps it. By itself it is neither optimised,
+    loaded nor kept therefore. Called from Python it raises a ``TypeError``.
 
     Parameters
     ----------
     function : callable
-        As in :func:`compiled`.
-
-    Raises
-    ------
-    RuntimeError
-        As in :func:`compiled`.
     """
-    dispatcher = _kept(function, pipeline_class=_Within, no_cpython_wrapper=True)
+    dispatcher = _numba(function, pipeline_class=_Within, no_cpython_wrapper=True)
     dispatcher.__class__ = _ForKernels
     return dispatcher
 
 
-def _kept(function: Callable[..., Any], **options: Any) -> Any:
+def _numba(function: Callable[..., Any], **options: Any) -> Any:
     # nothing in C calls it
-    dispatcher = numba.njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, **options)(function)
-    dispatcher._cache = _Kept(function)  # as cache=True does, with numba's own
-    return dispatcher
+    return numba.njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, **options)(function)

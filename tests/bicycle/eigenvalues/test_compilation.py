@@ -137,12 +137,22 @@ def test_what_is_compiled_for_kernels_is_called_by_them_and_refused_to_python(tm
             content["shifted"](1.0)
 
 
-def test_a_caller_that_is_compiled_later_takes_in_what_is_kept(tmp_path):
-    (tmp_path / "own.py").write_text(WITHIN)
-    for caller, answer in (("doubled", 4.0), ("tripled", 6.0)):
-        source = WITHIN + "\n@compiled\ndef tripled(x):\n    return 3 * shifted(x)\n"
-        (tmp_path / "own.py").write_text(source)
+def test_a_caller_that_is_compiled_later_takes_in_what_others_did(tmp_path):
+    source = WITHIN + "\n@compiled\ndef tripled(x):\n    return 3 * shifted(x)\n"
+    (tmp_path / "own.py").write_text(source)
+    for callers in ({"doubled": 4.0}, {"tripled": 6.0}, {"doubled": 4.0, "tripled": 6.0}):
         content = {"__name__": "own"}
         exec(compile(source, tmp_path / "own.py", "exec"), content)
-        assert content[caller](1.0) == answer
-    assert sum(content["shifted"].stats.cache_hits.values()) == 1
+        assert {caller: content[caller](1.0) for caller in callers} == callers
+    assert [sum(content[name].stats.cache_hits.values()) for name in ("doubled", "tripled")] == [1, 1]
+
+
+def test_what_is_compiled_for_kernels_is_not_loaded_by_itself(tmp_path):
+    """Else it takes the place of the copy that a caller has optimised: twice the time until the next start."""
+    (tmp_path / "own.py").write_text(WITHIN)
+    content = {"__name__": "own"}
+    exec(compile(WITHIN, tmp_path / "own.py", "exec"), content)
+    content["doubled"](1.0)
+    for name, loaded in (("shifted", False), ("doubled", True)):
+        (result,) = content[name].overloads.values()
+        assert bool(result.library.get_pointer_to_function(result.fndesc.llvm_func_name)) == loaded
