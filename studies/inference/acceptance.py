@@ -10,6 +10,7 @@ from studies.inference.checks import (
     HeldOut,
     goodness_of_fit,
     held_out,
+    left_over,
     whiteness,
     with_wider_nuisances,
     within_uncertainty,
@@ -97,12 +98,12 @@ def accept(forward: Forward, known: Hypotheses, leader: Fit | None) -> Acceptanc
     led = _studied(forward, known, leader)
     vital = _vital(forward, led)
     reserved = (*_reserved(known, led, null_score), *_each_alone(forward, known, led, null_score))
-    fitting, within = _fitting(forward, leader), _within(leader)
-    checks = (*vital, *reserved, within, *fitting)
+    fitting, unreserved = _fitting(forward, leader), (_within(leader), *_left_over(forward, leader))
+    checks = (*vital, *reserved, *unreserved, *fitting)
     scores = {"nuisance_only": null_score, "final": led.score}
     members, explains = tuple(led.members), all(c.passed for c in (*vital, *fitting))
     reasons = {f.name: why for f, why in led.members.items()}
-    doubts = tuple(f"{c.what}: {c.figure}" for c in (*reserved, within) if not c.passed)
+    doubts = tuple(f"{c.what}: {c.figure}" for c in (*reserved, *unreserved) if not c.passed)
     if explains and not doubts:
         word = "named" if len(members) == 1 else "class"
         return Acceptance(word, leader, scores, leader, members, reasons, (), checks)
@@ -209,6 +210,16 @@ def _within(leader: Fit) -> AcceptanceCheck:
     """Must hold for a name without reservation, and not for a partial one: else the bicycle may be another one."""
     p = within_uncertainty(leader)
     return AcceptanceCheck("parameters within their uncertainty, p > 0.01", f"{p:.2g}", p > POOR_FIT)
+
+
+def _left_over(forward: Forward, leader: Fit) -> tuple[AcceptanceCheck, ...]:
+    """Likewise: else something like the leader may be what is missing."""
+    left = left_over(forward, leader)
+    if left is None:
+        return ()
+    p, most = left
+    figure = f"{p:.2g}" + ("" if p > POOR_FIT else f", mostly {most}")
+    return (AcceptanceCheck("nothing left for terms without a cause, p > 0.01", figure, p > POOR_FIT),)
 
 
 def _fitting(forward: Forward, leader: Fit) -> tuple[AcceptanceCheck, ...]:

@@ -1,4 +1,4 @@
-"""The checks of an effect before it is named: held-out score, goodness of fit, whiteness, how far nuisances went."""
+"""The checks of an effect before it is named: held-out score, fit, whiteness, what is left, how far nuisances went."""
 
 import math
 from collections.abc import Iterator
@@ -12,11 +12,13 @@ from studies.inference.arrays import Array
 from studies.inference.evidence import Hypotheses
 from studies.inference.fit import Fit, fit
 from studies.inference.forward import Forward
+from studies.inference.parameter import Candidate
 
 FEWEST_RESIDUALS = 8  # of a series that can be judged white
 MOST_LAGS = 10
 DRAWS = 200  # of white noise
 ROUNDING = 1e-12  # of the size of a residual, below which it does not vary
+TAKEN = 0.01  # of the square of a direction: less than that left by a hypothesis says nothing about it
 WIDER_NUISANCES = 2.0  # times their standard deviations
 
 
@@ -130,6 +132,43 @@ def within_uncertainty(hypothesis: Fit) -> float:
     if not variance > ROUNDING:
         return 1.0
     return float(chi2_distribution.sf(2 * mean * float(went @ went) / variance, 2 * mean**2 / variance))
+
+
+def left_over(forward: Forward, hypothesis: Fit) -> tuple[float, str] | None:
+    """P(larger) of what all terms without a cause together would still explain, and the one that would most.
+
+    A cause that the library lacks is often imitated well enough for the sum of squares, which is spread over all rows;
+    the terms ask in few directions. Score test (Rao 1948, Proc. Cambridge Philosophical Society 44, 50-57): the slopes
+    T of the residual r at zero size, s = T' r, whose covariance is T' (1 - J P J') T where the hypothesis, with slopes
+    J and posterior covariance P, is true. None where there is no term, or the hypothesis takes all of them.
+
+    Parameters
+    ----------
+    forward : Forward
+    hypothesis : Fit
+        To all rows.
+    """
+    terms: tuple[Candidate, ...] = ()
+    for term in forward.phenomenological():
+        if term.either_sign and forward.compatible((*hypothesis.candidates, *terms, term)):
+            terms += (term,)
+    neutral = [u.centre for term in terms for u in term.unknowns]
+    residual, jacobian = forward.residual((*hypothesis.candidates, *terms), np.append(hypothesis.theta, neutral))
+    t = jacobian[:, len(hypothesis.theta) :]
+    size = np.sqrt((t**2).sum(0))
+    moving = np.flatnonzero(np.isfinite(size) & (size > 0))
+    if not len(moving) or not np.isfinite(residual).all():
+        return None
+    t = t[:, moving] / size[moving]
+    score, taken = t.T @ residual, t.T @ hypothesis.jacobian
+    spread = t.T @ t - taken @ hypothesis.covariance @ taken.T
+    free, axes = np.linalg.eigh(spread)
+    told = free > TAKEN
+    if not told.any():
+        return None
+    statistic = float(((axes.T @ score)[told] ** 2 / free[told]).sum())
+    most = int(np.argmax(score**2 / np.maximum(spread.diagonal(), TAKEN)))
+    return float(chi2_distribution.sf(statistic, int(told.sum()))), terms[moving[most]].identifier
 
 
 def whiteness(forward: Forward, hypothesis: Fit) -> float:

@@ -1,10 +1,10 @@
-"""Whiteness of residuals against Ljung & Box (1978), and what a constant residual says."""
+"""The checks before a name, against the probabilities that they state; whiteness against Ljung & Box (1978)."""
 
 import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from studies.inference.checks import whiteness, within_uncertainty
+from studies.inference.checks import left_over, whiteness, within_uncertainty
 from studies.inference.fit import Fit
 from studies.inference.forward import ForwardModel, Rows
 from studies.inference.parameter import Candidate, UncertainParameter
@@ -139,3 +139,65 @@ def test_parameters_of_which_the_data_tell_nothing_are_within():
     rng = np.random.default_rng(3)
     assert within_uncertainty(shifted(rng, np.zeros((5, 3)))) == 1.0
     assert within_uncertainty(shifted(rng, np.zeros((5, 0)))) == 1.0
+
+
+class WithTerms(ForwardModel):
+    """Linear data: one nuisance, an effect, and terms without a cause; slopes (rows, 2 + terms)."""
+
+    nuisances = (UncertainParameter("u", "1", {"u": 1.0}, 0.0, 0.5),)
+    candidates = (Candidate("effect", (UncertainParameter("size", "1", {"e": 1.0}, 0.0, 2.0, size=True),)),)
+
+    def __init__(self, slopes, data):
+        self.slopes, self.data = slopes, data
+        self.rows = Rows(("x",) * len(data), np.arange(float(len(data))), ("x",) * len(data), np.zeros(len(data), int))
+
+    def phenomenological(self):
+        names = [f"term {k}" for k in range(self.slopes.shape[1] - 2)]
+        either = [Candidate(n, (UncertainParameter("gain", "1", {n: 1.0}, 0.0, 1.0, size=True),)) for n in names]
+        one_sided = UncertainParameter("gain", "1", {"w": 1.0}, 0.0, 1.0, highest=0.0, size=True)
+        return (*either, Candidate("of the wrong sign", (one_sided,)))
+
+    def residual(self, candidates, theta, *, slopes=True):
+        columns = [0, *([1] if candidates else []), *(2 + int(c.identifier[-1]) for c in candidates[1:])]
+        return self.data - self.slopes[:, columns] @ theta, -self.slopes[:, columns]
+
+    def fitted(self):
+        """By the normal equations of data and prior."""
+        j, weight = self.slopes[:, :2], np.diag([1 / 0.5**2, 1 / 2.0**2])
+        covariance = np.linalg.inv(j.T @ j + weight)
+        theta = covariance @ j.T @ self.data
+        unknowns = (*self.nuisances, *self.candidates[0].unknowns)
+        return Fit(self.candidates, unknowns, theta, covariance, self.data - j @ theta, -j, 0.0, 0.0)
+
+
+def drawn(rng, slopes, gains=0.0):
+    truth = np.r_[0.5 * rng.standard_normal(), 2.0 * rng.standard_normal(), np.broadcast_to(gains, slopes.shape[1] - 2)]
+    forward = WithTerms(slopes, slopes @ truth + rng.standard_normal(len(slopes)))
+    return left_over(forward, forward.fitted())
+
+
+def test_what_is_left_for_terms_has_the_probability_that_is_said():
+    """Where the hypothesis is true p is even, also with terms like each other and like the effect."""
+    rng = np.random.default_rng(4)
+    slopes = rng.standard_normal((30, 5)) * np.array([3.0, 1.0, 2.0, 0.1, 5.0])
+    slopes[:, 3] += slopes[:, 2]
+    slopes[:, 4] += 2 * slopes[:, 1]
+    p = np.array([drawn(rng, slopes)[0] for _ in range(2000)])
+    for below in (0.01, 0.05, 0.5):
+        assert abs(np.mean(p < below) - below) < 3 * np.sqrt(below / 2000)
+
+
+def test_what_is_left_is_found_and_the_term_named():
+    rng = np.random.default_rng(5)
+    slopes = rng.standard_normal((30, 5))
+    found = [drawn(rng, slopes, [0.0, 1.2, 0.0]) for _ in range(100)]
+    assert np.mean([p < 0.01 for p, _ in found]) > 0.9
+    assert np.mean([name == "term 1" for _, name in found]) > 0.9
+
+
+def test_a_term_that_the_hypothesis_takes_says_nothing():
+    rng = np.random.default_rng(6)
+    slopes = rng.standard_normal((30, 2)) * 20
+    assert drawn(rng, slopes[:, [0, 1, 1]]) is None
+    assert drawn(rng, np.c_[slopes, np.zeros(30)]) is None
+    assert drawn(rng, slopes) is None  # but for the one-sided, which is no direction

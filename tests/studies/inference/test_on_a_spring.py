@@ -64,10 +64,11 @@ class Spring(ForwardModel):
         """Positions (count, 3 * 61) by the classical rule of Runge and Kutta."""
         mass, stiffness = values["mass"], values["stiffness"]
         damping, cubic = values.get("damping", 0.0), values.get("cubic", 0.0)
+        square = values.get("square", 0.0)
 
         def rate(state):
             x, v = state
-            return np.stack([v, -(damping * v + stiffness * x + cubic * x**3) / mass])
+            return np.stack([v, -(damping * v + stiffness * x + square * x**2 + cubic * x**3) / mass])
 
         h = TIME[1] - TIME[0]  # of 31 to a period: an error of some 2e-4 of the amplitude in the run
         x = np.broadcast_to(STARTS, (count, len(STARTS)))
@@ -81,11 +82,11 @@ class Spring(ForwardModel):
         return (np.stack(seen, -1) + np.asarray(values.get("zero", 0.0))[..., None]).reshape(count, -1)
 
 
-def recorded(seed, *, mass=2.02, stiffness=7.95, damping=0.0, cubic=0.0, zero=0.0):
+def recorded(seed, *, mass=2.02, stiffness=7.95, damping=0.0, square=0.0, cubic=0.0, zero=0.0):
     """What a sensor of noise 2 cm reads, by other code than what is fitted."""
 
     def rate(t, y):
-        return y[1], -(damping * y[1] + stiffness * y[0] + cubic * y[0] ** 3) / mass
+        return y[1], -(damping * y[1] + stiffness * y[0] + square * y[0] ** 2 + cubic * y[0] ** 3) / mass
 
     runs = [solve_ivp(rate, (0, TIME[-1]), (x, 0), t_eval=TIME, rtol=1e-10, atol=1e-12).y[0] for x in STARTS]
     return np.array(runs) + zero + NOISE * np.random.default_rng(seed).standard_normal((len(STARTS), len(TIME)))
@@ -138,6 +139,25 @@ def test_a_name_is_tentative_where_the_parameters_had_to_go_too_far():
     (failed,) = (check for check in verdict.checks if not check.passed)
     assert failed.what == "parameters within their uncertainty, p > 0.01"
     assert verdict.sentence.endswith(f"What does not hold: {failed.what}: {failed.figure}.")
+
+
+class WithTerm(Spring):
+    """The same, which also asks for a force that pushes the same way on either side."""
+
+    def phenomenological(self):
+        return (Candidate("square", (UncertainParameter("square", "N/m^2", {"square": 1.0}, 0.0, 0.5, size=True),)),)
+
+
+@pytest.mark.parametrize(("square", "word"), [(0.0, "named"), (0.1, "tentative")])
+def test_a_name_is_tentative_where_a_term_without_a_cause_would_explain_more(square, word):
+    """The sum of squares is as it should be with either: it is spread over all rows, and the term over few."""
+    verdict = judge(WithTerm(recorded(4, damping=0.15, square=square))).verdict
+    assert (verdict.verdict, verdict.equivalent) == (word, ("damper",))
+    assert verdict.goodness_of_fit_p > 0.1
+    (check,) = (check for check in verdict.checks if check.what == "nothing left for terms without a cause, p > 0.01")
+    assert check.passed == (word == "named")
+    assert ("mostly square" in check.figure) == (word == "tentative")
+    assert verdict.sentence.endswith(f"What does not hold: {check.what}: {check.figure}.") == (word == "tentative")
 
 
 @pytest.mark.parametrize(
