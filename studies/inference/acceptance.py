@@ -213,13 +213,16 @@ def _within(leader: Fit) -> AcceptanceCheck:
 
 
 def _left_over(forward: Forward, leader: Fit) -> tuple[AcceptanceCheck, ...]:
-    """Likewise: else something like the leader may be what is missing."""
+    """Likewise: else it may be something like the leader that is missing."""
+    what = "nothing left for terms without a cause, p > 0.01"
+    rough = [c.identifier for c in leader.candidates if c.approximate]
+    if rough:
+        return (AcceptanceCheck(what, f"not asked: {' and '.join(rough)} is modelled roughly", True),)
     left = left_over(forward, leader)
     if left is None:
         return ()
     p, most = left
-    figure = f"{p:.2g}" + ("" if p > POOR_FIT else f", mostly {most}")
-    return (AcceptanceCheck("nothing left for terms without a cause, p > 0.01", figure, p > POOR_FIT),)
+    return (AcceptanceCheck(what, f"{p:.2g}" + ("" if p > POOR_FIT else f", mostly {most}"), p > POOR_FIT),)
 
 
 def _fitting(forward: Forward, leader: Fit) -> tuple[AcceptanceCheck, ...]:

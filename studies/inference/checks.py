@@ -18,7 +18,7 @@ FEWEST_RESIDUALS = 8  # of a series that can be judged white
 MOST_LAGS = 10
 DRAWS = 200  # of white noise
 ROUNDING = 1e-12  # of the size of a residual, below which it does not vary
-TAKEN = 0.01  # of the square of a direction: less than that left by a hypothesis says nothing about it
+TAKEN = 1e-4  # of the square of a direction: less than that left by a hypothesis says nothing about it
 WIDER_NUISANCES = 2.0  # times their standard deviations
 
 
@@ -135,12 +135,13 @@ def within_uncertainty(hypothesis: Fit) -> float:
 
 
 def left_over(forward: Forward, hypothesis: Fit) -> tuple[float, str] | None:
-    """P(larger) of what all terms without a cause together would still explain, and the one that would most.
+    """P(larger) of what terms without a cause would still explain, and the one that would explain most.
 
     A cause that the library lacks is often imitated well enough for the sum of squares, which is spread over all rows;
     the terms ask in few directions. Score test (Rao 1948, Proc. Cambridge Philosophical Society 44, 50-57): the slopes
     T of the residual r at zero size, s = T' r, whose covariance is T' (1 - J P J') T where the hypothesis, with slopes
-    J and posterior covariance P, is true. None where there is no term, or the hypothesis takes all of them.
+    J and posterior covariance P, is true. Asked of all terms together and of each, by Bonferroni. None where there is
+    no term, or the hypothesis takes all of them.
 
     Parameters
     ----------
@@ -166,9 +167,11 @@ def left_over(forward: Forward, hypothesis: Fit) -> tuple[float, str] | None:
     told = free > TAKEN
     if not told.any():
         return None
-    statistic = float(((axes.T @ score)[told] ** 2 / free[told]).sum())
-    most = int(np.argmax(score**2 / np.maximum(spread.diagonal(), TAKEN)))
-    return float(chi2_distribution.sf(statistic, int(told.sum()))), terms[moving[most]].identifier
+    together = float(((axes.T @ score)[told] ** 2 / free[told]).sum())
+    each = np.where(spread.diagonal() > TAKEN, score**2 / np.maximum(spread.diagonal(), TAKEN), 0.0)
+    most = int(np.argmax(each))
+    p = chi2_distribution.sf(together, int(told.sum())), len(each) * chi2_distribution.sf(each[most], 1)
+    return float(min(1.0, 2 * min(p))), terms[moving[most]].identifier
 
 
 def whiteness(forward: Forward, hypothesis: Fit) -> float:

@@ -108,6 +108,8 @@ class Candidate:
         What it does to the data, in words, for the report.
     weight : float
         Prior probability relative to an ordinary candidate: less for a mistake that a careful laboratory rarely makes.
+    approximate : bool
+        Its model leaves more of the data than noise where it is the cause: what is left over is not held against it.
 
     Raises
     ------
@@ -123,6 +125,7 @@ class Candidate:
     replaces: str | None = None
     signature: str = ""
     weight: float = 1.0
+    approximate: bool = False
 
     def __post_init__(self) -> None:
         if not 0 < self.weight < math.inf:

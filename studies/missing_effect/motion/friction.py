@@ -25,7 +25,8 @@ WINDOW, FEWEST, ORDER = 0.1, 5, 2  # s and samples over which a parabola smooths
 def friction_candidate() -> Candidate:
     """Dry friction of the steering as a candidate: it is there, and no mistake of a sensor."""
     torque = error("torque", "N m", FRICTION, TYPICAL, least=LEAST, lowest=0.0)
-    return Candidate("steer_friction", (torque,), signature="a torque of one size against the steer rate")
+    signature = "a torque of one size against the steer rate"
+    return Candidate("steer_friction", (torque,), signature=signature, approximate=True)  # sticking is left out
 
 
 def friction_refused(run: Run) -> str:
