@@ -150,8 +150,8 @@ def left_over(forward: Forward, hypothesis: Fit) -> tuple[float, str] | None:
         To all rows.
     """
     terms: tuple[Candidate, ...] = ()
-    for term in forward.phenomenological():
-        if term.either_sign and forward.compatible((*hypothesis.candidates, *terms, term)):
+    for term in forward.directions():
+        if forward.compatible((*hypothesis.candidates, *terms, term)):
             terms += (term,)
     neutral = [u.centre for term in terms for u in term.unknowns]
     residual, jacobian = forward.residual((*hypothesis.candidates, *terms), np.append(hypothesis.theta, neutral))

@@ -161,6 +161,9 @@ class Forward(Protocol):
     def phenomenological(self) -> tuple[Candidate, ...]:
         """Terms without a physical cause that can mimic an unknown one."""
 
+    def directions(self) -> tuple[Candidate, ...]:
+        """Those of one size and either sign, in whose directions what a hypothesis leaves is judged."""
+
     @property
     def varied(self) -> bool:
         """Whether the conditions differ enough for a name: two speeds, two loads, two inputs."""
@@ -219,6 +222,10 @@ class ForwardModel:
         return ()
 
     def phenomenological(self) -> tuple[Candidate, ...]:
+        """None."""
+        return ()
+
+    def directions(self) -> tuple[Candidate, ...]:
         """None."""
         return ()
 

@@ -269,7 +269,14 @@ class JointForward:
 
     def phenomenological(self) -> tuple[Candidate, ...]:
         """Those of the parts, each once."""
-        every = (c for part in self.parts for c in map(part.candidate, part.forward.phenomenological()))
+        return self._each_once(part.forward.phenomenological() for part in self.parts)
+
+    def directions(self) -> tuple[Candidate, ...]:
+        """Those of the parts, each once."""
+        return self._each_once(part.forward.directions() for part in self.parts)
+
+    def _each_once(self, terms: Iterable[tuple[Candidate, ...]]) -> tuple[Candidate, ...]:
+        every = (part.candidate(c) for part, some in zip(self.parts, terms, strict=True) for c in some)
         return tuple({c.identifier: c for c in every}.values())
 
     def proposed(self) -> tuple[ProposedMeasurement, ...]:

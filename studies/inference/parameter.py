@@ -136,13 +136,6 @@ class Candidate:
         """Not a thing that is there, but a mistake of a sensor or of a file: its weight is below one."""
         return self.weight < 1
 
-    @property
-    def either_sign(self) -> bool:
-        """One size, of either sign."""
-        return len(self.unknowns) == 1 and all(
-            u.size and u.power == 1 and math.isinf(u.lowest) and math.isinf(u.highest) for u in self.unknowns
-        )
-
     def unusual(self) -> "Candidate":
         """The same with sizes that seldom occur: prior sd of the sizes wider by :data:`UNUSUAL`."""
         unknowns = tuple(

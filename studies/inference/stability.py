@@ -125,6 +125,10 @@ class Variant:
         """None: what would mimic the rest is asked once."""
         return ()
 
+    def directions(self) -> tuple[Candidate, ...]:
+        """As the model it stands for."""
+        return self.inner.directions()
+
     def refined(self, best: Residual) -> "Variant":
         """Itself, whatever the residual of ``best``: its noise is known."""
         return self

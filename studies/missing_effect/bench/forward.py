@@ -127,6 +127,10 @@ class BenchForward(BicycleForward):
         return ()
 
     def phenomenological(self) -> tuple[Candidate, ...]:
+        """Those of :meth:`directions`."""
+        return self.directions()
+
+    def directions(self) -> tuple[Candidate, ...]:
         """Steer torque proportional to the steer angle and rate."""
         return tuple(c for c in feedback_terms() if c.identifier.startswith("steer torque from steer"))
 

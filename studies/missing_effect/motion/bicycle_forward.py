@@ -103,7 +103,11 @@ class BicycleForward(ForwardModel):
 
     def phenomenological(self) -> tuple[Candidate, ...]:
         """Steer torque proportional to lean, steer and their rates, and effects with the unphysical sign."""
-        return (*feedback_terms(), *reversed_signs(self.candidates))
+        return (*self.directions(), *reversed_signs(self.candidates))
+
+    def directions(self) -> tuple[Candidate, ...]:
+        """Steer and lean torque proportional to lean, steer and their rates."""
+        return feedback_terms()
 
     def forced(self, fastest: float) -> tuple[ForcedResponse, ...]:
         """Frequency responses to steer torque at the ``fastest`` measured speed (m/s) and above, where it stays up."""

@@ -151,11 +151,9 @@ class WithTerms(ForwardModel):
         self.slopes, self.data = slopes, data
         self.rows = Rows(("x",) * len(data), np.arange(float(len(data))), ("x",) * len(data), np.zeros(len(data), int))
 
-    def phenomenological(self):
+    def directions(self):
         names = [f"term {k}" for k in range(self.slopes.shape[1] - 2)]
-        either = [Candidate(n, (UncertainParameter("gain", "1", {n: 1.0}, 0.0, 1.0, size=True),)) for n in names]
-        one_sided = UncertainParameter("gain", "1", {"w": 1.0}, 0.0, 1.0, highest=0.0, size=True)
-        return (*either, Candidate("of the wrong sign", (one_sided,)))
+        return tuple(Candidate(n, (UncertainParameter("gain", "1", {n: 1.0}, 0.0, 1.0, size=True),)) for n in names)
 
     def residual(self, candidates, theta, *, slopes=True):
         columns = [0, *([1] if candidates else []), *(2 + int(c.identifier[-1]) for c in candidates[1:])]
@@ -200,4 +198,4 @@ def test_a_term_that_the_hypothesis_takes_says_nothing():
     slopes = rng.standard_normal((30, 2)) * 20
     assert drawn(rng, slopes[:, [0, 1, 1]]) is None
     assert drawn(rng, np.c_[slopes, np.zeros(30)]) is None
-    assert drawn(rng, slopes) is None  # but for the one-sided, which is no direction
+    assert drawn(rng, slopes) is None

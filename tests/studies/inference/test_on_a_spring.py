@@ -144,7 +144,7 @@ def test_a_name_is_tentative_where_the_parameters_had_to_go_too_far():
 class WithTerm(Spring):
     """The same, which also asks for a force that pushes the same way on either side."""
 
-    def phenomenological(self):
+    def directions(self):
         return (Candidate("square", (UncertainParameter("square", "N/m^2", {"square": 1.0}, 0.0, 0.5, size=True),)),)
 
 
