@@ -6,15 +6,15 @@ Everything is read from the source (``house_imports``), so that a new file or ro
 import json
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 from statistics import median
 
 import pytest
-from house_imports import PACKAGES, circles, floors, foreign, imports, modules, named_imports, of_rooms, room
+from house_imports import PACKAGES, Graph, circles, floors, foreign, imports, modules, named_imports, of_rooms, room
 
 ROOT = Path(__file__).parents[2]
 FILES = modules(ROOT)
-GRAPH = imports(FILES)
 
 PRESENTATION = {"matplotlib", "jinja2", "click", "tabulate"}
 """Libraries that draw or print; numbers are made without them."""
@@ -29,23 +29,29 @@ BESIDE_THE_ROOMS = {"benchmarks", "docs", "house", "published", "shared"}
 """Folders of tests that belong to no single room: about the house as a whole, its documents and the literature."""
 
 
+@cache
+def graph() -> Graph:
+    """Module -> the modules that it imports; read when it is asked for, by one of the processes that tests run in."""
+    return imports(FILES)
+
+
 def inside(package: str) -> list[str]:
     return [module for module in FILES if module == package or module.startswith(f"{package}.")]
 
 
 def test_no_circle_of_files():
-    assert circles(GRAPH) == []
+    assert circles(graph()) == []
 
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_no_circle_of_rooms(package):
-    assert circles(of_rooms(GRAPH, package)) == []
+    assert circles(of_rooms(graph(), package)) == []
 
 
 def test_arrows_between_the_packages_point_one_way():
     wrong = [
         f"{module} imports {target}"
-        for module, targets in GRAPH.items()
+        for module, targets in graph().items()
         for target in targets
         if PACKAGES.index(target.split(".")[0]) > PACKAGES.index(module.split(".")[0])
     ]
@@ -53,13 +59,13 @@ def test_arrows_between_the_packages_point_one_way():
 
 
 def test_the_bicycle_stands_on_at_most_eight_floors():
-    floor = floors(of_rooms(GRAPH, "bicycle"))
+    floor = floors(of_rooms(graph(), "bicycle"))
     assert floor["bicycle.effect"] > floor["bicycle.parameters"] >= 1
     assert max(floor.values()) <= 8, sorted(floor.items(), key=lambda item: item[1])
 
 
 def test_derivation_knows_no_effect():
-    known = {room(target) for module in inside("bicycle.derivation") for target in GRAPH[module]}
+    known = {room(target) for module in inside("bicycle.derivation") for target in graph()[module]}
     assert (
         known & {"bicycle.effect", "bicycle.effects", "bicycle.effect.parameter", "bicycle.effect.signature"} == set()
     )
@@ -67,18 +73,18 @@ def test_derivation_knows_no_effect():
 
 def test_the_ground_of_the_house_imports_nothing_of_the_house():
     ground = inside("tyre.base")
-    assert {target for module in ground for target in GRAPH[module]} <= set(ground)
+    assert {target for module in ground for target in graph()[module]} <= set(ground)
 
 
 def test_channels_stand_on_the_ground():
     """Rigs and bicycles read their recordings through them, so that they know of neither."""
-    known = {room(target) for module in inside("tyre.channels") for target in GRAPH[module]}
+    known = {room(target) for module in inside("tyre.channels") for target in graph()[module]}
     assert known == {"tyre.base", "tyre.channels"}
 
 
 def test_the_bicycle_knows_nothing_of_rigs():
     """The two meet in what a tyre is; how it was measured is unknown to the bicycle."""
-    known = {room(target) for module in inside("bicycle") for target in GRAPH[module]}
+    known = {room(target) for module in inside("bicycle") for target in graph()[module]}
     assert "tyre.properties" in known
     assert known & {"tyre.rig", "tyre.recordings", "tyre.campaigns", "tyre.fits"} == set()
 
@@ -86,7 +92,7 @@ def test_the_bicycle_knows_nothing_of_rigs():
 def test_inference_needs_numpy_and_scipy_only():
     rooms = inside("studies.inference")
     assert len(rooms) > 5
-    assert {target for module in rooms for target in GRAPH[module]} <= set(rooms)
+    assert {target for module in rooms for target in graph()[module]} <= set(rooms)
     outside = {name for module in rooms for name in foreign(module, FILES[module])}
     assert outside - sys.stdlib_module_names == {"numpy", "scipy"}
 
@@ -94,7 +100,7 @@ def test_inference_needs_numpy_and_scipy_only():
 def test_numbers_are_made_without_presentation():
     drawing = {module for module in inside("tyre") + inside("bicycle") if foreign(module, FILES[module]) & PRESENTATION}
     assert drawing - DRAWN_BY_THE_MODES == set()
-    users = {module for module, targets in GRAPH.items() if "bicycle.modal.figure" in targets}
+    users = {module for module, targets in graph().items() if "bicycle.modal.figure" in targets}
     assert {module for module in users if not module.startswith("studies.")} == {"bicycle.modal.named_modes"}
 
 
@@ -130,7 +136,7 @@ def test_tests_mirror_the_rooms():
     for package in PACKAGES:
         rooms = {path.name for path in (ROOT / package).iterdir() if _is_room(path)} - {"velotyre"}
         assert {path.name for path in (ROOT / "tests" / package).iterdir() if _is_room(path)} == rooms
-        flat = {name.split(".")[1] for name in of_rooms(GRAPH, package)} - rooms
+        flat = {name.split(".")[1] for name in of_rooms(graph(), package)} - rooms
         for test in (ROOT / "tests" / package).glob("test_*.py"):
             assert test.stem.removeprefix("test_") in flat, f"{test.name} belongs to no room of {package}"
 
