@@ -30,6 +30,7 @@ LIKELIER_ODDS = 3.0  # beyond which a hypothesis with one effect more than the l
 EVEN = 0.5  # P(nothing is missing) above which a poor fit of nothing alone names nothing
 MOST_LEADERS = 6  # that are refitted with wider nuisances
 MOST_MIMICS = 5
+LEFT_OVER = "nothing left for terms without a cause, p > 0.01"
 MIMIC_SHARE = 0.9  # of the objective that a term must leave at most
 
 
@@ -214,15 +215,14 @@ def _within(leader: Fit) -> AcceptanceCheck:
 
 def _left_over(forward: Forward, leader: Fit) -> tuple[AcceptanceCheck, ...]:
     """Likewise: else it may be something like the leader that is missing."""
-    what = "nothing left for terms without a cause, p > 0.01"
     rough = [c.identifier for c in leader.candidates if c.approximate]
     if rough:
-        return (AcceptanceCheck(what, f"not asked: {' and '.join(rough)} is modelled roughly", True),)
+        return (AcceptanceCheck(LEFT_OVER, f"not asked: {' and '.join(rough)} is modelled roughly", True),)
     left = left_over(forward, leader)
     if left is None:
         return ()
     p, most = left
-    return (AcceptanceCheck(what, f"{p:.2g}" + ("" if p > POOR_FIT else f", mostly {most}"), p > POOR_FIT),)
+    return (AcceptanceCheck(LEFT_OVER, f"{p:.2g}" + ("" if p > POOR_FIT else f", mostly {most}"), p > POOR_FIT),)
 
 
 def _fitting(forward: Forward, leader: Fit) -> tuple[AcceptanceCheck, ...]:

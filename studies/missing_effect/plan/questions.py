@@ -6,6 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
+from studies.inference.acceptance import LEFT_OVER
 from studies.inference.checks import with_wider_nuisances
 from studies.inference.evidence import CLEAR_ODDS, Hypotheses
 from studies.inference.fit import Fit, fit
@@ -136,7 +137,8 @@ def _chosen(diagnosis: Diagnosis) -> list[Fit]:
     members = [by_name[name] for name in verdict.equivalent] or [known.null]
     leader = members[0]
     rivals = [f for f in (known.null, *known.best()) if f not in members and _possible(known, f, leader)]
-    if verdict.verdict == "tentative" and known.null not in rivals:
+    reserved = any(not c.passed and c.what != LEFT_OVER for c in verdict.checks)
+    if verdict.verdict == "tentative" and reserved and known.null not in rivals:
         rivals = [known.null, *rivals]  # its name may rest on the stated uncertainties
     return [*members[: MOST_HYPOTHESES - 1], *rivals][:MOST_HYPOTHESES]
 
