@@ -13,7 +13,7 @@ import numpy as np
 from studies.missing_effect.blind import causes
 from studies.missing_effect.blind.generator import modal_case
 from studies.missing_effect.blind.hidden import HIDDEN, UNRIDDEN, UNUSUAL, Cause, Hidden, Truth
-from studies.missing_effect.blind.histories import LOUD, history_case
+from studies.missing_effect.blind.histories import CUT, LOUD, history_case
 from studies.missing_effect.blind.opposed import NOISE as QUIET
 from studies.missing_effect.blind.opposed import opposed_pair
 
@@ -169,9 +169,9 @@ def modal_unusual(folder: Path, rng: np.random.Generator) -> Made:
 
 
 def history_unusual(folder: Path, rng: np.random.Generator) -> Made:
-    """One effect, 1.5 to 4 times outside what occurs, in ``folder``, by ``rng``."""
+    """One effect, 1.5 to 4 times outside what occurs, in ``folder``, by ``rng``; runs that grow are cut."""
     hidden, noise = _one(rng, UNUSUAL), float(rng.choice(NOISE[:2]))
-    return history_case(folder, hidden=hidden, rng=rng, noise=noise, sizes=UNUSUAL, **SHORT), ()
+    return history_case(folder, hidden=hidden, rng=rng, noise=noise, sizes=UNUSUAL, recording=CUT, **SHORT), ()
 
 
 def modal_opposed(folder: Path, rng: np.random.Generator) -> Made:

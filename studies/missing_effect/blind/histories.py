@@ -50,6 +50,8 @@ class Recording:
         Noise over the motion of the middle run; 0 for the absolute noise of :data:`CHANNELS`.
     growth : float
         Largest growth rate times duration; a run is made faster until it stays below.
+    cut : bool
+        It is ended there instead: a bicycle that stays up at no speed is recorded until it leans too far.
     largest : float
         Largest lean or steer, rad.
     shorter : float
@@ -58,11 +60,13 @@ class Recording:
 
     loud: float = 0.0
     growth: float = MOST_GROWTH
+    cut: bool = False
     largest: float = LARGEST_ANGLE
     shorter: float = 0.0
 
 
 QUIET = Recording()
+CUT = Recording(cut=True)
 LOUD = Recording(loud=0.02, growth=6.0, largest=0.7, shorter=1.2)
 """Noise of 2 % of the motion, some runs grow until they are cut: chi^2 up to 10^6."""
 
@@ -167,7 +171,7 @@ def kicks(
     machine: Machine, speeds: Array, time: Array, rng: np.random.Generator, *, fastest: float,
     cause: Cause = AS_STATED, forced: bool = True, nonlinear: bool = False, recording: Recording = QUIET,
 ) -> list[Run]:  # fmt: skip
-    """True motion of a machine after kicks, each made faster until the bicycle stays up while it is recorded.
+    """True motion of a machine after kicks, each made faster (or cut) until the bicycle stays up while it is recorded.
 
     Parameters
     ----------
@@ -192,10 +196,14 @@ def kicks(
     bends = Nonlinear((GRIP * loads[0], GRIP * loads[1]) if nonlinear else (0.0, 0.0), cause.friction)
     made = []
     for speed in speeds:
-        while machine.growth(speed + cause.speed_offset) * time[-1] > recording.growth and speed < fastest:
-            speed = round(speed + 0.25, 2)  # a bicycle that falls gives no record
-        torque = doublets(time, rng) if forced else None
-        made.append(_run(machine, float(speed), cause, bends, (time, torque), recording, rng))
+        whole = time
+        while machine.growth(speed + cause.speed_offset) * whole[-1] > recording.growth and speed < fastest:
+            if recording.cut:
+                whole = time[: len(whole) - 1]
+            else:
+                speed = round(speed + 0.25, 2)  # a bicycle that falls gives no record
+        torque = doublets(whole, rng) if forced else None
+        made.append(_run(machine, float(speed), cause, bends, (whole, torque), recording, rng))
     return made
 
 

@@ -67,6 +67,20 @@ def test_one_speed_is_one_speed(tmp_path):
     assert max(speeds) / min(speeds) < 1.01
 
 
+@pytest.mark.parametrize(
+    ("seed", "hidden", "some"), [(3, "steer_spring", 4), (12, "twisting_torque", 2), (9, "steer_damper", 0)]
+)
+def test_unusual_bicycles_that_fall_are_recorded_shorter_and_not_faster(tmp_path, seed, hidden, some):
+    truth, _ = make("history-unusual", seed, tmp_path)
+    assert set(truth.effects) == {hidden}
+    runs = tomllib.loads((tmp_path / "MEASUREMENT.toml").read_text())["histories"]["runs"]
+    low, high = UNUSUAL[hidden].speeds
+    np.testing.assert_allclose([run["speed_m_s"] for run in runs], np.linspace(max(low, 4.5), high, 4), atol=0.01)
+    lengths = [np.loadtxt(tmp_path / run["file"], delimiter=",", skiprows=1)[-1, 0] for run in runs]
+    assert sum(length < 2.99 for length in lengths) == some
+    assert min(lengths) > 0.5
+
+
 def test_tight_priors_are_tighter(tmp_path):
     for name, tight in (("a", 1.0), ("b", 1.5)):
         modal_case(tmp_path / name, hidden=(), rng=np.random.default_rng(1), too_tight=tight)
