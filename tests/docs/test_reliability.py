@@ -230,7 +230,12 @@ def test_fresh_cases_of_the_newer_rules():
         assert measured(start) == f"{hits} of {len(of)} ({hits / len(of):.0%})".replace("%", " %")
         (row,) = [row for row in ROWS if row[0].startswith(start)]
         most = int(re.search(r"at most (\d+) %", row[0])[1])
-        assert row[2] == ("yes (few)" if hits <= most / 100 * len(of) else "**no**")
+        kept_to = "yes" if len(of) >= 150 else "yes (few)"
+        assert row[2] == (kept_to if hits <= most / 100 * len(of) else "**no**")
+    of = [case for case in cases if case["cell"] == "history-unusual"]
+    told = sum(case["score"]["right"] or case["score"]["tentative_right"] for case in of)
+    assert measured("unusual size, histories") == f"{told} of {len(of)} ({told / len(of):.0%})".replace("%", " %")
+    assert told >= 0.85 * len(of)
     for start, cell in (("one effect, modes", "modal-one"), ("one effect, histories", "history-one")):
         of = [case for case in cases if case["cell"] == cell]
         named = [case for case in of if case["verdict"]["verdict"] in ("named", "class")]
