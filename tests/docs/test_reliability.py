@@ -232,6 +232,11 @@ def test_fresh_cases_of_the_newer_rules():
         most = int(re.search(r"at most (\d+) %", row[0])[1])
         kept_to = "yes" if len(of) >= 150 else "yes (few)"
         assert row[2] == (kept_to if hits <= most / 100 * len(of) else "**no**")
+    for start, cell in (("luggage, speed or geometry", "modal-causes"), ("wrong sensors", "history-wrong-sensor")):
+        scores = [case["score"] for case in cases if case["cell"] == cell]
+        false, right, tentative = (sum(s[key] for s in scores) for key in ("some_false", "right", "tentative_right"))
+        assert measured(start) == (f"{false} of {len(scores)}; told rightly {right}, tentatively {tentative} more")
+        assert false <= 0.2 * len(scores)
     of = [case for case in cases if case["cell"] == "history-unusual"]
     told = sum(case["score"]["right"] or case["score"]["tentative_right"] for case in of)
     assert measured("unusual size, histories") == f"{told} of {len(of)} ({told / len(of):.0%})".replace("%", " %")
