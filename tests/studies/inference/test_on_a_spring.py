@@ -24,6 +24,7 @@ from studies.inference import (
     judge,
     stencil,
 )
+from studies.inference.stability import stability
 
 TIME = np.linspace(0.0, 6.0, 61)
 STARTS = (0.5, 1.0, 1.5)  # m
@@ -158,6 +159,11 @@ def test_a_name_is_tentative_where_a_term_without_a_cause_would_explain_more(squ
     assert check.passed == (word == "named")
     assert ("mostly square" in check.figure) == (word == "tentative")
     assert verdict.sentence.endswith(f"What does not hold: {check.what}: {check.figure}.") == (word == "tentative")
+
+
+def test_variants_ask_for_what_is_left_as_the_verdict_does():
+    found = stability(judge(WithTerm(recorded(4, damping=0.15, square=0.1))))
+    assert any(one.verdict == "tentative" and one.same for one in found.outcomes)
 
 
 @pytest.mark.parametrize(
