@@ -23,7 +23,7 @@ from bicycle.modal.tracking import STEP
 from tyre.base.arrays import Array
 
 REST = 1e-7  # of sqrt(g w): closer to rest is rest, where undamped pairs lie on the axis
-SLOW_LOOKS = 4  # speeds at which unstable roots are counted below the track
+SLOW_LOOKS = REST * np.geomspace(1.0, START * STEP / REST, 4)  # of sqrt(g w): unstable roots below the track
 MOST_STEPS = 8  # of Newton
 LAST_STEP = 1e-7  # of the speed: Newton squares what is left
 WELL_KNOWN = 2e-10  # m/s: what rounding may change in a crossing at most
@@ -141,12 +141,11 @@ def _part(block: Block, max_speed: float, first: int) -> tuple[NDArray[np.generi
 def _moves_near_rest(block: Block, track: Track) -> NDArray[np.bool_]:
     """Whether stability changes below the track, or may: other roots are unstable, or one is near the axis, (m,)."""
     bicycles = len(block.unit)
-    share = np.geomspace(1.0, START * STEP / REST, SLOW_LOOKS)
-    owner, v = np.repeat(np.arange(bicycles), len(share)), np.outer(block.unit, REST * share).ravel()
+    owner, v = np.repeat(np.arange(bicycles), len(SLOW_LOOKS)), np.outer(block.unit, SLOW_LOOKS).ravel()
     at = decompose(block, owner, v)
     certain = (np.abs(at.re) > 3 * at.doubt).all(1).reshape(bicycles, -1).all(1)
     order = np.lexsort((at.re, np.abs(at.im)))
-    unstable = np.take_along_axis(at.re > 0, order, 1).reshape(bicycles, len(share), -1)  # by frequency
+    unstable = np.take_along_axis(at.re > 0, order, 1).reshape(bicycles, len(SLOW_LOOKS), -1)  # by frequency
     return np.asarray(~certain | (unstable != unstable[:, :1]).any((1, 2)))
 
 

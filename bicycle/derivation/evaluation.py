@@ -117,10 +117,17 @@ class Evaluator:
     def _derivative_cache(self) -> dict[str, Any]:
         return {}
 
+    @cached_property
+    def _symbols_of_entries(self) -> list[set[Any]]:
+        return [entry.free_symbols for entry in self._entries]
+
     def _derivatives(self, key: str) -> Any:
         if key not in self._derivative_cache:
             symbol = _symbol(key)
-            slopes = [sp.diff(entry, symbol) for entry in self._entries]
+            slopes = [
+                sp.diff(entry, symbol) if symbol in symbols else sp.S.Zero
+                for entry, symbols in zip(self._entries, self._symbols_of_entries, strict=True)
+            ]
             self._derivative_cache[key] = compiled(self._arguments, slopes)
         return self._derivative_cache[key]
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from bicycle.eigenvalues.solvers import lapack
 from bicycle.linear_model import LinearModel
+from bicycle.modal.naming import speed_unit
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 
@@ -35,7 +36,27 @@ def check_trackable(model: LinearModel, speeds: Array, name: str = "speed") -> N
     InputError
         Naming the first such speed and the range allowed, or the most extreme parameter of the model.
     """
-    unit = math.sqrt(model.parameters["g"] * model.parameters["w"])
+    check_tracked(model, speeds, name)
+    _check_stiffness(model, REFERENCE_SPEED * speed_unit(model))
+
+
+def check_tracked(model: LinearModel, speeds: Array, name: str = "speed") -> None:
+    """Refuse speeds (m/s) so high or low that modes are not tracked there; how stiff the model is, is not asked.
+
+    Parameters
+    ----------
+    model : LinearModel
+    speeds : ndarray, shape (m,)
+        m/s.
+    name : str, optional
+        What the message calls them.
+
+    Raises
+    ------
+    InputError
+        Naming the first such speed and the range allowed.
+    """
+    unit = speed_unit(model)
     low = SLOWEST_SPEED * unit if model.singular_at_rest else 0.0
     high = FASTEST_SPEED * unit
     bad = speeds[(speeds < low) | (speeds > high)]
@@ -45,7 +66,6 @@ def check_trackable(model: LinearModel, speeds: Array, name: str = "speed") -> N
             f"{name} = {bad[0]:g} m/s is not allowed{why}: modes are tracked from {low:.3g} to {high:.0f} m/s "
             f"({FASTEST_SPEED:g} sqrt(g w)); give a {name} in this range"
         )
-    _check_stiffness(model, REFERENCE_SPEED * unit)
 
 
 def _check_stiffness(model: LinearModel, speed: float) -> None:

@@ -82,6 +82,17 @@ def test_too_fast_is_refused_alike(tyred):
         critical_speeds(tyred(), 1e6, fast=True)
 
 
+@pytest.mark.parametrize("law", ["relaxation_length", "side_slip"])
+@pytest.mark.parametrize("stiffness", [1e25, 1e100, 1e300])
+def test_a_model_too_stiff_is_refused_alike(tyred, law, stiffness):
+    """The kernels meet roots that are not finite."""
+    needs_numba()
+    length = {"relaxation_length": 0.12} if law == "relaxation_length" else {}
+    model = tyred(**{law: {"cornering_stiffness": stiffness} | length})
+    with pytest.raises(InputError, match="too stiff to be computed: its fastest root is"):
+        critical_speeds(model, fast=True)
+
+
 def test_without_numba_it_is_said_what_to_install(tyred, monkeypatch):
     monkeypatch.setattr(module, "find_spec", lambda name: None)
     with pytest.raises(InputError, match="numba is not installed; install it with: .*fast"):
