@@ -28,15 +28,15 @@ def eigenvalue_derivative_terms(left: Complex, right: Complex, terms: Sequence[t
     places = [np.nonzero((stack != 0).any(0)) for _, stack in terms]
     table = np.concatenate([stack[:, i, j].T for (_, stack), (i, j) in zip(terms, places, strict=True)])
     result = np.empty((len(left), len(terms[0][1])), complex)
+    products = np.empty((2, len(table), BLOCK))  # real and imaginary part; an eigenvalue is a column
     for start in range(0, len(left), BLOCK):
         k = slice(start, start + BLOCK)
-        products = np.concatenate(
-            [
-                (weight[k, None] * left[k][:, i]) * right[k][:, j]
-                for (weight, _), (i, j) in zip(terms, places, strict=True)
-            ],
-            -1,
-        )
-        result[k].real = np.ascontiguousarray(products.real) @ table
-        result[k].imag = np.ascontiguousarray(products.imag) @ table
+        u, x = (np.ascontiguousarray(vectors[k].T) for vectors in (left, right))
+        done = 0
+        for (weight, _), (i, j) in zip(terms, places, strict=True):
+            product = (weight[k] * u)[i]
+            product *= x[j]
+            rows = slice(done, done := done + len(i))
+            products[0, rows, : u.shape[1]], products[1, rows, : u.shape[1]] = product.real, product.imag
+        result[k].real, result[k].imag = (part[:, : u.shape[1]].T @ table for part in products)
     return result
