@@ -50,7 +50,7 @@ def half_length_under_load(*, load: float, pressure: float, wheel_radius: float,
 
     The air carries the load, pi a b = N/p, and the ellipse has the ratio of a torus of the radii R and rho = width/2
     pressed on a plane, a/b = sqrt(R/rho). An estimate: a stiff casing shortens the contact, thick rubber and
-    the flank of the tyre lengthen it (the chord of a measured drop d, a = sqrt(2 R d), is the longest).
+    the flank of the tyre lengthen it (half the chord of a drop d, a = sqrt(2 R d), is the longest).
 
     Parameters
     ----------
