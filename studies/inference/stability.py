@@ -245,10 +245,11 @@ def variants(forward: Forward, tried: tuple[Candidate, ...]) -> Iterator[Variant
         yield Variant(f"noise sd x {factor:g}", forward, tried, every, noise=factor)
     for factor in PRIOR_FACTORS if forward.nuisances else ():
         yield Variant(f"sd of the parameters x {factor:g}", forward, tried, every, prior=factor)
-    numbers = np.unique(rows.fold)
-    for number in numbers if len(numbers) >= FEWEST_FOLDS else ():
-        out = rows.fold == number
-        yield Variant(f"without {_places(rows, out)}", forward, tried, ~out)
+    left_out = [rows.fold == number for number in np.unique(rows.fold)]
+    words = [_places(rows, out) for out in left_out]
+    for out, places in zip(left_out, words, strict=True) if len(words) >= FEWEST_FOLDS else ():
+        of = f" ({', '.join(dict.fromkeys(rows.channels[out].tolist()))})" if words.count(places) > 1 else ""
+        yield Variant(f"without {places}{of}", forward, tried, ~out)
     names = list(dict.fromkeys(rows.channels.tolist()))
     for name in names if len(names) > 1 else ():
         yield Variant(f"without {name}", forward, tried, rows.channels != name)

@@ -9,8 +9,10 @@ from scipy.integrate import cumulative_trapezoid
 
 from studies.inference import Candidate, ForwardModel, Rows, UncertainParameter, Verdict, fit, judge
 from studies.inference.evidence import Hypotheses
+from studies.inference.joint import JointForward
 from studies.inference.limits import LEVEL, size_limit, tail_limit, upper_limits
 from studies.inference.moved import moved, share_closed
+from studies.inference.part import Part
 from studies.inference.stability import Outcome, Stability, Variant, leading, outcome, stability, variants
 
 PLACES = np.repeat(np.arange(1.0, 7.0), 4)
@@ -206,6 +208,15 @@ def test_every_variant_is_named_after_what_it_changes():
     ]  # fmt: skip
     without_nuisances = dataclasses.replace(forward, nuisances=())
     assert not any("parameters" in v.what for v in variants(without_nuisances, ()))
+
+
+def test_the_same_places_of_two_parts_are_told_apart():
+    forward = JointForward(tuple(Part(name, line(1.0, growth("linear"))) for name in ("walk", "run")))
+    named = [v.what for v in variants(forward, ())]
+    assert len(set(named)) == len(named)
+    assert [what for what in named if "time 3 s" in what] == [
+        "without time 3 s (walk: a, walk: b)", "without time 3 s (run: a, run: b)",
+    ]  # fmt: skip
 
 
 def test_a_strong_growth_stands_and_a_weak_one_does_not():
