@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -129,7 +129,14 @@ def doubts_about(values: Mapping[str, Any]) -> list[Doubt]:
     """What is outside :data:`TYPICAL` in a parameter set ``values`` (SI, lam in rad), complete or not."""
     given = {key: float(values[key]) for key in UNITS if is_number(values.get(key))}
     found = (doubt(key, value, unit=UNITS[key], typical=TYPICAL[key]) for key, value in given.items())
-    return [one for one in found if one]
+    tilt = math.pi / 2 - given.get("lam", 0.0)
+    turned = TYPICAL["lam"][0] < tilt <= TYPICAL["lam"][1]
+    return [_head_angle(one, tilt) if turned and one.text.startswith("lam ") else one for one in found if one]
+
+
+def _head_angle(found: Doubt, tilt: float) -> Doubt:
+    why = f"head angle? lam is the tilt from the vertical, {math.degrees(tilt):.3g} deg then"
+    return replace(found, text=f"{found.text.removesuffix(' (degrees?)')} ({why})", explained=True)
 
 
 def bodies(p: Mapping[str, float]) -> tuple[Body, Body, Body, Body]:

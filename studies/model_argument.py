@@ -175,7 +175,10 @@ def bicycle_alone(text: str) -> str | None:
 
 
 def _whipple(bicycle: str, text: str) -> ChosenModel:
-    remark = f"{text}: wheels that roll without slip (Whipple model); --tyre Tyre1 --pressure 5.5 puts it on tyres"
+    remark = (
+        f"{text}: wheels that roll without slip (Whipple model); --tyre NAME --pressure BAR puts it on tyres that were "
+        "measured at its wheel loads (velotyre tyres)"
+    )
     return ChosenModel({"bicycle": bicycle}, "", remark)
 
 

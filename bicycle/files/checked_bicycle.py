@@ -1,5 +1,6 @@
 """A bicycle made of a file's numbers: refused where these are in other units than meant."""
 
+import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -7,6 +8,7 @@ from bicycle.parameters import TYPICAL, UNITS, Bicycle, doubts_about
 from tyre.base.errors import InputError, is_number
 from tyre.base.plausible import WAY_OUT, Doubt, refuse_absurd
 
+LENGTHS = (("millimetres", "mm", 1e-3), ("centimetres", "cm", 1e-2), ("inches", "in", 0.0254))
 SEVERAL = 3  # lengths in one other unit: not a slip of one of them
 NAME_THE_UNIT = "write its unit behind the number (lam = 18.3 deg; TOML: in quotes) or in a table units (TOML, YAML)"
 
@@ -32,7 +34,8 @@ def checked_bicycle(
     sd = sd or {}
     doubts = doubts_about(values)
     if not allow_unusual:
-        refuse_absurd(doubts, where=where, remedy=_unit_of_all(doubts) or NAME_THE_UNIT)
+        _refuse_another_unit(values, doubts, where=where)
+        refuse_absurd(doubts, where=where, remedy=NAME_THE_UNIT)
         for doubt in _spreads_in_doubt(sd, TYPICAL):
             raise InputError(
                 f"{doubt}; {NAME_THE_UNIT}, or write {WAY_OUT} = true at the top of the {where} if it is meant so"
@@ -45,13 +48,18 @@ def checked_bicycle(
         raise InputError("; ".join([str(error), *causes[:1], *remedy])) from error
 
 
-def _unit_of_all(doubts: Iterable[Doubt]) -> str:
-    """The remedy where the lengths of a whole file are in one other unit; empty where they are not."""
-    for word, unit in (("millimetres", "mm"), ("centimetres", "cm")):
-        count = sum(f"({word}?)" in doubt.text for doubt in doubts)
-        if count >= SEVERAL:
-            return f'write length = "{unit}" in a table units (TOML, YAML), as {count} lengths look like {word}'
-    return ""
+def _refuse_another_unit(values: Mapping[str, Any], doubts: Iterable[Doubt], *, where: str) -> None:
+    """Refuse a file whose doubtful lengths, and there are several, are all usual in one other unit."""
+    text = {one.text.split(" = ")[0]: one.text for one in doubts}
+    lengths = [key for key in text if UNITS[key] == "m"]
+    for word, unit, metres in LENGTHS if len(lengths) >= SEVERAL else ():
+        if all(TYPICAL[key][0] <= metres * values[key] <= TYPICAL[key][1] for key in lengths):
+            first = re.sub(r" \(\w+\?\)$", "", text[lengths[0]])
+            raise InputError(
+                f'{first} ({word}?); give it in SI units, write length = "{unit}" in a table units (TOML, YAML), as '
+                f"{len(lengths)} lengths look like {word}, or write {WAY_OUT} = true at the top of the {where} if it "
+                "is meant so"
+            )
 
 
 def _spreads_in_doubt(sd: Mapping[str, Any], typical: Mapping[str, tuple[float, float]]) -> Iterable[str]:

@@ -1,13 +1,14 @@
 """Inputs over time: zero at first, then constant from each jump to the next, or linear from sample to sample."""
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
+
+SAME = 1e-9  # s, or of the time: a sample so near to a jump is at it, whatever rounding made of 0.2 + 0.4
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +46,8 @@ class InputHistory:
         time : array_like
             s.
         """
-        return self._from(np.asarray(time, float), "right")
+        t = np.asarray(time, float)
+        return self._from(t, np.searchsorted(self.time, t + _rounding(t), side="right"))
 
     def before(self, time: ArrayLike) -> Array:
         """Value just before each time (s).
@@ -55,13 +57,17 @@ class InputHistory:
         time : array_like
             s.
         """
-        return self._from(np.asarray(time, float), "left")
+        t = np.asarray(time, float)
+        return self._from(t, np.searchsorted(self.time, t - _rounding(t), side="left"))
 
-    def _from(self, time: Array, side: Literal["left", "right"]) -> Array:
-        begun = np.searchsorted(self.time, time, side=side)
+    def _from(self, time: Array, begun: NDArray[np.intp]) -> Array:
         if self.linear:
             return np.where(begun > 0, np.interp(time, self.time, self.value), 0.0)
         return np.asarray(np.concatenate([[0.0], self.value])[begun])
+
+
+def _rounding(time: Array) -> Array:
+    return np.asarray(SAME * np.maximum(1.0, np.abs(time)))
 
 
 def step(size: float, *, start: float = 0.0) -> InputHistory:

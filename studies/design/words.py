@@ -113,7 +113,8 @@ def remarks(design: Design) -> list[str]:
         if "+" in name:  # modes that have met; they are listed one by one elsewhere
             continue
         if name not in before:
-            said.append(f"{name} is unstable now ({where}) and was not: --keep {name} stable keeps it too")
+            advice = ", though it was to be kept" if name in kept else f": --keep {name} stable keeps it too"
+            said.append(f"{name} is unstable now ({where}) and was not{advice}")
         elif real > before[name][2] + WORSE:
             said.append(f"{name} is unstable ({where}), more than before ({before[name][2]:.3g} 1/s)")
     others = [name for name in after if name in before and name not in kept and "+" not in name]

@@ -191,7 +191,10 @@ def _said(error: InputError, where: str) -> str:
 
 
 def rate(time: Array) -> float:
-    """Samples a second by the usual step of ``time`` (s, shape (n,)); NaN where there is none."""
+    """Samples a second by the usual step of ``time`` (s, shape (n,)); NaN where there is none.
+
+    That is the mean of the steps within a fifth of the median: loggers round the times that they write.
+    """
     steps = np.diff(time)
     usual = float(np.nanmedian(steps)) if steps.size and np.isfinite(steps).any() else 0.0
-    return 1 / usual if usual > 0 else float("nan")
+    return float(1 / steps[np.abs(steps - usual) <= 0.2 * usual].mean()) if usual > 0 else float("nan")

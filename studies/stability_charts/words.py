@@ -22,7 +22,7 @@ def title(chart: StabilityChart) -> str:
 def headers(chart: StabilityChart) -> list[str]:
     """Headers of :func:`rows`."""
     names = [f"{span.axis.key} {span.axis.unit}".removesuffix(" 1") for span in chart.plane.spans]
-    sd = [f"sd {names[0]}", f"sd {names[1]}"] if chart.uncertain else []
+    sd = [f"sd {name}, median along it" for name in names] if chart.uncertain else []
     return ["boundary", "mode", *names, "frequency Hz", *sd, "of a bicycle that is", "remark"]
 
 

@@ -66,7 +66,9 @@ def test_absurd_values_of_a_file_are_refused_with_the_remedy_and_pass_where_they
         ({"mB": 4480.0}, {}, "mB = 4480 kg is outside the usual 2 .. 300 kg (grams?)"),
         ({"g": 32.2}, {}, "g = 32.2 m/s^2 is outside the usual 9.76 .. 9.84 m/s^2 (ft/s^2?)"),
         ({"g": 1.62}, {}, "g = 1.62 m/s^2 is outside the usual 9.76 .. 9.84 m/s^2"),
-        ({"lam": 1.2}, {}, "lam = 1.2 rad is outside the usual 0 .. 0.6 rad (degrees?)"),
+        ({"lam": 0.8}, {}, "lam = 0.8 rad is outside the usual 0 .. 0.6 rad (degrees?)"),
+        ({"lam": 1.2}, {}, "lam = 1.2 rad is outside the usual 0 .. 0.6 rad (head angle? "
+         "lam is the tilt from the vertical, 21.2 deg then)"),
         ({"w": 40.0}, {}, "w = 40 m is outside the usual 0.6 .. 2.2 m (inches?)"),
         ({"c": -0.08}, {}, "c = -0.08 m is outside the usual -0.05 .. 0.2 m (wrong sign?)"),
         ({}, {"steer_assist": {"fade_speed": 18.0}},

@@ -161,7 +161,10 @@ def test_values_that_are_meant_stay_meant(tmp_path, ending):
     assert load_bicycle(tmp_path / f"g{ending}") == Bicycle("g", giant.values)
 
 
-@pytest.mark.parametrize(("factor", "unit", "word"), [(1e3, "mm", "millimetres"), (1e2, "cm", "centimetres")])
+@pytest.mark.parametrize(
+    ("factor", "unit", "word"),
+    [(1e3, "mm", "millimetres"), (1e2, "cm", "centimetres"), (1 / 0.0254, "in", "inches")],
+)
 def test_a_whole_bicycle_in_another_unit_of_length_is_told_so(tmp_path, factor, unit, word):
     values = load_bicycle("benchmark").values
     turned = {key: factor * value if UNITS.get(key) == "m" else value for key, value in values.items()}

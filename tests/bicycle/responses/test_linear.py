@@ -250,6 +250,18 @@ def test_refused_inputs(make, words):
         make()
 
 
+@given(st.integers(0, 400), st.integers(1, 400), st.sampled_from([50, 90, 100, 250]))
+def test_a_sample_at_the_end_of_a_pulse_is_after_it(start, count, rate):
+    """0.2 + 0.4 is 0.6000000000000001 in binary numbers, and the sample at 0.6 s not in the pulse."""
+    first, last = start / rate, (start + 2 * count) / rate
+    time = np.arange(2000) / rate
+    shape = pulse(3.0, start=first, duration=2 * count / rate)
+    np.testing.assert_array_equal(np.flatnonzero(shape.at(time)), np.arange(start, start + 2 * count))
+    assert shape.before(last) == 3.0
+    both = doublet(3.0, start=first, duration=2 * count / rate).at(time)
+    assert [(both == size).sum() for size in (3.0, -3.0)] == [count, count]
+
+
 def test_doublet_has_no_mean():
     shape = doublet(2.0, start=1.0, duration=0.4)
     assert shape.at([0.99, 1.0, 1.19, 1.2, 1.39, 1.4]).tolist() == [0, 2, 2, -2, -2, 0]

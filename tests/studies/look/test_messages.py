@@ -37,6 +37,14 @@ def motion(tmp_path, extra="", values=lambda k: ()):
     return table(tmp_path / "a.csv", "Time [s],gyro_x [deg/s]" + extra, rows)
 
 
+def test_times_that_the_logger_rounded_do_not_change_the_rate(tmp_path):
+    """120 samples a second, written to a tenth of a millisecond: the median of the steps is 0.0083 s."""
+    rows = [(f"{k / 120:.4f}", np.sin(k / 7)) for k in range(600)]
+    found = look(table(tmp_path / "a.csv", "Time [s],gyro_x [deg/s]", rows)).as_json()
+    (gyro,) = (one for one in found["channels"] if one["name"].startswith("gyro_x"))
+    assert gyro["rate_hz"] == pytest.approx(120.0, rel=1e-4)
+
+
 def test_nothing_to_fit_never_stands_alone(tmp_path):
     found = look(table(tmp_path / "a.csv", "t [s],U1 [V],U2 [V]", [(k, k % 7, k % 5) for k in range(50)]))
     assert [use.name for use in found.uses] == list(USES)

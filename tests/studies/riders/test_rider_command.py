@@ -79,6 +79,16 @@ def test_a_bicycle_file_with_an_own_geometry(unseen, tmp_path, capsys):
     assert "torso 30 deg forward" in shown
 
 
+def test_a_lean_that_was_given_is_told_and_not_that_of_the_posture(unseen, tmp_path, capsys):
+    unseen()
+    told = []
+    for lean in ((), ("--torso-lean", 30)):
+        run("fisher", "--rider", "jason", "--posture", "hoods", *lean, "--out", tmp_path / "o.toml", "--force")
+        told.append(re.search("note: bar where the arms end in this posture (.*)", capsys.readouterr().out)[1])
+    assert told[0].startswith("(torso 45 deg from the horizontal")
+    assert told[1].startswith("(torso 30 deg forward of the vertical as given, elbows 20 deg")
+
+
 def test_what_is_refused(tmp_path, capsys):
     out = tmp_path / "x.toml"
     ask = ("pista", "--posture", "drops", "--out", out)
