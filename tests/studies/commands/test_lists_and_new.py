@@ -64,6 +64,7 @@ def test_tyres_are_listed_with_what_was_measured(capsys):
             (line,) = [line for line in lines if line.split()[:2] == [tyre, surface]]
             assert "340, 400, 490" in line  # the paper's loads, N, and pressures, bar
             assert "3.5, 5.5, 7.5" in line
+    assert lines[-1].endswith("slips without lag: tyre = NAME under [effects.side_slip] of a model file")  # Schwalbe's
     assert {(t["tyre"], t["surface"]) for t in json_of(capsys, "tyres")["tyres"]} == {
         (tyre, surface) for tyre, surfaces in available_tyres().items() for surface in surfaces
     } | {(name, tyre.surface) for name, tyre in packaged_formulas().items()}
