@@ -47,7 +47,9 @@ def command(tyre: str | None, surface: str | None, json_file: str | None) -> Non
     )  # fmt: skip
     click.echo("\nvelotyre tyres NAME shows every condition; a model takes a tyre by name: --tyre NAME --pressure BAR")
     if not all(r["relaxation_length_mm"] for r in records):
-        click.echo("one without relaxation length slips without lag: tyre = NAME under [effects.side_slip] of a model file")
+        click.echo(
+            "one without relaxation length slips without lag: tyre = NAME under [effects.side_slip] of a model file"
+        )
 
 
 def _listed(values: list[float]) -> str:
