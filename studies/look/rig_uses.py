@@ -1,5 +1,6 @@
 """Slip sweep, pull test and step: what ``velotyre tyre fit`` would do with a recording, by the fits' own checks."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -80,6 +81,12 @@ def _ways(roles: Roles, problems: Sequence[str]) -> tuple[str, ...]:
     return (_mend(roles.opened.path),) if problems else ()
 
 
+def _mass(column: str) -> str:
+    """What is to be written for a load in a unit of mass."""
+    unit = re.search(r"[\[(](kg|lb)s?[\])]$", column)
+    return f": {unit[1]} is a mass, {unit[1]}f a force" if unit else ""
+
+
 def _supposed(roles: Roles, needed: Sequence[str]) -> tuple[list[Use], Supposed | None]:
     """Of a recording without a sidecar: what ``tyre fit`` would do once the draft is filled in."""
     pull = needed is PULL
@@ -97,7 +104,7 @@ def _supposed(roles: Roles, needed: Sequence[str]) -> tuple[list[Use], Supposed 
     unsure = roles.unknown_units(needed if pull else [*needed, "time"])
     given = Supposed(pull=pull, rigid_rim=pull and "rim_displacement" not in there)
     if unsure:
-        said = ", ".join(f"{name.replace('_', ' ')} ({column})" for name, column in unsure.items())
+        said = ", ".join(f"{name.replace('_', ' ')} ({column}{_mass(column)})" for name, column in unsure.items())
         remedy = (
             "write the units into the draft, or scale and offset with the unit where the file holds counts or volts"
         )

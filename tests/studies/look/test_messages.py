@@ -45,6 +45,12 @@ def test_times_that_the_logger_rounded_do_not_change_the_rate(tmp_path):
     assert gyro["rate_hz"] == pytest.approx(120.0, rel=1e-4)
 
 
+def test_a_load_in_a_unit_of_mass_is_told_what_to_write(tmp_path, capsys):
+    rows = [(k / 100, np.sin(k / 90), 50 * np.sin(k / 90), 40, 20) for k in range(600)]
+    names = "t [s],slip angle [deg],lateral force [N],vertical load [kg],speed [km/h]"
+    assert "vertical load [kg]: kg is a mass, kgf a force" in said(capsys, table(tmp_path / "a.csv", names, rows))
+
+
 def test_nothing_to_fit_never_stands_alone(tmp_path):
     found = look(table(tmp_path / "a.csv", "t [s],U1 [V],U2 [V]", [(k, k % 7, k % 5) for k in range(50)]))
     assert [use.name for use in found.uses] == list(USES)
