@@ -22,6 +22,13 @@ class Posture(NamedTuple):
     hand_width: float
     source: str
 
+    def told(self, torso_lean: float) -> str:
+        """What places an assumed bar: the source, or a ``torso_lean`` (rad) that is not the posture's own."""
+        if torso_lean == self.torso_lean:
+            return self.source
+        lean, elbows = math.degrees(torso_lean), math.degrees(self.elbow_flexion)
+        return f"torso {lean:.0f} deg forward of the vertical as given, elbows {elbows:.0f} deg, arms as of this posture"
+
 
 POSTURES: Mapping[str, Posture] = MappingProxyType(
     {

@@ -41,7 +41,8 @@ def _posterior(judgement: Judgement, target: Path) -> bool:
     every = list(posterior)
     wanted = {judgement.final.name, *judgement.verdict.equivalent}
     named = [*every[:MOST_BARS], *(name for name in every[MOST_BARS:] if name in wanted)][::-1]
-    with drawing(target, width=8, height=1 + 0.32 * len(named)) as figure:
+    width = 8 + 0.08 * max(0, max(len(said(name)) for name in named) - 30)  # inches; long names leave room for labels
+    with drawing(target, width=width, height=1 + 0.32 * len(named)) as figure:
         axis = figure.subplots()
         for place, name in enumerate(named):
             share, what = posterior[name], fates.get(name, "")

@@ -50,17 +50,8 @@ def notes(found: RiderOnBicycle) -> list[str]:
     if "saddle_distance_m" in found.geometry.assumed:
         said.append(f"saddle height: {LEG_SHARE} of the length from hip to heel, as on three measured bicycles")
     if "reach_m" in found.geometry.assumed:
-        said.append(f"bar where the arms end in this posture ({_posture_words(found)})")
+        said.append(f"bar where the arms end in this posture ({POSTURES[found.posture].told(found.angles.torso_lean)})")
     return said + [f"odd: {remark}" for remark in found.seated.remarks]
-
-
-def _posture_words(found: RiderOnBicycle) -> str:
-    way, lean = POSTURES[found.posture], found.angles.torso_lean
-    if lean == way.torso_lean:
-        return way.source
-    given, elbows = math.degrees(lean), math.degrees(way.elbow_flexion)
-    arms = f"elbows {elbows:.0f} deg and arms to the torso as of {found.posture}"
-    return f"torso {given:.0f} deg forward of the vertical as given, {arms}"
 
 
 def main_causes(found: RiderOnBicycle) -> list[tuple[str, str]]:
