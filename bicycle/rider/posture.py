@@ -27,7 +27,9 @@ class Posture(NamedTuple):
         if torso_lean == self.torso_lean:
             return self.source
         lean, elbows = math.degrees(torso_lean), math.degrees(self.elbow_flexion)
-        return f"torso {lean:.0f} deg forward of the vertical as given, elbows {elbows:.0f} deg, arms as of this posture"
+        return (
+            f"torso {lean:.0f} deg forward of the vertical as given, elbows {elbows:.0f} deg, arms as of this posture"
+        )
 
 
 POSTURES: Mapping[str, Posture] = MappingProxyType(
