@@ -129,14 +129,15 @@ def doubts_about(values: Mapping[str, Any]) -> list[Doubt]:
     """What is outside :data:`TYPICAL` in a parameter set ``values`` (SI, lam in rad), complete or not."""
     given = {key: float(values[key]) for key in UNITS if is_number(values.get(key))}
     found = (doubt(key, value, unit=UNITS[key], typical=TYPICAL[key]) for key, value in given.items())
-    tilt = math.pi / 2 - given.get("lam", 0.0)
-    turned = TYPICAL["lam"][0] < tilt <= TYPICAL["lam"][1]
-    return [_head_angle(one, tilt) if turned and one.text.startswith("lam ") else one for one in found if one]
+    return [_head_angle(one, given[one.key]) if one.key == "lam" else one for one in found if one]
 
 
-def _head_angle(found: Doubt, tilt: float) -> Doubt:
-    why = f"head angle? lam is the tilt from the vertical, {math.degrees(tilt):.3g} deg then"
-    return replace(found, text=f"{found.text.removesuffix(' (degrees?)')} ({why})", explained=True)
+def _head_angle(found: Doubt, lam: float) -> Doubt:
+    """The ``found`` doubt about a tilt; where it would be a usual one measured from the horizontal, that is asked."""
+    tilt = math.pi / 2 - lam
+    if not TYPICAL["lam"][0] < tilt <= TYPICAL["lam"][1]:
+        return found
+    return replace(found, why=f" (head angle? lam is the tilt from the vertical, {math.degrees(tilt):.3g} deg then)")
 
 
 def bodies(p: Mapping[str, float]) -> tuple[Body, Body, Body, Body]:

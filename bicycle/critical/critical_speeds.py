@@ -8,7 +8,7 @@ from bicycle.critical.critical_speed import CriticalSpeed
 from bicycle.critical.pencil import crossings_by_pencil
 from bicycle.eigenvalues.solvers import compiled, default_solver
 from bicycle.linear_model import LinearModel
-from bicycle.modal.speed_limits import check_tracked
+from bicycle.modal.speed_limits import check_trackable
 from bicycle.model import Model, as_linear
 from tyre.base.errors import InputError
 from tyre.base.optional import not_installed
@@ -54,7 +54,7 @@ def _by_kernels(model: LinearModel, max_speed: float) -> tuple[CriticalSpeed, ..
     """The same as a batch of one; None where it is not sure, the equations switch, or no kernels can be kept."""
     if not find_spec("numba"):
         raise InputError(not_installed("numba", extra="fast"))
-    check_tracked(model, np.array([max_speed]), "max_speed")  # the plain path refuses what is too stiff
+    check_trackable(model, np.array([max_speed]), "max_speed", stiffness=False)
     if len(model.ranges) > 1 or default_solver() is not compiled:
         return None
     from bicycle.critical.batch import critical_speeds_of

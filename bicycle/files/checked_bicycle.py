@@ -1,6 +1,5 @@
 """A bicycle made of a file's numbers: refused where these are in other units than meant."""
 
-import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -43,22 +42,21 @@ def checked_bicycle(
     try:
         return Bicycle(name, values, sd, *further)
     except InputError as error:  # a centre of mass in cm is a wheel without load: name the cause too
-        causes = [one.text for one in doubts if one.explained and one.text.split(" = ")[0] + " = " not in str(error)]
+        causes = [one.text for one in doubts if one.explained and f"{one.key} = " not in str(error)]
         remedy = [NAME_THE_UNIT] if any(one.explained for one in doubts) else []
         raise InputError("; ".join([str(error), *causes[:1], *remedy])) from error
 
 
 def _refuse_another_unit(values: Mapping[str, Any], doubts: Iterable[Doubt], *, where: str) -> None:
     """Refuse a file whose doubtful lengths, and there are several, are all usual in one other unit."""
-    text = {one.text.split(" = ")[0]: one.text for one in doubts}
-    lengths = [key for key in text if UNITS[key] == "m"]
+    lengths = [one for one in doubts if UNITS[one.key] == "m"]
     for word, unit, metres in LENGTHS if len(lengths) >= SEVERAL else ():
-        if all(TYPICAL[key][0] <= metres * values[key] <= TYPICAL[key][1] for key in lengths):
-            first = re.sub(r" \(\w+\?\)$", "", text[lengths[0]])
+        usual = ((one.key, *TYPICAL[one.key]) for one in lengths)
+        if all(low <= metres * values[key] <= high for key, low, high in usual):
             raise InputError(
-                f'{first} ({word}?); give it in SI units, write length = "{unit}" in a table units (TOML, YAML), as '
-                f"{len(lengths)} lengths look like {word}, or write {WAY_OUT} = true at the top of the {where} if it "
-                "is meant so"
+                f'{lengths[0].outside} ({word}?); give it in SI units, write length = "{unit}" in a table units (TOML, '
+                f"YAML), as {len(lengths)} lengths look like {word}, or write {WAY_OUT} = true at the top of the "
+                f"{where} if it is meant so"
             )
 
 

@@ -20,7 +20,7 @@ FASTEST_RATE = 1e8  # of sqrt(g/w): with roots faster than that, slow ones have 
 REFERENCE_SPEED = 1.5  # of sqrt(g w): stiffness is judged there
 
 
-def check_trackable(model: LinearModel, speeds: Array, name: str = "speed") -> None:
+def check_trackable(model: LinearModel, speeds: Array, name: str = "speed", *, stiffness: bool = True) -> None:
     """Refuse speeds (m/s) so high or low, and models so stiff, that modes cannot be computed.
 
     Parameters
@@ -30,31 +30,13 @@ def check_trackable(model: LinearModel, speeds: Array, name: str = "speed") -> N
         m/s.
     name : str, optional
         What the message calls them.
+    stiffness : bool
+        Whether the model is judged too; kernels see by themselves whether it is too stiff.
 
     Raises
     ------
     InputError
         Naming the first such speed and the range allowed, or the most extreme parameter of the model.
-    """
-    check_tracked(model, speeds, name)
-    _check_stiffness(model, REFERENCE_SPEED * speed_unit(model))
-
-
-def check_tracked(model: LinearModel, speeds: Array, name: str = "speed") -> None:
-    """Refuse speeds (m/s) so high or low that modes are not tracked there; how stiff the model is, is not asked.
-
-    Parameters
-    ----------
-    model : LinearModel
-    speeds : ndarray, shape (m,)
-        m/s.
-    name : str, optional
-        What the message calls them.
-
-    Raises
-    ------
-    InputError
-        Naming the first such speed and the range allowed.
     """
     unit = speed_unit(model)
     low = SLOWEST_SPEED * unit if model.singular_at_rest else 0.0
@@ -66,6 +48,8 @@ def check_tracked(model: LinearModel, speeds: Array, name: str = "speed") -> Non
             f"{name} = {bad[0]:g} m/s is not allowed{why}: modes are tracked from {low:.3g} to {high:.0f} m/s "
             f"({FASTEST_SPEED:g} sqrt(g w)); give a {name} in this range"
         )
+    if stiffness:
+        _check_stiffness(model, REFERENCE_SPEED * unit)
 
 
 def _check_stiffness(model: LinearModel, speed: float) -> None:

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 
-SAME = 1e-9  # s, or of the time: a sample so near to a jump is at it, whatever rounding made of 0.2 + 0.4
+SAME = 16  # steps of binary numbers: a sample so near to a jump is at it, whatever rounding made of 0.2 + 0.4
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,7 @@ class InputHistory:
 
 
 def _rounding(time: Array) -> Array:
-    return np.asarray(SAME * np.maximum(1.0, np.abs(time)))
+    return np.asarray(SAME * np.spacing(np.abs(time)))
 
 
 def step(size: float, *, start: float = 0.0) -> InputHistory:

@@ -41,11 +41,22 @@ RARE_SLIPS = MappingProxyType({"m": ((0.0254, "inches"),), "m/s^2": ((0.3048, "f
 
 @dataclass(frozen=True)
 class Doubt:
-    """A value outside its typical range: one line that says so, and whether it is far beyond."""
+    """A value ``key`` outside its typical range: what says so, what may explain it, and whether it is far beyond."""
 
-    text: str
+    key: str
+    outside: str
+    why: str  # `` (millimetres?)``; empty where nothing explains it
     absurd: bool
-    explained: bool  # by a slip of units or of the sign
+
+    @property
+    def text(self) -> str:
+        """The whole line."""
+        return self.outside + self.why
+
+    @property
+    def explained(self) -> bool:
+        """Whether a slip of units or of the sign explains it."""
+        return bool(self.why)
 
 
 def doubt(
@@ -83,8 +94,8 @@ def doubt(
     why = suspicion(value, unit=unit, typical=typical, further=slips)
     far = abs(size) > ABSURD * max(abs(low), high) or (low > 0 and abs(size) < low / ABSURD)
     name = "" if unit == "1" else f" {unit}"
-    text = f"{key} = {value:g}{name} is {'far ' * far}outside the usual {typical[0]:g} .. {typical[1]:g}{name}{why}"
-    return Doubt(text, far, bool(why))
+    outside = f"{key} = {value:g}{name} is {'far ' * far}outside the usual {typical[0]:g} .. {typical[1]:g}{name}"
+    return Doubt(key, outside, why, far)
 
 
 def suspicion(

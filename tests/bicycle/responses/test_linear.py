@@ -262,6 +262,13 @@ def test_a_sample_at_the_end_of_a_pulse_is_after_it(start, count, rate):
     assert [(both == size).sum() for size in (3.0, -3.0)] == [count, count]
 
 
+def test_steps_of_a_clock_that_counts_from_1970_stay_apart():
+    time = 1.7e9 + np.arange(5) * 1e-3
+    history = InputHistory(time, np.arange(1.0, 6.0))
+    np.testing.assert_array_equal(history.at(time), history.value)
+    np.testing.assert_array_equal(history.before(time), [0.0, 1.0, 2.0, 3.0, 4.0])
+
+
 def test_doublet_has_no_mean():
     shape = doublet(2.0, start=1.0, duration=0.4)
     assert shape.at([0.99, 1.0, 1.19, 1.2, 1.39, 1.4]).tolist() == [0, 2, 2, -2, -2, 0]

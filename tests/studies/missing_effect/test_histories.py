@@ -17,6 +17,7 @@ from studies.inference.fit import fit
 from studies.missing_effect import diagnose, read_measurement
 from studies.missing_effect.blind.histories import coloured, history_case
 from studies.missing_effect.motion.measurements import HistoryMeasurement
+from studies.missing_effect.motion.pieces import pieces
 from studies.missing_effect.report import write_report
 
 FEW = {"runs": 3, "duration": 2.5}
@@ -215,3 +216,19 @@ def test_advice_for_histories_ranks_forced_inputs_too(tmp_path):
     assert (found.verdict, set(found.equivalent)) == ("class", {"crown_radius", "pneumatic_trail"})
     assert found.separating_measurements[0].what == "bench test of crown_radius (crown_radius, m)"
     assert any(s.what.startswith("swept steer torque") and s.gain > 0.5 for s in found.separating_measurements)
+
+
+@pytest.mark.parametrize(("seconds", "count"), [(0.5, 1), (0.8, 1), (2.5, 4), (3.0, 5)])
+def test_pieces_of_a_run_hold_every_sample_once(seconds, count):
+    """About 0.6 s each, with the inputs of their own samples and names of their own."""
+    time = np.arange(0.0, seconds, 0.01)
+    run = Run("r.csv", 4.8, time, {"steer_rad": np.sin(time)}, {"steer_torque_N_m": np.cos(time)})
+    parts = pieces(run)
+    assert len({part.name for part in parts}) == len(parts) == count
+    for of, whole in (
+        (lambda part: part.time, time), (lambda part: part.channels["steer_rad"], np.sin(time)),
+        (lambda part: part.inputs["steer_torque_N_m"], np.cos(time)),
+    ):  # fmt: skip
+        np.testing.assert_array_equal(np.concatenate([of(part) for part in parts]), whole)
+    assert {part.speed for part in parts} == {4.8}
+    assert max(len(part.time) for part in parts) - min(len(part.time) for part in parts) <= 1
