@@ -105,7 +105,7 @@ def remarks(design: Design) -> list[str]:
     """What else changed and was not asked for: modes that are unstable now, or more than before."""
     before, after = design.unstable
     kept = {demand.mode for demand in design.problem.demands}
-    said = []
+    said, others = [], []
     for name, (low, high, real) in after.items():
         if name in kept and design.after.kept:
             continue
@@ -117,7 +117,8 @@ def remarks(design: Design) -> list[str]:
             said.append(f"{name} is unstable now ({where}) and was not{advice}")
         elif real > before[name][2] + WORSE:
             said.append(f"{name} is unstable ({where}), more than before ({before[name][2]:.3g} 1/s)")
-    others = [name for name in after if name in before and name not in kept and "+" not in name]
+        elif name not in kept:
+            others.append(name)
     if others:
         said.append(f"not asked for, and unstable somewhere in the range as before: {', '.join(others)}")
     return said

@@ -1,6 +1,7 @@
 """The figures of a diagnosis: those of its kind of data, posterior, similarity, held-out scores."""
 
 from pathlib import Path
+from textwrap import fill
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from studies.reporting.plotting import GREY, drawing, look
 MOST_BARS = 12
 LEAST = 1e-6  # probability that is drawn
 LETTERS = 46  # of a reason beside a bar
+LINE = 44  # letters in a line there: beside a bar that ends at 1 there is room for so many
 
 
 def draw_all(diagnosis: Diagnosis, folder: Path) -> dict[str, str]:
@@ -56,7 +58,7 @@ def _posterior(judgement: Judgement, target: Path) -> bool:
             axis.barh(place, max(share, LEAST), **style)
             reason = what if len(what) < LETTERS else f"{what[:LETTERS]}..."
             text = f" {probability(share)}{f'  ({reason})' if reason else ''}"
-            axis.text(max(share, LEAST), place, text, va="center", fontsize=8)
+            axis.text(max(share, LEAST), place, fill(text, LINE, subsequent_indent=" "), va="center", fontsize=8)
         axis.set_yticks(range(len(named)), [said(name) for name in named])
         axis.set(xscale="log", xlim=(LEAST, 1e4), xlabel="posterior probability")
         axis.set_xticks([1e-6, 1e-4, 1e-2, 1], ["0.000001", "0.0001", "0.01", "1"])

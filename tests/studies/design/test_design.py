@@ -208,6 +208,13 @@ def test_a_mode_that_was_to_be_kept_and_is_not_is_no_advice_to_keep_it():
     assert said.endswith("and was not, though it was to be kept")
 
 
+def test_a_mode_that_is_worse_than_before_is_not_told_to_be_as_before():
+    """More trail keeps weave stable from lower speeds on and makes capsize, which nobody asked for, grow faster."""
+    found = designed(WHIPPLE, ["c"], (Demand("weave"),), (4.0, 9.0), nothing())
+    told = [text for text in remarks(found) if "capsize" in text]
+    assert len(told) == 1
+
+
 def test_every_mode_at_once():
     found = designed(WHIPPLE, ["c", "w"], (Demand("all"),), (4.1, 5.5), nothing())
     assert found.after.kept
