@@ -68,24 +68,27 @@ class Estimate:
 
     def curves(self) -> tuple[Array, Array]:
         """Fit and drift of the most probable kind, shape (n, c) each, in units of the window's scale."""
-        modes = self.best.best[None]
-        amplitudes = self.best.evidence.linear(modes).mean[0]
-        waves = basis(modes, self.window.time)[0]
-        p = waves.shape[1]
-        drift = self.window.drift[:, : amplitudes.shape[1] - p] @ amplitudes[:, p:].T
-        return np.asarray(waves @ amplitudes[:, :p].T + drift), np.asarray(drift)
+        waves, amplitudes = self._best()
+        p = 2 * len(self.mean)
+        drift = waves[:, p:] @ amplitudes[:, p:].T
+        return np.asarray(waves[:, :p] @ amplitudes[:, :p].T + drift), np.asarray(drift)
 
     def energies(self) -> Array:
         """Sum of squares of each mode over the window and all channels, shape (m,)."""
-        modes = self.best.best[None]
-        amplitudes = self.best.evidence.linear(modes).mean[0]
-        waves = basis(modes, self.window.time)[0]
+        waves, amplitudes = self._best()
         return np.array(
-            [((waves[:, k : k + 2] @ amplitudes[:, k : k + 2].T) ** 2).sum() for k in range(0, waves.shape[1], 2)]
+            [((waves[:, k : k + 2] @ amplitudes[:, k : k + 2].T) ** 2).sum() for k in range(0, 2 * len(self.mean), 2)]
         )
 
+    def _best(self) -> tuple[Array, Array]:
+        """Waves and drift (n, h) at the most probable eigenvalues, and their amplitudes (c, h)."""
+        modes, rate = self.best.best[None], self.best.best_rate
+        amplitudes = self.best.evidence.linear(modes, rate).mean[0]
+        waves = basis(modes, self.window.time, rate)[0]
+        return np.hstack([waves, self.window.drift[:, : amplitudes.shape[1] - waves.shape[1]]]), amplitudes
 
-def estimate(w: Window, drifts: Sequence[str], starts: Sequence[Array], weight: float | None = None) -> Estimate | None:
+
+def estimate(w: Window, drifts: Sequence[str], starts: Sequence[Array]) -> Estimate | None:
     """Modes of a window, over some kinds of drift.
 
     Parameters
@@ -94,15 +97,13 @@ def estimate(w: Window, drifts: Sequence[str], starts: Sequence[Array], weight: 
     drifts : sequence of str
     starts : sequence of ndarray, shape (m, 2)
         sigma (1/s) and omega (rad/s).
-    weight : float, optional
-        As :func:`.prepared`.
 
     Returns
     -------
     Estimate or None
         None where there is no maximum within the bounds.
     """
-    evidence, best = prepared(w, starts[0], weight)
+    evidence, best = prepared(w, starts[0])
     tried = [posterior(replace(evidence, drift=drift), [best, *starts[1:]]) for drift in drifts]
     found = [p for p in tried if p is not None]
     if not found:
@@ -152,9 +153,8 @@ def sought(
     if len(w.time) * spared < CLEAR:  # at most so much evidence, were the noise white
         return found
     w = cut(whole.block * fitting_block(whole, float(starts[0][:, 1].max())))
-    weight, drift = found.best.evidence.weight, [found.best.evidence.drift]
-    few = estimate(w, drift, [found.best.best], weight)
-    more = estimate(w, drift, starts, weight)
+    drift = [found.best.evidence.drift]
+    few, more = estimate(w, drift, [found.best.best]), estimate(w, drift, starts)
     if few is None or more is None or not clearer(more.best, few.best):
         return found
     return estimate(w, drifts, [more.best.best]) or found
@@ -180,7 +180,7 @@ def log_odds_of_each(found: Estimate) -> Array:
     while len(left) > 1:
         modes = found.best.best[left]
         starts = [modes, *(np.delete(modes, k, 0) for k in range(len(modes)))]
-        every, *tried = (estimate(w, [evidence.drift], [start], evidence.weight) for start in starts)
+        every, *tried = (estimate(w, [evidence.drift], [start]) for start in starts)
         fewer = [one.best for one in tried if one is not None]
         if every is None or not fewer:
             break
@@ -216,25 +216,27 @@ def _ratios(found: Sequence[Posterior], kinds: Array, number: int) -> dict[str, 
     columns = {rate: (rate if rate in channels else ANGLES.get(rate, "")) for pair in RATIOS.values() for rate in pair}
     values: dict[str, list[Array]] = {name: [] for name in RATIOS}
     spreads: dict[str, list[Array]] = {name: [] for name in RATIOS}
+    turn = np.array([1, -1j])
     for p in found:
-        linear = p.evidence.linear(p.modes)
+        linear = p.evidence.linear(p.modes, p.rates)
         root = p.modes[:, number, 0] + 1j * p.modes[:, number, 1]
         two = slice(2 * number, 2 * number + 2)
-        phasors, squares = {}, {}
-        for rate, column in columns.items():
-            if column in channels:
-                place = channels.index(column)
-                turn = scale[place] * (1.0 if column == rate else root)
-                phasors[rate] = turn * (linear.mean[:, place, two] @ np.array([1, -1j]))
-                spread = linear.covariance[:, place, two, two]
-                squares[rate] = np.abs(turn) ** 2 * (spread[:, 0, 0] + spread[:, 1, 1]) / 2
+        of_mode = linear.covariance[:, :, two][..., two]  # (points, channels, 2, channels, 2)
+        spread = np.einsum("pciej,i,j->pce", of_mode, turn, turn.conj())
+        phasors = linear.mean[:, :, two] @ turn
+        known = {rate: column for rate, column in columns.items() if column in channels}
+        places = {rate: channels.index(column) for rate, column in known.items()}
+        turned = {rate: scale[places[rate]] * (1.0 if known[rate] == rate else root) for rate in known}
         for name, (over, under) in RATIOS.items():
-            if over in phasors and under in phasors:
-                value = phasors[over] / phasors[under]
-                values[name].append(value)
-                spreads[name].append(
-                    (squares[over] + np.abs(value) ** 2 * squares[under]) / np.abs(phasors[under]) ** 2
+            if over in known and under in known:
+                a, b = places[over], places[under]
+                value = turned[over] * phasors[:, a] / (turned[under] * phasors[:, b])
+                seen = phasors[:, a] / phasors[:, b]
+                miss = (
+                    spread[:, a, a] + np.abs(seen) ** 2 * spread[:, b, b] - 2 * np.real(seen.conj() * spread[:, a, b])
                 )
+                values[name].append(value)
+                spreads[name].append(np.real(miss) / np.abs(phasors[:, a]) ** 2 * np.abs(value) ** 2 / 2)
     weights = np.concatenate([kind * p.weights for kind, p in zip(kinds, found, strict=True)])
     ratios = {}
     for name in RATIOS:

@@ -1,9 +1,10 @@
-"""Noise of free decays beside that of the sensors: the same mode, excited by the ground all along the window.
+"""Noise of free decays beside that of the sensors: the same modes, excited by the ground all along the window.
 
-An oscillator that white noise drives has the stationary correlation e^(-|sigma| t) (cos omega t -+ |sigma| / omega
-sin omega t), minus for its rate and plus for its angle (Crandall & Mark, Random Vibration in Mechanical Systems, 1963,
-section 2.2). Its state at the start of the window is among the free amplitudes. As one disturbance drives all
-channels, their evidence counts as that of one channel.
+White noise that drives an oscillator with eigenvalue lambda = sigma + i omega gives its complex coordinate the
+stationary correlation e^(lambda t) for t > 0 (Crandall & Mark, Random Vibration in Mechanical Systems, 1963, section
+2.2, for sigma small beside omega). A channel sees it by the phasor c that its free motion shows: the covariance of
+channels k and l is Re(c_k conj(c_l) e^(lambda t)) / 2, so one disturbance moves all channels in the shape of the mode.
+Its state at the start of the window is among the free amplitudes.
 """
 
 from dataclasses import dataclass
@@ -14,34 +15,36 @@ from scipy.linalg import toeplitz
 from bicycle.identification.decay_window import Window
 from tyre.base.arrays import Array
 
-SHARES = (1.0, 30.0, 1e3)
-"""Variance of the driven motion over that of the white noise of the samples."""
+SHARES = np.array([0.03, 0.1, 0.3, 1.0])
+"""Rms of the driven motion over that of the mode in the window."""
 
 LEAST_DAMPING = 0.03
 MOST_SAMPLES = 240
+LEAST_NOISE = 1e-4  # of a signal; with less, sums of squares lose their digits
+NEGLIGIBLE = 1e-3  # variance of a direction beside that of the sensors
 
 
 @dataclass(frozen=True)
 class Driven:
-    """Noise with a covariance matrix for each share.
+    """Covariance of the samples of all channels: that of white sensors and, for each share, of driven modes.
 
     Attributes
     ----------
-    kinds : tuple of tuple of int
-        Places of the channels that are rates, and of those that are angles; no empty ones.
-    precision : ndarray, shape (f, kinds, n, n)
-        Inverse covariances, for unit variance of the whole noise.
-    logdet : ndarray, shape (f, c)
-        Log determinants of the covariances.
+    level : ndarray, shape (c,)
+        Sd of the sensors' noise, in units of the window's scale.
+    directions : ndarray, shape (c, n, r)
+        Orthonormal over channels and samples, the samples in units of ``level``.
+    variances : ndarray, shape (f, r)
+        Of the driven motion along them, for each share.
     """
 
-    kinds: tuple[tuple[int, ...], ...]
-    precision: Array
-    logdet: Array
+    level: Array
+    directions: Array
+    variances: Array
 
 
 def driven(w: Window, modes: Array) -> Driven | None:
-    """Driven noise of a window about the eigenvalues that its modes have.
+    """Driven noise of a window about the eigenvalues and phasors that its modes have.
 
     Parameters
     ----------
@@ -54,41 +57,26 @@ def driven(w: Window, modes: Array) -> Driven | None:
     Driven or None
         None where the window has too many samples for it.
     """
-    n = len(w.time)
+    n, channels = w.signals.shape
     if n > MOST_SAMPLES:
         return None
-    angles = [name.endswith("_rad") for name in w.channels]
-    places = {kind: tuple(k for k, angle in enumerate(angles) if angle == kind) for kind in sorted(set(angles))}
-    made = {angle: _inverted(_correlation(w.time, modes, rate=not angle), n) for angle in places}
-    logdet = np.empty((len(SHARES), len(w.channels)))
-    for angle, those in places.items():
-        logdet[:, list(those)] = made[angle][1][:, None]
-    return Driven(tuple(places.values()), np.stack([made[angle][0] for angle in places], 1), logdet)
-
-
-def _correlation(time: Array, modes: Array, *, rate: bool) -> Array:
-    total = np.zeros((len(time), len(time)))
-    for sigma, omega in modes:
-        decay = max(abs(float(sigma)), LEAST_DAMPING * float(omega))
-        wave = np.cos(omega * time) + (-1 if rate else 1) * decay / omega * np.sin(omega * time)
-        total += toeplitz(np.exp(-decay * time) * wave) / len(modes)
-    return total
-
-
-def _inverted(correlation: Array, n: int) -> tuple[Array, Array]:
-    covariances = np.array([(np.eye(n) + share * correlation) / (1 + share) for share in SHARES])
-    return np.linalg.inv(covariances), np.linalg.slogdet(covariances)[1]
-
-
-def counted(probabilities: Array, colours: int) -> float:
-    """As how many channels the evidence of c channels counts, over c.
-
-    Parameters
-    ----------
-    probabilities : ndarray, shape (f, c)
-        Of the noises of each channel, the driven ones last.
-    colours : int
-        Number of those that are not driven.
-    """
-    share = probabilities[colours:].sum(0)
-    return float(np.mean(1 - share * (1 - 1 / share.size)))
+    roots = modes[:, 0] + 1j * modes[:, 1]
+    waves = np.exp(roots * w.time[:, None])
+    whole = np.hstack([waves.real, waves.imag, w.drift])
+    amplitudes = np.linalg.lstsq(whole, w.signals, rcond=None)[0]
+    left = w.signals - whole @ amplitudes
+    level = np.maximum(np.sqrt((np.diff(left, 2, axis=0) ** 2).mean(0) / 6), LEAST_NOISE)  # of white noise
+    columns = []
+    for number, (sigma, omega) in enumerate(modes):
+        phasors = amplitudes[number] - 1j * amplitudes[len(modes) + number]
+        size = np.sqrt((np.abs(waves[:, number]) ** 2).mean())
+        root = -max(abs(float(sigma)), LEAST_DAMPING * float(omega)) + 1j * omega
+        values, vectors = np.linalg.eigh(toeplitz(np.exp(root * w.time)))
+        kept = values * (size * SHARES.max() * np.abs(phasors / level).max()) ** 2 > NEGLIGIBLE / 10
+        half = vectors[:, kept] * np.sqrt(values[kept] / 2) * size
+        seen = (phasors / level)[:, None, None] * half  # (channels, n, r)
+        columns += [seen.real, seen.imag]
+    u = np.concatenate(columns, 2).reshape(channels * n, -1)
+    along, singular, _ = np.linalg.svd(u, full_matrices=False)
+    kept = singular * SHARES.max() > np.sqrt(NEGLIGIBLE)
+    return Driven(level, along[:, kept].reshape(channels, n, -1), (SHARES[:, None] * singular[kept]) ** 2)

@@ -7,13 +7,13 @@ the same), for with one cycle in the window it is far from normal.
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 
 from bicycle.eigenvalues.oscillation import angular_frequency
-from bicycle.identification.decay_evidence import Evidence, basis, log_sum
+from bicycle.identification.decay_evidence import EXPONENTIAL, Evidence, basis, log_sum
 from bicycle.identification.decay_noise import driven
 from bicycle.identification.decay_window import Window
 from tyre.base.arrays import Array
@@ -23,14 +23,18 @@ HIGHEST_PEAK = FASTEST / 2  # of a spectrum, rad/s
 LOWEST, HIGHEST = -50.0, 20.0  # 1/s
 GROWTH = 30.0  # e-folds over the window
 POINTS = 64  # for one mode
+FEWEST_POINTS = 3.0  # that must carry the posterior
 TAIL = 4.0  # degrees of freedom of the proposal
 WIDER = 1.2
-ITERATIONS = 25
+ITERATIONS, IDLE = 25, 3  # the latter without gain, where a direction is flat
+NOTHING = 1e-6  # of a gain in the logarithm: what rounding may bring
 NEGLIGIBLE = 30.0  # in the logarithm of a weight
 DAMPED = np.array([1.0, 0.6, 0.3, 0.1, 0.02])
 FACTORS = np.array([0.35, 0.5, 0.65, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 1.8])
 DAMPING = (-0.1, 0.02, 0.1, 0.2, 0.35, 0.6)  # -sigma / omega
 DEAD = (1.0, 2.5)  # the same of a transient
+LEAST_DECAY = 0.5  # e-folds of a real mode over the window; what decays less is a parabola
+RATES = 7  # of a real mode, to start from
 
 
 @dataclass(frozen=True)
@@ -46,7 +50,10 @@ class Posterior:
     weights : ndarray, shape (points,)
         Of the points, with sum 1.
     log_evidence : float
-        For a prior that is even in sigma and omega; comparable for equal numbers of modes.
+        For a prior that is even in sigma and omega, and in the logarithm of a rate; comparable for equal numbers of
+        modes.
+    best_rate, rates : ndarray, shape (1,) and (points,), optional
+        Decay of the real mode of an exponential drift, 1/s.
     """
 
     evidence: Evidence
@@ -54,11 +61,8 @@ class Posterior:
     modes: Array
     weights: Array
     log_evidence: float
-
-    @property
-    def mean(self) -> Array:
-        """Mean sigma and omega, shape (m, 2)."""
-        return np.asarray(np.tensordot(self.weights, self.modes, 1))
+    best_rate: Array | None = None
+    rates: Array | None = None
 
 
 def posterior(evidence: Evidence, starts: Sequence[Array]) -> Posterior | None:
@@ -75,42 +79,80 @@ def posterior(evidence: Evidence, starts: Sequence[Array]) -> Posterior | None:
     Posterior or None
         None where no maximum lies within the bounds.
     """
-    tried = np.array([evidence.log(start[None])[0] for start in starts])
-    start = starts[int(tried.argmax())]
-    size, points = start.shape, POINTS * 4 ** (len(start) - 1)
+    m = len(starts[0])
+    span = _rates(evidence)
+    trials = np.array([start.ravel() for start in starts])
+    if span is not None:
+        middle = np.linspace(*span, RATES + 2)[1:-1]
+        trials = np.array([[*x, rate] for x in trials for rate in middle])
+    start = trials[int(_bounded(evidence, trials, m).argmax())]
+    points = POINTS * 4 ** (m - 1) * (1 if span is None else 2)
 
-    best, covariance = climbed(evidence, start)
+    best, covariance = _climbed(evidence, start, m)
     if covariance is None:
         return None
-    best = best.ravel()
     root = np.linalg.cholesky(covariance) * WIDER
     z, density = _proposal(best.size, points)
     x = best + z @ root.T
-    log = _bounded(evidence, x.reshape(-1, *size)) - density + math.log(np.diag(root).prod())
+    volume = math.log(np.diag(root).prod()) - density
+    log = _bounded(evidence, x, m) + volume
+    if _effective(log) < FEWEST_POINTS:  # rounding hides the shape of it: normal, as the second derivatives say
+        log = _bounded(evidence, best[None], m) - 0.5 * ((WIDER * z) ** 2).sum(1) + volume
     total = float(log_sum(log[:, None])[0])
-    order = np.argsort(best.reshape(size)[:, 1])
     kept = log > log.max() - NEGLIGIBLE
+    (most,), best_rate = _parted(best[None], m)
+    modes, rates = _parted(x[kept], m)
+    order = np.argsort(most[:, 1])
+    prior = 0.0 if span is None else math.log(span[1] - span[0])
     return Posterior(
-        evidence, best.reshape(size)[order], x.reshape(-1, *size)[kept][:, order], np.exp(log - total)[kept],
-        total - math.log(points),
+        evidence, most[order], modes[:, order], np.exp(log - total)[kept], total - math.log(points) - prior, best_rate,
+        rates,
     )  # fmt: skip
 
 
-def climbed(evidence: Evidence, start: Array) -> tuple[Array, Array | None]:
-    """The most probable modes (m, 2) of an ``evidence`` near a ``start`` (m, 2) and their covariance, if any."""
-    steps = np.stack([np.full(len(start), 0.1), 0.02 * start[:, 1]], 1).ravel()
-    best, covariance = _climb(lambda x: _bounded(evidence, x.reshape(-1, *start.shape)), start.ravel(), steps)
-    return best.reshape(start.shape), covariance
+def _effective(log: Array) -> float:
+    """How many points carry the sum of their weights, by the logarithms ``log`` of these."""
+    weights = np.exp(log - log.max())
+    return float(weights.sum() ** 2 / (weights**2).sum())
 
 
-def _bounded(evidence: Evidence, modes: Array) -> Array:
+def _parted(x: Array, m: int) -> tuple[Array, Array | None]:
+    """Modes (points, m, 2) and rates (points,) of numbers (points, 2 m), or 2 m + 1 with the logarithm of a rate."""
+    rates = np.exp(x[:, -1]) if x.shape[1] > 2 * m else None
+    return x[:, : 2 * m].reshape(-1, m, 2), rates
+
+
+def _rates(evidence: Evidence) -> tuple[float, float] | None:
+    """Least and largest logarithm of the rate of a real mode; None where there is none."""
+    if evidence.drift != EXPONENTIAL:
+        return None
+    w = evidence.window
+    return math.log(LEAST_DECAY / w.length), math.log(1 / w.time[1])
+
+
+def climbed(evidence: Evidence, start: Array) -> Array:
+    """The most probable modes (m, 2) of an ``evidence`` without a real mode, near a ``start`` (m, 2)."""
+    return _climbed(evidence, start.ravel(), len(start))[0].reshape(start.shape)
+
+
+def _climbed(evidence: Evidence, start: Array, m: int) -> tuple[Array, Array | None]:
+    """The most probable numbers near a ``start`` (d,) and their covariance, if any."""
+    steps = np.array([*np.stack([np.full(m, 0.1), 0.02 * start[1 : 2 * m : 2]], 1).ravel(), 0.1])[: start.size]
+    return _climb(lambda x: _bounded(evidence, x, m), start, steps)
+
+
+def _bounded(evidence: Evidence, x: Array, m: int) -> Array:
     """Log likelihood, and minus infinity beyond the bounds."""
+    modes, rates = _parted(x, m)
     sigma, omega = modes[..., 0], modes[..., 1]
     highest = min(HIGHEST, GROWTH / evidence.window.length)
     inside = ((sigma > LOWEST) & (sigma < highest) & (omega > SLOWEST) & (omega < FASTEST)).all(-1)
-    found = np.full(len(modes), -np.inf)
+    span = _rates(evidence)
+    if span is not None:
+        inside &= (x[:, -1] > span[0]) & (x[:, -1] < span[1])
+    found = np.full(len(x), -np.inf)
     if inside.any():
-        found[inside] = evidence.log(modes[inside])
+        found[inside] = evidence.log(modes[inside], None if rates is None else rates[inside])
     return found
 
 
@@ -122,7 +164,7 @@ def _climb(log: Callable[[Array], Array], x: Array, steps: Array) -> tuple[Array
     shifts = [s * unit[i] for i in range(n) for s in (1, -1)]
     shifts += [a * unit[i] + b * unit[j] for i, j in pairs for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1))]
     stencil = np.array([np.zeros(n), *shifts])
-    covariance, gain = None, np.inf
+    covariance, gain, idle = None, np.inf, 0
     for _ in range(ITERATIONS):
         top, *rest = log(x + stencil * steps)
         around = np.array(rest)
@@ -142,7 +184,7 @@ def _climb(log: Callable[[Array], Array], x: Array, steps: Array) -> tuple[Array
         found = log(trials)
         place = int(np.argmax(found))
         gain = found[place] - top
-        if gain > 0:
+        if gain > NOTHING:
             x = trials[place]
         elif up.max() > top or down.max() > top:  # not a parabola yet
             x = x + stencil[1 + int(np.argmax(around))] * steps
@@ -150,7 +192,8 @@ def _climb(log: Callable[[Array], Array], x: Array, steps: Array) -> tuple[Array
         bends = np.diag(-hessian)
         settled = ((bends > 0.1) & (bends < 3.0)).all()
         steps = steps * np.clip(1 / np.sqrt(np.maximum(np.abs(bends), 1e-4)), 0.1, 5.0)  # to where log falls by 1/2
-        if gain < 1e-3 and settled:
+        idle = idle + 1 if gain < 1e-3 else 0
+        if idle and (settled or idle > IDLE):
             break
     return x, covariance
 
@@ -226,7 +269,7 @@ def _peak(w: Window, signals: Array) -> float:
     return float(frequency[int(np.argmax(power))])
 
 
-def prepared(w: Window, modes: Array, weight: float | None = None) -> tuple[Evidence, Array]:
+def prepared(w: Window, modes: Array) -> tuple[Evidence, Array]:
     """The evidence of a window about modes that are known roughly, for a parabola, and these modes more closely.
 
     Parameters
@@ -234,10 +277,6 @@ def prepared(w: Window, modes: Array, weight: float | None = None) -> tuple[Evid
     w : Window
     modes : ndarray, shape (m, 2)
         sigma (1/s) and omega (rad/s).
-    weight : float, optional
-        Share of the evidence of the channels that counts; by default as at these modes.
     """
-    evidence = Evidence(w, "parabola", noise_floor(w, modes), driven(w, modes))
-    best, _ = climbed(evidence, modes)
-    evidence = Evidence(w, "parabola", noise_floor(w, best), driven(w, best))
-    return (evidence.weighed(best) if weight is None else replace(evidence, weight=weight)), best
+    best = climbed(Evidence(w, "parabola", noise_floor(w, modes)), modes)
+    return Evidence(w, "parabola", noise_floor(w, best), driven(w, best)), best

@@ -1,8 +1,8 @@
 """Frequency and damping of modes from raw free decays, with errors that respect noise, drift and the window's start.
 
-Every channel is a sum of decaying oscillations, a drift and coloured noise (:mod:`.decay_evidence`). The kind of drift
-(none, constant, parabola) is weighed by its evidence (:mod:`.decay_estimate`), the window is fitted again from later
-starts (:mod:`.window_start`), and repeats say what one decay cannot (:mod:`.repeats`).
+Every channel is a sum of decaying oscillations, a drift and noise (:mod:`.decay_evidence`). The kind of drift (none,
+constant, parabola, or a real mode that dies out) is weighed by its evidence (:mod:`.decay_estimate`), the window is
+fitted again from later starts (:mod:`.window_start`), and repeats say what one decay cannot (:mod:`.repeats`).
 `velotyre validate free-decays` counts how often the intervals hold the truth.
 """
 

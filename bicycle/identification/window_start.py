@@ -102,10 +102,9 @@ def _later(
     except InputError:
         return None
     known = found.best.best
-    weight = found.best.evidence.weight
-    whole = estimate(w, likely, [known], weight)
+    whole = estimate(w, likely, [known])
     if beside:
-        alone = estimate(w, likely, [known[number : number + 1]], weight)
+        alone = estimate(w, likely, [known[number : number + 1]])
         if alone is not None and (whole is None or not clearer(whole.best, alone.best)):
             return alone, 0
     return None if whole is None else (whole, _same_mode(known, whole.mean, number))

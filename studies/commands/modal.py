@@ -21,7 +21,7 @@ from studies.reporting.examples import example
 @click.option("--from", "first_s", default=0.0, show_default=True, help="Start of the window, s.")
 @click.option("--to", "last_s", default=float("inf"), help="End of the window, s.")
 @click.option("--start-hz", type=float, help="Look near this frequency.")
-@click.option("--drift", help="none, constant or parabola; by default weighed by their evidence.")
+@click.option("--drift", help="none, constant, parabola or exponential; by default weighed by evidence.")
 @click.option("--out", "out_file", metavar="TABLE.csv", help="Write the modal table.")
 @click.option("--figures", type=click.Path(path_type=Path, file_okay=False), help="Folder for a picture of each fit.")
 def command(

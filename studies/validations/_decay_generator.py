@@ -24,7 +24,8 @@ class Cell:
 
     ``cycles`` of weave are in the window; ``colour`` is the correlation time of the sensors' noise (s; 0: white),
     ``slow`` and ``fast`` are amplitudes of a capsize and of a castering mode, ``second`` of wobble; ``offset`` is that
-    of the sensors, ``driven`` the scatter of weave that the ground excites, over its amplitude.
+    of the sensors, ``driven`` the scatter of weave that the ground excites, over its amplitude. ``damping`` is the
+    range of weave's damping ratio, ``slow_rate`` that of the capsize's decay (1/s).
     """
 
     cycles: tuple[float, float] = (2.5, 4.0)
@@ -35,6 +36,8 @@ class Cell:
     fast: float = 0.0
     second: float = 0.0
     driven: float = 0.0
+    damping: tuple[float, float] = (0.05, 0.25)
+    slow_rate: tuple[float, float] = (0.2, 1.0)
 
 
 @dataclass(frozen=True)
@@ -54,13 +57,13 @@ def make(cell: Cell, rng: np.random.Generator, *, root: complex | None = None, s
     cell : Cell
     rng : numpy.random.Generator
     root : complex, optional
-        Eigenvalue of weave, 1/s; by default drawn: 0.6 to 1.3 Hz, damping ratio 0.05 to 0.25.
+        Eigenvalue of weave, 1/s; by default drawn: 0.6 to 1.3 Hz, damping ratio as the cell says.
     speed : float
         m/s; a label.
     """
     if root is None:
         size = 2 * np.pi * rng.uniform(0.6, 1.3)
-        ratio = rng.uniform(0.05, 0.25)
+        ratio = rng.uniform(*cell.damping)
         root = complex(-ratio * size, size * np.sqrt(1 - ratio**2))
     size = abs(root)
     blocks, start = [_companion(root)], [*_turned(rng, 1.0, size)]
@@ -71,7 +74,7 @@ def make(cell: Cell, rng: np.random.Generator, *, root: complex | None = None, s
         blocks.append(_companion(other))
         start += _turned(rng, cell.second, abs(other))
         outputs.append(_mixed(rng, 1.0, abs(other)))
-    for amplitude, low, high in ((cell.slow, 0.2, 1.0), (cell.fast, 10.0, 20.0)):
+    for amplitude, low, high in ((cell.slow, *cell.slow_rate), (cell.fast, 10.0, 20.0)):
         if amplitude:
             blocks.append(np.array([[-rng.uniform(low, high)]]))
             start.append(amplitude)

@@ -24,6 +24,9 @@ CELLS = {
     "offset, 1.1 to 1.4 cycles": Cell(cycles=(1.1, 1.4), offset=0.3),
     "coloured noise and offset, 1.1 to 1.6 cycles": Cell(cycles=(1.1, 1.6), colour=0.03, offset=0.2),
     "slow mode and offset, 1.8 to 3 cycles": Cell(cycles=(1.8, 3.0), slow=0.3, offset=0.2),
+    "capsize that dies out, 1.0 to 1.4 cycles": Cell(
+        cycles=(1.0, 1.4), noise=0.005, slow=1.0, slow_rate=(1.0, 5.0), damping=(-0.2, 0.1), offset=0.1
+    ),
     "start transient (fast mode)": Cell(cycles=(2.0, 3.0), fast=0.4, offset=0.1),
     "weave and wobble": Cell(second=0.4, offset=0.1),
     "driven by the ground": Cell(driven=0.1, noise=0.05),
