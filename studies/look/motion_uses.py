@@ -25,6 +25,7 @@ from tyre.channels.windows import Window
 
 DECAY, REPLAY = "free decay (modal)", "replay (histories)"
 SUPPOSED_SPEED = 5.0  # m/s: neither a decay nor the reading of histories hinges on it
+GOOD, BETTER = 0.95, 0.5  # R^2 of a whole recording below which windows are sought; share of the rest they may leave
 EPOCH = 1e6  # s; records count later times from their first sample
 
 
@@ -174,17 +175,21 @@ def _decay(
     at = quote(f"{path}@{speed:.2f}" if speed else f"{path}@SPEED")
     file = _file_time(roles)
     free = roles.map is None and not _is_native(path, roles.opened.signals.columns)
-    events, reasons = _as_they_are(runs, file)
+    events, reasons, worst = _as_they_are(runs, file)
     windows: tuple[Window, ...] = ()
     kept: tuple[str, ...] = ()
-    if not events and (roles.map is None or not roles.map.windows):
-        windows, events = _kicks(whole, file)
+    if worst < GOOD and (roles.map is None or not roles.map.windows):
+        within, found, least = _kicks(whole, file)
+        if found and 1 - least < BETTER * (1 - worst):
+            if events:
+                reasons.append(f"the whole recording: R^2 = {worst:.2f}; each stretch after a kick is fitted better")
+            windows, events = within, found
         if not events:
             kept = telling(whole)
             alone = replace(whole, channels={name: whole.channels[name] for name in kept}) if kept else None
             if alone is not None and free:
-                events, _ = _as_they_are([alone], file)
-                windows, events = ((), events) if events else _kicks(alone, file)
+                events, _, _ = _as_they_are([alone], file)
+                windows, events = ((), events) if events else _kicks(alone, file)[:2]
                 out = [name for name in whole.channels if name not in kept]
                 reasons.append(f"left out of the draft, as they show no decay: {', '.join(out)}")
         reasons += [] if events or kept else ["no stretch after a peak is one decaying oscillation either"]
@@ -207,27 +212,29 @@ def _channel_of(column: str) -> str:
     return next(name for name in MOTION if column.startswith(f"{name}_"))
 
 
-def _as_they_are(runs: list[Run], file: Array) -> tuple[list[Event], list[str]]:
-    """Runs as ``modal`` takes them: those that it uses, and why not the others."""
-    events, reasons = [], []
+def _as_they_are(runs: list[Run], file: Array) -> tuple[list[Event], list[str], float]:
+    """Runs as ``modal`` takes them: those that it uses, why not the others, and the least R^2 (0 without any)."""
+    events, reasons, squares = [], [], []
     for run in runs:
         found, problem = _identified(run)
         name = run.name.partition("#")[2]
         if found is not None and not problem:
             events.append(_event(run, file, name, 0.0, np.inf, _said(found)))
+            squares.append(found.r_squared)
         else:
             reasons.append(f"{name or 'the whole recording'}: {problem}")
-    return events, reasons
+    return events, reasons, min(squares, default=0.0)
 
 
-def _kicks(whole: Run, file: Array) -> tuple[tuple[Window, ...], list[Event]]:
+def _kicks(whole: Run, file: Array) -> tuple[tuple[Window, ...], list[Event], float]:
+    """Windows after kicks, their events and the least R^2 of them."""
     kicks = decays(whole)
     windows = tuple(Window(f"kick{place}", first, last) for place, (first, last, _) in enumerate(kicks, 1))
     events = [
         _event(whole, file, window.name, window.first, window.last, _said(found))
         for window, (_, _, found) in zip(windows, kicks, strict=True)
     ]
-    return windows, events
+    return windows, events, min((found.r_squared for _, _, found in kicks), default=0.0)
 
 
 def _with_map(roles: Roles) -> str:
