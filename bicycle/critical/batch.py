@@ -16,6 +16,7 @@ from bicycle.critical import crossing_kernel
 from bicycle.critical.critical_speed import CriticalSpeed
 from bicycle.modal import answer_kernel, batch, doubts
 from bicycle.modal.block import START, Block
+from bicycle.modal.compiled_ahead import compiled_ahead
 from bicycle.modal.compiled_batch import BLOCK, decompose, follow, name
 from bicycle.modal.doubts import SURE
 from bicycle.modal.track_kernel import Track
@@ -113,7 +114,8 @@ def _part(block: Block, max_speed: float, first: int) -> tuple[NDArray[np.generi
     def asked(track: Track, owner: NDArray[np.int64], v: Array) -> int:
         return int(crossing_kernel.divide(track, block.unit, low, high, owner, v))
 
-    track = follow(block, START * STEP, high / block.unit, asked)
+    with compiled_ahead():
+        track = follow(block, START * STEP, high / block.unit, asked)
     track.status[_moves_near_rest(block, track)] = AT_REST
     room = track.re[:, :, 0].size
     owner, step, root = (np.empty(room, np.int64) for _ in range(3))

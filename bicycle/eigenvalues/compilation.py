@@ -58,6 +58,12 @@ class _Kept(FunctionCache):
         with suppress(OSError):
             super().save_overload(*arguments)
 
+    def holds_any(self) -> bool:
+        try:
+            return bool(self._cache_file._load_index())
+        except DAMAGED:
+            return False
+
 
 @cache
 def _kernels() -> bytes:
@@ -143,6 +149,11 @@ def compiled(function: Callable[..., Any]) -> Any:
     dispatcher = _numba(function)
     dispatcher._cache = _Kept(function)  # as cache=True does, with numba's own
     return dispatcher
+
+
+def kept(kernel: Any) -> bool:
+    """Whether a ``kernel`` of :func:`compiled` is at hand: in this process, or kept for some arguments."""
+    return bool(kernel.signatures) or kernel._cache.holds_any()
 
 
 def compiled_within(function: Callable[..., Any]) -> Any:

@@ -111,6 +111,7 @@ def compiled(stack: NDArray[np.float64]) -> Complex:
     """Eigenvalues (m, n) of a ``stack``, shape (m, n, n), by the QR kernel of this room; LAPACK where it gives up."""
     from bicycle.eigenvalues.qr_kernel import solve
 
+    stack = np.ascontiguousarray(stack)  # for one layout it is compiled
     parts = np.empty((2, *stack.shape[:2]))
     result = np.empty(stack.shape[:2], complex)
     start = 0

@@ -53,7 +53,8 @@ class Block:
         shape = polynomial.shape
         stacked = [np.broadcast_to(matrix, shape) for matrix in polynomial.values()] or [np.zeros(shape)]
         powers = np.array(list(polynomial) or [0], float)
-        return cls(np.ascontiguousarray(stacked), powers, np.ascontiguousarray(unit, dtype=float), kind)
+        # own arrays: of one that may not be written to, every kernel would be compiled once more
+        return cls(np.array(stacked), powers, np.array(unit, float), kind)
 
     @classmethod
     def of_models(cls, models: Sequence[LinearModel]) -> "Block":

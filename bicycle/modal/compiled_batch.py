@@ -12,6 +12,7 @@ from bicycle.eigenvalues.solvers import compiled
 from bicycle.eigenvalues.vectors_kernel import decompose_stack
 from bicycle.modal import anchor_kernel, answer_kernel, follow_kernel, naming_kernel, track_kernel
 from bicycle.modal.block import Block
+from bicycle.modal.compiled_ahead import compiled_ahead
 from bicycle.modal.doubts import BEYOND, NODES, STIFF
 from bicycle.modal.naming_kernel import Named
 from bicycle.modal.speed_limits import FASTEST_RATE, FASTEST_SPEED, REFERENCE_SPEED, SLOWEST_SPEED
@@ -159,7 +160,8 @@ def name_block(
     """
     bicycles, k = speeds.shape
     reach = speeds / block.unit[:, None]
-    track = follow(block, float(reach.min()), reach.max(1))
+    with compiled_ahead():
+        track = follow(block, float(reach.min()), reach.max(1))
     slowest = SLOWEST_SPEED if block.kind.singular else 0.0
     track.status[(reach < slowest).any(1) | (reach > FASTEST_SPEED).any(1)] = BEYOND
     found = name(block, track, speeds)
