@@ -1,5 +1,6 @@
 """Tests of one room run in one process; and a simulated rig campaign with its fit, which several rooms look at."""
 
+from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +14,18 @@ if TYPE_CHECKING:
 
 settings.register_profile("untimed", deadline=None)  # a machine that does something else fails no test
 settings.load_profile("untimed")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Compile the kernels, on two cores, before several processes would each do it."""
+    several = getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput")
+    if several and find_spec("numba"):
+        from bicycle import Model, load_bicycle
+        from bicycle.critical.critical_speeds import critical_speeds
+
+        model = Model(load_bicycle("benchmark")).linear_model()
+        critical_speeds(model, 10.0, fast=True)
+        model.eigenvalues(np.linspace(1.0, 9.0, 1000))
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -8,14 +8,13 @@ import math
 import numpy as np
 
 from bicycle.eigenvalues.compilation import compiled, compiled_within
-from bicycle.modal.anchor import BETTER, MOSTLY, QUICK, SLOW, SPARE, WALKING, WHOLE
+from bicycle.modal.anchor import BETTER, LEVEL, MOSTLY, QUICK, SLOW, SPARE, WALKING, WHOLE
 from bicycle.modal.batch_kind import Roles
 from bicycle.modal.doubts import SURE
 from bicycle.modal.identity_kernel import Walked, Whole
 from bicycle.modal.track_kernel import Track
 from tyre.base.arrays import Array
 
-LEVEL = 1e-9  # plainness this near is equal: rounding decides
 WEAVE, CAPSIZE, CASTERING, FIRST_ROLE = 0, 1, 2, 3  # numbers of names
 
 
@@ -101,6 +100,8 @@ def _more_at_meetings(
         meet = 0
         for i in range(w.re.shape[1]):
             meet |= 1 << i if w.mate[k, i] != w.mate[k + 1, i] else 0
+        if meet and most < WHOLE:  # beside it there may be a whole core for a while too short for these nodes
+            return True
         if meet:
             for end in range(k, k + 2):
                 count = _core_at(w, end, share, roles, here, slow, meet)

@@ -48,6 +48,23 @@ def random_model(
         return model
 
 
+def relative(model: Model, generator: np.random.Generator, *, decades: float = 0.0) -> Model | None:
+    """Another bicycle with the effects of a ``model``, all numbers drawn anew as in :func:`random_model`.
+
+    Its equations are those of the model, so nothing is derived. None where it does not build.
+    """
+    base = load_bicycle(str(generator.choice(available_bicycles())))
+    changes = {key: value * generator.uniform(0.85, 1.15) for key, value in base.values.items() if key != "g"}
+    try:
+        made = Model(
+            base.replace(**changes), tuple(random_effect(type(effect), generator, decades) for effect in model.effects)
+        )
+        made.linear_model()
+    except InputError:
+        return None
+    return made
+
+
 def random_effect(effect: type[Effect], generator: np.random.Generator, decades: float = 0.0) -> Effect:
     """Draw every parameter within its typical range, times 10^(-decades .. decades).
 

@@ -2,8 +2,8 @@
 
 At speeds drawn at random every root must have the same names, and every critical speed the same speed (1e-9 m/s), mode,
 direction and frequency. Bicycles of which a batch is not sure are counted by reason; the judge answers for them. All
-models are random (synthetic); every other one has effects up to a hundred times too large or too small. Batches in
-plain numpy name only.
+models are random (synthetic): sets of effects, and of each set several bicycles; every other one has effects up to a
+hundred times too large or too small. Batches in plain numpy name only.
 """
 
 import time
@@ -21,12 +21,13 @@ from bicycle.linear_model import LinearModel
 from bicycle.modal.batch import name_of, name_roots
 from bicycle.modal.block import Block
 from bicycle.modal.named_modes import Modes, modes
-from studies.validations._random_models import random_model
+from studies.validations._random_models import random_model, relative
 from studies.validations.critical_speeds import LAWS, WILD
 from tyre.base.arrays import Array, Complex
 from tyre.base.errors import InputError
 
 CHUNK = 200  # models drawn and compared together, from a seed of their own
+RELATIVES = 20  # models with the same effects
 SPEEDS = (0.5, 40.0, 60)  # slowest, fastest (m/s) and number
 SAME_SPEED = 1e-9  # m/s
 SAME_ROOT = 1e-6  # of the largest: a root is the same one
@@ -74,11 +75,13 @@ def _compare(
     generator: np.random.Generator, count: int, first: int, solver: Solver, result: dict[str, Any]
 ) -> None:  # fmt: skip
     """Draw ``count`` models and compare them kind by kind."""
-    kinds = defaultdict(list)
+    kinds, drawn = defaultdict(list), None
     speeds = np.sort(generator.uniform(*SPEEDS))
     for number in range(count):
         decades = WILD if number % 2 else 0.0
-        model = random_model(generator, contact_laws=LAWS, share=0.25, decades=decades).linear_model()
+        drawn = relative(drawn, generator, decades=decades) if drawn and number % RELATIVES else None
+        drawn = drawn or random_model(generator, contact_laws=LAWS, share=0.25, decades=decades)
+        model = drawn.linear_model()
         kinds[model.effects, len(model.ranges), tuple(sorted(model.coefficients[0]))].append((first + number, model))
     for (_, ranges, _), found in kinds.items():
         if ranges > 1:
