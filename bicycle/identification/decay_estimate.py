@@ -27,6 +27,7 @@ RATIOS = {
 }
 ANGLES = {"steer_rate_rad_s": "steer_rad", "roll_rate_rad_s": "lean_rad"}
 CLEAR = math.log(20)  # of the odds for a further mode
+APART, STAYS = 2.0, 0.25  # |eigenvalue| of a further mode over that of others; how far they may move, over their size
 INTERVAL = (0.025, 0.975)
 NORMAL = 2 * 1.959964
 MOST_SOUGHT = 4000  # samples in which peaks are sought
@@ -137,7 +138,8 @@ def sought(
     count : int
         Number of modes that are asked for.
     further : bool
-        One more is fitted beside where the evidence for it is clear: odds of 20.
+        One more is fitted beside where the evidence for it is clear (odds of 20) and it leaves the others what they
+        are.
     """
     whole = cut(1)
     whole = cut(max(1, min(len(whole.time) // MOST_SOUGHT, seeking_block(whole))))
@@ -155,9 +157,23 @@ def sought(
     w = cut(whole.block * fitting_block(whole, float(starts[0][:, 1].max())))
     drift = [found.best.evidence.drift]
     few, more = estimate(w, drift, [found.best.best]), estimate(w, drift, starts)
-    if few is None or more is None or not clearer(more.best, few.best):
+    if few is None or more is None or not clearer(more.best, few.best) or not _beside(few.best.best, more.best.best):
         return found
-    return estimate(w, drifts, [more.best.best]) or found
+    both = estimate(w, drifts, [more.best.best])
+    return found if both is None or not _beside(few.best.best, both.best.best) else both
+
+
+def _beside(few: Array, more: Array) -> bool:
+    """Whether one ``more`` mode (m + 1, 2) leaves the ``few`` (m, 2) what they are and is none of their kind.
+
+    Two that share between them what one oscillation fitted are no answer to what that one is: a motion that is no sum
+    of exponentials looks like that.
+    """
+    stays, other = few[:, 0] + 1j * few[:, 1], more[:, 0] + 1j * more[:, 1]
+    away = np.abs(other[:, None] - stays) / np.abs(stays)
+    further = int(away.min(1).argmax())
+    apart = np.abs(np.log(np.abs(other[further] / np.delete(other, further)))).min()
+    return bool(np.delete(away, further, 0).min(0).max() < STAYS and apart > math.log(APART))
 
 
 def clearer(more: Posterior, few: Posterior) -> bool:

@@ -193,8 +193,11 @@ def _said(error: InputError, where: str) -> str:
 def rate(time: Array) -> float:
     """Samples a second by the usual step of ``time`` (s, shape (n,)); NaN where there is none.
 
-    That is the mean of the steps within a fifth of the median: loggers round the times that they write.
+    That is the mean of the steps within a fifth of the median, if any: loggers round the times that they write.
     """
     steps = np.diff(time)
     usual = float(np.nanmedian(steps)) if steps.size and np.isfinite(steps).any() else 0.0
-    return float(1 / steps[np.abs(steps - usual) <= 0.2 * usual].mean()) if usual > 0 else float("nan")
+    if not usual > 0:
+        return float("nan")
+    near = steps[np.abs(steps - usual) <= 0.2 * usual]
+    return float(1 / (near.mean() if near.size else usual))

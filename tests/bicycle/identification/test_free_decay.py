@@ -183,6 +183,19 @@ def test_two_modes_in_one_window():
     assert alone.beside[0] == pytest.approx(other, abs=0.5)
 
 
+def test_a_motion_that_is_no_sum_of_exponentials_is_not_parted_into_two_oscillations():
+    """Of growing frequency: two would fit it, far better and each far from what one fits, which is no answer."""
+    rng, t = np.random.default_rng(30), np.arange(0, 2.0, 0.01)
+    phase = 6.0 * t + 0.9 * t**2
+    motion = {"roll_rate_rad_s": np.exp(-1.8 * t) * np.cos(phase), "steer_rad": np.exp(-1.8 * t) * np.sin(phase) / 7}
+    run = Run("r.csv", 4.8, t, {name: x + 0.001 * rng.standard_normal(t.size) for name, x in motion.items()}, {})
+    found, alone = identify(run), identify(run, thorough=False)
+    assert found.beside == ()
+    assert found.eigenvalue == alone.eigenvalue
+    both = identify_modes(run, 2)
+    assert max(abs(one.eigenvalue - alone.eigenvalue) for one in both) > 0.25 * abs(alone.eigenvalue)
+
+
 @pytest.mark.parametrize("seed", [11, 12, 13])
 def test_a_mode_that_is_asked_for_and_not_there_is_refused(seed):
     found = identify_modes(decay(np.random.default_rng(seed), colour=0.0), 2)
