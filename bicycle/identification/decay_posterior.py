@@ -97,7 +97,8 @@ def posterior(evidence: Evidence, starts: Sequence[Array]) -> Posterior | None:
     volume = math.log(np.diag(root).prod()) - density
     log = _bounded(evidence, x, m) + volume
     if _effective(log) < FEWEST_POINTS:  # rounding hides the shape of it: normal, as the second derivatives say
-        log = _bounded(evidence, best[None], m) - 0.5 * ((WIDER * z) ** 2).sum(1) + volume
+        normal = _bounded(evidence, best[None], m) - 0.5 * ((WIDER * z) ** 2).sum(1) + volume
+        log = np.where(np.isfinite(log), normal, -np.inf)
     total = float(log_sum(log[:, None])[0])
     kept = log > log.max() - NEGLIGIBLE
     (most,), best_rate = _parted(best[None], m)

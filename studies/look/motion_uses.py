@@ -25,7 +25,7 @@ from tyre.channels.windows import Window
 
 DECAY, REPLAY = "free decay (modal)", "replay (histories)"
 SUPPOSED_SPEED = 5.0  # m/s: neither a decay nor the reading of histories hinges on it
-GOOD, BETTER = 0.95, 0.5  # R^2 of a whole recording below which windows are sought; share of the rest they may leave
+GOOD, BETTER = 0.95, 0.5  # R^2 of a whole recording below which windows are sought; share of its sd they may have
 EPOCH = 1e6  # s; records count later times from their first sample
 
 
@@ -175,14 +175,15 @@ def _decay(
     at = quote(f"{path}@{speed:.2f}" if speed else f"{path}@SPEED")
     file = _file_time(roles)
     free = roles.map is None and not _is_native(path, roles.opened.signals.columns)
-    events, reasons, worst = _as_they_are(runs, file)
+    events, reasons, fits = _as_they_are(runs, file)
     windows: tuple[Window, ...] = ()
     kept: tuple[str, ...] = ()
-    if worst < GOOD and (roles.map is None or not roles.map.windows):
-        within, found, least = _kicks(whole, file)
-        if found and 1 - least < BETTER * (1 - worst):
+    poorest = min((fit.r_squared for fit in fits), default=0.0)
+    if poorest < GOOD and (roles.map is None or not roles.map.windows):
+        within, found, better = _kicks(whole, file)
+        if found and (not fits or max(map(_doubt, better)) < BETTER * min(map(_doubt, fits))):
             if events:
-                reasons.append(f"the whole recording: R^2 = {worst:.2f}; each stretch after a kick is fitted better")
+                reasons.append(f"the whole recording: R^2 = {poorest:.2f}; each stretch after a kick tells more")
             windows, events = within, found
         if not events:
             kept = telling(whole)
@@ -212,29 +213,33 @@ def _channel_of(column: str) -> str:
     return next(name for name in MOTION if column.startswith(f"{name}_"))
 
 
-def _as_they_are(runs: list[Run], file: Array) -> tuple[list[Event], list[str], float]:
-    """Runs as ``modal`` takes them: those that it uses, why not the others, and the least R^2 (0 without any)."""
-    events, reasons, squares = [], [], []
+def _doubt(fit: Decay) -> float:
+    return max(fit.sd) / abs(fit.eigenvalue)
+
+
+def _as_they_are(runs: list[Run], file: Array) -> tuple[list[Event], list[str], list[Decay]]:
+    """Runs as ``modal`` takes them: those that it uses, why not the others, and the fits of those."""
+    events, reasons, fits = [], [], []
     for run in runs:
         found, problem = _identified(run)
         name = run.name.partition("#")[2]
         if found is not None and not problem:
             events.append(_event(run, file, name, 0.0, np.inf, _said(found)))
-            squares.append(found.r_squared)
+            fits.append(found)
         else:
             reasons.append(f"{name or 'the whole recording'}: {problem}")
-    return events, reasons, min(squares, default=0.0)
+    return events, reasons, fits
 
 
-def _kicks(whole: Run, file: Array) -> tuple[tuple[Window, ...], list[Event], float]:
-    """Windows after kicks, their events and the least R^2 of them."""
+def _kicks(whole: Run, file: Array) -> tuple[tuple[Window, ...], list[Event], list[Decay]]:
+    """Windows after kicks, their events and fits."""
     kicks = decays(whole)
     windows = tuple(Window(f"kick{place}", first, last) for place, (first, last, _) in enumerate(kicks, 1))
     events = [
         _event(whole, file, window.name, window.first, window.last, _said(found))
         for window, (_, _, found) in zip(windows, kicks, strict=True)
     ]
-    return windows, events, min((found.r_squared for _, _, found in kicks), default=0.0)
+    return windows, events, [found for _, _, found in kicks]
 
 
 def _with_map(roles: Roles) -> str:

@@ -151,7 +151,7 @@ def _shows(run: Run, name: str, begin: float, end: float) -> bool:
 
 
 def _best(run: Run, begin: float, end: float) -> tuple[float, float, Decay] | None:
-    """The window after a kick with the most cycles of one decaying oscillation."""
+    """The window after a kick that tells most of one decaying oscillation."""
     trials: list[tuple[float, float, Decay]] = []
     for start in STARTS:
         for length in dict.fromkeys(min(length, end - begin - start) for length in LENGTHS):
@@ -163,7 +163,7 @@ def _best(run: Run, begin: float, end: float) -> tuple[float, float, Decay] | No
                 continue
             if not decay.rejected and decay.eigenvalue.real < 0:
                 trials.append((first, last, decay))
-    trials.sort(key=lambda trial: -trial[2].r_squared * min(trial[2].cycles, 5))
+    trials.sort(key=lambda trial: max(trial[2].sd) / abs(trial[2].eigenvalue))
     for first, last, _ in trials[:MOST_THOROUGH]:
         decay = identify(run, first_s=first, last_s=last)
         if not decay.rejected and decay.eigenvalue.real < 0:
