@@ -1,0 +1,97 @@
+"""The marginal likelihood of a window by dense covariances: y ~ N(0, s^2 (K + X P X')), the prior of log s even."""
+
+import numpy as np
+import pytest
+from scipy.linalg import block_diag, toeplitz
+from scipy.special import gammaln
+
+from bicycle.identification import decay_evidence as module
+from bicycle.identification.decay_evidence import Evidence, basis
+from bicycle.identification.decay_noise import SHARES, driven
+from bicycle.identification.decay_posterior import noise_floor
+from bicycle.identification.decay_window import window
+from bicycle.identification.run import Run
+
+MODES = np.array([[-0.8, 4.5]])
+NEAR = np.array([[[-0.7, 4.6]], [[-0.9, 4.4]]])  # points at which it is asked for
+RATES = np.array([1.3, 0.9])
+
+
+@pytest.fixture
+def seen():
+    rng, t = np.random.default_rng(3), np.arange(0, 2.0, 0.05)
+    wave = np.exp(complex(*MODES[0]) * t)
+    channels = {
+        "roll_rate_rad_s": wave.real + 0.2 * np.exp(-1.2 * t) + 0.05 * rng.standard_normal(t.size),
+        "steer_rad": ((0.4 - 0.3j) * wave).real + 0.1 + 0.03 * rng.standard_normal(t.size),
+    }
+    return window(Run("r.csv", 5.0, t, channels, {}), 0.0, 10.0)
+
+
+def dense(y, covariance, design, prior):
+    whole = covariance + design @ prior @ design.T
+    sign, logdet = np.linalg.slogdet(whole)
+    assert sign > 0
+    left = y @ np.linalg.solve(whole, y)
+    return gammaln(y.size / 2) - 0.5 * (y.size * np.log(np.pi * left) + logdet)
+
+
+def designs(w, drift, rates):
+    """Columns (n, h) at each point, and the prior covariance of their amplitudes in units of the signal, by channel."""
+    waves = basis(NEAR, w.time, rates)
+    kept = module.DRIFTS[drift]
+    for k in range(len(NEAR)):
+        own = waves[k].T @ waves[k] / len(w.time)
+        blocks = [np.linalg.inv(own[:2, :2]) * module.AMPLITUDE**2]
+        blocks += [[[module.REAL**2 / own[2, 2]]]] if rates is not None else []
+        level = np.maximum(1.0, np.abs(w.signals.mean(0)))
+        priors = [
+            block_diag(
+                *blocks, *[[[(sd * (size if not j else 1)) ** 2]] for j, sd in enumerate(module.POLYNOMIALS[:kept])]
+            )
+            for size in level
+        ]
+        yield np.hstack([waves[k], w.drift[:, :kept]]), priors
+
+
+CASES = pytest.mark.parametrize(("drift", "rates"), [("none", None), ("parabola", None), ("exponential", RATES)])
+
+
+@CASES
+def test_noise_of_the_sensors(seen, drift, rates):
+    noise = noise_floor(seen, MODES)
+    found = Evidence(seen, drift, noise).log(NEAR, rates)
+    for k, (design, priors) in enumerate(designs(seen, drift, rates)):
+        total = 0.0
+        for channel, prior in enumerate(priors):
+            y, own, lags = seen.signals[:, channel], prior / noise[channel] ** 2, np.arange(len(seen.time))
+            each = [dense(y, toeplitz(phi**lags), design, own) for phi in seen.colours]
+            total += np.log(np.mean(np.exp(np.array(each) - max(each)))) + max(each)
+        assert found[k] == pytest.approx(total, abs=1e-6)
+
+
+@CASES
+def test_modes_that_the_ground_drives(seen, drift, rates):
+    """One disturbance moves all channels by the phasors of the mode: a covariance of all samples at once."""
+    noise, shaken = noise_floor(seen, MODES), driven(seen, MODES)
+    n, channels = seen.signals.shape
+    own, shared = Evidence(seen, drift, noise, shaken)._solve(NEAR, rates)
+    whole = np.hstack([basis(MODES[None], seen.time)[0], seen.drift])
+    phasors = np.linalg.lstsq(whole, seen.signals, rcond=None)[0][:2].T @ [1, -1j]
+    size = np.mean(np.exp(2 * MODES[0, 0] * seen.time))
+    lag = seen.time[:, None] - seen.time
+    turning = np.exp(complex(*MODES[0]) * np.abs(lag))
+    turning = np.where(lag >= 0, turning, turning.conj())
+    blocks = [[(a * b.conjugate() * turning).real * size / 2 for b in phasors] for a in phasors]
+    white = np.diag(np.repeat(shaken.level**2, n))
+    constant = (channels - 1) / 2 * np.log(np.pi / n) - channels * np.log(len(seen.colours)) - np.log(len(SHARES))
+    for k, (design, priors) in enumerate(designs(seen, drift, rates)):
+        for number, share in enumerate(SHARES):
+            y, x = seen.signals.T.ravel(), np.kron(np.eye(channels), design)
+            expected = dense(y, white + share**2 * np.block(blocks), x, block_diag(*priors)) + constant
+            assert shared.log[k, number] == pytest.approx(
+                expected, abs=0.02
+            )  # directions that do next to nothing are left out
+    total = module.log_sum(np.swapaxes(own.log, 0, 1)).sum(-1)
+    both = np.logaddexp(total + np.log(1 - module.DRIVEN), module.log_sum(shared.log.T) + np.log(module.DRIVEN))
+    assert Evidence(seen, drift, noise, shaken).log(NEAR, rates) == pytest.approx(both)
