@@ -30,6 +30,7 @@ CLEAR = math.log(20)  # of the odds for a further mode
 APART, STAYS = 2.0, 0.25  # |eigenvalue| of a further mode over that of others; how far they may move, over their size
 INTERVAL = (0.025, 0.975)
 NORMAL = 2 * 1.959964
+ROUNDING = 1e-9  # of an eigenvalue: no sd is smaller
 MOST_SOUGHT = 4000  # samples in which peaks are sought
 
 
@@ -118,7 +119,7 @@ def estimate(w: Window, drifts: Sequence[str], starts: Sequence[Array]) -> Estim
     sd = np.empty_like(mean)
     for place in np.ndindex(*mean.shape):
         low, high = _quantiles(modes[:, *place], weights)
-        sd[place] = (high - low) / NORMAL
+        sd[place] = max((high - low) / NORMAL, ROUNDING * float(np.hypot(*mean[place[0]])))
     ratios = tuple(_ratios(found, kinds, number) for number in range(len(mean)))
     return Estimate(w, tuple(found), tuple(float(x) for x in kinds), mean, sd, ratios)
 

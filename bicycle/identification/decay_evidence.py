@@ -26,6 +26,7 @@ AMPLITUDE = 3.0  # prior sd of a mode in units of the signal's sd
 DRIVEN = 0.5  # prior probability that the modes are driven all along the window
 POLYNOMIALS = (1.0, 0.3, 0.1)  # prior sd of offset, slope and bend of a drift in the same units, rms over the window
 REAL = 0.3  # that of a real mode
+TWINS = 1e-12  # of a diagonal: two equal modes leave it regular
 EXPONENTIAL = "exponential"
 DRIFTS = {"none": 0, "constant": 1, "parabola": 3, EXPONENTIAL: 1}
 """Kinds of drift and how many polynomials each has; the last has a real mode beside."""
@@ -130,7 +131,7 @@ class Evidence:
         w = self.window
         n, kept = len(w.time), DRIFTS[self.drift]
         ridge = np.zeros((len(plain), w.signals.shape[1], p + kept, p + kept))
-        own = plain[:, :p, :p] / n
+        own = plain[:, :p, :p] / n * (1 + TWINS * np.eye(p))
         ridge[:, :, :oscillating, :oscillating] = own[:, None, :oscillating, :oscillating] / AMPLITUDE**2
         if p > oscillating:
             ridge[:, :, -1 - kept, -1 - kept] = own[:, None, -1, -1] / REAL**2
@@ -173,6 +174,7 @@ class Evidence:
 
 def _left(gram: Array, right: Array, total: Array, logdet: Array, count: int) -> _Solved:
     """Marginal likelihood of ``count`` samples with what least squares leave, and those least squares."""
+    gram = gram * (1 + TWINS * np.eye(gram.shape[-1]))
     solved = np.linalg.solve(gram, right[..., None])[..., 0]
     squares = np.maximum(total - (right * solved).sum(-1), 1e-13 * total)
     spread = np.linalg.slogdet(gram)[1] + logdet

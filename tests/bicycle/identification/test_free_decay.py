@@ -5,6 +5,8 @@ import re
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from bicycle.identification.free_decay import identify, identify_modes
 from bicycle.identification.recording import Run
@@ -194,6 +196,30 @@ def test_a_motion_that_is_no_sum_of_exponentials_is_not_parted_into_two_oscillat
     assert found.eigenvalue == alone.eigenvalue
     both = identify_modes(run, 2)
     assert max(abs(one.eigenvalue - alone.eigenvalue) for one in both) > 0.25 * abs(alone.eigenvalue)
+
+
+@given(
+    seed=st.integers(0, 2**32 - 1), samples=st.integers(20, 300), step=st.floats(5e-4, 0.1), count=st.integers(1, 3),
+    sigma=st.floats(-20.0, 10.0), omega=st.floats(0.3, 60.0), silence=st.floats(-1.0, 9.0), size=st.floats(-5.0, 3.0),
+)  # fmt: skip
+@settings(max_examples=8, derandomize=True)
+def test_whatever_the_window_there_is_an_answer_or_a_reason(seed, samples, step, count, sigma, omega, silence, size):
+    """Also where it holds a hundredth of a cycle, a growth by e^30, or no noise at all: no warning, no sd of zero."""
+    rng, t = np.random.default_rng(seed), np.arange(samples) * step
+    wave = 10**size * np.exp(np.clip(sigma * t, -300, 40) + 1j * omega * t)
+    noise = 10 ** (size - silence) * rng.standard_normal((2, samples))
+    channels = {"roll_rate_rad_s": wave.real + noise[0], "steer_rad": (0.3j * wave).real + 10**size + noise[1]}
+    for found in identify_modes(Run("r.csv", 5.0, t, channels, {}), count, thorough=count == 1):
+        if not found.rejected:
+            assert np.isfinite([found.eigenvalue.real, found.eigenvalue.imag]).all()
+            assert min(found.sd) > 0
+
+
+def test_two_equal_modes_in_a_hundredth_of_a_second_are_no_error():
+    rng, t = np.random.default_rng(6), np.arange(96) * 6e-4
+    noise = rng.standard_normal((2, 96))
+    run = Run("r.csv", 5.0, t, {"steer_rate_rad_s": np.exp(4.3 * t) + noise[0], "yaw_rate_rad_s": noise[1]}, {})
+    assert all(found.rejected for found in identify_modes(run, 3, drift="none"))
 
 
 @pytest.mark.parametrize("seed", [11, 12, 13])
