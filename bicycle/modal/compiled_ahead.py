@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from bicycle.eigenvalues.compilation import kept
-from bicycle.modal import follow_kernel, naming_kernel, track_kernel
+from bicycle.modal import answer_kernel, follow_kernel, naming_kernel, track_kernel
 from bicycle.modal.batch_kind import Roles
 from bicycle.modal.naming_kernel import Named
 
@@ -28,12 +28,13 @@ BEGINNING = Lock()
 
 @contextmanager
 def compiled_ahead() -> Iterator[None]:
-    """Within the block another process compiles the kernels of :func:`examples`; after it they are at hand."""
+    """Within the block another process compiles its half of :func:`examples`; after it all of them are at hand."""
     with BEGINNING:
         helper = _begun()
     yield
     if helper is None:
         return
+    compile_half(1)
     try:
         helper.wait(LONGEST)
     except subprocess.TimeoutExpired:
@@ -45,9 +46,9 @@ def compiled_ahead() -> Iterator[None]:
 def _begun() -> subprocess.Popen[bytes] | None:
     """The other process; None where nothing is to be compiled, or where others like this one may do the same."""
     alone = parent_process() is None and not getattr(sys, "frozen", False) and sys.executable
-    if not alone or all(kept(kernel) for kernel, _ in examples()):
+    if not alone or all(kept(kernel) for kernel, _ in examples()[0]):
         return None
-    command = [sys.executable, "-c", f"from {__name__} import compile_all; compile_all()"]
+    command = [sys.executable, "-c", f"from {__name__} import compile_half; compile_half(0)"]
     places = {**os.environ, "PYTHONPATH": os.pathsep.join(place or os.getcwd() for place in sys.path)}
     try:
         return subprocess.Popen(command, env=places, stdin=DEVNULL, stdout=DEVNULL, stderr=DEVNULL)
@@ -55,25 +56,31 @@ def _begun() -> subprocess.Popen[bytes] | None:
         return None
 
 
-def examples() -> tuple[tuple[Any, tuple[Any, ...]], ...]:
-    """Kernels, in the order of their need, each with arguments of the types it is called with."""
+def examples() -> tuple[tuple[tuple[Any, tuple[Any, ...]], ...], ...]:
+    """Kernels of the other process and of this one, each with arguments of the types it is called with."""
     n = 2
     track = track_kernel.empty_track(1, n, n)
-    whole, unit, table = np.zeros(1, np.int64), np.ones(1), np.ones((1, 1))
+    whole, unit, table, roots = np.zeros(1, np.int64), np.ones(1), np.ones((1, 1)), np.ones((1, 1, n))
     found = Named(np.zeros((1, n, n), np.int64), np.zeros((1, n, n), np.int64), np.zeros((1, n), np.int64), unit)
     roles = Roles(
         of_state=whole, lean=0, steer=1, yaw=2, number=3, joint=whole, mark=table, first=whole, weight=unit,
         oscillation=whole, singular=False,
     )  # fmt: skip
     return (
-        (follow_kernel.link_steps, (track, unit, whole, unit)),
-        (naming_kernel.name_all, (track, unit, roles, found, whole)),
+        (
+            (follow_kernel.link_steps, (track, unit, whole, unit)),
+            (naming_kernel.name_all, (track, unit, roles, found, whole)),
+        ),
+        (
+            (answer_kernel.ask_more, (track, found, table, unit, whole, unit)),
+            (answer_kernel.answer, (track, found, unit, table, roots, roots, roots.astype(np.int64))),
+        ),
     )
 
 
-def compile_all() -> None:
-    """Compile the kernels of :func:`examples` and keep them."""
+def compile_half(half: int) -> None:
+    """Compile the kernels of one half of :func:`examples` (0: the other process's, 1: this one's) and keep them."""
     from numba import typeof
 
-    for kernel, arguments in examples():
+    for kernel, arguments in examples()[half]:
         kernel.compile(tuple(typeof(x) for x in arguments))

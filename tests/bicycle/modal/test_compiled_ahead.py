@@ -10,14 +10,15 @@ from numba import typeof
 
 from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.modal import compiled_ahead as module
-from bicycle.modal.compiled_ahead import compile_all, compiled_ahead, examples
+from bicycle.modal.compiled_ahead import compile_half, compiled_ahead, examples
 
 
 def test_the_types_are_those_of_every_call(tyred):
     """Another type would be compiled a second time, and the first for nothing."""
     critical_speeds(tyred(), 10.0, fast=True)
-    compile_all()  # at hand: compiles nothing
-    for kernel, arguments in examples():
+    compile_half(0)  # at hand: compiles nothing
+    compile_half(1)
+    for kernel, arguments in (*examples()[0], *examples()[1]):
         assert kernel.signatures == [tuple(typeof(x) for x in arguments)]
 
 
@@ -41,6 +42,7 @@ def begun(monkeypatch):
     """What the other process was asked; nothing is kept."""
     asked = []
     monkeypatch.setattr(module, "kept", lambda _: False)
+    monkeypatch.setattr(module, "compile_half", lambda half: asked.append(("compile", half)))
     monkeypatch.setattr(module, "_begun", module._begun.__wrapped__)
 
     def opened(command, **settings):
@@ -54,7 +56,7 @@ def begun(monkeypatch):
 def test_one_that_never_ends_is_stopped(begun):
     with compiled_ahead():
         assert begun == [("begin", "-c")]
-    assert begun[1:] == [("wait", module.LONGEST), ("kill", None), ("wait", None)]
+    assert begun[1:] == [("compile", 1), ("wait", module.LONGEST), ("kill", None), ("wait", None)]
 
 
 @pytest.mark.parametrize("why", ["a worker", "frozen", "no room", "kept"])
