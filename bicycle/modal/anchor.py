@@ -132,7 +132,7 @@ def find_anchor(speeds: Array, mate: NDArray[np.intp], cores: Cores) -> tuple[in
     beside = np.append(divided, [False]) | np.append([False], divided)
     rivals = beside | (within & (best > best[k] - LEVEL))
     rivals[k] = beside[k]
-    more = most < WHOLE and count[beside].any()
+    more = bool(most < WHOLE)
     for number, how in ((count, plain), others.T):
         level = number + np.where(how * BETTER >= plain[k], 0.5, 0.0)
         more = more or (rivals & (level > most)).any()

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from bicycle.eigenvalues.compilation import compiled, compiled_within
-from bicycle.modal.anchor import BETTER, LEVEL, MOSTLY, QUICK, SLOW, SPARE, WALKING, WHOLE
+from bicycle.modal.anchor import BETTER, LEVEL, MOSTLY, QUICK, SLOW, SPARE, WHOLE
 from bicycle.modal.batch_kind import Roles
 from bicycle.modal.doubts import SURE
 from bicycle.modal.identity_kernel import Walked, Whole
@@ -37,13 +37,10 @@ def find_anchor(w: Walked, m: int, share: Array, roles: Roles, unit: float, core
     """
     n = w.re.shape[1]
     best, most, plainest, second = -1, 0, -1.0, -1.0
-    near, nearest = 0, math.inf
     here, slow = np.empty(n, np.int64), np.empty(3, np.int64)
     count, plain = np.zeros(m, np.int64), np.full(m, -1.0)
     for k in range(m):
         speed = w.v[k] / unit
-        if w.grid[k] and abs(speed - WALKING) < nearest:
-            near, nearest = k, abs(speed - WALKING)
         if not SLOW - SPARE <= speed <= QUICK + SPARE:
             continue
         count[k] = _core_at(w, k, share, roles, here, slow, 0)
@@ -59,13 +56,12 @@ def find_anchor(w: Walked, m: int, share: Array, roles: Roles, unit: float, core
                 core[i] = here[i]
         else:
             second = max(second, plain[k])
-    if (most and plainest - second < LEVEL) or _more_between(w, m, unit, count, plain, most, plainest):
+    if most < WHOLE:  # between these nodes, beside a meeting, there may be a whole one for a short while
+        return -1
+    if plainest - second < LEVEL or _more_between(w, m, unit, count, plain, most, plainest):
         return -1
     if _more_at_meetings(w, m, share, roles, unit, most, plainest):
         return -1
-    if most == 0:
-        core[:] = 0
-        return near
     return best
 
 
@@ -78,7 +74,10 @@ def _more_between(w: Walked, m: int, unit: float, count: Whole, plain: Array, mo
             divided = w.grid[k] == 1
         if not divided or w.v[k + 1] / unit < SLOW or w.v[k] / unit > QUICK:
             continue
-        if count[k] > most or count[k + 1] > most or (most < WHOLE and count[k] + count[k + 1]):
+        if count[k] > most or count[k + 1] > most:
+            return True
+        edge = w.v[k] / unit < SLOW or w.v[k + 1] / unit > QUICK  # rising towards the end of the range, it has no peak
+        if edge and min(count[k], count[k + 1]) >= most and not max(plain[k], plain[k + 1]) * BETTER < plainest:
             return True
         if w.grid[k] or count[k] < most or k == 0:
             continue
@@ -100,8 +99,6 @@ def _more_at_meetings(
         meet = 0
         for i in range(w.re.shape[1]):
             meet |= 1 << i if w.mate[k, i] != w.mate[k + 1, i] else 0
-        if meet and most < WHOLE:  # beside it there may be a whole core for a while too short for these nodes
-            return True
         if meet:
             for end in range(k, k + 2):
                 count = _core_at(w, end, share, roles, here, slow, meet)

@@ -1,4 +1,4 @@
-"""What numba compiles is told: the first sweep in batches waits for it about a minute, once on a machine."""
+"""What numba compiles is told: the first sweep in batches waits for it about half a minute, once on a machine."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -7,7 +7,7 @@ from typing import Any
 from bicycle.eigenvalues.solvers import compiled, default_solver
 from tyre.base.progress import progress_bar
 
-COMPILING = "compiling, once on this machine, about a minute"
+COMPILING = "compiling, once on this machine, about half a minute"
 
 
 @contextmanager
