@@ -79,7 +79,13 @@ def examples() -> tuple[tuple[tuple[Any, tuple[Any, ...]], ...], ...]:
 
 
 def compile_half(half: int) -> None:
-    """Compile the kernels of one half of :func:`examples` (0: the other process's, 1: this one's) and keep them."""
+    """Compile the kernels of one half of :func:`examples` and keep them.
+
+    Parameters
+    ----------
+    half : int
+        0: that of the other process, 1: that of this one.
+    """
     from numba import typeof
 
     for kernel, arguments in examples()[half]:
