@@ -84,7 +84,7 @@ def compile_half(half: int) -> None:
     Parameters
     ----------
     half : int
-        0: that of the other process, 1: that of this one.
+        Index: 0 is that of the other process, 1 that of this one.
     """
     from numba import typeof
 
