@@ -27,7 +27,7 @@ FEWEST_POINTS = 3.0  # that must carry the posterior
 TAIL = 4.0  # degrees of freedom of the proposal
 WIDER = 1.2
 ITERATIONS, IDLE = 25, 3  # the latter without gain, where a direction is flat
-LEAST_NOISE = 1e-5  # of a signal: with less the normal equations are singular
+FLOOR = 1e-5  # of a signal: with less noise the normal equations are singular
 NOTHING = 1e-6  # of a gain in the logarithm: what rounding may bring
 NEGLIGIBLE = 30.0  # in the logarithm of a weight
 DAMPED = np.array([1.0, 0.6, 0.3, 0.1, 0.02])
@@ -216,7 +216,7 @@ def noise_floor(w: Window, modes: Array) -> Array:
     """Sd (c,) of what the ``modes`` (m, 2) and a parabola leave of each channel of the window ``w``."""
     whole = np.hstack([basis(modes[None], w.time)[0], w.drift])
     left = w.signals - whole @ np.linalg.lstsq(whole, w.signals, rcond=None)[0]
-    return np.asarray(np.maximum(np.sqrt((left**2).sum(0) / max(len(w.time) - whole.shape[1], 1)), LEAST_NOISE))
+    return np.asarray(np.maximum(np.sqrt((left**2).sum(0) / max(len(w.time) - whole.shape[1], 1)), FLOOR))
 
 
 def first_guesses(w: Window, start_hz: float | None) -> list[Array]:

@@ -132,7 +132,7 @@ def find_anchor(speeds: Array, mate: NDArray[np.intp], cores: Cores) -> tuple[in
     beside = np.append(divided, [False]) | np.append([False], divided)
     rivals = beside | (within & (best > best[k] - LEVEL))
     rivals[k] = beside[k]
-    more = bool(most < WHOLE)
+    more = bool(most < WHOLE)  # between these nodes there may be a whole one for a short while
     for number, how in ((count, plain), others.T):
         level = number + np.where(how * BETTER >= plain[k], 0.5, 0.0)
         more = more or (rivals & (level > most)).any()

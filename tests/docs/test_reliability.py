@@ -165,6 +165,14 @@ def test_batches():
     )
 
 
+def test_numpy_batches():
+    found = result("batches_numpy")
+    assert [len(one["at_m_s"]) for one in found["different"]] == [1]
+    assert measured("names of plain numpy").startswith(
+        f"names of 1 of {found['named']} differ, at one speed of {found['speeds_each']} (of {found['models']} drawn"
+    )
+
+
 def test_diagnosis():
     blind = (ROOT / "studies/missing_effect/blind/results/report.md").read_text(encoding="utf-8")
     counted = [row[1] for row in ROWS if "[blind test]" in row[-1]]
