@@ -20,7 +20,7 @@ from studies.inference.fit import Fit, fit
 from studies.inference.forward import Forward
 from studies.inference.identifiability import equivalents
 from studies.inference.search import MANY, NOTHING, beats_nothing
-from studies.inference.verdict import AcceptanceCheck, Mimic
+from studies.inference.verdict import AcceptanceCheck, Mimic, Verdict
 
 PARTIAL_SHARE = 0.5  # of the nuisance-only held-out gap that a partial name must close
 PARTIAL_REST = 2.0  # held-out gap (in sd) beyond which a name would be a guess
@@ -32,6 +32,8 @@ MOST_LEADERS = 6  # that are refitted with wider nuisances
 MOST_MIMICS = 5
 LEFT_OVER = "nothing left for terms without a cause, p > 0.01"
 MIMIC_SHARE = 0.9  # of the objective that a term must leave at most
+OPEN = ("unknown", "partial")
+"""Verdicts that leave a significant gap. A tentative one may leave more than noise, see :func:`leaves_more`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,6 +117,14 @@ def accept(forward: Forward, known: Hypotheses, leader: Fit | None) -> Acceptanc
         rest = mimics(forward, leader)
         return Acceptance("partial", leader, scores, leader, members, reasons, (), checks, rest)
     return _nothing_named(forward, known, null_score, checks, leader)
+
+
+def leaves_more(verdict: Verdict) -> bool:
+    """Whether a ``verdict`` leaves more than noise: a significant gap or, where a name is tentative, what terms without
+    a cause would still explain.
+    """
+    left = any(c.what == LEFT_OVER and not c.passed for c in verdict.checks)
+    return verdict.verdict in OPEN or (verdict.verdict == "tentative" and left)
 
 
 def _closes(p: float, score: HeldOut, null_score: HeldOut) -> bool:

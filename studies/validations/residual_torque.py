@@ -1,11 +1,12 @@
 """Does a model with a residual torque predict what it was not fitted to? SYNTHETIC blind cases.
 
 Cells ``modal-outside`` and ``history-outside`` of the blind test: something is hidden that the library does not hold.
-Of each case further speeds are kept back. Where the verdict leaves a gap (unknown, partial) the residual torque is
-fitted, the corrected model is written as a file and read again. Counted: the gap sqrt(max(0, chi^2/n - 1)) of that
-file on the speeds kept back, against that of the stated model and of the model with its parameters adjusted; and what
-the report says of the true speed above which the weave is stable, from the equations of the hidden machine: that it is
-inside an interval of 95 % with two limits, or with one, outside all of them, or nothing.
+Of each case further speeds are kept back. Where the verdict leaves more than noise (unknown, partial, some tentative
+ones) the residual torque is fitted, the corrected model is written as a file and read again. Counted: the gap
+sqrt(max(0, chi^2/n - 1)) of that file on the speeds kept back, against that of the stated model and of the model with
+its parameters adjusted; and what the report says of the true speed above which the weave is stable, from the equations
+of the hidden machine: that it is inside an interval of 95 % with two limits, or with one, outside all of them, or
+nothing.
 
 Cases are kept in ``residual_torque_cases.jsonl`` in the folder of the result, so an interrupted run goes on.
 """
@@ -23,6 +24,7 @@ import numpy as np
 from bicycle.critical.critical_speed import OSCILLATORY
 from bicycle.files.model_file import read_model
 from bicycle.model import Model
+from studies.inference.acceptance import leaves_more
 from studies.inference.checks import HeldOut
 from studies.missing_effect.blind.cells import make
 from studies.missing_effect.blind.generator import HELD_OUT
@@ -32,7 +34,7 @@ from studies.missing_effect.diagnose import Diagnosis, diagnose
 from studies.missing_effect.measurement import read_measurement
 from studies.missing_effect.reporting.corrected_model import model_text
 from studies.missing_effect.residual.claims import Claims, claims
-from studies.missing_effect.residual.fitting import OPEN, Residual, fit_residual
+from studies.missing_effect.residual.fitting import Residual, fit_residual
 from tyre.base.errors import InputError
 from tyre.base.files import write_text
 
@@ -89,7 +91,8 @@ def one_case(cell: str, seed: int) -> dict[str, Any]:
             row |= {"hidden": sorted(truth.effects), "noise": truth.noise}
             found = diagnose(read_measurement(Path(name) / "MEASUREMENT.toml"), without=without)
             row |= {"verdict": found.verdict.verdict, "named": found.final.name}
-            if found.verdict.verdict in OPEN:
+            row["left_open"] = leaves_more(found.verdict)
+            if row["left_open"]:
                 row |= corrected(found, Path(name), truth.weave)
     except Exception as error:  # whatever it is: it is counted, and the run goes on
         where = traceback.extract_tb(error.__traceback__)[-1]
@@ -183,7 +186,7 @@ def weave_said(said: Claims | None, true: float | None) -> dict[str, Any]:
 
 def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Counts of the cases ``rows`` of one cell."""
-    opened = [r for r in rows if not r["error"] and r["verdict"] in OPEN]
+    opened = [r for r in rows if not r["error"] and r["left_open"]]
     fitted = [r for r in opened if r["fitted"]]
     judged = [r for r in fitted if (r["gaps"]["stated"] or 0.0) >= LEAST_GAP]
     told = [r for r in opened if r["weave"]["true"] is not None]

@@ -2,10 +2,10 @@
 
 import math
 
+from studies.inference.acceptance import OPEN
 from studies.missing_effect.plan.offer import Answer
 from studies.missing_effect.plan.plan import Plan, Settled
 from studies.missing_effect.reporting.words import listed, number, percent
-from studies.missing_effect.residual.fitting import OPEN
 
 QUESTIONS = ("question", "now", "after the plan", "after everything offered")
 STEPS = ("what", "times", "price")

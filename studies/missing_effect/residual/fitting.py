@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from studies.inference.acceptance import leaves_more
 from studies.inference.checks import HeldOut, goodness_of_fit, held_out
 from studies.inference.fit import Fit, fit, prior
 from studies.inference.forward import Forward
@@ -38,9 +39,6 @@ from studies.missing_effect.residual.terms import (
 )
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError
-
-OPEN = ("unknown", "partial")
-"""Verdicts that leave a significant gap."""
 
 MOST_MISFIT = 4.0  # chi^2 a number; beyond it the torque leaves more than twice the noise
 ROUNDS = 4  # of choosing terms and fitting them
@@ -171,7 +169,7 @@ def base_of(forward: Forward) -> BicycleForward:
 
 @np.errstate(over="ignore", invalid="ignore")  # trial steps that run away are refused
 def fit_residual(diagnosis: Diagnosis) -> Residual | None:
-    """The residual torque of a finished ``diagnosis``; None where nothing was left open, or a tyre was measured.
+    """The residual torque of a finished ``diagnosis``; None where no more than noise is left, or a tyre was measured.
 
     Raises
     ------
@@ -179,7 +177,7 @@ def fit_residual(diagnosis: Diagnosis) -> Residual | None:
         The data cannot carry one: a single run, a part without motion, no term that improves the held-out score, a
         base model with one.
     """
-    if diagnosis.verdict.verdict not in OPEN or not isinstance(diagnosis.measurement, BicycleMeasurement):
+    if not leaves_more(diagnosis.verdict) or not isinstance(diagnosis.measurement, BicycleMeasurement):
         return None
     forward, beside = diagnosis.forward, diagnosis.final
     check_absent(base_of(forward).base.effects)

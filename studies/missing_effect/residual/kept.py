@@ -40,7 +40,7 @@ class Kept:
 
 
 def keep(diagnosis: Diagnosis) -> Kept | None:
-    """Fit and describe what a ``diagnosis`` could not name; None where it left no significant gap, or of a tyre."""
+    """Fit and describe what a ``diagnosis`` could not name; None where it left no more than noise, or of a tyre."""
     forward = diagnosis.forward
     try:
         residual = fit_residual(diagnosis)
@@ -89,6 +89,7 @@ def record(kept: Kept | None) -> dict[str, Any] | None:
         "chi2": {"without": residual.beside.chi2, "with": residual.fit.chi2},
         "held_out": {
             "gap_without": residual.before.gap, "gap_with": residual.after.gap,
+            "chi2_without": residual.before.chi2, "chi2_with": residual.after.chi2,
             "log_score_gain": residual.after.log_score - residual.before.log_score,
         },
         "share_of_power": {f"{torque}_from_{state}": share for (torque, state), share in shape.shares.items()},

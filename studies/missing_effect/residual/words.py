@@ -6,9 +6,10 @@ import numpy as np
 
 from bicycle.critical.critical_speed import OSCILLATORY
 from studies.inference.attempts import POOR_FIT
-from studies.missing_effect.reporting.words import listed, number, percent
+from studies.missing_effect.reporting.words import ADJUSTED, explains, listed, number, percent
 from studies.missing_effect.residual.amplitude import Amplitude
 from studies.missing_effect.residual.claims import Claims, Critical
+from studies.missing_effect.residual.fitting import Residual
 from studies.missing_effect.residual.kept import Kept, plain
 from studies.missing_effect.residual.shapes import Likeness
 from studies.missing_effect.residual.terms import PAIRS, Pair
@@ -21,11 +22,11 @@ CHANGES = 1.5  # ratio of the ends of the speed range from which on a coefficien
 def sentence(kept: Kept) -> str:
     """What was kept, in a few sentences."""
     if kept.residual is None or kept.shape is None:
-        return f"Nothing could be kept of it: {kept.refused}."
-    before, after = kept.residual.before.gap, kept.residual.after.gap
+        return f"Nothing could be kept of what remains: {kept.refused}."
+    beside = kept.residual.beside
     told = [
-        "What remains is kept as a torque that is linear in the state (`residual_torque`): no cause, and no part of "
-        f"the verdict. Gap on held-out data {number(before, 2)} sd without it, {number(after, 2)} with it."
+        f"What remains beside {explains(beside) if beside.candidates else ADJUSTED} is kept as a torque that is linear "
+        f"in the state (`residual_torque`): no cause, and no part of the verdict. {_gap(kept.residual)}"
     ]
     told.append(_shares(kept))
     told.append(_likeness(kept.shape.library))
@@ -36,6 +37,17 @@ def sentence(kept: Kept) -> str:
             "deviations are widened by that."
         )
     return " ".join(part for part in told if part)
+
+
+def _gap(residual: Residual) -> str:
+    """What the torque gains on held-out data; in chi^2 where there is no gap without it, after a tentative name."""
+    before, after = residual.before, residual.after
+    if before.gap > 0:
+        return f"Gap on held-out data {number(before.gap, 2)} sd without it, {number(after.gap, 2)} with it."
+    return (
+        f"χ² of {len(before.residual)} held-out numbers is {number(before.chi2, 3)} without it, "
+        f"{number(after.chi2, 3)} with it."
+    )
 
 
 def _shares(kept: Kept) -> str:

@@ -10,6 +10,7 @@ import pytest
 
 from bicycle.files.model_file import read_model
 from studies.cli import main
+from studies.inference.checks import HeldOut
 from studies.inference.fit import fit
 from studies.missing_effect import diagnose, read_measurement
 from studies.missing_effect.blind.generator import modal_case
@@ -100,7 +101,10 @@ def test_the_page_has_a_section_with_figure_and_critical_speeds(reported):
 
 def test_the_terminal_says_it(reported):
     lines = first_lines(reported.diagnosis, reported.findings, "")
-    assert any(line.startswith("What remains is kept as a torque that is linear in the state") for line in lines)
+    assert any(
+        line.startswith("What remains beside parameters only is kept as a torque that is linear in the")
+        for line in lines
+    )
 
 
 @pytest.mark.parametrize("command", [("modes",), ("critical",), ("uncertainty", "--samples", "50")])
@@ -116,10 +120,20 @@ def test_nothing_is_said_where_nothing_was_left_open(reported):
     assert record(reported.diagnosis, closed)["residual_torque"] is None
 
 
+def test_where_a_tentative_name_leaves_no_gap_the_gain_is_told_in_chi2(reported):
+    residual = reported.findings.kept.residual
+    n = len(residual.before.residual)
+    assert f"Gap on held-out data {residual.before.gap:.2g} sd without it" in words.sentence(reported.findings.kept)
+    before, after = HeldOut(0.0, np.full(n, 0.5)), HeldOut(0.0, np.full(n, 0.25))
+    closed = dataclasses.replace(residual, before=before, after=after)
+    told = words.sentence(dataclasses.replace(reported.findings.kept, residual=closed))
+    assert f"χ² of {n} held-out numbers is {n / 4:.1f} without it, {n / 16:.2f} with it." in told
+
+
 def test_a_refusal_says_why(reported):
     refused = dataclasses.replace(reported.findings, kept=Kept(refused="all data are of one run"))
     text = page(reported.diagnosis, refused, {})
-    assert "Nothing could be kept of it: all data are of one run." in text
+    assert "Nothing could be kept of what remains: all data are of one run." in text
     assert of_kept(refused.kept) == {"fitted": False, "why": "all data are of one run", "amplitude": None}
     assert draw_torque(refused.kept, reported.folder / "none") is False
 
@@ -143,7 +157,7 @@ def left_open(measurement):
     forward = measurement.forward()
     null = fit(forward)
     return SimpleNamespace(
-        measurement=measurement, forward=forward, final=null, verdict=SimpleNamespace(verdict="unknown"),
+        measurement=measurement, forward=forward, final=null, verdict=SimpleNamespace(verdict="unknown", checks=()),
     )  # fmt: skip
 
 

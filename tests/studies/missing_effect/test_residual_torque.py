@@ -15,7 +15,9 @@ from scipy.stats import multivariate_normal
 from bicycle import load_bicycle
 from bicycle.effect import effect_class
 from bicycle.files.model_file import read_model
+from studies.inference.acceptance import LEFT_OVER
 from studies.inference.fit import fit
+from studies.inference.verdict import AcceptanceCheck
 from studies.missing_effect import read_measurement
 from studies.missing_effect.blind.generator import HELD_OUT, modal_case
 from studies.missing_effect.blind.hidden import Cause
@@ -34,11 +36,16 @@ from studies.validations.residual_torque import prediction_gap, summary, weave_s
 from tyre.base.errors import InputError
 
 
-def left_open(measurement, without=(), verdict="unknown"):
+def said(verdict, *failed):
+    """A verdict and the rules that do not hold."""
+    return SimpleNamespace(verdict=verdict, checks=[AcceptanceCheck(what, "0.001", False) for what in failed])
+
+
+def left_open(measurement, without=()):
     forward = measurement.forward(without=without)
     null = fit(forward)
     return SimpleNamespace(
-        measurement=measurement, forward=forward, final=null, verdict=SimpleNamespace(verdict=verdict),
+        measurement=measurement, forward=forward, final=null, verdict=said("unknown"),
         hypotheses=SimpleNamespace(null=null),
     )  # fmt: skip
 
@@ -126,11 +133,16 @@ def test_its_shape_is_that_of_the_effect_that_was_left_out(damped):
 
 
 def test_a_gap_that_is_explained_keeps_nothing(damped):
-    for verdict in ("none", "named", "class", "tentative"):
-        closed = SimpleNamespace(**vars(damped.diagnosis) | {"verdict": SimpleNamespace(verdict=verdict)})
+    for verdict in (said("none", LEFT_OVER), said("named"), said("class"), said("tentative", "a size that occurs")):
+        closed = SimpleNamespace(**vars(damped.diagnosis) | {"verdict": verdict})
         assert fit_residual(closed) is None
-    assert fit_residual(SimpleNamespace(verdict=SimpleNamespace(verdict="unknown"), measurement=object(),
-                                        forward=None, final=None)) is None  # fmt: skip
+    tyre = SimpleNamespace(verdict=said("unknown"), measurement=object(), forward=None, final=None)
+    assert fit_residual(tyre) is None
+
+
+def test_beside_a_tentative_name_a_torque_is_kept_if_one_is_left(damped):
+    tentative = SimpleNamespace(**vars(damped.diagnosis) | {"verdict": said("tentative", LEFT_OVER)})
+    assert fit_residual(tentative).values == damped.residual.values
 
 
 def test_data_that_cannot_carry_one_are_refused(damped):
@@ -263,7 +275,7 @@ def test_what_is_held_out_changes_nothing_of_a_case(tmp_path):
 def row(corrected, true, outcome, **more):
     intervals = [[4.0, 5.5], [9.0, None]]
     return {
-        "error": None, "verdict": "unknown", "fitted": True,
+        "error": None, "left_open": True, "fitted": True,
         "gaps": {"stated": 4.0, "adjusted": 2.0, "corrected": corrected},
         "weave": {"true": true, "intervals": intervals, "outcome": outcome}, "speeds": [3.0, 8.0],
     } | more  # fmt: skip
@@ -272,7 +284,7 @@ def row(corrected, true, outcome, **more):
 def test_cases_are_counted_as_they_are():
     rows = [
         row(1.0, 5.0, "inside"), row(0.0, 7.0, "outside"), row(2.0, 2.0, "not_looked_for"), row(3.0, None, None),
-        row(1.0, 4.0, "inside", verdict="named"), row(1.0, 4.0, "no_corrected_model", fitted=False, speeds=None),
+        row(1.0, 4.0, "inside", left_open=False), row(1.0, 4.0, "no_corrected_model", fitted=False, speeds=None),
         row(1.0, 4.0, "inside", error="x"), row(2.0, 9.5, "inside_one_limit"), row(2.0, 6.0, "withheld"),
         row(2.0, 6.0, "not_told"),
     ]  # fmt: skip
