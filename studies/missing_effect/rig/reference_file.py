@@ -12,6 +12,7 @@ from typing import Any
 from studies.missing_effect.rig.reference import ALIKE, CURVATURE, LENGTH_SD, SHAPE, Curve, Reference, Value
 from tyre.base.checks import anything, list_of, number, text
 from tyre.base.errors import InputError
+from tyre.base.plausible import LARGEST, SMALLEST
 from tyre.base.schema import maybe, needed, read, table
 from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.campaign import fit_campaign
@@ -20,7 +21,9 @@ from tyre.maps.table_io import read_table
 
 TRACK = {"flat": "on a flat track", "drum": "on a drum"}
 SOURCES = ("recordings", "campaign", "table", "conditions")
-POSITIVE, NOT_NEGATIVE = number(above=0, says="must be a number > 0"), number(least=0, says="must be a number >= 0")
+SIZE = f"of at most {LARGEST:g}"
+POSITIVE = number(least=SMALLEST, most=LARGEST, says=f"must be a number > 0, {SIZE} and at least {SMALLEST:g}")
+NOT_NEGATIVE = number(least=0, most=LARGEST, says=f"must be a number >= 0, {SIZE}")
 DRUM_RADIUS = number(least=0.2, says="must be a number >= 0.2")
 SURFACE = 'write "flat", or "drum" together with drum_radius_m'
 CONDITION = table(

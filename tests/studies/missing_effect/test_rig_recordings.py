@@ -405,6 +405,7 @@ def test_a_step_is_left_out_and_said(folder):
         (RIG + 'campaign = "drum.json"\n', "add drum_radius_m"),
         (RIG + VALUES.replace("load_N = 400\n", ""), "number 1: load_N is missing"),
         (RIG + VALUES.replace("load_N = 400", "load_N = 0"), "load_N = 0 must be a number > 0"),
+        (RIG + VALUES.replace("load_N = 400", "load_N = 5e-324"), "load_N = 5e-324 must be .* at least 1e-12"),
         (RIG + VALUES + 'surface = "drum"\n', "together with drum_radius_m"),
         (RIG + VALUES + "relaxation_length_sd_m = 0.1\n", "relaxation_length_sd_m without relaxation_length_m"),
         (RIG + VALUES + "peek_N = 1\n", "unknown key 'peek_N'; did you mean 'peak_N'"),
