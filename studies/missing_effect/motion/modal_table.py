@@ -14,6 +14,7 @@ from bicycle.model import Model
 from studies.missing_effect.motion.row_settings import Settings, read_settings, said, settable
 from tyre.base.csv_table import Columns, read_columns
 from tyre.base.errors import InputError, unknown
+from tyre.base.plausible import LARGEST
 from tyre.base.schema import path_key, read, table
 
 RATIOS = ("steer_over_lean", "yaw_over_lean")
@@ -118,6 +119,10 @@ def _point(path: Path, row: int, columns: Columns) -> ModalPoint:
             raise InputError(
                 f"{where}: {name} = {cell[name]:g} must be {SMALLEST_SD:g} or more: no measurement is free of noise; "
                 "leave the column out if the value is not known"
+            )
+        if name in cell and cell[name] > LARGEST:
+            raise InputError(
+                f"{where}: {name} = {cell[name]:g} must be {LARGEST:g} or less; leave the row out if it tells nothing"
             )
     ratios = {}
     for ratio in RATIOS:

@@ -97,6 +97,7 @@ def test_measurement_file(tmp_path, toml, words):
         (HEAD, [*ROWS, "7,weave,0,-5,0.1,0.1"], "give the one with imag_rad_s >= 0"),
         (HEAD, [*ROWS, "7,weave,0,500,0.1,0.1"], "in rad/s and not in Hz"),
         (HEAD, [*ROWS, "7,weave,0,5,0,0.1"], "real_sd_1_s = 0 must be 1e-05 or more: no measurement is free"),
+        (HEAD, [*ROWS, "7,weave,-1,5,0.1,1e308"], r"imag_sd_rad_s = 1e\+308 must be 1e\+12 or less; leave the row out"),
         (HEAD, [*ROWS, ROWS[1]], "line 5: the same run as line 3 .equal speed, mode and eigenvalue.; keep one"),
         (HEAD + ",steer_over_lean_re", [r + ",3" for r in ROWS], "a ratio needs both columns steer_over_lean_re and"),
         (HEAD + ",yaw_over_lean_re,yaw_over_lean_im", [r + ",3e6,0" for r in ROWS], "yaw_over_lean = 3e.06.0j is not"),
