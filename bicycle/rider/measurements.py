@@ -68,6 +68,7 @@ REFERENCE = "jason"
 
 CONVERSION, TOTAL = "measurementconversionfactor", "totalmass"
 LOWEST, TALLEST = 0.5, 2.6  # m; outside, the unit of the lengths is wrong
+SHORTEST = 1e-3  # m; no part of a body is thinner
 LIGHTEST, HEAVIEST = 8.0, 300.0  # kg
 
 
@@ -180,6 +181,9 @@ def read_rider(name_or_path: str | Path) -> RiderMeasurements:
             f"{path}: heels to top of head would be {rider.height:.3g} m, allowed {LOWEST:g} to {TALLEST:g}; "
             f"is {CONVERSION} = {unit:g} right (metres per unit, 0.01 for cm)?"
         )
+    for key, value in numbers.items():
+        if value * unit < SHORTEST:
+            raise InputError(f"{path}: {key} = {value:g} is {value * unit:.3g} m; give {SHORTEST:g} m or more")
     _check_sections(path, rider.lengths)
     return rider
 
