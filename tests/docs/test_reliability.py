@@ -186,15 +186,16 @@ def test_diagnosis():
         f"{optimum['cases_with_every_optimum_reached']} of {optimum['cases']} (in the other case one of five random "
         f"starts ends {missed['search'] - missed['random']:.1f} lower in chi^2, at the same hypothesis)"
     )
-    torque = result("residual_torque")["cells"]["modal-outside"]
-    left = torque["held_out_gap_left"]
-    assert measured("residual torque: gap") == f"{left['median']:.0%} ({left['of']} cases)".replace("%", " %")
-    inside, within = torque["weave_inside_95"], torque["weave_inside_95_within_measured_speeds"]
-    assert measured("residual torque: interval") == (
-        f"{inside['hits']} of {inside['of']} ({inside['share'] * 100:.0f} %), {inside['hits_with_one_limit']} of them "
-        f"with one limit only; {within['hits']} of {within['of']} within the measured speeds; nothing said in "
-        f"{inside['nothing_claimed']} more"
-    )
+    for start, cell in (("residual torque", "modal-outside"), ("the same, histories", "history-outside")):
+        torque = result("residual_torque")["cells"][cell]
+        left = torque["held_out_gap_left"]
+        assert measured(f"{start}: gap left") == f"{left['median']:.0%} ({left['of']} cases)".replace("%", " %")
+        inside, within = torque["weave_inside_95"], torque["weave_inside_95_within_measured_speeds"]
+        assert measured(f"{start}: interval of the weave") == (
+            f"{inside['hits']} of {inside['of']} ({inside['share'] * 100:.0f} %), {inside['hits_with_one_limit']} of "
+            f"them with one limit only; {within['hits']} of {within['of']} within the measured speeds; nothing said in "
+            f"{inside['nothing_claimed']} more"
+        )
     for start, name in (("verdict right", "measurement_plan"), ("the same with up to 6", "measurement_plan_six_runs")):
         after = result(name)["after_planned_runs"]
         assert measured(start) == f"{after['right']} of {after['cases']}, none named wrongly"
