@@ -44,6 +44,7 @@ def damaged(content: bytes, name: str, rng: random.Random) -> tuple[bytes, str]:
             OverflowError,
             zlib.error,
             zipfile.BadZipFile,
+            NotImplementedError,
         ):  # damaged before
             way = flip
             content = way(content, rng)

@@ -17,6 +17,7 @@ from tyre.base.arrays import Array
 from tyre.base.checks import Check, refused, remarked
 from tyre.base.csv_table import read_columns
 from tyre.base.errors import InputError, is_number, unknown
+from tyre.base.plausible import LARGEST, SMALLEST
 from tyre.base.schema import maybe, path_key, read, table
 
 ROLL = ("M_phi_delta", "C1_phi_delta", "K0_phi_delta")
@@ -189,6 +190,12 @@ def _cells(path: Path) -> tuple[Cells, bool]:
         sd = float(numbers["sd"][row])
         if sd <= 0:
             raise InputError(f"{where}: sd = {sd:g} must be positive: no identification is free of noise")
+        for column, value in numbers.items():
+            if abs(value[row]) > LARGEST or (column == "sd" and sd < SMALLEST):
+                raise InputError(
+                    f"{where}: {column} = {value[row]:g} must be a number that can be measured, from {SMALLEST:g} to "
+                    f"{LARGEST:g} in size"
+                )
         differs = float(numbers["difference_percent"][row]) if "difference_percent" in numbers else math.nan
         cells[key], lines[key] = (float(numbers["value"][row]), sd, differs), columns.lines[row]
     return cells, "difference_percent" in numbers

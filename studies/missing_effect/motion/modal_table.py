@@ -176,7 +176,9 @@ def _with_sd(points: tuple[ModalPoint, ...], given: list[bool]) -> tuple[tuple[M
         lone = eigenvalue_sd[:, part] == 0  # a mode without repeats among others with
         eigenvalue_sd[lone, part] = DEFAULT_SD * sizes[lone]
         after = eigenvalue_sd[:, part]
-        if not given[part]:
+        if lone.all():  # a real mode has no frequency that could scatter
+            notes.append(f"{name} is missing and repeats do not differ: {DEFAULT_SD:.0%} of |eigenvalue| is assumed")
+        elif not given[part]:
             notes.append(
                 f"{name} is missing: the scatter of repeats ({freedom} degrees of freedom) is used, "
                 f"{_range(after[~lone])}"

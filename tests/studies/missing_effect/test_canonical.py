@@ -279,6 +279,7 @@ DIFFERS = [row + ",10" for row in rows_of(PUBLISHED)]
         (HEAD, [GOOD[0].replace("kg m^2", "g m^2"), *GOOD[1:]], "M_phi_delta is in 'g m.2'; give it in 'kg m.2'"),
         (HEAD, [*GOOD, GOOD[4]], "line 56: the same rider, environment and coefficient as line 6; keep one"),
         (HEAD, [GOOD[0].rsplit(",", 1)[0] + ",0", *GOOD[1:]], "sd = 0 must be positive: no identification is free"),
+        (HEAD, [GOOD[0].rsplit(",", 1)[0] + ",1e308", *GOOD[1:]], r"sd = 1e\+308 must be a number that can be meas"),
         (HEAD, [*GOOD, "," + GOOD[0].split(",", 1)[1]], "line 56: rider and environment need a name"),
         (HEAD, GOOD[:-1], "rider C, environment road lacks H_delta_F"),
         (HEAD, GOOD[:27], "3 subsets that share no runs .A is all of them.; at least 4 are needed"),

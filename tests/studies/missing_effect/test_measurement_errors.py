@@ -207,6 +207,14 @@ def test_repeats_at_about_one_speed_and_one_kick_far_off(tmp_path):
     assert any("the weave at 5.08 m/s lies far outside the scatter of its repeats; it alone" in n for n in found.notes)
 
 
+def test_repeats_of_a_real_mode_have_no_frequency_that_scatters(tmp_path):
+    rows = [f"{speed},capsize,{real},0" for speed in (4, 5, 6) for real in (-0.2, -0.25, -0.31)]
+    found = read_measurement(modal(tmp_path, head="speed_m_s,mode,real_1_s,imag_rad_s", rows=rows))
+    assert "imag_sd_rad_s is missing and repeats do not differ: 3% of |eigenvalue| is assumed" in found.notes
+    assert any(note.startswith("real_sd_1_s is missing: the scatter of repeats (6 degrees") for note in found.notes)
+    assert [p.sd[1] for p in found.points] == pytest.approx([0.03 * abs(p.eigenvalue) for p in found.points])
+
+
 def test_few_repeats_do_not_stand_in_for_missing_sd(tmp_path):
     head = "speed_m_s,mode,real_1_s,imag_rad_s"
     rows = ["5.0,weave,-0.7,4.4", "5.01,weave,-0.8,4.5", "6,weave,-1,5"]
