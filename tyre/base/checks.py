@@ -115,6 +115,8 @@ def text(says: str = "must be text in quotes", *, allowed: Collection[str] | Non
             raise refused(value, says)
         if not blank and not value.strip():
             raise remarked("is empty")
+        if "\0" in value:  # which no path may hold, and no name
+            raise remarked("holds a NUL character; write it anew")
         return value
 
     return check
