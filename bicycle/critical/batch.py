@@ -115,7 +115,7 @@ def _part(block: Block, max_speed: float, first: int) -> tuple[NDArray[np.generi
         return int(crossing_kernel.divide(track, block.unit, low, high, owner, v))
 
     with compiled_ahead():
-        track = follow(block, START * STEP, high / block.unit, asked)
+        track = follow(block, np.full(len(high), START * STEP), high / block.unit, asked)
     track.status[_moves_near_rest(block, track)] = AT_REST
     room = track.re[:, :, 0].size
     owner, step, root = (np.empty(room, np.int64) for _ in range(3))

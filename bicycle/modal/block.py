@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from bicycle.linear_model import LinearModel
 from bicycle.modal.batch_kind import BatchKind
 from bicycle.modal.naming import HIGHEST, LOWEST, speed_unit
-from bicycle.modal.speed_limits import FASTEST_SPEED
+from bicycle.modal.speed_limits import FASTEST_SPEED, SLOWEST_SPEED
 from bicycle.modal.tracking import SPARSE, STEP, grid
 from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.base.arrays import Array
@@ -74,17 +74,18 @@ class Block:
         """State matrices (m, n, n), 1/s."""
         return SpeedPolynomial(dict(zip(self.powers.astype(int).tolist(), self.coefficients, strict=True)))
 
-    def grid(self, lowest: float, highest: Array) -> tuple[NDArray[np.intp], Array]:
+    def grid(self, lowest: Array, highest: Array) -> tuple[NDArray[np.intp], Array]:
         """Nodes of the sparse track of all bicycles: bicycle (k,) and speed (k,), m/s.
 
-        They cover where names are given, and ``lowest`` to ``highest`` (m,), in units of speed; of each as far as it
-        must go by itself, so that no result depends on the others.
+        They cover where names are given, and ``lowest`` to ``highest`` (m,), in units of speed; of each as far down and
+        up as it must go by itself, so that no result depends on the others.
         """
-        low = min(lowest, LOWEST if self.kind.singular else 0.0)
+        low = np.clip(lowest, SLOWEST_SPEED, LOWEST) / STEP if self.kind.singular else np.zeros(len(self.unit))
         reach = np.minimum(np.maximum(highest, HIGHEST), FASTEST_SPEED) / STEP
         top = SPARSE * np.ceil(reach.max() / SPARSE)
-        steps = grid(low / STEP, top, 1 / STEP, singular=self.kind.singular, sparse=True)
-        if steps[0] == 0 and lowest >= START * STEP:
-            steps[0] = START  # at rest, roots may be double
-        own, place = np.nonzero(np.concatenate([[-1.0], steps[:-1]]) < reach[:, None])
-        return own, (self.unit * STEP)[own] * steps[place]
+        steps = grid(low.min(), top, 1 / STEP, singular=self.kind.singular, sparse=True)
+        before, after = np.append(-1.0, steps[:-1]), np.append(steps[1:], np.inf)
+        own, place = np.nonzero((before < reach[:, None]) & (after > low[:, None]))
+        steps = steps[place]
+        steps[(steps == 0) & (lowest[own] >= START * STEP)] = START  # at rest, roots may be double
+        return own, (self.unit * STEP)[own] * steps

@@ -68,15 +68,13 @@ def matrices(block: Block, owner: NDArray[np.int64], v: Array) -> tuple[Array, A
     return stack, change
 
 
-def follow(block: Block, lowest: float, highest: Array, asked: Asked | None = None) -> Track:
+def follow(block: Block, lowest: Array, highest: Array, asked: Asked | None = None) -> Track:
     """Track all bicycles where names are given, and from a lowest to a highest speed.
 
     Parameters
     ----------
     block : Block
-    lowest : float
-        In units of speed.
-    highest : ndarray, shape (m,)
+    lowest, highest : ndarray, shape (m,)
         In units of speed.
     asked : callable, optional
         Asks for more nodes of a track where all is linked, as :func:`follow_kernel.link_steps` does.
@@ -90,8 +88,8 @@ def follow(block: Block, lowest: float, highest: Array, asked: Asked | None = No
     owners, speeds = np.empty(track.v.size, np.int64), np.empty(track.v.size)
     count = anchor_kernel.ask_between(track, block.unit, owners, speeds)
     add(block, track, owners[:count], speeds[:count], asked)
-    slot = int(np.abs(track.v[0, : grid[0]] / block.unit[0] - REFERENCE_SPEED).argmin())
-    fastest = np.hypot(track.re[:, slot], track.im[:, slot]).max(1)
+    there = np.arange(bicycles), np.abs(track.v / block.unit[:, None] - REFERENCE_SPEED).argmin(1)
+    fastest = np.hypot(track.re[there], track.im[there]).max(1)
     track.status[~(fastest * block.unit <= 0.99 * FASTEST_RATE * block.kind.gravity)] = STIFF
     return track
 
@@ -161,7 +159,7 @@ def name_block(
     bicycles, k = speeds.shape
     reach = speeds / block.unit[:, None]
     with compiled_ahead():
-        track = follow(block, float(reach.min()), reach.max(1))
+        track = follow(block, reach.min(1), reach.max(1))
     slowest = SLOWEST_SPEED if block.kind.singular else 0.0
     track.status[(reach < slowest).any(1) | (reach > FASTEST_SPEED).any(1)] = BEYOND
     found = name(block, track, speeds)

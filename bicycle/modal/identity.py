@@ -44,11 +44,12 @@ def conjugate_index(values: Complex) -> NDArray[np.intp]:
 
 def regions(
     speeds: Array, values: Complex, mate: NDArray[np.intp], modes: Sequence[tuple[int, ...]], castering: int,
-    anchor: int, always: tuple[float, float],
+    anchor: int, always: tuple[float, float], certain: NDArray[np.bool_],
 ) -> Regions:  # fmt: skip
     """Carry the identity of modes up and down from one node to all others.
 
-    What happens outside the speeds ``always`` tracked changes nothing inside, whatever else is asked for.
+    Outside the speeds ``always`` tracked, what happens changes nothing nearer to the anchor: whether it is seen hangs
+    on what else is asked for.
 
     Parameters
     ----------
@@ -67,6 +68,8 @@ def regions(
         Index of the node at which the modes were told apart.
     always : tuple of float
         Lowest and highest speed (m/s) that is tracked whatever is asked for.
+    certain : ndarray of bool, shape (m,)
+        Nodes that a track has whatever the roots do: it may step over a pair that is only seen between two of them.
     """
     n = values.shape[1]
     owner = np.empty(n, np.intp)
@@ -76,7 +79,7 @@ def regions(
         own = tuple((int(mode),) for mode in owner)
         return Regions((own,), np.zeros(len(values), np.intp), np.zeros(len(values), bool), clear=True)
     labels: list[tuple[Label, ...]] = [()] * len(values)
-    walk = _Walk(speeds, values, mate, modes, castering, always, labels, np.zeros(len(values), bool))
+    walk = _Walk(speeds, values, mate, modes, castering, always, certain, labels, np.zeros(len(values), bool))
     for nodes in (range(anchor, len(values)), range(anchor, -1, -1)):
         walk.go(nodes, owner.copy())
     cases = sorted(set(labels))
@@ -92,6 +95,7 @@ class _Walk:
     modes: Sequence[tuple[int, ...]]
     castering: int
     always: tuple[float, float]
+    certain: NDArray[np.bool_]
     labels: list[tuple[Label, ...]]
     chance: NDArray[np.bool_]
     clear: bool = True
@@ -100,17 +104,22 @@ class _Walk:
         past: list[int] = []
         now: tuple[Label, ...] = ()
         other = (self.mate[1:] != self.mate[:-1]).any(1).tolist()
-        split = np.zeros(len(owner), bool)
+        split, hidden = np.zeros((2, len(owner)), bool)  # hidden: pairs of two modes not seen at a certain node yet
+        low, high = self.always
         for k in nodes:
             if not past or other[min(k, past[-1])]:
                 if past:
                     mate = self.mate[past[-1]]
-                    split |= (mate != self.mate[k]) & (owner[mate] != owner)
-                    self.clear = self.clear and not (split & (self.mate[k] != np.arange(len(owner)))).any()
+                    turned = mate != self.mate[k]
+                    split |= turned & (owner[mate] != owner)
+                    again = split & (self.mate[k] != np.arange(len(owner)))
+                    self.clear = self.clear and not (again | (hidden & turned)).any()
+                    hidden |= turned & (owner[self.mate[k]] != owner)
                 before = owner.copy()
                 now, changed = self._assign(k, owner)
-                for group in changed:
-                    self._blur(past, before, group, self.speeds[k])
+                for group in changed if low <= self.speeds[k] <= high else []:
+                    self._blur(past, before, group)
+            hidden &= ~self.certain[k]
             self.labels[k] = now
             self.chance[k] = split.any()
             past.append(k)
@@ -187,15 +196,13 @@ class _Walk:
         self.clear = self.clear and len(free) < 2
         return bool((owner != before).any())
 
-    def _blur(self, past: list[int], owner: NDArray[np.intp], group: frozenset[int], speed: float) -> None:
+    def _blur(self, past: list[int], owner: NDArray[np.intp], group: frozenset[int]) -> None:
         """Going back from where roots changed hands: lose identity where roots of two modes were close."""
-        low, high = self.always
-        outside = not low <= speed <= high
         branches = np.array([i for i in range(len(owner)) if owner[i] in group])
         joint = tuple(sorted(group))
         regular = sum(len(self.modes[m]) == 2 for m in group)
         for k in reversed(past):
-            if (self.values[k, branches].imag > 0).sum() == regular or (outside and low <= self.speeds[k] <= high):
+            if (self.values[k, branches].imag > 0).sum() == regular:
                 break
             root = self.values[k, branches]
             near = np.abs(root[:, None] - root) / (np.abs(root[:, None]) + np.abs(root) + 1e-300)

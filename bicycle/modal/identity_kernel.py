@@ -51,17 +51,19 @@ def walk(w: Walked, m: int, modes: int, castering: int, anchor: int, low: float,
     """
     n = w.re.shape[1]
     owner, now, chance = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
+    hidden = np.empty(n, np.int64)
     for way in range(2):
         for i in range(n):  # owner[:] = w.owner takes three seconds more to compile
             owner[i] = w.owner[i]
         chance[:] = 0
+        hidden[:] = 0
         k, past = anchor, -1
         while 0 <= k < m:
             changed = past < 0
             if not changed:
                 for i in range(n):
                     changed = changed or w.mate[k, i] != w.mate[past, i]
-            if past >= 0 and _halves_part(w, k, past, owner, chance):
+            if past >= 0 and (_halves_part(w, k, past, owner, chance) or _stepped_over(w, k, past, owner, hidden)):
                 return False
             if changed and not _assign(w, k, anchor, way, modes, castering, owner, now, low, high):
                 return False
@@ -86,6 +88,19 @@ def _halves_part(w: Walked, k: int, past: int, owner: Whole, chance: Whole) -> b
     for i in range(w.re.shape[1]):
         again = again or (chance[i] != 0 and w.mate[k, i] != i)
     return again
+
+
+@compiled_within
+def _stepped_over(w: Walked, k: int, past: int, owner: Whole, hidden: Whole) -> bool:
+    """Mark pairs of two modes that no certain node has shown yet; True if one is gone: the full track may miss it."""
+    gone = False
+    for i in range(w.re.shape[1]):
+        if w.mate[k, i] != w.mate[past, i]:
+            gone = gone or hidden[i] != 0
+            hidden[i] = 1 if owner[i] != owner[w.mate[k, i]] else 0
+        if w.grid[k]:
+            hidden[i] = 0
+    return gone
 
 
 @compiled_within
@@ -120,8 +135,8 @@ def _assign(
         for i in range(n):
             if (group[mode] >> before[i]) & 1:
                 now[i] = (1 << owner[i]) if found < 2 else _joint(w, group[mode], modes, castering)
-        if found == 1:
-            _blur(w, k, anchor, way, before, group[mode], modes, low, high)
+        if found == 1 and low <= w.v[k] <= high:  # outside, whether it is seen hangs on what else is asked for
+            _blur(w, k, anchor, way, before, group[mode], modes)
     return True
 
 
@@ -247,12 +262,9 @@ def _give_reals(w: Walked, k: int, owner: Whole, target: Whole, group: int, mode
 
 
 @compiled_within
-def _blur(
-    w: Walked, k: int, anchor: int, way: int, before: Whole, group: int, modes: int, low: float, high: float
-) -> None:
+def _blur(w: Walked, k: int, anchor: int, way: int, before: Whole, group: int, modes: int) -> None:
     """Going back from where roots changed hands: lose identity where roots of two modes were close."""
     n = w.re.shape[1]
-    outside = not low <= w.v[k] <= high
     regular = 0
     for mode in range(modes):
         regular += 1 if (group >> mode) & 1 and w.double[mode] else 0
@@ -262,7 +274,7 @@ def _blur(
         pairs = 0
         for i in range(n):
             pairs += 1 if (group >> before[i]) & 1 and w.im[past, i] > 0.0 else 0
-        if pairs == regular or (outside and low <= w.v[past] <= high):
+        if pairs == regular:
             break
         lost = False
         for i in range(n):

@@ -17,7 +17,7 @@ from bicycle.modal.cast_kernel import cast
 from bicycle.modal.doubts import NO_ANCHOR, NO_HEIR, NOT_CLEAR, SHORT_PAIR, SURE
 from bicycle.modal.identity_kernel import CHANCE, Walked, Whole, walk
 from bicycle.modal.naming import FAST, HIGHEST, LOWEST, NEAR_REST, OVERDAMPED, SHORT
-from bicycle.modal.track_kernel import Track, mate_of
+from bicycle.modal.track_kernel import Track, mate_of, on_grid
 from bicycle.modal.tracking import STEP
 from tyre.base.arrays import Array
 
@@ -59,7 +59,7 @@ def name_all(t: Track, unit: Array, roles: Roles, found: Named, todo: Whole) -> 
         if t.status[b] != SURE or not todo[b]:
             continue
         m = t.filled[b]
-        _in_branches(t, b, m, w, found.root[b], share, roles, unit[b])
+        _in_branches(t, b, m, w, found.root[b], share, roles, unit)
         t.status[b] = _name(w, m, share, roles, unit[b], found, b)
         if t.status[b] == SURE:
             for k in range(m):
@@ -68,7 +68,7 @@ def name_all(t: Track, unit: Array, roles: Roles, found: Named, todo: Whole) -> 
 
 
 @compiled_within
-def _in_branches(t: Track, b: int, m: int, w: Walked, root: Whole, share: Array, roles: Roles, unit: float) -> None:
+def _in_branches(t: Track, b: int, m: int, w: Walked, root: Whole, share: Array, roles: Roles, unit: Array) -> None:
     """Roots of the nodes in speed order and of each node in the order of branches; shares of roles where needed."""
     n = w.re.shape[1]
     for i in range(n):
@@ -76,14 +76,14 @@ def _in_branches(t: Track, b: int, m: int, w: Walked, root: Whole, share: Array,
     for k in range(m):
         slot = t.order[b, k]
         w.v[k] = t.v[b, slot]
-        w.grid[k] = 1 + t.plain[b, slot] if slot < t.grid[b] else 0
+        w.grid[k] = 1 + t.plain[b, slot] if on_grid(t, unit, b, slot) else 0
         for i in range(n):
             if k:
                 root[k, i] = t.match[b, t.order[b, k - 1], root[k - 1, i]]
             w.re[k, i], w.im[k, i] = t.re[b, slot, root[k, i]], t.im[b, slot, root[k, i]]
         for i in range(n):
             w.mate[k, i] = mate_of(w.re[k], w.im[k], i)
-        if SLOW - SPARE <= w.v[k] / unit <= FAST + SPARE:
+        if SLOW - SPARE <= w.v[k] / unit[b] <= FAST + SPARE:
             for i in range(n):
                 for r in range(roles.number):
                     share[k, r, i] = 0.0

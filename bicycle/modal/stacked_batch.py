@@ -17,12 +17,10 @@ from bicycle.modal.matching import CLEAR, TWIN
 from bicycle.modal.naming import FAST, Evidence, Naming, name_nodes
 from bicycle.modal.speed_limits import FASTEST_RATE, FASTEST_SPEED, REFERENCE_SPEED, SLOWEST_SPEED
 from bicycle.modal.stacked_track import ManyTracks, track_many
-from bicycle.modal.tracking import STEP
+from bicycle.modal.tracking import SAME, STEP
 from tyre.base.arrays import Array, Complex
 
 BLOCK = 256  # bicycles tracked together: a call to numpy is worth it, and memory stays small
-
-SAME = 1e-9  # of a step of the grid: rounding
 
 Bits = NDArray[np.int64]
 Status = NDArray[np.int16]
@@ -65,7 +63,7 @@ def _name_block(block: Block, speeds: Array) -> tuple[Complex, Bits, Array, Bits
     bits, every, anchor = np.zeros((m, k, n), np.int64), np.zeros(m, np.int64), np.full(m, np.nan)
     sure = np.flatnonzero(status == SURE)
     if sure.size:
-        own, v = block.grid(float(reach[sure].min()), reach.max(1))
+        own, v = block.grid(reach.min(1), reach.max(1))
         kept = status[own] == SURE
         tracks = track_many(polynomial, block.unit, own[kept], v[kept], speeds, status)
         label, chance = _named(block, tracks, every, anchor, status)

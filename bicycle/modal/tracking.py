@@ -26,6 +26,7 @@ from tyre.base.arrays import Array, Complex
 STEP = 0.1  # of the grid, in units of sqrt(g w): about 0.3 m/s
 SMALLEST_STEP = 2.0**-22  # of STEP: below it a step is taken as the meeting point of two roots
 MAX_NODES = 20_000
+SAME = 1e-9  # of a step of the grid: rounding
 SPARSE_FROM, SPARSE = 32, 8  # a sparse grid has every eighth node from there (in steps), above any anchor of names
 
 
@@ -126,6 +127,21 @@ def grid(low: float, high: float, unit: float, *, singular: bool, sparse: bool =
         halvings = int(np.ceil(2 * max(np.log2(step / low), 0))) if low > 0 else 0
         nodes = np.concatenate([step * 2.0 ** (-np.arange(halvings, 0, -1) / 2), nodes])
     return nodes
+
+
+def given(speeds: Array, *, singular: bool) -> NDArray[np.bool_]:
+    """Which speeds are nodes of :func:`grid` (m,): a track there has them whatever the roots do.
+
+    Parameters
+    ----------
+    speeds : ndarray, shape (m,)
+        In units of sqrt(g w).
+    singular : bool
+        Whether the model divides by the speed.
+    """
+    steps = speeds / STEP
+    number = np.where((steps < 1) & (steps > 0), 2 * np.log2(np.maximum(steps, 1e-300)), steps) if singular else steps
+    return np.asarray(np.abs(number - number.round()) < SAME)
 
 
 def refine(

@@ -30,15 +30,17 @@ def drawn(case):
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
 def test_names_are_those_of_the_track_or_none(case):
     model = drawn(case)
-    judged = modes(model, SPEEDS)
+    alone = case.get("at_m_s", [])
+    every = np.append(SPEEDS, alone)
+    judged = modes(model, every)
     for solver in (lapack, *([compiled] if NUMBA else [])):
-        for speeds in np.split(SPEEDS, 10):  # one speed that is not sure leaves the others
+        for speeds in (*np.split(SPEEDS, 10), *np.array(alone)[:, None]):  # one that is not sure leaves the others
             found = name_roots(Block.of_models([model]), speeds[None], solver=solver)
             if found.status[0]:
                 assert sum(found.unsure.values()) == 1
                 continue
             for k, speed in enumerate(speeds):
-                at = int(np.flatnonzero(speed == SPEEDS)[0])
+                at = int(np.flatnonzero(speed == every)[0])
                 called = [name_of(int(bits), found.names) for bits in found.bits[0, k]]
                 for name in {*called, *judged.branches}:
                     mine = [z for z, own in zip(found.values[0, k], called, strict=True) if own == name and z.imag >= 0]
@@ -47,6 +49,21 @@ def test_names_are_those_of_the_track_or_none(case):
                     assert len(mine) == len(theirs), (name, speed, solver.__name__)
                     far = np.abs(np.sort_complex(np.array(mine, complex)) - np.sort_complex(theirs))
                     assert (far <= 1e-6 * np.abs(found.values[0, k]).max()).all(), (name, speed, solver.__name__)
+
+
+@pytest.mark.parametrize("case", CASES.values(), ids=CASES)
+def test_names_do_not_hang_on_what_else_is_asked(case):
+    model = drawn(case)
+    slow = np.array([0.1, 0.4, 0.7])  # m/s: below the speeds that are tracked whatever is asked for
+    for solver in (lapack, *([compiled] if NUMBA else [])):
+        alone = name_roots(Block.of_models([model]), slow[None, -1:], solver=solver)
+        beside = name_roots(Block.of_models([model, model]), np.array([slow[-1:], slow[:1]]), solver=solver)
+        assert (beside.status[0], beside.bits[0].tolist()) == (alone.status[0], alone.bits[0].tolist())
+    one, all_ = modes(model, slow[-1:]), modes(model, slow)
+    assert set(one.branches) <= set(all_.branches)
+    for name, roots in all_.branches.items():
+        mine = one.branches[name][0] if name in one.branches else np.empty(0)
+        np.testing.assert_array_equal(mine[~np.isnan(mine)], roots[-1][~np.isnan(roots[-1])])
 
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)

@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import block_diag
 
 from bicycle.modal.identity import conjugate_index, regions
-from bicycle.modal.tracking import grid, track
+from bicycle.modal.tracking import given, grid, track
 
 
 def rotated(*blocks_by_power, seed=0):
@@ -103,10 +103,15 @@ def test_the_grid_is_one_sequence_whatever_is_covered():
     assert 0 < deep[0] <= 1e-3
 
 
-def labels(rows, modes, castering=-1, always=(0.0, 100.0), anchor=0):
+def carried(rows, modes, castering=-1, always=(0.0, 100.0), anchor=0, *, certain=True):
     values = np.array(rows, complex)
     speeds, mate = np.arange(float(len(rows))), conjugate_index(values)
-    found = regions(speeds, values, mate, modes, castering, anchor, always)
+    certain = np.broadcast_to(certain, speeds.shape)
+    return regions(speeds, values, mate, modes, castering, anchor, always, certain)
+
+
+def labels(*arguments, **keywords):
+    found = carried(*arguments, **keywords)
     return [found.labels[case] for case in found.cases]
 
 
@@ -128,6 +133,27 @@ def test_a_meeting_leaves_the_pair_to_the_mode_that_is_one():
 def test_what_happens_outside_the_speeds_always_tracked_changes_nothing_inside():
     inside = labels(MEETING[:3], [(0,), (1, 2)], always=(0.0, 2.5))
     assert labels(MEETING, [(0,), (1, 2)], always=(0.0, 2.5))[:3] == inside
+
+
+def test_what_happens_outside_them_changes_nothing_nearer_to_the_anchor():
+    slower = labels(MEETING[:3], [(0,), (1, 2)], always=(0.0, 1.5))
+    assert labels(MEETING, [(0,), (1, 2)], always=(0.0, 1.5))[:3] == slower
+
+
+def test_a_pair_of_two_modes_that_no_certain_node_shows_is_in_doubt():
+    rows = [[-1, -5], [-2, -3], [-2.4 + 1j, -2.4 - 1j], [-2.5 + 1j, -2.5 - 1j], [-2, -4]]
+    modes = [(0,), (1,)]
+    assert carried(rows, modes, certain=[True, True, False, True, True]).clear
+    assert carried(rows[:4], modes, certain=[True, True, False, False]).clear  # it need not part
+    for anchor in (0, 4):
+        assert not carried(rows, modes, anchor=anchor, certain=[True, True, False, False, True]).clear
+
+
+def test_nodes_of_the_grid_are_told_by_their_speed():
+    nodes = grid(0.01, 10.0, 3.0, singular=True) / 3.0
+    assert given(nodes, singular=True).all()
+    assert not given((nodes[1:] + nodes[:-1]) / 2, singular=True).any()
+    assert given(np.array([0.0, 0.05, 0.1, 0.15]), singular=False).tolist() == [True, False, True, False]
 
 
 def test_real_modes_that_form_a_pair_for_a_while_get_their_names_back():
