@@ -127,8 +127,8 @@ def _part(block: Block, max_speed: float, first: int) -> tuple[NDArray[np.generi
     inside = (v > low[owner]) & (v <= high[owner])
     blurred |= (np.abs(v - high[owner]) < APART * v) | (np.abs(v - low[owner]) < 10 * low[owner])
     order = np.lexsort((v, owner))
-    near = np.diff(v[order]) < APART * v[order][1:]
-    near &= np.diff(owner[order]) == 0
+    rising, whose = v[order], owner[order]
+    near = (rising[1:] - rising[:-1] < APART * rising[1:]) & (whose[1:] == whose[:-1])
     blurred[order[1:][near]] = True
     track.status[owner[blurred]] = BLURRED
     kept = order[(inside & (track.status[owner] == SURE))[order]]

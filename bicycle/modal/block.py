@@ -61,9 +61,9 @@ class Block:
         """From ``models`` with the same effects, each with one range of speed."""
         of_each = [model.coefficients[0] for model in models]
         powers = sorted({power for polynomial in of_each for power in polynomial})
-        stack = {power: np.stack([polynomial.coefficient(power) for polynomial in of_each]) for power in powers}
-        polynomial = SpeedPolynomial(stack, shape=(len(models), *of_each[0].shape))
-        return cls.of(polynomial, np.array([speed_unit(model) for model in models]), BatchKind.of(models[0]))
+        stacked = np.array([[polynomial.coefficient(power) for polynomial in of_each] for power in powers or [0]])
+        unit = np.array([speed_unit(model) for model in models])
+        return cls(stacked, np.array(powers or [0], float), unit, BatchKind.of(models[0]))
 
     def part(self, bicycles: slice) -> "Block":
         """Some of the ``bicycles``."""
@@ -80,12 +80,15 @@ class Block:
         They cover where names are given, and ``lowest`` to ``highest`` (m,), in units of speed; of each as far down and
         up as it must go by itself, so that no result depends on the others.
         """
-        low = np.clip(lowest, SLOWEST_SPEED, LOWEST) / STEP if self.kind.singular else np.zeros(len(self.unit))
+        slowest = np.clip(lowest, SLOWEST_SPEED, LOWEST) if self.kind.singular else np.zeros(len(self.unit))
+        low = slowest / STEP
         reach = np.minimum(np.maximum(highest, HIGHEST), FASTEST_SPEED) / STEP
         top = SPARSE * np.ceil(reach.max() / SPARSE)
         steps = grid(low.min(), top, 1 / STEP, singular=self.kind.singular, sparse=True)
-        before, after = np.append(-1.0, steps[:-1]), np.append(steps[1:], np.inf)
-        own, place = np.nonzero((before < reach[:, None]) & (after > low[:, None]))
+        wanted = np.ones((len(low), len(steps)), bool)
+        wanted[:, 1:] = steps[:-1] < reach[:, None]
+        wanted[:, :-1] &= steps[1:] > low[:, None]
+        own, place = np.nonzero(wanted)
         steps = steps[place]
         steps[(steps == 0) & (lowest[own] >= START * STEP)] = START  # at rest, roots may be double
         return own, (self.unit * STEP)[own] * steps

@@ -38,16 +38,15 @@ def decompose(block: Block, owner: NDArray[np.int64], v: Array) -> Decomposed:
     stack, change = matrices(block, owner, v)
     k, n = stack.shape[:2]
     found = Decomposed(np.empty((k, n)), np.empty((k, n)), np.empty((2, k, n)), np.empty((k, n, n)), np.empty((k, n)))
-    start = 0
-    while start < k:
-        part = Decomposed(*(x[:, start:] if x is found.slopes else x[start:] for x in found))
-        failed = decompose_stack(stack[start:], change[start:], *part)
-        if failed < 0:
-            break
-        found.doubt[start + failed] = np.nan
-        found.re[start + failed] = found.im[start + failed] = found.share[start + failed] = 0.0
-        found.slopes[:, start + failed] = 0.0
-        start += failed + 1
+    start, failed = 0, decompose_stack(stack, change, *found)
+    while failed >= 0:
+        failed += start
+        found.doubt[failed] = np.nan
+        found.re[failed] = found.im[failed] = found.share[failed] = 0.0
+        found.slopes[:, failed] = 0.0
+        start = failed + 1
+        rest = Decomposed(*(x[:, start:] if x is found.slopes else x[start:] for x in found))
+        failed = decompose_stack(stack[start:], change[start:], *rest)
     return found
 
 
