@@ -13,7 +13,7 @@ from bicycle.eigenvalues.vectors_kernel import decompose_stack
 from bicycle.modal import anchor_kernel, answer_kernel, follow_kernel, naming_kernel, track_kernel
 from bicycle.modal.block import Block
 from bicycle.modal.compiled_ahead import compiled_ahead
-from bicycle.modal.doubts import BEYOND, NODES, STIFF
+from bicycle.modal.doubts import BEYOND, NO_VECTORS, NODES, STIFF
 from bicycle.modal.naming_kernel import Named
 from bicycle.modal.speed_limits import FASTEST_RATE, FASTEST_SPEED, REFERENCE_SPEED, SLOWEST_SPEED
 from bicycle.modal.track_kernel import Decomposed, Track
@@ -35,19 +35,21 @@ def decompose(block: Block, owner: NDArray[np.int64], v: Array) -> Decomposed:
     v : ndarray, shape (k,)
         m/s.
     """
-    stack, change = matrices(block, owner, v)
+    return _decomposed(*matrices(block, owner, v))
+
+
+def _decomposed(stack: Array, change: Array) -> Decomposed:
+    """Of matrices and their change, shape (k, n, n); one without eigenvalues has a doubt that is not a number."""
     k, n = stack.shape[:2]
     found = Decomposed(np.empty((k, n)), np.empty((k, n)), np.empty((2, k, n)), np.empty((k, n, n)), np.empty((k, n)))
-    start, failed = 0, decompose_stack(stack, change, *found)
-    while failed >= 0:
-        failed += start
-        found.doubt[failed] = np.nan
-        found.re[failed] = found.im[failed] = found.share[failed] = 0.0
-        found.slopes[:, failed] = 0.0
-        start = failed + 1
-        rest = Decomposed(*(x[:, start:] if x is found.slopes else x[start:] for x in found))
-        failed = decompose_stack(stack[start:], change[start:], *rest)
-    return found
+    if decompose_stack(stack, change, *found) < 0:
+        return found
+    if k == 1:
+        return Decomposed(*(np.zeros(part.shape) for part in found))._replace(doubt=np.full((k, n), np.nan))
+    halves = [_decomposed(stack[half], change[half]) for half in (slice(k // 2), slice(k // 2, k))]  # none is finished
+    return Decomposed(
+        *(np.concatenate(parts, axis=1 if number == 2 else 0) for number, parts in enumerate(zip(*halves, strict=True)))
+    )
 
 
 def matrices(block: Block, owner: NDArray[np.int64], v: Array) -> tuple[Array, Array]:
@@ -162,8 +164,10 @@ def name_block(
     slowest = SLOWEST_SPEED if block.kind.singular else 0.0
     track.status[(reach < slowest).any(1) | (reach > FASTEST_SPEED).any(1)] = BEYOND
     found = name(block, track, speeds)
-    values = compiled(matrices(block, np.repeat(np.arange(bicycles), k), speeds.ravel())[0])
-    values = values.reshape(bicycles, k, -1)
+    values = np.full((bicycles, k, block.coefficients.shape[-1]), complex(np.nan, np.nan))
+    known = np.flatnonzero(~np.isin(track.status, (STIFF, NO_VECTORS)))  # others may not even be finite
+    there = matrices(block, np.repeat(known, k), speeds[known].ravel())[0]
+    values[known] = compiled(there).reshape(-1, *values.shape[1:])
     bits = np.zeros(values.shape, np.int64)
     answer_kernel.answer(track, found, block.unit, speeds, values.real.copy(), values.imag.copy(), bits)
     every = np.bitwise_or.reduce(1 << found.name, axis=1)

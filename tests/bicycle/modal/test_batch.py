@@ -105,13 +105,32 @@ def test_a_double_root_is_left_to_the_plain_path(synthetic, solver):
         assert (found.status != 0).all()
 
 
-def test_one_that_is_not_finite_leaves_its_neighbours():
+@either_path
+def test_one_that_is_not_finite_leaves_its_neighbours(solver):
     block = Block.of_models([built(), built(0.07), built()])
     block.coefficients[:, 1] = np.nan
-    found = name_roots(block, np.tile(SPEEDS, (3, 1)), solver=lapack)
+    found = name_roots(block, np.tile(SPEEDS, (3, 1)), solver=solver)
+    alone = name_roots(Block.of_models([built()]), SPEEDS[None], solver=solver)
     assert found.status[1] != 0
     assert found.status[[0, 2]].tolist() == [0, 0]
-    np.testing.assert_array_equal(found.bits[0], found.bits[2])
+    for neighbour in (0, 2):
+        np.testing.assert_array_equal(found.bits[neighbour], alone.bits[0])
+
+
+@needs_numba
+def test_the_kernels_decompose_the_neighbours_of_a_matrix_that_is_not_finite():
+    from bicycle.modal.compiled_batch import decompose
+
+    block = Block.of_models([built()] * 9)
+    whole = decompose(block, np.arange(9), SPEEDS[:9])
+    block.coefficients[:, [3, 7]] = np.nan
+    found = decompose(block, np.arange(9), SPEEDS[:9])
+    good = np.delete(np.arange(9), [3, 7])
+    assert np.isnan(found.doubt[[3, 7]]).all()
+    for part, expected in zip(found._replace(slopes=found.slopes.swapaxes(0, 1)), whole._replace(
+        slopes=whole.slopes.swapaxes(0, 1)
+    ), strict=True):  # fmt: skip
+        np.testing.assert_allclose(part[good], expected[good], rtol=1e-9, atol=1e-12)
 
 
 def test_the_kernels_are_taken_where_they_can_be(monkeypatch):
