@@ -44,7 +44,7 @@ def conjugate_index(values: Complex) -> NDArray[np.intp]:
 
 def regions(
     speeds: Array, values: Complex, mate: NDArray[np.intp], modes: Sequence[tuple[int, ...]], castering: int,
-    anchor: int, always: tuple[float, float], certain: NDArray[np.bool_],
+    anchor: int, always: tuple[float, float], certain: NDArray[np.bool_], step: float,
 ) -> Regions:  # fmt: skip
     """Carry the identity of modes up and down from one node to all others.
 
@@ -70,6 +70,8 @@ def regions(
         Lowest and highest speed (m/s) that is tracked whatever is asked for.
     certain : ndarray of bool, shape (m,)
         Nodes that a track has whatever the roots do: it may step over a pair that is only seen between two of them.
+    step : float
+        Width of its steps, m/s: between nodes farther apart it has others.
     """
     n = values.shape[1]
     owner = np.empty(n, np.intp)
@@ -79,7 +81,7 @@ def regions(
         own = tuple((int(mode),) for mode in owner)
         return Regions((own,), np.zeros(len(values), np.intp), np.zeros(len(values), bool), clear=True)
     labels: list[tuple[Label, ...]] = [()] * len(values)
-    walk = _Walk(speeds, values, mate, modes, castering, always, certain, labels, np.zeros(len(values), bool))
+    walk = _Walk(speeds, values, mate, modes, castering, always, certain, step, labels, np.zeros(len(values), bool))
     for nodes in (range(anchor, len(values)), range(anchor, -1, -1)):
         walk.go(nodes, owner.copy())
     cases = sorted(set(labels))
@@ -96,6 +98,7 @@ class _Walk:
     castering: int
     always: tuple[float, float]
     certain: NDArray[np.bool_]
+    step: float
     labels: list[tuple[Label, ...]]
     chance: NDArray[np.bool_]
     clear: bool = True
@@ -118,7 +121,7 @@ class _Walk:
                 before = owner.copy()
                 now, changed = self._assign(k, owner)
                 for group in changed if low <= self.speeds[k] <= high else []:
-                    self._blur(past, before, group)
+                    self._blur(k, past, before, group)
             hidden &= ~self.certain[k]
             self.labels[k] = now
             self.chance[k] = split.any()
@@ -196,7 +199,7 @@ class _Walk:
         self.clear = self.clear and len(free) < 2
         return bool((owner != before).any())
 
-    def _blur(self, past: list[int], owner: NDArray[np.intp], group: frozenset[int]) -> None:
+    def _blur(self, here: int, past: list[int], owner: NDArray[np.intp], group: frozenset[int]) -> None:
         """Going back from where roots changed hands: lose identity where roots of two modes were close."""
         branches = np.array([i for i in range(len(owner)) if owner[i] in group])
         joint = tuple(sorted(group))
@@ -211,6 +214,8 @@ class _Walk:
             other = np.where(twin, np.inf, near).min(1)
             if not ((other < own) & (other < APART)).any():
                 break
+            self.clear = self.clear and abs(self.speeds[k] - self.speeds[here]) < 1.5 * self.step
+            here = k
             label = list(self.labels[k])
             for i in branches:
                 label[i] = joint

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from bicycle.eigenvalues.compilation import compiled_within
 from bicycle.modal.identity import APART, MUCH_FASTER, PLAIN
+from bicycle.modal.naming import HIGHEST
+from bicycle.modal.tracking import STEP
 from tyre.base.arrays import Array
 
 Whole = NDArray[np.int64]
-
-
 CHANCE = 1 << 60  # beside the modes of a label: rounding decides which of them
+WIDE = 1.5 * STEP / HIGHEST  # of the highest speed always tracked: the full track divides such a step
 
 
 class Walked(NamedTuple):
@@ -60,9 +61,8 @@ def walk(w: Walked, m: int, modes: int, castering: int, anchor: int, low: float,
         k, past = anchor, -1
         while 0 <= k < m:
             changed = past < 0
-            if not changed:
-                for i in range(n):
-                    changed = changed or w.mate[k, i] != w.mate[past, i]
+            for i in range(n):
+                changed = changed or w.mate[k, i] != w.mate[past, i]
             if past >= 0 and (_halves_part(w, k, past, owner, chance) or _stepped_over(w, k, past, owner, hidden)):
                 return False
             if changed and not _assign(w, k, anchor, way, modes, castering, owner, now, low, high):
@@ -115,10 +115,7 @@ def _assign(
     for i in range(n):
         now[i] = 1 << owner[i]
         if owner[i] != owner[w.mate[k, i]]:
-            both = (1 << owner[i]) | (1 << owner[w.mate[k, i]])
-            for mode in range(modes):
-                if (both >> mode) & 1:
-                    group[mode] |= both
+            group[owner[i]] |= (1 << owner[i]) | (1 << owner[w.mate[k, i]])
     for _ in range(modes):  # groups that share a member are one
         for mode in range(modes):
             for other in range(modes):
@@ -135,8 +132,9 @@ def _assign(
         for i in range(n):
             if (group[mode] >> before[i]) & 1:
                 now[i] = (1 << owner[i]) if found < 2 else _joint(w, group[mode], modes, castering)
-        if found == 1 and low <= w.v[k] <= high:  # outside, whether it is seen hangs on what else is asked for
-            _blur(w, k, anchor, way, before, group[mode], modes)
+        inside = low <= w.v[k] <= high  # outside, whether it is seen hangs on what else is asked for
+        if found == 1 and inside and not _blur(w, k, anchor, way, before, group[mode], modes, WIDE * high):
+            return False
     return True
 
 
@@ -262,8 +260,8 @@ def _give_reals(w: Walked, k: int, owner: Whole, target: Whole, group: int, mode
 
 
 @compiled_within
-def _blur(w: Walked, k: int, anchor: int, way: int, before: Whole, group: int, modes: int) -> None:
-    """Going back from where roots changed hands: lose identity where roots of two modes were close."""
+def _blur(w: Walked, k: int, anchor: int, way: int, before: Whole, group: int, modes: int, wide: float) -> bool:
+    """Lose identity back from where roots changed hands, where those of two modes were close; False if it may end."""
     n = w.re.shape[1]
     regular = 0
     for mode in range(modes):
@@ -271,12 +269,11 @@ def _blur(w: Walked, k: int, anchor: int, way: int, before: Whole, group: int, m
     step = -1 if way == 0 else 1
     past = k + step
     while (past >= anchor) if way == 0 else (past <= anchor):
-        pairs = 0
+        pairs, lost = 0, False
         for i in range(n):
             pairs += 1 if (group >> before[i]) & 1 and w.im[past, i] > 0.0 else 0
         if pairs == regular:
             break
-        lost = False
         for i in range(n):
             if not (group >> before[i]) & 1:
                 continue
@@ -294,7 +291,10 @@ def _blur(w: Walked, k: int, anchor: int, way: int, before: Whole, group: int, m
             lost = lost or (other < own and other < APART)
         if not lost:
             break
+        if abs(w.v[past] - w.v[past - step]) > wide:  # the full track has nodes there at which it may end
+            return False
         for i in range(n):
             if (group >> before[i]) & 1:
                 w.label[past, i] = group
         past += step
+    return True

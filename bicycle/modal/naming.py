@@ -23,7 +23,7 @@ from bicycle.modal.anchor import MOSTLY, WALKING, Cores, Unit, core_at, find_anc
 from bicycle.modal.cast import named_by_role
 from bicycle.modal.doubts import NO_ANCHOR, NO_HEIR, NOT_CLEAR, SHORT_PAIR, SURE
 from bicycle.modal.identity import conjugate_index, regions
-from bicycle.modal.tracking import TrackedRange, given
+from bicycle.modal.tracking import STEP, TrackedRange, given
 from tyre.base.arrays import Array, Complex
 
 LOWEST = 0.3  # of sqrt(g w), about 1 m/s: always tracked from here (from rest where a model allows it)
@@ -182,7 +182,7 @@ def name_nodes(rules: Rules, unit: float, speeds: Array, seen: Evidence, weight:
     castering = [name for name, _ in modes].index("castering") if "castering" in core else -1
     branches = [branches for _, branches in modes]
     certain = given(speeds / unit, singular=rules.singular)
-    found = regions(speeds, seen.values, seen.mate, branches, castering, anchor, always, certain)
+    found = regions(speeds, seen.values, seen.mate, branches, castering, anchor, always, certain, STEP * unit)
     names, clear = named_by_role(weight, seen.part, [name for name, _ in modes], found, rules.played)
     labels = tuple(tuple(tuple(sorted(names[m] for m in label)) for label in case) for case in found.labels)
     clear = clear and not found.chance[weight > 0].any()

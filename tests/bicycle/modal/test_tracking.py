@@ -103,11 +103,11 @@ def test_the_grid_is_one_sequence_whatever_is_covered():
     assert 0 < deep[0] <= 1e-3
 
 
-def carried(rows, modes, castering=-1, always=(0.0, 100.0), anchor=0, *, certain=True):
+def carried(rows, modes, castering=-1, always=(0.0, 100.0), anchor=0, *, certain=True, step=1.0):
     values = np.array(rows, complex)
     speeds, mate = np.arange(float(len(rows))), conjugate_index(values)
     certain = np.broadcast_to(certain, speeds.shape)
-    return regions(speeds, values, mate, modes, castering, anchor, always, certain)
+    return regions(speeds, values, mate, modes, castering, anchor, always, certain, step)
 
 
 def labels(*arguments, **keywords):
@@ -147,6 +147,12 @@ def test_a_pair_of_two_modes_that_no_certain_node_shows_is_in_doubt():
     assert carried(rows[:4], modes, certain=[True, True, False, False]).clear  # it need not part
     for anchor in (0, 4):
         assert not carried(rows, modes, anchor=anchor, certain=[True, True, False, False, True]).clear
+
+
+def test_where_a_lost_identity_is_given_back_in_a_wide_step_is_in_doubt():
+    rows = [*MEETING[:2], [-3.5, -5, -12], [-4.2 + 1j, -4.2 - 1j, -12]]
+    assert carried(rows, [(0,), (1, 2)]).clear
+    assert not carried(rows, [(0,), (1, 2)], step=0.5).clear
 
 
 def test_nodes_of_the_grid_are_told_by_their_speed():
