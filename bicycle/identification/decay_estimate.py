@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bicycle.identification.decay_evidence import basis
+from bicycle.identification.decay_least_squares import Linear
 from bicycle.identification.decay_posterior import (
     FASTEST,
     SLOWEST,
@@ -85,7 +86,7 @@ class Estimate:
     def _best(self) -> tuple[Array, Array]:
         """Waves and drift (n, h) at the most probable eigenvalues, and their amplitudes (c, h)."""
         modes, rate = self.best.best[None], self.best.best_rate
-        amplitudes = self.best.evidence.linear(modes, rate).mean[0]
+        amplitudes = self.best.evidence.solved(modes, rate).linear().mean[0]
         waves = basis(modes, self.window.time, rate)[0]
         return np.hstack([waves, self.window.drift[:, : amplitudes.shape[1] - waves.shape[1]]]), amplitudes
 
@@ -107,9 +108,10 @@ def estimate(w: Window, drifts: Sequence[str], starts: Sequence[Array]) -> Estim
     """
     evidence, best = prepared(w, starts[0])
     tried = [posterior(replace(evidence, drift=drift), [best, *starts[1:]]) for drift in drifts]
-    found = [p for p in tried if p is not None]
-    if not found:
+    both = [pair for pair in tried if pair is not None]
+    if not both:
         return None
+    found, amplitudes = zip(*both, strict=True)
     logs = np.array([p.log_evidence for p in found])
     kinds = np.exp(logs - logs.max())
     kinds /= kinds.sum()
@@ -120,8 +122,8 @@ def estimate(w: Window, drifts: Sequence[str], starts: Sequence[Array]) -> Estim
     for place in np.ndindex(*mean.shape):
         low, high = _quantiles(modes[:, *place], weights)
         sd[place] = max((high - low) / NORMAL, ROUNDING * float(np.hypot(*mean[place[0]])))
-    ratios = tuple(_ratios(found, kinds, number) for number in range(len(mean)))
-    return Estimate(w, tuple(found), tuple(float(x) for x in kinds), mean, sd, ratios)
+    ratios = tuple(_ratios(found, amplitudes, kinds, number) for number in range(len(mean)))
+    return Estimate(w, found, tuple(float(x) for x in kinds), mean, sd, ratios)
 
 
 def sought(
@@ -226,7 +228,9 @@ def _quantiles(x: Array, weights: Array) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def _ratios(found: Sequence[Posterior], kinds: Array, number: int) -> dict[str, tuple[complex, float]]:
+def _ratios(
+    found: Sequence[Posterior], amplitudes: Sequence[Linear], kinds: Array, number: int
+) -> dict[str, tuple[complex, float]]:
     """Ratios of a mode by law of total variance over its posterior; a rate not recorded is lambda times its angle."""
     channels = found[0].evidence.window.channels
     scale = found[0].evidence.window.scale
@@ -234,8 +238,7 @@ def _ratios(found: Sequence[Posterior], kinds: Array, number: int) -> dict[str, 
     values: dict[str, list[Array]] = {name: [] for name in RATIOS}
     spreads: dict[str, list[Array]] = {name: [] for name in RATIOS}
     turn = np.array([1, -1j])
-    for p in found:
-        linear = p.evidence.linear(p.modes, p.rates)
+    for p, linear in zip(found, amplitudes, strict=True):
         root = p.modes[:, number, 0] + 1j * p.modes[:, number, 1]
         two = slice(2 * number, 2 * number + 2)
         of_mode = linear.covariance[:, :, two][..., two]  # (points, channels, 2, channels, 2)

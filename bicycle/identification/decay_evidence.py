@@ -14,44 +14,35 @@ follow from three sums over the samples; driven modes move the samples along few
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
-from scipy.special import gammaln
 
+from bicycle.identification.decay_least_squares import TWINS, Least, Solved, left
 from bicycle.identification.decay_noise import Driven
 from bicycle.identification.decay_window import Window
 from tyre.base.arrays import Array
 
 AMPLITUDE = 3.0  # prior sd of a mode in units of the signal's sd
-DRIVEN = 0.5  # prior probability that the modes are driven all along the window
 POLYNOMIALS = (1.0, 0.3, 0.1)  # prior sd of offset, slope and bend of a drift in the same units, rms over the window
 REAL = 0.3  # that of a real mode
-TWINS = 1e-12  # of a diagonal: two equal modes leave it regular
 EXPONENTIAL = "exponential"
 DRIFTS = {"none": 0, "constant": 1, "parabola": 3, EXPONENTIAL: 1}
 """Kinds of drift and how many polynomials each has; the last has a real mode beside."""
 
 
-@dataclass(frozen=True)
-class Linear:
-    """Amplitudes given eigenvalues: ``mean`` (points, channels, p), ``covariance`` (points, channels, p, channels, p).
+class _Fixed(NamedTuple):
+    """What hangs on window and drift alone."""
 
-    The order is cos, sin of each mode, a real mode, then the polynomials of the drift; in units of each channel's
-    scale.
-    """
-
-    mean: Array
-    covariance: Array
-
-
-@dataclass(frozen=True)
-class _Solved:
-    """Least squares of one kind of noise: log likelihood, normal equations, right sides, sums of squares."""
-
-    log: Array
-    gram: Array
-    right: Array
-    squares: Array
+    columns: Array
+    """Polynomials and signals, shape (n, k)."""
+    sums: Array
+    """What each colour takes of the three sums of products, shape (colours, 3)."""
+    spread: Array
+    """Of each colour: log determinant and prior, shape (colours,)."""
+    ridge: Array
+    """Prior precision of the polynomials, in units of the noise, shape (channels, kept)."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +58,11 @@ class Evidence:
     driven: Driven | None = None
 
     def log(self, modes: Array, rates: Array | None = None) -> Array:
-        """Log of the marginal likelihood.
+        """Log of the marginal likelihood (points,); ``modes`` and ``rates`` as :meth:`solved`."""
+        return self.solved(modes, rates).log()
+
+    def solved(self, modes: Array, rates: Array | None = None) -> Solved:
+        """Least squares for each kind of noise.
 
         Parameters
         ----------
@@ -75,111 +70,87 @@ class Evidence:
             sigma (1/s) and omega (rad/s) of each mode.
         rates : ndarray, shape (points,), optional
             Decay of the real mode, 1/s; for an exponential drift.
-
-        Returns
-        -------
-        ndarray, shape (points,)
         """
-        own, driven = self._solve(modes, rates)
-        total = log_sum(np.swapaxes(own.log, 0, 1)).sum(-1)
-        if driven is None:
-            return np.asarray(total)
-        return np.asarray(np.logaddexp(total + math.log(1 - DRIVEN), log_sum(driven.log.T) + math.log(DRIVEN)))
-
-    def linear(self, modes: Array, rates: Array | None = None) -> Linear:
-        """Amplitudes with the most probable noise; ``modes`` (points, m, 2) and ``rates`` (points,) as :meth:`log`."""
-        own, driven = self._solve(modes, rates)
-        n, channels = self.window.signals.shape
-        points, places = np.indices((len(modes), channels))
-        best = own.log.argmax(axis=1)
-        chosen = own.gram[points, best, places]
-        mean = np.linalg.solve(chosen, own.right[points, best, places][..., None])[..., 0]
-        inverse = np.linalg.inv(chosen) * (own.squares[points, best, places] / n)[..., None, None]
-        covariance = np.einsum("pcij,cd->pcidj", inverse, np.eye(channels))
-        if driven is not None:
-            total, best = log_sum(np.swapaxes(own.log, 0, 1)).sum(-1), driven.log.argmax(1)
-            one = np.flatnonzero(log_sum(driven.log.T) + math.log(DRIVEN) > total + math.log(1 - DRIVEN))
-            chosen, right = driven.gram[one, best[one]], driven.right[one, best[one]]
-            mean[one] = np.linalg.solve(chosen, right[..., None])[..., 0].reshape(-1, *mean.shape[1:])
-            spread = (driven.squares[one, best[one]] / (n * channels))[:, None, None]
-            covariance[one] = (np.linalg.inv(chosen) * spread).reshape(-1, *covariance.shape[1:])
-        return Linear(mean, covariance)
-
-    def _solve(self, modes: Array, rates: Array | None) -> tuple[_Solved, _Solved | None]:
-        """For the noise of each sensor, (points, colours, channels), and for driven modes, (points, shares)."""
-        w = self.window
+        w, fixed = self.window, self._fixed
         n, kept = len(w.time), DRIFTS[self.drift]
         waves = basis(modes, w.time, rates)
-        p = waves.shape[2]
-        fixed = np.concatenate([w.drift[:, :kept], w.signals], 1)
-        plain, ends, lagged = _products(waves, fixed)
-        ridge = self._ridge(plain, 2 * modes.shape[1], p)
+        p, channels = waves.shape[2], w.signals.shape[1]
+        products = _products(waves, fixed.columns)
+        plain = products[:, 0]
+        ridge, ridges = self._ridge(plain, 2 * modes.shape[1], p)
         h = p + kept
-        phi = w.colours[None, :, None, None]
-        whole = (plain[:, None] * (1 + phi**2) - phi**2 * ends[:, None] - phi * lagged[:, None]) / (1 - phi**2)
-        gram = whole[:, :, None, :h, :h] + (ridge * (self.noise**2)[:, None, None])[:, None]
-        right = np.swapaxes(whole[:, :, :h, h:], 2, 3)  # (points, noises, channels, h)
-        total = np.diagonal(whole[:, :, h:, h:], axis1=2, axis2=3)
-        spread = np.broadcast_to((n - 1) * np.log(1 - w.colours**2)[:, None], total.shape[1:])
-        logdet = np.linalg.slogdet(ridge)[1] + 2 * h * np.log(self.noise)
-        own = _left(gram, right, total, spread - logdet[:, None], n)
-        own = _Solved(own.log - math.log(len(w.colours)), own.gram, own.right, own.squares)
-        return own, None if self.driven is None else self._shared(self.driven, waves, plain, ridge)
+        whole = fixed.sums @ products.reshape(len(products), 3, -1)
+        whole = whole.reshape(len(products), -1, h + channels, h + channels)
+        full = np.empty((*whole.shape[:2], channels, h + 1, h + 1))
+        full[..., :h, :h] = whole[:, :, None, :h, :h] + (ridge * (self.noise**2)[:, None, None])[:, None]
+        full[..., h, :h] = whole[:, :, h:, :h]
+        full[..., h, h] = np.diagonal(whole[:, :, h:, h:], axis1=2, axis2=3)
+        own = left(full, fixed.spread[:, None] - (ridges + 2 * h * np.log(self.noise))[:, None], n)
+        return Solved(own, None if self.driven is None else self._shared(self.driven, waves, plain, ridge, ridges), n)
 
-    def _ridge(self, plain: Array, oscillating: int, p: int) -> Array:
-        """Prior precision of the amplitudes (points, channels, h, h), in units of the noise."""
-        w = self.window
-        n, kept = len(w.time), DRIFTS[self.drift]
-        ridge = np.zeros((len(plain), w.signals.shape[1], p + kept, p + kept))
-        own = plain[:, :p, :p] / n * (1 + TWINS * np.eye(p))
-        ridge[:, :, :oscillating, :oscillating] = own[:, None, :oscillating, :oscillating] / AMPLITUDE**2
+    @cached_property
+    def _fixed(self) -> _Fixed:
+        w, phi = self.window, self.window.colours
+        kept = DRIFTS[self.drift]
+        sums = np.stack([1 + phi**2, -(phi**2), -phi], 1) / (1 - phi**2)[:, None]
+        spread = (len(w.time) - 1) * np.log(1 - phi**2) + 2 * math.log(len(phi))
+        sizes = np.tile(POLYNOMIALS[:kept], (w.signals.shape[1], 1))
+        sizes[:, :1] *= np.maximum(1.0, np.abs(w.signals.mean(0)))[:, None]  # an offset may be larger than the motion
+        return _Fixed(np.concatenate([w.drift[:, :kept], w.signals], 1), sums, spread, 1 / sizes**2)
+
+    def _ridge(self, plain: Array, oscillating: int, p: int) -> tuple[Array, Array]:
+        """Prior precision of the amplitudes (points, channels, h, h), in units of the noise, and log determinants."""
+        fixed = self._fixed.ridge
+        own = plain[:, :p, :p] / len(self.window.time) * (1 + TWINS * np.eye(p))
+        ridge = np.zeros((len(plain), len(fixed), p + fixed.shape[1], p + fixed.shape[1]))
+        turning = own[:, :oscillating, :oscillating] / AMPLITUDE**2
+        ridge[:, :, :oscillating, :oscillating] = turning[:, None]
+        logs = np.linalg.slogdet(turning)[1]
         if p > oscillating:
-            ridge[:, :, -1 - kept, -1 - kept] = own[:, None, -1, -1] / REAL**2
-        level = np.maximum(1.0, np.abs(w.signals.mean(0)))  # an offset may be larger than the motion
-        for k in range(kept):
-            ridge[:, :, p + k, p + k] = 1 / (POLYNOMIALS[k] * (level if k == 0 else 1.0)) ** 2
-        return ridge
+            dying = own[:, -1, -1] / REAL**2
+            ridge[:, :, p - 1, p - 1] = dying[:, None]
+            logs = logs + np.log(dying)
+        for k, precision in enumerate(fixed.T, p):
+            ridge[:, :, k, k] = precision
+        return ridge, logs[:, None] + np.log(fixed).sum(1)
 
-    def _shared(self, driven: Driven, waves: Array, plain: Array, ridge: Array) -> _Solved:
+    def _shared(self, driven: Driven, waves: Array, plain: Array, ridge: Array, ridges: Array) -> Least:
         """Least squares over all channels at once, for driven modes."""
-        w = self.window
-        n, channels = w.signals.shape
+        n, channels = self.window.signals.shape
         points, _, p = waves.shape
         kept = DRIFTS[self.drift]
         h, r = p + kept, driven.variances.shape[1]
-        gram = np.zeros((points, channels, h, channels, h))
-        right, along = np.empty((points, channels, h)), np.empty((points, r, channels, h))
-        scaled = w.signals / driven.level
-        of_signals = np.einsum("cnr,nc->r", driven.directions, scaled)
-        beside = scaled - np.einsum("cnr,r->nc", driven.directions, of_signals)  # what no driven mode moves
+        lying = np.swapaxes(waves, 1, 2).reshape(-1, n)
+        moved = np.empty((points, channels, p, r))
+        right = np.empty((points, 1, channels, h))
+        gram = np.zeros((points, 1, channels, h, channels, h))
         for k, level in enumerate(driven.level):
-            gram[:, k, :, k] = plain[:, :h, :h] / level**2 + ridge[:, k]
-            turned = driven.directions[k].T / level  # (r, n)
-            along[:, :, k, :p] = turned @ waves
-            along[:, :, k, p:] = turned @ w.drift[:, :kept]
-            right[:, k, :p] = beside[:, k] @ waves / level
-            right[:, k, p:] = beside[:, k] @ w.drift[:, :kept] / level
+            gram[:, 0, k, :, k] = plain[:, :h, :h] / level**2 + ridge[:, k]
+            moved[:, k] = (lying @ driven.directions[k]).reshape(points, p, r)
+            right[:, 0, k, :p] = (lying @ driven.beside[k]).reshape(points, p)
+        right[..., p:] = driven.beside_drift[:, :kept]
+        shares = len(driven.left)
+        along = moved.reshape(points, -1, r)
+        taken = (along[:, None] * (1 - driven.left)[:, None]).reshape(points, -1, r)
+        turning = (taken @ np.swapaxes(along, 1, 2)).reshape(points, shares, channels, p, channels, p)
+        polynomials = driven.taken[:, :, :kept].reshape(-1, r)
+        across = (along.reshape(-1, r) @ polynomials.T).reshape(points, channels, p, shares, channels, kept)
+        gram = np.repeat(gram, shares, 1)
+        gram[:, :, :, :p, :, :p] -= turning
+        gram[:, :, :, :p, :, p:] -= across.transpose(0, 3, 1, 2, 4, 5)
+        gram[:, :, :, p:, :, :p] -= across.transpose(0, 3, 4, 5, 1, 2)
+        gram[:, :, :, p:, :, p:] -= driven.drift_products[:, :, :kept, :, :kept]
+        right = np.repeat(right, shares, 1)
+        right[..., :p] += (along @ driven.signals.T).reshape(points, channels, p, shares).transpose(0, 3, 1, 2)
+        right[..., p:] += driven.drift_signals[:, :, :kept]
         size = channels * h
-        flat, along = gram.reshape(points, size, size), along.reshape(points, r, size)
-        left = 1 / (1 + driven.variances)  # (shares, r)
-        grams = flat[:, None] - np.swapaxes(along, 1, 2)[:, None] @ (along[:, None] * (1 - left)[:, :, None])
-        rights = right.reshape(points, 1, size) + np.einsum("fr,prs->pfs", left * of_signals, along)
-        totals = np.broadcast_to((beside**2).sum() + left @ of_signals**2, grams.shape[:2])
-        spread = np.log1p(driven.variances).sum(1) + 2 * n * np.log(driven.level).sum()
-        # one of the levels is integrated, the others are known to sqrt(1 / 2n); white is one of the sensors' colours
-        spread = spread - (channels - 1) * math.log(math.pi / n) + 2 * channels * math.log(len(w.colours))
-        found = _left(grams, rights, totals, spread - np.linalg.slogdet(ridge)[1].sum(1)[:, None], n * channels)
-        return _Solved(found.log - math.log(len(left)), found.gram, found.right, found.squares)
-
-
-def _left(gram: Array, right: Array, total: Array, logdet: Array, count: int) -> _Solved:
-    """Marginal likelihood of ``count`` samples with what least squares leave, and those least squares."""
-    gram = gram * (1 + TWINS * np.eye(gram.shape[-1]))
-    solved = np.linalg.solve(gram, right[..., None])[..., 0]
-    squares = np.maximum(total - (right * solved).sum(-1), 1e-13 * total)
-    spread = np.linalg.slogdet(gram)[1] + logdet
-    log = gammaln(count / 2) - 0.5 * (count * np.log(math.pi * squares) + spread)
-    return _Solved(log, gram, right, squares)
+        full = np.empty((points, shares, size + 1, size + 1))
+        full[..., :size, :size] = gram.reshape(points, shares, size, size)
+        full[..., size, :size] = right.reshape(points, shares, size)
+        full[..., size, size] = driven.squares
+        # white is one of the sensors' colours
+        spread = driven.spread + 2 * channels * math.log(len(self.window.colours)) + 2 * math.log(shares)
+        return left(full, spread - ridges.sum(1)[:, None], n * channels)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a trial that grows all through a long recording
@@ -200,35 +171,33 @@ def basis(modes: Array, time: Array, rates: Array | None = None) -> Array:
     ndarray, shape (points, n, 2 m), or 2 m + 1 with a real mode
     """
     root = modes[..., 0] + 1j * modes[..., 1]
-    wave = np.exp(root[:, None] * time[None, :, None])
-    waves = np.stack([wave.real, wave.imag], -1).reshape(len(modes), len(time), -1)
-    if rates is None:
-        return waves
-    return np.concatenate([waves, np.exp(-rates[:, None] * time)[..., None]], 2)
+    wave = np.exp(root[..., None] * time)
+    turning = 2 * root.shape[1]
+    columns = np.empty((len(modes), turning + (rates is not None), len(time)))
+    columns[:, :turning:2], columns[:, 1:turning:2] = wave.real, wave.imag
+    if rates is not None:
+        columns[:, -1] = np.exp(-rates[:, None] * time)
+    return np.swapaxes(columns, 1, 2)  # samples lie side by side: sums over them are quicker
 
 
-def log_sum(logs: Array) -> Array:
-    """Logarithm of the sum of exponentials along the first axis of ``logs``, shape (k, ...)."""
-    top = logs.max(0)
-    return np.asarray(top + np.log(np.exp(logs - top).sum(0)))
+def _products(waves: Array, fixed: Array) -> Array:
+    """Sums over the samples of products of columns: of one sample, of the two at the ends, of neighbours twice.
 
-
-def _products(waves: Array, fixed: Array) -> tuple[Array, Array, Array]:
-    """Sums over the samples of products of columns: of one sample, of the two at the ends, of neighbours twice."""
+    Shape (points, 3, columns, columns), where the ``fixed`` columns (n, k) follow the ``waves`` (points, n, p).
+    """
     points, _, p = waves.shape
     size = p + fixed.shape[1]
+    found = np.empty((points, 3, size, size))
 
-    def product(left: Array, right: Array, a: Array, b: Array) -> Array:
-        found = np.empty((points, size, size))
-        turned = np.swapaxes(left, 1, 2)
-        found[:, :p, :p] = turned @ right
-        found[:, :p, p:] = turned @ b
-        found[:, p:, :p] = a.T @ right
-        found[:, p:, p:] = a.T @ b
-        return found
+    def product(place: int, left: slice, right: slice) -> None:
+        a, b, one = fixed[left], fixed[right], np.swapaxes(waves[:, left], 1, 2)
+        found[:, place, :p, :p] = one @ waves[:, right]
+        found[:, place, :p, p:] = one @ b
+        found[:, place, p:, :p] = a.T @ waves[:, right]
+        found[:, place, p:, p:] = a.T @ b
 
-    plain = product(waves, waves, fixed, fixed)
-    lag = product(waves[:, 1:], waves[:, :-1], fixed[1:], fixed[:-1])
-    tips = [0, -1]
-    ends = product(waves[:, tips], waves[:, tips], fixed[tips], fixed[tips])
-    return plain, ends, lag + np.swapaxes(lag, 1, 2)
+    product(0, slice(None), slice(None))
+    product(1, slice(None, None, len(fixed) - 1), slice(None, None, len(fixed) - 1))
+    product(2, slice(1, None), slice(None, -1))
+    found[:, 2] += np.swapaxes(found[:, 2], 1, 2).copy()
+    return found

@@ -7,6 +7,7 @@ channels k and l is Re(c_k conj(c_l) e^(lambda t)) / 2, so one disturbance moves
 Its state at the start of the window is among the free amplitudes.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,19 +29,42 @@ NEGLIGIBLE = 1e-3  # variance of a direction beside that of the sensors
 class Driven:
     """Covariance of the samples of all channels: that of white sensors and, for each share, of driven modes.
 
+    All but the level is seen in units of it: samples and polynomials are divided by it once more.
+
     Attributes
     ----------
     level : ndarray, shape (c,)
         Sd of the sensors' noise, in units of the window's scale.
     directions : ndarray, shape (c, n, r)
-        Orthonormal over channels and samples, the samples in units of ``level``.
+        Orthonormal over channels and samples where these are in units of ``level``; divided by it.
     variances : ndarray, shape (f, r)
         Of the driven motion along them, for each share.
+    left : ndarray, shape (f, r)
+        What a sum of squares keeps of each direction.
+    signals : ndarray, shape (f, r)
+        The samples along the directions, as much as is left.
+    squares : ndarray, shape (f,)
+        Sum of squares of the samples.
+    spread : ndarray, shape (f,)
+        Log determinant; one of the levels is integrated, the others are known to sqrt(1 / 2n).
+    beside, beside_drift : ndarray, shape (c, n) and (c, 3)
+        What no direction moves of the samples, and products with the polynomials of the drift.
+    taken, drift_products, drift_signals : ndarray, shape (f, c, 3, r), (f, c, 3, c, 3) and (f, c, 3)
+        Of the polynomials what is not left along the directions, and products with themselves and with ``signals``.
     """
 
     level: Array
     directions: Array
     variances: Array
+    left: Array
+    signals: Array
+    squares: Array
+    spread: Array
+    beside: Array
+    beside_drift: Array
+    taken: Array
+    drift_products: Array
+    drift_signals: Array
 
 
 def driven(w: Window, modes: Array) -> Driven | None:
@@ -79,4 +103,17 @@ def driven(w: Window, modes: Array) -> Driven | None:
     u = np.concatenate(columns, 2).reshape(channels * n, -1)
     along, singular, _ = np.linalg.svd(u, full_matrices=False)
     kept = singular * SHARES.max() > np.sqrt(NEGLIGIBLE)
-    return Driven(level, along[:, kept].reshape(channels, n, -1), (SHARES[:, None] * singular[kept]) ** 2)
+    along, variances = along[:, kept], (SHARES[:, None] * singular[kept]) ** 2
+    left = 1 / (1 + variances)
+    scaled = (w.signals / level).T
+    of_signals = scaled.ravel() @ along
+    apart = scaled - (along @ of_signals).reshape(channels, n)
+    directions = along.reshape(channels, n, -1) / level[:, None, None]
+    polynomials = w.drift.T @ directions
+    spread = np.log1p(variances).sum(1) + 2 * n * np.log(level).sum() - (channels - 1) * math.log(math.pi / n)
+    taken = polynomials * (1 - left)[:, None, None]
+    return Driven(
+        level, directions, variances, left, left * of_signals, (apart**2).sum() + left @ of_signals**2, spread,
+        apart / level[:, None], apart / level[:, None] @ w.drift, taken,
+        np.einsum("fckr,dlr->fckdl", taken, polynomials), np.einsum("fr,ckr->fck", left * of_signals, polynomials),
+    )  # fmt: skip

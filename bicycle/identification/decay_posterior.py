@@ -11,9 +11,11 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bicycle.eigenvalues.oscillation import angular_frequency
-from bicycle.identification.decay_evidence import EXPONENTIAL, Evidence, basis, log_sum
+from bicycle.identification.decay_evidence import EXPONENTIAL, Evidence, basis
+from bicycle.identification.decay_least_squares import Linear, Solved, log_sum
 from bicycle.identification.decay_noise import driven
 from bicycle.identification.decay_window import Window
 from tyre.base.arrays import Array
@@ -66,7 +68,7 @@ class Posterior:
     rates: Array | None = None
 
 
-def posterior(evidence: Evidence, starts: Sequence[Array]) -> Posterior | None:
+def posterior(evidence: Evidence, starts: Sequence[Array]) -> tuple[Posterior, Linear] | None:
     """Find the maximum and sum the posterior about it.
 
     Parameters
@@ -77,8 +79,8 @@ def posterior(evidence: Evidence, starts: Sequence[Array]) -> Posterior | None:
 
     Returns
     -------
-    Posterior or None
-        None where no maximum lies within the bounds.
+    Posterior and Linear, or None
+        With the amplitudes at its points; None where no maximum lies within the bounds.
     """
     m = len(starts[0])
     span = _rates(evidence)
@@ -96,7 +98,10 @@ def posterior(evidence: Evidence, starts: Sequence[Array]) -> Posterior | None:
     z, density = _proposal(best.size, points)
     x = best + z @ root.T
     volume = math.log(np.diag(root).prod()) - density
-    log = _bounded(evidence, x, m) + volume
+    log, inside, solved = _solved(evidence, x, m)
+    if solved is None:
+        return None
+    log += volume
     if _effective(log) < FEWEST_POINTS:  # rounding hides the shape of it: normal, as the second derivatives say
         normal = _bounded(evidence, best[None], m) - 0.5 * ((WIDER * z) ** 2).sum(1) + volume
         log = np.where(np.isfinite(log), normal, -np.inf)
@@ -106,10 +111,11 @@ def posterior(evidence: Evidence, starts: Sequence[Array]) -> Posterior | None:
     modes, rates = _parted(x[kept], m)
     order = np.argsort(most[:, 1])
     prior = 0.0 if span is None else math.log(span[1] - span[0])
-    return Posterior(
+    found = Posterior(
         evidence, most[order], modes[:, order], np.exp(log - total)[kept], total - math.log(points) - prior, best_rate,
         rates,
     )  # fmt: skip
+    return found, solved.at(kept[inside]).linear().sorted(order)
 
 
 def _effective(log: Array) -> float:
@@ -145,17 +151,25 @@ def _climbed(evidence: Evidence, start: Array, m: int) -> tuple[Array, Array | N
 
 def _bounded(evidence: Evidence, x: Array, m: int) -> Array:
     """Log likelihood, and minus infinity beyond the bounds."""
+    return _solved(evidence, x, m)[0]
+
+
+def _solved(evidence: Evidence, x: Array, m: int) -> tuple[Array, NDArray[np.bool_], Solved | None]:
+    """Log likelihood as :func:`_bounded`, which points lie within the bounds, and their least squares."""
     modes, rates = _parted(x, m)
     sigma, omega = modes[..., 0], modes[..., 1]
     highest = min(HIGHEST, GROWTH / evidence.window.length)
-    inside = ((sigma > LOWEST) & (sigma < highest) & (omega > SLOWEST) & (omega < FASTEST)).all(-1)
+    within = (sigma > LOWEST) & (sigma < highest) & (omega > SLOWEST) & (omega < FASTEST)
+    inside = np.asarray(within.all(-1))
     span = _rates(evidence)
     if span is not None:
         inside &= (x[:, -1] > span[0]) & (x[:, -1] < span[1])
     found = np.full(len(x), -np.inf)
-    if inside.any():
-        found[inside] = evidence.log(modes[inside], None if rates is None else rates[inside])
-    return found
+    if not inside.any():
+        return found, inside, None
+    solved = evidence.solved(modes[inside], None if rates is None else rates[inside])
+    found[inside] = solved.log()
+    return found, inside, solved
 
 
 def _climb(log: Callable[[Array], Array], x: Array, steps: Array) -> tuple[Array, Array | None]:

@@ -7,6 +7,7 @@ from scipy.special import gammaln
 
 from bicycle.identification import decay_evidence as module
 from bicycle.identification.decay_evidence import Evidence, basis
+from bicycle.identification.decay_least_squares import DRIVEN, log_sum
 from bicycle.identification.decay_noise import SHARES, driven
 from bicycle.identification.decay_posterior import noise_floor
 from bicycle.identification.decay_window import window
@@ -75,7 +76,8 @@ def test_modes_that_the_ground_drives(seen, drift, rates):
     """One disturbance moves all channels by the phasors of the mode: a covariance of all samples at once."""
     noise, shaken = noise_floor(seen, MODES), driven(seen, MODES)
     n, channels = seen.signals.shape
-    own, shared = Evidence(seen, drift, noise, shaken)._solve(NEAR, rates)
+    solved = Evidence(seen, drift, noise, shaken).solved(NEAR, rates)
+    own, shared = solved.own, solved.driven
     whole = np.hstack([basis(MODES[None], seen.time)[0], seen.drift])
     phasors = np.linalg.lstsq(whole, seen.signals, rcond=None)[0][:2].T @ [1, -1j]
     size = np.mean(np.exp(2 * MODES[0, 0] * seen.time))
@@ -92,6 +94,6 @@ def test_modes_that_the_ground_drives(seen, drift, rates):
             assert shared.log[k, number] == pytest.approx(
                 expected, abs=0.02
             )  # directions that do next to nothing are left out
-    total = module.log_sum(np.swapaxes(own.log, 0, 1)).sum(-1)
-    both = np.logaddexp(total + np.log(1 - module.DRIVEN), module.log_sum(shared.log.T) + np.log(module.DRIVEN))
+    total = log_sum(np.swapaxes(own.log, 0, 1)).sum(-1)
+    both = np.logaddexp(total + np.log(1 - DRIVEN), log_sum(shared.log.T) + np.log(DRIVEN))
     assert Evidence(seen, drift, noise, shaken).log(NEAR, rates) == pytest.approx(both)

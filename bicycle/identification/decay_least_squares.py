@@ -1,0 +1,129 @@
+"""Least squares of a window for each kind of noise: likelihoods, amplitudes and their covariance."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import gammaln
+
+from tyre.base.arrays import Array
+
+DRIVEN = 0.5  # prior probability that the modes are driven all along the window
+TWINS = 1e-12  # of a diagonal: two equal modes leave it regular
+
+
+@dataclass(frozen=True)
+class Linear:
+    """Amplitudes given eigenvalues: ``mean`` (points, channels, p), ``covariance`` (points, channels, p, channels, p).
+
+    The order is cos, sin of each mode, a real mode, then the polynomials of the drift; in units of each channel's
+    scale.
+    """
+
+    mean: Array
+    covariance: Array
+
+    def sorted(self, order: NDArray[np.intp]) -> "Linear":
+        """With the modes in this ``order`` (m,)."""
+        places = np.arange(self.mean.shape[-1])
+        places[: 2 * order.size] = np.stack([2 * order, 2 * order + 1], 1).ravel()
+        return Linear(self.mean[..., places], self.covariance[:, :, places][..., places])
+
+
+@dataclass(frozen=True)
+class Least:
+    """Least squares of one kind of noise: log likelihood, normal equations, right sides, sums of squares."""
+
+    log: Array
+    gram: Array
+    right: Array
+    squares: Array
+
+    def at(self, kept: Array) -> "Least":
+        """Those of the points that are ``kept`` (points,)."""
+        return Least(self.log[kept], self.gram[kept], self.right[kept], self.squares[kept])
+
+
+@dataclass(frozen=True)
+class Solved:
+    """Least squares at some eigenvalues.
+
+    Attributes
+    ----------
+    own : Least
+        For the noise of each sensor, (points, colours, channels).
+    driven : Least, optional
+        For driven modes, (points, shares).
+    samples : int
+        Of one channel.
+    """
+
+    own: Least
+    driven: Least | None
+    samples: int
+
+    def at(self, kept: Array) -> "Solved":
+        """At the points that are ``kept`` (points,)."""
+        return Solved(self.own.at(kept), None if self.driven is None else self.driven.at(kept), self.samples)
+
+    def log(self) -> Array:
+        """Log of the marginal likelihood, shape (points,)."""
+        total = log_sum(np.swapaxes(self.own.log, 0, 1)).sum(-1)
+        if self.driven is None:
+            return np.asarray(total)
+        driven = log_sum(self.driven.log.T)
+        return np.asarray(np.logaddexp(total + math.log(1 - DRIVEN), driven + math.log(DRIVEN)))
+
+    def linear(self) -> Linear:
+        """Amplitudes with the most probable noise."""
+        own, driven = self.own, self.driven
+        count, _, channels = own.log.shape
+        points, places = np.indices((count, channels))
+        best = own.log.argmax(axis=1)
+        chosen = own.gram[points, best, places]
+        mean = np.linalg.solve(chosen, own.right[points, best, places][..., None])[..., 0]
+        inverse = np.linalg.inv(chosen) * (own.squares[points, best, places] / self.samples)[..., None, None]
+        covariance = np.einsum("pcij,cd->pcidj", inverse, np.eye(channels))
+        if driven is not None:
+            total, best = log_sum(np.swapaxes(own.log, 0, 1)).sum(-1), driven.log.argmax(1)
+            one = np.flatnonzero(log_sum(driven.log.T) + math.log(DRIVEN) > total + math.log(1 - DRIVEN))
+            chosen, right = driven.gram[one, best[one]], driven.right[one, best[one]]
+            mean[one] = np.linalg.solve(chosen, right[..., None])[..., 0].reshape(-1, *mean.shape[1:])
+            spread = (driven.squares[one, best[one]] / (self.samples * channels))[:, None, None]
+            covariance[one] = (np.linalg.inv(chosen) * spread).reshape(-1, *covariance.shape[1:])
+        return Linear(mean, covariance)
+
+
+def left(full: Array, logdet: Array, count: int) -> Least:
+    """Marginal likelihood of samples with what least squares leave, and those least squares.
+
+    One Cholesky decomposition gives both the determinant of the normal equations and what is left.
+
+    Parameters
+    ----------
+    full : ndarray, shape (..., h + 1, h + 1)
+        Normal equations; right sides and the sum of squares in the last row. Its diagonal is changed.
+    logdet : ndarray
+        Of the noise, less that of the prior precision.
+    count : int
+        Of the samples.
+    """
+    h = full.shape[-1] - 1
+    full.reshape(*full.shape[:-2], -1)[..., : h * (h + 2) : h + 2] *= 1 + TWINS  # the diagonal
+    gram, right, total = full[..., :h, :h], full[..., h, :h], full[..., h, h]
+    try:
+        root = np.diagonal(np.linalg.cholesky(full), axis1=-2, axis2=-1)
+        squares, own = root[..., h] ** 2, 2 * np.log(root[..., :h]).sum(-1)
+    except np.linalg.LinAlgError:  # singular to rounding, or a trial that grew beyond all numbers
+        squares = total - (right * np.linalg.solve(gram, right[..., None])[..., 0]).sum(-1)
+        own = np.linalg.slogdet(gram)[1]
+    squares = np.maximum(squares, 1e-13 * total)
+    log = gammaln(count / 2) - 0.5 * (count * np.log(math.pi * squares) + own + logdet)
+    return Least(log, gram, right, squares)
+
+
+def log_sum(logs: Array) -> Array:
+    """Logarithm of the sum of exponentials along the first axis of ``logs``, shape (k, ...)."""
+    top = logs.max(0)
+    return np.asarray(top + np.log(np.exp(logs - top).sum(0)))
