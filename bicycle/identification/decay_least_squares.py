@@ -104,7 +104,7 @@ def left(full: Array, logdet: Array, count: int) -> Least:
     ----------
     full : ndarray, shape (..., h + 1, h + 1)
         Normal equations; right sides and the sum of squares in the last row. Its diagonal is changed.
-    logdet : ndarray
+    logdet : ndarray, shape (...,)
         Of the noise, less that of the prior precision.
     count : int
         Of the samples.
