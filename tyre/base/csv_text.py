@@ -33,9 +33,16 @@ def csv_text(table: "pd.DataFrame", *, number_format: str | None = None) -> str:
     number_format : str, optional
         Such as ``%.10g``; all digits without.
     """
+    import numpy as np
     from pandas.api.types import is_numeric_dtype
 
     safe = table.rename(columns=harmless)
+    if number_format is not None and safe.size and (safe.dtypes == np.float64).all():
+        numbers = safe.to_numpy()
+        if not np.isnan(numbers).any():  # a recording: in one go, several times as fast
+            line = ",".join([number_format] * numbers.shape[1]) + "\n"
+            head: str = safe.iloc[:0].to_csv(index=False, lineterminator="\n")
+            return head + line * len(numbers) % tuple(numbers.ravel().tolist())
     for place in range(safe.shape[1]):
         if not is_numeric_dtype(safe.dtypes.iloc[place]):
             safe.isetitem(place, [harmless(cell) for cell in safe.iloc[:, place]])

@@ -66,7 +66,7 @@ def noise_constants(jacobian: NDArray[np.float64], residual: Channel) -> tuple[f
     power = float(y @ y) / count
     if power <= 0.0 or count <= p + 5:
         return float(residual @ residual) / max(n - p, 1), 0.0, 0.0
-    y = y / np.sqrt(power)
+    columns = np.column_stack([x, y / np.sqrt(power)])
 
     def whitened(z: Channel) -> tuple[float, float, float]:
         """Share and memory of the AR(1) part, and twice the negative restricted log likelihood but for a constant."""
@@ -76,14 +76,16 @@ def noise_constants(jacobian: NDArray[np.float64], residual: Channel) -> tuple[f
         ratio = memory * (1.0 - share) / power_0
         theta = 2.0 * ratio / (1.0 + np.sqrt(max(1.0 - 4.0 * ratio**2, 0.0)))
         innovation = power_0 / (1.0 + theta**2)
-        both = lfilter([1.0, -memory], [1.0, -theta], np.column_stack([x, y]), axis=0) / np.sqrt(innovation)
+        both = lfilter([1.0, -memory], [1.0, -theta], columns, axis=0) / np.sqrt(innovation)
         both[0] *= np.sqrt(
             innovation
         )  # the first value is not predicted by anything: it has the variance of the process
-        orthogonal, triangle = np.linalg.qr(both[:, :p])
-        left = both[:, p] - orthogonal @ (orthogonal.T @ both[:, p])
-        logdet = (count - 1) * np.log(innovation) + 2.0 * float(np.sum(np.log(np.abs(np.diag(triangle)))))
-        projected = max(float(left @ left), 1e-300)
+        try:  # the last entry of the triangle is what the fit leaves
+            triangle = np.abs(np.diag(np.linalg.cholesky(both.T @ both)))
+        except np.linalg.LinAlgError:  # singular to rounding
+            triangle = np.abs(np.diag(np.linalg.qr(both, mode="r")))
+        logdet = (count - 1) * np.log(innovation) + 2.0 * float(np.sum(np.log(triangle[:p])))
+        projected = max(float(triangle[p] ** 2), 1e-300)
         penalty = 0.004 * float(z @ z)  # keeps an undetermined share or memory from running away
         return projected, float(memory), logdet + (count - p) * np.log(projected) + penalty
 

@@ -3,6 +3,7 @@
 import csv
 import io
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -31,3 +32,12 @@ def test_the_table_itself_is_not_changed():
     table = pd.DataFrame({"tyre": ["=1"], "x": [0.123456789]})
     assert csv_text(table, number_format="%.3g") == "tyre,x\n'=1,0.123\n"
     assert table.tyre.to_list() == ["=1"]
+
+
+@pytest.mark.parametrize("gap", [0.5, np.nan])  # the second in the slower way
+def test_numbers_are_written_as_pandas_does(gap):
+    values = np.random.default_rng(0).standard_normal((50, 2)) * 10.0 ** np.arange(-25, 25)[:, None]
+    table = pd.DataFrame({'a,"b': [gap, -0.0, np.inf, -np.inf, *values[4:, 0]], "100 %": values[:, 1]})
+    for number_format in ("%.12g", "%.3f"):
+        expected = table.to_csv(index=False, lineterminator="\n", float_format=number_format)
+        assert csv_text(table, number_format=number_format) == expected
