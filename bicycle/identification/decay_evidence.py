@@ -18,8 +18,9 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import gammaln
 
-from bicycle.identification.decay_least_squares import TWINS, Least, Solved, left
+from bicycle.identification.decay_least_squares import Least, Solved
 from bicycle.identification.decay_noise import Driven
 from bicycle.identification.decay_window import Window
 from tyre.base.arrays import Array
@@ -27,6 +28,7 @@ from tyre.base.arrays import Array
 AMPLITUDE = 3.0  # prior sd of a mode in units of the signal's sd
 POLYNOMIALS = (1.0, 0.3, 0.1)  # prior sd of offset, slope and bend of a drift in the same units, rms over the window
 REAL = 0.3  # that of a real mode
+TWINS = 1e-12  # of a diagonal: two equal modes leave it regular
 EXPONENTIAL = "exponential"
 DRIFTS = {"none": 0, "constant": 1, "parabola": 3, EXPONENTIAL: 1}
 """Kinds of drift and how many polynomials each has; the last has a real mode beside."""
@@ -85,7 +87,7 @@ class Evidence:
         full[..., :h, :h] = whole[:, :, None, :h, :h] + (ridge * (self.noise**2)[:, None, None])[:, None]
         full[..., h, :h] = whole[:, :, h:, :h]
         full[..., h, h] = np.diagonal(whole[:, :, h:, h:], axis1=2, axis2=3)
-        own = left(full, fixed.spread[:, None] - (ridges + 2 * h * np.log(self.noise))[:, None], n)
+        own = _left(full, fixed.spread[:, None] - (ridges + 2 * h * np.log(self.noise))[:, None], n)
         return Solved(own, None if self.driven is None else self._shared(self.driven, waves, plain, ridge, ridges), n)
 
     @cached_property
@@ -150,7 +152,29 @@ class Evidence:
         full[..., size, size] = driven.squares
         # white is one of the sensors' colours
         spread = driven.spread + 2 * channels * math.log(len(self.window.colours)) + 2 * math.log(shares)
-        return left(full, spread - ridges.sum(1)[:, None], n * channels)
+        return _left(full, spread - ridges.sum(1)[:, None], n * channels)
+
+
+def _left(full: Array, logdet: Array, count: int) -> Least:
+    """Marginal likelihood of samples with what least squares leave, and those least squares.
+
+    One Cholesky decomposition gives both the determinant of the normal equations and what is left.
+
+    The last row of ``full`` (..., h + 1, h + 1) holds right sides and the sum of squares beside normal equations, the
+    diagonal of which is changed; ``logdet`` is that of the noise, less that of the prior precision.
+    """
+    h = full.shape[-1] - 1
+    full.reshape(*full.shape[:-2], -1)[..., : h * (h + 2) : h + 2] *= 1 + TWINS  # the diagonal
+    gram, right, total = full[..., :h, :h], full[..., h, :h], full[..., h, h]
+    try:
+        root = np.diagonal(np.linalg.cholesky(full), axis1=-2, axis2=-1)
+        squares, own = root[..., h] ** 2, 2 * np.log(root[..., :h]).sum(-1)
+    except np.linalg.LinAlgError:  # singular to rounding, or a trial that grew beyond all numbers
+        squares = total - (right * np.linalg.solve(gram, right[..., None])[..., 0]).sum(-1)
+        own = np.linalg.slogdet(gram)[1]
+    squares = np.maximum(squares, 1e-13 * total)
+    log = gammaln(count / 2) - 0.5 * (count * np.log(math.pi * squares) + own + logdet)
+    return Least(log, gram, right, squares)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a trial that grows all through a long recording

@@ -5,12 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import gammaln
 
 from tyre.base.arrays import Array
 
 DRIVEN = 0.5  # prior probability that the modes are driven all along the window
-TWINS = 1e-12  # of a diagonal: two equal modes leave it regular
 
 
 @dataclass(frozen=True)
@@ -93,34 +91,6 @@ class Solved:
             spread = (driven.squares[one, best[one]] / (self.samples * channels))[:, None, None]
             covariance[one] = (np.linalg.inv(chosen) * spread).reshape(-1, *covariance.shape[1:])
         return Linear(mean, covariance)
-
-
-def left(full: Array, logdet: Array, count: int) -> Least:
-    """Marginal likelihood of samples with what least squares leave, and those least squares.
-
-    One Cholesky decomposition gives both the determinant of the normal equations and what is left.
-
-    Parameters
-    ----------
-    full : ndarray, shape (..., h + 1, h + 1)
-        Normal equations; right sides and the sum of squares in the last row. Its diagonal is changed.
-    logdet : ndarray, shape (...,)
-        Of the noise, less that of the prior precision.
-    count : int
-        Of the samples.
-    """
-    h = full.shape[-1] - 1
-    full.reshape(*full.shape[:-2], -1)[..., : h * (h + 2) : h + 2] *= 1 + TWINS  # the diagonal
-    gram, right, total = full[..., :h, :h], full[..., h, :h], full[..., h, h]
-    try:
-        root = np.diagonal(np.linalg.cholesky(full), axis1=-2, axis2=-1)
-        squares, own = root[..., h] ** 2, 2 * np.log(root[..., :h]).sum(-1)
-    except np.linalg.LinAlgError:  # singular to rounding, or a trial that grew beyond all numbers
-        squares = total - (right * np.linalg.solve(gram, right[..., None])[..., 0]).sum(-1)
-        own = np.linalg.slogdet(gram)[1]
-    squares = np.maximum(squares, 1e-13 * total)
-    log = gammaln(count / 2) - 0.5 * (count * np.log(math.pi * squares) + own + logdet)
-    return Least(log, gram, right, squares)
 
 
 def log_sum(logs: Array) -> Array:
