@@ -146,24 +146,33 @@ def sought(
     """
     whole = cut(1)
     whole = cut(max(1, min(len(whole.time) // MOST_SOUGHT, seeking_block(whole))))
-    starts, w = first_guesses(whole, start_hz), whole
-    for number in range(count):
-        starts = further_guess(whole, starts[0]) if number else starts
-    w = cut(whole.block * fitting_block(whole, float(starts[0][:, 1].max())))
+    starts = first_guesses(whole, start_hz)
+    rough, w = starts, _fine(cut, whole, starts)
+    for _ in range(1, count):  # the next is sought in what the fitted ones leave; a guess leaves more of itself
+        starts, rough = further_guess(whole, prepared(w, starts[0])[1]), further_guess(whole, rough[0])
+        w = _fine(cut, whole, starts)
     found = estimate(w, drifts, starts)
+    if found is None and count > 1:  # where no more are there, little is left to begin from
+        w = _fine(cut, whole, rough)
+        found = estimate(w, drifts, rough)
     if found is None or not further:
         return found
     starts = further_guess(whole, found.best.best)
     spared = np.log(noise_floor(w, found.best.best) / noise_floor(w, starts[0])).sum()
     if len(w.time) * spared < CLEAR:  # at most so much evidence, were the noise white
         return found
-    w = cut(whole.block * fitting_block(whole, float(starts[0][:, 1].max())))
+    w = _fine(cut, whole, starts)
     drift = [found.best.evidence.drift]
     few, more = estimate(w, drift, [found.best.best]), estimate(w, drift, starts)
     if few is None or more is None or not clearer(more.best, few.best) or not _beside(few.best.best, more.best.best):
         return found
     both = estimate(w, drifts, [more.best.best])
     return found if both is None or not _beside(few.best.best, both.best.best) else both
+
+
+def _fine(cut: Callable[[int], Window], whole: Window, starts: Sequence[Array]) -> Window:
+    """The window with as many samples made one as the fastest mode of the best start allows."""
+    return cut(whole.block * fitting_block(whole, float(starts[0][:, 1].max())))
 
 
 def _beside(few: Array, more: Array) -> bool:

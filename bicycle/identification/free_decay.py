@@ -98,7 +98,7 @@ class Decay:
 
     def _moving(self, moved: Movement) -> str:
         return (
-            f"{moved.what.replace('_', ' ')} moves by {moved.farthest:.1f} sd (at most {TOO_FAR:g}) when the window "
+            f"{moved.what.replace('_', ' ')} moves by {moved.farthest:.3g} sd (at most {TOO_FAR:g}) when the window "
             f"begins later: start it at {moved.settled_s:.3g} s, from where it moves no more"
         )
 

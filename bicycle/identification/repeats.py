@@ -84,6 +84,7 @@ def repeats(
     squares, freedom = _squares(groups, v, y, slope, aside)
     total, all_freedom = sum(squares), sum(freedom)
     scatter, sd = np.full(len(y), np.nan), own.copy()
+    shown = not own.all() or chi2.sf(*_surprise(groups, v, y, own, slope, aside)) < REFUTED
     for group, square, nu in zip(groups, squares, freedom, strict=True):
         if not all_freedom:
             break
@@ -94,6 +95,8 @@ def repeats(
         variance = (prior * pooled + square) / (prior + nu)
         members = list(group)
         scatter[members] = math.sqrt(variance)
+        if not nu and not shown:  # of a speed without repeats nothing is known but what the others show
+            continue
         stated_variance = float(np.mean(own[members] ** 2))
         if chi2.sf((prior + nu) * variance / max(stated_variance, 1e-300), prior + nu) < REFUTED:
             few = float(t.ppf(0.975, all_freedom if prior else nu)) / NORMAL  # such an sd is itself uncertain
@@ -118,11 +121,20 @@ def surprise(
     """
     v, y, own = (np.asarray(x, float) for x in (speeds, values, stated))
     groups = about_one_speed(v.tolist(), same)
+    return _surprise(groups, v, y, own, _slopes(groups, v, y), ())
+
+
+def _surprise(
+    groups: tuple[tuple[int, ...], ...], v: Array, y: Array, own: Array, slope: Array, aside: Sequence[int]
+) -> tuple[float, int]:
+    """What the laws of the groups, fitted by stated sd ``own``, leave: chi^2 and its degrees of freedom."""
     total, freedom = 0.0, 0
-    for group, slope in zip(groups, _slopes(groups, v, y), strict=True):
-        kept, left, free = _left(group, v, y, slope, ())
-        total += float(((left / own[kept]) ** 2).sum())
-        freedom += round(float(free.sum()))
+    for group, s in zip(groups, slope, strict=True):
+        kept, law = _law(group, v, aside)
+        scaled, level = law / own[kept][:, None], (y[kept] - s * v[kept]) / own[kept]
+        left = level - scaled @ np.linalg.lstsq(scaled, level, rcond=None)[0]
+        total += float(left @ left)
+        freedom += max(len(kept) - law.shape[1], 0)
     return total, freedom
 
 
@@ -147,14 +159,19 @@ def _left(
 
     The law is a level; where the speeds differ so much that a slope between groups may be wrong, a line of its own.
     """
-    kept = [place for place in group if place not in aside]
+    kept, law = _law(group, v, aside)
     level = y[kept] - slope * v[kept]
+    hat = law @ np.linalg.pinv(law)
+    return kept, level - hat @ level, np.maximum(1 - np.diag(hat), 0.0)
+
+
+def _law(group: tuple[int, ...], v: Array, aside: Sequence[int]) -> tuple[list[int], Array]:
+    """Runs of a group that are not set aside, and the columns of its law: a level, perhaps a line."""
+    kept = [place for place in group if place not in aside]
     columns = [np.ones(len(kept))]
     if len(kept) > 1 and np.ptp(v[kept]) > OWN_LINE * v[kept].mean():
         columns.append(v[kept] - v[kept].mean())
-    law = np.stack(columns, 1)
-    hat = law @ np.linalg.pinv(law)
-    return kept, level - hat @ level, np.maximum(1 - np.diag(hat), 0.0)
+    return kept, np.stack(columns, 1)
 
 
 def _squares(

@@ -1,8 +1,10 @@
 """Whether a decay depends on where its window begins: the same fit from later starts, up to a quarter of a cycle.
 
 A later window is a part of the earlier one, so the difference of the two estimates has the difference of their
-variances (Hausman 1978, Econometrica 46, 1251-1271). What moves farther than its sd, and farther than that explains, is
-a transient of the start: a kick that still lasts, or a fast mode.
+variances (Hausman 1978, Econometrica 46, 1251-1271). The noise of each window is estimated anew, so a later window may
+state the smaller sd; its variance is taken to be larger at least by the share of the oscillation's energy that it
+lacks. What moves farther than its sd, and farther than that explains, is a transient of the start: a kick that still
+lasts, or a fast mode.
 """
 
 import math
@@ -20,6 +22,7 @@ from tyre.base.errors import InputError
 STEPS = 3
 REACH = 0.25  # of a cycle
 BY_CHANCE = 2.5  # sd of the difference that a part of the samples makes
+CERTAIN = 3.4  # the same, for a refusal: with twelve comparisons one sound window of a hundred
 TOO_FAR = 3.0  # sd beyond which a start is refused where a later one settles
 PARTS = ("real part", "imaginary part")
 
@@ -40,6 +43,8 @@ class Movement:
         The latest start, s after the first sample of the run.
     settled_s : float or None
         The first start from which nothing moves any more; None where there is none.
+    refused : bool
+        Whether it moves too far, beyond what chance does in one of a hundred windows, while a later start would do.
     """
 
     shifts: dict[str, float]
@@ -47,11 +52,7 @@ class Movement:
     what: str
     tried_s: float
     settled_s: float | None
-
-    @property
-    def refused(self) -> bool:
-        """Whether it moves too far while a later start would do."""
-        return self.farthest > TOO_FAR and self.settled_s is not None
+    refused: bool
 
 
 def movement(run: Run, found: Estimate, number: int, last_s: float, *, beside: bool) -> Movement | None:
@@ -84,12 +85,14 @@ def movement(run: Run, found: Estimate, number: int, last_s: float, *, beside: b
         fits.append(later)
     if len(fits) == 1:
         return None
-    table = [_numbers(*fit) for fit in fits]
-    shifts, farthest, what = _moved(table, 0)
-    settled = next((place for place in range(1, len(fits) - 1) if _moved(table, place)[1] == 0), None)
+    table, energy = [_numbers(*fit) for fit in fits], _energy(found, [fit.window.start for fit, _ in fits])
+    shifts, farthest, what = _moved(table, energy, 0)
+    settled = next((place for place in range(1, len(fits) - 1) if _moved(table, energy, place)[1] == 0), None)
+    refused = settled is not None and _moved(table, energy, 0, CERTAIN)[1] > TOO_FAR
     return Movement(
-        shifts, farthest, what, fits[-1][0].window.start, None if settled is None else fits[settled][0].window.start
-    )
+        shifts, farthest, what, fits[-1][0].window.start, None if settled is None else fits[settled][0].window.start,
+        refused,
+    )  # fmt: skip
 
 
 def _later(
@@ -124,13 +127,23 @@ def _numbers(found: Estimate, number: int) -> dict[str, tuple[Array, float]]:
     return numbers
 
 
-def _moved(table: list[dict[str, tuple[Array, float]]], place: int) -> tuple[dict[str, float], float, str]:
+def _energy(found: Estimate, starts: list[float]) -> list[float]:
+    """Sum of squares of the oscillations of a fit from each of some times on, s after the first sample of the run."""
+    fitted, drift = found.curves()
+    power = ((fitted - drift) ** 2).sum(1)
+    return [float(power[found.window.start + found.window.time >= start].sum()) for start in starts]
+
+
+def _moved(
+    table: list[dict[str, tuple[Array, float]]], energy: list[float], place: int, chances: float = BY_CHANCE
+) -> tuple[dict[str, float], float, str]:
     shifts, farthest, what = dict.fromkeys(table[place], 0.0), 0.0, ""
-    for later in table[place + 1 :]:
+    for later, left in zip(table[place + 1 :], energy[place + 1 :], strict=True):
+        more = energy[place] / max(left, 1e-300) - 1  # of the variance
         for name, (value, sd) in table[place].items():
             shift = float(np.abs(later[name][0] - value).max())
-            chance = math.sqrt(max(later[name][1] ** 2 - sd**2, (0.1 * sd) ** 2))
-            if shift > sd and shift > BY_CHANCE * chance:
+            chance = math.sqrt(max(later[name][1] ** 2 - sd**2, more * sd**2))
+            if shift > sd and shift > chances * chance:
                 shifts[name] = max(shifts[name], shift)
                 if shift / sd > farthest:
                     farthest, what = shift / sd, name

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from bicycle.identification.free_decay import identify, identify_modes
 from bicycle.identification.recording import Run
+from bicycle.identification.window_start import TOO_FAR
 from studies.cli import main
 from studies.free_decays.words import drift_words
 from tyre.base.errors import InputError
@@ -152,6 +153,21 @@ def test_a_capsize_that_dies_out_within_the_only_cycle_is_no_parabola():
     assert sum(within) >= 13  # of 16; fewer is a chance of 1e-3
 
 
+def test_sound_windows_are_not_refused_for_their_start():
+    """Two of 42 whose later starts move by chance, as far as four sd of the whole window."""
+    rng, told = np.random.default_rng(11), []
+    for k in range(42):
+        root, noise = (-1.3 + 5.2j, 0.01) if k < 30 else (-1.2 + 4.8j, 0.005)
+        t = np.arange(0, 2.6, 1 / 80) if k < 30 else np.arange(0, 2.2 * np.pi / 4.8, 1 / 100)
+        waves = 0.5 * np.exp(root * t), 0.3 * np.exp(0.5j + root * t)
+        roll, steer = (w.real + x + rng.normal(0, noise, t.size) for w, x in zip(waves, (0.03, -0.015), strict=True))
+        if k in (21, 39):
+            told.append(identify(Run("r.csv", 5.0, t, {"roll_rate_rad_s": roll, "steer_rate_rad_s": steer}, {})))
+            assert abs(told[-1].eigenvalue.real - root.real) < 1.96 * told[-1].sd[0]
+    assert [found.rejected for found in told] == ["", ""]
+    assert max(found.movement.farthest for found in told) > TOO_FAR  # they are widened
+
+
 def test_a_transient_at_the_start_does_not_widen_the_mode():
     """The fast mode of steering after a kick, real, which later starts show no more."""
     root, rng, t = complex(-0.73, 5.82), np.random.default_rng(1), np.arange(0, 2.5, 0.008)
@@ -220,6 +236,20 @@ def test_two_equal_modes_in_a_hundredth_of_a_second_are_no_error():
     noise = rng.standard_normal((2, 96))
     run = Run("r.csv", 5.0, t, {"steer_rate_rad_s": np.exp(4.3 * t) + noise[0], "yaw_rate_rad_s": noise[1]}, {})
     assert all(found.rejected for found in identify_modes(run, 3, drift="none"))
+
+
+def test_a_faint_fast_mode_beside_a_strong_slow_one_is_found():
+    """Of a guess of the strong one more is left than there is of the faint one."""
+    rng, t = np.random.default_rng(3), np.arange(0, 2.5, 0.01)
+    weave, wobble = np.exp((-1.6 + 7.1j) * t), 0.02 * np.exp((-2.2 + 38j) * t)
+    channels = {
+        "roll_rate_rad_s": 0.5 * weave.real + 0.2 * wobble.real + rng.normal(0, 0.004, t.size),
+        "steer_rate_rad_s": (0.4 * np.exp(0.3j) * weave + np.exp(-0.8j) * wobble).real + rng.normal(0, 0.004, t.size),
+    }
+    found = identify_modes(Run("r.csv", 7.5, t, channels, {}), 2)
+    assert [one.rejected for one in found] == ["", ""]
+    for one, root in zip(found, (-1.6 + 7.1j, -2.2 + 38j), strict=True):
+        assert abs(one.eigenvalue - root) < 3 * max(one.sd)
 
 
 @pytest.mark.parametrize("seed", [11, 12, 13])

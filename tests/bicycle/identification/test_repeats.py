@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bicycle.identification.repeats import about_one_speed, repeats
+from bicycle.identification.repeats import about_one_speed, repeats, surprise
 
 NEAR = (4.96, 4.99, 5.01)
 
@@ -28,6 +28,19 @@ def test_three_repeats_that_scatter_five_times_as_much_as_their_fits_say():
 
 def test_repeats_that_scatter_as_stated_leave_the_sd_alone():
     assert repeats(NEAR, [-1.05, -1.0, -0.95], [0.05] * 3).sd == pytest.approx(0.05)
+
+
+def test_repeats_that_agree_within_their_own_sd_say_nothing_of_a_speed_without():
+    found = repeats([7.5, 7.5, 8.5], [-2.233, -2.161, -2.189], [0.017, 0.267, 0.015])
+    assert found.sd.tolist() == [0.017, 0.267, 0.015]
+    assert repeats([7.5, 7.5, 8.5], [-2.233, -2.0, -2.189], [0.017, 0.016, 0.015]).sd[2] > 0.05
+
+
+def test_what_repeats_leave_is_weighed_by_their_sd():
+    total, freedom = surprise([5.0, 5.0, 5.0], [1.0, 1.3, 1.0], [0.1, 0.4, 0.2], same=0.05)
+    mean = (1.0 / 0.01 + 1.3 / 0.16 + 1.0 / 0.04) / (1 / 0.01 + 1 / 0.16 + 1 / 0.04)
+    assert total == pytest.approx(((1 - mean) / 0.1) ** 2 + ((1.3 - mean) / 0.4) ** 2 + ((1 - mean) / 0.2) ** 2)
+    assert freedom == 2
 
 
 def test_without_repeats_nothing_is_known_of_the_scatter():
