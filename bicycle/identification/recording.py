@@ -21,6 +21,8 @@ CHANNELS = {
 """Columns that are measured, and the output of the model they show."""
 
 STEER, STEER_TORQUE = "steer_rad", "steer_torque_N_m"
+MOTOR_IN_TORQUE = "motor_in_torque"
+"""Key of a table of recordings: whether the recorded steer torque holds that of a motor of the bicycle."""
 SAME = {"lean_rate_rad_s": "roll_rate_rad_s"}
 """Columns by another name: that of the model's state, which ``velotyre simulate`` writes."""
 INPUTS = {STEER_TORQUE: "steer_torque", "lean_torque_N_m": "lean_torque"}

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from bicycle.identification.histories_table import read_runs
-from bicycle.identification.recording import INPUTS, STEER_TORQUE
+from bicycle.identification.recording import INPUTS, MOTOR_IN_TORQUE, STEER_TORQUE
 from bicycle.model import Model
 from studies.missing_effect.bench.measurement import read_bench_measurement
 from studies.missing_effect.forced.measurement import read_frequency_response
@@ -43,7 +43,7 @@ def _canonical(content: Content, folder: Path, common: Content) -> CanonicalMeas
 def _histories(content: Content, folder: Path, common: Content) -> HistoryMeasurement:
     runs, noise, notes = read_runs(content, folder)
     if any(STEER_TORQUE in {**run.inputs, **run.channels} for run in runs):
-        common, said = _without_motors(common)
+        common, said = _without_motors(content, common)
         notes += said
     return HistoryMeasurement(**common, runs=runs, noise_sd=noise, notes=notes)
 
@@ -56,7 +56,7 @@ def _frequency_response(content: Content, folder: Path, common: Content) -> Bicy
     found = read_frequency_response(content, folder, common)
     if all(point.input != INPUTS[STEER_TORQUE] for point in found.points):
         return found
-    kept, said = _without_motors(common)
+    kept, said = _without_motors(content, common)
     return replace(found, model=kept["model"], uncertainty=kept["uncertainty"], notes=(*found.notes, *said))
 
 
@@ -79,14 +79,20 @@ KINDS = tuple(kind for kind in READERS if kind != "rig")
 """Those of a bicycle; ``rig`` is a kind of a part only."""
 
 
-def _without_motors(common: Content) -> tuple[Content, tuple[str, ...]]:
-    """The base model without motors, whose torque is in the record already, and a note of it."""
+def _without_motors(content: Content, common: Content) -> tuple[Content, tuple[str, ...]]:
+    """The base model without motors, whose torque is in the record unless the table says otherwise; a note of it."""
     model = common["model"]
     given = {thing for effect in model.effects if effect.powered for thing in effect.provides}
     motors = [e.identifier for e in model.effects if e.powered or given.intersection(e.requires)]
     if not motors:
         return common, ()
+    if not content.get(MOTOR_IN_TORQUE, True):
+        said = f"{', '.join(motors)}: acts beside the recorded steer torque ({MOTOR_IN_TORQUE} = false)"
+        return common, (said,)
     kept = Model(model.bicycle, tuple(effect for effect in model.effects if effect.identifier not in motors))
     uncertainty = {key: sd for key, sd in common["uncertainty"].items() if key.split(".")[0] not in motors}
-    note = f"{', '.join(motors)}: left out of the base model, for the recorded steer torque holds what it gives"
+    note = (
+        f"{', '.join(motors)}: left out of the base model, for the recorded steer torque is taken to hold what it "
+        f"gives; write {MOTOR_IN_TORQUE} = false where it does not, as in what `velotyre simulate` writes"
+    )
     return {**common, "model": kept, "uncertainty": uncertainty}, (note,)

@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from bicycle.identification.recording import MOTOR_IN_TORQUE
 from studies.missing_effect.forced.noise import NOISE, noise
 from studies.missing_effect.forced.simulated import WIDE, is_wide, read_wide
 from tyre.base.arrays import Array, Complex
-from tyre.base.checks import number
+from tyre.base.checks import flag, number
 from tyre.base.csv_table import Columns, read_cells, read_columns
 from tyre.base.errors import InputError, unknown
 from tyre.base.schema import maybe, needed, path_key, read, table
@@ -59,6 +60,7 @@ TABLE = table(
         maybe("speed_m_s"): SPEED,
         maybe("relative_sd"): number(above=0, most=1, says="must be a share above 0, at most 1, of each gain"),
         maybe("accelerometer"): PLACE,
+        maybe(MOTOR_IN_TORQUE): flag,
     }
 )
 

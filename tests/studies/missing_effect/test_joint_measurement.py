@@ -159,6 +159,27 @@ def test_a_recorded_torque_takes_the_motor_out_of_the_part_that_holds_it(tmp_pat
     assert "steer_assist.gain" in {u.name for u in measurement.forward().nuisances}
 
 
+def test_what_simulate_writes_of_a_bicycle_with_a_motor_is_explained_by_it(tmp_path):
+    """The recorded torque is the input alone there: with the motor left out, the rides would be of another bicycle."""
+    model = 'bicycle = "balanceassistv1"\n[effects.steer_assist]\ngain = 5.0\nfade_speed = 5.0\nlean_gain = 0.0\n'
+    (tmp_path / "on.toml").write_text(model)
+    torque = ["--input", "steer_torque:doublet:3@0.1+0.3", "--duration", "3", "--step", "0.01"]
+    (tmp_path / "s.toml").write_text("rate_hz = 100\n[channels.roll_rate_rad_s]\n[channels.steer_torque_N_m]\n")
+    place = ["--sensors", str(tmp_path / "s.toml"), "--out", str(tmp_path / "run")]
+    main(["simulate", str(tmp_path / "on.toml"), "--speed", "2.75", *torque, *place])
+    runs = '[[histories.runs]]\nfile = "run/recording.csv"\nspeed_m_s = 2.75\n'
+    noise = "[histories.noise_sd]\nroll_rate_rad_s = 0.001\n"
+    gaps = []
+    for key in ("", "motor_in_torque = false\n"):
+        file = tmp_path / "MEASUREMENT.toml"
+        file.write_text(f'kind = "histories"\n{model}[histories]\nchannels = ["roll_rate_rad_s"]\n{key}{runs}{noise}')
+        forward = read_measurement(file).forward()
+        residual, _ = forward.residual((), np.array([u.centre for u in forward.nuisances]), slopes=False)
+        gaps.append(float(residual @ residual) / len(residual))
+    assert gaps[0] > 100 > 1e-3 > gaps[1]
+    assert any(n.startswith("steer_assist: acts beside the recorded steer torque") for n in forward.notes)
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
