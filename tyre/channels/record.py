@@ -222,13 +222,14 @@ def _in_si(signals: Signals, entry: MappedColumn, unit: Unit, *, in_place: bool)
     values = signals[entry.column].values
     if not in_place or not values.flags.writeable:
         values = values.copy()
-    if entry.scaled:
-        values *= 1.0 if entry.scale is None else entry.scale
-        values += entry.offset or 0.0
-    values *= unit.factor
-    values += unit.offset
-    values *= entry.sign
-    values += 0.0  # no negative zero
+    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is told of next
+        if entry.scaled:
+            values *= 1.0 if entry.scale is None else entry.scale
+            values += entry.offset or 0.0
+        values *= unit.factor
+        values += unit.offset
+        values *= entry.sign
+        values += 0.0  # no negative zero
     return values
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from tyre.base.arrays import Array, Complex
 from tyre.base.csv_table import Columns
 from tyre.base.errors import InputError
+from tyre.base.plausible import LARGEST
 
 NOISE = ("sd", "sd_db", "coherence", "averages")
 FEWEST_AVERAGES = 4
@@ -53,6 +54,11 @@ def noise(path: Path, columns: Columns, gain: Complex, relative: float | None) -
         unused = [name for name in there if name not in stated]
         notes = (f"{', '.join(unused)}: read, but not used, for {stated[0]} is there",) if unused else ()
         sd = columns.numbers[stated[0]]
+        for row in np.flatnonzero(sd > LARGEST):
+            raise InputError(
+                f"{path}, line {columns.lines[row]}: {stated[0]} = {sd[row]:g} must be {LARGEST:g} or less; leave the "
+                "row out if it tells nothing"
+            )
         return (np.abs(gain) * math.log(10) / 20 * sd if stated == ["sd_db"] else sd), notes
     if not {"coherence", "averages"} <= set(there):
         raise InputError(

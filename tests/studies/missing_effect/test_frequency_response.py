@@ -346,6 +346,7 @@ NOISY = "input,output,frequency_Hz,speed_m_s,re,im,coherence,averages"
             "line 5: a frequency of 150 Hz is outside 0 .. 100 Hz; is it in rad/s",
         ),
         (HEAD, [*GOOD, "steer_torque,steer,1,7,1,1,0"], "line 5: the sd is 0; it must be above 0"),
+        (HEAD, [*GOOD, "steer_torque,steer,1,7,1,1,1e308"], r"line 5: sd = 1e\+308 must be 1e\+12 or less; leave"),
         (
             HEAD,
             [*GOOD, "steer_torque,lateral_acceleration,1,7,1,1,1"],

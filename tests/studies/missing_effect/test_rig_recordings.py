@@ -467,19 +467,6 @@ def test_a_tyre_has_no_bicycle_model():
         diagnose(measurement([sweep(1)]), model=object())
 
 
-def test_a_reference_is_interpolated_over_load_and_never_over_pressure():
-    """A power law of the load goes through both ends; beyond them the nearest load stands, and says which."""
-    heavy = dataclasses.replace(CURVE, load=900.0, cornering_stiffness=(C * (900 / 400) ** 0.5, 100.0))
-    two = Reference((CURVE, heavy), "two loads")
-    value, _ = two.at(600.0, 5.5e5).cornering_stiffness
-    assert value == pytest.approx(C * (600 / 400) ** 0.5)
-    assert two.at(600.0, 5.5e5).load == 600.0
-    assert two.at(1200.0, 5.5e5).load == 900.0
-    assert two.load_exponent(5.5e5) == pytest.approx(0.5)
-    with pytest.raises(InputError, match="has nothing at 6 bar .it has 5.5 bar.; stiffness is not extrapolated"):
-        two.at(600.0, 6e5)
-
-
 def test_a_table_as_reference(folder):
     head = "load_N,pressure_bar,cornering_stiffness_N_per_deg,lateral_stiffness_N_per_mm\n"
     (folder / "table.csv").write_text(head + "400,5.5,130,75\n500,5.5,150,76\n")

@@ -29,3 +29,16 @@ def test_between_two_loads_a_reference_serves_however_far_they_are_apart():
     curve = reference(50.0, 5000.0).at(500.0, 5e5)
     assert curve.load == 500.0
     assert curve.cornering_stiffness[0] == pytest.approx(7500.0)
+
+
+def test_a_reference_is_interpolated_over_load_and_never_over_pressure():
+    """A power law of the load goes through both ends; beyond them the nearest load stands, and says which."""
+    stiffness = {400.0: 7600.0, 900.0: 7600.0 * (900 / 400) ** 0.5}
+    two = Reference(tuple(Curve(f, 5.5e5, (c, 100.0), (75e3, 750.0)) for f, c in stiffness.items()), "two loads")
+    value, _ = two.at(600.0, 5.5e5).cornering_stiffness
+    assert value == pytest.approx(7600 * (600 / 400) ** 0.5)
+    assert two.at(600.0, 5.5e5).load == 600.0
+    assert two.at(1200.0, 5.5e5).load == 900.0
+    assert two.load_exponent(5.5e5) == pytest.approx(0.5)
+    with pytest.raises(InputError, match="has nothing at 6 bar .it has 5.5 bar.; stiffness is not extrapolated"):
+        two.at(600.0, 6e5)

@@ -112,6 +112,18 @@ def test_channels_that_are_refused(entry, words):
         one(given, channels={"time": "t", "force": entry})
 
 
+def test_flipped_bits_of_a_number_are_no_warning():
+    """A signalling NaN is a missing sample, and what overflows in SI units is told as infinite."""
+    force = np.linspace(1, 2, N)
+    force[7] = np.array(0x7FF0000000000001, np.uint64).view(np.float64)
+    given = signals(t=(TIME, "s"), F=(force, "kN"))
+    found = one(given, channels={"time": "t", "force": "F"})
+    assert np.isnan(found.values["force"]).nonzero()[0].tolist() == [7]
+    huge = signals(t=(TIME, "s"), F=(np.full(N, 1e308), "kN"))
+    with pytest.raises(InputError, match="is infinite in sample 1"):
+        one(huge, channels={"time": "t", "force": "F"})
+
+
 def test_names_that_are_not_known():
     given = signals(t=(TIME, "s"), F=(TIME, "N"))
     with pytest.raises(InputError, match=r"\[channels\]: unknown channel 'forse'; did you mean 'force'\?"):
