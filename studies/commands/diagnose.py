@@ -35,9 +35,16 @@ def command(
     from studies.missing_effect import diagnose, read_measurement
     from studies.missing_effect.report import record, write_report
     from studies.missing_effect.reporting.findings import find, with_stability
-    from studies.missing_effect.reporting.sentences import closing, first_lines, fitting, next_note, told_apart
+    from studies.missing_effect.reporting.sentences import (
+        beside_name,
+        closing,
+        first_lines,
+        fitting,
+        next_note,
+        told_apart,
+    )
     from studies.missing_effect.reporting.tables import named
-    from studies.missing_effect.reporting.words import explains, said
+    from studies.missing_effect.reporting.words import explains
     from studies.reporting.manifest import results
     from studies.reporting.output import check_targets, print_table, print_warnings, write_json
     from tyre.base.errors import InputError
@@ -73,8 +80,7 @@ def command(
     if rows and verdict.verdict != "partial":
         print_table(rows, ["effect", "parameter", "value", "1 sd"])
     for member in verdict.equivalent[1:]:
-        why = f": {verdict.reasons[member]}" if member in verdict.reasons else ""
-        click.echo(f"cannot be told apart from {said(member)}{why}")
+        click.echo(beside_name(verdict, member))
     if len(findings.between) > 1 and not findings.further:
         click.echo(next_note(findings))
     for advice in findings.further[:3]:

@@ -12,7 +12,7 @@ from studies.inference.evidence import CLEAR_ODDS, Hypotheses
 from studies.inference.fit import Fit
 from studies.inference.forward import Forward
 from studies.inference.identifiability import separating
-from studies.inference.parameter import Candidate
+from studies.inference.parameter import Candidate, UncertainParameter
 from studies.inference.sentence import printed, sentence
 from studies.inference.verdict import Named, Verdict
 
@@ -180,14 +180,15 @@ def named(hypothesis: Fit, candidate: Candidate, variance: Array) -> Named:
     for i, u in zip(range(columns.start, columns.stop), hypothesis.unknowns[columns], strict=True):
         x, sd = float(hypothesis.theta[i]), float(np.sqrt(variance[i]))
         value, spread = float(u.value(np.asarray(x))), u.slope(x) * sd
-        if len(set(u.sets.values())) <= 1:
-            each = {u.name: 1.0}
-        else:
-            labels = u.labels or tuple(u.sets)
-            each = {
-                f"{u.name}.{label}": float(factor) for label, factor in zip(labels, u.sets.values(), strict=True)
-            }  # fmt: skip
-        for name, factor in each.items():
+        for name, factor in factors(u).items():
             parameters[name] = (factor * value, factor * spread)
             units[name] = u.unit
     return Named(candidate.identifier, parameters, units, candidate.signature)
+
+
+def factors(u: UncertainParameter) -> dict[str, float]:
+    """Numbers that an unknown is reported as, and their factors on its value: each labelled one where they differ."""
+    if len(set(u.sets.values())) <= 1:
+        return {u.name: 1.0}
+    labels = u.labels or tuple(u.sets)
+    return {f"{u.name}.{label}": float(factor) for label, factor in zip(labels, u.sets.values(), strict=True)}

@@ -11,6 +11,7 @@ from studies.inference.forward import Forward
 
 ALIKE_COSINE = 0.95  # of marginalised directions
 HOPELESS_ODDS = 1e4  # beyond which a look-alike is out, however parallel
+MORE_PROBABLE = "more probable"  # how the reason begins of a member that is ahead of the leader
 BENCH_SD = 0.1  # of a bench test, in prior scales (5 % of the upper end of the typical range)
 
 
@@ -72,20 +73,33 @@ def equivalents(forward: Forward, known: Hypotheses, leader: Fit) -> dict[Fit, s
     peers = [f for f in known.best(len(leader.candidates)) if f is not leader and f.admissible]
     peers = [f for f in peers if known.odds(leader, f) < HOPELESS_ODDS]
     cosines = similarity(forward, known.null, [leader, *peers])[0, 1:]
-    ahead = any(known.odds(leader, f) < 1 for f in peers)
-    members = {leader: "the most probable of a size that occurs" if ahead else "the most probable"}
+    ahead = [f for f in peers if known.odds(leader, f) < 1]
+    led = "the most probable of a size that occurs" if ahead else "the most probable"
+    members = {leader: "where the search ended" if any(f.physical for f in ahead) else led}
     for f, cosine in zip(peers, cosines, strict=True):
         odds = known.odds(leader, f)
         if odds < CLEAR_ODDS:
             unusual = f", of an unusual size ({', '.join(f.implausible())})" if f.implausible() else ""
-            ahead_by = known.odds(f, leader)  # finite where the odds against it are too small for a number
-            told = f"odds of only {odds:.2g} : 1 against it" if odds >= 1 else f"more probable, {ahead_by:.2g} : 1"
-            members[f] = f"{told}{unusual}"
+            told = f"odds of only {odds:.2g} : 1 against it{unusual}"
+            members[f] = told if odds >= 1 else _ahead(f, known.odds(f, leader))
         elif cosine > ALIKE_COSINE and f.physical:
             members[f] = (
                 f"does the same to the data (cosine {cosine:.3f}), whatever the odds ({odds:.2g} : 1 against it)"
             )
     return members
+
+
+def _ahead(f: Fit, odds: float) -> str:
+    """Why one that is more probable than the leader is not in its place; ``odds`` for it, which are finite."""
+    told = f"{MORE_PROBABLE} than what leads ({odds:.2g} : 1), but "
+    sizes = ", ".join(f.implausible())
+    if f.unusual > 1:
+        return f"{told}not named, as more than one of its sizes seldom occurs ({sizes})"
+    if sizes:
+        return f"{told}of a size that seldom occurs ({sizes}), which is named only where it explains the data"
+    if odds <= CLEAR_ODDS:
+        return f"{told}not clearly so (above {CLEAR_ODDS:g} : 1)"
+    return f"{told}not where the search ended, which keeps the effects that stand by their own odds and held-out gain"
 
 
 def separating(forward: Forward, members: list[Fit]) -> list[Separation]:

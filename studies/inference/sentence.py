@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from studies.inference.acceptance import Acceptance
 from studies.inference.attempts import POOR_FIT
 from studies.inference.checks import goodness_of_fit
-from studies.inference.evidence import Hypotheses
+from studies.inference.evidence import CLEAR_ODDS, Hypotheses
 from studies.inference.fit import Fit
 from studies.inference.forward import Forward
 from studies.inference.verdict import Named
@@ -43,7 +43,8 @@ def sentence(
             f"{final.chi2:.4g} with {'them' if len(effects) > 1 else 'it'}, of {n} numbers; something remains "
             f"({failed})."
         )
-    others = [f.name for f in acceptance.members[1:]]
+    ahead = [f.name for f in acceptance.members[1:] if known.odds(acceptance.final, f) * CLEAR_ODDS < 1]
+    others = [f.name for f in acceptance.members[1:] if f.name not in ahead]
     alone = goodness_of_fit(forward, known.null)
     fits = "fit too" if alone > POOR_FIT else "do not fit"
     without = f"without it the adjusted parameters {fits} (p {printed(alone)})"
@@ -51,8 +52,15 @@ def sentence(
     if acceptance.verdict == "named":
         return f"{what} {'are' if len(effects) > 1 else 'is'} missing, relative to this library: {whole}."
     either = f", which these data cannot tell from {' or '.join(others)}" if others else ""
+    led = (
+        "the most probable is"
+        if all(known.odds(acceptance.final, f) >= 1 for f in acceptance.members)
+        else "it is led by"
+    )
+    if ahead:
+        either += f", while {' and '.join(ahead)}, more probable, {'are' if len(ahead) > 1 else 'is'} not ruled out"
     if acceptance.verdict == "class":
-        return f"An effect is missing; the most probable is {what}{either}: {whole}."
+        return f"An effect is missing; {led} {what}{either}: {whole}."
     return f"Tentatively {what}{either}: {whole}. What does not hold: {'; '.join(acceptance.reservations)}."
 
 

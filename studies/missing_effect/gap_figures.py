@@ -147,5 +147,9 @@ def _label_abscissa(axis: Any, rows: Rows, series: str) -> None:
     axis.grid(visible=False, axis="x")
 
 
-GAP: Figure = (draw_gap, "Where the gap is: (measured − computed) / sd; noise alone stays within ±2 (rms 1).")
+CAPTION = (
+    "Where the gap is: (measured − computed) / sd. Noise alone stays within the grey band (±2); where a panel has the "
+    "root mean square of many samples in its place, near the dotted line (1)."
+)
+GAP: Figure = (draw_gap, CAPTION)
 BEFORE_AFTER: Figure = (draw_before_after, "Measured values with 95 % intervals, and the models.")

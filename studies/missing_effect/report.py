@@ -6,6 +6,7 @@ from typing import Any
 
 from markupsafe import Markup
 
+from studies.inference.identifiability import MORE_PROBABLE
 from studies.inference.part import OF
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.figures import draw_all
@@ -122,12 +123,14 @@ def _content(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
         "varied": tables.varied(findings.stability) if findings.stability else [], "gaps": ", ".join(gaps),
         "fitting": sentences.fitting(diagnosis), "parts": tables.by_place(diagnosis), "models": list(models.values()),
         "tried": tables.tried(diagnosis), "not_tried": not_tried, "mimics": mimics,
+        "ahead": any(why.startswith(MORE_PROBABLE) for why in list(verdict.reasons.values())[1:]),
         "compared": explains(diagnosis.final), "close": Markup(CLOSE),
         "named_table": lambda: Markup(NAMED).format(rows=rows, note=note),
         "contents": [(anchor, title) for anchor, title in SECTIONS.items() if not gone.get(anchor)],
         "together": tables.together(diagnosis, findings.parts), "compared_parts": tables.compared(findings.parts),
-        "parts_note": sentences.parts_note(findings),
+        "parts_note": sentences.parts_note(diagnosis, findings),
         "predicted": tables.predicted(diagnosis, findings.predicted),
+        "predictors": list(tables.predictors(diagnosis, findings.predicted).values()),
         "predicted_note": sentences.predicted_note(findings) if findings.predicted else "",
         "open": lambda anchor: Markup(OPEN).format(anchor=anchor, title=SECTIONS[anchor]),
         **_of_kept(findings.kept),
@@ -137,10 +140,10 @@ def _content(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
 def _of_kept(kept: Kept | None) -> dict[str, Any]:
     """What is said of what could not be named."""
     if kept is None:
-        return {}
+        return {"without_torque": ""}
     said_of_it: dict[str, Any] = {
         "kept_note": words.sentence(kept), "kept_rows": words.coefficients(kept),
-        "kept_amplitude": words.amplitude_note(kept.amplitude),
+        "kept_amplitude": words.amplitude_note(kept.amplitude), "without_torque": "",
     }  # fmt: skip
     if kept.residual is not None:
         scale = kept.residual.scale
@@ -148,6 +151,7 @@ def _of_kept(kept: Kept | None) -> dict[str, Any]:
             "kept_speeds": f"{scale.middle:.3g} ± {scale.span:.3g} m/s",
             "kept_critical_note": words.critical_note(kept.critical),
             "kept_critical": words.critical_rows(kept.critical),
+            "without_torque": ", without the residual torque",
         }
     return said_of_it
 
@@ -169,8 +173,8 @@ def _write_model(diagnosis: Diagnosis, findings: Findings, target: Path) -> str:
     left = [name for name in outside if name.rpartition(OF)[2] not in GEOMETRY]
     errors = f" ({plain(', '.join(left))} lies in the measurement and is left out)" if left else ""
     kept = "" if residual is None else (
-        f" It holds what could not be named as `{EFFECT}`, and the covariance of all that was fitted, which `velotyre "
-        f"uncertainty {MODEL}` takes."
+        f" Its values are those of the fit with what could not be named, which it holds as `{EFFECT}`, and the "
+        f"covariance of all that was fitted, which `velotyre uncertainty {MODEL}` takes."
     )  # fmt: skip
     return (
         f"[`{MODEL}`]({MODEL}) is the base model with its parameters adjusted and {added} added{errors}; every other "

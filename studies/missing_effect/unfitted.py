@@ -33,7 +33,7 @@ class Predicted:
     numbers : int
         How many are compared.
     chi2 : mapping of str to float
-        By model: ``nominal``, ``nuisance_only``, ``final``.
+        By model: ``nominal``, ``nuisance_only``, ``final``, and ``with_torque`` where a residual torque was fitted.
     rms : mapping of str to mapping
         By channel and model, in the channel's unit: root mean square of measured minus computed.
     """
@@ -64,28 +64,37 @@ Found = tuple[tuple[Candidate, ...], Mapping[str, Array]]
 """What was added, and coordinates: of nuisances by name, of candidates by identifier."""
 
 
-def predicted(diagnosis: Diagnosis) -> tuple[Predicted, ...]:
-    """How the models of a ``diagnosis`` predict what was held out, part by part; empty where nothing was."""
+def predicted(diagnosis: Diagnosis, torque: Fit | None = None) -> tuple[Predicted, ...]:
+    """How the models of a ``diagnosis`` predict what was held out, part by part; empty where nothing was.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    torque : Fit, optional
+        The named model with a residual torque, where one was fitted.
+    """
     measurement = diagnosis.measurement
     if not isinstance(measurement, BicycleMeasurement):
         return ()
     unseen = measurement.unfitted(diagnosis.forward)
     if unseen is None:
         return ()
-    return predict(unseen, coordinates_of(diagnosis.hypotheses.null), coordinates_of(diagnosis.final))
+    null, final = coordinates_of(diagnosis.hypotheses.null), coordinates_of(diagnosis.final)
+    return predict(unseen, null, final, None if torque is None else coordinates_of(torque))
 
 
-def predict(unseen: Forward, null: Found, final: Found) -> tuple[Predicted, ...]:
-    """How two fits predict data that they have not seen, part by part.
+def predict(unseen: Forward, null: Found, final: Found, torque: Found | None = None) -> tuple[Predicted, ...]:
+    """How two or three fits predict data that they have not seen, part by part.
 
     Parameters
     ----------
     unseen : Forward
         The model of these data.
-    null, final : tuple
+    null, final, torque : tuple
         As :func:`coordinates_of` gives them.
     """
-    return tuple(_predicted(*one, null, final) for one in _parts(unseen))
+    fits = {"nuisance_only": null, "final": final} | ({} if torque is None else {"with_torque": torque})
+    return tuple(_predicted(*one, fits) for one in _parts(unseen))
 
 
 def coordinates_of(hypothesis: Fit) -> Found:
@@ -107,9 +116,9 @@ def _parts(unseen: Forward) -> Iterator[tuple[str, HistoryForward, Forward]]:
         yield "", unseen, unseen
 
 
-def _predicted(part: str, own: HistoryForward, whole: Forward, null: Found, final: Found) -> Predicted:
+def _predicted(part: str, own: HistoryForward, whole: Forward, fits: Mapping[str, Found]) -> Predicted:
     stated = {u.name: np.array([u.centre]) for u in whole.nuisances}
-    models: dict[str, Found] = {"nominal": ((), stated), "nuisance_only": null, "final": final}
+    models: dict[str, Found] = {"nominal": ((), stated), **fits}
     chi2: dict[str, float] = {}
     rms: dict[str, dict[str, float]] = {name: {} for name in own.noise}
     for model, (candidates, coordinates) in models.items():

@@ -153,6 +153,7 @@ def _kept(residual: Residual) -> str:
     low, high = residual.scale.ends
     good = "" if residual.describes else ", does not describe the data"
     return (
+        "values are those fitted with residual_torque, which may differ from those named; "
         f"residual_torque holds what could not be named: it is no cause{good}, and is extrapolated outside {low:.3g} "
         f"to {high:.3g} m/s, where the report tells critical speeds as intervals"
     )

@@ -111,10 +111,12 @@ def find(diagnosis: Diagnosis) -> Findings:
         between, further = tuple(f.name for f in rivals), tuple(separating(forward, list(rivals)))
     further = tuple(s for s in further if s.gain >= LEAST_GAIN)
     parts = parts_against_rest(forward, final) if isinstance(forward, JointForward) else ()
+    kept = keep(diagnosis)
+    torque = kept.residual.fit if kept is not None and kept.residual is not None else None
     return Findings(
         moved=moved(known.null, final), limits=upper_limits(forward, known, final), between=between, further=further,
         doubts=doubts(diagnosis), parts=parts, without=_without(forward, parts),
-        predicted=predicted(diagnosis), kept=keep(diagnosis),
+        predicted=predicted(diagnosis, torque), kept=kept,
     )  # fmt: skip
 
 

@@ -1,7 +1,9 @@
 """Sentences of a report, each true of the numbers beside it."""
 
+from studies.inference.identifiability import MORE_PROBABLE
 from studies.inference.limits import widening
 from studies.inference.moved import moved, share_closed
+from studies.inference.part import OF
 from studies.inference.sentence import printed
 from studies.inference.verdict import Verdict
 from studies.missing_effect.diagnose import Diagnosis
@@ -11,6 +13,7 @@ from studies.missing_effect.reporting.findings import Findings
 from studies.missing_effect.reporting.tables import WIDER, penalty, widened
 from studies.missing_effect.reporting.words import ADJUSTED, BASE, explains, listed, misfit, percent, said
 from studies.missing_effect.residual import words
+from studies.missing_effect.unfitted import Predicted
 
 SAYS = {
     "none": "Nothing is named: the base model with its uncertain parameters explains the measurement.",
@@ -22,12 +25,24 @@ SAYS = {
 }
 """What each verdict means; the verdict's own sentence says more."""
 
-WORDS = {"nominal": f"({BASE})", "nuisance_only": f"({ADJUSTED})", "final": "(final model)"}
+WORDS = {
+    "nominal": f"({BASE})",
+    "nuisance_only": f"({ADJUSTED})",
+    "final": "(final model)",
+    "with_torque": "(with the residual torque)",
+}
 
 
 def sentence(verdict: Verdict) -> str:
     """The ``verdict`` in a sentence."""
     return verdict.sentence or SAYS[verdict.verdict]
+
+
+def beside_name(verdict: Verdict, member: str) -> str:
+    """That a ``member`` of the class of a ``verdict`` may be it too, and why."""
+    why = verdict.reasons.get(member, "")
+    begin = "not ruled out is" if why.startswith(MORE_PROBABLE) else "cannot be told apart from"
+    return f"{begin} {said(member)}{f': {why}' if why else ''}"
 
 
 def closing(diagnosis: Diagnosis) -> str:
@@ -40,7 +55,7 @@ def closing(diagnosis: Diagnosis) -> str:
         farthest = abs(moved(null, null)[0].shift)
         told.append(
             f"{percent(share_closed(nominal, adjusted))} of it goes by moving parameters, by up to {farthest:.2g} of "
-            f"their stated standard deviations ({misfit(adjusted)} remain)"
+            f"their stated or assumed standard deviations ({misfit(adjusted)} remain)"
         )
     if diagnosis.final.candidates:
         more = (adjusted - final) / nominal if nominal > 0 else 0.0
@@ -108,11 +123,11 @@ def told_apart(findings: Findings) -> str:
     return f"{leader} from {'the nearest of ' if len(rivals) > 1 else ''}{listed(rivals)}"
 
 
-def parts_note(findings: Findings) -> str:
+def parts_note(diagnosis: Diagnosis, findings: Findings) -> str:
     """Which part contradicts the others, and what they say without it."""
     wrong = [part for part in findings.parts if part.contradicts]
     if not wrong:
-        return "No part contradicts the others." if findings.parts else ""
+        return _agreed(diagnosis) if findings.parts else ""
     told = []
     for part in wrong:
         rest = findings.without[part.part]
@@ -123,9 +138,29 @@ def parts_note(findings: Findings) -> str:
     return " ".join(told)
 
 
+def _agreed(diagnosis: Diagnosis) -> str:
+    """That no part contradicts the others, and which errors of single parts that rests on."""
+    final = diagnosis.final
+    if not final.candidates:
+        return "No part contradicts the others."
+    errors = [c.identifier for c in final.candidates if OF in c.identifier and c.effect is None]
+    told = f"Beside {explains(final)} no part contradicts the others"
+    if not errors:
+        return f"{told}."
+    return (
+        f"{told}; {listed(errors)} {'are errors' if len(errors) > 1 else 'is an error'} of one part alone "
+        "and may take up what would contradict it."
+    )
+
+
+def _runs(one: Predicted) -> str:
+    count = len(one.runs)
+    return f"{count} run{'s' if count > 1 else ''}{f' of {one.part}' if one.part else ''}"
+
+
 def predicted_note(findings: Findings) -> str:
     """What was predicted, and from what."""
-    told = [f"{len(one.runs)} runs{f' of {one.part}' if one.part else ''}" for one in findings.predicted]
+    told = [_runs(one) for one in findings.predicted]
     return (
         f"{listed(told)} had no part in any fit. Of each, only the state at its first sample is adjusted (and an "
         "offset of each channel where bias or drift is named); the gap is sqrt(max(0, χ²/n - 1)) over that of the "
@@ -136,7 +171,7 @@ def predicted_note(findings: Findings) -> str:
 def predicted_lines(findings: Findings) -> list[str]:
     """How well runs that were never fitted are predicted, for the terminal."""
     return [
-        f"{len(one.runs)} runs{f' of {one.part}' if one.part else ''} that were never fitted: gap "
+        f"{_runs(one)} never fitted: gap "
         + ", ".join(f"{value:.2f} {WORDS[model]}" for model, value in one.gap.items() if value is not None)
         for one in findings.predicted
         if one.gap["nominal"] is not None
@@ -168,7 +203,7 @@ def first_lines(diagnosis: Diagnosis, findings: Findings | None, place: str) -> 
     lines = [f"{diagnosis.verdict.verdict}: {sentence(diagnosis.verdict)}"]
     if findings is not None:
         lines += [f"check first: {doubt}" for doubt in findings.doubts]
-        lines += [parts_note(findings)] if findings.parts else []
+        lines += [parts_note(diagnosis, findings)] if findings.parts else []
         lines += predicted_lines(findings)
         lines += [findings.stability.sentence] if findings.stability is not None else []
         lines += [words.sentence(findings.kept).replace("χ²", "chi^2")] if findings.kept is not None else []

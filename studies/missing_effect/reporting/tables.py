@@ -81,7 +81,7 @@ def compared(parts: Sequence[PartAgainstRest]) -> Table:
 
 def predicted(judgement: Judgement, found: Sequence[Predicted]) -> Table:
     """How the models of a ``judgement`` predict runs that were never fitted: chi^2/n, the gap, and rms by channel."""
-    table, models = [], list(titles(judgement))
+    table, models = [], list(predictors(judgement, found))
     for one in found:
         of = f"{one.part}: " if one.part else ""
         gap = one.gap
@@ -90,6 +90,12 @@ def predicted(judgement: Judgement, found: Sequence[Predicted]) -> Table:
         for channel, rms in one.rms.items():
             table.append([f"{of}rms of what {channel} leaves", *(f"{rms[m]:.3g}" for m in models)])
     return table
+
+
+def predictors(judgement: Judgement, found: Sequence[Predicted]) -> dict[str, str]:
+    """The models of a ``judgement`` that runs were predicted by, and their names; with a residual torque one more."""
+    more = any("with_torque" in one.chi2 for one in found)
+    return titles(judgement) | ({"with_torque": "and the residual torque"} if more else {})
 
 
 def tried(judgement: Judgement) -> Table:

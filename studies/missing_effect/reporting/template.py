@@ -14,7 +14,8 @@ TEMPLATE = """# What is missing: {{ name }}
 {% endif %}
 {% if v.effects and v.verdict != 'partial' %}{{ named_table() }}{% endif %}
 {% if v.equivalent|length > 1 %}
-These cannot be told apart with the data at hand:
+{% if ahead %}Not ruled out with the data at hand:{% else %}These cannot be told apart with the data at hand:{% endif %}
+
 {% for member in v.equivalent %}
 - {{ said(member) }}{% if member in v.reasons %}: {{ v.reasons[member] }}{% endif %}{% endfor %}
 {% endif %}
@@ -49,8 +50,8 @@ More probable than what the verdict rests on, but refused:
 {% if f.predicted %}
 ## Runs that were never fitted
 
-| predicted | {{ models|cells }} |
-|---|{{ '---|' * models|length }}
+| predicted | {{ predictors|cells }} |
+|---|{{ '---|' * predictors|length }}
 {% for row in predicted %}| {{ row|cells }} |
 {% endfor %}
 {{ predicted_note }}
@@ -63,10 +64,12 @@ More probable than what the verdict rests on, but refused:
 |---|---|---|{{ '---|' * went|length }}
 {% for row in moved[0] %}| {{ row|cells }} |
 {% endfor %}
-Values ± one standard deviation; "moved" is how far the parameter went, in its stated standard deviations;
+Values ± one standard deviation, now in the fit with {{ compared }}{{ without_torque }}; "moved" is how far
+the parameter went, in its stated or assumed standard deviations;
 {{ moved[1]|length }} others went less than half of one.
 {% elif moved[1] %}
-None of {{ moved[1]|length }} went farther than half its stated standard deviation.
+None of {{ moved[1]|length }} went farther than half its stated or assumed standard deviation, in the fit with
+{{ compared }}{{ without_torque }}.
 {% else %}
 None floats.
 {% endif %}

@@ -39,7 +39,7 @@ def titles(judgement: Judgement) -> dict[str, str]:
 
 def unit_of(unit: str) -> str:
     """A ``unit`` behind a number: nothing for a pure number."""
-    return "" if unit == "1" else f" {unit}"
+    return "" if unit in ("", "1") else f" {unit}"
 
 
 def probability(share: float) -> str:

@@ -1,12 +1,13 @@
 """All that is said of what could not be named: the fitted torque, what it looks like, the critical speeds with it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.reporting.corrected_model import corrected_model
 from studies.missing_effect.residual.amplitude import Amplitude, amplitude_of
+from studies.missing_effect.residual.changed import changed
 from studies.missing_effect.residual.claims import Claims, claims
 from studies.missing_effect.residual.fitting import Residual, fit_residual
 from studies.missing_effect.residual.seen import Seen, seen
@@ -85,6 +86,7 @@ def record(kept: Kept | None) -> dict[str, Any] | None:
         },
         "left_at_zero": {name: {"sd": residual.sd[name]} for name in residual.dropped},
         "covariance": {"coefficients": list(names), "matrix": residual.covariance[first:, first:].tolist()},
+        "changed": [asdict(one) for one in changed(residual)],
         "misfit": residual.misfit, "goodness_of_fit_p": residual.p,
         "chi2": {"without": residual.beside.chi2, "with": residual.fit.chi2},
         "held_out": {

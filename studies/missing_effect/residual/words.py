@@ -6,8 +6,9 @@ import numpy as np
 
 from bicycle.critical.critical_speed import OSCILLATORY
 from studies.inference.attempts import POOR_FIT
-from studies.missing_effect.reporting.words import ADJUSTED, explains, listed, number, percent
+from studies.missing_effect.reporting.words import ADJUSTED, explains, listed, number, percent, unit_of
 from studies.missing_effect.residual.amplitude import Amplitude
+from studies.missing_effect.residual.changed import Changed, changed
 from studies.missing_effect.residual.claims import Claims, Critical
 from studies.missing_effect.residual.fitting import Residual
 from studies.missing_effect.residual.kept import Kept, plain
@@ -16,6 +17,7 @@ from studies.missing_effect.residual.terms import PAIRS, Pair
 
 SMALL = 0.05  # share of the power that is not told
 LIKE, SAME = 0.5, 0.8  # shares from which on a thing is like, and would do the same
+MOST_CHANGED = 6  # numbers that are told; verdict.json has all
 CHANGES = 1.5  # ratio of the ends of the speed range from which on a coefficient grows or falls
 
 
@@ -28,6 +30,7 @@ def sentence(kept: Kept) -> str:
         f"What remains beside {explains(beside) if beside.candidates else ADJUSTED} is kept as a torque that is linear "
         f"in the state (`residual_torque`): no cause, and no part of the verdict. {_gap(kept.residual)}"
     ]
+    told.append(_changed(changed(kept.residual), written=kept.critical is not None))
     told.append(_shares(kept))
     told.append(_likeness(kept.shape.library))
     told.append(_errors(kept.shape.errors))
@@ -48,6 +51,31 @@ def _gap(residual: Residual) -> str:
         f"χ² of {len(before.residual)} held-out numbers is {number(before.chi2, 3)} without it, "
         f"{number(after.chi2, 3)} with it."
     )
+
+
+def _changed(found: tuple[Changed, ...], *, written: bool) -> str:
+    """Numbers that are others in the fit with the torque; ``written``: there is a corrected model, which has these."""
+    if not found:
+        return ""
+    shown = [_now(one) for one in found[:MOST_CHANGED]]
+    more = [f"{len(found) - MOST_CHANGED} more"] if len(found) > MOST_CHANGED else []
+    told = (
+        f"Fitted with the torque, more than one standard deviation from the fit without it: {listed([*shown, *more])}."
+    )
+    if written:
+        told += " The corrected model (`model.toml`) has the values with the torque."
+    gone = list(dict.fromkeys(one.effect for one in found if one.replaced))
+    if gone:
+        told += f" {listed(gone)} {'is' if len(gone) == 1 else 'are'} no longer significant: the torque takes "
+        told += "its place." if len(gone) == 1 else "their place."
+    return told
+
+
+def _now(one: Changed) -> str:
+    name = f"{one.effect}.{one.name}" if one.effect else one.name
+    return (
+        f"{name} {number(one.value, 3)} ± {number(one.sd, 2)}{unit_of(one.unit)} in place of {number(one.named, 3)}"
+    ).strip()
 
 
 def _shares(kept: Kept) -> str:

@@ -9,6 +9,7 @@ import pytest
 from studies.inference import account, identifiability
 from studies.inference.account import _rule
 from studies.inference.evidence import Hypotheses
+from studies.missing_effect.reporting.sentences import beside_name
 
 
 @pytest.mark.parametrize(
@@ -55,7 +56,7 @@ def test_one_that_is_more_probable_than_any_number_says(monkeypatch):
             return fit.log
 
     class Fitted:
-        candidates, admissible, physical, implausible = ("a",), True, True, list
+        candidates, admissible, physical, implausible, unusual = ("a",), True, True, list, 0
 
         def __init__(self, log):
             self.log = log
@@ -65,4 +66,39 @@ def test_one_that_is_more_probable_than_any_number_says(monkeypatch):
     known = Known()
     assert known.odds(first, second) == 0.0
     reason = identifiability.equivalents(None, known, first)[second]
-    assert reason == f"more probable, {math.exp(700):.2g} : 1"
+    assert reason.startswith(f"more probable than what leads ({math.exp(700):.2g} : 1), but not where the search ended")
+
+
+@pytest.mark.parametrize(
+    ("odds", "sizes", "unusual", "said"),
+    [
+        (1.7e17, ["luggage.mass", "rider_lean.stiffness"], 2,
+         "more probable than what leads (1.7e+17 : 1), but not named, as more than one of its sizes seldom occurs "
+         "(luggage.mass, rider_lean.stiffness)"),
+        (50.0, ["luggage.mass"], 1, "of a size that seldom occurs (luggage.mass), which is named only where it expl"),
+        (3.0, [], 0, "more probable than what leads (3 : 1), but not clearly so (above 20 : 1)"),
+    ],
+)  # fmt: skip
+def test_one_that_is_more_probable_is_not_said_to_be_alike_but_why_it_is_not_named(
+    odds, sizes, unusual, said, monkeypatch
+):
+    leader = Fitted(0, [])
+    one = Fitted(unusual, sizes)
+    monkeypatch.setattr(identifiability, "similarity", lambda *_: np.ones((1, 2)))
+    known = SimpleNamespace(
+        null=None, best=lambda _count: [one, leader], odds=lambda a, b: odds if a is one else 1 / odds
+    )
+    reasons = identifiability.equivalents(None, known, leader)
+    assert said in reasons[one]
+    assert reasons[leader] == ("the most probable of a size that occurs" if sizes else "where the search ended")
+    verdict = SimpleNamespace(reasons={"b": reasons[one]})
+    assert beside_name(verdict, "b") == f"not ruled out is b: {reasons[one]}"
+
+
+class Fitted:
+    """A fit with so many ``unusual`` effects and these ``sizes`` that seldom occur."""
+
+    candidates, admissible = ("a",), True
+
+    def __init__(self, unusual, sizes):
+        self.unusual, self.physical, self.implausible = unusual, not sizes, lambda: sizes

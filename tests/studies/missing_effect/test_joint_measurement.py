@@ -1,6 +1,7 @@
 """One bicycle measured twice: weave and rides of the published benchmark, by nothing of velotyre (synthetic)."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from studies.missing_effect.figures import draw_all
 from studies.missing_effect.motion.joint_measurement import JointMeasurement
 from studies.missing_effect.part_figures import of_part
 from studies.missing_effect.reporting.findings import find
+from studies.missing_effect.reporting.sentences import parts_note
 from tyre.base.errors import InputError
 
 HEAD = """
@@ -119,6 +121,16 @@ def test_each_part_has_its_own_figures(off, tmp_path, unseen):
         again, _ = view.forward.residual(view.final.candidates, view.final.theta)
         np.testing.assert_allclose(again, view.final.residual, atol=1e-9)
     assert [[c.identifier for c in view.final.candidates] for view in views] == [[], ["steer_scale"]]
+
+
+def test_that_no_part_contradicts_holds_beside_what_is_named(off):
+    """Here an error of one part was named, which may be what takes a contradiction up."""
+    agreed = SimpleNamespace(parts=[SimpleNamespace(contradicts=False)])
+    assert parts_note(off, agreed) == (
+        "Beside kicks/steer_scale no part contradicts the others; kicks/steer_scale is an error of one part alone and "
+        "may take up what would contradict it."
+    )
+    assert parts_note(SimpleNamespace(final=off.hypotheses.null), agreed) == "No part contradicts the others."
 
 
 def test_nothing_is_missing_where_both_are_of_the_bicycle(tmp_path):

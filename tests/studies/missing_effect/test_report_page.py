@@ -143,7 +143,7 @@ def test_the_sentence_on_the_gap_is_that_of_the_three_fits(one):
     assert f"χ² over 24 numbers is {nominal:.1f} for the base model" in text
     null = one.hypotheses.null
     went = [(x - u.centre) / u.scale for x, u in zip(null.theta, null.unknowns, strict=True)]
-    farthest = f"by up to {max(map(abs, went)):.2g} of their stated standard deviations"
+    farthest = f"by up to {max(map(abs, went)):.2g} of their stated or assumed standard deviations"
     assert f"{100 * (1 - adjusted / nominal):.0f} % of it goes by moving parameters, {farthest}" in text
     assert (
         f"({adjusted:.1f} remain), {100 * (adjusted - final) / nominal:.0f} % more with linear ({final:.1f} remain)"

@@ -11,7 +11,9 @@ from synthetic_kicks import FRICTION, KICKS, SPEEDS, kick_table
 from studies.cli import main
 from studies.missing_effect import diagnose, read_measurement
 from studies.missing_effect.blind.second import moving
+from studies.missing_effect.report import page
 from studies.missing_effect.reporting.findings import find
+from studies.missing_effect.reporting.sentences import predicted_lines
 from studies.missing_effect.unfitted import Predicted
 
 FOLDER = Path(str(files("tyre.data"))) / "measured" / "synthetic_kicks"
@@ -68,6 +70,22 @@ def test_without_held_out_runs_nothing_is_said_of_them():
     found = find(diagnose(measurement, without=tuple(every)))
     assert found.predicted == ()
     assert found.to_dict()["predicted"] == []
+
+
+def test_a_residual_torque_predicts_them_too():
+    """With a library that does not know the friction, what is kept of it predicts better than what is named."""
+    measurement = read_measurement("synthetic_kicks")
+    every = {c.identifier for c in measurement.forward().candidates} - {"steer_spring"}
+    diagnosis = diagnose(measurement, without=tuple(every))
+    findings = find(diagnosis)
+    (kicks,) = findings.predicted
+    assert findings.kept.residual is not None
+    assert kicks.chi2["with_torque"] < kicks.chi2["final"]
+    assert findings.to_dict()["predicted"][0]["gap"]["with_torque"] == kicks.gap["with_torque"]
+    assert f"{kicks.gap['with_torque']:.2f} (with the residual torque)" in predicted_lines(findings)[0]
+    shown = page(diagnosis, findings, {"residual_torque": ""})
+    assert "| and the residual torque |" in shown
+    assert "without the residual torque" in shown.split("## Parameters that moved")[1].split("##")[0]
 
 
 def test_a_base_model_that_falls_over_or_has_no_gap_gives_no_share():
