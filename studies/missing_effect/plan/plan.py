@@ -10,7 +10,7 @@ from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.plan.costs import Costs
 from studies.missing_effect.plan.offer import Answer, Offer
 from studies.missing_effect.plan.offers import check, offers_of
-from studies.missing_effect.plan.questions import NOTHING, LimitQuestion, opened
+from studies.missing_effect.plan.questions import NOTHING, LimitQuestion, called, opened
 from studies.missing_effect.plan.search import Found, cheapest, richest
 from studies.missing_effect.reporting.words import percent
 from tyre.base.parallel import one_blas_thread
@@ -34,7 +34,7 @@ class Step:
 class Settled:
     """A question and how far it is settled: now, by the plan, and by everything that can be measured.
 
-    ``why`` says in words why it cannot be settled, where it cannot.
+    ``why`` says in words why it cannot be settled, where it cannot; ``leads`` which of two hypotheses does now.
     """
 
     words: str
@@ -43,6 +43,7 @@ class Settled:
     at_most: Answer
     limit: bool
     why: str = ""
+    leads: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +98,7 @@ class Plan:
             "goal": {"odds": self.costs.odds, "probability": self.costs.probability}, "complete": self.complete,
             "cheapest_proven": self.proven,
             "questions": [
-                {"question": q.words, "why_not": q.why,
+                {"question": q.words, "why_not": q.why, "leads": q.leads,
                  **{name: told(getattr(q, name), limit=q.limit) for name in ("now", "then", "at_most")}}
                 for q in self.questions
             ],
@@ -135,7 +136,7 @@ def plan(diagnosis: Diagnosis, costs: Costs) -> Plan:
     then = found.offer.answers(found.counts)
     questions = tuple(
         Settled(_words(full, k), now[k], then[k], most[k], isinstance(full.questions[k], LimitQuestion),
-                "" if most[k].met else _why(full, k, most[k]))
+                "" if most[k].met else _why(full, k, most[k]), _leads(full, k))
         for k in asked
     )  # fmt: skip
     if diagnosis.verdict.verdict == "unknown":
@@ -161,6 +162,15 @@ def _wanted(now: Sequence[Answer], most: Sequence[Answer]) -> dict[int, float]:
             if now[k].probability < near:
                 found[k] = near
     return found
+
+
+def _leads(offer: Offer, place: int) -> str:
+    """Which of two hypotheses is more probable now; empty of a limit."""
+    question, logs = offer.questions[place], offer.open.judged.log_posterior
+    if isinstance(question, LimitQuestion):
+        return ""
+    ahead = max(question.first, question.second, key=lambda k: logs[k])
+    return called(offer.open.judged.fits[ahead])
 
 
 def _words(offer: Offer, place: int) -> str:

@@ -110,7 +110,7 @@ def opened(diagnosis: Diagnosis, limits: Mapping[str, float]) -> Open:
     share = np.exp(judged.log_posterior - judged.log_posterior.max())
     share /= share.sum()
     pairs = tuple(
-        PairQuestion(i, j, f"{_said(fits[i])} or {_said(fits[j])}")
+        PairQuestion(i, j, f"{called(fits[i])} or {called(fits[j])}")
         for i, j in combinations(range(len(fits)), 2)
         if share[i] + share[j] >= LEAST_SHARE
     )
@@ -149,7 +149,8 @@ def _possible(known: Hypotheses, f: Fit, leader: Fit) -> bool:
     return (not f.candidates or f.physical) and not within and known.odds(leader, f) < CLEAR_ODDS
 
 
-def _said(fit: Fit) -> str:
+def called(fit: Fit) -> str:
+    """A hypothesis in words."""
     return fit.name.replace("+", " + ") if fit.candidates else NOTHING
 
 

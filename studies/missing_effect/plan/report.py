@@ -15,8 +15,10 @@ EXPLAINED = """\
 Probabilities say how often the question would be settled, by the less favourable of its two answers: odds of
 {odds:g} : 1 for the true one (10000 : 1 where both have the same direction in the data, cosine above 0.95), the stated
 uncertainties of the bicycle doubled, because a name must hold there. That nothing is missing counts as settled where it
-leads, for an effect may be as small as it likes. Expected odds are the exponential of the mean logarithm. All are
-taken as normal about their fits (Laplace): these numbers are predictions, not promises.
+leads, for an effect may be as small as it likes. Odds now are those of the answer that leads. Expected odds are those
+of the true answer, by the less favourable of the two: where the answer that does not lead is true, they begin below
+1 : 1, so they may be smaller than the odds now and yet be a gain. They are the exponential of the mean logarithm. All
+are taken as normal about their fits (Laplace): these numbers are predictions, not promises.
 """
 
 

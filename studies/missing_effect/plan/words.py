@@ -7,7 +7,9 @@ from studies.missing_effect.plan.offer import Answer
 from studies.missing_effect.plan.plan import Plan, Settled
 from studies.missing_effect.reporting.words import listed, number, percent
 
-QUESTIONS = ("question", "now", "after the plan", "after everything offered")
+QUESTIONS = (
+    "question", "now", "after the plan, by the less favourable answer", "after everything offered, likewise"
+)  # fmt: skip
 STEPS = ("what", "times", "price")
 
 
@@ -29,10 +31,21 @@ def headline(plan: Plan) -> str:
     if not plan.complete:
         end = "does not settle all that could be settled"
     elif len(can) < len(plan.questions):
-        end = f"settles {len(can)} of {len(plan.questions)} questions and takes the others as far as is worth its price"
+        end = _in_part(len(can), len(plan.questions))
     else:
         end = f"settles what is open ({goal})" if any(not q.limit for q in can) else "settles what is open"
     return f"{listed(done)}{bought}, for {plan.costs.money(plan.cost)}: {end}."
+
+
+def _in_part(can: int, questions: int) -> str:
+    """What a plan does where only so many of the ``questions`` can be settled."""
+    rest = questions - can
+    if can:
+        return (
+            f"settles {can} of {questions} questions and takes the other{'s' * (rest > 1)} as far as is worth its price"
+        )
+    which = "the question that is open" if rest == 1 else f"any of the {rest} questions that are open"
+    return f"is not sure to settle {which}, but goes as far as is worth its price"
 
 
 def _counted(what: str, count: int) -> str:
@@ -47,13 +60,13 @@ def question_rows(plan: Plan) -> list[list[str]]:
 def _now(question: Settled) -> str:
     if question.limit:
         return _answer(question, question.now)
-    return f"odds {_odds(abs(question.now.log_odds))}"
+    return f"odds {_odds(abs(question.now.log_odds))} for {question.leads}"
 
 
 def _answer(question: Settled, answer: Answer) -> str:
     if question.limit:
         return f"limit {number(answer.limit, 3)}"
-    odds = "" if math.isnan(answer.log_odds) else f", expected odds {_odds(answer.log_odds)}"
+    odds = "" if math.isnan(answer.log_odds) else f", expected odds {_odds(answer.log_odds)} for what is true"
     return f"{percent(answer.probability)}{odds}"
 
 

@@ -194,9 +194,9 @@ def _of_the_bicycle(diagnosis: Diagnosis) -> list[str]:
         return []
     farthest = ", ".join(f"{m.name} {m.shift:+.1f} sd" for m in went[:FARTHEST])
     return [
-        f"the parameters went farther than their stated or assumed standard deviations allow ({farthest}; sum of squares "
-        f"{squares:.3g} for {len(went)}, and chance makes more than {most:.2g} once in a million at most): is the "
-        "bicycle of the file the one that was measured, as it was ridden? An effect that the library lacks, or "
+        f"the parameters went farther than their stated or assumed standard deviations allow ({farthest}; sum of "
+        f"squares {squares:.3g} for {len(went)}, and chance makes more than {most:.2g} once in a million at most): is "
+        "the bicycle of the file the one that was measured, as it was ridden? An effect that the library lacks, or "
         "deviations that are stated too small, do the same"
     ]
 

@@ -1,14 +1,18 @@
 """The file of costs: what is read, and what is refused; what is said where nothing can be planned."""
 
+import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from studies.cli import main
 from studies.missing_effect.plan.costs import Bench, Costs, Stop, read_costs
-from studies.missing_effect.plan.plan import Plan
-from studies.missing_effect.plan.words import headline
+from studies.missing_effect.plan.offer import Answer
+from studies.missing_effect.plan.plan import Plan, Settled, Step
+from studies.missing_effect.plan.report import EXPLAINED
+from studies.missing_effect.plan.words import QUESTIONS, headline, question_rows
 from tyre.base.errors import InputError
 
 TABLE = "speed_m_s,mode,real_1_s,imag_rad_s,steer_over_lean_re,steer_over_lean_im\n" + "".join(
@@ -130,3 +134,37 @@ def test_the_example_is_read(tmp_path, monkeypatch, capsys):
 )
 def test_a_gap_without_an_explanation_is_not_called_settled(verdict, words):
     assert headline(Plan((), (), 0.0, (), (), True, Costs(), verdict=verdict)).startswith(words)
+
+
+def open_question(**most):
+    now = Answer(0.0, met=False, log_odds=-math.log(6.1))
+    then = Answer(0.74, met=False, log_odds=math.log(2.9))
+    return Settled(
+        "steer_damper or nothing missing", now, then, Answer(0.74, **most), limit=False, leads="steer_damper"
+    )
+
+
+def test_odds_say_whose_they_are():
+    """Those of the leader now and those of the truth, were it the other answer, are not the same."""
+    question = open_question(met=False, log_odds=math.log(2.9))
+    plan = Plan((Step("runs at 6.25 m/s", 2, 187.1, 6.25),), (), 187.1, (question,), (), True, Costs())
+    ((_, now, then, most),) = question_rows(plan)
+    assert now == "odds 6.1 : 1 for steer_damper"
+    assert then == most == "74 %, expected odds 2.9 : 1 for what is true"
+    assert QUESTIONS[2] == "after the plan, by the less favourable answer"
+    assert "they may be smaller than the odds now" in EXPLAINED.replace("\n", " ")
+
+
+@pytest.mark.parametrize(
+    ("met", "said"),
+    [
+        ((False,), "is not sure to settle the question that is open, but goes as far as is worth its price."),
+        ((False, False), "is not sure to settle any of the 2 questions that are open, but goes as far as is worth"),
+        ((True, False), "settles 1 of 2 questions and takes the other as far as is worth its price."),
+        ((True, False, False), "settles 1 of 3 questions and takes the others as far as is worth its price."),
+    ],
+)
+def test_a_headline_counts_what_is_open(met, said):
+    questions = tuple(replace(open_question(met=one), then=Answer(0.9, met=one)) for one in met)
+    plan = Plan((Step("runs at 6.25 m/s", 2, 187.1, 6.25),), (), 187.1, questions, (), True, Costs())
+    assert said in headline(plan)

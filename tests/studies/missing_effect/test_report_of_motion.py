@@ -110,9 +110,9 @@ def test_another_bicycle_is_asked_about(modal, tmp_path):
     file.write_text(file.read_text().replace(f'"{own}"', '"crescendo"'))
     (asked,) = doubts(begun(read_measurement(file), verdict="unknown"))
     told = re.match(
-        r"the parameters went farther than their stated or assumed standard deviations allow \((\w+) [+-]([\d.]+) sd, .*; sum of "
-        r"squares ([\d.]+) for \d+, and chance makes more than (\d+) once in a million at most\): is the bicycle of "
-        "the file the one that was measured",
+        r"the parameters went farther than their stated or assumed standard deviations allow \((\w+) "
+        r"[+-]([\d.]+) sd, .*; sum of squares ([\d.]+) for \d+, and chance makes more than (\d+) once in a million at most\): is the "
+        "bicycle of the file the one that was measured",
         asked,
     )
     assert told
