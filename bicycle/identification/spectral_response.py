@@ -19,6 +19,9 @@ output, H = sum_t h(t) y(t), its variance is that of white noise of this power t
 bins and segments in which the input hardly moves (a sweep passes each frequency once) are all in h. For segments that
 share nothing this is the formula of Bendat & Piersol, ch. 9, |H|^2 (1 - gamma^2) / (gamma^2 n). Real and imaginary part
 have half of it each; as the power is estimated itself, it is widened as the variance of Student's t.
+
+An input that is made of lines (a multisine, anything periodic) leaks into the frequencies between them alike in every
+segment; there the response is that of :mod:`.line_response`.
 """
 
 from collections.abc import Sequence
@@ -28,6 +31,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import detrend, get_window
 
+from bicycle.identification.line_response import BESIDE, line_response
+from bicycle.identification.line_spectrum import lines_of
 from tyre.base.arrays import Array, Complex
 from tyre.base.errors import InputError
 
@@ -57,7 +62,9 @@ class SpectralResponse:
     averages : float
         Independent segments.
     left_out : int
-        Frequencies at which the reference hardly moves the input.
+        Frequencies at which the reference hardly moves the input, or lines of the input that its noise hides.
+    lines : int
+        Lines of which the input is made; 0 where it fills the spectrum.
     """
 
     frequency_hz: Array
@@ -66,6 +73,7 @@ class SpectralResponse:
     coherence: Array
     averages: float
     left_out: int = 0
+    lines: int = 0
 
 
 def spectral_response(
@@ -81,7 +89,8 @@ def spectral_response(
     step : float
         Sample time, s.
     segment_s : float
-        Length of the segments, s: frequencies are 2 / ``segment_s`` apart.
+        Length of the segments, s: frequencies are 2 / ``segment_s`` apart. An input that is made of lines needs none:
+        the frequencies are its lines.
     references : sequence of ndarray, shape (k,), optional
         Of each recording.
     highest_hz : float
@@ -91,7 +100,8 @@ def spectral_response(
     ------
     InputError
         Segments that are too long for five independent ones, or too short for two frequencies; a highest frequency
-        above half the sample rate.
+        above half the sample rate; recordings of which some are made of lines and some are not; no line up to
+        ``highest_hz``.
     """
     size = round(segment_s / step)
     if size < FEWEST_SAMPLES:
@@ -104,13 +114,13 @@ def spectral_response(
         raise InputError(
             f"{highest_hz:g} Hz is above {half:.4g} Hz, half the sample rate, and cannot be seen; take a lower limit"
         )
-    hop = size // 2
-    segments = [_segments(signals, size, hop) for signals in (inputs, outputs, references or inputs)]
-    counts = [len(part) for part in segments[0]]
-    window = _window(size)
-    shared = float(window[hop:] @ window[: size - hop] / (window @ window))
-    averages = sum(k / (1 + 2 * shared**2 * (k - 1) / k) for k in counts if k)
+    long = [k for k, x in enumerate(inputs) if len(x) >= size]
+    signals = [[parts[k] for k in long] for parts in (inputs, outputs, references or inputs)]
+    lines = [lines_of(x, step) for x in signals[2]]
+    if any(map(len, lines)):
+        return _at_lines(signals, lines, step, highest_hz)
     seconds = step * sum(len(x) for x in inputs)
+    averages = _averages([_count(len(x), size) for x in inputs], size)
     if averages < FEWEST_SEGMENTS:
         raise InputError(
             f"{seconds:.3g} s hold {averages:.1f} independent segments of {segment_s:g} s; at least "
@@ -124,6 +134,58 @@ def spectral_response(
             f"segments of {segment_s:g} s show {len(bins)} frequencies up to {min(highest_hz, hertz[-1]):g} Hz; take "
             "longer segments or a higher limit"
         )
+    return _averaged(signals, step, size, bins, joint=references is not None)
+
+
+def _at_lines(
+    signals: Sequence[Sequence[Array]], lines: Sequence[Array], step: float, highest_hz: float
+) -> SpectralResponse:
+    """Response at the ``lines`` of each recording; lines that several share are averaged by their strength."""
+    if not all(map(len, lines)):
+        of, no = next(k for k, x in enumerate(lines) if len(x)), next(k for k, x in enumerate(lines) if not len(x))
+        raise InputError(
+            f"the input of recording {of + 1} is made of lines, that of recording {no + 1} is not; give the recordings "
+            "to the command one by one"
+        )
+    every = [line_response(h, u, y, step) for h, u, y in zip(lines, *signals[:2], strict=True)]
+    hertz, gain, variance, power, moved = (
+        np.concatenate([getattr(r, name) for r in every])
+        for name in ("frequency_hz", "gain", "variance", "strength", "moved")
+    )
+    order = np.argsort(hertz)
+    near = 0.5 / (step * min(len(x) for x in signals[0]))
+    group = np.empty(len(hertz), int)
+    group[order] = np.cumsum(np.diff(hertz[order], prepend=-np.inf) > near) - 1
+    weight = np.where(moved, power, 0)
+    total = np.bincount(group, weight)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = np.bincount(group, weight * hertz) / total
+        ratio = np.bincount(group, weight * gain.real) / total + 0j
+        ratio += 1j * np.bincount(group, weight * gain.imag) / total
+        sd = np.sqrt(np.bincount(group, weight**2 * variance)) / total
+        coherence = 1 / (1 + 2 * BESIDE * (sd / np.abs(ratio)) ** 2)
+    lowest = np.full(len(total), np.inf)
+    np.minimum.at(lowest, group, hertz)
+    seen = lowest <= highest_hz * (1 + 1e-6)
+    if not seen.any():
+        raise InputError(
+            f"the input is made of lines from {lowest.min():.4g} to {hertz.max():.4g} Hz, none of them up to "
+            f"{highest_hz:g} Hz; take a higher limit"
+        )
+    kept = seen & (sd > 0) & np.isfinite(ratio)
+    return SpectralResponse(
+        mean[kept], ratio[kept], sd[kept], coherence[kept], float(BESIDE), int((seen & ~kept).sum()), lines=len(total)
+    )  # fmt: skip
+
+
+def _averaged(
+    signals: Sequence[Sequence[Array]], step: float, size: int, bins: NDArray[np.intp], *, joint: bool
+) -> SpectralResponse:
+    """Response at ``bins`` of segments of ``size`` samples, where it is found; ``joint``: the reference is another."""
+    hop, window = size // 2, _window(size)
+    segments = [_segments(parts, size, hop) for parts in signals]
+    counts = [len(part) for part in segments[0]]
+    averages = _averages(counts, size)
     around = bins + AROUND[:, None]
     u, y, r = (np.concatenate([part[:, around] for part in parts]) for parts in segments)  # (segments, 3, bins)
     through = (r.conj() * u).sum(0)
@@ -135,12 +197,23 @@ def spectral_response(
         spread = np.array([_energy(w, b, counts, hop, window) for w, b in zip(weights, around.T, strict=True)])
         variance = power * spread / 2 * (averages - 1) / (averages - 2)
         good = np.isfinite(gain) & (variance > 0)
-        if references is not None:
+        if joint:
             good &= _moved(r[:, 1], u[:, 1], averages)
     coherence = _coherence(u[:, 1], y[:, 1])
     return SpectralResponse(
-        hertz[bins][good], gain[good], np.sqrt(variance[good]), coherence[good], averages, int((~good).sum())
+        bins[good] / (size * step), gain[good], np.sqrt(variance[good]), coherence[good], averages, int((~good).sum())
     )  # fmt: skip
+
+
+def _count(samples: int, size: int) -> int:
+    return max(0, (samples - size) // (size // 2) + 1)
+
+
+def _averages(counts: Sequence[int], size: int) -> float:
+    """Independent segments among ``counts`` that overlap by half."""
+    window = _window(size)
+    shared = float(window[size // 2 :] @ window[: size - size // 2] / (window @ window))
+    return sum(k / (1 + 2 * shared**2 * (k - 1) / k) for k in counts if k)
 
 
 def _energy(weights: Complex, bins: NDArray[np.intp], counts: Sequence[int], hop: int, window: Array) -> float:

@@ -95,6 +95,11 @@ def responses_of_runs(
                 driven, seen, here[0].step, segment_s=segment_s, references=pushed, highest_hz=highest_hz
             )
             found.append(RunResponse(source, name, speed, response))
+        if lines := found[-1].found.lines:
+            notes.append(
+                f"{speed:g} m/s: {spoken(reference or source)} is made of {lines} lines, as a multisine is; the response "
+                "is told at these alone, from whole recordings, and --segment is not used"
+            )
         if left := found[-1].found.left_out:
             notes.append(
                 f"{speed:g} m/s: left out {left} frequenc{'ies' if left > 1 else 'y'} at which {reference or source} "

@@ -47,6 +47,30 @@ def test_standard_deviations_hold_without_a_controller():
     assert np.mean(z**2) == pytest.approx(1, abs=0.12)
 
 
+@pytest.mark.parametrize(("spacing", "seconds", "noise"), [(0.2, 60.5, 0.5), (0.1, 47.3, 0.003), (0.05, 81.0, 0.05)])
+def test_a_multisine_is_read_at_its_lines_whatever_the_record_holds_of_its_period(spacing, seconds, noise):
+    """The exact steady state behind a slow pole; between the lines of the input there is nothing to be read."""
+    rng, hertz, z = np.random.default_rng(5), np.arange(0.2, 3.001, spacing), []
+    t, gain = np.arange(0, seconds, 0.02), 2 / (1 + 2j * np.pi * hertz * 0.4)
+    for _ in range(20):
+        waves = np.exp(1j * (2 * np.pi * np.outer(t, hertz) + rng.uniform(0, 2 * np.pi, len(hertz))))
+        u, y = waves.real.sum(1), (waves @ gain).real + noise * rng.standard_normal(t.size)
+        found = spectral_response([u], [y], 0.02, segment_s=10.0, highest_hz=3.0)
+        assert found.lines == len(hertz)
+        assert found.frequency_hz == pytest.approx(hertz, abs=1e-4)
+        z.append(errors(found, 2 / (1 + 2j * np.pi * found.frequency_hz * 0.4)))
+    assert np.mean(np.abs(np.concatenate(z)) < 1.96) == pytest.approx(0.95, abs=0.03)
+
+
+def test_recordings_of_lines_and_of_noise_are_not_mixed():
+    t, noise = np.arange(0, 60, 0.01), np.random.default_rng(4).standard_normal((2, 6000))
+    sine, rest = np.sin(2 * np.pi * t), 0.01 * noise[0]
+    with pytest.raises(InputError, match="the input of recording 1 is made of lines, that of recording 2 is not; give"):
+        spectral_response([sine, noise[1]], [sine + rest, noise[1]], 0.01, segment_s=5.0, highest_hz=5.0)
+    with pytest.raises(InputError, match="made of lines from 1 to 1 Hz, none of them up to 0.5 Hz; take a higher limit"):
+        spectral_response([sine], [sine + rest], 0.01, segment_s=5.0, highest_hz=0.5)
+
+
 def test_a_pulse_train_counts_the_segments_that_hold_it():
     """The input moves in one tenth of the record only; noise is everywhere: the sd still hold."""
     rng, z = np.random.default_rng(3), []
