@@ -67,14 +67,35 @@ def weights(size: int) -> Array:
 
 
 def basis(hertz: Array, size: int, step: float, rows: slice = slice(None)) -> Array:
-    """Cosines, sines, one and a ramp at the samples, shape (samples, 2 m + 2)."""
+    """Cosines, sines, one and a ramp at the samples, shape (samples, 2 m + 2).
+
+    Parameters
+    ----------
+    hertz : ndarray, shape (m,)
+        Hz.
+    size : int
+        Number of samples.
+    step : float
+        Sample time, s.
+    rows : slice
+        Indices of the samples that are wanted.
+    """
     time = (np.arange(size)[rows] - (size - 1) / 2) * step
     angle = 2 * np.pi * np.outer(time, hertz)
     return np.column_stack([np.cos(angle), np.sin(angle), np.ones_like(time), time / (size * step)])
 
 
 def fitted(hertz: Array, signals: Sequence[Array], step: float) -> tuple[Array, Array]:
-    """Coefficients (2 m + 2, signals) of :func:`basis` by weighted least squares, and what is left, (signals, k)."""
+    """Coefficients (2 m + 2, signals) of :func:`basis` by weighted least squares, and what is left, (signals, k).
+
+    Parameters
+    ----------
+    hertz : ndarray, shape (m,)
+        Hz.
+    signals : sequence of ndarray, shape (k,)
+    step : float
+        Sample time, s.
+    """
     x = np.array(signals, float)
     size, width = x.shape[1], 2 * len(hertz) + 2
     gram, side, v = np.zeros((width, width)), np.zeros((width, len(x))), weights(size)

@@ -48,7 +48,9 @@ def response_use(replay: Use, runs: Sequence[Run], command: str) -> Use:
             reasons.append(f"{event.name or 'the whole recording'}: {error}")
             continue
         what = f"{found.averages:.1f} independent segments of {segment:g} s"
-        told.append(replace(event, notes=(f"a {source.replace('_', ' ')} of {found.lines} lines" if found.lines else what,)))
+        if found.lines:
+            what = f"a {source.replace('_', ' ')} of {found.lines} lines"
+        told.append(replace(event, notes=(what,)))
     if not told:
         return Use(RESPONSE, (), tuple(reasons), ("record longer, or use replay: it fits the same samples in time",))
     step = f"{command} --input {source} --output {','.join(motions)}"

@@ -97,8 +97,8 @@ def responses_of_runs(
             found.append(RunResponse(source, name, speed, response))
         if lines := found[-1].found.lines:
             notes.append(
-                f"{speed:g} m/s: {spoken(reference or source)} is made of {lines} lines, as a multisine is; the response "
-                "is told at these alone, from whole recordings, and --segment is not used"
+                f"{speed:g} m/s: {spoken(reference or source)} is made of {lines} lines, as a multisine is; the "
+                "response is told at these alone, from whole recordings, and --segment is not used"
             )
         if left := found[-1].found.left_out:
             notes.append(
