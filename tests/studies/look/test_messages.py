@@ -220,11 +220,19 @@ def test_no_table_makes_it_crash(tmp_path, data, names):
     (4, ("frequency response: no", "4 s are too short; 8 s or more are needed", "record longer, or use replay")),
 ])  # fmt: skip
 def test_a_forced_run_that_is_long_enough_gives_a_frequency_response(tmp_path, capsys, seconds, words):
-    lines = [(k / 20, (k * 7) % 11 - 5, (k * 5) % 13 - 6) for k in range(20 * seconds + 1)]
+    torque = np.random.default_rng(4).normal(size=20 * seconds + 1).round(3)
+    lines = [(k / 20, (k * 7) % 11 - 5, x) for k, x in enumerate(torque)]
     path = table(tmp_path / "a.csv", "time_s,roll_rate_rad_s,steer_torque_N_m", lines)
     shown = said(capsys, path)
     for word in words:
         assert word in shown
+
+
+def test_a_periodic_torque_is_told_as_lines(tmp_path, capsys):
+    """Thirteen samples a period at 20 Hz: the mean and six harmonics."""
+    lines = [(k / 20, (k * 7) % 11 - 5, (k * 5) % 13 - 6) for k in range(1201)]
+    path = table(tmp_path / "a.csv", "time_s,roll_rate_rad_s,steer_torque_N_m", lines)
+    assert "a steer torque of 6 lines" in said(capsys, path)
 
 
 def test_recordings_of_one_name_have_drafts_of_their_own(tmp_path, capsys):
