@@ -24,7 +24,7 @@ An input that is made of lines (a multisine, anything periodic) leaks into the f
 segment; there the response is that of :mod:`.line_response`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,9 +58,9 @@ class SpectralResponse:
     sd : ndarray, shape (m,)
         One standard deviation of real and of imaginary part, in the unit of the gain.
     coherence : ndarray, shape (m,)
-        gamma^2 of input and output.
+        gamma^2 of input and output; at lines, that which with ``averages`` has this sd.
     averages : float
-        Independent segments.
+        Independent segments; at lines, frequencies beside each from which its noise is taken.
     left_out : int
         Frequencies at which the reference hardly moves the input, or lines of the input that its noise hides.
     lines : int
@@ -118,6 +118,7 @@ def spectral_response(
     signals = [[parts[k] for k in long] for parts in (inputs, outputs, references or inputs)]
     lines = [lines_of(x, step) for x in signals[2]]
     if any(map(len, lines)):
+        _refuse_mixed(dict(zip(long, lines, strict=True)))
         return _at_lines(signals, lines, step, highest_hz)
     seconds = step * sum(len(x) for x in inputs)
     averages = _averages([_count(len(x), size) for x in inputs], size)
@@ -137,16 +138,20 @@ def spectral_response(
     return _averaged(signals, step, size, bins, joint=references is not None)
 
 
+def _refuse_mixed(lines: Mapping[int, Array]) -> None:
+    """Refuse recordings, by their place, of which some have ``lines`` and some have none."""
+    of, no = ([k for k, x in lines.items() if bool(len(x)) == made] for made in (True, False))
+    if no:
+        raise InputError(
+            f"the input of recording {of[0] + 1} is made of lines, that of recording {no[0] + 1} is not; give the "
+            "recordings to the command one by one"
+        )
+
+
 def _at_lines(
     signals: Sequence[Sequence[Array]], lines: Sequence[Array], step: float, highest_hz: float
 ) -> SpectralResponse:
     """Response at the ``lines`` of each recording; lines that several share are averaged by their strength."""
-    if not all(map(len, lines)):
-        of, no = next(k for k, x in enumerate(lines) if len(x)), next(k for k, x in enumerate(lines) if not len(x))
-        raise InputError(
-            f"the input of recording {of + 1} is made of lines, that of recording {no + 1} is not; give the recordings "
-            "to the command one by one"
-        )
     every = [line_response(h, u, y, step) for h, u, y in zip(lines, *signals[:2], strict=True)]
     hertz, gain, variance, power, moved = (
         np.concatenate([getattr(r, name) for r in every])

@@ -91,9 +91,12 @@ def responses_of_runs(
         pushed = [_signal(run, column, f"--instrument {reference}") for run in here] if reference else None
         for name in outputs:
             seen = [_signal(run, MOTIONS[name], f"--output {name}") for run in here]
-            response = spectral_response(
-                driven, seen, here[0].step, segment_s=segment_s, references=pushed, highest_hz=highest_hz
-            )
+            try:
+                response = spectral_response(
+                    driven, seen, here[0].step, segment_s=segment_s, references=pushed, highest_hz=highest_hz
+                )
+            except InputError as error:
+                raise InputError(f"{', '.join(run.name for run in here)}: {error}") from None
             found.append(RunResponse(source, name, speed, response))
         if lines := found[-1].found.lines:
             notes.append(
@@ -105,7 +108,7 @@ def responses_of_runs(
                 f"{speed:g} m/s: left out {left} frequenc{'ies' if left > 1 else 'y'} at which {reference or source} "
                 f"hardly moves {'the ' + spoken(source) if reference else 'anything'}"
             )
-    if not reference:
+    if not reference and not all(one.found.lines for one in found):  # lines average the noise before they are divided
         notes.append(
             "output over input: where a rider or controller answered the motion, its noise biases the ratio; name a "
             "reference that came from outside with --instrument"

@@ -74,6 +74,21 @@ def test_without_a_reference_it_is_said_what_that_assumes(folder, capsys, monkey
     assert "0.25 to 2" in said.out
 
 
+def test_of_a_torque_made_of_lines_the_lines_are_told_and_no_bias_is_claimed(tmp_path, capsys):
+    t = np.arange(0, 60, 0.02)
+    waves = np.exp(2j * np.pi * np.outer(t, [0.5, 1.1, 1.9]))
+    gain, noise = np.array([0.3 - 0.2j, 0.2 + 0.1j, 0.1j]), np.random.default_rng(1).normal(0, 1e-3, t.size)
+    table = np.column_stack([t, (waves @ gain).real + noise, 0 * t + noise[::-1], waves.real.sum(1)])
+    file = tmp_path / "sines.csv"
+    np.savetxt(file, table, delimiter=",", header=HEAD.rpartition(",")[0], comments="", fmt="%.7g")
+    main(["frequency-response", f"{file}@4.35", "--output", "roll_rate", "--out", str(tmp_path / "t.csv")])
+    said = capsys.readouterr().err
+    assert "4.35 m/s: steer torque is made of 3 lines" in said
+    assert "biases" not in said
+    re, im = np.loadtxt(tmp_path / "t.csv", delimiter=",", skiprows=1, usecols=(4, 5), unpack=True)
+    assert re + 1j * im == pytest.approx(gain, abs=1e-3)
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -91,7 +106,7 @@ def test_without_a_reference_it_is_said_what_that_assumes(folder, capsys, monkey
         (["run4.csv@4", "--input", "lateral_force"], "--input lateral_force: lateral_force_N was not recorded"),
         (["run4.csv@4", "--segment", "0"], "--segment = 0 must be positive"),
         (["run4.csv@4", "--to-hz", "-1"], "--to-hz = -1 must be positive"),
-        (["run4.csv@4", "--segment", "60"], "independent segments of 60 s"),
+        (["run4.csv@4", "--segment", "60"], "run4.csv: .* hold .* independent segments of 60 s"),
         (["run4.csv@4", "--segment", "0.01"], "segments of 0.01 s hold . samples .* take segments of .* s or more"),
         (["run4.csv@4", "--to-hz", "60"], "60 Hz is above 50 Hz, half the sample rate"),
         (["run4.csv@4", "copy.csv@4"], "copy.csv: the same recording as run4.csv; keep one, or it counts twice"),
