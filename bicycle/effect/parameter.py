@@ -40,6 +40,8 @@ class Parameter:
         What of :class:`tyre.TyreProperties` it is: a model file takes it from its tyre with ``name = "tyre"``.
     tyre_beside : str
         Effect without which the tyre's value would not mean this parameter.
+    without_cause : bool
+        It stands for what is not known: ``typical`` scales its sliders and priors, and no size is doubted.
     """
 
     unit: str
@@ -53,6 +55,7 @@ class Parameter:
     per_wheel: bool = False
     tyre: str = ""
     tyre_beside: str = ""
+    without_cause: bool = False
     name: str = field(default="", init=False)
 
     def __set_name__(self, owner: type, name: str) -> None:
@@ -90,6 +93,8 @@ class Parameter:
         value : float
             In the parameter's unit.
         """
+        if self.without_cause:
+            return None
         return doubt(key, value, unit=self.unit, typical=self.typical, usual=(self.default, self.neutral))
 
 

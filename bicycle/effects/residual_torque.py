@@ -12,7 +12,9 @@ DEGREES = ("", "_slope", "_curve")
 def _gain(what: str, size: float) -> Parameter:
     """A coefficient of ``what``, and its usual ``size`` in N m/rad or N m s/rad."""
     unit = "N m s/rad" if "rate" in what else "N m/rad"
-    return Parameter(unit, what, bounds=(-math.inf, math.inf), typical=(-size, size), default=0.0, neutral=0.0)
+    return Parameter(
+        unit, what, bounds=(-math.inf, math.inf), typical=(-size, size), default=0.0, neutral=0.0, without_cause=True
+    )
 
 
 class ResidualTorque(Effect):

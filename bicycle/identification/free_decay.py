@@ -85,7 +85,7 @@ class Decay:
         if self.fewer:
             return self.fewer
         if self.r_squared < POOREST:
-            return f"R^2 = {self.r_squared:.2f} is below {POOREST:g}: not a decaying oscillation"
+            return f"R^2 = {self.r_squared:.2f} is below {POOREST:g}: noise or another motion is too large beside it"
         size, doubt = abs(self.eigenvalue), max(self.sd)
         if doubt > MOST_DOUBT * size:
             why = f"{self.cycles:.1f} cycles tell too little"

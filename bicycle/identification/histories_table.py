@@ -124,7 +124,8 @@ def read_runs(content: Mapping[str, Any], folder: Path) -> tuple[tuple[Run, ...]
             f"{STEER} is prescribed: smoothed by a spline that leaves its noise, {said}; what the spline may be off by "
             "is integrated out"
         )
-    if not common.get("first_s") and not all(entry.get("first_s") for entry in histories["runs"]):
+    starts = "first_s" in histories or all("first_s" in entry for entry in histories["runs"])
+    if not starts and not common.get("first_s") and not set(INPUTS) & set(runs[0].inputs):
         notes.append("no start transient is dropped (drop_first_s = 0): a kick must not last into the record")
     kept = [run.name for run in runs if run.held_out]
     if kept:

@@ -114,7 +114,7 @@ def _read(given: str, channel_map: Any) -> tuple[Path, tuple[Any, ...]]:
 
 
 def _shown(each: Any) -> list[object]:
-    from studies.free_decays.words import drift_words, movement_words
+    from studies.free_decays.words import drift_words, movement_words, with_sd
 
     d = each.decay
     z = d.eigenvalue
@@ -123,7 +123,7 @@ def _shown(each: Any) -> list[object]:
     if not each.rejected and d.movement is not None and d.movement.what:
         said += ", sd widened by the start"
     return [
-        run, d.speed, f"{z.real:.3f} ± {d.sd[0]:.3f}", f"{z.imag:.3f} ± {d.sd[1]:.3f}", d.cycles, d.r_squared,
+        run, d.speed, with_sd(z.real, d.sd[0]), with_sd(z.imag, d.sd[1]), d.cycles, d.r_squared,
         drift_words(d), movement_words(d), each.repeats or None, said,
     ]  # fmt: skip
 

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from studies.uncertainty.quantity import Quantity
 
 SMALL = 0.005  # a group whose share is below this everywhere has no column
+LEADING = 5  # numbers that are named of many known together
 HEADERS = ["quantity", "unit", "value", "sd linear", "sd Monte Carlo", "2.5 %", "97.5 %", "lost", "main cause"]
 
 
@@ -64,6 +65,7 @@ def command(
         for remark in said:
             click.echo(f"note: {remark}")
         _print_groups(uncertainty, found)
+        _print_together(uncertainty, found)
         for words in (exact_words(uncertainty), assumed_words(uncertainty)):
             if words:
                 click.echo(f"\n{words}")
@@ -116,15 +118,36 @@ def _print_groups(uncertainty: "Uncertainty", found: "list[Quantity]") -> None:
     print_table(table, ["quantity", *groups, ASSUMED])
 
 
+def _print_together(uncertainty: "Uncertainty", found: "list[Quantity]") -> None:
+    """Of what is too much to be named in a column: which single number a result hangs on most."""
+    from studies.sweeps.spec import MOST_NAMES
+    from studies.uncertainty.contributions import known_exactly
+
+    for q in found:
+        for name, share in q.shares.items():
+            numbers = uncertainty.measurements[name]
+            if len(numbers) <= MOST_NAMES or share < SMALL:
+                continue
+            single = list(known_exactly(uncertainty, name, q.gradient).items())[:LEADING]
+            said = ", ".join(f"{key} {part:.0%}" for key, part in single)
+            click.echo(
+                f"\n{q.name}: of {len(numbers)} numbers known together, one known exactly would take of the linear "
+                f"variance: {said}; they tell of each other, so these shares overlap"
+            )
+
+
 def _record(uncertainty: "Uncertainty", q: "Quantity") -> dict[str, Any]:
     from studies.uncertainty.comparison import differs
-    from studies.uncertainty.contributions import by_group, by_origin
+    from studies.uncertainty.contributions import by_group, by_origin, known_exactly
 
     record = {"quantity": q.name, "unit": q.unit, "value": q.value, "linear_sd": q.linear_sd}
     record |= {"monte_carlo_sd": q.sampled_sd, "band_95": list(q.band()), "samples": len(q.samples), "lost": q.lost}
     plain = {k: _plain(v) for k, v in record.items()}
+    alone = {name: known_exactly(uncertainty, name, q.gradient) for name, of in uncertainty.measurements.items()
+             if len(of) > 1}  # fmt: skip
     return plain | {"linear_holds": not (q.lost or differs(q)), "linear_variance_shares": dict(q.shares)} | {
         "variance_shares_by_group": by_group(q.shares), "variance_shares_by_origin": by_origin(uncertainty, q.shares),
+        "known_exactly": {name: shares for name, shares in alone.items() if shares},
     }  # fmt: skip
 
 

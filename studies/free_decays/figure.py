@@ -5,7 +5,7 @@ from pathlib import Path
 
 from bicycle.identification.free_decay import Decay
 from bicycle.identification.run import Run
-from studies.free_decays.words import second_words
+from studies.free_decays.words import second_words, with_sd
 from studies.reporting.plotting import drawing
 
 MEASURED, FITTED, DRIFT = "#9db8d9", "#123a6b", "#c8462f"
@@ -71,7 +71,7 @@ def _title(run: Run, decays: tuple[tuple[str, Decay], ...]) -> str:
     lines = [f"{run.name.replace('$', chr(92) + '$')} at {run.speed:g} m/s"]
     for mode, found in decays:
         z, sd = found.eigenvalue, found.sd
-        lines.append(f"{mode}: {z.real:.3f} ± {sd[0]:.3f} 1/s, {z.imag:.3f} ± {sd[1]:.3f} rad/s (1 sd of this run)")
+        lines.append(f"{mode}: {with_sd(z.real, sd[0])} 1/s, {with_sd(z.imag, sd[1])} rad/s (1 sd of this run)")
         lines.append(f"    {found.cycles:.1f} cycles, R² {found.r_squared:.3f}")
         lines += [f"    fitted beside: {second_words(z)}" for z in found.beside]
         if found.rejected:

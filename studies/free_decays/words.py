@@ -1,5 +1,6 @@
 """What the terminal says of decays: drift, movement of the window's start, repeats; and the sd that repeats ask for."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -8,6 +9,7 @@ from bicycle.identification.free_decay import Decay
 from bicycle.identification.repeats import repeats
 
 SURE = 0.9  # probability of a drift beyond which the others are not told
+PLACES = 3  # of a number and its sd, or more where these would not show it
 
 
 @dataclass(frozen=True)
@@ -23,6 +25,12 @@ class Judged:
     repeats: int
     widened: bool
     aside: bool
+
+
+def with_sd(value: float, sd: float) -> str:
+    """``-1.052 ± 0.031``: a ``value`` with its ``sd``, of which two digits are shown at least."""
+    places = max(PLACES, 1 - math.floor(math.log10(sd))) if math.isfinite(sd) and sd > 0 else PLACES
+    return f"{value:.{places}f} ± {sd:.{places}f}"
 
 
 def drift_words(decay: Decay) -> str:

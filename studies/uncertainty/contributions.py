@@ -8,6 +8,7 @@ from bicycle.default_sd import ASSUMED, EXACT
 from bicycle.parameter_key import ParameterKey
 from bicycle.parameters import UNITS
 from studies.uncertainty.uncertain_model import UncertainModel
+from tyre.base.arrays import Array
 
 MASS_CENTRES = ("xB", "zB", "xH", "zH")
 AT_CONDITIONS = "where it was measured; its source states no uncertainty, elsewhere the misfit of the table counts"
@@ -40,6 +41,33 @@ def by_origin(model: UncertainModel, shares: Mapping[str, float]) -> dict[str, f
     for measurement, share in shares.items():
         found[model.origin(measurement)] = found.get(model.origin(measurement), 0.0) + share
     return found
+
+
+def known_exactly(model: UncertainModel, measurement: str, gradient: Array) -> dict[str, float]:
+    """Of numbers known together: how much of a result's linear variance goes where one of them is known exactly.
+
+    That is the squared correlation of the number and the result. Numbers that are correlated tell of each other, so
+    these shares overlap and need not add up to one.
+
+    Parameters
+    ----------
+    model : UncertainModel
+    measurement : str
+        One of ``model.measurements``.
+    gradient : ndarray, shape (names,)
+        Of the result, over the standard normal numbers of the model.
+
+    Returns
+    -------
+    dict
+        Share (0 to 1) by parameter, the largest first.
+    """
+    rows = {key: model.jacobian[key] for key in model.measurements[measurement] if key in model.jacobian}
+    total = gradient @ gradient
+    found = {
+        key: float((row @ gradient) ** 2 / (row @ row) / total) for key, row in rows.items() if row.any() and total
+    }
+    return dict(sorted(found.items(), key=lambda item: -item[1]))
 
 
 def counted_as_exact(model: UncertainModel) -> dict[str, str]:

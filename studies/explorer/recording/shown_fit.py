@@ -7,6 +7,7 @@ import numpy as np
 from bicycle.eigenvalues.oscillation import frequency_hz
 from studies.explorer.recording.panels import MEASURED, Curve, Panel, entry
 from studies.free_decays.figure import ASIDE, WORDS
+from studies.free_decays.words import with_sd
 from studies.look.figure import thinned
 
 MOST_FITS = 12  # that are drawn
@@ -23,8 +24,8 @@ def fit_shown(found: tuple[Any, Any]) -> dict[str, Any]:
     fitted, judged = found
     used = [each for each in judged if not each.rejected]
     said = [
-        f"{each.mode} at {each.decay.speed:g} m/s: {each.decay.eigenvalue.real:.3f} ± {each.decay.sd[0]:.3f} 1/s, "
-        f"{each.decay.eigenvalue.imag:.3f} ± {each.decay.sd[1]:.3f} rad/s (1 sd)"
+        f"{each.mode} at {each.decay.speed:g} m/s: {with_sd(each.decay.eigenvalue.real, each.decay.sd[0])} 1/s, "
+        f"{with_sd(each.decay.eigenvalue.imag, each.decay.sd[1])} rad/s (1 sd)"
         for each in used
     ]  # fmt: skip
     many = f"{len(used)} of {len(judged)} fits can be used. " if len(judged) > 1 else ""

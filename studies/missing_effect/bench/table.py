@@ -82,12 +82,14 @@ def read_bench(content: Mapping[str, Any], folder: Path) -> tuple[tuple[Reading,
     named = {name: stem for name, (stem, _) in factors.items()}
     if "steer" not in named.values():
         raise InputError(f"{path}: the column steer_deg or steer_rad is missing; every reading is at a steer angle")
+    angle = next(name for name, stem in named.items() if stem == "steer")
+    unit = (angle.removeprefix("steer").lstrip("_"), factors[angle][1])
     readings: list[Reading] = []
     lines: dict[str, int] = {}
     for row, line in enumerate(columns.lines):
         where = f"{path}, line {line}"
         cells = {stem: float(columns.numbers[name][row]) * factors[name][1] for name, stem in named.items()}
-        reading = _reading(where, cells, {name: columns.texts.get(name, [""] * (row + 1))[row] for name in TEXTS})
+        reading = _reading(where, cells, {name: columns.texts.get(name, [""] * (row + 1))[row] for name in TEXTS}, unit)
         same = repr(reading)
         if same in lines:
             raise InputError(f"{where}: the same reading as line {lines[same]}; keep one, or it counts twice")
@@ -121,16 +123,19 @@ def _columns(path: Path) -> dict[str, tuple[str, float]]:
     return found
 
 
-def _reading(where: str, cells: Mapping[str, float], texts: Mapping[str, str]) -> Reading:
+def _reading(where: str, cells: Mapping[str, float], texts: Mapping[str, str], angle: tuple[str, float]) -> Reading:
+    """A reading; ``angle`` is the unit of the steer angle and its factor to rad, for what is said of it."""
     for name, allowed in (("test", TESTS), ("condition", CONDITIONS), ("direction", DIRECTIONS)):
         if texts[name] not in allowed:
             raise InputError(f"{where}: {unknown(name, texts[name], [word for word in allowed if word])}")
     test, condition, direction = texts["test"], texts["condition"], DIRECTIONS[texts["direction"]]
     steer, rate = cells["steer"], cells.get("steer_rate", math.nan)
     if not abs(steer) <= LINEAR_UP_TO:
+        within = f"+-{LINEAR_UP_TO:g} rad ({math.degrees(LINEAR_UP_TO):.0f} deg)"
+        within = within if angle[1] == 1 else f"+-{LINEAR_UP_TO / angle[1]:.4g} {angle[0]}"
         raise InputError(
-            f"{where}: the steer angle is {steer:g} rad; give one within +-{LINEAR_UP_TO:g} rad "
-            f"({math.degrees(LINEAR_UP_TO):.0f} deg), beyond which the geometry is not linear"
+            f"{where}: the steer angle is {steer / angle[1]:g} {angle[0]}; give one within {within}, beyond which the "
+            "geometry is not linear"
         )
     torque, sd, arm = _torque(where, cells)
     if test == "damper" and not abs(rate) > 0:
@@ -167,7 +172,12 @@ def _torque(where: str, cells: Mapping[str, float]) -> tuple[float, float, float
         arm = cells.get("lever_arm", math.nan)
         if not arm > 0:
             raise InputError(f"{where}: a force needs a positive lever_arm, its distance from the steer axis")
-    sd = cells.get(f"{there[0]}_sd", math.nan)
+    if f"{there[0]}_sd" not in cells:
+        raise InputError(
+            f"{where}: the column {there[0]}_sd is missing, with its unit, such as {there[0]}_sd_"
+            f"{'N' if there == ['force'] else 'N_m'}; give the scatter of repeated readings or the scale's division"
+        )
+    sd = cells[f"{there[0]}_sd"]
     if not sd > 0:
         raise InputError(
             f"{where}: {there[0]}_sd must be positive; give the scatter of repeated readings or the scale's division"

@@ -40,6 +40,7 @@ RIG = table(
     }
 )  # fmt: skip
 EXACT = 1e-3  # relative sd that is added to each number: two wheels at one condition say the same thing once
+SOFTEST = 1.0  # N/rad: a tyre that holds less is none, and its compliance stays a number
 COMPLIANCE, LENGTH, TRAIL = "slip compliance", "relaxation length", "pneumatic trail"
 CONTACT, ALIGNING, STIFFNESS = "contact law", "aligning moment", "aligning_stiffness"  # slots, number of a tyre
 UNITS = {COMPLIANCE: "rad/N", LENGTH: "m", TRAIL: "m"}
@@ -209,6 +210,8 @@ def _model(quantity: str, wheel: str, values: dict[str, Array], there: set[str])
 
     nothing = np.zeros(len(next(iter(values.values()))))
     stiffness = of(CONTACT, "cornering_stiffness")
+    if stiffness is not None:  # a search may try a tyre that holds nothing: far from any rig's number, and a number
+        stiffness = np.maximum(stiffness, SOFTEST)
     if quantity == COMPLIANCE:
         return nothing if stiffness is None else 1 / stiffness
     if quantity == LENGTH:

@@ -58,3 +58,10 @@ def test_it_is_the_only_effect_without_a_cause():
     from bicycle.effect import registry
 
     assert [name for name, kind in registry().items() if not kind.nameable] == ["residual_torque"]
+
+
+def test_no_size_of_a_fitted_torque_is_doubted_and_the_speeds_behind_it_are():
+    """A slip of units cannot be told where nothing is known of the size."""
+    fitted = Residual(lean_from_lean=-4000.0, steer_from_steer_rate=200.0, middle_speed=500.0)
+    (only,) = fitted.doubts().values()
+    assert only.text.startswith("residual_torque.middle_speed = 500 m/s is outside the usual 2 .. 20")

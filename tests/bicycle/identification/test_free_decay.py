@@ -68,7 +68,7 @@ def test_windows_that_tell_too_little_are_rejected():
     assert "0.3 cycles tell too little: an sd of" in unscanned.rejected
     noise = decay(rng)
     noise = Run("n.csv", 4.8, noise.time, {"roll_rate_rad_s": rng.normal(0, 0.1, len(noise.time))}, {})
-    assert "not a decaying oscillation" in identify(noise).rejected
+    assert "is below 0.8: noise or another motion is too large beside it" in identify(noise).rejected
 
 
 def test_a_short_window_is_used_with_a_larger_sd():

@@ -50,6 +50,24 @@ def test_the_window_counts_from_the_first_sample_and_a_run_s_own_goes_first(fold
         assert len(run.time) == len(run.inputs["steer_torque_N_m"]) == len(run.channels["steer_rad"])
 
 
+def test_a_start_that_may_hold_a_kick_is_said_where_nobody_looked_at_it_and_no_torque_tells_of_it(folder):
+    """A replay has the torque; a start that is written down was looked at."""
+    for name in ("kick_1.csv", "kick_2.csv"):
+        without = [line.split(",")[:3] for line in (folder / name).read_text().splitlines()]
+        (folder / f"free_{name}").write_text("\n".join(map(",".join, without)) + "\n")
+    free = [{"file": "free_kick_1.csv"}, {"file": "free_kick_2.csv"}]
+
+    def said(*entries, **table):
+        return any("no start transient is dropped" in note for note in runs(folder, *entries, **table)[2])
+
+    assert said(*free)
+    assert said(*free, drop_first_s=0)
+    assert said({**free[0], "first_s": 0.1}, free[1])
+    assert not said(*free, first_s=0)
+    assert not said(*({**entry, "first_s": 0} for entry in free))
+    assert not said({"file": "kick_1.csv"})
+
+
 def test_channels_may_be_chosen_and_the_torque_stays(folder):
     (run,), _, _ = runs(folder, {"file": "other.csv"}, channels=["steer_rad"])
     assert set(run.channels) == {"steer_rad"}

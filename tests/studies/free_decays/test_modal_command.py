@@ -8,7 +8,7 @@ import pytest
 from bicycle.identification.free_decay import identify
 from bicycle.identification.recording import read_run
 from studies.cli import main
-from studies.free_decays.words import drift_words, judged, repeat_notes, second_words
+from studies.free_decays.words import drift_words, judged, repeat_notes, second_words, with_sd
 from studies.validations._decay_generator import Cell, make
 from tyre.base.errors import InputError
 
@@ -147,3 +147,18 @@ def test_a_window_longer_than_the_recording_is_said(window, note, tmp_path, caps
     shown = capsys.readouterr().err
     assert ("reaches beyond" in shown) == bool(note)
     assert note in shown
+
+
+@pytest.mark.parametrize(
+    ("value", "sd", "shown"),
+    [
+        (-1.05231, 0.0312, "-1.052 ± 0.031"),
+        (0.46812, 0.00031, "0.46812 ± 0.00031"),
+        (4.4, 2.0, "4.400 ± 2.000"),
+        (-0.1, 9.96e-5, "-0.100000 ± 0.000100"),
+        (1.0, float("nan"), "1.000 ± nan"),
+        (1.0, 0.0, "1.000 ± 0.000"),
+    ],
+)
+def test_an_sd_is_shown_with_two_digits_however_small(value, sd, shown):
+    assert with_sd(value, sd) == shown

@@ -262,6 +262,16 @@ FORCE = "test,condition,steer_rad,force_N,force_sd_N,lever_arm_m"
         (FORCE, ["hold,lifted,0,1,1,0"], "line 2: a force needs a positive lever_arm"),
         (FORCE, ["hold,lifted,0,1,1,250"], "line 2: the arm is 250 m; it must lie within 0 .. 2"),
         (FORCE, ["hold,lifted,0,1,,0.2"], "line 2: force_sd must be positive"),
+        (
+            FORCE.replace("force_sd_N,", ""),
+            ["hold,lifted,0,1,0.2"],
+            "line 2: the column force_sd is missing, with its unit, such as force_sd_N; give the scatter",
+        ),
+        (
+            FORCE.replace("steer_rad", "steer_deg"),
+            ["hold,lifted,25,1,1,0.2"],
+            r"line 2: the steer angle is 25 deg; give one within \+-20.05 deg, beyond which",
+        ),
         (FORCE + ",steer_torque_N_m", ["hold,lifted,0,1,1,0.2,3"], "line 2: steer_torque and force both say the same"),
         (HEAD.replace("steer_rad,", ""), ["hold,lifted,,,1,1"], "the column steer_deg or steer_rad is missing"),
         (HEAD.replace("steer_rad", "steer"), GOOD, "column steer: no unit of angle is given"),

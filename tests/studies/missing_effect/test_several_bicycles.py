@@ -174,6 +174,16 @@ def test_a_rig_informs_the_tyre_of_a_bicycle(folder):
     assert not any(p.contradicts for p in parts_against_rest(forward, found))
 
 
+def test_a_tyre_that_holds_nothing_is_far_from_a_rig_s_numbers_and_a_number(folder):
+    """A search may try it: the least stiffness that is allowed."""
+    forward = forward_of(folder, TOP + tyre("benchmark", 1.15) + SPREAD + ONE + RIG)
+    held = ["cornering_stiffness" in unknown.name for unknown in forward.nuisances]
+    theta = np.where(held, 0.0, [unknown.centre for unknown in forward.nuisances])
+    white, slopes = forward.residual((), theta)
+    assert np.isfinite(white).all()
+    assert np.isfinite(slopes).all()
+
+
 def test_a_rig_with_another_stiffness_contradicts_the_bicycle(folder):
     rig_table(folder, share=1.6)
     forward = forward_of(folder, TOP + tyre("benchmark", 1.15) + SPREAD + ONE + RIG)

@@ -1,11 +1,14 @@
 """What an uncertain result hangs on: groups, origins, what is assumed and what counts as exact."""
 
 import json
+from dataclasses import replace
 
+import numpy as np
 import pytest
 import tomli_w
 
-from bicycle import load_bicycle
+from bicycle import Model, load_bicycle
+from bicycle.critical.critical_speeds import critical_speeds
 from studies.cli import main
 from studies.uncertainty.contributions import group_of
 from studies.uncertainty.propagation import Uncertainty
@@ -71,3 +74,38 @@ def test_the_bicycle_as_numbers_keeps_what_its_file_states():
     assert set(own.names) - set(
         Uncertainty(content, defaults=True, bicycle_sd=drops.sd, follow=lambda p: follow).names
     ) == (set(follow))
+
+
+NAMES = ("w", "c", "lam", "xB", "zB", "xH", "zH", "mB", "mH", "IBxx", "IBzz", "IHxx", "IFyy")
+
+
+def test_of_many_numbers_known_together_the_one_that_matters_is_named(tmp_path, capsys):
+    """Their correlation with the result, from the covariance and differences of the speed itself."""
+    rng = np.random.default_rng(4)
+    bicycle = load_bicycle("benchmark")
+    sd = np.array([0.002 * max(abs(bicycle.values[name]), 0.5) for name in NAMES])
+    mixed = rng.normal(size=(len(NAMES), 40))
+    spread = np.corrcoef(mixed) * np.outer(sd, sd)
+    content = {"bicycle": "benchmark", "covariance": {"parameters": list(NAMES), "matrix": spread.tolist()}}
+    (tmp_path / "model.toml").write_text(tomli_w.dumps(content), encoding="utf-8")
+    main(["uncertainty", str(tmp_path / "model.toml"), "--samples", "40", "--stated-only", "--json", "-"])
+    weave = json.loads(capsys.readouterr().out)["quantities"][0]
+    assert weave["quantity"].startswith("weave")
+    ((name, found),) = weave["known_exactly"].items()
+    assert name == "w and 12 parameters with it"
+
+    def speed(**changes):
+        model = Model(replace(bicycle, values=dict(bicycle.values) | changes))
+        return next(c.speed for c in critical_speeds(model.linear_model()) if c.mode == "weave")
+
+    slope = [(speed(**{n: bicycle.values[n] + d}) - speed(**{n: bicycle.values[n] - d})) / (2 * d)
+             for n, d in zip(NAMES, sd / 10, strict=True)]  # fmt: skip
+    shared = (spread @ slope) ** 2 / sd**2 / (slope @ spread @ slope)
+    assert [found[n] for n in NAMES] == pytest.approx(shared.tolist(), rel=1e-3, abs=1e-6)
+    assert list(found.values()) == sorted(found.values(), reverse=True)
+    main(["uncertainty", str(tmp_path / "model.toml"), "--samples", "40", "--stated-only"])
+    first = NAMES[int(np.argmax(shared))]
+    said = (
+        f"of 13 numbers known together, one known exactly would take of the linear variance: {first} {max(shared):.0%}"
+    )
+    assert said in capsys.readouterr().out
