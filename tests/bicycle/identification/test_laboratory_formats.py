@@ -12,6 +12,7 @@ from bicycle.identification.free_decay import identify
 from bicycle.identification.histories_table import read_runs
 from bicycle.identification.recording import read_events, read_run
 from studies.cli import main
+from studies.free_decays.words import with_sd
 from studies.validations._recording_writers import WRITERS, write_hdf5, write_mf4, write_parquet
 from tyre.base.errors import InputError
 from tyre.channels.channel_map import ChannelMap
@@ -78,7 +79,7 @@ def test_modal_with_channels_of_the_command_line(motion, tmp_path, capsys):
     main(["modal", f"{tmp_path / 'a.parquet'}@5", "--channel", "time=t", "--channel", "roll_rate='p dot' deg/s -1"])
     alone = {"roll_rate": channels["roll_rate"]}
     expected = identify(read_run(write_own(tmp_path, time, alone), 5.0))
-    assert f"{expected.eigenvalue.imag:.3f}" in capsys.readouterr().out
+    assert with_sd(expected.eigenvalue.imag, expected.sd[1]) in capsys.readouterr().out
 
 
 def test_several_events_of_one_file_are_several_runs(motion, tmp_path, capsys):
