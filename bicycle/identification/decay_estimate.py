@@ -7,18 +7,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bicycle.identification.decay_evidence import basis
-from bicycle.identification.decay_least_squares import Linear
-from bicycle.identification.decay_posterior import (
+from bicycle.identification.decay_guesses import (
     FASTEST,
     SLOWEST,
-    Posterior,
     first_guesses,
     further_guess,
     noise_floor,
-    posterior,
-    prepared,
     seeking_block,
-)  # fmt: skip
+)
+from bicycle.identification.decay_least_squares import Linear
+from bicycle.identification.decay_posterior import Posterior, posterior, prepared
 from bicycle.identification.decay_window import Window, fitting_block
 from tyre.base.arrays import Array
 
@@ -82,6 +80,16 @@ class Estimate:
         return np.array(
             [((waves[:, k : k + 2] @ amplitudes[:, k : k + 2].T) ** 2).sum() for k in range(0, 2 * len(self.mean), 2)]
         )
+
+    @property
+    def explained(self) -> float:
+        """Share of the squares of all channels that modes and drift explain at most, with any amplitudes (R^2).
+
+        Where the modes are driven, the amplitudes of :meth:`curves` leave what the driving moved.
+        """
+        waves, signals = self._best()[0], self.window.signals
+        left = signals - waves @ np.linalg.lstsq(waves, signals, rcond=None)[0]
+        return 1 - float((left**2).sum()) / signals.size
 
     def _best(self) -> tuple[Array, Array]:
         """Waves and drift (n, h) at the most probable eigenvalues, and their amplitudes (c, h)."""

@@ -1,17 +1,21 @@
 """Noise of free decays beside that of the sensors: the same modes, excited by the ground all along the window.
 
-White noise that drives an oscillator with eigenvalue lambda = sigma + i omega gives its complex coordinate the
-stationary correlation e^(lambda t) for t > 0 (Crandall & Mark, Random Vibration in Mechanical Systems, 1963, section
-2.2, for sigma small beside omega). A channel sees it by the phasor c that its free motion shows: the covariance of
-channels k and l is Re(c_k conj(c_l) e^(lambda t)) / 2, so one disturbance moves all channels in the shape of the mode.
-Its state at the start of the window is among the free amplitudes.
+White noise w that drives a mode with eigenvalue lambda = sigma + i omega, dz = lambda z dt + g dw with a real w and any
+complex g, gives its complex coordinate z the stationary covariances E z(t + s) conj(z(t)) = S e^(lambda s) and
+E z(t + s) z(t) = M e^(lambda s) for s > 0, where |M| / S = |sigma / lambda| and the phase of M is twice that of g,
+less that of -lambda (Lyapunov's equation; Gardiner, Handbook of Stochastic Methods, section 4.4.6). A channel sees z
+by the phasor c that its free motion shows: the covariance of channels k and l is
+Re(c_k conj(c_l) S e^(lambda s) + c_k c_l M e^(lambda s)) / 2, so one disturbance moves all channels in the shape of the
+mode. The phase hangs on where the ground pushes; the most probable of a few is taken. Its state at the start of the
+window is among the free amplitudes.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import toeplitz
+from numpy.typing import NDArray
 
 from bicycle.identification.decay_window import Window
 from tyre.base.arrays import Array
@@ -19,6 +23,9 @@ from tyre.base.arrays import Array
 SHARES = 10.0 ** np.arange(-1.5, 0.3, 0.25)
 """Rms of the driven motion over that of the mode in the window: 0.03 to 1.8, so near each other that none between two
 is taken for a level at which the scatter is half of what it is."""
+
+PHASES = math.pi / 3 * np.arange(6)
+"""Of what pushes a mode, twice."""
 
 LEAST_DAMPING = 0.03
 MOST_SAMPLES = 240
@@ -68,53 +75,88 @@ class Driven:
     drift_signals: Array
 
 
-def driven(w: Window, modes: Array) -> Driven | None:
-    """Driven noise of a window about the eigenvalues and phasors that its modes have.
+@dataclass(frozen=True)
+class Driving:
+    """Modes of a window that something drives.
 
-    Parameters
+    Attributes
     ----------
-    w : Window
-    modes : ndarray, shape (m, 2)
-        sigma (1/s) and omega (rad/s).
-
-    Returns
-    -------
-    Driven or None
-        None where the window has too many samples for it.
+    window : Window
+    level : ndarray, shape (c,)
+        Sd of the sensors' noise, in units of the window's scale.
+    phasors : ndarray, shape (m, c)
+        Of each mode in the channels, over ``level``.
+    paths : tuple of ndarray, shape (n, r)
+        Of each mode, complex: z is their sum with independent standard normal weights, of the rms that the mode has,
+        at phase zero.
     """
-    n, channels = w.signals.shape
-    if n > MOST_SAMPLES:
-        return None
-    roots = modes[:, 0] + 1j * modes[:, 1]
-    waves = np.exp(roots * w.time[:, None])
-    whole = np.hstack([waves.real, waves.imag, w.drift])
-    amplitudes = np.linalg.lstsq(whole, w.signals, rcond=None)[0]
-    left = w.signals - whole @ amplitudes
-    level = np.maximum(np.sqrt((np.diff(left, 2, axis=0) ** 2).mean(0) / 6), LEAST_NOISE)  # of white noise
-    columns = []
-    for number, (sigma, omega) in enumerate(modes):
-        phasors = amplitudes[number] - 1j * amplitudes[len(modes) + number]
-        size = np.sqrt((np.abs(waves[:, number]) ** 2).mean())
-        root = -max(abs(float(sigma)), LEAST_DAMPING * float(omega)) + 1j * omega
-        values, vectors = np.linalg.eigh(toeplitz(np.exp(root * w.time)))
-        kept = values * (size * SHARES.max() * np.abs(phasors / level).max()) ** 2 > NEGLIGIBLE / 10
-        half = vectors[:, kept] * np.sqrt(values[kept] / 2) * size
-        seen = (phasors / level)[:, None, None] * half  # (channels, n, r)
-        columns += [seen.real, seen.imag]
-    u = np.concatenate(columns, 2).reshape(channels * n, -1)
-    along, singular, _ = np.linalg.svd(u, full_matrices=False)
-    kept = singular * SHARES.max() > np.sqrt(NEGLIGIBLE)
-    along, variances = along[:, kept], (SHARES[:, None] * singular[kept]) ** 2
-    left = 1 / (1 + variances)
-    scaled = (w.signals / level).T
-    of_signals = scaled.ravel() @ along
-    apart = scaled - (along @ of_signals).reshape(channels, n)
-    directions = along.reshape(channels, n, -1) / level[:, None, None]
-    polynomials = w.drift.T @ directions
-    spread = np.log1p(variances).sum(1) + 2 * n * np.log(level).sum() - (channels - 1) * math.log(math.pi / n)
-    taken = polynomials * (1 - left)[:, None, None]
-    return Driven(
-        level, directions, variances, left, left * of_signals, (apart**2).sum() + left @ of_signals**2, spread,
-        apart / level[:, None], apart / level[:, None] @ w.drift, taken,
-        np.einsum("fckr,dlr->fckdl", taken, polynomials), np.einsum("fr,ckr->fck", left * of_signals, polynomials),
-    )  # fmt: skip
+
+    window: Window
+    level: Array
+    phasors: NDArray[np.complex128]
+    paths: tuple[NDArray[np.complex128], ...]
+
+    @classmethod
+    def of(cls, w: Window, modes: Array) -> "Driving | None":
+        """Driven noise of a window ``w`` about the eigenvalues and phasors of its ``modes`` (m, 2; 1/s and rad/s).
+
+        None where the window has too many samples for it.
+        """
+        n, m = len(w.time), len(modes)
+        if n > MOST_SAMPLES:
+            return None
+        waves = np.exp((modes[:, 0] + 1j * modes[:, 1]) * w.time[:, None])
+        whole = np.hstack([waves.real, waves.imag, w.drift])
+        amplitudes = np.linalg.lstsq(whole, w.signals, rcond=None)[0]
+        left = w.signals - whole @ amplitudes
+        level = np.maximum(np.sqrt((np.diff(left, 2, axis=0) ** 2).mean(0) / 6), LEAST_NOISE)  # of white noise
+        phasors = (amplitudes[:m] - 1j * amplitudes[m : 2 * m]) / level
+        sizes = np.sqrt((np.abs(waves) ** 2).mean(0))
+        paths = [
+            _paths(w.time, complex(*mode), float(size), float(np.abs(seen).max()))
+            for mode, size, seen in zip(modes, sizes, phasors, strict=True)
+        ]
+        return cls(w, level, phasors, tuple(paths))
+
+    def at(self, phases: Sequence[float]) -> Driven:
+        """The covariance for ``phases`` (m,) of what pushes the modes, twice, rad."""
+        w, level = self.window, self.level
+        n, channels = w.signals.shape
+        columns = [
+            (seen[:, None, None] * (path * np.exp(0.5j * phase))).real
+            for seen, path, phase in zip(self.phasors, self.paths, phases, strict=True)
+        ]
+        u = np.concatenate(columns, 2).reshape(channels * n, -1)
+        along, singular, _ = np.linalg.svd(u, full_matrices=False)
+        kept = singular * SHARES.max() > np.sqrt(NEGLIGIBLE)
+        along, variances = along[:, kept], (SHARES[:, None] * singular[kept]) ** 2
+        left = 1 / (1 + variances)
+        scaled = (w.signals / level).T
+        of_signals = scaled.ravel() @ along
+        apart = scaled - (along @ of_signals).reshape(channels, n)
+        directions = along.reshape(channels, n, -1) / level[:, None, None]
+        polynomials = w.drift.T @ directions
+        spread = np.log1p(variances).sum(1) + 2 * n * np.log(level).sum() - (channels - 1) * math.log(math.pi / n)
+        taken = polynomials * (1 - left)[:, None, None]
+        return Driven(
+            level, directions, variances, left, left * of_signals, (apart**2).sum() + left @ of_signals**2, spread,
+            apart / level[:, None], apart / level[:, None] @ w.drift, taken,
+            np.einsum("fckr,dlr->fckdl", taken, polynomials), np.einsum("fr,ckr->fck", left * of_signals, polynomials),
+        )  # fmt: skip
+
+
+def _paths(time: Array, mode: complex, size: float, seen: float) -> NDArray[np.complex128]:
+    """Principal paths of a driven ``mode`` of rms ``size``, shape (n, r), without those that nobody has ``seen``."""
+    n = len(time)
+    root = complex(-max(abs(mode.real), LEAST_DAMPING * mode.imag), mode.imag)
+    one, other = np.indices((n, n))
+    turned = np.exp(root * time)[np.abs(one - other)]
+    circular, elliptic = turned.real / 2, -root.real / abs(root) * turned / 2
+    across = np.where(one > other, -1, 1) * turned.imag / 2  # E Re z(t) Im z(u)
+    covariance = np.block(
+        [[circular + elliptic.real, across + elliptic.imag], [across.T + elliptic.imag, circular - elliptic.real]]
+    )
+    values, vectors = np.linalg.eigh(covariance)
+    kept = values * (size * SHARES.max() * seen) ** 2 > NEGLIGIBLE / 10
+    half = vectors[:, kept] * np.sqrt(values[kept]) * size
+    return np.asarray(half[:n] + 1j * half[n:])

@@ -16,7 +16,7 @@ import numpy as np
 from bicycle.eigenvalues.oscillation import angular_frequency, frequency_hz
 from bicycle.identification.decay_estimate import CLEAR, RATIOS, Estimate, log_odds_of_each, sought
 from bicycle.identification.decay_evidence import DRIFTS
-from bicycle.identification.decay_posterior import FASTEST, SLOWEST
+from bicycle.identification.decay_guesses import FASTEST, SLOWEST
 from bicycle.identification.decay_window import window
 from bicycle.identification.recording import Run
 from bicycle.identification.window_start import PARTS, TOO_FAR, Movement, movement
@@ -208,11 +208,10 @@ def _fewer(decays: Sequence[Decay], odds: Array) -> str:
 def _decay(run: Run, found: Estimate, number: int, last_s: float, *, asked: bool, scanned: bool) -> Decay:
     sigma, omega = (float(x) for x in found.mean[number])
     w = found.window
-    r_squared = 1 - float(((w.signals - found.curves()[0]) ** 2).sum()) / w.signals.size
     sd = (float(found.sd[number, 0]), float(found.sd[number, 1]))
     beside = tuple(complex(*mode) for place, mode in enumerate(found.mean) if place != number and not asked)
     decay = Decay(
-        run.name, run.speed, complex(sigma, omega), sd, found.ratios[number], r_squared,
+        run.name, run.speed, complex(sigma, omega), sd, found.ratios[number], found.explained,
         float(frequency_hz(1j * omega)) * w.length, found.best.evidence.drift, max(found.weights), None, beside, found,
     )  # fmt: skip
     if not scanned or decay.rejected:

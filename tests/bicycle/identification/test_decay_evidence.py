@@ -2,14 +2,15 @@
 
 import numpy as np
 import pytest
-from scipy.linalg import block_diag, toeplitz
+from scipy.linalg import block_diag, expm, solve_continuous_lyapunov, toeplitz
 from scipy.special import gammaln
 
 from bicycle.identification import decay_evidence as module
+from bicycle.identification import decay_noise
 from bicycle.identification.decay_evidence import Evidence, basis
+from bicycle.identification.decay_guesses import noise_floor
 from bicycle.identification.decay_least_squares import DRIVEN, log_sum
-from bicycle.identification.decay_noise import SHARES, driven
-from bicycle.identification.decay_posterior import noise_floor
+from bicycle.identification.decay_noise import SHARES, Driving
 from bicycle.identification.decay_window import window
 from bicycle.identification.run import Run
 
@@ -72,9 +73,10 @@ def test_noise_of_the_sensors(seen, drift, rates):
 
 
 @CASES
-def test_modes_that_the_ground_drives(seen, drift, rates):
+@pytest.mark.parametrize("phase", [0.0, 2.0])
+def test_modes_that_the_ground_drives(seen, drift, rates, phase):
     """One disturbance moves all channels by the phasors of the mode: a covariance of all samples at once."""
-    noise, shaken = noise_floor(seen, MODES), driven(seen, MODES)
+    noise, shaken = noise_floor(seen, MODES), Driving.of(seen, MODES).at([phase])
     n, channels = seen.signals.shape
     solved = Evidence(seen, drift, noise, shaken).solved(NEAR, rates)
     own, shared = solved.own, solved.driven
@@ -82,9 +84,16 @@ def test_modes_that_the_ground_drives(seen, drift, rates):
     phasors = np.linalg.lstsq(whole, seen.signals, rcond=None)[0][:2].T @ [1, -1j]
     size = np.mean(np.exp(2 * MODES[0, 0] * seen.time))
     lag = seen.time[:, None] - seen.time
-    turning = np.exp(complex(*MODES[0]) * np.abs(lag))
-    turning = np.where(lag >= 0, turning, turning.conj())
-    blocks = [[(a * b.conjugate() * turning).real * size / 2 for b in phasors] for a in phasors]
+    root = complex(*MODES[0])
+    later = np.exp(root * np.abs(lag))  # dz = root z dt + g dw: covariances of z with conj(z) and with z
+    squeezed = -root.real / abs(root) * np.exp(1j * phase)
+
+    def between(a, b):
+        forward = (a * b.conjugate() * later + a * b * squeezed * later).real / 2
+        back = (b * a.conjugate() * later + a * b * squeezed * later).real / 2
+        return np.where(lag >= 0, forward, back) * size
+
+    blocks = [[between(a, b) for b in phasors] for a in phasors]
     white = np.diag(np.repeat(shaken.level**2, n))
     constant = (channels - 1) / 2 * np.log(np.pi / n) - channels * np.log(len(seen.colours)) - np.log(len(SHARES))
     for k, (design, priors) in enumerate(designs(seen, drift, rates)):
@@ -97,3 +106,31 @@ def test_modes_that_the_ground_drives(seen, drift, rates):
     total = log_sum(np.swapaxes(own.log, 0, 1)).sum(-1)
     both = np.logaddexp(total + np.log(1 - DRIVEN), log_sum(shared.log.T) + np.log(DRIVEN))
     assert Evidence(seen, drift, noise, shaken).log(NEAR, rates) == pytest.approx(both)
+
+
+@pytest.mark.parametrize("push", [np.array([0.0, 1.0]), np.array([0.4, -1.3])])
+def test_the_covariance_of_driven_modes_is_that_of_their_stochastic_equation(push):
+    """x' = A x + G w: covariance of x by scipy's solution of Lyapunov's equation, seen by two channels."""
+    root, t = complex(-1.2, 5.0), np.arange(0, 1.5, 0.05)
+    a = np.array([[0.0, 1.0], [-(abs(root) ** 2), 2 * root.real]])
+    stationary = solve_continuous_lyapunov(a, -np.outer(push, push))
+    values, left = np.linalg.eig(a.T)
+    row = left[:, np.argmin(np.abs(values - root))]  # z = row x has z' = root z + row G w
+    _, right = np.linalg.eig(a)
+    column = right[:, np.argmin(np.abs(np.linalg.eigvals(a) - root))]
+    column = 2 * column / (row @ column)  # x = Re(column z)
+    strength = float((row @ stationary @ row.conj()).real)
+    phase = float(np.angle(row @ stationary @ row))
+    paths = decay_noise._paths(t, root, 1.0, 1e6) * np.sqrt(strength)
+    shown = np.concatenate([(c * paths * np.exp(0.5j * phase)).real for c in column])
+    moved = [[step(a, one, other, stationary) for other in t] for one in t]
+    expected = np.array(moved).transpose(2, 0, 3, 1).reshape(shown.shape[0], -1)
+    scale = np.sqrt(np.outer(*2 * [np.repeat(np.diag(stationary), len(t))]))
+    assert shown @ shown.T / scale == pytest.approx(expected / scale, abs=1e-6)
+
+
+def step(a, one, other, stationary):
+    """E x(one) x(other)'."""
+    if one >= other:
+        return expm(a * (one - other)) @ stationary
+    return stationary @ expm(a.T * (other - one))
