@@ -19,7 +19,7 @@ from bicycle.modal.block import START, Block
 from bicycle.modal.compiled_ahead import compiled_ahead
 from bicycle.modal.compiled_batch import BLOCK, decompose, follow, name
 from bicycle.modal.doubts import SURE
-from bicycle.modal.track_kernel import Track
+from bicycle.modal.track_kernel import Decomposed, Track
 from bicycle.modal.tracking import STEP
 from tyre.base.arrays import Array
 
@@ -115,8 +115,9 @@ def _part(block: Block, max_speed: float, first: int) -> tuple[NDArray[np.generi
         return int(crossing_kernel.divide(track, block.unit, low, high, owner, v))
 
     with compiled_ahead():
-        track = follow(block, np.full(len(high), START * STEP), high / block.unit, asked)
-    track.status[_moves_near_rest(block, track)] = AT_REST
+        looks = np.outer(block.unit, SLOW_LOOKS)
+        track, near_rest = follow(block, np.full(len(high), START * STEP), high / block.unit, asked, looks)
+    track.status[_moves(near_rest, len(high))] = AT_REST
     room = track.re[:, :, 0].size
     owner, step, root = (np.empty(room, np.int64) for _ in range(3))
     start = np.empty((3, room))
@@ -140,11 +141,11 @@ def _part(block: Block, max_speed: float, first: int) -> tuple[NDArray[np.generi
     )  # fmt: skip
 
 
-def _moves_near_rest(block: Block, track: Track) -> NDArray[np.bool_]:
-    """Whether stability changes below the track, or may: other roots are unstable, or one is near the axis, (m,)."""
-    bicycles = len(block.unit)
-    owner, v = np.repeat(np.arange(bicycles), len(SLOW_LOOKS)), np.outer(block.unit, SLOW_LOOKS).ravel()
-    at = decompose(block, owner, v)
+def _moves(at: Decomposed, bicycles: int) -> NDArray[np.bool_]:
+    """Whether stability changes between speeds near rest, or may: other roots are unstable, or one is near the axis.
+
+    Shape (bicycles,), from their roots at :data:`SLOW_LOOKS`.
+    """
     certain = (np.abs(at.re) > 3 * at.doubt).all(1).reshape(bicycles, -1).all(1)
     order = np.lexsort((at.re, np.abs(at.im)))
     unstable = np.take_along_axis(at.re > 0, order, 1).reshape(bicycles, len(SLOW_LOOKS), -1)  # by frequency

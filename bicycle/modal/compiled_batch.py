@@ -69,7 +69,9 @@ def matrices(block: Block, owner: NDArray[np.int64], v: Array) -> tuple[Array, A
     return stack, change
 
 
-def follow(block: Block, lowest: Array, highest: Array, asked: Asked | None = None) -> Track:
+def follow(
+    block: Block, lowest: Array, highest: Array, asked: Asked | None = None, beside: Array | None = None
+) -> tuple[Track, Decomposed]:
     """Track all bicycles where names are given, and from a lowest to a highest speed.
 
     Parameters
@@ -79,20 +81,31 @@ def follow(block: Block, lowest: Array, highest: Array, asked: Asked | None = No
         In units of speed.
     asked : callable, optional
         Asks for more nodes of a track where all is linked, as :func:`follow_kernel.link_steps` does.
+    beside : ndarray, shape (m, k), optional
+        Speeds at which roots are wanted beside the track, m/s.
+
+    Returns
+    -------
+    Track
+    Decomposed
+        Roots ``beside``, by bicycle.
     """
     bicycles, n = block.coefficients.shape[1:3]
     own, v = block.grid(lowest, highest)
     grid = np.bincount(own, minlength=bicycles)
     track = track_kernel.empty_track(bicycles, max(NODES, 2 * int(grid.max())), n)
     track.grid[:] = grid
-    add(block, track, own.astype(np.int64), v, asked)
+    beside = np.empty((bicycles, 0)) if beside is None else beside
+    owners = np.concatenate([own, np.repeat(np.arange(bicycles), beside.shape[1])])
+    both = decompose(block, owners, np.concatenate([v, beside.ravel()]))  # a call with few points costs as much as ten
+    _add(block, track, owners[: len(v)], v, both.part(slice(len(v))), asked)
     owners, speeds = np.empty(track.v.size, np.int64), np.empty(track.v.size)
     count = anchor_kernel.ask_between(track, block.unit, owners, speeds)
     add(block, track, owners[:count], speeds[:count], asked)
     there = np.arange(bicycles), np.abs(track.v / block.unit[:, None] - REFERENCE_SPEED).argmin(1)
     fastest = np.hypot(track.re[there], track.im[there]).max(1)
     track.status[~(fastest * block.unit <= 0.99 * FASTEST_RATE * block.kind.gravity)] = STIFF
-    return track
+    return track, both.part(slice(len(v), None))
 
 
 def add(block: Block, track: Track, owner: NDArray[np.int64], v: Array, asked: Asked | None = None) -> None:
@@ -109,14 +122,25 @@ def add(block: Block, track: Track, owner: NDArray[np.int64], v: Array, asked: A
     asked : callable, optional
         As of :func:`follow`.
     """
+    if len(v):
+        _add(block, track, owner, v, decompose(block, owner, v), asked)
+
+
+def _add(
+    block: Block, track: Track, owner: NDArray[np.int64], v: Array, at: Decomposed, asked: Asked | None
+) -> None:  # fmt: skip
+    """As :func:`add`, with what is known ``at`` these speeds."""
     room = track.v.size * 3
     owners, speeds = np.empty(room, np.int64), np.empty(room)
-    while len(v):
-        follow_kernel.place(track, owner, v, *decompose(block, owner, v))
+    while True:
+        follow_kernel.place(track, owner, v, *at)
         count = follow_kernel.link_steps(track, block.unit, owners, speeds)
         if not count and asked:
             count = asked(track, owners, speeds)
+        if not count:
+            return
         owner, v = owners[:count].copy(), speeds[:count].copy()
+        at = decompose(block, owner, v)
 
 
 def name(block: Block, track: Track, speeds: Array) -> Named:
@@ -160,7 +184,7 @@ def name_block(
     bicycles, k = speeds.shape
     reach = speeds / block.unit[:, None]
     with compiled_ahead():
-        track = follow(block, reach.min(1), reach.max(1))
+        track, _ = follow(block, reach.min(1), reach.max(1))
     slowest = SLOWEST_SPEED if block.kind.singular else 0.0
     track.status[(reach < slowest).any(1) | (reach > FASTEST_SPEED).any(1)] = BEYOND
     found = name(block, track, speeds)

@@ -64,6 +64,13 @@ class Decomposed(NamedTuple):
     share: Array
     doubt: Array
 
+    def part(self, nodes: slice) -> "Decomposed":
+        """Some of the ``nodes``, in arrays as kernels take them."""
+        re, im, slopes, share, doubt = self
+        return Decomposed(
+            re[nodes], im[nodes], np.ascontiguousarray(slopes[:, nodes]), share[nodes], doubt[nodes]
+        )  # fmt: skip
+
 
 @compiled
 def assemble(
