@@ -60,7 +60,7 @@ def find_anchor(w: Walked, m: int, share: Array, roles: Roles, unit: float, core
         return -1
     if plainest - second < LEVEL or _more_between(w, m, unit, count, plain, most, plainest):
         return -1
-    if _more_at_meetings(w, m, share, roles, unit, most, plainest):
+    if _more_at_meetings(w, m, share, roles, unit, most, plainest) or _leans_otherwise(w, m, best, share, roles, core):
         return -1
     return best
 
@@ -105,6 +105,32 @@ def _more_at_meetings(
                 if count > most or (count and count == most and not _plainness(w, end, here) * BETTER < plainest):
                     return True
     return False
+
+
+@compiled_within
+def _leans_otherwise(w: Walked, m: int, best: int, share: Array, roles: Roles, core: Whole) -> bool:
+    """Whether another root would be the capsize at a node next to the anchor, in a step that the full track divides."""
+    first, second = -1, -1
+    for i in range(w.re.shape[1]):
+        if core[i] and w.im[best, i] == 0.0:
+            first, second = i, first
+    for k in (best - 1, best):
+        if not 0 <= k < m - 1:
+            continue
+        node, other = k, k + 1 if k == best else k
+        while not w.grid[node]:
+            node -= 1
+        here = _leaning(share, best, roles, first) >= _leaning(share, best, roles, second)
+        there = _leaning(share, other, roles, first) >= _leaning(share, other, roles, second)
+        if w.grid[node] == 1 and here != there:
+            return True
+    return False
+
+
+@compiled_within
+def _leaning(share: Array, k: int, roles: Roles, i: int) -> float:
+    lean, steer = float(share[k, roles.lean, i]), float(share[k, roles.steer, i])
+    return lean / (lean + steer + 1e-300)
 
 
 @compiled
@@ -233,11 +259,7 @@ def own_core(w: Walked, k: int, share: Array, roles: Roles, core: Whole, name: W
                 second = i
     if first < 0:
         return modes, -1
-    a, b = (
-        share[k, roles.lean, first] / (share[k, roles.lean, first] + share[k, roles.steer, first] + 1e-300),
-        share[k, roles.lean, second] / (share[k, roles.lean, second] + share[k, roles.steer, second] + 1e-300),
-    )
-    if not a >= b:
+    if not _leaning(share, k, roles, first) >= _leaning(share, k, roles, second):
         first, second = second, first
     w.owner[first], w.owner[second] = modes, modes + 1
     name[modes], name[modes + 1] = CAPSIZE, CASTERING

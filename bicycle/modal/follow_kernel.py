@@ -93,6 +93,10 @@ def link_steps(t: Track, unit: Array, owner: NDArray[np.int64], v: Array) -> int
             if t.kind[b, left] == MEETING and h > 1.5 * STEP * unit[b]:
                 t.kind[b, left] = OPEN  # the full track has nodes there that tell more
             if t.kind[b, left] != OPEN and not keep_apart(t, b, left, right, t.kind[b, left]):
+                if t.kind[b, left] == SMOOTH and t.until[b, left] == 0 and h < 1.5 * STEP * unit[b]:
+                    t.until[b, left] = right
+                    for i in range(n):
+                        t.whole[b, left, i] = t.match[b, left, i]
                 t.kind[b, left] = OPEN
             if t.kind[b, left] == SMOOTH and on_grid(t, unit, b, left) and on_grid(t, unit, b, right):
                 t.plain[b, left] = 1

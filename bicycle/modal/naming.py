@@ -22,7 +22,7 @@ from bicycle.linear_model import LinearModel
 from bicycle.modal.anchor import MOSTLY, WALKING, Cores, Unit, core_at, find_anchor, units_at
 from bicycle.modal.cast import named_by_role
 from bicycle.modal.doubts import NO_ANCHOR, NO_HEIR, NOT_CLEAR, SHORT_PAIR, SURE
-from bicycle.modal.identity import conjugate_index, regions
+from bicycle.modal.identity import APART, conjugate_index, regions
 from bicycle.modal.tracking import STEP, TrackedRange, given
 from tyre.base.arrays import Array, Complex
 
@@ -273,15 +273,28 @@ def _modes(
     units = [unit for unit in units if len(unit) == 2 or unit[0] not in joined]
     units.sort(key=lambda unit: abs(seen.values[anchor, unit[0]]))
     alone = [i for i in single if i not in joined]
-    plain = plain and not (always[0] < speeds[0] and _meet_at_rest(speeds, seen.values, alone))
+    twin = {i: j for unit in (*core.values(), *units) if len(unit) == 2 for i, j in (unit, unit[::-1])}
+    plain = plain and not (always[0] < speeds[0] and _meet_at_rest(speeds, seen.values, alone, twin))
     return [*core.items(), *(("", unit) for unit in units)], plain
 
 
-def _meet_at_rest(speeds: Array, values: Complex, single: Sequence[int]) -> bool:
-    """Whether two of the real roots ``single``, each a mode by itself, may be a pair below the first node."""
+def _meet_at_rest(speeds: Array, values: Complex, alone: Sequence[int], twin: Mapping[int, int]) -> bool:
+    """Whether two real roots may be a pair below the first node that is one mode, or blurs names above it."""
+    # one mode: those that are ``alone``; ``twin`` is the other root of a mode of two
     far = NEAR_REST * speeds[0] / (speeds[1] - speeds[0])
-    for i, j in combinations(single, 2):
-        first, second = ((values[:2, i] - values[:2, j]) ** 2).real
-        if values[0, i].imag or values[0, j].imag or not first > far * abs(second - first):
-            return True
+    at, above = values[0].tolist(), values[1].tolist()
+
+    def near(i: int, j: int) -> float:
+        return abs(at[i] - at[j]) / (abs(at[i]) + abs(at[j]) + 1e-300)
+
+    def blurred(i: int, j: int) -> bool:
+        return i in twin and near(i, j) < min(APART, near(i, twin[i]))
+
+    if len(alone) > 1 and any(at[i].imag for i in alone):
+        return True
+    for i, j in combinations([i for i, root in enumerate(at) if not root.imag], 2):
+        if {i, j} <= {*alone} or (twin.get(i) != j and (blurred(i, j) or blurred(j, i))):
+            first, second = ((roots[i] - roots[j]) ** 2 for roots in (at, above))
+            if not first.real > far * abs((second - first).real):
+                return True
     return False

@@ -15,6 +15,7 @@ from bicycle.modal.anchor_kernel import FIRST_ROLE, find_anchor, own_core
 from bicycle.modal.batch_kind import Roles
 from bicycle.modal.cast_kernel import cast
 from bicycle.modal.doubts import NO_ANCHOR, NO_HEIR, NOT_CLEAR, SHORT_PAIR, SURE
+from bicycle.modal.identity import APART
 from bicycle.modal.identity_kernel import CHANCE, Walked, Whole, walk
 from bicycle.modal.naming import FAST, HIGHEST, LOWEST, NEAR_REST, OVERDAMPED, SHORT
 from bicycle.modal.track_kernel import Track, mate_of, on_grid
@@ -60,7 +61,7 @@ def name_all(t: Track, unit: Array, roles: Roles, found: Named, todo: Whole) -> 
             continue
         m = t.filled[b]
         _in_branches(t, b, m, w, found.root[b], share, roles, unit)
-        t.status[b] = _name(w, m, share, roles, unit[b], found, b)
+        t.status[b] = _name(w, m, share, roles, unit[b], found, b) if _as_whole(t, b, m, found.root[b]) else NO_HEIR
         if t.status[b] == SURE:
             for k in range(m):
                 for i in range(n):
@@ -92,6 +93,22 @@ def _in_branches(t: Track, b: int, m: int, w: Walked, root: Whole, share: Array,
 
 
 @compiled_within
+def _as_whole(t: Track, b: int, m: int, root: Whole) -> bool:
+    """Whether nodes inside steps that the full track may take as a whole lead to the same roots as these steps."""
+    for k in range(m):
+        slot = t.order[b, k]
+        if t.until[b, slot] == 0:
+            continue
+        end = k + 1
+        while t.order[b, end] != t.until[b, slot]:
+            end += 1
+        for i in range(root.shape[1]):
+            if root[end, i] != t.whole[b, slot, root[k, i]]:
+                return False
+    return True
+
+
+@compiled_within
 def _name(w: Walked, m: int, share: Array, roles: Roles, unit: float, found: Named, b: int) -> int:
     """Name one bicycle; the status says whether that is clear."""
     n = w.re.shape[1]
@@ -116,7 +133,7 @@ def _others(
     w: Walked, m: int, anchor: int, share: Array, roles: Roles, modes: int, low: float, high: float
 ) -> int:  # fmt: skip
     """Owners of all other roots, slow first; how many modes there are, -1 where two real roots may be one or not."""
-    n = w.re.shape[1]
+    n, known = w.re.shape[1], modes
     partner = np.full(n, -1, np.int64)
     while True:  # real roots that are a pair at another speed, the nearest first
         p, q = _nearest_couple(w, m, anchor, partner, low, high)
@@ -125,8 +142,6 @@ def _others(
         if q < 0:
             return -1
         partner[p], partner[q] = q, p
-    if not roles.singular and w.v[0] > 0.0 and _meet_at_rest(w, m, anchor, partner):
-        return -1
     if _two_overdamped(w, anchor, share, roles, partner):
         return -1  # rare, and their order counts: left to the plain path
     while True:
@@ -136,7 +151,7 @@ def _others(
             if w.owner[i] < 0 and size < least:
                 own, least = i, size
         if own < 0:
-            return modes
+            return -1 if not roles.singular and w.v[0] > 0.0 and _meet_at_rest(w, known) else modes
         other = partner[own] if w.im[anchor, own] == 0.0 else w.mate[anchor, own]
         w.owner[own] = modes
         if other >= 0 and other != own:
@@ -174,22 +189,42 @@ def _nearest_couple(
 
 
 @compiled_within
-def _meet_at_rest(w: Walked, m: int, anchor: int, partner: Whole) -> bool:
-    """Whether two real roots, each a mode by itself, may be a pair below the first node."""
+def _meet_at_rest(w: Walked, known: int) -> bool:
+    """Whether two real roots may be a pair below the first node that is one mode, or blurs names above it.
+
+    One mode: those that are modes by themselves, other than the first ``known``.
+    """
     far = NEAR_REST * w.v[0] / (w.v[1] - w.v[0])
     for i in range(w.re.shape[1]):
         for j in range(i):
-            if w.owner[i] >= 0 or w.owner[j] >= 0 or partner[i] >= 0 or partner[j] >= 0:
-                continue
-            if w.im[anchor, i] != 0.0 or w.im[anchor, j] != 0.0:
-                continue
-            if w.im[0, i] != 0.0 or w.im[0, j] != 0.0:
+            p, q = w.owner[i], w.owner[j]
+            real = w.im[0, i] == 0.0 and w.im[0, j] == 0.0
+            alone = p >= known and q >= known and p != q and not w.double[p] and not w.double[q]
+            if alone and not real:
                 return True
+            if not real or not (alone or _blurred(w, i, j) or _blurred(w, j, i)):
+                continue
             first = (w.re[0, i] - w.re[0, j]) ** 2
             second = (w.re[1, i] - w.re[1, j]) ** 2 - (w.im[1, i] - w.im[1, j]) ** 2
             if not first > far * abs(second - first):
                 return True
     return False
+
+
+@compiled_within
+def _blurred(w: Walked, i: int, j: int) -> bool:
+    """Whether root ``i`` is near to one of another mode at the first node, and nearer than to the other of its own."""
+    for k in range(w.re.shape[1]):
+        if k not in (i, j) and w.owner[k] == w.owner[i] != w.owner[j]:
+            near = _apart(w, i, j)
+            return near < APART and near < _apart(w, i, k)
+    return False
+
+
+@compiled_within
+def _apart(w: Walked, i: int, j: int) -> float:
+    gap = math.hypot(w.re[0, i] - w.re[0, j], w.im[0, i] - w.im[0, j])
+    return gap / (math.hypot(w.re[0, i], w.im[0, i]) + math.hypot(w.re[0, j], w.im[0, j]) + 1e-300)
 
 
 @compiled_within

@@ -35,6 +35,8 @@ class Track(NamedTuple):
     status: Small  # (B,)
     grid: Small  # (B,), how many of the first nodes are those of the sparse grid
     plain: Small  # (B, M), 1 where the step to the next node of the full grid was linked as a whole
+    until: Small  # (B, M), not 0: a step that the full track may take as a whole, divided here, leads to this node
+    whole: Small  # (B, M, n), and to these of its roots
 
 
 def empty_track(bicycles: int, nodes: int, n: int) -> Track:
@@ -51,7 +53,8 @@ def empty_track(bicycles: int, nodes: int, n: int) -> Track:
         np.zeros((*table, n, n)),
         np.zeros(bicycles, np.int16), np.zeros(table, np.int16), np.zeros(table, np.int16),
         np.zeros((*table, n), np.int16), np.zeros((*table, 4), np.int16), np.zeros(bicycles, np.int16),
-        np.zeros(bicycles, np.int16), np.zeros(table, np.int16),
+        np.zeros(bicycles, np.int16), np.zeros(table, np.int16), np.zeros(table, np.int16),
+        np.zeros((*table, n), np.int16),
     )  # fmt: skip
 
 

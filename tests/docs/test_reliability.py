@@ -154,7 +154,7 @@ def test_the_chapter_says_of_the_second_edition_what_its_report_says():
 
 
 def test_batches():
-    counts = [result(f"batches{which}") for which in ("", "_again", "_third", "_fourth")]
+    counts = [result(f"batches{which}") for which in ("", "_again", "_third", "_fourth", "_fifth")]
     names, speeds = (
         [one for found in counts for one in found["different"] if ("at_m_s" in one) == of_names]
         for of_names in (True, False)
