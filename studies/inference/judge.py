@@ -80,7 +80,7 @@ def judge(forward: Forward, *, progress: Progress | None = None) -> Judgement:
     if better is not forward:
         forward = better
         known = again(forward, known, advance)
-    known, leader = search(forward, known, advance)
+    forward, known, leader = search(forward, known, advance)
     acceptance = accept(forward, known, leader)
     nominal, _ = forward.residual((), np.array([u.centre for u in forward.nuisances]))
     fits = _comparable(known)[:MOST_SIMILAR]

@@ -70,8 +70,10 @@ def again(forward: Forward, known: Hypotheses, progress: Progress) -> Hypotheses
     return _none_worse(forward, Hypotheses(null, tuple(found), known.library))
 
 
-def search(forward: Forward, known: Hypotheses, progress: Progress) -> tuple[Hypotheses, Fit | None]:
+def search(forward: Forward, known: Hypotheses, progress: Progress) -> tuple[Forward, Hypotheses, Fit | None]:
     """The best hypothesis, enlarged by one effect at a time as long as evidence and held-out score clearly gain.
+
+    The first of what is returned has its noise as the best of them leaves it.
 
     Parameters
     ----------
@@ -83,12 +85,14 @@ def search(forward: Forward, known: Hypotheses, progress: Progress) -> tuple[Hyp
     """
     known = laddered(forward, polished(forward, known))
     if not known.fits or known.nothing >= NOTHING:
-        return known, None
+        return forward, known, None
     leader = first(forward, known, known.best(1))
     for _ in range(MOST_EFFECTS - 1):
         size = len(leader.candidates)
         parents = list(dict.fromkeys([leader, *_preferred(forward, known.best(size))]))[:BEAM]
+        parents += [f for f in known.best(size)[:1] if f.admissible and f not in parents]  # of an unusual size
         known = polished(forward, expand(forward, known, parents, progress))
+        forward, known = _heard(forward, known, leader, progress)
         leader = known.find(leader.identifiers) or leader
         other = first(forward, known, known.best(size))
         if known.odds(other, leader) > CLEAR_ODDS:  # a larger one has shown the way to a better optimum
@@ -99,7 +103,19 @@ def search(forward: Forward, known: Hypotheses, progress: Progress) -> tuple[Hyp
         if held_out(forward, larger[0]).log_score <= held_out(forward, leader).log_score:
             break
         leader = larger[0]
-    return pruned(forward, known, leader)
+    return forward, *pruned(forward, known, leader)
+
+
+def _heard(forward: Forward, known: Hypotheses, leader: Fit, progress: Progress) -> tuple[Forward, Hypotheses]:
+    """With the noise as a larger hypothesis leaves it that is clearly better than the leader.
+
+    What the leader leaves may be the missing effect: taken for noise, it hides that the larger one explains the data.
+    """
+    best = known.best()[0]
+    if len(best.candidates) <= len(leader.candidates) or known.odds(best, leader) < CLEAR_ODDS:
+        return forward, known
+    better = forward.refined(best)
+    return (forward, known) if better is forward else (better, again(better, known, progress))
 
 
 def first(forward: Forward, known: Hypotheses, fits: Sequence[Fit]) -> Fit:

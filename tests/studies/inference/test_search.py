@@ -1,7 +1,7 @@
 """Fits that converge or say so, compared across nested hypotheses; on forward models of a line or two (synthetic)."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -133,7 +133,8 @@ def test_no_effect_is_kept_because_the_rest_stopped_in_a_minimum_of_its_own():
     assert leader.theta[1] == pytest.approx(1.5, abs=0.05)
 
 
-SHAPES = {"wave": np.sin(12 * X), "square": X**2, "cube": X**3}
+SHAPES = {"wave": np.sin(12 * X), "square": X**2, "cube": X**3, "quart": X**4}
+THREE = ("wave", "square", "cube")
 
 
 @dataclass(frozen=True)
@@ -150,7 +151,7 @@ def quiet(what):
 
 
 def test_what_is_far_behind_an_explanation_is_left_as_it_is():
-    forward = Shapes(data(0.0) + 2 * SHAPES["wave"], tuple(candidate(name) for name in SHAPES))
+    forward = Shapes(data(0.0) + 2 * SHAPES["wave"], tuple(candidate(name) for name in THREE))
     known = singles(forward, quiet)
     wave, square, cube = known.fits
     assert hopeful(forward, known, known.fits) == [wave]
@@ -159,7 +160,7 @@ def test_what_is_far_behind_an_explanation_is_left_as_it_is():
 
 
 def test_a_parent_far_behind_is_enlarged_only_by_what_closes_half_of_the_gap():
-    forward = Shapes(data(0.0) + 2 * SHAPES["wave"], tuple(candidate(name) for name in SHAPES))
+    forward = Shapes(data(0.0) + 2 * SHAPES["wave"], tuple(candidate(name) for name in THREE))
     known = singles(forward, quiet)
     wave, square, _ = known.fits
     pair = fit(forward, (forward.candidates[1], forward.candidates[2]))
@@ -169,6 +170,41 @@ def test_a_parent_far_behind_is_enlarged_only_by_what_closes_half_of_the_gap():
     assert "square+wave" in found
     alone = Hypotheses(known.null, known.fits[1:], known.library)
     assert "square+cube" in {f.name for f in expand(forward, alone, [square], quiet).fits}
+
+
+@dataclass(frozen=True)
+class Unheard(Shapes):
+    """Nobody states the noise: its sd is what a hypothesis leaves."""
+
+    sd: float = 0.1
+
+    def residual(self, candidates, theta, *, slopes=True):
+        residual, jacobian = super().residual(candidates, theta, slopes=slopes)
+        return 0.1 / self.sd * residual, 0.1 / self.sd * jacobian
+
+    def refined(self, best):
+        return replace(self, sd=self.sd * float(np.sqrt(np.mean(best.residual**2))))
+
+
+def test_what_a_second_effect_explains_is_not_taken_for_noise():
+    """True noise 0.1; what the better single effect leaves is three times as large."""
+    truth = data(0.0) + SHAPES["square"] + 0.5 * SHAPES["wave"]
+    found = judge(Unheard(truth, (candidate("wave"), candidate("square"))))
+    assert (found.verdict.verdict, found.verdict.equivalent) == ("named", ("wave+square",))
+    assert found.forward.sd == pytest.approx(0.1, rel=0.25)  # 30 rows: 13 %
+    columns = np.stack([np.ones(30), SHAPES["wave"], SHAPES["square"]], 1) / 0.1
+    wave, square = np.sqrt(np.linalg.inv(columns.T @ columns + np.eye(3)).diagonal()[1:])  # textbook normal equations
+    assert [e.parameters["size"][1] for e in found.verdict.effects] == pytest.approx([wave, square], rel=0.25)
+
+
+def test_the_most_probable_effect_is_enlarged_where_its_size_seldom_occurs_and_it_does_not_fit_alone():
+    """Five prior sd of "square" with a "wave"; two of sizes that occur fit worse, and are enlarged as well."""
+    truth = data(0.0) + 5 * SHAPES["square"] + 0.5 * SHAPES["wave"]
+    wide = (replace(c, unknowns=(replace(c.unknowns[0], scale=3.0),)) for c in map(candidate, ("cube", "quart")))
+    fitted = []
+    verdict = judge(Shapes(truth, (candidate("wave"), candidate("square"), *wide)), progress=fitted.append).verdict
+    assert "square+wave" in fitted
+    assert (verdict.verdict, verdict.equivalent) == ("tentative", ("square+wave",))
 
 
 def test_a_fit_goes_on_where_a_small_promise_was_a_slow_beginning():
