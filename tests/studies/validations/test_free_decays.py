@@ -62,7 +62,7 @@ def test_the_committed_result():
     shares = {name: [cell["coverage_percent"][part] for part in ("real", "imaginary")]
               for name, cell in result["cells"].items()}  # fmt: skip
     real, imaginary = shares.pop("driven by the ground")
-    assert f"of its amplitude, in {real:.0f} % (real part) and {imaginary:.0f} % (imaginary) only" in page
+    assert f"of its amplitude, in {real:.0f} % (real part) and {imaginary:.0f} % (imaginary) (`velotyre" in page
     every = [share for both in shares.values() for share in both]
     assert f"hold the truth in {math.floor(min(every))} to {math.ceil(max(every))} %, at most where little" in page
     assert "1.1 to" in max(shares, key=lambda name: max(shares[name]))
