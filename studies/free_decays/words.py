@@ -28,7 +28,7 @@ class Judged:
 
 
 def with_sd(value: float, sd: float) -> str:
-    """``-1.052 ± 0.031``: a ``value`` with its ``sd``, of which two digits are shown at least."""
+    """``-1.052 ± 0.031``: a ``value`` with its ``sd`` in any one unit, of which two digits are shown at least."""
     places = max(PLACES, 1 - math.floor(math.log10(sd))) if math.isfinite(sd) and sd > 0 else PLACES
     return f"{value:.{places}f} ± {sd:.{places}f}"
 
