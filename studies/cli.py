@@ -11,6 +11,7 @@ import click
 
 from studies.reporting.examples import ARGUMENTS, example
 from tyre.base.errors import InputError, unknown
+from tyre.base.interrupts import interrupts_arrive
 
 ABOUT = "From bicycle-tyre rig data to the stability of the bicycle."
 EXAMPLE = ("velotyre bicycles", "velotyre modes benchmark", "velotyre run")
@@ -93,7 +94,7 @@ def main(arguments: list[str] | None = None) -> None:
     Bad input or usage ends with exit code 2 and one line on stderr.
     """
     try:
-        with ExitStack() as until_the_end:
+        with ExitStack() as until_the_end, interrupts_arrive():
             build().main(args=arguments, prog_name="velotyre", standalone_mode=False, obj=until_the_end)
     except NO_ARGUMENTS as help_page:
         click.echo(help_page.format_message())

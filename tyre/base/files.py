@@ -47,6 +47,13 @@ def left_by_a_killed_run(name: str) -> bool:
     return re.fullmatch(r"\..+\.part\d+(\.\w+)?", name) is not None
 
 
+def clear_of_killed_runs(folder: Path) -> None:
+    """Remove what killed runs left in a ``folder`` (see :func:`left_by_a_killed_run`)."""
+    for file in folder.iterdir():
+        if left_by_a_killed_run(file.name):
+            file.unlink(missing_ok=True)
+
+
 def _settle(part: Path, target: Path) -> None:
     """Put ``part`` on the disk, with the permissions of ``target`` where there is one."""
     with part.open("rb+") as file:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from tyre.base.errors import InputError
+from tyre.base.files import clear_of_killed_runs
 from tyre.base.parallel import worker_pool
 from tyre.base.units import PASCAL_PER_BAR
 from tyre.campaigns.condition import (
@@ -134,6 +135,7 @@ def fit_campaign(
     files = recordings_in(folder, exclude=exclude)
     if cache_folder is not None:
         cache_folder.mkdir(parents=True, exist_ok=True)
+        clear_of_killed_runs(cache_folder)
     tasks = [(path, path.relative_to(folder).as_posix(), settings, cache_folder) for path in files]
     summaries: list[RecordingSummary] = []
     skipped: dict[str, str] = {}

@@ -72,16 +72,12 @@ class KeptCases:
         todo = [job for job in jobs if job not in known]
         self._forget_half_line()
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        with (
-            self.path.open("a", encoding="utf-8") as file,
-            model_workers(workers) as pool,
-            progress_bar(total=len(todo), desc=what, unit=" cases") as bar,
-        ):
+        with model_workers(workers) as pool, progress_bar(total=len(todo), desc=what, unit=" cases") as bar:
             for future in as_completed({pool.submit(one, *job) for job in todo}):
                 row = future.result()
                 known[self._job(row)] = row
-                file.write(json.dumps(row) + "\n")
-                file.flush()
+                with self.path.open("a", encoding="utf-8") as file:  # not before: a run killed now leaves no empty one
+                    file.write(json.dumps(row) + "\n")
                 bar.update()
         return [known[job] for job in jobs]
 

@@ -2,6 +2,7 @@
 
 import ast
 import json
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import studies.missing_effect.blind.generator as generator
 import studies.missing_effect.blind.histories as histories
 from bicycle import load_bicycle
 from studies.cli import main
+from studies.missing_effect.blind import kept
 from studies.missing_effect.blind import run as running
 from studies.missing_effect.blind.report import report, targets, write_report
 from studies.missing_effect.blind.run import blind_test, results_in
@@ -117,6 +119,16 @@ def test_bad_input(tmp_path, capsys, arguments, words):
     with pytest.raises(SystemExit):
         main(["blind-test", "--out", str(tmp_path / "r.jsonl"), *arguments])
     assert words in capsys.readouterr().err
+
+
+def test_a_run_that_is_killed_over_its_first_case_leaves_no_empty_file(tmp_path, monkeypatch):
+    monkeypatch.setattr(kept, "model_workers", ThreadPoolExecutor)
+    path = tmp_path / "r.jsonl"
+    rows = kept.KeptCases(path, ("seed",)).computed(
+        [(1,)], lambda seed: {"seed": seed, "there": path.exists()}, workers=1, what="cases"
+    )
+    assert rows == [{"seed": 1, "there": False}]
+    assert path.read_text() == '{"seed": 1, "there": false}\n'
 
 
 @pytest.mark.parametrize("half", ['{"cell": "modal-none", "se', "{", '{"cell": '])

@@ -156,9 +156,11 @@ def test_a_killed_run_goes_on(rig_folder, tmp_path, monkeypatch):
     text = third.read_text()
     third.write_text(text.replace("0.", "1.", 1))  # another number
     assert third.read_text() != text
+    (left := tmp_path / ".ab12.part4711.fit").write_text("half")
     monkeypatch.setattr(recording, "fit_recording", lambda path, **s: fitted.append(path) or real(path, **s))
     fit_campaign(rig_folder, cache_folder=tmp_path, **_quiet())
     assert len(fitted) == len(recordings_in(rig_folder)) + 3
+    assert not left.exists()
 
 
 def test_workers_give_the_same_result(rig_folder, campaign, cache):
