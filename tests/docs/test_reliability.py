@@ -121,6 +121,18 @@ SECOND = (
 )  # fmt: skip
 
 
+def test_histories_outside_the_library_again():
+    found = result("history_outside")
+    verdicts = [verdict for _, _, verdict, _ in found["rows"]]
+    assert (len(verdicts), found["errors"]) == (found["cases"], 0)
+    named = verdicts.count("named") + verdicts.count("class")
+    partial = named + verdicts.count("partial")
+    assert (found["named_or_class"], found["with_partial"]) == (named, partial)
+    shares = [f"({count / len(verdicts):.0%})".replace("%", " %") for count in (named, partial)]
+    said = f"{named} of {len(verdicts)} {shares[0]} and {partial} {shares[1]}"
+    assert measured("the same with the search of now") == said
+
+
 def test_second_edition():
     folder = ROOT / "studies/missing_effect/blind/results/second_edition"
     cells = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["cells"]
