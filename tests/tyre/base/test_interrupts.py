@@ -1,5 +1,6 @@
 """An interrupt that a callback swallows ends the block all the same."""
 
+import signal
 import sys
 import time
 
@@ -25,6 +26,15 @@ def work_until_interrupted(end):
             time.sleep(0.01)
 
 
+@pytest.fixture
+def interruptible():
+    """A process that was started in the background ignores interrupts."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interruptible")
 def test_an_interrupt_in_a_callback_arrives(capsys):
     before = sys.unraisablehook
     began = time.monotonic()
