@@ -118,6 +118,7 @@ def _effective(log: Array) -> float:
     return float(weights.sum() ** 2 / (weights**2).sum())
 
 
+@np.errstate(over="ignore")  # a trial far beyond the bounds, which is not used
 def _parted(x: Array, m: int) -> tuple[Array, Array | None]:
     """Modes (points, m, 2) and rates (points,) of numbers (points, 2 m), or 2 m + 1 with the logarithm of a rate."""
     rates = np.exp(x[:, -1]) if x.shape[1] > 2 * m else None

@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from bicycle.identification.free_decay import identify, identify_modes
@@ -217,6 +217,10 @@ def test_a_motion_that_is_no_sum_of_exponentials_is_not_parted_into_two_oscillat
 @given(
     seed=st.integers(0, 2**32 - 1), samples=st.integers(20, 300), step=st.floats(5e-4, 0.1), count=st.integers(1, 3),
     sigma=st.floats(-20.0, 10.0), omega=st.floats(0.3, 60.0), silence=st.floats(-1.0, 9.0), size=st.floats(-5.0, 3.0),
+)  # fmt: skip
+@example(
+    seed=2136, samples=85, step=0.03173214290365212, count=2, sigma=1.9104182955232751, omega=37.02936699914058,
+    silence=6.350983802513592, size=2.9184984182131686,
 )  # fmt: skip
 @settings(max_examples=8, derandomize=True)
 def test_whatever_the_window_there_is_an_answer_or_a_reason(seed, samples, step, count, sigma, omega, silence, size):
