@@ -25,7 +25,7 @@ SHARES = 10.0 ** np.arange(-1.5, 0.3, 0.25)
 is taken for a level at which the scatter is half of what it is."""
 
 PHASES = math.pi / 3 * np.arange(6)
-"""Of what pushes a mode, twice."""
+"""Of M, rad."""
 
 LEAST_DAMPING = 0.03
 MOST_SAMPLES = 240
@@ -119,7 +119,7 @@ class Driving:
         return cls(w, level, phasors, tuple(paths))
 
     def at(self, phases: Sequence[float]) -> Driven:
-        """The covariance for ``phases`` (m,) of what pushes the modes, twice, rad."""
+        """The covariance for ``phases`` (m,) of M of each mode, rad."""
         w, level = self.window, self.level
         n, channels = w.signals.shape
         columns = [

@@ -46,7 +46,7 @@ class Decay:
     ratios : mapping of str to tuple
         Ratio of channels -> value and 1-sigma of each part.
     r_squared : float
-        Of the whole fit, over all channels.
+        What such modes and the drift explain at most, over all channels.
     cycles : float
         In the window.
     drift : str

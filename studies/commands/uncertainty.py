@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from studies.uncertainty.quantity import Quantity
 
 SMALL = 0.005  # a group whose share is below this everywhere has no column
-LEADING = 5  # numbers that are named of many known together
+LEADING = 3  # numbers that are named of many known together
 HEADERS = ["quantity", "unit", "value", "sd linear", "sd Monte Carlo", "2.5 %", "97.5 %", "lost", "main cause"]
 
 
@@ -120,20 +120,21 @@ def _print_groups(uncertainty: "Uncertainty", found: "list[Quantity]") -> None:
 
 def _print_together(uncertainty: "Uncertainty", found: "list[Quantity]") -> None:
     """Of what is too much to be named in a column: which single number a result hangs on most."""
+    from studies.reporting.output import print_table
     from studies.sweeps.spec import MOST_NAMES
     from studies.uncertainty.contributions import known_exactly
 
-    for q in found:
-        for name, share in q.shares.items():
-            numbers = uncertainty.measurements[name]
-            if len(numbers) <= MOST_NAMES or share < SMALL:
-                continue
-            single = list(known_exactly(uncertainty, name, q.gradient).items())[:LEADING]
-            said = ", ".join(f"{key} {part:.0%}" for key, part in single)
-            click.echo(
-                f"\n{q.name}: of {len(numbers)} numbers known together, one known exactly would take of the linear "
-                f"variance: {said}; they tell of each other, so these shares overlap"
-            )
+    for name, numbers in uncertainty.measurements.items():
+        hanging = [q for q in found if q.shares[name] >= SMALL]
+        if len(numbers) <= MOST_NAMES or not hanging:
+            continue
+        click.echo(
+            f"\nof {len(numbers)} numbers known together, what one known exactly would take of the linear variance "
+            "(they tell of each other, so these shares overlap)"
+        )
+        single = [list(known_exactly(uncertainty, name, q.gradient).items())[:LEADING] for q in hanging]
+        table = [[q.name, *(f"{key} {part:.0%}" for key, part in row)] for q, row in zip(hanging, single, strict=True)]
+        print_table(table, ["quantity", "most", *[""] * (LEADING - 1)])
 
 
 def _record(uncertainty: "Uncertainty", q: "Quantity") -> dict[str, Any]:

@@ -73,7 +73,7 @@ def again(forward: Forward, known: Hypotheses, progress: Progress) -> Hypotheses
 def search(forward: Forward, known: Hypotheses, progress: Progress) -> tuple[Forward, Hypotheses, Fit | None]:
     """The best hypothesis, enlarged by one effect at a time as long as evidence and held-out score clearly gain.
 
-    The first of what is returned has its noise as the best of them leaves it.
+    Returns the forward model too: its noise is estimated anew where a hypothesis larger than the leader asks for it.
 
     Parameters
     ----------
