@@ -85,7 +85,8 @@ class Decay:
         if self.fewer:
             return self.fewer
         if self.r_squared < POOREST:
-            return f"R^2 = {self.r_squared:.2f} is below {POOREST:g}: noise or another motion is too large beside it"
+            shown = math.floor(1000 * self.r_squared) / 1000  # never rounded up to what it is below
+            return f"R^2 = {shown:g} is below {POOREST:g}: noise or another motion is too large beside it"
         size, doubt = abs(self.eigenvalue), max(self.sd)
         if doubt > MOST_DOUBT * size:
             why = f"{self.cycles:.1f} cycles tell too little"

@@ -2,6 +2,7 @@
 
 import csv
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -69,6 +70,12 @@ def test_windows_that_tell_too_little_are_rejected():
     noise = decay(rng)
     noise = Run("n.csv", 4.8, noise.time, {"roll_rate_rad_s": rng.normal(0, 0.1, len(noise.time))}, {})
     assert "is below 0.8: noise or another motion is too large beside it" in identify(noise).rejected
+
+
+def test_a_share_that_is_too_small_is_not_rounded_to_one_that_is_not():
+    found = identify(decay(np.random.default_rng(3)))
+    assert replace(found, r_squared=0.79996).rejected.startswith("R^2 = 0.799 is below 0.8: ")
+    assert replace(found, r_squared=0.8).rejected == ""
 
 
 def test_a_short_window_is_used_with_a_larger_sd():
