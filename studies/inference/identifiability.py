@@ -10,7 +10,8 @@ from studies.inference.fit import Fit
 from studies.inference.forward import Forward
 
 ALIKE_COSINE = 0.95  # of marginalised directions
-HOPELESS_ODDS = 1e4  # beyond which a look-alike is out, however parallel
+HOPELESS_ODDS = 1e4  # beyond which a look-alike is out, however parallel, unless it explains as much
+AS_MUCH = 6.0  # of the objective (chi^2 and prior): odds of 20 by the fit alone, whatever the volume of the prior
 MORE_PROBABLE = "more probable"  # how the reason begins of a member that is ahead of the leader
 BENCH_SD = 0.1  # of a bench test, in prior scales (5 % of the upper end of the typical range)
 
@@ -61,7 +62,7 @@ def similarity(forward: Forward, null: Fit, fits: list[Fit]) -> Array:
 def equivalents(forward: Forward, known: Hypotheses, leader: Fit) -> dict[Fit, str]:
     """The leader and what cannot be told from it, with the reason of each.
 
-    Odds below 20, or directions alike and odds not hopeless.
+    Odds below 20, or directions alike and odds not hopeless: of an unusual size only where the leader is of one, too.
 
     Parameters
     ----------
@@ -71,21 +72,21 @@ def equivalents(forward: Forward, known: Hypotheses, leader: Fit) -> dict[Fit, s
     leader : Fit
     """
     peers = [f for f in known.best(len(leader.candidates)) if f is not leader and f.admissible]
-    peers = [f for f in peers if known.odds(leader, f) < HOPELESS_ODDS]
+    best = leader.objective
+    peers = [f for f in peers if known.odds(leader, f) < HOPELESS_ODDS or f.objective - best < AS_MUCH]
     cosines = similarity(forward, known.null, [leader, *peers])[0, 1:]
     ahead = [f for f in peers if known.odds(leader, f) < 1]
     led = "the most probable of a size that occurs" if ahead else "the most probable"
     members = {leader: "where the search ended" if any(f.physical for f in ahead) else led}
     for f, cosine in zip(peers, cosines, strict=True):
         odds = known.odds(leader, f)
+        unusual = f", of an unusual size ({', '.join(f.implausible())})" if f.implausible() else ""
         if odds < CLEAR_ODDS:
-            unusual = f", of an unusual size ({', '.join(f.implausible())})" if f.implausible() else ""
             told = f"odds of only {odds:.2g} : 1 against it{unusual}"
             members[f] = told if odds >= 1 else _ahead(f, known.odds(f, leader))
-        elif cosine > ALIKE_COSINE and f.physical:
-            members[f] = (
-                f"does the same to the data (cosine {cosine:.3f}), whatever the odds ({odds:.2g} : 1 against it)"
-            )
+        elif cosine > ALIKE_COSINE and (f.physical or not leader.physical):
+            same = f"does the same to the data (cosine {cosine:.3f}), whatever the odds"
+            members[f] = f"{same} ({odds:.2g} : 1 against it){unusual}"
     return members
 
 

@@ -40,6 +40,8 @@ class UncertainParameter:
         Of the parameters in ``sets``, in their order, where each is reported by itself (``rear``, ``front``).
     least : float
         Smallest size |coordinate - centre| that is worth a name: less makes no difference that anyone would repair.
+    relative : bool
+        The value is what the exponential exceeds one by: of a wrong factor, which is as probable as its reciprocal.
 
     Raises
     ------
@@ -59,6 +61,7 @@ class UncertainParameter:
     labels: tuple[str, ...] = ()
     widened: float = 1.0
     least: float = 0.0
+    relative: bool = False
 
     def __post_init__(self) -> None:
         if not self.least >= 0:
@@ -67,10 +70,14 @@ class UncertainParameter:
             raise ValueError(f"{self.name}: scale = {self.scale:g} must be above 0; leave out what does not float")
         if not self.lowest < self.highest:
             raise ValueError(f"{self.name}: nothing lies between the bounds {self.lowest:g} and {self.highest:g}")
+        if self.relative and self.power != 0:
+            raise ValueError(f"{self.name}: power = {self.power} must be 0; a relative value is made of an exponential")
 
     def value(self, coordinate: Array) -> Array:
         """Physical value (same shape) of ``coordinate``, an array of any shape."""
-        return np.exp(coordinate) if self.power == 0 else coordinate**self.power
+        if self.power == 0:
+            return np.expm1(coordinate) if self.relative else np.exp(coordinate)
+        return coordinate**self.power
 
     def slope(self, coordinate: float) -> float:
         """Size of d(value)/d(coordinate) at ``coordinate``, a scalar in its own unit."""

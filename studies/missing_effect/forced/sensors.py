@@ -1,6 +1,6 @@
 """Sensors behind a frequency response: what gain, delay and low-pass do to it, and the candidates for them.
 
-Of an output y and an input u the recorded ratio is that of the bicycle times (1 + gain) exp(-s delay) / (1 + s tau) of
+Of an output y and an input u the recorded ratio is that of the bicycle times gain exp(-s delay) / (1 + s tau) of
 each, s = i omega: a channel lags behind the motion, and a torque acts when it is recorded as commanded, or later. The
 gain of an input is, as in time histories, what acts over what is recorded.
 """
@@ -77,7 +77,7 @@ def sense(
     name : str
         Of the signal.
     errors : mapping
-        Column and value of every coordinate by what it sets.
+        Column and coordinate of every unknown by what it sets; that of a gain is its logarithm.
     """
     gain, delay, tau = (errors.get(key.format(name)) for key in (GAIN, DELAY, LOWPASS))
     here = s[signal]
@@ -90,8 +90,7 @@ def sense(
             if entry is not None and slopes.shape[1]:
                 slopes[signal, entry[0]] += by * gains[signal]
     if gain:
-        pure = gains[signal]
-        gains[signal] *= 1 + gain[1]
-        slopes[signal] *= 1 + gain[1]
+        gains[signal] *= np.exp(gain[1])
+        slopes[signal] *= np.exp(gain[1])
         if slopes.shape[1]:
-            slopes[signal, gain[0]] += pure
+            slopes[signal, gain[0]] += gains[signal]

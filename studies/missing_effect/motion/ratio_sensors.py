@@ -21,9 +21,9 @@ LEAN = "lean_of_ratios"  # the signal that all ratios are divided by
 
 
 def errors_of(errors: dict[str, tuple[int, float]], signal: str) -> list[tuple[int, float] | None]:
-    """Column and value of gain, delay and low-pass of the sensor of a ``signal``, None where it does not float.
+    """Column and coordinate of gain (its logarithm), delay and low-pass of a ``signal``, None where it does not float.
 
-    ``errors`` : column and value of every coordinate by what it sets.
+    ``errors`` : column and coordinate of every unknown by what it sets.
     """
     return [errors.get(key.format(signal)) for key in (GAIN, DELAY, LOWPASS)]
 
@@ -32,7 +32,7 @@ def errors_of(errors: dict[str, tuple[int, float]], signal: str) -> list[tuple[i
 def apply_sensor(
     number: Complex, slope: Complex, row: int, errors: list[tuple[int, float] | None], *, power: int = 1
 ) -> None:
-    """Multiply a ratio by what a sensor makes of exp(lambda t), (1 + gain) exp(-lambda delay) / (1 + lambda tau).
+    """Multiply a ratio by what a sensor makes of exp(lambda t), gain exp(-lambda delay) / (1 + lambda tau).
 
     Parameters
     ----------
@@ -60,11 +60,10 @@ def apply_sensor(
             if entry is not None and slope.shape[2]:
                 slope[:, row, entry[0]] += power * by * number[:, row]
     if gain:
-        pure = number[:, row].copy()
-        number[:, row] *= (1 + gain[1]) ** power
-        slope[:, row] *= (1 + gain[1]) ** power
+        number[:, row] *= np.exp(power * gain[1])
+        slope[:, row] *= np.exp(power * gain[1])
         if slope.shape[2]:
-            slope[:, row, gain[0]] += power * pure * (1 + gain[1]) ** (power - 1)
+            slope[:, row, gain[0]] += power * number[:, row]
 
 
 def measurement_candidates(ratios: Sequence[str], speeds: Sequence[float]) -> tuple[Candidate, ...]:

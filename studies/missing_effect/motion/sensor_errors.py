@@ -11,6 +11,7 @@ later.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from bicycle.model import Model
 from studies.inference.fit import Fit
@@ -46,8 +47,12 @@ def error(
 
 
 def gain_error(sensor: str, signal: str) -> Candidate:
-    """A wrong scale of a ``sensor`` whose ``signal`` is multiplied by 1 + scale: 10 %, worth a name from 0.2 %."""
-    size = error("scale", "1", GAIN.format(signal), 0.1, least=0.002)
+    """A wrong scale of a ``sensor`` whose ``signal`` is multiplied by 1 + scale: 10 %, worth a name from 0.2 %.
+
+    Its coordinate is ln(1 + scale). Where two sensors show no more than their ratio, one that reads 1.4 times too much
+    explains as much as the other that reads 1/1.4 times as much, and neither is the more probable.
+    """
+    size = replace(error("scale", "1", GAIN.format(signal), 0.1, least=0.002), power=0, relative=True)
     return _mistake(f"{sensor}_scale", size, f"{_words(sensor)} reads too much or too little by a constant factor")
 
 

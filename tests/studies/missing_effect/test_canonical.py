@@ -128,8 +128,8 @@ def test_a_steer_spring_adds_its_stiffness_over_g(published):
     ("name", "value", "keywords"),
     [
         ("steer_damper", 1.2, {"damper": 1.2}),
-        ("steer_torque_scale", 0.1, {"torque_scale": 1.1}),
-        ("lean_scale", 0.05, {"lean_scale": 1.05}),
+        ("steer_torque_scale", np.log(1.1), {"torque_scale": 1.1}),
+        ("lean_scale", np.log(1.05), {"lean_scale": 1.05}),
     ],
 )
 def test_effective_coefficients_are_those_of_a_time_domain_identification(published, name, value, keywords):

@@ -141,10 +141,10 @@ def test_an_accelerometer_reads_the_motion_of_its_place_and_a_share_of_gravity(t
 @pytest.mark.parametrize(
     ("name", "size", "sensed"),
     [
-        ("steer_scale", 0.08, {"steer": lambda s: 1.08}),
+        ("steer_scale", np.log(1.08), {"steer": lambda s: 1.08}),
         ("steer_delay", 0.02, {"steer": lambda s: np.exp(-0.02 * s)}),
         ("roll_rate_lowpass", 0.03, {"roll_rate": lambda s: 1 / (1 + 0.03 * s)}),
-        ("steer_torque_scale", 0.1, dict.fromkeys(("steer", "roll_rate"), lambda s: 1.1)),
+        ("steer_torque_scale", np.log(1.1), dict.fromkeys(("steer", "roll_rate"), lambda s: 1.1)),
         ("steer_torque_delay", 0.015, dict.fromkeys(("steer", "roll_rate"), lambda s: np.exp(-0.015 * s))),
     ],
 )

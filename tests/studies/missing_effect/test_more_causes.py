@@ -3,6 +3,8 @@
 Motion comes from published matrices or from own simulations (``published_bicycle``); a channel is spoilt by editing it.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from point_mass import enlarged
@@ -13,11 +15,14 @@ from bicycle import Model, load_bicycle
 from bicycle.identification.recording import Run
 from bicycle.modal.named_modes import modes
 from studies.inference.fit import fit
+from studies.inference.parameter import UncertainParameter
+from studies.missing_effect.diagnose import diagnose
 from studies.missing_effect.motion.candidates import find_candidates
 from studies.missing_effect.motion.friction import direction
 from studies.missing_effect.motion.lowpass import begun, lowpassed
 from studies.missing_effect.motion.measurements import HistoryMeasurement, ModalMeasurement
 from studies.missing_effect.motion.modal_table import ModalPoint
+from studies.missing_effect.motion.sensor_errors import gain_error
 from tyre.base.errors import InputError
 
 SPEEDS = (4.6, 5.2, 5.8, 6.4)
@@ -29,11 +34,16 @@ def torque(t):
     return 2.0 * np.sin(2 * np.pi * 0.9 * t) + 1.0 * np.sin(2 * np.pi * 2.3 * t + 1)
 
 
-def runs(*, spoil=lambda channels, time: channels, shown=lambda speed: speed, friction=0.0, every=10, seed=1):
-    """Rides at four speeds, spoilt at 1 kHz by ``spoil``, sampled at 100 Hz, with white noise."""
+def runs(
+    *, spoil=lambda channels, time: channels, shown=lambda speed: speed, friction=0.0, every=10, seed=1, driven=1.0
+):
+    """Rides at four speeds, spoilt at 1 kHz by ``spoil``, sampled at 100 Hz, with white noise.
+
+    ``driven`` is a factor of the torque.
+    """
     rng, found = np.random.default_rng(seed), []
     for speed in SPEEDS:
-        time, x = ride(speed, 2.5, torque, friction=friction)
+        time, x = ride(speed, 2.5, lambda t: driven * torque(t), friction=friction)
         channels = spoil({"roll_rate_rad_s": x[:, 2].copy(), "steer_rad": x[:, 1].copy()}, time)
         seen = {name: y[::every] + NOISE[name] * rng.standard_normal(len(y[::every])) for name, y in channels.items()}
         given = {"steer_torque_N_m": torque(time[::every])}
@@ -110,6 +120,37 @@ def test_an_offset_of_the_speed_is_told_from_a_scale():
     one = HistoryMeasurement(name="one", model=measurement.model, runs=measurement.runs[:1], noise_sd=NOISE).forward()
     assert "one speed: an offset is a scale there" in one.refused["speed_offset"]
     assert "speed_offset" not in {c.identifier for c in one.candidates}
+
+
+@pytest.mark.parametrize("factor", [1.4, 1 / 1.4, 1.2])
+def test_which_of_two_sensors_is_wrong_cannot_be_told_from_a_free_motion(factor):
+    """Only their ratio is seen: one reads so many times too much, or the other too little."""
+
+    def spoil(channels, time):
+        channels["steer_rad"] *= factor
+        return channels
+
+    free = tuple(replace(run, inputs={}) for run in runs(spoil=spoil, driven=0.0))
+    measurement = histories(free, uncertainty=EXACT)
+    tried = ("steer_scale", "roll_rate_scale", "steer_damper", "steer_spring", "bias")
+    every = {c.identifier for c in measurement.forward().candidates}
+    verdict = diagnose(measurement, without=tuple(every - set(tried))).verdict
+    assert set(verdict.equivalent) == {"steer_scale", "roll_rate_scale"}
+    assert verdict.verdict == ("class" if factor == 1.2 else "tentative")  # beyond 1.35 a size that seldom occurs
+    (effect,) = verdict.effects
+    value, sd = effect.parameters["scale"]
+    true = factor if effect.identifier == "steer_scale" else 1 / factor
+    assert value == pytest.approx(true - 1, abs=4 * sd)
+
+
+def test_a_factor_and_its_reciprocal_are_errors_of_one_size():
+    size = gain_error("steer", "steer_rad").unknowns[0]
+    over, under = np.log(1.4), np.log(1 / 1.4)
+    assert over - size.centre == pytest.approx(size.centre - under)
+    np.testing.assert_allclose(size.value(np.array([over, under])), [0.4, 1 / 1.4 - 1])
+    assert size.slope(over) == pytest.approx(1.4)
+    with pytest.raises(ValueError, match="steer: power = 1 must be 0"):
+        UncertainParameter("steer", "1", {}, 0.0, 0.1, relative=True)
 
 
 def test_dry_friction_of_the_steering_is_found():
