@@ -59,7 +59,7 @@ def test_one_that_is_more_probable_than_any_number_says(monkeypatch):
         candidates, admissible, physical, implausible, unusual = ("a",), True, True, list, 0
 
         def __init__(self, log):
-            self.log = log
+            self.log, self.objective = log, -2 * log
 
     first, second = Fitted(-4000.0), Fitted(-10.0)
     monkeypatch.setattr(identifiability, "similarity", lambda *_: np.ones((1, 2)))
@@ -98,7 +98,27 @@ def test_one_that_is_more_probable_is_not_said_to_be_alike_but_why_it_is_not_nam
 class Fitted:
     """A fit with so many ``unusual`` effects and these ``sizes`` that seldom occur."""
 
-    candidates, admissible = ("a",), True
+    candidates, admissible, objective = ("a",), True, 0.0
 
     def __init__(self, unusual, sizes):
         self.unusual, self.physical, self.implausible = unusual, not sizes, lambda: sizes
+
+
+@pytest.mark.parametrize(
+    ("objective", "sizes", "leading", "member"),
+    [
+        (1.0, (), (), True),  # a fit as good
+        (40.0, (), (), False),  # neither odds nor fit
+        (1.0, ("b.scale",), (), False),  # of an unusual size beside an ordinary one
+        (1.0, ("b.scale",), ("a.scale",), True),  # both unusual
+    ],
+)
+def test_what_does_the_same_and_fits_as_well_is_a_member_whatever_the_odds(
+    objective, sizes, leading, member, monkeypatch
+):
+    """The volume of a prior alone (odds of a million) tells nothing apart that moves the data alike."""
+    leader, other = Fitted(0, leading), Fitted(0, sizes)
+    other.objective = objective
+    known = SimpleNamespace(null=None, best=lambda count: [leader, other], odds=lambda one, two: 1e6)
+    monkeypatch.setattr(identifiability, "similarity", lambda _forward, _null, fits: np.ones((len(fits),) * 2))
+    assert (other in identifiability.equivalents(None, known, leader)) is member
