@@ -4,7 +4,7 @@ import json
 import re
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -47,6 +47,13 @@ class LineTests:
         lines = self.tests.get(file, {})
         found = {k for line in range(first, last + 1) for k in lines.get(str(line), ())}
         chosen = found or set(lines.get(str(_WHOLE_FILE), ()))
+        return self._sorted(chosen)
+
+    def of_places(self, places: Iterable[tuple[str, int]]) -> list[str]:
+        """Tests that run one of some ``places``, files and lines; quickest first."""
+        return self._sorted({k for file, line in places for k in self.tests.get(file, {}).get(str(line), ())})
+
+    def _sorted(self, chosen: set[int]) -> list[str]:
         return sorted((self.names[k] for k in chosen), key=lambda name: (self.seconds.get(name, 0.0), name))
 
 

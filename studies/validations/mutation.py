@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from studies.validations._mutants import Mutant, all_mutants
+from studies.validations._mutation_callers import COMPILED, callers
 from studies.validations._mutation_tests import LineTests, measure, read_map, write_map
 from tyre.base.errors import InputError
 from tyre.base.files import write_text
@@ -29,10 +30,8 @@ AROUND = ("studies", "tests", "data", "docs", "pyproject.toml", "README.md", "LI
 OWN = ("tests/house", "tests/docs")
 """Tests of the source as text: they judge no behaviour."""
 
-COMPILED = "_kernel.py"
-"""End of the names of files that are compiled and kept; what calls them would not notice a change."""
-
 _SPARE = 60.0  # s beyond four times what the tests take
+_COMPILING = 120.0  # s more where kernels are compiled anew
 _PASSED = 0  # pytest's code
 
 
@@ -141,7 +140,11 @@ def judge(mutant: Mutant, tree: Path, tests: LineTests, longest: float) -> dict[
     """
     chosen: list[str] = []
     taken = 0.0
-    known = tests.of_lines(mutant.file, mutant.line, mutant.end_line)
+    compiled = mutant.file.endswith(COMPILED)
+    if compiled:
+        known = tests.of_places(callers(tree, PARTS, mutant.file))
+    else:
+        known = tests.of_lines(mutant.file, mutant.line, mutant.end_line)
     for name in known:
         taken += tests.seconds.get(name, 0.0)
         if chosen and taken > longest:
@@ -154,7 +157,7 @@ def judge(mutant: Mutant, tree: Path, tests: LineTests, longest: float) -> dict[
     sound = path.read_text(encoding="utf-8")
     try:
         write_text(path, mutant.applied(sound))
-        code = _pytest(tree, chosen, min(taken, longest), compiled=mutant.file.endswith(COMPILED))
+        code = _pytest(tree, chosen, min(taken, longest), compiled=compiled)
     finally:
         write_text(path, sound)
     return {**row, "end": "killed by time" if code is None else "survived" if code == _PASSED else "killed"}
@@ -170,8 +173,9 @@ def _pytest(tree: Path, chosen: list[str], seconds: float, *, compiled: bool) ->
         command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", f"@{names}"]
         try:
             ran = subprocess.run(
-                command, cwd=tree, env=around, capture_output=True, timeout=4 * seconds + _SPARE, check=False
-            )
+                command, cwd=tree, env=around, capture_output=True, check=False,
+                timeout=4 * seconds + _SPARE + _COMPILING * compiled,
+            )  # fmt: skip
         except subprocess.TimeoutExpired:
             return None
     return ran.returncode

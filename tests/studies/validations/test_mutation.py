@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from studies.validations import mutation
 from studies.validations._mutants import all_mutants, mutants
+from studies.validations._mutation_callers import COMPILED, callers
 from studies.validations._mutation_tests import LineTests, _by_lines, read_map, write_map
 from studies.validations.mutation import judge
 from tyre.base.errors import InputError
@@ -124,6 +125,37 @@ def test_quickest_tests_come_first_and_lines_that_run_at_import_are_judged_by_al
     assert tests.of_lines("toy.py", 1, 1) == ["test_toy.py::test_sound", "test_toy.py::test_four"]
     assert tests.of_lines("toy.py", 2, 2) == ["test_toy.py::test_four"]
     assert tests.of_lines("other.py", 2, 2) == []
+
+
+@pytest.fixture
+def compiled(tmp_path):
+    """A tree in which a compiled file is called by another, and that by a module."""
+    (tmp_path / "p").mkdir()
+    (tmp_path / "p" / "inner_kernel.py").write_text("def one():\n    return 1\n")
+    (tmp_path / "p" / "outer_kernel.py").write_text(
+        "from p.inner_kernel import one\ndef two():\n    return one() + one()\n"
+    )
+    (tmp_path / "p" / "a.py").write_text("from p import outer_kernel\n\ndef f():\n    return outer_kernel.two()\n")
+    (tmp_path / "p" / "b.py").write_text("def f():\n    from p.inner_kernel import one as first\n    return first()\n")
+    (tmp_path / "p" / "c.py").write_text("one = 1\nprint(one)\n")
+    return tmp_path
+
+
+def test_compiled_code_is_judged_by_what_calls_it(compiled):
+    assert callers(compiled, ["p"], "p/inner_kernel.py") == {("p/a.py", 4), ("p/b.py", 3)}
+    assert callers(compiled, ["p"], "p/outer_kernel.py") == {("p/a.py", 4)}
+    tests = LineTests(
+        {"slow": 2.0, "quick": 1.0}, {"p/a.py": {"4": [0]}, "p/b.py": {"3": [1], "0": [0]}}, ("slow", "quick")
+    )
+    assert tests.of_places(callers(compiled, ["p"], "p/inner_kernel.py")) == ["quick", "slow"]
+    assert tests.of_places({("p/a.py", 1)}) == []
+
+
+def test_every_compiled_file_of_the_project_is_called_from_somewhere():
+    top = Path(__file__).parents[3]
+    files = [path.relative_to(top).as_posix() for path in SOURCES if path.name.endswith(COMPILED)]
+    assert len(files) > 5
+    assert all(callers(top, mutation.PARTS, file) for file in files)
 
 
 def test_the_map_is_kept(toy, tmp_path):
