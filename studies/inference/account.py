@@ -35,7 +35,7 @@ def account(forward: Forward, known: Hypotheses, acceptance: Acceptance, nominal
     final = acceptance.final
     scale = HeldOut(0.0, nominal).gap
     gaps = {name: (s.gap / scale if scale > 0 and s.possible else None) for name, s in acceptance.held_out.items()}
-    variance = _widened(known, final)
+    variance = widened(known, final)
     if acceptance.verdict == "partial":  # the misfit counts as noise: Birge (1932), Phys. Rev. 40, 207-227
         variance = variance * max(1.0, final.objective / len(nominal))
     effects = tuple(named(final, c, variance) for c in final.candidates)
@@ -149,7 +149,7 @@ def _beside(known: Hypotheses, final: Fit, larger: list[Fit]) -> str:
     )
 
 
-def _widened(known: Hypotheses, final: Fit) -> Array:
+def widened(known: Hypotheses, final: Fit) -> Array:
     """Variance of the effects' coordinates about the final fit, averaged over it and what joins its class with it.
 
     Hoeting et al. (1999), Statistical Science 14, 382-417: sum of w (variance + squared difference), w the posterior.

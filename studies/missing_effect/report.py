@@ -6,6 +6,7 @@ from typing import Any
 
 from markupsafe import Markup
 
+from bicycle.files.stated_covariance import SECTION
 from studies.inference.identifiability import MORE_PROBABLE
 from studies.inference.part import OF
 from studies.missing_effect.diagnose import Diagnosis
@@ -173,9 +174,10 @@ def _write_model(diagnosis: Diagnosis, findings: Findings, target: Path) -> str:
     left = [name for name in outside if name.rpartition(OF)[2] not in GEOMETRY]
     errors = f" ({plain(', '.join(left))} lies in the measurement and is left out)" if left else ""
     kept = "" if residual is None else (
-        f" Its values are those of the fit with what could not be named, which it holds as `{EFFECT}`, and the "
-        f"covariance of all that was fitted, which `velotyre uncertainty {MODEL}` takes."
+        f" Its values are those of the fit with what could not be named, which it holds as `{EFFECT}`."
     )  # fmt: skip
+    if f"[{SECTION}]" in text:
+        kept += f" It holds the covariance of all that was fitted, which `velotyre uncertainty {MODEL}` takes."
     return (
         f"[`{MODEL}`]({MODEL}) is the base model with its parameters adjusted and {added} added{errors}; every other "
         f"command reads it: `velotyre modes {MODEL} --speeds 2:10:1`.{kept}{others}"

@@ -14,6 +14,7 @@ from bicycle.files.stated_covariance import SECTION
 from bicycle.model import DEFAULT_CONTACT, Model
 from bicycle.parameter_covariance import ParameterCovariance
 from bicycle.parameters import Bicycle
+from studies.inference.account import widened
 from studies.inference.fit import Fit
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.motion.family import Family
@@ -29,8 +30,9 @@ from tyre.base.plausible import WAY_OUT
 def corrected_model(diagnosis: Diagnosis, residual: Residual | None = None) -> Model | None:
     """The base model with its parameters adjusted and with what was named; None of a tyre.
 
-    Errors of the measurement have no part in it. With a residual torque the model holds that too, and the covariance of
-    all that was fitted, so that what follows from it has an uncertainty.
+    Errors of the measurement have no part in it. The model holds the covariance of all that was fitted, so that what
+    follows from it has the uncertainty that the data leave: about the final fit, of effects widened as in the verdict,
+    times the misfit where chi^2 is too large (Birge 1932, Phys. Rev. 40). It holds a residual torque, too.
 
     Parameters
     ----------
@@ -43,14 +45,37 @@ def corrected_model(diagnosis: Diagnosis, residual: Residual | None = None) -> M
     InputError
         The values make no bicycle, effect or combination.
     """
-    measurement, final = diagnosis.measurement, of_first(diagnosis.final if residual is None else residual.fit)
+    measurement = diagnosis.measurement
     if not isinstance(measurement, BicycleMeasurement):
         return None
-    corrected = _with_values(measurement, final)
     if residual is None:
-        return corrected
-    spread = covariance_of(residual, corrected)
+        return _known_so_well(measurement, of_first(_judged(diagnosis)))
+    corrected = _with_values(measurement, of_first(residual.fit))
+    spread = covariance_of(
+        residual.fit, residual.covariance, corrected, dropped=residual.dropped, exact=_exact(measurement)
+    )
     return replace(corrected, sd=spread.sd, covariance=spread)
+
+
+def _judged(diagnosis: Diagnosis) -> Fit:
+    """The final fit with the covariance that the verdict tells: effects averaged over their class, times misfit."""
+    final = diagnosis.final
+    told, fitted = widened(diagnosis.hypotheses, final), final.covariance.diagonal()
+    wider = np.sqrt(np.divide(told, fitted, out=np.ones_like(fitted), where=(told > fitted) & (fitted > 0)))
+    misfit = max(1.0, final.objective / len(final.residual))
+    return replace(final, covariance=misfit * final.covariance * np.outer(wider, wider))
+
+
+def _known_so_well(measurement: BicycleMeasurement, final: Fit) -> Model:
+    """The base model with the values of a ``final`` fit and their covariance, where that is finite."""
+    corrected = _with_values(measurement, final)
+    spread = covariance_of(final, final.covariance, corrected, exact=_exact(measurement))
+    return replace(corrected, sd=spread.sd, covariance=spread) if np.isfinite(spread.matrix).all() else corrected
+
+
+def _exact(measurement: BicycleMeasurement) -> list[str]:
+    """Parameters of the bicycle that the file of a measurement states to be exact."""
+    return [key for key, sd in measurement.uncertainty.items() if sd == 0]
 
 
 def other_models(diagnosis: Diagnosis) -> dict[str, Model]:
@@ -67,14 +92,14 @@ def other_models(diagnosis: Diagnosis) -> dict[str, Model]:
     InputError
         The values make no bicycle, effect or combination.
     """
-    return {name: _with_values(part, final) for name, (part, final) in _others(diagnosis).items()}
+    return {name: _known_so_well(part, final) for name, (part, final) in _others(diagnosis).items()}
 
 
 def _others(diagnosis: Diagnosis) -> dict[str, tuple[BicycleMeasurement, Fit]]:
     measurement = diagnosis.measurement
     if not isinstance(measurement, JointMeasurement):
         return {}
-    return measurement.of_others(diagnosis.forward, diagnosis.final)
+    return measurement.of_others(diagnosis.forward, _judged(diagnosis))
 
 
 def _with_values(measurement: BicycleMeasurement, final: Fit) -> Model:
@@ -123,7 +148,7 @@ def other_texts(diagnosis: Diagnosis) -> dict[str, str]:
         See :func:`other_models`.
     """
     found = _others(diagnosis).items()
-    return {name: _text(diagnosis, _with_values(part, final), final) for name, (part, final) in found}
+    return {name: _text(diagnosis, _known_so_well(part, final), final) for name, (part, final) in found}
 
 
 def _text(diagnosis: Diagnosis, model: Model, final: Fit, residual: Residual | None = None) -> str:

@@ -14,6 +14,7 @@ from small_library import all_but
 
 from bicycle.files.model_file import read_model
 from studies.cli import main
+from studies.inference.evidence import Hypotheses
 from studies.inference.fit import fit
 from studies.inference.judge import Judgement
 from studies.missing_effect import read_measurement
@@ -60,7 +61,8 @@ def begun(measurement, identifier="", *, verdict="none"):
     nominal, _ = forward.residual((), np.array([u.centre for u in forward.nuisances]))
     return SimpleNamespace(
         measurement=measurement, forward=forward, final=final, nominal=nominal,
-        hypotheses=SimpleNamespace(null=null), verdict=SimpleNamespace(verdict=verdict),
+        hypotheses=Hypotheses(null, (final,) if candidates else (), forward.candidates),
+        verdict=SimpleNamespace(verdict=verdict),
     )  # fmt: skip
 
 
@@ -219,8 +221,35 @@ def test_the_corrected_model_has_the_values_of_the_final_fit(damped, tmp_path):
     for u, x in zip(damped.forward.nuisances, final.theta, strict=False):
         assert model.parameters[u.name] == pytest.approx(float(x), rel=1e-12), u.name
     assert model.parameters["steer_damper.damping"] == pytest.approx(final.theta[-1], rel=1e-12)
-    assert model == corrected_model(damped).__class__(model.bicycle, model.effects)
+    made = corrected_model(damped)
+    assert (dict(model.bicycle.values), model.effects) == (dict(made.bicycle.values), made.effects)
     assert not np.allclose(final.theta[:-1], [u.centre for u in damped.forward.nuisances])
+
+
+def test_the_corrected_model_is_known_as_well_as_the_data_tell(damped, modal, tmp_path):
+    """As from the normal equations at the fit, by hand."""
+    (tmp_path / "model.toml").write_text(model_text(damped))
+    model = read_model(tmp_path / "model.toml")
+    assert model.covariance.origin == "model file"
+    assert 0 < model.sd["steer_damper.damping"] < 0.5 * model.effects[-1].damping
+    assert model.sd["IBxx"] > 0
+    names = list(model.covariance.names)
+    residual, jacobian = damped.forward.residual(damped.final.candidates, damped.final.theta)
+    prior = np.diag([1 / u.scale**2 for u in damped.final.unknowns])
+    posterior = np.linalg.inv(jacobian.T @ jacobian + prior) * max(1.0, damped.final.objective / len(residual))
+    for k, u in enumerate(damped.forward.nuisances):
+        assert model.sd[u.name] == pytest.approx(np.sqrt(posterior[k, k]), rel=1e-4), u.name
+    last = names.index("steer_damper.damping")
+    for k, u in enumerate(damped.forward.nuisances):
+        together = model.covariance.matrix[last, names.index(u.name)]
+        assert together == pytest.approx(posterior[-1, k], abs=1e-4 * np.sqrt(posterior[-1, -1] * posterior[k, k]))
+
+
+def test_what_the_measurement_states_to_be_exact_is_exact_in_the_corrected_model(modal):
+    measurement = dataclasses.replace(read_measurement(modal / "MEASUREMENT.toml"), uncertainty={"w": 0.0, "c": 0.002})
+    model = corrected_model(begun(measurement, "steer_damper", verdict="named"))
+    assert model.sd["w"] == 0.0
+    assert 0 < model.sd["c"] <= 0.002
 
 
 def test_errors_of_the_measurement_are_not_in_the_model(modal):

@@ -8,6 +8,7 @@ import pytest
 
 from bicycle import load_bicycle, read_model
 from studies.inference.contradiction import parts_against_rest
+from studies.inference.evidence import Hypotheses
 from studies.inference.fit import fit
 from studies.missing_effect import read_measurement
 from studies.missing_effect.blind.second.closing import build
@@ -260,7 +261,10 @@ def test_each_bicycle_has_a_corrected_model_that_other_commands_read(folder):
     forward = measurement.forward()
     found = fit(forward, tuple(c for c in forward.candidates if c.identifier == "pista_rider/steer_damper"))
     verdict = SimpleNamespace(verdict="named")
-    diagnosis = SimpleNamespace(measurement=measurement, forward=forward, final=found, verdict=verdict)
+    diagnosis = SimpleNamespace(
+        measurement=measurement, forward=forward, final=found, verdict=verdict,
+        hypotheses=Hypotheses(fit(forward), (found,), forward.candidates),
+    )  # fmt: skip
     said = _write_model(diagnosis, SimpleNamespace(kept=None), folder / "model.toml")
     assert "nothing added" in said
     assert "model_pista_rider.toml" in said
@@ -273,6 +277,9 @@ def test_each_bicycle_has_a_corrected_model_that_other_commands_read(folder):
         for wheel, load in zip(("rear", "front"), LOADS[name], strict=True):
             value = model.parameters[f"relaxation_length.cornering_stiffness.{wheel}"]
             assert value == pytest.approx(PER_LOAD * load, rel=0.2)
+        assert 0 < model.sd["relaxation_length.cornering_stiffness.front"] < 0.2 * value
+        assert model.sd["IBxx"] > 0
+    assert second.sd["steer_damper.damping"] == pytest.approx(np.sqrt(found.covariance[-1, -1]), rel=0.2)
     machine = {"IBxx": "pista_rider/IBxx", "mB": "pista_rider/mB"}
     for own, whole in machine.items():
         k = [u.name for u in forward.nuisances].index(whole)
@@ -288,7 +295,7 @@ def test_other_models_that_cannot_be_are_said(folder):
     theta[[u.name for u in forward.nuisances].index("pista_rider/mB")] = -3.0
     broken = SimpleNamespace(
         measurement=measurement, forward=forward, final=dataclasses.replace(found, theta=theta),
-        verdict=SimpleNamespace(verdict="none"),
+        verdict=SimpleNamespace(verdict="none"), hypotheses=Hypotheses(found, (), forward.candidates),
     )  # fmt: skip
     said = _write_model(broken, SimpleNamespace(kept=None), folder / "model.toml")
     assert "no corrected model of the other bicycles" in said
