@@ -103,7 +103,8 @@ def _judge_all(
 ) -> list[dict[str, Any]]:
     rows = [json.loads(line) for line in kept.read_text().splitlines()] if kept.exists() else []
     done = {row["name"] for row in rows}
-    todo = iter([mutant for mutant in drawn if mutant.name not in done])
+    left = [mutant for mutant in drawn if mutant.name not in done]
+    todo = iter(sorted(left, key=lambda mutant: mutant.file.endswith(COMPILED)))  # a minute each: last
     with ThreadPoolExecutor(len(trees)) as pool:
         for part in pool.map(lambda tree: list(_judged(todo, tree, tests, kept, longest)), trees):
             rows += part
