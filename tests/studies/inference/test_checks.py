@@ -135,6 +135,14 @@ def test_how_far_parameters_went_has_the_probability_that_is_said():
     assert np.mean(far < 0.01) > 0.7
 
 
+@pytest.mark.parametrize("count", [1, 2, 4])
+def test_parameters_that_the_data_tell_by_half_go_as_far_as_chi_squared_says(count):
+    """Data as sure as the prior: each goes N(0, 1/2) in prior sd, so twice the sum of squares is chi^2."""
+    done = shifted(np.random.default_rng(count), np.eye(count))
+    went = (done.theta - 7.0) / np.array([u.scale for u in done.unknowns])
+    assert within_uncertainty(done) == pytest.approx(chi2.sf(2 * went @ went, count), rel=1e-9)
+
+
 def test_parameters_of_which_the_data_tell_nothing_are_within():
     rng = np.random.default_rng(3)
     assert within_uncertainty(shifted(rng, np.zeros((5, 3)))) == 1.0

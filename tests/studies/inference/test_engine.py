@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 from bicycle import Model, load_bicycle
 from bicycle.identification.recording import Run
 from studies.inference.checks import held_out, log_normal
-from studies.inference.fit import fit
+from studies.inference.fit import default_starts, fit
 from studies.inference.forward import ForwardModel, Rows
 from studies.inference.parameter import Candidate, UncertainParameter
 from studies.inference.search import singles
@@ -180,3 +180,10 @@ def test_an_unknown_start_is_integrated_out():
     residual, _ = forward.residual((), theta)
     assert residual @ residual == pytest.approx(white @ np.linalg.solve(covariance, white), rel=1e-6)
     assert forward.log_determinant((), theta) == pytest.approx(np.linalg.slogdet(covariance)[1], abs=1e-6)
+
+
+def test_together_each_candidate_begins_at_all_its_starts_and_one_with_fewer_stays_at_its_last():
+    """0.05 and 0.7 of the prior sd of 0.5, of either sign where both are possible; the level at its mean."""
+    one_sided, either = candidate("slope", lowest=0.0), candidate("bend")
+    expected = [[0.3, 0.025, 0.025], [0.3, 0.35, 0.35], [0.3, 0.35, -0.025], [0.3, 0.35, -0.35]]
+    np.testing.assert_allclose(default_starts(toy(("slope", 1.0), 0.1), (one_sided, either)), expected, rtol=1e-12)

@@ -136,6 +136,19 @@ def test_rows_are_told_apart_by_their_part_and_folds_are_of_one_part():
     assert set(rows.fold[:N]).isdisjoint(rows.fold[N:])
 
 
+class OnePlace(Line):
+    """A part that looks at one place, which alone is no reason for a name."""
+
+    varied = False
+
+
+@pytest.mark.parametrize(("near", "far", "varied"), [(100.0, 102.0, False), (100.0, 110.0, True), (0.01, 0.012, True)])
+def test_parts_look_at_different_things_where_their_places_differ_by_more_than_a_twentieth(near, far, varied):
+    """Each looks at one place; it is the share that counts, not the unit."""
+    parts = [Part(f"at {x:g}", OnePlace(np.full(N, x), np.zeros(N))) for x in (near, far)]
+    assert JointForward(tuple(parts)).varied is varied
+
+
 def test_parts_that_agree_do_not_contradict_and_one_that_does_not_is_found():
     """The far part has another slope: 0.8 and 1.1, with sd of 0.05 and 0.03."""
     same = parts_against_rest(joint(), fit(joint(), (SLOPE,)))

@@ -76,6 +76,34 @@ def test_a_start_that_stalls_far_above_what_another_reached_is_given_up():
     assert 9e3 < objective < 1e4
 
 
+def steps_of_a_fit(share, first, **settings):
+    """Steps of a fit whose sum of squares, ``first`` of one row, falls by a ``share`` in each: its slopes say so."""
+    forecast = 1 - np.sqrt(1 - share)  # what a step takes from the residual
+    steep = 100.0
+    stiff = np.sqrt(steep**2 / forecast - steep**2 - 1)  # of a second row, which seems to forbid more and never moves
+    calls = []
+
+    def falling(z, *, slopes):
+        calls.append(slopes)
+        residual = np.array([np.sqrt(first) - steep * z[0], 0.0])
+        return residual, np.array([[-steep], [stiff]]) if slopes else np.zeros((2, 0))
+
+    minimise(falling, np.zeros(1), np.full(1, -1e3), np.full(1, 1e3), np.ones(2, bool), **settings)
+    return sum(calls) - 1
+
+
+def test_a_fit_that_falls_by_a_tenth_in_eight_turns_is_not_given_up():
+    """0.985^8 = 0.886, and 0.99^8 = 0.923; the sum of squares stays far above what another start has reached."""
+    assert steps_of_a_fit(0.015, 1e4, reached=50.0) == 60
+    assert steps_of_a_fit(0.01, 1e4, reached=50.0) == 8
+
+
+def test_a_fit_that_is_still_poor_has_fewer_turns_than_one_that_is_not():
+    """Of two rows 20 is poor: 1e4 is so for long, 16 never was."""
+    assert steps_of_a_fit(0.05, 1e4, turns=(30, 5)) == 5
+    assert steps_of_a_fit(0.05, 16.0, turns=(30, 5)) == 30
+
+
 def test_a_way_that_leads_beyond_all_numbers_is_not_taken_and_gives_no_warning():
     """Beyond x = 1 nothing is finite; the gradient leads there."""
 

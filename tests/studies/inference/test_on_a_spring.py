@@ -175,14 +175,15 @@ def test_variants_ask_for_what_is_left_as_the_verdict_does():
     ],
 )
 def test_a_name_beside_a_large_rest_must_close_nine_tenths_of_the_gap(hum, damping, word):
-    """A damper is missing, and a hum of the floor that is no candidate."""
+    """A damper is missing, and a hum of the floor that is no candidate: what it leaves counts as noise in the sd."""
 
     def rate(t, y):
         return y[1], -(7.95 * y[0] + damping * y[1] + hum * np.sin(5 * t)) / 2.02
 
     runs = [solve_ivp(rate, (0, TIME[-1]), (x, 0), t_eval=TIME, rtol=1e-9, atol=1e-11).y[0] for x in STARTS]
     data = np.array(runs) + NOISE * np.random.default_rng(2).standard_normal((3, 61))
-    verdict = judge(Spring(data)).verdict
+    judgement = judge(Spring(data))
+    verdict = judgement.verdict
     assert verdict.verdict == word
     if word == "unknown":
         assert "the most probable, damper, takes chi^2 from" in verdict.sentence
@@ -190,6 +191,8 @@ def test_a_name_beside_a_large_rest_must_close_nine_tenths_of_the_gap(hum, dampi
         (effect,) = verdict.effects
         value, sd = effect.parameters["damping"]
         assert value == pytest.approx(damping, abs=3 * sd)
+        known = float(np.sqrt(judgement.final.covariance[-1, -1]))  # from noise of 2 cm alone
+        assert sd == pytest.approx(known * np.sqrt(judgement.final.objective / data.size), rel=1e-6)  # Birge (1932)
 
 
 def test_progress_is_told_of_every_fit():

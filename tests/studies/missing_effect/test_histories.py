@@ -16,6 +16,7 @@ from bicycle.responses.linear import respond
 from studies.inference.fit import fit
 from studies.missing_effect import diagnose, read_measurement
 from studies.missing_effect.blind.histories import coloured, history_case
+from studies.missing_effect.motion.history_noise import ChannelNoise
 from studies.missing_effect.motion.measurements import HistoryMeasurement
 from studies.missing_effect.motion.pieces import pieces
 from studies.missing_effect.report import write_report
@@ -146,6 +147,16 @@ def test_coloured_noise_is_estimated_and_keeps_chi_squared_honest(tmp_path):
     assert 0.8 < forward.noise["steer_rad"].colour < 0.95
     found = fit(forward)
     assert found.chi2 / len(found.residual) == pytest.approx(1, abs=0.1)
+
+
+@pytest.mark.parametrize("colour", [0.0, 0.6, 0.95])
+def test_coloured_noise_that_is_whitened_and_coloured_again_is_itself(colour):
+    """White noise that is coloured has the sd of the noise, 0.03: of 20000 samples known to a few per cent."""
+    noise = ChannelNoise(0.03, colour)
+    raw = coloured(20000, 0.03, colour, np.random.default_rng(6))
+    np.testing.assert_allclose(noise.colour_again(noise.whiten(raw)), raw, atol=1e-12)
+    white = np.random.default_rng(7).standard_normal(20000)
+    assert noise.colour_again(white).std() == pytest.approx(0.03, rel=0.1)
 
 
 SETTINGS = {"steer_damper": {"bicycle": "browser"}, "relaxation_length": {"speeds": (13.0, 17.0)}}  # near 15 m/s
