@@ -40,6 +40,24 @@ def test_the_same_surface_again_misses_nothing(tables):
     assert diagnose(TyreTables(flat, again)).verdict.verdict == "none"
 
 
+@pytest.mark.parametrize(
+    ("scale", "power"),
+    [("force_scale", 1.0), ("slip_angle_scale", -1.0), ("load_scale", 0.8), ("pressure_scale", -0.3)],
+)
+def test_a_scale_acts_by_its_power_and_counts_in_the_scatter_of_two_tables(tables, scale, power):
+    """A tyre of C ~ load^0.8 pressure^-0.3, and C of one load and pressure known to 2 % on either surface."""
+    flat = tables["Tyre1", "flat"]
+    one = dataclasses.replace(flat, cornering_stiffness=3.0 * flat.load**0.8 * flat.pressure**-0.3)
+    other = dataclasses.replace(one, cornering_stiffness=one.cornering_stiffness * 1.03**power)
+    forward = TyreTables(one, other).forward()
+    (candidate,) = (c for c in forward.candidates if c.identifier == scale)
+    residual, _ = forward.residual((), np.empty(0))
+    np.testing.assert_allclose(residual, power * np.log(1.03) / np.hypot(0.02, 0.02), rtol=1e-9)
+    explained, slope = forward.residual((candidate,), np.array([0.03]))
+    np.testing.assert_allclose(explained, 0.0, atol=0.03)  # 3 % of 3 %, in sd
+    np.testing.assert_allclose(slope[:, 0], -power / np.hypot(0.02, 0.02), rtol=2e-3)
+
+
 def test_two_tyres_are_refused(tables):
     with pytest.raises(InputError, match="tables of two tyres, 'Tyre1' and 'Tyre2'; give one tyre on two surfaces"):
         TyreTables(tables["Tyre1", "flat"], tables["Tyre2", "flat"])
