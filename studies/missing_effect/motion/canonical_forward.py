@@ -129,7 +129,7 @@ class CanonicalForward(BicycleForward):
         own = self.whipple.free
         carried = np.ones((len(self.table.subsets), len(own)))
         if self.table.whipple is None:
-            return own * carried, carried
+            return np.broadcast_to(own, carried.shape), carried
         carried[:, -1] = self.table.whipple[:, -1] / own[-1]
         return self.table.whipple, carried
 

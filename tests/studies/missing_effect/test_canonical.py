@@ -266,6 +266,19 @@ def test_a_base_without_printed_differences_is_the_bicycle_itself(tmp_path):
     np.testing.assert_allclose(residual * forward.measured[1], 0.1, atol=1e-6)
 
 
+def test_whipple_is_told_by_rows_in_proportion_to_how_well_their_percentage_tells_it(tmp_path):
+    """Printed to 0.1 %: value / (1 + p) is as uncertain as 1 / (1 + p), so -90 % weighs 0.1^2 beside 2^2 of +100 %."""
+    rows = [row + ",0" for row in rows_of(PUBLISHED)]
+    track, road = 2 * 9, 3 * 9  # of the second rider, the first coefficient
+    value, off = PUBLISHED[0], 2e-4
+    for row, ratio, told in ((track, 0.1, value), (road, 2.0, value * (1 + off))):
+        cells = rows[row].split(",")
+        rows[row] = ",".join([*cells[:4], f"{ratio * told:.12g}", "1e-8", f"{100 * (ratio - 1):.1f}"])
+    table = read_measurement(write(tmp_path, rows, head=HEAD + ",difference_percent")).forward().table
+    np.testing.assert_allclose(table.whipple[2:4, 0], value * (1 + off * 2.0**2 / (0.1**2 + 2.0**2)), rtol=1e-6)
+    np.testing.assert_allclose(np.delete(table.whipple[:, 0], [2, 3]), value, rtol=1e-9)
+
+
 GOOD = rows_of(PUBLISHED, scatter=0.1)
 DIFFERS = [row + ",10" for row in rows_of(PUBLISHED)]
 
