@@ -206,6 +206,15 @@ def test_a_geometry_that_is_stated_widely_is_not_called_wrong():
     assert trail.mistake
 
 
+@pytest.mark.parametrize(("key", "identifier", "documented"), [("lam", "wrong_tilt", 0.05), ("c", "wrong_trail", 0.02)])
+def test_a_geometry_is_called_wrong_where_its_sd_is_less_than_the_documented_mistake(key, identifier, documented):
+    """0.05 rad, 20 mm: to either side of these."""
+    for share, tried in ((0.98, True), (1.02, False)):
+        forward = modal(uncertainty={key: share * documented}).forward()
+        assert (identifier not in forward.refused) == tried
+        assert any(c.identifier == identifier for c in forward.candidates) == tried
+
+
 def test_what_is_tied_to_the_tilt_follows_a_wrong_one():
     model = Model(load_bicycle("benchmark"), _fork())
     forward = ModalMeasurement(name="own", model=model, points=modal().points, uncertainty={"lam": 0.0}).forward()
