@@ -26,6 +26,8 @@ def test_an_oscillator_has_its_damping_ratio_and_frequency(ratio, natural):
     decrement = -upper.real * period
     assert decrement / np.hypot(2 * np.pi, decrement) == pytest.approx(ratio, abs=1e-9)
     assert frequency_hz(lower) == -frequency_hz(upper)
+    assert oscillating(upper) == upper
+    assert np.isnan(oscillating(lower))
     assert angular_frequency(frequency_hz(upper)) == pytest.approx(upper.imag)
 
 

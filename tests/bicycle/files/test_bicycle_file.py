@@ -114,6 +114,12 @@ def test_refused_parameter_sets(changes, words):
         bicycle(**changes)
 
 
+@pytest.mark.parametrize("heavy", ["mB", "mR", "mH", "mF"])
+def test_any_part_may_be_heavier_than_all_others_together(heavy):
+    masses = dict.fromkeys(("mB", "mR", "mH", "mF"), 3.0) | {heavy: 30.0}
+    assert sum(bicycle(**masses).static_loads) == pytest.approx(9.81 * 39.0)
+
+
 def test_singular_mass_matrix_is_refused():
     nothing_in_front = {"mH": 0.0, "IHxx": 0.0, "IHzz": 0.0, "IHxz": 0.0, "mF": 0.0, "IFxx": 0.0}
     with pytest.raises(InputError, match="4x4 mass matrix .* is not positive definite"):

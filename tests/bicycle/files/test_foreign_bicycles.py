@@ -175,3 +175,12 @@ def test_a_whole_bicycle_in_another_unit_of_length_is_told_so(tmp_path, factor, 
         load_bicycle(path)
     path.write_text(f'[units]\nlength = "{unit}"\n' + path.read_text())
     assert dict(load_bicycle(path).values) == pytest.approx(dict(values))
+
+
+def test_three_lengths_in_millimetres_are_no_slip_of_one_of_them(tmp_path):
+    """Two are told one by one."""
+    for keys, several in ((["rR", "rF"], False), (["w", "rR", "rF"], True)):
+        values = BENCHMARK | {key: 1e3 * BENCHMARK[key] for key in keys}
+        with pytest.raises(InputError) as refused:
+            load_bicycle(write(tmp_path, "b.toml", values))
+        assert ("as 3 lengths look like millimetres" in str(refused.value)) == several

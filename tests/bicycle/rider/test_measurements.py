@@ -58,6 +58,7 @@ def test_millimetres_and_equal_signs(tmp_path, lines):
         (lambda x: x[:-2], "2 of 95 measurements missing: Lk9w, Lk6d"),
         (lambda x: [*x[:-1], "Lk6d: -3"], "Lk6d = -3 must be a positive length"),
         (lambda x: [*x[:-1], "Lk6d: 5e-324"], "Lk6d = 4.94066e-324 is 0 m; give 0.001 m or more"),
+        (lambda x: [*x[:-1], "Lk6d: 0.05"], "Lk6d = 0.05 is 0.0005 m; give 0.001 m or more"),
         (lambda x: [*x[:-1], "Lk6d: three"], "Lk6d = 'three' is not a finite number"),
         (lambda x: [*x, "hello"], "'hello' is no 'key : value'"),
         (lambda x: x[1:], "measurementconversionfactor is missing or not positive; give metres per unit, 0.01 for cm"),
