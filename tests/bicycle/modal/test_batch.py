@@ -1,6 +1,7 @@
 """Names of many bicycles at once: those of the full track of each, whoever the neighbours are, or a reason why not."""
 
 import importlib.util
+from itertools import permutations
 
 import numpy as np
 import pytest
@@ -10,11 +11,15 @@ from hypothesis import strategies as st
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.eigenvalues.solvers import compiled, lapack
 from bicycle.linear_model import LinearModel
-from bicycle.modal import batch
+from bicycle.modal import batch, stacked_batch, stacked_track
+from bicycle.modal.anchor import WALKING
 from bicycle.modal.batch import name_of, name_roots
 from bicycle.modal.block import Block
 from bicycle.modal.doubts import WHY
+from bicycle.modal.matching import Roots
 from bicycle.modal.named_modes import modes
+from bicycle.modal.naming import FAST
+from bicycle.modal.tracking import STEP, grid
 
 SPEEDS = np.linspace(1.0, 30.0, 30)
 needs_numba = pytest.mark.skipif(not importlib.util.find_spec("numba"), reason="needs numba")
@@ -115,6 +120,31 @@ def test_one_that_is_not_finite_leaves_its_neighbours(solver):
     assert found.status[[0, 2]].tolist() == [0, 0]
     for neighbour in (0, 2):
         np.testing.assert_array_equal(found.bits[neighbour], alone.bits[0])
+
+
+def test_two_roots_that_meet_are_known_in_whatever_order_the_others_come():
+    """-1 +- sqrt(0.01 - v) beside -3, -40 and -2 +- 9 i, from v = 0 to 0.02."""
+    still = np.array([-3, -40, -2 + 9j, -2 - 9j])
+    first, last = (np.concatenate([-1 + gap * np.array([1, -1]), still]) for gap in (0.1, 0.1j))
+    rise, later = (np.array([-1, 1, 0, 0, 0, 0]) / (2 * gap) for gap in (0.1, 0.1j))
+    order = np.array([*permutations(range(6))])
+    every = np.ones((len(order), 1), complex)
+    a = Roots(np.zeros(len(order)), every * first, every * rise)
+    match, good, meets = stacked_track._linked(a, Roots(np.full(len(order), 0.02), last[order], later[order]))
+    assert good.all()
+    assert meets.all()
+    assert (np.take_along_axis(order, match, 1)[:, 2:] == [2, 3, 4, 5]).all()
+
+
+def test_roles_are_judged_as_the_full_track_does_whatever_nodes_there_are():
+    """From walking speed to where it is fast, half a step to both sides; of two bicycles with other nodes each."""
+    sparse, few = grid(0.0, 20.0, 1.0, singular=False, sparse=True), np.array([0.0, 1.0, 7.0, 9.0])
+    owner = np.repeat([0, 1], [len(sparse), len(few)])
+    found = stacked_batch._weight(np.concatenate([sparse, few]), owner)
+    assert [found[owner == b].sum() for b in (0, 1)] == pytest.approx([FAST - WALKING + STEP] * 2)
+    full = grid(0.0, 20.0, 1.0, singular=False)
+    inside = (full > WALKING - STEP / 2) & (full < FAST + STEP / 2)
+    np.testing.assert_allclose(stacked_batch._weight(full, np.zeros(len(full), int)), STEP * inside, atol=1e-12)
 
 
 @needs_numba

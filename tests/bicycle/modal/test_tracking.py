@@ -103,6 +103,14 @@ def test_the_grid_is_one_sequence_whatever_is_covered():
     assert 0 < deep[0] <= 1e-3
 
 
+def test_nodes_next_to_rest_halve_in_two_steps_and_reach_as_far_down_as_asked():
+    for low in (0.2, 0.01, 1e-4):
+        nodes = grid(low, 10.0, 3.0, singular=True)
+        slow = nodes[nodes <= 0.3 * (1 + 1e-12)]  # the first step of the even part, 0.1 of the unit
+        np.testing.assert_allclose(slow[1:] / slow[:-1], np.sqrt(2))
+        assert slow[0] <= low * (1 + 1e-12) < np.sqrt(2) * slow[0]
+
+
 def carried(rows, modes, castering=-1, always=(0.0, 100.0), anchor=0, *, certain=True, step=1.0):
     values = np.array(rows, complex)
     speeds, mate = np.arange(float(len(rows))), conjugate_index(values)
