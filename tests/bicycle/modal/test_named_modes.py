@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.linalg import eig
 from scipy.optimize import linear_sum_assignment
 
 from bicycle import Bicycle, Model, available_bicycles, effect_class, load_bicycle
@@ -249,6 +250,25 @@ def test_pairs_that_exchange_character_are_recorded(tyred):
     exchange = [event for event in found.events if event.kind == "exchange"]
     assert exchange[0].modes == ("rear_tyre", "wobble")
     assert "exchange character" in str(exchange[0])
+
+
+def test_from_the_speed_of_an_exchange_on_each_plays_its_own_role_better_by_a_fifth(tyred):
+    """Shares of the states that mark wobble (steer) and rear tyre, from both eigenvectors; a step is 0.3 m/s."""
+    model = tyred(**EFFECTS[2])
+    (at,) = [event.speed for event in modes(model, [1.0, 25.0]).events if event.kind == "exchange"]
+
+    def own(speed):
+        found = modes(model, [speed])
+        roots, left, right = eig(model.matrices_at(speed)[0], left=True)
+        share = np.abs(left.conj() * right)
+        share /= share.sum(0)
+        wobble, tyre = (np.abs(roots - found.branch(name)[0, 0]).argmin() for name in ("wobble", "rear_tyre"))
+        steer, rear = (
+            share[[state.role == role for state in model.declared.states]].sum(0) for role in ("steer", "rear")
+        )
+        return min(steer[wobble] / steer[tyre], rear[tyre] / rear[wobble])
+
+    assert own(at) > 1.2 > own(at - 0.32)
 
 
 def test_switching_controller_keeps_names_and_continuity(tyred):
