@@ -252,6 +252,17 @@ def test_pairs_that_exchange_character_are_recorded(tyred):
     assert "exchange character" in str(exchange[0])
 
 
+def test_a_pair_that_castering_and_half_of_a_split_tyre_form_is_told_as_the_tyre(tyred):
+    """A soft front: what is alone again is castering."""
+    soft = {"cornering_stiffness": 6300.0, "relaxation_length": 0.1}
+    model = tyred(relaxation_length=soft, front_compliance=FLEXIBLE)
+    split, merge = modes(model, np.linspace(1.0, 30.0, 30)).events
+    assert (split.kind, split.modes, split.pair) == ("split", ("rear_tyre",), ("rear_tyre",))
+    assert (merge.kind, merge.modes, merge.pair) == ("merge", ("castering", "rear_tyre"), ("rear_tyre",))
+    for event in (split, merge):
+        assert np.sort(np.abs(model.eigenvalues(event.speed) - event.eigenvalue))[:2].max() < 1e-3
+
+
 def test_from_the_speed_of_an_exchange_on_each_plays_its_own_role_better_by_a_fifth(tyred):
     """Shares of the states that mark wobble (steer) and rear tyre, from both eigenvectors; a step is 0.3 m/s."""
     model = tyred(**EFFECTS[2])
