@@ -9,6 +9,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from bicycle.identification.decay_estimate import log_odds_of_each
 from bicycle.identification.free_decay import identify, identify_modes
 from bicycle.identification.recording import Run
 from bicycle.identification.window_start import TOO_FAR
@@ -266,7 +267,10 @@ def test_a_faint_fast_mode_beside_a_strong_slow_one_is_found():
 @pytest.mark.parametrize("seed", [11, 12, 13])
 def test_a_mode_that_is_asked_for_and_not_there_is_refused(seed):
     found = identify_modes(decay(np.random.default_rng(seed), colour=0.0), 2)
-    assert min(abs(one.eigenvalue - ROOT) / max(one.sd) for one in found) < 4
+    off = [abs(one.eigenvalue - ROOT) / max(one.sd) for one in found]
+    assert min(off) < 4
+    there = np.isinf(log_odds_of_each(found[0].estimate))
+    assert there.tolist() == [far < 4 for far in off]
     words = r"1 of 2 modes are there \(odds of [\d.e-]+ : 1 for one more, at least 20\), and names go by .*: ask for 1"
     assert all(re.fullmatch(words, one.rejected) for one in found)  # which of the names the one has is not known
 
