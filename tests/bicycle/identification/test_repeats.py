@@ -76,6 +76,12 @@ def test_one_kick_far_off_is_widened_alone():
     assert np.delete(found.sd, 7) == pytest.approx(np.delete(clean.sd, 7), rel=0.25)
 
 
+def test_one_run_in_eight_may_be_set_aside():
+    values = np.random.default_rng(5).normal(0, 0.1, 16)
+    values[[3, 6]] += [3.0, 2.0]
+    assert sorted(repeats(np.repeat([4.0, 5.0, 6.0, 7.0], 4), values, [0.1] * 16).aside) == [3, 6]
+
+
 def test_a_speed_that_scatters_more_has_its_own_sd():
     rng = np.random.default_rng(2)
     speeds = np.repeat([4.0, 6.0], 12)
