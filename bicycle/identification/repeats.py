@@ -2,9 +2,9 @@
 
 Runs whose speeds differ by less than 5 % are repeats. Within such a group a number may follow the speed, by the slope
 of the line through the neighbouring groups, or by its own line where the speeds spread more than 1.5 %. What is left is
-the scatter; a run far outside that of the others is set aside and widened alone, one in eight at most. The scatter of
-a group is its own, weighed against that of all groups, as a scaled inverse chi^2 prior of four degrees of freedom is (Gelman et al.,
-Bayesian Data Analysis, 3rd ed., section 2.6); where an F test tells the two apart, it stands alone.
+the scatter; a run far outside that of the others is set aside and widened alone, one in eight at most (of fewer: one).
+The scatter of a group is its own, weighed against that of all groups, as a scaled inverse chi^2 prior of four degrees
+of freedom is (Gelman et al., Bayesian Data Analysis, 3rd ed., 2.6); where an F test parts them, it stands alone.
 """
 
 import math
