@@ -19,10 +19,15 @@ INF = math.inf
 WEAVE = 4.292382536  # m/s, Meijaard et al. (2007), Proc. R. Soc. A 463, section 5
 
 
+def torque_of(scale, curve=0.0):
+    make = effect_class("residual_torque")
+    return make(middle_speed=scale.middle, speed_span=scale.span, steer_from_steer_rate_curve=curve)
+
+
 def said_of(low, high, sd, *, describes=True):
     """Of the benchmark bicycle with a residual torque that is zero but for its uncertainty."""
     scale = SpeedScale((low + high) / 2, (high - low) / 2, 3)
-    torque = effect_class("residual_torque")(middle_speed=scale.middle, speed_span=scale.span)
+    torque = torque_of(scale)
     spread = ParameterCovariance(("residual_torque.steer_from_steer_rate_curve",), [[sd**2]], origin="model file")
     model = Model(load_bicycle("benchmark"), (torque,), covariance=spread, sd=spread.sd)
     return claims(SimpleNamespace(scale=scale, misfit=10.0, describes=describes), model)
@@ -52,6 +57,21 @@ def test_what_is_extrapolated_farther_is_less_known():
     """The curve of a coefficient counts x^2, and x is -1 at the slowest measured speed."""
     near, far = (weave_of(said_of(low, 8.0, 1.0))[0].interval for low in (4.0, 5.5))
     assert far.high - far.low > 2 * (near.high - near.low)
+
+
+def test_at_each_limit_the_real_part_is_1_96_sd_from_zero():
+    """By the eigenvalues of the bicycle with a little of the torque, of either sign."""
+    scale, sd = SpeedScale(4.5, 1.5, 3), 5.0
+    limits = [end for one in weave_of(said_of(3.0, 6.0, sd)) for end in (one.interval.low, one.interval.high)]
+
+    def growth(speed, curve):
+        roots = Model(load_bicycle("benchmark"), (torque_of(scale, curve),)).linear_model().eigenvalues(speed)
+        return max(roots[roots.imag > 0].real)
+
+    assert len(limits) == 6
+    for end in filter(math.isfinite, limits):
+        slope = (growth(end, 1e-3) - growth(end, -1e-3)) / 2e-3
+        assert abs(growth(end, 0.0)) == pytest.approx(1.96 * sd * abs(slope), rel=0.02)
 
 
 def test_nothing_is_told_where_the_torque_does_not_describe_the_data():
