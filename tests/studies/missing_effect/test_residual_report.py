@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from bicycle.files.model_file import read_model
 from studies.cli import main
@@ -23,10 +24,12 @@ from studies.missing_effect.reporting.findings import find
 from studies.missing_effect.reporting.sentences import first_lines
 from studies.missing_effect.residual import words
 from studies.missing_effect.residual.amplitude import Amplitude
+from studies.missing_effect.residual.figure import _amplitude as draw_amplitude
 from studies.missing_effect.residual.figure import caption, draw_torque
 from studies.missing_effect.residual.kept import Kept, keep, plain
 from studies.missing_effect.residual.kept import record as of_kept
 from studies.missing_effect.residual.shapes import Likeness, Shape
+from studies.missing_effect.residual.terms import SpeedScale
 from tyre.base.errors import InputError
 
 TRIED = ("steer_spring", "speed_scale", "lean_sensor_delay")
@@ -69,6 +72,10 @@ def test_the_json_has_the_torque_with_its_covariance(reported):
     for name, told in {**found["coefficients"], **found["left_at_zero"]}.items():
         k = names.index(name)
         assert math.sqrt(matrix[k, k]) == pytest.approx(told["sd"])
+    rows = {row[0]: row[-2:] for row in words.coefficients(reported.findings.kept)}  # log evidence, held-out score
+    gains = [found["coefficients"]["steer_from_steer_rate"][f"gain_{name}"] for name in ("log_evidence", "held_out")]
+    assert [f"{gain:+.1f}" for gain in gains] == rows["steer torque from steer rate"]
+    assert gains[0] != pytest.approx(gains[1], rel=0.01)
     assert sum(found["share_of_power"].values()) == pytest.approx(1.0)
     assert found["held_out"]["gap_with"] < found["held_out"]["gap_without"]
     assert found["amplitude"] is None
@@ -204,6 +211,16 @@ def test_dry_friction_in_histories_shows_as_damping_that_falls_with_the_amplitud
         assert "Last: equivalent damping" in caption(histories)
 
 
+def test_the_curve_over_amplitude_goes_through_what_it_was_fitted_to():
+    """4 T / (pi A) of Den Hartog (1931) beside viscous damping, without noise: the curve passes through each piece."""
+    rate = np.array([0.5, 1.0, 2.0])
+    found = Amplitude(rate, 0.7 + 4 * 0.2 / (np.pi * rate), np.full(3, 0.01), (0.7, 0.1), (0.2, 0.05))
+    axis = Figure().subplots()
+    draw_amplitude(axis, found)
+    (curve,) = (line for line in axis.lines if "dry friction" in line.get_label())
+    assert np.interp(rate, *curve.get_data()) == pytest.approx(found.damping, rel=1e-3)
+
+
 # ------------------------------------------------------------------ words
 
 
@@ -231,6 +248,29 @@ def test_words_of_amplitude_are_those_of_the_numbers():
 def test_likeness_is_told_with_its_sign(reported, library, errors, said):
     shape = Shape(reported.findings.kept.shape.shares, library, errors)
     assert said in words.sentence(dataclasses.replace(reported.findings.kept, shape=shape))
+
+
+@pytest.mark.parametrize(
+    ("most", "gains", "said"),
+    [
+        (1, (-2.0, -2.0), "steer torque against the lean rate"),
+        (2, (-2.0, -2.0), "steer torque against the lean rate, the same at all speeds"),
+        (3, (2.0, 2.0), "steer torque with the lean rate, the same at all speeds"),
+        (2, (1.0, 4.0), "steer torque with the lean rate, growing with speed"),
+        (2, (-4.0, -1.0), "steer torque against the lean rate, falling with speed"),
+        (2, (-1.0, 1.0), "steer torque from the lean rate that changes its sign with speed"),
+    ],
+)
+def test_a_coefficient_is_told_as_it_goes_with_speed(most, gains, said):
+    """From 4 to 6 m/s; of data at one speed nothing is said of others."""
+
+    def gains_at(speeds):
+        every = np.zeros((len(speeds), 2, 4))
+        every[:, 0, 2] = np.interp(speeds, [4.0, 6.0], gains)
+        return every, 0 * every
+
+    kept = Kept(residual=SimpleNamespace(scale=SpeedScale(5.0, 1.0, most), gains_at=gains_at))
+    assert words._direction(kept, ("steer", "lean_rate")) == said
 
 
 def test_coefficients_have_plain_names():

@@ -6,6 +6,7 @@ leaves it.
 
 import dataclasses
 import itertools
+import math
 from types import SimpleNamespace
 
 import numpy as np
@@ -32,7 +33,7 @@ from studies.missing_effect.residual.fitting import fit_residual
 from studies.missing_effect.residual.seen import SIZE, seen
 from studies.missing_effect.residual.selection import Linear, Selector
 from studies.missing_effect.residual.shapes import shape_of
-from studies.missing_effect.residual.terms import PAIRS, SpeedScale, keys, name_of
+from studies.missing_effect.residual.terms import PAIRS, SpeedScale, keys, name_of, unknown
 from studies.validations.residual_torque import prediction_gap, summary, weave_said
 from tyre.base.errors import InputError
 
@@ -218,6 +219,16 @@ def test_few_terms_are_found_among_many(wanted):
     assert all(min(gain) > 0 for gain in selector.gains(wanted).values())
 
 
+def test_a_curve_is_found_where_the_slope_beneath_it_gains_nothing():
+    """A slope alone is not worth its price, so from a constant the curve is only reached by two terms at once."""
+    pair, rng, terms = ("steer", "lean"), np.random.default_rng(4), keys(dict.fromkeys(PAIRS, 3))
+    columns = math.sqrt(200) * np.linalg.qr(rng.normal(size=(200, 25)))[0]  # orthogonal, the last one noise
+    target = columns @ [{(pair, 0): 4.0, (pair, 2): 2.0}.get(term, 0.0) for term in (*terms, None)] + columns[:, 24]
+    selector = Selector(Linear(columns[:, :24], target, np.arange(200) % 6), 0, SpeedScale(5.0, 2.0, 3))
+    assert selector.worth({pair: 2}) < selector.worth({pair: 1}) < selector.worth({pair: 3})
+    assert selector.select({pair: 1}) == {pair: 3}
+
+
 def test_speeds_allow_as_many_powers_as_there_are_speeds():
     assert SpeedScale.of([4.0, 4.01, 4.02]).most == 1
     assert SpeedScale.of([4.0, 6.0]).most == 2
@@ -229,6 +240,12 @@ def test_speeds_allow_as_many_powers_as_there_are_speeds():
 def test_every_term_is_a_parameter_of_the_effect():
     declared = {p.name for p in effect_class("residual_torque").parameters}
     assert {name_of(*key) for key in keys(dict.fromkeys(PAIRS, 3))} == declared - {"middle_speed", "speed_span"}
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+def test_the_usual_size_of_a_coefficient_is_one_sd_of_its_constant(pair):
+    usual = next(p.typical[1] for p in effect_class("residual_torque").parameters if p.name == name_of(pair, 0))
+    assert unknown(pair, 0).scale == pytest.approx(usual)
 
 
 # ------------------------------------------------------------------ amplitude, generator, counts
