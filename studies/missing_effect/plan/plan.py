@@ -17,7 +17,7 @@ from tyre.base.parallel import one_blas_thread
 
 HALF = 0.5  # probability below which a question that cannot be settled is given up
 NEARLY = 0.9  # of the probability that everything together gives, where that does not suffice
-ALL_OF_IT = 2.0  # a probability that no answer has: it must be met
+ALL_OF_IT = math.inf  # a probability that no answer has: it must be met
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,7 @@
 """What hypotheses expect of further runs: published eigenvalues, and the residual of a run that is there already."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -8,8 +10,9 @@ from bicycle.identification.run import Run
 from bicycle.model import Model
 from bicycle.responses.inputs import pulse
 from bicycle.responses.linear import respond
-from studies.inference.fit import fit
+from studies.inference.fit import Fit, fit
 from studies.inference.identifiability import BENCH_SD
+from studies.inference.parameter import Candidate, UncertainParameter
 from studies.missing_effect.motion.measurements import HistoryMeasurement, ModalMeasurement
 from studies.missing_effect.motion.modal_table import ModalPoint
 from studies.missing_effect.plan.costs import Bench, Costs
@@ -76,6 +79,16 @@ def test_a_bench_test_reads_the_size_where_there_is_one_and_zero_elsewhere(modal
     place = [u.name for u in null.unknowns].index("c")
     assert [e.slopes[0, place] for e in trail] == pytest.approx([1000.0, 1000.0])
     assert bench_test([null, damped], "steer_spring", Bench(1.0)) is None
+
+
+@pytest.mark.parametrize(("power", "coordinate", "value"), [(0, math.log(4.0), 4.0), (-1, 0.25, 4.0)])
+def test_the_sd_of_a_bench_test_is_that_of_the_value_whatever_the_coordinate(power, coordinate, value):
+    """A value one sd of the test away is one unit away in what is expected, from either side."""
+    u = UncertainParameter("stiffness", "N/m", {"a.stiffness": 1.0}, 1.0, 0.5, power=power, size=True)
+    found = Fit((Candidate("a", (u,)),), (u,), np.array([coordinate]), np.eye(1), np.zeros(1), np.zeros((1, 1)), 0, 0)
+    (one,) = bench_test([found], "a", Bench(1.0, 0.01))
+    ends = [math.log(end) if power == 0 else 1 / end for end in (value - 0.005, value + 0.005)]
+    assert abs(one.slopes[0, 0] * (ends[1] - ends[0])) == pytest.approx(1.0, rel=1e-4)
 
 
 @pytest.fixture(scope="module")

@@ -139,6 +139,29 @@ def test_cosines_are_those_of_what_the_nuisances_leave():
     assert found == pytest.approx(gram[0, 1] / math.sqrt(gram[0, 0] * gram[1, 1]), rel=1e-9)
 
 
+def test_the_cosine_of_a_plan_is_that_of_what_the_effects_alone_change():
+    """Of truth less what the nuisance makes by itself, in the metric of noise and of the nuisance in its prior sd."""
+    rng = np.random.default_rng(5)
+    mass = UncertainParameter("mass", "kg", {"mass": 1.0}, 0.0, 0.3)
+    null = replace(hypothesis("", 0.0, 0.0), unknowns=(mass,))
+    fits = [hypothesis("a", 1.0, 0.3), hypothesis("b", 1.0, 0.3)]
+    changes, common, without = rng.normal(size=(2, 6)), rng.normal(size=6), rng.normal(size=6)
+    sd = np.array([0.5, 0.5, 1.0, 1.0, 2.0, 2.0])
+    slopes = [np.stack([common, change], 1) for change in changes]
+    expected = [
+        Expected(without + change, without + change, slope, without, lambda x: (x.T / sd).T)
+        for change, slope in zip(changes, slopes, strict=True)
+    ]
+    expected.append(Expected(without, without, common[:, None], without, lambda x: (x.T / sd).T))
+    what = Open(Judged(tuple(fits), np.zeros(2)), (PairQuestion(0, 1, "a or b"),), (), (*fits, null), 2)
+    offer = Offer(Flat(), what, (), 0.0, (Item("runs", 0.0, 1.0, 9, (Block(tuple(expected), 5),), 5.0),))
+    for count in (1, 3):
+        metric = np.linalg.inv(np.diag(sd**2) / count + 0.3**2 * np.outer(common, common))
+        gram = changes @ metric @ changes.T
+        cosine = gram[0, 1] / math.sqrt(gram[0, 0] * gram[1, 1])
+        assert offer.answer((count,), 0).cosine == pytest.approx(cosine, rel=1e-9)
+
+
 def test_a_limit_falls_with_the_information():
     """sd^-2 = prior^-2 + n / noise^2; 95 % of a one-sided normal is 1.645 sd, of its size 1.960 sd."""
     for one_sided, factor in ((True, 1.6449), (False, 1.9600)):
