@@ -103,5 +103,6 @@ def _drawn(effect: str, rng: np.random.Generator) -> float:
 
 
 def _occurs(effect: str, size: float) -> bool:
+    """Not beyond what is hidden alone, and no smaller than half of that."""
     low, high = next(iter(HIDDEN[effect].draw.values()))
     return low / 2 <= size <= high

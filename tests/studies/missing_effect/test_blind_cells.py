@@ -12,7 +12,8 @@ from studies.missing_effect.blind import causes, generator
 from studies.missing_effect.blind.baseline import TERMS, baseline, known_changes, sparse, terms_of
 from studies.missing_effect.blind.cells import CELLS, make
 from studies.missing_effect.blind.generator import modal_case
-from studies.missing_effect.blind.hidden import HIDDEN, UNUSUAL, Hidden, check_rest
+from studies.missing_effect.blind.hidden import HIDDEN, UNUSUAL, Hidden, check_rest, uncertainty
+from studies.missing_effect.blind.histories import CHANNELS
 from studies.missing_effect.blind.opposed import opposed_pair, stand_out
 from studies.missing_effect.blind.score import CALLED
 from studies.missing_effect.blind.second import moving
@@ -107,6 +108,13 @@ def test_pairs_that_hide_each_other_could_be_told_apart():
     assert stand_out(name, {effect: next(iter(h.draw.values()))[0] for effect, h in sizes.items()}) > 4
 
 
+def test_the_effect_that_is_hidden_by_an_opposed_one_may_be_half_of_what_is_hidden_alone():
+    _, sizes = opposed_pair(np.random.default_rng(5))
+    ((size, _),) = sizes["pneumatic_trail"].draw.values()
+    ((least, _),) = HIDDEN["pneumatic_trail"].draw.values()
+    assert least / 2 <= size < least
+
+
 @pytest.mark.parametrize("maker", [*causes.LIBRARY_HISTORIES.values(), *causes.SENSORS.values()])
 def test_a_cause_tells_what_it_does(maker):
     cause = maker(np.random.default_rng(3))
@@ -124,6 +132,29 @@ def test_causes_outside_the_library_have_no_name_in_it():
         ((name, values),) = maker(np.random.default_rng(3)).told.items()
         assert not values
         assert name not in CALLED
+
+
+def test_a_wrong_geometry_is_5_to_12_stated_sd_off_to_either_side():
+    stated = uncertainty(load_bicycle("benchmark"))
+    for maker, key, most in ((causes.wrong_tilt, "lam", 10.0), (causes.wrong_trail, "c", 12.5)):
+        rng = np.random.default_rng(1)
+        off = np.array([maker(rng).shifts[key] / stated[key] for _ in range(200)])
+        assert 5.0 <= abs(off).min() < 5.2
+        assert most - 0.2 < abs(off).max() <= most
+        assert off.min() < 0 < off.max()
+
+
+def test_the_noise_that_drift_and_zero_error_are_counted_in_is_that_of_their_channels():
+    noise = {channel: sd for channel, (_, sd) in CHANNELS.items()}
+    assert {causes.COLUMNS[name]: level for name, level in causes.LEVELS.items()} == noise
+
+
+def test_a_loose_mass_on_the_bar_swings_at_1_5_to_3_hz_with_a_tenth_of_critical_damping():
+    rng = np.random.default_rng(1)
+    for _ in range(50):
+        inertia, stiffness, damping = causes.bar_mass(rng).extras.bar_mass
+        assert 1.5 <= np.sqrt(stiffness / inertia) / (2 * np.pi) <= 3
+        assert damping / (2 * np.sqrt(stiffness * inertia)) == pytest.approx(0.1)
 
 
 def test_sensors():

@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from scipy.optimize import linear_sum_assignment
 from bicycle import Model, effect_class, load_bicycle
 from studies.missing_effect.blind.causes import OUTSIDE
 from studies.missing_effect.blind.second.closing import build, canonical
-from studies.missing_effect.blind.second.machine import Extras, coefficients
+from studies.missing_effect.blind.second.machine import Extras, coefficients, tensor
 from studies.missing_effect.blind.second.moving import Nonlinear, saturating, simulate, simulate_nonlinear
 from studies.missing_effect.blind.second.shapes import shapes
 
@@ -40,6 +41,37 @@ def test_rolling_gives_the_published_eigenvalues(row):
     weave = complex(*row["weave"])
     expected = [row["castering"], row["capsize"], weave, weave.conjugate()]
     assert far(roots({}, row["speed_m_s"]), expected) < 1e-12
+
+
+@pytest.mark.parametrize("effects", [{}, {"side_slip": {"cornering_stiffness": 7000.0}}, TYRE])
+@pytest.mark.parametrize("extras", [Extras(), Extras(maxwell=(2.0, 0.1))])
+def test_every_row_of_a_space_is_over_all_of_its_states(effects, extras):
+    space = build(BENCHMARK, effects, extras).space(5.0)
+    states = len(space.matrix)
+    assert space.matrix.shape == (states, states)
+    assert space.inputs.shape == (states, 2)
+    assert {row.shape for row in space.outputs.values()} == {(states,)}
+    assert {rows.shape[1] for rows in (space.slip, space.camber, space.force)} == {states}
+
+
+def test_a_frame_is_symmetric_about_its_plane():
+    """So the axis across it is a principal one, and the tensor is symmetric."""
+    inertia = tensor(2.0, 3.0, 0.5)
+    np.testing.assert_array_equal(inertia, inertia.T)
+    np.testing.assert_array_equal(inertia @ [0, 1, 0], [0, inertia[1, 1], 0])
+
+
+@pytest.mark.parametrize(("rate", "called"), [(5.0, {"weave"}), (30.0, {"weave"}), (40.0, set()), (90.0, set())])
+def test_an_oscillation_faster_than_5_hz_is_no_weave(rate, called):
+    """An oscillator of this angular frequency (rad/s), in which the steer moves half as much as the lean."""
+    matrix = np.array([[-0.2 * rate, -(rate**2)], [1.0, 0.0]])
+    rows = {"lean": np.array([0.0, 1.0]), "steer": np.array([0.0, 0.5]), "yaw_rate": np.array([0.3, 0.0])}
+    machine = SimpleNamespace(space=lambda speed: SimpleNamespace(matrix=matrix, outputs=rows))
+    found = shapes(machine, 5.0)
+    assert set(found) == called
+    for one in found.values():
+        assert abs(one.root) == pytest.approx(rate)
+        assert (one.steer, one.yaw) == (pytest.approx(0.5), pytest.approx(0.3))
 
 
 @pytest.mark.parametrize("case", TYRES, ids=lambda case: case["name"])

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
 
 import studies.missing_effect.blind.generator as generator
 import studies.missing_effect.blind.histories as histories
@@ -14,7 +15,7 @@ from bicycle import load_bicycle
 from studies.cli import main
 from studies.missing_effect.blind import kept
 from studies.missing_effect.blind import run as running
-from studies.missing_effect.blind.report import report, targets, write_report
+from studies.missing_effect.blind.report import draw_power, report, targets, write_report
 from studies.missing_effect.blind.run import blind_test, results_in
 from studies.missing_effect.blind.score import judge, summary, wilson
 from tyre.base.errors import InputError
@@ -223,6 +224,22 @@ def test_report(tmp_path):
     assert ["modal-one", "steer_spring.stiffness", "0 of 1, 0% (0%-79%)"] in rows
     assert ["modal-one", "camber_thrust.camber_stiffness", "1 of 1, 100% (21%-100%)"] in rows
     assert (tmp_path / "power.png").stat().st_size > 5000
+
+
+def test_the_points_of_two_cells_stand_left_and_right_of_their_noise(tmp_path, monkeypatch):
+    drawn, errorbar = [], Axes.errorbar
+
+    def seen(axis, x, y, *args, **style):
+        drawn.append(x)
+        return errorbar(axis, x, y, *args, **style)
+
+    monkeypatch.setattr(Axes, "errorbar", seen)
+    share = {"share": 0.5, "low": 0.4, "high": 0.6, "of": 10}
+    table = {"all": {"0.5": share, "2.0": share}}
+    draw_power({"power": {"modal-one": table, "history-one": table}}, tmp_path / "power")
+    left, right = np.array(drawn)
+    assert (left + right) / 2 == pytest.approx([0.5, 2.0])
+    assert (left < right).all()
 
 
 def test_the_committed_results_are_those_that_the_readme_shows():

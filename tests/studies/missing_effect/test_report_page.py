@@ -5,12 +5,14 @@ import html
 import json
 import re
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.stats import chi2
 
 from studies.inference import Candidate, ForwardModel, Rows, UncertainParameter, judge
+from studies.inference.fit import Fit
 from studies.inference.verdict import Mimic
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.figures import draw_all
@@ -361,3 +363,18 @@ def test_a_verdict_with_a_number_that_is_none_leaves_no_report(nothing, tmp_path
     with pytest.raises(InputError, match=r"nothing is written: posterior.none came out as nan, which is no result"):
         write_report(dataclasses.replace(nothing, verdict=verdict), tmp_path / "out", find(nothing))
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("wider", [(1.0, 1.0), (1.0, 1.5), (3.0, 1.5), (0.5, 0.9)])
+def test_how_much_wider_a_reported_sd_is_compares_each_size_with_its_own(wider):
+    """A joint's softness and damping with sd 0.5 and 0.1 of their fit; one at least, for nothing is told narrower."""
+    unknowns = tuple(UncertainParameter(name, "1", {name: 1.0}, 0.0, 1.0, size=True) for name in ("c", "d"))
+    joint = Candidate("joint", unknowns)
+    level = UncertainParameter("level", "m", {"level": 1.0}, 2.0, 0.5)
+    spread = np.diag([9.0, 0.5, 0.1]) ** 2
+    final = Fit(
+        (joint,), (level, *unknowns), np.array([2.0, 3.0, 4.0]), spread, np.zeros(1), np.zeros((1, 3)), 0.0, 0.0
+    )
+    told = {"c": (3.0, 0.5 * wider[0]), "d": (4.0, 0.1 * wider[1])}
+    verdict = SimpleNamespace(effects=[SimpleNamespace(identifier="joint", parameters=told)])
+    assert tables.widened(SimpleNamespace(final=final, verdict=verdict)) == pytest.approx(max(1.0, *wider))
