@@ -27,8 +27,6 @@ NAMED = ("named", "class", "tentative")
 FACTORS = {
     180 / math.pi: "are they in degrees? Radians are expected",
     math.pi / 180: "were they turned from degrees to radians twice?",
-    3.6: "are they in km/h? m/s is expected",
-    1 / 3.6: "were they turned from km/h to m/s twice?",
     1000.0: "are they in mm or g? m and kg are expected",
     1 / 1000.0: "are they in km or t? m and kg are expected",
     2 * math.pi: "were they turned from Hz to rad/s twice?",
@@ -38,7 +36,6 @@ FACTORS = {
 """Measured over computed, and what to ask."""
 
 FREQUENCY = (2 * math.pi, 1 / (2 * math.pi))
-SPEED = (3.6, 1 / 3.6)
 ANGULAR = {factor: FACTORS[factor] for factor in (180 / math.pi, math.pi / 180, -1.0)} | {
     1000.0: "are they in mrad or mrad/s? rad and rad/s are expected",
 }
@@ -90,9 +87,7 @@ def _of_values(diagnosis: Diagnosis, measured: Array, sd: Array) -> list[str]:
             continue
         seen, computed = measured[here], (measured - sd * residual)[here]
         rest = {
-            factor: float(np.linalg.norm(seen - factor * computed))
-            for factor in FACTORS
-            if factor not in (*FREQUENCY, *SPEED)
+            factor: float(np.linalg.norm(seen - factor * computed)) for factor in FACTORS if factor not in FREQUENCY
         }
         best = min(rest, key=lambda factor: rest[factor])
         if _brings_near(seen, rest[best], float(np.linalg.norm(seen - computed))):

@@ -74,6 +74,18 @@ def test_an_oscillation_faster_than_5_hz_is_no_weave(rate, called):
         assert (one.steer, one.yaw) == (pytest.approx(0.5), pytest.approx(0.3))
 
 
+@pytest.mark.parametrize(("weave", "rider"), [(5.0, 12.0), (12.0, 5.0)])
+def test_the_oscillation_of_the_rider_is_that_in_which_he_sways_most_over_the_lean(weave, rider):
+    """Not that in which all that moves moves most: here he sways more in the weave, but the bicycle leans far more."""
+    blocks = [np.array([[-1.0, -(rate**2)], [1.0, 0.0]]) for rate in (weave, rider)]
+    none, angles = np.zeros((2, 2)), {"lean": (1.0, 0.1), "steer": (0.5, 0.05), "rider": (0.3, 0.2)}
+    rows = {name: np.array([0.0, one, 0.0, other]) for name, (one, other) in angles.items()}
+    rows["yaw_rate"] = np.array([0.1, 0.0, 0.1, 0.0])
+    space = SimpleNamespace(matrix=np.block([[blocks[0], none], [none, blocks[1]]]), outputs=rows)
+    found = shapes(SimpleNamespace(space=lambda speed: space), 5.0)
+    assert {name: abs(one.root) for name, one in found.items()} == pytest.approx({"weave": weave, "rider": rider})
+
+
 @pytest.mark.parametrize("case", TYRES, ids=lambda case: case["name"])
 def test_tyres_and_joints_give_the_reference_eigenvalues(case):
     machine = build(case["bicycle"], case["effects"])
