@@ -40,9 +40,9 @@ def _bends(rng: np.random.Generator, hidden: tuple[str, ...]) -> bool:
     return bool(rng.random() < BENDING) and not set(hidden) & set(OWN_TYRE)
 
 
-def modal_none(folder: Path, rng: np.random.Generator, *, too_tight: float = 1.0) -> Made:
-    """Nothing hidden, in ``folder``, by ``rng``; stated uncertainties ``too_tight`` by a factor."""
-    return modal_case(folder, hidden=(), rng=rng, noise=_noise(rng), too_tight=too_tight), ()
+def modal_none(folder: Path, rng: np.random.Generator, *, too_tight: float = 1.0, held_out: int = 0) -> Made:
+    """Nothing hidden, in ``folder``, by ``rng``; uncertainties ``too_tight`` by a factor, some speeds ``held_out``."""
+    return modal_case(folder, hidden=(), rng=rng, noise=_noise(rng), too_tight=too_tight, held_out=held_out), ()
 
 
 def history_none(folder: Path, rng: np.random.Generator, *, too_tight: float = 1.0) -> Made:
@@ -61,15 +61,15 @@ def history_none_tight(folder: Path, rng: np.random.Generator) -> Made:
     return history_none(folder, rng, too_tight=TIGHT)
 
 
-def modal_one(folder: Path, rng: np.random.Generator) -> Made:
-    """One effect of a usual size, in ``folder``, by ``rng``."""
-    return modal_case(folder, hidden=_one(rng), rng=rng, noise=_noise(rng)), ()
+def modal_one(folder: Path, rng: np.random.Generator, *, held_out: int = 0) -> Made:
+    """One effect of a usual size, in ``folder``, by ``rng``; so many speeds are ``held_out``."""
+    return modal_case(folder, hidden=_one(rng), rng=rng, noise=_noise(rng), held_out=held_out), ()
 
 
-def history_one(folder: Path, rng: np.random.Generator) -> Made:
-    """One effect of a usual size, in ``folder``, by ``rng``."""
+def history_one(folder: Path, rng: np.random.Generator, *, held_out: int = 0) -> Made:
+    """One effect of a usual size, in ``folder``, by ``rng``; so many speeds are ``held_out``."""
     hidden = _one(rng)
-    settings = {"noise": _noise(rng), "nonlinear": _bends(rng, hidden), **SHORT}
+    settings = {"noise": _noise(rng), "nonlinear": _bends(rng, hidden), "held_out": held_out, **SHORT}
     return history_case(folder, hidden=hidden, rng=rng, **settings), ()
 
 
