@@ -9,7 +9,7 @@ from studies.validations import corrected_models
 from studies.validations.corrected_models import INSIDE, NONE, OPEN, OUTSIDE, UNSTABLE, one_case, outcome, summary
 
 
-def row(value=5.0, sd=0.1, true=5.0, left_open=False, error=None):
+def row(value=5.0, sd=0.1, true=5.0, *, left_open=False, error=None):
     weave = None if value is None else {"value": value, "sd": sd}
     return {"error": error, "left_open": left_open, "true": true, "weave": weave, "assumed": weave}
 
