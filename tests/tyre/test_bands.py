@@ -34,6 +34,13 @@ def test_published_tyres_are_usual():
     assert not [note for note in schwalbe.notes if "usual" in note]
 
 
+def test_published_tyres_at_a_slip_of_one_degree_have_a_published_force():
+    """The force of the shortest sweep is C times one degree, still in the linear range."""
+    low, high = BANDS["largest_force_per_load"].published
+    for stiffness in BANDS["cornering_stiffness_per_load"].published:
+        assert low <= stiffness * math.radians(1.0) <= high
+
+
 def test_bands_reach_beyond_what_was_published():
     for band in BANDS.values():
         (low, high), (least, most) = band.typical, band.published

@@ -94,6 +94,11 @@ def test_curvature_exponent_is_reported_not_applied(campaign):
     # the simulator's drum: (1 + 0.34 / 1.3)^0.6
     assert item.exponent.value == pytest.approx(0.6, abs=0.12)
     assert item.ratio == pytest.approx((1 + 0.34 / 1.3) ** 0.6, rel=0.02)
+    at = {(c.surface, c.load): c.cornering_stiffness.value for c in campaign.conditions}
+    one, other = (np.log(at["flat", load] / at["drum", load]) / np.log(1 + 0.34 / 1.3) for load in {n for _, n in at})
+    assert item.exponent.value == pytest.approx((one + other) / 2)
+    # the mean of two numbers scatters by half their distance, with one degree of freedom
+    assert (item.exponent.sd, item.exponent.dof) == (pytest.approx(abs(one - other) / 2), 1.0)
 
 
 def test_map_and_property_files_can_be_read_back(campaign, tmp_path):

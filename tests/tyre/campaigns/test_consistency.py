@@ -73,3 +73,12 @@ def test_what_is_infinite_is_refused_by_its_name(found, words):
     with pytest.raises(InputError, match=words):
         refuse_infinite(found, Path("a.csv"))
     refuse_infinite(summary("a.csv", pneumatic_trail_m=float("nan")), Path("a.csv"))  # not measured
+
+
+def test_the_largest_force_is_held_against_the_load():
+    """0.9 of the load of 400 N is usual; a force read 9.80665 times too high, in kg of load, is not."""
+    usual = summary("run.csv", largest_force_N=0.9 * 400.0, pneumatic_trail_m=0.018)
+    assert check_plausible(usual, Path("run.csv")) == ()
+    (said,) = check_plausible(summary("run.csv", largest_force_N=9.80665 * 0.9 * 400.0), Path("run.csv"))
+    assert said.startswith("largest side force over load = 8.82")
+    assert "(load in kg?)" in said

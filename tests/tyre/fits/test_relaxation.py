@@ -100,6 +100,9 @@ def test_steps_are_told_from_sweeps():
         tyre=TYRE, condition=FLAT, protocol=Protocol(cycles=1), effects=[], rng=np.random.default_rng(0)
     )
     assert not is_slip_step(sweep)
+    twice = np.where(step.time % 2.0 > 1.0, 0.017, 0.0) * (step.time < 3.5)  # out and back, and again
+    assert np.count_nonzero(np.diff(twice)) == 4
+    assert not is_slip_step(replace(step, slip_angle=twice, kind="slip_sweep"))
 
 
 @pytest.mark.parametrize(
@@ -218,3 +221,11 @@ def test_interval_uses_student_and_bad_calibration_is_refused():
     assert low == pytest.approx(20.0 - high)
     with pytest.raises(InputError, match="slip = -0.1 must be a relative standard uncertainty from 0 to 0.5"):
         Calibration(slip=-0.1)
+
+
+@pytest.mark.parametrize("factor", [1e3, -0.25])
+def test_an_estimate_in_another_unit_has_its_interval_in_that_unit(factor):
+    one = Estimate(10.0, 0.5, 4.0)
+    other = one.scaled(factor)
+    assert (other.value, other.sd, other.dof) == (10.0 * factor, 0.5 * abs(factor), 4.0)
+    assert sorted(end * factor for end in one.ci95) == pytest.approx(other.ci95)

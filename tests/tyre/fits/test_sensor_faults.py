@@ -45,6 +45,20 @@ def test_a_tyre_that_slides_is_no_fault():
     assert fit_slip_sweep(replace(run, side_force=brush + noise)).sensor_faults == ()
 
 
+def test_a_brush_that_hangs_behind_the_steering_by_its_play_is_no_fault():
+    """Triangles of 8 deg at two rates, which tell play from lag; the brush of 6000 N/rad and 400 N is 4 mrad behind."""
+    phase = np.concatenate([np.arange(0.0, 8.0, 0.0025), np.arange(8.0, 24.0, 0.01)])
+    slip = np.deg2rad(8.0) * (np.abs((phase + 3.0) % 4.0 - 2.0) - 1.0)
+    behind = slip - 4e-3 * np.where((phase + 1.0) % 4.0 < 2.0, 1.0, -1.0)
+    left = 1.0 - np.minimum(6000.0 * np.abs(np.tan(behind)) / 1200.0, 1.0)
+    force = np.sign(behind) * 400.0 * (1.0 - left**3) + np.random.default_rng(4).normal(0.0, 0.5, slip.size)
+    time = 0.02 * np.arange(slip.size)
+    run = RigRun(Condition("T", 400.0, 5e5, "flat", speed=2.6), "ISO", time, slip, force, np.full(slip.size, 400.0))
+    fit = fit_slip_sweep(run)
+    assert fit.parameters["hysteresis"] == pytest.approx(4e-3, rel=0.02)
+    assert fit.sensor_faults == ()
+
+
 def test_a_force_cell_that_flattens_is_named_and_its_samples_are_not_used():
     fit = fit_slip_sweep(quiet(flat=250.0))
     (said,) = fit.sensor_faults
@@ -57,6 +71,15 @@ def test_a_force_cell_that_flattens_is_named_and_its_samples_are_not_used():
     assert np.abs(fit.blocks.force[fit.blocks.settled]).max() <= onset + 1.0
     assert fit.cornering_stiffness.value == pytest.approx(6000.0, rel=0.03)
     assert said in fit.notes
+
+
+def test_the_slope_of_what_is_missing_is_its_derivative():
+    from tyre.fits.sensor_faults import _bend, _bend_slope
+
+    reading, h = np.array([-0.95, -0.7, -0.3, 0.2, 0.61, 0.9]), 1e-6
+    slope = (_bend(reading + h, 0.6) - _bend(reading - h, 0.6)) / (2.0 * h)
+    np.testing.assert_allclose(_bend_slope(reading, 0.6), slope, rtol=1e-7)
+    np.testing.assert_array_equal(_bend(np.array([-1.0, 0.6, 1.0]), 0.6), [-1.0, 0.0, 1.0])
 
 
 def test_a_slip_sensor_that_flattens_is_named():

@@ -109,6 +109,8 @@ QSX2 = 0.05
     assert found.crown_radius == pytest.approx(0.33 * 0.05, rel=1e-13)
     assert any("states no range of loads" in note for note in found.notes)
     assert tir(text).at(load=4000.0, pressure=5e5).inside  # nothing is stated, so nothing can be said
+    upright, leant = (tir(text).numbers.lateral.cornering_stiffness(load=400.0, camber=camber) for camber in (0.0, 0.3))
+    assert upright == leant  # a file without PKY3 has no such slope
 
 
 def test_what_a_file_does_not_hold_is_none():
@@ -169,6 +171,9 @@ def test_assumed_uncertainty_is_common_to_all_conditions():
     r = 0.03**2
     one = np.array([[r, 0, r], [0, r, -r], [r, -r, 2 * r]])  # d(ln length) = d(ln C) - d(ln K)
     np.testing.assert_allclose(relative, np.block([[one, one], [one, one]]), atol=1e-15)
+    for n, p in enumerate(properties):
+        own = slice(3 * n, 3 * n + 3)
+        np.testing.assert_array_equal(p.covariance, covariance[own, own])
     assert not properties[0].cornering_stiffness_sd_stated
     assert not properties[0].lateral_stiffness_sd_stated
     assert any("assumed is 3 %" in note for note in properties[0].notes)

@@ -84,6 +84,7 @@ FAULTS = [
     (lambda: changed(sweep(), slip_angle=put(slice(0, 3000), np.nan)), "slip_angle has 3000 missing samples", False),
     (lambda: changed(sweep(), side_force=lambda f: np.clip(f, -350.0, 350.0)), "side_force is saturated", False),
     (lambda: changed(sweep(), side_force=put(slice(500, 800), 12.0)), "side_force is frozen: 300 samples", False),
+    (lambda: changed(sweep(), side_force=put(slice(500, 800), 900.0)), "side_force is saturated: 300 samples", False),
     (lambda: changed(sweep(), side_force=np.negative), r"under axes = 'adapted SAE'; axes = 'ISO' or 'SAE' would fit",
      False),
     (lambda: replace(changed(sweep(), side_force=np.negative), axes="SAE"), "axes = 'adapted SAE' would fit", False),

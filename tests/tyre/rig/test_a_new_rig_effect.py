@@ -21,6 +21,7 @@ from tyre.recordings.recording import Condition
 from tyre.rig.campaign import set_effect
 from tyre.rig.effect import RigEffect, register, rig_effects, rig_terms
 from tyre.rig.effects.noise import Noise
+from tyre.rig.effects.steering_play import SteeringPlay
 from tyre.rig.simulator import Protocol, simulate_sweep
 from tyre.rig.tyre import RigTyre
 
@@ -92,6 +93,7 @@ def test_every_effect_declares_its_numbers():
             assert p.unit, name
             assert p.bounds[0] <= field.default <= p.bounds[1], name
             assert p.bounds[0] <= p.typical[0] < p.typical[1] <= p.bounds[1], name
+            assert p.typical[0] <= 0 <= p.typical[1] if p.size else p.typical[0] > 0, name
         for term in effect.terms:
             assert term.sweep or term.pull, term.identifier
             assert len(term.signature) > 10, term.identifier
@@ -119,3 +121,10 @@ def test_delay_and_play_move_the_branches_apart_as_they_should():
             shifts[name] = -(up[1] - down[1]) / (up[0] + down[0])
         assert shifts["channel_delay"] == pytest.approx(np.deg2rad(rate) * 0.05, rel=0.01)
         assert shifts["steering_play"] == pytest.approx(1e-3, rel=0.01)
+
+
+def test_play_is_on_the_side_of_the_last_movement_and_nowhere_before_the_first():
+    channels = {"slip_angle": np.array([0.0, 0.02, 0.03, 0.03, 0.01, -0.02])}
+    SteeringPlay(half_gap=1e-3).on_rolling(channels, np.random.default_rng(0))
+    expected = [0.0, 0.021, 0.031, 0.031, 0.009, -0.021]
+    np.testing.assert_allclose(channels["slip_angle"], expected, rtol=1e-12)

@@ -176,3 +176,12 @@ def test_campaign_refuses_a_folder_with_recordings(tmp_path):
         write_campaign_files(tmp_path, plan=CampaignPlan(file_format="xls"), effects=(), rng=np.random.default_rng(0))
     with pytest.raises(InputError, match="surface 'wet' is not one of flat, drum"):
         write_campaign_files(tmp_path, plan=CampaignPlan(surfaces=("wet",)), effects=(), rng=np.random.default_rng(0))
+
+
+@pytest.mark.parametrize(("readings", "cycles"), [(20, 2), (12, 1), (7, 3)])
+def test_a_pull_test_has_so_many_readings_a_stroke(readings, cycles):
+    """From rest, out and back: two strokes a cycle. Between readings the plate goes one part of its way."""
+    test = pull(pull_readings=readings, pull_cycles=cycles, pull_force=120.0)
+    assert test.side_force.size == 1 + 2 * readings * cycles
+    turns = test.tyre_deflection[::readings]
+    np.testing.assert_allclose(turns, np.tile([0.0, 120.0 / K], cycles + 1)[: turns.size], atol=1e-12)
