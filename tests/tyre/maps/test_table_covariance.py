@@ -8,6 +8,7 @@ import pytest
 
 from tyre import InputError, MeasuredTable, TyreMap
 from tyre.maps.calibration import CommonCalibration
+from tyre.maps.column_prediction import predicted_column
 from tyre.maps.measured_column import MeasuredColumn
 from tyre.maps.table_io import read_folder, read_table, write_table
 from tyre.wheels import wheel_properties
@@ -114,6 +115,17 @@ def test_trail_is_linear_between_the_conditions_that_have_it():
     assert tyre.at(load=400.0, pressure=4e5).pneumatic_trail == pytest.approx(0.020)
     assert tyre.at(load=400.0, pressure=5e5).pneumatic_trail is None
     assert TyreMap(table()).at(load=400.0, pressure=5e5).pneumatic_trail is None
+
+
+@pytest.mark.parametrize("unit", [1.0, 9.80665])
+def test_a_trail_whose_load_and_pressure_grew_together_leans_on_both_by_their_relative_change(unit):
+    """The smallest a, b with 0.25 a + 0.2 b = 2 mm (5 bar and 400 N in the middle), whatever unit the load has."""
+    load, pressure = unit * np.array([300.0, 400.0, 500.0]), np.array([4e5, 5e5, 6e5])
+    column = predicted_column(load, pressure, MeasuredColumn([0.018, 0.020, 0.022], [1e-4] * 3, [np.inf] * 3))
+    found = column.at(unit * np.array([500.0, 400.0, 500.0]), np.array([5e5, 6e5, 6e5]))
+    by_load, by_pressure = (0.002 * share**2 / (0.25**2 + 0.2**2) for share in (0.25, 0.2))
+    expected = 0.020 + np.array([by_load, by_pressure, 0.002])
+    np.testing.assert_allclose([one.value for one in found.estimates], expected, rtol=1e-9)
 
 
 def test_wheels_share_what_one_table_shares_and_nothing_else():

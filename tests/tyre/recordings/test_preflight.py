@@ -166,3 +166,14 @@ def test_a_step_test_is_not_asked_for_sweeps():
     step = RigRun(CONDITION, "ISO", t, slip, force + noise, 400.0 + noise, kind="slip_step")
     assert preflight(step).problems == ()
     assert "a slip step" in preflight(step).present[1]
+
+
+@pytest.mark.parametrize(("share", "said"), [(0.24, True), (0.26, False)])
+def test_slip_that_hardly_leaves_one_side_is_said_of_either_side(share, said):
+    """One side reaches less than a quarter as far as the other: 8 deg in all, to the right and mirrored."""
+    offset = np.deg2rad(4.0) * (1 - share) / (1 + share)
+    right = changed(sweep(), slip_angle=lambda a: a + offset, side_force=lambda f: f + 6300.0 * offset,
+                    aligning_moment=lambda m: m - 0.017 * 6300.0 * offset)  # fmt: skip
+    left = changed(right, slip_angle=np.negative, side_force=np.negative, aligning_moment=np.negative)
+    for run in (right, left):
+        assert any("slip goes to one side only" in text for text in preflight(run).problems) == said

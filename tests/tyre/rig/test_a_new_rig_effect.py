@@ -93,10 +93,12 @@ def test_every_effect_declares_its_numbers():
             assert p.unit, name
             assert p.bounds[0] <= field.default <= p.bounds[1], name
             assert p.bounds[0] <= p.typical[0] < p.typical[1] <= p.bounds[1], name
-            assert p.typical[0] <= 0 <= p.typical[1] if p.size else p.typical[0] > 0, name
         for term in effect.terms:
             assert term.sweep or term.pull, term.identifier
             assert len(term.signature) > 10, term.identifier
+            for p in term.parameters:
+                assert p.bounds[0] <= p.typical[0] < p.typical[1] <= p.bounds[1], (term.identifier, p.name)
+                assert p.typical[0] <= 0 <= p.typical[1] if p.size else p.bounds[0] > 0, (term.identifier, p.name)
     names = [term.identifier for term in rig_terms()]
     assert len(names) == len(set(names)) == 15
 
