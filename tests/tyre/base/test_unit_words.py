@@ -18,6 +18,7 @@ from tyre.base.unit_words import factor_to_si, is_si, is_unit
         ("kg cm^2", "kg m^2", Fraction(1, 10**4)),
         ("kg*m²", "kg m^2", 1),
         ("kPa", "bar", Fraction(1, 100)),
+        ("MPa", "N/m^2", 10**6),
         ("m/s**2", "m/s^2", 1),
         ("in", "mm", Fraction(254, 10)),
     ],

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from studies.validations.sensor_faults import TYRES, flattened, sweep, two_gains
+from tyre.fits import sensor_faults
 from tyre.fits.slip_sweep import fit_slip_sweep
 from tyre.fits.sweep_branches import block_means
 from tyre.fits.sweep_model import sweep_model
+from tyre.fits.sweep_solution import solve_sweep
 from tyre.recordings.recording import Condition, RigRun
 
 
@@ -102,14 +104,27 @@ def test_two_gains_are_told_with_their_difference():
     assert "a larger gain to the left than to the right" in said
 
 
+def test_the_brush_nearest_to_the_sweep_of_a_brush_is_that_sweep_whatever_the_offset_of_its_cell():
+    run = quiet(noise=0.0, reach=8.0)
+    left = 1.0 - np.minimum(6000.0 * np.abs(np.tan(run.slip_angle)) / 1200.0, 1.0)  # a brush of 400 N
+    run = replace(run, side_force=np.sign(run.slip_angle) * 400.0 * (1.0 - left**3) + 50.0)
+    model = sweep_model(block_means(run), lag_correction=True, relaxation_length=None, notes=[], where="t")
+    brush = sensor_faults._brush_fit(model, solve_sweep(model))
+    np.testing.assert_allclose(brush, model.blocks.force[model.blocks.settled], atol=4.0)  # N
+
+
+@pytest.mark.parametrize("onset", [0.3, 0.6, 0.9])
+def test_the_slope_of_a_bend_is_its_derivative(onset):
+    reading = np.linspace(-0.997, 0.997, 40)
+    up, down = (sensor_faults._bend(reading + h, onset) for h in (1e-6, -1e-6))
+    np.testing.assert_allclose(sensor_faults._bend_slope(reading, onset), (up - down) / 2e-6, atol=1e-4)
+
+
 def test_a_fit_without_lag_correction_judges_no_sensor():
     assert fit_slip_sweep(quiet(flat=250.0), lag_correction=False).sensor_faults == ()
 
 
 def test_too_little_left_is_used_and_said(monkeypatch):
-    from tyre.fits import sensor_faults
-    from tyre.fits.sweep_solution import solve_sweep
-
     model = sweep_model(block_means(quiet()), lag_correction=True, relaxation_length=None, notes=[], where="t")
     solution = solve_sweep(model)
     fault = sensor_faults.Flattening("side_force", 5.0, 400.0, 0.2)

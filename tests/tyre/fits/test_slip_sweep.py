@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tyre.base.errors import InputError
 from tyre.estimate import Calibration
 from tyre.fits.slip_sweep import fit_slip_sweep
-from tyre.fits.sweep_branches import slip_reversals
+from tyre.fits.sweep_branches import block_means, slip_reversals
 from tyre.fits.sweep_solution import solve_least_squares
 from tyre.recordings.read import read_recording, write_csv
 from tyre.recordings.recording import Condition, RigRun
@@ -170,6 +170,18 @@ def test_spikes_and_dropouts_hardly_matter():
     spiky = fit_slip_sweep(sweep(Noise(), Dropouts(share=2e-3, spike=200.0), seed=4))
     assert spiky.cornering_stiffness.value == pytest.approx(clean.cornering_stiffness.value, abs=2 * clean.fit_sd)
     assert any("samples without side force left out" in note for note in spiky.notes)
+
+
+@pytest.mark.parametrize(("missing", "used"), [(0.4, True), (0.6, False)])
+def test_a_block_without_most_of_its_side_force_is_left_out(missing, used):
+    whole = block_means(sweep())
+    first, size = whole.first[40], whole.size[40]
+
+    def torn(force, _):
+        return np.where(np.isin(np.arange(force.size), first + np.arange(round(missing * size))), np.nan, force)
+
+    found = block_means(with_force(torn))
+    np.testing.assert_array_equal(found.first, whole.first if used else np.delete(whole.first, 40))
 
 
 def test_pneumatic_trail_and_moment_slope():

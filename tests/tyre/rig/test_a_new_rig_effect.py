@@ -93,6 +93,7 @@ def test_every_effect_declares_its_numbers():
             assert p.unit, name
             assert p.bounds[0] <= field.default <= p.bounds[1], name
             assert p.bounds[0] <= p.typical[0] < p.typical[1] <= p.bounds[1], name
+            assert not p.size or p.typical[0] <= 0.0 <= p.typical[1], (name, p.name)
         for term in effect.terms:
             assert term.sweep or term.pull, term.identifier
             assert len(term.signature) > 10, term.identifier
