@@ -16,7 +16,10 @@ def test_up_to_a_twentieth_of_the_power_may_lie_outside_of_the_lines(share, line
 
 
 def test_the_sd_of_a_line_is_that_of_white_noise_widened_as_students_t_is():
-    """Under a Hann window a number of one line has the variance 2 * 1.5 s^2 / k; t of 16 numbers has 16 / 14."""
+    """Under a Hann window a number of one line has the variance 2 * 1.5 s^2 / k; t of 16 numbers has 16 / 14.
+
+    The sum of squares of 16 numbers has the relative sd sqrt(2 / 16); neighbours two bins apart share a little.
+    """
     rng, k, s, hertz = np.random.default_rng(1), 1000, 0.5, np.arange(2.0, 46.0, 2.0)
     angle, variance, error = 2 * np.pi * np.outer(np.arange(k) * 0.01, hertz), [], []
     for _ in range(40):
@@ -27,3 +30,10 @@ def test_the_sd_of_a_line_is_that_of_white_noise_widened_as_students_t_is():
     white = 2 * 1.5 * s**2 / k
     assert np.mean(variance) == pytest.approx(white * 16 / 14, rel=0.06)
     assert np.mean(np.abs(error) ** 2) / 2 == pytest.approx(white, rel=0.1)
+    assert np.std(variance) / np.mean(variance) == pytest.approx(np.sqrt(2 / 16), rel=0.15)
+
+
+def test_the_strength_of_a_line_is_its_power_in_units_of_what_unit_noise_does_to_both_its_numbers():
+    k = 1000
+    u = 3.0 * np.cos(2 * np.pi * 5.0 * np.arange(k) * 0.01)
+    assert line_response(np.array([5.0]), u, u, 0.01).strength == pytest.approx(3.0**2 / (2 * 2 * 1.5 / k), rel=0.01)

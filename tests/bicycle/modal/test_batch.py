@@ -122,9 +122,10 @@ def test_one_that_is_not_finite_leaves_its_neighbours(solver):
         np.testing.assert_array_equal(found.bits[neighbour], alone.bits[0])
 
 
-def test_two_roots_that_meet_are_known_in_whatever_order_the_others_come():
-    """-1 +- sqrt(0.01 - v) beside -3, -40 and -2 +- 9 i, from v = 0 to 0.02."""
-    still = np.array([-3, -40, -2 + 9j, -2 - 9j])
+@pytest.mark.parametrize("damping", [-2, -1])
+def test_two_roots_that_meet_are_known_in_whatever_order_the_others_come(damping):
+    """-1 +- sqrt(0.01 - v) beside -3, -40 and a pair, which may be damped as they are, from v = 0 to 0.02."""
+    still = np.array([-3, -40, damping + 9j, damping - 9j])
     first, last = (np.concatenate([-1 + gap * np.array([1, -1]), still]) for gap in (0.1, 0.1j))
     rise, later = (np.array([-1, 1, 0, 0, 0, 0]) / (2 * gap) for gap in (0.1, 0.1j))
     order = np.array([*permutations(range(6))])

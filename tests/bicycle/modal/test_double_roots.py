@@ -9,7 +9,7 @@ from bicycle import load_bicycle
 from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.eigenvalues.decomposition import decompose
 from bicycle.modal import tracking
-from bicycle.modal.double_roots import join_double_root
+from bicycle.modal.double_roots import between, join_double_root
 from bicycle.modal.matching import Nodes, link
 from bicycle.modal.tracker import Tracker
 from bicycle.speed_polynomial import SpeedPolynomial
@@ -65,6 +65,19 @@ def test_the_nodes_are_those_of_plain_bisection(speed):
     np.testing.assert_array_equal(smooth, plainly_smooth)
     assert any(found[k] <= speed <= found[k + 1] for k in np.flatnonzero(~smooth))
     assert len(calls) < 8 < 20 < len(many)
+
+
+@pytest.mark.parametrize("ends", [(5.1, 5.4), (5.3, 6.5), (1.0, 6.0)])
+def test_a_meeting_is_foreseen_at_once_where_the_discriminant_is_straight(ends):
+    asked = []
+
+    def compute(speeds):
+        asked.append(speeds.copy())
+        return Nodes(speeds, *decompose(meeting_at(5.37), speeds))
+
+    a, b = (compute(np.array([end])) for end in ends)
+    between(a, b, compute, SMALLEST)
+    assert asked[2] == pytest.approx([5.37], abs=1e-9)
 
 
 def test_a_meeting_foreseen_at_the_wrong_speed_is_found_all_the_same():

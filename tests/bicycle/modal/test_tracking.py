@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import block_diag
 
 from bicycle.modal.identity import conjugate_index, regions
-from bicycle.modal.tracking import given, grid, track
+from bicycle.modal.tracking import TrackedRange, given, grid, track
 
 
 def rotated(*blocks_by_power, seed=0):
@@ -59,6 +59,20 @@ def test_coupled_real_roots_veer_and_keep_their_order(synthetic):
     assert (ordered[:, 0] != ordered[:, 1]).all()
     upper = branch_through(ordered, 0.0)
     assert (upper == ordered.max(1)).all()
+
+
+def test_between_two_nodes_roots_are_followed_along_the_cubic_of_their_ends():
+    """Of 40 roots that are cubics of the speed and cross in between."""
+    rng = np.random.default_rng(2)
+    roots = np.polynomial.Polynomial
+    branches = [roots(rng.normal(size=4) + 1j * rng.normal(size=4)) for _ in range(40)]
+    ends, places = np.array([1.0, 2.5]), np.array([1.1, 1.6, 1.9, 2.4])
+    values, slopes = (np.stack([b(ends) for b in of], 1) for of in (branches, [b.deriv() for b in branches]))
+    own = TrackedRange(ends, values, slopes, np.array([True]), np.empty(0))
+    seen = np.stack([b(places) for b in branches], 1)
+    shuffled = rng.permuted(np.tile(np.arange(40), (4, 1)), axis=1)
+    found = own.follow(places, np.take_along_axis(seen, shuffled, 1))
+    np.testing.assert_array_equal(np.take_along_axis(shuffled, found, 1), np.tile(np.arange(40), (4, 1)))
 
 
 @pytest.mark.parametrize(("sign", "kind"), [(1.0, "split"), (-1.0, "merge")])
