@@ -9,6 +9,7 @@ import pytest
 
 from studies.cli import main
 from studies.missing_effect.plan.costs import Bench, Costs, Stop, read_costs
+from studies.missing_effect.plan.figure import draw
 from studies.missing_effect.plan.offer import Answer
 from studies.missing_effect.plan.plan import Plan, Settled, Step
 from studies.missing_effect.plan.report import EXPLAINED
@@ -153,6 +154,18 @@ def test_odds_say_whose_they_are():
     assert then == most == "74 %, expected odds 2.9 : 1 for what is true"
     assert QUESTIONS[2] == "after the plan, by the less favourable answer"
     assert "they may be smaller than the odds now" in EXPLAINED.replace("\n", " ")
+
+
+def test_every_probability_from_nothing_to_all_has_room_in_the_figure(tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda self, to, **_: (drawn.append(self), to.touch()))
+    plan = Plan((), (), 200.0, (), ((0.0, 0.0), (100.0, 0.4), (200.0, 1.0)), True, Costs())
+    assert draw(plan, tmp_path / "curve")
+    (axis,) = drawn[0].axes
+    low, high = axis.get_ylim()
+    for line in axis.lines:
+        assert all(low <= share <= high for share in line.get_ydata())
+    assert max(axis.lines[0].get_ydata()) == 100.0
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from published_bicycle import ride
 
+from bicycle.identification.recording import Run
 from studies.inference.fit import fit
 from studies.missing_effect import read_measurement
 from studies.missing_effect.motion.prescribed_steer import SteerSpline
@@ -126,6 +127,14 @@ def test_a_steer_angle_that_was_recorded_late_is_found(tmp_path):
     delay = next(c for c in forward.candidates if c.identifier == "steer_delay")
     found = fit(forward, (delay,))
     assert found.theta[-1] == pytest.approx(0.02, abs=max(0.002, 4 * np.sqrt(found.covariance[-1, -1])))
+
+
+@pytest.mark.parametrize("samples", [40, 101])
+def test_a_spline_that_no_noise_allows_has_at_most_half_as_many_coefficients_as_there_are_samples(samples):
+    time = 0.01 * np.arange(samples)
+    rough = np.random.default_rng(1).normal(size=samples)
+    run = Run("a", 5.0, time, {"roll_rate_rad_s": rough}, {"steer_rad": rough})
+    assert len(SteerSpline.of_run(run, 1e-9).coefficients) == samples // 2
 
 
 def test_the_spline_is_as_uncertain_as_it_says(tmp_path):

@@ -10,6 +10,7 @@ from studies.missing_effect import diagnose
 from studies.missing_effect.rig import data
 from studies.missing_effect.rig.figures import draw_recordings
 from studies.missing_effect.rig.measurement import RigMeasurement
+from studies.missing_effect.rig.proposals import further_sweeps
 from studies.missing_effect.rig.reference import Curve, Reference
 from tyre.recordings.recording import Condition
 from tyre.rig.effects.drum_curvature import DrumCurvature
@@ -91,6 +92,15 @@ def test_a_faster_sweep_that_is_proposed_is_as_fast_as_its_words(forward):
     lag = data.SWEEP_TERMS.index("lag")
     slow, fast = (forward.swept(s, length)[0, lag] for s in (turning, rolling))
     assert fast == pytest.approx(slow / 2)
+
+
+@pytest.mark.parametrize(("changed", "settled"), [("rate", "deg/s"), ("speed", "m/s")])
+def test_what_the_sweeps_differ_in_already_is_not_proposed(forward, changed, settled):
+    (one,) = forward.sweeps
+    for factor, asked in ((1.1, {"deg/s", "m/s"}), (1.5, {"deg/s", "m/s"} - {settled})):
+        other = dataclasses.replace(one, **{changed: factor * getattr(one, changed)})
+        words = [p.what.split()[-1] for p in further_sweeps([one, other], 0.01)]
+        assert asked == {"deg/s", "m/s"} & {*words}
 
 
 def test_the_gap_is_drawn_with_what_the_parameters_and_the_effect_say_of_it(tmp_path, monkeypatch):
