@@ -43,7 +43,7 @@ def command(
     from studies.model_axes.pairs import numbers_by_name
     from studies.reporting.output import check_targets, parse_speeds, print_table, print_warnings, write_json
     from studies.sampling.refused import left_out
-    from studies.uncertainty.comparison import remarks
+    from studies.uncertainty.comparison import remarks, stands_alone
     from studies.uncertainty.contributions import assumed, assumed_words, counted_as_exact, exact_words
     from studies.uncertainty.propagation import Uncertainty
     from studies.uncertainty.variance_shares import total_effects
@@ -59,7 +59,7 @@ def command(
     refused = uncertainty.left_out(samples=samples, seed=seed)
     kept = samples - sum(refused.values())
     said = [left_out(refused, samples)] if refused else []
-    said += remarks(found, unlisted, kept, max_speed)
+    said += [*stands_alone(uncertainty), *remarks(found, unlisted, kept, max_speed)]
     if json_file != "-":
         print_table([_row(q) for q in found], HEADERS)
         for remark in said:

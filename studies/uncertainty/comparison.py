@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 
+from studies.uncertainty.propagation import Uncertainty
 from studies.uncertainty.quantity import Quantity
 
 FAR = 0.1  # relative difference of the two sd that is worth a word
@@ -44,6 +45,18 @@ def remarks(found: Sequence[Quantity], unlisted: int, samples: int, max_speed: f
     if samples < LEAST:
         said.append(f"{samples} bicycles are too few for the bounds at 2.5 % and 97.5 %; draw {LEAST} or more")
     return tuple(said)
+
+
+def stands_alone(uncertainty: Uncertainty) -> tuple[str, ...]:
+    """What becomes of correlations that a model states of parameters whose sd is given anew."""
+    names, stated = uncertainty.given_anew
+    others = len(stated.names) - len(names)
+    return tuple(
+        f"{name}: the sd given for it stands alone; its correlation with {others} other numbers "
+        f"({stated.origin}) is dropped, which may make a result less sure than with it"
+        for name in names
+        if others
+    )
 
 
 def differs(q: Quantity) -> bool:

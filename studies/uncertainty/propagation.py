@@ -8,10 +8,12 @@ import numpy as np
 from bicycle.critical.critical_speed import CriticalSpeed, CrossingIdentity, identified
 from bicycle.critical.critical_speeds import critical_speeds
 from bicycle.critical.followed import follow_crossing
+from bicycle.default_sd import EXACT, GIVEN
 from bicycle.eigenvalues.oscillation import damping_ratio, frequency_hz, oscillating
 from bicycle.eigenvalues.solvers import eigenvalues
 from bicycle.modal.matching import assign
 from bicycle.modal.named_modes import modes
+from bicycle.parameter_covariance import ParameterCovariance
 from bicycle.sensitivity.eigenvalue_derivatives import critical_speed_sensitivities, sensitivities
 from bicycle.sensitivity.propagation import damping_ratio_gradient, frequency_gradient
 from studies.uncertainty.quantity import Quantity
@@ -26,6 +28,13 @@ LOOKED_AT = 64  # bicycles at a time
 
 class Uncertainty(UncertainModel):
     """An uncertain model and the quantities that follow from it."""
+
+    @property
+    def given_anew(self) -> tuple[list[str], ParameterCovariance]:
+        """Parameters whose stated covariance does not hold, as their sd is given; and that covariance."""
+        stated = self._stated.covariance
+        origin = {key: deviation.origin for key, deviation in self._own.items()}
+        return [name for name in stated.names if self._stated.sd[name] and origin.get(name) in (GIVEN, EXACT)], stated
 
     def quantities(
         self,

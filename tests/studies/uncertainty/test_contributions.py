@@ -111,3 +111,9 @@ def test_of_many_numbers_known_together_the_one_that_matters_is_named(tmp_path, 
         line for line in shown.partition("known exactly would")[2].splitlines() if line.startswith("weave stable")
     ]
     assert re.split(r" {2,}", row)[1:3] == [f"{key} {part:.0%}" for key, part in list(found.items())[:2]]
+    assert "stands alone" not in shown
+    given = ["--sd", "c=0.001", "--sd", "lam=0"]
+    main(["uncertainty", str(tmp_path / "model.toml"), "--samples", "40", "--stated-only", *given])
+    shown = capsys.readouterr().out
+    for name in ("c", "lam"):
+        assert f"note: {name}: the sd given for it stands alone; its correlation with 11 other numbers (model " in shown
