@@ -261,3 +261,29 @@ def test_damaged_recordings():
         f"{counts['refused']} refused in words, {counts['right']} read right, {counts['altered']} altered, "
         "none read wrong, none crashed"
     )
+
+
+def test_corrected_models():
+    found = [one["inside_95"] for one in result("corrected_models")["cells"].values()]
+    assert re.findall(r"(\d+) of (\d+)", measured("corrected models")) == [
+        (str(one["hits"]), str(one["of"])) for one in found
+    ]
+    assert all(one["high"] >= 0.95 for one in found)  # Wilson's limits: not clearly below what is claimed
+
+
+def test_faults_put_into_the_source():
+    run, survivors = result("mutation"), result("mutation_survivors")
+    judged, killed = sum(run["all"].values()), run["all"]["killed"] + run["all"].get("killed by time", 0)
+    assert judged + len(run["not_judged"]) == run["mutants"]
+    assert {one["name"] for one in survivors["survivors"]} == set(run["survivors"])
+    assert len(run["survivors"]) == judged - killed
+    counts = survivors["counts"]
+    shown = re.findall(r"\| ([^|]+) \| (\d+)(?: \(([\d.]+) %\))? \|", PAGE.partition("### Faults put into")[2])
+    numbers = [int(number) for _, number, _ in shown][:8]
+    now = killed + sum(counts.get(kind, 0) for kind in ("hole killed", "equivalent", "dead, removed"))
+    assert numbers == [
+        judged, killed, *(counts.get(kind, 0) for kind in ("hole killed", "equivalent", "dead, removed")),
+        counts.get("tolerance", 0), counts.get("open", 0), now,
+    ]  # fmt: skip
+    assert float(shown[7][2]) == pytest.approx(100 * now / judged, abs=0.051)
+    assert sum(counts.values()) == judged - killed
