@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import wobble_onsets
+from plain_kernels import plain
 
 from bicycle.critical import critical_speeds as module
 from bicycle.critical.critical_speeds import critical_speeds
@@ -16,6 +17,32 @@ TYRE = {"cornering_stiffness": 6300.0, "relaxation_length": 0.1}
 
 def needs_numba():
     pytest.importorskip("numba")
+
+
+def test_a_step_crosses_beyond_doubt_where_its_cubic_does_by_more_than_its_ends_miss_each_other():
+    """Cubics that are known in all of a step, of any size: their values, and slopes of one sign and steep."""
+    needs_numba()
+    from bicycle.critical.crossing_kernel import NONE, ONE, PERHAPS, STRAIGHT, _one
+
+    rng, s, seen = np.random.default_rng(7), np.linspace(0, 1, 2001), []
+    for _ in range(1500):
+        size = 10.0 ** rng.uniform(-3, 3)
+        level, slope, square, cube = size * rng.normal(size=4) * [2, 3, 1, 0.6]
+        values, slopes = level + s * (slope + s * (square + s * cube)), slope + s * (2 * square + 3 * s * cube)
+        half = level + slope / 2, values[-1] - slopes[-1] / 2  # what each end foretells for the middle
+        doubt = abs(half[0] - half[1])
+        away, straight = abs(values).min() - doubt, abs(slopes).min() - STRAIGHT * doubt
+        turns, rises = values.min() < 0 < values.max(), slopes.min() < 0 < slopes.max()
+        if min(abs(away), abs(straight)) < 1e-4 * size:
+            continue  # too near to tell by these places
+        expected = PERHAPS
+        if away > 0 and not turns:
+            expected = NONE
+        elif straight > 0 and not rises:
+            expected = ONE if values[0] * values[-1] < 0 else NONE
+        assert plain(_one)(values[0], values[-1], slopes[0], slopes[-1], 0.0, 0) == expected
+        seen.append(expected)
+    assert min(seen.count(kind) for kind in (NONE, ONE, PERHAPS)) > 50
 
 
 @pytest.fixture
