@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from plain_kernels import plain
+from plain_kernels import plain, put_roots
 
 from bicycle.modal.apart import keep_apart
 
@@ -21,8 +21,8 @@ def by_kernel(a, z, rise_a, rise_z, free):
     t = empty_track(count, 2, n)
     t.v[:, 1] = 1.0
     t.match[:, 0] = np.arange(n)
-    for end, (values, slopes) in enumerate(((a, rise_a), (z, rise_z))):
-        t.re[:, end], t.im[:, end], t.dre[:, end], t.dim[:, end] = values.real, values.imag, slopes.real, slopes.imag
+    put_roots(t, slice(None), 0, a, rise_a)
+    put_roots(t, slice(None), 1, z, rise_z)
     return np.array([look(t, k, 0, 1, SMOOTH) for k in range(count)])
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plain_kernels import plain, put_roots
 
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.eigenvalues.solvers import compiled, lapack
@@ -122,12 +123,17 @@ def test_one_that_is_not_finite_leaves_its_neighbours(solver):
         np.testing.assert_array_equal(found.bits[neighbour], alone.bits[0])
 
 
-@pytest.mark.parametrize("damping", [-2, -1])
-def test_two_roots_that_meet_are_known_in_whatever_order_the_others_come(damping):
-    """-1 +- sqrt(0.01 - v) beside -3, -40 and a pair, which may be damped as they are, from v = 0 to 0.02."""
+def two_that_meet(shift=0.0, damping=-2):
+    """-1 +- sqrt(0.01 - v) beside -3, -40 and a pair that is so damped, at v = 0 and 0.02, and their slopes."""
     still = np.array([-3, -40, damping + 9j, damping - 9j])
     first, last = (np.concatenate([-1 + gap * np.array([1, -1]), still]) for gap in (0.1, 0.1j))
     rise, later = (np.array([-1, 1, 0, 0, 0, 0]) / (2 * gap) for gap in (0.1, 0.1j))
+    return first + shift, last + shift, rise, later
+
+
+@pytest.mark.parametrize("damping", [-2, -1])
+def test_two_roots_that_meet_are_known_in_whatever_order_the_others_come(damping):
+    first, last, rise, later = two_that_meet(damping=damping)
     order = np.array([*permutations(range(6))])
     every = np.ones((len(order), 1), complex)
     a = Roots(np.zeros(len(order)), every * first, every * rise)
@@ -135,6 +141,25 @@ def test_two_roots_that_meet_are_known_in_whatever_order_the_others_come(damping
     assert good.all()
     assert meets.all()
     assert (np.take_along_axis(order, match, 1)[:, 2:] == [2, 3, 4, 5]).all()
+
+
+@pytest.mark.parametrize("shift", [0.0, -40.0, 40.0])
+@pytest.mark.parametrize("merge", [True, False])
+@needs_numba
+def test_the_kernel_knows_two_roots_that_meet_wherever_they_do(merge, shift):
+    from bicycle.modal import follow_kernel, track_kernel
+
+    first, last, rise, later = two_that_meet(shift)
+    ends = [(first, rise), (last, later)] if merge else [(last, -later), (first, -rise)]
+    t, at = track_kernel.empty_track(1, 2, 6), []
+    t.v[0, 1] = 0.02
+    for end, (values, slopes) in enumerate(ends):
+        order = np.lexsort((values.imag, values.real))
+        put_roots(t, 0, end, values[order], slopes[order])
+        at.append(order.tolist())
+    link = plain(follow_kernel._link)
+    assert link(t, 0, 0, 1, np.empty((2, 5, 6)), np.empty(2, np.int64)) == track_kernel.MEETING
+    assert [at[1][t.match[0, 0, at[0].index(root)]] for root in range(6)] == [0, 1, 2, 3, 4, 5]
 
 
 def test_roles_are_judged_as_the_full_track_does_whatever_nodes_there_are():
