@@ -162,6 +162,68 @@ def test_the_kernel_knows_two_roots_that_meet_wherever_they_do(merge, shift):
     assert [at[1][t.match[0, 0, at[0].index(root)]] for root in range(6)] == [0, 1, 2, 3, 4, 5]
 
 
+SLOTS, ENDS = [2, 0, 3, 1], np.array([1.0, 2.0, 6.0, 9.0])
+
+
+def four_nodes(*, ends=ENDS, labels=((1, 2), (1, 2), (2, 1), (2, 1))):
+    """Two roots -1 +- sqrt(3.3 - v) at four nodes that were computed in another order; unit of speed 3 m/s."""
+    from bicycle.modal.naming_kernel import Named
+    from bicycle.modal.track_kernel import SMOOTH, empty_track
+
+    t = empty_track(1, 9, 2)
+    found = Named(np.zeros((1, 9, 2), int), np.zeros((1, 9, 2), int), np.array([[0, 1]]), np.ones(1))
+    t.filled[0], t.order[0, :4], t.kind[0, :4], t.v[0, SLOTS] = 4, SLOTS, SMOOTH, ends
+    found.root[:], found.label[0, :4] = [0, 1], labels
+    for slot, v in zip(SLOTS, ends, strict=True):
+        put_roots(t, 0, slot, -1 + np.sqrt(3.3 - v + 0j) * np.array([1, -1]), np.zeros(2))
+    t.two[0, SLOTS[1]] = [0, 1, 0, 1]
+    return t, found
+
+
+def asked_for(t, found, *speeds):
+    from bicycle.modal import answer_kernel
+
+    owner, more = np.empty(20, int), np.empty(20)
+    count = plain(answer_kernel.ask_more)(t, found, np.array([speeds]), np.array([3.0]), owner, more)
+    return more[:count].tolist()
+
+
+@needs_numba
+def test_a_wide_step_in_which_names_change_is_halved_where_a_speed_in_it_is_asked_for():
+    assert asked_for(*four_nodes(), 1.5, 3.0, 3.1, 8.0) == [4.0]
+    assert asked_for(*four_nodes(), 1.5, 2.0, 6.0, 8.0, np.nan) == []
+
+
+@needs_numba
+def test_a_step_of_the_full_track_in_which_names_change_is_not_halved():
+    narrow = np.array([1.0, 2.0, 2.0 + 3.0 * STEP, 9.0])
+    assert asked_for(*four_nodes(ends=narrow), 2.1) == []
+
+
+@needs_numba
+def test_the_meeting_of_two_modes_is_closed_in_on_by_several_halvings_at_once():
+    """At 3.3 in the step from 2 to 6, whether a speed in it is asked for or not."""
+    from bicycle.modal.track_kernel import MEETING
+
+    for speed in (np.nan, 3.0):
+        t, found = four_nodes(labels=((1, 2), (1, 2), (3, 3), (3, 3)))
+        t.kind[0, SLOTS[1]] = MEETING
+        halvings = asked_for(t, found, speed)
+        assert len(halvings) > 2
+        assert halvings == [4.0, 3.0, 3.5, 3.25, 3.375][: len(halvings)]
+
+
+@needs_numba
+def test_a_node_has_its_own_names_whatever_changes_beside_it():
+    from bicycle.modal import answer_kernel
+
+    def same(j, v):
+        return plain(answer_kernel.same_labels)(*four_nodes(), 0, j, v)
+
+    assert [same(j, v) for j, v in enumerate(ENDS[:-1])] == [same(j, v) for j, v in enumerate(ENDS[1:])] == [True] * 3
+    assert [same(j, v) for j, v in enumerate((ENDS[1:] + ENDS[:-1]) / 2)] == [True, False, True]
+
+
 def test_roles_are_judged_as_the_full_track_does_whatever_nodes_there_are():
     """From walking speed to where it is fast, half a step to both sides; of two bicycles with other nodes each."""
     sparse, few = grid(0.0, 20.0, 1.0, singular=False, sparse=True), np.array([0.0, 1.0, 7.0, 9.0])

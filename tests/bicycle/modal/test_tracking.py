@@ -1,11 +1,15 @@
 """Tracking on matrices whose eigenvalues are known functions of speed."""
 
+import importlib.util
+
 import numpy as np
 import pytest
+from plain_kernels import plain
 from scipy.linalg import block_diag
 
 from bicycle.modal.identity import conjugate_index, regions
-from bicycle.modal.tracking import TrackedRange, given, grid, track
+from bicycle.modal.naming import HIGHEST
+from bicycle.modal.tracking import STEP, TrackedRange, given, grid, track
 
 
 def rotated(*blocks_by_power, seed=0):
@@ -137,19 +141,40 @@ def labels(*arguments, **keywords):
     return [found.labels[case] for case in found.cases]
 
 
+def labels_by_kernel(rows, modes, castering=-1, anchor=0):
+    """The same of the kernel, at nodes one step of the full track apart."""
+    from bicycle.modal import identity_kernel
+
+    values = np.array(rows, complex)
+    m, n = values.shape
+    owner, double, label = np.full(n, -1), np.zeros(n, int), np.zeros((m, n), int)
+    for mode, branches in enumerate(modes):
+        owner[list(branches)], double[mode] = mode, len(branches) == 2
+    w = identity_kernel.Walked(
+        np.arange(float(m)), values.real, values.imag, conjugate_index(values), label, owner, double, np.ones(m, int)
+    )
+    assert plain(identity_kernel.walk)(w, m, len(modes), castering, anchor, 0.0, HIGHEST / STEP)
+    bits = (label & ~identity_kernel.CHANCE).tolist()
+    return [tuple(tuple(m for m in range(len(modes)) if one >> m & 1) for one in row) for row in bits]
+
+
+needs_numba = pytest.mark.skipif(not importlib.util.find_spec("numba"), reason="needs numba")
+either_way = pytest.mark.parametrize("told", [labels, pytest.param(labels_by_kernel, marks=needs_numba)])
+
 MEETING = [  # a real root and a pair that splits and gives one half to it
     [-1, -10 + 5j, -10 - 5j],
     [-2, -8, -13],
-    [-3.5, -5, -17],
-    [-4.2 + 1j, -4.2 - 1j, -20],
-    [-4 + 9j, -4 - 9j, -25],
+    [-3.5, -5, -13],
+    [-4.2 + 1j, -4.2 - 1j, -13],
+    [-4 + 9j, -4 - 9j, -14],
 ]
 
 
-def test_a_meeting_leaves_the_pair_to_the_mode_that_is_one():
+@either_way
+def test_a_meeting_leaves_the_pair_to_the_mode_that_is_one(told):
     own, lost, after = ((0,), (1,), (1,)), ((0, 1),) * 3, ((1,), (1,), (0,))
-    assert labels(MEETING, [(0,), (1, 2)]) == [own, own, lost, after, after]
-    assert labels(MEETING[::-1], [(0,), (1, 2)], anchor=4) == [after, after, lost, own, own]
+    assert told(MEETING, [(0,), (1, 2)]) == [own, own, lost, after, after]
+    assert told(MEETING[::-1], [(0,), (1, 2)], anchor=4) == [after, after, lost, own, own]
 
 
 def test_what_happens_outside_the_speeds_always_tracked_changes_nothing_inside():
@@ -184,12 +209,31 @@ def test_nodes_of_the_grid_are_told_by_their_speed():
     assert given(np.array([0.0, 0.05, 0.1, 0.15]), singular=False).tolist() == [True, False, True, False]
 
 
-def test_real_modes_that_form_a_pair_for_a_while_get_their_names_back():
+@needs_numba
+def test_the_kernel_tells_nodes_of_the_full_grid_by_their_speed():
+    from bicycle.modal import track_kernel
+
+    full = grid(0.0, 6.0, 3.1, singular=False)
+    every = np.sort(np.concatenate([full, (full[1:] + full[:-1]) / 2]))
+    t = track_kernel.empty_track(1, len(every), 1)
+    t.v[0] = every
+
+    def told():
+        return [plain(track_kernel.on_grid)(t, np.array([3.1]), 0, slot) for slot in range(len(every))]
+
+    assert told() == np.isin(every, full).tolist()
+    t.grid[:] = 4  # the first were given
+    assert told()[:4] == [True] * 4
+
+
+@either_way
+def test_real_modes_that_form_a_pair_for_a_while_get_their_names_back(told):
     rows = [[-1, -5], [-2, -3], [-2.5 + 1j, -2.5 - 1j], [-2, -4]]
-    assert labels(rows, [(0,), (1,)]) == [((0,), (1,)), ((0,), (1,)), ((0, 1), (0, 1)), ((0,), (1,))]
+    assert told(rows, [(0,), (1,)]) == [((0,), (1,)), ((0,), (1,)), ((0, 1), (0, 1)), ((0,), (1,))]
 
 
-def test_two_pairs_that_mix_their_halves_are_one_until_two_pairs_are_left():
+@either_way
+def test_two_pairs_that_mix_their_halves_are_one_until_two_pairs_are_left(told):
     rows = [
         [-5 + 3j, -5 - 3j, -9 + 2j, -9 - 2j],
         [-4, -6.5, -7.5, -12],
@@ -197,10 +241,26 @@ def test_two_pairs_that_mix_their_halves_are_one_until_two_pairs_are_left():
         [-2, -5, -9, -16],
     ]
     own = ((0,), (0,), (1,), (1,))
-    assert labels(rows, [(0, 1), (2, 3)]) == [own, own, ((0, 1),) * 4, own]
+    assert told(rows, [(0, 1), (2, 3)]) == [own, own, ((0, 1),) * 4, own]
 
 
-def test_castering_and_a_single_tyre_root_are_wobble():
+@either_way
+def test_castering_and_a_single_tyre_root_are_wobble(told):
     rows = [[-5, -20, -90], [-8, -14, -80], [-10 + 3j, -10 - 3j, -70], [-9, -12, -60]]
     own = ((0,), (1,), (2,))
-    assert labels(rows, [(0,), (1,), (2,)], castering=0) == [own, own, ((1,), (1,), (2,)), own]
+    assert told(rows, [(0,), (1,), (2,)], castering=0) == [own, own, ((1,), (1,), (2,)), own]
+
+
+@either_way
+def test_two_pairs_and_a_real_root_of_three_modes_go_to_those_that_had_most_of_them(told):
+    """Halves of the first and the second mode meet, the other of the second and a real root: the first's is left."""
+    rows = [
+        [-5 + 3j, -5 - 3j, -9 + 2j, -9 - 2j, -30],
+        [-4, -9, -11, -25, -29],
+        [-3, -10 + 1j, -10 - 1j, -27 + 1j, -27 - 1j],
+        [-3, -10 + 3j, -10 - 3j, -27 + 3j, -27 - 3j],
+    ]
+    own, after = ((0,), (0,), (1,), (1,), (2,)), ((2,), (0,), (0,), (1,), (1,))
+    modes = [(0, 1), (2, 3), (4,)]
+    assert told(rows, modes)[0] == own
+    assert told(rows, modes)[2:] == [after, after]
