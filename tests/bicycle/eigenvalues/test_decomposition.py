@@ -1,7 +1,9 @@
 """Left and right eigenvectors and slopes against their definitions and against differences."""
 
 import numpy as np
+import pytest
 from eigenvalue_sets import in_order_of
+from plain_kernels import plain
 
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.eigenvalues.decomposition import BATCH, decompose, eigensystem, projected
@@ -59,3 +61,20 @@ def test_a_double_real_root_that_rounding_splits_is_real():
     values = decompose(SpeedPolynomial(turned), np.array([2.0, 1.5])).values
     assert (values[0].imag == 0).all()
     assert (values[1].imag != 0).sum() == 2
+
+
+def test_the_kernel_refuses_exactly_the_masses_that_are_not_positive():
+    """L L' of whole numbers, which no rounding touches, singular where the last one is 0, and any skew part."""
+    pytest.importorskip("numba")
+    from bicycle.eigenvalues.pencil_kernel import reduce_pencil
+
+    rng = np.random.default_rng(0)
+    factor = np.tril(rng.integers(1, 6, (60, 3, 3))).astype(float)
+    factor[:, 2, 2] = np.arange(60) % 2
+    skew = np.triu(rng.integers(-9, 9, (60, 3, 3)), 1)
+    mass, force = factor @ factor.swapaxes(1, 2) + skew - skew.swapaxes(1, 2), rng.normal(size=(60, 3, 3))
+    scale, solved, refused = np.array([1.0, 2.0, 4.0]), np.empty((1, 60, 3, 3)), np.empty(60, bool)
+    plain(reduce_pencil)(mass, (force,), scale, solved, refused)
+    assert refused.tolist() == [True, False] * 30
+    expected = np.linalg.solve(mass[~refused], force[~refused]) * scale / scale[:, None]
+    np.testing.assert_allclose(solved[0, ~refused], expected, rtol=1e-9, atol=1e-12)
