@@ -11,14 +11,16 @@ from studies.missing_effect import read_measurement
 from studies.missing_effect.blind import causes, generator
 from studies.missing_effect.blind.baseline import TERMS, baseline, known_changes, sparse, terms_of
 from studies.missing_effect.blind.cells import CELLS, make
-from studies.missing_effect.blind.generator import modal_case
-from studies.missing_effect.blind.hidden import HIDDEN, UNUSUAL, Hidden, check_rest, uncertainty
+from studies.missing_effect.blind.generator import modal_case, table_row
+from studies.missing_effect.blind.hidden import HIDDEN, UNUSUAL, Hidden, check_rest, true_machine, uncertainty
 from studies.missing_effect.blind.histories import CHANNELS
-from studies.missing_effect.blind.opposed import opposed_pair, stand_out
+from studies.missing_effect.blind.opposed import NOISE as QUIET
+from studies.missing_effect.blind.opposed import SPEEDS, opposed_pair, seen_weave, stand_out
 from studies.missing_effect.blind.score import CALLED
 from studies.missing_effect.blind.second import moving
 from studies.missing_effect.blind.second.machine import coefficients
 from studies.missing_effect.blind.second.sensors import Sensor
+from studies.missing_effect.blind.second.shapes import shapes
 from tyre.base.errors import InputError
 
 
@@ -108,6 +110,17 @@ def test_pairs_that_hide_each_other_could_be_told_apart():
     assert stand_out(name, {effect: next(iter(h.draw.values()))[0] for effect, h in sizes.items()}) > 4
 
 
+def test_weave_is_seen_as_surely_as_a_table_of_it_says():
+    bicycle, rng = load_bicycle("benchmark"), np.random.default_rng(0)
+    machine, seen = true_machine(bicycle, {}, {}), seen_weave(bicycle, {}).reshape(len(SPEEDS), 6)
+    for speed, over_sd in zip(SPEEDS, seen, strict=True):
+        weave = shapes(machine, float(speed))["weave"]
+        row = table_row(float(speed), weave, QUIET, rng, ratios=True)
+        sds = [row[name] for name in ("real_sd_1_s", "steer_over_lean_sd", "yaw_over_lean_sd")]
+        values = [part for z in (weave.root, weave.steer, weave.yaw) for part in (z.real, z.imag)]
+        np.testing.assert_allclose(over_sd * np.repeat(sds, 2), values)
+
+
 def test_the_effect_that_is_hidden_by_an_opposed_one_may_be_half_of_what_is_hidden_alone():
     _, sizes = opposed_pair(np.random.default_rng(5))
     ((size, _),) = sizes["pneumatic_trail"].draw.values()
@@ -177,6 +190,23 @@ def test_a_rider_who_leaves_no_frame_is_refused():
     check_rest(load_bicycle("rigid_rider"), rider)
     with pytest.raises(InputError, match="'browser' cannot hold rider_lean"):
         check_rest(load_bicycle("browser"), rider)
+
+
+@pytest.mark.parametrize("far", [0.1, 0.3])
+def test_a_rider_who_leaves_a_frame_below_the_ground_is_refused(far):
+    """A rest of 5 kg so far above or below the ground; its moments of inertia, 1 kg m^2, are physical both ways."""
+    whole, rest = load_bicycle("benchmark"), 5.0
+    rider = whole["mB"] - rest
+
+    def taken(z):
+        height = (whole["mB"] * whole["zB"] - rest * z) / rider
+        apart = rider * rest / whole["mB"] * (height - z) ** 2  # parallel axes
+        own = {"Ixx": whole["IBxx"] - apart - 1.0, "Izz": whole["IBzz"] - 1.0, "Ixz": whole["IBxz"]}
+        check_rest(whole, {"mass": rider, "x": whole["xB"], "z": height, **own})
+
+    taken(-far)
+    with pytest.raises(InputError, match="'benchmark' cannot hold rider_lean"):
+        taken(far)
 
 
 # The baseline.

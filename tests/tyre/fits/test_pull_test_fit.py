@@ -48,6 +48,14 @@ def loop(
     return PullTest(condition=FLAT, axes="ISO", side_force=force, plate_displacement=plate, rim_displacement=rim)
 
 
+@pytest.mark.parametrize("noise", [2.0, 20.0])
+def test_r_squared_is_what_noise_leaves_of_the_scatter_about_the_mean(noise):
+    """1 - s^2 / var(F) of white noise s."""
+    clean, noisy = (loop(friction=0.0, readings=200, noise=sd) for sd in (0.0, noise))
+    left = noise**2 / (np.var(clean.side_force) + noise**2)
+    assert 1 - fit_pull_test(noisy).r_squared == pytest.approx(left, rel=0.1)
+
+
 def test_loop_gives_stiffness_and_friction_exactly():
     fit = fit_pull_test(loop(friction=2.0, presliding=8e-5))
     assert fit.lateral_stiffness.value == pytest.approx(K, rel=1e-4)
