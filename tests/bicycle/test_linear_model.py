@@ -1,5 +1,7 @@
 """The numeric model: names, limits of validity, inputs and outputs, conversion to control."""
 
+from threading import get_ident
+
 import numpy as np
 import pytest
 from eigenvalue_sets import assert_same_eigenvalues
@@ -7,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bicycle import Model, effect_class, load_bicycle
+from bicycle.eigenvalues.solvers import BATCH, lapack
 from tyre.base.errors import InputError
 
 RELAXATION = {"cornering_stiffness": {"rear": 6302.5, "front": 6016.1}, "relaxation_length": 0.12}
@@ -164,3 +167,15 @@ def test_imposed_slip_acts_at_once_without_relaxation_and_not_at_all_with_it(sli
     direct = slipping.to_control(5.0, inputs=["rear_slip"], outputs=["rear_side_force", "lean"]).D
     assert direct[:, 0].tolist() == pytest.approx([6000.0, 0.0])
     assert not tyred.to_control(5.0, inputs=["rear_slip"], outputs=["rear_side_force"]).D.any()
+
+
+@pytest.mark.parametrize(("asked", "own"), [({}, True), ({"threads": 1}, True), ({"threads": 2}, False)])
+def test_other_threads_compute_eigenvalues_only_where_they_are_asked_for(whipple, asked, own):
+    seen = set()
+
+    def spying(stack):
+        seen.add(get_ident())
+        return lapack(stack)
+
+    whipple.eigenvalues(np.linspace(1.0, 9.0, 2 * BATCH), solver=spying, **asked)
+    assert (seen == {get_ident()}) == own

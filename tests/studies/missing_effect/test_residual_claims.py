@@ -46,11 +46,12 @@ def test_a_crossing_is_told_with_its_speed_where_all_of_its_interval_was_measure
     assert weave.interval.holds(WEAVE)
 
 
-@pytest.mark.parametrize(("low", "high", "where"), [(4.28, 8.0, IN_PART), (5.0, 8.0, NO)])
+@pytest.mark.parametrize(
+    ("low", "high", "where"), [(4.28, 8.0, IN_PART), (5.0, 8.0, NO), (3.0, 4.3, IN_PART), (3.0, 4.2, NO)]
+)
 def test_outside_the_measured_speeds_only_the_interval_is_told(low, high, where):
-    (weave,) = weave_of(said_of(low, high, 1.0))
+    (weave,) = (one for one in weave_of(said_of(low, high, 1.0)) if one.interval.holds(WEAVE))
     assert (weave.measured, weave.crossings) == (where, ())
-    assert weave.interval.holds(WEAVE)
 
 
 def test_what_is_extrapolated_farther_is_less_known():
