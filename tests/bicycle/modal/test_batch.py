@@ -2,6 +2,7 @@
 
 import importlib.util
 from itertools import permutations
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -222,6 +223,33 @@ def test_a_node_has_its_own_names_whatever_changes_beside_it():
 
     assert [same(j, v) for j, v in enumerate(ENDS[:-1])] == [same(j, v) for j, v in enumerate(ENDS[1:])] == [True] * 3
     assert [same(j, v) for j, v in enumerate((ENDS[1:] + ENDS[:-1]) / 2)] == [True, False, True]
+
+
+@pytest.mark.parametrize("up", [True, False])
+@pytest.mark.parametrize(
+    ("nodes", "label", "meets", "expected"),
+    [
+        ([10, 10.5, 11, 12, 13], [1, 1, 2, 2, 2], [], [False, False, True, True]),
+        ([10, 10.5, 11, 12, 13], [1, 2, 2, 2, 2], [], [False, True, True, True]),
+        ([9, 10, 10.5, 10.75, 11, 12], [1, 1, 1, 1, 2, 2], [], [True, False, False, False, True]),
+        ([10, 10.5, 11, 12], [1, 1, 2, 2], [1], [True, False, True]),
+    ],
+)
+def test_names_are_settled_where_none_changes_out_to_the_end_of_a_step_of_the_full_track(
+    up, nodes, label, meets, expected
+):
+    """Seen from the anchor: up, or mirrored; the steps of the full track end at whole numbers and where roots meet."""
+    smooth = ~np.isin(np.arange(len(nodes)), meets)
+    v, label = 0.3 * np.array(nodes), np.array(label)
+    if not up:
+        v, label, smooth = 6.0 - v[::-1], label[::-1], np.append(smooth[-2::-1], True)
+    tracks = stacked_track.ManyTracks(
+        np.array([0, len(v)]), v, *np.zeros((3, len(v), 1)), smooth, np.zeros(len(v), bool)
+    )  # fmt: skip
+    block = SimpleNamespace(unit=np.array([0.3 / STEP]))
+    found = stacked_batch._settled(block, tracks, label[:, None], np.array([0.0 if up else 100.0]))
+    assert found[:-1].tolist() == (expected if up else expected[::-1])
+    assert not found[-1]
 
 
 def test_roles_are_judged_as_the_full_track_does_whatever_nodes_there_are():
