@@ -114,8 +114,6 @@ def out_of_reach(tyre: Ranged, *, load: float, pressure: float) -> str | None:
     for value, (low, high), unit in ((load, tyre.load_range, "N"), (pressure / PASCAL_PER_BAR, bars, "bar")):
         outside = max(low - value, value - high)
         if low < high and outside > (high - low) * (1 + 1e-9):  # of a single one the tyre says nothing anyway
-            return (
-                f"{value:.4g} {unit} is farther outside the {low:g}-{high:g} {unit} {tyre.range_kind} than that range "
-                "is wide"
-            )
+            reach = f"{low:g}-{high:g} {unit} {tyre.range_kind}"
+            return f"{value:.4g} {unit} is farther outside the {reach} than that range is wide"
     return None
