@@ -41,7 +41,7 @@ def _bends(rng: np.random.Generator, hidden: tuple[str, ...]) -> bool:
 
 
 def modal_none(folder: Path, rng: np.random.Generator, *, too_tight: float = 1.0, held_out: int = 0) -> Made:
-    """Nothing hidden, in ``folder``, by ``rng``; uncertainties ``too_tight`` by a factor, some speeds ``held_out``."""
+    """Nothing hidden, in ``folder``, by ``rng``; sd ``too_tight`` by a factor, a number of speeds ``held_out``."""
     return modal_case(folder, hidden=(), rng=rng, noise=_noise(rng), too_tight=too_tight, held_out=held_out), ()
 
 
@@ -62,12 +62,12 @@ def history_none_tight(folder: Path, rng: np.random.Generator) -> Made:
 
 
 def modal_one(folder: Path, rng: np.random.Generator, *, held_out: int = 0) -> Made:
-    """One effect of a usual size, in ``folder``, by ``rng``; so many speeds are ``held_out``."""
+    """One effect of a usual size, in ``folder``, by ``rng``; the number of speeds ``held_out``."""
     return modal_case(folder, hidden=_one(rng), rng=rng, noise=_noise(rng), held_out=held_out), ()
 
 
 def history_one(folder: Path, rng: np.random.Generator, *, held_out: int = 0) -> Made:
-    """One effect of a usual size, in ``folder``, by ``rng``; so many speeds are ``held_out``."""
+    """One effect of a usual size, in ``folder``, by ``rng``; the number of speeds ``held_out``."""
     hidden = _one(rng)
     settings = {"noise": _noise(rng), "nonlinear": _bends(rng, hidden), "held_out": held_out, **SHORT}
     return history_case(folder, hidden=hidden, rng=rng, **settings), ()
