@@ -18,7 +18,7 @@ from bicycle.modal.anchor import WALKING
 from bicycle.modal.batch import name_of, name_roots
 from bicycle.modal.block import Block
 from bicycle.modal.doubts import WHY
-from bicycle.modal.matching import Roots
+from bicycle.modal.matching import Roots, link_roots
 from bicycle.modal.named_modes import modes
 from bicycle.modal.naming import FAST
 from bicycle.modal.tracking import STEP, grid
@@ -144,23 +144,100 @@ def test_two_roots_that_meet_are_known_in_whatever_order_the_others_come(damping
     assert (np.take_along_axis(order, match, 1)[:, 2:] == [2, 3, 4, 5]).all()
 
 
+def step(*ends, h):
+    """A track of one bicycle with a step of ``h`` (m/s) between two nodes, and room for more."""
+    from bicycle.modal.track_kernel import empty_track
+
+    t = empty_track(1, 4, len(ends[0][0]))
+    t.filled[0], t.order[0, :2], t.v[0, 1] = 2, [0, 1], h
+    for end, (values, slopes) in enumerate(ends):
+        put_roots(t, 0, end, values, slopes)
+    return t
+
+
+def linked(t):
+    from bicycle.modal import follow_kernel
+
+    n = t.re.shape[2]
+    return plain(follow_kernel._link)(t, 0, 0, 1, np.empty((2, 5, n)), np.empty(2, np.int64))
+
+
+def nodes_asked(t, unit):
+    from bicycle.modal import follow_kernel
+
+    v = np.empty(9)
+    return v[: plain(follow_kernel.link_steps)(t, np.array([unit]), np.empty(9, int), v)].tolist()
+
+
+@pytest.mark.parametrize("drift", [0.0, -1000.0, 1000.0])
 @pytest.mark.parametrize("shift", [0.0, -40.0, 40.0])
 @pytest.mark.parametrize("merge", [True, False])
 @needs_numba
-def test_the_kernel_knows_two_roots_that_meet_wherever_they_do(merge, shift):
-    from bicycle.modal import follow_kernel, track_kernel
+def test_the_kernel_knows_two_roots_that_meet_wherever_they_do(merge, shift, drift):
+    """And however all roots move together (``drift``, 1/m)."""
+    from bicycle.modal.track_kernel import MEETING
 
     first, last, rise, later = two_that_meet(shift)
     ends = [(first, rise), (last, later)] if merge else [(last, -later), (first, -rise)]
-    t, at = track_kernel.empty_track(1, 2, 6), []
-    t.v[0, 1] = 0.02
-    for end, (values, slopes) in enumerate(ends):
-        order = np.lexsort((values.imag, values.real))
-        put_roots(t, 0, end, values[order], slopes[order])
-        at.append(order.tolist())
-    link = plain(follow_kernel._link)
-    assert link(t, 0, 0, 1, np.empty((2, 5, 6)), np.empty(2, np.int64)) == track_kernel.MEETING
+    at = [np.lexsort((values.imag, values.real)).tolist() for values, _ in ends]
+    moved = [
+        (values[k] + 0.02 * drift * end, slopes[k] + drift)
+        for end, (k, (values, slopes)) in enumerate(zip(at, ends, strict=True))
+    ]
+    t = step(*moved, h=0.02)
+    assert linked(t) == MEETING
     assert [at[1][t.match[0, 0, at[0].index(root)]] for root in range(6)] == [0, 1, 2, 3, 4, 5]
+
+
+def clear(ends, h):
+    """Whether the roots of a step are linked beyond doubt."""
+    a, z = (
+        Roots(np.array([v]), values[None], slopes[None]) for v, (values, slopes) in zip((0.0, h), ends, strict=True)
+    )
+    return bool(link_roots(a, z)[1][0])
+
+
+def clear_by_kernel(ends, h):
+    """The same of the kernel."""
+    return linked(step(*ends, h=h)) != 0
+
+
+@pytest.mark.parametrize("way", [clear, pytest.param(clear_by_kernel, marks=needs_numba)])
+@pytest.mark.parametrize("roots", [[-3, -1], [-1 - 5j, -1 - 3j, -1 + 3j, -1 + 5j]])
+@pytest.mark.parametrize("size", [0.01, 1.0, 100.0])
+def test_a_root_is_linked_where_it_is_five_times_nearer_than_its_rival(way, roots, size):
+    """The last is 2 from its neighbour and steps aside from where it is heading."""
+    still, aside = np.array(roots, complex), np.array(roots, complex)
+    heading = np.zeros(len(still))
+    for far in (0.38, 0.42):
+        aside[-1] = still[-1] + far
+        aside[0] = aside[-1].conjugate() if aside.imag.any() else still[0]
+        assert way([(size * still, heading), (size * aside, heading)], 0.3) is (far < 0.4)
+
+
+@needs_numba
+def test_a_meeting_is_taken_as_known_in_no_step_wider_than_one_of_the_full_track():
+    first, last, rise, later = two_that_meet()
+    at = [np.lexsort((values.imag, values.real)) for values in (first, last)]
+    for steps, asked in ((0.5, []), (1, []), (2, [0.01]), (20, [0.01])):
+        t = step((first[at[0]], rise[at[0]]), (last[at[1]], later[at[1]]), h=0.02)
+        assert nodes_asked(t, 0.02 / STEP / steps) == asked
+
+
+@needs_numba
+def test_where_roots_may_meet_in_a_step_of_the_full_track_it_is_kept_where_the_step_leads():
+    """Squared distance 0.6 + cos(2 pi s + 0.15): below zero for a while. Wider steps are none of the full track."""
+    gap, turn = np.sqrt(0.6 + np.cos(0.15)), -2 * np.pi * np.sin(0.15)
+    for unit in (0.2, 3.0):
+        for steps, leads in ((0.5, 1), (1, 1), (2, 0), (8, 0)):
+            h = steps * STEP * unit
+            end = np.array([-gap, gap]) / 2 - 2, turn / (4 * gap) * np.array([-1, 1]) / h
+            t = step(end, end, h=h)
+            assert linked(t) == 1
+            t.match[:] = 0
+            assert nodes_asked(t, unit) == [h / 2]
+            assert t.until[0, 0] == leads
+            assert not leads or t.whole[0, 0].tolist() == [0, 1]
 
 
 SLOTS, ENDS = [2, 0, 3, 1], np.array([1.0, 2.0, 6.0, 9.0])
