@@ -78,3 +78,21 @@ def test_the_kernel_refuses_exactly_the_masses_that_are_not_positive():
     assert refused.tolist() == [True, False] * 30
     expected = np.linalg.solve(mass[~refused], force[~refused]) * scale / scale[:, None]
     np.testing.assert_allclose(solved[0, ~refused], expected, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_the_kernel_factors_with_the_larger_pivot_and_solves_for_left_vectors(size):
+    """(H - z)' u = ones of numpy, with z away from all roots; no factor of L is above one."""
+    pytest.importorskip("numba")
+    from bicycle.eigenvalues.vectors_kernel import _factor, _left
+
+    rng, n, lanes = np.random.default_rng(8), 5, 40
+    h, triangle, work = np.zeros((n + 1, n + 1, lanes)), np.empty((2, n, n, lanes)), np.empty((12, n, lanes))
+    h[:n, :n] = size * rng.normal(size=(n, n, lanes)) * np.tri(n, n, 1).T[..., None]
+    z, swap = size * rng.normal(size=(2, lanes)), np.empty((n, lanes))
+    plain(_factor)(h, n, z, np.abs(h).max((0, 1)), triangle, work, swap)
+    plain(_left)(n, triangle, work, swap)
+    assert np.hypot(work[8, : n - 1], work[9, : n - 1]).max() < 1 + 1e-12
+    shifted = np.moveaxis(h[:n, :n], 2, 0) - (z[0] + 1j * z[1])[:, None, None] * np.eye(n)
+    expected = np.linalg.solve(shifted.swapaxes(1, 2), np.ones((lanes, n, 1)))[..., 0].T
+    np.testing.assert_allclose(work[2] + 1j * work[3], expected, rtol=1e-9, atol=1e-12 / size)
