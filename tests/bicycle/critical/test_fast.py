@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import wobble_onsets
-from plain_kernels import plain
+from plain_kernels import plain, put_roots
 
 from bicycle.critical import critical_speeds as module
 from bicycle.critical.critical_speeds import critical_speeds
@@ -43,6 +43,27 @@ def test_a_step_crosses_beyond_doubt_where_its_cubic_does_by_more_than_its_ends_
         assert plain(_one)(values[0], values[-1], slopes[0], slopes[-1], 0.0, 0) == expected
         seen.append(expected)
     assert min(seen.count(kind) for kind in (NONE, ONE, PERHAPS)) > 50
+
+
+@pytest.mark.parametrize("half", [0.5, 0.9])
+@pytest.mark.parametrize("mean", [-1.0, 1.0])
+@pytest.mark.parametrize("split", [True, False])
+def test_a_step_with_a_meeting_is_divided_where_one_of_the_two_roots_may_be_zero(mean, half, split):
+    """Two real roots about ``mean``, so far to both sides, meet half-way: what if their distance swelled by a fifth."""
+    needs_numba()
+    from bicycle.critical.crossing_kernel import divide
+    from bicycle.modal.track_kernel import MEETING, empty_track
+
+    t = empty_track(1, 3, 2)
+    t.filled[0], t.order[0], t.kind[0, 0], t.match[0, 0] = 2, [0, 1, 2], MEETING, [0, 1]
+    t.v[0, :2] = 3.0, 4.0
+    ends = [half * np.array([-1, 1]), half * np.array([-1j, 1j])]  # roots of half^2 (1 - 2 s)
+    for end, values in enumerate(ends[::-1] if split else ends):
+        put_roots(t, 0, end, mean + values, (1 if split else -1) * half**2 / values)
+    t.two[0, 0] = [1, 0, 1, 0]
+    owner, v = np.zeros(3, int), np.zeros(3)
+    one = np.ones(1)
+    assert plain(divide)(t, one, 0.0 * one, 10.0 * one, owner, v) == (1 if half * 1.2 > abs(mean) else 0)
 
 
 @pytest.fixture
