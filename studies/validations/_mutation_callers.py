@@ -41,17 +41,17 @@ def _sources(tree: Path, parts: tuple[str, ...]) -> list[Path]:
 
 
 @cache
-def _program(path: Path) -> ast.Module:
-    return ast.parse(path.read_text(encoding="utf-8"))
+def _nodes(path: Path) -> tuple[list[ast.ImportFrom], list[ast.Name]]:
+    every = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+    return [n for n in every if isinstance(n, ast.ImportFrom)], [n for n in every if isinstance(n, ast.Name)]
 
 
 def _uses(path: Path, module: str) -> Iterator[int]:
     """Lines of ``path`` in which a name that it imports from ``module``, or the module itself, is used."""
     package, _, own = module.rpartition(".")
-    program, names = _program(path), set()
-    for node in ast.walk(program):
-        if isinstance(node, ast.ImportFrom) and node.module in (module, package):
+    imports, uses = _nodes(path)
+    names: set[str] = set()
+    for node in imports:
+        if node.module in (module, package):
             names |= {a.asname or a.name for a in node.names if node.module == module or a.name == own}
-    for node in ast.walk(program):
-        if isinstance(node, ast.Name) and node.id in names:
-            yield node.lineno
+    return (node.lineno for node in uses if node.id in names)

@@ -5,6 +5,7 @@ import pytest
 
 from studies.missing_effect.blind.cells import modal_one
 from studies.missing_effect.blind.generator import HELD_OUT
+from studies.missing_effect.blind.kept import KeptCases
 from studies.validations import corrected_models
 from studies.validations.corrected_models import INSIDE, NONE, OPEN, OUTSIDE, UNSTABLE, one_case, outcome, summary
 
@@ -56,17 +57,14 @@ def test_what_raises_is_counted(monkeypatch):
 
 
 def test_a_run_counts_every_cell(tmp_path, monkeypatch):
-    monkeypatch.setattr(corrected_models, "one_case", _quick)
+    monkeypatch.setattr(KeptCases, "computed", lambda self, jobs, one, **_: [one(*job) for job in jobs])  # here
+    monkeypatch.setattr(corrected_models, "one_case", lambda cell, seed: {"cell": cell, "seed": seed, **row()})
     found = corrected_models.run(out=tmp_path, seed=3, cases=2, histories=1)
     assert {cell: c["cases"] for cell, c in found["cells"].items()} == {
         "modal-none": 2, "modal-one": 2, "history-one": 1,
     }  # fmt: skip
     assert found["made_by"] == "velotyre validate corrected-models --seed 3 --cases 2 --histories 1"
     assert [r["seed"] for r in found["cases"] if r["cell"] == "modal-one"] == [120000, 120001]
-
-
-def _quick(cell, seed):
-    return {"cell": cell, "seed": seed, **row()}
 
 
 def test_speeds_are_kept_back_from_cells_of_one_effect_too(tmp_path):
