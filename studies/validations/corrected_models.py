@@ -11,7 +11,6 @@ Cases are kept in ``corrected_models_cases.jsonl`` in the folder of the result, 
 
 import tempfile
 import tomllib
-import traceback
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -26,7 +25,7 @@ from bicycle.model import Model
 from bicycle.sensitivity.model_covariance import critical_speed_estimates
 from studies.inference.acceptance import leaves_more
 from studies.missing_effect.blind.cells import make
-from studies.missing_effect.blind.kept import KeptCases
+from studies.missing_effect.blind.kept import KeptCases, what_was_raised
 from studies.missing_effect.blind.score import wilson
 from studies.missing_effect.diagnose import diagnose
 from studies.missing_effect.measurement import read_measurement
@@ -89,8 +88,7 @@ def one_case(cell: str, seed: int) -> dict[str, Any]:
             model = read_model(file)
             row |= {"weave": weave_of(model), "assumed": weave_of(assumed(file))}
     except Exception as error:  # whatever it is: it is counted, and the run goes on
-        where = traceback.extract_tb(error.__traceback__)[-1]
-        row["error"] = f"{type(error).__name__}: {error} ({Path(where.filename).name}, line {where.lineno})"
+        row["error"] = what_was_raised(error)
     return row
 
 

@@ -12,7 +12,6 @@ Cases are kept in ``residual_torque_cases.jsonl`` in the folder of the result, s
 """
 
 import tempfile
-import traceback
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -28,7 +27,7 @@ from studies.inference.acceptance import leaves_more
 from studies.inference.checks import HeldOut
 from studies.missing_effect.blind.cells import make
 from studies.missing_effect.blind.generator import HELD_OUT
-from studies.missing_effect.blind.kept import KeptCases
+from studies.missing_effect.blind.kept import KeptCases, what_was_raised
 from studies.missing_effect.blind.score import wilson
 from studies.missing_effect.diagnose import Diagnosis, diagnose
 from studies.missing_effect.measurement import read_measurement
@@ -95,8 +94,7 @@ def one_case(cell: str, seed: int) -> dict[str, Any]:
             if row["left_open"]:
                 row |= corrected(found, Path(name), truth.weave)
     except Exception as error:  # whatever it is: it is counted, and the run goes on
-        where = traceback.extract_tb(error.__traceback__)[-1]
-        row["error"] = f"{type(error).__name__}: {error} ({Path(where.filename).name}, line {where.lineno})"
+        row["error"] = what_was_raised(error)
     return row
 
 

@@ -1,6 +1,7 @@
 """Cases of a long count, kept as they end: one JSON object a line, so that an interrupted count goes on."""
 
 import json
+import traceback
 from collections.abc import Callable, Sequence
 from concurrent.futures import as_completed
 from dataclasses import dataclass
@@ -12,6 +13,12 @@ from tyre.base.errors import InputError
 
 Row = dict[str, Any]
 Job = tuple[Any, ...]
+
+
+def what_was_raised(error: Exception) -> str:
+    """Kind, words and place of an ``error``, for the row of its case."""
+    where = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{type(error).__name__}: {error} ({Path(where.filename).name}, line {where.lineno})"
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ test goes on where it stopped. A case that raises is a line too, with its error,
 
 import tempfile
 import time
-import traceback
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ import numpy as np
 
 from studies.missing_effect.blind.baseline import baseline
 from studies.missing_effect.blind.cells import make
-from studies.missing_effect.blind.kept import KeptCases
+from studies.missing_effect.blind.kept import KeptCases, what_was_raised
 from studies.missing_effect.blind.score import judge
 
 KEPT = ("verdict", "effects", "class", "chi2", "held_out_gap", "goodness_of_fit_p")
@@ -38,8 +37,7 @@ def run_case(cell: str, seed: int) -> dict[str, Any]:
                 record["seconds"] = round(time.perf_counter() - started, 2)
             record |= {"verdict": verdict, "score": judge(verdict, sealed)}
     except Exception as error:  # whatever it is: it is counted, and the test goes on
-        where = traceback.extract_tb(error.__traceback__)[-1]
-        record["error"] = f"{type(error).__name__}: {error} ({Path(where.filename).name}, line {where.lineno})"
+        record["error"] = what_was_raised(error)
     return record
 
 

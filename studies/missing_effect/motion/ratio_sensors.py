@@ -82,7 +82,8 @@ def measurement_candidates(ratios: Sequence[str], speeds: Sequence[float]) -> tu
     found = [*speed_errors(speeds)]
     for ratio in ratios:
         sensor = f"{RATIO_SENSOR[ratio]}_sensor"
-        found += [gain_error(sensor, ratio), delay_error(sensor, ratio), lowpass_error(sensor, ratio)]
+        found += [gain_error(sensor, ratio, beside="lean_sensor"), delay_error(sensor, ratio)]
+        found.append(lowpass_error(sensor, ratio))
     if ratios:
         found += [delay_error("lean_sensor", LEAN), lowpass_error("lean_sensor", LEAN)]
     return tuple(found)

@@ -46,14 +46,16 @@ def error(
     return UncertainParameter(name, unit, {key: 1.0}, 0.0, scale, low, 10 * scale, size=True, least=least)
 
 
-def gain_error(sensor: str, signal: str) -> Candidate:
+def gain_error(sensor: str, signal: str, *, beside: str = "") -> Candidate:
     """A wrong scale of a ``sensor`` whose ``signal`` is multiplied by 1 + scale: 10 %, worth a name from 0.2 %.
 
     Its coordinate is ln(1 + scale). Where two sensors show no more than their ratio, one that reads 1.4 times too much
-    explains as much as the other that reads 1/1.4 times as much, and neither is the more probable.
+    explains as much as the other that reads 1/1.4 times as much, and neither is the more probable. Of a ratio, the
+    sensor below the line is ``beside`` it.
     """
     size = replace(error("scale", "1", GAIN.format(signal), 0.1, least=0.002), power=0, relative=True)
-    return _mistake(f"{sensor}_scale", size, f"{_words(sensor)} reads too much or too little by a constant factor")
+    much = "too much or too little" + (f" beside {_words(beside)}" if beside else "")
+    return _mistake(f"{sensor}_scale", size, f"{_words(sensor)} reads {much} by a constant factor")
 
 
 def delay_error(sensor: str, signal: str) -> Candidate:

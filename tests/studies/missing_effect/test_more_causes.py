@@ -149,6 +149,8 @@ def test_a_factor_and_its_reciprocal_are_errors_of_one_size():
     assert over - size.centre == pytest.approx(size.centre - under)
     np.testing.assert_allclose(size.value(np.array([over, under])), [0.4, 1 / 1.4 - 1])
     assert size.slope(over) == pytest.approx(1.4)
+    (alone,) = (c for c in modal().forward().candidates if c.identifier == "steer_sensor_scale")
+    assert "reads too much or too little beside the lean sensor by a constant factor" in alone.signature
     with pytest.raises(ValueError, match="steer: power = 1 must be 0"):
         UncertainParameter("steer", "1", {}, 0.0, 0.1, relative=True)
 
