@@ -16,7 +16,7 @@ from bicycle.identification.decay_guesses import (
     seeking_block,
 )
 from bicycle.identification.decay_least_squares import Linear
-from bicycle.identification.decay_posterior import Posterior, posterior, prepared
+from bicycle.identification.decay_posterior import PLAIN, Posterior, posterior, prepared
 from bicycle.identification.decay_window import Window, fitting_block
 from tyre.base.arrays import Array
 
@@ -87,9 +87,12 @@ class Estimate:
 
         Where the modes are driven, the amplitudes of :meth:`curves` leave what the driving moved.
         """
+        return 1 - float((self.left() ** 2).sum()) / self.window.signals.size
+
+    def left(self) -> Array:
+        """What modes and drift leave at least of each channel, shape (n, c), in units of the window's scale."""
         waves, signals = self._best()[0], self.window.signals
-        left = signals - waves @ np.linalg.lstsq(waves, signals, rcond=None)[0]
-        return 1 - float((left**2).sum()) / signals.size
+        return np.asarray(signals - waves @ np.linalg.lstsq(waves, signals, rcond=None)[0])
 
     def _best(self) -> tuple[Array, Array]:
         """Waves and drift (n, h) at the most probable eigenvalues, and their amplitudes (c, h)."""
@@ -226,6 +229,20 @@ def log_odds_of_each(found: Estimate) -> Array:
         away = np.linalg.norm(modes[:, None] - few.best[None], axis=-1).min(1)
         odds[left.pop(int(away.argmax()))] = _log_odds(every.best, few)
     return odds
+
+
+def log_odds_of_any(found: Estimate) -> float:
+    """Logarithm of the odds of the modes over a drift and the noise of sensors alone.
+
+    Parameters
+    ----------
+    found : Estimate
+    """
+    nothing = replace(found.best.evidence, driven=None)
+    without = [replace(nothing, drift=drift).log(np.empty((1, 0, 2)))[0] for drift in PLAIN]
+    with_modes = [p.log_evidence - _occam(p) for p in found.posteriors]
+    more, less = (np.logaddexp.reduce(logs) - math.log(len(logs)) for logs in (with_modes, without))
+    return float(more - less)
 
 
 def _log_odds(more: Posterior, few: Posterior) -> float:

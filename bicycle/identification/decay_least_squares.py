@@ -44,6 +44,14 @@ class Least:
 
 
 @dataclass(frozen=True)
+class Noise:
+    """The most probable kind at one point: colours (c,) of the sensors' by number, or the share of driven modes."""
+
+    colours: NDArray[np.intp]
+    share: int | None
+
+
+@dataclass(frozen=True)
 class Solved:
     """Least squares at some eigenvalues.
 
@@ -72,6 +80,13 @@ class Solved:
             return np.asarray(total)
         driven = log_sum(self.driven.log.T)
         return np.asarray(np.logaddexp(total + math.log(1 - DRIVEN), driven + math.log(DRIVEN)))
+
+    def most_probable(self) -> Noise:
+        """Noise at the first point."""
+        own, colours = float(log_sum(self.own.log[0]).sum()), self.own.log[0].argmax(0)
+        if self.driven is None or float(log_sum(self.driven.log[0])) + math.log(DRIVEN) < own + math.log(1 - DRIVEN):
+            return Noise(colours, None)
+        return Noise(colours, int(self.driven.log[0].argmax()))
 
     def linear(self) -> Linear:
         """Amplitudes with the most probable noise."""

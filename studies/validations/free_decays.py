@@ -30,6 +30,7 @@ CELLS = {
     "start transient (fast mode)": Cell(cycles=(2.0, 3.0), fast=0.4, offset=0.1),
     "weave and wobble": Cell(second=0.4, offset=0.1),
     "driven by the ground": Cell(driven=0.1, noise=0.05),
+    "noise half as large as the motion": Cell(noise=0.5),
 }
 TARGET = (93.0, 97.0)
 ERA_ORDER = 4

@@ -4,13 +4,16 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag, expm, solve_continuous_lyapunov, toeplitz
 from scipy.special import gammaln
+from scipy.stats import norm
 
 from bicycle.identification import decay_evidence as module
 from bicycle.identification import decay_noise
+from bicycle.identification.decay_estimate import _quantiles
 from bicycle.identification.decay_evidence import Evidence, basis
 from bicycle.identification.decay_guesses import noise_floor
 from bicycle.identification.decay_least_squares import DRIVEN, log_sum
 from bicycle.identification.decay_noise import SHARES, Driving
+from bicycle.identification.decay_posterior import POINTS, WIDER, _proposal
 from bicycle.identification.decay_window import window
 from bicycle.identification.run import Run
 
@@ -70,6 +73,20 @@ def test_noise_of_the_sensors(seen, drift, rates):
             each = [dense(y, toeplitz(phi**lags), design, own) for phi in seen.colours]
             total += np.log(np.mean(np.exp(np.array(each) - max(each)))) + max(each)
         assert found[k] == pytest.approx(total, abs=1e-6)
+
+
+@pytest.mark.parametrize("drift", ["none", "constant", "parabola"])
+def test_a_drift_and_noise_without_any_mode(seen, drift):
+    """What the odds for an oscillation are taken against."""
+    noise, kept = noise_floor(seen, MODES), module.DRIFTS[drift]
+    total = 0.0
+    for channel, y in enumerate(seen.signals.T):
+        level = max(1.0, abs(y.mean()))
+        sizes = [(sd * (1 if j else level) / noise[channel]) ** 2 for j, sd in enumerate(module.POLYNOMIALS[:kept])]
+        lags, design = np.arange(len(seen.time)), seen.drift[:, :kept]
+        each = [dense(y, toeplitz(phi**lags), design, np.diag(sizes)) for phi in seen.colours]
+        total += np.log(np.mean(np.exp(np.array(each) - max(each)))) + max(each)
+    assert Evidence(seen, drift, noise).log(np.empty((1, 0, 2)))[0] == pytest.approx(total, abs=1e-6)
 
 
 @CASES
@@ -134,3 +151,19 @@ def step(a, one, other, stationary):
     if one >= other:
         return expm(a * (one - other)) @ stationary
     return stationary @ expm(a.T * (other - one))
+
+
+@pytest.mark.parametrize(("size", "points"), [(2, POINTS), (3, 2 * POINTS), (4, 4 * POINTS)])
+def test_the_points_give_a_normal_distribution_its_own_standard_deviation(size, points):
+    """95 % intervals in many directions through unit normals of as many dimensions, by the weights of the points."""
+    z, density = _proposal(size, points)
+    x = WIDER * z
+    weights = np.exp(-0.5 * (x**2).sum(1) - density)
+    weights /= weights.sum()
+    directions = np.random.default_rng(3).standard_normal((300, size))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    ends = np.array([_quantiles(x @ u, weights) for u in directions])
+    sd = (ends[:, 1] - ends[:, 0]) / (2 * norm.ppf(0.975))
+    assert abs(sd.mean() - 1) < 0.02
+    assert sd.std() < 0.05
+    assert abs(ends.mean()) < 0.05

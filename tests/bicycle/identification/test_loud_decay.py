@@ -1,0 +1,101 @@
+"""Decays in loud noise: taken where an oscillation is clear and the rest is noise. All SYNTHETIC."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bicycle.identification.free_decay import identify
+from bicycle.identification.loud_decay import doubt, probability_of_noise
+from bicycle.identification.run import Run
+
+ROOT = complex(-0.8, 5.0)
+TIME = np.arange(0, 4.0, 0.01)
+
+
+def run(rng: np.random.Generator, *, noise: float, kept: float = 0.0, other: np.ndarray | float = 0.0) -> Run:
+    """A decay of amplitude 1 in both channels; autoregressive ``noise`` of that sd and coefficient ``kept``."""
+    wave = np.exp(ROOT * TIME)
+    white = rng.standard_normal((TIME.size, 2))
+    for k in range(1, TIME.size):
+        white[k] = kept * white[k - 1] + np.sqrt(1 - kept**2) * white[k]
+    channels = {
+        "roll_rate_rad_s": wave.real + noise * white[:, 0] + other,
+        "steer_rate_rad_s": (wave * (1 - 0.5j)).real + noise * white[:, 1] + other,
+    }
+    return Run("loud.csv", 5.0, TIME, channels, {})
+
+
+@pytest.mark.parametrize("noise", [0.5, 0.8])
+def test_a_clear_decay_is_taken_however_loud_its_noise(noise):
+    for seed in range(3):
+        found = identify(run(np.random.default_rng(seed), noise=noise), thorough=False)
+        assert found.r_squared < 0.8
+        assert found.rejected == ""
+        assert abs(found.eigenvalue.real - ROOT.real) < 3 * found.sd[0]
+        assert abs(found.eigenvalue.imag - ROOT.imag) < 3 * found.sd[1]
+        assert max(found.sd) > noise * 0.1  # louder noise is known less well, not refused
+
+
+@pytest.mark.parametrize("kept", [0.0, 0.9])
+def test_noise_alone_is_no_oscillation_though_one_can_be_fitted_to_it(kept):
+    for seed in range(4):
+        noisy = run(np.random.default_rng(seed), noise=1e4, kept=kept)
+        found = identify(noisy, start_hz=2.0, thorough=False)
+        if found.estimate is not None:
+            assert found.r_squared < 0.8
+            assert "an oscillation beside drift and noise has odds of" in found.rejected
+            assert found.rejected.endswith(": 1 (at least 20)")
+
+
+def test_another_motion_is_no_noise():
+    """A steering movement of the rider that no mode and no drift is: a pulse in the middle."""
+    found = identify(
+        run(np.random.default_rng(1), noise=0.05, other=2 * np.exp(-(((TIME - 2.5) / 0.15) ** 2))), thorough=False
+    )
+    assert found.r_squared < 0.8
+    assert "is below 0.8, and what is left is no noise (p " in found.rejected
+    assert found.rejected.endswith("another motion is too large beside it")
+
+
+def test_what_is_left_of_a_motion_that_the_ground_drives_is_noise():
+    """Exact steps of a driven oscillator of the same root: its scatter is of the mode, not of another motion."""
+    size, damping, h = abs(ROOT), -2 * ROOT.real, TIME[1]
+    steps = 20  # finer than the samples, so that the midpoint rule is exact enough
+    seen = []
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        x, v, states = 1.0, 0.0, []
+        for _ in TIME:
+            states.append((x, v))
+            for _ in range(steps):
+                v += (-damping * v - size**2 * x) * h / steps + 2.2 * np.sqrt(h / steps) * rng.standard_normal()
+                x += v * h / steps
+        states = np.array(states)
+        mixed = np.stack([states[:, 0], 0.6 * states[:, 0] + 0.8 * states[:, 1] / size], 1)
+        mixed += 0.1 * rng.standard_normal(mixed.shape)
+        names = ("roll_rate_rad_s", "steer_rate_rad_s")
+        driven = Run("d.csv", 5.0, TIME, dict(zip(names, mixed.T, strict=True)), {})
+        found = identify(driven, thorough=False)
+        seen += [(found.r_squared, probability_of_noise(found.estimate))]
+    shares = np.array(seen)
+    assert (shares[:, 0] < 0.8).sum() >= 4
+    assert (shares[:, 1] > 0.01).sum() >= 5
+
+
+def test_louder_noise_leaves_smaller_odds_and_units_none():
+    odds = []
+    for noise in (0.5, 1.0, 2.0, 4.0):
+        found = identify(run(np.random.default_rng(2), noise=noise), thorough=False)
+        odds.append(found.estimate)
+    said = [doubt(one) for one in odds if one is not None]
+    assert said[0] == ""
+    assert "has odds of" in said[-1]
+    plain = run(np.random.default_rng(2), noise=4.0)
+    other = replace(plain, channels={name: 57.3 * x for name, x in plain.channels.items()})
+    assert identify(other, thorough=False).rejected == identify(plain, thorough=False).rejected
+
+
+def test_a_share_that_is_too_small_is_not_rounded_to_one_that_is_not():
+    found = replace(identify(run(np.random.default_rng(3), noise=0.1), thorough=False), drowned="it drowns")
+    assert replace(found, r_squared=0.79996).rejected == "R^2 = 0.799 is below 0.8, and it drowns"
