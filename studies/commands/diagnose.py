@@ -76,9 +76,16 @@ def command(
     place = str(Path(folder) / "report.html") if folder else ""
     for line in first_lines(found, findings, place):
         click.echo(line)
-    rows = [row[:4] for row in named(found)]
+    rows = named(found)
+
+    def show() -> None:
+        print_table([row[:-1] for row in rows], ["effect", "parameter", "value", "1 sd"])
+        for effect, *_, does in rows:
+            if does:
+                click.echo(f"{effect}: {does}")
+
     if rows and verdict.verdict != "partial":
-        print_table(rows, ["effect", "parameter", "value", "1 sd"])
+        show()
     for member in verdict.equivalent[1:]:
         click.echo(beside_name(verdict, member))
     if len(findings.between) > 1 and not findings.further:
@@ -93,6 +100,6 @@ def command(
             f"(chi^2 {mimic.chi2:.1f})"
         )
     if rows and verdict.verdict == "partial":
-        print_table(rows, ["effect", "parameter", "value", "1 sd"])
+        show()
     print_warnings(verdict.warnings)
     return found, findings  # for the page of velotyre explore

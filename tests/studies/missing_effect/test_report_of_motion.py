@@ -279,6 +279,8 @@ def test_the_command_says_the_sentence_and_where_the_report_is(modal, tmp_path, 
     found = json.loads((out / "verdict.json").read_text())
     assert shown[0] == f"{found['verdict']}: {found['sentence']}"
     assert f"report: {out / 'report.html'}" in shown
+    (does,) = {c.signature for c in measurement.forward().candidates if c.identifier == "steer_damper"}
+    assert f"steer_damper: {does}" in shown
     assert (found["stability"] is not None) == variants
     if variants:
         assert found["stability"]["sentence"] in shown
