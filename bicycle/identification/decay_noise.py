@@ -127,9 +127,10 @@ class Driving:
             for seen, path, phase in zip(self.phasors, self.paths, phases, strict=True)
         ]
         u = np.concatenate(columns, 2).reshape(channels * n, -1)
-        along, singular, _ = np.linalg.svd(u, full_matrices=False)
-        kept = singular * SHARES.max() > np.sqrt(NEGLIGIBLE)
-        along, variances = along[:, kept], (SHARES[:, None] * singular[kept]) ** 2
+        squares, turned = np.linalg.eigh(u.T @ u)  # a third of the time of singular values
+        kept = squares * SHARES.max() ** 2 > NEGLIGIBLE
+        singular = np.sqrt(squares[kept])
+        along, variances = u @ (turned[:, kept] / singular), (SHARES[:, None] * singular) ** 2
         left = 1 / (1 + variances)
         scaled = (w.signals / level).T
         of_signals = scaled.ravel() @ along
