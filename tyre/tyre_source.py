@@ -99,6 +99,8 @@ def stated_range(tyre: Ranged) -> str:
 def out_of_reach(tyre: Ranged, *, load: float, pressure: float) -> str | None:
     """Say which of load and pressure lies farther outside the range where a tyre holds than that range is wide.
 
+    A billionth of the range more is still within reach: it is rounding.
+
     Parameters
     ----------
     tyre : Ranged
