@@ -192,7 +192,7 @@ def test_the_kernel_knows_two_roots_that_meet_wherever_they_do(merge, shift, dri
 @pytest.mark.parametrize("moves", [[-0.5, -0.5, 0, 0, 0, 0], [0.5, 0.5, 0, 0, 0, 0], [0, 0, 0, 0, 1, 1]])
 @needs_numba
 def test_two_that_meet_are_expected_where_their_mean_is_heading_and_others_pass_them(moves):
-    """In a step 2 wide both drift by half of what parts them from the next root, or a pair by less damping past them."""
+    """In a step 2 wide both drift half-way to the next root, or a pair passes them with less damping."""
     from bicycle.modal.track_kernel import MEETING
 
     (first, last, rise, later), drift = two_that_meet(), np.array(moves)
