@@ -205,7 +205,8 @@ def test_a_pull_in_a_dozen_equal_steps_is_no_coarse_gauge():
 
 def test_a_turn_of_more_than_the_documented_share_of_the_range_begins_a_stroke():
     """A pull over 2.5 mm that goes back by 3 % less and 3 % more than that share on its way, without resolution."""
-    (share,) = re.findall(r"turns back by more than (\d+) % of its whole range", fit_pull_test.__doc__)
+    said = " ".join(fit_pull_test.__doc__.split())
+    (share,) = re.findall(r"turns back by more than (\d+) % of its whole range", said)
     for back, strokes in ((0.97, 1), (1.03, 3)):
         turn = 1e-3 - back * float(share) / 100 * 2.5e-3
         x = np.concatenate([np.linspace(0.0, 1e-3, 30), np.linspace(1e-3, turn, 4)[1:], np.linspace(turn, 2.5e-3, 40)])
