@@ -108,7 +108,7 @@ def out_of_reach(tyre: Ranged, *, load: float, pressure: float) -> str | None:
     Returns
     -------
     str or None
-        In words, with the range; None within reach.
+        In words, with the range; None within reach. A billionth of the range more is still within reach: rounding.
     """
     bars = tuple(end / PASCAL_PER_BAR for end in tyre.pressure_range)
     for value, (low, high), unit in ((load, tyre.load_range, "N"), (pressure / PASCAL_PER_BAR, bars, "bar")):

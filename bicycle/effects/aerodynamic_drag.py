@@ -12,7 +12,8 @@ class AerodynamicDrag(Effect):
     The virtual work of the pair in the heading frame is D (offset d(psi) - dx): a point of the rear frame that leans
     does not move forward (dx = 0), so nothing acts on lean directly. The lateral offset of the centre of pressure
     gives the yaw moment D offset, the pitching moment shifts D |z| / w of vertical load from the front wheel to the
-    rear. The front wheel lifts where that exceeds its load; the linear model does not know.
+    rear. The front wheel lifts where that exceeds its load; the linear model does not know. Usual areas are those of
+    riders without a fairing, from a racer's crouch to an upright commuter.
     """
 
     drag_area = Parameter(

@@ -12,7 +12,7 @@ class CrownRadius(Effect):
     """A toroidal tyre of crown radius rho: the contact moves sideways by rho gamma, so the wheel centre sinks less.
 
     Height of the lowest point z = z_centre + (r - rho) cos(gamma) + rho, to second order in the potential; the side
-    force still acts at the ground.
+    force still acts at the ground. Without a number the tyre is 25 mm wide and its cross-section a circle.
     """
 
     crown_radius = Parameter(

@@ -15,6 +15,7 @@ class Luggage(Effect):
     """A point mass fixed to the rear frame that the bicycle's parameters do not contain: bag, rack, battery, lock.
 
     It brings weight, inertia and wheel loads; its own extent is small beside its distance from the wheels' contacts.
+    Usual are 0.5 kg (a rack or a lock by itself) to 10 kg.
     """
 
     mass = Parameter(

@@ -27,6 +27,8 @@ ROWS = 1 << 13
 def lines_of(signal: Array, step: float) -> Array:
     """Frequencies of the lines of a signal; none where it is not made of lines.
 
+    Fainter lines are looked for among what the stronger ones leave, until that is less than 1e-4 of the power.
+
     Parameters
     ----------
     signal : ndarray, shape (k,)

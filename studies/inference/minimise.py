@@ -85,7 +85,8 @@ def minimise(
     """Levenberg-Marquardt on |residual[used]|^2 + |z|^2 within bounds.
 
     A coordinate at a bound that the gradient pushes outward is held there (projected Newton). Steps are least-squares
-    solutions of [jacobian; 1] step = -[residual; z], never of the normal equations.
+    solutions of [jacobian; 1] step = -[residual; z], never of the normal equations. The damping is a thousandth at
+    first and rises tenfold where a step lowers nothing (Marquardt 1963, J. Soc. Indust. Appl. Math. 11, 431-441).
 
     Parameters
     ----------

@@ -8,7 +8,8 @@ class AerodynamicDrag(Effect):
     The virtual work of the pair in the heading frame is D (offset d(psi) - dx): a point of the rear frame that leans
     does not move forward (dx = 0), so nothing acts on lean directly. The lateral offset of the centre of pressure
     gives the yaw moment D offset, the pitching moment shifts D |z| / w of vertical load from the front wheel to the
-    rear. The front wheel lifts where that exceeds its load; the linear model does not know.
+    rear. The front wheel lifts where that exceeds its load; the linear model does not know. Usual areas are those of
+    riders without a fairing, from a racer's crouch to an upright commuter.
 
     Parameters
     ----------
@@ -164,7 +165,7 @@ class CrownRadius(Effect):
     """A toroidal tyre of crown radius rho: the contact moves sideways by rho gamma, so the wheel centre sinks less.
 
     Height of the lowest point z = z_centre + (r - rho) cos(gamma) + rho, to second order in the potential; the side
-    force still acts at the ground.
+    force still acts at the ground. Without a number the tyre is 25 mm wide and its cross-section a circle.
 
     Parameters
     ----------
@@ -227,6 +228,7 @@ class Luggage(Effect):
     """A point mass fixed to the rear frame that the bicycle's parameters do not contain: bag, rack, battery, lock.
 
     It brings weight, inertia and wheel loads; its own extent is small beside its distance from the wheels' contacts.
+    Usual are 0.5 kg (a rack or a lock by itself) to 10 kg.
 
     Parameters
     ----------
@@ -320,6 +322,8 @@ class ResidualTorque(Effect):
     the unit of k, which holds at the middle speed. Positive torques act like the inputs steer_torque and lean_torque:
     a steering damper is a negative steer_from_steer_rate. It has no cause: the diagnosis fits it to what it cannot
     name. Outside the speeds of its measurement, middle_speed - speed_span to middle_speed + speed_span, it is a guess.
+    Usual sizes scale sliders and the prior of that fit: of the steer torque 20 N m/rad of lean, 10 of steer, 4 and
+    2 N m s/rad of their rates; of the lean torque 100, 40, 20 and 10; slopes and curvatures have the size of their k.
 
     Parameters
     ----------

@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -283,18 +284,23 @@ def test_corrected_models():
 
 def test_faults_put_into_the_source():
     run, survivors = result("mutation"), result("mutation_survivors")
-    judged, killed = sum(run["all"].values()), run["all"]["killed"] + run["all"].get("killed by time", 0)
-    assert judged + len(run["not_judged"]) == run["mutants"]
+    by_run, killed = sum(run["all"].values()), run["all"]["killed"] + run["all"].get("killed by time", 0)
+    assert by_run + len(run["not_judged"]) == run["mutants"]
     assert {one["name"] for one in survivors["survivors"]} == set(run["survivors"])
-    assert len(run["survivors"]) == judged - killed
-    counts = survivors["counts"]
+    assert len(run["survivors"]) == by_run - killed == sum(survivors["counts"].values())
+    assert sorted(one["name"] for one in survivors["judged_later"]) == sorted(run["not_judged"])
+    for rows, told in (("survivors", "counts"), ("judged_later", "counts_later")):
+        assert Counter(one["class"] for one in survivors[rows]) == survivors[told]
+        assert all(one["why"] for one in survivors[rows])
+    counts = Counter(survivors["counts"]) + Counter(survivors["counts_later"])
+    judged, noticed = by_run + len(survivors["judged_later"]), killed + counts.pop("noticed")
     tried = (ROOT / "docs" / "included" / "what_was_tried.md").read_text(encoding="utf-8")
     shown = re.findall(r"\| ([^|]+) \| (\d+)(?: \(([\d.]+) %\))? \|", tried.partition("### Faults put into")[2])
     numbers = [int(number) for _, number, _ in shown][:8]
-    now = killed + sum(counts.get(kind, 0) for kind in ("hole killed", "equivalent", "dead, removed"))
+    now = noticed + sum(counts[kind] for kind in ("hole killed", "equivalent", "dead, removed"))
     assert numbers == [
-        judged, killed, *(counts.get(kind, 0) for kind in ("hole killed", "equivalent", "dead, removed")),
-        counts.get("tolerance", 0), counts.get("open", 0), now,
+        judged, noticed, *(counts[kind] for kind in ("hole killed", "equivalent", "dead, removed")),
+        counts["tolerance"], counts["open"], now,
     ]  # fmt: skip
     assert float(shown[7][2]) == pytest.approx(100 * now / judged, abs=0.051)
-    assert sum(counts.values()) == judged - killed
+    assert sum(counts.values()) == judged - noticed

@@ -87,6 +87,8 @@ def check_plausible(summary: RecordingSummary, path: Path) -> tuple[str, ...]:
 def check_repeats(recordings: Sequence[RecordingSummary], label: str) -> None:
     """Refuse to average recordings made on another rim, at another camber or drum, and copies of one recording.
 
+    Copies are recordings of one kind whose fitted numbers differ by less than 1e-9 of their size.
+
     Parameters
     ----------
     recordings : sequence of RecordingSummary

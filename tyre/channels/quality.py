@@ -120,6 +120,8 @@ def quality(values: Array) -> Quality:
 def resolution(values: Array) -> float:
     """The step that all values are multiples of (but for one offset); 0 where none is coarse enough to be seen.
 
+    Gaps between neighbouring values of 100 steps or more are not looked at: an error of the step adds up over them.
+
     Parameters
     ----------
     values : ndarray, shape (n,)

@@ -83,7 +83,8 @@ def fit_pull_test(test: PullTest, *, calibration: Calibration | None = None) -> 
     exp(-|x - x_reversal| / l), s the direction of motion: loading and unloading share one slope, and stiction at the
     origin is the first build-up of T. A straight line through all points would take the loop for stiffness. From
     three strokes on the zero of the force cell may drift. k2 is used only where it is significant (p < 0.001) and
-    changes the force by more than 1 %.
+    changes the force by more than 1 %. A stroke ends where the deflection turns back by more than 2 % of its whole
+    range, or by three reading steps where these are more.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ class SlipSweepFit:
         ``peak`` N, ``shape``, ``curvature``, ``horizontal_shift`` (Sh, rad), ``vertical_shift`` (Sv, N), ``drift`` (N
         over the recording), ``lag`` (s), ``hysteresis`` (rad).
     parameters_sd : dict
-        Standard deviations of the same; nan where a parameter rests on a bound.
+        Standard deviations of the same; nan where a parameter rests on a bound (a hysteresis on 0.02 rad either way).
     not_identified : tuple of str
         Coefficients these data do not determine one by one (only their product, the slope, is).
     half_gap, half_gap_sd : float

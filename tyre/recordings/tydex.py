@@ -64,7 +64,8 @@ def read_tydex(path: str | Path) -> RigRun | PullTest:
     RigRun or PullTest
         A pull test when the file has ``LATDISPW`` and no sweep of ``SLIPANGL``. SI units, adapted SAE axes; ``axes``
         is ``ISO``, the convention of TYDEX. ``notes`` says which values had to be taken from the channels or assumed
-        and which channels were not used.
+        and which channels were not used. A nominal load or pressure from which the measured median is farther than a
+        quarter is not that of the test: the median is.
 
     Raises
     ------

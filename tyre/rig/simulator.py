@@ -19,7 +19,10 @@ from tyre.rig.tyre import RigTyre
 
 @dataclass(frozen=True)
 class Protocol:
-    """How a recording is driven: speeds in m/s, slip in rad, rates in rad/s, times in s, lengths in m."""
+    """How a recording is driven: speeds in m/s, slip in rad, rates in rad/s, times in s, lengths in m.
+
+    A pull goes out and back twice, with 20 readings a stroke.
+    """
 
     speed: float = 9.3 / 3.6
     slip_amplitude: float = np.deg2rad(4.0)

@@ -78,8 +78,7 @@ def joint_case(
     first = HIDDEN[hidden[0]] if hidden else HIDDEN[str(rng.choice(["steer_damper", "twisting_torque"]))]
     nominal = pick(first.bicycles, rng)
     sd = uncertainty(nominal)
-    offset = float(rng.choice([-1, 1]) * rng.uniform(*OFFSET)) if planted == "speed" else 0.0
-    scale = float(rng.choice([-1, 1]) * rng.uniform(*SCALE)) if planted == "scale" else 0.0
+    offset, scale = draw_mistake(planted, rng)
     low, high = first.speeds
     for _ in range(TRIES):
         real = perturbed(nominal, sd, rng)
@@ -103,6 +102,25 @@ def joint_case(
     mistake = {"speed_offset": offset} if offset else {"steer_scale": scale} if scale else {}
     wrong = {"speed": "modes", "scale": "kicks"}.get(planted, "")
     return JointTruth(Truth(drawn, noise=NOISE), wrong, mistake, tuple(parts))
+
+
+def draw_mistake(planted: str, rng: np.random.Generator) -> tuple[float, float]:
+    """Offset of the speed, 0.15 to 0.4 m/s, or what the steer sensor reads too much, 8 to 20 %; both of either sign.
+
+    Parameters
+    ----------
+    planted : str
+        "speed", "scale", or empty for none: what is not planted is 0.
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    offset, scale : float
+        m/s, and a share of what it should read.
+    """
+    offset = float(rng.choice([-1, 1]) * rng.uniform(*OFFSET)) if planted == "speed" else 0.0
+    scale = float(rng.choice([-1, 1]) * rng.uniform(*SCALE)) if planted == "scale" else 0.0
+    return offset, scale
 
 
 def _modes(machine: Machine, speeds: Any, offset: float, rng: np.random.Generator) -> list[dict[str, Any]]:

@@ -21,7 +21,7 @@ from studies.missing_effect.residual.kept import Kept, keep, record
 from studies.missing_effect.unfitted import Predicted, predicted
 from tyre.base.parallel import one_blas_thread
 
-LEAST_GAIN = 0.05  # standard deviations; what would tell less is no advice
+LEAST_GAIN = 0.05  # standard deviations; what would tell less is no advice: a report would print 0.0
 
 
 @dataclass(frozen=True)

@@ -66,6 +66,25 @@ def test_a_step_with_a_meeting_is_divided_where_one_of_the_two_roots_may_be_zero
     assert plain(divide)(t, one, 0.0 * one, 10.0 * one, owner, v) == (1 if half * 1.2 > abs(mean) else 0)
 
 
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize(("at", "other"), [(0.99, 1.02), (0.9, 1.3), (0.3, 1.75), (0.01, -0.02), (0.99, -4.0)])
+def test_a_crossing_begins_where_the_cubic_of_its_step_is_zero_whatever_it_does_beyond(at, other, sign):
+    """A real root sign (s - at) (s - other) for s = v - 3, of which only the first zero lies in the step."""
+    needs_numba()
+    from bicycle.critical.crossing_kernel import crossings
+    from bicycle.modal.track_kernel import SMOOTH, empty_track
+
+    t = empty_track(1, 2, 2)
+    t.filled[0], t.order[0], t.kind[0, 0], t.match[0, 0], t.v[0] = 2, [0, 1], SMOOTH, [0, 1], [3.0, 4.0]
+    for end, s in enumerate((0.0, 1.0)):
+        values = np.array([-9.0, sign * (s - at) * (s - other)], complex)
+        put_roots(t, 0, end, values, np.array([0.0, sign * (2 * s - at - other)]))
+    owner, place, root, start = *np.zeros((3, 2), int), np.zeros((3, 2))
+    assert plain(crossings)(t, np.zeros(1), np.full(1, 9.0), owner, place, root, start) == 1
+    assert (owner[0], place[0], root[0]) == (0, 0, 1)
+    assert start[:, 0] == pytest.approx([3.0 + at, 0.0, 0.0], abs=1e-9)
+
+
 @pytest.fixture
 def judged(monkeypatch):
     """The speeds up to which the plain path was asked."""

@@ -96,3 +96,58 @@ def test_the_kernel_factors_with_the_larger_pivot_and_solves_for_left_vectors(si
     shifted = np.moveaxis(h[:n, :n], 2, 0) - (z[0] + 1j * z[1])[:, None, None] * np.eye(n)
     expected = np.linalg.solve(shifted.swapaxes(1, 2), np.ones((lanes, n, 1)))[..., 0].T
     np.testing.assert_allclose(work[2] + 1j * work[3], expected, rtol=1e-9, atol=1e-12 / size)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 6])
+def test_the_kernel_gives_roots_slopes_and_shares_by_their_definitions(n):
+    """numpy's roots; d(lambda) = u dA x / (u x), shares |u_i x_i| of their sum, in matrices of different scales."""
+    pytest.importorskip("numba")
+    from bicycle.eigenvalues.vectors_kernel import decompose_stack
+
+    rng = np.random.default_rng(n)
+    scale = 10.0 ** np.arange(-1.0, 2.0)[:, None, None]
+    stack, change = scale * rng.normal(size=(3, n, n)), rng.normal(size=(3, n, n))
+    real, imag, doubt, slopes, shares = *np.empty((3, 3, n)), np.empty((2, 3, n)), np.empty((3, n, n))
+    with np.errstate(divide="ignore", invalid="ignore"):  # of lanes that are done; compiled code says nothing
+        assert plain(decompose_stack)(stack, change, real, imag, slopes, shares, doubt) == -1
+    for k in range(3):
+        values, right = np.linalg.eig(stack[k])
+        order = np.lexsort((values.imag, values.real))
+        values, right = values[order], right[:, order]
+        left = np.linalg.inv(right)
+        np.testing.assert_allclose(real[k] + 1j * imag[k], values, rtol=1e-9, atol=1e-11)
+        expected = np.einsum("ri,ij,jr->r", left, change[k], right)
+        np.testing.assert_allclose(slopes[0, k] + 1j * slopes[1, k], expected, rtol=1e-8, atol=1e-8)
+        own = np.abs(left.T * right)
+        np.testing.assert_allclose(shares[k], own / own.sum(0), rtol=1e-8, atol=1e-9)
+        assert (doubt[k] < 1e-11 * np.abs(values).max() * np.linalg.cond(right)).all()
+
+
+def test_the_kernel_reads_roots_off_diagonal_blocks():
+    """A block with 1 +- 2i between 3 and -7, which stands last, and blocks of two real roots: in units of 2 1/s."""
+    pytest.importorskip("numba")
+    from bicycle.eigenvalues.qr_kernel import _collect
+
+    h = np.zeros((7, 7, 1))
+    h[:6, :6, 0] = np.triu(np.full((6, 6), 0.5), 1) + np.diag([3.0, 1.0, 1.0, 5.0, 5.0, -7.0])
+    h[1:3, 1:3, 0] = [[1.0, -4.0], [1.0, 1.0]]
+    h[3:5, 3:5, 0] = [[5.0, 8.0], [0.5, 5.0]]  # 3 and 7
+    real, imag = np.empty((2, 6))
+    plain(_collect)(h, 6, 0, 2.0, real, imag)
+    assert sorted(zip(real.tolist(), imag.tolist(), strict=True)) == list(
+        zip(real.tolist(), imag.tolist(), strict=True)
+    )
+    np.testing.assert_allclose(real + 1j * imag, [-14, 2 - 4j, 2 + 4j, 6, 6, 14], atol=1e-13)
+
+
+@pytest.mark.parametrize("scale", [1e-200, 1.0, 1e200])
+def test_roots_of_two_by_two_have_its_trace_and_determinant_and_do_not_overflow(scale):
+    pytest.importorskip("numba")
+    from bicycle.eigenvalues.qr_kernel import _pair
+
+    rng, pair = np.random.default_rng(2), plain(_pair)
+    for a, b, c, d in rng.normal(size=(200, 4)):
+        re1, im1, re2, im2 = np.array(pair(*(scale * x for x in (a, b, c, d)))) / scale
+        assert re1 + re2 == pytest.approx(a + d, abs=1e-13)
+        assert re1 * re2 - im1 * im2 == pytest.approx(a * d - b * c, abs=1e-12)
+        assert (re1 * im2 + re2 * im1, im1 + im2) == pytest.approx((0, 0), abs=1e-13)

@@ -1,5 +1,7 @@
 """What is a signal of lines, and the response at its lines, against white noise by hand."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,15 @@ def test_up_to_a_twentieth_of_the_power_may_lie_outside_of_the_lines(share, line
     sine, noise = np.sin(2 * np.pi * 1.37 * t), np.random.default_rng(1).standard_normal(6000)
     noise *= np.sqrt(share / (1 - share) * (v @ sine**2) / (v @ noise**2))
     assert lines_of(sine + noise, 0.01) == pytest.approx(lines, abs=1e-3)
+
+
+@pytest.mark.parametrize(("share", "lines"), [(0.97, [1.37]), (1.03, [1.37, 3.9])])
+def test_a_line_beside_one_a_hundred_times_as_strong_is_found_down_to_the_documented_share_of_the_power(share, lines):
+    (least,) = map(float, re.findall(r"less than (\S+) of the power", lines_of.__doc__))
+    t, v = np.arange(6000) * 0.01, weights(6000)
+    strong, faint = (np.sin(2 * np.pi * hertz * t) for hertz in (1.37, 3.9))
+    faint *= np.sqrt(share * least / (1 - share * least) * (v @ strong**2) / (v @ faint**2))
+    assert lines_of(strong + faint, 0.01) == pytest.approx(lines, abs=1e-4)
 
 
 def test_the_sd_of_a_line_is_that_of_white_noise_widened_as_students_t_is():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from plain_kernels import plain
 
-from bicycle.modal.anchor import BETTER, Cores, core_at, units_at
+from bicycle.modal.anchor import BETTER, QUICK, SLOW, Cores, core_at, units_at
 from bicycle.modal.identity import conjugate_index
 
 
@@ -86,3 +86,41 @@ def test_there_may_be_a_plainer_anchor_about_the_plainest_whole_node_inside_a_st
     look = plain(_more_between)
     assert not look(w, 5, 1.0, np.array(count), plain_at, 3, BETTER)
     assert look(w, 5, 1.0, np.array(count), plain_at, 3, 0.41) is more
+
+
+@needs_numba
+@pytest.mark.parametrize(("plainest", "anchor"), [(0, 4), (1, 4), (2, 2), (3, 3), (4, 4), (5, 5), (6, 4)])
+def test_the_anchor_is_the_plainest_node_from_slow_to_quick(plainest, anchor):
+    """A pair -1 +- q i beside -9 and -30 is the plainer the larger q is; next best is the fifth node."""
+    from bicycle.modal.anchor_kernel import find_anchor
+    from bicycle.modal.batch_kind import Roles
+
+    speeds, q = np.array([0.55, 0.65, 0.75, 0.85, 1.0, 2.95, 3.05]), np.full(7, 0.3)
+    assert ((speeds >= SLOW) & (speeds <= QUICK)).tolist() == [False, False, True, True, True, True, False]
+    q[4], q[plainest] = 0.4, 0.5
+    values = np.stack([-1 + 1j * q, -1 - 1j * q, np.full(7, -9), np.full(7, -30)], 1)
+    none = np.zeros(0)
+    roles = Roles(none, 0, 1, 2, 3, none, none, none, none, none, singular=False)
+    w, core = walked(values, grid=[2] * 7)._replace(v=3.1 * speeds), np.zeros(4, int)
+    assert plain(find_anchor)(w, 7, np.ones((7, 3, 4)), roles, 3.1, core) == anchor
+    assert core.tolist() == [1, 0, 1, 1]
+
+
+@needs_numba
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize(
+    ("roots", "least"),
+    [
+        ([-1, -3, -40], 2 / 4),
+        ([-1, 9, -40], 39 / 41),
+        ([-3 + 4j, -3 - 4j, -40], 4 / 5),
+        ([-3 + 4j, -3 - 4j, -6 + 8j, -6 - 8j], 5 / 15),
+        ([-12 + 5j, -12 - 5j, -14], np.hypot(2, 5) / 27),
+    ],
+)
+def test_roots_are_as_plain_as_they_are_far_apart_for_their_size(roots, least, size):
+    """The distance of two over the sum of their sizes, or the angle of a pair to the real axis."""
+    from bicycle.modal.anchor_kernel import _plainness
+
+    w = walked([size * np.array(roots)])
+    assert plain(_plainness)(w, 0, np.ones(len(roots), int) * (w.im[0] >= 0)) == pytest.approx(least)

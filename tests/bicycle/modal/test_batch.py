@@ -189,6 +189,20 @@ def test_the_kernel_knows_two_roots_that_meet_wherever_they_do(merge, shift, dri
     assert [at[1][t.match[0, 0, at[0].index(root)]] for root in range(6)] == [0, 1, 2, 3, 4, 5]
 
 
+@pytest.mark.parametrize("moves", [[-0.5, -0.5, 0, 0, 0, 0], [0.5, 0.5, 0, 0, 0, 0], [0, 0, 0, 0, 1, 1]])
+@needs_numba
+def test_two_that_meet_are_expected_where_their_mean_is_heading_and_others_pass_them(moves):
+    """In a step 2 wide both drift half-way to the next root, or a pair passes them with less damping."""
+    from bicycle.modal.track_kernel import MEETING
+
+    (first, last, rise, later), drift = two_that_meet(), np.array(moves)
+    ends = [(first, rise / 100 + drift), (last + 2 * drift, later / 100 + drift)]
+    at = [np.lexsort((values.imag, values.real)).tolist() for values, _ in ends]
+    t = step(*((values[k], slopes[k]) for k, (values, slopes) in zip(at, ends, strict=True)), h=2.0)
+    assert linked(t) == MEETING
+    assert [at[1][t.match[0, 0, at[0].index(root)]] for root in range(6)] == [0, 1, 2, 3, 4, 5]
+
+
 def clear(ends, h):
     """Whether the roots of a step are linked beyond doubt."""
     a, z = (
@@ -289,6 +303,74 @@ def test_the_meeting_of_two_modes_is_closed_in_on_by_several_halvings_at_once():
         halvings = asked_for(t, found, speed)
         assert len(halvings) > 2
         assert halvings == [4.0, 3.0, 3.5, 3.25, 3.375][: len(halvings)]
+
+
+@pytest.mark.parametrize(
+    ("labels", "two"),
+    [
+        (((1, 2), (3, 3), (3, 3), (1, 2)), False),  # one mode in the whole step, whatever lies beside it
+        (((3, 3), (3, 1), (3, 3), (3, 3)), True),
+        (((3, 3), (1, 3), (3, 3), (3, 3)), True),
+        (((3, 3), (3, 3), (1, 3), (3, 3)), True),
+        (((3, 3), (3, 3), (3, 1), (3, 3)), True),
+    ],
+)
+@needs_numba
+def test_two_roots_that_meet_are_of_two_modes_unless_all_their_names_at_both_ends_are_one(labels, two):
+    from bicycle.modal import answer_kernel
+
+    t, found = four_nodes(labels=labels)
+    assert plain(answer_kernel._of_two_modes)(t, found, 0, 1) is two
+
+
+def branches_of(ends, roots, *, meet=(), at=0.5):
+    """Branch of each root at a place in a step of 1 m/s between nodes with these ``ends``; None where unclear."""
+    from bicycle.modal import answer_kernel
+    from bicycle.modal.naming_kernel import Named
+    from bicycle.modal.track_kernel import MEETING, SMOOTH
+
+    n, roots = len(roots), np.array(roots, complex)
+    t = step(*ends, h=1.0)
+    t.kind[0, 0], t.two[0, 0] = (MEETING, [*meet, *meet]) if meet else (SMOOTH, 0)
+    found = Named(np.tile(np.arange(n), (1, 4, 1)), np.ones((1, 4, n), int), np.zeros((1, n), int), np.ones(1))
+    branch = np.empty(n, int)
+    sure = plain(answer_kernel._branches)(t, found, 0, 0, at, roots.real, roots.imag, np.empty((2, n)), branch)
+    return branch.tolist() if sure else None
+
+
+@needs_numba
+def test_a_root_within_a_step_is_of_the_branch_that_leads_there_in_whatever_order_roots_come():
+    """Real roots -1 - v / 2 and -3 + v / 4, and pairs."""
+    ends = [(np.array([-1.0, -3.0]), np.array([-0.5, 0.25])), (np.array([-1.5, -2.75]), np.array([-0.5, 0.25]))]
+    assert branches_of(ends, [-1.25, -2.875]) == [0, 1]
+    assert branches_of(ends, [-2.875, -1.25]) == [1, 0]
+    pairs, still = np.array([-1 + 3j, -1 - 3j, -1 + 5j, -1 - 5j]), np.zeros(4)
+    assert branches_of([(pairs, still), (pairs, still)], pairs[[2, 0, 3, 1]]) == [2, 0, 3, 1]
+
+
+@needs_numba
+def test_two_roots_that_have_met_take_what_the_others_leave():
+    """-2 +- sqrt(0.25 - v) beside -9: at 0.5 they are a pair, of one mode."""
+    ends = [
+        (np.array([-9, -2.5, -1.5]), np.array([0, 1, -1])),
+        (np.array([-9, -2 - 0.75**0.5 * 1j, -2 + 0.75**0.5 * 1j]), np.array([0, 1j, -1j]) / (2 * 0.75**0.5)),
+    ]
+    pair = [-2 - 0.5j, -2 + 0.5j]
+    assert branches_of(ends, [-9, *pair], meet=(1, 2)) == [0, 1, 2]
+    assert branches_of(ends, [*pair, -9], meet=(1, 2)) == [1, 2, 0]
+
+
+@pytest.mark.parametrize("unit", [3.0, 3.0 / (1 + 1e-9), 3.0 / (1 - 1e-9)])
+@needs_numba
+def test_nodes_weigh_what_the_full_track_has_for_them_from_walking_speed_to_fast(unit):
+    """A step for each of its nodes in the range; rounding decides whether a node on its border is in it."""
+    from bicycle.modal.naming_kernel import SAME, _weight
+
+    steps = np.array([*range(10, 32), *range(32, 97, 8)])
+    full, v = 3.0 * STEP * np.arange(10, 97), 3.0 * STEP * steps
+    near = [k for k in range(len(v)) if WALKING - SAME <= v[k] / unit <= FAST + SAME]
+    counted = sum(plain(_weight)(v, len(v), k, unit) for k in near)
+    assert counted == pytest.approx(STEP * np.count_nonzero((full / unit >= WALKING) & (full / unit <= FAST)), rel=1e-7)
 
 
 @needs_numba

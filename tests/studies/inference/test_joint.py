@@ -1,9 +1,12 @@
 """Parts of one thing fitted together: lines y = level + slope x seen by instruments of their own (synthetic)."""
 
+import re
 from dataclasses import dataclass, field
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from studies.inference import Candidate, ForwardModel, Rows, UncertainParameter, judge
 from studies.inference.contradiction import disagreement, parts_against_rest
@@ -187,3 +190,18 @@ def test_false_contradictions_are_as_rare_as_said():
 def test_parts_that_make_no_whole_are_refused(parts, words):
     with pytest.raises(ValueError, match=words):
         JointForward(parts)
+
+
+@pytest.mark.parametrize("known", [0.95, 1.05])
+def test_what_the_others_hardly_know_counts_as_the_least_that_the_docstring_says(known):
+    """Two unknowns of posterior sd 1; of the second the others know ``known`` times that least, the part the rest.
+
+    By the others alone the second is c / a farther off, of variance 1 + (1 - a) / a, where c is what the part leaves.
+    """
+    (least,) = map(float, re.findall(r"at least (\S+) as well as the best", disagreement.__doc__))
+    own, left = 1 - known * least, 1e-5
+    joint = SimpleNamespace(jacobian=np.array([[0.0, np.sqrt(own)]]), residual=np.array([left]), covariance=np.eye(2))
+    p, sd = disagreement(joint, slice(0, 1))
+    counted = max(known, 1.0) * least
+    assert sd == pytest.approx(left * np.sqrt(1 + own / counted), rel=1e-6)
+    assert p == pytest.approx(2 * norm.sf(sd), rel=1e-6)

@@ -1,6 +1,7 @@
 """The minimiser in a long, curved valley, where straight steps have to be short."""
 
 import numpy as np
+import pytest
 
 from studies.inference.minimise import minimise
 
@@ -134,3 +135,17 @@ def test_a_fit_that_creeps_beside_what_is_not_finite_is_given_up():
 
     assert turns(1e6, 1e7) > 15  # nowhere near
     assert turns(0.2, 0.4) < 8
+
+
+def test_the_damping_rises_tenfold_until_a_step_lowers_the_objective():
+    """(z - 4)^2 + z^2 from 0 without an end beyond 0.5: steps of 2 / (1 + d) for d = 0.001, 0.01, 0.1, 1, 10."""
+    asked = []
+
+    def evaluate(z, *, slopes):
+        asked.append(float(z[0]))
+        return np.where(abs(z) > 0.5, np.inf, z - 4), np.ones((1, 1))
+
+    far = np.full(1, 100.0)
+    minimise(evaluate, np.zeros(1), -far, far, np.ones(1, bool), turns=(1, 1))
+    tried = [z for z in asked if z > 0.21] + [z for z in asked if z < 0.19][-1:]  # others are a tenth of a way
+    assert tried == pytest.approx([2 / (1 + damping) for damping in (0.001, 0.01, 0.1, 1, 10)])

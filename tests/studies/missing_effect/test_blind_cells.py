@@ -1,7 +1,9 @@
 """Every cell of the blind test makes readable, repeatable cases; its sizes, causes and its baseline."""
 
 import csv
+import re
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,15 +14,24 @@ from studies.missing_effect.blind import causes, generator
 from studies.missing_effect.blind.baseline import TERMS, baseline, known_changes, sparse, terms_of
 from studies.missing_effect.blind.cells import CELLS, make
 from studies.missing_effect.blind.generator import modal_case, table_row
-from studies.missing_effect.blind.hidden import HIDDEN, UNUSUAL, Hidden, check_rest, true_machine, uncertainty
+from studies.missing_effect.blind.hidden import (
+    HIDDEN,
+    UNUSUAL,
+    Hidden,
+    check_rest,
+    draw_effect,
+    true_machine,
+    uncertainty,
+)
 from studies.missing_effect.blind.histories import CHANNELS
 from studies.missing_effect.blind.opposed import NOISE as QUIET
 from studies.missing_effect.blind.opposed import SPEEDS, opposed_pair, seen_weave, stand_out
 from studies.missing_effect.blind.score import CALLED
 from studies.missing_effect.blind.second import moving
+from studies.missing_effect.blind.second import shapes as shapes_module
 from studies.missing_effect.blind.second.machine import coefficients
 from studies.missing_effect.blind.second.sensors import Sensor
-from studies.missing_effect.blind.second.shapes import shapes
+from studies.missing_effect.blind.second.shapes import Shape, shapes, weave_speed
 from tyre.base.errors import InputError
 
 
@@ -256,3 +267,89 @@ def test_the_baseline_finds_nothing_in_quiet_data_of_the_stated_bicycle_and_a_st
         generator.modal_case(tmp_path, hidden=names, rng=np.random.default_rng(2), **settings)
         found = baseline(tmp_path)
         assert (found["verdict"], tuple(found["class"])) == (expected, names)
+
+
+def sensor(cause):
+    (only,) = cause.sensors.values()
+    return only
+
+
+DRAWN = {
+    "luggage_rear": [lambda c: c.extras.rack],
+    "luggage_bar": [lambda c: c.extras.bar],
+    "speed_offset": [lambda c: c.speed_offset],
+    "friction": [lambda c: c.friction],
+    "low_pass": [lambda c: 1e3 * sensor(c).low_pass],
+    "gain": [lambda c: 100 * (sensor(c).gain - 1)],
+    "delay": [lambda c: 1e3 * sensor(c).delay],
+    "lean_spring": [lambda c: c.extras.lean_spring],
+    "steer_rate_force": [lambda c: c.extras.force_per_steer_rate],
+    "structural_damper": [lambda c: c.extras.maxwell[0], lambda c: c.extras.maxwell[1]],
+    "rotor": [lambda c: c.extras.rotor[0] or np.nan, lambda c: c.extras.rotor[1] or np.nan],
+    "rear_twist": [lambda c: c.extras.rear_twist[0], lambda c: c.extras.rear_twist[1]],
+    "bar_mass": [lambda c: c.extras.bar_mass[0]],
+    "second_order_filter": [lambda c: 1e3 * sensor(c).low_pass],
+    "tilted_gyro": [lambda c: np.degrees(np.arctan(sensor(c).crosstalk))],
+    "saturating_sensor": [lambda c: sensor(c).limit],
+}
+
+
+def span_of(text, place=0):
+    """Ends of the range "A to B" of a text, of the first or a later one."""
+    return map(float, re.findall(r"([\d.]+)(?: N m)? to ([\d.]+)", text)[place])
+
+
+def assert_drawn(sizes, low, high):
+    """None outside, and some within a fiftieth of the range of either end."""
+    least, most = np.nanmin(sizes), np.nanmax(sizes)
+    assert low * (1 - 1e-12) <= least <= low + 0.02 * (high - low)
+    assert high - 0.02 * (high - low) <= most <= high * (1 + 1e-12)
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_what_a_cause_draws_fills_the_range_that_its_docstring_says(name):
+    maker, rng = (
+        {**causes.LIBRARY_HISTORIES, **causes.SENSORS, **causes.OUTSIDE_HISTORIES}[name],
+        np.random.default_rng(5),
+    )
+    drawn = [maker(rng) for _ in range(1000)]
+    for place, size in enumerate(DRAWN[name]):
+        assert_drawn(np.abs([size(cause) for cause in drawn]), *span_of(maker.__doc__, place))
+
+
+@pytest.mark.parametrize(
+    ("name", "words", "unit"),
+    [
+        ("steer_damper", "steer damper of", 1.0),
+        ("steer_spring", "steer spring of", 1.0),
+        ("pneumatic_trail", "a trail of", 1e-3),
+        ("crown_radius", "a crown of", 1e-3),
+        ("twisting_torque", "twisting stiffness of", 1.0),
+        ("camber_thrust", "camber stiffness of", 1.0),
+        ("relaxation_length", "relaxation length of", 1e-3),
+    ],
+)
+def test_sizes_of_hidden_effects_fill_the_range_that_the_page_says(name, words, unit):
+    text = " ".join((Path(generator.__file__).parents[1] / "README.md").read_text(encoding="utf-8").split())
+    low, high = (unit * end for end in span_of(text.partition("Hidden one at a time are")[2].partition(words)[2]))
+    bicycle, rng = load_bicycle("benchmark"), np.random.default_rng(5)
+    drawn = [draw_effect(HIDDEN[name], bicycle, rng) for _ in range(1000)]
+    if name == "camber_thrust":  # N/rad a wheel
+        sizes = [d["camber_stiffness"]["front"] / bicycle.static_loads[1] for d in drawn]
+    else:
+        sizes = [next(iter(d.values())) for d in drawn]
+    assert_drawn(sizes, low, high)
+
+
+def test_the_weave_is_looked_for_at_the_speeds_that_are_documented(monkeypatch):
+    """A weave that grows with (v0 - v) / 10 below v0, and one that does so only where nobody looks."""
+    slowest, fastest = span_of(weave_speed.__doc__)
+
+    def turning(at):
+        monkeypatch.setattr(shapes_module, "shapes", lambda _, v: {"weave": Shape("weave", (at - v) / 10 + 5j, 0j, 0j)})
+        return weave_speed(None)
+
+    for inside in (1.03 * slowest, 0.98 * fastest):
+        assert turning(inside) == pytest.approx(inside, abs=1e-5)
+    for outside in (0.97 * slowest, 1.02 * fastest):
+        assert turning(outside) is None

@@ -1,10 +1,12 @@
 """Blind joint cases: readable alone and together, repeatable, with a mistake where one is planted."""
 
+import re
+
 import numpy as np
 import pytest
 
 from studies.missing_effect import read_measurement
-from studies.missing_effect.blind.joint import OFFSET, SCALE, joint_case
+from studies.missing_effect.blind.joint import OFFSET, SCALE, draw_mistake, joint_case
 
 
 def case(folder, planted="", seed=3):
@@ -47,3 +49,19 @@ def test_the_speed_of_the_modes_can_be_wrong(tmp_path):
     found = case(tmp_path, "speed")
     assert found.planted == "modes"
     assert OFFSET[0] <= abs(found.mistake["speed_offset"]) <= OFFSET[1]
+
+
+@pytest.mark.parametrize(
+    ("planted", "place", "said", "unit"),
+    [("speed", 0, r"([\d.]+) to ([\d.]+) m/s", 1.0), ("scale", 1, r"([\d.]+) to ([\d.]+) %", 0.01)],
+)
+def test_a_planted_mistake_has_the_sizes_that_are_documented(planted, place, said, unit):
+    """Of 2000 drawn ones none lies outside, some lie within 2 % of the range from either end, half are below zero."""
+    low, high = (unit * float(end) for end in re.search(said, draw_mistake.__doc__).groups())
+    rng = np.random.default_rng(8)
+    drawn = np.array([draw_mistake(planted, rng) for _ in range(2000)])
+    sizes = np.abs(drawn[:, place])
+    assert low <= sizes.min() <= low + 0.02 * (high - low)
+    assert high - 0.02 * (high - low) <= sizes.max() <= high
+    assert 0.45 < np.mean(drawn[:, place] < 0) < 0.55
+    assert (drawn[:, 1 - place] == 0).all()

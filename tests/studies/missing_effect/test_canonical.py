@@ -378,3 +378,20 @@ class Own(Effect):
     said = "the effect 'lean_scale' of .*lean_scale.py has the name of something that may be wrong with a measurement"
     with outside_effects([tmp_path / "lean_scale.py"]), pytest.raises(InputError, match=said):
         measurement.forward()
+
+
+@pytest.mark.parametrize(("share", "refused"), [(0.995, True), (1.005, False)])
+def test_a_row_says_of_whipples_value_what_the_rounding_of_its_percentage_leaves(tmp_path, share, refused):
+    """The sd of a number rounded to a step d is d / sqrt(12); a row below it is zero over zero."""
+    ratio, name = share * 1e-3 / np.sqrt(12), COEFFICIENTS[-1]
+    rows = [f"{row},0" for row in rows_of(PUBLISHED)]
+    for place in ("track", "road"):
+        (k,) = (k for k, row in enumerate(rows) if row.startswith(f"B,{place},{name},"))
+        rows[k] = f"B,{place},{name},{unit(name)},{ratio * PUBLISHED[-1]:.12g},1e-9,{100 * (ratio - 1):.12g}"
+    file = write(tmp_path, rows, head=f"{HEAD},difference_percent")
+    if refused:
+        with pytest.raises(InputError, match=f"{name} of rider B is zero in every row"):
+            read_measurement(file)
+        return
+    found = read_measurement(file).coefficients
+    np.testing.assert_allclose(found.whipple[found.subsets.index("B on road")], PUBLISHED, rtol=1e-6)

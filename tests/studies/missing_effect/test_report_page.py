@@ -9,10 +9,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from page_files import page as documented
 from scipy.stats import chi2
 
 from studies.inference import Candidate, ForwardModel, Rows, UncertainParameter, judge
 from studies.inference.fit import Fit
+from studies.inference.identifiability import Separation
 from studies.inference.verdict import Mimic
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.figures import draw_all
@@ -128,6 +130,15 @@ def written(found, findings=None):
 
 def first_page(text):
     return text.split("# Details")[0]
+
+
+def test_a_measurement_is_advised_where_its_gain_is_not_printed_as_zero(one):
+    found = find(changed(one, separating_measurements=(Separation("much", 0.051), Separation("little", 0.049))))
+    assert [m["what"] for m in found.to_dict()["measure_next"]["measurements"]] == ["much"]
+    text = written(one, found)
+    assert "| much | 0.1 |" in text
+    assert "little |" not in text
+    assert "0.05 or more: less is no advice" in documented("measurement_files")
 
 
 def test_a_named_effect_stands_with_its_sd_before_anything_else(one):

@@ -1,21 +1,27 @@
 """The forward model of rig recordings: what sensors do to a curve, what is proposed next, and how the gap is drawn."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
 from small_library import all_but
 
+from studies.inference.fit import Fit
 from studies.missing_effect import diagnose
 from studies.missing_effect.rig import data
+from studies.missing_effect.rig.candidates import rig_candidates
 from studies.missing_effect.rig.figures import draw_recordings
 from studies.missing_effect.rig.measurement import RigMeasurement
 from studies.missing_effect.rig.proposals import further_sweeps
 from studies.missing_effect.rig.reference import Curve, Reference
 from tyre.recordings.recording import Condition
+from tyre.rig.effect import rig_terms
 from tyre.rig.effects.drum_curvature import DrumCurvature
 from tyre.rig.effects.load_cell_drift import LoadCellDrift
 from tyre.rig.effects.noise import Noise
+from tyre.rig.effects.rig_friction import RigFriction
+from tyre.rig.regression import Recorded
 from tyre.rig.simulator import Protocol, simulate_sweep
 from tyre.rig.tyre import RigTyre
 
@@ -118,3 +124,13 @@ def test_the_gap_is_drawn_with_what_the_parameters_and_the_effect_say_of_it(tmp_
     said = np.interp(slip, *lines["with drum_curvature"].T)
     assert np.abs(measured).max() > 20  # N, of a curve that is flatter by (1 + 0.34/1.3)^-0.6
     assert np.sqrt(np.mean((said - measured) ** 2)) < 3
+
+
+def test_friction_is_worth_a_name_from_the_force_on_that_its_docstring_says():
+    (least,) = map(float, re.findall(r"Less than ([\d.]+) N is not worth a name", RigFriction.__doc__))
+    candidates, _ = rig_candidates(rig_terms(), Recorded())
+    (friction,) = (c for c in candidates if c.identifier == "rig_friction")
+    for share, named in ((0.97, False), (1.03, True)):
+        theta = np.array([share * least if u.size else u.centre for u in friction.unknowns])
+        found = Fit((friction,), friction.unknowns, theta, np.eye(2), np.zeros(1), np.zeros((1, 2)), 0.0, 0.0)
+        assert (found.negligible() == []) == named

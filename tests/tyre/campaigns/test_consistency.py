@@ -1,9 +1,11 @@
 """Recordings that must not be averaged silently: other rims, copies, other units, repeats that disagree."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from page_files import page
 
 from tyre.base.errors import InputError
 from tyre.campaigns.consistency import check_plausible, check_repeats, near_conditions, refuse_infinite, repeat_warnings
@@ -82,3 +84,35 @@ def test_the_largest_force_is_held_against_the_load():
     (said,) = check_plausible(summary("run.csv", largest_force_N=9.80665 * 0.9 * 400.0), Path("run.csv"))
     assert said.startswith("largest side force over load = 8.82")
     assert "(load in kg?)" in said
+
+
+def refused(found):
+    try:
+        check_plausible(found, Path("run.csv"))
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+@pytest.mark.parametrize(
+    ("kind", "words", "factor"),
+    [
+        ("slip_sweep", "a cornering stiffness over load outside", CONDITION.load),
+        ("pull_test", "a lateral stiffness outside", 1e3),  # N/m in N/mm
+        ("slip_step", "a relaxation length outside", 1e-3),  # m in mm
+    ],
+)
+def test_what_no_tyre_has_is_refused_from_the_limits_on_that_the_documentation_names(kind, words, factor):
+    low, high = (factor * float(end) for end in re.search(rf"{words} (\d+) to (\d+) ", page("tyres")).groups())
+    for value, doubted in ((0.97 * low, True), (1.03 * low, False), (0.97 * high, False), (1.03 * high, True)):
+        said = refused(summary("run.csv", value, kind=kind))
+        assert bool(said) == doubted, value
+        assert not said or re.search(r"a tyre has [\d.e+-]+ to [\d.e+]+, so a column is in another unit", said)
+
+
+def test_a_copy_is_what_agrees_as_closely_as_the_docstring_says():
+    (near,) = map(float, re.findall(r"less than (\S+) of their size", check_repeats.__doc__))
+    original = summary("a.csv", fit_sd=10.0)
+    check_repeats([original, summary("b.csv", 6500.0 * (1 + 1.03 * near))], "T")
+    with pytest.raises(InputError, match="a.csv and b.csv hold the same recording"):
+        check_repeats([original, summary("b.csv", 6500.0 * (1 + 0.97 * near))], "T")

@@ -1,14 +1,18 @@
 """What is peculiar to each format: groups, rates, units, tables in tables, frames on a bus, files not finalised."""
 
 import builtins
+import re
 import struct
 from pathlib import Path
 
 import numpy as np
 import pytest
+from page_files import page
 
 from tyre.base.errors import InputError
+from tyre.base.progress import progress_told
 from tyre.channels.channel_map import ChannelMap
+from tyre.channels.parquet import parquet_contents
 from tyre.channels.read import contents, read_signals
 from tyre.channels.reading import Reading
 from tyre.channels.record import read_records
@@ -354,3 +358,19 @@ def test_importing_the_room_loads_no_library_of_a_format():
     )
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert shown.stdout.strip() == "[]"
+
+
+def test_a_parquet_file_shows_how_far_it_is_read_from_the_documented_number_of_samples_on(tmp_path):
+    """A column of 2^16 samples, read as often as it takes."""
+    import pyarrow
+    import pyarrow.parquet
+
+    said = re.search(r"a Parquet file has one from [\d.]+ million samples \(2\^(\d+)\) on", page("command_line"))
+    columns = 1 << int(said[1]) - 16
+    pyarrow.parquet.write_table(pyarrow.table({"x": np.zeros(1 << 16)}), tmp_path / "a.parquet")
+    load, told = parquet_contents(tmp_path / "a.parquet", Reading()).load, []
+    with progress_told(told.append):
+        load(["x"] * columns, None)
+        assert not told
+        load(["x"] * (columns + 1), None)
+    assert told[-1]["n"] == told[-1]["total"] == 1 << 16

@@ -1,5 +1,7 @@
 """What is seen in the samples of a channel: its step, and values that stay where a live sensor would move."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -35,3 +37,11 @@ def test_a_value_that_holds_for_most_of_the_time_is_a_set_value(held, said):
     rng = np.random.default_rng(4)
     values = np.concatenate([np.full(held, 2.5), rng.uniform(0.5, 2.0, 1000 - held)])
     assert quality(values).held_high == said
+
+
+def test_gaps_of_as_many_steps_as_the_docstring_says_do_not_hide_the_step():
+    """The last gap ends half a step beside the grid: noticed up to that many steps, beyond it no longer."""
+    (steps,) = map(float, re.findall(r"neighbouring values of (\d+) steps or more", resolution.__doc__))
+    grid = np.arange(20.0)
+    assert resolution(0.1 * np.append(grid, 19.0 + steps - 0.5)) == 0.0
+    assert resolution(0.1 * np.append(grid, 19.0 + steps + 0.5)) == pytest.approx(0.1)

@@ -1,5 +1,6 @@
 """Pull test to lateral stiffness: friction loops made here by hand, with known stiffness and friction."""
 
+import re
 from itertools import pairwise
 
 import numpy as np
@@ -200,3 +201,15 @@ def test_a_pull_in_a_dozen_equal_steps_is_no_coarse_gauge():
     plate = 0.3e-3 * np.arange(12)
     test = PullTest(FLAT, "ISO", 5e4 * plate, plate, np.zeros(12))
     assert fit_pull_test(test).lateral_stiffness.value == pytest.approx(5e4, rel=1e-6)
+
+
+def test_a_turn_of_more_than_the_documented_share_of_the_range_begins_a_stroke():
+    """A pull over 2.5 mm that goes back by 3 % less and 3 % more than that share on its way, without resolution."""
+    said = " ".join(fit_pull_test.__doc__.split())
+    (share,) = re.findall(r"turns back by more than (\d+) % of its whole range", said)
+    for back, strokes in ((0.97, 1), (1.03, 3)):
+        turn = 1e-3 - back * float(share) / 100 * 2.5e-3
+        x = np.concatenate([np.linspace(0.0, 1e-3, 30), np.linspace(1e-3, turn, 4)[1:], np.linspace(turn, 2.5e-3, 40)])
+        still = np.zeros(x.size)
+        test = PullTest(condition=FLAT, axes="ISO", side_force=K * x, plate_displacement=x, rim_displacement=still)
+        assert fit_pull_test(test).strokes == strokes, back

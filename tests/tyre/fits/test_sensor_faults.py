@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from page_files import page
 
 from studies.validations.sensor_faults import TYRES, flattened, sweep, two_gains
 from tyre.fits import sensor_faults
@@ -67,12 +68,26 @@ def test_a_force_cell_that_flattens_is_named_and_its_samples_are_not_used():
     found = re.search(r"that of side_force: beyond \+-([\d.]+) N .* at least (\d+) % at its largest, ([\d.]+) N", said)
     assert found, said
     onset, share, largest = map(float, found.groups())
-    assert 210.0 < onset < 290.0
     assert largest == pytest.approx(305.0, abs=8.0)
+    assert 210.0 < onset < 290.0
     assert 3.0 <= share <= 20.0  # 370 N read as 308 N, of which the curve hides a part
     assert np.abs(fit.blocks.force[fit.blocks.settled]).max() <= onset + 1.0
     assert fit.cornering_stiffness.value == pytest.approx(6000.0, rel=0.03)
     assert said in fit.notes
+
+
+def test_the_onset_is_found_among_the_tenths_of_the_largest_reading_that_are_documented():
+    """Of the largest force a tenth is missing, and of smaller ones as the square of what is beyond the onset."""
+    assert "of onsets, 30, 40 .. 90 and 95 % of the largest reading are tried" in " ".join(page("tyres").split())
+    run, onset, missing = quiet(noise=0.5), 0.8, 0.1
+    end = np.abs(run.side_force).max()
+    beyond = np.clip(np.abs(run.side_force) / end - onset * (1 - missing), 0.0, None) / (1 - onset * (1 - missing))
+    bent = replace(run, side_force=run.side_force - np.sign(run.side_force) * missing * end * beyond**2)
+    model = sweep_model(block_means(bent), lag_correction=True, relaxation_length=None, notes=[], where="t")
+    found = sensor_faults.find_fault(model, solve_sweep(model))
+    assert found.channel == "side_force"
+    assert found.onset / found.largest == pytest.approx(onset)
+    assert found.share == pytest.approx(missing, rel=0.1)
 
 
 def test_the_slope_of_what_is_missing_is_its_derivative():

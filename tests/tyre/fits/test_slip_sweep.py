@@ -1,5 +1,6 @@
 """Slip sweep to cornering stiffness: against recordings made here or by the simulator, with known truth."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,9 +10,10 @@ from hypothesis import strategies as st
 
 from tyre.base.errors import InputError
 from tyre.estimate import Calibration
-from tyre.fits.slip_sweep import fit_slip_sweep
+from tyre.fits.slip_sweep import SlipSweepFit, fit_slip_sweep
 from tyre.fits.sweep_branches import block_means, slip_reversals
-from tyre.fits.sweep_solution import solve_least_squares
+from tyre.fits.sweep_model import sweep_model
+from tyre.fits.sweep_solution import solve_least_squares, solve_sweep
 from tyre.recordings.read import read_recording, write_csv
 from tyre.recordings.recording import Condition, RigRun
 from tyre.rig.effects.dropouts import Dropouts
@@ -317,3 +319,19 @@ def test_r_squared_is_what_noise_leaves_of_the_scatter_about_the_mean(offset):
     assert fit.residual_sd == pytest.approx(noise, rel=0.05)
     assert any(note.startswith(f"R^2 = {fit.r_squared:.4f} is low") for note in fit.notes) == (fit.r_squared < 0.98)
     assert fit.r_squared < 0.98
+
+
+@pytest.mark.parametrize("share", [-1.03, -0.97, 0.97, 1.03])
+def test_a_hysteresis_is_found_up_to_the_bound_that_is_documented_and_rests_on_it_beyond(share):
+    """Triangles of 8 deg at two rates, 400 sin(1.4 atan(B x)) N with 6000 N/rad, which hangs behind by the play."""
+    (bound,) = map(float, re.findall(r"a hysteresis on ([\d.]+) rad either way", SlipSweepFit.__doc__))
+    phase = np.concatenate([np.arange(0.0, 8.0, 0.0025), np.arange(8.0, 24.0, 0.01)])
+    slip = np.deg2rad(8.0) * (np.abs((phase + 3.0) % 4.0 - 2.0) - 1.0)
+    behind = slip - share * bound * np.where((phase + 1.0) % 4.0 < 2.0, 1.0, -1.0)
+    force = 400.0 * np.sin(1.4 * np.arctan(6000.0 / (1.4 * 400.0) * behind))
+    force = force + np.random.default_rng(4).normal(0.0, 0.5, slip.size)
+    run = RigRun(FLAT, "ISO", 0.02 * np.arange(slip.size), slip, force, np.full(slip.size, 400.0))
+    model = sweep_model(block_means(run), lag_correction=True, relaxation_length=None, notes=[], where="t")
+    found = solve_sweep(model)
+    assert found.values["hysteresis"] == pytest.approx(np.clip(share, -1, 1) * bound, rel=2e-3)
+    assert np.isnan(found.sd["hysteresis"]) == (abs(share) > 1)

@@ -155,6 +155,14 @@ def test_between_and_beyond_the_pressures_of_pacejka89(made_up_89):
     assert said == ("7.1 bar is farther outside the 3-5 bar for which Made-up 89 on flat holds than that range is wide")
 
 
+def test_rounding_alone_is_not_out_of_reach(made_up_89):
+    """One range of 1000 N beyond 1000 N, and a billionth of it: what is less is rounding, what is more is not."""
+    assert "A billionth of the range more is still within reach" in out_of_reach.__doc__
+    near, far = (out_of_reach(made_up_89, load=2000.0 + part * 1e-6, pressure=4e5) for part in (0.97, 1.03))
+    assert near is None
+    assert far.startswith("2000 N is farther outside the 0-1000 N")
+
+
 def test_a_tir_file_says_where_it_holds():
     assert tir().at(load=200.0, pressure=7e5).inside
     for load, pressure in ((199.0, 5e5), (801.0, 5e5), (400.0, 2.9e5), (400.0, 7.1e5)):

@@ -143,6 +143,16 @@ def test_a_nominal_load_far_from_the_measured_is_not_that_of_the_test(tdx):
     assert read_tydex(tdx(SWEEP.replace("0.4       ", "4.0       "))).condition.load == pytest.approx(400.0)
 
 
+def test_a_nominal_load_is_that_of_the_test_up_to_a_quarter_from_the_measured(tdx):
+    """Measured are 400 N, which is 0.76 or 0.74 of the nominal load."""
+    assert "is farther than a quarter is not that of the test" in " ".join(read_tydex.__doc__.split())
+    for share, taken in ((0.76, True), (0.74, False), (1.24, True), (1.26, False)):
+        nominal = 400.0 / share
+        line = entry("FNOMIN", "Nominal load", "N", f"{nominal:.4f}")
+        load = read_tydex(tdx(SWEEP.replace(entry("FNOMIN", "Nominal load", "kN", "0.4"), line))).condition.load
+        assert load == pytest.approx(nominal if taken else 400.0, abs=1e-3)
+
+
 def test_h_axes_stand_in(tdx):
     run = read_tydex(tdx(SWEEP.replace("FYW ", "FYH ").replace("MZW ", "MZH ")))
     assert run.side_force[0] == -103.0

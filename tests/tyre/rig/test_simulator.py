@@ -1,5 +1,7 @@
 """The rig simulator obeys the equations it is said to obey; expected numbers are worked out here by hand."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -185,3 +187,12 @@ def test_a_pull_test_has_so_many_readings_a_stroke(readings, cycles):
     assert test.side_force.size == 1 + 2 * readings * cycles
     turns = test.tyre_deflection[::readings]
     np.testing.assert_allclose(turns, np.tile([0.0, 120.0 / K], cycles + 1)[: turns.size], atol=1e-12)
+
+
+def test_a_pull_has_the_strokes_and_readings_that_the_protocol_says():
+    found = re.search(r"out and back (twice), with (\d+) readings a stroke", Protocol.__doc__)
+    deflection = pull().tyre_deflection
+    assert deflection.size == 1 + 2 * 2 * int(found[2])
+    outward = np.diff(deflection) > 0
+    ends = np.flatnonzero(np.diff(outward.astype(int)))
+    assert np.diff(np.concatenate([[-1], ends, [outward.size - 1]])).tolist() == [int(found[2])] * 4

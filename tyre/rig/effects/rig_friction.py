@@ -24,7 +24,7 @@ def _pull(terms: PullTerms, *, friction: Array, presliding: Array) -> None:
 class RigFriction(RigEffect):
     """Friction of the rig in the pull test: a loop of +-``force`` (N), developed over ``presliding`` (m) by Dahl's law.
 
-    See :mod:`tyre.fits.friction`. At the origin it shows as stiction.
+    See :mod:`tyre.fits.friction`. At the origin it shows as stiction. Less than 0.05 N is not worth a name.
     """
 
     force: float = declared(FORCE, 2.0)

@@ -63,6 +63,8 @@ def _shape(name: str, root: complex, k: int, seen: dict[str, np.ndarray]) -> Sha
 def weave_speed(machine: Machine, offset: float = 0.0) -> float | None:
     """The highest recorded speed (m/s) at which the weave of a ``machine`` becomes stable; None where it never does.
 
+    Speeds from 0.6 to 20 m/s are looked at.
+
     Parameters
     ----------
     machine : Machine
