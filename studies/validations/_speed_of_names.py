@@ -47,6 +47,14 @@ def many_critical_speeds(order: int, count: int, solver: Solver, repeats: int) -
     return _compared(_crossings(FEW, order), _crossings(count, order), solver, repeats)
 
 
+def critical_speeds_as_swept(order: int, count: int, repeats: int) -> Pair:
+    """Seconds a bicycle: one by one, and as a sweep finds them on two cores, in batches on two threads."""
+    few, many = Worker(_crossings(FEW, order)), _crossings(count, order)
+    few.solver = None
+    one, all_ = alternating(lambda: few.items(0, FEW), lambda: drain(many, in_threads(2)), repeats)
+    return one / FEW, all_ / count
+
+
 def named_against_unnamed(order: int, count: int, repeats: int) -> Pair:
     """Eigenvalues without and with names, on one thread."""
     unnamed, named = _named(count, order, "eigenvalues"), _named(count, order)

@@ -129,6 +129,11 @@ def _batches(bicycles: int, repeats: int) -> Iterator[tuple[str, str, Measured]]
             f"named critical speeds of {bicycles} bicycles, {order} states, in batches (fast) against one by one",
             ">= 12 x", partial(_batch, 12, of_names.many_critical_speeds, order, bicycles, fast, min(repeats, 3)),
         )  # fmt: skip
+    for order in (8, 12):
+        yield (
+            f"the same, {order} states, as a sweep computes them on two cores: in batches on 2 threads", ">= 12 x",
+            _faster(12, 1, of_names.critical_speeds_as_swept, order, bicycles, min(repeats, 3)),
+        )  # fmt: skip
     points = 60 * bicycles
     yield (
         "named against unnamed eigenvalues, 8 states, 60 speeds, fast", "<= 4",
@@ -230,7 +235,8 @@ def markdown(result: dict[str, Any]) -> str:
     return f"""# Benchmarks
 
 Written by `velotyre validate speed --table docs/benchmarks.md`. Ratios are of medians of calls that take turns in one
-run; `numpy` is the stacked LAPACK path, `fast` the compiled kernel (extra `fast`), both on two threads.
+run; `numpy` is the stacked LAPACK path, `fast` the compiled kernel (extra `fast`). Eigenvalues are computed on two threads,
+names and critical speeds in batches on one where two are not said. Against one by one: bicycle after bicycle in one process.
 The critical speeds of one bicycle are `fast` where `fast=True` asks for it.
 {quick}
 Machine: {machine["processor"]}, {machine["cores"]} cores, {machine["system"]}, Python {machine["python"]}, {packages};
