@@ -238,8 +238,7 @@ def log_odds_of_any(found: Estimate) -> float:
     ----------
     found : Estimate
     """
-    nothing = replace(found.best.evidence, driven=None)
-    without = [replace(nothing, drift=drift).log(np.empty((1, 0, 2)))[0] for drift in PLAIN]
+    without = [replace(found.best.evidence, driven=None, drift=d).log(np.empty((1, 0, 2)))[0] for d in PLAIN]
     with_modes = [p.log_evidence - _occam(p) for p in found.posteriors]
     more, less = (np.logaddexp.reduce(logs) - math.log(len(logs)) for logs in (with_modes, without))
     return float(more - less)

@@ -139,7 +139,7 @@ def _moved(
 ) -> tuple[dict[str, float], float, str]:
     shifts, farthest, what = dict.fromkeys(table[place], 0.0), 0.0, ""
     for later, left in zip(table[place + 1 :], energy[place + 1 :], strict=True):
-        more = energy[place] / max(left, 1e-300) - 1  # of the variance
+        more = max(energy[place] / max(left, 1e-300) - 1, 0.0)  # of the variance; less is rounding
         for name, (value, sd) in table[place].items():
             shift = float(np.abs(later[name][0] - value).max())
             chance = math.sqrt(max(later[name][1] ** 2 - sd**2, more * sd**2))

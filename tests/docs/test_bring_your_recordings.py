@@ -19,7 +19,7 @@ PAGE = (Path(__file__).parents[2] / "docs" / "bring_your_recordings.md").read_te
 BLOCK = re.compile(r"^```(\{code-block\} )?(\w+)\n(:caption: (?P<file>[^\n,]+)[^\n]*\n)?(?P<text>.*?)^```", re.M | re.S)
 
 
-TRIED = ("aerodynamic_drag", "pneumatic_trail", "rider_arms", "side_slip", "steer_damper", "steer_spring")
+TRIED = ("aerodynamic_drag", "pneumatic_trail", "side_slip", "steer_damper", "steer_spring")
 
 
 def typed(line):

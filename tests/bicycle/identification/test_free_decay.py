@@ -41,15 +41,22 @@ def test_errors_are_honest_under_coloured_noise_and_drift(slow, duration):
     """
     rng = np.random.default_rng(2)
     runs = [decay(rng, slow=slow, duration=duration) for _ in range(30)]
-    found = [identify(run, start_hz=0.7) for run in runs]
+    found = [identify(run, start_hz=0.7, thorough=False) for run in runs]
     errors = np.array([[(f.eigenvalue - ROOT).real / f.sd[0], (f.eigenvalue - ROOT).imag / f.sd[1]] for f in found])
     assert np.abs(errors.mean(0)).max() < 0.5
     assert 0.75 < errors.std() < 1.25
     assert (np.abs(errors) < 1.96).mean() > 0.88
+    assert not any(f.rejected for f in found)
+
+
+def test_a_start_that_a_slow_mode_moves_is_refused_or_widened_and_the_one_that_is_named_will_do():
+    """In a short window the slow mode is no parabola."""
+    rng = np.random.default_rng(2)
+    runs = [decay(rng, slow=0.3, duration=2.3) for _ in range(10)]
+    found = [identify(run, start_hz=0.7) for run in runs]
     refused = {place: f.rejected for place, f in enumerate(found) if f.rejected}
-    assert not refused or (slow and duration < 4)  # in a short window the slow mode is no parabola
     assert len(refused) <= 2
-    for place, why in refused.items():  # the start that is named will do
+    for place, why in refused.items():
         start = float(re.search(r"start it at ([\d.]+) s", why)[1])
         assert not identify(runs[place], first_s=start, start_hz=0.7).rejected
 
@@ -216,13 +223,14 @@ def test_a_motion_that_is_no_sum_of_exponentials_is_not_parted_into_two_oscillat
 
 
 @given(
-    seed=st.integers(0, 2**32 - 1), samples=st.integers(20, 300), step=st.floats(5e-4, 0.1), count=st.integers(1, 3),
+    seed=st.integers(0, 2**32 - 1), samples=st.integers(20, 120), step=st.floats(5e-4, 0.1), count=st.integers(1, 3),
     sigma=st.floats(-20.0, 10.0), omega=st.floats(0.3, 60.0), silence=st.floats(-1.0, 9.0), size=st.floats(-5.0, 3.0),
 )  # fmt: skip
 @example(
     seed=2136, samples=85, step=0.03173214290365212, count=2, sigma=1.9104182955232751, omega=37.02936699914058,
     silence=6.350983802513592, size=2.9184984182131686,
 )  # fmt: skip
+@example(seed=0, samples=214, step=0.09765625, count=1, sigma=1.0, omega=1.0, silence=0.0, size=0.0)  # all at its end
 @settings(max_examples=8, derandomize=True)
 def test_whatever_the_window_there_is_an_answer_or_a_reason(seed, samples, step, count, sigma, omega, silence, size):
     """Also where it holds a hundredth of a cycle, a growth by e^30, or no noise at all: no warning, no sd of zero."""
