@@ -235,9 +235,9 @@ def markdown(result: dict[str, Any]) -> str:
     return f"""# Benchmarks
 
 Written by `velotyre validate speed --table docs/benchmarks.md`. Ratios are of medians of calls that take turns in one
-run; `numpy` is the stacked LAPACK path, `fast` the compiled kernel (extra `fast`). Eigenvalues are computed on two threads,
-names and critical speeds in batches on one where two are not said. Against one by one: bicycle after bicycle in one process.
-The critical speeds of one bicycle are `fast` where `fast=True` asks for it.
+run; `numpy` is the stacked LAPACK path, `fast` the compiled kernel (extra `fast`). Eigenvalues are computed on two
+threads, names and critical speeds in batches on one where two are not said. One by one: bicycle after bicycle in one
+process. The critical speeds of one bicycle are `fast` where `fast=True` asks for it.
 {quick}
 Machine: {machine["processor"]}, {machine["cores"]} cores, {machine["system"]}, Python {machine["python"]}, {packages};
 load average at the start {machine["load"]} (other work on the machine spoils the ratios with threads).
