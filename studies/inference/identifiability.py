@@ -62,7 +62,9 @@ def similarity(forward: Forward, null: Fit, fits: list[Fit]) -> Array:
 def equivalents(forward: Forward, known: Hypotheses, leader: Fit) -> dict[Fit, str]:
     """The leader and what cannot be told from it, with the reason of each.
 
-    Odds below 20, or directions alike and odds not hopeless: of an unusual size only where the leader is of one, too.
+    Odds below 20, or directions alike and odds not hopeless: of an unusual size only where the leader is of one, too,
+    and with all of its sizes. One that may as well rest on its bound makes the effect a smaller one under another
+    name: arms without inertia and stiffness are a damper.
 
     Parameters
     ----------
@@ -84,10 +86,21 @@ def equivalents(forward: Forward, known: Hypotheses, leader: Fit) -> dict[Fit, s
         if odds < CLEAR_ODDS:
             told = f"odds of only {odds:.2g} : 1 against it{unusual}"
             members[f] = told if odds >= 1 else _ahead(f, known.odds(f, leader))
-        elif cosine > ALIKE_COSINE and (f.physical or not leader.physical):
+        elif cosine > ALIKE_COSINE and (f.physical or not leader.physical) and not _idle(f):
             same = f"does the same to the data (cosine {cosine:.3f}), whatever the odds"
             members[f] = f"{same} ({odds:.2g} : 1 against it){unusual}"
     return members
+
+
+def _idle(f: Fit) -> bool:
+    """Whether an effect of several sizes has one within its sd of a bound, so that the data ask for no such size."""
+    for candidate in f.candidates:
+        place, sizes = f.columns(candidate).start, [k for k, u in enumerate(candidate.unknowns) if u.size]
+        for k in sizes if len(sizes) > 1 else ():
+            u, x = candidate.unknowns[k], float(f.theta[place + k])
+            if min(x - u.lowest, u.highest - x) < np.sqrt(f.covariance[place + k, place + k]):
+                return True
+    return False
 
 
 def _ahead(f: Fit, odds: float) -> str:

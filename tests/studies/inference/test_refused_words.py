@@ -9,6 +9,7 @@ import pytest
 from studies.inference import account, identifiability
 from studies.inference.account import _rule
 from studies.inference.evidence import Hypotheses
+from studies.inference.parameter import Candidate, UncertainParameter
 from studies.missing_effect.reporting.sentences import beside_name
 
 
@@ -98,10 +99,11 @@ def test_one_that_is_more_probable_is_not_said_to_be_alike_but_why_it_is_not_nam
 class Fitted:
     """A fit with so many ``unusual`` effects and these ``sizes`` that seldom occur."""
 
-    candidates, admissible, objective = ("a",), True, 0.0
+    candidates, admissible, objective = (Candidate("a", ()),), True, 0.0
 
     def __init__(self, unusual, sizes):
         self.unusual, self.physical, self.implausible = unusual, not sizes, lambda: sizes
+        self.columns = lambda candidate: slice(0, 0)
 
 
 @pytest.mark.parametrize(
@@ -122,3 +124,28 @@ def test_what_does_the_same_and_fits_as_well_is_a_member_whatever_the_odds(
     known = SimpleNamespace(null=None, best=lambda count: [leader, other], odds=lambda one, two: 1e6)
     monkeypatch.setattr(identifiability, "similarity", lambda _forward, _null, fits: np.ones((len(fits),) * 2))
     assert (other in identifiability.equivalents(None, known, leader)) is member
+
+
+@pytest.mark.parametrize(
+    ("sizes", "member"),
+    [
+        ((2.0, 0.3), True),  # 3 sd of its own above its bound
+        ((2.0, 0.05), False),  # may as well be nothing: then it is the leader by another name
+        ((-2.0, -1.95), False),  # likewise at its other bound
+        ((2.0,), True),  # one size, of which the verdict is
+    ],
+)
+def test_an_effect_that_the_data_ask_for_in_part_is_no_member_beside_that_part(sizes, member, monkeypatch):
+    """Arms of a rider whose inertia is 0.05 +- 0.1 are a damper; were they likely, their odds would say so."""
+    bounds = {"lowest": 0.0} if sizes[0] > 0 else {"highest": -1.9}
+    unknowns = tuple(UncertainParameter(f"size {k}", "1", {}, 0.0, 1.0, size=True, **bounds) for k in range(len(sizes)))
+    leader, other = Fitted(0, ()), Fitted(0, ())
+    other.candidates = (Candidate("arms", unknowns),)
+    other.theta, other.covariance = np.array(sizes), 0.1**2 * np.eye(len(sizes))
+    other.columns = lambda candidate: slice(0, len(sizes))
+    known = SimpleNamespace(null=None, best=lambda count: [leader, other], odds=lambda one, two: 1e3)
+    monkeypatch.setattr(identifiability, "similarity", lambda _forward, _null, fits: np.ones((len(fits),) * 2))
+    assert (other in identifiability.equivalents(None, known, leader)) is member
+    assert other in identifiability.equivalents(
+        None, SimpleNamespace(**vars(known) | {"odds": lambda a, b: 10}), leader
+    )
