@@ -69,7 +69,7 @@ def test_bicycle():
         ("an offset in", "coloured noise and offset, 1.1 to 1.6 cycles"),
         ("a slow mode and", "slow mode and offset, 1.8 to 3 cycles"), ("a fast mode", "start transient (fast mode)"),
         ("an offset and", "offset, 1.1 to 1.4 cycles"), ("two modes", "weave and wobble"),
-        ("a motion that", "driven by the ground"),
+        ("a motion that", "driven by the ground"), ("noise half as", "noise half as large as the motion"),
         ("a capsize that", "capsize that dies out, 1.0 to 1.4 cycles"),
     ],
 )  # fmt: skip
