@@ -58,6 +58,14 @@ def test_bicycle():
     assert measured("overhead of a sweep") == f"{min(shares):.1f} to {max(shares):.1f} %"
     for number in re.findall(r"[\d.]+", " ".join(row[1] for row in ROWS if "[benchmarks]" in row[-1])):
         assert re.search(rf"\b{re.escape(number)}", page("benchmarks")), number
+    again = (ROOT / "data/validation/benchmarks_again.md").read_text(encoding="utf-8")
+    for what, of in re.findall(r"(\d+\.?\d*) times \((\d+) states\)", measured("the same as a sweep computes them")):
+        assert re.search(rf"the same, {of} states, as a sweep .*\| {what} x ", again)
+    for what in re.findall(
+        r"[\d.]+(?= and|(?= times as quick))", measured("the same as a sweep").partition("one thread")[2]
+    ):
+        assert re.search(rf"states, in batches \(fast\) against one by one +\| >= 12 x +\| {what} x ", again)
+    assert f"| {measured('the same on the slower machine')} " in again
     for number in re.findall(r"[\d.]+", " ".join(row[1] for row in ROWS if "[explorer]" in row[-1])):
         assert re.search(rf"\| (\d\.\d\d to )?{number} (s \||to \d)", page("explorer")), number
 
@@ -134,6 +142,18 @@ def test_histories_outside_the_library_again():
     shares = [f"({count / len(verdicts):.0%})".replace("%", " %") for count in (named, partial)]
     said = f"{named} of {len(verdicts)} {shares[0]} and {partial} {shares[1]}"
     assert measured("the same with the search of now") == said
+
+
+def test_single_effects_again():
+    found = result("one_effect_again")
+    rows = found["rows"]
+    said = [(verdict, truth in members) for _, _, truth, verdict, members in rows if verdict not in ("none", "unknown")]
+    named = [right for verdict, right in said if verdict == "named"]
+    assert (len(rows), len(said), len(named)) == (found["cases"], found["detected"], found["named"])
+    assert (sum(named), sum(right for _, right in said)) == (found["named_right"], found["with_the_truth"])
+    words = f"{sum(named)} of {len(named)} (100 %), {len(said)} of {len(rows)} detected"
+    assert measured("one effect hidden (modes, and") == words
+    assert sum(named) == len(named)
 
 
 def test_second_edition():
