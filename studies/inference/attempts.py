@@ -8,7 +8,7 @@ import numpy as np
 from studies.inference.arrays import Array
 from studies.inference.checks import goodness_of_fit
 from studies.inference.evidence import SELDOM, Hypotheses
-from studies.inference.fit import Fit, fit, outlook
+from studies.inference.fit import Fit, default_starts, fit, outlook
 from studies.inference.forward import Forward
 from studies.inference.minimise import GUIDE, ROUGH, THOROUGH, small
 from studies.inference.parameter import Candidate
@@ -102,6 +102,8 @@ def retried(forward: Forward, known: Hypotheses) -> Hypotheses:
     """Where no single hypothesis fits: the best of them from other starts, guided by easier problems.
 
     Where none fits then either, those that were given up as poor are fitted to their end: a way may be long and lead.
+    Then those that ended at a bound, from typical sizes: from a small one, beside parameters that went far astray to
+    make up for it, an effect that is there may shrink to nothing.
 
     Parameters
     ----------
@@ -120,7 +122,13 @@ def retried(forward: Forward, known: Hypotheses) -> Hypotheses:
     if _some_fits(forward, known):
         return known
     given_up = [f for f in known.fits if not f.converged and math.isfinite(f.objective)]
-    return bettered(known, [fitted(forward, f.candidates, [f.theta]) for f in given_up])
+    known = bettered(known, [fitted(forward, f.candidates, [f.theta]) for f in given_up])
+    if _some_fits(forward, known):
+        return known
+    typical = {f: default_starts(forward, f.candidates)[1:2] for f in known.fits if f.at_bound()}
+    return bettered(
+        known, [fitted(forward, f.candidates, starts, turns=ROUGH) for f, starts in typical.items() if starts]
+    )
 
 
 def _some_fits(forward: Forward, known: Hypotheses) -> bool:

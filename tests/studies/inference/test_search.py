@@ -227,3 +227,31 @@ def test_what_cannot_move_on_has_not_converged():
     end = minimise(evaluate, np.zeros(1), np.full(1, -9.0), np.full(1, 9.0), np.ones(1, bool))
     assert not end.converged
     assert fit(Waves(data(0.5), (c := candidate("slope"),)), (c,)).converged
+
+
+@dataclass(frozen=True)
+class Detour(Waves):
+    """As much as size (size - 0.5) of a slope: from a small size every step leads to nothing, from a usual one not.
+
+    Others are waves by the number of their periods.
+    """
+
+    thorough: bool = False
+
+    def residual(self, candidates, theta, *, slopes=True):
+        computed, columns = np.full(30, theta[0]), [np.ones(30)]
+        for c, size in zip(candidates, theta[1:], strict=True):
+            slope = c.identifier == "slope"
+            wave = 4 * X if slope else np.cos(2 * np.pi * float(c.identifier) * X)
+            computed = computed + (size * (size - 0.5) if slope else size) * wave
+            columns.append((2 * size - 0.5) * wave if slope else wave)
+        return (self.data - computed) / 0.1, -np.stack(columns, 1) / 0.1
+
+
+def test_an_effect_that_shrank_to_nothing_is_tried_from_a_typical_size_where_nothing_fits():
+    slope, waves = candidate("slope", lowest=0.01), [candidate(str(periods)) for periods in range(2, 9)]
+    forward = Detour(data(2.0), (slope, *waves))
+    small = fit(forward, (slope,), starts=[np.array([0.3, 0.05])])
+    assert small.at_bound() == ["slope.size"]
+    found = singles(forward, lambda what: None).find(frozenset({"slope"}))
+    assert found.theta[1] == pytest.approx(1.0, abs=0.05)  # 4 (1 - 0.5) = 2
