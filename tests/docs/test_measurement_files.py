@@ -51,7 +51,7 @@ def test_the_examples_of_modes_and_of_a_pull_are_diagnosed_as_in_the_text(folder
     namespace = {}
     exec(re.search(r"^```python\n(.*?)^```", PAGE, flags=re.MULTILINE | re.DOTALL)[1], namespace)
     found = namespace["found"].verdict
-    assert (found.verdict, set(found.equivalent)) == ("class", {"steer_damper", "rider_arms"})
+    assert (found.verdict, set(found.equivalent)) == ("named", {"steer_damper"})
     damping, sd = found.effects[0].parameters["damping"]
     assert damping == pytest.approx(2.0, abs=3 * sd)
     whole = diagnose(read_measurement(folder / "rig" / "MEASUREMENT.toml"))
