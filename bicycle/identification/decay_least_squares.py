@@ -83,10 +83,15 @@ class Solved:
 
     def most_probable(self) -> Noise:
         """Noise at the first point."""
-        own, colours = float(log_sum(self.own.log[0]).sum()), self.own.log[0].argmax(0)
-        if self.driven is None or float(log_sum(self.driven.log[0])) + math.log(DRIVEN) < own + math.log(1 - DRIVEN):
-            return Noise(colours, None)
-        return Noise(colours, int(self.driven.log[0].argmax()))
+        share = self.driven.log[0].argmax() if self.driven is not None and 0 in self._driven_at() else None
+        return Noise(self.own.log[0].argmax(0), None if share is None else int(share))
+
+    def _driven_at(self) -> NDArray[np.intp]:
+        """Indices of the points at which driven modes are more probable than noise of the sensors alone."""
+        if self.driven is None:
+            return np.empty(0, np.intp)
+        own, driven = log_sum(np.swapaxes(self.own.log, 0, 1)).sum(-1), log_sum(self.driven.log.T)
+        return np.flatnonzero(driven + math.log(DRIVEN) > own + math.log(1 - DRIVEN))
 
     def linear(self) -> Linear:
         """Amplitudes with the most probable noise."""
@@ -99,8 +104,7 @@ class Solved:
         inverse = np.linalg.inv(chosen) * (own.squares[points, best, places] / self.samples)[..., None, None]
         covariance = np.einsum("pcij,cd->pcidj", inverse, np.eye(channels))
         if driven is not None:
-            total, best = log_sum(np.swapaxes(own.log, 0, 1)).sum(-1), driven.log.argmax(1)
-            one = np.flatnonzero(log_sum(driven.log.T) + math.log(DRIVEN) > total + math.log(1 - DRIVEN))
+            one, best = self._driven_at(), driven.log.argmax(1)
             chosen, right = driven.gram[one, best[one]], driven.right[one, best[one]]
             mean[one] = np.linalg.solve(chosen, right[..., None])[..., 0].reshape(-1, *mean.shape[1:])
             spread = (driven.squares[one, best[one]] / (self.samples * channels))[:, None, None]

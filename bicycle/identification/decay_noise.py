@@ -127,7 +127,7 @@ class Driving:
             for seen, path, phase in zip(self.phasors, self.paths, phases, strict=True)
         ]
         u = np.concatenate(columns, 2).reshape(channels * n, -1)
-        squares, turned = np.linalg.eigh(u.T @ u)  # a third of the time of singular values
+        squares, turned = np.linalg.eigh(u.T @ u)  # quicker than singular values
         kept = squares * SHARES.max() ** 2 > NEGLIGIBLE
         singular = np.sqrt(squares[kept])
         along, variances = u @ (turned[:, kept] / singular), (SHARES[:, None] * singular) ** 2

@@ -18,7 +18,7 @@ from bicycle.identification.decay_estimate import CLEAR, RATIOS, Estimate, log_o
 from bicycle.identification.decay_evidence import DRIFTS
 from bicycle.identification.decay_guesses import FASTEST, SLOWEST
 from bicycle.identification.decay_window import window
-from bicycle.identification.loud_decay import doubt
+from bicycle.identification.loud_decay import why_drowned
 from bicycle.identification.recording import Run
 from bicycle.identification.window_start import PARTS, TOO_FAR, Movement, movement
 from tyre.base.arrays import Array
@@ -218,7 +218,7 @@ def _decay(run: Run, found: Estimate, number: int, last_s: float, *, asked: bool
     decay = Decay(
         run.name, run.speed, complex(sigma, omega), sd, found.ratios[number], found.explained,
         float(frequency_hz(1j * omega)) * w.length, found.best.evidence.drift, max(found.weights), None, beside, found,
-        drowned=doubt(found) if found.explained < POOREST else "",
+        drowned=why_drowned(found) if found.explained < POOREST else "",
     )  # fmt: skip
     if not scanned or decay.rejected:
         return decay

@@ -16,7 +16,7 @@ LEAST = 0.01  # p below which what is left is not taken for noise
 LAGS = 20
 
 
-def doubt(found: Estimate) -> str:
+def why_drowned(found: Estimate) -> str:
     """Why a decay with a small R^2 tells nothing, in words; empty where it does.
 
     Parameters
