@@ -67,6 +67,13 @@ class Estimate:
         """Kind of drift -> probability."""
         return {p.evidence.drift: weight for p, weight in zip(self.posteriors, self.weights, strict=True)}
 
+    @property
+    def driven(self) -> float | None:
+        """Probability that something drives the modes all along the window; None where it was not weighed."""
+        if self.best.evidence.driven is None:
+            return None
+        return sum(weight * p.driven for p, weight in zip(self.posteriors, self.weights, strict=True))
+
     def curves(self) -> tuple[Array, Array]:
         """Fit and drift of the most probable kind, shape (n, c) each, in units of the window's scale."""
         waves, amplitudes = self._best()

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import gammaln
 
-from bicycle.identification.decay_least_squares import Least, Solved
+from bicycle.identification.decay_least_squares import DRIVEN, Least, Solved
 from bicycle.identification.decay_noise import Driven
 from bicycle.identification.decay_window import Window
 from tyre.base.arrays import Array
@@ -88,7 +88,8 @@ class Evidence:
         full[..., h, :h] = whole[:, :, h:, :h]
         full[..., h, h] = np.diagonal(whole[:, :, h:, h:], axis1=2, axis2=3)
         own = _left(full, fixed.spread[:, None] - (ridges + 2 * h * np.log(self.noise))[:, None], n)
-        return Solved(own, None if self.driven is None else self._shared(self.driven, waves, plain, ridge, ridges), n)
+        driven = None if self.driven is None else self._shared(self.driven, waves, plain, ridge, ridges)
+        return Solved(own, driven, n, 1.0 if w.driven else DRIVEN)
 
     @cached_property
     def _fixed(self) -> _Fixed:
@@ -151,7 +152,7 @@ class Evidence:
         full[..., size, :size] = right.reshape(points, shares, size)
         full[..., size, size] = driven.squares
         # white is one of the sensors' colours
-        spread = driven.spread + 2 * channels * math.log(len(self.window.colours)) + 2 * math.log(shares)
+        spread = driven.spread + 2 * channels * math.log(len(self.window.colours)) - 2 * np.log(driven.chances)
         return _left(full, spread - ridges.sum(1)[:, None], n * channels)
 
 

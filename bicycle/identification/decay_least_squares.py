@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from tyre.base.arrays import Array
 
-DRIVEN = 0.5  # prior probability that the modes are driven all along the window
+DRIVEN = 0.5  # prior probability that the modes are driven all along the window, where nobody says
 
 
 @dataclass(frozen=True)
@@ -63,23 +63,37 @@ class Solved:
         For driven modes, (points, shares).
     samples : int
         Of one channel.
+    prior : float
+        Probability of driven modes before the samples are seen, where there is ``driven``.
     """
 
     own: Least
     driven: Least | None
     samples: int
+    prior: float = DRIVEN
 
     def at(self, kept: Array) -> "Solved":
         """At the points that are ``kept`` (points,)."""
-        return Solved(self.own.at(kept), None if self.driven is None else self.driven.at(kept), self.samples)
+        driven = None if self.driven is None else self.driven.at(kept)
+        return Solved(self.own.at(kept), driven, self.samples, self.prior)
 
     def log(self) -> Array:
         """Log of the marginal likelihood, shape (points,)."""
-        total = log_sum(np.swapaxes(self.own.log, 0, 1)).sum(-1)
+        return np.asarray(np.logaddexp(*self._parts()))
+
+    def chance_driven(self) -> Array:
+        """Probability of driven modes at each point, shape (points,)."""
+        return np.exp(self._parts()[1] - self.log())
+
+    def _parts(self) -> tuple[Array, Array]:
+        """Log of the marginal likelihood with noise of the sensors alone and with driven modes, (points,) each."""
+        own = log_sum(np.swapaxes(self.own.log, 0, 1)).sum(-1)
         if self.driven is None:
-            return np.asarray(total)
+            return own, np.full(len(own), -math.inf)
         driven = log_sum(self.driven.log.T)
-        return np.asarray(np.logaddexp(total + math.log(1 - DRIVEN), driven + math.log(DRIVEN)))
+        if self.prior == 1:
+            return np.full(len(own), -math.inf), driven
+        return own + math.log(1 - self.prior), driven + math.log(self.prior)
 
     def most_probable(self) -> Noise:
         """Noise at the first point."""
@@ -88,10 +102,8 @@ class Solved:
 
     def _driven_at(self) -> NDArray[np.intp]:
         """Indices of the points at which driven modes are more probable than noise of the sensors alone."""
-        if self.driven is None:
-            return np.empty(0, np.intp)
-        own, driven = log_sum(np.swapaxes(self.own.log, 0, 1)).sum(-1), log_sum(self.driven.log.T)
-        return np.flatnonzero(driven + math.log(DRIVEN) > own + math.log(1 - DRIVEN))
+        own, driven = self._parts()
+        return np.flatnonzero(driven > own)
 
     def linear(self) -> Linear:
         """Amplitudes with the most probable noise."""

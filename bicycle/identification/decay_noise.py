@@ -27,8 +27,10 @@ is taken for a level at which the scatter is half of what it is."""
 PHASES = math.pi / 3 * np.arange(6)
 """Of M, rad."""
 
-LEAST_DAMPING = 0.03
-MOST_SAMPLES = 240
+LEAST_DECAY = 0.25  # e-folds over the window of what is driven; with less, nothing is stationary
+NODES, FEWEST_NODES = 240, 40  # places of a driven motion, all samples where there are no more
+PER_CYCLE, SLOWER = 16, 4  # places, where the phase of M matters and where it does not
+DIFFERENCES = 4  # of samples, to which motions of 16 samples a cycle add little
 LEAST_NOISE = 1e-4  # of a signal; with less, sums of squares lose their digits
 NEGLIGIBLE = 1e-3  # variance of a direction beside that of the sensors
 
@@ -43,6 +45,8 @@ class Driven:
     ----------
     level : ndarray, shape (c,)
         Sd of the sensors' noise, in units of the window's scale.
+    chances : ndarray, shape (f,)
+        Prior probabilities of the shares.
     directions : ndarray, shape (c, n, r)
         Orthonormal over channels and samples where these are in units of ``level``; divided by it.
     variances : ndarray, shape (f, r)
@@ -62,6 +66,7 @@ class Driven:
     """
 
     level: Array
+    chances: Array
     directions: Array
     variances: Array
     left: Array
@@ -89,34 +94,34 @@ class Driving:
     paths : tuple of ndarray, shape (n, r)
         Of each mode, complex: z is their sum with independent standard normal weights, of the rms that the mode has,
         at phase zero.
+    phases : tuple of ndarray
+        Of M of each mode, rad, that are to be tried.
     """
 
     window: Window
     level: Array
     phasors: NDArray[np.complex128]
     paths: tuple[NDArray[np.complex128], ...]
+    phases: tuple[Array, ...]
 
     @classmethod
-    def of(cls, w: Window, modes: Array) -> "Driving | None":
-        """Driven noise of a window ``w`` about the eigenvalues and phasors of its ``modes`` (m, 2; 1/s and rad/s).
-
-        None where the window has too many samples for it.
-        """
-        n, m = len(w.time), len(modes)
-        if n > MOST_SAMPLES:
-            return None
+    def of(cls, w: Window, modes: Array) -> "Driving":
+        """Driven noise of a window ``w`` about the eigenvalues and phasors of its ``modes`` (m, 2; 1/s and rad/s)."""
+        m = len(modes)
         waves = np.exp((modes[:, 0] + 1j * modes[:, 1]) * w.time[:, None])
         whole = np.hstack([waves.real, waves.imag, w.drift])
         amplitudes = np.linalg.lstsq(whole, w.signals, rcond=None)[0]
         left = w.signals - whole @ amplitudes
-        level = np.maximum(np.sqrt((np.diff(left, 2, axis=0) ** 2).mean(0) / 6), LEAST_NOISE)  # of white noise
+        rough = np.diff(left, DIFFERENCES, axis=0) / math.sqrt(math.comb(2 * DIFFERENCES, DIFFERENCES))  # white noise
+        level = np.maximum(np.sqrt((rough**2).mean(0)), LEAST_NOISE)
         phasors = (amplitudes[:m] - 1j * amplitudes[m : 2 * m]) / level
         sizes = np.sqrt((np.abs(waves) ** 2).mean(0))
         paths = [
             _paths(w.time, complex(*mode), float(size), float(np.abs(seen).max()))
             for mode, size, seen in zip(modes, sizes, phasors, strict=True)
         ]
-        return cls(w, level, phasors, tuple(paths))
+        phases = [PHASES if _has_phase(w.time, complex(*mode)) else PHASES[:1] for mode in modes]
+        return cls(w, level, phasors, tuple(paths), tuple(phases))
 
     def at(self, phases: Sequence[float]) -> Driven:
         """The covariance for ``phases`` (m,) of M of each mode, rad."""
@@ -139,20 +144,30 @@ class Driving:
         polynomials = w.drift.T @ directions
         spread = np.log1p(variances).sum(1) + 2 * n * np.log(level).sum() - (channels - 1) * math.log(math.pi / n)
         taken = polynomials * (1 - left)[:, None, None]
+        weights = SHARES if w.driven else np.ones(len(SHARES))
         return Driven(
-            level, directions, variances, left, left * of_signals, (apart**2).sum() + left @ of_signals**2, spread,
-            apart / level[:, None], apart / level[:, None] @ w.drift, taken,
+            level, weights / weights.sum(), directions, variances, left, left * of_signals,
+            (apart**2).sum() + left @ of_signals**2, spread, apart / level[:, None],
+            apart / level[:, None] @ w.drift, taken,
             np.einsum("fckr,dlr->fckdl", taken, polynomials), np.einsum("fr,ckr->fck", left * of_signals, polynomials),
         )  # fmt: skip
 
 
 def _paths(time: Array, mode: complex, size: float, seen: float) -> NDArray[np.complex128]:
-    """Principal paths of a driven ``mode`` of rms ``size``, shape (n, r), without those that nobody has ``seen``."""
-    n = len(time)
-    root = complex(-max(abs(mode.real), LEAST_DAMPING * mode.imag), mode.imag)
-    one, other = np.indices((n, n))
-    turned = np.exp(root * time)[np.abs(one - other)]
-    circular, elliptic = turned.real / 2, -root.real / abs(root) * turned / 2
+    """Principal paths of a driven ``mode`` of rms ``size``, shape (n, r), without those that nobody has ``seen``.
+
+    They are those of a few places in a long window, and straight between these in a frame that turns with the mode.
+    """
+    length = time[-1] - time[0]
+    nodes = time
+    if len(time) > NODES:
+        per_cycle = PER_CYCLE if _has_phase(time, mode) else SLOWER
+        count = min(max(math.ceil(per_cycle * mode.imag * length / (2 * math.pi)), FEWEST_NODES), NODES)
+        nodes = np.linspace(time[0], time[-1], count)
+    root = complex(-max(abs(mode.real), LEAST_DECAY / length), mode.imag)
+    one, other = np.indices((len(nodes), len(nodes)))
+    turned = np.exp(root * (nodes - nodes[0]))[np.abs(one - other)]
+    circular, elliptic = turned.real / 2, -root.real / abs(root) * turned / 2 * _has_phase(time, mode)
     across = np.where(one > other, -1, 1) * turned.imag / 2  # E Re z(t) Im z(u)
     covariance = np.block(
         [[circular + elliptic.real, across + elliptic.imag], [across.T + elliptic.imag, circular - elliptic.real]]
@@ -160,4 +175,17 @@ def _paths(time: Array, mode: complex, size: float, seen: float) -> NDArray[np.c
     values, vectors = np.linalg.eigh(covariance)
     kept = values * (size * SHARES.max() * seen) ** 2 > NEGLIGIBLE / 10
     half = vectors[:, kept] * np.sqrt(values[kept]) * size
-    return np.asarray(half[:n] + 1j * half[n:])
+    paths = np.asarray(half[: len(nodes)] + 1j * half[len(nodes) :])
+    if nodes is time:
+        return paths
+    slow = np.exp(-1j * mode.imag * nodes)[:, None] * paths
+    between = np.array([np.interp(time, nodes, path) for path in slow.T]).T
+    return np.exp(1j * mode.imag * time)[:, None] * between
+
+
+def _has_phase(time: Array, mode: complex) -> bool:
+    """Whether M of a ``mode`` is taken into account: of many cycles it is small, and turns twice in each.
+
+    Beside S it is as large as the damping ratio, which is small where a motion lasts for many cycles.
+    """
+    return len(time) <= NODES or mode.imag * (time[-1] - time[0]) * PER_CYCLE < 2 * math.pi * NODES

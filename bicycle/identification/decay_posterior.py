@@ -5,6 +5,7 @@ proposal (importance sampling, Owen, Monte Carlo theory, methods and examples, c
 the same), for with one cycle in the window it is far from normal.
 """
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from bicycle.identification.decay_evidence import EXPONENTIAL, Evidence
 from bicycle.identification.decay_guesses import FASTEST, HIGHEST, LOWEST, SLOWEST, noise_floor
 from bicycle.identification.decay_least_squares import Linear, Solved, log_sum
-from bicycle.identification.decay_noise import PHASES, Driving
+from bicycle.identification.decay_noise import Driving
 from bicycle.identification.decay_window import Window
 from tyre.base.arrays import Array
 
@@ -30,6 +31,8 @@ ITERATIONS, IDLE = 25, 3  # the latter without gain, where a direction is flat
 NOTHING = 1e-6  # of a gain in the logarithm: what rounding may bring
 PLAIN = ("none", "constant", "parabola")  # drifts without a real mode
 NEGLIGIBLE = 30.0  # in the logarithm of a weight
+UNLIKELY = 0.03  # of driven modes: their own eigenvalues are not sought
+ROUNDS, GAINED = 5, 0.5  # the latter in the logarithm of the likelihood
 DAMPED = np.array([1.0, 0.6, 0.3, 0.1, 0.02])
 LEAST_DECAY = 0.5  # e-folds of a real mode over the window; what decays less is a parabola
 RATES = 7  # of a real mode, to start from
@@ -52,6 +55,8 @@ class Posterior:
         modes.
     best_rate, rates : ndarray, shape (1,) and (points,), optional
         Decay of the real mode of an exponential drift, 1/s.
+    driven : float
+        Probability that something drives the modes all along the window.
     """
 
     evidence: Evidence
@@ -61,6 +66,7 @@ class Posterior:
     log_evidence: float
     best_rate: Array | None = None
     rates: Array | None = None
+    driven: float = 0.0
 
 
 def posterior(evidence: Evidence, starts: Sequence[Array]) -> tuple[Posterior, Linear] | None:
@@ -83,12 +89,20 @@ def posterior(evidence: Evidence, starts: Sequence[Array]) -> tuple[Posterior, L
     if span is not None:
         middle = np.linspace(*span, RATES + 2)[1:-1]
         trials = np.array([[*x, rate] for x in trials for rate in middle])
-    start = trials[int(_bounded(evidence, trials, m).argmax())]
-    points = POINTS * 4 ** (m - 1) * (1 if span is None else 2)
-
-    best, covariance = _climbed(evidence, start, m)
-    if covariance is None:
+    order = np.argsort(-_bounded(evidence, trials, m))
+    if span is None:
+        likely = [trials[order[0]]]
+    else:  # slow and quick real modes may both have a maximum
+        places = [
+            next(k for k in order if low <= trials[k, -1] <= high) for low, high in itertools.pairwise(middle[::2])
+        ]
+        likely = [trials[k] for k in dict.fromkeys(places)]
+    climbs = [_climbed(evidence, start, m) for start in likely]
+    found = [(x, covariance) for x, covariance in climbs if covariance is not None]
+    if not found:
         return None
+    best, covariance = found[int(np.argmax(_bounded(evidence, np.array([x for x, _ in found]), m)))]
+    points = POINTS * 4 ** (m - 1) * (1 if span is None else 2)
     root = np.linalg.cholesky(covariance) * WIDER
     z, density = _proposal(best.size, points)
     x = best + z @ root.T
@@ -106,11 +120,12 @@ def posterior(evidence: Evidence, starts: Sequence[Array]) -> tuple[Posterior, L
     modes, rates = _parted(x[kept], m)
     order = np.argsort(most[:, 1])
     prior = 0.0 if span is None else math.log(span[1] - span[0])
+    weights, solved = np.exp(log - total)[kept], solved.at(kept[inside])
     found = Posterior(
-        evidence, most[order], modes[:, order], np.exp(log - total)[kept], total - math.log(points) - prior, best_rate,
-        rates,
+        evidence, most[order], modes[:, order], weights, total - math.log(points) - prior, best_rate, rates,
+        float(weights @ solved.chance_driven()),
     )  # fmt: skip
-    return found, solved.at(kept[inside]).linear().sorted(order)
+    return found, solved.linear().sorted(order)
 
 
 def _effective(log: Array) -> float:
@@ -237,16 +252,40 @@ def prepared(w: Window, modes: Array) -> tuple[Evidence, Array]:
 
 
 def _with_driving(evidence: Evidence, modes: Array) -> Evidence:
-    """The ``evidence`` with driven ``modes`` (m, 2), each pushed in the most probable phase given those before."""
-    driving = Driving.of(evidence.window, modes)
-    if driving is None:
+    """The ``evidence`` with driven modes, sought from ``modes`` (m, 2), which are those of noise of the sensors."""
+    if evidence.window.driven is False:
         return evidence
+    found, most, phases = None, -math.inf, None
+    for _ in range(ROUNDS):  # what is driven has the eigenvalues of the modes, which hang on what is driven
+        trial, phases = _pushed(evidence, modes, phases)
+        kinds = [replace(trial, drift=drift) for drift in PLAIN]
+        best = max(kinds, key=lambda kind: float(kind.log(modes[None])[0]))
+        if best.solved(modes[None]).chance_driven()[0] < UNLIKELY:
+            return found or trial
+        modes = climbed(best, modes)
+        log = float(best.log(modes[None])[0])
+        if found is None or log > most:
+            found = trial
+        if log < most + GAINED:
+            break
+        most = log
+    return found or evidence
+
+
+def _pushed(evidence: Evidence, modes: Array, phases: Array | None) -> tuple[Evidence, Array]:
+    """The ``evidence`` with driven ``modes`` (m, 2), pushed in these ``phases`` (m,), and the phases.
+
+    Without phases, each is the most probable given those before.
+    """
+    driving = Driving.of(evidence.window, modes)
+    if phases is not None:
+        return replace(evidence, driven=driving.at(phases.tolist())), phases
     phases, chosen = np.zeros(len(modes)), evidence
     for k in range(len(modes)):
         trials = []
-        for phases[k] in PHASES:
+        for phases[k] in driving.phases[k]:
             trial = replace(evidence, driven=driving.at(phases.tolist()))
             kinds = (replace(trial, drift=drift).solved(modes[None]).driven for drift in PLAIN)
             trials.append((max(float(log_sum(one.log.T)[0]) for one in kinds if one is not None), phases[k], trial))
         _, phases[k], chosen = max(trials, key=lambda one: one[0])
-    return chosen
+    return chosen, phases

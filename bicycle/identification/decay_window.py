@@ -42,6 +42,8 @@ class Window:
         Autoregressive coefficients that the noise may have.
     block : int
         Samples of the recording in each of these: their means, which keep the eigenvalues.
+    driven : bool or None
+        Whether something drives the motion all along the window; None: unknown.
     """
 
     name: str
@@ -53,6 +55,7 @@ class Window:
     drift: Array
     colours: Array
     block: int = 1
+    driven: bool | None = None
 
     @property
     def length(self) -> float:
@@ -60,7 +63,7 @@ class Window:
         return float(self.time[-1])
 
 
-def window(run: Run, first_s: float, last_s: float, *, block: int = 1) -> Window:
+def window(run: Run, first_s: float, last_s: float, *, block: int = 1, driven: bool | None = None) -> Window:
     """Cut a window out of a run.
 
     Parameters
@@ -70,6 +73,8 @@ def window(run: Run, first_s: float, last_s: float, *, block: int = 1) -> Window
         s after the first sample of the run; at its ends the samples themselves count as inside.
     block : int
         Number of samples that are made one.
+    driven : bool, optional
+        Whether something drives the motion, where that is known.
 
     Raises
     ------
@@ -98,7 +103,7 @@ def window(run: Run, first_s: float, last_s: float, *, block: int = 1) -> Window
     longest = math.exp(-1.0 / (LONGEST_COLOUR * count))
     colours: Array = np.concatenate([[0.0], 1 - np.geomspace(0.7, 1 - longest, COLOURS - 1)])
     start = float(run.time[keep][0] - run.time[0])
-    return Window(run.name, time - time[0], start, tuple(signals), means / scale, scale, drift, colours, block)
+    return Window(run.name, time - time[0], start, tuple(signals), means / scale, scale, drift, colours, block, driven)
 
 
 def fitting_block(w: Window, omega: float) -> int:

@@ -20,6 +20,7 @@ from bicycle.identification.decay_guesses import FASTEST, SLOWEST
 from bicycle.identification.decay_window import window
 from bicycle.identification.loud_decay import why_drowned
 from bicycle.identification.recording import Run
+from bicycle.identification.window_break import Break, broken
 from bicycle.identification.window_start import PARTS, TOO_FAR, Movement, movement
 from tyre.base.arrays import Array
 from tyre.base.errors import InputError, unknown
@@ -27,7 +28,7 @@ from tyre.base.errors import InputError, unknown
 POOREST = 0.8  # R^2 of a decay that is taken as it is
 MOST_DOUBT = 0.3  # sd of a part of the eigenvalue over its size
 MOST_MODES = 3
-FEWEST_CYCLES = 0.25  # of one of several modes in the window
+FEWEST_CYCLES = 0.25  # of a mode in the window
 __all__ = ["DRIFTS", "MOST_DOUBT", "MOST_MODES", "POOREST", "RATIOS", "Decay", "identify", "identify_modes"]
 
 
@@ -64,6 +65,9 @@ class Decay:
         That the window holds fewer modes than were asked for; empty where all are there.
     drowned : str
         Why R^2 is too small; empty where it is not, or where the rest is noise beside a clear oscillation.
+    broken : Break, optional
+        The largest sample that neither the modes nor noise explain; None where there is none, or where it was not
+        sought.
     """
 
     run: str
@@ -80,6 +84,7 @@ class Decay:
     estimate: Estimate | None = None
     fewer: str = ""
     drowned: str = ""
+    broken: Break | None = None
 
     @property
     def rejected(self) -> str:
@@ -97,8 +102,19 @@ class Decay:
             if self.movement is not None and self.movement.what:
                 why = "it moves too far with the start of the window"
             return f"{why}: an sd of {doubt:.2g} 1/s is {doubt / size:.0%} of |eigenvalue| (at most {MOST_DOUBT:.0%})"
+        if self.cycles < FEWEST_CYCLES:
+            return (
+                f"it turns by {self.cycles:.2g} cycles in the window (at least {FEWEST_CYCLES:g}): a motion that does "
+                "not oscillate, such as a capsize, looks like that; give the frequency of an oscillation (start_hz)"
+            )
         if self.movement is not None and self.movement.refused:
             return self._moving(self.movement)
+        if self.broken is not None and self.broken.refused:
+            return (
+                f"{self.broken.what.replace('_', ' ')} moves by {self.broken.farthest:.3g} sd (at most {TOO_FAR:g}) "
+                f"when the window ends before {self.broken.time_s:.3g} s, where {self.broken.channel} jumps: end it "
+                "there"
+            )
         return ""
 
     def _moving(self, moved: Movement) -> str:
@@ -120,7 +136,7 @@ class Decay:
 
 def identify(
     run: Run, *, first_s: float = 0.0, last_s: float = math.inf, start_hz: float | None = None,
-    drift: str | None = None, thorough: bool = True,
+    drift: str | None = None, driven: bool | None = None, thorough: bool = True,
 ) -> Decay:  # fmt: skip
     """Fit one decaying oscillation to all channels of a run between two times.
 
@@ -133,6 +149,9 @@ def identify(
         Frequency (Hz) to start from; by default those at and about the highest peak of the spectrum.
     drift : str, optional
         One of :data:`DRIFTS`; by default all of them, weighed by their evidence.
+    driven : bool, optional
+        Whether something, such as a rough road, drives the motion all along the window; by default both are weighed
+        by their evidence, from even odds.
     thorough : bool, optional
         Also fit from later starts, and a further mode beside where the evidence for one is clear.
 
@@ -142,14 +161,14 @@ def identify(
         Fewer than 20 samples in the window, a channel that is constant there, a start frequency out of range, an
         unknown drift.
     """
-    settings: dict[str, Any] = {"start_hz": start_hz, "drift": drift, "thorough": thorough}
+    settings: dict[str, Any] = {"start_hz": start_hz, "drift": drift, "driven": driven, "thorough": thorough}
     decays = identify_modes(run, 1, first_s=first_s, last_s=last_s, **settings)
     return decays[0]
 
 
 def identify_modes(
     run: Run, count: int, *, first_s: float = 0.0, last_s: float = math.inf, start_hz: float | None = None,
-    drift: str | None = None, thorough: bool = True,
+    drift: str | None = None, driven: bool | None = None, thorough: bool = True,
 ) -> tuple[Decay, ...]:  # fmt: skip
     """Fit several decaying oscillations at once; by frequency.
 
@@ -158,7 +177,7 @@ def identify_modes(
     run : Run
     count : int
         Number of modes, up to :data:`MOST_MODES`.
-    first_s, last_s, start_hz, drift, thorough : optional
+    first_s, last_s, start_hz, drift, driven, thorough : optional
         As :func:`identify`.
 
     Raises
@@ -175,16 +194,18 @@ def identify_modes(
         raise InputError(f"{count} modes in one window; give 1 to {MOST_MODES}")
     drifts = tuple(DRIFTS) if drift is None else (drift,)
     found = sought(
-        lambda block: window(run, first_s, last_s, block=block), drifts, start_hz, count,
+        lambda block: window(run, first_s, last_s, block=block, driven=driven), drifts, start_hz, count,
         further=thorough and count == 1,
     )  # fmt: skip
     if found is None:
         nothing = Decay(run.name, run.speed, complex("nan+nanj"), (math.nan, math.nan), {}, math.nan, math.nan)
         return (nothing,) * count
     numbers = list(range(count))
-    if len(found.mean) > count:  # one of two: that near the start frequency, else the larger
+    if len(found.mean) > count:  # one of two: that near the start frequency, else the larger one that oscillates
         near = np.abs(found.mean[:, 1] - (0.0 if start_hz is None else float(angular_frequency(start_hz))))
-        numbers = [int(np.argmax(found.energies()) if start_hz is None else np.argmin(near))]
+        turns = frequency_hz(1j * found.mean[:, 1]) * found.window.length >= FEWEST_CYCLES
+        size = np.where(turns, 1 + found.energies(), 0.0)
+        numbers = [int(np.argmax(size) if start_hz is None else np.argmin(near))]
     asked = len(found.mean) == count
     decays = tuple(_decay(run, found, number, last_s, asked=asked, scanned=thorough) for number in numbers)
     if count == 1:
@@ -222,9 +243,13 @@ def _decay(run: Run, found: Estimate, number: int, last_s: float, *, asked: bool
     )  # fmt: skip
     if not scanned or decay.rejected:
         return decay
-    moved = movement(run, found, number, last_s, beside=bool(beside))
-    if moved is None or moved.refused:
-        return replace(decay, movement=moved)
-    wider = [math.hypot(s, moved.shifts[name]) for s, name in zip(sd, PARTS, strict=True)]
-    ratios = {name: (value, math.hypot(s, moved.shifts[name])) for name, (value, s) in decay.ratios.items()}
-    return replace(decay, movement=moved, sd=(wider[0], wider[1]), ratios=ratios)
+    moved, broke = movement(run, found, number, last_s, beside=bool(beside)), broken(run, found, number)
+    decay = replace(decay, movement=moved, broken=broke)
+    for other in (moved, broke):
+        if other is not None and other.refused:
+            return decay
+    for shifts in (other.shifts for other in (moved, broke) if other is not None):
+        wider = [math.hypot(s, shifts[name]) for s, name in zip(decay.sd, PARTS, strict=True)]
+        ratios = {name: (value, math.hypot(s, shifts[name])) for name, (value, s) in decay.ratios.items()}
+        decay = replace(decay, sd=(wider[0], wider[1]), ratios=ratios)
+    return decay

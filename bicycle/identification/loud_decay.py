@@ -28,7 +28,9 @@ def why_drowned(found: Estimate) -> str:
         said = f"{math.exp(odds):.2g}" if odds > -200 else "less than 1e-86"
         return f"an oscillation beside drift and noise has odds of {said} : 1 (at least {math.exp(CLEAR):g})"
     p = probability_of_noise(found)
-    return "" if p > LEAST else f"what is left is no noise (p {p:.2g}): another motion is too large beside it"
+    if p > LEAST:
+        return ""
+    return f"what is left is no noise (p {p:.2g}): another motion, or its own that something drives, is too large"
 
 
 def probability_of_noise(found: Estimate) -> float:
@@ -60,7 +62,7 @@ def _whitened(found: Estimate) -> Array:
         phi = w.colours[noise.colours]
         return np.asarray(left[1:] - phi * left[:-1])
     along = driven.directions * driven.level[:, None, None]
-    scaled = (left / driven.level).T
+    scaled = ((w.signals - found.curves()[0]) / driven.level).T  # the driving moved more than any amplitudes leave
     shrunk = 1 / np.sqrt(1 + driven.variances[noise.share]) - 1
     along = along.reshape(scaled.size, -1)
     whole = scaled.ravel() + along @ (shrunk * (scaled.ravel() @ along))

@@ -85,10 +85,10 @@ def movement(run: Run, found: Estimate, number: int, last_s: float, *, beside: b
         fits.append(later)
     if len(fits) == 1:
         return None
-    table, energy = [_numbers(*fit) for fit in fits], _energy(found, [fit.window.start for fit, _ in fits])
-    shifts, farthest, what = _moved(table, energy, 0)
-    settled = next((place for place in range(1, len(fits) - 1) if _moved(table, energy, place)[1] == 0), None)
-    refused = settled is not None and _moved(table, energy, 0, CERTAIN)[1] > TOO_FAR
+    table, energy = [numbers_of(*fit) for fit in fits], _energy(found, [fit.window.start for fit, _ in fits])
+    shifts, farthest, what = moved(table, energy, 0)
+    settled = next((place for place in range(1, len(fits) - 1) if moved(table, energy, place)[1] == 0), None)
+    refused = settled is not None and moved(table, energy, 0, CERTAIN)[1] > TOO_FAR
     return Movement(
         shifts, farthest, what, fits[-1][0].window.start, None if settled is None else fits[settled][0].window.start,
         refused,
@@ -101,7 +101,7 @@ def _later(
     """The fit of the window that begins a ``step`` later, and the place of the mode in it."""
     likely = [drift for drift, weight in found.drifts.items() if weight > 0.05]
     try:
-        w = window(run, found.window.start + step, last_s, block=found.window.block)
+        w = window(run, found.window.start + step, last_s, block=found.window.block, driven=found.window.driven)
     except InputError:
         return None
     known = found.best.best
@@ -110,16 +110,16 @@ def _later(
         alone = estimate(w, likely, [known[number : number + 1]])
         if alone is not None and (whole is None or not clearer(whole.best, alone.best)):
             return alone, 0
-    return None if whole is None else (whole, _same_mode(known, whole.mean, number))
+    return None if whole is None else (whole, same_mode(known, whole.mean, number))
 
 
-def _same_mode(before: Array, after: Array, number: int) -> int:
+def same_mode(before: Array, after: Array, number: int) -> int:
     """Place ``after`` of the mode ``number`` of those ``before`` (1/s, rad/s): near ones may change places."""
     distance = np.hypot(*(before[:, None, :] - after[None, :, :]).transpose(2, 0, 1))
     return int(linear_sum_assignment(distance)[1][number])
 
 
-def _numbers(found: Estimate, number: int) -> dict[str, tuple[Array, float]]:
+def numbers_of(found: Estimate, number: int) -> dict[str, tuple[Array, float]]:
     """Name -> value (one or two numbers) and sd."""
     numbers = {name: (found.mean[number, k : k + 1], float(found.sd[number, k])) for k, name in enumerate(PARTS)}
     for name, (value, sd) in found.ratios[number].items():
@@ -134,7 +134,7 @@ def _energy(found: Estimate, starts: list[float]) -> list[float]:
     return [float(power[found.window.start + found.window.time >= start].sum()) for start in starts]
 
 
-def _moved(
+def moved(
     table: list[dict[str, tuple[Array, float]]], energy: list[float], place: int, chances: float = BY_CHANCE
 ) -> tuple[dict[str, float], float, str]:
     shifts, farthest, what = dict.fromkeys(table[place], 0.0), 0.0, ""

@@ -9,6 +9,8 @@ import click
 from studies.channel_options import chosen_map, takes_channels
 from studies.reporting.examples import example
 
+WIDER = 1.2  # sd if driven, over that which leaves it open, from which it is told
+
 
 @click.command(
     help="Frequency and damping from free decays: recordings, each with its speed as RUN.csv@4.8 (m/s).",
@@ -22,24 +24,32 @@ from studies.reporting.examples import example
 @click.option("--to", "last_s", default=float("inf"), help="End of the window, s.")
 @click.option("--start-hz", type=float, help="Look near this frequency.")
 @click.option("--drift", help="none, constant, parabola or exponential; by default weighed by evidence.")
+@click.option(
+    "--driven",
+    type=click.Choice(["yes", "no"]),
+    help="Whether a rough road, say, keeps driving the motion; by default weighed by evidence.",
+)
 @click.option("--out", "out_file", metavar="TABLE.csv", help="Write the modal table.")
 @click.option("--figures", type=click.Path(path_type=Path, file_okay=False), help="Folder for a picture of each fit.")
 def command(
     runs: tuple[str, ...], channels_file: Path | None, channel_texts: tuple[str, ...], mode: str | None,
-    modes: str | None, first_s: float, last_s: float, start_hz: float | None, drift: str | None, out_file: str | None,
-    figures: Path | None,
+    modes: str | None, first_s: float, last_s: float, start_hz: float | None, drift: str | None, driven: str | None,
+    out_file: str | None, figures: Path | None,
 ) -> Any:  # fmt: skip
     from contextlib import nullcontext
 
     from bicycle.identification.free_decay import identify_modes
     from bicycle.identification.run import refuse_copies
-    from studies.free_decays.words import judged, repeat_notes
+    from studies.free_decays.words import break_words, judged, repeat_notes
     from studies.reporting.manifest import results
     from studies.reporting.output import print_table
     from studies.run_argument import named_apart
     from tyre.base.errors import InputError
 
     names = _names(mode, modes)
+    known: dict[str, Any] = {
+        "start_hz": start_hz, "drift": drift, "driven": None if driven is None else driven == "yes",
+    }  # fmt: skip
     channel_map = chosen_map(channels_file, channel_texts)
     decays, fitted = [], []
     notes: list[str] = []
@@ -48,14 +58,19 @@ def command(
     refuse_copies(events)
     with nullcontext() if figures is None else results(figures):
         for event in events:
-            found = identify_modes(event, len(names), first_s=first_s, last_s=last_s, start_hz=start_hz, drift=drift)
+            found = identify_modes(event, len(names), first_s=first_s, last_s=last_s, **known)
             decays += list(zip(names, found, strict=True))
             fitted.append((event, tuple(zip(names, found, strict=True))))
             notes += [f"{event.name}: {note}" for note in (*event.notes, *_beyond(event, first_s, last_s))]
             if figures is not None and found[0].estimate is not None:
                 drawn.append(_draw(event, tuple(zip(names, found, strict=True)), figures, drawn))
+            if driven is None:
+                notes += _open(event, found, lambda run=event: identify_modes(
+                    run, len(names), first_s=first_s, last_s=last_s, **known | {"driven": True}
+                ))  # fmt: skip
     every = judged(decays)
     rows = [each.decay.row(each.mode) for each in every if not each.rejected]
+    notes += [f"{each.decay.run}: {said}" for each in every if (said := break_words(each.decay))]
     notes += [note for each in every for note in _beside(each)]
     for note in [*notes, *repeat_notes(every)]:
         click.echo(f"note: {note}", err=True)
@@ -74,6 +89,18 @@ def command(
             raise InputError(said)
         click.echo(f"note: {said}", err=True)
     return fitted, every  # for the page of velotyre explore
+
+
+def _open(event: Any, found: Any, again: Any) -> list[str]:
+    """A note where the samples leave open whether something drives the motion, and it matters."""
+    from studies.free_decays.words import DRIVEN_OPEN, driven_words
+
+    first = found[0]
+    if first.rejected or first.estimate.driven is None or not DRIVEN_OPEN[0] < first.estimate.driven < DRIVEN_OPEN[1]:
+        return []
+    told = again()[0]
+    wider = max(new / old for new, old in zip(told.sd, first.sd, strict=True))
+    return [f"{event.name}: {driven_words(first, told)}"] if not told.rejected and wider > WIDER else []
 
 
 def _beyond(event: Any, first_s: float, last_s: float) -> list[str]:

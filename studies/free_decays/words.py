@@ -8,6 +8,7 @@ from bicycle.eigenvalues.oscillation import frequency_hz
 from bicycle.identification.free_decay import Decay
 from bicycle.identification.repeats import repeats
 
+DRIVEN_OPEN = (0.02, 0.9)  # probability between which it is told what driving would mean
 SURE = 0.9  # probability of a drift beyond which the others are not told
 PLACES = 3  # of a number and its sd, or more where these would not show it
 
@@ -54,10 +55,35 @@ def movement_words(decay: Decay) -> str:
     return f"{moved.farthest:.1f} sd ({moved.what.replace('_', ' ')})"
 
 
+def break_words(decay: Decay) -> str:
+    """That something happens within the window of a ``decay``; empty where nothing does."""
+    if decay.broken is None:
+        return ""
+    at, widens = decay.broken.time_s, "; its sd contains how far it moves when the window ends before"
+    return (
+        f"{decay.broken.channel} jumps at {at:.3g} s ({decay.broken.size:.2g} sd of its noise), as after a second "
+        f"kick, a step of the sensor or a spike{widens if decay.broken.what and not decay.broken.refused else ''}"
+    )
+
+
+def driven_words(decay: Decay, told: Decay) -> str:
+    """That it is open whether something drives the motion of a ``decay``, and what its sd would be if told so."""
+    if decay.estimate is None or decay.estimate.driven is None or told.rejected:
+        return ""
+    (real, imaginary), (more_real, more_imaginary) = decay.sd, told.sd
+    return (
+        f"whether something, such as a rough road, keeps driving the motion is open (probability "
+        f"{decay.estimate.driven:.2g}); if so, the sd are {more_real:.2g} 1/s and {more_imaginary:.2g} rad/s instead "
+        f"of {real:.2g} and {imaginary:.2g}: say --driven yes or no where you know"
+    )
+
+
 def second_words(root: complex) -> str:
     """A motion that was fitted beside, by its eigenvalue ``root``, 1/s."""
     if -root.real > root.imag:
         return f"a transient that dies within {-3 / root.real:.2g} s"
+    if root.real > root.imag:
+        return f"a motion that grows without oscillating (real part {root.real:.2g} 1/s)"
     hertz = frequency_hz(root)
     return f"a second oscillation of {hertz:.2g} Hz (real part {root.real:.2g} 1/s; --modes names both)"
 

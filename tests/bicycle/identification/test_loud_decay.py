@@ -56,7 +56,7 @@ def test_another_motion_is_no_noise():
     )
     assert found.r_squared < 0.8
     assert "is below 0.8, and what is left is no noise (p " in found.rejected
-    assert found.rejected.endswith("another motion is too large beside it")
+    assert found.rejected.endswith("another motion, or its own that something drives, is too large")
 
 
 def test_what_is_left_of_a_motion_that_the_ground_drives_is_noise():
