@@ -15,16 +15,11 @@ from bicycle.identification.decay_guesses import (
     noise_floor,
     seeking_block,
 )
-from bicycle.identification.decay_least_squares import Linear
 from bicycle.identification.decay_posterior import PLAIN, Posterior, posterior, prepared
+from bicycle.identification.decay_ratios import ratios
 from bicycle.identification.decay_window import Window, fitting_block
 from tyre.base.arrays import Array
 
-RATIOS = {
-    "steer_over_lean": ("steer_rate_rad_s", "roll_rate_rad_s"),
-    "yaw_over_lean": ("yaw_rate_rad_s", "roll_rate_rad_s"),
-}
-ANGLES = {"steer_rate_rad_s": "steer_rad", "roll_rate_rad_s": "lean_rad"}
 CLEAR = math.log(20)  # of the odds for a further mode
 APART, STAYS = 2.0, 0.25  # |eigenvalue| of a further mode over that of others; how far they may move, over their size
 INTERVAL = (0.025, 0.975)
@@ -140,7 +135,7 @@ def estimate(w: Window, drifts: Sequence[str], starts: Sequence[Array]) -> Estim
     for place in np.ndindex(*mean.shape):
         low, high = _quantiles(modes[:, *place], weights)
         sd[place] = max((high - low) / NORMAL, ROUNDING * float(np.hypot(*mean[place[0]])))
-    ratios = tuple(_ratios(found, amplitudes, kinds, number) for number in range(len(mean)))
+    ratios = tuple(ratios(found, amplitudes, kinds, number) for number in range(len(mean)))
     return Estimate(w, found, tuple(float(x) for x in kinds), mean, sd, ratios)
 
 
@@ -266,42 +261,3 @@ def _quantiles(x: Array, weights: Array) -> tuple[float, float]:
     share = np.cumsum(weights[order]) - 0.5 * weights[order]
     low, high = np.interp(INTERVAL, share, x[order])
     return float(low), float(high)
-
-
-def _ratios(
-    found: Sequence[Posterior], amplitudes: Sequence[Linear], kinds: Array, number: int
-) -> dict[str, tuple[complex, float]]:
-    """Ratios of a mode by law of total variance over its posterior; a rate not recorded is lambda times its angle."""
-    channels = found[0].evidence.window.channels
-    scale = found[0].evidence.window.scale
-    columns = {rate: (rate if rate in channels else ANGLES.get(rate, "")) for pair in RATIOS.values() for rate in pair}
-    values: dict[str, list[Array]] = {name: [] for name in RATIOS}
-    spreads: dict[str, list[Array]] = {name: [] for name in RATIOS}
-    turn = np.array([1, -1j])
-    for p, linear in zip(found, amplitudes, strict=True):
-        root = p.modes[:, number, 0] + 1j * p.modes[:, number, 1]
-        two = slice(2 * number, 2 * number + 2)
-        of_mode = linear.covariance[:, :, two][..., two]  # (points, channels, 2, channels, 2)
-        spread = np.einsum("pciej,i,j->pce", of_mode, turn, turn.conj())
-        phasors = linear.mean[:, :, two] @ turn
-        known = {rate: column for rate, column in columns.items() if column in channels}
-        places = {rate: channels.index(column) for rate, column in known.items()}
-        turned = {rate: scale[places[rate]] * (1.0 if known[rate] == rate else root) for rate in known}
-        for name, (over, under) in RATIOS.items():
-            if over in known and under in known:
-                a, b = places[over], places[under]
-                value = turned[over] * phasors[:, a] / (turned[under] * phasors[:, b])
-                seen = phasors[:, a] / phasors[:, b]
-                miss = (
-                    spread[:, a, a] + np.abs(seen) ** 2 * spread[:, b, b] - 2 * np.real(seen.conj() * spread[:, a, b])
-                )
-                values[name].append(value)
-                spreads[name].append(np.real(miss) / np.abs(phasors[:, a]) ** 2 * np.abs(value) ** 2 / 2)
-    weights = np.concatenate([kind * p.weights for kind, p in zip(kinds, found, strict=True)])
-    ratios = {}
-    for name in RATIOS:
-        if values[name]:
-            value, spread = np.concatenate(values[name]), np.concatenate(spreads[name])
-            mean = complex(weights @ value)
-            ratios[name] = (mean, math.sqrt(float(weights @ (spread + np.abs(value - mean) ** 2 / 2))))
-    return ratios

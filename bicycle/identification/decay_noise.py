@@ -24,7 +24,7 @@ SHARES = 10.0 ** np.arange(-1.5, 0.3, 0.25)
 """Rms of the driven motion over that of the mode in the window: 0.03 to 1.8, so near each other that none between two
 is taken for a level at which the scatter is half of what it is."""
 
-PHASES = math.pi / 3 * np.arange(6)
+PHASES: Array = math.pi / 3 * np.arange(6, dtype=np.float64)
 """Of M, rad."""
 
 LEAST_DECAY = 0.25  # e-folds over the window of what is driven; with less, nothing is stationary
@@ -120,8 +120,8 @@ class Driving:
             _paths(w.time, complex(*mode), float(size), float(np.abs(seen).max()))
             for mode, size, seen in zip(modes, sizes, phasors, strict=True)
         ]
-        phases = [PHASES if _has_phase(w.time, complex(*mode)) else PHASES[:1] for mode in modes]
-        return cls(w, level, phasors, tuple(paths), tuple(phases))
+        phases = tuple(PHASES if _has_phase(w.time, complex(*mode)) else PHASES[:1] for mode in modes)
+        return cls(w, level, phasors, tuple(paths), phases)
 
     def at(self, phases: Sequence[float]) -> Driven:
         """The covariance for ``phases`` (m,) of M of each mode, rad."""

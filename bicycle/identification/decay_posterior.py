@@ -98,10 +98,10 @@ def posterior(evidence: Evidence, starts: Sequence[Array]) -> tuple[Posterior, L
         ]
         likely = [trials[k] for k in dict.fromkeys(places)]
     climbs = [_climbed(evidence, start, m) for start in likely]
-    found = [(x, covariance) for x, covariance in climbs if covariance is not None]
-    if not found:
+    maxima = [(x, covariance) for x, covariance in climbs if covariance is not None]
+    if not maxima:
         return None
-    best, covariance = found[int(np.argmax(_bounded(evidence, np.array([x for x, _ in found]), m)))]
+    best, covariance = maxima[int(np.argmax(_bounded(evidence, np.array([x for x, _ in maxima]), m)))]
     points = POINTS * 4 ** (m - 1) * (1 if span is None else 2)
     root = np.linalg.cholesky(covariance) * WIDER
     z, density = _proposal(best.size, points)
@@ -283,9 +283,10 @@ def _pushed(evidence: Evidence, modes: Array, phases: Array | None) -> tuple[Evi
     phases, chosen = np.zeros(len(modes)), evidence
     for k in range(len(modes)):
         trials = []
-        for phases[k] in driving.phases[k]:
+        for phase in driving.phases[k]:
+            phases[k] = phase
             trial = replace(evidence, driven=driving.at(phases.tolist()))
             kinds = (replace(trial, drift=drift).solved(modes[None]).driven for drift in PLAIN)
-            trials.append((max(float(log_sum(one.log.T)[0]) for one in kinds if one is not None), phases[k], trial))
+            trials.append((max(float(log_sum(one.log.T)[0]) for one in kinds if one is not None), phase, trial))
         _, phases[k], chosen = max(trials, key=lambda one: one[0])
     return chosen, phases

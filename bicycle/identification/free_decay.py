@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from bicycle.eigenvalues.oscillation import angular_frequency, frequency_hz
-from bicycle.identification.decay_estimate import CLEAR, RATIOS, Estimate, log_odds_of_each, sought
+from bicycle.identification.decay_estimate import CLEAR, Estimate, log_odds_of_each, sought
 from bicycle.identification.decay_evidence import DRIFTS
 from bicycle.identification.decay_guesses import FASTEST, SLOWEST
+from bicycle.identification.decay_ratios import RATIOS
 from bicycle.identification.decay_window import window
 from bicycle.identification.loud_decay import why_drowned
 from bicycle.identification.recording import Run

@@ -1,8 +1,12 @@
 """The marginal likelihood of a window by dense covariances: y ~ N(0, s^2 (K + X P X')), the prior of log s even."""
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.linalg import block_diag, expm, solve_continuous_lyapunov, toeplitz
+from scipy.optimize import minimize
 from scipy.special import gammaln
 from scipy.stats import norm
 
@@ -13,8 +17,10 @@ from bicycle.identification.decay_evidence import Evidence, basis
 from bicycle.identification.decay_guesses import noise_floor
 from bicycle.identification.decay_least_squares import DRIVEN, log_sum
 from bicycle.identification.decay_noise import SHARES, Driving
-from bicycle.identification.decay_posterior import POINTS, WIDER, _proposal
+from bicycle.identification.decay_posterior import POINTS, WIDER, _proposal, prepared
 from bicycle.identification.decay_window import window
+from bicycle.identification.free_decay import identify
+from bicycle.identification.recording import read_run
 from bicycle.identification.run import Run
 
 MODES = np.array([[-0.8, 4.5]])
@@ -123,6 +129,51 @@ def test_modes_that_the_ground_drives(seen, drift, rates, phase):
     total = log_sum(np.swapaxes(own.log, 0, 1)).sum(-1)
     both = np.logaddexp(total + np.log(1 - DRIVEN), log_sum(shared.log.T) + np.log(DRIVEN))
     assert Evidence(seen, drift, noise, shaken).log(NEAR, rates) == pytest.approx(both)
+
+
+def test_whether_something_drives_the_motion_may_be_told(seen):
+    """Told yes: driven noise alone, its level even, not its logarithm. Told no: none. Else from even odds."""
+    noise = noise_floor(seen, MODES)
+    told = replace(seen, driven=True)
+    opened, sure = (Evidence(w, "none", noise, Driving.of(w, MODES).at([0.0])).solved(NEAR) for w in (seen, told))
+    even = np.log(SHARES / SHARES.sum()) - np.log(1 / len(SHARES))
+    assert sure.driven.log == pytest.approx(opened.driven.log + even)
+    assert sure.log() == pytest.approx(log_sum(sure.driven.log.T))
+    assert sure.chance_driven() == pytest.approx([1, 1])
+    odds = np.exp(log_sum(opened.driven.log.T) - log_sum(np.swapaxes(opened.own.log, 0, 1)).sum(-1))
+    assert opened.chance_driven() == pytest.approx(odds / (1 + odds))
+    assert prepared(replace(seen, driven=False), MODES[0][None])[0].driven is None
+
+
+def test_driven_modes_of_many_cycles_are_circular_and_those_of_few_are_not():
+    """Paths of long windows against the covariance of dz = root z dt + g dw: of its circular part, or of both.
+
+    They are straight between 16 or 4 places a cycle.
+    """
+    for root, length in ((complex(-0.3, 12.0), 15.0), (complex(-0.6, 4.0), 4.0)):
+        t = np.linspace(0, length, 400)
+        assert t.size > decay_noise.NODES
+        paths = decay_noise._paths(t, root, 1.0, 1e6)
+        later = np.exp(root * np.abs(t[:, None] - t))
+        circular = np.where(t[:, None] >= t, later, later.conj())  # E z(t) conj(z(u))
+        assert np.abs(paths @ paths.conj().T - circular).max() < 0.05
+        turned = paths @ paths.T  # E z(t) z(u)
+        few = root.imag * length < 2 * np.pi * 15
+        assert np.abs(turned - few * -root.real / abs(root) * later).max() < 0.05
+
+
+def test_of_two_maxima_a_slow_and_a_quick_real_mode_the_higher_is_found():
+    """The quick one is three nats higher; from the best start alone the slow one was found, four sd from it."""
+    run = read_run(Path(__file__).with_name("growing_weave.csv"), 4.15)
+    found = identify(run, drift="exponential", thorough=False).estimate.best
+    best = found.evidence.log(found.best[None], found.best_rate)[0]
+    for rate in (0.16, 0.3, 0.6, 1.0, 1.4, 1.8, 2.4):
+
+        def minus_log(x, rate=rate):
+            return -found.evidence.log(x[None, None], np.array([rate]))[0]
+
+        other = minimize(minus_log, [0.72, 1.86], method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-4})
+        assert best > -other.fun - 0.01
 
 
 @pytest.mark.parametrize("push", [np.array([0.0, 1.0]), np.array([0.4, -1.3])])

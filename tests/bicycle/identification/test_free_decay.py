@@ -61,6 +61,34 @@ def test_a_start_that_a_slow_mode_moves_widens_what_is_said():
         assert abs(found.eigenvalue - ROOT) < 3 * max(found.sd)
 
 
+@pytest.mark.parametrize("motion", [lambda t: np.exp(0.7 * t), lambda t: np.exp(-1.2 * t), lambda t: 0.1 * t])
+def test_a_motion_that_does_not_oscillate_is_refused(motion):
+    """Each was taken for a weave of 0.1 rad/s, the slowest that is sought, with a small sd."""
+    t, rng = np.arange(0, 3, 0.02), np.random.default_rng(1)
+    channels = {
+        "roll_rate_rad_s": motion(t) + 0.01 * rng.standard_normal(t.size),
+        "steer_rad": 0.6 * motion(t) + 0.01 * rng.standard_normal(t.size),
+    }
+    found = identify(Run("capsize.csv", 8.5, t, channels, {}))
+    assert found.rejected == (
+        f"it turns by {found.cycles:.2g} cycles in the window (at least 0.25): a motion that does not oscillate, "
+        "such as a capsize, looks like that; give the frequency of an oscillation (start_hz)"
+    )
+
+
+def test_a_weave_beside_a_capsize_that_grows_larger_is_the_one_that_is_taken():
+    t, rng = np.arange(0, 2.0, 0.01), np.random.default_rng(2)
+    weave, capsize = np.exp(complex(-1.2, 8.0) * t), np.exp(1.5 * t)
+    channels = {
+        "roll_rate_rad_s": weave.real + 0.4 * capsize + 0.005 * rng.standard_normal(t.size),
+        "steer_rate_rad_s": ((0.8 - 0.5j) * weave).real - 0.3 * capsize + 0.005 * rng.standard_normal(t.size),
+    }
+    found = identify(Run("ride.csv", 8.5, t, channels, {}))
+    assert not found.rejected
+    assert abs(found.eigenvalue - complex(-1.2, 8.0)) < 4 * max(found.sd)
+    assert [z.real > z.imag for z in found.beside] == [True]
+
+
 def test_ratios_of_channels():
     found = identify(decay(np.random.default_rng(5), sd=0.002))
     value, sd = found.ratios["steer_over_lean"]
