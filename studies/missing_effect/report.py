@@ -93,7 +93,8 @@ def record(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
             {"hypothesis": name, "probability": share, "rule": rule} for name, share, rule in verdict.refused_leaders
         ],
     }  # fmt: skip
-    return {**verdict.to_dict(), **more, **findings.to_dict()}
+    odd = {"parts": [one.part for one in findings.odd], "sentence": sentences.odd_note(diagnosis, findings)}
+    return {"odd_part": odd if findings.odd else None, **verdict.to_dict(), **more, **findings.to_dict()}
 
 
 def _content(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
@@ -129,7 +130,7 @@ def _content(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
         "named_table": lambda: Markup(NAMED).format(rows=rows, note=note),
         "contents": [(anchor, title) for anchor, title in SECTIONS.items() if not gone.get(anchor)],
         "together": tables.together(diagnosis, findings.parts), "compared_parts": tables.compared(findings.parts),
-        "parts_note": sentences.parts_note(diagnosis, findings),
+        "parts_lines": sentences.parts_lines(diagnosis, findings), "odd_note": sentences.odd_note(diagnosis, findings),
         "predicted": tables.predicted(diagnosis, findings.predicted),
         "predictors": list(tables.predictors(diagnosis, findings.predicted).values()),
         "predicted_note": sentences.predicted_note(findings) if findings.predicted else "",

@@ -159,8 +159,9 @@
   function show(kind, found) {
     const place = at("result-" + kind);
     place.replaceChildren();
-    const verdict = add(place, "p", found.sentence, "verdict");
+    const verdict = add(place, "p", found.odd_part || found.sentence, "verdict");
     verdict.tabIndex = -1;
+    if (found.odd_part) add(place, "p", "All parts together: " + found.sentence);
     if (found.means) add(place, "p", found.means);
     list(place, found.closing || []);
     if (found.uses) uses(place, found);

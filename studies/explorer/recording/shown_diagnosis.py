@@ -49,6 +49,7 @@ def diagnosis_shown(found: tuple[Diagnosis, Findings]) -> dict[str, Any]:
     figures += [posterior_figure(diagnosis), *([moved_figure(diagnosis, findings.moved)] if findings.moved else [])]
     return {
         "verdict": verdict.verdict,
+        "odd_part": sentences.odd_note(diagnosis, findings),
         "sentence": sentences.sentence(verdict),
         "means": sentences.SAYS[verdict.verdict],
         "closing": [sentences.closing(diagnosis), sentences.fitting(diagnosis)],

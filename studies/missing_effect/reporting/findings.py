@@ -7,14 +7,12 @@ from typing import Any
 from bicycle.effect.workers import model_workers
 from studies.inference.contradiction import PartAgainstRest, parts_against_rest
 from studies.inference.fit import Fit
-from studies.inference.forward import Forward
 from studies.inference.identifiability import Separation, separating
 from studies.inference.joint import JointForward
-from studies.inference.judge import judge
 from studies.inference.limits import UpperLimit, upper_limits
 from studies.inference.moved import Moved, moved
+from studies.inference.odd_part import WithoutOne, fits, odd_ones, without_each
 from studies.inference.stability import Stability, stability
-from studies.inference.verdict import Verdict
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.reporting.doubts import doubts
 from studies.missing_effect.residual.kept import Kept, keep, record
@@ -44,8 +42,11 @@ class Findings:
         The verdict in variants, where they were judged.
     parts : tuple of PartAgainstRest
         Of joint data: each part against the others.
-    without : mapping of str to Verdict
-        What is judged without a part that contradicts the others.
+    without : mapping of str to WithoutOne
+        What is judged without a part that contradicts the others, or without each where they do not fit together; the
+        part first without which the others fit best.
+    joint_fits : bool
+        Whether the final hypothesis fits all data together.
     predicted : tuple of Predicted
         Of runs that were held out of every fit.
     kept : Kept, optional
@@ -59,9 +60,21 @@ class Findings:
     doubts: tuple[str, ...]
     stability: Stability | None = None
     parts: tuple[PartAgainstRest, ...] = ()
-    without: Mapping[str, Verdict] = field(default_factory=dict)
+    without: Mapping[str, WithoutOne] = field(default_factory=dict)
+    joint_fits: bool = True
     predicted: tuple[Predicted, ...] = ()
     kept: Kept | None = None
+
+    @property
+    def odd(self) -> list[WithoutOne]:
+        """Parts without which everything else fits clearly, where all together do not fit."""
+        return [] if self.joint_fits else odd_ones(self.without)
+
+    @property
+    def ranked(self) -> list[PartAgainstRest]:
+        """The parts, first those without which the others fit best."""
+        place = {name: k for k, name in enumerate(self.without)}
+        return sorted(self.parts, key=lambda part: place.get(part.part, len(place)))
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON, beside the verdict."""
@@ -90,10 +103,11 @@ class Findings:
             "parts": [
                 {
                     "part": p.part, "disagreement_sd": p.sd, "p": p.p, "contradicts": p.contradicts,
+                    "joint_fits": self.joint_fits,
                     "effects": [{**asdict(c), "difference_sd": c.difference} for c in p.effects],
-                    "without_it": self.without[p.part].to_dict() if p.part in self.without else None,
+                    "without_it": self.without[p.part].rest.to_dict() if p.part in self.without else None,
                 }
-                for p in self.parts
+                for p in self.ranked
             ],
             "predicted": [p.to_dict() for p in self.predicted],
             "stability": None if self.stability is None else self.stability.to_dict(),
@@ -115,17 +129,21 @@ def find(diagnosis: Diagnosis) -> Findings:
     torque = kept.residual.fit if kept is not None and kept.residual is not None else None
     return Findings(
         moved=moved(known.null, final), limits=upper_limits(forward, known, final), between=between, further=further,
-        doubts=doubts(diagnosis), parts=parts, without=_without(forward, parts),
+        doubts=doubts(diagnosis), parts=parts, without=_without(diagnosis, parts), joint_fits=fits(verdict),
         predicted=predicted(diagnosis, torque), kept=kept,
     )  # fmt: skip
 
 
-def _without(forward: Forward, parts: tuple[PartAgainstRest, ...]) -> dict[str, Verdict]:
-    """What the others say without each part that contradicts them."""
+def _without(diagnosis: Diagnosis, parts: tuple[PartAgainstRest, ...]) -> dict[str, WithoutOne]:
+    """What the others say without each part that contradicts them.
+
+    Where all together do not fit, how far a part is from the others is linear about a fit that is wrong: any is left
+    out in its turn.
+    """
+    forward, together = diagnosis.forward, fits(diagnosis.verdict)
     if not isinstance(forward, JointForward):
         return {}
-    rest = {p.name: tuple(other for other in forward.parts if other is not p) for p in forward.parts}
-    return {p.part: judge(JointForward(rest[p.part])).verdict for p in parts if p.contradicts}
+    return without_each(forward, [p.part for p in parts if p.contradicts or not together], single_out=not together)
 
 
 @one_blas_thread()

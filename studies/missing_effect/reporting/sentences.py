@@ -1,8 +1,10 @@
 """Sentences of a report, each true of the numbers beside it."""
 
+from studies.inference.contradiction import PartAgainstRest
 from studies.inference.identifiability import MORE_PROBABLE
 from studies.inference.limits import widening
 from studies.inference.moved import moved, share_closed
+from studies.inference.odd_part import fits
 from studies.inference.part import OF
 from studies.inference.sentence import printed
 from studies.inference.verdict import Verdict
@@ -123,19 +125,52 @@ def told_apart(findings: Findings) -> str:
     return f"{leader} from {'the nearest of ' if len(rivals) > 1 else ''}{listed(rivals)}"
 
 
-def parts_note(diagnosis: Diagnosis, findings: Findings) -> str:
-    """Which part contradicts the others, and what they say without it."""
-    wrong = [part for part in findings.parts if part.contradicts]
-    if not wrong:
-        return _agreed(diagnosis) if findings.parts else ""
+def odd_note(diagnosis: Diagnosis, findings: Findings) -> str:
+    """Without which part everything else fits, where all together do not; empty where that singles none out."""
+    odd, n = findings.odd, diagnosis.verdict.chi2["n"]
     told = []
-    for part in wrong:
-        rest = findings.without[part.part]
+    for k, one in enumerate(odd):
+        rest, part = one.rest, one.part
+        begin = f"Without {part} everything else fits{', too' if k else ''}"
+        told.append(f"{begin} ({rest.chi2['n']} of {n} numbers): {rest.verdict}: {sentence(rest)}")
+        if one.alone is not None and len(odd) < len(findings.parts):
+            by_itself = "though it fits by itself" if fits(one.alone) else "nor does it fit by itself"
+            told.append(f"{part} does not fit with that, {by_itself}: {one.alone.verdict}: {sentence(one.alone)}")
+    names = [one.part for one in odd]
+    if len(names) > 1:
+        told.append(f"Which of {listed(names)} is the odd one these data do not say; the first leaves the better fit.")
+    if names:
         told.append(
-            f"{part.part} contradicts the rest by {part.sd:.1f} sd (p {printed(part.p)}); without it: {rest.verdict}: "
-            f"{sentence(rest)}"
+            f"Was {' or '.join(names)} measured in another set-up (bicycle, load, rider, tyres), is a sensor of it "
+            "wrong, or does it show something that the others cannot see?"
         )
     return " ".join(told)
+
+
+def parts_lines(diagnosis: Diagnosis, findings: Findings) -> list[str]:
+    """Which part contradicts the others, and what they say without it; empty of data without parts."""
+    if not findings.parts:
+        return []
+    told = [_without(part, findings) for part in findings.ranked if part.part in findings.without]
+    if findings.joint_fits:
+        return told or [_agreed(diagnosis)]
+    p = printed(diagnosis.verdict.goodness_of_fit_p)
+    return [
+        f"All parts together do not fit (p {p}): how far a part is from the rest is linear about that fit and does not "
+        "say which one is the odd one; first is the part without which the others fit best.",
+        *told,
+    ]  # fmt: skip
+
+
+def _without(part: PartAgainstRest, findings: Findings) -> str:
+    """How far a ``part`` is from the others, and what they say without it, once."""
+    one = findings.without[part.part]
+    begin = f"{part.part} contradicts the rest by {part.sd:.1f} sd (p {printed(part.p)}); without it: "
+    if not part.contradicts:
+        begin = f"without {part.part}: "
+    if any(one is other for other in findings.odd):
+        return f"{begin}everything else fits (p {printed(one.rest.goodness_of_fit_p)}), see the first line."
+    return f"{begin}{one.rest.verdict}: {sentence(one.rest)}"
 
 
 def _agreed(diagnosis: Diagnosis) -> str:
@@ -202,8 +237,10 @@ def first_lines(diagnosis: Diagnosis, findings: Findings | None, place: str) -> 
     """
     lines = [f"{diagnosis.verdict.verdict}: {sentence(diagnosis.verdict)}"]
     if findings is not None:
+        if findings.odd:
+            lines = [odd_note(diagnosis, findings), f"all parts together: {lines[0]}"]
         lines += [f"check first: {doubt}" for doubt in findings.doubts]
-        lines += [parts_note(diagnosis, findings)] if findings.parts else []
+        lines += parts_lines(diagnosis, findings)
         lines += predicted_lines(findings)
         lines += [findings.stability.sentence] if findings.stability is not None else []
         lines += [words.sentence(findings.kept).replace("χ²", "chi^2")] if findings.kept is not None else []

@@ -2,7 +2,10 @@
 
 TEMPLATE = """# What is missing: {{ name }}
 
-**{{ v.verdict }}** — {{ sentence }}
+{% if odd_note %}
+**{{ odd_note.partition(': ')[0] }}:** {{ odd_note.partition(': ')[2] }}
+
+All parts together: {% endif %}**{{ v.verdict }}** — {{ sentence }}
 
 {% for doubt in f.doubts %}
 **Check first:** {{ doubt }}.
@@ -39,7 +42,9 @@ More probable than what the verdict rests on, but refused:
 |---|---|---{{ '|---' * models|length }}|---|
 {% for row in together %}| {{ row|cells }} |
 {% endfor %}
-{{ parts_note }}
+{% for line in parts_lines %}{{ line }}
+
+{% endfor %}
 {% if compared_parts %}
 | effect | by this part alone | by the others | apart by |
 |---|---|---|---|

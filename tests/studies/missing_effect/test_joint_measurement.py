@@ -9,12 +9,13 @@ from published_bicycle import ride, weave
 from small_library import all_but
 
 from studies.cli import main
+from studies.inference.contradiction import PartAgainstRest
 from studies.missing_effect import diagnose, read_measurement
 from studies.missing_effect.figures import draw_all
 from studies.missing_effect.motion.joint_measurement import JointMeasurement
 from studies.missing_effect.part_figures import of_part
-from studies.missing_effect.reporting.findings import find
-from studies.missing_effect.reporting.sentences import parts_note
+from studies.missing_effect.reporting.findings import Findings, find
+from studies.missing_effect.reporting.sentences import parts_lines
 from tyre.base.errors import InputError
 
 HEAD = """
@@ -125,12 +126,12 @@ def test_each_part_has_its_own_figures(off, tmp_path, unseen):
 
 def test_that_no_part_contradicts_holds_beside_what_is_named(off):
     """Here an error of one part was named, which may be what takes a contradiction up."""
-    agreed = SimpleNamespace(parts=[SimpleNamespace(contradicts=False)])
-    assert parts_note(off, agreed) == (
+    agreed = Findings((), (), (), (), (), parts=(PartAgainstRest("modes", 0.5, 1.0, ()),))
+    assert parts_lines(off, agreed) == [
         "Beside kicks/steer_scale no part contradicts the others; kicks/steer_scale is an error of one part alone and "
         "may take up what would contradict it."
-    )
-    assert parts_note(SimpleNamespace(final=off.hypotheses.null), agreed) == "No part contradicts the others."
+    ]
+    assert parts_lines(SimpleNamespace(final=off.hypotheses.null), agreed) == ["No part contradicts the others."]
 
 
 def test_nothing_is_missing_where_both_are_of_the_bicycle(tmp_path):
@@ -156,6 +157,14 @@ def test_a_part_that_contradicts_the_others_is_told_on_page_and_terminal(tmp_pat
     assert modes["contradicts"]
     assert f"modes contradicts the rest by {modes['disagreement_sd']:.1f} sd" in said
     assert modes["without_it"]["verdict"] == "none"  # the rides are of the bicycle as it is
+    assert not modes["joint_fits"]
+    assert next(iter(record)) == "odd_part"
+    assert "modes" in record["odd_part"]["parts"]
+    assert said.splitlines()[0] == record["odd_part"]["sentence"]
+    assert "Without modes everything else fits (" in said.splitlines()[0]
+    assert record["sentence"] in said  # nothing is hidden
+    assert page.splitlines()[2].startswith(f"**Without {record['odd_part']['parts'][0]} everything else fits (")
+    assert "All parts together: **" in page
 
 
 def test_a_recorded_torque_takes_the_motor_out_of_the_part_that_holds_it(tmp_path):
