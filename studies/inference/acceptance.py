@@ -18,7 +18,8 @@ from studies.inference.checks import (
 from studies.inference.evidence import CLEAR_ODDS, Hypotheses
 from studies.inference.fit import Fit, fit
 from studies.inference.forward import Forward
-from studies.inference.identifiability import equivalents
+from studies.inference.held_back import held_back
+from studies.inference.identifiability import MORE_PROBABLE, MOST_PROBABLE, equivalents
 from studies.inference.search import MANY, NOTHING, beats_nothing
 from studies.inference.verdict import AcceptanceCheck, Mimic, Verdict
 
@@ -163,8 +164,13 @@ def _nothing_named(
 
 def _studied(forward: Forward, known: Hypotheses, leader: Fit) -> _Leader:
     members = equivalents(forward, known, leader)
+    members[leader] += _among(known, leader) if members[leader].startswith(MOST_PROBABLE) else ""
     for f in likelier(known, leader)[:1]:
-        members[f] = f"one effect more, odds {known.odds(f, leader):.0f} : 1 for it: too few to add it"
+        odds = known.odds(f, leader)
+        members[f] = f"one effect more, odds {odds:.0f} : 1 for it: too few to add it"
+        if odds > CLEAR_ODDS:
+            why = held_back(forward, known, f, leader)
+            members[f] = f"{MORE_PROBABLE} than what leads ({odds:.2g} : 1), of one effect more, but {why}"
     peers = list(dict.fromkeys([*members, *known.best(len(leader.candidates))[:MOST_LEADERS]]))
     wide = with_wider_nuisances(forward, known, [f for f in peers if f.converged or f is leader])
     best = wide.best()[0]
@@ -176,6 +182,15 @@ def _studied(forward: Forward, known: Hypotheses, leader: Fit) -> _Leader:
                 "it is the most probable" if f is best else f"the odds against it are {odds:.0f} : 1"
             )
     return _Leader(leader, held_out(forward, leader), members, wide)
+
+
+def _among(known: Hypotheses, leader: Fit) -> str:
+    """Among which hypotheses a leader is the most probable, where not among all."""
+    ahead = [f for f in (known.null, *known.fits) if known.odds(f, leader) > 1 and f is not leader]
+    effects = len(leader.candidates)
+    if any(len(f.candidates) != effects for f in ahead):
+        return f" of those with {effects} effect{'s' if effects > 1 else ''}"
+    return " of those that may be named" if any(not f.admissible for f in ahead) else ""
 
 
 def _vital(forward: Forward, led: _Leader) -> tuple[AcceptanceCheck, ...]:

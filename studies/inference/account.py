@@ -11,6 +11,7 @@ from studies.inference.checks import HeldOut, goodness_of_fit
 from studies.inference.evidence import CLEAR_ODDS, Hypotheses
 from studies.inference.fit import Fit
 from studies.inference.forward import Forward
+from studies.inference.held_back import held_back
 from studies.inference.identifiability import separating
 from studies.inference.parameter import Candidate, UncertainParameter
 from studies.inference.sentence import printed, sentence
@@ -74,6 +75,8 @@ def _refused(forward: Forward, known: Hypotheses, acceptance: Acceptance) -> tup
 
 
 def _rule(forward: Forward, known: Hypotheses, acceptance: Acceptance, f: Fit) -> str:
+    if f is not acceptance.leader and f.name in acceptance.reasons:
+        return acceptance.reasons[f.name]  # one reason, wherever it is listed
     if f is acceptance.leader:
         failed = [c.what for c in acceptance.checks if not c.passed]
         return f"does not hold: {'; '.join(failed)}"
@@ -92,20 +95,16 @@ def _rule(forward: Forward, known: Hypotheses, acceptance: Acceptance, f: Fit) -
         if p <= POOR_FIT or judged is None:
             return f"it does not fit (p {printed(p)})"
         if f.identifiers > judged.identifiers and (odds := known.odds(f, judged)) > 1:
-            return (
-                f"{odds:.2g} times as probable as {judged.name}, which was judged, but not clearly so, or the data "
-                "left out gain nothing by it"
-            )
+            why = held_back(forward, known, f, judged)
+            return f"{odds:.2g} times as probable as {judged.name}, which was judged, but {why}"
         return f"not what was judged: {judged.name} was, which fails a rule"
     if acceptance.final.identifiers < f.identifiers:
         odds = known.odds(f, acceptance.final)
+        more = "one effect more" if len(f.candidates) == len(acceptance.final.candidates) + 1 else "more effects"
         if odds <= CLEAR_ODDS:
-            return f"one effect more, and not clearly more probable ({odds:.2g} : 1)"
-        return (
-            f"one effect more, {odds:.2g} times as probable, but the data left out gain nothing, or one of its effects "
-            "does not stand by itself"
-        )
-    return "each of its effects must stand by its own odds and held-out gain, and one does not"
+            return f"{more}, and not clearly more probable ({odds:.2g} : 1)"
+        return f"{more}, {odds:.2g} times as probable, but {held_back(forward, known, f, acceptance.final)}"
+    return f"more probable, but {held_back(forward, known, f, acceptance.final)}"
 
 
 def _worst(forward: Forward, final: Fit) -> tuple[tuple[str, float], ...]:

@@ -12,6 +12,7 @@ from studies.inference.forward import Forward
 ALIKE_COSINE = 0.95  # of marginalised directions
 HOPELESS_ODDS = 1e4  # beyond which a look-alike is out, however parallel, unless it explains as much
 AS_MUCH = 6.0  # of the objective (chi^2 and prior): odds of 20 by the fit alone, whatever the volume of the prior
+MOST_PROBABLE = "the most probable"  # how that of the leader begins, where none with as many effects is ahead
 MORE_PROBABLE = "more probable"  # how the reason begins of a member that is ahead of the leader
 BENCH_SD = 0.1  # of a bench test, in prior scales (5 % of the upper end of the typical range)
 
@@ -78,7 +79,7 @@ def equivalents(forward: Forward, known: Hypotheses, leader: Fit) -> dict[Fit, s
     peers = [f for f in peers if known.odds(leader, f) < HOPELESS_ODDS or f.objective - best < AS_MUCH]
     cosines = similarity(forward, known.null, [leader, *peers])[0, 1:]
     ahead = [f for f in peers if known.odds(leader, f) < 1]
-    led = "the most probable of a size that occurs" if ahead else "the most probable"
+    led = f"{MOST_PROBABLE} of a size that occurs" if ahead else MOST_PROBABLE
     members = {leader: "where the search ended" if any(f.physical for f in ahead) else led}
     for f, cosine in zip(peers, cosines, strict=True):
         odds = known.odds(leader, f)

@@ -54,7 +54,7 @@ def sentence(
     either = f", which these data cannot tell from {' or '.join(others)}" if others else ""
     led = (
         "the most probable is"
-        if all(known.odds(acceptance.final, f) >= 1 for f in acceptance.members)
+        if not refused and all(known.odds(acceptance.final, f) >= 1 for f in acceptance.members)
         else "it is led by"
     )
     if ahead:

@@ -6,41 +6,163 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from studies.inference import account, identifiability
+from studies.inference import acceptance as acceptance_module
+from studies.inference import account, held_back, identifiability, search
 from studies.inference.account import _rule
 from studies.inference.evidence import Hypotheses
 from studies.inference.parameter import Candidate, UncertainParameter
 from studies.missing_effect.reporting.sentences import beside_name
 
 
+class Named:
+    """A hypothesis of effects called by one letter each; the null has none."""
+
+    converged = admissible = True
+    at_bound = negligible = implausible = list
+
+    def __init__(self, name):
+        self.name, self.identifiers = name, frozenset(name)
+        self.candidates = tuple(Candidate(c, ()) for c in name)
+
+
+class Scored:
+    """Hypotheses with their log posteriors and held-out scores, by name."""
+
+    odds = Hypotheses.odds
+
+    def __init__(self, monkeypatch, told, *, possible=True):
+        self.made = {name: Named(name) for name in told}
+        self.null, self.fits = self.made[""], [f for name, f in self.made.items() if name]
+        self.log_posterior = lambda f: math.log(told[f.name][0])
+        for module in (held_back, search):
+            monkeypatch.setattr(
+                module, "held_out", lambda _, f: SimpleNamespace(log_score=told[f.name][1], possible=possible)
+            )
+        monkeypatch.setattr(account, "goodness_of_fit", lambda *_: 0.5)
+
+    def find(self, identifiers):
+        return next((f for f in self.made.values() if f.identifiers == identifiers), None)
+
+
+WORSE = {"": (1e-9, -90.0), "a": (1.0, -50.0), "b": (1e-6, -80.0)}  # posterior, held-out score
+
+
 @pytest.mark.parametrize(
-    ("odds", "words"),
-    [(7.0, "not clearly more probable (7 : 1)"), (3e35, "3e+35 times as probable, but the data left out gain nothing")],
+    ("larger", "words"),
+    [
+        ((7.0, -10.0), "not clearly"),
+        ((3e35, -50.0), "but the data left out gain nothing by it"),
+        ((3e35, -49.0), "but not where the search ended, which goes from the best with so many effects to one more"),
+    ],
 )
-def test_clear_odds_are_not_called_unclear(odds, words):
-    larger = SimpleNamespace(
-        converged=True, candidates=("a", "b"), identifiers=frozenset("ab"), at_bound=list, negligible=list,
-        implausible=list,
-    )  # fmt: skip
-    final = SimpleNamespace(candidates=("a",), identifiers=frozenset("a"))
-    acceptance = SimpleNamespace(leader=None, final=final, checks=())
-    known = SimpleNamespace(odds=lambda one, other: odds)
-    assert words in _rule(None, known, acceptance, larger)
+@pytest.mark.parametrize("named", [True, False])
+def test_of_two_reasons_the_one_that_holds_is_said(named, larger, words, monkeypatch):
+    """Of a hypothesis ab beside a, which is named or was judged and is not; what is left out is each time another."""
+    known = Scored(monkeypatch, WORSE | {"ab": larger})
+    final = known.made["a" if named else ""]
+    acceptance = SimpleNamespace(leader=known.made["a"], final=final, checks=(), reasons={})
+    rule = _rule(None, known, acceptance, known.made["ab"])
+    assert words in rule
+    assert sum(reason in rule for reason in ("not clearly", "gain nothing", "where the search ended")) == 1
+    assert f"{larger[0]:.2g}" in rule
+    if not named:
+        assert rule.startswith(f"{larger[0]:.2g} times as probable as a, which was judged, but ")
+
+
+def test_one_run_gives_no_gain_to_show_and_is_not_said_to_give_none(monkeypatch):
+    known = Scored(monkeypatch, WORSE | {"ab": (3e35, 0.0)}, possible=False)
+    assert held_back.held_back(None, known, known.made["ab"], known.made["a"]) == (
+        "of one run nothing can be left out to show a gain"
+    )
+
+
+@pytest.mark.parametrize(
+    ("told", "words"),
+    [
+        ({"b": (50.0, -80.0)}, "c does not stand by its own odds (2 : 1; above 20 : 1 is clear)"),
+        ({"c": (1.0, -5.0)}, "the data left out gain nothing by its b"),
+        ({}, "not where the search ended"),
+    ],
+)
+def test_the_effect_that_does_not_stand_is_named(told, words, monkeypatch):
+    """bc, which does not contain the leader a."""
+    known = Scored(monkeypatch, WORSE | {"b": (1.0, -80.0), "c": (1.0, -80.0), "bc": (100.0, -10.0)} | told)
+    assert held_back.held_back(None, known, known.made["bc"], known.made["a"]).startswith(words)
+
+
+@pytest.mark.parametrize(
+    ("unusual", "white", "words"),
+    [
+        (1, 1e-9, "of a size that seldom occurs (b.mass), which is named only where it explains the data, and what it "
+         "leaves is not white noise (p below 0.01)"),
+        (2, 0.5, "more than one of its sizes seldom occurs (b.mass)"),
+        (1, 0.5, "the data left out gain nothing by it"),
+    ],
+)  # fmt: skip
+def test_an_unusual_size_is_the_reason_where_it_is(unusual, white, words, monkeypatch):
+    """It fits in sum (p = 0.5), and gains nothing on what is left out: that is the rule only where the size is none."""
+    known = Scored(monkeypatch, WORSE | {"ab": (3e35, -60.0)})
+    larger = known.made["ab"]
+    larger.implausible, larger.unusual = lambda: ["b.mass"], unusual
+    monkeypatch.setattr(held_back, "whiteness", lambda *_: white)
+    monkeypatch.setattr(held_back, "goodness_of_fit", lambda *_: 0.5)
+    assert held_back.held_back(None, known, larger, known.made["a"]) == words
+
+
+def test_one_of_three_that_does_not_beat_nothing_is_named(monkeypatch):
+    told = {"": (1e-3, -90.0), "c": (1e-3, -80.0), "a": (1.0, -80.0), "b": (1.0, -80.0)}
+    pairs = dict.fromkeys(("ab", "bc", "ac"), (1.0, -50.0))
+    known = Scored(monkeypatch, told | pairs | {"abc": (100.0, -10.0)})
+    assert held_back.held_back(None, known, known.made["abc"], known.made["ab"]) == (
+        "c, one of three effects, is not clearly better than nothing by itself"
+    )
+
+
+def test_a_hypothesis_that_is_listed_twice_has_one_reason(monkeypatch):
+    known = Scored(monkeypatch, WORSE | {"ab": (3e35, -50.0)})
+    made = known.made
+    acceptance = SimpleNamespace(leader=made["a"], final=made["a"], checks=(), reasons={"ab": "the reason"})
+    assert _rule(None, known, acceptance, made["ab"]) == "the reason"
+
+
+@pytest.mark.parametrize(
+    ("told", "words"),
+    [
+        ({}, ""),
+        ({"ab": (7.0, 0.0)}, " of those with 1 effect"),
+        ({"": (7.0, 0.0)}, " of those with 1 effect"),
+        ({"b": (7.0, 0.0)}, " of those that may be named"),
+    ],
+)
+def test_the_leader_is_called_the_most_probable_of_what_it_is(told, words, monkeypatch):
+    known = Scored(monkeypatch, WORSE | told)
+    known.made["b"].admissible = False
+    assert acceptance_module._among(known, known.made["a"]) == words
 
 
 @pytest.mark.parametrize(
     ("odds", "words"),
-    [(33.0, "33 times as probable as a, which was judged, but not clearly so"), (0.1, "not what was judged: a was")],
+    [
+        (7.0, "one effect more, odds 7 : 1 for it: too few to add it"),
+        (
+            3e35,
+            "more probable than what leads (3e+35 : 1), of one effect more, but the data left out gain nothing by it",
+        ),
+    ],
 )
-def test_where_nothing_is_named_the_one_that_was_judged_is_not_called_likelier(odds, words, monkeypatch):
-    monkeypatch.setattr(account, "goodness_of_fit", lambda *_: 0.5)
-    larger = SimpleNamespace(
-        converged=True, candidates=("a", "b"), identifiers=frozenset("ab"), at_bound=list, negligible=list,
-        implausible=list,
-    )  # fmt: skip
-    judged = SimpleNamespace(name="a", identifiers=frozenset("a"))
-    acceptance = SimpleNamespace(leader=judged, final=SimpleNamespace(candidates=()), checks=())
-    assert _rule(None, SimpleNamespace(odds=lambda one, other: odds), acceptance, larger).startswith(words)
+def test_odds_that_are_clear_are_not_too_few(odds, words, monkeypatch):
+    known = Scored(monkeypatch, WORSE | {"ab": (odds, -50.0)})
+    leader, larger = known.made["a"], known.made["ab"]
+    monkeypatch.setattr(acceptance_module, "equivalents", lambda *_: {leader: "the most probable"})
+    monkeypatch.setattr(acceptance_module, "likelier", lambda *_: [larger])
+    monkeypatch.setattr(acceptance_module, "held_out", lambda *_: None)
+    known.best = lambda count=None: [leader]
+    wide = SimpleNamespace(best=lambda: [leader], nothing=1.0)
+    monkeypatch.setattr(acceptance_module, "with_wider_nuisances", lambda *_: wide)
+    members = acceptance_module._studied(None, known, leader).members
+    assert members == {leader: "the most probable of those with 1 effect", larger: words}
+    begin = "cannot be told apart from" if odds < 20 else "not ruled out is"
+    assert beside_name(SimpleNamespace(reasons={"ab": members[larger]}), "ab") == f"{begin} ab: {words}"
 
 
 def test_one_that_is_more_probable_than_any_number_says(monkeypatch):
