@@ -5,12 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import norm
 
+from studies.inference.account import factors
 from studies.inference.fit import Fit, fit
 from studies.inference.joint import JointForward, Part
 
 DOUBTFUL = 0.01  # p below which a part contradicts the rest
 BLIND = 1e-6  # sd of the rest, in noise, below which a part cannot speak of a direction
-SEEN = 0.9  # of the prior sd: above it, what an effect's size is said to be is its prior
+SEEN = 0.9  # of the prior sd: above it, what a number of an effect is said to be is its prior
 
 
 @dataclass(frozen=True)
@@ -42,13 +43,16 @@ class PartAgainstRest:
     sd : float
         The largest disagreement along one direction of the unknowns, in sd.
     effects : tuple of Compared
-        Of the hypothesis, those that the part and the rest can both see.
+        Numbers of the effects of the hypothesis that the part and the rest can both see.
+    unseen : tuple of str
+        Numbers of effects that act on both, of which the part or the rest tells little more than the prior.
     """
 
     part: str
     p: float
     sd: float
     effects: tuple[Compared, ...]
+    unseen: tuple[str, ...] = ()
 
     @property
     def contradicts(self) -> bool:
@@ -65,7 +69,7 @@ def parts_against_rest(forward: JointForward, joint: Fit) -> tuple[PartAgainstRe
     joint : Fit
     """
     return tuple(
-        PartAgainstRest(part.name, *disagreement(joint, rows), _effects(forward, joint, number))
+        PartAgainstRest(part.name, *disagreement(joint, rows), *_effects(forward, joint, number))
         for number, (part, rows) in enumerate(zip(forward.parts, forward.slices(), strict=True))
     )
 
@@ -102,17 +106,30 @@ def disagreement(joint: Fit, rows: slice) -> tuple[float, float]:
     return float(-np.expm1(len(apart) * np.log1p(-2 * norm.sf(largest)))), largest
 
 
-def _effects(forward: JointForward, joint: Fit, number: int) -> tuple[Compared, ...]:
-    """Numbers of the effects by the part alone and by the others, where both see them."""
+def _effects(forward: JointForward, joint: Fit, number: int) -> tuple[tuple[Compared, ...], tuple[str, ...]]:
+    """Numbers of the effects by the part alone and by the others, where both see them; and the names of the rest."""
     own = _alone(forward.parts[number : number + 1], joint)
     rest = _alone(forward.parts[:number] + forward.parts[number + 1 :], joint)
-    return tuple(
-        Compared(name, unit, *own[name][1:], *rest[name][1:]) for name, (unit, *_) in own.items() if name in rest
+    both = [name for name in own if name in rest]
+    seen = [name for name in both if own[name].seen and rest[name].seen]
+    compared = (
+        Compared(name, own[name].unit, own[name].value, own[name].sd, rest[name].value, rest[name].sd) for name in seen
     )
+    return tuple(compared), tuple(name for name in both if name not in seen)
 
 
-def _alone(parts: tuple[Part, ...], joint: Fit) -> dict[str, tuple[str, float, float]]:
-    """Unit, value and sd of each size of the effects of a ``joint`` hypothesis, by some of the parts."""
+@dataclass(frozen=True)
+class _Told:
+    """A number of an effect by some of the parts, and whether they tell it much better than its prior."""
+
+    unit: str
+    value: float
+    sd: float
+    seen: bool
+
+
+def _alone(parts: tuple[Part, ...], joint: Fit) -> dict[str, _Told]:
+    """Each number of the effects of a ``joint`` hypothesis by some of the parts, by wheel where they differ."""
     some = JointForward(parts)
     kept = tuple(c for c in joint.candidates if some.concerns(c))
     column = {u.name: k for k, u in enumerate(joint.unknowns[: joint.effect_columns.start])}
@@ -122,8 +139,10 @@ def _alone(parts: tuple[Part, ...], joint: Fit) -> dict[str, tuple[str, float, f
     found = fit(some, kept, starts=[begin])
     spread = np.sqrt(found.covariance.diagonal())
     return {
-        f"{c.identifier}.{u.name}": (u.unit, float(u.value(x)), float(sd * u.slope(float(x))))
+        f"{c.identifier}.{name}": _Told(
+            u.unit, factor * float(u.value(x)), factor * float(sd * u.slope(float(x))), bool(sd < SEEN * u.scale)
+        )
         for c in kept
         for u, x, sd in zip(c.unknowns, found.theta[found.columns(c)], spread[found.columns(c)], strict=True)
-        if u.size and sd < SEEN * u.scale
+        for name, factor in factors(u).items()
     }

@@ -131,6 +131,7 @@ def _content(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
         "contents": [(anchor, title) for anchor, title in SECTIONS.items() if not gone.get(anchor)],
         "together": tables.together(diagnosis, findings.parts), "compared_parts": tables.compared(findings.parts),
         "parts_lines": sentences.parts_lines(diagnosis, findings), "odd_note": sentences.odd_note(diagnosis, findings),
+        "unseen_note": sentences.unseen_note(findings),
         "predicted": tables.predicted(diagnosis, findings.predicted),
         "predictors": list(tables.predictors(diagnosis, findings.predicted).values()),
         "predicted_note": sentences.predicted_note(findings) if findings.predicted else "",

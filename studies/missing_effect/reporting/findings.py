@@ -105,6 +105,7 @@ class Findings:
                     "part": p.part, "disagreement_sd": p.sd, "p": p.p, "contradicts": p.contradicts,
                     "joint_fits": self.joint_fits,
                     "effects": [{**asdict(c), "difference_sd": c.difference} for c in p.effects],
+                    "not_compared": list(p.unseen),
                     "without_it": self.without[p.part].rest.to_dict() if p.part in self.without else None,
                 }
                 for p in self.ranked

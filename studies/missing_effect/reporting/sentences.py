@@ -173,6 +173,14 @@ def _without(part: PartAgainstRest, findings: Findings) -> str:
     return f"{begin}{one.rest.verdict}: {sentence(one.rest)}"
 
 
+def unseen_note(findings: Findings) -> str:
+    """Which numbers of effects are not compared, as a part or the others tell little more of them than the prior."""
+    found = [f"{name} ({part.part})" for part in findings.parts for name in part.unseen]
+    return f"Not compared, as that part or the others say little more of it than its prior: {', '.join(found)}." * bool(
+        found
+    )
+
+
 def _agreed(diagnosis: Diagnosis) -> str:
     """That no part contradicts the others, and which errors of single parts that rests on."""
     final = diagnosis.final

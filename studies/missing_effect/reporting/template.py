@@ -51,6 +51,10 @@ More probable than what the verdict rests on, but refused:
 {% for row in compared_parts %}| {{ row|cells }} |
 {% endfor %}
 {% endif %}
+{% if unseen_note %}
+{{ unseen_note }}
+
+{% endif %}
 {% endif %}
 {% if f.predicted %}
 ## Runs that were never fitted

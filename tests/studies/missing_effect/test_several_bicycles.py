@@ -166,6 +166,27 @@ def test_a_stiffness_that_is_not_stated_goes_with_the_load(folder):
     assert one.unknowns[0].scale == two.unknowns[0].scale
 
 
+def test_each_number_of_the_tyre_is_compared_by_each_bicycle_alone_or_said_not_to_be(folder):
+    """The truth is 12 N/rad a newton of load; a length of 0.1 m is 0.01 s at 10 m/s, which weave hardly shows."""
+    forward = forward_of(folder, TOP + ONE + PART.format("two", 'bicycle = "pista_rider"', "pista_rider"))
+    law = next(c for c in forward.candidates if c.identifier == "relaxation_length")
+    found = parts_against_rest(forward, fit(forward, (law,)))
+    for part in found:
+        told = {c.name: c for c in part.effects}
+        for wheel, load in zip(("rear", "front"), LOADS["benchmark"], strict=True):
+            one = told[f"relaxation_length.cornering_stiffness.{wheel}"]
+            assert one.own == pytest.approx(PER_LOAD * load, abs=4 * one.own_sd)
+            assert one.rest == pytest.approx(PER_LOAD * load, abs=4 * one.rest_sd)
+        assert ("relaxation_length.relaxation_length" in told) != ("relaxation_length.relaxation_length" in part.unseen)
+        assert set(told) | set(part.unseen) == {
+            "relaxation_length.cornering_stiffness.rear", "relaxation_length.cornering_stiffness.front",
+            "relaxation_length.relaxation_length",
+        }  # fmt: skip
+    assert (found[0].effects[0].own, found[0].effects[0].own_sd) == pytest.approx(
+        (found[1].effects[0].rest, found[1].effects[0].rest_sd)
+    )
+
+
 def test_a_rig_informs_the_tyre_of_a_bicycle(folder):
     forward = forward_of(folder, TOP + tyre("benchmark", 1.15) + SPREAD + ONE + RIG)
     found = fit(forward)
