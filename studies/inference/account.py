@@ -123,7 +123,7 @@ def _warnings(forward: Forward, known: Hypotheses, acceptance: Acceptance, *, ga
     if acceptance.verdict == "unknown" and all(goodness_of_fit(forward, f) <= POOR_FIT for f in known.fits):
         warnings.append("something is missing that the library does not explain")
     stuck = [f.name for f in (known.null, *known.best()) if not f.converged and known.posterior[f.name] > NEGLIGIBLE]
-    poor = [f.name for f in known.best() if not math.isfinite(f.objective)]
+    poor = [f"{f.name} ({_fell(forward, f)})" for f in known.best() if not math.isfinite(f.objective)]
     if stuck:
         warnings.append(f"did not converge and are not judged: {', '.join(stuck)}")
     if poor:
@@ -132,6 +132,15 @@ def _warnings(forward: Forward, known: Hypotheses, acceptance: Acceptance, *, ga
     if larger:
         warnings.append(_beside(known, final, larger))
     return warnings
+
+
+def _fell(forward: Forward, f: Fit) -> str:
+    """Where what a hypothesis predicts is no number."""
+    lost = np.flatnonzero(~np.isfinite(f.residual))
+    if not len(lost):
+        return "its evidence is no finite number"
+    first, n = int(lost[0]), len(f.residual)
+    return f"no finite number for {len(lost)} of {n}, the first in {forward.rows.series[first]}"
 
 
 def _beside(known: Hypotheses, final: Fit, larger: list[Fit]) -> str:

@@ -50,7 +50,7 @@ def sentence(
     without = f"without it the adjusted parameters {fits} (p {printed(alone)})"
     whole = f"it explains the data (p {printed(p)}); {without}, P(nothing is missing) {printed(known.nothing)}"
     if acceptance.verdict == "named":
-        return f"{what} {'are' if len(effects) > 1 else 'is'} missing, relative to this library: {whole}."
+        return f"{_found(acceptance.final, effects)}, relative to this library: {whole}."
     either = f", which these data cannot tell from {' or '.join(others)}" if others else ""
     led = (
         "the most probable is"
@@ -60,7 +60,7 @@ def sentence(
     if ahead:
         either += f", while {' and '.join(ahead)}, more probable, {'are' if len(ahead) > 1 else 'is'} not ruled out"
     if acceptance.verdict == "class":
-        return f"An effect is missing; {led} {what}{either}: {whole}."
+        return f"{_kind(acceptance.members)}; {led} {what}{either}: {whole}."
     return f"Tentatively {what}{either}: {whole}. What does not hold: {'; '.join(acceptance.reservations)}."
 
 
@@ -82,6 +82,25 @@ def in_words(effect: Named) -> str:
         for name, (value, sd) in effect.parameters.items()
     ]
     return f"{effect.identifier} ({', '.join(values)})" if values else effect.identifier
+
+
+def _found(final: Fit, effects: tuple[Named, ...]) -> str:
+    """What of the effects is missing, and which is no effect but an error of the measurement or its file."""
+    errors = {c.identifier for c in final.candidates if c.mistake}
+    missing = [in_words(e) for e in effects if e.identifier not in errors]
+    wrong = [in_words(e) for e in effects if e.identifier in errors]
+    told = [f"{' and '.join(missing)} {'are' if len(missing) > 1 else 'is'} missing"] if missing else []
+    if wrong:
+        kind = "are errors" if len(wrong) > 1 else "is an error"
+        told.append(f"{' and '.join(wrong)} {kind} of the measurement or its file")
+    return " and ".join(told)
+
+
+def _kind(members: tuple[Fit, ...]) -> str:
+    """Whether an effect is missing, by all members of a class, or none of these has one that is no mistake."""
+    real = [any(not c.mistake for c in f.candidates) for f in members]
+    wrong = "he measurement or its file is wrong"
+    return "An effect is missing" if all(real) else f"An effect is missing or t{wrong}" if any(real) else f"T{wrong}"
 
 
 def _none(known: Hypotheses, p: float) -> str:

@@ -23,8 +23,9 @@ class BenchMeasurement(BicycleMeasurement):
         return bench_candidates(self._sorted)
 
     def impossible(self) -> dict[str, str]:
-        """Whatever needs a rolling tyre, a rider or a motor, and what takes more readings."""
-        return bench_refused(self._sorted)
+        """Whatever needs a rolling tyre, a rider or a motor, and what takes more readings; nothing of the base model."""
+        base = {effect.identifier for effect in self.model.effects}
+        return {name: why for name, why in bench_refused(self._sorted).items() if name not in base}
 
     def assumptions(self) -> tuple[str, ...]:
         """What of the base model has no part in the tests, and how the bicycle was held."""

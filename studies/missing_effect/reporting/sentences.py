@@ -13,7 +13,7 @@ from studies.missing_effect.motion.history_forward import HistoryForward
 from studies.missing_effect.motion.modal_forward import ModalForward
 from studies.missing_effect.reporting.findings import Findings
 from studies.missing_effect.reporting.tables import WIDER, penalty, widened
-from studies.missing_effect.reporting.words import ADJUSTED, BASE, explains, listed, misfit, percent, said
+from studies.missing_effect.reporting.words import ADJUSTED, BASE, explains, listed, misfit, number, percent, said
 from studies.missing_effect.residual import words
 from studies.missing_effect.unfitted import Predicted
 
@@ -54,9 +54,9 @@ def closing(diagnosis: Diagnosis) -> str:
     told = [f"χ² over {chi2['n']} numbers is {misfit(nominal)} for the base model"]
     if diagnosis.forward.nuisances:
         null = diagnosis.hypotheses.null
-        farthest = abs(moved(null, null)[0].shift)
+        farthest = number(abs(moved(null, null)[0].shift), 2)
         told.append(
-            f"{percent(share_closed(nominal, adjusted))} of it goes by moving parameters, by up to {farthest:.2g} of "
+            f"{percent(share_closed(nominal, adjusted))} of it goes by moving parameters, by up to {farthest} of "
             f"their stated or assumed standard deviations ({misfit(adjusted)} remain)"
         )
     if diagnosis.final.candidates:

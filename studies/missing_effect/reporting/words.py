@@ -5,6 +5,7 @@ from collections.abc import Iterable
 
 from studies.inference.fit import Fit
 from studies.inference.judge import Judgement
+from studies.inference.sentence import LEAST
 
 BASE, ADJUSTED = "base model", "parameters only"
 NO_NUMBERS = {
@@ -43,9 +44,9 @@ def unit_of(unit: str) -> str:
 
 
 def probability(share: float) -> str:
-    """A ``share`` between 0 and 1: two digits, or as many nines as are needed."""
-    if share == 0:
-        return "0"
+    """A ``share`` between 0 and 1: two digits, or as many nines as are needed; never nothing."""
+    if share < LEAST:  # a number of the computer may be too small to hold it
+        return f"< {LEAST:g}"
     if 0.99 <= share < 1:
         return f"{share:.{-math.floor(math.log10(1 - share))}f}" if 1 - share > 1e-6 else "1"
     return f"{share:.2g}"

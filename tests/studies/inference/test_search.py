@@ -50,6 +50,8 @@ def test_a_fit_that_is_no_number_is_said_and_never_judged():
     assert (verdict.verdict, verdict.equivalent) == ("named", ("slope",))
     assert verdict.posterior["broken"] == 0.0
     assert any("could not be computed and are not judged: broken" in w for w in verdict.warnings)
+    (said,) = (w for w in verdict.warnings if "could not be computed" in w)
+    assert "broken (no finite number for 30 of 30, the first in " in said
 
 
 def test_one_condition_is_no_evidence_for_a_name():

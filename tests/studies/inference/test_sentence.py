@@ -17,6 +17,11 @@ class Fitted:
     name: str
     converged: bool
     chi2: float = 50.0
+    mistakes: str = ""
+
+    @property
+    def candidates(self):
+        return [SimpleNamespace(identifier=c, mistake=c in self.mistakes) for c in self.name.split("+")]
 
     def at_bound(self):
         return ()
@@ -70,6 +75,41 @@ def test_one_is_missing_and_two_are(monkeypatch, count, verb):
     said = sentence(SimpleNamespace(), known, judged, effects, {})
     assert f"{effects[-1].identifier} (size 1 +- 0.1 m) {verb} missing, relative to this library: it explains" in said
     assert said.endswith("do not fit (p = 1e-09), P(nothing is missing) < 1e-99.")
+
+
+@pytest.mark.parametrize(
+    ("mistakes", "words"),
+    [
+        ("a", "b (size 1 +- 0.1 m) is missing and a (size 1 +- 0.1 m) is an error of the measurement or its file"),
+        ("ab", "a (size 1 +- 0.1 m) and b (size 1 +- 0.1 m) are errors of the measurement or its file"),
+    ],
+)
+def test_an_error_of_the_measurement_is_not_said_to_be_missing(monkeypatch, mistakes, words):
+    monkeypatch.setattr(module, "goodness_of_fit", lambda *_: 0.3)
+    known = SimpleNamespace(null=Fitted("none", True), nothing=0.0)
+    judged = SimpleNamespace(verdict="named", final=Fitted("a+b", True, mistakes=mistakes), members=())
+    effects = tuple(Named(name, {"size": (1.0, 0.1)}, {"size": "m"}) for name in "ab")
+    said = sentence(SimpleNamespace(), known, judged, effects, {})
+    assert said.startswith(f"{words}, relative to this library: it explains the data")
+
+
+@pytest.mark.parametrize(
+    ("mistakes", "words"),
+    [
+        ("", "An effect is missing; the most probable is"),
+        ("a", "An effect is missing or the measurement or its file is wrong; the most probable is"),
+        ("ac", "The measurement or its file is wrong; the most probable is"),
+    ],
+)
+@pytest.mark.parametrize("refused", [{}, {"d": "at a bound"}])
+def test_a_class_says_what_kind_its_members_are_and_leads_only_what_is_ahead(monkeypatch, mistakes, words, refused):
+    """Of a class a and c; with one more probable that is refused, a is not the most probable."""
+    monkeypatch.setattr(module, "goodness_of_fit", lambda *_: 0.3)
+    members = tuple(Fitted(name, True, mistakes=mistakes) for name in "ac")
+    known = SimpleNamespace(null=Fitted("none", True), nothing=0.0, odds=lambda *_: 2.0)
+    judged = SimpleNamespace(verdict="class", final=members[0], members=members)
+    said = sentence(SimpleNamespace(), known, judged, (Named("a", {}, {}),), refused)
+    assert said.startswith(words.replace("the most probable is", "it is led by") if refused else words)
 
 
 @pytest.mark.parametrize(

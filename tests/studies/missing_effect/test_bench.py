@@ -204,6 +204,8 @@ def test_what_a_bench_test_cannot_see_is_said(tmp_path):
     held = read_measurement(write(tmp_path, [f"hold,floor,{x:g},,,{x:g},0.1" for x in ANGLES])).forward()
     assert "needs readings with a direction" in held.refused["steer_friction"]
     assert "needs readings with a direction" in held.refused["contact_scrub"]
+    assert {"relaxation_length", "twisting_torque"}.isdisjoint(refused)  # what the base model has is not to be tried
+    assert "no_slip" not in held.refused
     assert any("counts as the middle of what dry friction allows" in note for note in held.notes)
 
 

@@ -179,12 +179,14 @@ def test_p_follows_from_chi2_and_penalty_as_they_are_printed(one, nothing):
     assert "fitted freely" not in sentences.fitting(nothing)
 
 
-def test_where_nothing_is_named_nothing_is_said_to_be(nothing):
+def test_where_nothing_is_named_nothing_is_said_to_be(nothing, monkeypatch):
     text = written(nothing)
     assert "with linear" not in text.replace("between", "")
     assert list(titles(nothing).values()) == ["base model", "parameters only"]
     assert "| χ² by | n | base model | parameters only |" in text
     assert "more with" not in sentences.closing(nothing)
+    monkeypatch.setattr(sentences, "moved", lambda *_: (SimpleNamespace(shift=-104.0),))
+    assert "by up to 100 of their stated or assumed standard deviations" in sentences.closing(nothing)
     assert "moved, parameters only |" in text
     assert list(residuals(nothing)) == ["base model", "parameters only"]
 
@@ -351,7 +353,7 @@ def test_numbers_keep_their_digits_and_lose_their_exponents():
 def test_words():
     assert listed(["a"]) == "a"
     assert listed(["a", "b", "c"]) == "a, b and c"
-    assert [probability(p) for p in (1.0, 0.9996, 0.5, 8.3e-21)] == ["1", "0.9996", "0.5", "8.3e-21"]
+    assert [probability(p) for p in (1.0, 0.9996, 0.5, 8.3e-21, 0.0)] == ["1", "0.9996", "0.5", "8.3e-21", "< 1e-99"]
 
 
 @pytest.mark.parametrize(
