@@ -1,6 +1,6 @@
 """The table ``[histories]`` of a measurement file: which recordings, which of their samples and channels."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -51,13 +51,20 @@ TABLE = table(
         **dict.fromkeys(map(maybe, TABLES), anything),
     }
 )
+KM_H = "speed_km_h"  # in place of speed_m_s
+FASTEST_KM_H = 3.6 * FASTEST
+SPEED = table(
+    {maybe(KM_H): number(above=0, most=FASTEST_KM_H, says=f"is outside 0 .. {FASTEST_KM_H:g} km/h, or in quotes")},
+    others=True,
+)  # fmt: skip
 RUN = table(
     {
         maybe("file"): text("must be a path in quotes", blank=False),
         maybe("files"): text('must be a pattern of paths in quotes, such as "kick_*.csv"', blank=False),
-        needed("speed_m_s", "no speed_m_s; give the forward speed in m/s"): number(
+        needed("speed_m_s", f"no speed_m_s; give the forward speed in m/s, or {KM_H}"): number(
             above=0, most=FASTEST, says=f"is outside 0 .. {FASTEST:g} m/s; is it in km/h, or in quotes?"
         ),
+        maybe(KM_H): anything,
         maybe("group", ""): _group,
         maybe("held_out", False): flag,
         **WINDOW,
@@ -65,6 +72,7 @@ RUN = table(
     }
 )
 START = "first_s is called"
+MOST_HELD = 8  # names in a folder that are listed
 FINEST = 1e-6  # noise over what a channel varies by: the last digit of 20 bits
 NOISE_SD = number(above=0, says="must be positive; leave it out to estimate it")
 
@@ -102,9 +110,9 @@ def read_runs(content: Mapping[str, Any], folder: Path) -> tuple[tuple[Run, ...]
         common |= {"first_s": histories["drop_first_s"], START: "drop_first_s"}
     used = common.pop("channels") if isinstance(common.get("channels"), list) else None
     drive = histories.get("input", "")
-    read_in = (run for entry in histories["runs"] for run in _runs(entry, folder, common))
-    runs = [_only(_driven(run, drive), used) for run in read_in]
-    _refuse_repeats(runs)
+    read_in = [(run, _named_by(entry)) for entry in histories["runs"] for run in _runs(entry, folder, common)]
+    runs = [_only(_driven(run, drive), used) for run, _ in read_in]
+    _refuse_repeats(runs, [by for _, by in read_in])
     if all(run.held_out for run in runs):
         raise InputError("[[histories.runs]]: held_out = true in every run; leave it out where a run is to be fitted")
     channels = runs[0].channels
@@ -173,19 +181,27 @@ def _only(run: Run, used: list[Any] | None) -> Run:
     return replace(run, channels={name: run.channels[name] for name in used})
 
 
-def _refuse_repeats(runs: list[Run]) -> None:
+def _named_by(entry: Mapping[str, Any]) -> str:
+    """How an entry names its recordings, for a message."""
+    return next((f"{key} = {entry[key]!r}" for key in ("file", "files") if key in entry), "")
+
+
+def _refuse_repeats(runs: list[Run], named_by: Sequence[str]) -> None:
+    """Refuse runs of other channels, and one that two entries name; ``named_by`` says how each was named."""
     for place, run in enumerate(runs):
         if set(run.channels) != set(runs[0].channels) or set(run.inputs) != set(runs[0].inputs):
             raise InputError(f"{run.name}: has other columns than {runs[0].name}; all runs need the same channels")
-        if run.name in {other.name for other in runs[:place]}:
-            raise InputError(f"{run.name}: the same recording twice; keep one, or it counts twice")
+        for other, by in zip(runs[:place], named_by, strict=False):
+            if run.name == other.name:
+                both = f"{by} and by {named_by[place]}"
+                raise InputError(f"{run.name}: the same recording twice, by {both}; keep one, or it counts twice")
     refuse_copies(runs)
 
 
 def _runs(entry: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> list[Run]:
     """The events of one file, or of all files of a pattern; what stands in the entry goes before what is ``common``."""
     where = " ".join(["[[histories.runs]]", str(entry.get("file", entry.get("files", "")))]).strip()
-    given = read(RUN, entry, where=where)
+    given = read(RUN, _in_m_s(entry, where), where=where)
     settings = {**common, **{key: given[key] for key in (*TABLES, "first_s", "last_s") if key in given}}
     if "first_s" in given:
         settings.pop(START, None)
@@ -197,6 +213,16 @@ def _runs(entry: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> 
         for named in _files(given, folder, where)
         for run in _events(folder / named, given, channel_map)
     ]  # fmt: skip
+
+
+def _in_m_s(entry: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """An entry with its speed in m/s, which may be given in km/h."""
+    if KM_H not in entry:
+        return dict(entry)
+    if "speed_m_s" in entry:
+        raise InputError(f"{where}: speed_m_s and {KM_H} say the same; keep one")
+    speed = read(SPEED, entry, where=where)[KM_H] / 3.6
+    return {**{key: value for key, value in entry.items() if key != KM_H}, "speed_m_s": speed}
 
 
 def _files(given: Mapping[str, Any], folder: Path, where: str) -> list[Path]:
@@ -212,8 +238,17 @@ def _files(given: Mapping[str, Any], folder: Path, where: str) -> list[Path]:
     if not found:
         raise InputError(
             f'{where}: no file in {folder} is called so; give a pattern such as "kick_*.csv" or "ride_*/recording.csv"'
+            f"; it holds {_held(folder, pattern.suffix)}"
         )
     return found if pattern.is_absolute() else [path.relative_to(folder) for path in found]
+
+
+def _held(folder: Path, suffix: str) -> str:
+    """The first names in a folder, of files that end as asked for where there are any, for a message."""
+    names = sorted(path.name + "/" * path.is_dir() for path in folder.iterdir()) if folder.is_dir() else []
+    names = [name for name in names if suffix and name.endswith(suffix)] or names
+    more = f" and {len(names) - MOST_HELD} more" if len(names) > MOST_HELD else ""
+    return f"{', '.join(names[:MOST_HELD]) or 'nothing'}{more}"
 
 
 def _events(path: Path, given: Mapping[str, Any], channel_map: ChannelMap | None) -> tuple[Run, ...]:

@@ -58,7 +58,7 @@ PART = table(
         needed("kind", f"a part without a kind; {PARTS}"): text(PART_KIND, allowed=TABLES),
     }
     | {maybe("bicycle"): anything, maybe("effects"): any_table, maybe(WAY_OUT): flag, maybe("uncertainty"): any_table}
-    | dict.fromkeys(map(maybe, TABLES.values()), any_table)
+    | dict.fromkeys(map(maybe, dict.fromkeys(TABLES.values())), any_table)
 )
 
 
@@ -73,8 +73,8 @@ def _top(own: Mapping[Any, Any]) -> Table:
 MOTION = _top(
     dict.fromkeys(map(maybe, MODEL_KEYS), anything)
     | {maybe("uncertainty", {}): any_table, maybe("candidates", {}): any_table}
-    | dict.fromkeys(map(maybe, TABLES.values()), any_table)
-    | {maybe("part"): list_of(any_table, f"must be tables: {PARTS}", least=2)}
+    | dict.fromkeys(map(maybe, dict.fromkeys(TABLES.values())), any_table)
+    | {maybe("part"): list_of(any_table, f"must be tables: {PARTS}", least=1)}
     | {maybe("common"): list_of(text("must be an effect in quotes"), "must be a list of effects", least=1)}
 )
 TOP_KEYS = MOTION.keys
@@ -116,6 +116,11 @@ def _measurement(content: Mapping[str, Any], path: Path) -> Measurement:
         raise InputError(
             f"kind is {kind!r} but "
             + (f"there is no part: {PARTS}" if kind == "joint" else "[[part]] belongs to kind = 'joint'")
+        )
+    if kind == "joint" and len(given["part"]) < 2:
+        raise InputError(
+            f"there is one [[part]] only: {PARTS}; of one set of data, write its kind at the top and its table without "
+            '"part."'
         )
     if kind == "joint" and (stray := [name for name in dict.fromkeys(TABLES.values()) if name in given]):
         raise InputError(f"kind is 'joint' but there is a table [{stray[0]}] at the top; write it as [part.{stray[0]}]")
@@ -207,7 +212,10 @@ def _uncertainty(table: Mapping[str, Any], prefix: str = "") -> dict[str, float]
 def _known(candidates: Mapping[str, Any], model: Model) -> dict[str, Mapping[str, Any]]:
     present = [effect.identifier for effect in model.effects]
     for identifier, parameters in candidates.items():
-        names = [p.name for p in effect_class(identifier).parameters]
+        try:
+            names = [p.name for p in effect_class(identifier).parameters]
+        except InputError as error:
+            raise InputError(f"[candidates.{identifier}]: {error}") from error
         if identifier in present:
             raise InputError(f"[candidates.{identifier}]: the base model contains it already; take one of them out")
         read(by_name(anything, names, kind="parameter"), parameters, section=f"candidates.{identifier}")

@@ -23,7 +23,7 @@ class BenchMeasurement(BicycleMeasurement):
         return bench_candidates(self._sorted)
 
     def impossible(self) -> dict[str, str]:
-        """Whatever needs a rolling tyre, a rider or a motor, and what takes more readings; nothing of the base model."""
+        """Whatever needs a rolling tyre, a rider or a motor, and what takes more readings; nothing of the base."""
         base = {effect.identifier for effect in self.model.effects}
         return {name: why for name, why in bench_refused(self._sorted).items() if name not in base}
 

@@ -14,7 +14,7 @@ from typing import Any
 from bicycle.responses.response import LINEAR_UP_TO
 from tyre.base.checks import number
 from tyre.base.csv_table import Columns, read_cells, read_columns
-from tyre.base.errors import InputError, unknown
+from tyre.base.errors import InputError, refuse_unknown, unknown
 from tyre.base.schema import path_key, read, table
 from tyre.channels.units import find_unit
 
@@ -30,6 +30,13 @@ CONDITIONS = {
     "floor": "front wheel on the floor",
 }  # fmt: skip
 DIRECTIONS = {"up": 1.0, "down": -1.0, "": 0.0}
+EXAMPLES = (
+    "steer_torque_N_m", "steer_torque_sd_N_m", "steer_rate_rad_s", "steer_rad", "force_N", "force_sd_N", "lever_arm_m",
+    "front_load_N",
+)  # fmt: skip
+"""A column of each of these, in SI."""
+
+OTHER_UNITS = "a number's unit stands in its name, and may be another one (steer_deg, lever_arm_mm)"
 TEXTS = ("test", "condition", "direction", "group")
 TABLE = table(path_key("table", "FILE.csv"))
 FEWEST = 3
@@ -114,6 +121,7 @@ def _columns(path: Path) -> dict[str, tuple[str, float]]:
     for name in header:
         stem = next((stem for stem in QUANTITIES if name == stem or name.startswith(f"{stem}_")), None)
         if stem is None:
+            refuse_unknown("column", [name], [*TEXTS, *EXAMPLES], where=str(path), more=OTHER_UNITS)
             continue
         if stem in (other for other, _ in found.values()):
             raise InputError(f"{path}: two columns give the {stem}; keep one")

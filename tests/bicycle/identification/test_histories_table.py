@@ -68,6 +68,24 @@ def test_a_start_that_may_hold_a_kick_is_said_where_nobody_looked_at_it_and_no_t
     assert not said({"file": "kick_1.csv"})
 
 
+def test_a_speed_may_be_in_km_h(folder):
+    def read_in(**speed):
+        return read_runs({"runs": [{"file": "other.csv", **speed}]}, folder)[0][0].speed
+
+    assert read_in(speed_km_h=18) == pytest.approx(5.0)
+    for wrong in (0, 217, "18"):
+        with pytest.raises(InputError, match=r"other.csv: speed_km_h = .* is outside 0 \.\. 216 km/h"):
+            read_in(speed_km_h=wrong)
+    with pytest.raises(InputError, match="no speed_m_s; give the forward speed in m/s, or speed_km_h"):
+        read_in()
+
+
+def test_a_recording_that_two_entries_name_is_told_with_both(folder):
+    words = r"kick_2.csv: the same recording twice, by files = 'kick_\*.csv' and by file = 'kick_2.csv'; keep one"
+    with pytest.raises(InputError, match=words):
+        runs(folder, {"files": "kick_*.csv"}, {"file": "kick_2.csv"})
+
+
 def test_channels_may_be_chosen_and_the_torque_stays(folder):
     (run,), _, _ = runs(folder, {"file": "other.csv"}, channels=["steer_rad"])
     assert set(run.channels) == {"steer_rad"}
@@ -109,7 +127,11 @@ def test_under_a_prescribed_steer_angle_the_torque_is_measured(folder):
         ({"file": "other.csv"}, {"input": "steer"}, "input = 'steer' is not allowed; write one of 'steer_torque_N_m',"),
         ({"file": "other.csv"}, {"input": "lean_torque_N_m"}, "input = 'lean_torque_N_m' was not recorded; the run"),
         ({"file": "other.csv"}, {"input": "steer_rad", "channels": ["steer_rad"]}, "steer_rad was not recorded; it"),
-        ({"files": "push_*.csv"}, {}, r"push_\*.csv: no file in .* is called so; give a pattern"),
+        (
+            {"files": "push_*.csv"}, {},
+            r"push_\*.csv: no file in .* is called so; give a pattern.*; it holds kick_1.csv, kick_2.csv, other.csv",
+        ),
+        ({"file": "other.csv", "speed_km_h": 18}, {}, "other.csv: speed_m_s and speed_km_h say the same; keep one"),
         ({"files": "kick_*.csv", "file": "other.csv"}, {}, "give one of file = .RUN.csv. and files"),
         ({}, {}, "give one of file = .RUN.csv. and files"),
         ({"file": 3}, {}, "file = 3 must be a path in quotes"),

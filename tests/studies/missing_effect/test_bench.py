@@ -279,7 +279,7 @@ FORCE = "test,condition,steer_rad,force_N,force_sd_N,lever_arm_m"
         (HEAD.replace("steer_rad", "steer"), GOOD, "column steer: no unit of angle is given"),
         (HEAD.replace("steer_rad", "steer_mm"), GOOD, "column steer_mm: unit 'mm' is not a unit of angle"),
         (HEAD + ",steer_deg", [f"{GOOD[0]},0"], "two columns give the steer; keep one"),
-        (HEAD + ",torque", [f"{GOOD[0]},0"], "unknown column 'torque'"),
+        (HEAD + ",torque", [f"{GOOD[0]},0"], "unknown column 'torque'.* known: .*steer_torque_N_m.*; a number's unit"),
         (HEAD.replace("condition,", ""), ["hold,0,,,1,1"], "the column condition is missing"),
     ],
 )
