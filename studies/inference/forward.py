@@ -152,6 +152,15 @@ class Forward(Protocol):
     ) -> tuple[Array, Array]:
         """What a ``proposal`` would give with ``candidates`` at ``theta`` (p,), in its sd (m,), and slopes (m, p)."""
 
+    def loose(
+        self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
+    ) -> tuple[Array, Array] | None:
+        """How what was marginalised inside moves a ``proposal``, in its sd; None where it does not.
+
+        First (m, p), what is to be added to the slopes, as it follows ``theta`` (p,); then (m, k), for 1 sd of each
+        direction in which the data leave it open at ``theta``.
+        """
+
     def compatible(self, candidates: tuple[Candidate, ...]) -> bool:
         """Whether these ``candidates`` make a model together."""
 
@@ -212,6 +221,12 @@ class ForwardModel:
     ) -> tuple[Array, Array]:
         """Never asked, at no ``theta`` (p,), where there is no ``proposal``; see :meth:`Forward.predict`."""
         raise NotImplementedError
+
+    def loose(
+        self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
+    ) -> tuple[Array, Array] | None:
+        """None, whatever ``candidates`` at ``theta`` (p,): a ``proposal`` is a measurement of its own."""
+        return None
 
     def compatible(self, candidates: tuple[Candidate, ...]) -> bool:
         """Any ``candidates`` go together."""

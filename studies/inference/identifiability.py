@@ -7,7 +7,7 @@ import numpy as np
 from studies.inference.arrays import Array
 from studies.inference.evidence import CLEAR_ODDS, Hypotheses
 from studies.inference.fit import Fit
-from studies.inference.forward import Forward
+from studies.inference.forward import Forward, ProposedMeasurement
 
 ALIKE_COSINE = 0.95  # of marginalised directions
 HOPELESS_ODDS = 1e4  # beyond which a look-alike is out, however parallel, unless it explains as much
@@ -124,23 +124,33 @@ def separating(forward: Forward, members: list[Fit]) -> list[Separation]:
 
 def _proposed(forward: Forward, members: list[Fit]) -> list[Separation]:
     """What the forward model proposes, where it can be predicted."""
-    leader, *rivals = members
     separations = []
     for proposal in forward.proposed():
-        predicted = [forward.predict(proposal, f.candidates, f.theta) for f in members]
-        mine, slope = predicted[0]
+        predicted = [_open(forward, proposal, f) for f in members]
         if not all(np.isfinite(p).all() and np.isfinite(s).all() for p, s in predicted):
             continue
-        gains = []
-        for rival, (other, other_slope) in zip(rivals, predicted[1:], strict=True):
-            spread = (
-                np.eye(len(mine))
-                + (slope @ leader.covariance @ slope.T + other_slope @ rival.covariance @ other_slope.T) / 2
-            )
-            gap = mine - other
-            gains.append(float(np.sqrt(gap @ np.linalg.solve(spread, gap))))
+        (mine, loose), *others = predicted
+        gains = [_distance(mine - other, np.hstack([loose, its]) / np.sqrt(2)) for other, its in others]
         separations.append(Separation(proposal.what, min(gains)))
     return separations
+
+
+def _open(forward: Forward, proposal: ProposedMeasurement, f: Fit) -> tuple[Array, Array]:
+    """What ``f`` predicts of a ``proposal`` (m,), and what 1 sd of all that its data leave open does to it (m, k)."""
+    mean, slope = forward.predict(proposal, f.candidates, f.theta)
+    if not (np.isfinite(mean).all() and np.isfinite(slope).all()):
+        return mean, slope
+    loose = forward.loose(proposal, f.candidates, f.theta)
+    values, vectors = np.linalg.eigh((f.covariance + f.covariance.T) / 2)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    return mean, slope @ root if loose is None else np.hstack([(slope + loose[0]) @ root, loose[1]])
+
+
+def _distance(gap: Array, open_: Array) -> float:
+    """Of a ``gap`` (m,) in the noise (1) and what moves it by 1 sd each (m, k): gap' (1 + open open')^-1 gap, root."""
+    pull = open_.T @ gap
+    left = gap - open_ @ np.linalg.solve(np.eye(len(pull)) + open_.T @ open_, pull)
+    return float(np.sqrt(max(0.0, float(gap @ left))))
 
 
 def _bench_tests(members: list[Fit]) -> list[Separation]:

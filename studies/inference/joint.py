@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from studies.inference.arrays import Array
 from studies.inference.forward import Forward, ProposedMeasurement, Residual, Rows
 from studies.inference.parameter import Candidate, UncertainParameter
-from studies.inference.part import OF, FromPart, Part
+from studies.inference.part import OF, FromPart, Part, widened
 
 APART = 0.05  # share by which places along one axis differ enough for a name
 
@@ -164,15 +164,9 @@ class JointForward:
             self._enabling[key] = (names - refused) | (refused & enabled)
         return self._enabling[key]
 
-    @cached_property
-    def _edges(self) -> NDArray[np.intp]:
-        """Where the rows of each part end, but for the last."""
-        return np.cumsum([len(part.forward.rows.where) for part in self.parts])[:-1]
-
     def slices(self) -> list[slice]:
         """Rows of each part."""
-        edges = [0, *self._edges.tolist(), len(self.rows.where)]
-        return [slice(a, b) for a, b in pairwise(edges)]
+        return self._slices_of([part.forward.rows for part in self.parts])
 
     @cached_property
     def rows(self) -> Rows:
@@ -212,11 +206,8 @@ class JointForward:
         for number, part in enumerate(self.parts):
             kept, places = self.of_part(number, candidates)
             r, j = part.forward.residual(kept, theta[places], slopes=slopes)
-            wide = np.zeros((len(r), len(theta) if slopes else 0))
-            if slopes:
-                wide[:, places] = j
             values.append(r)
-            columns.append(wide)
+            columns.append(widened(j, places, len(theta)) if slopes else np.empty((len(r), 0)))
         return np.concatenate(values), np.vstack(columns)
 
     def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
@@ -294,6 +285,13 @@ class JointForward:
         assert isinstance(proposal, FromPart)
         kept, places = self.of_part(proposal.number, candidates)
         value, slope = self.parts[proposal.number].forward.predict(proposal.proposal, kept, theta[places])
-        wide = np.zeros((len(value), len(theta)))
-        wide[:, places] = slope
-        return value, wide
+        return value, widened(slope, places, len(theta))
+
+    def loose(
+        self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
+    ) -> tuple[Array, Array] | None:
+        """As the part of a ``proposal`` says. Arguments as :meth:`studies.inference.forward.Forward.loose`."""
+        assert isinstance(proposal, FromPart)
+        kept, places = self.of_part(proposal.number, candidates)
+        found = self.parts[proposal.number].forward.loose(proposal.proposal, kept, theta[places])
+        return found and (widened(found[0], places, len(theta)), found[1])

@@ -2,6 +2,10 @@
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+from numpy.typing import NDArray
+
+from studies.inference.arrays import Array
 from studies.inference.forward import Forward, ProposedMeasurement
 from studies.inference.parameter import Candidate, UncertainParameter
 
@@ -74,3 +78,10 @@ class FromPart(ProposedMeasurement):
 
     number: int
     proposal: ProposedMeasurement
+
+
+def widened(slopes: Array, places: NDArray[np.intp], width: int) -> Array:
+    """The ``slopes`` (m, q) of a part at their ``places`` (q,) among all coordinates, as many as ``width`` says."""
+    wide = np.zeros((len(slopes), width))
+    wide[:, places] = slopes
+    return wide

@@ -112,6 +112,12 @@ class Variant:
         """As the model it stands for. Arguments as :meth:`.Forward.predict`."""
         return self.inner.predict(proposal, candidates, theta)
 
+    def loose(
+        self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
+    ) -> tuple[Array, Array] | None:
+        """As the model it stands for. Arguments as :meth:`.Forward.loose`."""
+        return self.inner.loose(proposal, candidates, theta)
+
     def compatible(self, candidates: tuple[Candidate, ...]) -> bool:
         """Whether these ``candidates`` make a model together."""
         return self.inner.compatible(candidates)

@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from bicycle.identification.recording import Run
 from studies.inference.parameter import Candidate
 from studies.missing_effect.motion.friction import friction_candidate, friction_refused
@@ -13,6 +15,7 @@ from studies.missing_effect.motion.sensor_errors import (
     one_speed,
     speed_errors,
 )
+from tyre.base.arrays import Array
 
 BIAS = {"roll_rate_rad_s": 0.02, "lean_rad": 0.03, "steer_rad": 0.02, "steer_rate_rad_s": 0.02, "yaw_rate_rad_s": 0.02,
         "steer_torque_N_m": 0.1}  # fmt: skip
@@ -44,3 +47,20 @@ def histories_refused(runs: Sequence[Run]) -> dict[str, str]:
     """Which of :func:`history_candidates` cannot be tried on ``runs``, and why."""
     friction = friction_refused(runs[0])
     return one_speed([run.speed for run in runs]) | ({"steer_friction": friction} if friction else {})
+
+
+def slow_errors(runs: Sequence[Run], length: int, channels: Sequence[str], candidates: Sequence[Candidate]) -> Array:
+    """What a bias, or a drift, among ``candidates`` adds to each of C ``channels`` by 1 sd (R, C, T, columns).
+
+    A constant of each channel; of a drift a trend of as much over half the run, too; no column without either. The
+    ``length`` T is the number of samples of the longest of the R ``runs``.
+    """
+    names = {c.identifier for c in candidates}
+    kinds = 2 if DRIFT_KEY in names else 1 if BIAS_KEY in names else 0
+    found = np.zeros((len(runs), len(channels), length, kinds * len(channels)))
+    for r, run in enumerate(runs):
+        n = len(run.time)
+        for k, shape in enumerate([np.ones(n), np.linspace(-1.0, 1.0, n)][:kinds]):
+            for c, name in enumerate(channels):
+                found[r, c, :n, c + k * len(channels)] = BIAS[name] * shape
+    return found

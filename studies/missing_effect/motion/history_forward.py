@@ -18,7 +18,8 @@ from studies.inference.forward import ProposedMeasurement, Residual, Rows, Serie
 from studies.inference.parameter import Candidate, central_differences
 from studies.missing_effect.motion.bicycle_forward import SPEED_AXIS, BicycleForward
 from studies.missing_effect.motion.family import Family
-from studies.missing_effect.motion.history_candidates import BIAS, BIAS_KEY, DRIFT_KEY
+from studies.missing_effect.motion.further_channel import FurtherChannel, starts_in
+from studies.missing_effect.motion.history_candidates import BIAS, slow_errors
 from studies.missing_effect.motion.history_noise import ChannelNoise, rough_noise, whitened
 from studies.missing_effect.motion.initial_states import Marginal, integrated_out, start_sd
 from studies.missing_effect.motion.pieces import pieces
@@ -30,13 +31,6 @@ FORWARD = (
     0.1  # of the steps of central differences: one-sided ones of the matrices err by 1e-5 to 1e-3, as rounding does
 )
 FURTHER_SD = {"roll_rate_rad_s": 0.02, "steer_rad": 0.005, "yaw_rate_rad_s": 0.02}
-
-
-@dataclass(frozen=True, eq=False)
-class FurtherChannel(ProposedMeasurement):
-    """A ``channel`` that was not recorded, in the same runs."""
-
-    channel: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -203,6 +197,22 @@ class HistoryForward(BicycleForward):
         flat = np.concatenate([moved[:, k, 0, : len(run.time)] for k, run in enumerate(self.runs)], axis=1)
         return flat[0] / proposal.sd, central_differences(flat, steps) / proposal.sd[:, None]
 
+    def loose(
+        self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
+    ) -> tuple[Array, Array] | None:
+        """What the starts of the same runs and a bias of the new channel do to it; they are integrated out there, too.
+
+        Arguments as :meth:`studies.inference.forward.Forward.loose`.
+        """
+        if not isinstance(proposal, FurtherChannel):
+            return None
+        family = self.family(candidates)
+        found, states = self._fitted(family, candidates, theta), start_sd(family)
+        free = self.replay_of((proposal.channel,)).free(family, theta)[1][:, 0]
+        free = free * _scaled(states, free.shape[-1])
+        white = self._white(self._replay.slopes(family, theta, FORWARD * family.stencil(theta)[1], found.start))
+        return starts_in(proposal, self.runs, candidates, found, white, free, len(states))
+
     def simulated(self, candidates: tuple[Candidate, ...], theta: Array, channels: tuple[str, ...], at: Array) -> Array:
         """``channels`` (K, runs, channels, T) of ``candidates`` at ``at`` (K, p), from the best starts at ``theta``."""
         return self.replay_of(channels)(self.family(candidates), at, self.starts(candidates, theta))
@@ -255,23 +265,16 @@ class HistoryForward(BicycleForward):
 
     def _marginal(self, free: Array, white: Array, candidates: tuple[Candidate, ...], states: Array) -> Marginal:
         """Integrate the initial states out, their prior sd ``states`` (and bias or drift, as candidates)."""
-        scale = np.concatenate([states, np.ones(free.shape[-1] - len(states))])  # low-passes bring their own
+        scale = _scaled(states, free.shape[-1])
         phi = self._white(free) * scale
         n = phi.shape[-1]
-        names = {c.identifier for c in candidates}
-        if names & {BIAS_KEY, DRIFT_KEY}:
-            phi = np.concatenate([phi, self._white(self._slow(trend=DRIFT_KEY in names))], -1)
+        slow = slow_errors(self.runs, self._replay.length, tuple(self.noise), candidates)
+        if slow.shape[-1]:
+            phi = np.concatenate([phi, self._white(slow)], -1)
         found = integrated_out(phi, white)
         return found._replace(start=found.start[:, :n] * scale)
 
-    def _slow(self, *, trend: bool) -> Array:
-        """A constant of each channel, 1 sd, and a ``trend`` of as much over half the run (R, C, T, columns)."""
-        count = len(self.noise)
-        found = np.zeros((*self._recorded.shape, count * (2 if trend else 1)))
-        for r, run in enumerate(self.runs):
-            n = len(run.time)
-            shapes = [np.ones(n), *([np.linspace(-1.0, 1.0, n)] if trend else [])]
-            for c, name in enumerate(self.noise):
-                for k, shape in enumerate(shapes):
-                    found[r, c, :n, c + k * count] = BIAS[name] * shape
-        return found
+
+def _scaled(states: Array, width: int) -> Array:
+    """Prior sd of starts (width,): those of the ``states`` (n,) first, low-passes and splines bring their own."""
+    return np.concatenate([states, np.ones(width - len(states))])

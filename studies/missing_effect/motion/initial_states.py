@@ -22,20 +22,32 @@ JOINT_START = {"rad/s": 0.5, "rad": 0.05}
 class Marginal(NamedTuple):
     """R runs with their initial states integrated out, rows of zeros where a run is shorter than the longest.
 
-    Whitened residual (R, C T), left vectors U (R, C T, m), gains 1/sqrt(1 + s^2) - 1 (R, m), and the most probable
-    initial states (R, n + ...).
+    Whitened residual (R, C T), left vectors U (R, C T, k), gains 1/sqrt(1 + s^2) - 1 (R, k), the most probable
+    initial states (R, n + ...), right vectors V (R, m, k) and singular values s (R, k).
     """
 
     residual: Array
     left: Array
     gain: Array
     start: Array
+    right: Array
+    singular: Array
 
     def without(self, white: Array) -> Array:
         """What marginalising leaves of ``white`` columns (R, C T, columns)."""
         rest = self.left @ (self.gain[:, :, None] * (self.left.swapaxes(-1, -2) @ white))
         rest += white
         return rest
+
+    def follows(self, white: Array) -> Array:
+        """How the most probable starts (R, m, columns), in prior sd, move with ``white`` columns (R, C T, columns)."""
+        share = (self.singular / (1 + self.singular**2))[..., None]
+        return self.right @ (share * (self.left.swapaxes(-1, -2) @ white))
+
+    @property
+    def spread(self) -> Array:
+        """Root of the covariance of the starts after the data, in prior sd (R, m, m)."""
+        return np.eye(self.right.shape[1]) + (self.right * self.gain[:, None, :]) @ self.right.swapaxes(-1, -2)
 
 
 def integrated_out(phi: Array, white: Array) -> Marginal:
@@ -55,12 +67,11 @@ def integrated_out(phi: Array, white: Array) -> Marginal:
     """
     if not (np.abs(phi).max() < LARGEST_SIGNAL and np.abs(white).max() < LARGEST_SIGNAL):  # or not a number
         nothing = np.full((*phi.shape[:2], 1), np.nan)
-        return Marginal(nothing[..., 0], nothing, np.zeros((len(phi), 1)), np.zeros((len(phi), phi.shape[-1])))
+        wide, one = np.zeros((len(phi), phi.shape[-1])), np.zeros((len(phi), 1))
+        return Marginal(nothing[..., 0], nothing, one, wide, wide[..., None], one)
     u, s, vt = np.linalg.svd(phi, full_matrices=False)
-    s = s[..., None]
-    start = vt.swapaxes(-1, -2) @ (s / (1 + s**2) * (u.swapaxes(-1, -2) @ white))
-    found = Marginal(white[..., 0], u, 1 / np.sqrt(1 + s[..., 0] ** 2) - 1, start[..., 0])
-    return found._replace(residual=found.without(white)[..., 0])
+    found = Marginal(white[..., 0], u, 1 / np.sqrt(1 + s**2) - 1, white[:, 0], vt.swapaxes(-1, -2), s)
+    return found._replace(residual=found.without(white)[..., 0], start=found.follows(white)[..., 0])
 
 
 def start_sd(family: Family) -> Array:
