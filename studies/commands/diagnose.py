@@ -88,7 +88,7 @@ def command(
         show()
     for member in verdict.equivalent[1:]:
         click.echo(beside_name(verdict, member))
-    if len(findings.between) > 1 and not findings.further:
+    if not findings.further:
         click.echo(next_note(findings))
     for advice in findings.further[:3]:
         click.echo(f"measure next: {advice.what} (tells {told_apart(findings)} by {advice.gain:.1f} sd)")

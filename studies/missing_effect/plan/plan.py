@@ -7,6 +7,7 @@ from typing import Any
 
 from studies.inference.identifiability import ALIKE_COSINE
 from studies.missing_effect.diagnose import Diagnosis
+from studies.missing_effect.leading import settled
 from studies.missing_effect.plan.costs import Costs
 from studies.missing_effect.plan.offer import Answer, Offer
 from studies.missing_effect.plan.offers import check, offers_of
@@ -17,6 +18,7 @@ from tyre.base.parallel import one_blas_thread
 
 HALF = 0.5  # probability below which a question that cannot be settled is given up
 NEARLY = 0.9  # of the probability that everything together gives, where that does not suffice
+REFUSED = "What is to be told apart fits but fails a rule: what tells it apart does not by itself name it."
 ALL_OF_IT = math.inf  # a probability that no answer has: it must be met
 
 
@@ -140,8 +142,7 @@ def plan(diagnosis: Diagnosis, costs: Costs) -> Plan:
         for k in asked
     )  # fmt: skip
     if diagnosis.verdict.verdict == "unknown":
-        notes.append("the verdict is unknown: no hypothesis of the library fits, so none can be told from another; "
-                     "look at the gap, the units and the sensors first")  # fmt: skip
+        notes.append(f"the verdict is unknown. {settled(diagnosis) or REFUSED}")
     curve = _front(offers, wanted)
     return Plan(
         _steps(found), _bought(found), found.cost, questions, curve, found.proven, costs, tuple(notes),

@@ -12,6 +12,7 @@ from studies.inference.evidence import CLEAR_ODDS, Hypotheses
 from studies.inference.fit import Fit, fit
 from studies.inference.parameter import Candidate, UncertainParameter
 from studies.missing_effect.diagnose import Diagnosis
+from studies.missing_effect.leading import leading_two
 from studies.missing_effect.plan.separation import Judged
 from tyre.base.errors import InputError, unknown
 
@@ -102,10 +103,9 @@ def opened(diagnosis: Diagnosis, limits: Mapping[str, float]) -> Open:
     InputError
         A size of an effect that was not tried, or that is named already.
     """
-    chosen = _chosen(diagnosis)
-    known = diagnosis.hypotheses
-    wide = with_wider_nuisances(diagnosis.forward, known, [f for f in chosen if f.candidates])
-    fits = [wide.find(f.identifiers) or wide.null for f in chosen]
+    able, known = chosen(diagnosis), diagnosis.hypotheses
+    wide = with_wider_nuisances(diagnosis.forward, known, [f for f in able if f.candidates])
+    fits = [wide.find(f.identifiers) or wide.null for f in able]
     judged = Judged(tuple(fits), np.array([wide.log_posterior(f) for f in fits]))
     share = np.exp(judged.log_posterior - judged.log_posterior.max())
     share /= share.sum()
@@ -128,11 +128,11 @@ def opened(diagnosis: Diagnosis, limits: Mapping[str, float]) -> Open:
     return Open(judged, pairs, tuple(found), tuple(every), every.index(wide.null))
 
 
-def _chosen(diagnosis: Diagnosis) -> list[Fit]:
-    """Hypotheses that are open, the leading one first; one alone where nothing is."""
+def chosen(diagnosis: Diagnosis) -> list[Fit]:
+    """Hypotheses of a ``diagnosis`` that are open, the leading one first; one alone where nothing is."""
     known, verdict = diagnosis.hypotheses, diagnosis.verdict
     if verdict.verdict == "unknown":
-        return [known.null]
+        return list(leading_two(diagnosis)) or [known.null]
     by_name = {f.name: f for f in (known.null, *known.fits)}
     members = [by_name[name] for name in verdict.equivalent] or [known.null]
     leader = members[0]

@@ -33,7 +33,8 @@ def headline(plan: Plan) -> str:
     elif len(can) < len(plan.questions):
         end = _in_part(len(can), len(plan.questions))
     else:
-        end = f"settles what is open ({goal})" if any(not q.limit for q in can) else "settles what is open"
+        what = "what is asked here, not what has no explanation yet" if plan.verdict in OPEN else "what is open"
+        end = f"settles {what}{f' ({goal})' if any(not q.limit for q in can) else ''}"
     return f"{listed(done)}{bought}, for {plan.costs.money(plan.cost)}: {end}."
 
 

@@ -6,7 +6,6 @@ from typing import Any
 
 from bicycle.effect.workers import model_workers
 from studies.inference.contradiction import PartAgainstRest, parts_against_rest
-from studies.inference.fit import Fit
 from studies.inference.identifiability import Separation, separating
 from studies.inference.joint import JointForward
 from studies.inference.limits import UpperLimit, upper_limits
@@ -14,6 +13,7 @@ from studies.inference.moved import Moved, moved
 from studies.inference.odd_part import WithoutOne, fits, odd_ones, without_each
 from studies.inference.stability import Stability, stability
 from studies.missing_effect.diagnose import Diagnosis
+from studies.missing_effect.leading import leading_two, settled
 from studies.missing_effect.reporting.doubts import doubts
 from studies.missing_effect.residual.kept import Kept, keep, record
 from studies.missing_effect.unfitted import Predicted, predicted
@@ -33,7 +33,7 @@ class Findings:
     limits : tuple of UpperLimit
         What could still be there beside the final hypothesis.
     between : tuple of str
-        Hypotheses that ``further`` tells apart, the leader first.
+        Hypotheses that ``further`` tells apart, the leader first; fewer than two where none are to be told apart.
     further : tuple of Separation
         What to measure next, best first.
     doubts : tuple of str
@@ -51,6 +51,8 @@ class Findings:
         Of runs that were held out of every fit.
     kept : Kept, optional
         What could not be named, where the verdict leaves a gap; it is no part of the verdict.
+    settled : str
+        Why no two hypotheses are to be told apart, in words, where that is so.
     """
 
     moved: tuple[Moved, ...]
@@ -64,6 +66,7 @@ class Findings:
     joint_fits: bool = True
     predicted: tuple[Predicted, ...] = ()
     kept: Kept | None = None
+    settled: str = ""
 
     @property
     def odd(self) -> list[WithoutOne]:
@@ -98,6 +101,7 @@ class Findings:
             "measure_next": {
                 "between": list(self.between),
                 "measurements": [{"what": s.what, "gain": s.gain} for s in self.further],
+                "nothing_to_tell_apart": self.settled,
             },
             "doubts": list(self.doubts),
             "parts": [
@@ -120,19 +124,28 @@ class Findings:
 def find(diagnosis: Diagnosis) -> Findings:
     """All but the variants of a ``diagnosis``, which take as long as it took itself."""
     known, final, forward = diagnosis.hypotheses, diagnosis.final, diagnosis.forward
-    verdict, rivals = diagnosis.verdict, leading_two(diagnosis)
-    between, further = verdict.equivalent, verdict.separating_measurements
-    if not further and len(rivals) == 2:
-        between, further = tuple(f.name for f in rivals), tuple(separating(forward, list(rivals)))
-    further = tuple(s for s in further if s.gain >= LEAST_GAIN)
+    between, further = _next(diagnosis)
     parts = parts_against_rest(forward, final) if isinstance(forward, JointForward) else ()
     kept = keep(diagnosis)
     torque = kept.residual.fit if kept is not None and kept.residual is not None else None
     return Findings(
         moved=moved(known.null, final), limits=upper_limits(forward, known, final), between=between, further=further,
-        doubts=doubts(diagnosis), parts=parts, without=_without(diagnosis, parts), joint_fits=fits(verdict),
-        predicted=predicted(diagnosis, torque), kept=kept,
+        doubts=doubts(diagnosis), parts=parts, without=_without(diagnosis, parts), joint_fits=fits(diagnosis.verdict),
+        predicted=predicted(diagnosis, torque), kept=kept, settled=settled(diagnosis),
     )  # fmt: skip
+
+
+def _next(diagnosis: Diagnosis) -> tuple[tuple[str, ...], tuple[Separation, ...]]:
+    """Which hypotheses are to be told apart, and what would, best first."""
+    known, verdict = diagnosis.hypotheses, diagnosis.verdict
+    between, further, rivals = verdict.equivalent, verdict.separating_measurements, leading_two(diagnosis)
+    if len(between) > 1 and known.null in rivals:  # a class, all of which may be nothing
+        rivals = (*rivals, *(f for f in known.fits if f.name in between[1:]))
+        further = ()
+    if not further and (len(rivals) > 1 or len(between) < 2):
+        between = tuple(f.name for f in rivals)
+        further = tuple(separating(diagnosis.forward, list(rivals))) if len(rivals) > 1 else ()
+    return between, tuple(s for s in further if s.gain >= LEAST_GAIN)
 
 
 def _without(diagnosis: Diagnosis, parts: tuple[PartAgainstRest, ...]) -> dict[str, WithoutOne]:
@@ -166,13 +179,3 @@ def with_stability(
         return replace(findings, stability=stability(diagnosis, progress=progress))
     with model_workers(workers) as pool:
         return replace(findings, stability=stability(diagnosis, run=pool.map, progress=progress))
-
-
-def leading_two(diagnosis: Diagnosis) -> tuple[Fit, ...]:
-    """The final hypothesis of a ``diagnosis``, or where nothing is named the most probable one, and its best rival."""
-    known, final = diagnosis.hypotheses, diagnosis.final
-    every = (known.null, *known.fits)  # probabilities may all be too small for a number, their logarithms are not
-    ranked = sorted(every, key=lambda f: (not (f is known.null or f.physical), -known.log_posterior(f)))
-    if not final.candidates:
-        return tuple(ranked[:2])
-    return (final, *(f for f in ranked if f.identifiers != final.identifiers))[:2]

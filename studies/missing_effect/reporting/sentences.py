@@ -11,6 +11,7 @@ from studies.inference.verdict import Verdict
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.motion.history_forward import HistoryForward
 from studies.missing_effect.motion.modal_forward import ModalForward
+from studies.missing_effect.plan.questions import chosen
 from studies.missing_effect.reporting.findings import Findings
 from studies.missing_effect.reporting.tables import WIDER, penalty, widened
 from studies.missing_effect.reporting.words import ADJUSTED, BASE, explains, listed, misfit, number, percent, said
@@ -102,7 +103,9 @@ def limits_note(diagnosis: Diagnosis) -> str:
 
 
 def next_note(findings: Findings) -> str:
-    """Which hypotheses a further measurement would tell apart."""
+    """Which hypotheses a further measurement would tell apart, or why there are none."""
+    if findings.settled:
+        return findings.settled
     if not findings.further or len(findings.between) < 2:
         return "Nothing that this kind of data proposes would tell the leading hypotheses apart."
     return (
@@ -111,8 +114,8 @@ def next_note(findings: Findings) -> str:
 
 
 def plan_note(diagnosis: Diagnosis) -> str:
-    """How to weigh measurements against their price, of data that can be planned for; begins with a blank."""
-    if not isinstance(diagnosis.forward, ModalForward | HistoryForward):
+    """How to weigh measurements against their price, where a plan finds something open; begins with a blank."""
+    if not isinstance(diagnosis.forward, ModalForward | HistoryForward) or len(chosen(diagnosis)) < 2:
         return ""
     return (
         " `velotyre plan`, with your prices, finds the cheapest set of runs, channels and bench tests that settles it."

@@ -226,7 +226,11 @@ def test_limits_beside_the_named_effect(one):
 
 
 def test_what_to_measure_next_is_said_for_every_verdict(one, nothing, several):
-    for found in (one, nothing, several):
+    findings, text = find(one), first_page(written(one))
+    assert max(share for f, share in one.hypotheses.probabilities if f.admissible and f is not one.final) < 1e-20
+    assert (findings.between, findings.further) == (("linear",), ())
+    assert "## What to measure next\n\nNothing is open: no other hypothesis inside its bounds and large enough" in text
+    for found in (diagnosed(6.0, "linear", "shift", "bias"), nothing, several):
         findings = find(found)
         text = first_page(written(found))
         assert "## What to measure next" in text
