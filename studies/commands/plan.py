@@ -34,7 +34,7 @@ def command(
     from studies.missing_effect import diagnose, read_measurement
     from studies.missing_effect.plan import words
     from studies.missing_effect.plan.costs import read_costs
-    from studies.missing_effect.plan.offers import check
+    from studies.missing_effect.plan.offers import channels_of, check
     from studies.missing_effect.plan.plan import plan
     from studies.missing_effect.plan.report import write_plan
     from studies.missing_effect.reporting.sentences import sentence
@@ -42,10 +42,12 @@ def command(
     from studies.reporting.output import check_targets, print_table, print_warnings, write_json
     from tyre.base.errors import InputError
 
-    costs, measurement = read_costs(costs_file), read_measurement(measurement_file)
     check_targets(json=json_file)
+    measurement = read_measurement(measurement_file)
+    forward = measurement.forward(without=without, also=with_)
+    costs = read_costs(costs_file, channels_of(forward))
     try:
-        check(measurement.forward(without=without, also=with_), measurement.name, costs)  # before what takes time
+        check(forward, measurement.name, costs)  # before what takes time
         found = diagnose(measurement, without=without, with_=with_, progress=True)
         made = plan(found, costs)
     except InputError as error:

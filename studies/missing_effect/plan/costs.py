@@ -1,6 +1,6 @@
 """The file of ``velotyre plan --costs``: what can be measured, and what it costs."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -125,8 +125,15 @@ class Costs:
         return f"{price:,.10g} {self.currency}".strip()
 
 
-def read_costs(path: Path) -> Costs:
+def read_costs(path: Path, channels: Collection[str] = (*RATIOS, *SIGNALS)) -> Costs:
     """Read the file at ``path``.
+
+    Parameters
+    ----------
+    path : Path
+    channels : collection of str
+        Those that go with the measurement, for the message where a name is none at all; of another kind of data are
+        refused with :func:`studies.missing_effect.plan.offers.check`.
 
     Raises
     ------
@@ -143,19 +150,20 @@ def read_costs(path: Path) -> Costs:
             stops[speed] = Stop(speed, given["setup"], given["each"], given["most"])
     if len(stops) > MOST_SPEEDS:
         raise InputError(f"{path}: [[runs]]: {len(stops)} speeds are more than {MOST_SPEEDS}; give fewer")
-    channels = _section(path, content, "channels", by_name(PRICED, (*RATIOS, *SIGNALS), kind="channel"))
-    if len(channels) > MOST_CHANNELS:
-        raise InputError(f"{path}: [channels]: {len(channels)} are more than {MOST_CHANNELS}; give fewer")
+    names = {*channels, *(name for name in content["channels"] if name in (*RATIOS, *SIGNALS))}
+    bought = _section(path, content, "channels", by_name(PRICED, names, kind="channel"))
+    if len(bought) > MOST_CHANNELS:
+        raise InputError(f"{path}: [channels]: {len(bought)} are more than {MOST_CHANNELS}; give fewer")
     bench = {key: read(BENCH, entry, where=str(path), section=f"bench.{key}")
              for key, entry in _flat(content["bench"], ("price", "sd")).items()}  # fmt: skip
-    if channels and not stops:
+    if bought and not stops:
         raise InputError(f"{path}: [channels] are bought for runs, and there are none; {RUNS}")
     if not stops and not bench:
         raise InputError(f"{path}: nothing can be measured; {RUNS}, or [bench.EFFECT] with price")
     limits = _section(path, content, "limits", Table({}, (str, _limit)))
     return Costs(
         stops=tuple(stops[speed] for speed in sorted(stops)),
-        channels={name: entry["price"] for name, entry in channels.items()},
+        channels={name: entry["price"] for name, entry in bought.items()},
         bench={key: Bench(**entry) for key, entry in bench.items()},
         sd=_section(path, content, "sd", by_name(SD, (*ROOTS, *RATIOS, *SIGNALS), kind="column")),
         limits=_flat(limits), **_section(path, content, "goal", GOAL),

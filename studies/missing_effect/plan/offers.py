@@ -34,9 +34,15 @@ def check(forward: Forward, name: str, costs: Costs) -> ModalForward | HistoryFo
     return forward
 
 
+def channels_of(forward: Forward) -> tuple[str, ...]:
+    """Channels that go with the ``forward`` model of a measurement; any where no plan is offered."""
+    if isinstance(forward, ModalForward):
+        return RATIOS
+    return SIGNALS if isinstance(forward, HistoryForward) else (*RATIOS, *SIGNALS)
+
+
 def _check_channels(forward: ModalForward | HistoryForward, costs: Costs) -> None:
-    modal = isinstance(forward, ModalForward)
-    allowed, other = (RATIOS, "modes") if modal else (SIGNALS, "time histories")
+    allowed, other = channels_of(forward), "modes" if isinstance(forward, ModalForward) else "time histories"
     for name in costs.channels:
         if name not in allowed:
             raise InputError(f"[channels]: {name} does not belong to {other}; known: {', '.join(allowed)}")

@@ -126,6 +126,8 @@ def plan(diagnosis: Diagnosis, costs: Costs) -> Plan:
     now, most = full.answers(nothing), full.answers(full.everything)
     wanted = _wanted(now, most)
     asked = [k for k in range(len(now)) if not now[k].met]
+    if not asked:
+        notes.clear()  # where nothing is open they are about what nobody would do
     found = Found(full, nothing, 0.0)
     runs = costs.most_runs if costs.most_runs is not None else sum(item.most for item in full.items)
     budget = costs.budget if costs.budget is not None else float("inf")
@@ -158,11 +160,16 @@ def _wanted(now: Sequence[Answer], most: Sequence[Answer]) -> dict[int, float]:
             continue
         if most[k].met:
             found[k] = ALL_OF_IT
-        elif math.isnan(most[k].limit) and most[k].probability >= HALF:
+        elif worth_taking(most[k]):
             near = NEARLY * most[k].probability
             if now[k].probability < near:
                 found[k] = near
     return found
+
+
+def worth_taking(most: Answer) -> bool:
+    """Whether a question that everything together does not settle, by ``most``, is taken nearly as far as that goes."""
+    return math.isnan(most.limit) and most.probability >= HALF
 
 
 def _leads(offer: Offer, place: int) -> str:

@@ -1,10 +1,11 @@
 """A plan in words: what is open, what to do, what it costs, what cannot be settled and why."""
 
 import math
+from collections.abc import Sequence
 
 from studies.inference.acceptance import OPEN
 from studies.missing_effect.plan.offer import Answer
-from studies.missing_effect.plan.plan import Plan, Settled
+from studies.missing_effect.plan.plan import HALF, Plan, Settled, worth_taking
 from studies.missing_effect.reporting.words import listed, number, percent
 
 QUESTIONS = (
@@ -31,22 +32,31 @@ def headline(plan: Plan) -> str:
     if not plan.complete:
         end = "does not settle all that could be settled"
     elif len(can) < len(plan.questions):
-        end = _in_part(len(can), len(plan.questions))
+        end = _in_part(plan.questions)
     else:
         what = "what is asked here, not what has no explanation yet" if plan.verdict in OPEN else "what is open"
         end = f"settles {what}{f' ({goal})' if any(not q.limit for q in can) else ''}"
     return f"{listed(done)}{bought}, for {plan.costs.money(plan.cost)}: {end}."
 
 
-def _in_part(can: int, questions: int) -> str:
-    """What a plan does where only so many of the ``questions`` can be settled."""
-    rest = questions - can
+def _in_part(questions: Sequence[Settled]) -> str:
+    """What a plan does where only some of the ``questions``, or none, can be settled."""
+    rest = [q for q in questions if not q.at_most.met]
+    left = [q for q in rest if not worth_taking(q.at_most)]
+    can, taken, pairs = len(questions) - len(rest), len(rest) - len(left), not any(q.limit for q in left)
     if can:
-        return (
-            f"settles {can} of {questions} questions and takes the other{'s' * (rest > 1)} as far as is worth its price"
-        )
-    which = "the question that is open" if rest == 1 else f"any of the {rest} questions that are open"
-    return f"is not sure to settle {which}, but goes as far as is worth its price"
+        others = f"{taken} of the others" if left else "the others" if taken > 1 else "the other"
+        end = f"settles {can} of {len(questions)} questions"
+        end += f" and takes {others} as far as is worth its price" if taken else ""
+    else:
+        which = f"any of the {taken} questions" if taken > 1 else "one question" if left else "the question"
+        be = "are" if taken > 1 else "is"
+        end = f"is not sure to settle {which} that {be} open, but goes as far as is worth its price"
+    if not left:
+        return end
+    whom = f"{len(left)} more" if taken else "the others" if len(left) > 1 else "the other"
+    would = f"settle with a probability of less than {percent(HALF)}" if pairs else "not settle"
+    return f"{end}; it is not aimed at {whom}, which all that is offered together would {would}"
 
 
 def _counted(what: str, count: int) -> str:

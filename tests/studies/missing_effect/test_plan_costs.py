@@ -4,14 +4,17 @@ import math
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from studies.cli import main
+from studies.missing_effect.plan import plan as planning
 from studies.missing_effect.plan.costs import Bench, Costs, Stop, read_costs
 from studies.missing_effect.plan.figure import draw
 from studies.missing_effect.plan.offer import Answer
 from studies.missing_effect.plan.plan import Plan, Settled, Step
+from studies.missing_effect.plan.questions import PairQuestion
 from studies.missing_effect.plan.report import EXPLAINED
 from studies.missing_effect.plan.words import QUESTIONS, headline, question_rows
 from tyre.base.errors import InputError
@@ -98,6 +101,11 @@ def test_refused_files(content, words, tmp_path):
     ("measurement", "content", "words"),
     [
         ("kooijman2008", RUNS + "[channels.steer_rad]\nprice = 3", "steer_rad does not belong to modes"),
+        (
+            "kooijman2008",
+            RUNS + "[channels.lean]\nprice = 3",
+            r"unknown channel 'lean'; known: steer_over_lean, yaw_over_lean\n",
+        ),
         ("kooijman2008", RUNS + "[bench.steer_dampr]\nprice = 1", "did you mean 'steer_damper'"),
         ("kooijman2008", RUNS + "[bench.steer_damper.damp]\nprice = 1", "did you mean 'steer_damper.damping'"),
         ("kooijman2008", RUNS + "[bench.IBxx]\nprice = 1", "\\[bench.IBxx\\]: no sd; give the standard deviation"),
@@ -135,6 +143,30 @@ def test_the_example_is_read(tmp_path, monkeypatch, capsys):
 )
 def test_a_gap_without_an_explanation_is_not_called_settled(verdict, words):
     assert headline(Plan((), (), 0.0, (), (), True, Costs(), verdict=verdict)).startswith(words)
+
+
+@pytest.mark.parametrize("asked", [True, False])
+def test_offers_are_not_found_fault_with_where_nothing_is_open(asked, monkeypatch):
+    """A named effect, and a bench test of it and of another on offer."""
+    fit = SimpleNamespace(name="a", candidates=(1,))
+    offer = SimpleNamespace(
+        items=(),
+        channels=(),
+        everything=(),
+        questions=(PairQuestion(0, 1, "a or b"),),
+        looked_at=lambda places: [],
+        answers=lambda counts: (Answer(0.1, met=not asked),),
+        open=SimpleNamespace(judged=SimpleNamespace(log_posterior=(1.0, 0.0), fits=(fit, fit))),
+    )
+    monkeypatch.setattr(planning, "check", lambda *_: None)
+    monkeypatch.setattr(planning, "opened", lambda *_: None)
+    monkeypatch.setattr(
+        planning, "offers_of", lambda *_: ([offer], ["bench test of b: nothing that is open depends on it"])
+    )
+    diagnosis = SimpleNamespace(
+        forward=None, measurement=SimpleNamespace(name="m"), verdict=SimpleNamespace(verdict="named")
+    )
+    assert len(planning.plan(diagnosis, Costs()).notes) == asked
 
 
 def open_question(**most):
@@ -181,3 +213,35 @@ def test_a_headline_counts_what_is_open(met, said):
     questions = tuple(replace(open_question(met=one), then=Answer(0.9, met=one)) for one in met)
     plan = Plan((Step("runs at 6.25 m/s", 2, 187.1, 6.25),), (), 187.1, questions, (), True, Costs())
     assert said in headline(plan)
+
+
+LEFT = Answer(0.48, met=False)
+LIMIT = Answer(0.9, met=False, limit=0.3)
+
+
+@pytest.mark.parametrize(
+    ("at_most", "words"),
+    [
+        ([None, LEFT], "settles 1 of 2 questions; it is not aimed at the other, which all that is offered together "
+                       "would settle with a probability of less than 50 %."),
+        ([None, LEFT, LEFT], "settles 1 of 3 questions; it is not aimed at the others, which all that"),
+        ([None, Answer(0.6, met=False), LEFT], "settles 1 of 3 questions and takes 1 of the others as far as is worth "
+                                               "its price; it is not aimed at 1 more, which all that"),
+        ([Answer(0.6, met=False), LEFT], "is not sure to settle one question that is open, but goes as far as is worth "
+                                         "its price; it is not aimed at 1 more, which all that is offered"),
+        ([None, LIMIT], "settles 1 of 2 questions; it is not aimed at the other, which all that is offered together "
+                        "would not settle."),
+    ],
+)  # fmt: skip
+def test_a_headline_says_what_a_plan_is_not_aimed_at(at_most, words):
+    """By the rule of the page: what everything together would settle with less than 0.5, and limits beyond reach."""
+    now = Answer(0.0, met=False, log_odds=-math.log(13))
+    questions = tuple(
+        Settled(
+            "a or b", now, now if most else Answer(1.0, met=True), most or Answer(1.0, met=True), limit=most is LIMIT
+        )
+        for most in at_most
+    )
+    plan = Plan((Step("bench test of steer_damper", 1, 60.0),), (), 60.0, questions, (), True, Costs())
+    assert words in headline(plan)
+    assert ("as far as is worth" in headline(plan)) == ("as far as is worth" in words)
