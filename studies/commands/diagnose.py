@@ -91,7 +91,8 @@ def command(
     if not findings.further:
         click.echo(next_note(findings))
     for advice in findings.further[:3]:
-        click.echo(f"measure next: {advice.what} (tells {told_apart(findings)} by {advice.gain:.1f} sd)")
+        wider = ", the uncertainty of the parameters doubled" if findings.doubled else ""
+        click.echo(f"measure next: {advice.what} (tells {told_apart(findings)} by {advice.gain:.1f} sd{wider})")
     click.echo(closing(found).replace("χ²", "chi^2"))
     click.echo(fitting(found).replace("χ²", "chi^2"))
     for mimic in [m for m in verdict.mimics if m.chi2 < verdict.chi2["final"]][:3]:

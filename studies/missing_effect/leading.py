@@ -9,7 +9,8 @@ from studies.inference.judge import Judgement
 from studies.inference.search import NOTHING
 from studies.missing_effect.reporting.words import explains
 
-AGAINST_NOTHING = ("P(nothing", "held-out", "survives doubling", "each of three")  # how rules begin that it may fail by
+DOUBLING = "survives doubling"
+AGAINST_NOTHING = ("P(nothing", "held-out", DOUBLING, "each of three")  # how rules begin by which it may be nothing
 ODDS = f"{HOPELESS_ODDS:.0f} : 1"
 
 
@@ -43,8 +44,16 @@ def leading_two(judgement: Judgement) -> tuple[Fit, ...]:
 
 def may_be_nothing(judgement: Judgement) -> bool:
     """Whether a rule fails by which nothing may be missing instead of what leads."""
-    failed = [c.what for c in judgement.verdict.checks if not c.passed]
-    return judgement.hypotheses.nothing >= NOTHING or any(what.startswith(AGAINST_NOTHING) for what in failed)
+    return judgement.hypotheses.nothing >= NOTHING or _fails(judgement, AGAINST_NOTHING)
+
+
+def doubled(judgement: Judgement) -> bool:
+    """Whether it is with doubled uncertainty of the parameters that a tentative name may be nothing."""
+    return judgement.verdict.verdict == "tentative" and _fails(judgement, (DOUBLING,))
+
+
+def _fails(judgement: Judgement, rules: tuple[str, ...]) -> bool:
+    return any(c.what.startswith(rules) for c in judgement.verdict.checks if not c.passed)
 
 
 def settled(judgement: Judgement) -> str:

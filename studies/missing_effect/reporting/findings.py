@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from bicycle.effect.workers import model_workers
+from studies.inference.checks import with_wider_nuisances
 from studies.inference.contradiction import PartAgainstRest, parts_against_rest
 from studies.inference.identifiability import Separation, separating
 from studies.inference.joint import JointForward
@@ -13,7 +14,7 @@ from studies.inference.moved import Moved, moved
 from studies.inference.odd_part import WithoutOne, fits, odd_ones, without_each
 from studies.inference.stability import Stability, stability
 from studies.missing_effect.diagnose import Diagnosis
-from studies.missing_effect.leading import leading_two, settled
+from studies.missing_effect.leading import doubled, leading_two, settled
 from studies.missing_effect.reporting.doubts import doubts
 from studies.missing_effect.residual.kept import Kept, keep, record
 from studies.missing_effect.unfitted import Predicted, predicted
@@ -53,6 +54,8 @@ class Findings:
         What could not be named, where the verdict leaves a gap; it is no part of the verdict.
     settled : str
         Why no two hypotheses are to be told apart, in words, where that is so.
+    doubled : bool
+        Whether ``further`` has the uncertainty of the parameters doubled, because a tentative name fails by that.
     """
 
     moved: tuple[Moved, ...]
@@ -67,6 +70,7 @@ class Findings:
     predicted: tuple[Predicted, ...] = ()
     kept: Kept | None = None
     settled: str = ""
+    doubled: bool = False
 
     @property
     def odd(self) -> list[WithoutOne]:
@@ -101,7 +105,7 @@ class Findings:
             "measure_next": {
                 "between": list(self.between),
                 "measurements": [{"what": s.what, "gain": s.gain} for s in self.further],
-                "nothing_to_tell_apart": self.settled,
+                "nothing_to_tell_apart": self.settled, "uncertainty_doubled": self.doubled,
             },
             "doubts": list(self.doubts),
             "parts": [
@@ -132,6 +136,7 @@ def find(diagnosis: Diagnosis) -> Findings:
         moved=moved(known.null, final), limits=upper_limits(forward, known, final), between=between, further=further,
         doubts=doubts(diagnosis), parts=parts, without=_without(diagnosis, parts), joint_fits=fits(diagnosis.verdict),
         predicted=predicted(diagnosis, torque), kept=kept, settled=settled(diagnosis),
+        doubled=doubled(diagnosis),
     )  # fmt: skip
 
 
@@ -144,6 +149,9 @@ def _next(diagnosis: Diagnosis) -> tuple[tuple[str, ...], tuple[Separation, ...]
         further = ()
     if not further and (len(rivals) > 1 or len(between) < 2):
         between = tuple(f.name for f in rivals)
+        if doubled(diagnosis):
+            wide = with_wider_nuisances(diagnosis.forward, known, [f for f in rivals if f.candidates])
+            rivals = tuple(wide.find(f.identifiers) or f for f in rivals)
         further = tuple(separating(diagnosis.forward, list(rivals))) if len(rivals) > 1 else ()
     return between, tuple(s for s in further if s.gain >= LEAST_GAIN)
 

@@ -108,8 +108,10 @@ def next_note(findings: Findings) -> str:
         return findings.settled
     if not findings.further or len(findings.between) < 2:
         return "Nothing that this kind of data proposes would tell the leading hypotheses apart."
+    wider = " The uncertainty of the parameters is doubled in it, as in the rule that does not hold."
     return (
         f"How well it tells {told_apart(findings)}: the predicted distance, in standard deviations of what it measures."
+        f"{wider if findings.doubled else ''}"
     )
 
 

@@ -5,7 +5,10 @@ from pathlib import Path
 import pytest
 from small_library import all_but
 
+from studies.inference.identifiability import separating
 from studies.missing_effect import diagnose, read_measurement
+from studies.missing_effect.reporting.findings import find
+from studies.missing_effect.reporting.sentences import next_note
 
 TRIED = ("front_compliance", "steer_spring", "steer_damper", "pneumatic_trail", "crown_radius", "camber_thrust",
          "speed_scale")  # fmt: skip
@@ -47,3 +50,19 @@ def test_what_explains_everything_is_said_with_its_reservation(case, hidden, par
     assert f"P(nothing is missing) {nothing.format(none)}" in verdict.sentence
     assert verdict.goodness_of_fit_p > 0.01
     assert set(verdict.reasons) == set(verdict.equivalent)
+
+
+def test_what_to_measure_next_is_about_the_rule_that_failed():
+    """A name that does not survive doubled uncertainties is told from nothing, with these: by less than as stated."""
+    measurement = read_measurement(CASES / "modal_009" / "measurement.toml")
+    found = diagnose(measurement, without=all_but(measurement, TRIED))
+    (failed,) = (check for check in found.verdict.checks if not check.passed)
+    assert failed.what == "survives doubling the uncertainty of the parameters"
+    findings = find(found)
+    assert (findings.between, findings.doubled, findings.settled) == (("steer_spring", "none"), True, "")
+    stated = {s.what: s.gain for s in separating(found.forward, [found.final, found.hypotheses.null])}
+    assert len(findings.further) > 3
+    assert findings.further[0].gain < 0.8 * stated[findings.further[0].what]
+    assert next_note(findings).endswith(
+        "The uncertainty of the parameters is doubled in it, as in the rule that does not hold."
+    )
