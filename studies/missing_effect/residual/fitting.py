@@ -16,7 +16,7 @@ import numpy as np
 
 from studies.inference.acceptance import leaves_more
 from studies.inference.checks import HeldOut, goodness_of_fit, held_out
-from studies.inference.fit import Fit, fit, prior
+from studies.inference.fit import Fit, fit
 from studies.inference.forward import Forward
 from studies.inference.joint import JointForward
 from studies.missing_effect.diagnose import Diagnosis
@@ -26,6 +26,7 @@ from studies.missing_effect.motion.canonical_forward import CanonicalForward
 from studies.missing_effect.motion.history_forward import HistoryForward
 from studies.missing_effect.motion.measurements import BicycleMeasurement
 from studies.missing_effect.motion.modal_forward import ModalForward
+from studies.missing_effect.residual.linear import first_of, is_torque, linearised
 from studies.missing_effect.residual.selection import Linear, Selector
 from studies.missing_effect.residual.terms import (
     PAIRS,
@@ -187,7 +188,7 @@ def fit_residual(diagnosis: Diagnosis) -> Residual | None:
     start: dict[Pair, int] = {}
     best, degrees, tried = beside, start, [start]
     for _ in range(ROUNDS):
-        degrees = _selector(_linear(forward, best, scale), _first(best), scale).select(degrees)
+        degrees = _selector(linearised(forward, best, scale), first_of(best), scale).select(degrees)
         if degrees in tried:
             break
         tried.append(degrees)
@@ -200,8 +201,8 @@ def fit_residual(diagnosis: Diagnosis) -> Residual | None:
         raise InputError("no torque that is linear in the state improves the prediction of data left out")
     before = held_out(forward, beside)
     while True:  # whether the full model keeps what the linearised problem promised
-        linear = _linear(forward, best, scale)
-        selector = _selector(linear, _first(best), scale)
+        linear = linearised(forward, best, scale)
+        selector = _selector(linear, first_of(best), scale)
         gains, fewer = selector.gains(degrees), selector.without_useless(degrees)
         if fewer == degrees:
             after = held_out(forward, best)
@@ -212,8 +213,10 @@ def fit_residual(diagnosis: Diagnosis) -> Residual | None:
             raise InputError("a torque that is linear in the state does not improve the prediction of data left out")
         degrees = fewer
         best = _fitted(forward, best, degrees, scale)
+    if not best.theta[best.columns(best.candidates[-1])].any():
+        raise InputError("fitted to all data, the torque that the data left out would ask for is zero")
     misfit = max(1.0, best.objective / len(best.residual))
-    selector = Selector(linear.louder(math.sqrt(misfit)), _first(best), scale)
+    selector = Selector(linear.louder(math.sqrt(misfit)), first_of(best), scale)
     covariance = _covariance(best, selector, degrees)
     p = goodness_of_fit(forward, best)
     told = {name_of(*key): gain for key, gain in gains.items()}
@@ -230,41 +233,17 @@ def _degrees(found: Fit, scale: SpeedScale) -> dict[Pair, int]:
 
 def _fitted(forward: Forward, last: Fit, degrees: Degrees, scale: SpeedScale) -> Fit:
     """The full model with the terms of ``degrees``, from where the ``last`` fit ended."""
-    named = tuple(c for c in last.candidates if not _own(c.identifier))
+    named = tuple(c for c in last.candidates if not is_torque(c.identifier))
     joined = (*named, candidate(degrees, scale))
-    known = dict(zip((u.name for u in last.unknowns[_first(last) :]), last.theta[_first(last) :], strict=True))
-    start = np.concatenate([last.theta[: _first(last)], [known.get(u.name, 0.0) for u in joined[-1].unknowns]])
+    known = dict(zip((u.name for u in last.unknowns[first_of(last) :]), last.theta[first_of(last) :], strict=True))
+    start = np.concatenate([last.theta[: first_of(last)], [known.get(u.name, 0.0) for u in joined[-1].unknowns]])
     return fit(forward, joined, starts=[start])
-
-
-def _own(identifier: str) -> bool:
-    return identifier.startswith("residual torque (")
-
-
-def _first(found: Fit) -> int:
-    """Number of coordinates of a fit before those of its residual torque."""
-    own = [c for c in found.candidates if _own(c.identifier)]
-    return found.columns(own[0]).start if own else len(found.theta)
 
 
 def _selector(linear: Linear, floating: int, scale: SpeedScale) -> Selector:
     """A search in which the noise is as loud as all terms together must have it."""
     noise = max(1.0, linear.misfit(np.arange(linear.jacobian.shape[1])))
     return Selector(linear.louder(math.sqrt(noise)), floating, scale)
-
-
-def _linear(forward: Forward, about: Fit, scale: SpeedScale) -> Linear:
-    """The problem linearised about a fit, with all terms."""
-    named = tuple(c for c in about.candidates if not _own(c.identifier))
-    joined = (*named, candidate(dict.fromkeys(PAIRS, scale.most), scale))
-    first = _first(about)
-    known = dict(zip((u.name for u in about.unknowns[first:]), about.theta[first:], strict=True))
-    theta = np.concatenate([about.theta[:first], [known.get(u.name, 0.0) for u in joined[-1].unknowns]])
-    residual, jacobian = forward.residual(joined, theta)
-    unknowns = (*about.unknowns[:first], *joined[-1].unknowns)
-    centre, sd = prior(unknowns, joined, 1.0)
-    scaled = jacobian * sd
-    return Linear(scaled, scaled @ ((theta - centre) / sd) - residual, forward.rows.fold)
 
 
 def _covariance(best: Fit, selector: Selector, degrees: Degrees) -> Array:

@@ -95,6 +95,7 @@ def record(kept: Kept | None) -> dict[str, Any] | None:
             "log_score_gain": residual.after.log_score - residual.before.log_score,
         },
         "share_of_power": {f"{torque}_from_{state}": share for (torque, state), share in shape.shares.items()},
+        "newton_metre_of_steer_torque_counts_as_lean": shape.counts,
         "like_effects": _likeness(shape.library), "like_errors_of_the_measurement": _likeness(shape.errors),
         "amplitude": _amplitude(kept.amplitude),
         "critical_speeds": None if kept.critical is None else kept.critical.to_dict(),

@@ -4,6 +4,9 @@ The torque of an effect on a given motion exp(s t) is the difference of the torq
 without it, T = G(s)^-1 q with G from steer and lean torque to lean and steer. So effects with states of their own, as
 tyres, have one too. Torques are compared over all samples of the motion seen (:mod:`.seen`): the share of the power of
 the residual torque that an effect of the best size has is the squared cosine of the two.
+
+A newton metre of lean torque does far less than one of steer torque, so the two are not added as they are: each counts
+by what a newton metre of it changes of the predicted numbers, over their noise (:attr:`Shape.counts`).
 """
 
 from collections.abc import Iterator
@@ -17,8 +20,9 @@ from studies.inference.parameter import Candidate
 from studies.missing_effect.motion.candidates import find_candidates
 from studies.missing_effect.motion.family import Family
 from studies.missing_effect.residual.fitting import Residual, base_of
+from studies.missing_effect.residual.linear import linearised
 from studies.missing_effect.residual.seen import Seen
-from studies.missing_effect.residual.terms import PAIRS, Pair
+from studies.missing_effect.residual.terms import PAIRS, STATES, TORQUES, Pair, keys, unknown
 from tyre.base.arrays import Array, Complex
 
 OFF_THE_ROOT = 1e-6  # relative; at a root of the model a motion needs no torque, and the inverse is not computed
@@ -50,33 +54,80 @@ class Shape:
     ----------
     shares : dict
         Share of the power by pair of torque and state; they add up to 1, one that takes away from others is negative.
+        Empty where the torque has no power on the motion seen.
     library : tuple of Likeness
         Effects by their torque on the motion seen, likest first.
     errors : tuple of Likeness
         Errors of the measurement by what they do to the data, parameters marginalised; likest first.
+    counts : float
+        As how many newton metres of lean torque one of steer torque counts in ``shares`` and ``library``: so much more
+        does it change the predicted numbers (root mean square, on the motion seen).
     """
 
     shares: dict[Pair, float]
     library: tuple[Likeness, ...]
     errors: tuple[Likeness, ...]
+    counts: float = 1.0
 
 
 def shape_of(forward: Forward, residual: Residual, motion: Seen) -> Shape:
-    """Compare the ``residual`` torque of a ``forward`` model on a ``motion`` with what there is."""
+    """Compare the ``residual`` torque of a ``forward`` model on a ``motion`` with what there is.
+
+    Parameters
+    ----------
+    forward : Forward
+    residual : Residual
+    motion : Seen
+    """
+    errors = tuple(sorted(_errors(forward, residual), key=lambda one: -one.share))
     gains, _ = residual.gains_at(motion.speed)
-    parts = gains * motion.state[:, None]  # (k, 2, 4)
+    counts = steer_counts(forward, residual, motion)
+    weights = np.array([counts, 1.0])
+    parts = gains * motion.state[:, None] * weights[:, None]  # (k, 2, 4)
     torque = parts.sum(2)
     power = float((np.abs(torque) ** 2).sum())
+    if not 0 < power < np.inf:  # held at zero by the fit, or in states that did not move
+        return Shape({}, (), errors, counts)
     each = np.einsum("kij,ki->ij", parts, torque.conj()).real.ravel() / power
-    library = tuple(_library(forward, residual, motion, torque))
-    errors = tuple(_errors(forward, residual))
+    library = _library(forward, residual, motion, (torque, weights))
     return Shape(
         {pair: float(share) for pair, share in zip(PAIRS, each, strict=True) if share},
-        tuple(sorted(library, key=lambda one: -one.share)), tuple(sorted(errors, key=lambda one: -one.share)),
+        tuple(sorted(library, key=lambda one: -one.share)), errors, counts,
     )  # fmt: skip
 
 
-def _library(forward: Forward, residual: Residual, motion: Seen, torque: Complex) -> Iterator[Likeness]:
+def steer_counts(forward: Forward, residual: Residual, motion: Seen) -> float:
+    """How much more a newton metre of steer torque changes the predicted numbers than one of lean torque.
+
+    Of each torque from each state by itself, the same at all speeds and about the fit: the change of the predicted
+    numbers over their noise, by the torque on the motion seen; root mean square over the states that move.
+
+    Parameters
+    ----------
+    forward : Forward
+    residual : Residual
+    motion : Seen
+
+    Returns
+    -------
+    float
+        No unit; 0 where a steer torque changes nothing (a prescribed steer angle), 1 where the ratio is not finite.
+    """
+    linear, first = linearised(forward, residual.fit, residual.scale), len(residual.beside.theta)
+    places = {key: first + k for k, key in enumerate(keys(dict.fromkeys(PAIRS, residual.scale.most)))}
+    moved = {}
+    for pair in PAIRS:
+        column = linear.jacobian[:, places[pair, 0]] / unknown(pair, 0).scale
+        moved[pair] = float(column @ column)
+    square = dict(zip(STATES, (motion.rms**2).tolist(), strict=True))
+    steer, lean = (sum(moved[t, s] / square[s] for s in STATES if square[s] > 0) for t in TORQUES)
+    found = np.sqrt(steer / lean) if lean > 0 else np.inf
+    return float(found) if np.isfinite(found) else 1.0
+
+
+def _library(forward: Forward, residual: Residual, motion: Seen, weighed: tuple[Complex, Array]) -> Iterator[Likeness]:
+    """Effects by their torque, beside that of the residual and the weights that both have."""
+    torque, weights = weighed
     beside, base = residual.beside, base_of(forward)
     nuisances = residual.fit.theta[: len(base.nuisances)] if base is forward else None
     named = beside.candidates
@@ -88,7 +139,7 @@ def _library(forward: Forward, residual: Residual, motion: Seen, torque: Complex
         if c.identifier in residual.fit.identifiers or not base.compatible((*named, c)):
             continue
         there = np.concatenate([theta, c.starts[0]])
-        like = without - _held(base.family((*named, c)), there, motion)
+        like = (without - _held(base.family((*named, c)), there, motion)) * weights
         square = float((np.abs(like) ** 2).sum())
         if not np.isfinite(square) or square == 0:
             continue

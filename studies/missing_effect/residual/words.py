@@ -32,8 +32,8 @@ def sentence(kept: Kept) -> str:
     ]
     told.append(_changed(changed(kept.residual), written=kept.critical is not None))
     told.append(_shares(kept))
-    told.append(_likeness(kept.shape.library))
-    told.append(_errors(kept.shape.errors))
+    if kept.shape.shares:
+        told += [_likeness(kept.shape.library), _errors(kept.shape.errors)]
     if kept.residual.p < POOR_FIT:
         told.append(
             f"Even so χ² is {number(kept.residual.misfit, 3)} a number: part of it is no such torque, and the standard "
@@ -79,11 +79,19 @@ def _now(one: Changed) -> str:
 
 
 def _shares(kept: Kept) -> str:
+    """Shares of the power; with both torques, how they are weighed against each other."""
     assert kept.shape is not None
+    if not kept.shape.shares:
+        return "It has no power on the motion seen, so there is nothing to compare."
     ranked = sorted(kept.shape.shares.items(), key=lambda item: -item[1])
     told = [f"{percent(round(share, 3))} is a {_direction(kept, pair)}" for pair, share in ranked if share >= SMALL]
     against = [pair for pair, share in ranked if share <= -SMALL]
-    words = f"Of its power on the motion seen, {listed(told)}." if told else ""
+    both = len({torque for torque, _ in kept.shape.shares}) > 1
+    weighed = (
+        f" (a newton metre of steer torque counts as {number(kept.shape.counts, 2)} of lean torque: so much more does "
+        "it change the predicted numbers)"
+    )
+    words = f"Of its power on the motion seen{weighed if both else ''}, {listed(told)}." if told else ""
     if against or sum(share for _, share in ranked if share >= SMALL) > 1 + SMALL:
         words += " Parts of it cancel each other, so these shares are not each a thing by itself."
     return words
