@@ -8,6 +8,9 @@ from typing import Any
 import numpy as np
 
 from bicycle.identification.recording import (
+    AS_HELD,
+    AS_LINEAR,
+    BETWEEN,
     CHANNELS,
     FASTEST,
     FEWEST,
@@ -46,6 +49,7 @@ TABLE = table(
         maybe("input"): text(f"is not allowed; write one of {', '.join(map(repr, DRIVES))}", allowed=DRIVES),
         maybe("drop_first_s"): number(least=0, says="must be a time >= 0 in s"),
         maybe(MOTOR_IN_TORQUE): flag,
+        maybe(BETWEEN): text(f"is not allowed; write {AS_HELD!r} or {AS_LINEAR!r}", allowed=(AS_HELD, AS_LINEAR)),
         **WINDOW,
         maybe("noise_sd", {}): any_table,
         **dict.fromkeys(map(maybe, TABLES), anything),
@@ -111,7 +115,7 @@ def read_runs(content: Mapping[str, Any], folder: Path) -> tuple[tuple[Run, ...]
     used = common.pop("channels") if isinstance(common.get("channels"), list) else None
     drive = histories.get("input", "")
     read_in = [(run, _named_by(entry)) for entry in histories["runs"] for run in _runs(entry, folder, common)]
-    runs = [_only(_driven(run, drive), used) for run, _ in read_in]
+    runs = [replace(_only(_driven(run, drive), used), between=histories.get(BETWEEN, "")) for run, _ in read_in]
     _refuse_repeats(runs, [by for _, by in read_in])
     if all(run.held_out for run in runs):
         raise InputError("[[histories.runs]]: held_out = true in every run; leave it out where a run is to be fitted")

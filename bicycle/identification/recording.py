@@ -23,6 +23,8 @@ CHANNELS = {
 STEER, STEER_TORQUE = "steer_rad", "steer_torque_N_m"
 MOTOR_IN_TORQUE = "motor_in_torque"
 """Key of a table of recordings: whether the recorded steer torque holds that of a motor of the bicycle."""
+BETWEEN, AS_HELD, AS_LINEAR = "torque_between_samples", "held", "linear"
+"""Another: how the recorded torques go from one sample to the next, and its words."""
 SAME = {"lean_rate_rad_s": "roll_rate_rad_s"}
 """Columns by another name: that of the model's state, which ``velotyre simulate`` writes."""
 INPUTS = {STEER_TORQUE: "steer_torque", "lean_torque_N_m": "lean_torque"}

@@ -13,7 +13,8 @@ class Run:
     """One run: equidistant samples ``time`` (s), measured ``channels`` and known ``inputs`` by column name, SI.
 
     ``mountings`` are the rotations of sensors that were applied, each with its uncertainty; ``notes`` tell what was
-    done to the recording. A run that is ``held_out`` is never fitted, only predicted.
+    done to the recording. A run that is ``held_out`` is never fitted, only predicted. ``between`` says how its torques
+    go from sample to sample: ``held`` or ``linear``; empty where nobody said so.
     """
 
     name: str
@@ -25,6 +26,7 @@ class Run:
     mountings: tuple[Mounting, ...] = ()
     notes: tuple[str, ...] = ()
     held_out: bool = False
+    between: str = ""
 
     @property
     def step(self) -> float:

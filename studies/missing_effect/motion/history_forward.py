@@ -151,6 +151,11 @@ class HistoryForward(BicycleForward):
         return self._flat(runs.without(padded.reshape(*runs.residual.shape, -1)))
 
     @property
+    def taken_as_held(self) -> bool:
+        """Whether the recorded torques are taken as held from sample to sample because most repeat, as nobody said."""
+        return not self.runs[0].between and self._replay.held
+
+    @property
     def varied(self) -> bool:
         """Whether the runs are of two speeds, or pushed by two inputs."""
         pushed = {name for run in self.runs for name, u in run.inputs.items() if np.ptp(u) > 0}

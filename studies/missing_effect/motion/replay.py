@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bicycle.descriptor import DescriptorStack
-from bicycle.identification.recording import CHANNELS, INPUTS, Run
+from bicycle.identification.recording import AS_HELD, CHANNELS, INPUTS, Run
 from bicycle.responses.discretisation import discretised, from_rest, marched, powers_of
 from studies.missing_effect.motion.family import Family
 from studies.missing_effect.motion.friction import FRICTION, direction
@@ -68,7 +68,12 @@ class Replay:
 
     @cached_property
     def held(self) -> bool:
-        """Whether the torques are piecewise constant (commanded); otherwise they are taken linear between samples."""
+        """Whether the torques are piecewise constant (commanded); otherwise they are taken linear between samples.
+
+        As the runs state; else whether most samples repeat the one before.
+        """
+        if self.runs[0].between:
+            return self.runs[0].between == AS_HELD
         steps = [np.diff(u) for run in self.runs for u in run.inputs.values()]
         return bool(steps) and float(np.mean(np.concatenate(steps) == 0)) > HELD_SHARE
 

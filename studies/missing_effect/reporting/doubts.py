@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.stats import chi2
 
+from bicycle.identification.recording import AS_LINEAR, INPUTS
+from studies.inference.fit import fit
 from studies.inference.joint import JointForward
 from studies.inference.moved import moved
 from studies.missing_effect.diagnose import Diagnosis
@@ -14,6 +16,7 @@ from studies.missing_effect.motion.bicycle_forward import BicycleForward
 from studies.missing_effect.motion.canonical_forward import CanonicalForward
 from studies.missing_effect.motion.history_forward import HistoryForward
 from studies.missing_effect.motion.modal_forward import ModalForward
+from studies.missing_effect.reporting.words import ADJUSTED, explains
 from tyre.base.arrays import Array
 
 ABSURD = 1e4  # chi^2 a number, with the parameters adjusted
@@ -22,6 +25,7 @@ CLOSE, CLOSER = 0.8, 0.6  # relative: of what a factor leaves to the values, and
 FEWEST = 3  # values or runs that agree
 GAP = 25.0  # chi^2 a number of a series that is worth a doubt
 FAINT = 0.3  # of the sd of its noise: pure noise of the stated sd has 1
+BETTER = 25.0  # chi^2 with the prior's penalty, by which torques that are linear between samples fit better
 SELDOM, FARTHEST = 1e-6, 3  # probability of such a sum of squares by chance; parameters that are listed
 NAMED = ("named", "class", "tentative")
 FACTORS = {
@@ -67,6 +71,8 @@ def doubts(diagnosis: Diagnosis) -> tuple[str, ...]:
         )
     if not found and isinstance(forward, BicycleForward | JointForward):
         found += _of_the_bicycle(diagnosis)
+    if isinstance(forward, HistoryForward):
+        found += _between_samples(diagnosis, forward)
     return tuple(found)
 
 
@@ -178,6 +184,25 @@ def _faint(forward: HistoryForward) -> list[str]:
         "tells next to nothing; is the unit right, and that of noise_sd?"
         for name, size in moved.items()
         if size < FAINT * forward.noise[name].sd
+    ]
+
+
+def _between_samples(diagnosis: Diagnosis, forward: HistoryForward) -> list[str]:
+    """Torques that were taken as held from sample to sample, where the data are nearer to linear ones."""
+    if not forward.taken_as_held:
+        return []
+    final = diagnosis.final
+    linear = replace(forward, runs=tuple(replace(run, between=AS_LINEAR) for run in forward.runs))
+    other = fit(linear, final.candidates, starts=[final.theta])
+    if not other.objective < final.objective - BETTER:
+        return []
+    names = ", ".join(name for name in forward.runs[0].inputs if name in INPUTS)
+    what = explains(final) if final.candidates else ADJUSTED
+    return [
+        f"{names}: most samples repeat the one before, so it is taken as held from sample to sample; taken as linear "
+        f"between them, chi^2 of {len(final.residual)} numbers with {what} is {other.chi2:.5g} in place of "
+        f'{final.chi2:.5g}. If it was so, state torque_between_samples = "linear" in [histories]; if it was held, '
+        'state "held"'
     ]
 
 
