@@ -60,7 +60,13 @@ def command(
         ]
         moved = [f"{v:.3f} m/s moves by" for v in ranking.critical_speeds]
         print_table(shown, ["parameter", "value", "unit", "sd", "sd from", "growth 1/s", "frequency Hz", *moved])
-        click.echo(f"all {len(ranking.changes)} parameters together: {ranking.total:.4g} 1/s (independent)")
+        how = "with their correlations" if ranking.correlated else "independent"
+        click.echo(f"all {len(ranking.changes)} parameters together: {ranking.total:.4g} 1/s ({how})")
+        if ranking.correlated:
+            click.echo(
+                "each alone: a row moves its parameter and holds the others; errors of parameters that were found "
+                "together cancel or add, so the rows do not add up to the total"
+            )
         print_warnings(model.linear_model().warnings)
 
 

@@ -1,6 +1,5 @@
 """What moves a mode most: its changes per one standard deviation of every parameter, ranked."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -15,7 +14,8 @@ from bicycle.model import Model
 from bicycle.parameter_key import ParameterKey, entries_of
 from bicycle.parameters import UNITS
 from bicycle.sensitivity.eigenvalue_derivatives import critical_speed_sensitivities, pair_sensitivities, sensitivities
-from bicycle.sensitivity.propagation import frequency_gradient
+from bicycle.sensitivity.model_covariance import model_covariance
+from bicycle.sensitivity.propagation import frequency_gradient, standard_deviation
 from tyre.base.errors import InputError, unknown
 
 NEAR = 1e-4  # two real roots are a meeting below this distance, relative to their size
@@ -45,6 +45,10 @@ class Ranking:
 
     Where two real roots meet, ``eigenvalue`` is their mean and ``meeting`` says so: their growth rates have no
     derivatives, the mean has. ``others`` are real roots that the mode has beside the one that is ranked, 1/s.
+
+    ``total`` is one standard deviation of the growth rate (1/s) with all parameters uncertain at once: with the
+    covariance of those that were measured together where they are ``correlated``, else the root of the sum of squares
+    of all changes. Each change is that of its parameter alone, the others held.
     """
 
     mode: str
@@ -53,12 +57,9 @@ class Ranking:
     meeting: bool
     critical_speeds: tuple[float, ...]
     changes: tuple[Change, ...]
+    total: float
+    correlated: bool
     others: tuple[float, ...] = ()
-
-    @property
-    def total(self) -> float:
-        """Root of the sum of squares of all changes of the growth rate, 1/s (independent parameters)."""
-        return math.hypot(*(change.growth for change in self.changes))
 
 
 def rank(
@@ -110,8 +111,13 @@ def rank(
         for key, slope in zip(found.parameters, slopes, strict=True)
     ]  # fmt: skip
     ranked = sorted(changes, key=lambda change: (change.origin == EXACT, -abs(change.growth)))
+    names, covariance = model_covariance(model, given_sd, assume=True)
+    gradient = dict(zip(found.parameters, slopes.real.tolist(), strict=True))
+    total = float(standard_deviation([gradient[key] for key in names], covariance)) if names else 0.0
+    correlated = bool((covariance != np.diag(np.diag(covariance))).any())
     others = () if meeting else tuple(z.real for z in values[1:] if not z.imag)
-    return Ranking(mode, speed, eigenvalue, meeting, tuple(c.speed for c in crossings), tuple(ranked), others)
+    critical = tuple(c.speed for c in crossings)
+    return Ranking(mode, speed, eigenvalue, meeting, critical, tuple(ranked), total, correlated, others)
 
 
 def unit_of(key: str) -> str:
@@ -129,6 +135,7 @@ def record(ranking: Ranking) -> dict[str, Any]:
         "other_real_roots_1_s": list(ranking.others),
         "critical_speeds_m_s": list(ranking.critical_speeds),
         "total_growth_rate_change_1_s": ranking.total,
+        "correlated": ranking.correlated,
         "parameters": [
             {
                 "parameter": c.parameter,

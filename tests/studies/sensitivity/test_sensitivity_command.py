@@ -150,3 +150,24 @@ def test_a_mode_of_two_real_roots_says_which_one_is_ranked(tmp_path, capsys):
     first, second = capsys.readouterr().out.splitlines()[:2]
     assert first.startswith(f"weave at 1 m/s: {roots[1]:.4g} 1/s; ")
     assert second == f"it has another real root here, {roots[0]:.4g} 1/s, which this does not rank"
+
+
+def test_the_total_has_the_correlations_of_a_stated_covariance(tmp_path, capsys):
+    """Sum of squares and 2 rho times the product of two changes, of w and c with a correlation of 0.95."""
+    sd, between = {"w": 0.02, "c": 0.004}, 0.95
+    path = tmp_path / "model.toml"
+    matrix = [[sd["w"] ** 2, between * sd["w"] * sd["c"]], [between * sd["w"] * sd["c"], sd["c"] ** 2]]
+    path.write_text(f'bicycle = "benchmark"\n[covariance]\nparameters = ["w", "c"]\nmatrix = {matrix}\n')
+    where = (str(path), "--mode", "weave", "--speed", "6")
+    shown = json.loads(run(capsys, *where, "--json", "-"))
+    moved = {row["parameter"]: row["growth_rate_change_1_s"] for row in shown["parameters"]}
+    squares = sum(change**2 for change in moved.values()) + 2 * between * moved["w"] * moved["c"]
+    assert shown["total_growth_rate_change_1_s"] == pytest.approx(math.sqrt(squares))
+    assert shown["total_growth_rate_change_1_s"] != pytest.approx(math.hypot(*moved.values()), rel=0.03)
+    assert shown["correlated"] is True
+    told = run(capsys, *where)
+    assert f"parameters together: {math.sqrt(squares):.4g} 1/s (with their correlations)" in told
+    assert "each alone: a row moves its parameter and holds the others;" in told
+    given = json.loads(run(capsys, *where, "--sd", "c=0.004", "--json", "-"))
+    assert given["correlated"] is False  # what is given stands alone
+    assert "(independent)" in run(capsys, *where, "--sd", "c=0.004")
