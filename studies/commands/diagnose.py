@@ -34,6 +34,7 @@ def command(
 
     from studies.missing_effect import diagnose, read_measurement
     from studies.missing_effect.report import record, write_report
+    from studies.missing_effect.reporting.corrected_model import why_none
     from studies.missing_effect.reporting.findings import find, with_stability
     from studies.missing_effect.reporting.sentences import (
         beside_name,
@@ -76,6 +77,8 @@ def command(
     place = str(Path(folder) / "report.html") if folder else ""
     for line in first_lines(found, findings, place):
         click.echo(line)
+    if none := why_none(found, findings.kept.residual if findings.kept is not None else None):
+        click.echo(none)
     rows = named(found)
 
     def show() -> None:

@@ -14,7 +14,7 @@ from studies.missing_effect.figures import draw_all
 from studies.missing_effect.motion.joint_measurement import of_first
 from studies.missing_effect.motion.sensor_errors import GEOMETRY
 from studies.missing_effect.reporting import sentences, tables
-from studies.missing_effect.reporting.corrected_model import model_text, other_texts
+from studies.missing_effect.reporting.corrected_model import model_text, other_texts, why_none
 from studies.missing_effect.reporting.findings import Findings, find
 from studies.missing_effect.reporting.sentences import SAYS, plan_note
 from studies.missing_effect.reporting.template import CLOSE, NAMED, OPEN, PAGE, SECTIONS, TEMPLATE
@@ -162,10 +162,9 @@ def _of_kept(kept: Kept | None) -> dict[str, Any]:
 def _write_model(diagnosis: Diagnosis, findings: Findings, target: Path) -> str:
     """Write the corrected model of a bicycle; says so, or why there is none, and nothing of a tyre."""
     residual = findings.kept.residual if findings.kept is not None else None
-    try:
-        text = model_text(diagnosis, residual)
-    except InputError as error:
-        return f"There is no corrected model: {plain(error)}"
+    if none := why_none(diagnosis, residual):
+        return plain(none)
+    text = model_text(diagnosis, residual)
     if not text:
         return ""
     write_text(target, text)

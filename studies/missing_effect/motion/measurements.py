@@ -96,17 +96,31 @@ class BicycleMeasurement(ABC):
 
         All other parameters of the bicycle are as they were; None where it is not valid.
         """
-        model = self.model
         try:
-            bicycle, wrong = model.bicycle, wrong_geometry(final)
-            if wrong:  # what follows the geometry still does
-                moved = {key: bicycle[key] + by for key, by in wrong.items() if key in bicycle.values}
-                model = Model(bicycle.replace(**moved), model.effects)
-            for c in sorted(final.candidates, key=lambda c: c.replaces is None):
-                if c.effect is not None:
-                    model = model.with_effect(physical(c, final.theta[final.columns(c)].tolist()))
+            return self.with_named(final)
         except InputError:
             return None
+
+    def with_named(self, final: Fit) -> Model:
+        """The same of the bicycle of this measurement.
+
+        Parameters
+        ----------
+        final : Fit
+
+        Raises
+        ------
+        InputError
+            The values of what is added make no effect, bicycle or combination: says which.
+        """
+        model = self.model
+        bicycle, wrong = model.bicycle, wrong_geometry(final)
+        if wrong:  # what follows the geometry still does
+            moved = {key: bicycle[key] + by for key, by in wrong.items() if key in bicycle.values}
+            model = Model(bicycle.replace(**moved), model.effects)
+        for c in sorted(final.candidates, key=lambda c: c.replaces is None):
+            if c.effect is not None:
+                model = model.with_effect(physical(c, final.theta[final.columns(c)].tolist()))
         return model
 
     def names(self) -> set[str]:

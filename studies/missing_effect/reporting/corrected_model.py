@@ -104,9 +104,10 @@ def _others(diagnosis: Diagnosis) -> dict[str, tuple[BicycleMeasurement, Fit]]:
 
 def _with_values(measurement: BicycleMeasurement, final: Fit) -> Model:
     """The base model of ``measurement`` with all values of a ``final`` fit in its names."""
-    model = BicycleMeasurement.model_with(measurement, final)
-    if model is None:
-        raise InputError(f"{explains(final)}: the base model cannot take these values")
+    try:
+        model = measurement.with_named(final)
+    except InputError as error:
+        raise InputError(f"the base model cannot take the values of {explains(final)}: {error}") from error
     floating = final.unknowns[: final.effect_columns.start]
     unknowns = Family(measurement.model, floating, final.candidates)
     values = {key: float(found[0, 0]) for key, found in unknowns.values(np.asarray(final.theta)[None]).items()}
@@ -133,6 +134,27 @@ def model_text(diagnosis: Diagnosis, residual: Residual | None = None) -> str:
     """
     model = corrected_model(diagnosis, residual)
     return "" if model is None else _text(diagnosis, model, diagnosis.final, residual)
+
+
+def why_none(diagnosis: Diagnosis, residual: Residual | None = None) -> str:
+    """Why there is no corrected model of a ``diagnosis``, with the value and what to do; empty where there is one.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    residual : Residual, optional
+        What could not be named, fitted.
+    """
+    try:
+        model_text(diagnosis, residual)
+    except InputError as error:
+        named = [c.identifier for c in diagnosis.final.candidates if c.effect is not None]
+        asked = "check the bicycle of the measurement file and what it states of its uncertainty"
+        if named:
+            one = next((name for name in named if f"'{name}'" in str(error)), named[0])
+            asked = f"state what is known of it in [candidates.{one}] of the measurement file, or try --without {one}"
+        return f"There is no corrected model: {error}. No bicycle has such values, so do not build on them: {asked}."
+    return ""
 
 
 def other_texts(diagnosis: Diagnosis) -> dict[str, str]:

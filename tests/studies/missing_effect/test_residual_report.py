@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from bicycle import Model, load_bicycle
 from bicycle.files.model_file import read_model
 from studies.cli import main
 from studies.inference.checks import HeldOut
@@ -20,6 +21,7 @@ from studies.missing_effect.blind.histories import history_case
 from studies.missing_effect.motion.joint_measurement import JointMeasurement
 from studies.missing_effect.packaged import packaged_measurement
 from studies.missing_effect.report import page, record, write_report
+from studies.missing_effect.reporting.corrected_model import why_none
 from studies.missing_effect.reporting.findings import find
 from studies.missing_effect.reporting.sentences import first_lines
 from studies.missing_effect.residual import words
@@ -286,3 +288,36 @@ def test_a_corrected_model_that_is_none_has_no_critical_speeds(reported, monkeyp
     without = dataclasses.replace(reported.findings, kept=keep(reported.diagnosis))
     assert "Where modes of the corrected model" not in page(reported.diagnosis, without, {"residual_torque": ""})
     assert of_kept(without.kept)["critical_speeds"] is None
+
+
+def test_the_terminal_says_that_there_is_no_corrected_model_and_why(reported, monkeypatch, capsys):
+    def none(diagnosis, residual=None):
+        raise InputError("the mass is below what is left")
+
+    monkeypatch.setattr("studies.missing_effect.reporting.corrected_model.corrected_model", none)
+    every = [c.identifier for c in reported.diagnosis.measurement.forward().candidates]
+    left_out = [part for name in every if name not in TRIED for part in ("--without", name)]
+    main(["diagnose", str(reported.folder.parent / "MEASUREMENT.toml"), *left_out])
+    assert "There is no corrected model: the mass is below what is left. No bicycle has" in capsys.readouterr().out
+
+
+def test_why_there_is_no_corrected_model_names_the_value_and_what_to_do(reported):
+    """A swaying rider without mass and with 24.6 kg m^2 about x, of a rear frame with less."""
+    measurement = reported.diagnosis.measurement.on(Model(load_bicycle("benchmark")))
+    forward = measurement.forward()
+    (rider,) = (c for c in forward.candidates if c.identifier == "rider_lean")
+    start = dict(zip((u.name for u in rider.unknowns), rider.starts[0], strict=True)) | {"mass": 0.0, "Ixx": 24.6}
+    theta = np.array([*(u.centre for u in forward.nuisances), *start.values()])
+    unknowns = (*forward.nuisances, *rider.unknowns)
+    massless = dataclasses.replace(
+        reported.diagnosis.final, candidates=(rider,), unknowns=unknowns, theta=theta,
+        covariance=np.eye(len(theta)), jacobian=np.zeros((1, len(theta))),
+    )  # fmt: skip
+    diagnosis = SimpleNamespace(measurement=measurement, final=massless)
+    told = why_none(diagnosis, SimpleNamespace(fit=massless))
+    assert told.startswith(
+        "There is no corrected model: the base model cannot take the values of rider_lean: effect 'rid"
+    )
+    assert "negative principal inertia -" in told
+    assert told.endswith("in [candidates.rider_lean] of the measurement file, or try --without rider_lean.")
+    assert why_none(reported.diagnosis, reported.findings.kept.residual) == ""
