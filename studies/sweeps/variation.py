@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from bicycle.default_sd import MODEL_FILE
 from bicycle.files.wheel_tyres import tyre_file
 from bicycle.model import Model
-from bicycle.parameter_covariance import checked_covariance
+from bicycle.parameter_covariance import ParameterCovariance, checked_covariance
 from bicycle.parameter_key import WHEELS, ParameterKey, entries_of
 from bicycle.parameters import UNITS
 from studies.sampling.bounded_draws import possible_moments
@@ -133,7 +134,8 @@ def read_sampled(
     content: Mapping[str, Any], allowed: set[str], model: Model, tyre: Mapping[str, Any],
     elsewhere: Collection[str] = (),
 ) -> tuple[tuple[Normal, ...], tuple[Uniform, ...]]:  # fmt: skip
-    """Distributions of ``[sampled]``; ``bicycle_sd`` stands for what nothing else varies.
+    """Distributions of ``[sampled]``; ``bicycle_sd`` stands for what nothing else varies: of the bicycle, and what the
+    ``[covariance]`` of a model file has, drawn together.
 
     Parameters
     ----------
@@ -164,12 +166,28 @@ def read_sampled(
         normals.append(Normal((name,), (mean,), ((numbers["sd"],),)))
     joint = [_joint(entry, allowed, model, tyre) for entry in options["joint"]]
     if options["bicycle_sd"]:
-        sd = {key: value for key, value in model.bicycle.sd.items() if value > 0 and key in UNITS}
-        if not sd:
-            raise InputError(f"sampled.bicycle_sd: bicycle {model.bicycle.name!r} states no standard deviations")
+        stated = model.covariance if model.covariance.origin == MODEL_FILE else ParameterCovariance()
+        sd = {
+            key: value for key, value in model.bicycle.sd.items()
+            if value > 0 and key in UNITS and key not in stated.names
+        }  # fmt: skip
+        if not sd and not any(stated.sd.values()):
+            raise InputError(
+                f"sampled.bicycle_sd: bicycle {model.bicycle.name!r} states no standard deviations; give them in its "
+                "file ([sd]), in [covariance] of the model file, or of single parameters here, such as c = {sd = 0.003}"
+            )
         own = {*elsewhere, *(u.name for u in uniforms), *(name for one in (*normals, *joint) for name in one.names)}
         normals += [Normal((key,), (model.bicycle[key],), ((value,),)) for key, value in sd.items() if key not in own]
+        together = [key for key, value in stated.sd.items() if value > 0 and not own & {key, _both_wheels(key)}]
+        if together:
+            spread = stated.among(together).tolist()
+            joint.append(_joint({"parameters": together, "covariance": spread}, allowed, model, tyre))
     return (*normals, *joint), tuple(uniforms)
+
+
+def _both_wheels(key: str) -> str:
+    """The name that varies a parameter at both wheels, of a ``key`` of one of them; else itself."""
+    return str(ParameterKey.parse(key).whole)
 
 
 def _uniform(name: str, low: float, high: float, bounds: tuple[float, float]) -> Uniform:

@@ -234,3 +234,23 @@ def test_a_result_without_axes_goes_into_netcdf(tmp_path, reduce):
         assert found[name].dims == store[name].dims == ()
         assert float(found[name]) == (20.0 if reduce else float(store[name]))
         assert set(found.variables) == set(store.variables)
+
+
+def test_draws_have_the_covariance_that_a_model_file_states(tmp_path):
+    """Of bicycle and effect together, as ``model.toml`` of a diagnosis; but of what is varied otherwise."""
+    sd, between = {"w": 0.02, "c": 0.004, "steer_damper.damping": 0.3}, 0.9
+    matrix = np.diag([value**2 for value in sd.values()])
+    matrix[1, 2] = matrix[2, 1] = between * sd["c"] * sd["steer_damper.damping"]
+    content = {
+        "model": {"bicycle": "benchmark", "effects": {"steer_damper": {"damping": 2.0}},
+                  "covariance": {"parameters": list(sd), "matrix": matrix.tolist()}},
+        "samples": 4000, "outputs": ["parameters"], "sampled": {"bicycle_sd": True},
+    }  # fmt: skip
+    values = load(run_sweep(build_sweep(content), tmp_path / "all.zarr")).parameters
+    drawn = np.stack([values.sel(parameter=key).values for key in sd])
+    np.testing.assert_allclose(drawn.std(1), list(sd.values()), rtol=0.06)
+    np.testing.assert_allclose(np.corrcoef(drawn), [[1, 0, 0], [0, 1, between], [0, between, 1]], atol=0.05)
+    content["grid"] = {"c": [0.07, 0.08]}
+    found = load(run_sweep(build_sweep(content), tmp_path / "fixed.zarr")).parameters.sel(c=0.07)
+    assert float(found.sel(parameter="c").std()) == pytest.approx(0.0, abs=1e-12)
+    assert float(found.sel(parameter="w").std()) == pytest.approx(sd["w"], rel=0.06)
