@@ -87,7 +87,17 @@ def parse_toml(path: Traversable, *, allow_unusual: bool = False) -> Bicycle:
         needed("values", missing): any_table, maybe("sd", {}): any_table, maybe("units", {}): any_table,
         maybe(WAY_OUT, False): flag,
     }  # fmt: skip
-    content = read(table(declared), read_toml(path, "bicycle file"), where=str(path))
+    given = read_toml(path, "bicycle file")
+    if "bicycle" in given and "values" not in given:
+        what = "its table [bicycle]" if isinstance(given["bicycle"], Mapping) else f"bicycle = {given['bicycle']!r}"
+        added = given.get("effects") or {}
+        torque = " (a measurement file without residual_torque)" if "residual_torque" in added else ""
+        effects = f" and its [effects.NAME]{torque}" if added else ""
+        raise InputError(
+            f"{path}: is a model file, not a bicycle file; write {what}{effects} into the file that names it, in place "
+            "of the name"
+        )
+    content = read(table(declared), given, where=str(path))
     try:
         numbers = given_numbers(content["values"], content["sd"], content["units"])
     except InputError as error:

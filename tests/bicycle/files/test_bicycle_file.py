@@ -174,3 +174,22 @@ def test_unknown_bicycle_and_missing_file(tmp_path):
         load_bicycle("benchmrk")
     with pytest.raises(InputError, match="no such bicycle file"):
         load_bicycle(tmp_path / "absent.toml")
+
+
+def test_a_model_file_in_place_of_a_bicycle_is_recognised(tmp_path):
+    path = tmp_path / "model.toml"
+    path.write_text('bicycle = "benchmark"\n')
+    with pytest.raises(
+        InputError, match="is a model file, not a bicycle file; write bicycle = 'benchmark' into the file"
+    ):
+        load_bicycle(path)
+    path.write_text("[bicycle]\nw = 1.0\n[effects.steer_damper]\ndamping = 1.0\n")
+    with pytest.raises(
+        InputError, match=r"write its table \[bicycle\] and its \[effects.NAME\] into the file that names"
+    ):
+        load_bicycle(path)
+    path.write_text("[bicycle]\nw = 1.0\n[effects.residual_torque]\n")
+    with pytest.raises(
+        InputError, match=r"\[effects.NAME\] \(a measurement file without residual_torque\) into the file"
+    ):
+        load_bicycle(path)
