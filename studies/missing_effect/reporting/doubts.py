@@ -25,7 +25,7 @@ CLOSE, CLOSER = 0.8, 0.6  # relative: of what a factor leaves to the values, and
 FEWEST = 3  # values or runs that agree
 GAP = 25.0  # chi^2 a number of a series that is worth a doubt
 FAINT = 0.3  # of the sd of its noise: pure noise of the stated sd has 1
-BETTER = 25.0  # chi^2 with the prior's penalty, by which torques that are linear between samples fit better
+BETTER = 25.0  # chi^2 and penalty, over chi^2 a number: so much better do torques fit that are linear between samples
 SELDOM, FARTHEST = 1e-6, 3  # probability of such a sum of squares by chance; parameters that are listed
 NAMED = ("named", "class", "tentative")
 FACTORS = {
@@ -192,9 +192,10 @@ def _between_samples(diagnosis: Diagnosis, forward: HistoryForward) -> list[str]
     if not forward.taken_as_held:
         return []
     final = diagnosis.final
+    least = BETTER * max(1.0, final.objective / len(final.residual))  # what does not fit is no better by chance
     linear = replace(forward, runs=tuple(replace(run, between=AS_LINEAR) for run in forward.runs))
     other = fit(linear, final.candidates, starts=[final.theta])
-    if not other.objective < final.objective - BETTER:
+    if not other.objective < final.objective - least:
         return []
     names = ", ".join(name for name in forward.runs[0].inputs if name in INPUTS)
     what = explains(final) if final.candidates else ADJUSTED

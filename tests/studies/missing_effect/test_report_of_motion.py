@@ -180,7 +180,7 @@ def _of(measurement):
     p = len(forward.nuisances)
     null = SimpleNamespace(
         chi2=0.0, theta=np.array([u.centre for u in forward.nuisances]), unknowns=forward.nuisances,
-        effect_columns=slice(p, p), covariance=np.eye(p),
+        effect_columns=slice(p, p), covariance=np.eye(p), candidates=(), objective=0.0, residual=np.zeros(3),
     )  # fmt: skip
     return SimpleNamespace(forward=forward, nominal=np.zeros(3), hypotheses=SimpleNamespace(null=null), final=null)
 
