@@ -8,7 +8,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from bicycle.identification.recording import AS_LINEAR, INPUTS
-from studies.inference.fit import fit
+from studies.inference.fit import Fit, fit
 from studies.inference.joint import JointForward
 from studies.inference.moved import moved
 from studies.missing_effect.diagnose import Diagnosis
@@ -51,8 +51,15 @@ LINEAR = {
 """The same of a channel: of angles and their rates, of accelerations."""
 
 
-def doubts(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """What of the data of a ``diagnosis``, or of its bicycle, is surely not as stated, in words."""
+def doubts(diagnosis: Diagnosis, torque: Fit | None = None) -> tuple[str, ...]:
+    """What of the data of a ``diagnosis``, or of its bicycle, is surely not as stated, in words.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    torque : Fit, optional
+        The named model with a residual torque, where one was fitted.
+    """
     forward = diagnosis.forward
     found: list[str] = []
     if isinstance(forward, ModalForward):
@@ -72,7 +79,7 @@ def doubts(diagnosis: Diagnosis) -> tuple[str, ...]:
     if not found and isinstance(forward, BicycleForward | JointForward):
         found += _of_the_bicycle(diagnosis)
     if isinstance(forward, HistoryForward):
-        found += _between_samples(diagnosis, forward)
+        found += _between_samples(diagnosis, forward, torque)
     return tuple(found)
 
 
@@ -187,22 +194,26 @@ def _faint(forward: HistoryForward) -> list[str]:
     ]
 
 
-def _between_samples(diagnosis: Diagnosis, forward: HistoryForward) -> list[str]:
-    """Torques that were taken as held from sample to sample, where the data are nearer to linear ones."""
-    if not forward.taken_as_held:
+def _between_samples(diagnosis: Diagnosis, forward: HistoryForward, torque: Fit | None) -> list[str]:
+    """Torques that were taken as held from sample to sample, where the data are nearer to linear ones.
+
+    Asked only of what fits, the residual torque included: half a sample imitates part of an effect that is missing.
+    """
+    if not forward.taken_as_held or (torque is None and diagnosis.verdict.verdict not in (*NAMED, "none")):
         return []
-    final = diagnosis.final
-    least = BETTER * max(1.0, final.objective / len(final.residual))  # what does not fit is no better by chance
+    found = diagnosis.final if torque is None else torque
+    least = BETTER * max(1.0, found.objective / len(found.residual))
     linear = replace(forward, runs=tuple(replace(run, between=AS_LINEAR) for run in forward.runs))
-    other = fit(linear, final.candidates, starts=[final.theta])
-    if not other.objective < final.objective - least:
+    other = fit(linear, found.candidates, starts=[found.theta])
+    if not other.objective < found.objective - least:
         return []
     names = ", ".join(name for name in forward.runs[0].inputs if name in INPUTS)
-    what = explains(final) if final.candidates else ADJUSTED
+    what = explains(diagnosis.final) if diagnosis.final.candidates else ADJUSTED
+    more = "" if torque is None else " and the residual torque"
     return [
         f"{names}: most samples repeat the one before, so it is taken as held from sample to sample; taken as linear "
-        f"between them, chi^2 of {len(final.residual)} numbers with {what} is {other.chi2:.5g} in place of "
-        f'{final.chi2:.5g}. If it was so, state torque_between_samples = "linear" in [histories]; if it was held, '
+        f"between them, chi^2 of {len(found.residual)} numbers with {what}{more} is {other.chi2:.5g} in place of "
+        f'{found.chi2:.5g}. If it was so, state torque_between_samples = "linear" in [histories]; if it was held, '
         'state "held"'
     ]
 

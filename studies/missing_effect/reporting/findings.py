@@ -134,9 +134,9 @@ def find(diagnosis: Diagnosis) -> Findings:
     torque = kept.residual.fit if kept is not None and kept.residual is not None else None
     return Findings(
         moved=moved(known.null, final), limits=upper_limits(forward, known, final), between=between, further=further,
-        doubts=doubts(diagnosis), parts=parts, without=_without(diagnosis, parts), joint_fits=fits(diagnosis.verdict),
-        predicted=predicted(diagnosis, torque), kept=kept, settled=settled(diagnosis),
-        doubled=doubled(diagnosis),
+        doubts=doubts(diagnosis, torque), parts=parts, without=_without(diagnosis, parts),
+        joint_fits=fits(diagnosis.verdict), predicted=predicted(diagnosis, torque), kept=kept,
+        settled=settled(diagnosis), doubled=doubled(diagnosis),
     )  # fmt: skip
 
 

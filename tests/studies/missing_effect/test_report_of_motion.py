@@ -182,7 +182,10 @@ def _of(measurement):
         chi2=0.0, theta=np.array([u.centre for u in forward.nuisances]), unknowns=forward.nuisances,
         effect_columns=slice(p, p), covariance=np.eye(p), candidates=(), objective=0.0, residual=np.zeros(3),
     )  # fmt: skip
-    return SimpleNamespace(forward=forward, nominal=np.zeros(3), hypotheses=SimpleNamespace(null=null), final=null)
+    return SimpleNamespace(
+        forward=forward, nominal=np.zeros(3), hypotheses=SimpleNamespace(null=null), final=null,
+        verdict=SimpleNamespace(verdict="none"),
+    )  # fmt: skip
 
 
 def test_traces_leave_what_the_noise_is(histories, tmp_path):

@@ -46,7 +46,7 @@ def judged(measurement):
     nominal, _ = forward.residual((), np.array([u.centre for u in forward.nuisances]))
     return SimpleNamespace(
         forward=forward, final=found, nominal=nominal, hypotheses=SimpleNamespace(null=found),
-        verdict=SimpleNamespace(verdict="unknown"),
+        verdict=SimpleNamespace(verdict="none"),
     )  # fmt: skip
 
 
@@ -77,6 +77,15 @@ def test_a_torque_that_was_held_is_not_doubted(tmp_path):
     measurement = measured(tmp_path, "held")
     assert measurement.forward().taken_as_held
     assert said(measurement) == []
+
+
+def test_it_is_asked_of_what_fits_alone(tmp_path):
+    """Half a sample imitates part of what is missing: without a name and without a torque nothing is said."""
+    found = judged(measured(tmp_path, "linear"))
+    found.verdict = SimpleNamespace(verdict="unknown")
+    assert not any("torque_between_samples" in one for one in doubts(found))
+    (told,) = (one for one in doubts(found, found.final) if "torque_between_samples" in one)
+    assert "with parameters only and the residual torque is " in told
 
 
 def test_who_states_held_is_believed(tmp_path):
