@@ -131,10 +131,10 @@ def read_runs(content: Mapping[str, Any], folder: Path) -> tuple[tuple[Run, ...]
     estimated = [name for name in channels if name not in noise]
     notes = [f"noise of {', '.join(estimated)} is estimated from the residual"] if estimated else []
     if STEER in runs[0].inputs:
-        said = "as the file says" if STEER in noise else "from its third differences"
+        said = "as the file says, or more where it shows more" if STEER in noise else "estimated from it"
         notes.append(
-            f"{STEER} is prescribed: smoothed by a spline that leaves its noise, {said}; what the spline may be off by "
-            "is integrated out"
+            f"{STEER} is prescribed: smoothed by a spline, the white noise of its record {said}; what noise and "
+            "smoothing may have done to the angle and its derivatives is integrated out"
         )
     starts = "first_s" in histories or all("first_s" in entry for entry in histories["runs"])
     if not starts and not common.get("first_s") and not set(INPUTS) & set(runs[0].inputs):
@@ -263,11 +263,17 @@ def _events(path: Path, given: Mapping[str, Any], channel_map: ChannelMap | None
 def _window(run: Run, settings: Mapping[str, Any]) -> Run:
     """The samples from ``first_s`` to ``last_s``, counted from the first sample of the run."""
     first, last = settings.get("first_s", 0.0), settings.get("last_s", float("inf"))
+    start = settings.get(START, "first_s")
+    if first >= last:
+        raise InputError(
+            f"{run.name}: last_s = {last:g} s is not after {start} = {first:g} s; both count from the first sample "
+            "of the run, give a later last_s or leave it out"
+        )
     since = run.time - run.time[0]
     keep = (since >= first - 1e-9) & (since <= last + 1e-9)
     if keep.sum() < FEWEST:
-        start = settings.get(START, "first_s")
-        asked = f"after {start} = {first:g} s" if "last_s" not in settings else f"from {first:g} to {last:g} s"
+        asked = f"after {start} = {first:g} s" if "last_s" not in settings else ""
+        asked = asked or f"from {start} = {first:g} s to last_s = {last:g} s"
         raise InputError(f"{run.name}: {keep.sum()} samples {asked} of {since[-1]:g} s; at least {FEWEST} are needed")
     return replace(
         run, time=run.time[keep], channels={k: x[keep] for k, x in run.channels.items()},

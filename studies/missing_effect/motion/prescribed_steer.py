@@ -6,10 +6,9 @@ is spent on eliminating it from the others, and dz/dt follows from s, s' and s''
 gives the torque that is needed, T = (M x' - F x - B u) / b: an output, compared where the torque was recorded.
 What acts between rear frame and handlebar only (a damper, a spring, friction) shows in that torque and nowhere else.
 
-The recorded angle is smoothed by a cubic spline, with twice as many knots as it takes to leave no more than its noise
-(white; from its third differences unless the file states it). Least squares gives the covariance of the spline's
-coefficients; what they may be off by is integrated out of the residual like an initial state. So noise of the steer
-angle is not taken for motion, however much its second derivative amplifies it.
+The recorded angle is smoothed (:mod:`.steer_spline`), and what is uncertain of it and of its derivatives is integrated
+out of the residual like an initial state. So noise of the steer angle is not taken for motion, however much its second
+derivative amplifies it, nor is what smoothing took from the motion taken for an effect.
 """
 
 from collections.abc import Mapping
@@ -18,82 +17,16 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import BSpline
 
 from bicycle.descriptor import DescriptorStack
-from bicycle.identification.recording import CHANNELS, INPUTS, STEER, STEER_TORQUE, Run
+from bicycle.identification.recording import CHANNELS, INPUTS, STEER, STEER_TORQUE
 from bicycle.responses.discretisation import from_rest
 from studies.missing_effect.motion.family import Family
-from studies.missing_effect.motion.friction import FRICTION, direction, third_difference_noise
+from studies.missing_effect.motion.friction import FRICTION, direction
 from studies.missing_effect.motion.replay import Driven, Replay, Sampled
 from studies.missing_effect.motion.sensor_errors import DELAY, GAIN
+from studies.missing_effect.motion.steer_spline import ORDERS, SteerSpline
 from tyre.base.arrays import Array
-
-DEGREE = 3
-FEWEST_KNOTS, MORE = 6, 1.3  # of spans, and by which factor there are more
-MOST_SHARE = 0.5  # coefficients a sample, beyond which nothing is smoothed
-LEFT = 1.05  # times the noise, that a spline may leave
-SPARE = 2.0  # times as many spans as that takes: what noise hides of the angle must not bend its second derivative
-ORDERS = 3  # the angle and two derivatives
-
-
-@dataclass(frozen=True)
-class SteerSpline:
-    """A smoothed steer angle with C coefficients.
-
-    Attributes
-    ----------
-    time : ndarray, shape (T,)
-        Of the samples, s.
-    spans : int
-        How many polynomials it is made of.
-    coefficients : ndarray, shape (C,)
-        rad.
-    spread : ndarray, shape (C, C)
-        What one standard deviation of each independent combination of coefficients does to them, rad.
-    smoothing : ndarray, shape (T, T)
-        From an acceleration at the samples to what the spline shows of it.
-    """
-
-    time: Array
-    spans: int
-    coefficients: Array
-    spread: Array
-    smoothing: Array
-
-    @classmethod
-    def of_run(cls, run: Run, noise: float | None) -> "SteerSpline":
-        """Smooth the steer angle of a ``run``, whose ``noise`` (rad) is estimated where it is not given."""
-        recorded = run.inputs[STEER]
-        sd = third_difference_noise(recorded) if noise is None else noise
-        count, most = FEWEST_KNOTS, max(FEWEST_KNOTS, int(MOST_SHARE * len(recorded)) - DEGREE)
-        generous = False
-        while True:
-            shapes = _shapes(run.time, count)
-            q, r = np.linalg.qr(shapes[:, 0])
-            coefficients = np.linalg.solve(r, q.T @ recorded)
-            left = np.sqrt(np.sum((recorded - shapes[:, 0] @ coefficients) ** 2) / (len(recorded) - len(coefficients)))
-            if generous or count >= most:
-                break
-            generous = bool(left <= LEFT * sd)
-            count = min(most, int(np.ceil((SPARE if generous else MORE) * count)))
-        inverse = np.linalg.inv(r)
-        twice = np.tril(np.ones((len(recorded),) * 2)) * run.step
-        smoothing = shapes[:, 2] @ inverse @ (q.T @ (twice @ twice))
-        return cls(run.time, count, coefficients, inverse * max(sd, float(left)), smoothing)
-
-    def at(self, later: float = 0.0) -> tuple[Array, Array]:
-        """Angle and two derivatives (T, 3) at times ``later`` by so many s, and what is uncertain of them (T, 3, C)."""
-        shapes = _shapes(self.time, self.spans, later)
-        return shapes @ self.coefficients, shapes @ self.spread
-
-
-def _shapes(time: Array, spans: int, later: float = 0.0) -> Array:
-    """B-splines over ``time`` (T,) with a number of ``spans``, and two derivatives (T, 3, spans + 3)."""
-    knots = np.linspace(time[0], time[-1], spans + 1)
-    knots = np.concatenate([[time[0]] * DEGREE, knots, [time[-1]] * DEGREE])
-    one = BSpline(knots, np.eye(spans + DEGREE), DEGREE)
-    return np.stack([one(time + later, nu=order) for order in range(ORDERS)], 1)
 
 
 @dataclass(frozen=True)
@@ -210,8 +143,8 @@ class PrescribedSteer(Replay):
 
     @cached_property
     def _uncertain_columns(self) -> int:
-        """Coefficients of the longest spline."""
-        return max(len(spline.coefficients) for spline in self._splines)
+        """Combinations of coefficients of the spline that has most."""
+        return max(spline.spread.shape[1] for spline in self._splines)
 
     def _uncertain(self, system: Sampled, values: Mapping[str, Array]) -> Array:
         """Responses to the uncertain coefficients of the splines, of one bicycle."""

@@ -13,6 +13,7 @@ from studies.missing_effect.motion.prescribed_steer import SteerSpline
 from studies.missing_effect.reporting.doubts import _of_channels
 
 NOISE = {"roll_rate_rad_s": 0.004, "steer_rad": 0.002, "steer_torque_N_m": 0.05}
+SMALL = {"roll_rate_rad_s": 0.004, "steer_rad": 0.001, "steer_torque_N_m": 0.02}
 FILE = """
 kind = "replay"
 bicycle = "benchmark"
@@ -28,23 +29,23 @@ def torque(t):
     return 2.0 * np.sin(2 * np.pi * 0.9 * t) + 1.0 * np.sin(2 * np.pi * 2.3 * t + 1)
 
 
-def read(folder, *, friction=0.0, late=0.0, with_torque=True, more=""):
-    """Two rides at 100 Hz; the steer angle may be recorded ``late`` (s)."""
+def read(folder, *, friction=0.0, late=0.0, with_torque=True, more="", first=100, seed=0, noise=NOISE, stated=1.0):
+    """Two rides at 100 Hz; the steer angle may be recorded ``late`` (s), and its noise ``stated`` so many times."""
     text = FILE + more
     for speed in (5.0, 7.0):
         time, x = ride(speed, 2.5, torque, friction=friction)
-        rng = np.random.default_rng(int(speed))
+        rng = np.random.default_rng([int(speed), seed] if seed else int(speed))
         shift = round(late / 1e-3)
         steer = np.concatenate([np.full(shift, x[0, 1]), x[: len(x) - shift, 1]])
-        first = 100  # what was before the record is in the steer angle
         columns = [time, x[:, 2], steer, *([torque(time)] if with_torque else [])]
-        table = np.column_stack(columns)[first::10]
-        for column, sd in enumerate(list(NOISE.values())[: len(columns) - 1], 1):
+        table = np.column_stack(columns)[first::10]  # what was before the record is in the steer angle
+        for column, sd in enumerate(list(noise.values())[: len(columns) - 1], 1):
             table[:, column] += sd * rng.standard_normal(len(table))
         head = "time_s,roll_rate_rad_s,steer_rad" + ",steer_torque_N_m" * with_torque
         np.savetxt(folder / f"ride{speed}.csv", table, delimiter=",", comments="", header=head)
         text += f'[[histories.runs]]\nfile = "ride{speed}.csv"\nspeed_m_s = {speed}\n'
-    noise = {name: sd for name, sd in NOISE.items() if with_torque or "torque" not in name}
+    noise = {name: sd for name, sd in noise.items() if with_torque or "torque" not in name}
+    noise["steer_rad"] *= stated
     text += "[histories.noise_sd]\n" + "".join(f"{name} = {sd}\n" for name, sd in noise.items())
     (folder / "MEASUREMENT.toml").write_text(text)
     return read_measurement(folder / "MEASUREMENT.toml")
@@ -63,6 +64,29 @@ def test_lean_and_torque_follow_from_the_steer_angle_and_its_noise_is_not_taken_
         for column, name in enumerate(forward.noise):
             assert np.std(left[:, column]) < 0.1 * np.std(run.channels[name]), name
     assert any("steer_rad is prescribed: smoothed by a spline" in note for note in forward.notes)
+
+
+@pytest.mark.parametrize("stated", [1.0, 1.5, 3.0])
+def test_what_smoothing_takes_from_the_angle_is_not_left_to_the_torque(tmp_path, stated):
+    """Rides into which the torque sets in as they begin, by fine sensors: chi^2 of the true model is not above that of
+    noise. A noise of the steer angle that is stated too large may make it smaller.
+    """
+    chi2, n = 0.0, 0
+    for seed in (1, 2, 3):
+        forward = read(tmp_path, first=0, seed=seed, noise=SMALL, stated=stated).forward()
+        nominal = np.array([u.centre for u in forward.nuisances])
+        residual, _ = forward.residual((), nominal, slopes=False)
+        torques = residual[["torque" in series for series in forward.rows.series]]
+        assert np.abs(torques).max() < 5
+        chi2, n = chi2 + torques @ torques, n + len(torques)
+    assert 0.7 * n < chi2 < n + 3 * np.sqrt(2 * n)
+
+
+@pytest.mark.parametrize("name", ["rider_lean", "steer_torque_lowpass", "roll_rate_lowpass", "steer_spring"])
+def test_an_effect_that_is_not_there_does_not_make_the_rides_more_probable(tmp_path, name):
+    forward = read(tmp_path, first=0, noise=SMALL, stated=1.5).forward()
+    candidate = next(c for c in forward.candidates if c.identifier == name)
+    assert fit(forward, (candidate,)).log_evidence < fit(forward).log_evidence
 
 
 def test_derivatives_agree_with_differences_of_the_residual_also_where_a_run_is_shorter(tmp_path):
