@@ -16,7 +16,7 @@ from bicycle.identification.decay_guesses import (
     seeking_block,
 )
 from bicycle.identification.decay_posterior import PLAIN, Posterior, posterior, prepared
-from bicycle.identification.decay_ratios import ratios
+from bicycle.identification.decay_ratios import mode_ratios
 from bicycle.identification.decay_window import Window, fitting_block
 from tyre.base.arrays import Array
 
@@ -135,8 +135,8 @@ def estimate(w: Window, drifts: Sequence[str], starts: Sequence[Array]) -> Estim
     for place in np.ndindex(*mean.shape):
         low, high = _quantiles(modes[:, *place], weights)
         sd[place] = max((high - low) / NORMAL, ROUNDING * float(np.hypot(*mean[place[0]])))
-    ratios = tuple(ratios(found, amplitudes, kinds, number) for number in range(len(mean)))
-    return Estimate(w, found, tuple(float(x) for x in kinds), mean, sd, ratios)
+    shapes = tuple(mode_ratios(found, amplitudes, kinds, number) for number in range(len(mean)))
+    return Estimate(w, found, tuple(float(x) for x in kinds), mean, sd, shapes)
 
 
 def sought(

@@ -16,7 +16,7 @@ RATIOS = {
 ANGLES = {"steer_rate_rad_s": "steer_rad", "roll_rate_rad_s": "lean_rad"}
 
 
-def ratios(
+def mode_ratios(
     found: Sequence[Posterior], amplitudes: Sequence[Linear], kinds: Array, number: int
 ) -> dict[str, tuple[complex, float]]:
     """Ratios of one mode by law of total variance over its posterior; a rate not recorded is lambda times its angle.
@@ -63,10 +63,10 @@ def ratios(
                 values[name].append(value)
                 spreads[name].append(np.real(miss) / np.abs(phasors[:, a]) ** 2 * np.abs(value) ** 2 / 2)
     weights = np.concatenate([kind * p.weights for kind, p in zip(kinds, found, strict=True)])
-    every = {}
+    ratios = {}
     for name in RATIOS:
         if values[name]:
             value, spread = np.concatenate(values[name]), np.concatenate(spreads[name])
             mean = complex(weights @ value)
-            every[name] = (mean, math.sqrt(float(weights @ (spread + np.abs(value - mean) ** 2 / 2))))
-    return every
+            ratios[name] = (mean, math.sqrt(float(weights @ (spread + np.abs(value - mean) ** 2 / 2))))
+    return ratios

@@ -120,7 +120,7 @@ def same_mode(before: Array, after: Array, number: int) -> int:
 
 
 def numbers_of(found: Estimate, number: int) -> dict[str, tuple[Array, float]]:
-    """Name -> value (one or two numbers) and sd."""
+    """Name -> value (one or two numbers) and sd, of the mode with a ``number`` among those ``found``."""
     numbers = {name: (found.mean[number, k : k + 1], float(found.sd[number, k])) for k, name in enumerate(PARTS)}
     for name, (value, sd) in found.ratios[number].items():
         numbers[name] = (np.array([value.real, value.imag]), sd)
@@ -137,6 +137,28 @@ def _energy(found: Estimate, starts: list[float]) -> list[float]:
 def moved(
     table: list[dict[str, tuple[Array, float]]], energy: list[float], place: int, chances: float = BY_CHANCE
 ) -> tuple[dict[str, float], float, str]:
+    """How far numbers of one window lie from those of parts of it, beyond chance.
+
+    Parameters
+    ----------
+    table : list of dict
+        Of each window, the whole first: name -> value, one number or two, and sd (its own unit); as :func:`numbers_of`.
+    energy : list of float
+        Sum of squares of the oscillations in each window; of any unit.
+    place : int
+        Of the window that is compared with those after it.
+    chances : float, optional
+        What chance may do, in sd of the difference.
+
+    Returns
+    -------
+    dict
+        Name -> how far it moves (its own unit); 0: not.
+    float
+        The largest of these over the sd of its number.
+    str
+        The name of that; empty where nothing moves.
+    """
     shifts, farthest, what = dict.fromkeys(table[place], 0.0), 0.0, ""
     for later, left in zip(table[place + 1 :], energy[place + 1 :], strict=True):
         more = max(energy[place] / max(left, 1e-300) - 1, 0.0)  # of the variance; less is rounding
