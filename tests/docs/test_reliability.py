@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from page_files import page
+from scipy.stats import binom
 
 from studies.validations.corrected_models import INSIDE, OUTSIDE, outcome
 
@@ -79,16 +80,21 @@ def test_bicycle():
         ("an offset and", "offset, 1.1 to 1.4 cycles"), ("two modes", "weave and wobble"),
         ("a motion that", "driven by the ground"), ("noise half as", "noise half as large as the motion"),
         ("a capsize that", "capsize that dies out, 1.0 to 1.4 cycles"),
+        ("the same, with a third", "driven faintly by the ground"),
+        ("the same, 15 to 25", "driven by the ground, 15 to 25 cycles"),
     ],
 )  # fmt: skip
 def test_free_decays(start, cell):
-    one = result("free_decays")["cells"][cell]["coverage_percent"]
-    assert re.findall(r"[\d.]+(?= %)", measured(start)) == [str(one["real"]), str(one["imaginary"])]
-    low, high = result("free_decays")["target_percent"]
+    counted = result("free_decays_again")
+    one = counted["cells"][cell]
+    kinds = [one[kind] for kind in ("coverage_percent", "coverage_where_driving_is_told_percent")]
+    shares = [[kind[part] for part in ("real", "imaginary")] for kind in kinds]
+    assert re.findall(r"[\d.]+(?= %)", measured(start)) == [str(share) for both in shares for share in both]
+    assert ("told that the ground drives it" in measured(start)) == ("driven" in cell)
+    low, high = counted["target_percent"]
     (row,) = [row for row in ROWS if row[0].startswith(start)]
-    both = [low <= one[part] <= high for part in ("real", "imaginary")]
-    words = ["yes" if one else "**no**" for one in both]
-    assert row[2] == (words[0] if both[0] == both[1] else ", ".join(words))
+    words = [["yes" if low <= share <= high else "**no**" for share in both] for both in shares]
+    assert row[2] == "; told ".join(a if a == b else f"{a}, {b}" for a, b in words)
 
 
 SECOND = (
@@ -324,3 +330,25 @@ def test_faults_put_into_the_source():
     ]  # fmt: skip
     assert float(shown[7][2]) == pytest.approx(100 * now / judged, abs=0.051)
     assert sum(counts.values()) == judged - noticed
+
+
+def test_what_is_said_of_free_decays_in_sum():
+    """Shares of the eigenvalue within the target, and their means, with and without being told what drives."""
+    counted = result("free_decays_again")
+    low, high = counted["target_percent"]
+    kinds = "coverage_percent", "coverage_where_driving_is_told_percent"
+    shares = {
+        kind: {name: [cell[kind][part] for part in ("real", "imaginary")] for name, cell in counted["cells"].items()}
+        for kind in kinds
+    }
+    open_, told = ([share for both in shares[kind].values() for share in both] for kind in kinds)
+    within = [sum(low <= share <= high for share in every) for every in (told, open_)]
+    still = [share for name, both in shares[kinds[0]].items() if "driven" not in name for share in both]
+    faint = shares[kinds[0]]["driven faintly by the ground"]
+    text = " ".join(page("reliability").split())
+    assert f"{within[0]} do, at {sum(told) / len(told):.1f} % on average; where he does not, {within[1]}:" in text
+    assert f"are too wide ({sum(still) / len(still):.1f} % on average)" in text
+    assert f"**{min(faint):.0f} to {max(faint):.0f} % instead of 95**" in text
+    drawn = counted["draws_per_cell"]
+    chance = sum(low <= round(100 * k / drawn, 1) <= high for k in binom.rvs(drawn, 0.95, size=4000, random_state=1))
+    assert f"some {chance / 4000 * len(told):.0f} of these {len(told)} would lie within" in text
