@@ -332,6 +332,25 @@ def test_faults_put_into_the_source():
     assert sum(counts.values()) == judged - noticed
 
 
+def test_joint_data_again():
+    again = result("joint_diagnosis_again")
+    right = {name: f"{one['hits']} of {one['of']}" for name, one in again["right"].items()}
+    modes, kicks = (right[name].removesuffix(f" of {again['cases']}") for name in ("modes", "kicks"))
+    assert again["told_by_a_part_and_lost"] == 0
+    assert measured(f"the same, {again['cases']} further cases") == (
+        f"{right['joint']}; modes alone {modes}, kicks {kicks}, pushes {right['pushes']}; none was lost that a part "
+        "told"
+    )
+    sd, claimed = again["sd_joint_over_best_part"], again["false_contradiction"]
+    assert measured("the same, further cases") == (
+        f"{sd['of'] - sd['wider']} of {sd['of']} ({sd['wider']} are wider, by {sd['largest'] - 1:.0%} or less; all are "
+        "numbers of a swaying rider)"
+    ).replace("%", " %")
+    assert measured("none planted, further") == (
+        f"{claimed['hits']} of {claimed['of']} ({claimed['share']:.0%})"
+    ).replace("%", " %")
+
+
 def test_what_is_said_of_free_decays_in_sum():
     """Shares of the eigenvalue within the target, and their means, with and without being told what drives."""
     counted = result("free_decays_again")
