@@ -113,8 +113,7 @@ class Decay:
         if self.broken is not None and self.broken.refused:
             return (
                 f"{self.broken.what.replace('_', ' ')} moves by {self.broken.farthest:.3g} sd (at most {TOO_FAR:g}) "
-                f"when the window ends before {self.broken.time_s:.3g} s, where {self.broken.channel} jumps: end it "
-                "there"
+                f"when the window ends at {self.broken.until_s:.4g} s, before {self.broken.channel} jumps: end it there"
             )
         return ""
 

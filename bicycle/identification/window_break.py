@@ -33,7 +33,9 @@ class Break:
     Attributes
     ----------
     time_s : float
-        s after the first sample of the run.
+        Where it is largest, s after the first sample of the run.
+    until_s : float
+        Where a window ends that has nothing of it, s after the first sample of the run.
     channel : str
     size : float
         How large it is, in sd of what is unforeseen.
@@ -48,6 +50,7 @@ class Break:
     """
 
     time_s: float
+    until_s: float
     channel: str
     size: float
     shifts: dict[str, float]
@@ -95,7 +98,8 @@ def broken(run: Run, found: Estimate, number: int) -> Break | None:
     table = [numbers_of(*fit) for fit in fits]
     shifts, farthest, what = moved(table, energy, 0)
     refused = moved(table, energy, 0, CERTAIN)[1] > TOO_FAR
-    return Break(float(w.start + w.time[place]), w.channels[channel], size, shifts, farthest, what, refused)
+    at = float(w.start + w.time[place])
+    return Break(at, end, w.channels[channel], size, shifts, farthest, what, refused)
 
 
 def unforeseen(found: Estimate) -> Array:

@@ -59,11 +59,14 @@ def break_words(decay: Decay) -> str:
     """That something happens within the window of a ``decay``; empty where nothing does."""
     if decay.broken is None:
         return ""
-    at, widens = decay.broken.time_s, "; its sd contains how far it moves when the window ends before"
-    return (
-        f"{decay.broken.channel} jumps at {at:.3g} s ({decay.broken.size:.2g} sd of its noise), as after a second "
-        f"kick, a step of the sensor or a spike{widens if decay.broken.what and not decay.broken.refused else ''}"
+    one = decay.broken
+    said = (
+        f"{one.channel} jumps at about {one.time_s:.3g} s ({one.size:.2g} sd of its noise), as after a second kick, a "
+        "step of the sensor or a spike"
     )
+    if not one.what or one.refused:
+        return said
+    return f"{said}; its sd contains how far it moves when the window ends at {one.until_s:.4g} s"
 
 
 def driven_words(decay: Decay, told: Decay) -> str:

@@ -61,7 +61,8 @@ def test_a_second_kick_is_told_and_refused_where_it_moves_the_mode():
     found = identify(run(*both), first_s=0.5)
     assert found.broken.time_s == pytest.approx(2.3, abs=0.1)
     assert found.broken.size > 5
-    until = identify(run(*both), first_s=0.5, last_s=2.25)
+    assert found.broken.until_s < 2.3
+    until = identify(run(*both), first_s=0.5, last_s=found.broken.until_s)
     assert until.broken is None
     assert abs(until.eigenvalue - ROOT) < 3 * max(until.sd)
     far = abs(found.eigenvalue - ROOT)
@@ -75,9 +76,9 @@ def test_a_refusal_names_time_channel_and_what_moves():
     from bicycle.identification.window_break import Break
 
     shifts = dict.fromkeys(("real part", "imaginary part", "steer_over_lean"), 0.0) | {"imaginary part": 0.4}
-    broken = Break(2.345, "steer_rad", 9.0, shifts, 4.25, "imaginary part", refused=True)
+    broken = Break(2.345, 2.25, "steer_rad", 9.0, shifts, 4.25, "imaginary part", refused=True)
     assert replace(found, broken=broken).rejected == (
-        "imaginary part moves by 4.25 sd (at most 3) when the window ends before 2.35 s, where steer_rad jumps: end it "
+        "imaginary part moves by 4.25 sd (at most 3) when the window ends at 2.25 s, before steer_rad jumps: end it "
         "there"
     )
     assert replace(found, broken=replace(broken, refused=False)).rejected == ""
