@@ -7,7 +7,7 @@ window is fitted again up to it, and what moves farther than chance allows is to
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import norm
@@ -73,7 +73,7 @@ def broken(run: Run, found: Estimate, number: int) -> Break | None:
     Returns
     -------
     Break or None
-        None where there is no break, or where too little lies before it.
+        None where there is no break; nothing moves where too little lies before it to be fitted.
     """
     w = found.window
     cycle = 2 * math.pi / float(found.mean[number, 1])
@@ -83,14 +83,15 @@ def broken(run: Run, found: Estimate, number: int) -> Break | None:
     size = float(large[place, channel])
     if -math.expm1(large.size * math.log1p(-2 * norm.sf(size))) > CHANCE:
         return None
+    end, at = (float(w.start + w.time[k]) for k in (place - 1, place))
+    told = Break(at, end, w.channels[channel], size, dict.fromkeys(numbers_of(found, number), 0.0), 0.0, "", False)
     likely = [drift for drift, weight in found.drifts.items() if weight > 0.05]
-    end = float(w.start + w.time[place - 1])
     try:
         earlier = estimate(window(run, w.start, end, block=w.block, driven=w.driven), likely, [found.best.best])
     except InputError:
-        return None
+        return told
     if earlier is None:
-        return None
+        return told
     fits = [(found, number), (earlier, same_mode(found.best.best, earlier.mean, number))]
     fitted, drift = found.curves()
     power = ((fitted - drift) ** 2).sum(1)
@@ -98,8 +99,7 @@ def broken(run: Run, found: Estimate, number: int) -> Break | None:
     table = [numbers_of(*fit) for fit in fits]
     shifts, farthest, what = moved(table, energy, 0)
     refused = moved(table, energy, 0, CERTAIN)[1] > TOO_FAR
-    at = float(w.start + w.time[place])
-    return Break(at, end, w.channels[channel], size, shifts, farthest, what, refused)
+    return replace(told, shifts=shifts, farthest=farthest, what=what, refused=refused)
 
 
 def unforeseen(found: Estimate) -> Array:
@@ -110,15 +110,15 @@ def unforeseen(found: Estimate) -> Array:
     found : Estimate
     """
     best, w = found.best, found.window
-    noise = best.evidence.solved(best.best[None], best.best_rate).most_probable()
+    solved = best.evidence.solved(best.best[None], best.best_rate)
+    noise = solved.most_probable()
     left = w.signals - found.curves()[0]
     driven = best.evidence.driven
     if noise.share is None or driven is None:
         phi = w.colours[noise.colours]
         left[1:] -= phi * left[:-1]
     else:
-        amplitudes = best.evidence.solved(best.best[None], best.best_rate).linear().mean[0]
-        seen = amplitudes[:, : 2 * len(best.best)] / driven.level[:, None]
+        seen = solved.linear().mean[0][:, : 2 * len(best.best)] / driven.level[:, None]
         sizes = SHARES[noise.share] ** 2 * np.exp(2 * best.best[:, :1] * w.time).mean(1)
         left = filtered(left / driven.level, seen, best.best, sizes, w.time[1] - w.time[0])
     ordinary = np.sort(np.abs(left), axis=0)[: math.ceil(ORDINARY * len(left))]

@@ -7,7 +7,7 @@ import pytest
 
 from bicycle.identification.free_decay import identify
 from bicycle.identification.run import Run
-from bicycle.identification.window_break import filtered, unforeseen
+from bicycle.identification.window_break import Break, filtered, unforeseen
 
 TIME = np.arange(0, 6, 0.01)
 ROOT = complex(-0.8, 5.0)
@@ -69,12 +69,19 @@ def test_a_second_kick_is_told_and_refused_where_it_moves_the_mode():
     assert found.rejected or far < 3 * max(found.sd)
 
 
+def test_a_kick_before_which_too_little_lies_is_told_all_the_same():
+    rng = np.random.default_rng(6)
+    both = np.array(decay(rng)) + np.array(decay(rng, start=0.4, amplitude=0.4, phase=2.2))
+    channels = dict(zip(("roll_rate_rad_s", "steer_rad"), both[:, ::2], strict=True))
+    found = identify(Run("ride.csv", 5.5, TIME[::2], channels, {}), last_s=3.0)  # 20 samples are needed before it
+    assert found.broken.time_s == pytest.approx(0.4, abs=0.1)
+    assert set(found.broken.shifts) == {"real part", "imaginary part", "steer_over_lean"}
+
+
 def test_a_refusal_names_time_channel_and_what_moves():
     found = identify(run(*decay(np.random.default_rng(1))), thorough=False)
     whole = identify(run(*decay(np.random.default_rng(1))))
     assert not whole.rejected
-    from bicycle.identification.window_break import Break
-
     shifts = dict.fromkeys(("real part", "imaginary part", "steer_over_lean"), 0.0) | {"imaginary part": 0.4}
     broken = Break(2.345, 2.25, "steer_rad", 9.0, shifts, 4.25, "imaginary part", refused=True)
     assert replace(found, broken=broken).rejected == (
