@@ -65,9 +65,12 @@ class Estimate:
     @property
     def driven(self) -> float | None:
         """Probability that something drives the modes all along the window; None where it was not weighed."""
-        if self.best.evidence.driven is None:
-            return None
-        return sum(weight * p.driven for p, weight in zip(self.posteriors, self.weights, strict=True))
+        return None if self.best.evidence.driven is None else min(float(self.shares.sum()), 1.0)
+
+    @property
+    def shares(self) -> Array:
+        """Probability of each share of driven modes, shape (f,)."""
+        return np.array(self.weights) @ np.array([p.driven for p in self.posteriors])
 
     def curves(self) -> tuple[Array, Array]:
         """Fit and drift of the most probable kind, shape (n, c) each, in units of the window's scale."""

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import gammaln
 
-from bicycle.identification.decay_least_squares import DRIVEN, Least, Solved
+from bicycle.identification.decay_least_squares import Least, Solved
 from bicycle.identification.decay_noise import Driven
 from bicycle.identification.decay_window import Window
 from tyre.base.arrays import Array
@@ -89,7 +89,7 @@ class Evidence:
         full[..., h, h] = np.diagonal(whole[:, :, h:, h:], axis1=2, axis2=3)
         own = _left(full, fixed.spread[:, None] - (ridges + 2 * h * np.log(self.noise))[:, None], n)
         driven = None if self.driven is None else self._shared(self.driven, waves, plain, ridge, ridges)
-        return Solved(own, driven, n, 1.0 if w.driven else DRIVEN)
+        return Solved(own, driven, n, min(float(w.driven.sum()), 1.0))  # a sum of what is rounded
 
     @cached_property
     def _fixed(self) -> _Fixed:

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bicycle.identification.decay_window import SHARES
 from tyre.base.arrays import Array
-
-DRIVEN = 0.5  # prior probability that the modes are driven all along the window, where nobody says
 
 
 @dataclass(frozen=True)
@@ -70,7 +69,7 @@ class Solved:
     own: Least
     driven: Least | None
     samples: int
-    prior: float = DRIVEN
+    prior: float = 0.5
 
     def at(self, kept: Array) -> "Solved":
         """At the points that are ``kept`` (points,)."""
@@ -81,9 +80,11 @@ class Solved:
         """Log of the marginal likelihood, shape (points,)."""
         return np.asarray(np.logaddexp(*self._parts()))
 
-    def chance_driven(self) -> Array:
-        """Probability of driven modes at each point, shape (points,)."""
-        return np.exp(self._parts()[1] - self.log())
+    def chances_driven(self) -> Array:
+        """Probability of each share of driven modes at each point, shape (points, shares)."""
+        if self.driven is None:
+            return np.zeros((len(self.own.log), SHARES.size))
+        return np.exp(self.driven.log + math.log(self.prior) - self.log()[:, None])
 
     def _parts(self) -> tuple[Array, Array]:
         """Log of the marginal likelihood with noise of the sensors alone and with driven modes, (points,) each."""

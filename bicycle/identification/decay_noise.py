@@ -17,12 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.identification.decay_window import Window
+from bicycle.identification.decay_window import SHARES, Window
 from tyre.base.arrays import Array
-
-SHARES = 10.0 ** np.arange(-1.5, 0.3, 0.25)
-"""Rms of the driven motion over that of the mode in the window: 0.03 to 1.8, so near each other that none between two
-is taken for a level at which the scatter is half of what it is."""
 
 PHASES: Array = math.pi / 3 * np.arange(6, dtype=np.float64)
 """Of M, rad."""
@@ -46,7 +42,7 @@ class Driven:
     level : ndarray, shape (c,)
         Sd of the sensors' noise, in units of the window's scale.
     chances : ndarray, shape (f,)
-        Prior probabilities of the shares.
+        Prior probabilities of the shares, with sum 1.
     directions : ndarray, shape (c, n, r)
         Orthonormal over channels and samples where these are in units of ``level``; divided by it.
     variances : ndarray, shape (f, r)
@@ -144,9 +140,8 @@ class Driving:
         polynomials = w.drift.T @ directions
         spread = np.log1p(variances).sum(1) + 2 * n * np.log(level).sum() - (channels - 1) * math.log(math.pi / n)
         taken = polynomials * (1 - left)[:, None, None]
-        weights = SHARES if w.driven else np.ones(len(SHARES))
         return Driven(
-            level, weights / weights.sum(), directions, variances, left, left * of_signals,
+            level, w.driven / w.driven.sum(), directions, variances, left, left * of_signals,
             (apart**2).sum() + left @ of_signals**2, spread, apart / level[:, None],
             apart / level[:, None] @ w.drift, taken,
             np.einsum("fckr,dlr->fckdl", taken, polynomials), np.einsum("fr,ckr->fck", left * of_signals, polynomials),

@@ -8,7 +8,7 @@ the same), for with one cycle in the window it is far from normal.
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 
 import numpy as np
@@ -18,7 +18,7 @@ from bicycle.identification.decay_evidence import EXPONENTIAL, Evidence
 from bicycle.identification.decay_guesses import FASTEST, HIGHEST, LOWEST, SLOWEST, noise_floor
 from bicycle.identification.decay_least_squares import Linear, Solved, log_sum
 from bicycle.identification.decay_noise import Driving
-from bicycle.identification.decay_window import Window
+from bicycle.identification.decay_window import SHARES, Window
 from tyre.base.arrays import Array
 
 GROWTH = 30.0  # e-folds over the window
@@ -55,8 +55,8 @@ class Posterior:
         modes.
     best_rate, rates : ndarray, shape (1,) and (points,), optional
         Decay of the real mode of an exponential drift, 1/s.
-    driven : float
-        Probability that something drives the modes all along the window.
+    driven : ndarray, shape (f,)
+        Probabilities that something drives the modes all along the window with each share.
     """
 
     evidence: Evidence
@@ -66,7 +66,7 @@ class Posterior:
     log_evidence: float
     best_rate: Array | None = None
     rates: Array | None = None
-    driven: float = 0.0
+    driven: Array = field(default_factory=lambda: np.zeros(SHARES.size))
 
 
 def posterior(evidence: Evidence, starts: Sequence[Array]) -> tuple[Posterior, Linear] | None:
@@ -123,7 +123,7 @@ def posterior(evidence: Evidence, starts: Sequence[Array]) -> tuple[Posterior, L
     weights, solved = np.exp(log - total)[kept], solved.at(kept[inside])
     found = Posterior(
         evidence, most[order], modes[:, order], weights, total - math.log(points) - prior, best_rate, rates,
-        float(weights @ solved.chance_driven()),
+        weights @ solved.chances_driven(),
     )  # fmt: skip
     return found, solved.linear().sorted(order)
 
@@ -253,14 +253,14 @@ def prepared(w: Window, modes: Array) -> tuple[Evidence, Array]:
 
 def _with_driving(evidence: Evidence, modes: Array) -> Evidence:
     """The ``evidence`` with driven modes, sought from ``modes`` (m, 2), which are those of noise of the sensors."""
-    if evidence.window.driven is False:
+    if not evidence.window.driven.any():
         return evidence
     found, most, phases = None, -math.inf, None
     for _ in range(ROUNDS):  # what is driven has the eigenvalues of the modes, which hang on what is driven
         trial, phases = _pushed(evidence, modes, phases)
         kinds = [replace(trial, drift=drift) for drift in PLAIN]
         best = max(kinds, key=lambda kind: float(kind.log(modes[None])[0]))
-        if best.solved(modes[None]).chance_driven()[0] < UNLIKELY:
+        if best.solved(modes[None]).chances_driven()[0].sum() < UNLIKELY:
             return found or trial
         modes = climbed(best, modes)
         log = float(best.log(modes[None])[0])

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
@@ -16,6 +16,13 @@ LONGEST_COLOUR = 0.25  # correlation time of the noise over the window; what is 
 COLOURS = 6
 PER_CYCLE, FEWEST_BLOCKS = 16, 40
 HIGHEST_DEGREE = 2  # of the drift
+
+SHARES: Array = 10.0 ** np.arange(-1.5, 0.3, 0.25)
+"""Rms of the driven motion over that of the mode in the window: 0.03 to 1.8, so near each other that none between two
+is taken for a level at which the scatter is half of what it is."""
+
+EVEN: Array = np.full(SHARES.size, 0.5 / SHARES.size)
+"""Prior probabilities of the shares where nobody says whether something drives the motion."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +49,9 @@ class Window:
         Autoregressive coefficients that the noise may have.
     block : int
         Samples of the recording in each of these: their means, which keep the eigenvalues.
-    driven : bool or None
-        Whether something drives the motion all along the window; None: unknown.
+    driven : ndarray, shape (f,)
+        Probabilities, before the samples are seen, that something drives the motion all along the window with each of
+        :data:`SHARES`; what their sum leaves is that nothing does.
     """
 
     name: str
@@ -55,7 +63,7 @@ class Window:
     drift: Array
     colours: Array
     block: int = 1
-    driven: bool | None = None
+    driven: Array = field(default_factory=lambda: EVEN)
 
     @property
     def length(self) -> float:
@@ -63,7 +71,7 @@ class Window:
         return float(self.time[-1])
 
 
-def window(run: Run, first_s: float, last_s: float, *, block: int = 1, driven: bool | None = None) -> Window:
+def window(run: Run, first_s: float, last_s: float, *, block: int = 1, driven: Array | None = None) -> Window:
     """Cut a window out of a run.
 
     Parameters
@@ -73,8 +81,8 @@ def window(run: Run, first_s: float, last_s: float, *, block: int = 1, driven: b
         s after the first sample of the run; at its ends the samples themselves count as inside.
     block : int
         Number of samples that are made one.
-    driven : bool, optional
-        Whether something drives the motion, where that is known.
+    driven : ndarray, shape (f,), optional
+        As :attr:`Window.driven`; by default even odds, and all shares alike.
 
     Raises
     ------
@@ -103,7 +111,8 @@ def window(run: Run, first_s: float, last_s: float, *, block: int = 1, driven: b
     longest = math.exp(-1.0 / (LONGEST_COLOUR * count))
     colours: Array = np.concatenate([[0.0], 1 - np.geomspace(0.7, 1 - longest, COLOURS - 1)])
     start = float(run.time[keep][0] - run.time[0])
-    return Window(run.name, time - time[0], start, tuple(signals), means / scale, scale, drift, colours, block, driven)
+    chances = EVEN if driven is None else driven
+    return Window(run.name, time - time[0], start, tuple(signals), means / scale, scale, drift, colours, block, chances)
 
 
 def fitting_block(w: Window, omega: float) -> int:

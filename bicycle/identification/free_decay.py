@@ -18,7 +18,7 @@ from bicycle.identification.decay_estimate import CLEAR, Estimate, log_odds_of_e
 from bicycle.identification.decay_evidence import DRIFTS
 from bicycle.identification.decay_guesses import FASTEST, SLOWEST
 from bicycle.identification.decay_ratios import RATIOS
-from bicycle.identification.decay_window import window
+from bicycle.identification.decay_window import SHARES, window
 from bicycle.identification.loud_decay import why_drowned
 from bicycle.identification.recording import Run
 from bicycle.identification.window_break import Break, broken
@@ -30,6 +30,7 @@ POOREST = 0.8  # R^2 of a decay that is taken as it is
 MOST_DOUBT = 0.3  # sd of a part of the eigenvalue over its size
 MOST_MODES = 3
 FEWEST_CYCLES = 0.25  # of a mode in the window
+TOLD = {True: SHARES / SHARES.sum(), False: 0 * SHARES}  # what somebody sees driving is hardly driven the least
 __all__ = ["DRIFTS", "MOST_DOUBT", "MOST_MODES", "POOREST", "RATIOS", "Decay", "identify", "identify_modes"]
 
 
@@ -136,7 +137,7 @@ class Decay:
 
 def identify(
     run: Run, *, first_s: float = 0.0, last_s: float = math.inf, start_hz: float | None = None,
-    drift: str | None = None, driven: bool | None = None, thorough: bool = True,
+    drift: str | None = None, driven: bool | Array | None = None, thorough: bool = True,
 ) -> Decay:  # fmt: skip
     """Fit one decaying oscillation to all channels of a run between two times.
 
@@ -149,9 +150,9 @@ def identify(
         Frequency (Hz) to start from; by default those at and about the highest peak of the spectrum.
     drift : str, optional
         One of :data:`DRIFTS`; by default all of them, weighed by their evidence.
-    driven : bool, optional
-        Whether something, such as a rough road, drives the motion all along the window; by default both are weighed
-        by their evidence, from even odds.
+    driven : bool or ndarray, shape (f,), optional
+        Whether something, such as a rough road, drives the motion all along the window; or the probabilities, before
+        the samples are seen, that it does so with each of :data:`SHARES`. By default even odds.
     thorough : bool, optional
         Also fit from later starts, and a further mode beside where the evidence for one is clear.
 
@@ -168,7 +169,7 @@ def identify(
 
 def identify_modes(
     run: Run, count: int, *, first_s: float = 0.0, last_s: float = math.inf, start_hz: float | None = None,
-    drift: str | None = None, driven: bool | None = None, thorough: bool = True,
+    drift: str | None = None, driven: bool | Array | None = None, thorough: bool = True,
 ) -> tuple[Decay, ...]:  # fmt: skip
     """Fit several decaying oscillations at once; by frequency.
 
@@ -193,8 +194,9 @@ def identify_modes(
     if not 1 <= count <= MOST_MODES:
         raise InputError(f"{count} modes in one window; give 1 to {MOST_MODES}")
     drifts = tuple(DRIFTS) if drift is None else (drift,)
+    chances = TOLD[driven] if isinstance(driven, bool) else driven
     found = sought(
-        lambda block: window(run, first_s, last_s, block=block, driven=driven), drifts, start_hz, count,
+        lambda block: window(run, first_s, last_s, block=block, driven=chances), drifts, start_hz, count,
         further=thorough and count == 1,
     )  # fmt: skip
     if found is None:

@@ -13,8 +13,7 @@ import numpy as np
 from scipy.stats import norm
 
 from bicycle.identification.decay_estimate import Estimate, estimate
-from bicycle.identification.decay_noise import SHARES
-from bicycle.identification.decay_window import window
+from bicycle.identification.decay_window import SHARES, window
 from bicycle.identification.run import Run
 from bicycle.identification.window_start import CERTAIN, REACH, TOO_FAR, moved, numbers_of, same_mode
 from tyre.base.arrays import Array

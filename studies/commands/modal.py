@@ -1,5 +1,6 @@
 """``velotyre modal``: eigenvalues from raw free decays, as a modal table for ``velotyre diagnose``."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from shlex import quote
 from typing import Any
@@ -27,7 +28,7 @@ WIDER = 1.2  # sd if driven, over that which leaves it open, from which it is to
 @click.option(
     "--driven",
     type=click.Choice(["yes", "no"]),
-    help="Whether a rough road, say, keeps driving the motion; by default weighed by evidence.",
+    help="Whether a rough road, say, keeps driving the motion; by default weighed by the evidence of all runs.",
 )
 @click.option("--out", "out_file", metavar="TABLE.csv", help="Write the modal table.")
 @click.option("--figures", type=click.Path(path_type=Path, file_okay=False), help="Folder for a picture of each fit.")
@@ -38,9 +39,10 @@ def command(
 ) -> Any:  # fmt: skip
     from contextlib import nullcontext
 
+    from bicycle.identification.driven_together import together
     from bicycle.identification.free_decay import identify_modes
     from bicycle.identification.run import refuse_copies
-    from studies.free_decays.words import break_words, judged, repeat_notes
+    from studies.free_decays.words import break_words, judged, repeat_notes, together_words
     from studies.reporting.manifest import results
     from studies.reporting.output import print_table
     from studies.run_argument import named_apart
@@ -51,24 +53,29 @@ def command(
         "start_hz": start_hz, "drift": drift, "driven": None if driven is None else driven == "yes",
     }  # fmt: skip
     channel_map = chosen_map(channels_file, channel_texts)
-    decays, fitted = [], []
     notes: list[str] = []
     drawn: list[str] = []
     events = named_apart([_read(given, channel_map) for given in runs])
     refuse_copies(events)
+
+    def fit(place: int, driven: Any) -> tuple[Any, ...]:
+        return identify_modes(
+            events[place], len(names), first_s=first_s, last_s=last_s, **known | {"driven": driven}
+        )  # fmt: skip
+
+    places = range(len(events))
     with nullcontext() if figures is None else results(figures):
-        for event in events:
-            found = identify_modes(event, len(names), first_s=first_s, last_s=last_s, **known)
-            decays += list(zip(names, found, strict=True))
-            fitted.append((event, tuple(zip(names, found, strict=True))))
+        each_run: Sequence[Sequence[Any]] = [fit(place, known["driven"]) for place in places]
+        if driven is None:
+            each_run, again = together(each_run, fit)
+            notes += [together_words(each_run)] if again else []
+        fitted = [(event, tuple(zip(names, found, strict=True))) for event, found in zip(events, each_run, strict=True)]
+        for place, (event, found) in enumerate(fitted):
             notes += [f"{event.name}: {note}" for note in (*event.notes, *_beyond(event, first_s, last_s))]
-            if figures is not None and found[0].estimate is not None:
-                drawn.append(_draw(event, tuple(zip(names, found, strict=True)), figures, drawn))
-            if driven is None:
-                notes += _open(event, found, lambda run=event: identify_modes(
-                    run, len(names), first_s=first_s, last_s=last_s, **known | {"driven": True}
-                ))  # fmt: skip
-    every = judged(decays)
+            if figures is not None and found[0][1].estimate is not None:
+                drawn.append(_draw(event, found, figures, drawn))
+            notes += _open(event, each_run[place], lambda p=place: fit(p, True)) if driven is None else []
+    every = judged([pair for _, found in fitted for pair in found])
     rows = [each.decay.row(each.mode) for each in every if not each.rejected]
     notes += [f"{each.decay.run}: {said}" for each in every if (said := break_words(each.decay))]
     notes += [note for each in every for note in _beside(each)]

@@ -81,6 +81,17 @@ def driven_words(decay: Decay, told: Decay) -> str:
     )
 
 
+def together_words(runs: Sequence[Sequence[Decay]]) -> str:
+    """What all ``runs``, the modes of each, say together of whether something drives them."""
+    chances = [modes[0].estimate.driven for modes in runs if modes[0].estimate is not None]
+    shown = sorted({f"{chance:.2g}" for chance in chances if chance is not None}, key=float)
+    return (
+        "whether something, such as a rough road, keeps driving the motion is weighed by all runs together, as on one "
+        f"ground (probability {' to '.join(dict.fromkeys([shown[0], shown[-1]]))}); say --driven yes or no where you "
+        "know, or give runs on another ground by themselves"
+    )
+
+
 def second_words(root: complex) -> str:
     """A motion that was fitted beside, by its eigenvalue ``root``, 1/s."""
     if -root.real > root.imag:

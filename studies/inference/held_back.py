@@ -30,7 +30,7 @@ def held_back(forward: Forward, known: Hypotheses, larger: Fit, leader: Fit) -> 
             scores[f] = held_out(forward, f)
         return scores[f]
 
-    if unlikely := _unusual(forward, larger):
+    if unlikely := of_unusual_size(forward, larger):
         return unlikely
     if leader.identifiers < larger.identifiers:
         if known.odds(larger, leader) <= CLEAR_ODDS:
@@ -42,8 +42,14 @@ def held_back(forward: Forward, known: Hypotheses, larger: Fit, leader: Fit) -> 
     return _weak(forward, known, larger, score) or ELSEWHERE
 
 
-def _unusual(forward: Forward, larger: Fit) -> str:
-    """That a hypothesis is of sizes that seldom occur, with which it is not preferred; empty where it may be."""
+def of_unusual_size(forward: Forward, larger: Fit) -> str:
+    """That a hypothesis is of sizes that seldom occur, with which it is not preferred; empty where it may be.
+
+    Parameters
+    ----------
+    forward : Forward
+    larger : Fit
+    """
     sizes = ", ".join(larger.implausible())
     if not sizes:
         return ""

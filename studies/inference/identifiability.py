@@ -8,6 +8,7 @@ from studies.inference.arrays import Array
 from studies.inference.evidence import CLEAR_ODDS, Hypotheses
 from studies.inference.fit import Fit
 from studies.inference.forward import Forward, ProposedMeasurement
+from studies.inference.held_back import of_unusual_size
 
 ALIKE_COSINE = 0.95  # of marginalised directions
 HOPELESS_ODDS = 1e4  # beyond which a look-alike is out, however parallel, unless it explains as much
@@ -86,7 +87,7 @@ def equivalents(forward: Forward, known: Hypotheses, leader: Fit) -> dict[Fit, s
         unusual = f", of an unusual size ({', '.join(f.implausible())})" if f.implausible() else ""
         if odds < CLEAR_ODDS:
             told = f"odds of only {odds:.2g} : 1 against it{unusual}"
-            members[f] = told if odds >= 1 else _ahead(f, known.odds(f, leader))
+            members[f] = told if odds >= 1 else _ahead(forward, f, known.odds(f, leader))
         elif cosine > ALIKE_COSINE and (f.physical or not leader.physical) and not _idle(f):
             same = f"does the same to the data (cosine {cosine:.3f}), whatever the odds"
             members[f] = f"{same} ({odds:.2g} : 1 against it){unusual}"
@@ -104,14 +105,11 @@ def _idle(f: Fit) -> bool:
     return False
 
 
-def _ahead(f: Fit, odds: float) -> str:
+def _ahead(forward: Forward, f: Fit, odds: float) -> str:
     """Why one that is more probable than the leader is not in its place; ``odds`` for it, which are finite."""
     told = f"{MORE_PROBABLE} than what leads ({odds:.2g} : 1), but "
-    sizes = ", ".join(f.implausible())
-    if f.unusual > 1:
-        return f"{told}not named, as more than one of its sizes seldom occurs ({sizes})"
-    if sizes:
-        return f"{told}of a size that seldom occurs ({sizes}), which is named only where it explains the data"
+    if unusual := of_unusual_size(forward, f):
+        return told + ("not named, as " if f.unusual > 1 else "") + unusual
     if odds <= CLEAR_ODDS:
         return f"{told}not clearly so (above {CLEAR_ODDS:g} : 1)"
     return f"{told}not where the search ended, which keeps the effects that stand by their own odds and held-out gain"

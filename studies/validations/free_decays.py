@@ -4,20 +4,24 @@ The decays come from the exact discretisation of linear systems with several mod
 fitted. Counted, cell by cell: how often the interval of the real part, the imaginary part and the mode-shape ratio
 (steer over roll rate) hold the truth, how many runs are refused, how many are widened because their start moves and in
 how many a break is claimed, and the error beside that of the eigensystem realization algorithm of python-control on the
-same samples (which is given the best of its roots, and has no intervals). The same once more where it is told whether
-the ground drives the motion. Two cells are of repeats that scatter about a law in speed.
+same samples (which is given the best of its roots, and has no intervals). The same once more for decays of one kind in
+sets of ten, as `velotyre modal` is given the runs of one test, and where it is told whether the ground drives the
+motion. Two cells are of repeats that scatter about a law in speed.
 """
 
 import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from bicycle.identification.driven_together import together
 from bicycle.identification.free_decay import Decay, identify_modes
 from bicycle.identification.repeats import repeats
 from bicycle.identification.run import Run
 from studies.validations._decay_generator import Cell, Made, make
+from tyre.base.arrays import Array
 
 CELLS = {
     "white noise": Cell(),
@@ -38,6 +42,8 @@ CELLS = {
 TARGET = (93.0, 97.0)
 PARTS = ("real", "imaginary", "ratio")
 ERA_ORDER = 4
+SET = 10  # decays that are weighed together
+KINDS = {"": "coverage_percent", "_set": "coverage_in_sets_percent", "_told": "coverage_where_driving_is_told_percent"}
 
 
 def run(*, out: Path, seed: int, draws: int = 400, workers: int = 2) -> dict[str, Any]:
@@ -57,11 +63,14 @@ def run(*, out: Path, seed: int, draws: int = 400, workers: int = 2) -> dict[str
     from tyre.base.parallel import worker_pool
     from tyre.base.progress import progress_bar
 
-    tasks = [(name, seed, number) for name in CELLS for number in range(draws)]
+    tasks = [
+        (name, seed, range(first, min(first + SET, draws))) for name in CELLS for first in range(0, draws, SET)
+    ]  # fmt: skip
     with worker_pool(workers) as pool:
-        rows = list(progress_bar(pool.map(one, tasks, chunksize=10), total=len(tasks), desc="decays"))
+        sets = list(progress_bar(pool.map(of_one_test, tasks), total=len(tasks), desc="sets of decays"))
     cells = {
-        name: summary([row for (cell, _, _), row in zip(tasks, rows, strict=True) if cell == name]) for name in CELLS
+        name: summary([row for (cell, *_), rows in zip(tasks, sets, strict=True) if cell == name for row in rows])
+        for name in CELLS
     }
     return {
         "synthetic": True,
@@ -73,8 +82,9 @@ def run(*, out: Path, seed: int, draws: int = 400, workers: int = 2) -> dict[str
         "repeats": {
             "scatter alone": scattered(seed, draws, outlier=False), "one outlier": scattered(seed, draws, outlier=True),
         },
-        "beyond_target": _beyond(cells, "coverage_percent"),
-        "beyond_target_where_driving_is_told": _beyond(cells, "coverage_where_driving_is_told_percent"),
+        "in_each_set": SET,
+        **{kind.replace("coverage", "beyond_target").replace("_percent", ""): _beyond(cells, kind)
+           for kind in KINDS.values()},
     }  # fmt: skip
 
 
@@ -86,17 +96,32 @@ def _beyond(cells: dict[str, dict[str, Any]], which: str) -> list[str]:
     ]  # fmt: skip
 
 
-def one(task: tuple[str, int, int]) -> dict[str, float]:
-    """Make and identify one decay; ``task`` is the cell's name, the seed and the number of the draw."""
-    name, seed, number = task
+def of_one_test(task: tuple[str, int, Sequence[int]]) -> list[dict[str, float]]:
+    """Make and identify some decays of a kind; ``task`` is the cell's name, the seed and the numbers of the draws."""
+    name, seed, numbers = task
     cell = CELLS[name]
-    made = make(cell, np.random.default_rng([seed, list(CELLS).index(name), number]))
+    made = [make(cell, np.random.default_rng([seed, list(CELLS).index(name), number])) for number in numbers]
+
+    def fit(place: int, known: bool | Array | None) -> Sequence[Decay]:  # noqa: FBT001
+        return identify_modes(made[place].run, len(made[place].roots), driven=known)
+
+    places = range(len(made))
+    alone = [fit(place, None) for place in places]
+    others, _ = together(alone, fit)
+    told = [fit(place, cell.driven > 0) for place in places]
+    return [
+        _counted(made[place], alone[place][0], {"_set": others[place][0], "_told": told[place][0]}) for place in places
+    ]
+
+
+def _counted(made: Made, found: Decay, more: Mapping[str, Decay]) -> dict[str, float]:
+    """What is counted of a decay that is ``found`` alone, and with ``more`` known of what drives it."""
     truth = made.roots[0]
-    found, told = (identify_modes(made.run, len(made.roots), driven=d)[0] for d in (None, cell.driven > 0))
     era = by_realization(made.run, truth)
     row = {"refused": float(bool(found.rejected)), "era": abs(era - truth) / abs(truth)}
-    if not told.rejected:
-        row |= {f"{part}_told": inside for part, inside in _inside(told, made).items()}
+    for kind, decay in more.items():
+        if not decay.rejected:
+            row |= {part + kind: inside for part, inside in _inside(decay, made).items()}
     if found.rejected:
         return row
     moved = found.movement is not None and found.movement.what != ""
@@ -118,7 +143,7 @@ def _inside(found: Decay, made: Made) -> dict[str, float]:
 
 
 def summary(rows: list[dict[str, float]]) -> dict[str, Any]:
-    """Shares and medians of the ``rows`` of a cell, as :func:`one` gives them."""
+    """Shares and medians of the ``rows`` of a cell, as :func:`of_one_test` gives them."""
     used = [row for row in rows if not row["refused"]]
 
     def share(part: str) -> float:
@@ -130,8 +155,7 @@ def summary(rows: list[dict[str, float]]) -> dict[str, Any]:
     return {
         "refused": len(rows) - len(used), "widened_for_start": sum(row["widened"] > 0 for row in used),
         "break_claimed": sum(row["broken"] > 0 for row in used),
-        "coverage_percent": {part: share(part) for part in PARTS},
-        "coverage_where_driving_is_told_percent": {part: share(f"{part}_told") for part in PARTS},
+        **{name: {part: share(part + kind) for part in PARTS} for kind, name in KINDS.items()},
         "median_sd_percent": middle("sd"), "median_error_percent": middle("error"),
         "median_error_of_realization_percent": middle("era"),
     }  # fmt: skip

@@ -15,10 +15,10 @@ from bicycle.identification import decay_noise
 from bicycle.identification.decay_estimate import _quantiles
 from bicycle.identification.decay_evidence import Evidence, basis
 from bicycle.identification.decay_guesses import noise_floor
-from bicycle.identification.decay_least_squares import DRIVEN, log_sum
-from bicycle.identification.decay_noise import SHARES, Driving
+from bicycle.identification.decay_least_squares import log_sum
+from bicycle.identification.decay_noise import Driving
 from bicycle.identification.decay_posterior import POINTS, WIDER, _proposal, prepared
-from bicycle.identification.decay_window import window
+from bicycle.identification.decay_window import SHARES, window
 from bicycle.identification.free_decay import identify
 from bicycle.identification.recording import read_run
 from bicycle.identification.run import Run
@@ -127,22 +127,22 @@ def test_modes_that_the_ground_drives(seen, drift, rates, phase):
                 expected, abs=0.02
             )  # directions that do next to nothing are left out
     total = log_sum(np.swapaxes(own.log, 0, 1)).sum(-1)
-    both = np.logaddexp(total + np.log(1 - DRIVEN), log_sum(shared.log.T) + np.log(DRIVEN))
+    both = np.logaddexp(total, log_sum(shared.log.T)) - np.log(2)
     assert Evidence(seen, drift, noise, shaken).log(NEAR, rates) == pytest.approx(both)
 
 
 def test_whether_something_drives_the_motion_may_be_told(seen):
     """Told yes: driven noise alone, its level even, not its logarithm. Told no: none. Else from even odds."""
     noise = noise_floor(seen, MODES)
-    told = replace(seen, driven=True)
+    told = replace(seen, driven=SHARES / SHARES.sum())
     opened, sure = (Evidence(w, "none", noise, Driving.of(w, MODES).at([0.0])).solved(NEAR) for w in (seen, told))
     even = np.log(SHARES / SHARES.sum()) - np.log(1 / len(SHARES))
     assert sure.driven.log == pytest.approx(opened.driven.log + even)
     assert sure.log() == pytest.approx(log_sum(sure.driven.log.T))
-    assert sure.chance_driven() == pytest.approx([1, 1])
+    assert sure.chances_driven().sum(1) == pytest.approx([1, 1])
     odds = np.exp(log_sum(opened.driven.log.T) - log_sum(np.swapaxes(opened.own.log, 0, 1)).sum(-1))
-    assert opened.chance_driven() == pytest.approx(odds / (1 + odds))
-    assert prepared(replace(seen, driven=False), MODES[0][None])[0].driven is None
+    assert opened.chances_driven().sum(1) == pytest.approx(odds / (1 + odds))
+    assert prepared(replace(seen, driven=0 * SHARES), MODES[0][None])[0].driven is None
 
 
 def test_driven_modes_of_many_cycles_are_circular_and_those_of_few_are_not():

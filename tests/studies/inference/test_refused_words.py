@@ -193,18 +193,23 @@ def test_one_that_is_more_probable_than_any_number_says(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("odds", "sizes", "unusual", "said"),
+    ("odds", "sizes", "unusual", "fits", "said"),
     [
-        (1.7e17, ["luggage.mass", "rider_lean.stiffness"], 2,
+        (1.7e17, ["luggage.mass", "rider_lean.stiffness"], 2, 1e-9,
          "more probable than what leads (1.7e+17 : 1), but not named, as more than one of its sizes seldom occurs "
          "(luggage.mass, rider_lean.stiffness)"),
-        (50.0, ["luggage.mass"], 1, "of a size that seldom occurs (luggage.mass), which is named only where it expl"),
-        (3.0, [], 0, "more probable than what leads (3 : 1), but not clearly so (above 20 : 1)"),
+        (50.0, ["luggage.mass"], 1, 1e-9, "of a size that seldom occurs (luggage.mass), which is named only where it "
+         "explains the data, and it does not fit (p below 0.01)"),
+        (50.0, ["luggage.mass"], 1, 0.5, "more probable than what leads (50 : 1), but not where the search ended"),
+        (3.0, [], 0, 0.5, "more probable than what leads (3 : 1), but not clearly so (above 20 : 1)"),
     ],
 )  # fmt: skip
 def test_one_that_is_more_probable_is_not_said_to_be_alike_but_why_it_is_not_named(
-    odds, sizes, unusual, said, monkeypatch
+    odds, sizes, unusual, fits, said, monkeypatch
 ):
+    """That a size seldom occurs is the reason where it does not explain the data; else another rule is."""
+    monkeypatch.setattr(held_back, "goodness_of_fit", lambda *_: fits)
+    monkeypatch.setattr(held_back, "whiteness", lambda *_: 0.5)
     leader = Fitted(0, [])
     one = Fitted(unusual, sizes)
     monkeypatch.setattr(identifiability, "similarity", lambda *_: np.ones((1, 2)))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from studies.validations._decay_generator import STEP, Cell, make
-from studies.validations.free_decays import CELLS, TARGET, by_realization, one, scattered, summary
+from studies.validations.free_decays import CELLS, TARGET, by_realization, of_one_test, scattered, summary
 
 TOLD = "coverage_where_driving_is_told_percent"
 DATA = Path(__file__).parents[3] / "data" / "validation"
@@ -41,7 +41,7 @@ def test_the_peer_finds_the_root_without_noise():
 @pytest.mark.parametrize("name", ["offset, 1.1 to 1.4 cycles", "capsize that dies out, 1.0 to 1.4 cycles"])
 def test_a_small_run(name):
     """10 decays: fewer than 8 within their interval would be a chance of 1.2e-2 at 95 %."""
-    found = summary([one((name, 1, number)) for number in range(10)])
+    found = summary(of_one_test((name, 1, range(10))))
     assert found["refused"] <= 1
     assert found["coverage_percent"]["real"] >= 78
     assert found["coverage_percent"]["imaginary"] >= 78
