@@ -35,7 +35,15 @@ class Functions(NamedTuple):
         return self.spans + DEGREE
 
     def at(self, time: Array, derivative: int = 0) -> Array:
-        """A ``derivative`` (0 to 3) of all functions at ``time`` (n,), shape (n, C)."""
+        """All functions or derivatives of them, shape (n, C).
+
+        Parameters
+        ----------
+        time : ndarray, shape (n,)
+            s.
+        derivative : int, optional
+            0 to 3.
+        """
         first, last = self.time[0], self.time[-1]
         knots = first + (last - first) / self.spans * np.arange(-DEGREE, self.spans + DEGREE + 1)
         splines = BSpline(knots, np.eye(self.of_spline), DEGREE)(time, nu=derivative)

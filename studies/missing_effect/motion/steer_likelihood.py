@@ -88,9 +88,14 @@ class Likelihood:
         return power[free:], rest, free * math.log(n * white)
 
     def at(self, size: float, sd: float | None) -> tuple[float, float]:
-        """Log evidence and sd of the noise, that being ``sd`` or the most probable.
+        """Log evidence, and sd (rad) of the noise.
 
-        ``size`` is the log10 of the variance of the smoothest motion.
+        Parameters
+        ----------
+        size : float
+            log10 of the variance of the smoothest motion (1, in those of the noise).
+        sd : float or None
+            Of the noise, rad; the most probable where it is not given.
         """
         power, rest, wide = self._parts
         n, free = len(self.recorded), self.shapes.free
@@ -101,7 +106,13 @@ class Likelihood:
         return -0.5 * (spread + squares / variance + wide), math.sqrt(variance)
 
     def share(self, size: float) -> Array:
-        """The share of each shape that is taken for motion (K,)."""
+        """The share of each shape that is taken for motion (K,).
+
+        Parameters
+        ----------
+        size : float
+            As in :meth:`at` (1).
+        """
         motion = 10**size * self._weight
         return np.concatenate([np.ones(self.shapes.free), motion / (1 + motion)])
 
@@ -130,7 +141,7 @@ def shapes_of(functions: Functions, integrated: int) -> Shapes:
     ----------
     functions : Functions
     integrated : int
-        Order of the differences.
+        Number of times, as in :data:`INTEGRATED`.
     """
     basis = functions.at(functions.time)
     whole, count = basis.shape[1], functions.of_spline
@@ -144,7 +155,8 @@ def shapes_of(functions: Functions, integrated: int) -> Shapes:
     sums = np.eye(whole, count - integrated, -integrated)
     for _ in range(integrated):
         sums[:count] = np.cumsum(sums[:count], axis=0)  # without rounding: their differences of that order are white
-    sums -= free @ (q.T @ (basis @ sums))
+    for _ in range(2):  # what rounding left the first time
+        sums -= free @ (q.T @ (basis @ sums))
     u, s, vt = np.linalg.svd(basis @ sums, full_matrices=False)
     seen = s > SEEN * s[0]
     u, s, vt = u[:, seen], s[seen], vt[seen]
@@ -154,10 +166,24 @@ def shapes_of(functions: Functions, integrated: int) -> Shapes:
 
 
 def likelihoods(functions: Functions, recorded: Array, least: float | None) -> list[Likelihood]:
-    """Of what was ``recorded`` (T,), for each number of times that the noise may have been integrated."""
+    """Of a record, for each number of times that the noise may have been integrated.
+
+    Parameters
+    ----------
+    functions : Functions
+    recorded : ndarray, shape (T,)
+        rad.
+    least : float or None
+        Sd of its noise, at least, rad.
+    """
     return [Likelihood(recorded, shapes_of(functions, integrated), least) for integrated in INTEGRATED]
 
 
 def most_likely(tried: list[Likelihood]) -> Likelihood:
-    """That with the highest evidence."""
+    """That with the highest evidence.
+
+    Parameters
+    ----------
+    tried : list of Likelihood
+    """
     return max(tried, key=lambda one: one.likely.evidence)
