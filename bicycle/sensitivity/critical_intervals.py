@@ -103,7 +103,8 @@ def critical_intervals(
     for mode, branch in modes(model, v).branches.items():
         for root in branch.T:
             sd = np.take_along_axis(spread, _nearest(every.eigenvalues, root)[:, None], 1)[:, 0]
-            for kind, there in ((OSCILLATORY, root.imag > 0), (REAL, root.imag == 0)):
+            real = (root.imag == 0) & ~np.isnan(root.real)  # a mode may be absent at some speeds
+            for kind, there in ((OSCILLATORY, root.imag > 0), (REAL, real)):
                 for part in _runs(there):
                     crosses = kind == OSCILLATORY or np.ptp(np.sign(root.real[part])) > 0
                     if crosses:
