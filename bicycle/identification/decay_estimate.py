@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bicycle.identification.decay_evidence import basis
+from bicycle.identification.decay_evidence import PLAIN, basis, drift_of
 from bicycle.identification.decay_guesses import (
     FASTEST,
     SLOWEST,
@@ -15,7 +15,7 @@ from bicycle.identification.decay_guesses import (
     noise_floor,
     seeking_block,
 )
-from bicycle.identification.decay_posterior import PLAIN, Posterior, posterior, prepared
+from bicycle.identification.decay_posterior import Posterior, posterior, prepared
 from bicycle.identification.decay_ratios import mode_ratios
 from bicycle.identification.decay_window import Window, fitting_block
 from tyre.base.arrays import Array
@@ -36,9 +36,9 @@ class Estimate:
     ----------
     window : Window
     posteriors : tuple of Posterior
-        One of each kind of drift.
+        One of each kind and size of drift.
     weights : tuple of float
-        Probabilities of the kinds of drift, with sum 1.
+        Their probabilities, with sum 1.
     mean, sd : ndarray, shape (m, 2)
         sigma (1/s) and omega (rad/s) of each mode, by frequency; sd is the 95 % interval over 3.92.
     ratios : tuple of dict, one for each mode
@@ -58,9 +58,18 @@ class Estimate:
         return self.posteriors[int(np.argmax(self.weights))]
 
     @property
-    def drifts(self) -> dict[str, float]:
-        """Kind of drift -> probability."""
+    def kinds(self) -> dict[str, float]:
+        """Kind of drift, with its size -> probability."""
         return {p.evidence.drift: weight for p, weight in zip(self.posteriors, self.weights, strict=True)}
+
+    @property
+    def drifts(self) -> dict[str, float]:
+        """Kind of drift -> probability, the most probable first."""
+        found: dict[str, float] = {}
+        for kind, weight in self.kinds.items():
+            name = drift_of(kind)
+            found[name] = found.get(name, 0.0) + weight
+        return dict(sorted(found.items(), key=lambda item: -item[1]))
 
     @property
     def driven(self) -> float | None:

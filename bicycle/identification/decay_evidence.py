@@ -1,12 +1,13 @@
 """How probable the samples of a window are, given the eigenvalues of its modes and the kind of its drift.
 
 Each channel is y = sum over modes e^(sigma t) (a cos(omega t) + b sin(omega t)) + drift + noise. The drift is a
-polynomial, or an offset and a real mode that dies out (capsize, castering). The noise is a first-order autoregression
+polynomial, or an offset and a real mode that dies out (capsize, castering), or a parabola (a slow capsize) and one
+that does. The noise is a first-order autoregression
 of unknown sd s and coefficient in each channel, or white with driven modes that all channels share
 (:mod:`.decay_noise`). Amplitudes, drift and s are integrated out in closed form and the kinds of noise summed, so that
 only eigenvalues are left (linear model with conjugate priors: O'Hagan & Forster, Kendall's Advanced Theory of
 Statistics 2B, 2nd ed., ch. 11). Priors: amplitudes as large as three times the signal, in the plane that a mode spans;
-an offset as large as the signal, a slope and a real mode of 0.3, a bend of 0.1 of it; log s even.
+an offset as large as the signal, a real mode of 0.3 of it, slope and bend of three sizes (:data:`KINDS`); log s even.
 
 The precision matrix of a first-order autoregression has three diagonals, so the products with it for all coefficients
 follow from three sums over the samples; driven modes move the samples along few directions.
@@ -26,12 +27,29 @@ from bicycle.identification.decay_window import Window
 from tyre.base.arrays import Array
 
 AMPLITUDE = 3.0  # prior sd of a mode in units of the signal's sd
-POLYNOMIALS = (1.0, 0.3, 0.1)  # prior sd of offset, slope and bend of a drift in the same units, rms over the window
-REAL = 0.3  # that of a real mode
 TWINS = 1e-12  # of a diagonal: two equal modes leave it regular
-EXPONENTIAL = "exponential"
-DRIFTS = {"none": 0, "constant": 1, "parabola": 3, EXPONENTIAL: 1}
-"""Kinds of drift and how many polynomials each has; the last has a real mode beside."""
+PLAIN = {
+    "none": (), "constant": (1.0,), "parabola": (1.0, 0.3, 0.1), "parabola/3": (1.0, 0.1, 0.03),
+    "parabola/10": (1.0, 0.03, 0.01),
+}  # fmt: skip
+WITH_REAL_MODE = {
+    "exponential": (1.0,), "parabola-exponential": (1.0, 0.1, 0.03), "parabola-exponential/3": (1.0, 0.03, 0.01),
+}  # fmt: skip
+KINDS = PLAIN | WITH_REAL_MODE
+"""Kinds of drift and the prior sd of offset, slope and bend of each in the same units, rms over the window; the last
+have a real mode beside. A prior that is much too large is evidence against what is slight, so there are several sizes
+of those that may be."""
+
+REAL = 0.3  # prior sd of a real mode in these units
+
+
+def drift_of(kind: str) -> str:
+    """Name of the drift of a ``kind``, without its size."""
+    return kind.partition("/")[0]
+
+
+DRIFTS = tuple(dict.fromkeys(map(drift_of, KINDS)))
+"""Names of drifts."""
 
 
 class _Fixed(NamedTuple):
@@ -74,7 +92,7 @@ class Evidence:
             Decay of the real mode, 1/s; for an exponential drift.
         """
         w, fixed = self.window, self._fixed
-        n, kept = len(w.time), DRIFTS[self.drift]
+        n, kept = len(w.time), len(KINDS[self.drift])
         waves = basis(modes, w.time, rates)
         p, channels = waves.shape[2], w.signals.shape[1]
         products = _products(waves, fixed.columns)
@@ -94,10 +112,10 @@ class Evidence:
     @cached_property
     def _fixed(self) -> _Fixed:
         w, phi = self.window, self.window.colours
-        kept = DRIFTS[self.drift]
+        kept = len(KINDS[self.drift])
         sums = np.stack([1 + phi**2, -(phi**2), -phi], 1) / (1 - phi**2)[:, None]
         spread = (len(w.time) - 1) * np.log(1 - phi**2) + 2 * math.log(len(phi))
-        sizes = np.tile(POLYNOMIALS[:kept], (w.signals.shape[1], 1))
+        sizes = np.tile(KINDS[self.drift], (w.signals.shape[1], 1))
         sizes[:, :1] *= np.maximum(1.0, np.abs(w.signals.mean(0)))[:, None]  # an offset may be larger than the motion
         return _Fixed(np.concatenate([w.drift[:, :kept], w.signals], 1), sums, spread, 1 / sizes**2)
 
@@ -121,7 +139,7 @@ class Evidence:
         """Least squares over all channels at once, for driven modes."""
         n, channels = self.window.signals.shape
         points, _, p = waves.shape
-        kept = DRIFTS[self.drift]
+        kept = len(KINDS[self.drift])
         h, r = p + kept, driven.variances.shape[1]
         lying = np.swapaxes(waves, 1, 2).reshape(-1, n)
         moved = np.empty((points, channels, p, r))

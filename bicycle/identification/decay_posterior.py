@@ -14,7 +14,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.identification.decay_evidence import EXPONENTIAL, Evidence
+from bicycle.identification.decay_evidence import PLAIN, WITH_REAL_MODE, Evidence
 from bicycle.identification.decay_guesses import FASTEST, HIGHEST, LOWEST, SLOWEST, noise_floor
 from bicycle.identification.decay_least_squares import Linear, Solved, log_sum
 from bicycle.identification.decay_noise import Driving
@@ -29,7 +29,6 @@ SCRAMBLED = {2: 14}  # seed by dimension, 1 for others: so few points must give 
 WIDER = 1.2
 ITERATIONS, IDLE = 25, 3  # the latter without gain, where a direction is flat
 NOTHING = 1e-6  # of a gain in the logarithm: what rounding may bring
-PLAIN = ("none", "constant", "parabola")  # drifts without a real mode
 NEGLIGIBLE = 30.0  # in the logarithm of a weight
 UNLIKELY = 0.03  # of driven modes: their own eigenvalues are not sought
 ROUNDS, GAINED = 5, 0.5  # the latter in the logarithm of the likelihood
@@ -143,7 +142,7 @@ def _parted(x: Array, m: int) -> tuple[Array, Array | None]:
 
 def _rates(evidence: Evidence) -> tuple[float, float] | None:
     """Least and largest logarithm of the rate of a real mode; None where there is none."""
-    if evidence.drift != EXPONENTIAL:
+    if evidence.drift not in WITH_REAL_MODE:
         return None
     w = evidence.window
     return math.log(LEAST_DECAY / w.length), math.log(1 / w.time[1])

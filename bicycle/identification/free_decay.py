@@ -15,7 +15,7 @@ import numpy as np
 
 from bicycle.eigenvalues.oscillation import angular_frequency, frequency_hz
 from bicycle.identification.decay_estimate import CLEAR, Estimate, log_odds_of_each, sought
-from bicycle.identification.decay_evidence import DRIFTS
+from bicycle.identification.decay_evidence import DRIFTS, KINDS, drift_of
 from bicycle.identification.decay_guesses import FASTEST, SLOWEST
 from bicycle.identification.decay_ratios import RATIOS
 from bicycle.identification.decay_window import SHARES, window
@@ -193,7 +193,7 @@ def identify_modes(
         raise InputError(unknown("drift", drift, DRIFTS))
     if not 1 <= count <= MOST_MODES:
         raise InputError(f"{count} modes in one window; give 1 to {MOST_MODES}")
-    drifts = tuple(DRIFTS) if drift is None else (drift,)
+    drifts = tuple(kind for kind in KINDS if drift in (None, drift_of(kind)))
     chances = TOLD[driven] if isinstance(driven, bool) else driven
     found = sought(
         lambda block: window(run, first_s, last_s, block=block, driven=chances), drifts, start_hz, count,
@@ -240,7 +240,7 @@ def _decay(run: Run, found: Estimate, number: int, last_s: float, *, asked: bool
     beside = tuple(complex(*mode) for place, mode in enumerate(found.mean) if place != number and not asked)
     decay = Decay(
         run.name, run.speed, complex(sigma, omega), sd, found.ratios[number], found.explained,
-        float(frequency_hz(1j * omega)) * w.length, found.best.evidence.drift, max(found.weights), None, beside, found,
+        float(frequency_hz(1j * omega)) * w.length, *next(iter(found.drifts.items())), None, beside, found,
         drowned=why_drowned(found) if found.explained < POOREST else "",
     )  # fmt: skip
     if not scanned or decay.rejected:

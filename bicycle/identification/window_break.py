@@ -84,7 +84,7 @@ def broken(run: Run, found: Estimate, number: int) -> Break | None:
         return None
     end, at = (float(w.start + w.time[k]) for k in (place - 1, place))
     told = Break(at, end, w.channels[channel], size, dict.fromkeys(numbers_of(found, number), 0.0), 0.0, "", False)
-    likely = [drift for drift, weight in found.drifts.items() if weight > 0.05]
+    likely = [drift for drift, weight in found.kinds.items() if weight > 0.05]
     try:
         earlier = estimate(window(run, w.start, end, block=w.block, driven=w.driven), likely, [found.best.best])
     except InputError:

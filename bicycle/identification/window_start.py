@@ -99,7 +99,7 @@ def _later(
     run: Run, found: Estimate, number: int, step: float, last_s: float, *, beside: bool
 ) -> tuple[Estimate, int] | None:
     """The fit of the window that begins a ``step`` later, and the place of the mode in it."""
-    likely = [drift for drift, weight in found.drifts.items() if weight > 0.05]
+    likely = [drift for drift, weight in found.kinds.items() if weight > 0.05]
     try:
         w = window(run, found.window.start + step, last_s, block=found.window.block, driven=found.window.driven)
     except InputError:

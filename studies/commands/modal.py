@@ -24,7 +24,9 @@ WIDER = 1.2  # sd if driven, over that which leaves it open, from which it is to
 @click.option("--from", "first_s", default=0.0, show_default=True, help="Start of the window, s.")
 @click.option("--to", "last_s", default=float("inf"), help="End of the window, s.")
 @click.option("--start-hz", type=float, help="Look near this frequency.")
-@click.option("--drift", help="none, constant, parabola or exponential; by default weighed by evidence.")
+@click.option(
+    "--drift", help="none, constant, parabola, exponential or parabola-exponential; by default weighed by evidence."
+)
 @click.option(
     "--driven",
     type=click.Choice(["yes", "no"]),

@@ -38,7 +38,7 @@ def drift_words(decay: Decay) -> str:
     """``parabola``, or ``parabola 63 %, constant 37 %`` where a ``decay`` leaves it open; a real mode with its rate."""
     if decay.estimate is None:
         return ""
-    shares = sorted(decay.estimate.drifts.items(), key=lambda item: -item[1])
+    shares = list(decay.estimate.drifts.items())
     if shares[0][1] >= SURE:
         rate = decay.estimate.best.best_rate
         return shares[0][0] + ("" if rate is None else f", {-rate[0]:.2g} 1/s")

@@ -50,22 +50,30 @@ def dense(y, covariance, design, prior):
 def designs(w, drift, rates):
     """Columns (n, h) at each point, and the prior covariance of their amplitudes in units of the signal, by channel."""
     waves = basis(NEAR, w.time, rates)
-    kept = module.DRIFTS[drift]
+    sizes = module.KINDS[drift]
+    kept = len(sizes)
     for k in range(len(NEAR)):
         own = waves[k].T @ waves[k] / len(w.time)
         blocks = [np.linalg.inv(own[:2, :2]) * module.AMPLITUDE**2]
         blocks += [[[module.REAL**2 / own[2, 2]]]] if rates is not None else []
         level = np.maximum(1.0, np.abs(w.signals.mean(0)))
         priors = [
-            block_diag(
-                *blocks, *[[[(sd * (size if not j else 1)) ** 2]] for j, sd in enumerate(module.POLYNOMIALS[:kept])]
-            )
+            block_diag(*blocks, *[[[(sd * (size if not j else 1)) ** 2]] for j, sd in enumerate(sizes)])
             for size in level
         ]
         yield np.hstack([waves[k], w.drift[:, :kept]]), priors
 
 
-CASES = pytest.mark.parametrize(("drift", "rates"), [("none", None), ("parabola", None), ("exponential", RATES)])
+CASES = pytest.mark.parametrize(
+    ("drift", "rates"),
+    [
+        ("none", None),
+        ("parabola", None),
+        ("parabola/10", None),
+        ("exponential", RATES),
+        ("parabola-exponential/3", RATES),
+    ],
+)
 
 
 @CASES
@@ -84,11 +92,11 @@ def test_noise_of_the_sensors(seen, drift, rates):
 @pytest.mark.parametrize("drift", ["none", "constant", "parabola"])
 def test_a_drift_and_noise_without_any_mode(seen, drift):
     """What the odds for an oscillation are taken against."""
-    noise, kept = noise_floor(seen, MODES), module.DRIFTS[drift]
+    noise, kept = noise_floor(seen, MODES), len(module.KINDS[drift])
     total = 0.0
     for channel, y in enumerate(seen.signals.T):
         level = max(1.0, abs(y.mean()))
-        sizes = [(sd * (1 if j else level) / noise[channel]) ** 2 for j, sd in enumerate(module.POLYNOMIALS[:kept])]
+        sizes = [(sd * (1 if j else level) / noise[channel]) ** 2 for j, sd in enumerate(module.KINDS[drift])]
         lags, design = np.arange(len(seen.time)), seen.drift[:, :kept]
         each = [dense(y, toeplitz(phi**lags), design, np.diag(sizes)) for phi in seen.colours]
         total += np.log(np.mean(np.exp(np.array(each) - max(each)))) + max(each)
