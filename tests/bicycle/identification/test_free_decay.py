@@ -149,7 +149,9 @@ def test_the_drift_is_chosen_by_evidence_or_given():
     ):  # fmt: skip
         run = Run("r.csv", 4.8, t, {"roll_rate_rad_s": wave + more}, {})
         found = identify(run)
-        assert (found.drift, found.drift_odds > 0.8) == (drift, True)
+        assert drift in found.drift  # a slight parabola may lie beside an exponential
+        assert sum(share for name, share in found.estimate.drifts.items() if drift in name) > 0.8
+        assert found.drift_odds == max(found.estimate.drifts.values())
         assert abs(found.eigenvalue - ROOT) < 4 * max(found.sd)
         given = identify(run, drift=drift)
         assert given.estimate.drifts == {drift: pytest.approx(1.0)}
