@@ -13,6 +13,7 @@ ASIDE = 6  # samples to each side of a step
 SMOOTH = 3  # degree of what else the torque does there
 CLEAR = 6.0  # sd of a step
 ROUNDS = 3  # in which steps that are near each other are told apart
+BESIDE = 0.25  # of a larger step within so many samples, that a further one must have
 FEWEST = 12  # samples of the run for each step
 NORMAL = 1.4826 / np.sqrt(20.0)  # of third differences: from the median of their absolute values to the sd of noise
 
@@ -37,12 +38,16 @@ def torque_jumps(time: Array, torque: Array) -> tuple[float, ...]:
     noise = NORMAL * float(np.median(np.abs(np.diff(torque, 3))))
     clear = CLEAR * max(noise * float(np.linalg.norm(weights)), float(np.finfo(float).eps * np.abs(torque).max()))
     steps: dict[int, float] = {}  # place -> size, each with the others taken away
+    passed: list[int] = []
     while len(steps) < len(torque) // FEWEST:
         sizes = np.correlate(_without(torque, steps), weights, "valid")
-        sizes[list(steps)] = 0.0
+        sizes[[*steps, *passed]] = 0.0
         place = int(np.argmax(np.abs(sizes)))
         if abs(sizes[place]) <= clear:
             break
+        if any(abs(place - k) <= ASIDE and abs(sizes[place]) < BESIDE * abs(size) for k, size in steps.items()):
+            passed.append(place)  # what a cubic does not follow beside a larger step
+            continue
         steps[place] = float(sizes[place])
         for other in list(steps) * ROUNDS:
             left = _without(torque, {k: size for k, size in steps.items() if k != other})

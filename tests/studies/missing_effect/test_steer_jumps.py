@@ -26,6 +26,14 @@ def test_steps_are_found_between_the_samples_also_near_each_other_and_with_eithe
     assert torque_jumps(TIME, torque) == pytest.approx([TIME[k] - 0.005 for k in steps])
 
 
+def test_a_push_that_a_controller_answers_has_two_steps():
+    """Its samples fall by 0.8 N m each, and rise by 0.1 after it: five steps were seen, and the fit went astray."""
+    torque = SMOOTH + 0.03 * np.random.default_rng(1).standard_normal(400)
+    torque[150:155] += 20 - 0.8 * np.arange(5)
+    torque[155:] -= 4 * np.exp(-(np.arange(245) * 0.01) / 0.4)
+    assert torque_jumps(TIME, torque) == pytest.approx([1.545, 1.495])
+
+
 def test_without_noise_a_line_does_not_jump_and_a_step_does():
     line = 3.0 - 0.7 * TIME
     assert torque_jumps(TIME, line) == ()
