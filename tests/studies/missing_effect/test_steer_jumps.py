@@ -31,7 +31,7 @@ def test_a_push_that_a_controller_answers_has_two_steps():
     torque = SMOOTH + 0.03 * np.random.default_rng(1).standard_normal(400)
     torque[150:155] += 20 - 0.8 * np.arange(5)
     torque[155:] -= 4 * np.exp(-(np.arange(245) * 0.01) / 0.4)
-    assert torque_jumps(TIME, torque) == pytest.approx([1.545, 1.495])
+    assert sorted(torque_jumps(TIME, torque)) == pytest.approx([1.495, 1.545])
 
 
 def test_without_noise_a_line_does_not_jump_and_a_step_does():
