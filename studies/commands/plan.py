@@ -64,6 +64,8 @@ def command(
     click.echo(words.headline(made))
     if made.steps:
         print_table(words.step_rows(made), words.STEPS)
+    for line in words.afterwards(made):
+        click.echo(f"afterwards: {line}")
     if made.questions:
         print_table(words.question_rows(made), words.QUESTIONS)
     for line in words.hopeless(made):

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 
 from bicycle.default_sd import ASSUMED, standard_deviations
-from bicycle.effect import Parameter
+from bicycle.effect import Parameter, registry
 from bicycle.model import Model
 from bicycle.parameter_key import ParameterKey, entries_of
 from bicycle.parameters import UNITS, UNUSED
@@ -30,7 +30,7 @@ def nuisances(model: Model, given: Mapping[str, float]) -> tuple[tuple[Uncertain
         Without those that are fixed; the notes say which defaults were taken.
     """
     values = model.parameters
-    _check(given, values)
+    _check(given, values, model)
     deviations = standard_deviations(model, given)
     followers: dict[str, list[str]] = {}
     for follower, leader in model.tied.items():
@@ -71,8 +71,17 @@ def _bounds(model: Model, key: str) -> tuple[float, float]:
     return declared.bounds if declared else (-math.inf, math.inf)
 
 
-def _check(given: Mapping[str, float], values: Mapping[str, float]) -> None:
+def _check(given: Mapping[str, float], values: Mapping[str, float], model: Model) -> None:
+    present = {effect.identifier for effect in model.effects}
     for key, sd in given.items():
+        absent, _, name = key.partition(".")
+        if name and absent in registry() and absent not in present:
+            size = name.partition(".")[0]
+            raise InputError(
+                f"[uncertainty]: unknown parameter {key!r}: the base model has no {absent}; if it is there, write "
+                f"[effects.{absent}] {size} = VALUE beside [uncertainty] {key} = {shown(sd)}, and take "
+                f"[candidates.{absent}] out, whose values are taken as exact; otherwise take {key} out of [uncertainty]"
+            )
         if key in UNUSED:
             raise InputError(f"[uncertainty]: {key} has no part in lateral motion; take it out")
         if not entries_of(key, values):

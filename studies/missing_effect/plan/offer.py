@@ -32,6 +32,8 @@ class Item:
         What one gives.
     speed : float, optional
         m/s; of a run.
+    afterwards : str
+        How the result of a bench test is entered.
     """
 
     what: str
@@ -40,6 +42,7 @@ class Item:
     most: int
     blocks: tuple[Block, ...]
     speed: float | None = None
+    afterwards: str = ""
 
     def price(self, count: int) -> float:
         """Of so many: a ``count``, without unit."""

@@ -8,6 +8,7 @@ from studies.inference.forward import Forward
 from studies.missing_effect.motion.history_forward import HistoryForward
 from studies.missing_effect.motion.modal_forward import ModalForward
 from studies.missing_effect.plan.costs import RATIOS, SIGNALS, Costs
+from studies.missing_effect.plan.entries import how_to_enter
 from studies.missing_effect.plan.expected import bench_test, blocks, history_run, modal_run
 from studies.missing_effect.plan.offer import Item, Offer
 from studies.missing_effect.plan.questions import Open
@@ -78,7 +79,10 @@ def offers_of(forward: ModalForward | HistoryForward, what: Open, costs: Costs) 
         if expected is None:
             notes.append(f"bench test of {key}: nothing that is open depends on it")
             continue
-        benches.append(Item(f"bench test of {key}", 0.0, bench.price, 1, tuple(blocks([expected], 900 + number))))
+        benches.append(
+            Item(f"bench test of {key}", 0.0, bench.price, 1, tuple(blocks([expected], 900 + number)),
+                 afterwards=how_to_enter(forward, key))
+        )  # fmt: skip
     offers = []
     names = tuple(costs.channels)
     for size in range(len(names) + 1):

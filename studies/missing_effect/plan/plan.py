@@ -24,12 +24,13 @@ ALL_OF_IT = math.inf  # a probability that no answer has: it must be met
 
 @dataclass(frozen=True)
 class Step:
-    """One line of a plan: ``count`` times ``what``, at a price (all of them)."""
+    """One line of a plan: ``count`` times ``what``, at a price (all of them); ``afterwards``: how a test is entered."""
 
     what: str
     count: int
     price: float
     speed: float | None = None
+    afterwards: str = ""
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,10 @@ class Plan:
                     "met": answer.met}  # fmt: skip
 
         return {
-            "steps": [{"what": s.what, "count": s.count, "price": s.price, "speed_m_s": s.speed} for s in self.steps],
+            "steps": [
+                {"what": s.what, "count": s.count, "price": s.price, "speed_m_s": s.speed, "afterwards": s.afterwards}
+                for s in self.steps
+            ],
             "channels": list(self.channels), "cost": self.cost, "currency": self.costs.currency,
             "goal": {"odds": self.costs.odds, "probability": self.costs.probability}, "complete": self.complete,
             "cheapest_proven": self.proven,
@@ -202,7 +206,7 @@ def _why(offer: Offer, place: int, most: Answer) -> str:
 def _steps(found: Found) -> tuple[Step, ...]:
     assert found.offer is not None
     return tuple(
-        Step(item.what, n, item.price(n), item.speed)
+        Step(item.what, n, item.price(n), item.speed, item.afterwards)
         for item, n in zip(found.offer.items, found.counts, strict=True) if n
     )  # fmt: skip
 

@@ -40,6 +40,9 @@ def page(plan: Plan, name: str, verdict: str, *, drawn: bool) -> str:
     if plan.steps:
         total = ["**together**", "", f"**{plan.costs.money(plan.cost)}**"]
         parts += ["## What to do", _table(words.STEPS, [*words.step_rows(plan), total]), plain(words.proof(plan))]
+    if words.afterwards(plan):
+        tables = "\n".join(f"- {line}" for line in words.afterwards(plan))  # to be copied, so not escaped
+        parts += ["## What to do with the result", tables]
     if plan.questions:
         parts += ["## What it settles", _table(words.QUESTIONS, words.question_rows(plan)),
                   EXPLAINED.format(odds=plan.costs.odds).strip()]  # fmt: skip

@@ -94,6 +94,11 @@ def step_rows(plan: Plan) -> list[list[str]]:
     return [*bought, *([s.what, f"{s.count}", money(s.price)] for s in plan.steps)]
 
 
+def afterwards(plan: Plan) -> list[str]:
+    """How the results of the bench tests of a ``plan`` are entered, and what that gives."""
+    return [s.afterwards for s in plan.steps if s.afterwards]
+
+
 def hopeless(plan: Plan) -> list[str]:
     """What no ``plan`` settles, and why."""
     return [f"{q.words}: {q.why}" for q in plan.questions if q.why]

@@ -137,10 +137,10 @@ def fate(judgement: Judgement) -> dict[str, str]:
 
 def named(judgement: Judgement) -> Table:
     """What is named: effect, parameter, value, one sd, what it does."""
-    table = []
+    table, tried = [], {c.identifier: c for c in (*judgement.forward.candidates, *judgement.final.candidates)}
     for e in judgement.verdict.effects:
         if not e.parameters:
-            table.append([e.identifier, "-", without_number(e.identifier), "-", e.signature])
+            table.append([e.identifier, "-", without_number(tried[e.identifier]), "-", e.signature])
         for k, (name, (value, sd)) in enumerate(e.parameters.items()):
             unit = unit_of(e.units.get(name, "1"))
             table.append(

@@ -3,8 +3,10 @@
 import math
 from collections.abc import Iterable
 
+from bicycle.effect import Effect
 from studies.inference.fit import Fit
 from studies.inference.judge import Judgement
+from studies.inference.parameter import Candidate
 from studies.inference.sentence import LEAST
 
 BASE, ADJUSTED = "base model", "parameters only"
@@ -73,9 +75,18 @@ def misfit(value: float) -> str:
     return f"{value:.1f}" if value < 1e4 else f"{value:.0f}"
 
 
-def without_number(identifier: str) -> str:
-    """What to say of a candidate with this ``identifier`` (``PART/NAME`` of joint data) and no number of its own."""
-    return NO_NUMBERS.get(identifier.rpartition("/")[2], "without a number of its own")
+def without_number(candidate: Candidate) -> str:
+    """What to say of a ``candidate`` of which nothing is fitted: its stated sizes, or that it has no number."""
+    effect, sizes = candidate.effect, []
+    if isinstance(effect, type) and issubclass(effect, Effect):  # rigs have others
+        every = [(p, entry, f"{effect.identifier}.{entry}") for p in effect.parameters for entry in p.entries()]
+        sizes = [
+            f"{entry} {number(candidate.fixed[key], 4)}{unit_of(p.unit)}"
+            for p, entry, key in every if p.neutral is not None and key in candidate.fixed
+        ]  # fmt: skip
+    if sizes:
+        return f"{', '.join(sizes)}, as stated: not fitted"
+    return NO_NUMBERS.get(candidate.identifier.rpartition("/")[2], "without a number of its own")
 
 
 def values_of(hypothesis: Fit) -> str:
@@ -83,7 +94,7 @@ def values_of(hypothesis: Fit) -> str:
     shown = []
     for c in hypothesis.candidates:
         if not c.unknowns:
-            shown.append(f"{c.identifier}: {without_number(c.identifier)}")
+            shown.append(f"{c.identifier}: {without_number(c)}")
         for u, x in zip(c.unknowns, hypothesis.theta[hypothesis.columns(c)], strict=True):
             shown.append(f"{u.name} {number(float(u.value(x)), 3)}{unit_of(u.unit)}")
     return ", ".join(shown)
