@@ -42,6 +42,7 @@ def command(
         first_lines,
         fitting,
         next_note,
+        stands,
         told_apart,
     )
     from studies.missing_effect.reporting.tables import named
@@ -93,6 +94,8 @@ def command(
         click.echo(beside_name(verdict, member))
     if not findings.further:
         click.echo(next_note(findings))
+    elif findings.standing is not None:
+        click.echo(stands(findings))
     for advice in findings.further[:3]:
         wider = ", the uncertainty of the parameters doubled" if findings.doubled else ""
         click.echo(f"measure next: {advice.what} (tells {told_apart(findings)} by {advice.gain:.1f} sd{wider})")

@@ -1,17 +1,44 @@
 """Which hypotheses a diagnosis leaves to be told apart; what to measure next is about these, with prices or without."""
 
+from dataclasses import dataclass
+
 from studies.inference.attempts import POOR_FIT
 from studies.inference.checks import goodness_of_fit
-from studies.inference.evidence import Hypotheses
+from studies.inference.evidence import CLEAR_ODDS, Hypotheses
 from studies.inference.fit import Fit
 from studies.inference.identifiability import HOPELESS_ODDS
 from studies.inference.judge import Judgement
 from studies.inference.search import NOTHING
-from studies.missing_effect.reporting.words import explains
+from studies.missing_effect.reporting.words import explains, number
 
 DOUBLING = "survives doubling"
 AGAINST_NOTHING = ("P(nothing", "held-out", DOUBLING, "each of three")  # how rules begin by which it may be nothing
+CLEAR = ("named", "none")  # verdicts that leave no hypothesis to be decided on
+NO_EFFECT = "that nothing is missing"
 ODDS = f"{HOPELESS_ODDS:.0f} : 1"
+
+
+@dataclass(frozen=True)
+class Standing:
+    """A verdict that stands, and what comes nearest to it: names in words, and the odds against that."""
+
+    leader: str
+    rival: str
+    odds: float
+
+    def __str__(self) -> str:
+        return f"{self.leader} stands at odds of {number(self.odds, 2)} : 1 against its nearest rival, {self.rival}"
+
+
+def standing(judgement: Judgement) -> Standing | None:
+    """How firmly a ``judgement`` stands, above 20 : 1; None where it is open, or nothing is within 10000 : 1."""
+    leading = leading_two(judgement)
+    if judgement.verdict.verdict not in CLEAR or len(leading) < 2 or leading[0] is not judgement.final:
+        return None
+    leader, rival = leading
+    odds = judgement.hypotheses.odds(leader, rival)
+    name, other = (explains(f) if f.candidates else NO_EFFECT for f in (leader, rival))
+    return Standing(name, other, odds) if odds >= CLEAR_ODDS else None
 
 
 def leading_two(judgement: Judgement) -> tuple[Fit, ...]:

@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from studies.inference.identifiability import ALIKE_COSINE
 from studies.missing_effect.diagnose import Diagnosis
-from studies.missing_effect.leading import settled
+from studies.missing_effect.leading import Standing, settled, standing
 from studies.missing_effect.plan.costs import Costs
 from studies.missing_effect.plan.offer import Answer, Offer
 from studies.missing_effect.plan.offers import check, offers_of
@@ -69,6 +69,8 @@ class Plan:
     notes : tuple of str
     verdict : str
         The word of the diagnosis so far.
+    standing : Standing, optional
+        Where nothing is open: what comes nearest to the verdict.
     """
 
     steps: tuple[Step, ...]
@@ -80,6 +82,7 @@ class Plan:
     costs: Costs
     notes: tuple[str, ...] = ()
     verdict: str = ""
+    standing: Standing | None = None
 
     @property
     def complete(self) -> bool:
@@ -109,6 +112,7 @@ class Plan:
                 for q in self.questions
             ],
             "curve": [{"cost": cost, "probability": p} for cost, p in self.curve],
+            "nearest_rival": None if self.standing is None else asdict(self.standing),
             "notes": list(self.notes),
         }  # fmt: skip
 
@@ -152,7 +156,7 @@ def plan(diagnosis: Diagnosis, costs: Costs) -> Plan:
     curve = _front(offers, wanted)
     return Plan(
         _steps(found), _bought(found), found.cost, questions, curve, found.proven, costs, tuple(notes),
-        diagnosis.verdict.verdict,
+        diagnosis.verdict.verdict, None if questions else standing(diagnosis),
     )  # fmt: skip
 
 

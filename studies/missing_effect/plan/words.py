@@ -4,6 +4,8 @@ import math
 from collections.abc import Sequence
 
 from studies.inference.acceptance import OPEN
+from studies.inference.evidence import CLEAR_ODDS
+from studies.missing_effect.leading import Standing
 from studies.missing_effect.plan.offer import Answer
 from studies.missing_effect.plan.plan import HALF, Plan, Settled, worth_taking
 from studies.missing_effect.reporting.words import listed, number, percent
@@ -21,6 +23,8 @@ def headline(plan: Plan) -> str:
             f"Nothing can be planned: the verdict is {plan.verdict}, so something in the data has no explanation yet, "
             "and there are no two hypotheses to be told apart."
         )
+    if not plan.questions and plan.standing is not None:
+        return _stands(plan.standing)
     if not plan.questions:
         return "Nothing is open: no further measurement is needed."
     if not plan.steps:
@@ -37,6 +41,14 @@ def headline(plan: Plan) -> str:
         what = "what is asked here, not what has no explanation yet" if plan.verdict in OPEN else "what is open"
         end = f"settles {what}{f' ({goal})' if any(not q.limit for q in can) else ''}"
     return f"{listed(done)}{bought}, for {plan.costs.money(plan.cost)}: {end}."
+
+
+def _stands(standing: Standing) -> str:
+    """That no question is open though another hypothesis is not hopeless, about which `diagnose` says more."""
+    return (
+        f"Nothing is open at odds of {CLEAR_ODDS:g} : 1, so no further measurement is needed: {standing}; `velotyre "
+        "diagnose` says whether a measurement would make that surer."
+    )
 
 
 def _in_part(questions: Sequence[Settled]) -> str:

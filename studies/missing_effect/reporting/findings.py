@@ -14,13 +14,14 @@ from studies.inference.moved import Moved, moved
 from studies.inference.odd_part import WithoutOne, fits, odd_ones, without_each
 from studies.inference.stability import Stability, stability
 from studies.missing_effect.diagnose import Diagnosis
-from studies.missing_effect.leading import doubled, leading_two, settled
+from studies.missing_effect.leading import CLEAR, Standing, doubled, leading_two, settled, standing
 from studies.missing_effect.reporting.doubts import doubts
 from studies.missing_effect.residual.kept import Kept, keep, record
 from studies.missing_effect.unfitted import Predicted, predicted
 from tyre.base.parallel import one_blas_thread
 
 LEAST_GAIN = 0.05  # standard deviations; what would tell less is no advice: a report would print 0.0
+WORTH_IT = 1.0  # the same where the verdict is clear already
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,10 @@ class Findings:
         Why no two hypotheses are to be told apart, in words, where that is so.
     doubled : bool
         Whether ``further`` has the uncertainty of the parameters doubled, because a tentative name fails by that.
+    standing : Standing, optional
+        Of a verdict that names an effect or nothing: what ``further`` would only make surer.
+    least_gain : float
+        Standard deviations that an advice in ``further`` brings at least.
     """
 
     moved: tuple[Moved, ...]
@@ -71,6 +76,8 @@ class Findings:
     kept: Kept | None = None
     settled: str = ""
     doubled: bool = False
+    standing: Standing | None = None
+    least_gain: float = LEAST_GAIN
 
     @property
     def odd(self) -> list[WithoutOne]:
@@ -106,6 +113,7 @@ class Findings:
                 "between": list(self.between),
                 "measurements": [{"what": s.what, "gain": s.gain} for s in self.further],
                 "nothing_to_tell_apart": self.settled, "uncertainty_doubled": self.doubled,
+                "stands": None if self.standing is None else asdict(self.standing),
             },
             "doubts": list(self.doubts),
             "parts": [
@@ -128,7 +136,8 @@ class Findings:
 def find(diagnosis: Diagnosis) -> Findings:
     """All but the variants of a ``diagnosis``, which take as long as it took itself."""
     known, final, forward = diagnosis.hypotheses, diagnosis.final, diagnosis.forward
-    between, further = _next(diagnosis)
+    least = WORTH_IT if diagnosis.verdict.verdict in CLEAR else LEAST_GAIN
+    between, further = _next(diagnosis, least)
     parts = parts_against_rest(forward, final) if isinstance(forward, JointForward) else ()
     kept = keep(diagnosis)
     torque = kept.residual.fit if kept is not None and kept.residual is not None else None
@@ -137,11 +146,12 @@ def find(diagnosis: Diagnosis) -> Findings:
         doubts=doubts(diagnosis, torque), parts=parts, without=_without(diagnosis, parts),
         joint_fits=fits(diagnosis.verdict), predicted=predicted(diagnosis, torque), kept=kept,
         settled=settled(diagnosis), doubled=doubled(diagnosis),
+        standing=standing(diagnosis), least_gain=least,
     )  # fmt: skip
 
 
-def _next(diagnosis: Diagnosis) -> tuple[tuple[str, ...], tuple[Separation, ...]]:
-    """Which hypotheses are to be told apart, and what would, best first."""
+def _next(diagnosis: Diagnosis, least: float) -> tuple[tuple[str, ...], tuple[Separation, ...]]:
+    """Which hypotheses are to be told apart, and what would, best first, by ``least`` sd; members of a class by any."""
     known, verdict = diagnosis.hypotheses, diagnosis.verdict
     between, further, rivals = verdict.equivalent, verdict.separating_measurements, leading_two(diagnosis)
     if len(between) > 1 and known.null in rivals:  # a class, all of which may be nothing
@@ -153,6 +163,7 @@ def _next(diagnosis: Diagnosis) -> tuple[tuple[str, ...], tuple[Separation, ...]
             wide = with_wider_nuisances(diagnosis.forward, known, [f for f in rivals if f.candidates])
             rivals = tuple(wide.find(f.identifiers) or f for f in rivals)
         further = tuple(separating(diagnosis.forward, list(rivals))) if len(rivals) > 1 else ()
+        return between, tuple(s for s in further if s.gain >= least)
     return between, tuple(s for s in further if s.gain >= LEAST_GAIN)
 
 

@@ -9,10 +9,11 @@ from studies.inference.part import OF
 from studies.inference.sentence import printed
 from studies.inference.verdict import Verdict
 from studies.missing_effect.diagnose import Diagnosis
+from studies.missing_effect.leading import NO_EFFECT
 from studies.missing_effect.motion.history_forward import HistoryForward
 from studies.missing_effect.motion.modal_forward import ModalForward
 from studies.missing_effect.plan.questions import chosen
-from studies.missing_effect.reporting.findings import Findings
+from studies.missing_effect.reporting.findings import WORTH_IT, Findings
 from studies.missing_effect.reporting.tables import WIDER, penalty, widened
 from studies.missing_effect.reporting.words import ADJUSTED, BASE, explains, listed, misfit, number, percent, said
 from studies.missing_effect.residual import words
@@ -106,13 +107,26 @@ def next_note(findings: Findings) -> str:
     """Which hypotheses a further measurement would tell apart, or why there are none."""
     if findings.settled:
         return findings.settled
+    begin = f"{stands(findings)} " if findings.standing is not None else ""
+    if not findings.further and len(findings.between) > 1 and findings.least_gain >= WORTH_IT:
+        apart, least = told_apart(findings), f"{findings.least_gain:g} sd"
+        return f"{begin}Nothing that this kind of data proposes would tell {apart} by as much as {least}."
     if not findings.further or len(findings.between) < 2:
         return "Nothing that this kind of data proposes would tell the leading hypotheses apart."
     wider = " The uncertainty of the parameters is doubled in it, as in the rule that does not hold."
     return (
-        f"How well it tells {told_apart(findings)}: the predicted distance, in standard deviations of what it measures."
-        f"{wider if findings.doubled else ''}"
+        f"{begin}How well it tells {told_apart(findings)}: the predicted distance, in standard deviations of what it "
+        f"measures.{wider if findings.doubled else ''}"
     )
+
+
+def stands(findings: Findings) -> str:
+    """How firmly the verdict stands, whatever is measured next; empty where it is open or nothing comes near."""
+    if findings.standing is None:
+        return ""
+    surer = ": what follows would make that surer, or overturn it" if findings.further else ""
+    told = f"{findings.standing}{surer}."
+    return told[:1].upper() + told[1:] if told.startswith(f"{NO_EFFECT} ") else told
 
 
 def plan_note(diagnosis: Diagnosis) -> str:

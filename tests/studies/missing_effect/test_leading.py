@@ -10,8 +10,11 @@ from studies.inference.evidence import Hypotheses
 from studies.inference.fit import Fit
 from studies.inference.parameter import Candidate
 from studies.inference.verdict import AcceptanceCheck
-from studies.missing_effect.leading import leading_two, settled
+from studies.missing_effect.leading import Standing, leading_two, settled, standing
+from studies.missing_effect.plan.costs import Costs
+from studies.missing_effect.plan.plan import Plan
 from studies.missing_effect.plan.questions import chosen
+from studies.missing_effect.plan.words import headline
 
 LEAST = 0.1
 NAMES = ("damper", "spring", "trail")
@@ -54,6 +57,39 @@ def test_a_name_has_a_rival_only_within_ten_thousand_to_one(against, rival):
     assert names(found) == ("damper", *rival)
     assert settled(found).startswith("Nothing is open: no other hypothesis") == (not rival)
     assert [f.name for f in chosen(found)] == ["damper"]  # a plan asks for less than 20 : 1
+
+
+@pytest.mark.parametrize(("against", "odds"), [(2.9, None), (3.1, 22.2), (9.0, 8103.0), (9.5, None)])
+def test_a_name_stands_above_twenty_to_one_where_a_plan_asks_nothing(against, odds):
+    """exp(2.9) is 18.2, exp(3.1) 22.2."""
+    found = judged("named", "damper", hypothesis("damper", 100.0), hypothesis("spring", 100.0 - against))
+    stands = standing(found)
+    assert (stands is None) == (odds is None)
+    if odds is not None:
+        assert (stands.leader, stands.rival) == ("damper", "spring")
+        assert stands.odds == pytest.approx(odds, rel=1e-3)
+        assert str(stands) in headline(Plan((), (), 0.0, (), (), True, Costs(), verdict="named", standing=stands))
+        assert len(chosen(found)) == 1
+    assert standing(judged("class", "damper", *found.hypotheses.fits, members=("damper", "spring"))) is None
+    assert standing(judged("tentative", "damper", *found.hypotheses.fits, failed=("a size that occurs",))) is None
+
+
+def test_that_nothing_is_missing_stands_only_where_a_plan_does_not_ask_either():
+    assert standing(judged("none", "", hypothesis("damper", -2.9))) is None
+    assert len(chosen(judged("none", "", hypothesis("damper", -2.9)))) == 2
+    far = standing(judged("none", "", hypothesis("damper", -4.0)))
+    assert str(far) == "that nothing is missing stands at odds of 55 : 1 against its nearest rival, damper"
+    assert [f.name for f in chosen(judged("none", "", hypothesis("damper", -4.0)))] == ["none"]
+
+
+def test_a_plan_without_a_question_does_not_hide_the_rival_that_a_diagnosis_would_tell_apart():
+    plan = Plan((), (), 0.0, (), (), True, Costs(), verdict="named", standing=Standing("a", "b + c", 384.0))
+    assert headline(plan) == (
+        "Nothing is open at odds of 20 : 1, so no further measurement is needed: a stands at odds of 380 : 1 against "
+        "its nearest rival, b + c; `velotyre diagnose` says whether a measurement would make that surer."
+    )
+    assert plan.to_dict()["nearest_rival"] == {"leader": "a", "rival": "b + c", "odds": 384.0}
+    assert Plan((), (), 0.0, (), (), True, Costs(), verdict="named").to_dict()["nearest_rival"] is None
 
 
 def test_the_named_effect_with_a_further_one_of_no_size_is_no_rival():

@@ -160,6 +160,7 @@ def test_offers_are_not_found_fault_with_where_nothing_is_open(asked, monkeypatc
     )
     monkeypatch.setattr(planning, "check", lambda *_: None)
     monkeypatch.setattr(planning, "opened", lambda *_: None)
+    monkeypatch.setattr(planning, "standing", lambda _: None)
     monkeypatch.setattr(
         planning, "offers_of", lambda *_: ([offer], ["bench test of b: nothing that is open depends on it"])
     )

@@ -16,10 +16,12 @@ from studies.inference import Candidate, ForwardModel, Rows, UncertainParameter,
 from studies.inference.fit import Fit
 from studies.inference.identifiability import Separation
 from studies.inference.verdict import Mimic
+from studies.missing_effect import leading
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.figures import draw_all
 from studies.missing_effect.gap_figures import GAP, residuals
 from studies.missing_effect.report import page, record, write_report
+from studies.missing_effect.reporting import findings as findings_module
 from studies.missing_effect.reporting import sentences, tables
 from studies.missing_effect.reporting.findings import find, leading_two, with_stability
 from studies.missing_effect.reporting.words import (
@@ -240,6 +242,25 @@ def test_what_to_measure_next_is_said_for_every_verdict(one, nothing, several):
             assert f"How well it tells {said(findings.between[0])} from" in text
     assert leading_two(one)[0] is one.final
     assert leading_two(nothing)[0] is nothing.hypotheses.null
+
+
+@pytest.mark.parametrize(("gain", "advised"), [(1.01, True), (0.99, False)])
+def test_of_a_name_that_stands_only_what_brings_a_whole_sd_is_advised(one, gain, advised, monkeypatch):
+    """The rate is there at odds of many to one; a rival at 50 : 1 is put beside it."""
+    rival = Fit(one.final.candidates, one.final.unknowns, one.final.theta, one.final.covariance, one.final.residual,
+                one.final.jacobian, one.final.objective, one.final.log_evidence - np.log(50.0))  # fmt: skip
+    monkeypatch.setattr(findings_module, "leading_two", lambda _: (one.final, rival))
+    monkeypatch.setattr(leading, "leading_two", lambda _: (one.final, rival))
+    monkeypatch.setattr(findings_module, "separating", lambda *_: [Separation("a further reading", gain)])
+    found = find(one)
+    assert [s.what for s in found.further] == ["a further reading"] * advised
+    assert found.to_dict()["measure_next"]["stands"]["odds"] == pytest.approx(50.0)
+    text = first_page(written(one, found))
+    assert ("| a further reading | 1.0 |" in text) == advised
+    stands = "linear stands at odds of 50 : 1 against its nearest rival, linear"
+    assert f"{stands}: what follows would make that surer, or overturn it. How well it tells" in text or not advised
+    assert (f"{stands}. Nothing that this kind of data proposes would tell linear from linear by as much as 1 sd." in
+            text) != advised  # fmt: skip
 
 
 def test_each_member_of_a_class_says_why(several):
