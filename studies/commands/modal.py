@@ -21,8 +21,10 @@ WIDER = 1.2  # sd if driven, over that which leaves it open, from which it is to
 @takes_channels
 @click.option("--mode", help="Name of the mode in the table; weave unless --modes is given.")
 @click.option("--modes", metavar="NAME,NAME", help="Several modes in one window, by frequency: weave,wobble.")
-@click.option("--from", "first_s", default=0.0, show_default=True, help="Start of the window, s.")
-@click.option("--to", "last_s", default=float("inf"), help="End of the window, s.")
+@click.option(
+    "--from", "first_s", default=0.0, show_default=True, help="Start of the window, s after the first sample."
+)
+@click.option("--to", "last_s", default=float("inf"), help="End of the window, likewise.")
 @click.option("--start-hz", type=float, help="Look near this frequency.")
 @click.option(
     "--drift", help="none, constant, parabola, exponential or parabola-exponential; by default weighed by evidence."
@@ -61,9 +63,17 @@ def command(
     refuse_copies(events)
 
     def fit(place: int, driven: Any) -> tuple[Any, ...]:
-        return identify_modes(
-            events[place], len(names), first_s=first_s, last_s=last_s, **known | {"driven": driven}
-        )  # fmt: skip
+        window = {"first_s": first_s, "last_s": last_s}
+        try:
+            return identify_modes(events[place], len(names), **window, **known | {"driven": driven})
+        except InputError as error:
+            meant, begin = _by_its_clock(events[place], **window), _clock(events[place])[0]
+            if not meant:
+                raise
+            raise InputError(
+                f"{error}; --from and --to count from the first sample, which is at {begin:.10g} s by the clock of the "
+                f"recording: by that clock the window is {meant}"
+            ) from error
 
     places = range(len(events))
     with nullcontext() if figures is None else results(figures):
@@ -114,12 +124,33 @@ def _open(event: Any, found: Any, again: Any) -> list[str]:
 
 def _beyond(event: Any, first_s: float, last_s: float) -> list[str]:
     """A note where a window that was asked for is longer than the recording; 0 and infinity are not asked for."""
-    begin, end = float(event.time[0]), float(event.time[-1])
-    spare = (end - begin) / max(len(event.time) - 1, 1)
-    if not (first_s and first_s < begin - spare) and not end + spare < last_s < float("inf"):
+    begin, length, spare = _clock(event)
+    if not first_s < -spare and not length + spare < last_s < float("inf"):
         return []
     asked = f"from {first_s:g} s" + (f" to {last_s:g} s" if last_s < float("inf") else "")
-    return [f"the window {asked} reaches beyond the recording, {begin:g} to {end:g} s; what there is was fitted"]
+    window = _by_its_clock(event, first_s, last_s)
+    own = f" after its first sample, which is at {begin:.10g} s by its own clock" if abs(begin) > spare else ""
+    return [
+        f"the window {asked} reaches beyond the recording, 0 to {length:g} s{own}; what there is was fitted"
+        f"{f'; by that clock the window is {window}' if window else ''}"
+    ]
+
+
+def _clock(event: Any) -> tuple[float, float, float]:
+    """Where the clock of a recording begins, how long it is and a sample time, s; windows count from the first one."""
+    begin, length = float(event.time[0]), float(event.time[-1] - event.time[0])
+    return begin, length, length / max(len(event.time) - 1, 1)
+
+
+def _by_its_clock(event: Any, first_s: float, last_s: float) -> str:
+    """The options of a window that lies in the recording by its own clock alone; empty of any other."""
+    begin, length, spare = _clock(event)
+    end, ends = begin + length + spare, last_s < float("inf")
+    outside = not -spare <= first_s <= length + spare or (ends and last_s > length + spare)
+    inside = begin - spare <= first_s <= end and (not ends or last_s <= end)
+    if abs(begin) <= spare or not outside or not inside:
+        return ""
+    return f"--from {max(first_s - begin, 0):.6g}" + (f" --to {last_s - begin:.6g}" if ends else "")
 
 
 def _names(mode: str | None, modes: str | None) -> list[str]:
