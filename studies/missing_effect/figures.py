@@ -15,6 +15,7 @@ from studies.reporting.plotting import GREY, drawing, look
 MOST_BARS = 12
 LEAST = 1e-6  # probability that is drawn
 LETTERS = 46  # of a reason beside a bar
+WIDE = 100  # ratio of the ends of an axis from which powers of ten are labels enough
 LINE = 44  # letters in a line there: beside a bar that ends at 1 there is room for so many
 
 
@@ -86,7 +87,7 @@ def _similarity(judgement: Judgement, target: Path) -> bool:
 def _held_out(judgement: Judgement, target: Path) -> bool:
     if not all(score.possible for score in judgement.held_out.values()):
         return False
-    from matplotlib.ticker import StrMethodFormatter
+    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
     n = len(judgement.nominal)
     values = {BASE: float(judgement.nominal @ judgement.nominal) / n}
@@ -98,7 +99,10 @@ def _held_out(judgement: Judgement, target: Path) -> bool:
         bars = axis.barh(names, list(values.values())[::-1], color=[look(k).colour for k in range(len(names))][::-1])
         axis.bar_label(bars, [f"{value:.3g}" for value in list(values.values())[::-1]], padding=3, fontsize=8)
         axis.axvline(1, color="k", linestyle=":", linewidth=1)
-        axis.set(xscale="log", xlabel="χ²/n on held-out data", xlim=(0.3, 3 * max(values.values()) + 1))
+        low, high = min(0.3, 0.5 * min(values.values())), 3 * max(values.values()) + 1
+        axis.set(xscale="log", xlabel="χ²/n on held-out data", xlim=(low, high))
+        axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < WIDE * low else (1.0,)))
         axis.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axis.xaxis.set_minor_formatter(NullFormatter())  # its labels overlap where the axis is short
         axis.grid(visible=False, axis="y")
     return True

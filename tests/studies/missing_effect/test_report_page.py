@@ -4,7 +4,9 @@ import dataclasses
 import html
 import json
 import re
+from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,7 +18,7 @@ from studies.inference import Candidate, ForwardModel, Rows, UncertainParameter,
 from studies.inference.fit import Fit
 from studies.inference.identifiability import Separation
 from studies.inference.verdict import Mimic
-from studies.missing_effect import leading
+from studies.missing_effect import figures, leading
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.figures import draw_all
 from studies.missing_effect.gap_figures import GAP, residuals
@@ -35,6 +37,7 @@ from studies.missing_effect.reporting.words import (
     values_of,
 )
 from studies.reporting.made_by import made_by
+from studies.reporting.plotting import drawing
 from tyre.base.errors import InputError
 
 PLACES = np.repeat(np.arange(1.0, 7.0), 4)
@@ -364,6 +367,45 @@ def test_captions_are_those_of_the_figures_that_are_there(one, folder):
     assert names == ["gap", "posterior", "similarity", "held_out"]
     for name in names:
         assert (folder / f"{name}.png").stat().st_size > 5000
+
+
+@pytest.mark.parametrize(
+    ("nominal", "held_out", "labels"),
+    [
+        (1.2, 0.9, ["0.5", "1", "2"]),
+        (0.2, 0.11, ["0.1", "0.2", "0.5", "1"]),
+        (4000.0, 1.0, ["1", "10", "100", "1000", "10000"]),
+    ],
+)
+def test_the_axis_of_held_out_data_has_few_labels_that_leave_each_other_room(
+    nothing, nominal, held_out, labels, tmp_path, monkeypatch
+):
+    boxes, bars = [], []
+
+    @contextmanager
+    def seen(target, **size):
+        with drawing(target, **size) as figure:
+            yield figure
+            figure.canvas.draw()
+            (axis,) = figure.axes
+            low, high = axis.get_xlim()
+            every = [*axis.xaxis.get_majorticklabels(), *axis.xaxis.get_minorticklabels()]
+            shown = [t for t in every if t.get_text() and low <= t.get_position()[0] <= high]
+            boxes.extend((t.get_text(), t.get_window_extent()) for t in shown)
+            bars.extend(p.get_width() / low for p in axis.patches)
+
+    monkeypatch.setattr(figures, "drawing", seen)
+    scores = {model: SimpleNamespace(possible=True, chi2=24 * held_out) for model in titles(nothing)}
+    shown = changed_scores(nothing, np.full(24, nominal**0.5), scores)
+    assert figures._held_out(shown, tmp_path / "held_out")
+    assert [text for text, _ in boxes] == labels
+    assert all(a.x1 < b.x0 for (_, a), (_, b) in pairwise(boxes))
+    assert min(bars) > 1  # every bar begins within the axis
+
+
+def changed_scores(judgement, nominal, scores):
+    return SimpleNamespace(**{name: getattr(judgement, name) for name in ("final", "forward", "hypotheses")},
+                           nominal=nominal, held_out=scores)  # fmt: skip
 
 
 def test_numbers_keep_their_digits_and_lose_their_exponents():
