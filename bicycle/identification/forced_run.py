@@ -15,6 +15,7 @@ from tyre.channels.channel_map import ChannelMap
 from tyre.channels.draft import draft_words, refuse_unmapped
 from tyre.channels.read import contents
 from tyre.channels.record import Record, read_records
+from tyre.channels.resampling import fills, how_to
 from tyre.channels.units import quantity_of
 
 LATERAL_FORCE = "lateral_force_N"
@@ -87,7 +88,9 @@ def _run(record: Record, path: Path, speed: float, reference: str) -> Run:
         inputs[column] = {**run.channels, **run.inputs}[column]
     for name, x in inputs.items():
         if not np.isfinite(x).all():
-            raise InputError(f"{record.source}: {name} lacks samples; cut the recording with [[windows]] or repair it")
+            fill = f"{how_to(record.time)}, " if fills(record.time, x) else ""
+            way_out = f"{fill}cut the recording with [[windows]] or repair it"
+            raise InputError(f"{record.source}: {name} lacks samples; {way_out}")
         if np.ptp(x) == 0:
             raise InputError(f"{record.source}: {name} is constant ({x[0]:g}): it moves nothing; leave it out")
     return replace(run, inputs={**run.inputs, **inputs})

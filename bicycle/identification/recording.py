@@ -11,8 +11,10 @@ from tyre.base.arrays import Array
 from tyre.base.csv_table import read_columns
 from tyre.base.errors import InputError
 from tyre.channels.channel_map import ChannelMap
+from tyre.channels.clock import GAP
 from tyre.channels.draft import draft_words, refuse_unmapped
 from tyre.channels.record import Record, read_records
+from tyre.channels.resampling import fills, how_to
 
 CHANNELS = {
     "roll_rate_rad_s": "lean_rate", "lean_rad": "lean", "steer_rad": "steer", "steer_rate_rad_s": "steer_rate",
@@ -136,9 +138,10 @@ def run_of(record: Record, path: Path, speed: float, group: str = "") -> Run:
     for name, x in numbers.items():
         if not np.isfinite(x).all():
             missing = np.flatnonzero(~np.isfinite(x))
+            fill = f"{how_to(record.time)}, " if fills(record.time, *numbers.values()) else ""
             raise InputError(
                 f"{record.source}: {name} is missing in {missing.size} samples, first in sample {missing[0] + 1}; "
-                "cut the recording with [[windows]] or repair it"
+                f"{fill}cut the recording with [[windows]] or repair it"
             )
     numbers["time_s"] = record.time
     places = [f"sample {place}" for place in range(1, len(record.time) + 1)]
@@ -192,7 +195,10 @@ def _check_time(path: str, time: Array, places: Sequence[str]) -> None:
         )
     if steps.max() - steps.min() > 0.1 * usual:
         row = int(np.argmax(np.abs(steps - usual)))
+        how = f"in a channel map, {how_to(time)}"
+        if steps.max() > GAP * usual:
+            how = f"[resampling] leaves gaps of more than {GAP:g} steps open, so cut the recording there"
         raise InputError(
-            f"{path}, {places[row + 1]}: time_s steps by {steps[row]:g} s where {usual:g} s is usual; "
-            "resample to even steps"
+            f"{path}, {places[row + 1]}: time_s steps by {steps[row]:g} s where {usual:g} s is usual; resample to even "
+            f"steps: {how}"
         )

@@ -13,7 +13,7 @@ from tyre.base.schema import maybe, read, table
 from tyre.channels.clock import GAP
 
 TABLE = table({maybe("rate_hz"): number(above=0), maybe("like"): text(blank=False)})
-HOW = "write [resampling] with rate_hz = ... or like = CHANNEL (linear interpolation)"
+_NEAR = 1e-3  # of a step: samples so near to the even times are there already
 
 
 @dataclass(frozen=True)
@@ -22,6 +22,31 @@ class Resampling:
 
     rate: float = 0.0
     like: str = ""
+
+
+def usual_rate(time: Array) -> float:
+    """Samples per s that even steps would have, dropped samples and gaps aside, Hz; of ``time``, s, shape (n,), n > 1.
+
+    The mean of the usual steps: the median alone is that of stamps, which may be rounded.
+    """
+    steps = np.diff(time)
+    usual = float(np.median(steps))
+    near = steps[np.abs(steps - usual) <= 0.5 * usual]
+    return 1 / float(near.mean() if near.size else usual)
+
+
+def how_to(*times: Array) -> str:
+    """What to write for even steps, with the rate of the fastest of ``times`` (s, each of shape (n,))."""
+    rate = max((usual_rate(time) for time in times if time.size > 1), default=0.0)
+    return f"write [resampling] with rate_hz = {f'{rate:.4g}' if rate else '...'} (linear interpolation)"
+
+
+def fills(time: Array, *values: Array) -> bool:
+    """Whether resampling leaves no sample of ``values`` at ``time`` (s), all of shape (n,), missing: no gap, no end."""
+    known = [time[np.isfinite(x)] for x in values]
+    if any(t.size < 2 or t[0] > time[0] or t[-1] < time[-1] for t in known):
+        return False
+    return max(float(np.diff(t).max()) for t in known) <= GAP * float(np.median(np.diff(time)))
 
 
 def read_resampling(content: Any, *, where: str) -> Resampling:
@@ -87,14 +112,32 @@ def resampled(
     found, notes = {}, []
     rate = (time.size - 1) / (time[-1] - time[0])
     for name, own in times.items():
-        if own.size == time.size and np.array_equal(own, time):
+        if own.size == time.size and np.array_equal(own, time) and how.like:
             found[name] = values[name]
             continue
         found[name] = _at(time, own, values[name])
+        missing = np.count_nonzero(~np.isfinite(values[name]))
+        if _there_already(own, time):
+            x = values[name][: time.size]
+            found[name] = np.where(np.isfinite(x), x, found[name])
+            filled = np.count_nonzero(np.isfinite(found[name]) & ~np.isfinite(x))
+            if missing:
+                notes.append(f"{name}: {filled} of {missing} missing samples filled by linear interpolation")
+            continue
         old = (own.size - 1) / (own[-1] - own[0])
         fewer = "; no filter was applied, faster oscillations are mirrored" if old > 1.01 * rate else ""
-        notes.append(f"{name}: resampled from {old:.6g} Hz to {rate:.6g} Hz by linear interpolation{fewer}")
+        lost = f"; {missing} samples were missing" if missing else ""
+        same = f"{old:.6g}" == f"{rate:.6g}"
+        change = f"put at even steps of {rate:.6g} Hz" if same else f"resampled from {old:.6g} Hz to {rate:.6g} Hz"
+        notes.append(f"{name}: {change} by linear interpolation{lost}{fewer}")
     return time, found, tuple(notes)
+
+
+def _there_already(own: Array, time: Array) -> bool:
+    """Whether samples at ``own`` times are at the even ones but for rounding (and one that these leave out)."""
+    if not 0 <= own.size - time.size <= 1:
+        return False
+    return bool(np.abs(own[: time.size] - time).max() <= _NEAR * (time[1] - time[0]))
 
 
 def _at(time: Array, own: Array, values: Array) -> Array:

@@ -8,7 +8,7 @@ from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.channels.channel_map import ChannelMap
 from tyre.channels.clock import check_clock
-from tyre.channels.resampling import HOW, resampled
+from tyre.channels.resampling import how_to, resampled
 from tyre.channels.signals import Signals
 from tyre.channels.units import find_unit, says_nothing
 
@@ -76,7 +76,10 @@ def one_time_base(
     notes = [note for own in {id(t): t for t in times.values()}.values() for note in check_clock(own, where=where)]
     if channel_map.resampling is None:
         said = ", ".join(f"{name} {own.size} samples" for name, own in times.items())
-        raise InputError(f"{where}: the channels were sampled at different times ({said}); {HOW}")
+        raise InputError(
+            f"{where}: the channels were sampled at different times ({said}); {how_to(*times.values())}, or "
+            "like = CHANNEL for the times of one of them"
+        )
     time, found, more = resampled(times, values, channel_map.resampling, where=where)
     return time, found, (*notes, *more)
 

@@ -1,6 +1,8 @@
 """The same free decay in every format, in awkward units, signs and axes, gives the same eigenvalue; what is refused."""
 
 import math
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +18,7 @@ from studies.free_decays.words import with_sd
 from studies.validations._recording_writers import WRITERS, write_hdf5, write_mf4, write_parquet
 from tyre.base.errors import InputError
 from tyre.channels.channel_map import ChannelMap
+from tyre.channels.resampling import Resampling
 
 ROOT = complex(-0.7, 4.4)
 WRITTEN = {"roll_rate": "roll_rate_rad_s", "yaw_rate": "yaw_rate_rad_s", "steer": "steer_rad"}
@@ -139,8 +142,20 @@ def test_missing_samples_are_refused(motion, tmp_path):
     roll[[7, 9]] = np.nan
     write_parquet(tmp_path / "a.parquet", {"t": (time, "s"), "p": (roll, "rad/s")})
     asked = ChannelMap().with_channels(["time=t", "roll_rate=p"])
-    with pytest.raises(InputError, match="roll_rate_rad_s is missing in 2 samples, first in sample 8"):
+    with pytest.raises(InputError, match="roll_rate_rad_s is missing in 2 samples, first in sample 8") as told:
         read_events(tmp_path / "a.parquet", 5.0, channel_map=asked)
+    rate = float(re.search(r"; write \[resampling\] with rate_hz = (\S+) \(linear", str(told.value))[1])
+    assert rate == pytest.approx(1 / (time[1] - time[0]), rel=1e-3)
+    (run,) = read_events(
+        tmp_path / "a.parquet", 5.0, channel_map=replace(asked, resampling=Resampling(rate=rate))
+    )  # the advice works
+    assert run.channels["roll_rate_rad_s"][7] == pytest.approx((roll[6] + roll[8]) / 2)
+    for lost in (slice(20, 26), slice(0, 1), slice(-1, None)):  # a gap and the ends, which it leaves open
+        roll[lost] = np.nan
+        write_parquet(tmp_path / "b.parquet", {"t": (time, "s"), "p": (roll, "rad/s")})
+        with pytest.raises(InputError, match=r"is missing in .*; cut the recording with \[\[windows\]\] or repair it"):
+            read_events(tmp_path / "b.parquet", 5.0, channel_map=asked)
+        roll[lost] = 0.0
 
 
 def test_messages_of_mapped_files_count_samples(motion, tmp_path):

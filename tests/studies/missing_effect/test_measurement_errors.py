@@ -267,6 +267,8 @@ def test_history_files(tmp_path, toml, head, words):
     ("row", "words"),
     [
         ("0.90,0,0", "line 52: time_s steps by 0.41 s where 0.01 s is usual; resample"),
+        ("0.90,0,0", r"resample to even steps: \[resampling\] leaves gaps of more than 5 steps open, so cut"),
+        ("0.51,0,0", r"line 52: .* steps: in a channel map, write \[resampling\] with rate_hz = 100 \(linear"),
         ("0.50,0,45", r"line 52: steer_rad = 45 is too large \(up to 1.6\); is it in degrees"),
         ("0.49,0,0", "line 52: time_s = 0.49 does not rise from 0.49; put the samples in the order of time"),
         ("0.50,x,0", "line 52: roll_rate_rad_s = 'x' is not a finite number"),

@@ -11,6 +11,7 @@ from tyre.base.errors import InputError
 from tyre.channels.channel_map import ChannelMap
 from tyre.channels.clock import check_clock
 from tyre.channels.record import records
+from tyre.channels.resampling import fills, how_to
 from tyre.channels.signals import Signal, Signals
 from tyre.channels.units import _UNITS, find_unit, quantity_of
 
@@ -230,6 +231,31 @@ def test_channels_of_several_rates_are_refused_unless_resampling_is_asked_for():
     )
     record = one(two_rates(), channels=channels, resampling={"like": "force"})
     np.testing.assert_allclose(record.values["force"], np.sin(record.time))
+
+
+def test_the_rate_that_is_advised_is_that_of_the_fastest_channel_without_what_was_dropped():
+    with pytest.raises(InputError, match=r"write \[resampling\] with rate_hz = 100 \(linear interp.*, or like ="):
+        one(two_rates(), channels={"force": "F", "angle": "a"})
+    stamps = np.delete(np.round(np.arange(600) / 60, 3), [50, 51, 200, 431])  # 60 Hz, to the ms
+    assert how_to(stamps) == "write [resampling] with rate_hz = 60 (linear interpolation)"
+    assert fills(stamps, stamps)
+
+
+def test_what_is_at_even_steps_already_stays_as_it_is_and_what_is_missing_there_is_filled():
+    stamps = TIME * 1.0000001
+    holes = np.sin(TIME)
+    holes[[7, 120, 121]] = np.nan
+    given = signals(t=(stamps, "s"), F=(np.cos(TIME), "N"), a=(holes, "rad"))
+    channels = {"time": {"column": "t"}, "force": "F", "angle": "a"}
+    record = one(given, channels=channels, resampling={"rate_hz": 100})
+    assert record.notes == ("angle: 3 of 3 missing samples filled by linear interpolation",)
+    np.testing.assert_array_equal(record.values["force"], np.cos(TIME))
+    np.testing.assert_allclose(record.values["angle"], np.sin(TIME), atol=0.03**2 / 8)  # of a sine, over 0.03
+    moved = one(signals(t=(TIME + 0.003 * np.sin(20 * np.pi * TIME / TIME[-1]), "s"), F=(TIME, "N")),
+                channels={"time": {"column": "t"}, "force": "F"}, resampling={"rate_hz": 100})  # fmt: skip
+    assert [note for note in moved.notes if "Hz" in note] == [
+        "force: put at even steps of 100 Hz by linear interpolation"
+    ]  # fmt: skip
 
 
 def test_nothing_is_made_up_in_a_gap():
