@@ -63,11 +63,11 @@ def command(
     refuse_copies(events)
 
     def fit(place: int, driven: Any) -> tuple[Any, ...]:
-        window = {"first_s": first_s, "last_s": last_s}
+        event, given = events[place], known | {"driven": driven}
         try:
-            return identify_modes(events[place], len(names), **window, **known | {"driven": driven})
+            return identify_modes(event, len(names), first_s=first_s, last_s=last_s, **given)
         except InputError as error:
-            meant, begin = _by_its_clock(events[place], **window), _clock(events[place])[0]
+            meant, begin = _by_its_clock(event, first_s, last_s), _clock(event)[0]
             if not meant:
                 raise
             raise InputError(
