@@ -13,9 +13,9 @@ from tyre.base.csv_table import read_columns
 from tyre.base.errors import InputError
 from tyre.channels.channel_map import ChannelMap
 from tyre.channels.draft import draft_words, refuse_unmapped
+from tyre.channels.even_steps import fills, how_to
 from tyre.channels.read import contents
 from tyre.channels.record import Record, read_records
-from tyre.channels.resampling import fills, how_to
 from tyre.channels.units import quantity_of
 
 LATERAL_FORCE = "lateral_force_N"

@@ -13,8 +13,8 @@ from tyre.base.errors import InputError
 from tyre.channels.channel_map import ChannelMap
 from tyre.channels.clock import GAP
 from tyre.channels.draft import draft_words, refuse_unmapped
+from tyre.channels.even_steps import fills, how_to
 from tyre.channels.record import Record, read_records
-from tyre.channels.resampling import fills, how_to
 
 CHANNELS = {
     "roll_rate_rad_s": "lean_rate", "lean_rad": "lean", "steer_rad": "steer", "steer_rate_rad_s": "steer_rate",

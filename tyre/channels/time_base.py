@@ -8,7 +8,8 @@ from tyre.base.arrays import Array
 from tyre.base.errors import InputError
 from tyre.channels.channel_map import ChannelMap
 from tyre.channels.clock import check_clock
-from tyre.channels.resampling import how_to, resampled
+from tyre.channels.even_steps import how_to
+from tyre.channels.resampling import resampled
 from tyre.channels.signals import Signals
 from tyre.channels.units import find_unit, says_nothing
 

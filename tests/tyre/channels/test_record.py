@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from tyre.base.errors import InputError
 from tyre.channels.channel_map import ChannelMap
 from tyre.channels.clock import check_clock
+from tyre.channels.even_steps import fills, how_to
 from tyre.channels.record import records
-from tyre.channels.resampling import fills, how_to
 from tyre.channels.signals import Signal, Signals
 from tyre.channels.units import _UNITS, find_unit, quantity_of
 
