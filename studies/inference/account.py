@@ -11,7 +11,7 @@ from studies.inference.checks import HeldOut, goodness_of_fit
 from studies.inference.evidence import CLEAR_ODDS, Hypotheses
 from studies.inference.fit import Fit
 from studies.inference.forward import Forward
-from studies.inference.held_back import held_back
+from studies.inference.held_back import held_back, of_unusual_size
 from studies.inference.identifiability import separating
 from studies.inference.parameter import Candidate, UncertainParameter
 from studies.inference.sentence import printed, sentence
@@ -94,7 +94,9 @@ def _rule(forward: Forward, known: Hypotheses, acceptance: Acceptance, f: Fit) -
         p, judged = goodness_of_fit(forward, f), acceptance.leader
         if p <= POOR_FIT or judged is None:
             return f"it does not fit (p {printed(p)})"
-        if f.identifiers > judged.identifiers and (odds := known.odds(f, judged)) > 1:
+        if unlikely := of_unusual_size(forward, f):
+            return unlikely
+        if (odds := known.odds(f, judged)) > 1:
             why = held_back(forward, known, f, judged)
             return f"{odds:.2g} times as probable as {judged.name}, which was judged, but {why}"
         return f"not what was judged: {judged.name} was, which fails a rule"

@@ -69,6 +69,24 @@ def test_of_two_reasons_the_one_that_holds_is_said(named, larger, words, monkeyp
         assert rule.startswith(f"{larger[0]:.2g} times as probable as a, which was judged, but ")
 
 
+@pytest.mark.parametrize(
+    ("sizes", "odds", "words"),
+    [
+        (["b.offset", "c.scale"], 3e35, "more than one of its sizes seldom occurs (b.offset, c.scale)"),
+        ([], 3e35, "3e+35 times as probable as a, which was judged, but the data left out gain nothing by its b"),
+        (["b.offset", "c.scale"], 0.5, "more than one of its sizes seldom occurs (b.offset, c.scale)"),
+        ([], 0.5, "not what was judged: a was, which fails a rule"),
+    ],
+)  # fmt: skip
+def test_what_fits_beside_a_judged_one_that_it_does_not_contain_has_its_own_reason(sizes, odds, words, monkeypatch):
+    """Nothing is named, a was judged; bc fits and is more probable: that another was judged is no reason."""
+    known = Scored(monkeypatch, WORSE | {"b": (1.0, -80.0), "c": (1.0, -5.0), "bc": (odds, -10.0)})
+    larger = known.made["bc"]
+    larger.implausible, larger.unusual = lambda: sizes, len(sizes)
+    acceptance = SimpleNamespace(leader=known.made["a"], final=known.null, checks=(), reasons={})
+    assert _rule(None, known, acceptance, larger) == words
+
+
 def test_one_run_gives_no_gain_to_show_and_is_not_said_to_give_none(monkeypatch):
     known = Scored(monkeypatch, WORSE | {"ab": (3e35, 0.0)}, possible=False)
     assert held_back.held_back(None, known, known.made["ab"], known.made["a"]) == (
