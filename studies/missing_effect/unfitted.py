@@ -6,7 +6,7 @@ Noise, parameters and effects are those of the judgement. Of the run itself only
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -17,8 +17,12 @@ from studies.inference.forward import Forward
 from studies.inference.joint import JointForward
 from studies.inference.parameter import Candidate
 from studies.missing_effect.diagnose import Diagnosis
+from studies.missing_effect.motion.friction import third_difference_noise
 from studies.missing_effect.motion.history_forward import HistoryForward
 from studies.missing_effect.motion.measurements import BicycleMeasurement
+
+LARGE = 2.0  # times the noise from sample to sample: what is taken for noise beyond it holds something slower
+LEAST_SAMPLES = 20  # of a run that shows its noise from sample to sample
 
 
 @dataclass(frozen=True)
@@ -36,6 +40,9 @@ class Predicted:
         By model: ``nominal``, ``nuisance_only``, ``final``, and ``with_torque`` where a residual torque was fitted.
     rms : mapping of str to mapping
         By channel and model, in the channel's unit: root mean square of measured minus computed.
+    noise : mapping of str to tuple of float
+        By channel whose noise is not stated but estimated, in its unit: the sd that was taken, and what these runs
+        show of it from sample to sample.
     """
 
     part: str
@@ -43,6 +50,14 @@ class Predicted:
     numbers: int
     chi2: Mapping[str, float]
     rms: Mapping[str, Mapping[str, float]]
+    noise: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    @property
+    def loud(self) -> list[str]:
+        """Channels whose estimated noise holds much that is no noise from sample to sample, as what is left does."""
+        return [
+            name for name, (taken, rough) in self.noise.items() if min(taken, self.rms[name]["final"]) > LARGE * rough
+        ]
 
     @property
     def gap(self) -> dict[str, float | None]:
@@ -57,6 +72,9 @@ class Predicted:
             "part": self.part, "runs": list(self.runs), "n": self.numbers,
             "chi2": {model: value if math.isfinite(value) else None for model, value in self.chi2.items()},
             "gap": self.gap, "rms": {channel: dict(models) for channel, models in self.rms.items()},
+            "estimated_noise": {
+                channel: {"taken": taken, "sample_to_sample": rough} for channel, (taken, rough) in self.noise.items()
+            },
         }  # fmt: skip
 
 
@@ -121,6 +139,7 @@ def _predicted(part: str, own: HistoryForward, whole: Forward, fits: Mapping[str
     models: dict[str, Found] = {"nominal": ((), stated), **fits}
     chi2: dict[str, float] = {}
     rms: dict[str, dict[str, float]] = {name: {} for name in own.noise}
+    left: list[Array] = []
     for model, (candidates, coordinates) in models.items():
         kept, theta = _here(whole, candidates, coordinates)
         if isinstance(whole, JointForward):
@@ -129,10 +148,27 @@ def _predicted(part: str, own: HistoryForward, whole: Forward, fits: Mapping[str
         residual, _ = own.residual(kept, theta, slopes=False)
         squared = float(residual @ residual)
         chi2[model] = squared if math.isfinite(squared) else math.inf
-        rest = np.concatenate(own.unexplained(kept, theta))
+        left = own.unexplained(kept, theta)
+        rest = np.concatenate(left)
         for c, name in enumerate(own.noise):
             rms[name][model] = float(np.sqrt(np.mean(rest[:, c] ** 2)))
-    return Predicted(part, tuple(run.name for run in own.runs), len(own.rows.where), chi2, rms)
+    noise = {name: (own.noise[name].sd, rough) for name, rough in _from_sample_to_sample(own, left).items()}
+    return Predicted(part, tuple(run.name for run in own.runs), len(own.rows.where), chi2, rms, noise)
+
+
+def _from_sample_to_sample(own: HistoryForward, left: list[Array]) -> dict[str, float]:
+    """Noise of the channels whose sd is estimated, in their units, from third differences.
+
+    Of what was measured and of what is left of it, which is less where the motion is fast for its samples; where a
+    model is far off it is more. Motion and misfit only add, so the smaller one is nearer.
+    """
+    found = {}
+    for c, (name, noise) in enumerate(own.noise.items()):
+        pairs = [(r.channels[name], x[:, c]) for r, x in zip(own.runs, left, strict=True) if len(x) >= LEAST_SAMPLES]
+        if pairs and not noise.given:
+            shown = [[third_difference_noise(signal) ** 2 for signal in pair] for pair in pairs]
+            found[name] = float(np.sqrt(np.mean(shown, axis=0).min()))
+    return found
 
 
 def _here(

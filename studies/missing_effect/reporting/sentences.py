@@ -17,7 +17,7 @@ from studies.missing_effect.reporting.findings import WORTH_IT, Findings
 from studies.missing_effect.reporting.tables import WIDER, penalty, widened
 from studies.missing_effect.reporting.words import ADJUSTED, BASE, explains, listed, misfit, number, percent, said
 from studies.missing_effect.residual import words
-from studies.missing_effect.unfitted import Predicted
+from studies.missing_effect.unfitted import LARGE, Predicted
 
 SAYS = {
     "none": "Nothing is named: the base model with its uncertain parameters explains the measurement.",
@@ -35,6 +35,9 @@ WORDS = {
     "final": "(final model)",
     "with_torque": "(with the residual torque)",
 }
+
+UNITS = {"_rad_s": " rad/s", "_rad": " rad", "_m_s2": " m/s^2", "_N_m": " N m"}
+"""Of channels, by the end of their names."""
 
 
 def sentence(verdict: Verdict) -> str:
@@ -223,10 +226,28 @@ def _runs(one: Predicted) -> str:
 def predicted_note(findings: Findings) -> str:
     """What was predicted, and from what."""
     told = [_runs(one) for one in findings.predicted]
+    loud = "".join(f" Of {_runs(one)} {more}." for one in findings.predicted if (more := _loud(one)))
     return (
         f"{listed(told)} had no part in any fit. Of each, only the state at its first sample is adjusted (and an "
         "offset of each channel where bias or drift is named); the gap is sqrt(max(0, χ²/n - 1)) over that of the "
-        "base model, with the noise that the fitted runs show."
+        f"base model, with the noise that the fitted runs show.{loud}"
+    )
+
+
+def _loud(one: Predicted) -> str:
+    """That a gap is small beside an estimated noise, which holds more than noise from sample to sample; or empty."""
+    if not one.loud:
+        return ""
+    told = []
+    for name in one.loud:
+        unit = next((unit for end, unit in UNITS.items() if name.endswith(end)), "")
+        models = [m for m in ("final", "with_torque") if m in one.rms[name]]
+        left = ", ".join(f"{one.rms[name][m]:.3g}{unit} {WORDS[m]}" for m in models)
+        told.append(f"{name} leaves {left}, where its noise from sample to sample is {one.noise[name][1]:.2g}{unit}")
+    return (
+        f"the noise of {listed(one.loud)} is not stated (noise_sd) but estimated from what the fitted runs leave, and "
+        f"more than {LARGE:g} times that from sample to sample: {'; '.join(told)}. Unless the noise of the sensors is "
+        "slow, a small gap does not mean that these runs are predicted to within it"
     )
 
 
@@ -235,6 +256,7 @@ def predicted_lines(findings: Findings) -> list[str]:
     return [
         f"{_runs(one)} never fitted: gap "
         + ", ".join(f"{value:.2f} {WORDS[model]}" for model, value in one.gap.items() if value is not None)
+        + (f"; {more}" if (more := _loud(one)) else "")
         for one in findings.predicted
         if one.gap["nominal"] is not None
     ]

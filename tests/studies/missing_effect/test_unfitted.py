@@ -1,8 +1,10 @@
 """Runs that are held out of everything and predicted: the packaged synthetic kicks, made by other equations."""
 
 import json
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,10 +13,11 @@ from synthetic_kicks import FRICTION, KICKS, SPEEDS, kick_table
 from studies.cli import main
 from studies.missing_effect import diagnose, read_measurement
 from studies.missing_effect.blind.second import moving
+from studies.missing_effect.motion.history_noise import ChannelNoise
 from studies.missing_effect.report import page
 from studies.missing_effect.reporting.findings import find
-from studies.missing_effect.reporting.sentences import predicted_lines
-from studies.missing_effect.unfitted import Predicted
+from studies.missing_effect.reporting.sentences import predicted_lines, predicted_note
+from studies.missing_effect.unfitted import Predicted, predict
 
 FOLDER = Path(str(files("tyre.data"))) / "measured" / "synthetic_kicks"
 
@@ -94,3 +97,40 @@ def test_a_base_model_that_falls_over_or_has_no_gap_gives_no_share():
     assert fallen.to_dict()["chi2"]["nominal"] is None
     fits = Predicted("", ("run",), 10, {"nominal": 9.0, "final": 8.0}, {})
     assert fits.gap == {"nominal": None, "final": None}
+
+
+@pytest.mark.parametrize("given", [False, True])
+def test_what_an_estimated_noise_holds_beyond_the_sensors_is_told_from_it(given):
+    """The base model leaves twice and three times what was added (0.01 rad/s, 0.002 rad), with noise of ten times."""
+    measurement = read_measurement("synthetic_kicks")
+    unseen = measurement.unfitted(measurement.forward())
+    unseen = replace(unseen, noise={n: ChannelNoise(10 * a.sd, given=given) for n, a in unseen.noise.items()})
+    base = (), {u.name: np.array([u.centre]) for u in unseen.nuisances}
+    (one,) = predict(unseen, base, base)
+    assert one.loud == ([] if given else ["roll_rate_rad_s", "steer_rad"])
+    if not given:
+        shown = [rough for _, rough in one.noise.values()]
+        np.testing.assert_allclose(shown, [0.01, 0.002], rtol=0.15)  # 484 samples of each
+        assert one.to_dict()["estimated_noise"]["steer_rad"]["taken"] == 10 * 0.002
+
+
+def test_a_small_gap_beside_a_noise_that_is_estimated_is_not_said_without_what_is_left():
+    noise = {"roll_rate_rad_s": (0.07, 0.007), "steer_rad": (0.0018, 0.0015)}
+    rms = {"roll_rate_rad_s": {"nominal": 0.4, "final": 0.114}, "steer_rad": {"nominal": 0.1, "final": 0.002}}
+    chi2 = {"nominal": 50.0, "final": 5.0}
+
+    def told(known):
+        findings = SimpleNamespace(predicted=[Predicted("kicks", ("run",), 10, chi2, rms, known)])
+        return predicted_lines(findings)[0], predicted_note(findings)
+
+    gap = "1 run of kicks never fitted: gap 1.00 (base model), 0.00 (final model)"
+    line, note = told({})
+    assert line == gap
+    assert "sample" not in note.partition("the gap is")[2]
+    line, note = told(noise)
+    assert line.startswith(f"{gap}; the noise of roll_rate_rad_s is not stated (noise_sd) but estimated")
+    for words in (line, note):
+        assert (
+            "roll_rate_rad_s leaves 0.114 rad/s (final model), where its noise from sample to sample is 0.007 rad/s"
+        ) in words
+        assert "steer_rad leaves" not in words
