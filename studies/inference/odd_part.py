@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from studies.inference.attempts import POOR_FIT
+from studies.inference.fit import Fit
 from studies.inference.joint import JointForward
 from studies.inference.judge import judge
 from studies.inference.verdict import Verdict
@@ -23,11 +24,14 @@ class WithoutOne:
         Of the others.
     alone : Verdict, optional
         Of the part by itself, where it is the odd one.
+    final : Fit, optional
+        The model of the others: with what was named.
     """
 
     part: str
     rest: Verdict
     alone: Verdict | None = None
+    final: Fit | None = None
 
     @property
     def clear(self) -> bool:
@@ -55,7 +59,8 @@ def without_each(forward: JointForward, names: Sequence[str], *, single_out: boo
     for part in forward.parts if len(forward.parts) > 1 else ():
         if part.name in names:
             rest = tuple(other for other in forward.parts if other is not part)
-            found.append(WithoutOne(part.name, judge(JointForward(rest)).verdict))
+            judged = judge(JointForward(rest))
+            found.append(WithoutOne(part.name, judged.verdict, final=judged.final))
     ranked = {one.part: one for one in sorted(found, key=_order)}
     if single_out:
         ranked |= {name: replace(one, alone=_alone(forward, ranked, name)) for name, one in ranked.items() if one.clear}

@@ -141,7 +141,7 @@ def _predicted(part: str, own: HistoryForward, whole: Forward, fits: Mapping[str
     rms: dict[str, dict[str, float]] = {name: {} for name in own.noise}
     left: list[Array] = []
     for model, (candidates, coordinates) in models.items():
-        kept, theta = _here(whole, candidates, coordinates)
+        kept, theta = here(whole, candidates, coordinates)
         if isinstance(whole, JointForward):
             kept, places = whole.of_part(0, kept)
             theta = theta[places]
@@ -171,10 +171,18 @@ def _from_sample_to_sample(own: HistoryForward, left: list[Array]) -> dict[str, 
     return found
 
 
-def _here(
+def here(
     forward: Forward, candidates: tuple[Candidate, ...], at: Mapping[str, Array]
 ) -> tuple[tuple[Candidate, ...], Array]:
-    """What of the ``candidates`` concerns a forward model, and its coordinates."""
+    """What of the ``candidates`` concerns a forward model, and its coordinates.
+
+    Parameters
+    ----------
+    forward : Forward
+    candidates : tuple of Candidate
+    at : mapping of str to ndarray
+        As :func:`coordinates_of` gives it.
+    """
     kept = tuple(c for c in candidates if not isinstance(forward, JointForward) or forward.concerns(c))
     parts = [*(at[u.name] for u in forward.nuisances), *(at[c.identifier] for c in kept), np.zeros(0)]
     return kept, np.concatenate(parts)

@@ -48,7 +48,12 @@ LINEAR = {
     1 / 9.80665: "are they in g? m/s^2 is expected",
     -1.0: FACTORS[-1.0],
 }
-"""The same of a channel: of angles and their rates, of accelerations."""
+TORQUES = {
+    1000.0: "are they in N mm? N m is expected",
+    1 / 9.80665: "are they in kgf m? N m is expected",
+    -1.0: FACTORS[-1.0],
+}
+"""The same of a channel: of angles and their rates, of accelerations, of torques."""
 
 
 def doubts(diagnosis: Diagnosis, torque: Fit | None = None) -> tuple[str, ...]:
@@ -234,6 +239,8 @@ def _of_the_bicycle(diagnosis: Diagnosis) -> list[str]:
 
 
 def _factors(channel: str) -> Mapping[float, str]:
+    if channel.endswith("_N_m"):
+        return TORQUES
     return ANGULAR if channel.endswith(("_rad", "_rad_s")) else LINEAR
 
 

@@ -16,6 +16,7 @@ from studies.inference.stability import Stability, stability
 from studies.missing_effect.diagnose import Diagnosis
 from studies.missing_effect.leading import CLEAR, Standing, doubled, leading_two, settled, standing
 from studies.missing_effect.reporting.doubts import doubts
+from studies.missing_effect.reporting.kgf import in_kgf
 from studies.missing_effect.residual.kept import Kept, keep, record
 from studies.missing_effect.unfitted import Predicted, predicted
 from tyre.base.parallel import one_blas_thread
@@ -141,9 +142,10 @@ def find(diagnosis: Diagnosis) -> Findings:
     parts = parts_against_rest(forward, final) if isinstance(forward, JointForward) else ()
     kept = keep(diagnosis)
     torque = kept.residual.fit if kept is not None and kept.residual is not None else None
+    without = _without(diagnosis, parts)
     return Findings(
         moved=moved(known.null, final), limits=upper_limits(forward, known, final), between=between, further=further,
-        doubts=doubts(diagnosis, torque), parts=parts, without=_without(diagnosis, parts),
+        doubts=(*in_kgf(diagnosis, without), *doubts(diagnosis, torque)), parts=parts, without=without,
         joint_fits=fits(diagnosis.verdict), predicted=predicted(diagnosis, torque), kept=kept,
         settled=settled(diagnosis), doubled=doubled(diagnosis),
         standing=standing(diagnosis), least_gain=least,

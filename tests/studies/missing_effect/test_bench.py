@@ -1,11 +1,17 @@
 """Bench tests of the steering: readings of the published benchmark bicycle, by nothing of velotyre (synthetic)."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from published_bicycle import K0, TILT, G, bar_stiffness
 
+from studies.inference.fit import fit
+from studies.inference.joint import JointForward, Part
+from studies.inference.odd_part import WithoutOne
 from studies.missing_effect import diagnose, read_measurement
 from studies.missing_effect.bench.candidates import MOTOR, NO_RIDER, ROLLING, UNSEEN
+from studies.missing_effect.reporting.kgf import in_kgf
 from studies.missing_effect.residual.kept import keep
 from tyre.base.errors import InputError
 
@@ -303,3 +309,82 @@ def test_what_a_bench_test_leaves_open_is_no_torque_over_state_and_speed(tmp_pat
     kept = keep(found)
     assert kept.residual is None
     assert "is fitted to motion alone, not to a bench test or a tyre on a rig" in kept.refused
+
+
+KGF = 9.80665  # N
+
+
+def in_force(lines, *, unit=1.0, arm=0.31):
+    """The readings of ``lines`` as forces in so many N at an arm."""
+    found = []
+    for line in lines:
+        *begin, torque, sd = line.split(",")
+        found.append(
+            ",".join([*begin, f"{float(torque) / arm / unit:.12g}", f"{float(sd) / arm / abs(unit):.12g}", f"{arm}"])
+        )
+    return found
+
+
+FORCES = "test,condition,steer_rad,steer_rate_rad_s,direction,force_N,force_sd_N,lever_arm_m"
+
+
+def base_of(forward):
+    """A diagnosis as far as the doubt needs it."""
+    return SimpleNamespace(forward=forward, nominal=forward.residual((), nominal(forward))[0])
+
+
+@pytest.mark.parametrize(
+    ("unit", "spring", "asked"),
+    [
+        (KGF, 0.0, True),
+        (1.0, 0.0, False),
+        (-1.0, 0.0, False),
+        (1 / KGF, 0.0, False),
+        (1.0, 0.6, False),
+        (KGF, 3.0, False),
+    ],
+)
+@pytest.mark.parametrize("by_force", [True, False])
+def test_torques_of_a_tenth_are_asked_whether_they_are_in_kgf(tmp_path, unit, spring, asked, by_force):
+    """Lifted and on the floor, with friction, by hand; a spring of so many times the weight's is none of it."""
+    hidden = {"friction": 0.3, "spring": -spring * bar_stiffness(lifted=True)}
+    lines = [*sweep(**hidden), *sweep("floor", **hidden), *damped(friction=0.3)]
+    lines = in_force(lines, unit=unit, arm=0.31 if by_force else 1.0)
+    if not by_force:
+        lines = [line.rpartition(",")[0] for line in lines]
+    forward = read_measurement(write(tmp_path, lines, head=FORCES if by_force else HEAD)).forward()
+    told = in_kgf(base_of(forward), {})
+    assert len(told) == asked
+    if asked:
+        (words,) = told
+        ratio = float(words.removeprefix("the torques at the bar change by 1/").partition(" of what the base model")[0])
+        assert ratio == pytest.approx(KGF, rel=0.05)
+        assert words.endswith(
+            "are the forces in kgf (N is expected), or the lever arms ten times as long as stated?"
+            if by_force
+            else "are the torques in kgf m? N m is expected"
+        )
+
+
+def test_of_joint_data_the_other_parts_say_what_torques_are_expected(tmp_path):
+    """A spring of six times the weight's, which the other parts know: the base model alone would ask nothing."""
+    hidden = {"spring": -6 * bar_stiffness(lifted=True)}
+    (tmp_path / "n").mkdir()
+    right = read_measurement(write(tmp_path, sweep(**hidden))).forward()
+    wrong = read_measurement(write(tmp_path / "n", in_force(sweep(**hidden), unit=KGF), head=FORCES)).forward()
+    assert not in_kgf(base_of(wrong), {})
+    known = fit(right, chosen(right, "steer_spring"))
+    rest = {"bar": WithoutOne("bar", None, final=known)}
+    for forward, asked in ((right, False), (wrong, True)):
+        whole = JointForward((Part("bar", forward, own=frozenset({"force_scale"})),))
+        told = in_kgf(SimpleNamespace(forward=whole, final=known), rest)
+        assert len(told) == asked
+        assert all(
+            words.startswith("bar: the torques at the bar change by 1/9.")
+            and " of what the model of the other parts (steer_spring) says; are the forces in kgf" in words
+            for words in told
+        )
+    whole = JointForward((Part("hand", right), Part("bar", wrong, own=frozenset({"force_scale"}))))
+    scaled = fit(whole, chosen(whole, "steer_spring", "bar/force_scale"))
+    (words,) = in_kgf(SimpleNamespace(forward=whole, final=scaled), {})
+    assert "the model of all parts together (steer_spring + bar/force_scale) says" in words

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from published_bicycle import ride
 
-from bicycle.identification.recording import Run
+from bicycle.identification.recording import STEER_TORQUE, Run
 from studies.inference.fit import fit
 from studies.missing_effect import read_measurement
 from studies.missing_effect.motion.prescribed_steer import SteerSpline
@@ -145,6 +145,22 @@ def test_a_channel_with_the_wrong_sign_is_doubted(tmp_path):
     )
     assert _of_channels(replace(forward, runs=runs)) == []
     assert any("roll_rate_rad_s" in words for words in _of_channels(replace(forward, runs=turned)))
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [
+        (1 / 9.80665, "about 1/9.81 of those of the base model throughout; are they in kgf m? N m is expected"),
+        (1000.0, "about 1e+03 times those of the base model throughout; are they in N mm? N m is expected"),
+    ],
+)
+def test_a_torque_in_another_unit_is_doubted_in_units_of_torque(tmp_path, factor, words):
+    forward = read(tmp_path).forward()
+    runs = (*forward.runs, *(replace(run, name=f"{run.name} again") for run in forward.runs))  # three must agree
+    other = tuple(
+        replace(run, channels={**run.channels, STEER_TORQUE: factor * run.channels[STEER_TORQUE]}) for run in runs
+    )
+    assert _of_channels(replace(forward, runs=other)) == [f"{STEER_TORQUE}: the measured values are {words}"]
 
 
 def test_what_acts_on_the_steering_alone_is_not_seen_without_the_torque(tmp_path):
