@@ -102,8 +102,47 @@ def search(forward: Forward, known: Hypotheses, progress: Progress) -> tuple[For
             break
         if held_out(forward, larger[0]).log_score <= held_out(forward, leader).log_score:
             break
-        leader = larger[0]
+        known, leader = exchanged(forward, known, larger[0], progress)
     return forward, *pruned(forward, known, leader)
+
+
+def exchanged(forward: Forward, known: Hypotheses, leader: Fit, progress: Progress) -> tuple[Hypotheses, Fit]:
+    """The ``leader`` with an effect in the place of one that excludes it, where parameters only went astray; or itself.
+
+    From parameters far astray an effect by itself may find no way to its minimum. What excludes one of the leader's
+    never joins it, and what begins with it is not tried: a trail in the place of a contact that has one, too.
+
+    Parameters
+    ----------
+    forward : Forward
+    known : Hypotheses
+    leader : Fit
+        Of two effects or more.
+    progress : callable
+        Told of each fit.
+    """
+    if known.null.converged:
+        return known, leader
+    lost = [f.candidates[0] for f in known.best(1) if not f.converged and f.candidates[0].unknowns]
+    centre, found = np.array([u.centre for u in forward.nuisances]), []
+    for gone in leader.candidates:
+        rest = tuple(c for c in leader.candidates if c is not gone)
+        sizes = [leader.theta[leader.columns(c)] for c in rest]
+        for c in lost:
+            joined = (*rest, c)
+            old = known.find(frozenset(one.identifier for one in joined))
+            if (old is not None and old.converged) or c.identifier in leader.identifiers:
+                continue
+            if forward.compatible((*leader.candidates, c)) or not forward.compatible(joined):
+                continue
+            progress(together(joined))
+            typical = c.starts[1:] or c.starts  # a small one shrinks to nothing
+            begins = (leader.theta[: len(centre)], centre)
+            starts = [np.concatenate([x, *sizes, size]) for x in begins for size in typical]
+            found.append(fitted(forward, joined, promising(forward, joined, starts)))
+    known = bettered(known, found)
+    other = first(forward, known, known.best(len(leader.candidates)))
+    return known, other if known.odds(other, leader) > CLEAR_ODDS else leader
 
 
 def _heard(forward: Forward, known: Hypotheses, leader: Fit, progress: Progress) -> tuple[Forward, Hypotheses]:

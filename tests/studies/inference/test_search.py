@@ -11,7 +11,7 @@ from studies.inference.attempts import hopeful
 from studies.inference.evidence import Hypotheses
 from studies.inference.fit import fit
 from studies.inference.minimise import ROUGH, minimise
-from studies.inference.search import expand, pruned, singles
+from studies.inference.search import exchanged, expand, pruned, singles
 
 X = np.linspace(0.0, 1.0, 30)
 LEVEL = UncertainParameter("level", "1", {"level": 1.0}, 0.0, 1.0)
@@ -257,3 +257,29 @@ def test_an_effect_that_shrank_to_nothing_is_tried_from_a_typical_size_where_not
     assert small.at_bound() == ["slope.size"]
     found = singles(forward, lambda what: None).find(frozenset({"slope"}))
     assert found.theta[1] == pytest.approx(1.0, abs=0.05)  # 4 (1 - 0.5) = 2
+
+
+class Excluding(Shapes):
+    """Of wave and square one at most."""
+
+    def compatible(self, candidates):
+        return not {"wave", "square"} <= {c.identifier for c in candidates}
+
+
+@pytest.mark.parametrize("astray", [True, False])
+def test_an_effect_that_was_lost_alone_takes_the_place_of_one_that_imitates_it(astray):
+    """The truth is wave and cube, and wave by itself stopped on the way from parameters that went astray."""
+    forward = Excluding(data(0.0) + SHAPES["wave"] + SHAPES["cube"], tuple(candidate(name) for name in THREE))
+    known, names = singles(forward, quiet), []
+    wave, square, cube = known.fits
+    lost = replace(wave, converged=False, objective=1e6, log_evidence=-5e5)
+    pair = fit(forward, (square.candidates[0], cube.candidates[0]))
+    begun = Hypotheses(replace(known.null, converged=not astray), (lost, square, cube, pair), known.library)
+    found, leader = exchanged(forward, begun, pair, names.append)
+    if not astray:
+        assert (found, leader, names) == (begun, pair, [])
+        return
+    assert names == ["cube+wave"]
+    assert leader.identifiers == {"wave", "cube"}
+    assert leader.converged
+    assert leader.theta == pytest.approx([0.3, 1.0, 1.0], abs=0.3)
