@@ -13,7 +13,7 @@ DYING = np.array([0.03, 0.1])  # s, time constants of what dies away after a sta
 
 
 class Functions(NamedTuple):
-    """What a steer angle is made of, with C coefficients: C - ``more`` of a spline, then of what is added to it.
+    """What a steer angle is made of, with C coefficients: those of a spline, then of what is added to it.
 
     Attributes
     ----------
