@@ -355,7 +355,8 @@ def test_an_sd_that_hides_everything_is_told_and_no_measurement_is_advised_that_
     main(["diagnose", str(write(tmp_path, rows))])
     both = capsys.readouterr()
     assert both.out.startswith("none: ")
-    assert "Nothing that this kind of data proposes would tell the leading hypotheses apart." in both.out
+    assert "Nothing that this kind of data proposes would tell parameters only from " in both.out
+    assert "by as much as 1 sd." in both.out
     assert "measure next" not in both.out
     assert "is more than 100 times that scatter and hides whatever is missing: see their units" in both.err
     usual = read_measurement(write(tmp_path, rows_of(PUBLISHED, scatter=0.01))).forward()
