@@ -10,6 +10,7 @@ from page_files import page
 from scipy.stats import binom
 
 from studies.validations.corrected_models import INSIDE, OUTSIDE, outcome
+from studies.validations.free_decays import KINDS
 
 ROOT = Path(__file__).parents[2]
 PAGE = page("reliability")
@@ -85,16 +86,16 @@ def test_bicycle():
     ],
 )  # fmt: skip
 def test_free_decays(start, cell):
-    counted = result("free_decays_again")
+    counted = result("free_decays_sets")
     one = counted["cells"][cell]
-    kinds = [one[kind] for kind in ("coverage_percent", "coverage_where_driving_is_told_percent")]
-    shares = [[kind[part] for part in ("real", "imaginary")] for kind in kinds]
+    shares = [[one[kind][part] for part in ("real", "imaginary")] for kind in KINDS.values()]
     assert re.findall(r"[\d.]+(?= %)", measured(start)) == [str(share) for both in shares for share in both]
     assert ("told that the ground drives it" in measured(start)) == ("driven" in cell)
     low, high = counted["target_percent"]
     (row,) = [row for row in ROWS if row[0].startswith(start)]
     words = [["yes" if low <= share <= high else "**no**" for share in both] for both in shares]
-    assert row[2] == "; told ".join(a if a == b else f"{a}, {b}" for a, b in words)
+    alone, sets, told = (a if a == b else f"{a}, {b}" for a, b in words)
+    assert row[2] == f"{alone}; sets {sets}; told {told}"
 
 
 SECOND = (
@@ -352,22 +353,23 @@ def test_joint_data_again():
 
 
 def test_what_is_said_of_free_decays_in_sum():
-    """Shares of the eigenvalue within the target, and their means, with and without being told what drives."""
-    counted = result("free_decays_again")
+    """Shares of the eigenvalue within the target, and their means, alone, in sets and told what drives."""
+    counted = result("free_decays_sets")
     low, high = counted["target_percent"]
-    kinds = "coverage_percent", "coverage_where_driving_is_told_percent"
-    shares = {
-        kind: {name: [cell[kind][part] for part in ("real", "imaginary")] for name, cell in counted["cells"].items()}
-        for kind in kinds
-    }
-    open_, told = ([share for both in shares[kind].values() for share in both] for kind in kinds)
-    within = [sum(low <= share <= high for share in every) for every in (told, open_)]
-    still = [share for name, both in shares[kinds[0]].items() if "driven" not in name for share in both]
-    faint = shares[kinds[0]]["driven faintly by the ground"]
     text = " ".join(page("reliability").split())
-    assert f"{within[0]} do, at {sum(told) / len(told):.1f} % on average; where he does not, {within[1]}:" in text
-    assert f"are too wide ({sum(still) / len(still):.1f} % on average)" in text
-    assert f"**{min(faint):.0f} to {max(faint):.0f} % instead of 95**" in text
+    faint, still = [], []
+    begins = "One by one {} do, at {:.1f} %", "of one test, {}, at {:.1f} %", "(`--driven yes` or `no`) {}, at {:.1f} %"
+    for begin, kind in zip(begins, KINDS.values(), strict=True):
+        cells = {name: [cell[kind][part] for part in ("real", "imaginary")] for name, cell in counted["cells"].items()}
+        every = [share for both in cells.values() for share in both]
+        assert begin.format(sum(low <= share <= high for share in every), sum(every) / len(every)) in text
+        faint.append("{:.0f} to {:.0f} %".format(*sorted(cells["driven faintly by the ground"])))
+        undriven = [share for name, both in cells.items() if "driven" not in name for share in both]
+        still.append(f"{sum(undriven) / len(undriven):.1f} %")
+    assert f"**{faint[0]}** where it is alone, in {faint[1]} in sets and in {faint[2]} where it is told" in text
+    assert "are held in {}, {} and {} on average".format(*still) in text
     drawn = counted["draws_per_cell"]
     chance = sum(low <= round(100 * k / drawn, 1) <= high for k in binom.rvs(drawn, 0.95, size=4000, random_state=1))
-    assert f"some {chance / 4000 * len(told):.0f} of these {len(told)} would lie within" in text
+    assert f"some {chance / 4000 * len(every):.0f} of these {len(every)} would lie within" in text
+    breaks = sum(cell["break_claimed"] for cell in counted["cells"].values())
+    assert f"Of the {drawn * len(counted['cells'])} decays {breaks} " in text
