@@ -84,11 +84,16 @@ def driven_words(decay: Decay, told: Decay) -> str:
 def together_words(runs: Sequence[Sequence[Decay]]) -> str:
     """What all ``runs``, the modes of each, say together of whether something drives them."""
     chances = [modes[0].estimate.driven for modes in runs if modes[0].estimate is not None]
-    shown = sorted({f"{chance:.2g}" for chance in chances if chance is not None}, key=float)
+    weighed = [chance for chance in chances if chance is not None]
+    driven = [f"{chance:.2g}" for chance in weighed if chance > 0.5]
+    many = {0: "none", len(weighed): "all"}.get(len(driven), f"{len(driven)}")
+    others = [chance for chance in weighed if chance <= 0.5]
+    told = [f"{min(driven, key=float)} or more"] if driven else []
+    told += [f"{max(others):.2g} or less{' of the others' if driven else ''}"] if others else []
     return (
         "whether something, such as a rough road, keeps driving the motion is weighed by all runs together, as on one "
-        f"ground (probability {' to '.join(dict.fromkeys([shown[0], shown[-1]]))}); say --driven yes or no where you "
-        "know, or give runs on another ground by themselves"
+        f"ground: it does in {many} of {len(weighed)} runs (probability {'; '.join(told)}); say --driven yes or no "
+        "where you know, or give runs on another ground by themselves"
     )
 
 

@@ -3,6 +3,7 @@
 import itertools
 import math
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from bicycle.identification.decay_window import EVEN, SHARES
 from bicycle.identification.driven_together import ALIKE, SPREAD, chances_by_others, together
 from bicycle.identification.free_decay import identify_modes
 from studies.cli import main
+from studies.free_decays.words import together_words
 from studies.validations._decay_generator import Cell, make
 from tyre.base.errors import InputError
 
@@ -96,6 +98,19 @@ def test_one_run_or_runs_that_are_refused_stay_as_they_are():
     assert together([alone, found], lambda *_: pytest.fail("fitted again")) == ([alone, found], 0)
 
 
+@pytest.mark.parametrize(
+    ("chances", "said"),
+    [
+        ([0.1, 0.002, None], "it does in none of 2 runs (probability 0.1 or less); say"),
+        ([0.1, 0.9], "it does in 1 of 2 runs (probability 0.9 or more; 0.1 or less of the others); say"),
+        ([0.96, 0.9], "it does in all of 2 runs (probability 0.9 or more); say"),
+    ],
+)
+def test_how_many_runs_are_driven_is_said(chances, said):
+    runs = [[SimpleNamespace(estimate=SimpleNamespace(driven=chance))] for chance in chances]
+    assert said in together_words([*runs, [SimpleNamespace(estimate=None)]])
+
+
 def test_the_terminal_says_that_runs_are_weighed_together(tmp_path, capsys):
     names = []
     for k in range(4):
@@ -105,8 +120,8 @@ def test_the_terminal_says_that_runs_are_weighed_together(tmp_path, capsys):
         names.append(f"{tmp_path / f'{k}.csv'}@{4 + 0.5 * k}")
     main(["modal", *names])
     (said,) = [line for line in capsys.readouterr().err.splitlines() if "by all runs together" in line]
-    low, _, high = re.search(r"\(probability (.*?)\)", said)[1].partition(" to ")
-    assert 0.5 < float(low) <= float(high or low) <= 1
+    (least,) = re.findall(r"it does in all of 4 runs \(probability (.*?) or more\); say", said)
+    assert 0.5 < float(least) <= 1
     for few in (names[:1], [*names, "--driven", "yes"]):
         main(["modal", *few])
         assert "together" not in capsys.readouterr().err
