@@ -102,7 +102,7 @@ def of_one_test(task: tuple[str, int, Sequence[int]]) -> list[dict[str, float]]:
     cell = CELLS[name]
     made = [make(cell, np.random.default_rng([seed, list(CELLS).index(name), number])) for number in numbers]
 
-    def fit(place: int, known: bool | Array | None) -> Sequence[Decay]:  # noqa: FBT001
+    def fit(place: int, known: bool | Array | None) -> Sequence[Decay]:  # noqa: FBT001 (as identify_modes takes it)
         return identify_modes(made[place].run, len(made[place].roots), driven=known)
 
     places = range(len(made))

@@ -11,6 +11,7 @@ from studies.inference.joint import JointForward, Part
 from studies.inference.odd_part import WithoutOne
 from studies.missing_effect import diagnose, read_measurement
 from studies.missing_effect.bench.candidates import MOTOR, NO_RIDER, ROLLING, UNSEEN
+from studies.missing_effect.plan.entries import AT_THE_BAR
 from studies.missing_effect.reporting.kgf import in_kgf
 from studies.missing_effect.residual.kept import keep
 from tyre.base.errors import InputError
@@ -64,6 +65,11 @@ def test_the_stiffness_by_hand_is_that_of_the_published_matrix():
 def test_torques_of_the_weight_are_those_by_hand(tmp_path, condition):
     forward = read_measurement(write(tmp_path, sweep(condition, noise=0.0))).forward()
     assert np.abs(forward.residual((), nominal(forward))[0]).max() < 1e-6
+
+
+def test_a_plan_advises_a_bench_part_for_what_such_tests_show(tmp_path):
+    forward = read_measurement(write(tmp_path, [*sweep("lifted"), *sweep("floor"), *damped()])).forward()
+    assert {c.identifier for c in forward.candidates if c.effect is not None} == set(AT_THE_BAR)
 
 
 def test_springs_dampers_and_friction_add_up(tmp_path):
