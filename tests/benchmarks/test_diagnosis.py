@@ -6,9 +6,9 @@ import time
 import numpy as np
 
 from bicycle.parameters import UNITS
-from studies.missing_effect import diagnose, read_measurement
-from studies.missing_effect.blind.generator import modal_case
-from studies.missing_effect.blind.histories import history_case
+from studies.diagnosis import diagnose, read_measurement
+from tests.validation.blind.generator import modal_case
+from tests.validation.blind.histories import history_case
 
 
 def test_thirty_modal_points(tmp_path, benchmark):
@@ -18,11 +18,11 @@ def test_thirty_modal_points(tmp_path, benchmark):
     assert len(measurement.points) == 30
     floating = dict.fromkeys(UNITS, 0.0) | dict(list(measurement.uncertainty.items())[:10])
     measurement = dataclasses.replace(measurement, uncertainty=floating)
-    every = [c.identifier for c in measurement.forward().candidates if c.identifier != "steer_damper"]
+    every = [c.identifier for c in measurement.ready().candidates if c.identifier != "steer_damper"]
     start = time.process_time()
     found = benchmark.pedantic(diagnose, [measurement], {"without": tuple(every[11:])}, rounds=1)
     assert time.process_time() - start < 10
-    assert (len(found.forward.candidates), len(found.forward.nuisances)) == (12, 10)
+    assert (len(found.kind.candidates), len(found.kind.nuisances)) == (12, 10)
     assert "steer_damper" in found.verdict.equivalent
 
 

@@ -8,9 +8,8 @@ import resource
 import numpy as np
 import pytest
 
-from tyre.campaigns.campaign import fit_campaign
-from tyre.rig.campaign import default_effects, synthetic_tyre
-from tyre.rig.simulator import Protocol, simulate_sweep
+from tyre.campaign import fit_campaign
+from tyre.rig import Protocol, default_effects, simulate_sweep, synthetic_tyre
 
 pytest.importorskip("pytest_benchmark")
 RECORDINGS, TARGET_S = 60, 180.0
@@ -18,8 +17,8 @@ RECORDINGS, TARGET_S = 60, 180.0
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    from tyre.recordings.read import write_csv
-    from tyre.recordings.recording import Condition
+    from tyre.recording import Condition
+    from tyre.recording_files import write_csv
 
     place = tmp_path_factory.mktemp("throughput")
     rng = np.random.default_rng(0)

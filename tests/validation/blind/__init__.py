@@ -1,0 +1,1 @@
+"""Blind test: hides effects in synthetic measurements made by other equations, diagnoses and scores them."""

@@ -1,0 +1,135 @@
+"""Joint diagnosis on blind cases: several sets of data of one bicycle together against each of them alone.
+
+Cases are synthetic and come from equations that share nothing with the search (:mod:`tests.validation.blind`).
+``--cases`` measurements of two or three parts hide one effect; half as many again have a mistake planted in one part (a
+wrong scale of the steer sensor, a wrong speed). Results are appended to joint_cases.jsonl in ``out``; an
+interrupted run goes on from there.
+"""
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+OF = "/"
+SAYS = ("named", "class", "partial", "tentative")
+
+
+def run(*, out: Path, seed: int, cases: int = 150, workers: int = 2) -> dict[str, Any]:
+    """Make, diagnose and score the cases."""
+    from tests.validation.cases import KeptCases
+
+    wanted = [(seed + k, "") for k in range(cases)]
+    wanted += [(seed + k, ("scale", "speed")[k % 2]) for k in range(cases // 2)]
+    kept = KeptCases(out / "joint_cases.jsonl", ("seed", "planted"), also=("error",))
+    rows = kept.computed(wanted, one_case, workers=workers, what="joint diagnosis")
+    return {"seed": seed, "cases": cases, **scored(rows)}
+
+
+def one_case(seed: int, planted: str) -> dict[str, Any]:
+    """Make a case, diagnose it jointly and, where nothing is ``planted``, each part alone; what raises is a row too."""
+    from tests.validation.blind.hidden import HIDDEN
+    from tests.validation.blind.joint import PLANTED, joint_case
+
+    generator = np.random.default_rng([seed, PLANTED.index(planted)])
+    hidden = (str(generator.choice(list(HIDDEN))),)
+    row: dict[str, Any] = {"seed": seed, "planted": planted, "hidden": hidden[0], "error": None}
+    try:
+        with tempfile.TemporaryDirectory() as name:
+            case = joint_case(Path(name), hidden=hidden, rng=generator, planted=planted, third=bool(seed % 2))
+            row |= {"part": case.planted, "mistake": dict(case.mistake), "parts": case.parts}
+            row["joint"] = answer(Path(name) / "MEASUREMENT.toml", case.truth.effects)
+            if not planted:
+                row["alone"] = {part: answer(Path(name) / f"{part}.toml", case.truth.effects) for part in case.parts}
+    except Exception as error:  # whatever it is: it is counted, and the others go on
+        row["error"] = f"{type(error).__name__}: {error}"
+    return row
+
+
+def answer(file: Path, hidden: Mapping[str, Any]) -> dict[str, Any]:
+    """What the search says of a file: verdict, whether it is right, sizes with sd, parts that contradict the rest."""
+    from studies.diagnosis import diagnose, read_measurement
+    from studies.inference import parts_against_rest
+    from tests.validation.blind.score import judge
+
+    found = diagnose(read_measurement(file))
+    verdict = found.verdict.to_dict()
+    score = judge(verdict, {"effects": hidden})
+    sizes = {
+        f"{e['identifier']}.{key}": [number["value"], number["sd"]]
+        for e in verdict["effects"]
+        for key, number in e["parameters"].items()
+    }
+    wrong = []
+    if found.kind.parts:
+        wrong = [p.part for p in parts_against_rest(found.kind, found.final) if p.contradicts]
+    return {
+        "verdict": verdict["verdict"], "class": verdict["class"], "sizes": sizes, "contradicts": wrong,
+        "right": bool(score["right"] or score["tentative_right"]), "misnamed": bool(score["misnamed"]),
+        "some_false": bool(score["some_false"]), "covered": score["covered"], "judged": score["judged"],
+    }  # fmt: skip
+
+
+def scored(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Shares with Wilson's 95 % intervals of ``rows`` of :func:`one_case`."""
+    from tests.validation.blind.score import wilson
+
+    def share(hits: Sequence[bool]) -> dict[str, Any]:
+        low, high = wilson(sum(hits), len(hits))
+        return {"hits": sum(hits), "of": len(hits), "share": sum(hits) / len(hits) if hits else None,
+                "low": low, "high": high}  # fmt: skip
+
+    told = [row for row in rows if not row["error"]]
+    plain, planted = ([row for row in told if bool(row["planted"]) == wrong] for wrong in (False, True))
+    best = {name: [row["alone"][name] for row in plain if name in row["alone"]] for name in _names(plain)}
+    ratios = [ratio for row in plain for ratio in _narrower(row)]
+    return {
+        "crashed": share([bool(row["error"]) for row in rows]),
+        "right": {"joint": share([row["joint"]["right"] for row in plain])}
+        | {name: share([one["right"] for one in some]) for name, some in best.items()},
+        "some_false_name": {"joint": share([row["joint"]["some_false"] for row in plain])}
+        | {name: share([one["some_false"] for one in some]) for name, some in best.items()},
+        "truth_inside_95_joint": _inside([row["joint"] for row in plain]),
+        "sd_joint_over_best_part": {"median": median(ratios) if ratios else None, "largest": max(ratios, default=None),
+                                    "of": len(ratios)},
+        "false_contradiction": share([_accuses(row["joint"], row["parts"]) for row in plain]),
+        "planted_found": share([_accuses(row["joint"], (row["part"],)) for row in planted]),
+        "planted_found_by_mistake": {
+            kind: share([_accuses(r["joint"], (r["part"],)) for r in planted if r["planted"] == kind])
+            for kind in ("scale", "speed")
+        },
+        "errors": [{key: row[key] for key in ("seed", "planted", "error")} for row in rows if row["error"]],
+    }  # fmt: skip
+
+
+def _names(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    return list(dict.fromkeys(name for row in rows for name in row["parts"]))
+
+
+def _accuses(answer: Mapping[str, Any], parts: Sequence[str]) -> bool:
+    """Whether an answer says that one of some parts contradicts the rest, or names a mistake of it."""
+    named = {name for member in answer["class"] for name in member.split("+")} if answer["verdict"] in SAYS else set()
+    return any(part in answer["contradicts"] or any(n.startswith(part + OF) for n in named) for part in parts)
+
+
+def _narrower(row: Mapping[str, Any]) -> list[float]:
+    """Sd of the hidden effect's sizes, joint over the narrowest part, where both are right."""
+    if not row["joint"]["right"]:
+        return []
+    found = []
+    for key, (_, sd) in row["joint"]["sizes"].items():
+        alone = [one["sizes"][key][1] for one in row["alone"].values() if one["right"] and key in one["sizes"]]
+        if key.startswith(row["hidden"]) and alone and min(alone) > 0:
+            found.append(sd / min(alone))
+    return found
+
+
+def _inside(answers: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    from tests.validation.blind.score import wilson
+
+    hits, of = (sum(answer[key] for answer in answers) for key in ("covered", "judged"))
+    low, high = wilson(hits, of)
+    return {"hits": hits, "of": of, "share": hits / of if of else None, "low": low, "high": high}

@@ -1,0 +1,313 @@
+"""Every cell of the blind test makes readable, repeatable cases; its sizes, causes and its baseline."""
+
+import csv
+import re
+import tomllib
+
+import numpy as np
+import pytest
+
+from bicycle import load_bicycle
+from studies.diagnosis import read_measurement
+from tests.validation.blind import causes, generator
+from tests.validation.blind import motion as moving
+from tests.validation.blind.baseline import TERMS, baseline, known_changes, sparse, terms_of
+from tests.validation.blind.cells import CELLS, make
+from tests.validation.blind.generator import modal_case, table_row
+from tests.validation.blind.hidden import (
+    HIDDEN,
+    UNUSUAL,
+    Hidden,
+    check_rest,
+    true_machine,
+    uncertainty,
+)
+from tests.validation.blind.histories import CHANNELS
+from tests.validation.blind.machine import coefficients
+from tests.validation.blind.motion import Sensor, shapes
+from tests.validation.blind.opposed import NOISE as QUIET
+from tests.validation.blind.opposed import SPEEDS, opposed_pair, seen_weave, stand_out
+from tests.validation.blind.score import CALLED
+from tyre.errors import InputError
+
+
+def contents(folder):
+    return {file.name: file.read_text() for file in sorted(folder.iterdir())}
+
+
+@pytest.mark.parametrize("cell", CELLS)
+def test_every_cell_makes_readable_cases_that_are_the_same_for_the_same_seed(tmp_path, monkeypatch, cell):
+    monkeypatch.setattr(moving, "SUBSTEPS", 2)  # how exact the motion is does not matter here
+    for seed in (1, 2):
+        truth, left_out = make(cell, seed, tmp_path / str(seed))
+        assert bool(truth.effects) == ("none" not in cell)
+        assert (truth.cell, truth.seed) == (cell, seed)
+        assert set(left_out) <= set(truth.effects)
+        assert not left_out or cell.endswith("outside")
+        found = read_measurement(tmp_path / str(seed) / "MEASUREMENT.toml")
+        assert len(getattr(found, "points", None) or found.runs) >= 3
+        assert "hidden" not in "".join(contents(tmp_path / str(seed)).values())
+    again, _ = make(cell, 2, tmp_path / "again")
+    assert again == truth
+    assert contents(tmp_path / "2") == contents(tmp_path / "again")
+
+
+def test_loud_runs_are_50_times_their_noise_and_some_grow(tmp_path):
+    grown = 0
+    for seed in range(4):
+        make("loud-one", seed, tmp_path / str(seed))
+        content = tomllib.loads((tmp_path / str(seed) / "MEASUREMENT.toml").read_text())["histories"]
+        rates, ends = [], []
+        for run in content["runs"]:
+            table = np.loadtxt(tmp_path / str(seed) / run["file"], delimiter=",", skiprows=1)
+            rates.append(table[:, 1].std())
+            third = len(table) // 3
+            ends.append(np.ptp(table[-third:, 1]) / np.ptp(table[:third, 1]))
+        assert len(rates) == 8
+        assert np.median(rates) / content["noise_sd"]["roll_rate_rad_s"] == pytest.approx(50, rel=0.05)
+        grown += sum(end > 1.3 for end in ends)
+    assert grown > 1
+
+
+def test_one_speed_is_one_speed(tmp_path):
+    make("one-speed", 3, tmp_path)
+    runs = tomllib.loads((tmp_path / "MEASUREMENT.toml").read_text())["histories"]["runs"]
+    speeds = [run["speed_m_s"] for run in runs]
+    assert len(speeds) == 3
+    assert max(speeds) / min(speeds) < 1.01
+
+
+@pytest.mark.parametrize(
+    ("seed", "hidden", "some"), [(3, "steer_spring", 4), (12, "twisting_torque", 2), (9, "steer_damper", 0)]
+)
+def test_unusual_bicycles_that_fall_are_recorded_shorter_and_not_faster(tmp_path, seed, hidden, some):
+    truth, _ = make("history-unusual", seed, tmp_path)
+    assert set(truth.effects) == {hidden}
+    runs = tomllib.loads((tmp_path / "MEASUREMENT.toml").read_text())["histories"]["runs"]
+    low, high = UNUSUAL[hidden].speeds
+    np.testing.assert_allclose([run["speed_m_s"] for run in runs], np.linspace(max(low, 4.5), high, 4), atol=0.01)
+    lengths = [np.loadtxt(tmp_path / run["file"], delimiter=",", skiprows=1)[-1, 0] for run in runs]
+    assert sum(length < 2.99 for length in lengths) == some
+    assert min(lengths) > 0.5
+
+
+def test_tight_priors_are_tighter(tmp_path):
+    for name, tight in (("a", 1.0), ("b", 1.5)):
+        modal_case(tmp_path / name, hidden=(), rng=np.random.default_rng(1), too_tight=tight)
+    loose, close = (tomllib.loads((tmp_path / n / "MEASUREMENT.toml").read_text())["uncertainty"] for n in "ab")
+    assert loose["lam"] / close["lam"] == pytest.approx(1.5)
+    assert (tmp_path / "a" / "modes.csv").read_text() == (tmp_path / "b" / "modes.csv").read_text()
+
+
+def test_eigenvalues_only_have_no_shapes(tmp_path):
+    make("eigenvalues-one", 1, tmp_path)
+    with (tmp_path / "modes.csv").open() as file:
+        assert not any("over_lean" in name for name in csv.DictReader(file).fieldnames)
+
+
+def test_unusual_sizes_lie_beyond_the_usual_ones():
+    for name, unusual in UNUSUAL.items():
+        key = next(iter(unusual.draw))
+        (low, high), (least, most) = unusual.draw[key], HIDDEN[name].draw[key]
+        assert low > most or high < least, name
+
+
+def test_pairs_that_hide_each_other_could_be_told_apart():
+    name, sizes = opposed_pair(np.random.default_rng(2))
+    assert stand_out(name, {effect: next(iter(h.draw.values()))[0] for effect, h in sizes.items()}) > 4
+
+
+def test_weave_is_seen_as_surely_as_a_table_of_it_says():
+    bicycle, rng = load_bicycle("benchmark"), np.random.default_rng(0)
+    machine, seen = true_machine(bicycle, {}, {}), seen_weave(bicycle, {}).reshape(len(SPEEDS), 6)
+    for speed, over_sd in zip(SPEEDS, seen, strict=True):
+        weave = shapes(machine, float(speed))["weave"]
+        row = table_row(float(speed), weave, QUIET, rng, ratios=True)
+        sds = [row[name] for name in ("real_sd_1_s", "steer_over_lean_sd", "yaw_over_lean_sd")]
+        values = [part for z in (weave.root, weave.steer, weave.yaw) for part in (z.real, z.imag)]
+        np.testing.assert_allclose(over_sd * np.repeat(sds, 2), values)
+
+
+def test_the_effect_that_is_hidden_by_an_opposed_one_may_be_half_of_what_is_hidden_alone():
+    _, sizes = opposed_pair(np.random.default_rng(5))
+    ((size, _),) = sizes["pneumatic_trail"].draw.values()
+    ((least, _),) = HIDDEN["pneumatic_trail"].draw.values()
+    assert least / 2 <= size < least
+
+
+@pytest.mark.parametrize("maker", [*causes.LIBRARY_HISTORIES.values(), *causes.SENSORS.values()])
+def test_a_cause_tells_what_it_does(maker):
+    cause = maker(np.random.default_rng(3))
+    ((name, values),) = cause.told.items()
+    (size,) = values.values()
+    done = [cause.extras.rack, cause.extras.bar, cause.speed_offset, cause.friction, *cause.shifts.values()]
+    for sensor in cause.sensors.values():
+        done += [sensor.gain - 1, sensor.delay, sensor.low_pass, sensor.bias, sensor.drift]
+    assert [x for x in done if x] == pytest.approx([size])
+    assert name not in HIDDEN
+
+
+def test_causes_outside_the_library_have_no_name_in_it():
+    for maker in causes.OUTSIDE_HISTORIES.values():
+        ((name, values),) = maker(np.random.default_rng(3)).told.items()
+        assert not values
+        assert name not in CALLED
+
+
+def test_a_wrong_geometry_is_5_to_12_stated_sd_off_to_either_side():
+    stated = uncertainty(load_bicycle("benchmark"))
+    for maker, key, most in ((causes.wrong_tilt, "lam", 10.0), (causes.wrong_trail, "c", 12.5)):
+        rng = np.random.default_rng(1)
+        off = np.array([maker(rng).shifts[key] / stated[key] for _ in range(200)])
+        assert 5.0 <= abs(off).min() < 5.2
+        assert most - 0.2 < abs(off).max() <= most
+        assert off.min() < 0 < off.max()
+
+
+def test_the_noise_that_drift_and_zero_error_are_counted_in_is_that_of_their_channels():
+    noise = {channel: sd for channel, (_, sd) in CHANNELS.items()}
+    assert {causes.COLUMNS[name]: level for name, level in causes.LEVELS.items()} == noise
+
+
+def test_a_loose_mass_on_the_bar_swings_at_1_5_to_3_hz_with_a_tenth_of_critical_damping():
+    rng = np.random.default_rng(1)
+    for _ in range(50):
+        inertia, stiffness, damping = causes.bar_mass(rng).extras.bar_mass
+        assert 1.5 <= np.sqrt(stiffness / inertia) / (2 * np.pi) <= 3
+        assert damping / (2 * np.sqrt(stiffness * inertia)) == pytest.approx(0.1)
+
+
+def test_sensors():
+    """A ramp through a first-order lag ends one time constant late, through two of them two."""
+    time = np.arange(300) * 0.01
+    for sensor, late in (
+        (Sensor(low_pass=0.05), 0.05),
+        (Sensor(low_pass=0.05, order=2), 0.1),
+        (Sensor(delay=0.03), 0.03),
+    ):
+        assert sensor.read(time, 2 * time)[-1] == pytest.approx(2 * (time[-1] - late), abs=1e-6)
+    waves = np.sin(3 * time)
+    np.testing.assert_allclose(Sensor(gain=1.2, bias=0.1, drift=0.5).read(time, waves), 1.2 * waves + 0.1 + 0.5 * time)
+    assert np.abs(Sensor(limit=0.3).read(time, waves)).max() < 0.3
+    np.testing.assert_allclose(Sensor(crosstalk=0.2).read(time, waves, time), waves + 0.2 * time)
+
+
+def test_a_rider_who_leaves_no_frame_is_refused():
+    rider = {"mass": 40.0, "x": 0.33, "z": -1.3, "Ixx": 2.0, "Izz": 1.0, "joint_z": -0.9}
+    check_rest(load_bicycle("rigid_rider"), rider)
+    with pytest.raises(InputError, match="'browser' cannot hold rider_lean"):
+        check_rest(load_bicycle("browser"), rider)
+
+
+@pytest.mark.parametrize("far", [0.1, 0.3])
+def test_a_rider_who_leaves_a_frame_below_the_ground_is_refused(far):
+    """A rest of 5 kg so far above or below the ground; its moments of inertia, 1 kg m^2, are physical both ways."""
+    whole, rest = load_bicycle("benchmark"), 5.0
+    rider = whole["mB"] - rest
+
+    def taken(z):
+        height = (whole["mB"] * whole["zB"] - rest * z) / rider
+        apart = rider * rest / whole["mB"] * (height - z) ** 2  # parallel axes
+        own = {"Ixx": whole["IBxx"] - apart - 1.0, "Izz": whole["IBzz"] - 1.0, "Ixz": whole["IBxz"]}
+        check_rest(whole, {"mass": rider, "x": whole["xB"], "z": height, **own})
+
+    taken(-far)
+    with pytest.raises(InputError, match="'benchmark' cannot hold rider_lean"):
+        taken(far)
+
+
+# The baseline.
+
+
+def test_sparse_regression_finds_the_terms_of_a_known_torque():
+    rng = np.random.default_rng(1)
+    columns = rng.standard_normal((500, len(TERMS))) * np.geomspace(0.1, 10, len(TERMS))
+    wanted = np.zeros(len(TERMS))
+    wanted[[2, 7]] = 3.0, -0.2
+    found = sparse(columns, columns @ wanted + 0.01 * rng.standard_normal(500), 0.05)
+    assert set(np.flatnonzero(found)) == {2, 7}
+    np.testing.assert_allclose(found, wanted, atol=0.1)
+    assert not sparse(columns, 0.01 * rng.standard_normal(500), 0.05).any()
+
+
+def test_the_table_of_the_baseline_knows_a_damper_and_a_spring():
+    table = known_changes(load_bicycle("browser").values)
+    for name, term, size in (("steer_damper", "steer rate", 1.0), ("steer_spring", "steer", 3.0)):
+        expected = np.zeros((2, len(TERMS)))
+        expected[1, TERMS.index(term)] = size
+        np.testing.assert_allclose(table[name], expected, atol=1e-12)
+
+
+def test_the_terms_are_those_of_the_published_benchmark():
+    """Meijaard et al. (2007), section on the benchmark: M, C1, K0, K2."""
+    found = dict(zip(TERMS, terms_of(coefficients(load_bicycle("benchmark").values, {})).T, strict=True))
+    g = 9.81
+    for term, column in {
+        "lean acceleration": (80.81722, 2.31941332208709),
+        "steer acceleration": (2.31941332208709, 0.29784188199686),
+        "lean rate": (0, 0),
+        "v lean rate": (0, -0.85035641456978),
+        "v steer rate": (33.86641391492494, 1.68540397397560),
+        "lean": (-80.95 * g, -2.59951685249872 * g),
+        "steer": (-2.59951685249872 * g, -0.80329488458618 * g),
+        "v^2 steer": (76.59734589573222, 2.65431523794604),
+    }.items():
+        np.testing.assert_allclose(found[term], column, rtol=1e-9, atol=1e-9, err_msg=term)
+
+
+def test_the_baseline_finds_nothing_in_quiet_data_of_the_stated_bicycle_and_a_strong_damper(tmp_path, monkeypatch):
+    monkeypatch.setattr(generator, "perturbed", lambda bicycle, sd, rng: bicycle)
+    strong = {"steer_damper": Hidden("rolling", (), {"damping": (2.0, 2.0)})}
+    for names, expected in (((), "none"), (("steer_damper",), "named")):
+        settings = {"bicycle": "benchmark", "kind": "rolling", "noise": 1e-3, "sizes": strong}
+        generator.modal_case(tmp_path, hidden=names, rng=np.random.default_rng(2), **settings)
+        found = baseline(tmp_path)
+        assert (found["verdict"], tuple(found["class"])) == (expected, names)
+
+
+def sensor(cause):
+    (only,) = cause.sensors.values()
+    return only
+
+
+DRAWN = {
+    "luggage_rear": [lambda c: c.extras.rack],
+    "luggage_bar": [lambda c: c.extras.bar],
+    "speed_offset": [lambda c: c.speed_offset],
+    "friction": [lambda c: c.friction],
+    "low_pass": [lambda c: 1e3 * sensor(c).low_pass],
+    "gain": [lambda c: 100 * (sensor(c).gain - 1)],
+    "delay": [lambda c: 1e3 * sensor(c).delay],
+    "lean_spring": [lambda c: c.extras.lean_spring],
+    "steer_rate_force": [lambda c: c.extras.force_per_steer_rate],
+    "structural_damper": [lambda c: c.extras.maxwell[0], lambda c: c.extras.maxwell[1]],
+    "rotor": [lambda c: c.extras.rotor[0] or np.nan, lambda c: c.extras.rotor[1] or np.nan],
+    "rear_twist": [lambda c: c.extras.rear_twist[0], lambda c: c.extras.rear_twist[1]],
+    "bar_mass": [lambda c: c.extras.bar_mass[0]],
+    "second_order_filter": [lambda c: 1e3 * sensor(c).low_pass],
+    "tilted_gyro": [lambda c: np.degrees(np.arctan(sensor(c).crosstalk))],
+    "saturating_sensor": [lambda c: sensor(c).limit],
+}
+
+
+def span_of(text, place=0):
+    """Ends of the range "A to B" of a text, of the first or a later one."""
+    return map(float, re.findall(r"([\d.]+)(?: N m)? to ([\d.]+)", text)[place])
+
+
+def assert_drawn(sizes, low, high):
+    """None outside, and some within a fiftieth of the range of either end."""
+    least, most = np.nanmin(sizes), np.nanmax(sizes)
+    assert low * (1 - 1e-12) <= least <= low + 0.02 * (high - low)
+    assert high - 0.02 * (high - low) <= most <= high * (1 + 1e-12)
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_what_a_cause_draws_fills_the_range_that_its_docstring_says(name):
+    maker, rng = (
+        {**causes.LIBRARY_HISTORIES, **causes.SENSORS, **causes.OUTSIDE_HISTORIES}[name],
+        np.random.default_rng(5),
+    )
+    drawn = [maker(rng) for _ in range(1000)]
+    for place, size in enumerate(DRAWN[name]):
+        assert_drawn(np.abs([size(cause) for cause in drawn]), *span_of(maker.__doc__, place))

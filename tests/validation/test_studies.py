@@ -1,0 +1,41 @@
+"""Every study of tests/validation runs on a tiny count."""
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from tests.validation.__main__ import main, studies
+
+TINY = {
+    "blind-test": "--seed 3 --cases 1 --cells modal-none --workers 1",
+    "corrected-models": "--seed 5 --cases 1 --histories 0",
+    "critical-speeds": "--seed 42 --models 4",
+    "repeats": "--seed 5 --campaigns 20",
+    "rig-coverage": "--seed 99 --campaigns 1 --jobs 1",
+    "sensitivity-mpmath": "--seed 7 --models 1",
+}
+SLOW = {"damaged-inputs", "every-bicycle", "free-decays", "joint-diagnosis", "residual-torque", "search-optimum"}
+SLOW |= {"sensor-faults", "sweep-scale"}
+
+
+def test_all_studies_are_listed():
+    said = CliRunner().invoke(main, []).output
+    assert all(name in said for name in studies())
+    assert set(TINY) | SLOW == set(studies())
+
+
+@pytest.mark.parametrize("name", sorted(set(TINY) - SLOW))
+def test_a_study_runs(name, tmp_path):
+    found = CliRunner().invoke(main, [name, *TINY[name].split(), "--out", str(tmp_path)], catch_exceptions=False)
+    assert found.exit_code == 0, found.output
+    result = json.loads((tmp_path / f"{name.replace('-', '_')}.json").read_text())
+    assert result
+    assert not result.get("errors", result.get("unexplained"))
+    assert not any(cell.get("errors") for cell in result.get("cells", {}).values())
+
+
+@pytest.mark.parametrize("arguments", [["critical-speed"], ["repeats"], ["repeats", "--seed", "-1"],
+                                       ["critical-speeds", "--seed", "1", "--models", "0"]])  # fmt: skip
+def test_a_wrong_name_or_count_is_refused(arguments):
+    assert CliRunner().invoke(main, arguments).exit_code == 2
