@@ -3,8 +3,7 @@
 Every name is imported when it is first used: the command line needs none of them to start.
 """
 
-from importlib import import_module
-from typing import Any
+from tyre.door import door
 
 __all__ = [
     "InputError",
@@ -17,23 +16,14 @@ __all__ = [
 ]
 
 HOME = {
-    "InputError": "tyre.base.errors",
-    "MeasuredTable": "tyre.maps.tables",
-    "TyreMap": "tyre.maps.tyre_map",
+    "InputError": "tyre.errors",
+    "MeasuredTable": "tyre.tables",
+    "TyreMap": "tyre.tyre_map",
     "TyreProperties": "tyre.properties",
-    "TyreSource": "tyre.tyre_source",
-    "available_tyres": "tyre.maps.find_table",
+    "TyreSource": "tyre.properties",
+    "available_tyres": "tyre.map_files",
     "read_tyre": "tyre.find_tyre",
 }
 """Name -> its home; ``__init__.pyi`` tells the types."""
 
-
-def __getattr__(name: str) -> Any:
-    if name not in HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    globals()[name] = getattr(import_module(HOME[name]), name)
-    return globals()[name]
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *HOME})
+__getattr__, __dir__ = door(__name__, HOME)

@@ -1,9 +1,13 @@
-"""How long the contact of a tyre is: from its load and pressure, or from its trail; and the trail of a string."""
+"""Length of the contact of a tyre with a flat road, and the stiffness on a drum."""
 
 import math
 from typing import Any
 
-from tyre.base.errors import InputError, is_number, shown
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tyre.arrays import Array
+from tyre.errors import InputError, is_number, shown
 
 
 def string_trail(*, half_length: Any, relaxation_length: Any) -> Any:
@@ -11,31 +15,13 @@ def string_trail(*, half_length: Any, relaxation_length: Any) -> Any:
 
     L is the cornering over the lateral stiffness, sigma + a. Of a short contact it is a, of one without free ends a/3.
     Source: von Schlippe & Dietrich (1941); Pacejka, Tire and Vehicle Dynamics, ch. 5.
-
-    Parameters
-    ----------
-    half_length : float or sympy expression
-        a, m.
-    relaxation_length : float or sympy expression
-        L, m, not 0.
     """
     free = 1 - half_length / relaxation_length
     return relaxation_length / 3 * (1 - free**3)
 
 
 def half_length_of_trail(*, pneumatic_trail: float, relaxation_length: float) -> float:
-    """Half the length (m) of the contact of a string that has a measured trail: the inverse of :func:`string_trail`.
-
-    Parameters
-    ----------
-    pneumatic_trail, relaxation_length : float
-        t and L, m, positive.
-
-    Raises
-    ------
-    InputError
-        Not positive, or a trail of more than a third of the relaxation length, which no string has.
-    """
+    """Half the length (m) of the contact of a string that has a measured trail: the inverse of :func:`string_trail`."""
     _positive(pneumatic_trail=pneumatic_trail, relaxation_length=relaxation_length)
     if pneumatic_trail > relaxation_length / 3:
         raise InputError(
@@ -49,22 +35,7 @@ def half_length_under_load(*, load: float, pressure: float, wheel_radius: float,
     """Estimate half the length (m) of the contact ellipse of a tyre: a = sqrt(N/(pi p) sqrt(R/rho)).
 
     The air carries the load, pi a b = N/p, and the ellipse has the ratio of a torus of the radii R and rho = width/2
-    pressed on a plane, a/b = sqrt(R/rho). An estimate: a stiff casing shortens the contact, thick rubber and
-    the flank of the tyre lengthen it (half the chord of a drop d, a = sqrt(2 R d), is the longest).
-
-    Parameters
-    ----------
-    load : float
-        Vertical load, N.
-    pressure : float
-        Inflation pressure, Pa.
-    wheel_radius, tyre_width : float
-        m.
-
-    Raises
-    ------
-    InputError
-        An argument that is not a positive number.
+    pressed on a plane, a/b = sqrt(R/rho). A stiff casing shortens the contact, thick rubber lengthens it.
     """
     _positive(load=load, pressure=pressure, wheel_radius=wheel_radius, tyre_width=tyre_width)
     return math.sqrt(load / (math.pi * pressure) * math.sqrt(2 * wheel_radius / tyre_width))
@@ -74,3 +45,14 @@ def _positive(**values: float) -> None:
     for name, value in values.items():
         if not is_number(value) or not 0 < value < math.inf:
             raise InputError(f"{name} = {shown(value)} must be a positive number in SI units")
+
+
+def log_curvature(*, wheel_radius: float, drum_radius: float | None) -> float:
+    """Return ln(1 + R / R_drum), which the exponent multiplies in ln(C_flat / C_drum)."""
+    return float(np.log1p(wheel_radius / drum_radius)) if drum_radius else 0.0
+
+
+def flat_over_drum(*, exponent: ArrayLike, wheel_radius: float, drum_radius: float | None) -> Array:
+    """Return the cornering stiffness on a flat track over that on a drum, (1 + R / R_drum)^n."""
+    curved = log_curvature(wheel_radius=wheel_radius, drum_radius=drum_radius)
+    return np.asarray(np.exp(np.asarray(exponent, dtype=np.float64) * curved))

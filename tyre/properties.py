@@ -1,13 +1,89 @@
-"""What a tyre is to a bicycle at one condition: cornering stiffness, lateral stiffness and relaxation length."""
+"""A tyre as a bicycle sees it: stiffnesses and relaxation length at a load and pressure, with their covariance."""
 
-from collections.abc import Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from tyre.estimate import Estimate
+from tyre.arrays import Array
+from tyre.errors import InputError
+from tyre.units import PASCAL_PER_BAR
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One value, its standard uncertainty and the effective degrees of freedom behind that uncertainty."""
+
+    value: float
+    sd: float
+    dof: float = np.inf
+
+    @property
+    def ci95(self) -> tuple[float, float]:
+        """Lower and upper end of the 95 % interval."""
+        from scipy import stats  # costs more than the rest of `import tyre`
+
+        half = float(stats.t.ppf(0.975, self.dof)) * self.sd
+        return self.value - half, self.value + half
+
+    def covers(self, truth: float) -> bool:
+        """Tell if the 95 % interval holds a value."""
+        low, high = self.ci95
+        return low <= truth <= high
+
+    def scaled(self, factor: float) -> "Estimate":
+        """Convert to another unit."""
+        return Estimate(factor * self.value, abs(factor) * self.sd, self.dof)
+
+    def as_json(self) -> dict[str, object]:
+        """``{"value", "sd", "ci95": [lo, hi]}``."""
+        return {"value": self.value, "sd": self.sd, "ci95": list(self.ci95)}
+
+
+def combine_uncertainties(parts: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Root sum of squares of independent parts, with the Welch-Satterthwaite degrees of freedom."""
+    total = float(np.sqrt(sum(sd**2 for sd, _ in parts)))
+    spent = sum(sd**4 / dof for sd, dof in parts if np.isfinite(dof))
+    return total, (np.inf if spent == 0.0 else max(1.0, total**4 / spent))
+
+
+# degrees of freedom of a stated repeatability: of an sd reliable to 25 %, (1/2) 0.25^-2 (JCGM 100:2008, G.4.2)
+REPEATABILITY_DOF = 8.0
+
+
+def weighed_scatter(stated: float, squares: float, repeats: float) -> tuple[float, float]:
+    """Standard deviation of one recording from what is stated and from repeats, with its degrees of freedom.
+
+    sd^2 = (nu0 s0^2 + nu s^2) / (nu0 + nu), for the stated s0 that counts nu0 = :data:`REPEATABILITY_DOF` and the
+    scatter s of repeats with nu degrees of freedom: the scaled inverse chi^2 prior after the data (Gelman et al.,
+    *Bayesian Data Analysis*, 3rd ed., section 2.6). Repeats that refute the stated one (F test, p < 0.05) stand alone.
+    """
+    from scipy import stats
+
+    if stated == 0.0 or stats.f.sf(squares / repeats / stated**2, repeats, REPEATABILITY_DOF) < 0.05:
+        return float(np.sqrt(squares / repeats)), repeats
+    dof = REPEATABILITY_DOF + repeats
+    return float(np.sqrt((REPEATABILITY_DOF * stated**2 + squares) / dof)), dof
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Relative standard uncertainties that the rig's certificates leave, common to a whole campaign."""
+
+    force: float = 0.003
+    slip: float = 0.003
+    displacement: float = 0.002
+    repeatability: float = 0.01
+
+    def __post_init__(self) -> None:
+        for name in ("force", "slip", "displacement", "repeatability"):
+            value = getattr(self, name)
+            if not 0.0 <= value < 0.5:
+                raise InputError(f"calibration: {name} = {value:g} must be a relative standard uncertainty, 0 to 0.5")
+
 
 Origin = Literal["measured", "interpolated", "extrapolated"]
 
@@ -113,23 +189,14 @@ class TyreProperties:
         return float(np.sqrt(self.covariance[2, 2]))
 
 
+# fields of `TyreProperties` that a tyre may hold beside its stiffnesses, and the properties that follow from them
 MEASURED_BESIDE = ("pneumatic_trail", "camber_stiffness", "twisting_stiffness", "overturning_stiffness")
-"""Fields of `TyreProperties` that a tyre may hold beside its stiffnesses."""
-
 FOLLOWS_FROM = {"aligning_stiffness": "pneumatic_trail", "crown_radius": "overturning_stiffness"}
-"""Properties that follow from one of these fields (and the cornering stiffness or the load)."""
+QUANTITIES = ("cornering_stiffness", "lateral_stiffness", "relaxation_length")  # in the order of every covariance
 
 
 def parameters_of_effects(values: Mapping[str, Any], *, load: Any) -> dict[str, Any]:
-    """Add the properties of `TyreProperties` that follow from its fields, as far as those are there.
-
-    Parameters
-    ----------
-    values : mapping of str to ndarray
-        Fields by name, SI units.
-    load : ndarray
-        Vertical load, N.
-    """
+    """Add the properties of `TyreProperties` that follow from its fields, as far as those are there."""
     found = dict(values)
     if "pneumatic_trail" in values:
         found["aligning_stiffness"] = values["pneumatic_trail"] * values["cornering_stiffness"]
@@ -139,16 +206,177 @@ def parameters_of_effects(values: Mapping[str, Any], *, load: Any) -> dict[str, 
 
 
 def stiffness_note(relative_sd: float) -> str:
-    """What is taken for the uncertainty of C_Fy where a source states none.
+    """Return the note on a source that states no uncertainty of C_Fy, for the assumed ``relative_sd``."""
+    taken = "none is assumed, so it counts as exact where it was measured"
+    if relative_sd:
+        taken = "assumed is {:g} % (one standard deviation)"
+    return "the source states no uncertainty of the cornering stiffness; " + taken.format(100 * relative_sd)
 
-    Parameters
+
+class JointCovariance(NamedTuple):
+    """Covariance of (C_Fy, K_y, relaxation length) of the first condition, then of the second, and so on; SI units."""
+
+    covariance: Array  # (3 n, 3 n)
+    # (3 n, 3 n), parts Q of the covariance that were estimated each by itself, over the root of their degrees of
+    # freedom: the variance g' S g of a result with gradient g has (g' S g)^2 / sum (g' Q g)^2 degrees of freedom
+    variance_spread: tuple[Array, ...] | None
+
+    def degrees_of_freedom(self, gradient: ArrayLike) -> float:
+        """Effective degrees of freedom of a result (Welch-Satterthwaite; JCGM 100:2008, eq. G.2b), at least 1."""
+        return effective_degrees_of_freedom(gradient, self.covariance, self.variance_spread or ())
+
+    def of(self, row: int) -> tuple[Array, Array | None]:
+        """Covariance (3, 3) and degrees of freedom (3,), or None where nobody states any, of one condition."""
+        place = slice(3 * row, 3 * row + 3)
+        mine = self.covariance[place, place].copy()
+        if self.variance_spread is None:
+            return mine, None
+        return mine, np.array([self.degrees_of_freedom(g) for g in np.eye(len(self.covariance))[place]])
+
+
+class JointLengths(NamedTuple):
+    """A length measured beside the stiffnesses, at n conditions."""
+
+    estimates: tuple[Estimate | None, ...]  # m; None where the table says nothing of it
+    covariance: Array  # (n, n), m^2; NaN in rows and columns of those
+    variance_spread: tuple[Array, ...]  # (n, n), as in :class:`JointCovariance`
+
+
+@dataclass(frozen=True, eq=False)
+class JointProperties:
+    """Properties at n conditions with their joint covariance."""
+
+    properties: tuple[TyreProperties, ...]  # in the order asked for
+    joint: JointCovariance
+    trails: JointLengths | None = None  # pneumatic trails; None where a tyre of them has none
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance of (C_Fy, K_y, relaxation length) of each, SI units, shape (3 n, 3 n)."""
+        return self.joint.covariance
+
+
+def effective_degrees_of_freedom(gradient: ArrayLike, covariance: Array, variance_spread: Sequence[Array]) -> float:
+    """Welch-Satterthwaite degrees of freedom of a result."""
+    g = np.asarray(gradient, float)
+    spent = sum(float(g @ part @ g) ** 2 for part in variance_spread)
+    return max(1.0, float(g @ covariance @ g) ** 2 / spent) if spent > 0.0 else np.inf
+
+
+def side_by_side(parts: Sequence[JointProperties]) -> JointProperties:
+    """Join the properties of different tyres: their errors have nothing in common."""
+    starts = np.cumsum([0, *(len(part.properties) for part in parts)]).tolist()
+
+    def placed(blocks: Mapping[int, Array], width: int) -> Array:
+        """Put blocks, by the number of their part, among zeros; ``width`` rows a condition."""
+        whole = np.zeros((width * starts[-1],) * 2)
+        for at, block in blocks.items():
+            place = slice(width * starts[at], width * starts[at + 1])
+            whole[place, place] = block
+        return whole
+
+    spreads = [part.joint.variance_spread for part in parts]
+    spread = tuple(placed({at: one}, 3) for at, several in enumerate(spreads) for one in several or ())
+    covariance = placed({at: part.covariance for at, part in enumerate(parts)}, 3)
+    joint = JointCovariance(covariance, None if all(one is None for one in spreads) else spread)
+    trails = [part.trails for part in parts if part.trails is not None]
+    together = None
+    if len(trails) == len(parts):
+        together = JointLengths(
+            tuple(estimate for trail in trails for estimate in trail.estimates),
+            placed({at: trail.covariance for at, trail in enumerate(trails)}, 1),
+            tuple(placed({at: one}, 1) for at, trail in enumerate(trails) for one in trail.variance_spread),
+        )
+    return JointProperties(tuple(one for part in parts for one in part.properties), joint, together)
+
+
+class TyreSource(ABC):
+    """A tyre on one surface, to be asked at any load and pressure.
+
+    Attributes
     ----------
-    relative_sd : float
-        sd(C_Fy) / C_Fy that is assumed, dimensionless.
+    tyre, surface : str
+        Its name; ``flat`` or ``drum``.
+    label : str
+        ``tyre on surface``, for messages.
+    description, source : str
+        What it is, and where its numbers come from.
+    notes : tuple of str
+        What a reader of any value must be told.
+    synthetic : bool
+        True where no rig measured it.
+    width : float or None
+        m.
+    loads, pressures : ndarray
+        Conditions worth looking at, N and Pa, ascending.
+    load_range, pressure_range : (float, float)
+        Where it holds, N and Pa; (0, inf) where that is not stated.
+    range_kind : str
+        What the ranges are, in words that follow them: ``at which Tyre1 on flat was measured``.
     """
-    taken = (
-        f"assumed is {100 * relative_sd:g} % (one standard deviation)"
-        if relative_sd
-        else "none is assumed, so it counts as exact where it was measured"
-    )
-    return f"the source states no uncertainty of the cornering stiffness; {taken}"
+
+    tyre: str
+    surface: str
+    label: str
+    description: str
+    source: str
+    notes: tuple[str, ...]
+    synthetic: bool
+    width: float | None
+    loads: Array
+    pressures: Array
+    load_range: tuple[float, float]
+    pressure_range: tuple[float, float]
+    range_kind: str
+
+    def at(self, *, load: float, pressure: float) -> TyreProperties:
+        """Return the properties at one vertical ``load`` (N) and inflation ``pressure`` (Pa)."""
+        return self.jointly([(load, pressure)]).properties[0]
+
+    def joint(self, conditions: Sequence[tuple[float, float]]) -> tuple[tuple[TyreProperties, ...], Array]:
+        """Return the properties at ``conditions`` (load N, pressure Pa) and their covariance, (3 n, 3 n)."""
+        found = self.jointly(conditions)
+        return found.properties, found.covariance
+
+    @abstractmethod
+    def jointly(self, conditions: Sequence[tuple[float, float]]) -> JointProperties:
+        """Return the properties at ``conditions`` (load N, pressure Pa), with their joint covariance."""
+
+    @abstractmethod
+    def origin(self, *, load: float, pressure: float) -> Origin:
+        """Return how values come about at a ``load`` (N) and ``pressure`` (Pa)."""
+
+    @abstractmethod
+    def linear(self, *, load: Array, pressure: Array) -> Mapping[str, Array]:
+        """Values by the name of a field of `TyreProperties`, for ``load`` (N) and ``pressure`` (Pa), (n,) each.
+
+        The conditions are not checked. Quantities that the tyre does not hold are left out.
+        """
+
+    @abstractmethod
+    def assuming(self, relative_sd: float, /) -> Self:
+        """Return the same tyre with ``relative_sd`` as standard deviation wherever its source states none."""
+
+
+def stated_range(tyre: TyreSource) -> str:
+    """The loads and pressures where a tyre holds, for messages."""
+    ends = (*tyre.load_range, *(end / PASCAL_PER_BAR for end in tyre.pressure_range))
+    return "{:g}-{:g} N and {:g}-{:g} bar".format(*ends)
+
+
+def out_of_reach(tyre: TyreSource, *, load: float, pressure: float) -> str | None:
+    """Tell which of load and pressure lies farther outside the range where a tyre holds than that range is wide."""
+    bars = tuple(end / PASCAL_PER_BAR for end in tyre.pressure_range)
+    for value, (low, high), unit in ((load, tyre.load_range, "N"), (pressure / PASCAL_PER_BAR, bars, "bar")):
+        outside = max(low - value, value - high)
+        if low < high and outside > (high - low) * (1 + 1e-9):  # of a single one the tyre says nothing anyway
+            reach = f"{low:g}-{high:g} {unit} {tyre.range_kind}"
+            return f"{value:.4g} {unit} is farther outside the {reach} than that range is wide"
+    return None
+
+
+def wheel_properties(tyres: Sequence[TyreSource], conditions: Sequence[tuple[float, float]]) -> JointProperties:
+    """Properties of the tyre of each wheel; what wheels with one tyre have in common is in their covariance."""
+    if len({(tyre.tyre, tyre.surface) for tyre in tyres}) == 1:
+        return tyres[0].jointly(conditions)
+    return side_by_side([tyre.jointly([at]) for tyre, at in zip(tyres, conditions, strict=True)])

@@ -1,30 +1,177 @@
-"""A rig effect: what the simulated rig adds to, or takes from, the tyre it measures, and how a fit sees it.
-
-One effect a file of :mod:`tyre.rig.effects`, found and not listed; one of another package is made known by
-:func:`register`. An effect changes the tyre as it runs on the rig (``on_tyre``), the channels of a rolling recording
-(``on_rolling``) or those of a pull test (``on_pull``); a campaign declares a tuple of them and they act in its order.
-Its ``terms`` are what a diagnosis of recordings may miss: written anew from the same physics, so that a simulated
-effect is a test of its term.
-"""
+"""An effect of the rig on its recordings, and the terms that it adds to a fit."""
 
 import importlib
+import math
 import pkgutil
 import re
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar
 
 import numpy as np
 
-from tyre.base.arrays import Array
-from tyre.base.errors import InputError, is_number, shown
-from tyre.recordings.recording import Condition
-from tyre.rig.regression import RigParameter, Term
-from tyre.rig.tyre import RigTyre
+from tyre.arrays import Array
+from tyre.errors import InputError, is_number, shown
+from tyre.magic_formula import magic_formula
+from tyre.recording import Condition
+
+
+@dataclass(frozen=True)
+class RigTyre:
+    """The truth of one tyre at one load and pressure (SI units).
+
+    Steady side force Sv + D times the Magic Formula of B x, with x = slip + Sh and B = cornering_stiffness / (C D);
+    aligning moment -t (F - Sv) with t = pneumatic_trail / (1 + (x / trail_slip)^2).
+    """
+
+    cornering_stiffness: float  # N/rad
+    lateral_stiffness: float  # N/m
+    peak_force: float  # D, N
+    shape: float = 1.4  # C and E
+    curvature: float = 0.0  # C and E
+    pneumatic_trail: float = 0.018  # at zero slip, m
+    trail_slip: float = 0.08  # slip at which the trail has halved, rad
+    offset_force: float = 0.0  # Sv, N
+    offset_slip: float = 0.0  # Sh, rad
+    rim_stiffness: float = np.inf  # N/m; inf for a rigid rim
+    relaxation: bool = True  # the force of the rolling tyre lags
+    softening: float = 0.0  # share by which a pull is softer at its end
+
+    @property
+    def relaxation_length(self) -> float:
+        """C / K_y of tyre (and rim in series), m."""
+        return self.cornering_stiffness * (1.0 / self.lateral_stiffness + 1.0 / self.rim_stiffness)
+
+    def steady_force(self, slip: Array) -> Array:
+        """Side force of the steadily rolling tyre, N (n,), at ``slip`` (n,), rad."""
+        u = self.cornering_stiffness / (self.shape * self.peak_force) * (slip + self.offset_slip)
+        curve = magic_formula(u, shape_factor=self.shape, curvature_factor=self.curvature)
+        return np.asarray(self.offset_force + self.peak_force * curve)
+
+
+Contribution = Array | float
+
+
+@dataclass(frozen=True)
+class RigParameter:
+    """A number of a rig effect."""
+
+    name: str
+    unit: str  # SI; ``1`` of a pure number
+    typical: tuple[float, float]  # range that occurs; a size begins or ends at, or goes through, zero
+    bounds: tuple[float, float] = (-math.inf, math.inf)  # possible values
+    size: bool = True  # the effect is absent at zero; otherwise the number is positive and its logarithm is fitted
+    least: float = 0.0  # smallest size that is worth a name in a diagnosis; 0: any
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """Contents of recordings and of their reference, which decide the terms that can be told."""
+
+    sweeps: bool = True  # there are slip sweeps
+    pulls: bool = True  # there are pull tests
+    both_branches: bool = True  # slip both rises and falls
+    both_signs: bool = True  # a sweep has slip angles of either sign
+    speeds: bool = True  # every sweep has its rolling speed
+    other_track: bool = True  # the track is curved otherwise than that of the reference
+    other_loads: bool = True  # there is a load that the reference does not have
+    # (value, sd), SI, by the name of a parameter whose size needs no fit
+    known: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+
+class _Terms:
+    def add(self, **contributions: Contribution) -> None:
+        """Add to ``contributions`` by name."""
+        for name, value in contributions.items():
+            before = getattr(self, name)
+            setattr(self, name, value if before is None else before + value)
+
+
+@dataclass
+class SweepTerms(_Terms):
+    """Contributions to a slip sweep, beside the condition it was recorded in."""
+
+    load: float  # N
+    load_ratio: float  # load over that of the reference
+    track_curvature: float  # ln(1 + R / R_drum) less that of the reference
+    log_stiffness: Contribution = 0.0  # ln of the factor on cornering stiffness and relaxation length
+    load_gain: Contribution = 0.0  # true over indicated load, less one
+    force_gain: Contribution = 0.0  # indicated over true force, less one
+    slip_gain: Contribution = 0.0  # indicated over true slip, less one
+    gain_by_sign: Contribution = 0.0  # gain of the indicated force to the right less that to the left
+    slip_offset: Contribution = 0.0  # rad of true slip, of the whole curve
+    half_gap: Contribution = 0.0  # rad of true slip by which the wheel stays behind the sensor
+    side_force: Contribution = 0.0  # N, of the tyre: it changes its sign with the tyre turned round
+    asymmetry: Contribution = 0.0  # N/rad^2
+    delay: Contribution = 0.0  # s
+    warming: Contribution = 0.0  # relative change of the force from the begin of the recording to its end
+    relaxation_length: Contribution | None = None  # m, at the first sweep; None: the force does not lag
+    compliance: Contribution = 0.0  # m/N, in series with the tyre
+
+
+@dataclass
+class PullTerms(_Terms):
+    """Contributions to a static pull of the ``displacement`` (n,), m."""
+
+    displacement: Array  # (n,), as indicated, m
+    force_gain: Contribution = 0.0  # indicated over true, less one
+    displacement_gain: Contribution = 0.0  # indicated over true, less one
+    compliance: Contribution = 0.0  # m/N, in series with the tyre
+    bend: Contribution = 0.0  # share by which the pull is softer at its largest displacement
+    force: Contribution = 0.0  # (K, n), N
+
+
+@dataclass(frozen=True)
+class Needs:
+    """Reasons why recordings cannot show an effect: the first whose field of :class:`Recorded` is false, else ''."""
+
+    reasons: tuple[tuple[str, str], ...] = ()
+
+    def __call__(self, recorded: Recorded) -> str:
+        return next((why for name, why in self.reasons if not getattr(recorded, name)), "")
+
+    def also(self, name: str, why: str) -> "Needs":
+        """Return the same needs and one more."""
+        return Needs((*self.reasons, (name, why)))
+
+
+needs_sweep = Needs((("sweeps", "no slip sweep"),))
+needs_pull = Needs((("pulls", "no pull test"),))
+
+
+@dataclass(frozen=True)
+class Term:
+    """A rig effect as a fit sees it.
+
+    ``sweep`` and ``pull`` add it to the terms of a recording: functions of the terms and of the parameters (K,) by
+    name, or the name of the contribution that the only parameter is.
+    """
+
+    identifier: str
+    signature: str  # its trace in the recordings, in words
+    parameters: tuple[RigParameter, ...]
+    sweep: Callable[..., None] | str | None = None
+    pull: Callable[..., None] | str | None = None
+    needs: Callable[[Recorded], str] = Needs()
+
+    def key(self, parameter: RigParameter) -> str:
+        """Name of one ``parameter`` of its own among those of all effects."""
+        return f"{self.identifier}.{parameter.name}"
+
+    def add_to(self, terms: SweepTerms | PullTerms, values: Mapping[str, Array]) -> None:
+        """Add the effect to the ``terms`` of a sweep or a pull, if ``values`` (K,) by :meth:`key` have it."""
+        add = self.sweep if isinstance(terms, SweepTerms) else self.pull
+        mine = {p.name: values[key] for p in self.parameters if (key := self.key(p)) in values}
+        if add is None or len(mine) < len(self.parameters):
+            return
+        if isinstance(add, str):
+            terms.add(**dict.fromkeys([add], *mine.values()))
+        else:
+            add(terms, **mine)
+
 
 Channels = dict[str, Array]
-HOOKS = ("on_tyre", "on_rolling", "on_pull")
-OUTSIDE: dict[str, type["RigEffect"]] = {}
-"""Effects of other packages by identifier; see :func:`register`."""
+OUTSIDE: dict[str, type["RigEffect"]] = {}  # effects of other packages by identifier; see `register`
 
 
 def declared(parameter: RigParameter, default: float) -> Any:
@@ -34,13 +181,7 @@ def declared(parameter: RigParameter, default: float) -> Any:
 
 @dataclass(frozen=True)
 class RigEffect:
-    """Base of all rig effects: does nothing.
-
-    Raises
-    ------
-    InputError
-        A parameter outside its bounds.
-    """
+    """Base of all rig effects: does nothing."""
 
     terms: ClassVar[tuple[Term, ...]] = ()
 
@@ -48,10 +189,8 @@ class RigEffect:
         for p, name in ((f.metadata["parameter"], f.name) for f in fields(self) if "parameter" in f.metadata):
             value, (low, high) = getattr(self, name), p.bounds
             if not is_number(value) or not low <= value <= high:
-                raise InputError(
-                    f"effect {self.identifier()}: {name} = {shown(value)} must be a number from {low:g} to {high:g} "
-                    f"({p.unit})"
-                )
+                allowed = f"a number from {low:g} to {high:g} ({p.unit})"
+                raise InputError(f"effect {self.identifier()}: {name} = {shown(value)} must be {allowed}")
 
     @classmethod
     def identifier(cls) -> str:
@@ -60,8 +199,9 @@ class RigEffect:
 
     @classmethod
     def simulated(cls) -> bool:
-        """Whether the simulator knows it."""
-        return any(getattr(cls, hook) is not getattr(RigEffect, hook) for hook in HOOKS)
+        """Tell if the simulator knows it."""
+        hooks = ("on_tyre", "on_rolling", "on_pull")
+        return any(getattr(cls, hook) is not getattr(RigEffect, hook) for hook in hooks)
 
     def on_tyre(self, tyre: RigTyre, condition: Condition, rng: np.random.Generator) -> RigTyre:
         """Return the ``tyre`` as it behaves on the rig in this recording at a ``condition``; ``rng`` for scatter."""
@@ -75,13 +215,7 @@ class RigEffect:
 
 
 def register(effect: type[RigEffect]) -> type[RigEffect]:
-    """Make an ``effect`` of another package known; a decorator.
-
-    Raises
-    ------
-    InputError
-        Its identifier, or that of one of its terms, is taken.
-    """
+    """Make an ``effect`` of another package known; a decorator."""
     others = [other for other in rig_effects().values() if other is not effect]
     taken = {other.identifier() for other in others} | {term.identifier for other in others for term in other.terms}
     for name in (effect.identifier(), *(term.identifier for term in effect.terms)):
@@ -103,10 +237,10 @@ def rig_effects() -> dict[str, type[RigEffect]]:
 
 
 def simulated_effects() -> dict[str, type[RigEffect]]:
-    """Those that the simulator knows."""
+    """Return the effects that the simulator knows."""
     return {name: effect for name, effect in rig_effects().items() if effect.simulated()}
 
 
 def rig_terms() -> tuple[Term, ...]:
-    """What a diagnosis of recordings may miss."""
+    """Return the terms of all effects, which a diagnosis of recordings tries."""
     return tuple(term for effect in rig_effects().values() for term in effect.terms)

@@ -1,28 +1,29 @@
-"""A synthetic bicycle-tyre rig: slip sweeps, slip steps and lateral pulls of a tyre whose truth is known.
+"""A simulated rig: synthetic slip sweeps, pulls and campaigns of the paper's protocol."""
 
-The protocol is the one of Dell'Orto, Ballo, Mastinu & Gobbi (9.3 km/h, slip to +-4 deg); the rolling side force obeys
-their eq. (1), (length / v) dF/dt + F = F_steady(slip), integrated exactly between samples. Every recording made here is
-marked ``synthetic``: nothing of it was measured.
-"""
-
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from itertools import product
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 
-from tyre.fits.lag import first_order_lag
-from tyre.recordings.recording import SIMULATED_NOTE, Channel, Condition, PullTest, RigRun
-from tyre.rig.effect import Channels, RigEffect
-from tyre.rig.tyre import RigTyre
+from tyre.errors import InputError, refuse_unknown
+from tyre.files import write_text
+from tyre.magic_formula import saturation
+from tyre.recording import SIMULATED_NOTE, Channel, Condition, PullTest, RigRun
+from tyre.relaxation import first_order_lag
+from tyre.rig.effect import Channels, RigEffect, RigTyre, simulated_effects
+from tyre.rig.effects.mechanics import Remounting, RigFriction, RimCompliance
+from tyre.rig.effects.sensors import DialGauge, LoadCellDrift, Noise, SensorGain
+from tyre.rig.effects.tyre import DrumCurvature, PlySteer, TemperatureDrift
+from tyre.units import PASCAL_PER_BAR
 
 
 @dataclass(frozen=True)
 class Protocol:
-    """How a recording is driven: speeds in m/s, slip in rad, rates in rad/s, times in s, lengths in m.
-
-    A pull goes out and back twice, with 20 readings a stroke.
-    """
+    """Drive of a recording: speeds in m/s, slip in rad, rates in rad/s, times in s, lengths in m."""
 
     speed: float = 9.3 / 3.6
     slip_amplitude: float = np.deg2rad(4.0)
@@ -41,33 +42,10 @@ class Protocol:
 
 
 def simulate_sweep(
-    *,
-    tyre: RigTyre,
-    condition: Condition,
-    protocol: Protocol,
-    effects: Sequence[RigEffect],
-    rng: np.random.Generator,
-    axes: str = "adapted SAE",
-) -> RigRun:
-    """Triangular slip sweep: 0, +amplitude, -amplitude, ..., 0.
-
-    Parameters
-    ----------
-    tyre : RigTyre
-        Truth before the rig's effects act.
-    condition : Condition
-    protocol : Protocol
-    effects : sequence of RigEffect
-        Applied in order.
-    rng : numpy.random.Generator
-    axes : str
-        Convention the recording is declared in (it matters when written).
-
-    Returns
-    -------
-    RigRun
-        Channels of shape (n,), n = sample rate times 4 cycles amplitude / rate, marked synthetic.
-    """
+    *, tyre: RigTyre, condition: Condition, protocol: Protocol, effects: Sequence[RigEffect],
+    rng: np.random.Generator, axes: str = "adapted SAE",
+) -> RigRun:  # fmt: skip
+    """Triangular slip sweep: 0, +amplitude, -amplitude, ..., 0."""
     duration = 4.0 * protocol.cycles * protocol.slip_amplitude / protocol.slip_rate
     time = np.arange(round(duration * protocol.sample_rate)) / protocol.sample_rate
     phase = time * protocol.slip_rate / protocol.slip_amplitude
@@ -76,18 +54,10 @@ def simulate_sweep(
 
 
 def simulate_step(
-    *,
-    tyre: RigTyre,
-    condition: Condition,
-    protocol: Protocol,
-    effects: Sequence[RigEffect],
-    rng: np.random.Generator,
-    axes: str = "adapted SAE",
-) -> RigRun:
-    """Slip step: straight for ``step_wait``, then ``step_slip`` within ``step_rise``, at the slow ``step_speed``.
-
-    Parameters and returns as :func:`simulate_sweep`.
-    """
+    *, tyre: RigTyre, condition: Condition, protocol: Protocol, effects: Sequence[RigEffect],
+    rng: np.random.Generator, axes: str = "adapted SAE",
+) -> RigRun:  # fmt: skip
+    """Slip step: straight for ``step_wait``, then ``step_slip`` within ``step_rise``, at the slow ``step_speed``."""
     duration = protocol.step_wait + protocol.step_rise + protocol.step_distance / protocol.step_speed
     time = np.arange(round(duration * protocol.sample_rate)) / protocol.sample_rate
     slip = protocol.step_slip * np.clip((time - protocol.step_wait) / protocol.step_rise, 0.0, 1.0)
@@ -95,18 +65,10 @@ def simulate_step(
 
 
 def simulate_pull(
-    *,
-    tyre: RigTyre,
-    condition: Condition,
-    protocol: Protocol,
-    effects: Sequence[RigEffect],
-    rng: np.random.Generator,
-    axes: str = "adapted SAE",
-) -> PullTest:
-    """Static pull test: the plate goes out and back ``pull_cycles`` times in ``pull_readings`` readings per stroke.
-
-    The tyre's force is K x (1 - softening x / x_max). Parameters and returns as :func:`simulate_sweep`.
-    """
+    *, tyre: RigTyre, condition: Condition, protocol: Protocol, effects: Sequence[RigEffect],
+    rng: np.random.Generator, axes: str = "adapted SAE",
+) -> PullTest:  # fmt: skip
+    """Static pull test: the plate goes out and back ``pull_cycles`` times in ``pull_readings`` readings per stroke."""
     for effect in effects:
         tyre = effect.on_tyre(tyre, condition, rng)
     reach = protocol.pull_force / tyre.lateral_stiffness
@@ -131,16 +93,9 @@ def simulate_pull(
 
 
 def _roll(
-    tyre: RigTyre,
-    condition: Condition,
-    slip: Channel,
-    time: Channel,
-    speed: float,
-    kind: str,
-    effects: Sequence[RigEffect],
-    rng: np.random.Generator,
-    axes: str,
-) -> RigRun:
+    tyre: RigTyre, condition: Condition, slip: Channel, time: Channel, speed: float,
+    kind: Literal["slip_sweep", "slip_step"], effects: Sequence[RigEffect], rng: np.random.Generator, axes: str,
+) -> RigRun:  # fmt: skip
     for effect in effects:
         tyre = effect.on_tyre(tyre, condition, rng)
     steady = tyre.steady_force(slip)
@@ -161,11 +116,128 @@ def _roll(
     for effect in effects:
         effect.on_rolling(channels, rng)
     recorded: dict[str, Any] = dict(channels)
-    return RigRun(
-        condition=replace(condition, speed=speed),
-        axes=axes,
-        synthetic=True,
-        kind="slip_step" if kind == "slip_step" else "slip_sweep",
-        notes=(SIMULATED_NOTE,),
-        **recorded,
-    )
+    driven = replace(condition, speed=speed)
+    return RigRun(condition=driven, axes=axes, synthetic=True, kind=kind, notes=(SIMULATED_NOTE,), **recorded)
+
+
+@dataclass(frozen=True)
+class CampaignPlan:
+    """Conditions of a synthetic campaign (SI units) and the number of recordings at each."""
+
+    tyre: str = "Synthetic tyre"
+    loads: tuple[float, ...] = (340.0, 400.0, 490.0)
+    pressures: tuple[float, ...] = (3.5e5, 5.5e5, 7.5e5)
+    surfaces: tuple[str, ...] = ("flat",)
+    rates: tuple[float, ...] = (float(np.deg2rad(1.0)), float(np.deg2rad(2.0)))
+    sweeps: int = 1
+    pulls: int = 2
+    steps: int = 0
+    drum_radius: float = 1.3
+    axes: str = "adapted SAE"
+    file_format: str = "csv"
+
+
+def synthetic_tyre(*, load: float, pressure: float) -> RigTyre:
+    """A made-up tyre of the size of a 26 mm racing tyre, smooth in ``load`` (N) and ``pressure`` (Pa)."""
+    f, p = load / 400.0, pressure / 5.5e5
+    stiffness = 7600.0 * saturation(load / (560.0 * p**0.15)) / p**0.05
+    return RigTyre(
+        cornering_stiffness=float(stiffness), lateral_stiffness=float(60e3 * p**0.65 * f**0.05),
+        peak_force=float(1.05 * load), shape=1.4, curvature=0.1, pneumatic_trail=float(0.018 * f**0.5 / p**0.3),
+    )  # fmt: skip
+
+
+def default_effects(rng: np.random.Generator) -> tuple[RigEffect, ...]:
+    """The rig-side effects of a fair laboratory; the calibration errors of the campaign are drawn here, by ``rng``."""
+    force, slip, gauge = rng.normal(0.0, [0.003, 0.003, 0.002])
+    gain = SensorGain(force=float(force), slip=float(slip), displacement=float(gauge))
+    tyre = (DrumCurvature(), PlySteer(), RimCompliance(), Remounting(), TemperatureDrift())
+    return (*tyre, RigFriction(), gain, LoadCellDrift(), Noise(), DialGauge())
+
+
+def set_effect(effects: Sequence[RigEffect], name: str, values: Mapping[str, float] | None) -> tuple[RigEffect, ...]:
+    """Set the values of one effect, add it, or take it out."""
+    known = simulated_effects()
+    refuse_unknown("effect", [name], known)
+    kind = known[name]
+    if values is None:
+        return tuple(effect for effect in effects if type(effect) is not kind)
+    allowed = [item.name for item in fields(kind)]
+    refuse_unknown("parameter", values, allowed, where=f"effect {name}")
+    if any(type(effect) is kind for effect in effects):
+        return tuple(replace(effect, **values) if type(effect) is kind else effect for effect in effects)
+    return (*effects, kind(**values))
+
+
+def write_campaign_files(
+    folder: Path, *, plan: CampaignPlan, effects: Sequence[RigEffect], rng: np.random.Generator,
+    seed: int | None = None, protocol: Protocol | None = None,
+) -> list[Path]:  # fmt: skip
+    """Write a synthetic campaign: one file per recording and ``truth.json``."""
+    from tyre.recording_files import write_csv, write_tydex
+
+    protocol = protocol or Protocol()
+    if plan.file_format not in ("csv", "tdx", "mixed"):
+        raise InputError(f"format {plan.file_format!r} is not one of csv, tdx, mixed")
+    for surface in plan.surfaces:
+        if surface not in ("flat", "drum"):
+            raise InputError(f"surface {surface!r} is not one of flat, drum")
+    folder.mkdir(parents=True, exist_ok=True)
+    if any(path.suffix in (".csv", ".tdx") for path in folder.iterdir()):
+        raise InputError(f"{folder}: already holds recordings; give an empty folder")
+    written: list[Path] = []
+
+    def write(recording: RigRun | PullTest, stem: str) -> None:
+        tydex = plan.file_format == "tdx" or (plan.file_format == "mixed" and len(written) % 2 == 1)
+        path = folder / f"{stem}.{'tdx' if tydex else 'csv'}"
+        (write_tydex if tydex else write_csv)(recording, path)
+        written.append(path)
+
+    truth = []
+    for surface, pressure, load in product(plan.surfaces, plan.pressures, plan.loads):
+        tyre = synthetic_tyre(load=load, pressure=pressure)
+        condition = Condition(
+            tyre=plan.tyre, load=load, pressure=pressure, surface=surface,
+            drum_radius=plan.drum_radius if surface == "drum" else None, rim="laboratory", speed=protocol.speed,
+            temperature=22.0,
+        )  # fmt: skip
+        truth.append(_truth(tyre, condition, effects))
+        stem = f"{surface}_{pressure / PASCAL_PER_BAR:g}bar_{load:g}N"
+        common: dict[str, Any] = {"tyre": tyre, "effects": effects, "rng": rng, "axes": plan.axes}
+        for rate, number in product(plan.rates, range(1, plan.sweeps + 1)):
+            run = simulate_sweep(condition=condition, protocol=replace(protocol, slip_rate=rate), **common)
+            write(run, f"{stem}_sweep_{np.rad2deg(rate):g}deg_s_{number}")
+        for number in range(1, plan.steps + 1):
+            write(simulate_step(condition=condition, protocol=protocol, **common), f"{stem}_step_{number}")
+        for number in range(1, plan.pulls + 1 if surface == "flat" else 1):
+            still = replace(condition, speed=None)
+            write(simulate_pull(condition=still, protocol=protocol, **common), f"{stem}_pull_{number}")
+    table = {
+        "synthetic": True,
+        "seed": seed,
+        "protocol": asdict(protocol),
+        "effects": {type(effect).__name__: asdict(effect) for effect in effects},
+        "conditions": truth,
+    }
+    write_text(folder / "truth.json", json.dumps(table, indent=1) + "\n")
+    return written
+
+
+def _truth(tyre: RigTyre, condition: Condition, effects: Sequence[RigEffect]) -> dict[str, Any]:
+    """Return the result of a perfect analysis: the tyre on this surface, without the scatter of remounting."""
+    rng = np.random.default_rng(0)
+    for effect in effects:
+        if not isinstance(effect, Remounting):
+            tyre = effect.on_tyre(tyre, condition, rng)
+    return {
+        "tyre": condition.tyre,
+        "surface": condition.surface,
+        "load_N": condition.load,
+        "pressure_bar": condition.pressure / PASCAL_PER_BAR,
+        "cornering_stiffness_N_per_rad": tyre.cornering_stiffness,
+        "lateral_stiffness_N_per_m": tyre.lateral_stiffness,
+        "relaxation_length_m": tyre.cornering_stiffness / tyre.lateral_stiffness,
+        "relaxation_length_rolling_m": tyre.relaxation_length,
+        "pneumatic_trail_m": tyre.pneumatic_trail,
+        "side_force_offset_N": tyre.offset_force,
+    }

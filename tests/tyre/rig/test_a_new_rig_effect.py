@@ -11,19 +11,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import tyre.rig.effect
+import tyre.rig
 from studies.cli import main
-from studies.missing_effect import diagnose
-from studies.missing_effect.rig.measurement import RigMeasurement
-from studies.missing_effect.rig.reference import Curve, Reference
-from tyre.base.errors import InputError
-from tyre.recordings.recording import Condition
-from tyre.rig.campaign import set_effect
-from tyre.rig.effect import RigEffect, register, rig_effects, rig_terms
-from tyre.rig.effects.noise import Noise
-from tyre.rig.effects.steering_play import SteeringPlay
-from tyre.rig.simulator import Protocol, simulate_sweep
-from tyre.rig.tyre import RigTyre
+from studies.diagnosis import Curve, Reference, RigRecordings, diagnose
+from tyre.errors import InputError
+from tyre.recording import Condition
+from tyre.rig import (
+    Noise,
+    Protocol,
+    RigEffect,
+    RigTyre,
+    SteeringPlay,
+    register,
+    rig_effects,
+    rig_terms,
+    set_effect,
+    simulate_sweep,
+)
 
 C = 7600.0
 TYRE = RigTyre(C, 75e3, peak_force=430.0, curvature=0.1, relaxation=False)
@@ -48,8 +52,8 @@ def test_it_is_found_simulated_and_named(leaning):
     run = simulate_sweep(
         tyre=TYRE, condition=FLAT, protocol=Protocol(), effects=(effect, Noise()), rng=np.random.default_rng(1)
     )
-    measurement = RigMeasurement("toy", Reference((CURVE,), "the truth"), sweeps=(("s", run),))
-    assert "leaning_track" in {c.identifier for c in measurement.forward().candidates}
+    measurement = RigRecordings(name="toy", reference=Reference((CURVE,), "the truth"), sweeps=(("s", run),))
+    assert "leaning_track" in {c.identifier for c in measurement.ready().candidates}
     verdict = diagnose(measurement, without=("conicity",)).verdict  # which pushes alike
     assert (verdict.verdict, verdict.equivalent) == ("named", ("leaning_track",))
     (named,) = verdict.effects

@@ -1,24 +1,29 @@
 """The rig simulator obeys the equations it is said to obey; expected numbers are worked out here by hand."""
 
-import re
-
 import numpy as np
 import pytest
 
-from tyre.base.errors import InputError
-from tyre.recordings.recording import Condition
-from tyre.rig.campaign import CampaignPlan, default_effects, set_effect, write_campaign_files
-from tyre.rig.effect import simulated_effects
-from tyre.rig.effects.dial_gauge import DialGauge
-from tyre.rig.effects.drum_curvature import DrumCurvature
-from tyre.rig.effects.load_cell_drift import LoadCellDrift
-from tyre.rig.effects.noise import Noise
-from tyre.rig.effects.ply_steer import PlySteer
-from tyre.rig.effects.rig_friction import RigFriction
-from tyre.rig.effects.rim_compliance import RimCompliance
-from tyre.rig.effects.temperature_drift import TemperatureDrift
-from tyre.rig.simulator import Protocol, simulate_pull, simulate_step, simulate_sweep
-from tyre.rig.tyre import RigTyre
+from tyre import InputError
+from tyre.recording import Condition
+from tyre.rig import (
+    CampaignPlan,
+    DialGauge,
+    DrumCurvature,
+    LoadCellDrift,
+    Noise,
+    PlySteer,
+    Protocol,
+    RigFriction,
+    RigTyre,
+    RimCompliance,
+    TemperatureDrift,
+    default_effects,
+    set_effect,
+    simulate_pull,
+    simulate_step,
+    simulate_sweep,
+    write_campaign_files,
+)
 
 C, K = 6000.0, 60e3
 TYRE = RigTyre(cornering_stiffness=C, lateral_stiffness=K, peak_force=420.0)
@@ -46,12 +51,6 @@ def test_default_sweep_is_the_papers_protocol():
     assert np.rad2deg(run.slip_angle.min()) == pytest.approx(-4.0, abs=1e-6)
     rate = np.rad2deg(np.abs(np.diff(run.slip_angle))) * 200
     assert np.median(rate) == pytest.approx(1.0, rel=1e-6)
-
-
-def test_slope_at_zero_slip_is_the_cornering_stiffness():
-    small = np.array([-1e-6, 1e-6])
-    slope = np.diff(TYRE.steady_force(small))[0] / 2e-6
-    assert slope == pytest.approx(C, rel=1e-7)
 
 
 def test_branch_gap_is_two_c_rate_length_over_speed():
@@ -136,25 +135,6 @@ def test_noise_has_the_declared_size_and_memory():
     assert lag == pytest.approx(np.exp(-1), abs=0.1)
 
 
-def test_same_seed_same_recording_and_other_seed_another():
-    first, again, other = (sweep(Noise(), seed=seed).side_force for seed in (1, 1, 2))
-    np.testing.assert_array_equal(first, again)
-    assert np.abs(first - other).max() > 1.0
-
-
-def test_every_effect_is_found_and_documented():
-    classes = simulated_effects()
-    assert {
-        "drum_curvature",
-        "ply_steer",
-        "rim_compliance",
-        "rig_friction",
-        "temperature_drift",
-        "load_cell_drift",
-    } <= set(classes)
-    assert all(kind.__doc__ and len(kind.__doc__) > 20 for kind in classes.values())
-
-
 def test_effects_are_set_and_removed_by_name():
     effects = default_effects(np.random.default_rng(0))
     louder = set_effect(effects, "noise", {"white": 9.0})
@@ -187,12 +167,3 @@ def test_a_pull_test_has_so_many_readings_a_stroke(readings, cycles):
     assert test.side_force.size == 1 + 2 * readings * cycles
     turns = test.tyre_deflection[::readings]
     np.testing.assert_allclose(turns, np.tile([0.0, 120.0 / K], cycles + 1)[: turns.size], atol=1e-12)
-
-
-def test_a_pull_has_the_strokes_and_readings_that_the_protocol_says():
-    found = re.search(r"out and back (twice), with (\d+) readings a stroke", Protocol.__doc__)
-    deflection = pull().tyre_deflection
-    assert deflection.size == 1 + 2 * 2 * int(found[2])
-    outward = np.diff(deflection) > 0
-    ends = np.flatnonzero(np.diff(outward.astype(int)))
-    assert np.diff(np.concatenate([[-1], ends, [outward.size - 1]])).tolist() == [int(found[2])] * 4

@@ -1,0 +1,221 @@
+"""Text tables of laboratories: delimiters, decimal signs, header lines, units, encodings, and what is refused."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tyre.channel_map import ChannelMap, Reading
+from tyre.errors import InputError
+from tyre.formats import contents, read_signals
+
+
+@pytest.fixture
+def file(tmp_path):
+    def write(text, name="a.csv", encoding="utf-8"):
+        path = tmp_path / name
+        path.write_bytes(text if isinstance(text, bytes) else text.encode(encoding))
+        return path
+
+    return write
+
+
+def read(path, **reading):
+    return read_signals(path, map=None) if not reading else _told(path, reading)
+
+
+def _told(path, reading):
+    found = contents(path, reading=Reading(**reading))
+    return {signal.name: signal for signal in found.load([column.name for column in found.columns], None)}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "t,f\n0,1.5\n1,-2.5\n",
+        "t;f\n0;1,5\n1;-2,5\n",
+        "t;f\n0;1.5\n1;-2.5\n",
+        "t\tf\r\n0\t1.5\r\n1\t-2.5\r\n",
+        "t\tf\n0\t1,5\n1\t-2,5\n",
+        "t|f\n0|1.5\n1|-2.5\n",
+        "t f\n 0   1.5\n 1  -2.5\n",
+        "t   f\n0   1,5\n1   -2,5\n",
+        '"t","f"\n"0","1.5"\n"1","-2.5"\n',
+        "t;f;\n0;1,5;\n1;-2,5;\n",
+        "# t, f\n0, 1.5\n1, -2.5\n",
+        "t,f\n\n0,1.5\n\n1,-2.5\n",
+        "Date: 3.4.2026\nOperator,Smith,Jones\n\nt,f\n0,1.5\n1,-2.5\n",
+        "t,f\r0,1.5\r1,-2.5\r",
+        "Title,\n\nt,f\n0,1.5\n1,-2.5\n",
+        "\ufefft,f\n0,1.50e0\n1,-25E-1\n",
+    ],
+)
+def test_two_columns_in_many_layouts(file, text):
+    found = read(file(text))
+    np.testing.assert_array_equal(found["t"].values, [0, 1])
+    np.testing.assert_array_equal(found["f"].values, [1.5, -2.5])
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "cp1252", "utf-16", "utf-8-sig"])
+def test_encodings(file, encoding):
+    found = read(file("Zeit;Kraft längs\nms;µm\n0;1,5\n1;2,5\n", encoding=encoding))
+    np.testing.assert_array_equal(found["Kraft längs"].values, [1.5, 2.5])
+    assert found["Kraft längs"].unit == "µm"
+    assert any("Windows-1252" in note for note in found.notes) == (encoding == "cp1252")
+
+
+def test_names_of_several_lines_and_a_line_of_units(file):
+    found = read(file("IMU,IMU,Rig\ngyro_x,acc_y,Fy\ndeg/s,g,kN\n1,2,3\n4,5,6\n"))
+    assert {name: signal.unit for name, signal in found.signals.items()} == {
+        "IMU.gyro_x": "deg/s", "IMU.acc_y": "g", "Rig.Fy": "kN",
+    }  # fmt: skip
+    np.testing.assert_array_equal(found["gyro_x"].values, [1, 4])
+    np.testing.assert_array_equal(found["Rig.Fy [kN]"].values, [3, 6])
+
+
+def test_a_title_padded_by_a_spreadsheet_is_no_name(file):
+    found = read(file("Run 7;;;\nt;f;g;h\ns;;N;\n0;1;2;3\n1;2;3;4\n"))
+    assert [(s.name, s.unit) for s in found.signals.values()] == [("t", "s"), ("f", ""), ("g", "N"), ("h", "")]
+    assert found.notes == ("lines above the names of the columns that were passed over: 1",)
+
+
+def test_units_in_brackets(file):
+    found = read(file("Fy [N],a (m/s²),T [-],slip (left),\n1,2,3,4,5\n2,3,4,5,6\n"))
+    assert {name: signal.unit for name, signal in found.signals.items()} == {
+        "Fy": "N", "a": "m/s²", "T": "-", "slip (left)": "", "column 5": "",
+    }  # fmt: skip
+
+
+def test_lines_that_are_told(file):
+    path = file("1,2,3\nt,f,g\n7,8,9\ns,N,N\n0,1,2\n1,2,3\n")
+    found = read(path, names_line=2, units_line=4, first_line=5)
+    assert [(signal.name, signal.unit) for signal in found.values()] == [("t", "s"), ("f", "N"), ("g", "N")]
+    np.testing.assert_array_equal(found["f"].values, [1, 2])
+
+
+def test_missing_samples_are_nan(file):
+    found = read(file("t;f\n0;1,5\n1;\n2;NaN\n3;NA\n4;-\n5;2\n"))
+    np.testing.assert_array_equal(found["f"].values, [1.5, np.nan, np.nan, np.nan, np.nan, 2])
+
+
+def test_dates_become_seconds(file):
+    lines = [f"2026-03-01T12:00:0{second}.250,{second}" for second in range(5)]
+    found = read(file("time,f\n" + "\n".join(lines) + "\n"))
+    np.testing.assert_array_equal(found["time"].values, [0, 1, 2, 3, 4])
+    assert found["time"].unit == "datetime"
+    with pytest.raises(InputError, match="line 90: time = '2026-13-01T00:00:00' is not a date and time"):
+        read(file("time,f\n" + "2026-03-01T12:00:00,1\n" * 88 + "2026-13-01T00:00:00,1\n"))
+
+
+def test_unmapped_columns_may_hold_anything(file):
+    path = file('t,note,f\n0,ok,1\n1,"a, b",2\n2,,3\n3,x,4\n')
+    found = read_signals(path, map=ChannelMap().with_channels(["time=t s", "f=f N"]))
+    np.testing.assert_array_equal(found["f"].values, [1, 2, 3, 4])
+    assert set(found.signals) == {"t", "f"}
+
+
+def test_the_last_line_without_an_end_is_left_out_and_said(file):
+    found = read(file("t,f\n0,100\n1,200\n2,30"))
+    np.testing.assert_array_equal(found["f"].values, [100, 200])
+    assert found.notes == ("line 4, the last one, has no line end and may be cut off: left out",)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("t,f\n0,1\n1,x\n2,3\n3,4\n", "line 3: f = 'x' is not a finite number"),
+        ("t,f\n0,1\n1,inf\n2,3\n3,4\n", "line 3: f = 'inf' is not a finite number"),
+        ("t,f\n0,1\n1,1_0\n2,3\n3,4\n", "line 3: f = '1_0' is not a finite number"),
+        ("t,f\n0,1\n1,３\n2,3\n3,4\n", "line 3: f = '３' is not a finite number"),
+        ("t,f\n0,1\n1\n2,3\n3,4\n", r"line 3: 1 cells where others have 2; was the file cut off\?"),
+        ("t,f\n0,1\n1,2,3\n2,3\n3,4\n", "line 3: 3 cells where others have 2; is the delimiter inside"),
+        ("t,f\n0,x\n1,2\n2,3\n3,4\n4,5\n", "line 2: names of columns were expected above the samples, it holds '0'"),
+        (
+            "t;f\n0;1,5\n1;1.234\n2;2,5\n3;3,5\n",
+            "line 3: f = '1.234' has a decimal point in a table with decimal commas",
+        ),
+        ("names\n0,1\n1,2\n", "line 1: 1 cells above samples of 2 columns; no names of columns were found"),
+        ("", "the file is empty"),
+        ("\n\n", "the file is empty"),
+        ("hello\nworld\n", "no table of numbers was found in its lines"),
+        (b"t,f\n0,1\0\n", "no text table"),
+        ("t,f\n0,1", "has names of columns but no samples"),
+    ],
+)
+def test_what_is_refused(file, text, words):
+    with pytest.raises(InputError, match=words):
+        read(file(text))
+
+
+@pytest.mark.parametrize(
+    ("reading", "words"),
+    [
+        ({"names_line": 3, "first_line": 2}, "names_line = 3 must be above the samples"),
+        ({"names_line": 1, "first_line": 3, "units_line": 2}, "line 2: 1 units where there are 2 columns"),
+        ({"names_line": 2, "first_line": 3}, "1 names of columns where the samples have 2 columns"),
+    ],
+)
+def test_lines_that_are_told_wrong(file, reading, words):
+    path = file("t,f\ns\n0,1\n1,2\n2,3\n3,4\n")
+    with pytest.raises(InputError, match=words):
+        contents(path, reading=Reading(**reading))
+
+
+def test_files_that_are_no_files(tmp_path):
+    with pytest.raises(InputError, match="no such recording"):
+        contents(tmp_path / "a.csv")
+    (tmp_path / "b.csv").mkdir()
+    with pytest.raises(InputError, match="is a folder; give a file"):
+        contents(tmp_path / "b.csv")
+    with pytest.raises(InputError, match=r"recordings end in \.csv, .*, not in '\.docx'"):
+        contents(tmp_path / "a.docx")
+
+
+@given(
+    rows=st.lists(
+        st.tuples(*[st.floats(-1e9, 1e9, allow_subnormal=False) for _ in range(3)]), min_size=2, max_size=40
+    ),
+    delimiter=st.sampled_from([";", "\t", "|"]), decimal=st.sampled_from(".,"), units=st.booleans(),
+)  # fmt: skip
+def test_every_number_is_read_as_it_was_written(tmp_path_factory, rows, delimiter, decimal, units):
+    path = tmp_path_factory.mktemp("h") / "a.csv"
+    text = delimiter.join(["alpha", "beta", "gamma"]) + "\n" + (delimiter.join(["s", "N", "deg"]) + "\n") * units
+    text += "".join(delimiter.join(repr(x).replace(".", decimal) for x in row) + "\n" for row in rows)
+    path.write_text(text)
+    found = read_signals(path)
+    for name, column in zip(("alpha", "beta", "gamma"), zip(*rows, strict=True), strict=True):
+        np.testing.assert_array_equal(found[name].values, column)
+    assert found["beta"].unit == ("N" if units else "")
+
+
+def test_large_files_are_read_in_blocks(file):
+    """Two blocks of 4 MiB: the line that lies across their ends is whole."""
+    count = 400_000
+    text = "t;f\nms;N\n" + "".join(f"{k};{k / 10}\n" for k in range(count)).replace(".", ",")
+    assert len(text) > 1 << 22
+    found = read(file(text))
+    np.testing.assert_array_equal(found["f"].values, np.arange(count) / 10)
+    assert found["f"].unit == "N"
+    with pytest.raises(InputError, match="line 399903: f = 'x' is not"):
+        read(file(text.replace("399900;39990,0", "399900;x")))
+
+
+def test_a_delimiter_at_the_end_of_each_line_is_no_column(file):
+    """It must not make blanks, with a comma for a decimal sign at the end of each number, the better delimiter."""
+    found = read(file("t, f,\n0, 1,\n1, 2,\n2, 5,\n"))
+    assert set(found.signals) == {"t", "f"}
+    np.testing.assert_array_equal(found["f"].values, [1, 2, 5])
+
+
+def test_a_first_sample_is_one_where_most_of_its_cells_are_numbers(file):
+    """Of 11 columns 6 are most; with 5 it may as well belong to the names, and is refused."""
+    names = ",".join(f"c{k}" for k in range(11))
+
+    def times(numbers):
+        first = ",".join(["0"] * numbers + ["off"] * (11 - numbers))
+        path = file("\n".join([names, first, *(",".join([str(k)] * 11) for k in (1, 2)), ""]))
+        return read_signals(path, map=ChannelMap().with_channels(["time=c0 s"]))["c0"].values.tolist()
+
+    assert times(6) == [0, 1, 2]
+    with pytest.raises(InputError, match="line 2: names of columns were expected above the samples, it holds '0'"):
+        times(5)

@@ -1,0 +1,356 @@
+"""What is peculiar to each format: groups, rates, units, tables in tables, frames on a bus, files not finalised."""
+
+import builtins
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tyre.channel_map import ChannelMap, Reading
+from tyre.channels import read_records
+from tyre.errors import InputError
+from tyre.formats import contents, read_signals
+from tyre.progress import progress_told
+
+TIME = np.arange(100) / 100
+WAVE = np.sin(TIME)
+
+
+def all_of(path, **reading):
+    found = contents(path, reading=Reading(**reading))
+    return {signal.name: signal for signal in found.load([column.name for column in found.columns], None)}
+
+
+# MDF
+
+
+def write_mdf(path: Path, groups, **settings):
+    from asammdf import MDF, Signal
+
+    with MDF(version="4.10") as file:
+        for title, time, channels in groups:
+            group = file.append([Signal(x, time, name=name, unit=unit) for name, x, unit in channels], acq_source=None,
+                                comment=title, common_timebase=True)  # fmt: skip
+            assert group is not None
+        file.save(path, overwrite=True, **settings)
+
+
+def test_groups_of_several_rates(tmp_path):
+    slow = TIME[::5]
+    write_mdf(tmp_path / "a.mf4", [
+        ("IMU", TIME, [("gyro", WAVE, "deg/s"), ("acc", WAVE, "g")]), ("Rig", slow, [("gyro", slow, "rad/s")]),
+    ], compression=2)  # fmt: skip
+    found = read_signals(tmp_path / "a.mf4")
+    assert {name: signal.unit for name, signal in found.signals.items()} == {
+        "IMU/gyro": "deg/s", "acc": "g", "Rig/gyro": "rad/s",
+    }  # fmt: skip
+    np.testing.assert_array_equal(found["Rig/gyro"].time, slow)
+    np.testing.assert_array_equal(found["acc"].values, WAVE)
+    lazy = ChannelMap().with_channels(["rate=IMU/gyro"])
+    assert list(read_signals(tmp_path / "a.mf4", map=lazy).signals) == ["IMU/gyro"]
+
+
+def unfinalised(path: Path) -> None:
+    """As a logger leaves it when its power is cut: length of the data and number of samples were never written."""
+    raw = bytearray(path.read_bytes())
+    raw[:8] = b"UnFinMF "
+    raw[60] = 0b101  # cycle counters, length of the last data block (ASAM MDF 4.1, identification block)
+    struct.pack_into("<Q", raw, bytes(raw).find(b"##DT") + 8, 24)
+    place = bytes(raw).find(b"##CG")
+    links = struct.unpack_from("<Q", raw, place + 16)[0]
+    struct.pack_into("<Q", raw, place + 24 + 8 * links + 8, 0)
+    path.write_bytes(raw)
+
+
+def test_a_file_that_was_not_finalised(tmp_path):
+    write_mdf(tmp_path / "a.mf4", [("IMU", TIME, [("gyro", WAVE, "deg/s")])])
+    unfinalised(tmp_path / "a.mf4")
+    before = (tmp_path / "a.mf4").read_bytes()
+    found = read_signals(tmp_path / "a.mf4")
+    np.testing.assert_array_equal(found["gyro"].values, WAVE)
+    assert found.notes == ("the file was not finalised when the logger stopped: read as far as it was written",)
+    assert (tmp_path / "a.mf4").read_bytes() == before
+    assert [path.name for path in tmp_path.iterdir()] == ["a.mf4"]
+
+
+DBC = """VERSION ""
+NS_ :
+BS_:
+BU_: ECU
+BO_ 256 Motion: 8 ECU
+ SG_ roll_rate : 0|16@1- (0.01,0) [-300|300] "deg/s" ECU
+ SG_ steer : 16|16@1- (0.001,0.5) [-30|30] "rad" ECU
+"""
+
+
+@pytest.fixture
+def bus(tmp_path):
+    """Frames of two signals of 16 bits each, little-endian, and their database."""
+    from asammdf import MDF, Signal
+    from asammdf.blocks import v4_constants
+    from asammdf.blocks.source_utils import Source
+
+    roll, steer = np.round(1000 * WAVE).astype("<i2"), np.round(300 * np.cos(TIME)).astype("<i2")
+    kind = np.dtype([
+        ("CAN_DataFrame.BusChannel", "u1"), ("CAN_DataFrame.ID", "<u4"), ("CAN_DataFrame.IDE", "u1"),
+        ("CAN_DataFrame.DLC", "u1"), ("CAN_DataFrame.DataLength", "u1"), ("CAN_DataFrame.DataBytes", "(8,)u1"),
+    ])  # fmt: skip
+    frames = np.zeros(len(TIME), kind)
+    frames["CAN_DataFrame.BusChannel"], frames["CAN_DataFrame.ID"] = 1, 256
+    frames["CAN_DataFrame.DLC"] = frames["CAN_DataFrame.DataLength"] = 8
+    frames["CAN_DataFrame.DataBytes"][:, :2] = roll.view(np.uint8).reshape(-1, 2)
+    frames["CAN_DataFrame.DataBytes"][:, 2:4] = steer.view(np.uint8).reshape(-1, 2)
+    source = Source(name="CAN 1", path="CAN 1", comment="", source_type=v4_constants.SOURCE_BUS,
+                    bus_type=v4_constants.BUS_TYPE_CAN)  # fmt: skip
+    with MDF(version="4.10") as file:
+        file.append(Signal(frames, TIME, name="CAN_DataFrame", source=source))
+        file.save(tmp_path / "bus.mf4", overwrite=True)
+    (tmp_path / "bus.dbc").write_text(DBC)
+    return tmp_path / "bus.mf4", 0.01 * roll, 0.001 * steer + 0.5
+
+
+def test_frames_are_decoded_with_a_database(bus):
+    path, roll, steer = bus
+    found = read_signals(path, dbc=[path.with_suffix(".dbc")])
+    assert (found["roll_rate"].unit, found["steer"].unit) == ("deg/s", "rad")
+    np.testing.assert_allclose(found["roll_rate"].values, roll, rtol=1e-12)
+    np.testing.assert_allclose(found["steer"].values, steer, rtol=1e-12)
+    np.testing.assert_allclose(found["steer"].time, TIME, atol=1e-9)
+    told = {"channels": {"steer": "steer"}, "reading": {"dbc": ["bus.dbc"]}}
+    (record,) = read_records(path, ChannelMap.from_table(told, path.parent, where="map"), {"steer": "angle"})
+    np.testing.assert_allclose(record.values["steer"], steer, rtol=1e-12)
+
+
+def test_frames_without_a_database_or_with_a_wrong_one(bus):
+    path, _, _ = bus
+    with pytest.raises(InputError, match="holds CAN frames that are not decoded; give their databases"):
+        contents(path)
+    with pytest.raises(InputError, match="no such database .*other.dbc"):
+        read_signals(path, dbc=[path.with_name("other.dbc")])
+    path.with_suffix(".dbc").write_text(DBC.replace("256", "257"))
+    with pytest.raises(InputError, match="bus.dbc decode none of its CAN frames"):
+        read_signals(path, dbc=[path.with_suffix(".dbc")])
+
+
+# TDMS
+
+
+def test_tdms_groups_and_times(tmp_path):
+    from nptdms import ChannelObject, TdmsWriter
+
+    stamps = np.datetime64("2026-03-01T12:00:00") + (TIME * 1e3).astype("timedelta64[ms]")
+    with TdmsWriter(tmp_path / "a.tdms") as file:
+        file.write_segment([
+            ChannelObject("rig", "Fy", WAVE, properties={"unit_string": "kN", "wf_increment": 0.02}),
+            ChannelObject("rig", "note", ["a", "b"]), ChannelObject("log", "stamp", stamps),
+        ])  # fmt: skip
+    found = all_of(tmp_path / "a.tdms")
+    assert {name: signal.unit for name, signal in found.items()} == {"rig/Fy": "kN", "log/stamp": "datetime"}
+    np.testing.assert_allclose(found["rig/Fy"].time, 2 * TIME)
+    np.testing.assert_allclose(found["log/stamp"].values, TIME, atol=1e-6)
+    assert set(all_of(tmp_path / "a.tdms", table="rig")) == {"rig/Fy"}
+    with pytest.raises(InputError, match="no group 'rigg'; there are log, rig"):
+        contents(tmp_path / "a.tdms", reading=Reading(table="rigg"))
+
+
+# MATLAB
+
+
+def test_matlab_structures_and_matrices(tmp_path):
+    import scipy.io
+
+    content = {
+        "run": {"imu": {"gyro": np.column_stack([TIME, WAVE])}, "name": "x"}, "fs": 200.0, "z": WAVE * 1j,
+        "wide": np.vstack([TIME, WAVE]), "two": [{"x": TIME}, {"x": WAVE}], "n": np.arange(100, dtype=np.int16),
+    }  # fmt: skip
+    scipy.io.savemat(tmp_path / "a.mat", content)
+    found = all_of(tmp_path / "a.mat")
+    assert {"run.imu.gyro(1)", "run.imu.gyro(2)", "wide(2)", "n"} <= set(found)
+    assert not {"fs", "z", "run.name"} & set(found)
+    for name in ("run.imu.gyro(2)", "wide(2)"):
+        np.testing.assert_array_equal(found[name].values, WAVE)
+    assert set(all_of(tmp_path / "a.mat", table="wide")) == {"wide(1)", "wide(2)"}
+    with pytest.raises(InputError, match="no variable 'Run'; did you mean 'run'"):
+        contents(tmp_path / "a.mat", reading=Reading(table="Run"))
+
+
+@pytest.mark.parametrize("version", ["v7", "v7.3"])
+@pytest.mark.filterwarnings("ignore:duration_to_mat")  # of the writer
+def test_matlab_timetables_have_their_own_times(tmp_path, version):
+    import matio
+    import pandas as pd
+
+    dates = pd.date_range("2026-03-01", periods=100, freq="10ms")
+    durations = pd.Index((TIME * 1e3).round().astype("timedelta64[ms]"), name="Time")
+    frames = {name: pd.DataFrame({"gyro": WAVE, "note": "x"}, index=i) for name, i in (("a", dates), ("b", durations))}
+    matio.save_to_mat(str(tmp_path / "a.mat"), frames, version=version)
+    found = all_of(tmp_path / "a.mat")
+    assert set(found) == {"a.gyro", "b.gyro"}
+    for name in found:
+        np.testing.assert_array_equal(found[name].values, WAVE)
+        np.testing.assert_allclose(found[name].time, TIME, atol=1e-9)
+    assert contents(tmp_path / "a.mat").own_times
+
+
+# HDF5
+
+
+def test_hdf5_groups_matrices_and_compounds(tmp_path):
+    import h5py
+
+    pair = np.zeros(100, [("x", "f8"), ("label", "S3"), ("y", "i4")])
+    pair["x"] = WAVE
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["imu/gyro"] = np.column_stack([TIME, WAVE]).astype("f4")
+        file["imu/gyro"].attrs["Units"] = np.array([b"deg/s"])
+        file["pair"] = pair
+        file["label"], file["one"] = "text", 3.0
+    found = all_of(tmp_path / "a.h5")
+    assert {name: signal.unit for name, signal in found.items()} == {
+        "imu/gyro[0]": "deg/s", "imu/gyro[1]": "deg/s", "pair.x": "", "pair.y": "",
+    }  # fmt: skip
+    np.testing.assert_array_equal(found["imu/gyro[1]"].values, WAVE.astype("f4"))
+    np.testing.assert_array_equal(found["pair.x"].values, WAVE)
+    assert set(all_of(tmp_path / "a.h5", table="imu")) == {"imu/gyro[0]", "imu/gyro[1]"}
+    assert set(all_of(tmp_path / "a.h5", table="pair")) == {"pair.x", "pair.y"}
+    with pytest.raises(InputError, match="no group 'rig'; there are imu, label, one, pair"):
+        contents(tmp_path / "a.h5", reading=Reading(table="rig"))
+
+
+# Parquet
+
+
+def test_parquet_stamps_units_and_missing_samples(tmp_path):
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    values = [None if k == 3 else float(x) for k, x in enumerate(WAVE)]
+    ticks = (1_772_000_000_000 + np.arange(100) * 10).tolist()
+    table = pa.table(
+        {"stamp": pa.array(ticks, pa.timestamp("ms")), "lap": pa.array(ticks, pa.duration("ms")),
+         "F [kN]": values, "n": pa.array(range(100), pa.int32()), "note": ["x"] * 100}
+    )  # fmt: skip
+    pq.write_table(table, tmp_path / "a.parquet", row_group_size=7)
+    found = all_of(tmp_path / "a.parquet")
+    assert {name: signal.unit for name, signal in found.items()} == {
+        "stamp": "datetime", "lap": "s", "F": "kN", "n": "",
+    }  # fmt: skip
+    np.testing.assert_allclose(found["stamp"].values, TIME, atol=1e-12)
+    np.testing.assert_array_equal(found["F"].values, [np.nan if k == 3 else x for k, x in enumerate(WAVE)])
+    assert len(read_signals(tmp_path / "a.parquet", most=9)["F"].values) == 9
+
+
+# Spreadsheets
+
+
+def write_sheets(path, **sheets):
+    import openpyxl
+
+    book = openpyxl.Workbook(write_only=True)
+    for name, rows in sheets.items():
+        sheet = book.create_sheet(name)
+        for row in rows:
+            sheet.append(row)
+    book.save(path)
+
+
+TABLE = [["Versuch 7"], [], ["t", "Fy [kN]"], [0, 1.5], [0.5, None], [1, 2]]
+
+
+def test_sheets(tmp_path):
+    path = tmp_path / "a.xlsx"
+    write_sheets(path, Leer=[], Messung=TABLE)
+    found = all_of(path)
+    np.testing.assert_array_equal(found["Fy"].values, [1.5, np.nan, 2])
+    assert found["Fy"].unit == "kN"
+    write_sheets(path, Eins=TABLE, Zwei=TABLE)
+    with pytest.raises(InputError, match="has the sheets Eins, Zwei; name one, as sheet = "):
+        contents(path)
+    assert set(all_of(path, sheet="Zwei")) == {"t", "Fy"}
+    with pytest.raises(InputError, match="no sheet 'Drei'; there are Eins, Zwei|no sheet 'Drei'; did you mean"):
+        contents(path, reading=Reading(sheet="Drei"))
+    write_sheets(path, Leer=[])
+    with pytest.raises(InputError, match="every sheet is empty"):
+        contents(path)
+    write_sheets(path, Worte=[["a", "b"], ["c", "d"]])
+    with pytest.raises(InputError, match="no table of numbers was found"):
+        contents(path)
+
+
+def test_dates_and_words_in_sheets(tmp_path):
+    from datetime import datetime, time, timedelta
+
+    start, path = datetime(2026, 3, 1, 12), tmp_path / "a.xlsx"
+    write_sheets(path, A=[["t", "f"], *([start + timedelta(seconds=k), k] for k in range(5))])
+    found = all_of(path)
+    np.testing.assert_allclose(found["t"].values, range(5), atol=1e-3)
+    assert found["t"].unit == "datetime"
+    write_sheets(path, A=[["t", "f"], [0, 1], [1, "x"], [2, 3]])
+    with pytest.raises(InputError, match="sheet 'A', row 3: f = 'x' is not a number; empty cells are missing"):
+        all_of(path)
+    write_sheets(path, A=[["t", "f"], [time(12, 0, 1), 1], [time(12, 0, 2), 2]])
+    with pytest.raises(InputError, match="row 2: t = .* is a time of day without a date"):
+        all_of(path)
+
+
+# Any of them
+
+
+@pytest.mark.parametrize(
+    ("suffix", "package", "extra"),
+    [
+        (".mf4", "asammdf", "can"), (".tdms", "nptdms", "tdms"), (".parquet", "pyarrow", "formats"),
+        (".xlsx", "python_calamine", "formats"), (".mat", "matio", "formats"), (".h5", "h5py", "formats"),
+    ],
+)  # fmt: skip
+def test_a_library_that_is_not_installed_is_named_with_the_way_to_install_it(
+    tmp_path, monkeypatch, suffix, package, extra
+):
+    path = tmp_path / f"a{suffix}"
+    path.write_bytes(b"MDF     ")
+
+    def lacking(name, *rest, **settings):
+        if name.split(".")[0] == package:
+            raise ImportError(f"No module named {name!r}")
+        return original(name, *rest, **settings)
+
+    original = builtins.__import__
+    monkeypatch.setattr("tyre.progress.import_module", lambda name: lacking(name))
+    with pytest.raises(InputError, match=rf"{package}.* is not installed; install it with: pip install .*\[{extra}\]"):
+        contents(path)
+
+
+def test_damage_becomes_one_error(tmp_path):
+    (tmp_path / "a.parquet").write_bytes(b"PAR1 and nothing more")
+    with pytest.raises(
+        InputError, match=r"cannot be read as \.parquet \(ArrowInvalid: .*\); is it damaged, cut off, or"
+    ):
+        contents(tmp_path / "a.parquet")
+
+
+def test_importing_the_room_loads_no_library_of_a_format():
+    import subprocess
+    import sys
+
+    code = (
+        "import sys, tyre.formats, tyre.channels, tyre.draft; "
+        "print([x for x in ('pandas', 'pyarrow', 'h5py', 'asammdf', 'matio', 'nptdms', 'scipy') if x in sys.modules])"
+    )
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert shown.stdout.strip() == "[]"
+
+
+def test_a_large_parquet_file_shows_how_far_it_is_read(tmp_path):
+    """A column of 2^16 samples, read as often as it takes."""
+    import pyarrow
+    import pyarrow.parquet
+
+    columns = 1 << 7  # of 2^23 samples in all
+    pyarrow.parquet.write_table(pyarrow.table({"x": np.zeros(1 << 16)}), tmp_path / "a.parquet")
+    load, told = contents(tmp_path / "a.parquet").load, []
+    with progress_told(told.append):
+        load(["x"] * columns, None)
+        assert not told
+        load(["x"] * (columns + 1), None)
+    assert told[-1]["n"] == told[-1]["total"] == 1 << 16

@@ -1,0 +1,39 @@
+"""Near matches of mistyped names, and notes folded by subject."""
+
+import pickle
+
+import pytest
+
+from tyre.errors import InputError, Note, extrapolated, folded, hint, nearest, refuse_unknown
+
+
+def test_near_matches():
+    assert nearest("Lod", ("load", "speed")) == "load"
+    assert nearest("xyz", ("load",)) == ""
+    assert hint("spead", ("load", "speed")) == "; did you mean 'speed'?"
+    assert hint("xyz", ("load",)) == ""
+    refuse_unknown("key", ["a"], ["a", "b"])
+    with pytest.raises(InputError, match=r"^f.toml: unknown key 'c'; known: a, b; units are SI$"):
+        refuse_unknown("key", ["a", "c"], ["a", "b"], where="f.toml", more="units are SI")
+    with pytest.raises(InputError, match=r"^unknown key '\[1\]'"):
+        refuse_unknown("key", [[1]], ["a"])
+
+
+def test_notes_on_one_subject_are_one_line():
+    notes = [
+        Note("T (rear): a", "T", "rear 400 N, measured"), "plain", Note("T (rear): b", "T", "rear 400 N, measured"),
+        Note("U: c", "U", "front"), "plain",
+    ]  # fmt: skip
+    assert folded(notes) == ["T (rear 400 N, measured): 2 notes, --verbose shows them", "plain", "U: c", "plain"]
+    assert folded([]) == []
+
+
+def test_a_note_is_a_sentence_that_keeps_its_subject():
+    note = Note("Tyre1: none is assumed", "Tyre1", "rear", inside=False)
+    changed = note.replace("none", "2 %")
+    assert changed == "Tyre1: 2 % is assumed"
+    assert (changed.subject, changed.headline, changed.inside) == ("Tyre1", "rear", False)
+    again = pickle.loads(pickle.dumps(note))
+    assert (again, again.subject, again.inside) == (note, "Tyre1", False)
+    assert extrapolated(["plain", note])
+    assert not extrapolated(["extrapolated", Note("extrapolated", "T", "extrapolated")])  # said, not parsed

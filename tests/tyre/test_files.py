@@ -1,0 +1,148 @@
+"""Files are written completely or not at all; TOML files and folders that are refused; ends of paths."""
+
+import os
+import resource
+import stat
+import subprocess
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tyre.errors import InputError
+from tyre.files import left_by_a_killed_run, own_ends, read_toml, replacing, slugs, write_bytes, write_text
+
+OLD, NEW = "the old one\n", "a new one\n" * 1000
+
+
+@contextmanager
+def files_no_longer_than(size):
+    """As on a full disk: what is written beyond ``size`` (bytes) fails, with an error that names no file."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def test_a_disk_that_fills_up_leaves_the_old_file_and_is_named(tmp_path):
+    (target := tmp_path / "t.csv").write_text(OLD)
+    with pytest.raises(OSError, match="t.csv") as found, files_no_longer_than(100):
+        write_text(target, NEW)
+    assert found.value.filename == str(target)
+    assert target.read_text() == OLD
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_a_killed_process_leaves_the_old_file(tmp_path):
+    (target := tmp_path / "t.csv").write_text(OLD)
+    script = (
+        "import os, sys\nfrom tyre.files import replacing\n"
+        "with replacing(sys.argv[1]) as part:\n    part.write_text('half'); os.kill(os.getpid(), 9)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script, target], cwd=Path(__file__).parents[2], check=False)
+    assert done.returncode == -9
+    assert target.read_text() == OLD
+    assert [left_by_a_killed_run(name) for name in sorted(os.listdir(tmp_path))] == [True, False]
+
+
+@pytest.mark.parametrize("name", ["t.csv", ".hidden", "part1.csv", ".partial.csv", ".part12"])
+def test_files_of_others_are_not_taken_for_leftovers(name):
+    assert not left_by_a_killed_run(name)
+
+
+def test_a_link_stays_a_link_and_permissions_stay(tmp_path):
+    (target := tmp_path / "t.csv").write_text(OLD)
+    target.chmod(0o640)
+    (link := tmp_path / "link.csv").symlink_to(target)
+    write_bytes(link, NEW.encode())
+    assert link.is_symlink()
+    assert target.read_text() == NEW
+    assert stat.S_IMODE(target.stat().st_mode) == 0o640
+
+
+def test_a_device_is_written_and_not_replaced():
+    write_text("/dev/null", NEW)
+    assert stat.S_ISCHR(os.stat("/dev/null").st_mode)
+
+
+def test_an_error_of_the_writer_leaves_nothing(tmp_path):
+    def write():
+        with replacing(tmp_path / "t.csv") as part:
+            part.write_text("half")
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        write()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_and_a_missing_folder_are_named(tmp_path):
+    with pytest.raises(IsADirectoryError, match="is a folder; give a file"):
+        write_text(tmp_path, NEW)
+    with pytest.raises(FileNotFoundError, match="no_folder/t.csv"):
+        write_text(tmp_path / "no_folder" / "t.csv", NEW)
+
+
+def test_names_fit_for_files_are_never_alike():
+    names = ["a b", "a_b", "A-B", "a/b", "A B", "a b", "a_b_2", ""]
+    stems = slugs(names)
+    assert list(stems) == list(dict.fromkeys(names))
+    assert len({stem.casefold() for stem in stems.values()}) == len(stems)
+    assert stems["a b"] == "a_b"
+    assert stems["a_b"] == "a_b_2"
+
+
+def test_the_ending_is_kept_for_writers_that_go_by_it(tmp_path):
+    with replacing(tmp_path / "figure.svg") as part:
+        assert part.suffix == ".svg"
+        part.write_text("<svg/>")
+    assert (tmp_path / "figure.svg").read_text() == "<svg/>"
+
+
+def test_a_byte_order_mark_and_windows_lines_are_read(tmp_path):
+    path = tmp_path / "a.toml"
+    path.write_bytes(b"\xef\xbb\xbfa = 1\r\nb = 2\r\n")
+    assert read_toml(path, "model file") == {"a": 1, "b": 2}
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (None, r"a\.toml: no such model file"),
+        (b"a = ", r"a\.toml: not a TOML file: Invalid value \(at end of document\)"),
+        (b"a = 1\na = 2", r"a\.toml: not a TOML file: Cannot overwrite a value"),
+        (b'a = "\xff"', r"a\.toml: not a TOML file: 'utf-8' codec"),
+        (b"a = " + b"9" * 5000, r"a\.toml: not a TOML file: Exceeds the limit .* value has 5000 digits"),
+        (b"a = " + b"[" * 5000, r"a\.toml: not a TOML file: maximum recursion depth"),
+    ],
+)
+def test_what_is_no_toml_file(tmp_path, content, words):
+    path = tmp_path / "a.toml"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(InputError, match=words):
+        read_toml(path, "model file")
+
+
+def test_a_pipe_is_refused_before_it_is_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe.toml")
+    with pytest.raises(InputError, match=r"pipe.toml: is a pipe or a device; write what comes out of it to a file"):
+        read_toml(tmp_path / "pipe.toml", "model file")
+    with pytest.raises(InputError, match=r"/dev/zero: is a pipe or a device"):
+        read_toml(Path("/dev/zero"), "model file")
+
+
+PARTS = st.lists(st.sampled_from("abc"), min_size=1, max_size=4).map(lambda parts: Path(*parts))
+
+
+@given(st.lists(PARTS, max_size=6))
+def test_no_two_are_alike_and_each_is_the_end_of_its_path(files):
+    ends = own_ends(files)
+    assert set(ends) == set(files)
+    assert len(set(ends.values())) == len(ends)
+    assert all(file.as_posix().endswith(end) for file, end in ends.items())

@@ -1,0 +1,45 @@
+"""What is seen in the samples of a channel: its step, and values that stay where a live sensor would move."""
+
+import numpy as np
+import pytest
+
+from tyre.quality import quality, resolution
+
+
+@pytest.mark.parametrize("step", [0.02, 3.0])
+def test_the_step_of_a_converter_is_found_and_noise_has_none(step):
+    rng = np.random.default_rng(1)
+    counts = rng.integers(-400, 400, 500)
+    assert resolution(1.7 + step * counts) == pytest.approx(step, rel=1e-6)
+    assert resolution(step * rng.normal(size=500)) == 0.0
+    assert resolution(step * np.array([0.0, 1.0, 2.0, 3.5, 4.5, 6.0])) == 0.0  # multiples but for a half
+
+
+def test_a_clipped_channel_is_saturated_at_the_samples_that_it_cuts():
+    t = np.arange(2000) / 100.0
+    wave = 10.0 * np.sin(t) + np.random.default_rng(2).normal(0.0, 1e-3, t.size)
+    found = quality(np.clip(wave, None, 8.0))
+    assert found.held_high == np.count_nonzero(wave >= 8.0)
+    assert (found.held_low, found.frozen) == (0, 0)
+    assert f"{found.held_high} samples stay at its highest value 8: saturated?" in found.remarks
+
+
+def test_a_slow_sensor_in_a_fast_file_is_neither_saturated_nor_frozen():
+    """Every value stands ten times, the extreme ones as well."""
+    found = quality(np.repeat(np.random.default_rng(3).normal(size=200), 10))
+    assert (found.held_low, found.held_high, found.frozen) == (0, 0, 0)
+
+
+@pytest.mark.parametrize(("held", "said"), [(400, 400), (600, 0)])
+def test_a_value_that_holds_for_most_of_the_time_is_a_set_value(held, said):
+    rng = np.random.default_rng(4)
+    values = np.concatenate([np.full(held, 2.5), rng.uniform(0.5, 2.0, 1000 - held)])
+    assert quality(values).held_high == said
+
+
+def test_gaps_of_a_hundred_steps_do_not_hide_the_step():
+    """The last gap ends half a step beside the grid: noticed up to that many steps, beyond it no longer."""
+    steps = 100.0
+    grid = np.arange(20.0)
+    assert resolution(0.1 * np.append(grid, 19.0 + steps - 0.5)) == 0.0
+    assert resolution(0.1 * np.append(grid, 19.0 + steps + 0.5)) == pytest.approx(0.1)

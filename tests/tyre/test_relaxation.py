@@ -1,0 +1,244 @@
+"""Relaxation length by three routes, against closed forms and simulated recordings of known length."""
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy import stats
+from scipy.integrate import quad, solve_ivp
+
+from tyre import InputError
+from tyre.noise import draw_ar1
+from tyre.properties import Calibration, Estimate, combine_uncertainties
+from tyre.pull_test import dahl_friction
+from tyre.recording import Condition, RigRun
+from tyre.relaxation import (
+    agreement,
+    first_order_lag,
+    fit_slip_step,
+    is_slip_step,
+    mean_of_steps,
+    relaxation_from_stiffness,
+    relaxation_from_two_rates,
+)
+from tyre.rig import Noise, PlySteer, Protocol, RigTyre, simulate_step, simulate_sweep
+
+C, K = 6300.0, 60e3
+TYRE = RigTyre(cornering_stiffness=C, lateral_stiffness=K, peak_force=420.0)
+FLAT = Condition(tyre="Synthetic", load=400.0, pressure=5.5e5, surface="flat", speed=0.5, temperature=20.0)
+
+
+def analytic_step(*, length=0.12, speed=0.5, noise=0.0, slip=0.017, seed=0):
+    """F = F0 + C slip (1 - exp(-v t / length)), Dell'Orto et al. eq. (2) with its erratum."""
+    time = np.arange(0.0, 4.0, 0.001)
+    rolled = np.maximum(time - 1.0, 0.0) * speed
+    force = 3.0 + C * slip * (1.0 - np.exp(-rolled / length))
+    rng = np.random.default_rng(seed)
+    return RigRun(
+        condition=FLAT, axes="SAE", time=time, slip_angle=np.where(time > 1.0, slip, 0.0),
+        side_force=force + noise * rng.standard_normal(time.size), vertical_load=np.full(time.size, 400.0),
+        speed=np.full(time.size, speed), kind="slip_step",
+    )  # fmt: skip
+
+
+def test_a_step_late_in_the_record_is_one():
+    """The slip after the step is that of the end, though most of the record lies before it."""
+    run, wait = analytic_step(length=0.06), np.arange(0.0, 6.0, 0.001)
+    before = {"slip_angle": 0.0, "side_force": 3.0, "vertical_load": 400.0, "speed": 0.5}
+    longer = {name: np.concatenate([np.full(wait.size, at), getattr(run, name)]) for name, at in before.items()}
+    late = replace(run, time=np.concatenate([wait, run.time + 6.0]), **longer)
+    assert fit_slip_step(late).relaxation_length.value == pytest.approx(0.06, rel=0.01)
+
+
+@pytest.mark.parametrize(("length", "slip"), [(0.06, 0.017), (0.12, -0.01), (0.25, 0.017)])
+def test_analytic_step_gives_its_length(length, slip):
+    fit = fit_slip_step(analytic_step(length=length, slip=slip))
+    assert fit.relaxation_length.value == pytest.approx(length, rel=0.01)
+    assert fit.distance_to_63 == pytest.approx(length, abs=0.004)
+    assert fit.force_change == pytest.approx(C * slip, rel=5e-3)
+
+
+def test_a_slow_step_does_not_lengthen_the_result():
+    protocol = Protocol(step_rise=0.3, step_distance=1.5)
+    run = simulate_step(tyre=TYRE, condition=FLAT, protocol=protocol, effects=[], rng=np.random.default_rng(0))
+    assert fit_slip_step(run).relaxation_length.value == pytest.approx(C / K, rel=0.01)
+
+
+def test_speed_may_change_during_a_step():
+    run = analytic_step(length=0.12)
+    assert run.speed is not None
+    speed = 0.5 * (1.0 + 0.3 * np.sin(3.0 * run.time))
+    time = np.concatenate([[0.0], np.cumsum(np.diff(run.time) * 0.5 / (0.5 * (speed[1:] + speed[:-1])))])
+    assert fit_slip_step(replace(run, time=time, speed=speed)).relaxation_length.value == pytest.approx(0.12, rel=0.02)
+
+
+def test_noisy_steps_scatter_as_claimed():
+    effects = [PlySteer(), Noise(correlated=0.0)]
+    fits = [
+        fit_slip_step(
+            simulate_step(
+                tyre=TYRE, condition=FLAT, protocol=Protocol(), effects=effects, rng=np.random.default_rng(seed)
+            )
+        )
+        for seed in range(30)
+    ]
+    values = np.array([fit.relaxation_length.value for fit in fits])
+    claimed = np.sqrt(np.mean([fit.relaxation_length.sd**2 for fit in fits]))
+    assert abs(values.mean() - C / K) < 4 * values.std() / np.sqrt(30)
+    assert 0.65 < values.std(ddof=1) / claimed < 1.4
+
+
+def test_steps_are_told_from_sweeps():
+    step = analytic_step()
+    assert is_slip_step(step)
+    assert is_slip_step(replace(step, kind="slip_sweep"))
+    sweep = simulate_sweep(
+        tyre=TYRE, condition=FLAT, protocol=Protocol(cycles=1), effects=[], rng=np.random.default_rng(0)
+    )
+    assert not is_slip_step(sweep)
+    twice = np.where(step.time % 2.0 > 1.0, 0.017, 0.0) * (step.time < 3.5)  # out and back, and again
+    assert np.count_nonzero(np.diff(twice)) == 4
+    assert not is_slip_step(replace(step, slip_angle=twice, kind="slip_sweep"))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda run: {"slip_angle": 0.0 * run.slip_angle}, "changes by 0.000 deg; a step of 0.1 deg"),
+        (lambda run: {"side_force": -run.side_force}, "side force falls with slip"),
+        (lambda run: {"speed": 0.0 * run.time}, "must roll forward throughout"),
+        (lambda run: {"speed": None, "condition": replace(FLAT, speed=None)}, "needs the speed"),
+        (lambda run: {"side_force": np.where(run.time < 3.97, np.nan, run.side_force)}, "too few for a slip step"),
+        (lambda run: {"side_force": 3.0 + 30.0 * np.maximum(run.time - 1.0, 0.0)}, "at least three relaxation lengths"),
+    ],
+)
+def test_unusable_steps_are_refused(change, words):
+    run = analytic_step()
+    with pytest.raises(InputError, match=words):
+        fit_slip_step(replace(run, **change(run)))
+
+
+def test_ratio_and_covariance_against_monte_carlo():
+    calibration = Calibration(force=0.01, slip=0.006, displacement=0.004)
+    length, covariance = relaxation_from_stiffness(
+        cornering_stiffness=Estimate(C, 0.008 * C), lateral_stiffness=Estimate(K, 0.005 * K), calibration=calibration
+    )
+    rng = np.random.default_rng(0)
+    n = 200_000
+    force = rng.normal(0.0, 0.01, n)
+    c = C * (1 + rng.normal(0.0, 0.008, n)) * (1 + force) * (1 + rng.normal(0.0, 0.006, n))
+    k = K * (1 + rng.normal(0.0, 0.005, n)) * (1 + force) * (1 + rng.normal(0.0, 0.004, n))
+    drawn = np.cov(np.stack([c, k, c / k]))
+    np.testing.assert_allclose(covariance, drawn, rtol=0.05)
+    assert length.value == pytest.approx(C / K)
+    assert length.sd == pytest.approx(np.sqrt(drawn[2, 2]), rel=0.02)
+
+
+def test_a_shared_load_cell_cancels_in_the_ratio():
+    settings = {"cornering_stiffness": Estimate(C, 0.0), "lateral_stiffness": Estimate(K, 0.0)}
+    only_force = Calibration(force=0.02, slip=0.0, displacement=0.0)
+    shared, _ = relaxation_from_stiffness(**settings, calibration=only_force)
+    assert shared.sd == pytest.approx(0.0, abs=1e-12)
+
+
+@dataclass(frozen=True)
+class Gap:
+    rate: float
+    half_gap: float
+    half_gap_sd: float = 1e-5
+    speed: float | None = 2.5
+
+
+def test_two_rates_separate_lag_from_friction_of_the_steering():
+    # h = h0 + rate length / v with h0 = 4e-4 rad and length 0.11 m, by hand
+    gaps = [Gap(rate, 4e-4 + rate * 0.11 / 2.5) for rate in (0.0175, 0.07, 0.0175, 0.07)]
+    estimate = relaxation_from_two_rates(gaps)
+    assert estimate is not None
+    assert estimate.value == pytest.approx(0.11, rel=1e-9)
+    # slope of a straight line: sd = sigma / sqrt(sum (x - mean)^2), x = rate / v
+    assert estimate.sd == pytest.approx(1e-5 / (0.0525 / 2.5), rel=1e-9)
+    assert relaxation_from_two_rates(gaps[:1]) is None
+    assert relaxation_from_two_rates([gaps[0], gaps[2]]) is None
+    assert relaxation_from_two_rates([replace(gap, speed=None) for gap in gaps]) is None
+
+
+def test_agreement_is_a_chi_squared_test():
+    routes = {"a": Estimate(0.100, 0.002), "b": Estimate(0.106, 0.004), "c": Estimate(0.099, 0.003)}
+    result = agreement(routes)
+    assert result is not None
+    value, weight = np.array([0.1, 0.106, 0.099]), 1 / np.array([0.002, 0.004, 0.003]) ** 2
+    mean = np.sum(value * weight) / np.sum(weight)
+    chi2 = np.sum((value - mean) ** 2 * weight)
+    assert result.chi2 == pytest.approx(chi2, rel=1e-6)
+    assert result.p_value == pytest.approx(stats.chi2.sf(chi2, 2), rel=1e-6)
+    assert "agree (chi^2" in result.sentence
+    far = agreement({"a": Estimate(0.1, 0.001), "b": Estimate(0.13, 0.001)})
+    assert far is not None
+    assert far.p_value < 1e-6
+    assert "disagree" in far.sentence
+    assert agreement({"a": Estimate(0.1, 0.001)}) is None
+
+
+def test_mean_of_steps_and_combined_uncertainties():
+    fits = [fit_slip_step(analytic_step(noise=4.0, seed=seed)).relaxation_length for seed in range(4)]
+    mean = mean_of_steps(fits)
+    assert mean is not None
+    assert mean.value == pytest.approx(np.mean([fit.value for fit in fits]))
+    assert mean.dof == 11  # 3 of the repeats, 8 of the stated repeatability
+    single = mean_of_steps(fits[:1], repeatability=0.05)
+    assert single is not None
+    assert single.sd > 0.05 * single.value
+    assert mean_of_steps([]) is None
+    # JCGM 100:2008, annex G: 3 and 4 with 9 and infinite degrees of freedom
+    sd, dof = combine_uncertainties([(3.0, 9.0), (4.0, np.inf)])
+    assert sd == pytest.approx(5.0)
+    assert dof == pytest.approx(5.0**4 / (3.0**4 / 9.0))
+
+
+def test_interval_uses_student_and_bad_calibration_is_refused():
+    low, high = Estimate(10.0, 1.0, 4.0).ci95
+    assert high - 10.0 == pytest.approx(2.776445, abs=1e-6)  # t(0.975, 4), any table
+    assert low == pytest.approx(20.0 - high)
+    with pytest.raises(InputError, match="slip = -0.1 must be a relative standard uncertainty, 0 to 0.5"):
+        Calibration(slip=-0.1)
+
+
+def test_dahl_friction_solves_its_equation():
+    """dT/dx = (1 - T sgn(dx)) / presliding over a path with two reversals (Dahl 1968)."""
+    presliding, state, expected = 3e-5, 0.0, [0.0]
+    path = np.array([0.0, 2e-5, 9e-5, 4e-5, -6e-5, -5e-5, 8e-5])
+    for begin, end in pairwise(path):
+        way = np.sign(end - begin)
+        rate = lambda x, t, way=way: (1 - t * way) / presliding  # noqa: E731
+        state = solve_ivp(rate, (begin, end), [state], rtol=1e-10, atol=1e-12).y[0, -1]
+        expected.append(state)
+    np.testing.assert_allclose(dahl_friction(path, presliding=presliding), expected, atol=1e-8)
+    several = dahl_friction(path, presliding=np.array([1e-5, presliding]))
+    np.testing.assert_allclose(several[1], expected, atol=1e-8)
+    assert dahl_friction(path[1:], presliding=presliding, start=0.0)[0] == pytest.approx(expected[1])
+
+
+def test_a_lag_solves_its_equation():
+    """y' + y = u for a piecewise linear u, by the convolution integral; a steady input stays as it is."""
+    step, rng = 0.3, np.random.default_rng(1)
+    u = rng.standard_normal(12)
+    x = step * np.arange(12)
+    found = first_order_lag(u, step=step)
+    for k in (1, 5, 11):
+        integral = sum(quad(lambda s, k=k: np.exp(s - x[k]) * np.interp(s, x, u), x[j], x[j + 1])[0] for j in range(k))
+        assert found[k] == pytest.approx(u[0] * np.exp(-x[k]) + integral, abs=1e-9)
+    np.testing.assert_allclose(first_order_lag(np.full(9, 2.5), step=0.7), 2.5)
+    assert first_order_lag(u, step=step, start=4.0)[0] == pytest.approx(4.0)
+    later = first_order_lag(u, step=step, start=4.0) - found
+    np.testing.assert_allclose(later, (4.0 - u[0]) * np.exp(-x), atol=1e-12)
+
+
+def test_ar1_noise_has_unit_variance_from_the_first_sample_and_its_memory():
+    """Stationary: variance 1 at both ends, correlation memory^k at distance k; 4000 draws of 30 samples."""
+    rng = np.random.default_rng(2)
+    drawn = np.array([draw_ar1(30, memory=0.8, rng=rng) for _ in range(4000)])
+    assert drawn[:, 0].var() == pytest.approx(1.0, abs=0.08)
+    assert drawn[:, -1].var() == pytest.approx(1.0, abs=0.08)
+    for k in (1, 4):
+        assert np.mean(drawn[:, k:] * drawn[:, :-k]) == pytest.approx(0.8**k, abs=0.03)

@@ -1,1 +1,0 @@
-"""What the whole house stands on: errors, paths, files, notes, progress, parallel work."""

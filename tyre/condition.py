@@ -1,0 +1,355 @@
+"""Recordings of one condition as one result, with their repeatability and consistency."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from tyre.bands import BANDS, doubts
+from tyre.errors import InputError
+from tyre.plausible import suspicion
+from tyre.preflight import LOAD_TOLERANCE
+from tyre.properties import REPEATABILITY_DOF, Calibration, Estimate, combine_uncertainties, weighed_scatter
+from tyre.recording import SYNTHETIC_NOTES, Condition
+from tyre.relaxation import (
+    Agreement,
+    agreement,
+    mean_of_steps,
+    relaxation_from_stiffness,
+    relaxation_from_two_rates,
+)
+from tyre.units import PASCAL_PER_BAR
+
+
+@dataclass(frozen=True)
+class FitSettings:
+    """Settings of a fit."""
+
+    calibration: Calibration = field(default_factory=Calibration)  # of the rig
+    lag_correction: bool = True  # take the lag out
+    load_tolerance: float = LOAD_TOLERANCE  # largest distance of the measured load from the declared one, relative
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.load_tolerance <= 1.0:
+            raise InputError(f"load tolerance = {self.load_tolerance:g} must be above 0 and at most 1 (relative)")
+
+
+@dataclass(frozen=True)
+class RecordingSummary:
+    """One fitted recording, SI units; ``kind`` is ``slip_sweep``, ``slip_step`` or ``pull_test``."""
+
+    file: str
+    kind: str
+    condition: Condition
+    synthetic: bool
+    value: float
+    fit_sd: float
+    r_squared: float
+    rate: float = 0.0
+    speed: float | None = None
+    half_gap: float = 0.0
+    half_gap_sd: float = 0.0
+    details: dict[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    cache: Path | None = None
+
+
+@dataclass(frozen=True)
+class Repeatability:
+    """Relative standard deviation of one recording about its condition's mean, pooled over a campaign."""
+
+    sd: float
+    dof: float
+    measured: bool  # a condition has repeats; without, ``sd`` is the stated floor
+    conditions: int  # conditions with repeats
+    repeats: float = 0.0  # degrees of freedom that the repeats bring
+    scatter: float = np.nan  # standard deviation of the repeats alone; nan without
+    refuted: bool = False  # they scatter significantly more than the floor (p < 0.05), which then does not count
+
+
+def pooled_repeatability(groups: Sequence[Sequence[RecordingSummary]], *, floor: float) -> Repeatability:
+    """Pool the relative scatter of repeats over conditions, and weigh it against the stated floor."""
+    repeated = [np.array([item.value for item in group]) for group in groups if len(group) > 1]
+    dof = float(sum(len(values) - 1 for values in repeated))
+    if dof == 0.0:
+        return Repeatability(floor, REPEATABILITY_DOF, measured=False, conditions=0)
+    squares = sum(float(np.sum((values / values.mean() - 1.0) ** 2)) for values in repeated)
+    fitted = [(item.fit_sd / item.value) ** 2 for group in groups for item in group]
+    sd, weighed = weighed_scatter(float(np.sqrt(floor**2 + np.median(fitted))), squares, dof)
+    scatter = float(np.sqrt(squares / dof))
+    return Repeatability(sd, weighed, True, len(repeated), repeats=dof, scatter=scatter, refuted=weighed == dof)
+
+
+# values that a tyre of any vehicle may have, SI; usual ones of a bicycle's: `tyre.bands`
+POSSIBLE = {
+    "cornering_stiffness_per_load": (2.0, 60.0),
+    "lateral_stiffness": (5e3, 1e6),
+    "relaxation_length": (3e-3, 3.0),
+}
+
+
+@dataclass(frozen=True)
+class RepeatLimits:
+    """Limits beyond which repeats are refused or told, relative but for the trail."""
+
+    copy: float = 1e-9  # two fits closer than this come from the same numbers
+    reprint: float = 1e-4  # closer than this, perhaps the same recording printed twice
+    spread: float = 0.05  # range of repeats that is told
+    friction: float = 0.25  # of the largest force
+    near: float = 0.02  # conditions closer than this were perhaps meant to be one
+    trail_sd: float = 0.02  # m; a trail known worse is not judged
+
+
+LIMITS = RepeatLimits()
+
+
+def refuse_infinite(summary: RecordingSummary, path: Path) -> None:
+    """Refuse a ``summary`` of the recording ``path`` with a number that is infinite."""
+    found = {"value": summary.value, "sd": summary.fit_sd, "R^2": summary.r_squared, **summary.details}
+    for name, number in found.items():
+        if isinstance(number, float) and math.isinf(number):
+            raise InputError(f"{path}: {name} came out as {number:g}; numbers are too large or too small: see units")
+
+
+def check_plausible(summary: RecordingSummary, path: Path) -> tuple[str, ...]:
+    """Return notes on unusual values of a fitted recording; refuse a stiffness that no tyre has."""
+    load = summary.condition.load
+    names = {"slip_sweep": "cornering_stiffness_per_load", "pull_test": "lateral_stiffness"}
+    name = names.get(summary.kind, "relaxation_length")
+    values: dict[str, float | None] = {name: summary.value}
+    if summary.kind == "slip_sweep":
+        values[name] = summary.value / load
+        values["largest_force_per_load"] = summary.details.get("largest_force_N", np.nan) / load
+        values["pneumatic_trail"] = summary.details.get("pneumatic_trail_m")
+        if summary.details.get("pneumatic_trail_sd_m", 0.0) > LIMITS.trail_sd:
+            values["pneumatic_trail"] = None
+    said = doubts(values)
+    (low, high), value, band = POSSIBLE[name], values[name], BANDS[name]
+    if value is not None and not low <= value <= high:
+        why = suspicion(value, unit=band.unit, typical=band.typical, further=band.slips)
+        raise InputError(
+            f"{path}: {band.words} is {value:.3g} {band.unit}; a tyre has {low:g} to {high:g}, so a column is in "
+            f"another unit than its name says{why}"
+        )
+    return tuple(doubt.text for doubt in said)
+
+
+def check_repeats(recordings: Sequence[RecordingSummary], label: str) -> None:
+    """Refuse to average recordings made on another rim, at another camber or drum, and copies of one recording."""
+    for one, other in combinations(recordings, 2):
+        for name in ("rim", "camber", "drum_radius"):
+            values = [getattr(item.condition, name) for item in (one, other)]
+            if values[0] != values[1] and None not in values:
+                raise InputError(
+                    f"{label}: {one.file} and {other.file} differ in {name} ({values[0]} and {values[1]}); "
+                    "they are not repeats, so fit them in folders of their own"
+                )
+        if one.kind == other.kind and _distance(one, other) < LIMITS.copy:
+            raise InputError(f"{label}: {one.file} and {other.file} hold the same recording; keep one of them")
+
+
+def repeat_warnings(recordings: Sequence[RecordingSummary]) -> list[str]:
+    """Return warnings of repeats that disagree, of likely copies and of doubtful pull tests."""
+    said = []
+    for one, other in combinations(recordings, 2):
+        if one.kind != other.kind:
+            continue
+        if _distance(one, other) < LIMITS.reprint:
+            said.append(f"{one.file} and {other.file} agree to {LIMITS.reprint:g}: the same recording twice?")
+        if one.kind != "slip_step" and abs(one.value / other.value - 1) > LIMITS.spread:
+            said.append(f"{one.file} and {other.file} differ by {100 * abs(one.value / other.value - 1):.1f} %")
+    for item in recordings:
+        if item.kind != "pull_test":
+            continue
+        if item.r_squared < 0.98:
+            said.append(f"{item.file}: the friction loop fits badly (R^2 {item.r_squared:.3f}); did a gauge slip?")
+        share = item.details.get("friction_N", 0.0) / item.details.get("largest_force_N", np.inf)
+        if share > LIMITS.friction:
+            said.append(f"{item.file}: friction is {100 * share:.0f} % of the largest force")
+    return said
+
+
+def near_conditions(keys: Iterable[tuple[str, str, float, float]]) -> dict[tuple[str, str, float, float], str]:
+    """Return a warning for every condition so close to another that they were perhaps meant to be one."""
+    said = {}
+    for one, other in combinations(sorted(keys), 2):
+        if (one[0].casefold(), one[1]) == (other[0].casefold(), other[1]) and all(
+            abs(a / b - 1) < LIMITS.near for a, b in zip(one[2:], other[2:], strict=True)
+        ):
+            text = " and ".join(
+                f"{tyre}, {load:g} N, {pressure / PASCAL_PER_BAR:g} bar" for tyre, _, load, pressure in (one, other)
+            )
+            said[one] = said[other] = f"nearly the same condition is taken as two: {text}"
+    return said
+
+
+def _distance(one: RecordingSummary, other: RecordingSummary) -> float:
+    """Largest relative difference of the fitted value, its residual and the other fitted numbers."""
+    pairs = [(one.value, other.value), (one.fit_sd, other.fit_sd), (one.r_squared, other.r_squared)]
+    if "residual_sd_N" in one.details:
+        pairs.append((one.details["residual_sd_N"], other.details["residual_sd_N"]))
+    return max(abs(a - b) / max(abs(a), abs(b), 1e-300) for a, b in pairs)
+
+
+Key = tuple[str, str, float, float]
+
+
+@dataclass(frozen=True)
+class ConditionResult:
+    """One tyre at one load (N), pressure (Pa) and surface; None where it was not measured."""
+
+    tyre: str
+    surface: str
+    load: float
+    pressure: float
+    drum_radius: float | None
+    cornering_stiffness: Estimate | None
+    lateral_stiffness: Estimate | None
+    relaxation_length: Estimate | None
+    covariance: NDArray[np.float64] | None
+    r_squared: float | None
+    pneumatic_trail: Estimate | None
+    routes: Agreement | None
+    direct: dict[str, Estimate]
+    borrowed_stiffness: bool
+    scatter: dict[str, float]
+    synthetic: bool
+    sweeps: tuple[RecordingSummary, ...]
+    pulls: tuple[RecordingSummary, ...]
+    steps: tuple[RecordingSummary, ...]
+    warnings: tuple[str, ...]
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Names of the recordings behind it, sorted."""
+        return tuple(sorted(item.file for item in (*self.sweeps, *self.pulls, *self.steps)))
+
+    @property
+    def label(self) -> str:
+        """``tyre, surface, load, pressure`` in the units of the field."""
+        return f"{self.tyre}, {self.surface}, {self.load:g} N, {self.pressure / PASCAL_PER_BAR:g} bar"
+
+
+def condition_key(summary: RecordingSummary) -> Key:
+    """Tyre, surface, load rounded to 0.1 N and pressure to 0.001 bar: recordings with one key are repeats."""
+    condition = summary.condition
+    return condition.tyre, condition.surface, round(condition.load, 1), round(condition.pressure / 100.0) * 100.0
+
+
+def combine(
+    key: Key, recordings: Sequence[RecordingSummary], *, borrowed: Sequence[RecordingSummary],
+    sweep_repeatability: Repeatability, pull_repeatability: Repeatability, calibration: Calibration,
+    further_warnings: Sequence[str] = (),
+) -> ConditionResult:  # fmt: skip
+    """Combine the recordings of one condition."""
+    tyre, surface, load, pressure = key
+    sweeps, pulls, steps = (
+        tuple(sorted((item for item in recordings if item.kind == kind), key=lambda item: item.file))
+        for kind in ("slip_sweep", "pull_test", "slip_step")
+    )
+    warnings = [*further_warnings, *repeat_warnings(recordings)]
+    for item in (*sweeps, *pulls, *steps):
+        warnings += [f"{item.file}: {note}" for note in item.notes if note not in SYNTHETIC_NOTES]
+    is_borrowed = not pulls and bool(borrowed)
+    if is_borrowed:
+        pulls = tuple(sorted(borrowed, key=lambda item: item.file))
+        warnings.append("lateral stiffness is that of the flat track (no pull test on the drum)")
+    c = _mean(sweeps, sweep_repeatability, "cornering stiffness", warnings)
+    k = _mean(pulls, pull_repeatability, "lateral stiffness", warnings)
+    if c is None:
+        warnings.append("no slip sweep: cornering stiffness unknown")
+    if k is None:
+        warnings.append("no pull test: lateral stiffness and C/K unknown")
+    length, covariance = None, None
+    if c is not None and k is not None:
+        length, covariance = relaxation_from_stiffness(
+            cornering_stiffness=c, lateral_stiffness=k, calibration=calibration
+        )
+    direct = _direct_routes(sweeps, steps, calibration)
+    routes = agreement(({"C/K": length} if length is not None else {}) | direct)
+    if routes is not None and routes.p_value < 0.05:
+        warnings.append(f"routes to the relaxation length disagree: {routes.sentence}")
+    scatter = {
+        items[0].kind: float(np.std([one.value for one in items], ddof=1) / np.mean([one.value for one in items]))
+        for items in (sweeps, pulls, steps)
+        if len(items) > 1
+    }
+    return ConditionResult(
+        tyre=tyre, surface=surface, load=load, pressure=pressure,
+        drum_radius=next((item.condition.drum_radius for item in recordings), None),
+        cornering_stiffness=_with_calibration(c, calibration.force, calibration.slip),
+        lateral_stiffness=_with_calibration(k, calibration.force, calibration.displacement), relaxation_length=length,
+        covariance=covariance, r_squared=float(np.mean([item.r_squared for item in sweeps])) if sweeps else None,
+        pneumatic_trail=_trail(sweeps), routes=routes, direct=direct, borrowed_stiffness=is_borrowed, scatter=scatter,
+        synthetic=any(item.synthetic for item in (*sweeps, *pulls, *steps)), sweeps=sweeps, pulls=pulls, steps=steps,
+        warnings=tuple(warnings),
+    )  # fmt: skip
+
+
+def _mean(
+    items: Sequence[RecordingSummary], repeatability: Repeatability, name: str, warnings: list[str]
+) -> Estimate | None:
+    """Mean over repeats with its scatter alone, no calibration."""
+    if not items:
+        return None
+    values = np.array([item.value for item in items])
+    mean, count = float(values.mean()), values.size
+    sd, dof = repeatability.sd, repeatability.dof
+    own = float(np.sqrt(np.mean([(item.fit_sd / item.value) ** 2 for item in items])))
+    if not repeatability.measured:
+        warnings.append(f"{name}: no repeats in this campaign; {100 * sd:.1f} % per recording is assumed, not measured")
+        sd, dof = combine_uncertainties([(sd, dof), (own, np.inf)])
+        return Estimate(mean, mean * sd / np.sqrt(count), dof)
+    if repeatability.refuted:
+        warnings.append(
+            f"{name}: the campaign's repeats scatter by {100 * repeatability.scatter:.2f} %, more than the stated "
+            "repeatability allows; their scatter alone is used"
+        )
+    sd = max(sd, own)  # of a recording noisier than the campaign's others
+    if count > 2:
+        scatter = float(np.std(values, ddof=1)) / mean
+        if stats.f.sf((scatter / sd) ** 2, count - 1, dof) < 0.01:
+            warnings.append(
+                f"{name}: repeats scatter by {100 * scatter:.2f} %, more than the campaign's {100 * sd:.2f} %; "
+                "their own scatter is used"
+            )
+            sd, dof = scatter, float(count - 1)
+    return Estimate(mean, mean * sd / np.sqrt(count), dof)
+
+
+def _with_calibration(estimate: Estimate | None, force: float, other: float) -> Estimate | None:
+    if estimate is None:
+        return None
+    certificate = float(np.hypot(force, other)) * estimate.value
+    sd, dof = combine_uncertainties([(estimate.sd, estimate.dof), (certificate, np.inf)])
+    return replace(estimate, sd=sd, dof=dof)
+
+
+def _trail(sweeps: Sequence[RecordingSummary]) -> Estimate | None:
+    values = [item.details["pneumatic_trail_m"] for item in sweeps if "pneumatic_trail_m" in item.details]
+    if not values:
+        return None
+    own = [item.details["pneumatic_trail_sd_m"] for item in sweeps if "pneumatic_trail_sd_m" in item.details]
+    mean, count = float(np.mean(values)), len(values)
+    if count == 1:
+        return Estimate(mean, own[0])
+    return Estimate(mean, float(np.std(values, ddof=1)) / np.sqrt(count), float(count - 1))
+
+
+def _direct_routes(
+    sweeps: Sequence[RecordingSummary], steps: Sequence[RecordingSummary], calibration: Calibration
+) -> dict[str, Estimate]:
+    routes = {}
+    rates = relaxation_from_two_rates(sweeps)
+    if rates is not None:
+        routes["two sweep rates"] = rates
+    lengths = [Estimate(item.value, item.fit_sd, item.details["dof"]) for item in steps]
+    mean = mean_of_steps(lengths, repeatability=calibration.repeatability)
+    if mean is not None:
+        routes["slip step"] = mean
+    return routes

@@ -1,0 +1,147 @@
+"""Files: written completely or not at all, packaged data, folders of users, TOML."""
+
+import os
+import re
+import shutil
+import tomllib
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from importlib import import_module, resources
+from importlib.resources.abc import Traversable
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+from tyre.errors import InputError
+
+
+@contextmanager
+def replacing(target: str | Path) -> Iterator[Path]:
+    """Give a file to write beside ``target`` (with its ending); at the end of the block it takes the target's place."""
+    asked, target = str(target), Path(target)
+    if target.is_symlink():
+        target = target.resolve()
+    device = target.exists() and not (target.is_file() or target.is_dir())
+    part = target if device else target.with_name(f".{target.stem}.part{os.getpid()}{target.suffix}")
+    try:
+        yield part
+        if target.is_dir():
+            raise IsADirectoryError(21, "is a folder; give a file", asked)
+        if not device:
+            _settle(part, target)
+            os.replace(part, target)
+    except OSError as error:
+        if error.errno is not None and error.filename in (None, str(part)):  # a full disk says no name
+            error.filename = asked
+        raise
+    finally:
+        if not device:
+            part.unlink(missing_ok=True)
+
+
+def left_by_a_killed_run(name: str) -> bool:
+    """Tell if a file called ``name`` is one that :func:`replacing` gave and never put in its place."""
+    return re.fullmatch(r"\..+\.part\d+(\.\w+)?", name) is not None
+
+
+def clear_of_killed_runs(folder: Path) -> None:
+    """Remove what killed runs left in a ``folder`` (see :func:`left_by_a_killed_run`)."""
+    for file in folder.iterdir():
+        if left_by_a_killed_run(file.name):
+            file.unlink(missing_ok=True)
+
+
+def _settle(part: Path, target: Path) -> None:
+    """Put ``part`` on the disk, with the permissions of ``target`` where there is one."""
+    with part.open("rb+") as file:
+        os.fsync(file.fileno())
+    if target.exists():
+        shutil.copymode(target, part)
+
+
+def write_text(target: str | Path, text: str) -> None:
+    """Write ``text`` to ``target`` in UTF-8, completely or not at all."""
+    with replacing(target) as part:
+        part.write_text(text, encoding="utf-8", newline="\n")
+
+
+def write_bytes(target: str | Path, content: bytes) -> None:
+    """Write ``content`` to ``target``, completely or not at all."""
+    with replacing(target) as part:
+        part.write_bytes(content)
+
+
+def slug(name: str) -> str:
+    """Make a name fit for a file: letters, digits, ``-`` and ``_``."""
+    return "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in name)
+
+
+def slugs(names: Iterable[str]) -> dict[str, str]:
+    """Make names fit for files, no two alike even without capitals: the next one ends in ``_2``."""
+    found: dict[str, str] = {}
+    taken: set[str] = set()
+    for name in names:
+        if name in found:
+            continue
+        stem = slug(name)
+        found[name] = next(one for n in count(1) if (one := stem if n == 1 else f"{stem}_{n}").casefold() not in taken)
+        taken.add(found[name].casefold())
+    return found
+
+
+def data_root() -> Traversable:
+    """Return the folder with ``tyres/``, ``bicycles/`` and ``measured/``."""
+    try:
+        import_module("tyre.data")
+    except ModuleNotFoundError:
+        return Path(__file__).resolve().parents[1] / "data"
+    return resources.files("tyre.data")
+
+
+def refuse_special(path: Path | Traversable) -> None:
+    """Refuse what is neither a file nor a folder: a pipe waits for ever, and a device never ends."""
+    if isinstance(path, Path) and path.exists() and not (path.is_file() or path.is_dir()):
+        raise InputError(f"{path}: is a pipe or a device; write what comes out of it to a file and give that")
+
+
+def own_ends(files: Iterable[Path]) -> dict[Path, str]:
+    """Shorten each path to its end that no other has: ``a/run.csv``, ``b/run.csv``, but ``two.csv``."""
+    every = list(dict.fromkeys(files))
+    found = {}
+    for file in every:
+        lengths = range(1, len(file.parts) + 1)
+        own = (n for n in lengths if not any(other.parts[-n:] == file.parts[-n:] for other in every if other != file))
+        found[file] = Path(*file.parts[-next(own, len(file.parts)) :]).as_posix()
+    return found
+
+
+def named_folder(name: str, beside: Path) -> Path:
+    """Find the folder that a file names, relative to it, or below an environment variable (``$NAME/...``)."""
+    first, *rest = Path(name).parts or ("",)
+    folder = beside / name
+    if first.startswith("$"):
+        variable = first.removeprefix("$")
+        given = os.environ.get(variable, "")
+        if not given:
+            raise InputError(
+                f"folder = {name!r}: the environment variable {variable} is not set; set it to the folder that holds "
+                f"{'/'.join(rest) or 'the recordings'}, or write the folder itself"
+            )
+        folder = Path(given, *rest)
+    if not folder.is_dir():
+        raise InputError(f"folder = {name!r}: there is no folder {folder}; give the one that holds the recordings")
+    return folder
+
+
+def read_toml(path: Path | Traversable, kind: str, *, where: str = "", absent: str = "") -> dict[str, Any]:
+    """Read a TOML file in UTF-8; messages call it a ``kind`` and begin with ``where``; ``absent``: of no file."""
+    where = where or str(path)
+    refuse_special(path)
+    try:
+        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+    except FileNotFoundError as error:
+        raise InputError(f"{where}: {absent or f'no such {kind}'}") from error
+    except OSError as error:
+        raise InputError(f"{where}: cannot be read as a {kind} ({error.strerror})") from error
+    except (ValueError, RecursionError) as error:  # a number of thousands of digits is a ValueError, too
+        raise InputError(f"{where}: not a TOML file: {error}") from error

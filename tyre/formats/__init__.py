@@ -1,0 +1,78 @@
+"""Recordings of laboratories in any format, read as signals: a format is a file of this room and a row of FORMATS."""
+
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
+from typing import TypeVar
+
+from tyre.channel_map import ChannelMap, Reading
+from tyre.errors import InputError
+from tyre.signals import Contents, Signals, find_column
+
+T = TypeVar("T")
+FORMATS: dict[str, str] = {
+    **dict.fromkeys((".csv", ".tsv", ".txt", ".asc", ".dat"), "csv"), ".tdx": "tydex",
+    **dict.fromkeys((".xlsx", ".xlsm", ".xls", ".ods"), "excel"), **dict.fromkeys((".parquet", ".pq"), "parquet"),
+    ".mat": "matlab", **dict.fromkeys((".h5", ".hdf5", ".hdf"), "hdf5"), ".tdms": "tdms",
+    **dict.fromkeys((".mf4", ".mdf"), "mdf"),
+}  # fmt: skip
+"""Ending of a file -> the module of this room whose ``MODULE_contents`` lists its columns."""
+
+
+def contents(path: str | Path, *, reading: Reading | None = None) -> Contents:
+    """List the columns of a recording, without their values; ``reading`` is what the file does not say of itself."""
+    path = Path(path)
+    form = FORMATS.get(path.suffix.casefold())
+    if form is None:
+        raise InputError(f"{path}: recordings end in {', '.join(FORMATS)}, not in {path.suffix!r}")
+    if not path.is_file():
+        raise InputError(f"{path}: {'is a folder; give a file' if path.is_dir() else 'no such recording'}")
+
+    def listed() -> Contents:
+        found: Contents = getattr(import_module(f"tyre.formats.{form}"), f"{form}_contents")(path, reading or Reading())
+        return found
+
+    found = _guarded(path, listed)
+    if not found.columns:
+        raise InputError(f"{path}: holds no channels")
+    return found
+
+
+def read_signals(
+    path: str | Path, *, map: ChannelMap | None = None, dbc: Sequence[Path] = (), most: int | None = None
+) -> Signals:
+    """Read a recording in any format of :data:`FORMATS`, at most so many first samples of each signal.
+
+    With a ``map`` only its columns are read, as it says to read the file; ``dbc`` are databases that decode CAN frames,
+    in place of those of the map.
+    """
+    path = Path(path)
+    reading = map.reading if map else Reading()
+    found = contents(path, reading=replace(reading, dbc=tuple(dbc)) if dbc else reading)
+    if map is None:
+        names = [column.name for column in found.columns]
+    else:
+        clock = map.clock and (map.clock.column or map.clock.index)
+        wanted = [entry.column for entry in map.channels.values()] + ([clock] if clock else [])
+        names = list(dict.fromkeys(find_column(name, found.columns, where=str(path)) for name in wanted))
+    signals = _guarded(path, lambda: {signal.name: signal for signal in found.load(names, most)})
+    return Signals(str(path), signals, tuple(found.notes))
+
+
+def _guarded(path: Path, action: Callable[[], T]) -> T:
+    """Do it, turning whatever a library raises of a damaged file into one message."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return action()
+    except InputError:
+        raise
+    except ImportError as error:
+        raise InputError(f"{path}: {error}") from error
+    except Exception as error:
+        said = f"{type(error).__name__}: {' '.join(str(error).split())[:120]}"
+        raise InputError(
+            f"{path}: cannot be read as {path.suffix.casefold()} ({said}); is it damaged, cut off, or another format?"
+        ) from error

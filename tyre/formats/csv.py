@@ -1,0 +1,384 @@
+"""Text tables of laboratories, of any size: their layout is found, their samples are read block by block."""
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+
+from tyre.arrays import Array
+from tyre.channel_map import Reading
+from tyre.errors import InputError
+from tyre.files import refuse_special
+from tyre.progress import progress_bar
+from tyre.signals import Column, Contents, Signal
+from tyre.table import fast_numbers, number_in
+from tyre.units import quantity_of
+
+MISSING = ("", "NaN", "nan", "NAN", "NA", "N/A", "#N/A", "null", "NOTAVAIL", "-")
+"""Texts that stand for a missing sample."""
+
+BLOCK = 1 << 22  # bytes that are read at once
+_HEAD = 1 << 18  # bytes in which the layout must show
+_LARGE = 1 << 26  # bytes; larger files show how far they are read
+_SAMPLE = 60  # lines by which delimiter and decimal sign are told
+_NUMBER = {sign: re.compile(rf"[+-]?(\d+{re.escape(sign)}?\d*|{re.escape(sign)}\d+)([eE][+-]?\d+)?") for sign in ".,"}
+_BRACKETS = re.compile(r"^(.*\S)\s*[\[(]([^\[\]()]*)[\])]$")
+_DATE = re.compile(r"\d{4}-\d\d-\d\d([T ]\d\d:\d\d(:\d\d(\.\d+)?)?(Z|[+-]\d\d:?\d\d)?)?")
+_CANDIDATES = tuple((delimiter, sign) for delimiter in ("\t", ";", ",", "|", "blanks") for sign in ".,"
+                    if (delimiter, sign) != (",", ","))  # fmt: skip
+_MARKS = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Layout of a text table; ``first_line`` counts from 1, ``dates`` are numbers of columns from 0."""
+
+    encoding: str
+    delimiter: str
+    decimal: str
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    dates: frozenset[int]
+    first_line: int
+    trailing: bool
+    notes: tuple[str, ...]
+
+    @property
+    def width(self) -> int:
+        """Number of cells of a line of samples."""
+        return len(self.names) + self.trailing
+
+
+def csv_contents(path: Path, reading: Reading) -> Contents:
+    """List the columns of a text table; loading one refuses a cell that is no number."""
+    layout = _find_layout(path, reading)
+    notes = list(layout.notes)
+
+    def load(names: Sequence[str], most: int | None) -> list[Signal]:
+        places = [layout.names.index(name) for name in names]
+        values, said = _columns(path, layout, places, most)
+        notes.extend(said)
+        return [Signal(layout.names[p], x, layout.units[p]) for p, x in zip(places, values, strict=True)]
+
+    columns = tuple(Column(name, unit) for name, unit in zip(layout.names, layout.units, strict=True))
+    return Contents(columns, load, notes)
+
+
+def names_and_units(cells: Sequence[str]) -> list[tuple[str, str]]:
+    """Split cells such as ``Fy [N]`` into name and unit; columns without a name are numbered from 1."""
+    found = []
+    for place, cell in enumerate(cells, 1):
+        match = _BRACKETS.match(cell)
+        known = match is not None and (match.group(2) in ("", "-", "1") or quantity_of(match.group(2)) != "")
+        name, unit = match.groups() if match and known else (cell, "")
+        found.append((name or f"column {place}", unit))
+    return found
+
+
+def read_header(
+    where: str, rows: list[list[str]], first: int, width: int, reading: Reading, decimal: str
+) -> tuple[tuple[str, ...], tuple[str, ...], list[str]]:
+    """Read names and units of columns from the ``rows`` above the ``first`` one of samples (from 0), and a note."""
+    above = [index for index in range(first) if any(rows[index])]
+    if reading.names_line:
+        if reading.names_line > first:
+            raise InputError(f"{where}: [reading]: names_line = {reading.names_line} must be above the samples")
+        block = [reading.names_line - 1]
+    else:
+        block = _lines_of_names(where, rows, above, width, reading, decimal)
+    units_row = reading.units_line - 1 if reading.units_line else None
+    if units_row is None and len(block) > 1 and _are_units(_stripped(rows[block[-1]], width)):
+        units_row = block.pop()
+    parts = [_stripped(rows[index], width) for index in block]
+    joined = [".".join(filter(None, cells)) for cells in zip(*parts, strict=True)] if parts else [""] * width
+    if len(joined) != width:
+        raise InputError(f"{where}: {len(joined)} names of columns where the samples have {width} columns")
+    pairs = names_and_units(joined)
+    units = [unit for _, unit in pairs]
+    if units_row is not None:
+        row = _stripped(rows[units_row], width)
+        if len(row) != width:
+            raise InputError(f"{where}, line {units_row + 1}: {len(row)} units where there are {width} columns")
+        units = [unit.strip("[]()") or old for unit, old in zip(row, units, strict=True)]
+    names = [name for name, _ in pairs]
+    twice = {name for name in names if names.count(name) > 1}
+    names = [f"{name} (column {place})" if name in twice else name for place, name in enumerate(names, 1)]
+    passed = len([index for index in above if index < min(block, default=0)])
+    notes = [f"lines above the names of the columns that were passed over: {passed}"] if passed else []
+    return tuple(names), tuple(units), notes
+
+
+def _lines_of_names(
+    where: str, rows: list[list[str]], above: list[int], width: int, reading: Reading, decimal: str
+) -> list[int]:
+    """Lines with names, and perhaps units, right above the samples: as wide as they, without numbers or blank lines."""
+    block: list[int] = []
+    for index in reversed(above):
+        if reading.units_line and index == reading.units_line - 1:
+            continue
+        row = _stripped(rows[index], width)
+        apart = bool(block) and (index + 1 not in above or sum(map(bool, row)) < 0.5 * width)  # a title, padded
+        if len(row) != width or apart:
+            break
+        wrong = [cell for cell in row if _NUMBER[decimal].fullmatch(cell)]
+        if wrong and not block and len(wrong) < width:
+            raise InputError(
+                f"{where}, line {index + 1}: names of columns were expected above the samples, it holds "
+                f"{wrong[0]!r}; correct the line, or give names_line and first_line in [reading]"
+            )
+        if wrong:
+            break
+        block.insert(0, index)
+    if above and not block and not reading.first_line:
+        raise InputError(
+            f"{where}, line {above[-1] + 1}: {len(rows[above[-1]])} cells above samples of {width} columns; no "
+            "names of columns were found: give names_line in [reading]"
+        )
+    return block
+
+
+def _stripped(row: list[str], width: int) -> list[str]:
+    """A line of the header without the mark of a comment and without a delimiter at its end."""
+    cells = list(row)
+    if cells and cells[0][:1] in ("#", "%"):
+        cells[0] = cells[0][1:].strip()
+        if not cells[0] and len(cells) == width + 1:
+            cells = cells[1:]
+    while len(cells) > width and not cells[-1]:
+        cells.pop()
+    return cells
+
+
+def _are_units(cells: list[str]) -> bool:
+    """True if at least half of the filled cells of a line are units, and one is known."""
+    known = [quantity_of(cell) != "" or cell.strip("[]()") in ("-", "%", "1") for cell in cells if cell]
+    return sum(known) >= 0.5 * len(known) and any(map(quantity_of, cells))
+
+
+def _split(line: str, delimiter: str) -> list[str]:
+    """Cells of one line, without blanks around them."""
+    if delimiter == "blanks":
+        return line.split()
+    if '"' in line:
+        try:
+            return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
+        except (csv.Error, StopIteration):
+            pass
+    return [cell.strip() for cell in line.split(delimiter)]
+
+
+def _find_layout(path: Path, reading: Reading) -> _Layout:
+    lines, encoding, notes = _head(path, reading)
+    delimiter, decimal, width, first = _table(path, lines, reading)
+    rows = [_split(line, delimiter) for line in lines]
+    body = [row for row in rows[first : first + _SAMPLE] if any(row)]
+    above = next((row for row in reversed(rows[:first]) if any(row)), [])
+    trailing = (
+        width > 1 and delimiter != "blanks" and all(len(row) == width and row[-1] == "" for row in body)
+        and (len(above) < width or not above[-1])
+    )  # fmt: skip
+    names, units, said = read_header(str(path), rows, first, width - trailing, reading, decimal)
+    dates = frozenset(
+        place for place in range(width - trailing)
+        if (cells := [row[place] for row in body if len(row) > place and row[place] not in MISSING])
+        and all(_DATE.fullmatch(cell) for cell in cells)
+    )  # fmt: skip
+    units = tuple("datetime" if place in dates else unit for place, unit in enumerate(units))
+    return _Layout(encoding, delimiter, decimal, names, units, dates, first + 1, trailing, (*notes, *said))
+
+
+def _head(path: Path, reading: Reading) -> tuple[list[str], str, list[str]]:
+    """First lines of a file, its encoding, and a note if that was guessed."""
+    refuse_special(path)
+    try:
+        with path.open("rb") as file:
+            raw = file.read(_HEAD)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read as a recording ({error.strerror})") from None
+    notes: list[str] = []
+    encoding = reading.encoding or next((name for mark, name in _MARKS.items() if raw.startswith(mark)), "")
+    if not encoding:
+        encoding = "utf-8"
+        try:
+            raw.decode(encoding)
+        except UnicodeDecodeError as error:
+            if error.end < len(raw) - 4:
+                encoding = "cp1252"
+                notes.append("not UTF-8: read as Windows-1252; else give encoding in [reading]")
+    try:
+        text = raw.decode(encoding, errors="replace")
+    except LookupError:
+        raise InputError(f"{path}: [reading]: encoding = {encoding!r} is not known") from None
+    if "\0" in text:
+        raise InputError(f"{path}: no text table (it holds zero bytes); is it another format, or UTF-16 without mark?")
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    if len(raw) == _HEAD and len(lines) > 1:
+        lines.pop()  # cut by us
+    if not any(line.strip() for line in lines):
+        raise InputError(f"{path}: the file is empty")
+    return lines, encoding, notes
+
+
+def _table(path: Path, lines: list[str], reading: Reading) -> tuple[str, str, int, int]:
+    """Delimiter, decimal sign, cells a line and index of the first line of samples: what makes the most of numbers."""
+    best: tuple[tuple[float, ...], tuple[str, str, int, int]] | None = None
+    start = (reading.first_line or max(reading.names_line, reading.units_line) + 1) - 1
+    filled = [index for index, line in enumerate(lines) if line.strip()]
+    for delimiter, decimal in _CANDIDATES if not reading.delimiter else ((reading.delimiter, s) for s in ".,"):
+        if reading.decimal not in ("", decimal):
+            continue
+        sample = [_split(lines[index], delimiter) for index in filled[len(filled) // 2 :][-_SAMPLE:] if index >= start]
+        if not sample:
+            continue
+        width = Counter(len(row) for row in sample).most_common(1)[0][0]
+        whole = [row for row in sample if len(row) == width]
+        shares = [_share_of_numbers([row[place] for row in whole], decimal) for place in range(width)]
+        numeric = [place for place, share in enumerate(shares) if share >= 0.5]
+        first = _first(lines, filled, delimiter, decimal, width, numeric, start) if numeric else None
+        if first is None:
+            continue
+        above = [index for index in filled if index < first]
+        header = not above or len(_split(lines[above[-1]], delimiter)) in (width, width - 1, width + 1)
+        columns = max(width - (delimiter != "blanks" and all(row[-1] == "" for row in whole)), 1)
+        filled_share = sum(shares[place] for place in numeric) / columns
+        score = (float(header), filled_share, float(len(numeric)), -first, len(whole) / len(sample))
+        if best is None or score > best[0]:
+            best = score, (delimiter, decimal, width, first)
+    if best is None:
+        raise InputError(
+            f"{path}: no table of numbers was found in its lines; say how it is laid out with delimiter, decimal, "
+            "names_line and first_line in [reading]"
+        )
+    return best[1]
+
+
+def _share_of_numbers(cells: list[str], decimal: str) -> float:
+    filled = [cell for cell in cells if cell not in MISSING]
+    hits = sum(_NUMBER[decimal].fullmatch(cell) is not None for cell in filled)
+    return hits / len(filled) if filled else 0.0
+
+
+def _first(
+    lines: list[str], filled: list[int], delimiter: str, decimal: str, width: int, numeric: list[int], start: int
+) -> int | None:
+    """Index of the first line in which most of the columns of numbers hold numbers."""
+    for place, index in enumerate(filled):
+        if index < start:
+            continue
+        if start:
+            return index
+        row = _split(lines[index], delimiter)
+        hits = sum(
+            len(row) > column and (_NUMBER[decimal].fullmatch(row[column]) is not None or row[column] in MISSING[1:])
+            for column in numeric
+        )
+        if len(row) != width or hits <= 0.5 * len(numeric):
+            continue
+        if not any(_are_units(_split(lines[later], delimiter)) for later in filled[place + 1 : place + 4]):
+            return index  # else it is a result of a testing machine, above the table itself
+    return None
+
+
+def _columns(path: Path, layout: _Layout, places: list[int], most: int | None) -> tuple[list[Array], list[str]]:
+    found = [np.empty(0) for _ in places]
+    rows, notes = 0, []
+    size = path.stat().st_size
+    with progress_bar(total=size, desc=path.name, unit="B", unit_scale=True, show=size > _LARGE) as bar:
+        for text, line, done, ended in _blocks(path, layout):
+            if not ended:
+                notes.append(f"line {line}, the last one, has no line end and may be cut off: left out")
+                continue
+            block = _samples(path, layout, places, text, line)
+            count = len(block[0]) if block else 0
+            if block and rows + count > found[0].size:
+                room = int((rows + count) * max(1.25, 1.05 * size / max(done, 1) if not rows else 0.0))
+                for place, x in enumerate(found):
+                    found[place] = np.empty(room)  # pages that are never written take no memory
+                    found[place][:rows] = x[:rows]
+            for x, values in zip(found, block, strict=True):
+                x[rows : rows + count] = values
+            rows += count
+            bar.update(done)
+            if most is not None and rows >= most:
+                break
+    if not rows and places:
+        raise InputError(f"{path}: has names of columns but no samples; was the file cut off?")
+    found = [x[: rows if most is None else min(rows, most)] for x in found]
+    for k, place in enumerate(places):
+        if place in layout.dates:
+            found[k] = np.round(found[k] - found[k][0], 6)
+    return found, notes
+
+
+def _blocks(path: Path, layout: _Layout) -> Iterator[tuple[str, int, int, bool]]:
+    """Text of whole lines, number of its first line, bytes read, and whether its last line has an end."""
+    line, rest, ready = 1, "", False
+    with path.open("r", encoding=layout.encoding, errors="replace", newline=None) as file:
+        while text := file.read(BLOCK):
+            text = rest + text
+            cut = text.rfind("\n") + 1
+            text, rest = text[:cut], text[cut:]
+            if not ready:
+                lines = text.split("\n", layout.first_line - 1)
+                if len(lines) < layout.first_line:
+                    rest = text + rest
+                    continue
+                text, line, ready = lines[-1], layout.first_line, True
+            if text:
+                yield text, line, len(text), True
+                line += text.count("\n")
+    if rest.strip() and (ready or layout.first_line == 1):
+        yield rest, line, len(rest), False
+
+
+def _samples(path: Path, layout: _Layout, places: list[int], text: str, line: int) -> list[Array]:
+    """Samples of a block: fast if every row is as it should be, else line by line, blaming the one that is not."""
+    if '"' not in text and layout.delimiter != "blanks" and not layout.dates.intersection(places):
+        fast = fast_numbers(
+            text, layout.delimiter, places, width=layout.width, decimal=layout.decimal, missing=MISSING
+        )  # fmt: skip
+        if fast and all(not np.isinf(x).any() for x in fast):
+            return fast
+    found: list[list[float]] = [[] for _ in places]
+    for number, row in enumerate(text.split("\n"), line):
+        if not row.strip():
+            continue
+        cells = _split(row, layout.delimiter)
+        if len(cells) != layout.width:
+            how = (
+                "was the file cut off?" if len(cells) < layout.width else "is the delimiter inside a number or a text?"
+            )
+            raise InputError(f"{path}, line {number}: {len(cells)} cells where others have {layout.width}; {how}")
+        for column, place in zip(found, places, strict=True):
+            where = f"{path}, line {number}: {layout.names[place]}"
+            column.append(_date(cells[place], where) if place in layout.dates else _number(cells[place], layout, where))
+    return [np.array(column, float) for column in found]
+
+
+def _number(cell: str, layout: _Layout, where: str) -> float:
+    if cell in MISSING:
+        return np.nan
+    if layout.decimal == "," and "." in cell:
+        raise InputError(
+            f"{where} = {cell[:40]!r} has a decimal point in a table with decimal commas; mend it, or give "
+            "decimal in [reading]"
+        )
+    value = number_in(cell, decimal=layout.decimal)
+    if not np.isfinite(value):
+        raise InputError(f"{where} = {cell[:40]!r} is not a finite number; missing samples are empty or NaN")
+    return value
+
+
+def _date(cell: str, where: str) -> float:
+    """A date in s since 2000, in steps of 1e-6 s or finer."""
+    try:
+        moment = datetime.fromisoformat(cell)
+    except ValueError:
+        raise InputError(f"{where} = {cell[:40]!r} is not a date and time such as 2026-03-01T12:00:00.005") from None
+    moment = moment if moment.tzinfo else moment.replace(tzinfo=UTC)
+    return (moment - datetime(2000, 1, 1, tzinfo=UTC)).total_seconds()

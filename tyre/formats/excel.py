@@ -1,0 +1,106 @@
+"""Spreadsheets: names, units and samples as in a text table, or a whole sheet with its words."""
+
+from collections.abc import Sequence
+from datetime import datetime, time, timedelta
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tyre.arrays import Array
+from tyre.channel_map import Reading
+from tyre.errors import InputError, hint
+from tyre.formats.csv import MISSING, read_header
+from tyre.progress import optional_module
+from tyre.signals import Column, Contents, Signal
+
+Rows = list[list[Any]]
+
+
+def excel_contents(path: Path, reading: Reading) -> Contents:
+    """List the columns of the sheet that is named, else of the only one that is not empty."""
+    sheets = _sheets(path)
+    if reading.sheet:
+        if reading.sheet not in sheets:
+            near, there = hint(reading.sheet, sheets), ", ".join(sheets)
+            raise InputError(f"{path}: no sheet {reading.sheet!r}{near}; there are {there}")
+        sheets = {reading.sheet: sheets[reading.sheet]}
+    sheets = {name: rows for name, rows in sheets.items() if any(map(_filled, rows))}
+    if not sheets:
+        raise InputError(f"{path}: every sheet is empty")
+    if len(sheets) > 1:
+        raise InputError(f"{path}: has the sheets {', '.join(sheets)}; name one, as sheet = ... in [reading]")
+    ((sheet, rows),) = sheets.items()
+    where = f"{path}, sheet {sheet!r}"
+    first = _first_row(rows, reading)
+    if first is None:
+        raise InputError(f"{where}: no table of numbers was found; give names_line and first_line in [reading]")
+    width = max(len(row) - next((i for i, cell in enumerate(reversed(row)) if cell != ""), len(row)) for row in rows)
+    text = [[cell if isinstance(cell, str) else repr(cell) for cell in row[:width]] for row in rows[: first + 1]]
+    names, units, notes = read_header(where, text, first, width, reading, ".")
+    body = [row for row in rows[first:] if _filled(row)]
+    dates = [any(isinstance(row[place], datetime) for row in body[:20]) for place in range(width)]
+    units = tuple("datetime" if dated else unit for dated, unit in zip(dates, units, strict=True))
+
+    def load(wanted: Sequence[str], most: int | None) -> list[Signal]:
+        kept = rows[: None if most is None else first + most]
+        places = [names.index(name) for name in wanted]
+        return [Signal(names[p], _column(kept, first, p, where, names[p]), units[p]) for p in places]
+
+    columns = tuple(Column(name, unit) for name, unit in zip(names, units, strict=True))
+    return Contents(columns, load, notes)
+
+
+def workbook_rows(path: Path, kind: str) -> list[tuple[str, tuple[Any, ...]]]:
+    """Rows of the only sheet with data, or of that called ``kind``, each with its place; whole numbers are int."""
+    sheets = {name: rows for name, rows in _sheets(path).items() if any(map(_filled, rows))}
+    if len(sheets) > 1 and kind not in sheets:
+        raise InputError(f"{path}: several sheets have data ({', '.join(sheets)}); name the one to read {kind!r}")
+    rows = sheets.get(kind, next(iter(sheets.values()), []))
+    return [(f"row {number}", tuple(map(_plain, row))) for number, row in enumerate(rows, 1)]
+
+
+def _plain(cell: Any) -> Any:
+    if isinstance(cell, float) and cell.is_integer():
+        return int(cell)
+    return cell.strip() if isinstance(cell, str) else cell
+
+
+def _sheets(path: Path) -> dict[str, Rows]:
+    calamine = optional_module("python_calamine", extra="formats")
+    with calamine.load_workbook(path) as book:
+        return {name: book.get_sheet_by_name(name).to_python(skip_empty_area=False) for name in book.sheet_names}
+
+
+def _filled(row: list[Any]) -> bool:
+    return any(cell != "" for cell in row)
+
+
+def _first_row(rows: Rows, reading: Reading) -> int | None:
+    """Index of the first row in which about as many cells as usual are numbers."""
+    if reading.first_line:
+        return reading.first_line - 1 if reading.first_line <= len(rows) else None
+    counts = [sum(not isinstance(cell, str | bool) for cell in row) for row in rows]
+    start = max(reading.names_line, reading.units_line)
+    return next((i for i, count in enumerate(counts) if i >= start and count > 0.5 * max(counts)), None)
+
+
+def _column(rows: Rows, first: int, place: int, where: str, name: str) -> Array:
+    found, start = [], None
+    for line, row in enumerate(rows[first:], first + 1):
+        if not _filled(row):
+            continue
+        cell = row[place]
+        if isinstance(cell, datetime):
+            start = start or cell
+            found.append((cell - start).total_seconds())
+        elif isinstance(cell, timedelta):
+            found.append(cell.total_seconds())
+        elif isinstance(cell, int | float) and not isinstance(cell, bool):
+            found.append(float(cell))
+        elif isinstance(cell, str) and cell.strip() in MISSING:
+            found.append(np.nan)
+        else:
+            what = "a time of day without a date" if isinstance(cell, time) else "not a number"
+            raise InputError(f"{where}, row {line}: {name} = {cell!r:.60} is {what}; empty cells are missing")
+    return np.array(found, float)

@@ -1,0 +1,78 @@
+"""HDF5 files: every dataset of numbers, with the unit in its attributes."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tyre.channel_map import Reading
+from tyre.errors import InputError
+from tyre.progress import optional_module
+from tyre.signals import Column, Contents, Signal, columns_of
+
+_UNITS = ("unit", "units", "Unit", "Units", "UNIT", "UNITS")
+
+
+def hdf5_contents(path: Path, reading: Reading) -> Contents:
+    """Datasets of numbers by their path: ``imu/gyro``, ``imu/gyro[0]`` of a matrix, ``imu.x`` of a compound."""
+    h5py = optional_module("h5py", extra="formats")
+    with h5py.File(path, "r") as file:
+        if reading.table and reading.table not in file:
+            raise InputError(f"{path}: no group {reading.table!r}; there are {', '.join(file)}")
+        columns = {
+            signal.name: (name, signal.unit)
+            for name, dataset in _datasets(h5py, file, reading.table)
+            for signal in _signals(name, _few(dataset), _unit(dataset))
+        }
+
+    def load(names: Sequence[str], most: int | None) -> Iterator[Signal]:
+        kept: dict[str, dict[str, Signal]] = {}
+        with h5py.File(path, "r") as file:
+            for name in names:
+                home, unit = columns[name]
+                if home not in kept:
+                    kept[home] = {signal.name: signal for signal in _signals(home, file[home][()], unit)}
+                signal = kept[home][name]
+                yield Signal(name, signal.values[:most], signal.unit)
+
+    return Contents(tuple(Column(name, unit) for name, (_, unit) in columns.items()), load)
+
+
+def _datasets(h5py: Any, file: Any, root: str) -> list[tuple[str, Any]]:
+    found: list[tuple[str, Any]] = []
+
+    def note(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset):
+            found.append((f"{root}/{name}" if root and name else name or root, item))
+
+    start = file[root] if root else file
+    if isinstance(start, h5py.Dataset):
+        note("", start)
+    else:
+        start.visititems(note)
+    return found
+
+
+def _few(dataset: Any) -> Any:
+    """Zeros of the type and proportions of a dataset, but only as many as tell its columns."""
+    width = min(dataset.shape, default=1)
+    zeros = np.broadcast_to(np.zeros((), dataset.dtype), dataset.shape)
+    return np.asarray(zeros[tuple(slice(2 * width) for _ in dataset.shape)])
+
+
+def _signals(name: str, values: Any, unit: str) -> Iterator[Signal]:
+    if values.dtype.names:
+        for field in values.dtype.names:
+            yield from columns_of(f"{name}.{field}", values[field], unit)
+    else:
+        yield from columns_of(name, values, unit)
+
+
+def _unit(dataset: Any) -> str:
+    for key in _UNITS:
+        if key in dataset.attrs:
+            given = dataset.attrs[key]
+            given = given.reshape(-1)[0] if isinstance(given, np.ndarray) and given.size else given
+            return given.decode("utf-8", "replace") if isinstance(given, bytes) else str(given)
+    return ""

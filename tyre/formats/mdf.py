@@ -1,0 +1,115 @@
+"""Measurement data format (ASAM MDF 3 and 4), also not finalised; CAN frames decoded with databases."""
+
+import logging
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tyre.channel_map import Reading
+from tyre.errors import InputError
+from tyre.progress import optional_module
+from tyre.signals import Column, Contents, Signal
+
+_MASTER = (2, 3)  # channel types that are the times of others
+_NOT_DECODED = ("CAN_DataFrame", "CAN_RemoteFrame", "CAN_ErrorFrame", "CAN_OverloadFrame", "LIN_Frame")
+
+
+def mdf_contents(path: Path, reading: Reading) -> Contents:
+    """Channels by name, ``group/channel`` where a name stands in several groups; each has its own times."""
+    for file in reading.dbc:
+        if not file.is_file():
+            raise InputError(f"{path}: [reading]: no such database {file}")
+    with _opened(path, reading) as (mdf, notes):
+        places = _places(mdf)
+        frames = any(channel.name.startswith(_NOT_DECODED) for channel in _channels(mdf))
+    if frames and not places:
+        raise InputError(
+            f"{path}: holds CAN frames that are not decoded; give their databases, dbc = [...] in [reading]"
+        )
+    columns = tuple(Column(name, unit) for name, (_, _, unit) in places.items())
+
+    def load(names: Sequence[str], most: int | None) -> list[Signal]:
+        with _opened(path, reading) as (mdf, _):
+            return [_signal(path, mdf, name, *places[name], most) for name in names]
+
+    return Contents(columns, load, notes, own_times=True)
+
+
+@contextmanager
+def _opened(path: Path, reading: Reading) -> Iterator[tuple[Any, list[str]]]:
+    asammdf = optional_module("asammdf", extra="can")
+    logging.getLogger("asammdf").setLevel(logging.CRITICAL)  # what it says of damage becomes one error of ours
+    notes = []
+    with path.open("rb") as file:
+        start = file.read(8)
+    if start not in (b"MDF     ", b"UnFinMF "):
+        raise InputError(f"{path}: no measurement file (it begins with {start!r}); is it damaged or another format?")
+    if start == b"UnFinMF ":
+        notes.append("the file was not finalised when the logger stopped: read as far as it was written")
+    try:
+        mdf = asammdf.MDF(path)
+    except Exception as error:
+        _close_half_opened(error)
+        raise
+    try:
+        if not reading.dbc:
+            yield mdf, notes
+            return
+        with mdf.extract_bus_logging({"CAN": [(str(file), 0) for file in reading.dbc]}) as decoded:
+            if not any(True for _ in _channels(decoded)):
+                raise InputError(f"{path}: {', '.join(map(str, reading.dbc))} decode none of its CAN frames")
+            yield decoded, notes
+    finally:
+        mdf.close()
+
+
+def _close_half_opened(error: BaseException) -> None:
+    """Close what asammdf leaves of a file that it could not open: freed later, it would complain on the terminal."""
+    step = error.__traceback__
+    while step is not None:
+        owner: Any = step.tb_frame.f_locals.get("self")
+        if type(owner).__name__ in ("MDF3", "MDF4") and not getattr(owner, "_closed", True):
+            owner._closed = True
+            for file in (getattr(owner, "_tempfile", None), getattr(owner, "_mapped_file", None)):
+                if file is not None:
+                    file.close()
+            if getattr(owner, "_delete_on_close", False):  # its own copy of a file that was not finalised
+                Path(owner.name).unlink(missing_ok=True)
+        step = step.tb_next
+
+
+def _channels(mdf: Any) -> Iterator[Any]:
+    for group in mdf.groups:
+        yield from group.channels
+
+
+def _places(mdf: Any) -> dict[str, tuple[int, int, str]]:
+    """Name -> group, index and unit of every channel that is no time and no bus frame."""
+    found = []
+    for place, group in enumerate(mdf.groups):
+        title = getattr(group.channel_group, "acq_name", "") or getattr(group.channel_group, "comment", "")
+        for index, channel in enumerate(group.channels):
+            frame = channel.name.split(".")[0] in _NOT_DECODED
+            if channel.channel_type not in _MASTER and not frame and index != mdf.masters_db.get(place):
+                unit = channel.unit or (channel.conversion.unit if channel.conversion else "") or ""
+                found.append((channel.name, title or f"group {place}", place, index, unit.strip()))
+    places: dict[str, tuple[int, int, str]] = {}
+    names = [name for name, *_ in found]
+    for name, title, place, index, unit in found:
+        whole = name if names.count(name) == 1 else f"{title}/{name}"
+        places[whole if whole not in places else f"{title} ({place})/{name}"] = (place, index, unit)
+    return places
+
+
+def _signal(path: Path, mdf: Any, name: str, group: int, index: int, unit: str, most: int | None) -> Signal:
+    found = mdf.get(group=group, index=index, record_count=most)
+    values = found.samples
+    if values.ndim != 1 or values.dtype.kind not in "fiub":
+        raise InputError(f"{path}: {name} holds no plain numbers; map another channel")
+    samples = values.astype(float)
+    if found.invalidation_bits is not None:
+        samples[np.asarray(found.invalidation_bits, bool)] = np.nan
+    return Signal(name, samples, unit, np.asarray(found.timestamps, float))

@@ -1,0 +1,98 @@
+"""Parquet files, batch by batch, only the columns that are wanted; or a whole table with its words."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tyre.arrays import Array
+from tyre.channel_map import Reading
+from tyre.formats.csv import names_and_units
+from tyre.progress import optional_module, progress_bar
+from tyre.signals import Column, Contents, Signal
+
+LARGE = 1 << 23  # samples; more show how far they are read
+
+
+def parquet_contents(path: Path, reading: Reading) -> Contents:
+    """List the columns with numbers or times."""
+    parquet = optional_module("pyarrow.parquet", extra="formats")
+    with parquet.ParquetFile(path) as file:
+        schema = file.schema_arrow
+    columns: dict[str, tuple[str, str]] = {}  # name in the file and unit
+    for field in schema:
+        if _is_channel(field.type):
+            metadata = {key.decode().casefold(): text.decode() for key, text in (field.metadata or {}).items()}
+            ((name, unit),) = names_and_units([field.name])
+            dated = "datetime" if "timestamp" in str(field.type) else "s" if "duration" in str(field.type) else ""
+            columns[name] = field.name, dated or metadata.get("unit") or metadata.get("units") or unit
+
+    def load(names: Sequence[str], most: int | None) -> list[Signal]:
+        arrays = _read(path, [columns[name][0] for name in names], most)
+        return [Signal(name, x, columns[name][1]) for name, x in zip(names, arrays, strict=True)]
+
+    return Contents(tuple(Column(name, unit) for name, (_, unit) in columns.items()), load)
+
+
+def parquet_rows(path: Path) -> list[tuple[str, tuple[Any, ...]]]:
+    """Names of the columns and then all rows, each with its place; empty text for what is missing."""
+    frame = optional_module("pyarrow.parquet", extra="formats").read_table(path).to_pandas()
+    if frame.index.name is not None:
+        frame = frame.reset_index()
+    rows = [("header", tuple(map(str, frame.columns)))]
+    for number, row in enumerate(frame.itertuples(index=False), 1):
+        cells = ("" if cell is None or (isinstance(cell, float) and math.isnan(cell)) else cell for cell in row)
+        rows.append((f"row {number}", tuple(cell.strip() if isinstance(cell, str) else cell for cell in cells)))
+    return rows
+
+
+def _is_channel(kind: Any) -> bool:
+    from pyarrow import types
+
+    return bool(
+        types.is_integer(kind) or types.is_floating(kind) or types.is_decimal(kind) or types.is_timestamp(kind)
+        or types.is_duration(kind) or types.is_boolean(kind)
+    )  # fmt: skip
+
+
+def _read(path: Path, names: list[str], most: int | None) -> list[Array]:
+    parquet = optional_module("pyarrow.parquet", extra="formats")
+    with parquet.ParquetFile(path, page_checksum_verification=True, pre_buffer=False) as file:
+        rows = file.metadata.num_rows if most is None else min(most, file.metadata.num_rows)
+        found = [np.empty(rows) for _ in names]
+        starts: list[int | None] = [None] * len(names)
+        done = 0
+        with progress_bar(total=rows, desc=path.name, unit="row", show=rows * len(names) > LARGE) as bar:
+            for batch in file.iter_batches(1 << 16, columns=names, use_threads=False):
+                count = min(batch.num_rows, rows - done)
+                for place, name in enumerate(names):
+                    values = batch.column(name)
+                    if starts[place] is None and "timestamp" in str(values.type):
+                        starts[place] = _ticks(values)[0]
+                    found[place][done : done + count] = _numbers(values, starts[place])[:count]
+                done += count
+                bar.update(count)
+                if done == rows:
+                    break
+    if done != rows:
+        raise ValueError(f"{done} rows where {rows} are announced")
+    return found
+
+
+def _numbers(values: Any, start: int | None) -> Array:
+    import pyarrow as pa
+
+    if pa.types.is_timestamp(values.type) or pa.types.is_duration(values.type):
+        per_second = {"s": 1, "ms": 10**3, "us": 10**6, "ns": 10**9}[values.type.unit]
+        seconds = (_ticks(values) - (start or 0)) / per_second
+        seconds[np.asarray(values.is_null())] = np.nan
+        return np.asarray(seconds, float)
+    return np.asarray(values.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False), float)
+
+
+def _ticks(values: Any) -> Any:
+    import pyarrow as pa
+
+    return values.cast(pa.int64()).fill_null(0).to_numpy(zero_copy_only=False)

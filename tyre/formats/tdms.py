@@ -1,0 +1,71 @@
+"""TDMS files of LabVIEW: channels with their properties of unit and time step."""
+
+import logging
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tyre.arrays import Array
+from tyre.channel_map import Reading
+from tyre.errors import InputError
+from tyre.progress import optional_module
+from tyre.signals import Column, Contents, Signal, seconds
+
+
+def tdms_contents(path: Path, reading: Reading) -> Contents:
+    """Channels as ``group/channel``; those with a time step (``wf_increment``) have their own times."""
+    nptdms = optional_module("nptdms", extra="tdms")
+    log = optional_module("nptdms.log", extra="tdms").log_manager
+    log.set_level(logging.CRITICAL)  # what it says of damage becomes a note or an error of ours
+    with nptdms.TdmsFile.open(path) as file:
+        groups = [group.name for group in file.groups()]
+        if reading.table and reading.table not in groups:
+            raise InputError(f"{path}: no group {reading.table!r}; there are {', '.join(groups)}")
+        listed = [
+            (f"{group.name}/{channel.name}", group.name, channel.name, _unit(channel), _timed(channel))
+            for group in file.groups() if reading.table in ("", group.name)
+            for channel in group.channels() if channel.dtype.kind in "fiubmM" and len(channel)
+        ]  # fmt: skip
+        notes = _incomplete(file)
+    homes = {name: (group, channel, unit) for name, group, channel, unit, _ in listed}
+
+    def load(names: Sequence[str], most: int | None) -> list[Signal]:
+        with nptdms.TdmsFile.open(path) as file:
+            return [_signal(file, name, *homes[name], most) for name in names]
+
+    own = bool(listed) and all(timed for *_, timed in listed)
+    return Contents(tuple(Column(name, unit) for name, _, _, unit, _ in listed), load, notes, own)
+
+
+def _signal(file: Any, name: str, group: str, short: str, unit: str, most: int | None) -> Signal:
+    channel = file[group][short]
+    values = channel[:] if most is None else channel[:most]
+    if values.dtype.kind in "mM":
+        return Signal(name, seconds(values), unit)
+    time: Array | None = None
+    if _timed(channel):
+        first = float(channel.properties.get("wf_start_offset", 0.0))
+        steps = np.arange(len(values), dtype=float)
+        time = first + steps * float(channel.properties["wf_increment"])
+    return Signal(name, values.astype(float), unit, time)
+
+
+def _unit(channel: Any) -> str:
+    if channel.dtype.kind in "mM":
+        return "datetime" if channel.dtype.kind == "M" else "s"
+    return str(
+        next((channel.properties[key] for key in ("unit_string", "unit", "Unit") if key in channel.properties), "")
+    )
+
+
+def _timed(channel: Any) -> bool:
+    return float(channel.properties.get("wf_increment", 0.0) or 0.0) > 0.0
+
+
+def _incomplete(file: Any) -> list[str]:
+    status = getattr(file, "file_status", None)
+    if status is None or not status.incomplete_final_segment:
+        return []
+    return ["the last segment is incomplete: the recording was cut off"]

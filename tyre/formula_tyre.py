@@ -1,0 +1,105 @@
+"""Tyres that a formula describes: values at any load and pressure with assumed uncertainty."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+
+from tyre.bands import table_doubts
+from tyre.errors import InputError
+from tyre.properties import (
+    MEASURED_BESIDE,
+    JointCovariance,
+    JointProperties,
+    Origin,
+    TyreProperties,
+    TyreSource,
+    stated_range,
+    stiffness_note,
+)
+from tyre.units import PASCAL_PER_BAR
+
+
+@dataclass(frozen=True, eq=False)
+class FormulaTyre(TyreSource):
+    """A tyre whose coefficients hold its linear properties over load and pressure."""
+
+    relative_stiffness_sd: float = field(default=0.0, kw_only=True)
+
+    def __post_init__(self) -> None:
+        sd = self.relative_stiffness_sd
+        if not (np.isfinite(sd) and sd >= 0):
+            raise InputError(f"relative_stiffness_sd is {sd:g}; it must be finite and >= 0 (0.02 means 2 %)")
+
+    @cached_property
+    def doubts(self) -> tuple[str, ...]:
+        """Notes on unusual values at the conditions worth looking at; see :func:`tyre.bands.table_doubts`."""
+        load, pressure = (grid.ravel() for grid in np.meshgrid(self.loads, self.pressures))
+        with np.errstate(all="ignore"):
+            values = self.linear(load=load, pressure=pressure)
+        positive = {name: np.where(np.asarray(value) > 0, value, np.nan) for name, value in values.items()}
+        return table_doubts(load, positive, where=self.label)
+
+    def assuming(self, relative_sd: float, /) -> Self:
+        """Return the same tyre with an assumed uncertainty."""
+        return replace(self, relative_stiffness_sd=relative_sd)
+
+    def origin(self, *, load: float, pressure: float) -> Origin:
+        """Tell if the formula is stated to hold at a condition: a fit is ``interpolated`` there."""
+        for value, (low, high) in ((load, self.load_range), (pressure, self.pressure_range)):
+            if not low * (1 - 1e-9) <= value <= high * (1 + 1e-9):
+                return "extrapolated"
+        return "interpolated"
+
+    def jointly(self, conditions: Sequence[tuple[float, float]]) -> JointProperties:
+        """Return the properties at several conditions with their covariance."""
+        if not conditions:
+            raise InputError(f"{self.label}: no condition asked for; give at least one (load N, pressure Pa).")
+        for one_load, one_pressure in conditions:
+            self._check(float(one_load), float(one_pressure))
+        load, pressure = (np.array([float(condition[k]) for condition in conditions]) for k in (0, 1))
+        with np.errstate(all="ignore"):  # refused below
+            values = self.linear(load=load, pressure=pressure)
+        for name, unit in (("cornering_stiffness", "N/rad"), ("lateral_stiffness", "N/m"), ("relaxation_length", "m")):
+            for n, value in enumerate(values.get(name, ())):
+                if not 0 < value < np.inf:
+                    raise InputError(
+                        f"{self.label}: at {load[n]:g} N and {pressure[n] / PASCAL_PER_BAR:g} bar the coefficients "
+                        f"give a {name.replace('_', ' ')} of {value:g} {unit}, which is not physical; stay nearer to "
+                        f"the {stated_range(self)} {self.range_kind}"
+                    )
+        unknown = np.full(load.size, np.nan)
+        columns = [values.get(name, unknown) for name in ("cornering_stiffness", "lateral_stiffness")]
+        columns.append(values.get("relaxation_length", unknown))
+        c, k, length = (self.relative_stiffness_sd * column for column in columns)
+        nothing = np.zeros(load.size)
+        factor = np.stack([np.stack([c, nothing, length], 1).ravel(), np.stack([nothing, k, -length], 1).ravel()], 1)
+        covariance = factor @ factor.T
+        lateral = "the same is taken for its lateral stiffness"
+        if "lateral_stiffness" not in values:
+            lateral = "it holds no lateral stiffness"
+        notes = (*self.notes, stiffness_note(self.relative_stiffness_sd), lateral)
+        outside = f"extrapolated beyond the {stated_range(self)} {self.range_kind}"
+        properties = []
+        for n in range(load.size):
+            origin = self.origin(load=conditions[n][0], pressure=conditions[n][1])
+            held: dict[str, Any] = {name: float(values[name][n]) for name in MEASURED_BESIDE if name in values}
+            properties.append(
+                TyreProperties(
+                    tyre=self.tyre, surface=self.surface, load=float(load[n]), pressure=float(pressure[n]),
+                    cornering_stiffness=float(columns[0][n]), lateral_stiffness=float(columns[1][n]),
+                    relaxation_length=float(columns[2][n]),
+                    covariance=covariance[3 * n : 3 * n + 3, 3 * n : 3 * n + 3].copy(), origin=origin,
+                    notes=(*notes, outside) if origin == "extrapolated" else notes, synthetic=self.synthetic,
+                    cornering_stiffness_sd_stated=False, lateral_stiffness_sd_stated=False,
+                    **held,
+                )
+            )  # fmt: skip
+        return JointProperties(tuple(properties), JointCovariance(covariance, None))
+
+    def _check(self, load: float, pressure: float) -> None:
+        for name, value, unit in (("load", load, "N"), ("pressure", pressure, "Pa")):
+            if not (np.isfinite(value) and value > 0):
+                raise InputError(f"{self.label}: {name} is {value:g} {unit}; it must be finite and > 0.")

@@ -1,0 +1,442 @@
+"""Files of measured tyre tables: a CSV per tyre and surface with a TOML sidecar, or a plain table."""
+
+import csv
+import math
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict
+from functools import cache
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tyre.arrays import Array
+from tyre.bands import table_doubts
+from tyre.errors import InputError, is_number, nearest, unknown
+from tyre.files import data_root, read_toml, replacing, write_text
+from tyre.measured_number import MeasuredNumber, measured_number
+from tyre.plausible import LARGEST, SMALLEST
+from tyre.schema import Check, flag, list_of, maybe, needed, number, read, table, text
+from tyre.sheet import read_sheet, split_unit
+from tyre.table import read_cells, read_columns
+from tyre.tables import CommonCalibration, MeasuredColumn, MeasuredTable, common_lateral_stiffness, listed
+from tyre.units import PASCAL_PER_BAR, factor_to_si, is_unit
+
+# quantities and their units in a tyre table, and the names of columns in small letters
+UNITS: Mapping[str, str] = {
+    "load": "N", "pressure": "bar", "cornering_stiffness": "N/deg", "lateral_stiffness": "N/mm",
+    "relaxation_length": "mm", "pneumatic_trail": "mm",
+}  # fmt: skip
+NAMES: Mapping[str, str] = {name: name for name in UNITS} | {
+    "fz": "load", "f_z": "load", "vertical_load": "load", "wheel_load": "load", "normal_load": "load",
+    "p": "pressure", "inflation_pressure": "pressure",
+    "c": "cornering_stiffness", "c_alpha": "cornering_stiffness", "calpha": "cornering_stiffness",
+    "c_fy": "cornering_stiffness", "cfy": "cornering_stiffness",
+    "k": "lateral_stiffness", "k_y": "lateral_stiffness", "ky": "lateral_stiffness",
+    "sigma": "relaxation_length", "sigma_alpha": "relaxation_length", "relaxation": "relaxation_length",
+    "trail": "pneumatic_trail",
+}  # fmt: skip
+
+
+class Column(NamedTuple):
+    """A column of a plain table."""
+
+    quantity: str
+    spread: bool  # it holds standard deviations
+    unit: str
+
+
+def read_named_columns(path: Path) -> dict[str, Array]:
+    """Read the columns of a table whose header names quantities and units in other ways."""
+    sheet = read_sheet(path, kind="tyre conditions")
+    columns = [_column(name, path) for name in sheet.header]
+    order = sorted(range(len(columns)), key=lambda n: columns[n].spread)  # values first, then their standard deviations
+    found: dict[str, list[float]] = {}
+    for place, cells in sheet.rows:
+        row: dict[str, float] = {}
+        for n in order:
+            where = f"{path}, {place}, column {sheet.header[n]!r}"
+            for key, value in _cell(cells[n], columns[n], row, where=where):
+                if key in row:
+                    raise InputError(f"{where}: two columns give {key}; keep one")
+                row[key] = value
+        if found and set(row) != set(found):
+            odd = sorted(set(row) ^ set(found))[0]
+            raise InputError(f"{path}, {place}: {odd} is there in some rows only; give it in all or in none")
+        for key, value in row.items():
+            found.setdefault(key, []).append(value)
+    arrays = {key: np.array(values) for key, values in found.items()}
+    return _one_length(arrays, path, [place for place, _ in sheet.rows])
+
+
+def _cell(cell: Any, column: Column, row: Mapping[str, float], *, where: str) -> Iterator[tuple[str, float]]:
+    """Yield the names and numbers that a cell gives; ``row`` holds the values of its row."""
+    quantity, spread, unit = column
+    key = _key(quantity, sd=spread)
+    if quantity == "pneumatic_trail" and cell == "":
+        yield key, float("nan")
+        return
+    text = repr(float(cell)) if is_number(cell) else str(cell)
+    if unit == "%":
+        if _key(quantity) not in row:
+            raise InputError(f"{where}: a standard deviation of {quantity}, but no column of it")
+        number = measured_number(text.rstrip("% "), where=where, key=quantity)
+        number = MeasuredNumber(number.value * abs(row[_key(quantity)]) / 100, number.sd)
+    else:
+        number = measured_number(text, where=where, key=quantity, si=UNITS[quantity], unit=unit)
+    if spread and number.sd is not None:
+        raise InputError(f"{where}: a standard deviation has none of its own; give one number")
+    yield key, number.value
+    if number.sd is not None:
+        yield _key(quantity, sd=True), number.sd
+
+
+def _key(quantity: str, *, sd: bool = False) -> str:
+    return f"{quantity}{'_sd' * sd}_{UNITS[quantity].replace('/', '_per_')}"
+
+
+def _column(name: str, path: Path) -> Column:
+    base, unit = split_unit(name)
+    if base.lower() in ("sd", "std", "u"):  # sd(C)
+        base, unit = f"{base} {unit}", ""
+    match = re.match(r"^(?:sd|std|u)[ _(]+(.*?)\)?$|^(.*?)[ _](?:sd|std)$", base, re.IGNORECASE)
+    if match:
+        base = match[1] or match[2]
+    spread = match is not None
+    if not unit:
+        base, spread, unit = _behind(base, spread=spread)
+    quantity = NAMES.get(base.strip().lower().replace(" ", "_"))
+    where = f"{path}, column {name!r}"
+    if quantity is None:
+        words = unknown("column", name, [*(_key(one) for one in UNITS), *NAMES])
+        raise InputError(f"{path}: {words}; units stand in brackets or behind: C [N/deg], load_kN")
+    if not unit:
+        raise InputError(f"{where}: no unit; write it in brackets, {base} [{UNITS[quantity]}]")
+    if unit == "%" and not spread:
+        raise InputError(f"{where}: only a standard deviation is given in per cent")
+    if unit != "%":
+        factor_to_si(unit, UNITS[quantity], where=where)
+    return Column(quantity, spread, unit)
+
+
+def _behind(base: str, *, spread: bool) -> tuple[str, bool, str]:
+    """Split ``load_kN`` or ``C_sd_N_per_rad`` after the longest name whose rest is a unit."""
+    parts = base.replace(" ", "_").split("_")
+    for count in range(len(parts) - 1, 0, -1):
+        start, rest = parts[:count], "_".join(parts[count:])
+        sd = len(start) > 1 and start[-1].lower() in ("sd", "std")
+        name = "_".join(start[:-1] if sd else start)
+        if name.lower() in NAMES and is_unit(rest):
+            return name, spread or sd, rest
+    return base, spread, ""
+
+
+def _one_length(columns: dict[str, Array], path: Path, places: list[str]) -> dict[str, Array]:
+    """Drop one of relaxation length and lateral stiffness, which must agree, if both are there."""
+    length, stiffness, cornering = (_key(q) for q in ("relaxation_length", "lateral_stiffness", "cornering_stiffness"))
+    if not {length, stiffness, cornering} <= set(columns):
+        return columns
+    expected = np.degrees(columns[cornering]) / columns[stiffness]  # N/rad over N/mm: mm
+    off = np.abs(columns[length] - expected) > 0.05 * np.abs(expected)  # rounding of a source
+    if off.any():
+        row = int(np.argmax(off))
+        raise InputError(
+            f"{path}, {places[row]}: relaxation length {columns[length][row]:.4g} mm, but cornering over lateral "
+            f"stiffness is {expected[row]:.4g} mm; correct one of the three, or leave one column out"
+        )
+    spreads = [_key(q, sd=True) in columns for q in ("relaxation_length", "lateral_stiffness")]
+    left_out = "lateral_stiffness" if spreads == [True, False] else "relaxation_length"
+    return {key: values for key, values in columns.items() if not key.startswith(left_out)}
+
+
+POSITIVE = number(
+    above=0, least=SMALLEST, most=LARGEST, says=f"must be finite and > 0, from {SMALLEST:g} to {LARGEST:g}"
+)
+_WORDS, _NAMES = text(), list_of(text(), "must be a list of texts in quotes")
+_RESOLUTION = ("cornering_stiffness_N_per_deg", "relaxation_length_mm")
+_GAINS = ("force", "slip", "displacement")
+SIDECAR = table(
+    {
+        needed(key, f"key '{key}' is missing; a tyre table must say its tyre, surface and source"): text(blank=False)
+        for key in ("tyre", "surface", "source")
+    }
+    | {
+        maybe("description", ""): _WORDS,
+        maybe("synthetic", False): flag,
+        maybe("notes", []): _NAMES,
+        maybe("width_mm"): POSITIVE,
+        maybe("drum_diameter_m"): POSITIVE,
+        maybe("relaxation_length_sd_mm"): POSITIVE,
+        maybe("lateral_stiffness_shared_over", []): _NAMES,
+        maybe("lateral_stiffness_origin", "measured"): _WORDS,
+        maybe("resolution"): table(
+            {needed(key, f"give both {listed(_RESOLUTION)}"): POSITIVE for key in _RESOLUTION},
+            kind="key of resolution:",
+        ),
+        maybe("calibration"): table(
+            dict.fromkeys(
+                (needed(key, f"give {listed(_GAINS)}; 0 is a gain known exactly") for key in _GAINS),
+                number(says="must be a number, 0.003 for 0.3 %"),
+            ),
+            kind="key of calibration:",
+        ),
+    }
+)
+
+
+def read_sidecar(path: Traversable) -> dict[str, Any]:
+    """Check and return the keys of a sidecar."""
+    keys: dict[str, Any] = read(SIDECAR, read_toml(path, "sidecar", where=path.name), where=path.name, dotted=True)
+    try:
+        return keys | ({"calibration": CommonCalibration(**keys["calibration"])} if "calibration" in keys else {})
+    except InputError as error:
+        raise InputError(f"{path.name}: {error}.") from error
+
+
+def without_sidecar(table: Path) -> dict[str, Any]:
+    """Return the keys of a table that has no sidecar: from comments such as ``# tyre: ...``, else assumed and noted."""
+    said: dict[str, str] = {}
+    for line in table.read_bytes().decode("utf-8-sig", errors="replace").splitlines():
+        match = re.fullmatch(r"\s*#\s*(tyre|surface|source|description)\s*[:=]\s*(.*?)\s*", line)
+        if match:
+            said.setdefault(match[1], match[2].strip("\"'"))
+    assumed = [f"{key} = {value!r}" for key, value in (("tyre", table.stem), ("surface", "flat")) if key not in said]
+    notes = [f"{table.name} has no sidecar {table.stem}.toml; taken is {' and '.join(assumed)}"] if assumed else []
+    given = {"tyre": table.stem, "surface": "flat", "source": "not stated"} | said
+    keys: dict[str, Any] = read(SIDECAR, given, where=table.name, dotted=True)
+    return keys | {"notes": notes}
+
+
+REQUIRED = ("load_N", "pressure_bar", "cornering_stiffness_N_per_deg")
+STIFFNESS = ("relaxation_length_mm", "lateral_stiffness_N_per_mm")
+SD = ("cornering_stiffness_sd_N_per_deg", "relaxation_length_sd_mm", "lateral_stiffness_sd_N_per_mm")
+CORRELATION, DOF = "stiffness_correlation", ("cornering_stiffness_dof", "lateral_stiffness_dof")
+TRAIL = "pneumatic_trail"
+DIRECT = {"slip step": "relaxation_length_slip_step", "two sweep rates": "relaxation_length_two_rates"}
+
+_NOT_NEGATIVE = number(least=0, most=LARGEST, says="must be finite and >= 0")
+_FREEDOM = number(above=0, endless=True, says="must be > 0 (inf where the standard deviation is known well)")
+_ANY = number(least=-LARGEST, most=LARGEST, says="must be finite, or empty where it was not measured")
+
+
+COLUMNS: dict[str, Check] = (
+    dict.fromkeys((*REQUIRED, *STIFFNESS), POSITIVE)
+    | dict.fromkeys(SD, _NOT_NEGATIVE)
+    | {CORRELATION: number(least=-1, most=1, says="must be from -1 to 1")}
+    | dict.fromkeys(DOF, _FREEDOM)
+    | {
+        f"{name}{end}": lambda value, check=check: float("nan") if value == "" else check(value)
+        for name in (TRAIL, *DIRECT.values())
+        for end, check in (("_mm", _ANY), ("_sd_mm", _NOT_NEGATIVE), ("_dof", _FREEDOM))
+    }
+)
+
+
+def read_folder(folder: Traversable | None = None) -> list[MeasuredTable]:
+    """Read every table (``.csv`` with its ``.toml``) of the packaged ``tyres`` folder, or of another one, by name."""
+    if folder is None:
+        return list(_packaged())
+    if not folder.is_dir():
+        raise InputError(f"{folder}: no such folder of tyre tables.")
+    stems = sorted(item.name.removesuffix(".csv") for item in folder.iterdir() if item.name.endswith(".csv"))
+    return [_parse(folder / f"{stem}.csv", folder / f"{stem}.toml") for stem in stems]
+
+
+@cache
+def _packaged() -> tuple[MeasuredTable, ...]:
+    """Read the packaged tables once: they do not change, and nobody can change their arrays."""
+    return tuple(read_folder(data_root() / "tyres"))
+
+
+def read_table(file: str | Path) -> MeasuredTable:
+    """Read a tyre table from its CSV (or the path of its sidecar)."""
+    file = Path(file)
+    if file.suffix not in (".csv", ".toml"):
+        raise InputError(
+            f"{file}: a tyre table is a .csv with a .toml beside it; give the path of either "
+            "(read_tyre reads .tir and Pacejka-89 files)."
+        )
+    return _parse(file.with_suffix(".csv"), file.with_suffix(".toml"))
+
+
+def write_table(table: MeasuredTable, path: str | Path) -> None:
+    """Write a table and its sidecar so that `read_table` gives the same values back to rounding."""
+    import tomli_w
+
+    path = Path(path)
+    if path.suffix != ".csv":
+        raise InputError(f"{path}: a tyre table is written as .csv; its sidecar .toml follows by itself.")
+    columns: dict[str, Array] = {
+        "load_N": table.load,
+        "pressure_bar": table.pressure / PASCAL_PER_BAR,
+        "cornering_stiffness_N_per_deg": np.radians(table.cornering_stiffness),
+        "lateral_stiffness_N_per_mm": table.lateral_stiffness / 1e3,
+        "lateral_stiffness_sd_N_per_mm": table.lateral_stiffness_sd / 1e3,
+    }
+    if table.cornering_stiffness_sd is not None:
+        columns["cornering_stiffness_sd_N_per_deg"] = np.radians(table.cornering_stiffness_sd)
+    for name in (CORRELATION, *DOF):
+        if getattr(table, name) is not None:
+            columns[name] = getattr(table, name)
+    direct = {name: table.direct_relaxation_length.get(route) for route, name in DIRECT.items()}
+    for name, column in {TRAIL: table.pneumatic_trail, **direct}.items():
+        if column is not None:
+            columns |= {f"{name}_mm": column.value * 1e3, f"{name}_sd_mm": column.sd * 1e3}
+            columns[f"{name}_dof"] = np.where(column.known, column.dof, np.nan)
+    resolution = table.resolution and {
+        "cornering_stiffness_N_per_deg": math.radians(table.resolution[0]),
+        "relaxation_length_mm": table.resolution[1] * 1e3,
+    }
+    keys: dict[str, Any] = {
+        "tyre": table.tyre,
+        "surface": table.surface,
+        "source": table.source or "not stated",
+        "description": table.description or None,
+        "lateral_stiffness_origin": table.lateral_stiffness_origin,
+        "synthetic": table.synthetic,
+        "notes": list(table.notes) or None,
+        "width_mm": None if table.width is None else table.width * 1e3,
+        "drum_diameter_m": table.drum_diameter,
+        "lateral_stiffness_shared_over": list(table.lateral_stiffness_shared_over) or None,
+        "calibration": table.calibration and asdict(table.calibration),
+        "resolution": resolution,
+    }
+    with replacing(path) as part, part.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(columns)
+        rows = np.column_stack(list(columns.values())).tolist()
+        writer.writerows([["" if math.isnan(value) else repr(value) for value in row] for row in rows])
+    write_text(path.with_suffix(".toml"), tomli_w.dumps({k: v for k, v in keys.items() if v is not None}))
+
+
+def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
+    if not table_path.is_file():
+        raise InputError(f"{table_path}: no such tyre table.")
+    name = table_path.name
+    keys = read_sidecar(sidecar_path) if sidecar_path.is_file() else without_sidecar(Path(str(table_path)))
+    columns, places = _columns(table_path)
+    if sum(column in columns for column in STIFFNESS) != 1:
+        raise InputError(f"{name}: give one of the columns {listed(STIFFNESS)}; each follows from the other.")
+    cornering = np.degrees(columns["cornering_stiffness_N_per_deg"])  # N/deg to N/rad
+    relative_sd, length_sd = np.zeros_like(cornering), "relaxation_length_sd_mm"
+    if "relaxation_length_mm" in columns:
+        for given in ("calibration", CORRELATION, *DOF):
+            if given in keys or given in columns:
+                raise InputError(
+                    f"{name}: {given} is about both stiffnesses; give the column lateral_stiffness_N_per_mm in place "
+                    "of relaxation_length_mm."
+                )
+        length = columns["relaxation_length_mm"] / 1e3
+        lateral = cornering / length
+        if length_sd in columns and length_sd in keys:
+            raise InputError(f"{name}: relaxation_length_sd_mm stands in the table and in its sidecar; keep one.")
+        relative_sd = columns.get(length_sd, keys.get(length_sd, 0.0) + np.zeros_like(length)) / 1e3 / length
+    else:
+        lateral = columns["lateral_stiffness_N_per_mm"] * 1e3
+        if length_sd in keys or length_sd in columns:
+            raise InputError(f"{name}: relaxation_length_sd_mm is given, but the column relaxation_length_mm is not.")
+    lateral_sd = relative_sd * lateral
+    if "lateral_stiffness_sd_N_per_mm" in columns:
+        if relative_sd.any():
+            raise InputError(f"{name}: standard deviations of relaxation length and lateral stiffness; keep one.")
+        lateral_sd = columns["lateral_stiffness_sd_N_per_mm"] * 1e3
+    trail = _read_column(name, TRAIL, columns)
+    doubts = table_doubts(
+        columns["load_N"],
+        {"cornering_stiffness": cornering, "lateral_stiffness": lateral, "relaxation_length": cornering / lateral}
+        | ({} if trail is None else {"pneumatic_trail": trail.value}),
+        where=name,
+        places=places,
+    )
+    sd_column = columns.get("cornering_stiffness_sd_N_per_deg")
+    if resolution := keys.get("resolution"):
+        units = math.degrees(resolution["cornering_stiffness_N_per_deg"]), resolution["relaxation_length_mm"] / 1e3
+    direct = {route: _read_column(name, stem, columns) for route, stem in DIRECT.items()}
+    return MeasuredTable(
+        tyre=keys["tyre"], surface=keys["surface"], load=columns["load_N"],
+        pressure=columns["pressure_bar"] * PASCAL_PER_BAR, cornering_stiffness=cornering, lateral_stiffness=lateral,
+        lateral_stiffness_sd=lateral_sd, cornering_stiffness_sd=None if sd_column is None else np.degrees(sd_column),
+        lateral_stiffness_shared_over=tuple(keys["lateral_stiffness_shared_over"]),
+        resolution=units if resolution else None, source=keys["source"], description=keys["description"],
+        lateral_stiffness_origin=keys["lateral_stiffness_origin"],
+        notes=tuple(dict.fromkeys((*keys["notes"], *doubts))), synthetic=keys["synthetic"],
+        drum_diameter=keys.get("drum_diameter_m"), width=keys["width_mm"] / 1e3 if "width_mm" in keys else None,
+        calibration=keys.get("calibration"), stiffness_correlation=columns.get(CORRELATION),
+        cornering_stiffness_dof=columns.get(DOF[0]), lateral_stiffness_dof=columns.get(DOF[1]), pneumatic_trail=trail,
+        direct_relaxation_length={route: column for route, column in direct.items() if column is not None},
+    )  # fmt: skip
+
+
+def _columns(path: Traversable) -> tuple[Mapping[str, Array], list[str]]:
+    """Return the columns of a table and the names of its rows; a header in other names is read by its units."""
+    header = read_cells(path, kind="tyre table", example=", ".join(REQUIRED)).text.lstrip("\ufeff \r\n")
+    names = next((line for line in header.splitlines() if line.strip() and not line.startswith("#")), "")
+    try:
+        own = [name.strip() for cells in csv.reader([names.partition("#")[0]], skipinitialspace=True) for name in cells]
+    except csv.Error as error:
+        raise InputError(f"{path}: the names of the columns are not CSV ({error}); see the quotation marks") from error
+    if names and isinstance(path, Path) and any(name not in COLUMNS for name in own):
+        found = read_named_columns(path)
+        missing = [name for name in REQUIRED if name not in found]
+        if missing:
+            raise InputError(f"{path}: the column {', '.join(missing)} is missing")
+        for name in (*REQUIRED, *STIFFNESS, *SD):
+            for row, value in enumerate(found.get(name, ()), 1):
+                read(COLUMNS[name], float(value), where=f"{path}, row {row}", section=name, dotted=True)
+        return found, [f"row {row}" for row in range(1, len(found["load_N"]) + 1)]
+    plain = read_columns(path, numbers=COLUMNS, needed=REQUIRED)
+    return plain.numbers, [f"line {line}" for line in plain.lines]
+
+
+def _read_column(file: str, name: str, columns: Mapping[str, Array]) -> MeasuredColumn | None:
+    value, sd, dof = (columns.get(f"{name}{end}") for end in ("_mm", "_sd_mm", "_dof"))
+    if value is None and sd is None and dof is None:
+        return None
+    if value is None or sd is None:
+        raise InputError(f"{file}: {name}_mm and {name}_sd_mm belong together; give both columns or none.")
+    dof = np.full_like(value, np.inf) if dof is None else np.where(np.isnan(dof), np.inf, dof)
+    try:
+        return MeasuredColumn(value / 1e3, sd / 1e3, dof)
+    except InputError as error:
+        raise InputError(f"{file}: {name}_mm of {error}.") from error
+
+
+def available_tyres(folder: Traversable | None = None) -> dict[str, tuple[str, ...]]:
+    """Return the surfaces measured for each tyre of the packaged data, or of another folder of tyre tables.
+
+    Parameters
+    ----------
+    folder : path, optional
+        Default: the packaged tyres.
+
+    Raises
+    ------
+    InputError
+        A table of the folder that cannot be read.
+    """
+    surfaces: dict[str, tuple[str, ...]] = {}
+    for one in read_folder(folder):
+        surfaces[one.tyre] = (*surfaces.get(one.tyre, ()), one.surface)
+    return {tyre: tuple(sorted(measured, reverse=True)) for tyre, measured in sorted(surfaces.items())}
+
+
+def find_table(tyre: str, *, surface: str, folder: Traversable | None = None) -> MeasuredTable:
+    """Return the table of a tyre on a surface, checked against those it shares pull tests with."""
+    tables = read_folder(folder)
+    mine = [table for table in tables if table.tyre == tyre]
+    if not mine:
+        names = sorted({table.tyre for table in tables})
+        near = nearest(tyre, names)
+        hint = f" (did you mean '{near}'?)" if near else ""
+        raise InputError(f"no tyre '{tyre}'{hint}; available are {', '.join(names) or 'none'}.")
+    chosen = [table for table in mine if table.surface == surface]
+    if not chosen:
+        known = ", ".join(sorted((table.surface for table in mine), reverse=True))
+        raise InputError(f"{tyre} was not measured on surface '{surface}', only on: {known}.")
+    if len(chosen) > 1:
+        raise InputError(f"{chosen[0].label} is defined by {len(chosen)} files; keep one.")
+    across = [table for table in mine if "surface" in table.lateral_stiffness_shared_over]
+    common_lateral_stiffness(across if chosen[0] in across else chosen)
+    return chosen[0]

@@ -1,1 +1,0 @@
-"""Tyre properties over load and pressure from measured tables."""

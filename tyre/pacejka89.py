@@ -1,0 +1,510 @@
+"""Pacejka-89 coefficients: the tyre that they describe, and their files (TOML, YAML, JSON, MATLAB)."""
+
+import json
+import re
+import zlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tyre.arrays import Array
+from tyre.errors import InputError
+from tyre.files import data_root, read_toml
+from tyre.formula_tyre import FormulaTyre
+from tyre.magic_formula import magic_formula, magic_formula_derivatives, saturation
+from tyre.plausible import LARGEST, SMALLEST
+from tyre.progress import optional_module
+from tyre.schema import Check, list_of, maybe, needed, number, read, table, text
+from tyre.units import PASCAL_PER_BAR
+
+DEGREE = np.pi / 180.0
+LOADS = (200.0, 300.0, 400.0, 600.0, 800.0, 1000.0)  # N, of a bicycle's wheel, at which a fit is looked at
+SLIP_UNITS = {"deg": DEGREE, "rad": 1.0}
+
+
+@dataclass(frozen=True)
+class _Formula:
+    """Magic Formula at one load and camber, in the units of the coefficients."""
+
+    shape: Array
+    peak: Array
+    slope: Array
+    curvature: Array
+    shift: Array
+    offset: Array
+
+    def value(self, slip: Array) -> Array:
+        reduced = np.asarray(self.slope / (self.shape * self.peak) * (slip + self.shift))
+        curve = magic_formula(reduced, shape_factor=self.shape, curvature_factor=self.curvature)
+        return np.asarray(self.peak * curve + self.offset)
+
+    @property
+    def gradient(self) -> Array:
+        """Slope over slip at zero slip."""
+        reduced = np.asarray(self.slope / (self.shape * self.peak) * self.shift)
+        curve = magic_formula_derivatives(reduced, shape_factor=self.shape, curvature_factor=self.curvature)
+        return np.asarray(self.slope / self.shape * curve.by_slip)
+
+
+@dataclass(frozen=True)
+class Pacejka89:
+    """One fit: a tyre at one inflation pressure."""
+
+    label: str  # what the authors call the set
+    pressure: float  # Pa
+    load_max: float  # largest vertical load (N) for which the authors use the set
+    side_force_coefficients: tuple[float, ...]  # a0 ... a13, side force in N
+    aligning_moment_coefficients: tuple[float, ...] | None = None  # c0 ... c17, aligning moment in N m
+    slip_unit: str = "deg"  # unit of slip inside the formula
+    # K_y of a pull test at this pressure, N/m, which no formula of slip holds; None where not known
+    lateral_stiffness: float | None = None
+
+    def __post_init__(self) -> None:
+        for letter, numbers in (("a", self.side_force_coefficients), ("c", self.aligning_moment_coefficients or ())):
+            for place, value in enumerate(numbers):
+                if not abs(value) <= LARGEST:
+                    raise InputError(
+                        f"{self.label}: {letter}{place} = {value:g} must be a number up to {LARGEST:g} in size"
+                    )
+
+    def side_force(self, *, slip_angle: ArrayLike, load: ArrayLike, camber: ArrayLike = 0.0) -> Array:
+        """Side force."""
+        return self._lateral(self._checked(load), camber).value(self._slip(slip_angle))
+
+    def aligning_moment(self, *, slip_angle: ArrayLike, load: ArrayLike, camber: ArrayLike = 0.0) -> Array:
+        """Aligning moment."""
+        return self._aligning(self._checked(load), camber).value(self._slip(slip_angle))
+
+    def cornering_stiffness(self, *, load: ArrayLike, camber: ArrayLike = 0.0) -> Array:
+        """Slope of the side force at zero slip (BCD is its value at X = 0, up to 2 % larger in published sets)."""
+        return self._lateral(self._checked(load), camber).gradient / SLIP_UNITS[self.slip_unit]
+
+    def aligning_stiffness(self, *, load: ArrayLike, camber: ArrayLike = 0.0) -> Array:
+        """C_M = -dMz/d(slip) at zero slip."""
+        return -self._aligning(self._checked(load), camber).gradient / SLIP_UNITS[self.slip_unit]
+
+    def pneumatic_trail(self, *, load: ArrayLike) -> Array:
+        """Trail t = C_M / C_Fy of small slip."""
+        return self.aligning_stiffness(load=load) / self.cornering_stiffness(load=load)
+
+    def camber_stiffness(self, *, load: ArrayLike) -> Array:
+        """Slope of the side force over camber at zero slip and camber, mean of both sides."""
+        return self.linear(load=self._checked(load) * 1e3)["camber_stiffness"]
+
+    def linear(self, *, load: Array) -> dict[str, Array]:
+        """Return the slopes near straight running; the load is not checked."""
+        fz, unit = load / 1e3, SLIP_UNITS[self.slip_unit]
+        a, lateral = self.side_force_coefficients, self._lateral(load / 1e3, 0.0)
+        cornering = lateral.gradient / unit
+        camber = (lateral.gradient * a[8] + a[11] * fz) / DEGREE
+        held = {"cornering_stiffness": cornering, "camber_stiffness": camber}
+        if self.lateral_stiffness is not None:
+            held["lateral_stiffness"] = np.full(np.shape(load), self.lateral_stiffness)
+            held["relaxation_length"] = cornering / self.lateral_stiffness
+        if self.aligning_moment_coefficients is not None:
+            c, aligning = self.aligning_moment_coefficients, self._aligning(fz, 0.0)
+            held["pneumatic_trail"] = -aligning.gradient / unit / cornering
+            by_camber = (aligning.gradient * c[11] + c[14] * fz**2 + c[15] * fz) / DEGREE
+            held["twisting_stiffness"] = by_camber + held["pneumatic_trail"] * camber
+        return held
+
+    def _slip(self, slip_angle: ArrayLike) -> Array:
+        return np.asarray(slip_angle, dtype=np.float64) / SLIP_UNITS[self.slip_unit]
+
+    def _checked(self, load: ArrayLike) -> Array:
+        """The load in kN."""
+        force = np.asarray(load, dtype=np.float64)
+        if not ((force > 0.0) & (force <= self.load_max)).all():
+            raise InputError(
+                f"{self.label}: load of {np.min(force):g} to {np.max(force):g} N is outside of the fit, which holds "
+                f"above 0 and up to {self.load_max:g} N"
+            )
+        return force / 1e3
+
+    def _lateral(self, fz: Array, camber: ArrayLike) -> _Formula:
+        a, lean = self.side_force_coefficients, np.asarray(camber, dtype=np.float64) / DEGREE
+        return _Formula(
+            shape=np.asarray(a[0]),
+            peak=a[1] * fz**2 + a[2] * fz,
+            slope=a[3] * saturation(fz / a[4]) * (1.0 - a[5] * np.abs(lean)),
+            curvature=a[6] * fz + a[7],
+            shift=a[8] * lean + a[9] * fz + a[10],
+            offset=a[11] * fz * lean + a[12] * fz + a[13],
+        )
+
+    def _aligning(self, fz: Array, camber: ArrayLike) -> _Formula:
+        if self.aligning_moment_coefficients is None:
+            raise InputError(f"{self.label}: the set has no aligning moment")
+        c, lean = self.aligning_moment_coefficients, np.asarray(camber, dtype=np.float64) / DEGREE
+        return _Formula(
+            shape=np.asarray(c[0]),
+            peak=c[1] * fz**2 + c[2] * fz,
+            slope=(c[3] * fz**2 + c[4] * fz) * (1.0 - c[6] * np.abs(lean)) * np.exp(-c[5] * fz),
+            curvature=(c[7] * fz**2 + c[8] * fz + c[9]) * (1.0 - c[10] * np.abs(lean)),
+            shift=c[11] * lean + c[12] * fz + c[13],
+            offset=(c[14] * fz**2 + c[15] * fz) * lean + c[16] * fz + c[17],
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Pacejka89Tyre(FormulaTyre):
+    """A tyre with one fit per pressure; between them values are linear."""
+
+    tyre: str
+    surface: str  # ``flat`` or ``drum``
+    sets: tuple[Pacejka89, ...]  # by rising pressure
+    source: str  # of the coefficients
+    notes: tuple[str, ...] = ()  # to be told to a reader of any value
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        label, highest = f"{self.tyre} on {self.surface}", min(fit.load_max for fit in self.sets)
+        pressures = np.array([fit.pressure for fit in self.sets])
+        vars(self).update(
+            label=label, description="Pacejka-89 coefficients", width=None, range_kind=f"for which {label} holds",
+            synthetic=any("synthetic" in note.lower() for note in self.notes), load_range=(0.0, highest),
+            loads=np.array([load for load in LOADS if load <= highest] or [highest]), pressures=pressures,
+            pressure_range=(self.sets[0].pressure, self.sets[-1].pressure),
+        )  # fmt: skip
+
+    def side_force(self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: float, camber: ArrayLike = 0.0) -> Array:
+        """Side force."""
+        return self._at(pressure, lambda fit: fit.side_force(slip_angle=slip_angle, load=load, camber=camber))
+
+    def aligning_moment(
+        self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: float, camber: ArrayLike = 0.0
+    ) -> Array:
+        """Aligning moment."""
+        return self._at(pressure, lambda fit: fit.aligning_moment(slip_angle=slip_angle, load=load, camber=camber))
+
+    def cornering_stiffness(self, *, load: ArrayLike, pressure: float) -> Array:
+        """Slope of the side force at zero slip."""
+        return self._at(pressure, lambda fit: fit.cornering_stiffness(load=load))
+
+    def aligning_stiffness(self, *, load: ArrayLike, pressure: float) -> Array:
+        """C_M = -dMz/d(slip) at zero slip."""
+        return self._at(pressure, lambda fit: fit.aligning_stiffness(load=load))
+
+    def pneumatic_trail(self, *, load: ArrayLike, pressure: float) -> Array:
+        """C_M / C_Fy."""
+        moment = self.aligning_stiffness(load=load, pressure=pressure)
+        return moment / self.cornering_stiffness(load=load, pressure=pressure)
+
+    def camber_stiffness(self, *, load: ArrayLike, pressure: float) -> Array:
+        """Slope of the side force over camber."""
+        return self._at(pressure, lambda fit: fit.camber_stiffness(load=load))
+
+    def linear(self, *, load: Array, pressure: Array) -> Mapping[str, Array]:
+        """Return the slopes at many conditions, linear in pressure; nothing is checked."""
+        every = [fit.linear(load=load) for fit in self.sets]
+        for held in every:
+            if "pneumatic_trail" in held:
+                held["pneumatic_trail"] = held["pneumatic_trail"] * held["cornering_stiffness"]
+        pressures = self.pressures
+        upper = np.clip(np.searchsorted(pressures, pressure), 1, max(len(every) - 1, 1))
+        found = {}
+        for name in set.intersection(*map(set, every)):
+            values = np.array([held[name] for held in every])
+            if len(every) == 1:
+                found[name] = values[0]
+                continue
+            share = (pressure - pressures[upper - 1]) / (pressures[upper] - pressures[upper - 1])
+            columns = np.arange(len(load))
+            found[name] = (1 - share) * values[upper - 1, columns] + share * values[upper, columns]
+        if "pneumatic_trail" in found:
+            found["pneumatic_trail"] = found["pneumatic_trail"] / found["cornering_stiffness"]
+        if "lateral_stiffness" in found:
+            found["relaxation_length"] = found["cornering_stiffness"] / found["lateral_stiffness"]
+        return found
+
+    def _check(self, load: float, pressure: float) -> None:
+        super()._check(load, pressure)
+        low, high = self.pressure_range
+        if low == high and not np.isclose(pressure, low, rtol=1e-9):
+            raise InputError(
+                f"{self.label}: pressure is {pressure / PASCAL_PER_BAR:g} bar, but it was fitted at "
+                f"{low / PASCAL_PER_BAR:g} bar only, which says nothing about another pressure"
+            )
+
+    def _at(self, pressure: float, evaluate: Callable[[Pacejka89], Array]) -> Array:
+        pressures = self.pressures
+        if not pressures[0] <= pressure <= pressures[-1]:
+            low, high, at = (value / PASCAL_PER_BAR for value in (*self.pressure_range, pressure))
+            raise InputError(f"{self.tyre}: pressure {at:g} bar is outside of the fitted {low:g} to {high:g} bar")
+        upper = int(np.searchsorted(pressures, pressure))
+        if pressures[upper] == pressure:
+            return evaluate(self.sets[upper])
+        share = (pressure - pressures[upper - 1]) / (pressures[upper] - pressures[upper - 1])
+        return (1.0 - share) * evaluate(self.sets[upper - 1]) + share * evaluate(self.sets[upper])
+
+
+KIND = "pacejka89"
+SIDE, MOMENT = "side_force", "aligning_moment"
+COUNT = {SIDE: 14, MOMENT: 18}
+# other spellings of keys, in small letters
+KEYS = {"fy": SIDE, "fy_coef": SIDE, "optparametermf_fy": SIDE, "sets": "set",
+        "mz": MOMENT, "mz_coef": MOMENT, "optparametermf_mz": MOMENT,
+        "load_max_n": "load_max_N", "lateral_stiffness_n_per_mm": "lateral_stiffness_N_per_mm"}  # fmt: skip
+PRESSURES = {"pressure_kpa": 1.0, "pressure_bar": 100.0, "pressure_psi": 4.4482216152605 / 25.4**2 * 1e3}  # in kPa
+
+
+def _coefficients(role: str) -> Check:
+    count, one = COUNT[role], number(least=-LARGEST, most=LARGEST)
+    return list_of(one, f"must be a list of {count} numbers", least=count, most=count)
+
+
+def _notes(value: Any) -> Any:
+    return (value,) if isinstance(value, str) else list_of(text(), "must be text in quotes, or a list of texts")(value)
+
+
+SET = table(
+    {
+        maybe("label", ""): text(),
+        needed("pressure_kPa", "no pressure; write pressure_kPa = 300, or name the file NAME_p300"): number(
+            above=0, least=SMALLEST, most=1e5
+        ),
+        needed(SIDE, f"no {SIDE}; write {SIDE} = [a0, ... a13]"): _coefficients(SIDE),
+        maybe(MOMENT): _coefficients(MOMENT),
+        maybe("lateral_stiffness_N_per_mm"): number(above=1, most=1000, says="must be a number of 1 to 1000 N/mm"),
+    }
+)
+FILE = table(
+    {
+        maybe("kind", KIND): text(f"must be {KIND!r}", allowed=(KIND,)),
+        maybe("tyre"): text(blank=False),
+        maybe("surface"): text("must be 'flat' or 'drum'", allowed=("flat", "drum")),
+        maybe("source", "not stated"): text(),
+        maybe("licence"): text(),
+        maybe("load_max_N"): number(above=0, least=SMALLEST, most=1e5),
+        maybe("slip_unit"): text("is neither 'deg' nor 'rad'", allowed=tuple(SLIP_UNITS)),
+        maybe("note", []): _notes,
+        needed("set", "no coefficients found; write side_force = [...], or [[set]] and its coefficients below it"):
+            list_of(SET, "must be tables: write [[set]] and its coefficients below it", least=1, strict=False),
+    }
+)  # fmt: skip
+# far beyond what is measured: C/Fz is 0.2 to 0.3 per degree in Dell'Orto et al. (C and D: Pacejka, 2012, section 4.3)
+LIMITS = {
+    "stiffness per load": (0.03, 1.0),  # 1/deg
+    "friction": (0.0, 1.5),
+    "trail": (0.0, 0.1),  # m
+    "C": (0.5, 4.0),
+    "D": (0.3, 2.0),  # of the load
+}
+
+
+def check_coefficients(fit: Pacejka89) -> None:
+    """Refuse a set that describes no tyre, such as a fit broken off half way."""
+    with np.errstate(all="ignore"):  # values that are not finite are refused
+        for load in LOADS:
+            if load <= fit.load_max:
+                _check_at(fit, load)
+
+
+def _check_at(fit: Pacejka89, load: float) -> None:
+    stiffness = float(fit.cornering_stiffness(load=load)) * DEGREE
+    low, high = (limit * load for limit in LIMITS["stiffness per load"])
+    forces = fit.side_force(slip_angle=np.array([-10.0, -4.0, 4.0, 10.0]) * DEGREE, load=load)
+    friction, most = float(np.abs(forces).max()) / load, LIMITS["friction"][1]
+    wrong = ""
+    if not low <= stiffness <= high:
+        wrong = f"cornering stiffness at {load:g} N is {stiffness:.4g} N/deg, a tyre has {low:g} to {high:g} N/deg; "
+        wrong += "the fit is not usable"
+    elif not (forces[1] < 0.0 < forces[2]):
+        wrong = f"side force at {load:g} N is {forces[1]:.4g} N at -4 deg, {forces[2]:.4g} N at +4 deg; "
+        wrong += "its sign must follow the slip"
+    elif not friction <= most:
+        wrong = f"side force at {load:g} N reaches {friction:.3g} times the load, allowed is {most:g}"
+    elif fit.aligning_moment_coefficients is not None:
+        trail, (short, long) = float(fit.pneumatic_trail(load=load)), LIMITS["trail"]
+        if not short < trail < long:
+            allowed = f"allowed are {short * 1e3:g} to {long * 1e3:g} mm"
+            wrong = f"pneumatic trail at {load:g} N is {trail * 1e3:.3g} mm, {allowed}"
+    if wrong:
+        raise InputError(f"{fit.label}: {wrong}")
+
+
+def doubts_about(fit: Pacejka89) -> list[str]:
+    """Return a note on shape and peak that the data did not settle, if there is anything to say."""
+    shape, load = fit.side_force_coefficients[0], 0.4  # kN, of a bicycle's wheel
+    peak = (fit.side_force_coefficients[1] * load + fit.side_force_coefficients[2]) / 1e3
+    found = [
+        f"{name} = {value:.4g}{at} (usual {LIMITS[name][0]:g} to {LIMITS[name][1]:g})"
+        for name, value, at in (("C", shape, ""), ("D", peak, " times the load at 400 N"))
+        if not LIMITS[name][0] <= value <= LIMITS[name][1]
+    ]
+    if not found:
+        return []
+    return [f"{fit.label}: {', '.join(found)}: the data did not settle C, D and E one by one; its slope is what holds"]
+
+
+def read_pacejka89(source: str | Path | Traversable) -> Pacejka89Tyre:
+    """Read a packaged tyre by its name, or a file of coefficients, and check them."""
+    if isinstance(source, str) and not source.lower().endswith((".toml", ".json", ".yaml", ".yml", ".mat")):
+        source = data_root() / "tyres" / f"{source}.toml"
+    file = Path(source) if isinstance(source, str) else source
+    where, stem = str(source), Path(file.name).stem
+    content, unused = _one_mapping(_content(file), stem), []
+    if file.name.lower().endswith(".mat"):  # a workspace holds other things too
+        unused = sorted({*content} - {*FILE.keys})
+        content = {key: value for key, value in content.items() if key not in unused}
+    given = read(FILE, content, where=where)
+    notes = [*given["note"], *([f"not used of {file.name}: {', '.join(unused)}"] if unused else [])]
+    for key, taken in {
+        "load_max_N": "",
+        "slip_unit": "; degrees are taken, as Magic-Formula-89 has them",
+        "surface": "; flat is taken",
+    }.items():
+        if key not in given:
+            notes.append(f"the file states no {key}{taken}")
+    tyre, sets = given.get("tyre", stem), []
+    for entry in given["set"]:
+        stiffness = entry.get("lateral_stiffness_N_per_mm")
+        fit = Pacejka89(
+            label=", ".join(filter(None, (tyre, entry["label"]))),
+            pressure=entry["pressure_kPa"] * 1e3,
+            load_max=given.get("load_max_N", float("inf")),
+            side_force_coefficients=tuple(entry[SIDE]),
+            aligning_moment_coefficients=tuple(entry[MOMENT]) if MOMENT in entry else None,
+            slip_unit=given.get("slip_unit", "deg"),
+            lateral_stiffness=None if stiffness is None else stiffness * 1e3,
+        )
+        try:
+            check_coefficients(fit)
+        except InputError as error:
+            other, hint = "rad" if fit.slip_unit == "deg" else "deg", ""
+            if _describes_a_tyre(replace(fit, slip_unit=other)):
+                hint = f"; with slip in {other} it would be one: write slip_unit = {other}"
+            raise InputError(f"{where}: {error}{hint}") from error
+        sets.append(fit)
+        notes += doubts_about(fit)
+    without = [fit for fit in sets if fit.lateral_stiffness is None]
+    if without and len(without) < len(sets):
+        raise InputError(f"{where}: lateral_stiffness_N_per_mm is missing in {without[0].label}; give it in every set")
+    if len({fit.pressure for fit in sets}) < len(sets):
+        raise InputError(f"{where}: two sets have one pressure_kPa; keep one of them")
+    found = Pacejka89Tyre(
+        tyre=tyre, surface=given.get("surface", "flat"), sets=tuple(sorted(sets, key=lambda fit: fit.pressure)),
+        source=given["source"], notes=tuple(notes),
+    )  # fmt: skip
+    return replace(found, notes=(*found.notes, *found.doubts))
+
+
+def is_pacejka89(path: Path) -> bool:
+    """Tell if a file, which may be a bicycle's, holds Pacejka-89 coefficients."""
+    try:
+        content = _one_mapping(_content(path), path.stem)
+    except InputError:
+        return False
+    return isinstance(content, Mapping) and ("set" in content or content.get("kind") == KIND)
+
+
+def _one_mapping(content: Any, stem: str) -> Any:
+    """Keys in one spelling; a set that stands at the top, or in a struct of its own, below ``set``."""
+    if isinstance(content, list):
+        content = {"set": content} if content and isinstance(content[0], Mapping) else {SIDE: content}
+    if not isinstance(content, Mapping):
+        return content
+    top = _spelled(content)
+    inner = [key for key, value in top.items() if isinstance(value, Mapping) and SIDE in _spelled(value)]
+    if "set" not in top and inner:
+        common = {key: top.pop(key) for key in list(top) if key.lower() in PRESSURES}
+        top["set"] = [{"label": key, **common, **_spelled(top.pop(key))} for key in inner]
+    if "set" not in top and SIDE in top:
+        top["set"] = [{key: top.pop(key) for key in list(top) if key in SET.keys or key.lower() in PRESSURES}]
+    if isinstance(top.get("set"), Mapping):
+        top["set"] = [top["set"]]
+    if isinstance(top.get("set"), list):
+        top["set"] = [_with_pressure(_spelled(one), stem) if isinstance(one, Mapping) else one for one in top["set"]]
+    return top
+
+
+def _spelled(content: Mapping[str, Any]) -> dict[str, Any]:
+    found = {KEYS.get(str(key).lower(), str(key)): value for key, value in content.items()}
+    for letter, role in (("a", SIDE), ("c", MOMENT)):
+        if f"{letter}0" in found:  # a0 ... a13 by name
+            found[role] = [found.pop(f"{letter}{n}") for n in range(COUNT[role]) if f"{letter}{n}" in found]
+    return found
+
+
+def _with_pressure(one: dict[str, Any], stem: str) -> dict[str, Any]:
+    for key in list(one):
+        if (factor := PRESSURES.get(key.lower())) and isinstance(one[key], int | float):
+            one["pressure_kPa"] = one.pop(key) * factor
+    named = re.search(r"_p(\d{2,4})(?!\d)", stem)  # of the authors' files: OptParameterMF_T03R01_camber0_p300
+    if "pressure_kPa" not in one and named:
+        one["pressure_kPa"] = float(named[1])
+    return one
+
+
+def _describes_a_tyre(fit: Pacejka89) -> bool:
+    try:
+        check_coefficients(fit)
+    except InputError:
+        return False
+    return True
+
+
+def _content(file: Path | Traversable) -> Any:
+    """The mapping or list that a file holds."""
+    kind = "file of Pacejka-89 coefficients"
+    ending = Path(file.name).suffix.lower()
+    if ending not in (".json", ".yaml", ".yml", ".mat"):
+        return read_toml(file, kind)
+    if not file.is_file():
+        raise InputError(f"{file}: no such {kind}")
+    if ending == ".mat":
+        return _matlab(Path(str(file)))
+    written = file.read_bytes().decode("utf-8-sig", errors="replace")
+    if ending == ".json":
+        try:
+            return json.loads(written)
+        except (ValueError, RecursionError) as error:
+            raise InputError(f"{file}: not a JSON file: {error}") from error
+    import yaml
+
+    try:
+        return yaml.safe_load(written)
+    except (yaml.YAMLError, RecursionError) as error:
+        raise InputError(f"{file}: not a YAML file: {' '.join(str(error).split())}") from error
+
+
+def _matlab(path: Path) -> Any:
+    from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
+
+    try:
+        content = loadmat(path, simplify_cells=True)
+    except NotImplementedError:  # version 7.3 is HDF5
+        try:
+            h5py = optional_module("h5py", extra="formats")
+        except ImportError as error:
+            raise InputError(f"{path}: saved as version 7.3; {error}, or save it with -v7") from error
+        with h5py.File(path, "r") as file:
+            content = _of_hdf5(file)
+    except (MatReadError, ValueError, OSError, TypeError, LookupError, zlib.error) as error:
+        raise InputError(f"{path}: not a MATLAB file ({' '.join(str(error).split())[:80]})") from error
+    return _plain({key: value for key, value in content.items() if not key.startswith("__")})
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _plain(one) for key, one in value.items()}
+    return np.ravel(value).tolist() if isinstance(value, np.ndarray) else value
+
+
+def _of_hdf5(group: Any) -> dict[str, Any]:
+    """Structs, numbers and words of a MATLAB 7.3 file; anything else, and what stands below ``#``, is left out."""
+    found: dict[str, Any] = {}
+    for key, item in group.items():
+        if hasattr(item, "items"):
+            found |= {} if key.startswith("#") else {key: _of_hdf5(item)}
+        elif item.attrs.get("MATLAB_class") == b"char":
+            found[key] = "".join(map(chr, np.ravel(item[()])))
+        elif item.dtype.kind in "fiu":
+            found[key] = item[()].item() if item.size == 1 else np.ravel(item[()])
+    return found

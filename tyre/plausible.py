@@ -1,0 +1,110 @@
+"""Slips of units are told from unusual bicycles by the typical range of every parameter."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from tyre.errors import InputError
+
+SMALLEST, LARGEST = 1e-12, 1e12
+"""Sizes beyond which a number is none that was measured of a tyre, in any unit; what is made of them stays a number."""
+ABSURD = 30.0
+WAY_OUT = "allow_unusual"
+"""Key at the top of a model or bicycle file that lets absurd values pass (with a warning)."""
+
+PER_DEGREE = 180 / math.pi
+SLIPS = MappingProxyType(
+    {
+        "m": ((1e-3, "millimetres"), (1e-2, "centimetres")),
+        "m^2": ((1e-4, "cm^2"), (1e-6, "mm^2")),
+        "rad": ((1 / PER_DEGREE, "degrees"),),
+        "kg": ((1e-3, "grams"),),
+        "kg m^2": ((1e-4, "kg cm^2"), (1e-6, "kg mm^2"), (1e-7, "g cm^2"), (1e-9, "g mm^2")),
+        "kg/m^3": ((1e3, "g/cm^3"),),
+        "m/s": ((1 / 3.6, "km/h"),),
+        "m/s^2": ((1e-2, "cm/s^2"), (1e-3, "mm/s^2")),
+        "N/m": ((1e3, "N/mm"),),
+        "1": ((1e-2, "per cent"),),
+    }
+)
+"""Unit -> what a value may have been given in, with the factor to the unit; those per radian also per degree."""
+RARE_SLIPS = MappingProxyType({"m": ((0.0254, "inches"),), "m/s^2": ((0.3048, "ft/s^2"),)})
+"""The same, where none of the others explains the value."""
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """A value ``key`` outside its typical range: the words, what may explain it, and if it is far beyond."""
+
+    key: str
+    outside: str
+    why: str  # `` (millimetres?)``; empty where nothing explains it
+    absurd: bool
+
+    @property
+    def text(self) -> str:
+        """The whole line."""
+        return self.outside + self.why
+
+    @property
+    def explained(self) -> bool:
+        """True if a slip of units or of the sign explains it."""
+        return bool(self.why)
+
+
+def doubt(
+    key: str,
+    value: float,
+    *,
+    unit: str,
+    typical: tuple[float, float],
+    usual: Sequence[object] = (),
+    slips: Sequence[tuple[float, str]] = (),
+) -> Doubt | None:
+    """Judge one value in ``unit``; None if it is typical, zero, infinite or usual."""
+    if value in (0.0, *usual) or not math.isfinite(value):
+        return None
+    low, high = typical if typical[1] > 0 else (-typical[1], -typical[0])
+    size = value if typical[1] > 0 else -value
+    if low * (1 - 1e-9 * math.copysign(1, low)) <= size <= high * (1 + 1e-9):
+        return None
+    why = suspicion(value, unit=unit, typical=typical, further=slips)
+    far = abs(size) > ABSURD * max(abs(low), high) or (low > 0 and abs(size) < low / ABSURD)
+    name = "" if unit == "1" else f" {unit}"
+    outside = f"{key} = {value:g}{name} is {'far ' * far}outside the usual {typical[0]:g} .. {typical[1]:g}{name}"
+    return Doubt(key, outside, why, far)
+
+
+def suspicion(
+    value: float, *, unit: str, typical: tuple[float, float], further: Sequence[tuple[float, str]] = ()
+) -> str:
+    """Name a unit in which a value would be typical, as `` (millimetres?)``, or a wrong sign; '' if none fits."""
+    if typical[0] <= -value <= typical[1] and not typical[0] <= value <= typical[1]:
+        return " (wrong sign?)"
+    twice = (1 / PER_DEGREE, "converted from degrees twice")
+    per_degree = ((PER_DEGREE, unit.replace("/rad", "/deg")), twice) if unit.endswith("/rad") else ()
+    low, high = typical
+    for slips in ((*SLIPS.get(unit, ()), *per_degree), (*RARE_SLIPS.get(unit, ()), *further)):
+        fitting = [(factor * value, word) for factor, word in slips if low <= factor * value <= high]
+        if fitting:
+            _, word = min(fitting, key=lambda pair: abs(math.log(abs(pair[0]) / _middle(typical))))
+            return f" ({word}?)"
+    return ""
+
+
+def _middle(typical: tuple[float, float]) -> float:
+    """Geometric mean of a range, or half the larger end of one that holds zero."""
+    low, high = typical
+    return math.sqrt(low * high) if low * high > 0 else max(abs(low), abs(high)) / 2
+
+
+def refuse_absurd(doubts: Iterable[Doubt], *, where: str, remedy: str = "") -> None:
+    """Refuse the first doubt that is far beyond its typical range; ``where`` is the file that may allow it."""
+    others = f"{remedy}, " if remedy else ""
+    for found in doubts:
+        if found.absurd:
+            raise InputError(
+                f"{found.text}; give it in SI units, {others}or write {WAY_OUT} = true at the top of the {where} "
+                "if it is meant so"
+            )

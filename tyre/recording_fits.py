@@ -1,0 +1,183 @@
+"""The fit of one recording, of any kind, kept in a cache."""
+
+import hashlib
+import json
+from dataclasses import asdict, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tyre.condition import FitSettings, RecordingSummary, check_plausible, refuse_infinite
+from tyre.errors import InputError
+from tyre.files import write_text
+from tyre.properties import Estimate
+from tyre.pull_test import fit_pull_test
+from tyre.recording import Condition, PullTest, RigRun
+from tyre.relaxation import fit_slip_step, is_slip_step
+from tyre.slip_sweep import fit_slip_sweep
+
+Points = dict[str, list[float]]
+
+
+def summarise(path: Path, *, name: str, settings: FitSettings, cache_folder: Path | None) -> RecordingSummary:
+    """Read and fit one file, or take the result of an earlier run with the same content, settings and code."""
+    kept = None if cache_folder is None else cache_folder / f"{_key(path, settings)}.fit"
+    if kept is not None and (found := _read_kept(kept)) is not None:
+        return _from_json(found["summary"], name, kept)
+    summary, points = fit_recording(path, name=name, settings=settings)
+    if kept is None:
+        return summary
+    content = json.dumps({"summary": asdict(summary) | {"cache": None}, "points": points})
+    write_text(kept, f"{hashlib.sha256(content.encode()).hexdigest()}\n{content}\n")
+    return _from_json(asdict(summary), name, kept)
+
+
+def points_of(summary: RecordingSummary) -> dict[str, Any]:
+    """Return the points of a fitted recording for a figure, from the cache; empty if none were kept."""
+    found = None if summary.cache is None else _read_kept(summary.cache)
+    return {} if found is None else {key: np.array(value) for key, value in found["points"].items()}
+
+
+def _read_kept(kept: Path) -> dict[str, Any] | None:
+    """Return the content of a file of the cache; None if it is damaged or not there: then it is fitted again."""
+    try:
+        digest, content = kept.read_text(encoding="utf-8").splitlines()
+    except (OSError, ValueError):  # not there, no text, not two lines
+        return None
+    if hashlib.sha256(content.encode()).hexdigest() != digest:
+        return None
+    found: dict[str, Any] = json.loads(content)
+    return found
+
+
+def _from_json(table: dict[str, Any], name: str, kept: Path) -> RecordingSummary:
+    own = {"condition": Condition(**table["condition"]), "notes": tuple(table["notes"]), "file": name, "cache": kept}
+    return RecordingSummary(**table | own)
+
+
+def _key(path: Path, settings: FitSettings) -> str:
+    digest = hashlib.sha256()
+    try:
+        digest.update(path.read_bytes())
+        sidecar = path.with_suffix(".toml")
+        digest.update(sidecar.read_bytes() if path.suffix.casefold() == ".csv" and sidecar.exists() else b"")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    digest.update(f"{path.suffix.casefold()}{settings!r}".encode() + _code())
+    return digest.hexdigest()[:32]
+
+
+@cache
+def _code() -> bytes:
+    """Digest of the package: a changed fit does not return an old answer."""
+    digest = hashlib.sha256()
+    for item in sorted(Path(__file__).parent.rglob("*.py")):
+        digest.update(item.read_bytes())
+    return digest.digest()
+
+
+def fit_recording(path: Path, *, name: str, settings: FitSettings) -> tuple[RecordingSummary, Points]:
+    """Fit one recording by its kind; also returns up to 240 points (measured, fitted) for figures."""
+    from tyre.recording_files import read_recording
+
+    return fit_read(read_recording(path), path, name=name, settings=settings)
+
+
+def fit_read(
+    recording: RigRun | PullTest, path: Path, *, name: str, settings: FitSettings
+) -> tuple[RecordingSummary, Points]:
+    """Fit a recording that has been read, as :func:`fit_recording`."""
+    from tyre.preflight import preflight
+
+    check = preflight(recording, load_tolerance=settings.load_tolerance)
+    if not check.usable:
+        raise InputError(f"{path}: not usable: {'; '.join(check.problems)}")
+    notes = tuple(dict.fromkeys((*recording.notes, *check.problems)))
+    if isinstance(recording, PullTest):
+        summary, points = _pull(recording, name, settings)
+    elif is_slip_step(recording):
+        summary, points = _step(recording, name)
+    else:
+        summary, points = _sweep(recording, name, settings)
+    refuse_infinite(summary, path)
+    unusual = check_plausible(summary, path)
+    extra = tuple(note for note in (*summary.notes, *unusual) if note not in notes)
+    return replace(summary, notes=notes + extra), points
+
+
+def _summary(
+    recording: RigRun | PullTest, name: str, kind: str, estimate: Estimate, fit: Any, details: dict[str, float]
+) -> RecordingSummary:
+    return RecordingSummary(
+        file=name, kind=kind, condition=recording.condition, synthetic=recording.synthetic, value=estimate.value,
+        fit_sd=getattr(fit, "fit_sd", estimate.sd), r_squared=fit.r_squared, details=details, notes=fit.notes,
+    )  # fmt: skip
+
+
+def _sweep(run: RigRun, name: str, settings: FitSettings) -> tuple[RecordingSummary, Points]:
+    fit = fit_slip_sweep(run, calibration=settings.calibration, lag_correction=settings.lag_correction)
+    parameters, blocks, used = fit.parameters, fit.blocks, fit.blocks.settled
+    details = {
+        "peak_N": parameters["peak"],
+        "shape": parameters["shape"],
+        "curvature": parameters["curvature"],
+        "Sv_N": parameters["vertical_shift"],
+        "Sv_sd_N": fit.parameters_sd["vertical_shift"],
+        "Sh_rad": parameters["horizontal_shift"],
+        "Sh_sd_rad": fit.parameters_sd["horizontal_shift"],
+        "drift_N": parameters["drift"],
+        "load_N": fit.load,
+        "largest_force_N": float(np.max(np.abs(blocks.force))),
+        "branches": float(fit.branches),
+        "residual_sd_N": fit.residual_sd,
+    }
+    if fit.apparent_relaxation_length is not None:
+        details["apparent_relaxation_length_m"] = fit.apparent_relaxation_length
+    if fit.temperature is not None:
+        details["temperature_C"] = fit.temperature
+    if fit.aligning_moment is not None:
+        details["pneumatic_trail_m"] = fit.aligning_moment.pneumatic_trail
+        details["pneumatic_trail_sd_m"] = fit.aligning_moment.pneumatic_trail_sd
+        details["aligning_moment_slope_N_m_per_rad"] = fit.aligning_moment.slope
+    summary = _summary(run, name, "slip_sweep", fit.cornering_stiffness, fit, details)
+    summary = replace(summary, rate=fit.rate, speed=fit.speed, half_gap=fit.half_gap, half_gap_sd=fit.half_gap_sd)
+    points = {
+        "slip_rad": blocks.slip[used],
+        "force_N": blocks.force[used],
+        "residual_N": -fit.residuals,
+        "rate_rad_s": blocks.rate[used],
+        "time_s": blocks.time[used],
+    }
+    return summary, _thinned(points)
+
+
+def _pull(test: PullTest, name: str, settings: FitSettings) -> tuple[RecordingSummary, Points]:
+    fit = fit_pull_test(test, calibration=settings.calibration)
+    details = {
+        "friction_N": fit.friction,
+        "largest_force_N": float(np.max(np.abs(fit.force))),
+        "presliding_m": fit.presliding,
+        "linear_range_m": fit.linear_range,
+        "departure": fit.departure,
+        "gauge_resolution_m": fit.resolution,
+        "rim_share": fit.rim_share,
+        "readings": float(fit.readings),
+        "residual_sd_N": fit.residual_sd,
+    }
+    points = {"deflection_m": fit.deflection, "force_N": fit.force, "fitted_N": fit.fitted}
+    return _summary(test, name, "pull_test", fit.lateral_stiffness, fit, details), _thinned(points)
+
+
+def _step(run: RigRun, name: str) -> tuple[RecordingSummary, Points]:
+    fit = fit_slip_step(run)
+    details = {"force_change_N": fit.force_change, "residual_sd_N": fit.residual_sd, "dof": fit.relaxation_length.dof}
+    if fit.distance_to_63 is not None:
+        details["distance_to_63_m"] = fit.distance_to_63
+    return _summary(run, name, "slip_step", fit.relaxation_length, fit, details), {}
+
+
+def _thinned(points: dict[str, Any]) -> Points:
+    """Keep up to about 240 points, for figures."""
+    return {name: values[:: max(1, len(values) // 240)].tolist() for name, values in points.items()}

@@ -1,1 +1,0 @@
-"""Rig recordings: reading, writing, units, axis conventions and the pre-flight check."""

@@ -1,0 +1,130 @@
+"""Properties of the tyre and track that a fit may take for something else."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tyre.arrays import Array
+from tyre.contact_patch import flat_over_drum
+from tyre.recording import Condition
+from tyre.rig.effect import Channels, RigEffect, RigParameter, RigTyre, SweepTerms, Term, declared, needs_sweep
+
+_EXPONENT = RigParameter("exponent", "1", (0.0, 1.2), (0.0, 3.0), least=0.02)
+
+
+def _soften(terms: SweepTerms, *, exponent: Array) -> None:
+    terms.add(log_stiffness=-exponent * terms.track_curvature)
+
+
+@dataclass(frozen=True)
+class DrumCurvature(RigEffect):
+    """Cornering stiffness falls on a drum: C_drum = C_flat / (1 + R / R_drum)^exponent.
+
+    Empirical form of physics.md section 3; lateral stiffness unchanged, so the relaxation length falls alike.
+    """
+
+    exponent: float = declared(_EXPONENT, 0.6)
+    wheel_radius: float = declared(RigParameter("wheel_radius", "m", (0.3, 0.36), (0.05, 1.0), size=False), 0.34)
+
+    terms = (
+        Term(
+            "drum_curvature",
+            "cornering stiffness on a drum of radius Rd is that of a flat track over (1 + R / Rd)^exponent",
+            (_EXPONENT,), sweep=_soften,
+            needs=needs_sweep.also("other_track", "recordings and reference are of the same curvature of track"),
+        ),
+    )  # fmt: skip
+
+    def on_tyre(self, tyre: RigTyre, condition: Condition, rng: np.random.Generator) -> RigTyre:
+        if condition.surface != "drum" or condition.drum_radius is None:
+            return tyre
+        ratio = flat_over_drum(
+            exponent=self.exponent, wheel_radius=self.wheel_radius, drum_radius=condition.drum_radius
+        )
+        return replace(tyre, cornering_stiffness=tyre.cornering_stiffness / float(ratio))
+
+
+def _stiffen(terms: SweepTerms, *, exponent: Array) -> None:
+    terms.add(log_stiffness=exponent * np.log(terms.load_ratio))
+
+
+@dataclass(frozen=True)
+class LoadDependence(RigEffect):
+    """Cornering stiffness grows with load as load^exponent from the reference's load."""
+
+    terms = (
+        Term(
+            "load_dependence", "cornering stiffness grows with load as load^exponent from the reference's load",
+            (RigParameter("exponent", "1", (-1.0, 1.0), (-1.0, 3.0), least=0.02),), sweep=_stiffen,
+            needs=needs_sweep.also("other_loads", "the reference covers the loads of the recordings"),
+        ),
+    )  # fmt: skip
+
+
+_FORCE = RigParameter("force", "N", (-24.0, 24.0), least=0.2)
+_SLIP = RigParameter("slip", "rad", (-3e-3, 3e-3), least=2e-5)
+
+
+@dataclass(frozen=True)
+class PlySteer(RigEffect):
+    """Offsets of the side-force curve: ``force`` (Sv, N) and ``slip`` (Sh, rad), as ply-steer and conicity give."""
+
+    force: float = declared(_FORCE, 8.0)
+    slip: float = declared(_SLIP, 0.0)
+
+    terms = (
+        Term(
+            "ply_steer", "the side force vanishes at another slip angle than zero (or the zero of the angle is off)",
+            (_SLIP,), sweep="slip_offset", needs=needs_sweep,
+        ),
+        Term(
+            "conicity", "a side force at zero slip (or the zero of the force cell is off)",
+            (_FORCE,), sweep="side_force", needs=needs_sweep,
+        ),
+    )  # fmt: skip
+
+    def on_tyre(self, tyre: RigTyre, condition: Condition, rng: np.random.Generator) -> RigTyre:
+        return replace(tyre, offset_force=self.force, offset_slip=self.slip)
+
+
+@dataclass(frozen=True)
+class SweepLag(RigEffect):
+    """The force follows slip over the relaxation length, (length / v) dF/dt + F = F_steady (Dell'Orto et al., eq. 1).
+
+    If the reference knows the length, the effect is there or not: its size is not asked.
+    """
+
+    terms = (
+        Term(
+            "sweep_lag", "the side force of a rolling tyre follows slip over the relaxation length",
+            (RigParameter("relaxation_length", "m", (0.0, 0.2), (0.0, 2.0), least=0.005),), sweep="relaxation_length",
+            needs=needs_sweep.also(
+                "speeds", "the rolling speed is not recorded; give speed_km_h in the sidecar"
+            ),
+        ),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class TemperatureDrift(RigEffect):
+    """The tyre warms by ``rise`` (K) along a rolling recording and its force changes by ``per_kelvin`` (1/K).
+
+    The force is right at the condition's temperature, which is reached in the middle of the recording. A fit sees the
+    relative ``change`` from begin to end.
+    """
+
+    rise: float = declared(RigParameter("rise", "K", (0.0, 20.0)), 3.0)
+    per_kelvin: float = declared(RigParameter("per_kelvin", "1/K", (-0.01, 0.01)), -0.002)
+
+    terms = (
+        Term(
+            "temperature_drift", "the side force grows or falls along the recording as the tyre warms",
+            (RigParameter("change", "1", (-0.02, 0.02), least=0.001),), sweep="warming", needs=needs_sweep,
+        ),
+    )  # fmt: skip
+
+    def on_rolling(self, channels: Channels, rng: np.random.Generator) -> None:
+        time = channels["time"]
+        warming = self.rise * ((time - time[0]) / (time[-1] - time[0]) - 0.5)
+        channels["side_force"] *= 1.0 + self.per_kelvin * warming
+        channels["temperature"] = channels["temperature"] + warming

@@ -1,0 +1,78 @@
+"""A table of numbers and words from CSV, a workbook or Parquet: cells with the place that a message names."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tyre.errors import InputError
+from tyre.formats.excel import workbook_rows
+from tyre.formats.parquet import parquet_rows
+from tyre.table import split_quoted
+
+ENDINGS = (".csv", ".xlsx", ".parquet")
+_DECIMAL_COMMA = re.compile(r"(?<![\d.,])([+-]?\d+),(\d+)(?!\d*[.,])")
+_UNIT_IN_BRACKETS = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]")
+Rows = list[tuple[str, tuple[Any, ...]]]
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A table as it stands in a file: its header, and rows of a place (``line 3``) and cells, texts or numbers each."""
+
+    path: Path
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, tuple[Any, ...]], ...]
+
+
+def read_sheet(path: Path, *, kind: str) -> Sheet:
+    """Read a table whose first row names the columns; lines of a CSV that begin with ``#`` are passed over."""
+    if not path.is_file():
+        raise InputError(f"{path}: no such table of {kind}")
+    suffix = path.suffix.lower()
+    if suffix == ".csv":
+        rows = _csv(path)
+    else:
+        try:
+            rows = workbook_rows(path, kind) if suffix == ".xlsx" else parquet_rows(path)
+        except InputError:
+            raise
+        except ImportError as error:
+            raise InputError(f"{path}: {error}") from error
+        except Exception as error:  # whatever the package meets in a file that is none of its own
+            form = "an Excel workbook" if suffix == ".xlsx" else "a Parquet file"
+            raise InputError(f"{path}: not {form} ({' '.join(str(error).split())[:80]})") from error
+    rows = [(place, cells) for place, cells in rows if any(cell != "" for cell in cells)]
+    if len(rows) < 2:
+        raise InputError(f"{path}: the table of {kind} has no rows below the one that names the columns")
+    header = tuple(str(name).strip() for name in rows[0][1])
+    for number, name in enumerate(header, 1):
+        if not name:
+            raise InputError(f"{path}: column {number} has no name")
+        if header.count(name) > 1:
+            raise InputError(f"{path}: the column {name!r} is given twice; keep one")
+    for place, cells in rows[1:]:
+        if len(cells) != len(header):
+            raise InputError(f"{path}, {place}: {len(cells)} cells where the header has {len(header)} columns")
+    return Sheet(path, header, tuple(rows[1:]))
+
+
+def split_unit(column: str) -> tuple[str, str]:
+    """Split the name of a column and the unit in its brackets, ``w [mm]`` or ``w (mm)``; the unit may be empty."""
+    match = _UNIT_IN_BRACKETS.fullmatch(column.strip())
+    return (match["name"].strip(), match["unit"].strip()) if match else (column.strip(), "")
+
+
+def _csv(path: Path) -> Rows:
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: not text in UTF-8 ({error.reason}); save it as CSV in UTF-8") from error
+    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
+    mark = next((one for one in ";\t" if lines and one in lines[0][1]), ",")
+    rows: Rows = []
+    for number, line in lines:
+        cells = split_quoted(line, mark, where=f"{path}, line {number}")
+        plain = (_DECIMAL_COMMA.sub(r"\1.\2", cell) if mark != "," else cell for cell in cells)
+        rows.append((f"line {number}", tuple(plain)))
+    return rows

@@ -1,0 +1,116 @@
+"""Signals as a file holds them: each channel with its name, its unit as written, and its own time base."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from tyre.arrays import Array
+from tyre.errors import InputError, hint
+
+
+@dataclass(frozen=True)
+class Column:
+    """A channel that a file lists: its ``name``, its ``unit`` as written (empty if the file says none)."""
+
+    name: str
+    unit: str = ""
+
+    @property
+    def spellings(self) -> tuple[str, ...]:
+        """Other ways to name it: with its unit in brackets, and without its groups."""
+        short = self.name
+        for separator in "./\\":
+            short = short.rpartition(separator)[2] or short
+        names = (self.name, short)
+        with_units = (f"{name} {left}{self.unit}{right}" for name in names for left, right in ("[]", "()"))
+        return tuple(dict.fromkeys((*names, *with_units)))
+
+
+@dataclass(frozen=True, eq=False)
+class Signal:
+    """One channel of a file: ``values`` (n,) in ``unit``, NaN if missing; ``time`` (s) if it has its own time base."""
+
+    name: str
+    values: Array
+    unit: str = ""
+    time: Array | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Signals:
+    """Signals of one file by name, and notes on lines passed over or an encoding that was taken."""
+
+    source: str
+    signals: Mapping[str, Signal]
+    notes: tuple[str, ...] = ()
+
+    def __getitem__(self, name: str) -> Signal:
+        """Give the signal called ``name``, by its whole name or by any spelling that only one signal has."""
+        return self.signals[self.find(name)]
+
+    def find(self, name: str, *, where: str = "") -> str:
+        """Find the whole name of a signal, see :func:`find_column`."""
+        return find_column(name, self.columns, where=where or self.source)
+
+    @cached_property
+    def columns(self) -> tuple[Column, ...]:
+        """Names and units of all signals."""
+        return tuple(Column(signal.name, signal.unit) for signal in self.signals.values())
+
+
+Load = Callable[[Sequence[str], int | None], Iterable[Signal]]
+
+
+@dataclass(frozen=True, eq=False)
+class Contents:
+    """Columns that a file lists, and how to load some of them, at most so many first samples of each (None: all)."""
+
+    columns: tuple[Column, ...]
+    load: Load
+    notes: list[str] = field(default_factory=list)
+    own_times: bool = False
+
+
+def find_column(name: str, columns: Iterable[Column], *, where: str) -> str:
+    """Find the whole name of a column that is given whole, without its groups, or with its unit in brackets."""
+    columns = tuple(columns)
+    wanted = " ".join(name.split())
+    for spelled in (lambda column: column.spellings[:1], lambda column: column.spellings):
+        fitting = [c.name for c in columns if wanted in [" ".join(text.split()) for text in spelled(c)]]
+        if len(fitting) > 1:
+            raise InputError(f"{where}: {name!r} is several columns: {', '.join(fitting)}; give the whole name")
+        if fitting:
+            return fitting[0]
+    names = [column.name for column in columns]
+    raise InputError(f"{where}: no column {name!r} that holds numbers; there are {listed(names)}{hint(name, names)}")
+
+
+def listed(names: Sequence[str], *, most: int = 40) -> str:
+    """Join names in one line, cut if they are more than ``most``."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more if names else "none"
+
+
+def columns_of(name: str, values: Any, unit: str = "", *, base: int = 0) -> Iterator[Signal]:
+    """Give the channels of a vector or a matrix, whose longer side are the samples; none of text or a single number."""
+    values = np.asarray(values)
+    if values.dtype.kind not in "fiub" or values.ndim == 0 or values.size < 2:
+        return
+    values = values.reshape(-1) if max(values.shape) == values.size else values
+    if values.ndim == 1:
+        yield Signal(name, values.astype(float), unit)
+    elif values.ndim == 2:
+        for place, column in enumerate(values.T if values.shape[0] >= values.shape[1] else values):
+            yield Signal(f"{name}({place + 1})" if base else f"{name}[{place}]", column.astype(float), unit)
+
+
+def seconds(stamps: Any) -> Array:
+    """Convert numpy's durations to s, or dates to s since the first one."""
+    if stamps.dtype.kind == "M" and stamps.size:
+        stamps = stamps - stamps[0]
+    found = stamps.astype("timedelta64[ns]").astype(np.int64) / 1e9
+    found[np.isnat(stamps)] = np.nan
+    return np.asarray(found, float)

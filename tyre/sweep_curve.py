@@ -1,0 +1,362 @@
+"""The curve of a slip sweep: its model, its coefficients and their covariance."""
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.signal import find_peaks
+
+from tyre import magic_formula as side_force
+from tyre.errors import InputError
+from tyre.noise import correlated_covariance
+from tyre.recording import Channel, RigRun
+
+# two-point Gauss-Laguerre rule: the mean over an exponentially fading past, exact for a cubic history
+LAG_NODES = np.array([2.0 - np.sqrt(2.0), 2.0 + np.sqrt(2.0)])
+LAG_WEIGHTS = np.array([2.0 + np.sqrt(2.0), 2.0 - np.sqrt(2.0)]) / 4.0
+
+# parameters of a fitted sweep that `lagged_magic_formula` takes beside the cornering stiffness
+CURVE = ("peak", "shape", "curvature", "horizontal_shift", "lag", "hysteresis")
+
+
+def magic_formula(
+    *, slip: Channel, cornering_stiffness: float, peak: float, shape: float, curvature: float
+) -> tuple[Channel, NDArray[np.float64]]:
+    """Magic Formula in terms of its slope at zero, with derivatives.
+
+    That of :mod:`tyre.magic_formula` with B = cornering_stiffness / (C D), in newtons (Dell'Orto et al.,
+    eqs. 4 and 5).
+    """
+    u = cornering_stiffness / (shape * peak) * slip
+    curve = side_force.magic_formula_derivatives(u, shape_factor=shape, curvature_factor=curvature)
+    derivatives = np.stack(
+        [
+            curve.by_slip * cornering_stiffness / shape,
+            curve.by_slip * slip / shape,
+            curve.value - curve.by_slip * u,
+            peak * (curve.by_shape - curve.by_slip * u / shape),
+            peak * curve.by_curvature,
+        ]
+    )
+    return peak * curve.value, derivatives
+
+
+def lagged_magic_formula(
+    *, time: Channel, slip_time: Channel, slip: Channel, direction: Channel, cornering_stiffness: float, peak: float,
+    shape: float, curvature: float, horizontal_shift: float, lag: float, hysteresis: float,
+) -> tuple[Channel, NDArray[np.float64]]:  # fmt: skip
+    """Side force that follows the steady curve with a first-order lag, (lag) dF/dt + F = F_steady(slip)."""
+    force = np.zeros_like(time)
+    derivatives = np.zeros((7, time.size))
+    pace = np.gradient(slip, slip_time)
+    for node, weight in zip(LAG_NODES, LAG_WEIGHTS, strict=True):
+        past = time - lag * node
+        x = np.interp(past, slip_time, slip) + horizontal_shift - hysteresis * direction
+        value, part = magic_formula(
+            slip=x, cornering_stiffness=cornering_stiffness, peak=peak, shape=shape, curvature=curvature
+        )
+        force += weight * value
+        derivatives[:4] += weight * part[1:]
+        derivatives[4] += weight * part[0]
+        derivatives[5] -= weight * node * part[0] * np.interp(past, slip_time, pace)
+        derivatives[6] -= weight * part[0] * direction
+    return force, derivatives
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Block means along a sweep."""
+
+    time: Channel
+    slip: Channel
+    force: Channel
+    moment: Channel | None
+    branch: NDArray[np.int64]
+    rate: Channel  # d(slip)/dt of the branch, rad/s
+    settled: NDArray[np.bool_]
+    speed: float | None
+    missing: int  # samples without side force
+    first: NDArray[np.int64]  # sample of each block
+    size: NDArray[np.int64]
+
+
+def slip_reversals(run: RigRun) -> NDArray[np.int64]:
+    """Sample numbers where the slip angle turns round, with the first and the last sample."""
+    where = str(run.source or run.condition.tyre)
+    if run.time.size < 20:
+        raise InputError(f"{where}: {run.time.size} samples are too few for a slip sweep; at least 20 are needed")
+    if not np.all(np.diff(run.time) > 0.0):
+        raise InputError(f"{where}: time does not increase from sample to sample; sort the recording or cut it")
+    slip = _filled(run.slip_angle, run.time, f"{where}: slip_angle")
+    span = float(np.ptp(slip))
+    if span < np.deg2rad(1.0):
+        raise InputError(f"{where}: the slip angle spans {np.rad2deg(span):.2f} deg; a sweep of at least 1 deg is due")
+    # light smoothing, so that sensor noise at a turning point does not move it by more than a few samples
+    width = max(1, slip.size // 2000) * 2 + 1
+    smooth = np.convolve(np.pad(slip, width // 2, mode="edge"), np.full(width, 1.0 / width), mode="valid")
+    turns = [find_peaks(sign * smooth, prominence=0.25 * span)[0] for sign in (1.0, -1.0)]
+    return np.unique(np.concatenate([[0], *turns, [slip.size]]))
+
+
+def block_means(run: RigRun) -> Blocks:
+    """Average a sweep over blocks of 0.1 deg of slip, branch by branch."""
+    where = str(run.source or run.condition.tyre)
+    edges = slip_reversals(run)
+    slip = _filled(run.slip_angle, run.time, f"{where}: slip_angle")
+    valid = np.isfinite(run.side_force)
+    if valid.mean() < 0.8:
+        raise InputError(f"{where}: {100.0 * (1.0 - valid.mean()):.0f} % of the side force is missing; 20 % may be")
+    clock, speed = _clock(run)
+    starts, branch, rate = [], [], []
+    for number, (low, high) in enumerate(itertools.pairwise(edges)):
+        change = slip[high - 1] - slip[low]
+        # the side force is straight within 0.1 deg
+        count = int(np.clip(round(abs(change) / np.deg2rad(0.1)), 1, high - low))
+        starts.append(low + (np.arange(count) * (high - low)) // count)
+        branch.append(np.full(count, number))
+        rate.append(np.full(count, _slope(run.time[low:high], slip[low:high])))
+    first = np.concatenate(starts)
+    owner = np.concatenate(branch)
+    size = np.diff(np.append(first, slip.size))
+    weight = valid.astype(float)
+    usable = np.add.reduceat(weight, first) >= 0.5 * size
+
+    def mean(channel: Channel, weight: Channel = weight) -> Channel:
+        total = np.add.reduceat(np.where(weight > 0.0, channel, 0.0), first)
+        return (total / np.maximum(np.add.reduceat(weight, first), 1.0))[usable]
+
+    moment = None
+    if run.aligning_moment is not None and np.isfinite(run.aligning_moment).mean() > 0.8:
+        moment = mean(run.aligning_moment, weight * np.isfinite(run.aligning_moment))
+    travelled = (clock[first] - clock[edges[:-1]][owner]) * (speed if speed is not None else 1.0)
+    return Blocks(
+        time=mean(clock), slip=mean(slip), force=mean(run.side_force), moment=moment, branch=owner[usable],
+        rate=np.concatenate(rate)[usable], settled=travelled[usable] > 0.5,  # m: the lag of a bicycle tyre is over
+        speed=speed, missing=int(np.sum(~valid)), first=first[usable], size=size[usable],
+    )  # fmt: skip
+
+
+def samples_used(run: RigRun, blocks: Blocks) -> NDArray[np.bool_]:
+    """Mark the samples of a sweep that stand in the fitted block means: settled ones with a side force."""
+    used = np.zeros(run.time.size, bool)
+    for first, size in zip(blocks.first[blocks.settled], blocks.size[blocks.settled], strict=True):
+        used[first : first + size] = True
+    return used & np.isfinite(run.side_force)
+
+
+def _clock(run: RigRun) -> tuple[Channel, float | None]:
+    """Time, or travelled distance over mean speed where the speed was recorded; and the mean speed, m/s."""
+    if run.speed is None or not np.isfinite(run.speed).any():
+        return run.time, run.condition.speed
+    speed = _filled(run.speed, run.time, str(run.source or run.condition.tyre))
+    mean = float(np.mean(speed))
+    if mean <= 0.0:
+        where = run.source or run.condition.tyre
+        raise InputError(f"{where}: mean speed {mean:.3g} m/s; a rolling tyre needs a speed above 0")
+    if np.ptp(speed) < 1e-3 * mean:
+        return run.time, mean
+    steps = np.diff(run.time) * 0.5 * (speed[1:] + speed[:-1])
+    return run.time[0] + np.concatenate([[0.0], np.cumsum(steps)]) / mean, mean
+
+
+def _filled(channel: Channel, time: Channel, where: str) -> Channel:
+    valid = np.isfinite(channel)
+    if valid.all():
+        return channel
+    if valid.mean() < 0.8:
+        raise InputError(f"{where}: {100.0 * (1.0 - valid.mean()):.0f} % of the channel is missing; allowed are 20 %")
+    return np.interp(time, time[valid], channel[valid])
+
+
+def _slope(x: Channel, y: Channel) -> float:
+    x = x - x.mean()
+    spread = float(x @ x)
+    return float(x @ (y - y.mean())) / spread if spread > 0.0 else 0.0
+
+
+# fitted numbers and their bounds; forces and the stiffness in units of a first look at the sweep
+BOUNDS = {
+    "cornering_stiffness": (0.2, 5.0),  # of the slope near zero slip
+    "peak": (0.7, 6.0),  # of the largest force
+    "shape": (0.5, 2.5),
+    "curvature": (-10.0, 1.0),
+    "horizontal_shift": (-0.05, 0.05),  # rad
+    "lag": (-0.3, 1.5),  # s
+    "hysteresis": (-0.02, 0.02),  # rad
+    "vertical_shift": (-5.0, 5.0),  # of the largest force
+    "drift": (-5.0, 5.0),  # likewise, over the recording
+}
+NAMES = tuple(BOUNDS)
+LOW, HIGH = (np.array([limits[end] for limits in BOUNDS.values()]) for end in (0, 1))
+
+
+@dataclass(frozen=True)
+class SweepModel:
+    """Side force of the settled blocks of a sweep as a function of the scaled parameters ``NAMES``."""
+
+    blocks: Blocks
+    free: NDArray[np.bool_]  # (9,), True for a fitted parameter; the others stay at ``start``
+    start: Channel  # (9,), scaled parameters
+    stiffness: float  # unit of the cornering stiffness, N/rad
+    force_scale: float  # unit of the forces, N
+
+    @property
+    def units(self) -> Channel:
+        """Physical over scaled parameters, shape (9,)."""
+        units = dict.fromkeys(NAMES, 1.0) | {"cornering_stiffness": self.stiffness}
+        units |= dict.fromkeys(("peak", "vertical_shift", "drift"), self.force_scale)
+        return np.array(list(units.values()))
+
+    def expanded(self, values: Channel) -> Channel:
+        """All nine scaled parameters."""
+        full = self.start.copy()
+        full[self.free] = values
+        return full
+
+    def residuals(self, scaled: Channel) -> tuple[Channel, NDArray[np.float64]]:
+        """Computed minus measured side force and its derivatives."""
+        blocks, used = self.blocks, self.blocks.settled
+        named = dict(zip(NAMES, scaled, strict=True))
+        middle = 0.5 * (blocks.time[0] + blocks.time[-1])
+        clock = (blocks.time[used] - middle) / (blocks.time[-1] - blocks.time[0])
+        force, part = lagged_magic_formula(
+            time=blocks.time[used], slip_time=blocks.time, slip=blocks.slip, direction=np.sign(blocks.rate[used]),
+            cornering_stiffness=named["cornering_stiffness"] * self.stiffness, peak=named["peak"] * self.force_scale,
+            **{name: named[name] for name in ("shape", "curvature", "horizontal_shift", "lag", "hysteresis")},
+        )  # fmt: skip
+        part[0] *= self.stiffness
+        part[1] *= self.force_scale
+        jacobian = np.column_stack([*part, np.full_like(clock, self.force_scale), self.force_scale * clock])
+        zero = self.force_scale * (named["vertical_shift"] + named["drift"] * clock)
+        return force + zero - blocks.force[used], jacobian
+
+
+def sweep_model(
+    blocks: Blocks, *, lag_correction: bool, relaxation_length: float | None, notes: list[str], where: str
+) -> SweepModel:
+    """Return the model of a sweep; parameters that its blocks can determine are free."""
+    free = _free_parameters(blocks, relaxation_length, notes, where, lag_correction=lag_correction)
+    if blocks.settled.sum() < 2 * free.sum():
+        raise InputError(
+            f"{where}: only {blocks.settled.sum()} tenths of a degree of slip are left after the lag has settled; "
+            "sweep more slowly, further or more often"
+        )
+    slope, level = _line_near_zero(blocks, where)
+    force_scale = float(np.max(np.abs(blocks.force - level)))
+    start = dict.fromkeys(NAMES, 0.0) | {"cornering_stiffness": 1.05, "peak": 1.2, "shape": 1.3}
+    start["vertical_shift"] = level / force_scale
+    if relaxation_length is not None and blocks.speed is not None:
+        start["lag"] = relaxation_length / blocks.speed
+    elif free[NAMES.index("lag")]:
+        start["lag"] = 0.1 / (blocks.speed or 2.5)  # a usual length and speed
+    within = np.clip(np.array(list(start.values())), LOW + 1e-6, HIGH - 1e-6)
+    return SweepModel(blocks, free, within, slope, force_scale)
+
+
+def _free_parameters(
+    blocks: Blocks, relaxation_length: float | None, notes: list[str], where: str, *, lag_correction: bool
+) -> NDArray[np.bool_]:
+    first = np.unique(blocks.branch, return_index=True)[1]
+    rates = blocks.rate[first][np.unique(blocks.branch[blocks.settled])]
+    both = bool((rates > 0.0).any() and (rates < 0.0).any())
+    pace = np.abs(rates)
+    if relaxation_length is not None and blocks.speed is None:
+        raise InputError(f"{where}: a known relaxation length needs the speed; give speed_km_h in the sidecar")
+    if not both and relaxation_length is None and lag_correction:
+        notes.append("only one direction of sweep: the lag cannot be told from the offset Sh and is not removed")
+    free = dict.fromkeys(NAMES, True)
+    free["lag"] = lag_correction and both and relaxation_length is None
+    # rates in one recording that differ by half tell lag from hysteresis, which does not depend on the rate
+    free["hysteresis"] = bool(lag_correction and both and pace.max() > 1.5 * pace.min())
+    free["drift"] = both and rates.size >= 3
+    return np.array(list(free.values()))
+
+
+def _line_near_zero(blocks: Blocks, where: str) -> tuple[float, float]:
+    """Slope (N/rad) and force (N) of a straight line through the blocks near zero slip."""
+    near = np.abs(blocks.slip) < max(np.deg2rad(1.5), 0.25 * float(np.abs(blocks.slip).max()))
+    if near.sum() < 5:
+        raise InputError(f"{where}: the sweep does not cross zero slip; its slope there cannot be measured")
+    slope, level = np.polyfit(blocks.slip[near], blocks.force[near], 1)
+    if slope <= 0.0:
+        raise InputError(
+            f"{where}: the side force falls with slip ({np.deg2rad(slope):.3g} N/deg after conversion from "
+            "the declared axes); check axes = ISO / SAE / adapted SAE"
+        )
+    return float(slope), level
+
+
+_MARGIN = 3.0  # standard deviations, beyond which the robust loss grows linearly
+
+
+@dataclass(frozen=True)
+class SweepSolution:
+    """Fitted parameters of a slip sweep."""
+
+    values: dict[str, float]  # SI units, by ``NAMES``
+    sd: dict[str, float]  # nan if a value rests on a bound, 0 if it is not fitted
+    covariance: NDArray[np.float64]  # (9, 9), SI units; zero for a parameter that is not fitted or rests on a bound
+    dof: float  # degrees of freedom behind the covariance
+    residuals: Channel  # (m,), computed minus measured side force of the settled blocks, N
+    settled: bool  # false where the search stopped before it converged
+
+    def sd_of_sum(self, **weights: float) -> float:
+        """Standard deviation of a weighted sum of parameters (SI)."""
+        row = np.array([weights.get(name, 0.0) for name in NAMES])
+        return float(np.sqrt(row @ self.covariance @ row))
+
+
+def solve_sweep(model: SweepModel) -> SweepSolution:
+    """Fit a sweep: first by plain least squares, then with a soft L1 loss at three standard deviations of that."""
+    sigma = 1.0
+
+    def residual(values: Channel) -> Channel:
+        return model.residuals(model.expanded(values))[0] / sigma
+
+    def jacobian(values: Channel) -> NDArray[np.float64]:
+        return model.residuals(model.expanded(values))[1][:, model.free] / sigma
+
+    limits = (LOW[model.free], HIGH[model.free])
+    first = solve_least_squares(residual, model.start[model.free], jacobian=jacobian, bounds=limits, tolerance=1e-7)
+    sigma = max(1.4826 * float(np.median(np.abs(first.fun))), 1e-9 * model.force_scale)
+    solution = solve_least_squares(residual, first.x, jacobian=jacobian, bounds=limits, loss="soft_l1", margin=_MARGIN)
+    scaled = model.expanded(solution.x)
+    covariance, resting, dof = _covariance(solution, model.free, limits)
+    covariance *= np.outer(model.units, model.units)
+    sd = np.sqrt(np.diag(covariance))
+    sd[resting] = np.nan
+    return SweepSolution(
+        values=dict(zip(NAMES, (scaled * model.units).tolist(), strict=True)),
+        sd=dict(zip(NAMES, sd.tolist(), strict=True)), covariance=covariance, dof=dof,
+        residuals=model.residuals(scaled)[0], settled=solution.status != 0,
+    )  # fmt: skip
+
+
+def solve_least_squares(
+    residual: Callable[[Channel], Channel], start: Channel, *, jacobian: Callable[[Channel], NDArray[np.float64]],
+    bounds: tuple[Any, Any] = (-np.inf, np.inf), loss: Any = "linear", margin: float = 1.0, tolerance: float = 1e-14,
+) -> Any:  # fmt: skip
+    """Minimise a sum of squares (or of a robust loss): scipy's trust-region reflective solver, run to rounding."""
+    return least_squares(
+        residual, start, jac=jacobian, bounds=bounds, loss=loss, f_scale=margin, x_scale="jac", max_nfev=400,
+        ftol=tolerance, xtol=tolerance, gtol=tolerance,
+    )  # fmt: skip
+
+
+def _covariance(
+    solution: Any, free: NDArray[np.bool_], limits: tuple[Channel, Channel]
+) -> tuple[NDArray[np.float64], NDArray[np.intp], float]:
+    """Covariance (9, 9) of the scaled parameters, the numbers of those at a bound, and the degrees of freedom."""
+    low, high = limits
+    at_bound = np.minimum(solution.x - low, high - solution.x) < 1e-6 * (high - low)
+    inner = np.flatnonzero(~at_bound)
+    weight = 1.0 / np.sqrt(1.0 + (solution.fun / _MARGIN) ** 2)  # derivative of the soft L1 loss
+    small, dof = correlated_covariance(solution.jac[:, inner], weight * solution.fun)
+    full = np.zeros((len(NAMES), len(NAMES)))
+    fitted = np.flatnonzero(free)
+    full[np.ix_(fitted[inner], fitted[inner])] = small
+    return full, fitted[at_bound], dof
