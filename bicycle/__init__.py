@@ -9,14 +9,13 @@
 What is computed from a model is imported when it is asked for: a model alone needs none of it.
 """
 
-from importlib import import_module
-from typing import Any
-
-from bicycle.effect import Effect, Mode, Parameter, effect_class, load_effects, registry
-from bicycle.files.bicycle_file import available_bicycles, load_bicycle
+from bicycle.bicycle_files import available_bicycles, load_bicycle
+from bicycle.effect import Effect, Mode, Parameter
+from bicycle.effect_registry import effect_class, load_effects, registry
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model
 from bicycle.parameters import Bicycle
+from tyre.door import door
 
 __all__ = [
     "Bicycle",
@@ -39,20 +38,11 @@ __all__ = [
 
 LATER = {
     "ModelFamily": "bicycle.model_family",
-    "critical_speeds": "bicycle.critical.critical_speeds",
-    "modes": "bicycle.modal.named_modes",
-    "read_model": "bicycle.files.model_file",
-    "respond": "bicycle.responses.linear",
+    "critical_speeds": "bicycle.critical",
+    "modes": "bicycle.named_modes",
+    "read_model": "bicycle.model_file",
+    "respond": "bicycle.responses",
 }
 """Name -> its home, for what is imported when it is first used; ``__init__.pyi`` tells the types."""
 
-
-def __getattr__(name: str) -> Any:
-    if name not in LATER:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    globals()[name] = getattr(import_module(LATER[name]), name)
-    return globals()[name]
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *LATER})
+__getattr__, __dir__ = door(__name__, LATER)

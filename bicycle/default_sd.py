@@ -1,4 +1,4 @@
-"""How well a bicycle and its effects are known: one standard deviation of every parameter and where it comes from.
+"""One standard deviation of every parameter of a bicycle and its effects, and where it comes from.
 
 What a file does not state is taken from one small table, for every study alike. Methods are those of Moore (2012),
 Human Control of a Bicycle, ch. 3: tape measure, scales, suspension, torsional and compound pendulum. The sizes are
@@ -9,10 +9,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from bicycle.effect import Parameter
 from bicycle.model import Model
-from bicycle.parameter_key import ParameterKey, entries_of
+from bicycle.parameter_covariance import ParameterKey, entries_of
 from bicycle.parameters import UNITS, UNUSED
-from tyre.base.errors import InputError, is_number, shown, unknown
+from tyre.errors import InputError, is_number, shown, unknown
 
 GIVEN, TABLE, FILE, MODEL_FILE, ASSUMED, EXACT = ORIGINS = (
     "given", "tyre table", "bicycle file", "model file", "assumed", "exact"
@@ -21,10 +22,7 @@ GIVEN, TABLE, FILE, MODEL_FILE, ASSUMED, EXACT = ORIGINS = (
 
 @dataclass(frozen=True)
 class Default:
-    """One row of the table: the standard deviation of some keys, absolute or of the value, and how it is measured.
-
-    ``of`` is ``SI unit`` (absolute), ``value``, or ``xx and zz`` (the geometric mean of the two moments of inertia).
-    """
+    """One row of the table: the standard deviation of some keys, absolute or of the value, and how it is measured."""
 
     keys: tuple[str, ...]
     size: float
@@ -58,13 +56,6 @@ on top.
 """
 
 
-MOST = {
-    "m": (0.5, "mm"), "rad": (0.3, "degrees"), "kg": (100.0, "g"), "kg m^2": (100.0, "kg mm^2"),
-    "m/s^2": (1.0, "mm/s^2"),
-}  # fmt: skip
-"""Standard deviations of a bicycle's parameters beyond which they are surely in another unit, by unit."""
-
-
 @dataclass(frozen=True)
 class Deviation:
     """One standard deviation (SI), its origin (one of ``ORIGINS``) and the reason where there is one to tell."""
@@ -77,45 +68,30 @@ class Deviation:
 def standard_deviations(
     model: Model, given: Mapping[str, float] | None = None, *, assume: bool = True
 ) -> dict[str, Deviation]:
-    """One standard deviation of every parameter: as given, else stated by its source, else from the table here.
-
-    Parameters
-    ----------
-    model : Model
-    given : mapping
-        1-sigma (SI) by key of the bicycle, ``effect.parameter`` (both wheels) or ``effect.parameter.wheel``; 0 is
-        exact.
-    assume : bool
-        False counts what nobody states as exact.
-
-    Returns
-    -------
-    dict
-        Key -> :class:`Deviation`. A parameter that is tied to one of the bicycle follows it and is left out, unless a
-        deviation of its own is given. Exact are a given or stated 0, gravity, and an effect at its neutral value.
-
-    Raises
-    ------
-    InputError
-        ``given`` names no parameter of the model, a number that is not finite and >= 0, or one that can only be in
-        another unit.
-    """
+    """One standard deviation of every parameter: as given, else stated by its source, else from the table here."""
     values = model.parameters
-    stated = _both_wheels(given or {}, values)
-    for key, sd in stated.items():
-        _refuse_absurd(model, key, sd)
+    known = set(values) - set(UNUSED)
+    stated: dict[str, float] = {}
+    for name, sd in (given or {}).items():
+        keys = entries_of(name, known)
+        if not keys:
+            raise InputError(f"standard deviation: {unknown('parameter', name, known)}")
+        if not is_number(sd) or not 0 <= sd < math.inf:
+            raise InputError(f"the standard deviation of {name} is {shown(sd)}; it must be finite and >= 0 (SI units)")
+        stated |= dict.fromkeys(keys, float(sd))
     found = {}
     for key in values:
         if key in stated:
+            _refuse_another_unit(model, key, stated[key])
             found[key] = Deviation(stated[key], GIVEN) if stated[key] else Deviation(0.0, EXACT, "given as 0")
-        elif key not in UNUSED and key not in model.tied:
-            known = _stated(model, key)
-            found[key] = known or (_default(model, values, key) if assume else Deviation(0.0, EXACT, "not stated"))
+        elif key in known and key not in model.tied:
+            source = _stated(model, key)
+            found[key] = source or (_default(model, values, key) if assume else Deviation(0.0, EXACT, "not stated"))
     return found
 
 
 def _stated(model: Model, key: str) -> Deviation | None:
-    """What a source says: the bicycle's file, the tyre's table, or that a number has no spread."""
+    """Deviation that a source states: the bicycle's file, the tyre's table, or a number without a spread."""
     if key in model.bicycle.sd:
         sd = model.bicycle.sd[key]
         return Deviation(sd, FILE) if sd else Deviation(0.0, EXACT, "stated as 0")
@@ -125,13 +101,24 @@ def _stated(model: Model, key: str) -> Deviation | None:
         return Deviation(model.sd[key], model.covariance.origin if key in model.covariance.names else TABLE)
     if key == "g":
         return Deviation(0.0, EXACT, "known")
-    return Deviation(0.0, EXACT, "switched off") if _switched_off(model, key) else None
+    declared = _declared(model, key)
+    off = declared is not None and declared.neutral is not None and model.parameters[key] == declared.neutral
+    return Deviation(0.0, EXACT, "switched off") if off else None
+
+
+def _declared(model: Model, key: str) -> Parameter | None:
+    own = ParameterKey.parse(key)
+    of_effect = (p for e in model.effects if e.identifier == own.effect for p in e.parameters)
+    return next((p for p in of_effect if p.name == own.name), None)
 
 
 def _default(model: Model, values: Mapping[str, float], key: str) -> Deviation:
     if key in UNITS:
         row = next(row for row in DEFAULTS if key in row.keys)
-        sd, why = row.size * _scale(row, values, key), row.why
+        frame = key[:2]
+        scale = {"SI unit": lambda: 1.0, "value": lambda: abs(values[key]),
+                 "xx and zz": lambda: math.sqrt(values[f"{frame}xx"] * values[f"{frame}zz"])}[row.of]  # fmt: skip
+        sd, why = row.size * scale(), row.why
     elif model.sd.get(key):  # of a measured tyre whose source states none
         of = " of either stiffness" if ParameterKey.parse(key).name == "relaxation_length" else ""
         sd, why = model.sd[key], f"{CORNERING_STIFFNESS:.0%}{of}, the tyre's source states none"
@@ -140,48 +127,20 @@ def _default(model: Model, values: Mapping[str, float], key: str) -> Deviation:
     return Deviation(sd, ASSUMED, why) if sd else Deviation(0.0, EXACT, "its value is 0")
 
 
-def _scale(row: Default, values: Mapping[str, float], key: str) -> float:
-    if row.of == "value":
-        return abs(values[key])
-    frame = key[:2]
-    return math.sqrt(values[f"{frame}xx"] * values[f"{frame}zz"]) if row.of == "xx and zz" else 1.0
-
-
-def _switched_off(model: Model, key: str) -> bool:
-    own = ParameterKey.parse(key)
-    neutral = next((p.neutral for e in model.effects if e.identifier == own.effect for p in e.parameters
-                    if p.name == own.name), None)  # fmt: skip
-    return neutral is not None and model.parameters[key] == neutral
-
-
-def _refuse_absurd(model: Model, key: str, sd: float) -> None:
+def _refuse_another_unit(model: Model, key: str, sd: float) -> None:
     """Refuse a standard deviation of which no measurement, and no guess, is so bad: it is in another unit."""
+    declared = _declared(model, key)
     if key in UNITS:
-        most, other = MOST[UNITS[key]]
+        unit = UNITS[key]
+        most, other = {"m": (0.5, "mm"), "rad": (0.3, "degrees"), "kg": (100.0, "g"), "kg m^2": (100.0, "kg mm^2"),
+                       "m/s^2": (1.0, "mm/s^2")}[unit]  # fmt: skip
         if sd > most:
             raise InputError(
-                f"the standard deviation of {key} = {sd:g} is more than {most:g} {UNITS[key]}; is it in {other}?"
+                f"the standard deviation of {key} = {sd:g} is more than {most:g} {unit}; is it in {other}?"
             )
-        return
-    own = ParameterKey.parse(key)
-    known = [p for e in model.effects if e.identifier == own.effect for p in e.parameters if p.name == own.name]
-    for p in known:
-        low, high = p.typical
-        if sd > max(high - low, abs(model.parameters[key])):
-            unit = "" if p.unit == "1" else f" {p.unit}"
-            raise InputError(
-                f"the standard deviation of {key} is {sd:g}{unit}, more than the value and more than its usual values "
-                f"{low:g} .. {high:g}{unit} differ; is it in another unit?"
-            )
-
-
-def _both_wheels(given: Mapping[str, float], values: Mapping[str, float]) -> dict[str, float]:
-    found: dict[str, float] = {}
-    for key, sd in given.items():
-        keys = entries_of(key, set(values) - set(UNUSED))
-        if not keys:
-            raise InputError(f"standard deviation: {unknown('parameter', key, set(values) - set(UNUSED))}")
-        if not is_number(sd) or not 0 <= sd < math.inf:
-            raise InputError(f"the standard deviation of {key} is {shown(sd)}; it must be finite and >= 0 (SI units)")
-        found |= dict.fromkeys(keys, float(sd))
-    return found
+    elif declared is not None and sd > max(declared.typical[1] - declared.typical[0], abs(model.parameters[key])):
+        (low, high), unit = declared.typical, "" if declared.unit == "1" else f" {declared.unit}"
+        raise InputError(
+            f"the standard deviation of {key} is {sd:g}{unit}, more than the value and more than its usual values "
+            f"{low:g} .. {high:g}{unit} differ; is it in another unit?"
+        )

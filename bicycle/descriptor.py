@@ -6,26 +6,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bicycle.speed_polynomial import SpeedPolynomial
-from tyre.base.arrays import Array, Complex
+from tyre.arrays import Array, Complex
 
 
 @dataclass(frozen=True)
 class DescriptorPolynomial:
-    """E x' = F(v) x + B(v) u, y = C(v) x of m bicycles; the states are those of the model over ``scale``.
+    """E x' = F(v) x + B(v) u, y = C(v) x of m bicycles; the states are those of the model over ``scale``."""
 
-    Attributes
-    ----------
-    mass : ndarray, shape (m, 1, n, n) or (m, k, n, n)
-        E; with an axis of k speeds where the equations switch at a speed: each has its own coefficients then. Of a
-        single bicycle (n, n) will do.
-    dynamics, input, output : SpeedPolynomial
-        F, B and C, of shapes (m, 1 or k, n, n), (..., n, inputs) and (..., outputs, n).
-    """
-
+    # (m, 1, n, n), E; with an axis of k speeds where the equations switch at a speed: each has its own coefficients
+    # then
     mass: Array
-    dynamics: SpeedPolynomial
-    input: SpeedPolynomial
-    output: SpeedPolynomial
+    dynamics: SpeedPolynomial  # F, B and C, of shapes (m, 1 or k, n, n), (..., n, inputs) and (..., outputs, n)
+    input: SpeedPolynomial  # F, B and C, of shapes (m, 1 or k, n, n), (..., n, inputs) and (..., outputs, n)
+    output: SpeedPolynomial  # F, B and C, of shapes (m, 1 or k, n, n), (..., n, inputs) and (..., outputs, n)
 
     def __call__(self, speeds: Array) -> "DescriptorStack":
         """The matrices at ``speeds`` (m, k), m/s; where equations switch, those for which the coefficients are."""
@@ -35,15 +28,7 @@ class DescriptorPolynomial:
         )
 
     def with_feedback(self, *, input: int, output: int, gain: Array) -> "DescriptorPolynomial":
-        """The same with an input that answers an output, u = gain y.
-
-        Parameters
-        ----------
-        input, output : int
-            Column of B, row of C.
-        gain : ndarray, shape (m, 1)
-            SI unit of the input over that of the output; without axes where the coefficients have none either.
-        """
+        """The same with an input (column of B) that answers an output (row of C), u = gain y; gain (m, 1) in SI."""
         dynamics = dict(self.dynamics)
         for pushed, b in self.input.items():
             for seen, c in self.output.items():
@@ -59,38 +44,15 @@ class DescriptorPolynomial:
 
 @dataclass(frozen=True)
 class DescriptorStack:
-    """E x' = F x + B u, y = C x of m bicycles at k speeds; the states are those of the model over ``scale``.
+    """E x' = F x + B u, y = C x of m bicycles at k speeds; the states are those of the model over ``scale``."""
 
-    Attributes
-    ----------
-    mass, dynamics : ndarray, shape (m, k, n, n)
-        E and F.
-    input : ndarray, shape (m, k, n, inputs)
-        B.
-    output : ndarray, shape (m, k, outputs, n)
-        C.
-    """
-
-    mass: Array
-    dynamics: Array
-    input: Array
-    output: Array
+    mass: Array  # (m, k, n, n), E and F
+    dynamics: Array  # (m, k, n, n), E and F
+    input: Array  # (m, k, n, inputs), B
+    output: Array  # (m, k, outputs, n), C
 
     def frequency_response(self, angular_frequency: Array, *, inputs: Sequence[int], outputs: Sequence[int]) -> Complex:
-        """Gain C (i omega E - F)^-1 B.
-
-        Parameters
-        ----------
-        angular_frequency : ndarray, shape (f,)
-            omega, rad/s.
-        inputs, outputs : sequence of int
-            Columns of B, rows of C.
-
-        Returns
-        -------
-        ndarray of complex, shape (m, k, f, outputs, inputs)
-            Without the direct gain that some outputs have.
-        """
+        """Gain C (i omega E - F)^-1 B."""
         pencil = 1j * angular_frequency[:, None, None] * self.mass[:, :, None] - self.dynamics[:, :, None]
         states = np.linalg.solve(pencil, self.input[:, :, None][..., list(inputs)] + 0j)
         return np.asarray(self.output[:, :, None, list(outputs)] @ states)
@@ -102,17 +64,6 @@ class DescriptorStack:
 
         With the pencil P = i omega E - F and H = C P^-1 B, dH = dC P^-1 B + C P^-1 (dB + (dF - i omega dE) P^-1 B): one
         system is solved where all would be.
-
-        Parameters
-        ----------
-        angular_frequency : ndarray, shape (f,)
-            omega, rad/s.
-        inputs, outputs : sequence of int
-            Columns of B, rows of C.
-
-        Returns
-        -------
-        ndarray of complex, shape (m, k, f, outputs, inputs)
         """
         if len(self.mass) == 1:
             return self.frequency_response(angular_frequency, inputs=inputs, outputs=outputs)

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bicycle.derivation.declarations import Declarations
-from bicycle.derivation.evaluation import Matrices
-from bicycle.eigenvalues.solvers import Solver, in_batches
+from bicycle.declarations import Declarations
+from bicycle.eigen import in_batches
+from bicycle.evaluation import Matrices
 from bicycle.speed_polynomial import SpeedPolynomial
-from tyre.base.arrays import Array
-from tyre.base.errors import InputError, unknown
+from tyre.arrays import Array
+from tyre.errors import InputError, unknown
 
 
 @dataclass(frozen=True)
@@ -97,18 +97,9 @@ class LinearModel:
         )
 
     def by_range(self, speeds: ArrayLike) -> list[tuple[int, NDArray[np.intp]]]:
-        """Speeds by the speed range that holds them; one at which the equations switch belongs to the range below.
+        """Numbers of the ``ranges`` that hold some of the ``speeds`` (m,), m/s, rising, and the places of these speeds.
 
-        Parameters
-        ----------
-        speeds : array_like, shape (m,)
-            m/s.
-
-        Returns
-        -------
-        list of (int, ndarray of int)
-            For each range that holds some of them, in rising order: its number in ``ranges``, and the places of its
-            speeds.
+        A speed at which the equations switch belongs to the range below.
         """
         v = np.atleast_1d(np.asarray(speeds, float))
         number = np.searchsorted([at.upper for at in self.ranges], v)
@@ -158,13 +149,11 @@ class LinearModel:
             matrices[places] = self.coefficients[number](v.ravel()[places])
         return matrices.reshape(*v.shape, self.order, self.order)
 
-    def eigenvalues(
-        self, speeds: ArrayLike, *, threads: int = 1, solver: Solver | None = None
-    ) -> NDArray[np.complex128]:
+    def eigenvalues(self, speeds: ArrayLike, *, threads: int = 1) -> NDArray[np.complex128]:
         """Eigenvalues (1/s), sorted by real then imaginary part.
 
         Where real parts differ by rounding only, as at rest without dampers, the processor decides the order:
-        :func:`bicycle.modal.named_modes.modes` tells which root is which.
+        :func:`bicycle.named_modes.modes` tells which root is which.
 
         Parameters
         ----------
@@ -172,9 +161,6 @@ class LinearModel:
             m/s.
         threads : int
             Number of threads that more than a thousand speeds are spread over; the result does not depend on it.
-        solver : callable, optional
-            As in :func:`bicycle.eigenvalues.solvers.eigenvalues`: compiled for many speeds, where numba (extra
-            ``fast``) is installed.
 
         Returns
         -------
@@ -187,7 +173,7 @@ class LinearModel:
         """
         v = self.check_speeds(speeds)
         flat = v.reshape(-1)
-        found = in_batches(lambda part: self.state_matrix(flat[part]), (v.size, self.order), threads, solver)
+        found = in_batches(lambda part: self.state_matrix(flat[part]), (v.size, self.order), threads)
         return found.reshape(*v.shape, self.order)
 
     def matrices_at(self, speed: float) -> tuple[Array, Array, Array]:
@@ -207,17 +193,7 @@ class LinearModel:
         return np.asarray(state, float), np.asarray(inputs, float), m.output_matrix(v)
 
     def feedthrough(self, speed: float) -> Array:
-        """Direct gain D of inputs on outputs: an imposed slip acts at once on a force without lag.
-
-        Parameters
-        ----------
-        speed : float
-            m/s.
-
-        Returns
-        -------
-        ndarray, shape (outputs, inputs)
-        """
+        """Direct gain D (outputs, inputs) at one ``speed`` (m/s): slip acts at once on a force without lag."""
         m, v = self._matrices(speed)
         return m.feedthrough(v)
 

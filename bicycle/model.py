@@ -1,4 +1,4 @@
-"""A model = a bicycle and a set of effects; ``linear_model`` puts the numbers in."""
+"""A bicycle with effects."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -7,15 +7,38 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from bicycle.derivation.declarations import State
-from bicycle.derivation.evaluation import Evaluator, evaluator
-from bicycle.effect import Effect, effect_class
+from bicycle.declarations import State
+from bicycle.effect import WHEELS, Effect
+from bicycle.effect_registry import effect_class
+from bicycle.evaluation import Evaluator, evaluator
 from bicycle.linear_model import LinearModel, SpeedRange
-from bicycle.parameter_covariance import ParameterCovariance
-from bicycle.parameter_key import entries_of
-from bicycle.parameters import Bicycle
-from tyre.base.errors import InputError
+from bicycle.parameter_covariance import ParameterCovariance, entries_of
+from bicycle.parameters import BOUNDS, POSITIVE, UNITS, Bicycle, bodies, static_loads
+from tyre.errors import InputError
+
+Reasons = dict[str, NDArray[np.bool_]]
+
+
+def impossible_bicycles(p: Mapping[str, Any]) -> Reasons:
+    """Conditions that some of the bicycles break, in words -> which ones do."""
+    with np.errstate(all="ignore"):
+        broken: dict[str, Any] = {"a number that is not finite": ~np.isfinite(sum(np.abs(p[key]) for key in UNITS))}
+        for key, (low, high) in BOUNDS.items():
+            value, strict = np.asarray(p[key]), key in POSITIVE or key == "lam"
+            if np.isfinite(low):
+                broken[f"{key} {'<=' if strict else '<'} {low:.4g}"] = value <= low if strict else value < low
+            if np.isfinite(high):
+                broken[f"{key} >= {high:.4g}"] = value >= high
+        for part in "BH":
+            xx, zz, xz = (p[f"I{part}{axes}"] for axes in ("xx", "zz", "xz"))
+            broken[f"I{part}xx I{part}zz < I{part}xz^2"] = xx * zz < xz**2
+        for wheel, load in zip(WHEELS, static_loads(bodies(p), p["w"], p["g"]), strict=True):
+            broken[f"the {wheel} wheel bears no load"] = ~((np.asarray(load) > 0) & (np.asarray(load) < np.inf))
+    shape = np.broadcast_shapes(*(np.shape(mask) for mask in broken.values()))
+    return {why: np.broadcast_to(mask, shape) for why, mask in broken.items() if np.any(mask)}
+
 
 DEFAULT_CONTACT = "no_slip"
 
@@ -93,12 +116,8 @@ class Model:
         return evaluator(tuple(type(effect) for effect in self.effects))
 
     def with_effect(self, effect: Effect) -> "Model":
-        """The same model with one more ``effect``; a contact law takes the place of the one there was."""
-        kept = tuple(
-            other
-            for other in self.effects
-            if type(other) is not type(effect) and (effect.slot is None or other.slot != effect.slot)
-        )
+        """A model with one more ``effect``; a contact law takes the place of the one there was."""
+        kept = [e for e in self.effects if type(e) is not type(effect) and (e.slot is None or e.slot != effect.slot)]
         return Model(self.bicycle, (*kept, effect), self.notes, self.sd, self.assumed_sd, self.covariance)
 
     def linear_model(self) -> LinearModel:
@@ -118,22 +137,7 @@ def as_linear(model: "Model | LinearModel") -> LinearModel:
 
 
 def linear_model(evaluate: Evaluator, values: Mapping[str, float], model: Model) -> LinearModel:
-    """Numbers for one parameter set; a model whose equations switch at a speed gets one range on each side.
-
-    Parameters
-    ----------
-    evaluate : Evaluator
-        Of the effects of the model.
-    values : mapping of str to float
-        Every parameter, SI.
-    model : Model
-        Names the bicycle and gives notes and warnings.
-
-    Raises
-    ------
-    InputError
-        The mass matrix is not positive definite.
-    """
+    """Numbers for one parameter set; a model whose equations switch at a speed gets one range on each side."""
     switches = evaluate.switch_speeds(values)
     borders = sorted({0.0, *(speed for speed in switches if speed > 0), math.inf})
     ranges = []
@@ -141,54 +145,33 @@ def linear_model(evaluate: Evaluator, values: Mapping[str, float], model: Model)
         indicators = tuple(float(upper <= speed) for speed in switches)
         ranges.append(SpeedRange(lower, upper, evaluate(values, indicators)))
     first = ranges[0].matrices
-    symmetric = (first.mass + first.mass.T) / 2
-    smallest = np.linalg.eigvalsh(symmetric)[0]
+    smallest = np.linalg.eigvalsh((first.mass + first.mass.T) / 2)[0]
     if smallest <= 0:
         raise InputError(
             f"bicycle {model.bicycle.name!r} with {', '.join(e.identifier for e in model.effects)}: the mass matrix is "
             f"not positive definite (smallest eigenvalue {smallest:.4g}); check masses and moments of inertia"
         )
+    # values of effects outside their typical range; of measured ones (with an sd) those that a slip would explain
+    warnings = [*model.bicycle.warnings]
+    for effect in model.effects:
+        for key, found in effect.doubts().items():
+            if found.explained or not entries_of(f"{effect.identifier}.{key}", model.sd):
+                warnings.append(found.text)
+    warnings += model.notes
+    lift_off = evaluate.lift_off_speed(values)
+    if not math.isinf(lift_off):
+        warnings.append(
+            f"the front wheel lifts off the ground above {lift_off:.2f} m/s, where drag outweighs its load; "
+            "no result holds there"
+        )
     symbolic = evaluate.symbolic
     rear, front = (float(load) for load in first.static_loads)
     return LinearModel(
-        states=symbolic.states,
-        inputs=symbolic.inputs,
-        outputs=symbolic.outputs,
-        ranges=tuple(ranges),
-        scale=state_scale(symbolic.declared.states, rear + front),
-        declared=symbolic.declared,
-        parameters=dict(values),
-        static_loads=(rear, front),
-        effects=tuple(effect.identifier for effect in model.effects),
-        warnings=(
-            *model.bicycle.warnings,
-            *_doubts(model),
-            *model.notes,
-            *_lift_off(evaluate.lift_off_speed(values)),
-        ),
-    )
-
-
-def _doubts(model: Model) -> tuple[str, ...]:
-    """Values of effects outside their typical range; of measured ones (with an sd) those that a slip would explain.
-
-    A measured tyre at the loads of a child or of an empty bicycle is softer than a typical one.
-    """
-    return tuple(
-        found.text
-        for effect in model.effects
-        for key, found in effect.doubts().items()
-        if found.explained or not entries_of(f"{effect.identifier}.{key}", model.sd)
-    )
-
-
-def _lift_off(speed: float) -> tuple[str, ...]:
-    if math.isinf(speed):
-        return ()
-    return (
-        f"the front wheel lifts off the ground above {speed:.2f} m/s, where drag outweighs its load; "
-        "no result holds there",
-    )
+        states=symbolic.states, inputs=symbolic.inputs, outputs=symbolic.outputs, ranges=tuple(ranges),
+        scale=state_scale(symbolic.declared.states, rear + front), declared=symbolic.declared,
+        parameters=dict(values), static_loads=(rear, front),
+        effects=tuple(effect.identifier for effect in model.effects), warnings=tuple(warnings),
+    )  # fmt: skip
 
 
 def check_compatible(effects: tuple[Effect, ...]) -> None:
@@ -213,18 +196,6 @@ def check_compatible(effects: tuple[Effect, ...]) -> None:
 
 
 def state_scale(states: Iterable[State], weight: float) -> Any:
-    """Scale of each state: forces and moments in units of the nearest power of two to the weight, all else in SI.
-
-    Parameters
-    ----------
-    states : iterable of State
-        Those of a model, n of them.
-    weight : float
-        Of the bicycle, N.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-    """
+    """Scale of each state: forces and moments in units of the nearest power of two to the weight, all else in SI."""
     force_unit = 2.0 ** round(math.log2(weight))
     return np.array([force_unit if state.forcelike else 1.0 for state in states])

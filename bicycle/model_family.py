@@ -14,26 +14,21 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bicycle.derivation.evaluation import Evaluator, Matrices, evaluator
 from bicycle.descriptor import DescriptorPolynomial
-from bicycle.effect import Effect
-from bicycle.effect.numbers import effect_of
-from bicycle.eigenvalues.decomposition import positive_definite
-from bicycle.eigenvalues.solvers import Solver, compiled, solver_for
+from bicycle.effect import Effect, effect_of
+from bicycle.eigen import positive_definite
+from bicycle.evaluation import Evaluator, Matrices, evaluator
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model, linear_model, state_scale
-from bicycle.parameter_key import entries_of
+from bicycle.parameter_covariance import entries_of
 from bicycle.parameters import UNITS
 from bicycle.speed_polynomial import SpeedPolynomial
-from tyre.base.arrays import Array
-from tyre.base.errors import InputError, unknown
+from tyre.arrays import Array
+from tyre.errors import InputError, unknown
 
 
 class FamilyMatrices(NamedTuple):
-    """Scaled state matrices (m, n, n) of m bicycles as a polynomial in v, and which of them are no bicycle.
-
-    ``refused`` (m,) marks bicycles whose mass matrix is not positive definite.
-    """
+    """Scaled state matrices (m, n, n) of m bicycles as a polynomial in v, and which of them are no bicycle."""
 
     polynomial: SpeedPolynomial
     refused: NDArray[np.bool_]
@@ -101,18 +96,7 @@ class ModelFamily:
         return self.model.tied
 
     def entries(self, key: str) -> tuple[str, ...]:
-        """Parameters that a key stands for: itself, or rear and front of a parameter per wheel.
-
-        Parameters
-        ----------
-        key : str
-            As in ``keys``.
-
-        Raises
-        ------
-        InputError
-            The models have no such parameter.
-        """
+        """Parameters that ``key`` stands for: itself, or rear and front of a parameter per wheel."""
         entries = entries_of(key, self._known)
         if not entries:
             known = self._known | {f"{kind.identifier}.{p.name}" for kind in self.kinds for p in kind.parameters}
@@ -158,40 +142,16 @@ class ModelFamily:
         return replace(self.model, bicycle=bicycle, effects=effects)
 
     def effect_with(self, effect: Effect, values: Mapping[str, float]) -> Effect:
-        """An effect of the model with the numbers of a parameter set.
-
-        Parameters
-        ----------
-        effect : Effect
-            One of the model's. What it takes from the bicycle is still taken from it where the numbers are equal.
-        values : mapping of str to float
-            Every parameter, as :meth:`values` gives them, SI.
-
-        Raises
-        ------
-        InputError
-            A number that the effect does not allow.
-        """
+        """The ``effect`` with numbers ``values`` (SI); what it takes from the bicycle stays so where both are equal."""
         tied = {follower for follower, leader in self._tied.items() if values[follower] == values[leader]}
         free = [p.name for p in effect.parameters if not all(f"{effect.identifier}.{e}" in tied for e in p.entries())]
         return effect_of(type(effect), values, free)
 
     def linear_model(self, values: Mapping[str, float]) -> LinearModel:
-        """The linear model of one parameter set, without the checks of bicycle and effects.
-
-        Parameters
-        ----------
-        values : mapping of str to float
-            Every parameter, as :meth:`values` gives them, SI.
-
-        Raises
-        ------
-        InputError
-            The mass matrix is not positive definite.
-        """
+        """The linear model of the parameters ``values`` (SI), without the checks of bicycle and effects."""
         return linear_model(self.evaluate, values, self.model)
 
-    def polynomials(self, numbers: Mapping[str, Any], count: int, *, solver: Solver | None = None) -> FamilyMatrices:
+    def polynomials(self, numbers: Mapping[str, Any], count: int) -> FamilyMatrices:
         """State matrices of bicycles as polynomials in the speed; the equations must not switch at a speed.
 
         Parameters
@@ -200,29 +160,19 @@ class ModelFamily:
             As in :meth:`values`.
         count : int
             Number of bicycles m.
-        solver : callable, optional
-            As in :func:`bicycle.eigenvalues.solvers.eigenvalues`.
         """
         matrices, n = self.evaluate(self.values(numbers)), len(self.scale)
         mass = np.broadcast_to(matrices.mass, (count, n, n))
         parts = tuple(np.broadcast_to(matrix, (count, n, n)) for matrix in matrices.dynamics.values())
-        if (solver or solver_for(count)) is compiled:
-            from bicycle.eigenvalues.pencil_kernel import reduce_pencil
-
-            solved, refused = np.empty((len(parts), count, n, n)), np.empty(count, bool)
-            reduce_pencil(
-                np.ascontiguousarray(mass), tuple(map(np.ascontiguousarray, parts)), self.scale, solved, refused
-            )
-        else:
-            refused = ~positive_definite(mass)
-            if refused.any():
-                mass = np.where(refused[:, None, None], np.eye(n), mass)
-            right = np.concatenate([part * self.scale for part in parts], -1)
-            solved = np.stack(np.split(np.linalg.solve(mass, right) / self.scale[:, None], len(parts), axis=-1))
+        refused = ~positive_definite(mass)
+        if refused.any():
+            mass = np.where(refused[:, None, None], np.eye(n), mass)
+        right = np.concatenate([part * self.scale for part in parts], -1)
+        solved = np.stack(np.split(np.linalg.solve(mass, right) / self.scale[:, None], len(parts), axis=-1))
         polynomial = SpeedPolynomial(dict(zip(matrices.dynamics, solved, strict=True)), shape=(count, n, n))
         return FamilyMatrices(polynomial, refused)
 
-    def state_matrices(self, numbers: Mapping[str, Any], speeds: ArrayLike, *, solver: Solver | None = None) -> Array:
+    def state_matrices(self, numbers: Mapping[str, Any], speeds: ArrayLike) -> Array:
         """Scaled state matrices of bicycles at speeds, whether or not the equations switch in between.
 
         Parameters
@@ -231,8 +181,6 @@ class ModelFamily:
             As in :meth:`values`.
         speeds : array_like, shape (m, k) or (1, k)
             m/s.
-        solver : callable, optional
-            As in :meth:`polynomials`.
 
         Returns
         -------
@@ -246,7 +194,7 @@ class ModelFamily:
         v = np.asarray(speeds, float)
         count = int(np.broadcast_shapes(v.shape[:1], *(np.shape(number) for number in numbers.values()))[0])
         if not self.evaluate.symbolic.switches:
-            polynomial, refused = self.polynomials(numbers, count, solver=solver)
+            polynomial, refused = self.polynomials(numbers, count)
             self._refuse(numbers, refused)
             return np.array(np.broadcast_to(polynomial(v), (count, v.shape[1], *polynomial.shape[1:])))
         self._refuse(numbers, self.without_mass(numbers, count))
@@ -262,19 +210,7 @@ class ModelFamily:
             raise InputError(f"{key} = {first:g}: the mass matrix is not positive definite; take another range")
 
     def without_mass(self, numbers: Mapping[str, Any], count: int) -> NDArray[np.bool_]:
-        """Bicycles whose mass matrix is not positive definite, or not finite.
-
-        Parameters
-        ----------
-        numbers : mapping of str to array_like, shape () or (count,)
-            As in :meth:`values`.
-        count : int
-            Number of bicycles.
-
-        Returns
-        -------
-        ndarray of bool, shape (count,)
-        """
+        """Bicycles (``count``,) with ``numbers`` as in :meth:`values` whose mass matrix is not positive definite."""
         with np.errstate(all="ignore"):
             mass = self.evaluate(self.values(numbers), (0.0,) * len(self.evaluate.symbolic.switches)).mass
         mass = np.broadcast_to(mass, (count, *mass.shape[-2:]))

@@ -1,41 +1,80 @@
-"""Joint uncertainty of some parameters of a model, with the degrees of freedom behind it."""
+"""Names of the parameters of a model, and their covariance."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Container, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tyre.base.arrays import Array
-from tyre.base.errors import InputError
-from tyre.joint_properties import effective_degrees_of_freedom
+from tyre.arrays import Array
+from tyre.errors import InputError, shown
+from tyre.properties import effective_degrees_of_freedom
+
+WHEELS = ("rear", "front")
+
+
+@dataclass(frozen=True)
+class ParameterKey:
+    """The key of one parameter, or of both wheels' values of it."""
+
+    effect: str  # identifier of the effect; empty for a parameter of the bicycle or a condition of its tyres
+    name: str  # name of the parameter
+    wheel: str = ""  # ``rear`` or ``front``; empty for one number, or for both wheels together
+
+    def __post_init__(self) -> None:
+        plain = all("." not in part for part in (self.effect, self.name))
+        if not plain or not self.name or self.name in WHEELS or self.wheel not in ("", *WHEELS):
+            raise InputError(
+                f"parameter {shown(str(self))}: write a key of the bicycle, effect.name or effect.name.wheel, "
+                f"with {' or '.join(WHEELS)} for the wheel"
+            )
+
+    @classmethod
+    def parse(cls, text: "str | ParameterKey") -> "ParameterKey":
+        """The key that is written so."""
+        if isinstance(text, ParameterKey):
+            return text
+        head, _, last = text.rpartition(".")
+        rest, wheel = (head, last) if head and last in WHEELS else (text, "")
+        effect, dot, name = rest.rpartition(".")
+        if dot and not effect:
+            raise InputError(f"parameter {shown(text)}: the name of the effect before the dot is missing")
+        return cls(effect, name, wheel)
+
+    def __str__(self) -> str:
+        return ".".join(part for part in (self.effect, self.name, self.wheel) if part)
+
+    @property
+    def entry(self) -> str:
+        """``name`` or ``name.wheel``, as the effect itself calls it."""
+        return ".".join(part for part in (self.name, self.wheel) if part)
+
+    @property
+    def whole(self) -> "ParameterKey":
+        """The key without the wheel: of both wheels' values together."""
+        return replace(self, wheel="")
+
+    def of(self, wheel: str) -> "ParameterKey":
+        """The key of one wheel's value."""
+        return replace(self, wheel=wheel)
+
+
+def entries_of(key: str, known: Container[str]) -> tuple[str, ...]:
+    """Which of the ``known`` parameters a key stands for."""
+    if key in known:
+        return (key,)
+    return tuple(entry for entry in (f"{key}.{wheel}" for wheel in WHEELS) if entry in known)
 
 
 @dataclass(frozen=True, eq=False)
 class ParameterCovariance:
-    """Covariance of parameters whose errors hang together, as those of one measured tyre do.
+    """Covariance of parameters whose errors hang together, as those of one measured tyre do."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        ``effect.name[.wheel]`` or bicycle keys, p of them.
-    matrix : ndarray, shape (p, p)
-        SI units.
-    variance_spread : tuple of ndarray, shape (p, p) each
-        As in :class:`tyre.joint_properties.JointCovariance`; empty where the standard deviations are known well.
-    origin : str
-        Where it comes from, in words: the tyre's table, or the model file that states it.
-
-    Raises
-    ------
-    InputError
-        Matrices of another size than the names, or a name that stands twice.
-    """
-
-    names: tuple[str, ...] = ()
-    matrix: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    names: tuple[str, ...] = ()  # ``effect.name[.wheel]`` or bicycle keys, p of them
+    matrix: Array = field(default_factory=lambda: np.zeros((0, 0)))  # (p, p), SI units
+    # (p, p), as in :class:`tyre.properties.JointCovariance`; empty where the standard deviations are known well
     variance_spread: tuple[Array, ...] = ()
-    origin: str = "tyre table"
+    origin: str = "tyre table"  # where it comes from, in words: the tyre's table, or the model file that states it
 
     def __post_init__(self) -> None:
         size = len(self.names)
@@ -65,38 +104,16 @@ class ParameterCovariance:
         return dict(zip(self.names, np.sqrt(np.diag(self.matrix)).tolist(), strict=True))
 
     def among(self, names: Sequence[str]) -> Array:
-        """The covariance among other parameters, zero for those it says nothing of, shape (q, q).
-
-        Parameters
-        ----------
-        names : sequence of str
-            q of them.
-        """
+        """The covariance among other parameters, zero for those it says nothing of, shape (q, q)."""
         return _among(self.matrix, self.names, names)
 
     def degrees_of_freedom(self, names: Sequence[str], gradient: ArrayLike, covariance: Array) -> float:
-        """Effective degrees of freedom behind the variance g' S g of a result (Welch-Satterthwaite).
-
-        Parameters
-        ----------
-        names : sequence of str
-            Parameters of the gradient, q of them; those of which nothing is said here count as known well.
-        gradient : array_like, shape (q,)
-            Of the result.
-        covariance : ndarray, shape (q, q)
-            Of these parameters, what is said here included.
-        """
+        """Effective degrees of freedom behind the variance g' S g of a result (Welch-Satterthwaite)."""
         spread = [_among(part, self.names, names) for part in self.variance_spread]
         return effective_degrees_of_freedom(gradient, covariance, spread)
 
     def and_also(self, other: "ParameterCovariance") -> "ParameterCovariance":
-        """This and the covariance of parameters that have nothing in common with it.
-
-        Parameters
-        ----------
-        other : ParameterCovariance
-            Of further parameters.
-        """
+        """This and the covariance of parameters that have nothing in common with it."""
         names = (*self.names, *other.names)
         parts = [(self.names, part) for part in self.variance_spread]
         parts += [(other.names, part) for part in other.variance_spread]
@@ -113,20 +130,7 @@ def _among(matrix: Array, mine: Sequence[str], names: Sequence[str]) -> Array:
 
 
 def checked_covariance(names: Sequence[str], covariance: ArrayLike) -> Array:
-    """The covariance of parameters as an array (p, p).
-
-    Parameters
-    ----------
-    names : sequence of str
-        Of the parameters, p of them.
-    covariance : array_like, shape (p, p)
-        SI units.
-
-    Raises
-    ------
-    InputError
-        A name that stands twice, or a matrix that is of another size, not finite, or no covariance.
-    """
+    """The covariance of parameters as an array (p, p)."""
     if not names:
         raise InputError("no parameter is uncertain: give at least one name with its covariance")
     twice = next((name for k, name in enumerate(names) if name in names[:k]), None)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from bicycle.rigid_bodies import Body, Joint, mass_matrix
-from tyre.base.errors import InputError, is_number, refuse_unknown, shown
-from tyre.base.plausible import Doubt, doubt
+from tyre.errors import InputError, is_number, refuse_unknown, shown
+from tyre.plausible import Doubt, doubt
 
 UNITS: Mapping[str, str] = MappingProxyType(
     {
@@ -39,12 +39,9 @@ TYPICAL: Mapping[str, tuple[float, float]] = MappingProxyType(
 the Earth's surface (Hirt et al. 2013, Geophys. Res. Lett. 40: 9.764 to 9.834 m/s^2)."""
 
 POSITIVE = ("w", "rR", "rF", "g")
-NOT_NEGATIVE = (
-    "mB", "mR", "mH", "mF", "IRyy", "IFyy", "IRxx", "IFxx", "IBxx", "IBzz", "IHxx", "IHzz",
-)  # fmt: skip
 BOUNDS: Mapping[str, tuple[float, float]] = MappingProxyType(
     dict.fromkeys(UNITS, (-math.inf, math.inf))
-    | dict.fromkeys((*POSITIVE, *NOT_NEGATIVE), (0.0, math.inf))
+    | {key: (0.0, math.inf) for key in UNITS if key in POSITIVE or key[0] == "m" or key[2:] in ("xx", "yy", "zz")}
     | {"lam": (-math.pi / 2, math.pi / 2)}
 )
 """Physically possible values of each key by itself; what is not bounded has either sign."""
@@ -115,29 +112,27 @@ class Bicycle:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What is odd but computable: values far from those of other bicycles, inertias that no rigid body has."""
+        """Warnings of what is odd but computable: values far from other bicycles, inertias that no rigid body has."""
         below_ground = {key for key in ("zB", "zH") if self[key] > 0}  # _oddities says it
         doubts = doubts_about({key: value for key, value in self.values.items() if key not in below_ground})
-        return (*self.notes, *(found.text for found in doubts), *_oddities(self))
+        return (*self.notes, *(found.text for found in doubts), *_oddities(self.values))
 
     def replace(self, **changes: float) -> "Bicycle":
-        """The same bicycle with some parameters changed: ``changes`` are Meijaard's keys in SI units, lam in rad."""
+        """A bicycle with some parameters changed: ``changes`` are Meijaard's keys in SI units, lam in rad."""
         return Bicycle(self.name, {**self.values, **changes}, self.sd, self.description, self.source, self.notes)
 
 
 def doubts_about(values: Mapping[str, Any]) -> list[Doubt]:
-    """What is outside :data:`TYPICAL` in a parameter set ``values`` (SI, lam in rad), complete or not."""
+    """Doubts about values outside :data:`TYPICAL` in a parameter set ``values`` (SI, lam in rad), complete or not."""
     given = {key: float(values[key]) for key in UNITS if is_number(values.get(key))}
-    found = (doubt(key, value, unit=UNITS[key], typical=TYPICAL[key]) for key, value in given.items())
-    return [_head_angle(one, given[one.key]) if one.key == "lam" else one for one in found if one]
-
-
-def _head_angle(found: Doubt, lam: float) -> Doubt:
-    """The ``found`` doubt about a tilt; where it would be a usual one measured from the horizontal, that is asked."""
-    tilt = math.pi / 2 - lam
-    if not TYPICAL["lam"][0] < tilt <= TYPICAL["lam"][1]:
-        return found
-    return replace(found, why=f" (head angle? lam is the tilt from the vertical, {math.degrees(tilt):.3g} deg then)")
+    doubts = [doubt(key, value, unit=UNITS[key], typical=TYPICAL[key]) for key, value in given.items()]
+    found = [one for one in doubts if one]
+    for number, one in enumerate(found):
+        tilt = math.pi / 2 - given[one.key]
+        if one.key == "lam" and TYPICAL["lam"][0] < tilt <= TYPICAL["lam"][1]:  # usual if from the horizontal
+            why = f" (head angle? lam is the tilt from the vertical, {math.degrees(tilt):.3g} deg then)"
+            found[number] = replace(one, why=why)
+    return found
 
 
 def bodies(p: Mapping[str, float]) -> tuple[Body, Body, Body, Body]:
@@ -151,16 +146,7 @@ def bodies(p: Mapping[str, float]) -> tuple[Body, Body, Body, Body]:
 
 
 def static_loads(parts: tuple[Body, ...], wheelbase: float, gravity: float) -> tuple[float, float]:
-    """Static vertical load (N) of the rear and front contact, from the moments about the rear contact.
-
-    Parameters
-    ----------
-    parts : tuple of Body
-    wheelbase : float
-        m.
-    gravity : float
-        m/s^2.
-    """
+    """Static vertical load (N) of the rear and front contact, from the moments about the rear contact."""
     front = gravity * sum(body.mass * body.x for body in parts) / wheelbase
     return gravity * sum(body.mass for body in parts) - front, front
 
@@ -184,30 +170,26 @@ def _checked(name: str, given: Mapping[str, float], *, complete: bool) -> dict[s
 
 def _check_physics(bicycle: Bicycle) -> None:
     p, where = bicycle.values, f"bicycle {bicycle.name!r}"
-    for key in ("mB", "mR", "mH", "mF", "IRyy", "IFyy"):
-        if p[key] < 0:
-            raise InputError(f"{where}: {key} = {p[key]:g} {UNITS[key]} must not be negative")
+    for key in ("mB", "mR", "mH", "mF", "IRyy", "IFyy", "IRxx", "IFxx", *POSITIVE):
+        if p[key] < 0 or (key in POSITIVE and p[key] == 0):
+            must = "must be positive" if key in POSITIVE else "must not be negative"
+            raise InputError(f"{where}: {key} = {p[key]:g} {UNITS[key]} {must}")
     total = p["mB"] + p["mR"] + p["mH"] + p["mF"]
     if total <= 0:
         raise InputError(f"{where}: total mass is {total:g} kg (mB + mR + mH + mF); it must be positive")
-    for key in POSITIVE:
-        if p[key] <= 0:
-            raise InputError(f"{where}: {key} = {p[key]:g} {UNITS[key]} must be positive")
     if not BOUNDS["lam"][0] < p["lam"] < BOUNDS["lam"][1]:
         raise InputError(
             f"{where}: lam = {p['lam']:g} rad is out of range; the steer axis tilt must lie between -pi/2 and pi/2 "
             "(degrees must be converted to radians)"
         )
-    for part, xx, zz, xz in (("rear frame", "IBxx", "IBzz", "IBxz"), ("front frame", "IHxx", "IHzz", "IHxz")):
+    for part, letter in (("rear frame", "B"), ("front frame", "H")):
+        xx, zz, xz = (f"I{letter}{axes}" for axes in ("xx", "zz", "xz"))
         smallest = np.linalg.eigvalsh([[p[xx], p[xz]], [p[xz], p[zz]]])[0]
         if smallest < 0:
             raise InputError(
                 f"{where}: the {part} has a negative principal inertia {smallest:.4g} kg m^2 in the x-z plane; "
                 f"need {xx} >= 0, {zz} >= 0 and {xx} {zz} >= {xz}^2"
             )
-    for key in ("IRxx", "IFxx"):
-        if p[key] < 0:
-            raise InputError(f"{where}: {key} = {p[key]:g} kg m^2 must not be negative")
     for wheel, load in zip(("rear", "front"), bicycle.static_loads, strict=True):
         if not 0 < load < math.inf:
             raise InputError(
@@ -215,11 +197,9 @@ def _check_physics(bicycle: Bicycle) -> None:
                 "so move the mass centre between the wheels (xB, xH) or check the wheelbase w"
             )
     parts = bodies(p)
-    names = frozenset(body.name for body in parts)
-    lean = Joint("lean", 1.0, 0.0, 0.0, 0.0, names)
-    steer = Joint(
-        "steer", math.sin(p["lam"]), math.cos(p["lam"]), p["w"] + p["c"], 0.0, frozenset(("front frame", "front wheel"))
-    )
+    lean = Joint("lean", 1.0, 0.0, 0.0, 0.0, frozenset(body.name for body in parts))
+    axis = (math.sin(p["lam"]), math.cos(p["lam"]), p["w"] + p["c"], 0.0)
+    steer = Joint("steer", *axis, frozenset(("front frame", "front wheel")))
     smallest = np.linalg.eigvalsh(mass_matrix(parts, (lean, steer)).astype(float))[0]
     if smallest <= 0:
         raise InputError(
@@ -228,19 +208,18 @@ def _check_physics(bicycle: Bicycle) -> None:
         )
 
 
-def _oddities(bicycle: Bicycle) -> list[str]:
-    p, found = bicycle.values, []
-    for part, xx, yy, zz, xz in (
-        ("rear frame", "IBxx", "IByy", "IBzz", "IBxz"),
-        ("front frame", "IHxx", "IHyy", "IHzz", "IHxz"),
-    ):
-        if yy not in p:
+def _oddities(p: Mapping[str, float]) -> list[str]:
+    found = []
+    for part, letter in (("rear frame", "B"), ("front frame", "H")):
+        yy = p.get(f"I{letter}yy")
+        xx, zz, xz = (p[f"I{letter}{axes}"] for axes in ("xx", "zz", "xz"))
+        low, high = np.linalg.eigvalsh([[xx, xz], [xz, zz]])
+        if yy is None:
             continue
-        low, high = np.linalg.eigvalsh([[p[xx], p[xz]], [p[xz], p[zz]]])
-        a, b, c = sorted((low, high, p[yy]))
-        if c > (a + b) * (1 + 1e-9):
+        *smaller, largest = sorted((low, high, yy))
+        if largest > sum(smaller) * (1 + 1e-9):
             found.append(
-                f"the principal inertias of the {part} ({low:.4g}, {p[yy]:.4g}, {high:.4g} kg m^2) violate the "
+                f"the principal inertias of the {part} ({low:.4g}, {yy:.4g}, {high:.4g} kg m^2) violate the "
                 "triangle inequality: no rigid body has them (measurement error?)"
             )
     for part, key, mass in (("rear frame", "zB", "mB"), ("front frame", "zH", "mH")):
@@ -249,14 +228,15 @@ def _oddities(bicycle: Bicycle) -> list[str]:
                 f"the mass centre of the {part} lies below the ground ({key} = {p[key]:g} m): z points down, so "
                 "heights are negative (wrong sign?)"
             )
-    for wheel, xx, yy, mass in (("rear", "IRxx", "IRyy", "mR"), ("front", "IFxx", "IFyy", "mF")):
-        if p[mass] == 0 and p[yy] > 0:
+    for wheel, across, spin, mass in (("rear", "IRxx", "IRyy", "mR"), ("front", "IFxx", "IFyy", "mF")):
+        if p[mass] == 0 and p[spin] > 0:
             found.append(
-                f"the {wheel} wheel has spin inertia {yy} = {p[yy]:g} kg m^2 but no mass "
+                f"the {wheel} wheel has spin inertia {spin} = {p[spin]:g} kg m^2 but no mass "
                 "(its mass is taken to be part of the frame)"
             )
-        elif p[yy] > 2 * p[xx] * (1 + 1e-9):
+        elif p[spin] > 2 * p[across] * (1 + 1e-9):
             found.append(
-                f"the {wheel} wheel violates the triangle inequality: {yy} = {p[yy]:g} > 2 {xx} = {2 * p[xx]:g}"
+                f"the {wheel} wheel violates the triangle inequality: {spin} = {p[spin]:g} > 2 {across} = "
+                f"{2 * p[across]:g}"
             )
     return found

@@ -19,11 +19,7 @@ Row = NDArray[Any]  # shape (2 + number of joints,), dtype object or float
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body: mass, mass centre (x, z) and inertia-tensor entries about it (Ixz as Meijaard tabulates it).
-
-    ``spin_inertia`` and ``radius`` are those of a rolling wheel, zero spin inertia otherwise. A body that is
-    ``fixed_to`` another one, by its name, turns with every joint that carries that.
-    """
+    """A rigid body: mass, mass centre (x, z) and inertia-tensor entries about it (Ixz as Meijaard tabulates it)."""
 
     name: str
     mass: Scalar
@@ -54,14 +50,7 @@ class Joint:
 
 
 def with_guests(joint: Joint, bodies: Iterable[Body]) -> Joint:
-    """The ``joint`` with all it carries: bodies that are fixed to a carried one come along.
-
-    Parameters
-    ----------
-    joint : Joint
-    bodies : iterable of Body
-        In an order in which none is fixed to a later one.
-    """
+    """The ``joint`` with all it carries: bodies that are fixed to a carried one come along."""
     carried = set(joint.carries)
     for body in bodies:
         if body.fixed_to in carried:
@@ -70,17 +59,7 @@ def with_guests(joint: Joint, bodies: Iterable[Body]) -> Joint:
 
 
 def displacement_row(joints: Sequence[Joint], body: str, x: Scalar, z: Scalar) -> Row:
-    """Lateral displacement of a point of a body per coordinate ``[y, psi, joints...]``, m/m and m/rad.
-
-    Parameters
-    ----------
-    joints : sequence of Joint
-        From the ground outward.
-    body : str
-        Its name.
-    x, z : float or sympy expression
-        The point in the reference position, m.
-    """
+    """Lateral displacement of a point of a body per coordinate ``[y, psi, joints...]``, m/m and m/rad."""
     return np.array([1, x] + [joint.lever(x, z) if body in joint.carries else 0 for joint in joints])
 
 
@@ -95,14 +74,7 @@ def yaw_row(joints: Sequence[Joint], body: str) -> Row:
 
 
 def inertia_terms(bodies: Iterable[Body], joints: Sequence[Joint]) -> Iterator[tuple[Scalar, Row, Row]]:
-    """Terms of :func:`mass_matrix`: an inertia (kg or kg m^2) and the two rows whose outer product it multiplies.
-
-    Parameters
-    ----------
-    bodies : iterable of Body
-    joints : sequence of Joint
-        From the ground outward.
-    """
+    """Terms of :func:`mass_matrix`: an inertia (kg or kg m^2) and the two rows whose outer product it multiplies."""
     for body in bodies:
         y = displacement_row(joints, body.name, body.x, body.z)
         tx, tz = lean_row(joints, body.name), yaw_row(joints, body.name)
@@ -114,32 +86,13 @@ def inertia_terms(bodies: Iterable[Body], joints: Sequence[Joint]) -> Iterator[t
 
 
 def mass_matrix(bodies: Iterable[Body], joints: Sequence[Joint]) -> NDArray[Any]:
-    """Kinetic-energy form in the rates of ``[y, psi, joints...]``: sum m yy' + Ixx xx' + Izz zz' + Ixz (xz' + zx').
-
-    Parameters
-    ----------
-    bodies : iterable of Body
-    joints : sequence of Joint
-        From the ground outward.
-    """
+    """Kinetic-energy form in the rates of ``[y, psi, joints...]``: sum m yy' + Ixx xx' + Izz zz' + Ixz (xz' + zx')."""
     terms = (inertia * np.outer(one, other) for inertia, one, other in inertia_terms(bodies, joints))
     return np.asarray(sum(terms))
 
 
 def height_hessian(joints: Sequence[Joint], body: str, x: Scalar, z: Scalar) -> NDArray[Any]:
-    """Second derivatives (m/rad^2) of the z coordinate (down) of a point of a body in the joint angles.
-
-    Rotations are composed from the ground outward in the order of ``joints``; pitch is held at zero. Turning about an
-    outer joint first displaces the point sideways by its lever, and an inner joint then lowers it by axis_x times that.
-
-    Parameters
-    ----------
-    joints : sequence of Joint
-    body : str
-        Its name.
-    x, z : float or sympy expression
-        The point in the reference position, m.
-    """
+    """Second derivatives (m/rad^2) of the z coordinate (down) of a point of a body in the joint angles."""
     n = len(joints)
     hessian = np.array([[0] * n] * n, dtype=object)
     for k, outer in enumerate(joints):

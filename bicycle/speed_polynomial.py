@@ -15,19 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tyre.base.arrays import Array
+from tyre.arrays import Array
 
 
 class SpeedPolynomial(Mapping[int, Array]):
-    """P(v) = sum over k of v^k P_k; as a mapping, power k -> coefficient P_k, of the powers that occur.
-
-    Parameters
-    ----------
-    coefficients : mapping of int to array_like, shape (..., rows, columns)
-        Power of the speed -> its matrix, or a stack of them, one for each bicycle; all of one shape.
-    shape : tuple of int, optional
-        That shape; needed where no power occurs and the polynomial is zero.
-    """
+    """P(v) = sum over k of v^k P_k; as a mapping, power k -> coefficient P_k, of the powers that occur."""
 
     def __init__(self, coefficients: Mapping[int, ArrayLike], *, shape: tuple[int, ...] | None = None) -> None:
         self._coefficients: dict[int, Array] = {
@@ -54,20 +46,7 @@ class SpeedPolynomial(Mapping[int, Array]):
         return self._coefficients[power] if power in self._coefficients else np.zeros(self.shape)
 
     def __call__(self, speeds: ArrayLike) -> Array:
-        """The matrices at speeds.
-
-        Parameters
-        ----------
-        speeds : array_like, shape (...)
-            m/s, not zero where a negative power occurs. Of a stack of bicycles (m, rows, columns), the first axis of
-            the speeds is that of the bicycles (or 1, the same speeds for all): (m,) is a speed each, (m, k) are k
-            speeds each; a single number is the speed of all.
-
-        Returns
-        -------
-        ndarray, shape (..., rows, columns)
-            The shape of the speeds, broadcast against that of the stack, and the matrix behind it.
-        """
+        """The matrices at speeds."""
         v = np.asarray(speeds, float)
         *bicycles, rows, columns = self.shape
         if v.ndim and v.ndim < len(bicycles):
@@ -97,12 +76,6 @@ class SpeedPolynomial(Mapping[int, Array]):
         )
 
     def take(self, bicycles: Any) -> "SpeedPolynomial":
-        """The polynomial of some bicycles of a stack.
-
-        Parameters
-        ----------
-        bicycles : slice, or ndarray of int or bool
-            Index along the first axis.
-        """
+        """The polynomial of some bicycles of a stack."""
         taken = {power: matrix[bicycles] for power, matrix in self._coefficients.items()}
         return SpeedPolynomial(taken, shape=np.broadcast_to(0.0, self.shape)[bicycles].shape)

@@ -2,8 +2,8 @@
 
 import math
 
-from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import Effect, Parameter
+from bicycle.equations import ModelBuilder
 
 
 class AerodynamicDrag(Effect):
@@ -17,17 +17,14 @@ class AerodynamicDrag(Effect):
     """
 
     drag_area = Parameter(
-        "m^2", "drag coefficient times frontal area",
-        bounds=(0.0, math.inf), typical=(0.3, 0.6), default=0.4, neutral=0.0, least=0.02,
-    )  # fmt: skip
+        "m^2", "drag coefficient times frontal area", typical=(0.3, 0.6), default=0.4, neutral=0.0, least=0.02
+    )
     centre_of_pressure_z = Parameter(
-        "m", "height of the drag on the rear frame, z down",
-        bounds=(-math.inf, 0.0), typical=(-1.3, -0.9),
-    )  # fmt: skip
+        "m", "height of the drag on the rear frame, z down", bounds=(-math.inf, 0.0), typical=(-1.3, -0.9)
+    )
     air_density = Parameter(
-        "kg/m^3", "1.225 at 15 °C and sea level",
-        bounds=(0.0, math.inf), typical=(1.0, 1.3), default=1.225, neutral=0.0, least=0.06,
-    )  # fmt: skip
+        "kg/m^3", "1.225 at 15 °C and sea level", typical=(1.0, 1.3), default=1.225, neutral=0.0, least=0.06
+    )
     source = "Sharp (2001), Vehicle System Dynamics 35; Debraux et al. (2011), Sports Biomechanics 10 (areas)"
     signature = "grows with v^2: capsize above all; the front wheel loses load at high speed"
 

@@ -2,8 +2,8 @@
 
 import math
 
-from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import Effect, Parameter
+from bicycle.equations import ModelBuilder
 
 
 class AligningMoment(Effect):
@@ -18,8 +18,7 @@ class AligningMoment(Effect):
     why = "under no_slip no wheel slips; use side_slip or relaxation_length, or pneumatic_trail"
     aligning_stiffness = Parameter(
         "N m/rad", "moment against the slip, per slip angle",
-        bounds=(0.0, math.inf), typical=(50.0, 220.0), neutral=0.0, least=5.0, per_wheel=True,
-        tyre="aligning_stiffness",
+        typical=(50.0, 220.0), neutral=0.0, least=5.0, per_wheel=True, tyre="aligning_stiffness",
     )  # fmt: skip
     relaxation_length = Parameter(
         "m", "travelled distance in which 63 % of the moment builds up",

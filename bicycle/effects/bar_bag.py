@@ -1,14 +1,10 @@
 """A bag on the handlebar."""
 
-import math
 from collections.abc import Mapping
 
-from bicycle.derivation.builder import ModelBuilder
-from bicycle.effect import Effect, Parameter
-from bicycle.effect.point_mass import check_wheel_loads
+from bicycle.effect import ANY, Effect, Parameter, check_wheel_loads
+from bicycle.equations import ModelBuilder
 from bicycle.rigid_bodies import Body
-
-ANY = (-math.inf, math.inf)
 
 
 class BarBag(Effect):
@@ -17,10 +13,7 @@ class BarBag(Effect):
     It turns with the steering and with whatever carries the front frame; its own extent is neglected.
     """
 
-    mass = Parameter(
-        "kg", "of the bag",
-        bounds=(0.0, math.inf), typical=(0.5, 5.0), neutral=0.0, least=0.2,
-    )  # fmt: skip
+    mass = Parameter("kg", "of the bag", typical=(0.5, 5.0), neutral=0.0, least=0.2)
     x = Parameter("m", "mass centre, ahead of the rear contact", bounds=ANY, typical=(0.6, 1.0), default=0.85)
     z = Parameter("m", "mass centre, z down", bounds=ANY, typical=(-1.1, -0.7), default=-0.9)
     source = "Meijaard, Papadopoulos, Ruina & Schwab (2007), Proc. R. Soc. A 463, appendix B (a further rigid body)"

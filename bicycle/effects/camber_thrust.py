@@ -1,9 +1,7 @@
 """Side force of a leaning tyre."""
 
-import math
-
-from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import Effect, Parameter
+from bicycle.equations import ModelBuilder
 
 
 class CamberThrust(Effect):
@@ -17,8 +15,7 @@ class CamberThrust(Effect):
     why = "under no_slip the constraint already carries the side force; use side_slip or relaxation_length"
     camber_stiffness = Parameter(
         "N/rad", "side force per camber angle",
-        bounds=(0.0, math.inf), typical=(150.0, 700.0), neutral=0.0, least=20.0, per_wheel=True,
-        tyre="camber_stiffness",
+        typical=(150.0, 700.0), neutral=0.0, least=20.0, per_wheel=True, tyre="camber_stiffness",
     )  # fmt: skip
     lag_share = Parameter(
         "1", "share of the camber force that lags with the slip force",

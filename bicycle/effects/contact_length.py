@@ -4,11 +4,11 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from bicycle.derivation.builder import ModelBuilder
-from bicycle.derivation.ports import Wheel
+from bicycle.declarations import Wheel
 from bicycle.effect import WHEELS, Effect, Parameter
-from tyre.base.errors import InputError
+from bicycle.equations import ModelBuilder
 from tyre.contact_patch import string_trail
+from tyre.errors import InputError
 
 
 class ContactLength(Effect):
@@ -36,25 +36,13 @@ class ContactLength(Effect):
         bounds=(1e-6, math.inf), typical=(0.02, 0.06), default=0.03, per_wheel=True,
     )  # fmt: skip
     turn_slip_share = Parameter(
-        "1", "share of the turn slip that deforms the contact",
-        bounds=(0.0, 1.0), typical=(0.0, 1.0), default=1.0,
-    )  # fmt: skip
+        "1", "share of the turn slip that deforms the contact", bounds=(0.0, 1.0), typical=(0.0, 1.0), default=1.0
+    )
     source = "von Schlippe & Dietrich (1941); Pacejka, Tire and Vehicle Dynamics, ch. 5"
     signature = "a trail of the side force, less lag of the force on long waves; turn slip damps the yaw of the wheels"
 
     def check(self, parameters: Mapping[str, float]) -> None:
-        """Refuse a contact that leaves nothing of the relaxation length, which contains it.
-
-        Parameters
-        ----------
-        parameters : mapping of str to float
-            Every parameter of bicycle and effects, SI.
-
-        Raises
-        ------
-        InputError
-            Half the contact is as long as the relaxation length.
-        """
+        """Refuse a contact that leaves nothing of the relaxation length, which contains it."""
         for wheel in WHEELS:
             tyre = f".relaxation_length.{wheel}"  # of whatever contact law there is: no other effect may have one
             half, length = self.half_length[wheel], next(v for key, v in parameters.items() if key.endswith(tyre))
@@ -71,7 +59,7 @@ class ContactLength(Effect):
     def renewed_force(
         self, model: ModelBuilder, wheel: Wheel, *, force: Any, cornering_stiffness: Any, relaxation_length: Any
     ) -> Any:
-        """Force that rolling straight on takes away; arguments as :meth:`.ContactLine.renewed_force`."""
+        """Force (N) that rolling straight on takes away of ``force`` per relaxation length."""
         trail = string_trail(half_length=self.half_length[wheel], relaxation_length=relaxation_length)
         moment = model.add_state(f"{wheel.name}_aligning_moment", unit="N m")
         stiffness = self.turn_slip_share * trail * cornering_stiffness

@@ -1,11 +1,10 @@
 """Round cross-section of the tyre."""
 
-import math
 from collections.abc import Mapping
 
-from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import WHEELS, Effect, Parameter
-from tyre.base.errors import InputError
+from bicycle.equations import ModelBuilder
+from tyre.errors import InputError
 
 
 class CrownRadius(Effect):
@@ -17,8 +16,7 @@ class CrownRadius(Effect):
 
     crown_radius = Parameter(
         "m", "radius of the tyre's cross-section",
-        bounds=(0.0, math.inf), typical=(0.01, 0.03), default=0.0125, neutral=0.0, least=1e-3, per_wheel=True,
-        tyre="crown_radius",
+        typical=(0.01, 0.03), default=0.0125, neutral=0.0, least=1e-3, per_wheel=True, tyre="crown_radius",
     )  # fmt: skip
     source = "Sharp (1971), J. Mech. Eng. Sci. 13(5), 316-329; Cossalter, Motorcycle Dynamics, ch. 1"
     signature = "the bicycle falls more slowly and the capsize speed falls"

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 
 import sympy as sp
 
-from bicycle.derivation.builder import ModelBuilder
-from bicycle.effect import Effect, Mode, Parameter
-from tyre.base.errors import InputError
+from bicycle.effect import ANY, Effect, Mode, Parameter
+from bicycle.equations import ModelBuilder
+from tyre.errors import InputError
 
 
 class FrontCompliance(Effect):
@@ -16,13 +16,10 @@ class FrontCompliance(Effect):
     Axis (cos axis_tilt, 0, -sin axis_tilt) through (joint_x, 0, joint_z), by default perpendicular to the steer axis.
     """
 
-    stiffness = Parameter(
-        "N m/rad", "of the hinge",
-        bounds=(0.0, math.inf), typical=(1e3, 1e4), default=3e3, neutral=math.inf, least=2e4,
-    )  # fmt: skip
-    damping = Parameter("N m s/rad", "of the hinge", bounds=(0.0, math.inf), typical=(1.0, 30.0), default=15.0)
-    joint_x = Parameter("m", "hinge", bounds=(-math.inf, math.inf), typical=(0.7, 1.0))
-    joint_z = Parameter("m", "hinge, z down", bounds=(-math.inf, math.inf), typical=(-1.0, -0.6))
+    stiffness = Parameter("N m/rad", "of the hinge", typical=(1e3, 1e4), default=3e3, neutral=math.inf, least=2e4)
+    damping = Parameter("N m s/rad", "of the hinge", typical=(1.0, 30.0), default=15.0)
+    joint_x = Parameter("m", "hinge", bounds=ANY, typical=(0.7, 1.0))
+    joint_z = Parameter("m", "hinge, z down", bounds=ANY, typical=(-1.0, -0.6))
     axis_tilt = Parameter(
         "rad", "angle of the hinge axis above the horizontal, forward end up",
         bounds=(-math.pi, math.pi), typical=(0.0, 0.5), default="lam",

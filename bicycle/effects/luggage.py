@@ -1,14 +1,10 @@
 """Luggage on the rear rack."""
 
-import math
 from collections.abc import Mapping
 
-from bicycle.derivation.builder import ModelBuilder
-from bicycle.effect import Effect, Parameter
-from bicycle.effect.point_mass import check_wheel_loads
+from bicycle.effect import ANY, Effect, Parameter, check_wheel_loads
+from bicycle.equations import ModelBuilder
 from bicycle.rigid_bodies import Body
-
-ANY = (-math.inf, math.inf)
 
 
 class Luggage(Effect):
@@ -18,10 +14,7 @@ class Luggage(Effect):
     Usual are 0.5 kg (a rack or a lock by itself) to 10 kg.
     """
 
-    mass = Parameter(
-        "kg", "of the luggage",
-        bounds=(0.0, math.inf), typical=(0.5, 10.0), neutral=0.0, least=0.2,
-    )  # fmt: skip
+    mass = Parameter("kg", "of the luggage", typical=(0.5, 10.0), neutral=0.0, least=0.2)
     x = Parameter("m", "mass centre, ahead of the rear contact", bounds=ANY, typical=(-0.1, 0.25), default=0.05)
     z = Parameter("m", "mass centre, z down", bounds=ANY, typical=(-1.0, -0.6), default=-0.8)
     source = "Meijaard, Papadopoulos, Ruina & Schwab (2007), Proc. R. Soc. A 463, appendix B (a further rigid body)"

@@ -4,9 +4,9 @@ from typing import Any
 
 import sympy as sp
 
-from bicycle.derivation.builder import ModelBuilder
-from bicycle.derivation.ports import Wheel
+from bicycle.declarations import Wheel
 from bicycle.effect import Effect
+from bicycle.equations import ModelBuilder
 
 
 class NoSlip(Effect):
@@ -22,5 +22,5 @@ class NoSlip(Effect):
         model.set_contact_law(self)
 
     def side_force(self, model: ModelBuilder, wheel: Wheel) -> Any:
-        """None: the constraint force holds the contact. Arguments as :meth:`.ContactLaw.side_force`."""
+        """None: the constraint force holds the contact."""
         return sp.S.Zero

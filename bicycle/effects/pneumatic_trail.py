@@ -1,7 +1,7 @@
 """Aligning moment of the side force."""
 
-from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import Effect, Parameter
+from bicycle.equations import ModelBuilder
 
 
 class PneumaticTrail(Effect):

@@ -3,10 +3,10 @@
 import math
 from typing import Any
 
-from bicycle.derivation.builder import ModelBuilder
-from bicycle.derivation.ports import Wheel
+from bicycle.declarations import Wheel
 from bicycle.effect import Effect, Parameter
 from bicycle.effects.side_slip import REAR_TYRE
+from bicycle.equations import ModelBuilder
 
 
 class RelaxationLength(Effect):
@@ -20,13 +20,11 @@ class RelaxationLength(Effect):
     provides = ("contact force", "tyre force", "lagged force", "relaxing contact")
     cornering_stiffness = Parameter(
         "N/rad", "slope of the side force at zero slip",
-        bounds=(0.0, math.inf), typical=(2000.0, 12000.0), least=4e4, per_wheel=True,
-        tyre="cornering_stiffness",
+        typical=(2000.0, 12000.0), least=4e4, per_wheel=True, tyre="cornering_stiffness",
     )  # fmt: skip
     relaxation_length = Parameter(
         "m", "travelled distance in which 63 % of the side force builds up",
-        bounds=(1e-6, math.inf), typical=(0.05, 0.25), least=0.01, per_wheel=True,
-        tyre="relaxation_length",
+        bounds=(1e-6, math.inf), typical=(0.05, 0.25), least=0.01, per_wheel=True, tyre="relaxation_length",
     )  # fmt: skip
     source = "Dell'Orto, Ballo, Mastinu & Gobbi, eq. 1 and 3; Pacejka, Tire and Vehicle Dynamics, ch. 7"
     modes = (REAR_TYRE,)

@@ -5,12 +5,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from bicycle.derivation.builder import ModelBuilder
-from bicycle.effect import Effect, Mode, Parameter
+from bicycle.effect import ANY, Effect, Mode, Parameter
+from bicycle.equations import ModelBuilder
 from bicycle.rigid_bodies import Body
-from tyre.base.errors import InputError
-
-ANY = (-math.inf, math.inf)
+from tyre.errors import InputError
 
 
 class RiderLean(Effect):
@@ -19,18 +17,17 @@ class RiderLean(Effect):
     The rear frame of the bicycle must contain the body; inertias are about the body's mass centre.
     """
 
-    mass = Parameter("kg", "of the moving body", bounds=(0.0, math.inf), typical=(20.0, 60.0))
+    mass = Parameter("kg", "of the moving body", typical=(20.0, 60.0))
     x = Parameter("m", "mass centre", bounds=ANY, typical=(0.2, 0.6))
     z = Parameter("m", "mass centre, z down", bounds=ANY, typical=(-1.5, -1.0))
-    Ixx = Parameter("kg m^2", "moment of inertia", bounds=(0.0, math.inf), typical=(0.5, 5.0))
-    Izz = Parameter("kg m^2", "checked; a hinge along x hides it", bounds=(0.0, math.inf), typical=(0.3, 3.0))
+    Ixx = Parameter("kg m^2", "moment of inertia", typical=(0.5, 5.0))
+    Izz = Parameter("kg m^2", "checked; a hinge along x hides it", typical=(0.3, 3.0))
     Ixz = Parameter("kg m^2", "tensor entry", bounds=ANY, typical=(-0.3, 0.3), default=0.0)
     joint_z = Parameter("m", "height of the hinge, z down", bounds=ANY, typical=(-1.1, -0.7))
     stiffness = Parameter(
-        "N m/rad", "of the hinge",
-        bounds=(0.0, math.inf), typical=(500.0, 3000.0), default=1500.0, neutral=math.inf, least=2e4,
-    )  # fmt: skip
-    damping = Parameter("N m s/rad", "of the hinge", bounds=(0.0, math.inf), typical=(10.0, 150.0), default=60.0)
+        "N m/rad", "of the hinge", typical=(500.0, 3000.0), default=1500.0, neutral=math.inf, least=2e4
+    )
+    damping = Parameter("N m s/rad", "of the hinge", typical=(10.0, 150.0), default=60.0)
     source = "Schwab, Meijaard & Kooijman (2012), Vehicle System Dynamics 50; Doria & Tognazzo (2014), IMechE C 228"
     modes = (Mode("rider", weight=3.0, place=6, look=6, main=True),)
     needs_rider = True

@@ -1,11 +1,10 @@
 """The static tyre: side force proportional to the slip angle."""
 
-import math
 from typing import Any
 
-from bicycle.derivation.builder import ModelBuilder
-from bicycle.derivation.ports import Wheel
+from bicycle.declarations import Wheel
 from bicycle.effect import Effect, Mode, Parameter
+from bicycle.equations import ModelBuilder
 
 REAR_TYRE = Mode("rear_tyre", marks=("rear",), weight=1.0, place=4, look=5)  # of every contact that slips
 
@@ -20,8 +19,7 @@ class SideSlip(Effect):
     provides = ("contact force", "tyre force")
     cornering_stiffness = Parameter(
         "N/rad", "slope of the side force at zero slip",
-        bounds=(0.0, math.inf), typical=(2000.0, 12000.0), least=4e4, per_wheel=True,
-        tyre="cornering_stiffness",
+        typical=(2000.0, 12000.0), least=4e4, per_wheel=True, tyre="cornering_stiffness",
     )  # fmt: skip
     source = "Pacejka, Tire and Vehicle Dynamics, ch. 1"
     modes = (REAR_TYRE,)
@@ -32,7 +30,7 @@ class SideSlip(Effect):
         model.set_contact_law(self)
 
     def side_force(self, model: ModelBuilder, wheel: Wheel) -> Any:
-        """That of the slip angle, and of camber, N. Arguments as :meth:`.ContactLaw.side_force`."""
+        """Side force of slip angle and camber, N; arguments as :meth:`.ContactLaw.side_force`."""
         slip_angle = -wheel.slip_velocity / model.speed
         camber_force = wheel.lagged_camber_force + wheel.direct_camber_force
         return self.cornering_stiffness[wheel] * slip_angle + camber_force

@@ -1,9 +1,7 @@
 """Balance assist by a motor on the steering."""
 
-import math
-
-from bicycle.derivation.builder import ModelBuilder
-from bicycle.effect import Effect, Parameter
+from bicycle.effect import ANY, Effect, Parameter
+from bicycle.equations import ModelBuilder
 
 
 class SteerAssist(Effect):
@@ -18,15 +16,14 @@ class SteerAssist(Effect):
 
     gain = Parameter(
         "N s^2/rad", "torque per lean rate and per m/s below the fade speed",
-        bounds=(-math.inf, math.inf), typical=(0.0, 20.0), default=5.0, neutral=0.0, least=0.05,
+        bounds=ANY, typical=(0.0, 20.0), default=5.0, neutral=0.0, least=0.05,
     )  # fmt: skip
     fade_speed = Parameter(
-        "m/s", "speed at which the assist vanishes and changes over",
-        bounds=(0.0, math.inf), typical=(3.0, 8.0), default=5.0,
-    )  # fmt: skip
+        "m/s", "speed at which the assist vanishes and changes over", typical=(3.0, 8.0), default=5.0
+    )
     lean_gain = Parameter(
         "N s/rad", "torque per lean angle and per m/s above the fade speed",
-        bounds=(-math.inf, math.inf), typical=(0.0, 5.0), default=0.0, neutral=0.0, least=0.05,
+        bounds=ANY, typical=(0.0, 5.0), default=0.0, neutral=0.0, least=0.05,
     )  # fmt: skip
     source = "Schwab, Kooijman & Meijaard (2008), 4th European Conference on Structural Control, St. Petersburg"
     powered = True

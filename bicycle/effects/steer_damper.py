@@ -1,18 +1,13 @@
 """Viscous damping of the steering."""
 
-import math
-
-from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import Effect, Parameter
+from bicycle.equations import ModelBuilder
 
 
 class SteerDamper(Effect):
     """Torque -c d(steer)/dt between rear frame and front assembly (Sharp 1971)."""
 
-    damping = Parameter(
-        "N m s/rad", "steering damper",
-        bounds=(0.0, math.inf), typical=(0.0, 5.0), default=0.5, neutral=0.0, least=0.02,
-    )  # fmt: skip
+    damping = Parameter("N m s/rad", "steering damper", typical=(0.0, 5.0), default=0.5, neutral=0.0, least=0.02)
     source = "Sharp (1971), J. Mech. Eng. Sci. 13(5), 316-329"
     signature = "wobble gains damping, weave at high speed loses some"
 

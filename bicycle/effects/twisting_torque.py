@@ -1,9 +1,7 @@
 """Twisting torque of a leaning tyre."""
 
-import math
-
-from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import Effect, Parameter
+from bicycle.equations import ModelBuilder
 
 
 class TwistingTorque(Effect):
@@ -16,8 +14,8 @@ class TwistingTorque(Effect):
 
     twisting_stiffness = Parameter(
         "N m/rad", "moment into the lean, per camber angle",
-        bounds=(0.0, math.inf), typical=(0.5, 3.0), default=1.0, neutral=0.0, least=0.1, per_wheel=True,
-        tyre="twisting_stiffness", tyre_beside="pneumatic_trail",
+        typical=(0.5, 3.0), default=1.0, neutral=0.0, least=0.1, per_wheel=True, tyre="twisting_stiffness",
+        tyre_beside="pneumatic_trail",
     )  # fmt: skip
     source = "Cossalter, Motorcycle Dynamics, ch. 2; Pacejka, Tire and Vehicle Dynamics, ch. 11"
     signature = "capsize becomes more stable: the bicycle steers into the lean"

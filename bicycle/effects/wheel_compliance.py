@@ -2,8 +2,8 @@
 
 import math
 
-from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import Effect, Parameter
+from bicycle.equations import ModelBuilder
 
 
 class WheelCompliance(Effect):

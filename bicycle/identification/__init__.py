@@ -1,1 +1,28 @@
-"""From a recorded motion to modes and coefficient matrices."""
+"""Identification of recorded motion: modes of free decays, frequency responses, canonical coefficients.
+
+Every name is imported when it is first used: a recording is read without what fits it.
+"""
+
+from importlib import import_module
+from typing import Any
+
+HOME = {
+    "canonical": ("Canonical",),
+    "decay_checks": ("PARTS", "REACH", "TOO_FAR", "Break", "Movement", "probability_of_noise", "unforeseen"),
+    "decay_noise": ("AMPLITUDE", "DRIFTS", "KINDS", "REAL", "Evidence"),
+    "decay_posterior": ("POINTS", "WIDER", "interval", "log_odds_of_any", "log_odds_of_each", "proposal"),
+    "decay_window": ("basis", "noise_floor", "window"),
+    "free_decay": ("MOST_DOUBT", "MOST_MODES", "POOREST", "Decay", "identify", "identify_modes"),
+    "frequency_response": ("SpectralResponse", "line_response", "lines_of", "spectral_response", "weights"),
+    "histories": ("read_runs",),
+    "recording": ("CHANNELS", "INPUTS", "STEER", "STEER_TORQUE", "Run", "read_events", "read_forced", "read_run"),
+    "scatter": ("OWN_LINE", "Repeats", "about_one_speed", "repeats", "surprise"),
+}
+"""Module -> the names that it gives to other rooms."""
+
+
+def __getattr__(name: str) -> Any:
+    for home, names in HOME.items():
+        if name in names:
+            return getattr(import_module(f"{__name__}.{home}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

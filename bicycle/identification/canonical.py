@@ -1,16 +1,11 @@
-"""The identification of canonical coefficients, imitated: least squares of the roll and of the steer equation.
-
-M q'' + v C1 q' + (g K0 + v^2 K2) q = T + H F with q = (lean, steer), T = (0, steer torque), F a lateral force. As in
-Moore (2012), Human Control of a Bicycle, the roll equation is fitted first (M, C1 and K0 of phi,delta free), then the
-steer equation (six free), with M and K0 of delta,phi equal to what the roll equation gave; all others are Whipple's.
-"""
+"""Identify canonical coefficients as Moore (2012) did: least squares of the roll and of the steer equation."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from bicycle.model import Model
-from tyre.base.arrays import Array, Complex
+from tyre.arrays import Array, Complex
 
 
 @dataclass(frozen=True)
@@ -26,7 +21,7 @@ class Canonical:
 
     @classmethod
     def of_whipple(cls, model: Model) -> "Canonical":
-        """Those of the bicycle of ``model``, without its effects."""
+        """Take the matrices of the bicycle of ``model``, without its effects."""
         linear = Model(model.bicycle).linear_model()
         matrices, g = linear.ranges[0].matrices, model.bicycle["g"]
         rate = [linear.states.index(name) for name in ("lean_rate", "steer_rate")]
@@ -57,15 +52,7 @@ class Motion:
 
 
 def identify(motion: Motion, fixed: Canonical) -> Array:
-    """The nine coefficients (K, 9) by least squares of the roll equation, then of the steer equation.
-
-    Parameters
-    ----------
-    motion : Motion
-        K experiments.
-    fixed : Canonical
-        Holds the coefficients that are not identified (:attr:`Canonical.free` are).
-    """
+    """The nine coefficients (K, 9) by least squares of the roll equation, then of the steer equation."""
     phi, delta, s, v, g = motion.lean, motion.steer, motion.s, motion.v, fixed.gravity
     m, c1, k0, k2 = fixed.mass, fixed.c1, fixed.k0, fixed.k2
     known = (m[0, 0] * s**2 + v * c1[0, 0] * s + g * k0[0, 0] + v**2 * k2[0, 0]) * phi + v**2 * k2[0, 1] * delta

@@ -1,136 +1,326 @@
-"""Eigenvalues of the modes in a window with one kind of drift: the most probable ones, and mean and scatter about them.
+"""Find the modes of a window and sum the posterior of their eigenvalues over all kinds of drift.
 
-The maximum is sought from peaks of the spectrum; about it the posterior is summed at points of a heavy-tailed
-proposal (importance sampling, Owen, Monte Carlo theory, methods and examples, ch. 9; scrambled Sobol points, always
-the same), for with one cycle in the window it is far from normal.
+For one kind of drift the maximum is sought from peaks of the spectrum; about it the posterior is summed at points of a
+heavy-tailed proposal (importance sampling, Owen, Monte Carlo theory, methods and examples, ch. 9; scrambled Sobol
+points, always the same), for with one cycle in the window it is far from normal. The kinds are weighed by their
+evidence.
 """
 
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.identification.decay_evidence import PLAIN, WITH_REAL_MODE, Evidence
-from bicycle.identification.decay_guesses import FASTEST, HIGHEST, LOWEST, SLOWEST, noise_floor
-from bicycle.identification.decay_least_squares import Linear, Solved, log_sum
-from bicycle.identification.decay_noise import Driving
-from bicycle.identification.decay_window import SHARES, Window
-from tyre.base.arrays import Array
+from bicycle.identification.decay_noise import PLAIN, WITH_REAL_MODE, Evidence, Linear, Solved, log_sum
+from bicycle.identification.decay_window import (
+    FASTEST,
+    HIGHEST,
+    LOWEST,
+    SLOWEST,
+    Window,
+    basis,
+    guesses,
+    noise_floor,
+)
+from tyre.arrays import Array
 
-GROWTH = 30.0  # e-folds over the window
-POINTS = 64  # for one mode
-FEWEST_POINTS = 3.0  # that must carry the posterior
-TAIL = 4.0  # degrees of freedom of the proposal
-SCRAMBLED = {2: 14}  # seed by dimension, 1 for others: so few points must give a normal distribution its own sd
-WIDER = 1.2
-ITERATIONS, IDLE = 25, 3  # the latter without gain, where a direction is flat
-NOTHING = 1e-6  # of a gain in the logarithm: what rounding may bring
-NEGLIGIBLE = 30.0  # in the logarithm of a weight
-UNLIKELY = 0.03  # of driven modes: their own eigenvalues are not sought
-ROUNDS, GAINED = 5, 0.5  # the latter in the logarithm of the likelihood
-DAMPED = np.array([1.0, 0.6, 0.3, 0.1, 0.02])
-LEAST_DECAY = 0.5  # e-folds of a real mode over the window; what decays less is a parabola
-RATES = 7  # of a real mode, to start from
+CLEAR = math.log(20)  # of the odds for a further mode
+POINTS, WIDER, TAIL = 64, 1.2, 4.0  # for one mode; proposal over posterior; its degrees of freedom
+RATIOS = {
+    "steer_over_lean": ("steer_rate_rad_s", "roll_rate_rad_s"),
+    "yaw_over_lean": ("yaw_rate_rad_s", "roll_rate_rad_s"),
+}
+ANGLES = {"steer_rate_rad_s": "steer_rad", "roll_rate_rad_s": "lean_rad"}
 
 
 @dataclass(frozen=True)
 class Posterior:
-    """What a window says of its modes with one kind of drift.
-
-    Attributes
-    ----------
-    evidence : Evidence
-    best : ndarray, shape (m, 2)
-        Most probable sigma (1/s) and omega (rad/s), by frequency.
-    modes : ndarray, shape (points, m, 2)
-    weights : ndarray, shape (points,)
-        Of the points, with sum 1.
-    log_evidence : float
-        For a prior that is even in sigma and omega, and in the logarithm of a rate; comparable for equal numbers of
-        modes.
-    best_rate, rates : ndarray, shape (1,) and (points,), optional
-        Decay of the real mode of an exponential drift, 1/s.
-    driven : ndarray, shape (f,)
-        Probabilities that something drives the modes all along the window with each share.
-    """
+    """Posterior of the modes with one kind of drift, for a prior that is even in sigma, omega and log rate."""
 
     evidence: Evidence
-    best: Array
-    modes: Array
-    weights: Array
-    log_evidence: float
-    best_rate: Array | None = None
-    rates: Array | None = None
-    driven: Array = field(default_factory=lambda: np.zeros(SHARES.size))
+    best: Array  # (m, 2), most probable sigma (1/s) and omega (rad/s), by frequency
+    modes: Array  # (points, m, 2)
+    weights: Array  # (points,), with sum 1
+    log_evidence: float  # comparable for equal numbers of modes
+    best_rate: Array | None  # (1,), decay of the real mode of an exponential drift, 1/s
+    linear: Linear  # amplitudes at the points
+
+    @property
+    def occam(self) -> float:
+        """Logarithm of the prior range of the modes: omega even in its logarithm, sigma up to omega to both sides."""
+        return float(np.log(2 * self.best[:, 1] ** 2 * math.log(FASTEST / SLOWEST)).sum())
 
 
-def posterior(evidence: Evidence, starts: Sequence[Array]) -> tuple[Posterior, Linear] | None:
-    """Find the maximum and sum the posterior about it.
+@dataclass(frozen=True)
+class Estimate:
+    """Modes of one window; the kinds of drift that were tried are weighed by their evidence."""
 
-    Parameters
-    ----------
-    evidence : Evidence
-    starts : sequence of ndarray, shape (m, 2)
-        sigma (1/s) and omega (rad/s) to start from.
+    window: Window
+    posteriors: tuple[Posterior, ...]  # one of each kind and size of drift
+    weights: tuple[float, ...]  # their probabilities, with sum 1
+    mean: Array  # (m, 2), sigma (1/s) and omega (rad/s), by frequency
+    sd: Array  # (m, 2), the 95 % interval over 3.92
+    ratios: tuple[dict[str, tuple[complex, float]], ...]  # of each mode: ratio of rates -> value and sd of both parts
 
-    Returns
-    -------
-    Posterior and Linear, or None
-        With the amplitudes at its points; None where no maximum lies within the bounds.
-    """
-    m = len(starts[0])
-    span = _rates(evidence)
+    @property
+    def best(self) -> Posterior:
+        """Posterior with the most probable drift."""
+        return self.posteriors[int(np.argmax(self.weights))]
+
+    @property
+    def kinds(self) -> dict[str, float]:
+        """Kind of drift, with its size -> probability."""
+        return {p.evidence.drift: weight for p, weight in zip(self.posteriors, self.weights, strict=True)}
+
+    @property
+    def drifts(self) -> dict[str, float]:
+        """Kind of drift -> probability, the most probable first."""
+        found: dict[str, float] = {}
+        for kind, weight in self.kinds.items():
+            name = kind.partition("/")[0]
+            found[name] = found.get(name, 0.0) + weight
+        return dict(sorted(found.items(), key=lambda item: -item[1]))
+
+    def curves(self) -> tuple[Array, Array]:
+        """Fit and drift of the most probable kind, (n, c) each, in units of the window's scale."""
+        waves, amplitudes = self._best()
+        p = 2 * len(self.mean)
+        drift = waves[:, p:] @ amplitudes[:, p:].T
+        return np.asarray(waves[:, :p] @ amplitudes[:, :p].T + drift), np.asarray(drift)
+
+    def energies(self) -> Array:
+        """Sum of squares of each mode over the window and all channels, (m,)."""
+        waves, amplitudes = self._best()
+        places = [slice(k, k + 2) for k in range(0, 2 * len(self.mean), 2)]
+        return np.array([((waves[:, two] @ amplitudes[:, two].T) ** 2).sum() for two in places])
+
+    def energy_from(self, starts: Sequence[float]) -> list[float]:
+        """Sum of squares of the oscillations from each of some times on, s after the first sample of the run."""
+        fitted, drift = self.curves()
+        power = ((fitted - drift) ** 2).sum(1)
+        return [float(power[self.window.start + self.window.time >= start].sum()) for start in starts]
+
+    @property
+    def explained(self) -> float:
+        """Share of the squares of all channels that modes and drift explain at most (R^2)."""
+        return 1 - float((self.left() ** 2).sum()) / self.window.signals.size
+
+    def left(self) -> Array:
+        """Residual of each channel with any amplitudes, (n, c), in units of the window's scale."""
+        waves, signals = self._best()[0], self.window.signals
+        return np.asarray(signals - waves @ np.linalg.lstsq(waves, signals, rcond=None)[0])
+
+    def whitened(self, left: Array) -> Array:
+        """Residual of each sample given the one before it, by the most probable noise of each channel."""
+        best = self.best
+        phi = self.window.colours[best.evidence.solved(best.best[None], best.best_rate).colour()]
+        return np.asarray(left[1:] - phi * left[:-1])
+
+    def _best(self) -> tuple[Array, Array]:
+        """Waves and drift (n, h) at the most probable eigenvalues, and their amplitudes (c, h)."""
+        modes, rate = self.best.best[None], self.best.best_rate
+        amplitudes = self.best.evidence.solved(modes, rate).linear().mean[0]
+        waves = basis(modes, self.window.time, rate)[0]
+        return np.hstack([waves, self.window.drift[:, : amplitudes.shape[1] - waves.shape[1]]]), amplitudes
+
+
+def posterior(evidence: Evidence, starts: Sequence[Array]) -> Posterior | None:
+    """Find the maximum near ``starts`` (m, 2) and sum the posterior about it; None without one within the bounds."""
+    m, span = len(starts[0]), _rates(evidence)
     trials = np.array([start.ravel() for start in starts])
     if span is not None:
-        middle = np.linspace(*span, RATES + 2)[1:-1]
+        middle = np.linspace(*span, 9)[1:-1]
         trials = np.array([[*x, rate] for x in trials for rate in middle])
-    order = np.argsort(-_bounded(evidence, trials, m))
+    order = np.argsort(-_solve(evidence, trials, m)[0])
     if span is None:
         likely = [trials[order[0]]]
     else:  # slow and quick real modes may both have a maximum
-        places = [
-            next(k for k in order if low <= trials[k, -1] <= high) for low, high in itertools.pairwise(middle[::2])
-        ]
+        ends = itertools.pairwise(middle[::2])
+        places = [next(k for k in order if low <= trials[k, -1] <= high) for low, high in ends]
         likely = [trials[k] for k in dict.fromkeys(places)]
     climbs = [_climbed(evidence, start, m) for start in likely]
     maxima = [(x, covariance) for x, covariance in climbs if covariance is not None]
     if not maxima:
         return None
-    best, covariance = maxima[int(np.argmax(_bounded(evidence, np.array([x for x, _ in maxima]), m)))]
+    best, covariance = maxima[int(np.argmax(_solve(evidence, np.array([x for x, _ in maxima]), m)[0]))]
     points = POINTS * 4 ** (m - 1) * (1 if span is None else 2)
     root = np.linalg.cholesky(covariance) * WIDER
-    z, density = _proposal(best.size, points)
+    z, density = proposal(best.size, points)
     x = best + z @ root.T
     volume = math.log(np.diag(root).prod()) - density
-    log, inside, solved = _solved(evidence, x, m)
+    log, inside, solved = _solve(evidence, x, m)
     if solved is None:
         return None
     log += volume
-    if _effective(log) < FEWEST_POINTS:  # rounding hides the shape of it: normal, as the second derivatives say
-        normal = _bounded(evidence, best[None], m) - 0.5 * ((WIDER * z) ** 2).sum(1) + volume
+    weights = np.exp(log - log.max())
+    if weights.sum() ** 2 / (weights**2).sum() < 3:  # rounding hides the shape: normal, as the second derivatives say
+        normal = _solve(evidence, best[None], m)[0] - 0.5 * ((WIDER * z) ** 2).sum(1) + volume
         log = np.where(np.isfinite(log), normal, -np.inf)
     total = float(log_sum(log[:, None])[0])
-    kept = log > log.max() - NEGLIGIBLE
+    kept = log > log.max() - 30.0
     (most,), best_rate = _parted(best[None], m)
-    modes, rates = _parted(x[kept], m)
     order = np.argsort(most[:, 1])
     prior = 0.0 if span is None else math.log(span[1] - span[0])
-    weights, solved = np.exp(log - total)[kept], solved.at(kept[inside])
-    found = Posterior(
-        evidence, most[order], modes[:, order], weights, total - math.log(points) - prior, best_rate, rates,
-        weights @ solved.chances_driven(),
-    )  # fmt: skip
-    return found, solved.linear().sorted(order)
+    linear = solved.at(kept[inside]).linear().sorted(order)
+    modes = _parted(x[kept], m)[0][:, order]
+    evidence_log = total - math.log(points) - prior
+    return Posterior(evidence, most[order], modes, np.exp(log - total)[kept], evidence_log, best_rate, linear)
 
 
-def _effective(log: Array) -> float:
-    """How many points carry the sum of their weights, by the logarithms ``log`` of these."""
-    weights = np.exp(log - log.max())
-    return float(weights.sum() ** 2 / (weights**2).sum())
+def estimate(w: Window, drifts: Sequence[str], starts: Sequence[Array]) -> Estimate | None:
+    """Weigh the modes of a window over some kinds of drift, from ``starts`` (m, 2); None without a maximum."""
+    evidence, best = prepared(w, starts[0])
+    tried = [posterior(replace(evidence, drift=drift), [best, *starts[1:]]) for drift in drifts]
+    found = tuple(one for one in tried if one is not None)
+    if not found:
+        return None
+    logs = np.array([p.log_evidence for p in found])
+    kinds = np.exp(logs - logs.max())
+    kinds /= kinds.sum()
+    modes = np.concatenate([p.modes for p in found])
+    weights = np.concatenate([weight * p.weights for p, weight in zip(found, kinds, strict=True)])
+    mean = np.tensordot(weights, modes, 1)
+    sd = np.empty_like(mean)
+    for place in np.ndindex(*mean.shape):
+        low, high = interval(modes[:, *place], weights)
+        sd[place] = max((high - low) / (2 * 1.959964), 1e-9 * float(np.hypot(*mean[place[0]])))  # rounding
+    ratios = tuple(_ratios(found, weights, number) for number in range(len(mean)))
+    return Estimate(w, found, tuple(float(x) for x in kinds), mean, sd, ratios)
+
+
+def sought(
+    cut: Callable[[int], Window], drifts: Sequence[str], start_hz: float | None, count: int, *, further: bool
+) -> Estimate | None:
+    """Seek ``count`` modes from the peaks of the spectrum; ``cut`` gives the window with some samples made one."""
+    whole = cut(1)
+    whole = cut(max(1, min(len(whole.time) // 4000, whole.seeking_block)))
+
+    def fine(starts: Sequence[Array]) -> Window:
+        return cut(whole.block * whole.fitting_block(float(starts[0][:, 1].max())))
+
+    starts = guesses(whole, start_hz=start_hz)
+    rough, w = starts, fine(starts)
+    for _ in range(1, count):  # the next is sought in what the fitted ones leave; a guess leaves more of itself
+        starts, rough = guesses(whole, prepared(w, starts[0])[1]), guesses(whole, rough[0])
+        w = fine(starts)
+    found = estimate(w, drifts, starts)
+    if found is None and count > 1:  # if no more are there, little is left to begin from
+        w = fine(rough)
+        found = estimate(w, drifts, rough)
+    if found is None or not further:
+        return found
+    starts = guesses(whole, found.best.best)
+    spared = np.log(noise_floor(w, found.best.best) / noise_floor(w, starts[0])).sum()
+    if len(w.time) * spared < CLEAR:  # at most so much evidence, were the noise white
+        return found
+    w = fine(starts)
+    drift = [found.best.evidence.drift]
+    few, more = estimate(w, drift, [found.best.best]), estimate(w, drift, starts)
+    if few is None or more is None or not clearer(more.best, few.best) or not _beside(few.best.best, more.best.best):
+        return found
+    both = estimate(w, drifts, [more.best.best])
+    return found if both is None or not _beside(few.best.best, both.best.best) else both
+
+
+def _beside(few: Array, more: Array) -> bool:
+    """Tell if one ``more`` mode (m + 1, 2) leaves the ``few`` (m, 2) what they are and is none of their kind."""
+    stays, other = few[:, 0] + 1j * few[:, 1], more[:, 0] + 1j * more[:, 1]
+    away = np.abs(other[:, None] - stays) / np.abs(stays)
+    further = int(away.min(1).argmax())
+    apart = np.abs(np.log(np.abs(other[further] / np.delete(other, further)))).min()
+    return bool(np.delete(away, further, 0).min(0).max() < 0.25 and apart > math.log(2.0))
+
+
+def _log_odds(more: Posterior, few: Posterior) -> float:
+    return more.log_evidence - more.occam - few.log_evidence + few.occam
+
+
+def clearer(more: Posterior, few: Posterior) -> bool:
+    """Tell if the odds of ``more`` modes over ``few`` are 20 or higher."""
+    return _log_odds(more, few) > CLEAR
+
+
+def log_odds_of_each(found: Estimate) -> Array:
+    """Logarithm of the odds of each of several modes (m,), infinite if none less would do in the same window."""
+    odds, left = np.full(len(found.mean), math.inf), list(range(len(found.mean)))
+    while len(left) > 1:
+        modes = found.best.best[left]
+        starts = [modes, *(np.delete(modes, k, 0) for k in range(len(modes)))]
+        every, *tried = (estimate(found.window, [found.best.evidence.drift], [start]) for start in starts)
+        fewer = [one.best for one in tried if one is not None]
+        if every is None or not fewer:
+            break
+        few = max(fewer, key=lambda one: one.log_evidence)
+        if clearer(every.best, few):
+            break
+        away = np.linalg.norm(modes[:, None] - few.best[None], axis=-1).min(1)
+        odds[left.pop(int(away.argmax()))] = _log_odds(every.best, few)
+    return odds
+
+
+def log_odds_of_any(found: Estimate) -> float:
+    """Logarithm of the odds of the modes over a drift and noise alone."""
+    none = np.empty((1, 0, 2))
+    without = [replace(found.best.evidence, drift=drift).solved(none).log()[0] for drift in PLAIN]
+    with_modes = [p.log_evidence - p.occam for p in found.posteriors]
+    more, less = (np.logaddexp.reduce(logs) - math.log(len(logs)) for logs in (with_modes, without))
+    return float(more - less)
+
+
+def prepared(w: Window, modes: Array) -> tuple[Evidence, Array]:
+    """Evidence of a window about modes (m, 2) that are known roughly, for a parabola, and these modes more closely."""
+    rough = Evidence(w, "parabola", noise_floor(w, modes))
+    best = _climbed(rough, modes.ravel(), len(modes))[0].reshape(modes.shape)
+    return Evidence(w, "parabola", noise_floor(w, best)), best
+
+
+def interval(x: Array, weights: Array) -> tuple[float, float]:
+    """Ends of the central 95 % of weighted points."""
+    order = np.argsort(x)
+    share = np.cumsum(weights[order]) - 0.5 * weights[order]
+    low, high = np.interp((0.025, 0.975), share, x[order])
+    return float(low), float(high)
+
+
+@cache
+def proposal(size: int, points: int) -> tuple[Array, Array]:
+    """Points (points, size) of a t distribution of unit scale, and the log of their density."""
+    from scipy.stats import chi2, multivariate_t, norm
+    from scipy.stats.qmc import Sobol
+
+    seed = np.random.default_rng(14 if size == 2 else 1)  # so few points must give a normal distribution its own sd
+    uniform = Sobol(size + 1, seed=seed).random(points)  # "rng" is the newer name, of scipy 1.15
+    z = norm.ppf(uniform[:, :size]) / np.sqrt(chi2.ppf(uniform[:, size], TAIL) / TAIL)[:, None]
+    return z, np.asarray(multivariate_t(np.zeros(size), np.eye(size), df=TAIL).logpdf(z)).reshape(-1)
+
+
+def _ratios(found: Sequence[Posterior], weights: Array, number: int) -> dict[str, tuple[complex, float]]:
+    """Ratios of one mode by the law of total variance over its posterior: value, and sd of both parts."""
+    w, turn = found[0].evidence.window, np.array([1, -1j])
+    root = np.concatenate([p.modes[:, number, 0] + 1j * p.modes[:, number, 1] for p in found])
+    two = slice(2 * number, 2 * number + 2)
+    phasors = np.concatenate([p.linear.mean[:, :, two] @ turn for p in found])
+    blocks = np.concatenate([p.linear.covariance[:, :, two][..., two] for p in found])
+    spread = np.real(np.einsum("pcij,i,j->pc", blocks, turn, turn.conj()))
+    ratios = {}
+    for name, pair in RATIOS.items():
+        columns = [rate if rate in w.channels else ANGLES.get(rate, "") for rate in pair]
+        if not set(columns) <= set(w.channels):
+            continue
+        a, b = (w.channels.index(column) for column in columns)
+        over, under = (
+            w.scale[k] * (1.0 if w.channels[k] == rate else root) for k, rate in zip((a, b), pair, strict=True)
+        )
+        value = over * phasors[:, a] / (under * phasors[:, b])
+        miss = spread[:, a] + np.abs(phasors[:, a] / phasors[:, b]) ** 2 * spread[:, b]
+        own = miss / np.abs(phasors[:, a]) ** 2 * np.abs(value) ** 2 / 2
+        mean = complex(weights @ value)
+        ratios[name] = (mean, math.sqrt(float(weights @ (own + np.abs(value - mean) ** 2 / 2))))
+    return ratios
 
 
 @np.errstate(over="ignore")  # a trial far beyond the bounds, which is not used
@@ -141,34 +331,16 @@ def _parted(x: Array, m: int) -> tuple[Array, Array | None]:
 
 
 def _rates(evidence: Evidence) -> tuple[float, float] | None:
-    """Least and largest logarithm of the rate of a real mode; None where there is none."""
-    if evidence.drift not in WITH_REAL_MODE:
-        return None
+    """Least and largest logarithm of the rate of a real mode; None without one."""
     w = evidence.window
-    return math.log(LEAST_DECAY / w.length), math.log(1 / w.time[1])
+    return (math.log(0.5 / w.length), math.log(1 / w.time[1])) if evidence.drift in WITH_REAL_MODE else None
 
 
-def climbed(evidence: Evidence, start: Array) -> Array:
-    """The most probable modes (m, 2) of an ``evidence`` without a real mode, near a ``start`` (m, 2)."""
-    return _climbed(evidence, start.ravel(), len(start))[0].reshape(start.shape)
-
-
-def _climbed(evidence: Evidence, start: Array, m: int) -> tuple[Array, Array | None]:
-    """The most probable numbers near a ``start`` (d,) and their covariance, if any."""
-    steps = np.array([*np.stack([np.full(m, 0.1), 0.02 * start[1 : 2 * m : 2]], 1).ravel(), 0.1])[: start.size]
-    return _climb(lambda x: _bounded(evidence, x, m), start, steps)
-
-
-def _bounded(evidence: Evidence, x: Array, m: int) -> Array:
-    """Log likelihood, and minus infinity beyond the bounds."""
-    return _solved(evidence, x, m)[0]
-
-
-def _solved(evidence: Evidence, x: Array, m: int) -> tuple[Array, NDArray[np.bool_], Solved | None]:
-    """Log likelihood as :func:`_bounded`, which points lie within the bounds, and their least squares."""
+def _solve(evidence: Evidence, x: Array, m: int) -> tuple[Array, NDArray[np.bool_], Solved | None]:
+    """Log likelihood (minus infinity beyond the bounds), which points lie within, and their least squares."""
     modes, rates = _parted(x, m)
     sigma, omega = modes[..., 0], modes[..., 1]
-    highest = min(HIGHEST, GROWTH / evidence.window.length)
+    highest = min(HIGHEST, 30.0 / evidence.window.length)  # e-folds over the window
     within = (sigma > LOWEST) & (sigma < highest) & (omega > SLOWEST) & (omega < FASTEST)
     inside = np.asarray(within.all(-1))
     span = _rates(evidence)
@@ -182,16 +354,23 @@ def _solved(evidence: Evidence, x: Array, m: int) -> tuple[Array, NDArray[np.boo
     return found, inside, solved
 
 
+def _climbed(evidence: Evidence, start: Array, m: int) -> tuple[Array, Array | None]:
+    """The most probable numbers near a ``start`` (d,) and their covariance, if any."""
+    steps = np.array([*np.stack([np.full(m, 0.1), 0.02 * start[1 : 2 * m : 2]], 1).ravel(), 0.1])[: start.size]
+    return _climb(lambda x: _solve(evidence, x, m)[0], start, steps)
+
+
 def _climb(log: Callable[[Array], Array], x: Array, steps: Array) -> tuple[Array, Array | None]:
-    """Maximum by Newton's method with differences, and the inverse of minus the second derivatives there."""
+    """Climb to a maximum by Newton's method with differences; the inverse of minus the second derivatives there."""
     n = x.size
     pairs = [(i, j) for i in range(n) for j in range(i)]
     unit = np.eye(n)
     shifts = [s * unit[i] for i in range(n) for s in (1, -1)]
     shifts += [a * unit[i] + b * unit[j] for i, j in pairs for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1))]
     stencil = np.array([np.zeros(n), *shifts])
+    damped = np.array([1.0, 0.6, 0.3, 0.1, 0.02])
     covariance, gain, idle = None, np.inf, 0
-    for _ in range(ITERATIONS):
+    for _ in range(25):
         top, *rest = log(x + stencil * steps)
         around = np.array(rest)
         if not np.isfinite(top):
@@ -205,12 +384,11 @@ def _climb(log: Callable[[Array], Array], x: Array, steps: Array) -> tuple[Array
         values, vectors = np.linalg.eigh(-hessian)
         inverse = (vectors / np.maximum(np.abs(values), 0.02)) @ vectors.T
         covariance = np.asarray(inverse * np.outer(steps, steps))
-        shift = inverse @ ((up - down) / 2) * steps
-        trials = x + np.outer(DAMPED, shift)
+        trials = x + np.outer(damped, inverse @ ((up - down) / 2) * steps)
         found = log(trials)
         place = int(np.argmax(found))
         gain = found[place] - top
-        if gain > NOTHING:
+        if gain > 1e-6:  # less is rounding
             x = trials[place]
         elif up.max() > top or down.max() > top:  # not a parabola yet
             x = x + stencil[1 + int(np.argmax(around))] * steps
@@ -219,73 +397,6 @@ def _climb(log: Callable[[Array], Array], x: Array, steps: Array) -> tuple[Array
         settled = ((bends > 0.1) & (bends < 3.0)).all()
         steps = steps * np.clip(1 / np.sqrt(np.maximum(np.abs(bends), 1e-4)), 0.1, 5.0)  # to where log falls by 1/2
         idle = idle + 1 if gain < 1e-3 else 0
-        if idle and (settled or idle > IDLE):
+        if idle and (settled or idle > 3):  # a direction may be flat
             break
     return x, covariance
-
-
-@cache
-def _proposal(size: int, points: int) -> tuple[Array, Array]:
-    """Points (points, size) of a t distribution of unit scale, and the log of their density."""
-    from scipy.stats import chi2, multivariate_t, norm
-    from scipy.stats.qmc import Sobol
-
-    # "rng" is the newer name, of scipy 1.15
-    seed = np.random.default_rng(SCRAMBLED.get(size, 1))
-    uniform = Sobol(size + 1, seed=seed).random(points)
-    z = norm.ppf(uniform[:, :size]) / np.sqrt(chi2.ppf(uniform[:, size], TAIL) / TAIL)[:, None]
-    return z, np.asarray(multivariate_t(np.zeros(size), np.eye(size), df=TAIL).logpdf(z)).reshape(-1)
-
-
-def prepared(w: Window, modes: Array) -> tuple[Evidence, Array]:
-    """The evidence of a window about modes that are known roughly, for a parabola, and these modes more closely.
-
-    Parameters
-    ----------
-    w : Window
-    modes : ndarray, shape (m, 2)
-        sigma (1/s) and omega (rad/s).
-    """
-    best = climbed(Evidence(w, "parabola", noise_floor(w, modes)), modes)
-    return _with_driving(Evidence(w, "parabola", noise_floor(w, best)), best), best
-
-
-def _with_driving(evidence: Evidence, modes: Array) -> Evidence:
-    """The ``evidence`` with driven modes, sought from ``modes`` (m, 2), which are those of noise of the sensors."""
-    if not evidence.window.driven.any():
-        return evidence
-    found, most, phases = None, -math.inf, None
-    for _ in range(ROUNDS):  # what is driven has the eigenvalues of the modes, which hang on what is driven
-        trial, phases = _pushed(evidence, modes, phases)
-        kinds = [replace(trial, drift=drift) for drift in PLAIN]
-        best = max(kinds, key=lambda kind: float(kind.log(modes[None])[0]))
-        if best.solved(modes[None]).chances_driven()[0].sum() < UNLIKELY:
-            return found or trial
-        modes = climbed(best, modes)
-        log = float(best.log(modes[None])[0])
-        if found is None or log > most:
-            found = trial
-        if log < most + GAINED:
-            break
-        most = log
-    return found or evidence
-
-
-def _pushed(evidence: Evidence, modes: Array, phases: Array | None) -> tuple[Evidence, Array]:
-    """The ``evidence`` with driven ``modes`` (m, 2), pushed in these ``phases`` (m,), and the phases.
-
-    Without phases, each is the most probable given those before.
-    """
-    driving = Driving.of(evidence.window, modes)
-    if phases is not None:
-        return replace(evidence, driven=driving.at(phases.tolist())), phases
-    phases, chosen = np.zeros(len(modes)), evidence
-    for k in range(len(modes)):
-        trials = []
-        for phase in driving.phases[k]:
-            phases[k] = phase
-            trial = replace(evidence, driven=driving.at(phases.tolist()))
-            kinds = (replace(trial, drift=drift).solved(modes[None]).driven for drift in PLAIN)
-            trials.append((max(float(log_sum(one.log.T)[0]) for one in kinds if one is not None), phase, trial))
-        _, phases[k], chosen = max(trials, key=lambda one: one[0])
-    return chosen, phases

@@ -1,20 +1,52 @@
-"""Recorded motion and torques of runs: reading and checking one recording."""
+"""Read recorded motion and torques of runs, and check each recording."""
 
+import re
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from bicycle.identification.run import Run
-from tyre.base.arrays import Array
-from tyre.base.csv_table import read_columns
-from tyre.base.errors import InputError
-from tyre.channels.channel_map import ChannelMap
-from tyre.channels.clock import GAP
-from tyre.channels.draft import draft_words, refuse_unmapped
-from tyre.channels.even_steps import fills, how_to
-from tyre.channels.record import Record, read_records
+from tyre.arrays import Array
+from tyre.channel_map import ChannelMap, Mounting
+from tyre.channels import Record, read_records
+from tyre.clock import GAP, fills, how_to
+from tyre.draft import draft_words, refuse_unmapped
+from tyre.errors import InputError
+from tyre.formats import contents
+from tyre.table import read_columns
+from tyre.units import quantity_of
+
+
+@dataclass(frozen=True)
+class Run:
+    """One recorded run of a bicycle, equidistant samples in SI units."""
+
+    name: str
+    speed: float  # m/s
+    time: Array  # s
+    channels: Mapping[str, Array]  # measured, by column
+    inputs: Mapping[str, Array]  # known, by column
+    group: str = ""  # runs of one group are held out together
+    mountings: tuple[Mounting, ...] = ()  # rotations of sensors that were applied, each with its uncertainty
+    notes: tuple[str, ...] = ()  # what was done to the recording
+    held_out: bool = False  # never fitted, only predicted
+    between: str = ""  # how the torques go from sample to sample: held or linear; empty if nobody said so
+
+    @property
+    def step(self) -> float:
+        """Sample time, s."""
+        return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
+
+
+def refuse_copies(runs: Sequence[Run]) -> None:
+    """Refuse a recording that stands twice among ``runs``: it would count as two."""
+    seen: dict[tuple[tuple[str, bytes], ...], Run] = {}
+    for run in runs:
+        samples = tuple((name, run.channels[name].tobytes()) for name in sorted(run.channels))
+        if (other := seen.setdefault(samples, run)) is not run:
+            raise InputError(f"{run.name}: the same recording as {other.name}; keep one, or it counts twice")
+
 
 CHANNELS = {
     "roll_rate_rad_s": "lean_rate", "lean_rad": "lean", "steer_rad": "steer", "steer_rate_rad_s": "steer_rate",
@@ -24,7 +56,7 @@ CHANNELS = {
 
 STEER, STEER_TORQUE = "steer_rad", "steer_torque_N_m"
 MOTOR_IN_TORQUE = "motor_in_torque"
-"""Key of a table of recordings: whether the recorded steer torque holds that of a motor of the bicycle."""
+"""Key of a table of recordings: true if the recorded steer torque holds that of a motor of the bicycle."""
 BETWEEN, AS_HELD, AS_LINEAR = "torque_between_samples", "held", "linear"
 """Another: how the recorded torques go from one sample to the next, and its words."""
 SAME = {"lean_rate_rad_s": "roll_rate_rad_s"}
@@ -36,6 +68,11 @@ QUANTITIES = {
     "lean_torque": "moment",
 }  # fmt: skip
 """Channels of a channel map beside ``time``, and what each measures; the columns above begin with these names."""
+
+LATERAL_FORCE = "lateral_force_N"
+FORCED_INPUTS: Mapping[str, str] = {**{name: column for column, name in INPUTS.items()}, "lateral_force": LATERAL_FORCE}
+MOTIONS: Mapping[str, str] = {re.sub(r"_(rad|rad_s|m_s2)$", "", column): column for column in CHANNELS}
+"""Inputs and motions of a frequency response, and their columns."""
 
 _ENDS = {"angle": "rad", "angular rate": "rad_s", "acceleration": "m_s2", "moment": "N_m"}
 
@@ -53,30 +90,11 @@ FEWEST = 20  # samples
 
 
 def read_run(path: Path, speed: float, group: str = "") -> Run:
-    """Read one recording: a CSV with ``time_s`` and any of the channels and inputs.
-
-    Parameters
-    ----------
-    path : Path
-    speed : float
-        Forward speed, m/s.
-    group : str
-        Runs of one group are held out together.
-
-    Returns
-    -------
-    Run
-
-    Raises
-    ------
-    InputError
-        No such file, other columns, uneven sampling, another unit, a dead channel.
-    """
+    """Read one recording: a CSV with ``time_s`` and any of the channels and inputs."""
     try:
         columns = read_columns(path, numbers=("time_s", *CHANNELS, *SAME, *INPUTS), needed=("time_s",))
     except InputError as error:
-        words = "" if f"{path}, line" in str(error) else draft_words(path, QUANTITIES)
-        raise InputError(f"{error}; or give a channel map: {words}" if words else str(error)) from error
+        raise _with_draft(error, path, "") from error
     numbers: dict[str, Array] = {}
     for column, values in columns.numbers.items():
         name = SAME.get(column, column)
@@ -86,29 +104,14 @@ def read_run(path: Path, speed: float, group: str = "") -> Run:
     return _checked(str(path), path.name, numbers, [f"line {line}" for line in columns.lines], speed, group)
 
 
+def _with_draft(error: InputError, path: Path, more: str) -> InputError:
+    """Error with the draft of a channel map; a fault in one line of the file needs none."""
+    words = "" if f"{path}, line" in str(error) else draft_words(path, QUANTITIES)
+    return InputError(f"{error}; {more}or give a channel map: {words}") if words else error
+
+
 def read_events(path: Path, speed: float, group: str = "", *, channel_map: ChannelMap | None = None) -> tuple[Run, ...]:
-    """Read the events of a recording in any columns, units and formats.
-
-    Parameters
-    ----------
-    path : Path
-    speed : float
-        Forward speed, m/s.
-    group : str
-        Runs of one group are held out together.
-    channel_map : ChannelMap, optional
-        Which column is which channel; without, the file must be as :func:`read_run` reads it.
-
-    Returns
-    -------
-    tuple of Run
-        One for every event; with several, each is called ``FILE#EVENT``.
-
-    Raises
-    ------
-    InputError
-        As :func:`read_run` and :func:`tyre.channels.record.read_records`; a sample that is missing.
-    """
+    """Read the events of a recording in any columns, units and formats; with several, each is called ``FILE#EVENT``."""
     if channel_map is None:
         if path.suffix.casefold() not in ("", ".csv"):
             refuse_unmapped(path, QUANTITIES)
@@ -117,23 +120,7 @@ def read_events(path: Path, speed: float, group: str = "", *, channel_map: Chann
 
 
 def run_of(record: Record, path: Path, speed: float, group: str = "") -> Run:
-    """One event of a recording as a run, checked.
-
-    Parameters
-    ----------
-    record : Record
-    path : Path
-        The recording.
-    speed : float
-        Forward speed, m/s.
-    group : str
-        Runs of one group are held out together.
-
-    Raises
-    ------
-    InputError
-        As :func:`read_run`; a sample that is missing.
-    """
+    """Make a run of one event of a recording, and check it."""
     numbers = {f"{name}_{_ENDS[QUANTITIES[name]]}": x for name, x in record.values.items()}
     for name, x in numbers.items():
         if not np.isfinite(x).all():
@@ -153,7 +140,7 @@ def run_of(record: Record, path: Path, speed: float, group: str = "") -> Run:
 def _checked(
     source: str, name: str, numbers: Mapping[str, Array], places: Sequence[str], speed: float, group: str
 ) -> Run:
-    """A run of checked columns; ``places`` is what messages call the samples."""
+    """Check columns and make a run of them; ``places`` is what messages call the samples."""
     time = numbers["time_s"]
     channels = {name: column for name, column in numbers.items() if name in CHANNELS}
     if not channels:
@@ -202,3 +189,54 @@ def _check_time(path: str, time: Array, places: Sequence[str]) -> None:
             f"{path}, {places[row + 1]}: time_s steps by {steps[row]:g} s where {usual:g} s is usual; resample to even "
             f"steps: {how}"
         )
+
+
+def read_forced(
+    path: Path, speed: float, *, reference: str = "", channel_map: ChannelMap | None = None
+) -> tuple[Run, ...]:
+    """Read the events of a forced run; its ``inputs`` hold torques, the lateral force and the reference."""
+    if channel_map is not None:
+        known = {**QUANTITIES, "lateral_force": "force"}
+        if reference and reference not in known:
+            if reference not in channel_map.channels:
+                raise InputError(
+                    f"{path}: no channel {reference!r}; map it with a unit, any: {reference} = "
+                    '{column = "...", unit = "N m"}'
+                )
+            known[reference] = quantity_of(channel_map.channels[reference].unit) or "moment"
+        records = read_records(path, channel_map, known)
+        return tuple(_run(record, path, speed, reference) for record in records)
+    if path.suffix.casefold() not in ("", ".csv"):
+        refuse_unmapped(path, QUANTITIES)
+    own = ("time_s", *CHANNELS, *INPUTS, LATERAL_FORCE)
+    more = [] if reference in ("", *own) else [reference]
+    try:
+        columns = read_columns(path, numbers=(*own, *more), needed=("time_s", *more))
+    except InputError as error:
+        there = [] if f"{path}, line" in str(error) else [column.name for column in contents(path).columns]
+        if more and "time_s" in there and reference not in there:
+            every = ", ".join(there)
+            raise InputError(f"{path}: --instrument {reference}: there is no such column; it has {every}") from error
+        raise _with_draft(error, path, "a reference is named with --instrument; ") from error
+    numbers = dict(columns.numbers)
+    names = {column: name for name, column in {**FORCED_INPUTS, **MOTIONS}.items()}
+    values = {names.get(column, column): x for column, x in numbers.items() if column != "time_s"}
+    return (_run(Record(str(path), numbers["time_s"], values), path, speed, names.get(reference, reference)),)
+
+
+def _run(record: Record, path: Path, speed: float, reference: str) -> Run:
+    further = {k: x for k, x in record.values.items() if k not in QUANTITIES}
+    own = replace(record, values={k: x for k, x in record.values.items() if k in QUANTITIES})
+    run = run_of(own, path, speed)
+    inputs = {FORCED_INPUTS.get(name, name): x for name, x in further.items()}
+    column = {**FORCED_INPUTS, **MOTIONS}.get(reference, reference)
+    if reference and column not in inputs:
+        inputs[column] = {**run.channels, **run.inputs}[column]
+    for name, x in inputs.items():
+        if not np.isfinite(x).all():
+            fill = f"{how_to(record.time)}, " if fills(record.time, x) else ""
+            way_out = f"{fill}cut the recording with [[windows]] or repair it"
+            raise InputError(f"{record.source}: {name} lacks samples; {way_out}")
+        if np.ptp(x) == 0:
+            raise InputError(f"{record.source}: {name} is constant ({x[0]:g}): it moves nothing; leave it out")
+    return replace(run, inputs={**run.inputs, **inputs})

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from bicycle import Bicycle, LinearModel, Model, available_bicycles, effect_class, load_bicycle
-from bicycle.derivation.evaluation import Matrices
+from bicycle.evaluation import Matrices
 from bicycle.linear_model import SpeedRange
 from bicycle.speed_polynomial import SpeedPolynomial
-from tyre.base.errors import InputError
+from tyre.errors import InputError
 
 
 def _tyred(bicycle: Bicycle | str = "benchmark", **effects: dict[str, Any]) -> LinearModel:

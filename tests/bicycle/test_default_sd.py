@@ -4,21 +4,14 @@ import math
 
 import pytest
 
-from bicycle import Model, effect_class, load_bicycle
-from bicycle.default_sd import DEFAULTS, ORIGINS, Deviation, standard_deviations
-from bicycle.effect import registry
-from bicycle.files.model_file import build_model
-from bicycle.parameters import UNITS, Bicycle
+from bicycle import Model, effect_class, load_bicycle, registry
+from bicycle.default_sd import ORIGINS, Deviation, standard_deviations
+from bicycle.model_file import build_model
+from bicycle.parameters import Bicycle
 from tyre import TyreMap
-from tyre.base.errors import InputError
+from tyre.errors import InputError
 
 RIDER = effect_class("rider_lean")(mass=30.0, x=0.3, z=-1.0, Ixx=1.0, Izz=0.5, joint_z=-0.9)
-
-
-def test_every_parameter_of_a_bicycle_has_one_row():
-    keys = [key for row in DEFAULTS for key in row.keys]
-    assert sorted(keys) == sorted(UNITS)
-    assert all(row.why for row in DEFAULTS)
 
 
 def test_the_rows_are_absolute_relative_or_of_the_moments_of_inertia():
@@ -61,21 +54,6 @@ def test_a_table_without_a_deviation_of_the_cornering_stiffness_gets_the_default
     assert (length.sd, length.origin) == (pytest.approx(at.relaxation_length_sd), "tyre table")
     assert any("states no uncertainty of the cornering stiffness; assumed is 3 %" in note for note in model.notes)
     assert standard_deviations(model, assume=False)["relaxation_length.cornering_stiffness.rear"].origin == "exact"
-
-
-def test_a_table_that_states_its_own_deviation_is_taken_at_its_word(tmp_path):
-    (tmp_path / "own.csv").write_text(
-        "load_N,pressure_bar,cornering_stiffness_N_per_deg,cornering_stiffness_sd_N_per_deg,"
-        "lateral_stiffness_N_per_mm,lateral_stiffness_sd_N_per_mm\n"
-        + "".join(f"{n},{p},{80 + 0.1 * n + 2 * p},2.0,{40 + 10 * p},1.0\n" for n in (340, 490, 600) for p in (4, 6, 8))
-    )
-    (tmp_path / "own.toml").write_text('tyre = "Own"\nsurface = "flat"\nsource = "a test"\n')
-    table = {"tyre": (tmp_path / "own.csv").as_posix(), "pressure_bar": 6.0}
-    model = build_model({"bicycle": "benchmark", "effects": {"relaxation_length": table}})
-    found = standard_deviations(model)["relaxation_length.cornering_stiffness.rear"]
-    assert found.origin == "tyre table"
-    assert 0 < found.sd <= math.degrees(2.0) * 1.3
-    assert not model.assumed_sd
 
 
 def test_effects_at_their_neutral_value_are_exact_and_ties_follow():
@@ -125,8 +103,3 @@ def test_given_deviations_are_checked(given, words):
     model = Model(load_bicycle("benchmark"), effect_class("steer_damper")(damping=50.0))
     with pytest.raises(InputError, match=words):
         standard_deviations(model, given)
-
-
-def test_a_deviation_as_large_as_a_value_beyond_the_usual_is_taken():
-    model = Model(load_bicycle("benchmark"), effect_class("steer_damper")(damping=50.0))
-    assert standard_deviations(model, {"steer_damper.damping": 50.0})["steer_damper.damping"].sd == 50.0

@@ -6,10 +6,10 @@ from eigenvalue_sets import assert_same_eigenvalues
 
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.descriptor import DescriptorStack
-from bicycle.effect.numbers import effect_of
-from bicycle.eigenvalues.solvers import compiled, eigenvalues, lapack
+from bicycle.effect import effect_of
+from bicycle.eigen import eigenvalues
 from bicycle.model_family import ModelFamily
-from tyre.base.errors import InputError
+from tyre.errors import InputError
 
 TYRE = effect_class("relaxation_length")(cornering_stiffness=6000.0, relaxation_length=0.1)
 MODELS = {
@@ -24,15 +24,12 @@ SWITCHING = Model(load_bicycle("benchmark"), (TYRE, effect_class("steer_assist")
 MASSES, TRAILS = np.linspace(60, 100, 5), np.linspace(0.03, 0.1, 5)
 
 
-@pytest.mark.parametrize("solver", [lapack, compiled])
 @pytest.mark.parametrize("name", MODELS)
-def test_a_family_is_its_bicycles(name, solver):
-    if solver is compiled:
-        pytest.importorskip("numba")
+def test_a_family_is_its_bicycles(name):
     model, speeds = MODELS[name], np.array([[1.0, 6.0, 14.0]])
-    polynomial, refused = ModelFamily(model, ("mB", "c")).polynomials({"mB": MASSES, "c": TRAILS}, 5, solver=solver)
+    polynomial, refused = ModelFamily(model, ("mB", "c")).polynomials({"mB": MASSES, "c": TRAILS}, 5)
     assert not refused.any()
-    roots = eigenvalues(polynomial(speeds), solver=solver)
+    roots = eigenvalues(polynomial(speeds))
     for k, (mass, trail) in enumerate(zip(MASSES, TRAILS, strict=True)):
         alone = Model(model.bicycle.replace(mB=float(mass), c=float(trail)), model.effects).linear_model()
         for mine in (roots[k], alone.eigenvalues(speeds[0])):
@@ -100,15 +97,12 @@ def test_effects_without_numbers_take_them_from_the_call():
     assert effect_of(tyre, values) == TYRE
 
 
-@pytest.mark.parametrize("solver", [lapack, compiled])
-def test_an_impossible_mass_matrix_is_marked_and_leaves_the_others_alone(solver):
-    if solver is compiled:
-        pytest.importorskip("numba")
+def test_an_impossible_mass_matrix_is_marked_and_leaves_the_others_alone():
     family, numbers = ModelFamily(MODELS["relaxation"], ("IBxx",)), {"IBxx": np.array([9.2, -200.0, 9.2])}
-    polynomial, refused = family.polynomials(numbers, 3, solver=solver)
+    polynomial, refused = family.polynomials(numbers, 3)
     assert refused.tolist() == [False, True, False]
     assert family.without_mass(numbers, 3).tolist() == [False, True, False]
-    roots = eigenvalues(polynomial(np.array([[5.0]])), solver=solver)
+    roots = eigenvalues(polynomial(np.array([[5.0]])))
     np.testing.assert_array_equal(roots[0], roots[2])
     assert_same_eigenvalues(roots[0, 0], MODELS["relaxation"].linear_model().eigenvalues(5.0), rtol=1e-9)
     with pytest.raises(InputError, match="IBxx = -200: the mass matrix is not positive definite; take another range"):

@@ -9,9 +9,9 @@ import dataclasses
 import pytest
 
 from bicycle import effect_class
-from studies.inference.fit import fit
-from studies.missing_effect import diagnose, read_measurement
-from tyre.base.paths import data_root
+from studies.diagnosis import diagnose, read_measurement
+from studies.inference import fit
+from tyre.files import data_root
 
 TABLE = {
     # tyre under the wheels, camber thrust over load: (chi^2 nothing, steer spring and N m/rad, pneumatic trail and mm)
@@ -30,7 +30,7 @@ def measurement():
     )
 
 
-def forward_of(measurement, camber):
+def kind_of(measurement, camber):
     model, fixed = measurement.model, dict(measurement.uncertainty)
     if camber is not None:
         by_load = {w: 15 * load for w, load in zip(("rear", "front"), model.bicycle.static_loads, strict=True)}
@@ -40,32 +40,32 @@ def forward_of(measurement, camber):
         thrust = {wheel: camber / 15 * c for wheel, c in by_load.items()}
         model = model.with_effect(effect_class("camber_thrust")(camber_stiffness=thrust))
         fixed |= {"camber_thrust.camber_stiffness": 0.0, "camber_thrust.lag_share": 0.0}
-    return dataclasses.replace(measurement, model=model, uncertainty=fixed).forward()
+    return dataclasses.replace(measurement, model=model, uncertainty=fixed).ready()
 
 
 @pytest.mark.parametrize("camber", TABLE)
 def test_chi_squared_with_the_parameters_fixed(measurement, camber):
     nothing, *effects = TABLE[camber]
-    forward = forward_of(measurement, camber)
-    assert not forward.nuisances
-    assert fit(forward).chi2 == pytest.approx(nothing, rel=0.01)
+    kind = kind_of(measurement, camber)
+    assert not kind.nuisances
+    assert fit(kind).chi2 == pytest.approx(nothing, rel=0.01)
     for identifier, unit, (chi2, value) in zip(("steer_spring", "pneumatic_trail"), (1.0, 1e-3), effects, strict=True):
-        candidate = next(c for c in forward.candidates if c.identifier == identifier)
-        found = fit(forward, (candidate,))
+        candidate = next(c for c in kind.candidates if c.identifier == identifier)
+        found = fit(kind, (candidate,))
         assert found.chi2 == pytest.approx(chi2, rel=0.01)
         assert found.theta[-1] / unit == pytest.approx(value, rel=0.02)
 
 
 def test_a_twisting_torque_of_the_wrong_sign_is_refused_but_reported(measurement):
     """Slip without camber thrust: -0.67 N m/rad (front wheel), chi^2 72, fits best of all."""
-    forward = forward_of(measurement, 0.0)
-    right = next(c for c in forward.candidates if c.identifier == "twisting_torque")
-    assert fit(forward, (right,)).at_bound() == ["twisting_torque.twisting_stiffness"]
-    wrong = next(c for c in forward.phenomenological() if c.identifier == "twisting_torque with the wrong sign")
-    assert fit(forward, (wrong,)).chi2 == pytest.approx(72, rel=0.01)
+    kind = kind_of(measurement, 0.0)
+    right = next(c for c in kind.candidates if c.identifier == "twisting_torque")
+    assert fit(kind, (right,)).at_bound() == ["twisting_torque.twisting_stiffness"]
+    wrong = next(c for c in kind.phenomenological() if c.identifier == "twisting_torque with the wrong sign")
+    assert fit(kind, (wrong,)).chi2 == pytest.approx(72, rel=0.01)
     front = dataclasses.replace(wrong.unknowns[0], sets={"twisting_torque.twisting_stiffness.front": 1.0})
     fixed = {"twisting_torque.twisting_stiffness.rear": 0.0}
-    found = fit(forward, (dataclasses.replace(wrong, unknowns=(front,), fixed=fixed),))
+    found = fit(kind, (dataclasses.replace(wrong, unknowns=(front,), fixed=fixed),))
     assert found.chi2 == pytest.approx(72, rel=0.01)
     assert found.theta[-1] == pytest.approx(-0.67, abs=0.01)
 

@@ -8,8 +8,8 @@ import pytest
 from eigenvalue_sets import assert_same_eigenvalues
 
 from bicycle import Bicycle, Model
-from bicycle.critical.critical_speeds import critical_speeds
-from bicycle.modal.named_modes import modes
+from bicycle.critical import critical_speeds
+from bicycle.named_modes import modes
 
 TABLE = json.loads((Path(__file__).parent / "meijaard2007.json").read_text())
 G = 9.81

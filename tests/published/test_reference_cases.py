@@ -8,8 +8,8 @@ import pytest
 from eigenvalue_sets import assert_same_eigenvalues
 
 from bicycle import Bicycle, Model, effect_class
-from bicycle.critical.critical_speeds import critical_speeds
-from bicycle.modal.named_modes import modes
+from bicycle.critical import critical_speeds
+from bicycle.named_modes import modes
 
 CASES = json.loads((Path(__file__).parent / "tyre_eigenvalues.json").read_text())["cases"]
 

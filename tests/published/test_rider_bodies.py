@@ -1,8 +1,8 @@
 """Three riders' bodies that another project computed with its own placement and equation solver, and ours.
 
 Only the first was computed with the present yeadon and with the inputs that stand beside it. Its numbers come out to
-the rounding of the wheelbase with yeadon's own sums; what is mended here (bicycle/rider/human.py, checked against thin
-slices in tests/bicycle/rider) moves them by a known amount. The second was made by an older yeadon, whose solids
+the rounding of the wheelbase with yeadon's own sums; what is mended here (bicycle/rider_body.py, checked against thin
+slices in tests/bicycle) moves them by a known amount. The second was made by an older yeadon, whose solids
 differ; the third with 72 kg and older measurements.
 """
 
@@ -13,11 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bicycle.rider import human
-from bicycle.rider.joining import RigidBody, as_rear_frame, join
-from bicycle.rider.measurements import read_rider
-from bicycle.rider.posture import Lengths, sit
-from bicycle.rider.seat_geometry import SeatGeometry, contacts
+from bicycle import rider_body as human
+from bicycle.rider_body import RigidBody, as_rear_frame, join, read_rider
+from bicycle.rider_posture import Lengths, SeatGeometry, contacts, sit
 
 yeadon = pytest.importorskip("yeadon")
 PUBLISHED = tomllib.loads((Path(__file__).parent / "data" / "rider_bodies.toml").read_text())
@@ -46,7 +44,7 @@ def ours(case):
 def as_yeadon_sums(case, wheelbase):
     """The human of yeadon itself, as it adds up its segments."""
     rider, configuration, hip = seated(case, wheelbase)
-    with human._quiet():
+    with human.quiet_yeadon():
         body = yeadon.Human(dict(rider.lengths))
         body.set_CFG_dict(dict(configuration))
     factor = rider.mass / body.mass

@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tyre.base.errors import InputError
-from tyre.magic_formula.pacejka89 import Pacejka89
-from tyre.magic_formula.pacejka89_file import check_coefficients, read_pacejka89
+from tyre.errors import InputError
+from tyre.pacejka89 import Pacejka89, check_coefficients, read_pacejka89
 
 OLDER = json.loads((Path(__file__).parent / "data" / "schwalbe_t03_older_fits.json").read_text())["sets"]
 # Slope of the side force at zero slip, N/rad, at 300, 400, 500, 600 N: the authors' evaluation of the three sets

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from bicycle import Bicycle, Model, effect_class
-from bicycle.modal.named_modes import modes
+from bicycle.named_modes import modes
 
 DATA = json.loads((Path(__file__).parent / "sharp1971.json").read_text(), parse_float=str)
 WHEELS = ("rear", "front")

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from bicycle import load_bicycle
-from bicycle.critical.critical_speeds import critical_speeds
-from bicycle.effect import effect_class
+from bicycle.critical import critical_speeds
+from bicycle.effect_registry import effect_class
 from bicycle.model import Model
 
 RIDDEN = ("pista_charlie_drops", "rigid_rider", "pista_rider", "benchmark")

@@ -6,10 +6,10 @@ from eigenvalue_sets import assert_same_eigenvalues
 from point_mass import enlarged
 
 from bicycle import Effect, Model, effect_class, load_bicycle, load_effects
-from bicycle.derivation.builder import ModelBuilder
-from bicycle.effect import outside_effects
+from bicycle.effect_registry import outside_effects
+from bicycle.equations import ModelBuilder
 from bicycle.rigid_bodies import Body
-from tyre.base.errors import InputError
+from tyre.errors import InputError
 
 PLACES = {"luggage": ("B", -0.06, -0.8), "bar_bag": ("H", 0.95, -0.9)}
 TYRE = {"cornering_stiffness": 6000.0, "relaxation_length": 0.1}

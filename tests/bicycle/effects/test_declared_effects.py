@@ -2,16 +2,10 @@
 
 import inspect
 
-import numpy as np
 import pytest
 
-from bicycle import Bicycle, Effect, Model, Parameter, load_bicycle, registry
-from bicycle.critical.critical_speeds import critical_speeds
-from bicycle.effects.relaxation_length import RelaxationLength
-from bicycle.effects.side_slip import SideSlip
-from bicycle.effects.steer_damper import SteerDamper
-from bicycle.modal.named_modes import modes
-from bicycle.responses.linear import respond
+from bicycle import Effect, Model, critical_speeds, load_bicycle, modes, registry
+from bicycle.effects import RelaxationLength, SideSlip, SteerDamper
 from tyre import TyreMap
 
 LAGGED = RelaxationLength(cornering_stiffness={"rear": 6000.0, "front": 5000}, relaxation_length=0.1)
@@ -37,20 +31,6 @@ def test_signature_and_help_hold_the_declaration(identifier):
             assert repr(arguments[p.name].default) == f"<{p.default} of the bicycle>"
 
 
-def test_the_written_docstring_is_kept_apart():
-    class Toy(Effect):
-        """A toy. Source: none."""
-
-        size = Parameter("m", "of the toy", bounds=(0.0, 9.0), typical=(1.0, 2.0), neutral=0.0)
-        source = "Toys (1999)"
-
-    assert Toy.description == "A toy. Source: none."
-    doc = Toy.__doc__ or ""
-    assert doc.startswith("A toy. Source: none.\n\nParameters\n----------\nsize : float, m\n")
-    assert "    Of the toy; typical 1 .. 2, allowed 0 .. 9; the effect vanishes at 0." in doc
-    assert doc.endswith("Source: Toys (1999).")
-
-
 @pytest.mark.parametrize("identifier", registry())
 def test_an_effect_is_written_as_it_is_made(identifier):
     made = typical(registry()[identifier])
@@ -70,16 +50,6 @@ def test_effects_with_the_same_values_are_equal():
     assert len({LAGGED, same, SteerDamper(damping=1.0)}) == 2
 
 
-def test_bicycles_compare_by_name_and_numbers():
-    pista = load_bicycle("pista")
-    assert pista == load_bicycle("pista")
-    assert hash(pista) == hash(load_bicycle("pista"))
-    assert pista == Bicycle("pista", dict(pista.values), dict(pista.sd))  # the words beside do not count
-    assert pista != pista.replace(c=0.07)
-    assert pista != Bicycle("pista", dict(pista.values))  # other standard deviations
-    assert pista.replace(c=0.07).replace(c=pista["c"]) == pista
-
-
 def test_one_effect_several_in_any_order_and_none_make_models():
     pista, damper = load_bicycle("pista"), SteerDamper(damping=1.0)
     assert Model(pista, LAGGED) == Model(pista, (LAGGED,)) == Model(pista, [LAGGED])
@@ -89,15 +59,6 @@ def test_one_effect_several_in_any_order_and_none_make_models():
     assert Model(pista, LAGGED) != Model(load_bicycle("fisher"), LAGGED)
     assert Model(pista, LAGGED) != Model(pista, LAGGED, sd={"relaxation_length.relaxation_length.rear": 0.01})
     assert {Model(pista, LAGGED): 1}[Model(pista, LAGGED)] == 1
-
-
-def test_functions_take_a_model_as_well_as_its_numbers():
-    model = Model(load_bicycle("benchmark"), LAGGED)
-    linear = model.linear_model()
-    assert np.array_equal(modes(model, [5.0]).eigenvalues, modes(linear, [5.0]).eigenvalues)
-    assert critical_speeds(model) == critical_speeds(linear)
-    a, b = (respond(m, speed=5.5, time=[0.0, 0.5], initial={"lean": 0.02}) for m in (model, linear))
-    assert np.array_equal(a.outputs["lean"], b.outputs["lean"])
 
 
 def test_what_things_are_in_a_few_lines():

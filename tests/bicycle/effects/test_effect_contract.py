@@ -13,12 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linear_sum_assignment
 
-from bicycle.derivation.evaluation import derive
-from bicycle.effect import Effect, registry
-from bicycle.files.bicycle_file import load_bicycle
-from bicycle.model import Model
+from bicycle import Effect, Model, load_bicycle, registry
+from bicycle.evaluation import derive
 from bicycle.parameters import UNITS, Bicycle
-from tyre.base.errors import InputError
+from tyre.errors import InputError
 
 EFFECTS = registry()
 PARAMETERS = [(name, parameter) for name, effect in EFFECTS.items() for parameter in effect.parameters]
@@ -72,21 +70,6 @@ def test_the_declaration_is_complete(effect):
     assert len({parameter.name for parameter in effect.parameters}) == len(effect.parameters)
 
 
-@pytest.mark.parametrize(("identifier", "parameter"), PARAMETERS, ids=[f"{i}.{p.name}" for i, p in PARAMETERS])
-def test_a_parameter_is_declared_with_unit_range_and_meaning(identifier, parameter):
-    assert len(dimension(parameter.unit)) == 3
-    assert parameter.description
-    low, high = parameter.bounds
-    assert low <= parameter.typical[0] < parameter.typical[1] <= high
-    assert all(map(math.isfinite, parameter.typical))
-    if isinstance(parameter.default, str):
-        assert dimension(UNITS[parameter.default]) == dimension(parameter.unit)
-    elif parameter.default is not None:
-        assert low <= parameter.default <= high
-    if parameter.neutral is not None:
-        assert low <= parameter.neutral <= high
-
-
 @pytest.mark.parametrize("effect", [e for e in EFFECTS.values() if any(p.neutral is not None for p in e.parameters)])
 def test_the_neutral_value_gives_the_parent_back(effect):
     """Exactly where the effect vanishes, and as 1/stiffness where a joint is locked."""
@@ -116,11 +99,6 @@ def dimension(unit: str) -> tuple[float, ...]:
             name, _, power = word.partition("^")
             total += sign * int(power or 1) * np.array(BASE[name])
     return tuple(total)
-
-
-def test_unit_strings_are_read():
-    assert dimension("N m s/rad") == (2, 1, -1)
-    assert dimension("kg/m^3") == (-3, 1, 0)
 
 
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
@@ -189,7 +167,7 @@ def test_a_missing_or_impossible_value_fails_by_name(effect):
             effect(**rest)
 
 
-def test_every_pair_builds_or_is_refused_with_a_reason():
+def test_every_pair_is_a_model_or_is_refused_with_a_reason():
     """Pairs without a contact law stand on rolling without slip; effects that need a tyre are refused there."""
     refused = set()
     for one, other in itertools.combinations(EFFECTS.values(), 2):
@@ -198,8 +176,6 @@ def test_every_pair_builds_or_is_refused_with_a_reason():
             refused.add((one.identifier, other.identifier))
             assert re.search("exclude each other: both are the|needs a .*, which no other effect gives: .", reason)
             assert one.identifier in reason or other.identifier in reason
-        else:
-            assert np.isfinite(Model(bicycle(), effects).linear_model().eigenvalues([0.5, 7.0, 20.0])).all()
     laws = {name for name, effect in EFFECTS.items() if effect.slot == "contact law"}
     assert {tuple(sorted(pair)) for pair in itertools.combinations(laws, 2)} <= refused
     assert ("camber_thrust", "no_slip") in refused

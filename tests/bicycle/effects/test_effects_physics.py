@@ -10,12 +10,9 @@ from eigenvalue_sets import assert_same_eigenvalues
 from scipy.optimize import brentq, linear_sum_assignment, root
 from scipy.spatial.transform import Rotation
 
-from bicycle.critical.critical_speeds import critical_speeds
-from bicycle.effect import Effect, effect_class
-from bicycle.files.bicycle_file import load_bicycle
-from bicycle.model import Model
+from bicycle import Effect, Model, critical_speeds, effect_class, load_bicycle
 from bicycle.parameters import Bicycle
-from tyre.base.errors import InputError
+from tyre.errors import InputError
 
 PER_DEG = 180 / math.pi
 TYRE = {"cornering_stiffness": {"rear": 110 * PER_DEG, "front": 105 * PER_DEG}}

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from bicycle import Model, load_bicycle
-from bicycle.effect import effect_class
-from studies.missing_effect.motion.candidates import find_candidates
-from tyre.base.errors import InputError
+from bicycle import Model, effect_class, load_bicycle
+from studies.diagnosis import find_candidates
+from tyre.errors import InputError
 
 Residual = effect_class("residual_torque")
 STATES = ("lean", "steer", "lean_rate", "steer_rate")
@@ -55,7 +54,7 @@ def test_it_is_never_a_candidate_whatever_is_asked_for():
 
 
 def test_it_is_the_only_effect_without_a_cause():
-    from bicycle.effect import registry
+    from bicycle import registry
 
     assert [name for name, kind in registry().items() if not kind.nameable] == ["residual_torque"]
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from bicycle.identification.histories_table import read_runs
-from tyre.base.errors import InputError
+from bicycle.identification import read_runs
+from tyre.errors import InputError
 
 
 @pytest.fixture

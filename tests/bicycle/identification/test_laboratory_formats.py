@@ -10,15 +10,12 @@ import pytest
 import tomli_w
 from lab_recordings import write_motion
 
-from bicycle.identification.free_decay import identify
-from bicycle.identification.histories_table import read_runs
-from bicycle.identification.recording import read_events, read_run
+from bicycle.identification import identify, read_events, read_run, read_runs
 from studies.cli import main
-from studies.free_decays.words import with_sd
-from studies.validations._recording_writers import WRITERS, write_hdf5, write_mf4, write_parquet
-from tyre.base.errors import InputError
-from tyre.channels.channel_map import ChannelMap
-from tyre.channels.resampling import Resampling
+from studies.free_decays import with_sd
+from tests.validation.recording_writers import WRITERS, write_hdf5, write_mf4, write_parquet
+from tyre.channel_map import ChannelMap, Resampling
+from tyre.errors import InputError
 
 ROOT = complex(-0.7, 4.4)
 WRITTEN = {"roll_rate": "roll_rate_rad_s", "yaw_rate": "yaw_rate_rad_s", "steer": "steer_rad"}

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from page_files import page
 
-from bicycle.identification.repeats import OWN_LINE, about_one_speed, repeats, surprise
+from bicycle.identification import OWN_LINE, about_one_speed, repeats, surprise
 
 NEAR = (4.96, 4.99, 5.01)
 
@@ -113,7 +112,7 @@ def test_intervals_hold_a_law_with_and_without_an_outlier():
 
 
 @pytest.mark.parametrize(("spread", "alone"), [(0.8 * OWN_LINE, True), (1.8 * OWN_LINE, False)])
-def test_a_run_far_off_is_widened_alone_where_four_degrees_of_freedom_show_it_as_the_page_says(spread, alone):
+def test_a_run_far_off_is_widened_alone_where_four_degrees_of_freedom_show_it(spread, alone):
     """Two speeds of three runs each: four degrees of freedom about levels, two about lines of their own."""
     speeds = np.concatenate([v * (1 + spread * np.array([0.0, 0.5, 1.0])) for v in (4.6, 5.5)])
     values = 2.0 * speeds + 0.01 * np.array([1.0, -1.0, 0.5, 0.3, 0.0, -0.7])
@@ -122,6 +121,3 @@ def test_a_run_far_off_is_widened_alone_where_four_degrees_of_freedom_show_it_as
     assert found.aside == ((4,) if alone else ())
     assert found.sd[4] > 0.3
     assert (found.sd[[3, 5]].max() < 0.05) == alone
-    said = " ".join(page("measurement_files").split())
-    line = f"spread more than {100 * OWN_LINE:g} %: it gets a line of its own)"
-    assert f"{line}, two of the run's own speed and four in all are needed" in said

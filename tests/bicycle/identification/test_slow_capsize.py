@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from bicycle.identification.free_decay import identify
-from bicycle.identification.run import Run
+from bicycle.identification import Run, identify
 
 WEAVE, CAPSIZE, CASTERING = -0.775341882 + 4.464867714j, -0.322866429, -14.078389693
 """1/s at 5 m/s, Meijaard et al. (2007), Proc. R. Soc. A 463, Table 2."""

@@ -8,10 +8,9 @@ from published_bicycle import C1, K0, K2, G, M, gains, held, state_matrix
 from scipy.linalg import solve_continuous_are
 from scipy.signal import coherence, csd, welch
 
-from bicycle.identification.forced_run import read_forced
-from bicycle.identification.spectral_response import spectral_response
-from tyre.base.errors import InputError
-from tyre.channels.channel_map import ChannelMap
+from bicycle.identification import read_forced, spectral_response
+from tyre.channel_map import ChannelMap
+from tyre.errors import InputError
 
 
 def controller(speed):

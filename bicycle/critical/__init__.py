@@ -1,1 +1,0 @@
-"""Speeds at which a root crosses the imaginary axis, all of them."""

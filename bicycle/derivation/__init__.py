@@ -1,1 +1,0 @@
-"""From effects to equations: the symbolic model, closed and evaluated."""

@@ -1,1 +1,0 @@
-"""Eigenvalues of many small matrices."""

@@ -1,0 +1,459 @@
+"""The open symbolic model of a bicycle: matrices, contacts that effects close, and the builder that effects use."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from bicycle.declarations import (
+    Builder,
+    ContactLaw,
+    Coordinate,
+    Declarations,
+    Expression,
+    Mode,
+    Motor,
+    State,
+    Wheel,
+)
+from bicycle.parameters import UNITS, bodies, static_loads
+from bicycle.rigid_bodies import (
+    Body,
+    Joint,
+    Row,
+    displacement_row,
+    height_hessian,
+    inertia_terms,
+    lean_row,
+    with_guests,
+    yaw_row,
+)
+from bicycle.symbolic_polynomial import SymbolicPolynomial
+from tyre.errors import InputError, unknown
+
+
+class Rows:
+    """Reads expressions: a column for each of ``known``, motion and inputs, of which all the rest is made."""
+
+    def __init__(
+        self, known: Sequence[Expression], meaning: Mapping[Expression, Expression],
+        loads: Mapping[Expression, Expression], speed: Expression,
+    ) -> None:  # fmt: skip
+        self.known, self.ports, self.loads, self.speed = list(known), list(meaning), dict(loads), speed
+        self._meaning = self._resolved(list(meaning.values()))
+
+    def of(self, expressions: Sequence[Expression]) -> SymbolicPolynomial:
+        """Rows of expressions."""
+        direct, through_ports = self._read(expressions)
+        return direct + through_ports @ self._meaning
+
+    def _read(self, expressions: Sequence[Expression]) -> tuple[SymbolicPolynomial, SymbolicPolynomial]:
+        rows = SymbolicPolynomial.of_linear(expressions, [*self.known, *self.ports], self.speed).xreplace(self.loads)
+        return rows.columns(slice(0, len(self.known))), rows.columns(slice(len(self.known), None))
+
+    def _resolved(self, expressions: Sequence[Expression]) -> SymbolicPolynomial:
+        """p = A x + B p, put into itself until no port is left: p = (A + B A) x + B B p, and so on."""
+        direct, through_ports = self._read(expressions)
+        for _ in self.ports:
+            if not through_ports.coefficients:
+                return direct
+            direct, through_ports = direct + through_ports @ direct, through_ports @ through_ports
+        port = self.ports[next(next(iter(through_ports.coefficients.values())).iter_items())[0][0]]
+        raise InputError(f"an effect makes the {port} depend on itself; leave it out of what it is made of")
+
+
+@dataclass(frozen=True)
+class SymbolicModel:
+    """E x' = F(v) x + B(v) u, y = C(v) x + D(v) u, symbolic; :mod:`bicycle.evaluation` gives numbers."""
+
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    parameters: tuple[str, ...]
+    mass: Any
+    dynamics: SymbolicPolynomial
+    input_matrix: SymbolicPolynomial
+    output_matrix: SymbolicPolynomial
+    feedthrough: SymbolicPolynomial
+    static_loads: tuple[Expression, Expression]
+    load_transfer: Expression
+    switches: Mapping[Expression, Expression]
+    declared: Declarations
+
+
+@dataclass(frozen=True)
+class OpenModel:
+    """Rows of the equations of a builder's model: a column for each of ``motion``, then for each of ``inputs``."""
+
+    model: Builder
+    mass: SymbolicPolynomial
+    right: SymbolicPolynomial
+    angle_rates: SymbolicPolynomial
+    extra_rates: SymbolicPolynomial
+    shown: SymbolicPolynomial  # a row for each of ``outputs``
+    motion: Sequence[Expression]
+    inputs: Sequence[Expression]
+    outputs: Sequence[str]
+
+
+def assemble(rows: OpenModel) -> SymbolicModel:
+    """Matrices of rows as they stand."""
+    model = rows.model
+    states = tuple(model.states[str(state)] for state in rows.motion)
+    rates = rows.right.above(rows.angle_rates).above(rows.extra_rates)
+    n = len(states)
+    _check_powers(rates, [f"the rate of the state {state.name!r}" for state in states])
+    _check_powers(rows.shown, [f"the output {name!r}" for name in rows.outputs])
+    mass = sp.eye(n)
+    mass[: rows.mass.shape[0], : rows.mass.shape[0]] = rows.mass.constant
+    occurring = [mass, *rates.coefficients.values(), *map(sp.sympify, model.switches.values())]
+    symbols = set().union(*(expression.free_symbols for expression in occurring))
+    of_motion, of_inputs = slice(0, n), slice(n, None)
+    return SymbolicModel(
+        states=tuple(state.name for state in states),
+        inputs=tuple(map(str, rows.inputs)),
+        outputs=tuple(rows.outputs),
+        parameters=(*UNITS, *sorted(str(symbol) for symbol in symbols if "." in str(symbol))),
+        mass=mass,
+        dynamics=rates.columns(of_motion),
+        input_matrix=rates.columns(of_inputs),
+        output_matrix=rows.shown.columns(of_motion),
+        feedthrough=rows.shown.columns(of_inputs),
+        static_loads=model.static_loads(),
+        load_transfer=model.load_transfer,
+        switches=model.switches,
+        declared=Declarations(states, tuple(model.modes.values()), model.units()),
+    )
+
+
+def hold_contacts(rows: OpenModel, slip_velocities: SymbolicPolynomial) -> OpenModel:
+    """Eliminate V, r and the side forces f: slip velocities zero, test space orthogonal to the force ports.
+
+    The rows are M u' = R x + P f with u = [V, r, rates w of the joints], the slip velocities S x = 0. These give [V, r]
+    = -S_Vr^-1 S_y y in terms of all other motion and inputs y, hence x = X y and u' = T w' + D w (angles change at the
+    rates w). With W^t P = 0 the forces are gone: W^t M T w' = W^t (R X y - M D w).
+    """
+    joints, width = rows.mass.shape[0] - 2, rows.right.shape[1] - 2
+    rates, angles, kept, forces = slice(0, joints), slice(joints, 2 * joints), slice(0, width), slice(width, None)
+    if set(rows.right.columns(forces).coefficients) != {0}:
+        raise InputError("an effect takes a side force times a power of the speed; with held contacts it must not")
+    for states in rows.extra_rates.columns(forces).coefficients.values():
+        state = rows.motion[-rows.extra_rates.shape[0] :][next(states.iter_items())[0][0]]
+        raise InputError(
+            f"the rate of the state {str(state)!r} depends on a side force, of which held contacts know nothing; "
+            "give its effect requires = ('tyre force',)"
+        )
+    slips = slip_velocities.columns(kept)
+    lead = slips.columns(slice(0, 2)).constant
+    followed = -lead.inv() @ slips.columns(slice(2, None))  # V and r in terms of all that remains
+    held = followed.above(SymbolicPolynomial.of_matrix(sp.eye(width - 2)))
+
+    ports = rows.right.columns(forces).constant
+    test = sp.Matrix.vstack(-(ports[2:, :] * ports[:2, :].inv()).T, sp.eye(joints))
+    trial = sp.Matrix.vstack(followed.columns(rates).constant, sp.eye(joints))
+    drift = rows.mass.columns(slice(0, 2)) @ followed.columns(angles)
+    free = rows.right.columns(kept) @ held - drift.placed(rates.start, width - 2)
+    return replace(
+        rows,
+        mass=test.T @ rows.mass @ trial,
+        right=test.T @ free,
+        angle_rates=rows.angle_rates.columns(kept) @ held,
+        extra_rates=rows.extra_rates.columns(kept) @ held,
+        shown=rows.shown.columns(kept) @ held,
+        motion=rows.motion[2:],
+        inputs=rows.inputs[:-2],
+    )
+
+
+def _check_powers(rows: SymbolicPolynomial, names: Sequence[str]) -> None:
+    for power in sorted(rows.coefficients.keys() - {-1, 0, 1, 2}):
+        row = next(rows.coefficients[power].iter_items())[0][0]
+        raise InputError(f"an effect makes {names[row]} depend on speed^{power}; equations hold v^-1 to v^2 only")
+
+
+def equations(model: Builder, side_forces: Mapping[Wheel, Expression]) -> SymbolicModel:
+    """Assemble the matrices of an open model."""
+    joints, coordinates = model.joints(), model.coordinates()
+    holds = model.contact_law.holds_contact
+    rates, angles = [c.rate for c in coordinates], [c.angle for c in coordinates]
+    velocities = [model.lateral_velocity, model.yaw_rate, *rates]
+    motion = [*velocities, *angles, *model.rates]
+    inputs = [*map(sp.Symbol, model.input_names()), *(wheel.side_force for wheel in model.wheels if holds)]
+
+    loads = dict(zip((wheel.static_load for wheel in model.wheels), model.static_loads(), strict=True))
+    meaning = _meaning(model, joints, velocities, angles) | (
+        {} if holds else {w.side_force: f for w, f in side_forces.items()}
+    )
+    rows = Rows([*motion, *inputs], meaning, loads, model.speed)
+
+    # M (du/dt + v r e_V) + v H u = -K q + Q: what stands beside M du/dt goes to the right
+    mass, n, width = _mass(model, joints), len(velocities), len(motion) + len(inputs)
+    turning = mass.columns(slice(0, 1)).placed(1, n)  # M e_V r
+    gyroscopic = SymbolicPolynomial.of_matrix(_gyroscopic(model, joints))
+    stiffness = SymbolicPolynomial.of_entries(_stiffness(model, joints).xreplace(loads), model.speed)
+    right = (
+        _generalised_forces(model, joints, rows)
+        - (turning + gyroscopic).times_speed().placed(0, width)
+        - stiffness.placed(n, width)
+    )
+    outputs = {c.name: c.angle for c in coordinates} | {f"{c.name}_rate": c.rate for c in coordinates}
+    outputs |= {"yaw_rate": model.yaw_rate, "rear_lateral_velocity": model.lateral_velocity}
+    outputs |= {} if holds else {f"{wheel.name}_side_force": wheel.side_force for wheel in model.wheels}
+    open_model = OpenModel(
+        model, mass, right, rows.of(rates), rows.of(list(model.rates.values())), rows.of(list(outputs.values())),
+        motion, inputs, tuple(outputs),
+    )  # fmt: skip
+    if holds:
+        open_model = hold_contacts(open_model, rows.of([wheel.slip_velocity for wheel in model.wheels]))
+    return assemble(open_model)
+
+
+def _meaning(
+    model: Builder, joints: list[Joint], velocities: list[Expression], angles: list[Expression]
+) -> dict[Expression, Expression]:
+    """Slip velocity, yaw rate and camber of each wheel, and the motor's command, in terms of the motion."""
+    meaning = {}
+    for wheel in model.wheels:
+        yaw = yaw_row(joints, wheel.body)
+        heading = _dot(yaw[2:], angles)
+        if f"{wheel.name}_slip" in model.input_names():
+            heading += sp.Symbol(f"{wheel.name}_slip")
+        lateral = _dot(displacement_row(joints, wheel.body, wheel.x, 0), velocities)
+        meaning[wheel.slip_velocity] = lateral - model.speed * heading
+        meaning[wheel.yaw_rate] = _dot(yaw, velocities)
+        meaning[wheel.camber] = _dot(lean_row(joints, wheel.body)[2:], angles)
+    meaning[model.motor.command] = model.motor.told
+    return meaning
+
+
+def _dot(row: Any, of: list[Expression]) -> Expression:
+    return sp.Add(*(number * symbol for number, symbol in zip(row, of, strict=True)))
+
+
+def _mass(model: Builder, joints: list[Joint]) -> SymbolicPolynomial:
+    """The kinetic-energy form M in the rates of [V, r, joints], with inertias that move with one joint only."""
+    terms = [(inertia * one, other) for inertia, one, other in inertia_terms(model.bodies, joints)]
+    for coordinate, inertia in model.extra_inertia:
+        alone = _alone(model, coordinate)
+        terms.append((inertia * alone, alone))
+    moved, moving = zip(*terms, strict=True)
+    return _matrix(moved).T @ SymbolicPolynomial.of_matrix(_matrix(moving))
+
+
+def _generalised_forces(model: Builder, joints: list[Joint], rows: Rows) -> SymbolicPolynomial:
+    """Forces and moments of contacts, effects and inputs per velocity [V, r, rates of the joints]: virtual work."""
+    rear, frame = model.wheels[0], model.bodies[0]
+    work = []
+    for wheel in model.wheels:
+        work.append((displacement_row(joints, wheel.body, wheel.x, 0), wheel.side_force))
+        work.append((yaw_row(joints, wheel.body), wheel.moment))
+    work += [(yaw_row(joints, body), moment) for body, moment in model.yaw_moments]
+    # A toroidal tyre leaning by gamma touches the ground rho gamma beside its mid-plane.
+    contact_shift = rear.crown_radius * rear.camber
+    work.append((yaw_row(joints, rear.body), -model.drive_force * contact_shift))
+    torques = [*model.coordinate_forces, (model.steer, model.motor.torque)]
+    torques += [(coordinate, sp.Symbol(name)) for name, coordinate in model.torques.items()]
+    work += [(_alone(model, coordinate), torque) for coordinate, torque in torques]
+    work.append((displacement_row(joints, frame.name, frame.x, frame.z), sp.Symbol("lateral_force")))
+    displaced, forces = zip(*work, strict=True)
+    return _matrix(displaced).T @ rows.of(forces)
+
+
+def _gyroscopic(model: Builder, joints: list[Joint]) -> Any:
+    """H of v H [V, r, rates of the joints]: rate of change of the wheels' spin momentum h = -Iyy v / r (about +y)."""
+    total = sp.zeros(2 + len(joints))
+    for body in model.bodies:
+        if body.spin_inertia != 0:
+            tx, tz = (_matrix([row(joints, body.name)]).T for row in (lean_row, yaw_row))
+            total -= body.spin_inertia / body.radius * (tz * tx.T - tx * tz.T)
+    return total
+
+
+def _stiffness(model: Builder, joints: list[Joint]) -> Any:
+    """Hessian of V2 = -g sum m z + sum N z_lowest (physics: weight against the static contact loads)."""
+    n = len(joints)
+    total = sp.zeros(n, n)
+    for body in model.bodies:
+        total -= model.bicycle["g"] * body.mass * _matrix(height_hessian(joints, body.name, body.x, body.z))
+    for wheel, sign in zip(model.wheels, (1, -1), strict=True):
+        load = wheel.static_load + sign * model.load_transfer
+        camber = _matrix([lean_row(joints, wheel.body)[2:]])
+        lowest = _matrix(height_hessian(joints, wheel.body, wheel.x, -wheel.radius))
+        lowest -= (wheel.radius - wheel.crown_radius) * camber.T * camber
+        total += load * lowest
+    return sp.Matrix.vstack(sp.zeros(2, n), total)  # lateral motion and yaw do not change V2
+
+
+def _alone(model: Builder, coordinate: Coordinate) -> Row:
+    """Unit row of one coordinate among [V, r, joints]."""
+    return np.array([0, 0, *(int(other == coordinate) for other in model.coordinates())])
+
+
+def _matrix(rows: Any) -> Any:
+    return sp.Matrix([list(row) for row in rows])
+
+
+SPEED = sp.Symbol("v", real=True)
+
+
+class ModelBuilder:
+    """The open model that effects extend in ``apply``."""
+
+    def __init__(self) -> None:
+        self.speed = SPEED
+        self.bicycle = p = {key: sp.Symbol(key, real=True) for key in UNITS}
+        self.bodies: list[Body] = list(bodies(p))
+        self.lean = Coordinate("lean", sp.Symbol("lean"), sp.Symbol("lean_rate"))
+        self.steer = Coordinate("steer", sp.Symbol("steer"), sp.Symbol("steer_rate"))
+        self.lateral_velocity, self.yaw_rate = sp.symbols("rear_lateral_velocity yaw_rate")
+        self.torques = {"steer_torque": self.steer, "lean_torque": self.lean}
+        self.motor = Motor()
+        self.contact_law: ContactLaw | None = None
+        self.switches: dict[Expression, Expression] = {}
+        self.extra_inertia: list[tuple[Coordinate, Expression]] = []
+        self._frame_joints: list[tuple[Joint, Coordinate]] = []
+        self.coordinate_forces: list[tuple[Coordinate, Expression]] = []
+        self.yaw_moments: list[tuple[str, Expression]] = []
+        self.rates: dict[Expression, Expression | None] = {}  # extra state -> its rate of change
+        self.states: dict[str, State] = {}
+        self.modes: dict[str, Mode] = {}
+        self.load_transfer: Expression = sp.S.Zero  # N, from the front contact to the rear
+        self.drive_force: Expression = sp.S.Zero  # N, forward at the rear contact
+        self.wheels = (self._wheel("rear", sp.S.Zero, p["rR"]), self._wheel("front", p["w"], p["rF"]))
+        self._declare("rear_lateral_velocity", "m/s", "rear")
+        self._declare("yaw_rate", "rad/s", "yaw")
+        for coordinate in (self.lean, self.steer):
+            self._declare_angle(coordinate.name, coordinate.name, joint=False)
+
+    def add_body(self, body: Body) -> None:
+        """Add a rigid body to the rear frame, or to what it is ``fixed_to`` (a joint may carry it); it has weight."""
+        names = [other.name for other in self.bodies]
+        if body.fixed_to and body.fixed_to not in names:
+            raise InputError(f"the body {body.name!r} is fixed to an {unknown('body', body.fixed_to, names)}")
+        if body.name in names:
+            raise InputError(f"two bodies are called {body.name!r}; give the effect's body a name of its own")
+        self.bodies.append(body)
+
+    def add_joint(
+        self, name: str, *, axis: tuple[Expression, Expression], point: tuple[Expression, Expression],
+        carries: set[str], role: str = "",
+    ) -> Coordinate:  # fmt: skip
+        """Add a hinge after the lean and before the steer axis."""
+        for body in sorted(carries - {body.name for body in self.bodies}):
+            raise InputError(f"the joint {name!r} carries {unknown('body', body, [b.name for b in self.bodies])}")
+        self._declare_angle(name, role or name, joint=True)
+        coordinate = Coordinate(name, sp.Symbol(name), sp.Symbol(f"{name}_rate"))
+        self._frame_joints.append((Joint(name, *axis, *point, frozenset(carries)), coordinate))
+        return coordinate
+
+    def add_torque(self, coordinate: Coordinate, torque: Expression) -> None:
+        """Add a torque (N m) that acts on a joint angle, in terms of coordinates, rates, speed and states."""
+        self.coordinate_forces.append((coordinate, torque))
+
+    def add_inertia(self, coordinate: Coordinate, inertia: Expression) -> None:
+        """Add a moment of inertia (kg m^2) that moves with one joint angle only."""
+        self.extra_inertia.append((coordinate, inertia))
+
+    def add_yaw_moment(self, body: str, moment: Expression) -> None:
+        """Add an external moment about the vertical (N m) on a body."""
+        self.yaw_moments.append((body, moment))
+
+    def add_drive_force(self, force: Expression) -> None:
+        """Add a force forward at the rear contact (N), for example what balances a drag."""
+        self.drive_force += force
+
+    def add_load_transfer(self, force: Expression) -> None:
+        """Move vertical load (N) from the front contact to the rear."""
+        self.load_transfer += force
+
+    def set_contact_law(self, law: ContactLaw) -> None:
+        """Let ``law`` close both contacts; its effect declares ``slot = "contact law"``."""
+        self.contact_law = law
+
+    def lateral_offset(self, body: str, x: Expression, z: Expression) -> Expression:
+        """Lateral displacement (m) of a point of a body out of the plane through the rear contact along the heading."""
+        row = displacement_row(self.joints(), body, x, z)[2:]
+        return sum((a * c.angle for a, c in zip(row, self.coordinates(), strict=True)), sp.S.Zero)
+
+    def add_state(self, name: str, *, unit: str, role: str = "") -> Expression:
+        """Add a first-order state; :meth:`set_rate` says how it changes."""
+        self._declare(name, unit, role)
+        state = sp.Symbol(name)
+        self.rates[state] = None
+        return state
+
+    def set_rate(self, state: Expression, rate: Expression) -> None:
+        """Say how a state of :meth:`add_state` changes, in its unit per second and linear in the motion."""
+        self.rates[state] = rate
+
+    def add_mode(self, mode: Mode) -> None:
+        """Declare a mode (what an effect lists in ``modes``); two effects may bring the same."""
+        if self.modes.setdefault(mode.name, mode) != mode:
+            raise InputError(f"two effects declare the mode {mode.name!r} differently; give one of them another name")
+
+    def below(self, speed: Expression) -> Expression:
+        """Return a symbol that is 1 at speeds below ``speed`` and 0 above."""
+        indicator = sp.Symbol(f"below_{len(self.switches)}")
+        self.switches[indicator] = speed
+        return indicator
+
+    def close(self) -> SymbolicModel:
+        """Assemble the matrices once every effect has been applied."""
+        if self.contact_law is None:
+            raise ValueError("no contact law has been applied")
+        forces = {wheel: self.contact_law.side_force(self, wheel) for wheel in self.wheels}
+        roles = sorted({state.role for state in self.states.values() if state.role})
+        for mode in self.modes.values():
+            if mode.marks[0] not in roles:
+                raise InputError(
+                    f"the mode {mode.name!r} is marked by states of the role {mode.marks[0]!r}, and there are none: "
+                    f"the roles are {', '.join(roles)}; give a joint or a state of the effect that role"
+                )
+        for state, rate in self.rates.items():
+            if rate is None:
+                raise InputError(f"the state {str(state)!r} has no rate of change; give it one with model.set_rate")
+        return equations(self, forces)
+
+    def input_names(self) -> tuple[str, ...]:
+        """Inputs of the model: the two torques, a side force at the rear frame's mass centre, imposed slip angles."""
+        slips = () if self.contact_law is not None and self.contact_law.holds_contact else ("rear_slip", "front_slip")
+        return (*self.torques, "lateral_force", *slips)
+
+    def joints(self) -> list[Joint]:
+        """Lean, the joints of the effects and steer, from the ground outward."""
+        p = self.bicycle
+        lean = Joint("lean", 1, 0, 0, 0, frozenset(body.name for body in self.bodies))
+        carried = frozenset(("front frame", "front wheel"))
+        steer = Joint("steer", sp.sin(p["lam"]), sp.cos(p["lam"]), p["w"] + p["c"], 0, carried)
+        return [lean, *(with_guests(joint, self.bodies) for joint in (*(j for j, _ in self._frame_joints), steer))]
+
+    def coordinates(self) -> list[Coordinate]:
+        """Angle and rate of each of :meth:`joints`."""
+        return [self.lean, *(coordinate for _, coordinate in self._frame_joints), self.steer]
+
+    def units(self) -> dict[str, str]:
+        """SI unit of every state, input and output by name."""
+        units = {**dict.fromkeys(self.torques, "N m"), "lateral_force": "N"}
+        units |= {f"{wheel.name}_slip": "rad" for wheel in self.wheels}
+        units |= {f"{wheel.name}_side_force": "N" for wheel in self.wheels}
+        return units | {state.name: state.unit for state in self.states.values()}
+
+    def static_loads(self) -> tuple[Expression, Expression]:
+        """Static loads of rear and front contact (N) under all bodies."""
+        return static_loads(tuple(self.bodies), self.bicycle["w"], self.bicycle["g"])
+
+    def _declare(self, name: str, unit: str, role: str, *, joint: bool = False) -> None:
+        if name in self.states:
+            raise InputError(f"two states are called {name!r}; give the effect's state a name of its own")
+        self.states[name] = State(name, unit, role, joint)
+
+    def _declare_angle(self, name: str, role: str, *, joint: bool) -> None:
+        self._declare(name, "rad", role, joint=joint)
+        self._declare(f"{name}_rate", "rad/s", role, joint=joint)
+
+    @staticmethod
+    def _wheel(name: str, x: Expression, radius: Expression) -> Wheel:
+        seen = ("slip_velocity", "camber", "yaw_rate", "side_force", "static_load")
+        return Wheel(name, f"{name} wheel", x, radius, **{what: sp.Symbol(f"{name} {what}") for what in seen})

@@ -1,1 +1,0 @@
-"""Bicycles, models and effects as text; results as labelled arrays."""

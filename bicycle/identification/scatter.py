@@ -1,0 +1,154 @@
+"""Weigh the scatter from run to run, which no single run can know, by what repeats at about one speed show.
+
+Runs whose speeds differ by less than 5 % are repeats. Within such a group a number may follow the speed, by the slope
+of the line through the neighbouring groups, or by its own line if the speeds spread more than 1.5 %. The rest is the
+scatter; a run far outside that of the others is set aside and widened alone, one in eight at most (of fewer: one).
+The scatter of a group is its own, weighed against that of all groups, as a scaled inverse chi^2 prior of four degrees
+of freedom is (Gelman et al., Bayesian Data Analysis, 3rd ed., 2.6); if an F test parts them, it stands alone.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2, f, t
+
+from tyre.arrays import Array
+
+SAME_SPEED = 0.05  # relative
+OWN_LINE = 0.015  # relative spread of speeds within a group beyond which it has a slope of its own
+REFUTED = 0.05  # probability of such a scatter if the stated sd are right
+Numbers = Sequence[float] | Array
+
+
+@dataclass(frozen=True)
+class Repeats:
+    """Scatter of one number over runs."""
+
+    groups: tuple[tuple[int, ...], ...]  # places of the runs at about one speed, by speed
+    scatter: Array  # (runs,), sd of one run about its law in speed, as its repeats say; NaN without any
+    freedom: int  # degrees of freedom of all groups together, without the runs set aside
+    aside: tuple[int, ...]  # runs that lie far outside the scatter of the others
+    sd: Array  # (runs,), stated sd, widened if repeats scatter more: a 95 % interval is 1.96 of it to both sides
+
+    def count(self, run: int) -> int:
+        """Number of repeats of a ``run`` (its place), itself among them."""
+        return next(len(group) for group in self.groups if run in group)
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Runs at about one speed that are not set aside, and the columns of their law in speed."""
+
+    kept: list[int]
+    law: Array  # (runs, 1) a level, or (runs, 2) with a line of its own
+    level: Array  # numbers less the slope between groups
+    slope: float
+
+    def left(self) -> tuple[Array, Array]:
+        """Residual of each run, and the share of it that the law leaves."""
+        hat = self.law @ np.linalg.pinv(self.law)
+        return self.level - hat @ self.level, np.maximum(1 - np.diag(hat), 0.0)
+
+    def square(self) -> tuple[float, int]:
+        """Sum of squares of the residuals and its degrees of freedom."""
+        left, free = self.left()
+        return float(left @ left), round(float(free.sum()))
+
+
+def about_one_speed(speeds: Sequence[float], same: float = SAME_SPEED) -> tuple[tuple[int, ...], ...]:
+    """Group places of ``speeds`` (m/s) within a share ``same`` of the slowest of their group, by speed."""
+    groups: list[list[int]] = []
+    for place in np.argsort(speeds, kind="stable").tolist():
+        if groups and speeds[place] <= speeds[groups[-1][0]] * (1 + same):
+            groups[-1].append(place)
+        else:
+            groups.append([place])
+    return tuple(tuple(group) for group in groups)
+
+
+def repeats(speeds: Numbers, values: Numbers, stated: Numbers) -> Repeats:
+    """Find the scatter of ``values`` at ``speeds`` (m/s), and what their ``stated`` sd should be."""
+    v, y, own = (np.asarray(x, float) for x in (speeds, values, stated))
+    members = about_one_speed(v.tolist())
+    aside: list[int] = []
+    while (worst := _outlier(_grouped(members, v, y, aside), len(y), len(aside))) is not None:
+        aside.append(worst)
+    groups = _grouped(members, v, y, aside)
+    squares = [group.square() for group in groups]
+    total, freedom = (sum(each) for each in zip(*squares, strict=True))
+    scatter, sd = np.full(len(y), np.nan), own.copy()
+    shown = not own.all() or chi2.sf(*_surprise(groups, own)) < REFUTED
+    for places, (square, nu) in zip(map(list, members), squares, strict=True):
+        if not freedom:
+            break
+        others = freedom - nu
+        prior, pooled = min(4.0, others), (total - square) / others if others else 0.0
+        ratio = square / nu / pooled if nu and pooled else 1.0
+        if nu and pooled and 2 * min(f.sf(ratio, nu, others), f.cdf(ratio, nu, others)) < REFUTED:
+            prior = 0.0
+        variance = (prior * pooled + square) / (prior + nu)
+        scatter[places] = math.sqrt(variance)
+        if not nu and not shown:  # of a speed without repeats nothing is known but what the others show
+            continue
+        own_variance = float(np.mean(own[places] ** 2))
+        if chi2.sf((prior + nu) * variance / max(own_variance, 1e-300), prior + nu) < REFUTED:
+            few = float(t.ppf(0.975, freedom if prior else nu)) / 1.959964  # such an sd is itself uncertain
+            sd[places] = np.sqrt(own[places] ** 2 + max(few**2 * variance - own_variance, 0.0))
+    for place in aside:
+        group = next(group for one, group in zip(members, groups, strict=True) if place in one)
+        away = abs(y[place] - group.slope * v[place] - np.mean(group.level))
+        sd[place] = math.hypot(sd[place], float(away))
+    return Repeats(members, scatter, freedom, tuple(aside), sd)
+
+
+def surprise(speeds: Numbers, values: Numbers, stated: Numbers, same: float) -> tuple[float, int]:
+    """Residuals of repeats over their stated sd, squared and summed, and the degrees of freedom: chi^2 of right sd."""
+    v, y, own = (np.asarray(x, float) for x in (speeds, values, stated))
+    return _surprise(_grouped(about_one_speed(v.tolist(), same), v, y, []), own)
+
+
+def _surprise(groups: Sequence[_Group], own: Array) -> tuple[float, int]:
+    total, freedom = 0.0, 0
+    for group in groups:
+        scaled, level = group.law / own[group.kept][:, None], group.level / own[group.kept]
+        left = level - scaled @ np.linalg.lstsq(scaled, level, rcond=None)[0]
+        total += float(left @ left)
+        freedom += max(len(group.kept) - group.law.shape[1], 0)
+    return total, freedom
+
+
+def _grouped(members: Sequence[Sequence[int]], v: Array, y: Array, aside: Sequence[int]) -> list[_Group]:
+    """Groups without the runs set aside; the slope at each follows from medians of all groups."""
+    slopes = np.zeros(1)
+    if len(members) > 1:
+        at = np.array([np.mean(v[list(group)]) for group in members])
+        slopes = np.gradient(np.array([np.median(y[list(group)]) for group in members]), at)
+    found = []
+    for group, slope in zip(members, slopes, strict=True):
+        kept = [place for place in group if place not in aside]
+        columns = [np.ones(len(kept))]
+        if len(kept) > 1 and np.ptp(v[kept]) > OWN_LINE * v[kept].mean():
+            columns.append(v[kept] - v[kept].mean())
+        found.append(_Group(kept, np.stack(columns, 1), y[kept] - slope * v[kept], float(slope)))
+    return found
+
+
+def _outlier(groups: Sequence[_Group], count: int, aside: int) -> int | None:
+    """The run farthest outside the scatter of all others, if such a one is less likely than 2 %; of three or more."""
+    squares = [group.square() for group in groups]
+    total, nu = (sum(each) for each in zip(*squares, strict=True))
+    worst, largest = None, 0.0
+    for group, (square, own) in zip(groups, squares, strict=True):
+        if own < 2 or nu < 4 or aside >= max(1, count // 8):
+            continue
+        left, free = group.left()
+        taken = left**2 / np.maximum(free, 1e-9)  # of the sum of squares, by this run
+        others = (total - taken) / (nu - 1)
+        if own >= 3:  # a speed at which all scatter more has no outlier
+            others = np.maximum(others, (square - taken) / (own - 1))
+        score = np.sqrt(taken / np.maximum(others, 1e-300))  # t of about nu - 1 degrees of freedom
+        if score.max() > largest:
+            largest, worst = float(score.max()), group.kept[int(np.argmax(score))]
+    return worst if worst is not None and (count - aside) * 2 * t.sf(largest, nu - 1) < 0.02 else None

@@ -1,1 +1,0 @@
-"""Eigenvalues followed along speed and named: weave, wobble, capsize."""

@@ -1,0 +1,154 @@
+"""Model files: a bicycle, its effects, its measured tyres and its covariance."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from bicycle.bicycle_files import bicycle_place, given_numbers, load_bicycle
+from bicycle.default_sd import MODEL_FILE
+from bicycle.effect import Effect
+from bicycle.effect_registry import effect_class
+from bicycle.model import Model
+from bicycle.parameter_covariance import ParameterCovariance, ParameterKey, checked_covariance
+from bicycle.parameters import UNUSED, Bicycle, doubts_about
+from bicycle.wheel_tyres import mounted_tyres, tyre_notes, unused_offers, with_tyre_values
+from tyre import schema
+from tyre.errors import InputError, is_number, unknown
+from tyre.files import read_toml
+from tyre.plausible import WAY_OUT, refuse_absurd
+from tyre.schema import any_table, anything, flag, list_of, number, refused, text
+
+SECTION = "covariance"
+TABLE = schema.table(
+    {
+        schema.needed("parameters"): list_of(text(), "must be a list of names of parameters", least=1),
+        schema.needed("matrix"): anything,
+    }
+)
+
+
+def stated_covariance(model: Model, given: Mapping[str, Any]) -> ParameterCovariance:
+    """The covariance that a model file states."""
+    content = schema.read(TABLE, given, section=SECTION)
+    names = content["parameters"]
+    row = list_of(number(), f"must be {len(names)} finite numbers", least=len(names), most=len(names))
+    square = list_of(row, f"must be {len(names)} rows of as many numbers", least=len(names), most=len(names))
+    rows = schema.read(square, content["matrix"], where=f"[{SECTION}]", section="matrix")
+    known = {key for key in model.parameters if key not in UNUSED}
+    for name in names:
+        if name in model.tied:
+            raise InputError(
+                f"[{SECTION}]: {name} equals {model.tied[name]} of the bicycle and follows it; take it out"
+            )
+        if name not in known:
+            raise InputError(f"[{SECTION}]: {unknown('parameter', name, known)}")
+        if name in model.bicycle.sd:
+            raise InputError(f"[{SECTION}]: the bicycle states an sd of {name} already; keep one of them")
+    if model.sd:
+        raise InputError(f"[{SECTION}]: a measured tyre brings a covariance of its own; give its numbers instead")
+    try:
+        return ParameterCovariance(tuple(names), checked_covariance(names, rows), origin=MODEL_FILE)
+    except InputError as error:
+        raise InputError(f"[{SECTION}]: {error}") from error
+
+
+def _bicycle_given(value: Any) -> Any:
+    if not isinstance(value, str | Mapping):
+        raise refused(value, "must be a name, a file or a table of parameters")
+    return value
+
+
+MODEL = schema.table(
+    {
+        schema.needed(
+            "bicycle", "the key 'bicycle' is missing: give a packaged bicycle, a file, or a table of parameters"
+        ): (_bicycle_given),
+        schema.maybe("effects", {}): schema.tables_by_name,
+        schema.maybe("description", ""): anything,
+        schema.maybe(WAY_OUT, False): flag,
+        schema.maybe(SECTION): any_table,
+    }
+)
+
+
+def read_model(path: str | Path) -> Model:
+    """Read a model file.
+
+    Parameters
+    ----------
+    path : str or Path
+        A TOML file.
+
+    Raises
+    ------
+    InputError
+        No such file, not TOML, an unknown key, or values that make no bicycle, effect or combination.
+    """
+    path = Path(path)
+    content = read_toml(path, "model file")
+    try:
+        return build_model(content, folder=path.parent)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def build_model(content: Mapping[str, Any], *, folder: Path = Path()) -> Model:
+    """Build a model from the content of a model file; files it names are relative to ``folder``.
+
+    Values far outside their typical range are refused unless the content has ``allow_unusual = true``.
+
+    Parameters
+    ----------
+    content : mapping
+        As read from TOML: ``bicycle``, ``effects``, ``allow_unusual``, ``covariance``.
+    folder : Path
+        What file names are relative to.
+    """
+    given = schema.read(MODEL, content)
+    allow = given[WAY_OUT]
+    bicycle = _bicycle(given["bicycle"], folder, allow_unusual=allow)
+    tables = given["effects"]
+    tyres = mounted_tyres(tables, folder, bicycle)
+    effects: list[Effect] = []
+    covariance = ParameterCovariance()
+    assumed: list[str] = []
+    for identifier, table in tables.items():
+        kind = effect_class(identifier)
+        filled = with_tyre_values(kind, table, tyres, tables)
+        covariance = covariance.and_also(filled.covariance)
+        assumed += filled.assumed
+        effects.append(kind(**filled.table))
+        if not allow:
+            refuse_absurd(effects[-1].doubts().values(), where="model file")
+    notes = [] if tyres is None else [*tyre_notes(tyres.properties), *unused_offers(tyres, tables)]
+    model = Model(bicycle, tuple(effects), tuple(notes), covariance.sd, tuple(assumed), covariance)
+    if SECTION not in given:
+        return model
+    stated = stated_covariance(model, given[SECTION])
+    return replace(model, sd=stated.sd, covariance=stated)
+
+
+def allows_unusual(content: Mapping[str, Any]) -> bool:
+    """True if the ``content`` of a model file lets values far outside their typical range pass."""
+    return bool(schema.read(flag, content.get(WAY_OUT, False), section=WAY_OUT))
+
+
+def refuse_absurd_values(model: Model, values: Mapping[str, Iterable[float]]) -> None:
+    """Refuse values of a model's parameters far outside the typical range."""
+    declared = {f"{e.identifier}.{p.name}": p for e in model.effects for p in e.parameters}
+    for key, given in values.items():
+        parameter = declared.get(str(ParameterKey.parse(key).whole))
+        numbers = [number for number in given if is_number(number) and number]
+        for one in sorted({min(numbers), max(numbers), min(numbers, key=abs)}) if numbers else []:
+            if parameter and not parameter.bounds[0] <= one <= parameter.bounds[1]:
+                continue  # impossible: the effect says so in its own words
+            doubts = [parameter.doubt(key, one)] if parameter else doubts_about({key: one})
+            refuse_absurd([found for found in doubts if found], where="model file")
+
+
+def _bicycle(given: Any, folder: Path, *, allow_unusual: bool) -> Bicycle:
+    if isinstance(given, Mapping):
+        place = "bicycle of the model file"
+        return given_numbers(given, place=place).bicycle(place, "model file", allow_unusual=allow_unusual)
+    return load_bicycle(bicycle_place(given, folder), allow_unusual=allow_unusual)

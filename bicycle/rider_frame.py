@@ -1,0 +1,165 @@
+"""A rider on a bicycle: rear frame and body as one rigid body, with its covariance."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from bicycle.parameters import Bicycle
+from bicycle.rider_body import (
+    DENSITY_SETS,
+    GROUPS,
+    LIMITS,
+    RiderMeasurements,
+    RigidBody,
+    Segment,
+    as_rear_frame,
+    join,
+    rear_frame,
+    segments,
+)
+from bicycle.rider_posture import (
+    LEAN_LIMITS,
+    POSTURES,
+    Contacts,
+    Lengths,
+    Seated,
+    SeatGeometry,
+    completed,
+    contacts,
+    fitting_hands,
+    sit,
+    with_hands,
+)
+from tyre.arrays import Array
+from tyre.errors import InputError
+
+KEYS = ("xB", "zB", "mB", "IBxx", "IByy", "IBzz", "IBxz")
+ANGLE_SD = math.radians(5)
+"""One sd of torso lean, rounding of the back and turn of the elbows."""
+
+
+class Angles(NamedTuple):
+    """Joint angles that a posture leaves free, rad."""
+
+    torso_lean: float
+    back_rounding: float = 0.0
+    elbows_out: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class RiderOnBicycle:
+    """A bicycle with a rider."""
+
+    frame: Bicycle  # without rider
+    rider: RiderMeasurements
+    posture: str
+    angles: Angles
+    geometry: SeatGeometry  # complete; its ``assumed`` keys were not measured
+    contacts: Contacts
+    seated: Seated
+    segments: tuple[Segment, ...]
+    body: RigidBody  # the rider alone
+
+    @cached_property
+    def causes(self) -> Mapping[str, Array]:
+        """Change (7,) of :data:`KEYS` by one standard deviation of each independent cause, saddle and bar held."""
+        return _causes(self.frame, self.rider, self.geometry, self.angles)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Meijaard's keys of rear frame and rider."""
+        return as_rear_frame(join([self.body, rear_frame(self.frame.values)]))
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance of :data:`KEYS`, shape (7, 7)."""
+        steps = np.array(list(self.causes.values()))
+        return np.asarray(steps.T @ steps)
+
+    @property
+    def sd(self) -> dict[str, float]:
+        """One standard deviation of each of :attr:`values`."""
+        spread = dict(zip(KEYS, np.sqrt(np.diag(self.covariance)), strict=True))
+        return {key: float(spread[key]) for key in self.values}
+
+    def bicycle(self, name: str, description: str, source: str) -> Bicycle:
+        """As a parameter set; the sds of the other parameters are the frame's, correlations are left out."""
+        return Bicycle(
+            name, {**self.frame.values, **self.values}, {**self.frame.sd, **self.sd}, description, source,
+            self.frame.notes,
+        )  # fmt: skip
+
+
+def rider_on_bicycle(
+    frame: Bicycle, rider: RiderMeasurements, *, posture: str, geometry: SeatGeometry,
+    torso_lean: float | None = None, back_rounding: float = 0.0, elbows_out: float = 0.0,
+) -> RiderOnBicycle:  # fmt: skip
+    """Put a rider on a bicycle."""
+    if frame["mB"] > 60:
+        raise InputError(
+            f"bicycle {frame.name!r}: the rear frame weighs {frame['mB']:g} kg, so it carries a rider already "
+            "(limit 60 kg); give a bicycle without rider"
+        )
+    way, lengths = POSTURES[posture], Lengths.of(rider.lengths)
+    angles = Angles(way.torso_lean if torso_lean is None else torso_lean, back_rounding, elbows_out)
+    limits = (LEAN_LIMITS, (-30.0, 90.0), (-45.0, 90.0))
+    for (name, value), (low, high) in zip(angles._asdict().items(), limits, strict=True):
+        if not low <= math.degrees(value) <= high:
+            raise InputError(
+                f"{name.replace('_', ' ')} = {math.degrees(value):g} deg must lie between {low:g} and {high:g} degrees"
+            )
+    geometry = completed(geometry, rider, frame.values, hand_width=way.hand_width)
+    if not geometry.has_hands:
+        narrow = way._replace(hand_width=geometry.values["hand_width_m"])
+        hands = fitting_hands(lengths, narrow, torso_lean=angles.torso_lean)
+        geometry = with_hands(geometry, hands, sd=0.03)  # m, of reach and drop of a bar that was not measured
+    at = contacts(geometry, frame.values)
+    seated = sit(lengths, at, **angles._asdict())
+    parts = segments(rider, seated.configuration, at.hip)
+    body = join([part.body for part in parts])
+    if rider.mass is None:  # from here on it is given, so that mass and shape vary apart
+        rider = replace(rider, mass=body.mass, mass_sd=LIMITS.volume_mass_sd * body.mass)
+    return RiderOnBicycle(frame, rider, posture, angles, geometry, at, seated, parts, body)
+
+
+def _causes(frame: Bicycle, rider: RiderMeasurements, geometry: SeatGeometry, angles: Angles) -> dict[str, Array]:
+
+    def whole(
+        rider: RiderMeasurements = rider, geometry: SeatGeometry = geometry, angles: Angles = angles,
+        frame_values: Mapping[str, float] = frame.values, densities: str = DENSITY_SETS[0],
+    ) -> Array:  # fmt: skip
+        at = contacts(geometry, frame.values)
+        seated = sit(Lengths.of(rider.lengths), at, **angles._asdict(), strict=False)
+        body = join([part.body for part in segments(rider, seated.configuration, at.hip, densities=densities)])
+        values = as_rear_frame(join([body, rear_frame(frame_values)]))
+        return np.array([values.get(key, np.nan) for key in KEYS])
+
+    def half(changed: Callable[[float], Array]) -> Array:
+        return (changed(1.0) - changed(-1.0)) / 2
+
+    mass = rider.mass
+    assert mass is not None
+    causes = {"mass of the rider": half(lambda s: whole(rider=replace(rider, mass=mass + s * rider.mass_sd)))}
+    for group in GROUPS:
+        causes[group] = half(lambda s, g=group: whole(rider=rider.scaled(g, 1 + s * rider.relative_sd)))  # type: ignore[misc]
+    sets = np.array([whole(densities=name) for name in DENSITY_SETS])
+    for number, step in enumerate(sets - sets.mean(axis=0)):  # sample covariance of the three
+        causes[f"densities after {DENSITY_SETS[number]}"] = step / math.sqrt(len(sets) - 1)
+    for name, value in angles._asdict().items():
+        causes[name.replace("_", " ")] = half(
+            lambda s, n=name, v=value: whole(angles=angles._replace(**{n: v + s * ANGLE_SD}))  # type: ignore[misc]
+        )
+    for key, sd in geometry.sd.items():
+        causes[f"seat: {key.rpartition('_')[0].replace('_', ' ')}"] = half(
+            lambda s, k=key, d=sd: whole(geometry=geometry.changed(k, s * d))  # type: ignore[misc]
+        )
+    for key in KEYS:
+        if frame.sd.get(key, 0.0) > 0:
+            causes[f"frame: {key}"] = half(
+                lambda s, k=key: whole(frame_values={**frame.values, k: frame[k] + s * frame.sd[k]})  # type: ignore[misc]
+            )
+    return causes

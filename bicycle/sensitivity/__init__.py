@@ -1,1 +1,0 @@
-"""Derivatives of eigenvalues and critical speeds, and the uncertainty that follows."""

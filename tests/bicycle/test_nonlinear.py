@@ -1,0 +1,193 @@
+"""Magic Formula simulation against the linear model, its limits, and closed forms."""
+
+import numpy as np
+import pytest
+from eigenvalue_sets import assert_same_eigenvalues
+
+from bicycle import Model, effect_class, load_bicycle
+from bicycle.inputs import InputHistory, pulse, step
+from bicycle.nonlinear import MagicTyre, magic_formula_model
+from bicycle.responses import respond
+from tyre.errors import InputError
+
+STIFFNESS = {"rear": 6302.5, "front": 6016.1}  # N/rad
+LAGGED = ("relaxation_length", {"cornering_stiffness": STIFFNESS, "relaxation_length": {"rear": 0.12, "front": 0.1}})
+STATIC = ("side_slip", {"cornering_stiffness": STIFFNESS})
+CAMBER = ("camber_thrust", {"camber_stiffness": 400.0, "lag_share": 0.6})
+SETS = {
+    "lagged": (LAGGED,),
+    "static": (STATIC, CAMBER),
+    "tyre": (LAGGED, CAMBER, ("pneumatic_trail", {"trail": 0.017}), ("wheel_compliance", {"stiffness": 3e5})),
+    "moments": (LAGGED, ("twisting_torque", {}), ("crown_radius", {}),
+                ("aligning_moment", {"aligning_stiffness": 100.0, "relaxation_length": 0.1})),
+    "front": (LAGGED, CAMBER, ("front_compliance", {"joint_x": 0.8, "joint_z": -0.85}), ("steer_damper", {})),
+    "rider": (LAGGED, ("aerodynamic_drag", {"centre_of_pressure_z": -1.1}), ("rider_arms", {}),
+              ("rider_lean", {"mass": 30.0, "x": 0.3, "z": -1.1, "Ixx": 1.0, "Izz": 0.5, "joint_z": -0.9})),
+    "bags": (LAGGED, ("luggage", {"mass": 6.0}), ("bar_bag", {"mass": 2.0})),
+    "assist": (LAGGED, ("steer_assist", {}), ("steer_motor", {"share": 0.7}), ("steer_spring", {})),
+    "torque": (LAGGED, ("residual_torque", {"steer_from_steer_rate": -1.5, "lean_from_lean_slope": 3.0})),
+}  # fmt: skip
+SHOWN = ("lean", "steer", "yaw_rate", "rear_side_force", "front_side_force")
+
+
+def build(*effects):
+    return Model(load_bicycle("benchmark"), tuple(effect_class(name)(**table) for name, table in effects))
+
+
+@pytest.mark.parametrize("effects", SETS.values(), ids=SETS)
+def test_its_linearisation_is_the_linear_model(effects):
+    model = build(*effects)
+    system = magic_formula_model(model, speed=6.5, rear=MagicTyre(0.7, 1.5, -0.8), front=MagicTyre(1.1, 1.1, 0.4))
+    found = np.linalg.eigvals(system.jacobian(np.zeros(len(system.states)), np.zeros(len(system.inputs))))
+    expected = model.linear_model().eigenvalues(6.5)
+    assert_same_eigenvalues(found, expected, atol=1e-10 * np.abs(expected).max())
+
+
+def kicked(size):
+    return {"steer_rate": 40.0 * size, "lean": size}
+
+
+def relative_difference(nonlinear, linear, trim):
+    return max(
+        np.abs(nonlinear.outputs[name] - trim.outputs[name] - linear.outputs[name]).max()
+        / np.abs(linear.outputs[name]).max()
+        for name in SHOWN
+    )
+
+
+@pytest.mark.parametrize("effects", [SETS["tyre"], SETS["static"]], ids=["tyre", "static"])
+def test_half_the_kick_is_a_quarter_of_the_relative_difference(effects):
+    model, time = build(*effects), np.linspace(0.0, 0.3, 31)
+    system, linear = magic_formula_model(model, speed=6.0), model.linear_model()
+    still = system.simulate(time=time)
+    assert all(np.abs(still.outputs[name]).max() == 0 for name in SHOWN)
+    size, previous, count = 0.005, np.inf, 0
+    while previous > 2e-8:
+        nonlinear = system.simulate(time=time, initial=kicked(size), tolerance=1e-12)
+        found = relative_difference(nonlinear, respond(linear, speed=6.0, time=time, initial=kicked(size)), still)
+        assert found <= previous / 3.9  # fourfold, up to the next order of the kick
+        size, previous, count = size / 2, found, count + 1
+    assert count >= 8
+
+
+def test_with_an_offset_half_the_kick_is_half_of_the_relative_difference():
+    # around the steady motion that the offset enforces, F(alpha) has a second derivative; the linear model takes the
+    # local slope, with camber as the slip that gives the same force
+    # (equal offsets would only make it turn, without slip, at a lean of Sv)
+    rear, front = (MagicTyre(friction=0.5, offset=offset) for offset in (-0.05, 0.05))
+    model, time = build(LAGGED, CAMBER), np.linspace(0.0, 0.3, 31)
+    system = magic_formula_model(model, speed=6.0, rear=rear, front=front)
+    trim = system.trim()
+    state = np.array([trim[name] for name in system.states])
+    slope = system.local_stiffness(system.slip_matrix @ state)
+    share = slope / np.array([*STIFFNESS.values()])
+    assert (share < 0.97).all()
+    local = {"cornering_stiffness": dict(zip(STIFFNESS, slope.tolist(), strict=True)),
+             "relaxation_length": LAGGED[1]["relaxation_length"]}  # fmt: skip
+    camber = {"camber_stiffness": dict(zip(STIFFNESS, (400.0 * share).tolist(), strict=True)), "lag_share": 0.6}
+    linear = build(("relaxation_length", local), ("camber_thrust", camber)).linear_model()
+    still = system.simulate(time=time, initial=trim, tolerance=1e-12)
+    assert np.ptp(still.outputs["lean"]) < 1e-9
+    found = []
+    for halvings in range(8):
+        kick = kicked(0.004 / 2**halvings)
+        start = {name: value + kick.get(name, 0.0) for name, value in trim.items()}
+        nonlinear = system.simulate(time=time, initial=start, tolerance=1e-12)
+        found.append(relative_difference(nonlinear, respond(linear, speed=6.0, time=time, initial=kick), still))
+    ratios = np.array(found[:-1]) / found[1:]
+    assert (ratios > 1.85).all()
+    assert ratios[-1] == pytest.approx(2.0, rel=0.02)
+
+
+def test_side_forces_never_exceed_friction_times_load():
+    model = build(LAGGED, CAMBER)
+    system = magic_formula_model(model, speed=6.0, rear=MagicTyre(0.3), front=MagicTyre(0.3))
+    found = system.simulate(time=np.linspace(0, 1.5, 151), inputs={"lateral_force": pulse(400.0, duration=0.5)})
+    for wheel, load in zip(("rear", "front"), load_bicycle("benchmark").static_loads, strict=True):
+        largest = np.abs(found.outputs[f"{wheel}_side_force"]).max()
+        assert 0.99 * 0.3 * load < largest <= 0.3 * load * (1 + 1e-12)
+
+
+def test_drag_shifts_load_from_the_front_wheel_to_the_rear():
+    # D h / w with D = density area v^2 / 2 (Sharp 2001)
+    drag = {"drag_area": 0.4, "centre_of_pressure_z": -1.1, "air_density": 1.225}
+    system = magic_formula_model(build(LAGGED, ("aerodynamic_drag", drag)), speed=10.0)
+    shift = 1.225 * 0.4 * 10.0**2 / 2 * 1.1 / 1.02
+    rear, front = load_bicycle("benchmark").static_loads
+    assert system.loads.tolist() == pytest.approx([rear + shift, front - shift], rel=1e-12)
+    with pytest.raises(InputError, match="at 60 m/s the drag lifts the front wheel off the road; ride slower"):
+        magic_formula_model(build(LAGGED, ("aerodynamic_drag", drag)), speed=60.0)
+
+
+def test_slip_step_of_a_bicycle_that_stays_straight_gives_the_magic_formula():
+    # F = D Fz sin{C atan[B a - E (B a - atan(B a))]} + Sv Fz by hand at a = 0.1 rad, wheels held by a huge mass
+    heavy = load_bicycle("benchmark")
+    heavy = heavy.replace(g=1e-9 * 9.81, **{k: 1e9 * heavy[k] for k in heavy.values if k[0] == "I" or k[0] == "m"})
+    law = effect_class("relaxation_length")(cornering_stiffness=6000.0, relaxation_length=0.1)
+    tyre = MagicTyre(friction=0.7, shape_factor=1.4, curvature_factor=-0.5, offset=0.02)
+    system = magic_formula_model(Model(heavy, (law,)), speed=5.0, rear=tyre, front=tyre)
+    found = system.simulate(time=[0.0, 2.0], inputs={"rear_slip": step(0.1)})
+    load = load_bicycle("benchmark").static_loads[0]
+    b = 6000.0 / (1.4 * 0.7 * load)
+    curved = b * 0.1 + 0.5 * (b * 0.1 - np.arctan(b * 0.1))
+    assert found.outputs["rear_side_force"][1] == pytest.approx(
+        load * (0.7 * np.sin(1.4 * np.arctan(curved)) + 0.02), rel=1e-6
+    )
+
+
+def test_samples_that_are_joined_by_straight_lines_are_integrated_from_bend_to_bend():
+    model = build(*SETS["static"])
+    clock = np.array([0.05, 0.2, 0.31, 0.5, 0.6, 0.9])
+    samples = InputHistory(clock, 1e-4 * np.array([0.5, 1.0, -1.0, 0.0, 0.0, 0.7]), linear=True)
+    inputs = {"steer_torque": samples, "rear_slip": step(1e-5, start=0.5011)}
+    time = np.linspace(0, 1.2, 13)
+    found = magic_formula_model(model, speed=5.0).simulate(time=time, inputs=inputs, tolerance=1e-12)
+    expected = respond(model.linear_model(), speed=5.0, time=time, inputs=inputs)
+    for name, values in expected.outputs.items():
+        assert np.allclose(found.outputs[name], values, rtol=0, atol=1e-6 * np.abs(values).max())
+
+
+def test_a_standing_bicycle_has_springs_for_tyres():
+    # at v = 0 the relaxing tyre is the spring C / lambda (Dell'Orto et al., eq. 3)
+    system = magic_formula_model(build(LAGGED), speed=0.0)
+    slope = system.state_matrix[
+        system.states.index("rear_transient_slip"), system.states.index("rear_lateral_velocity")
+    ]
+    assert -slope * STIFFNESS["rear"] == pytest.approx(STIFFNESS["rear"] / 0.12)
+
+
+def test_refused_models_and_motions():
+    with pytest.raises(
+        InputError, match="need the effect side_slip or relaxation_length; this model rolls with 'no_slip'"
+    ):
+        magic_formula_model(build(), speed=5.0)
+    with pytest.raises(InputError, match="speed 0 m/s is not allowed with side_slip"):
+        magic_formula_model(build(STATIC), speed=0.0)
+    with pytest.raises(InputError, match="need a cornering_stiffness > 0 on both wheels"):
+        magic_formula_model(build(("side_slip", {"cornering_stiffness": 0.0})), speed=5.0)
+    system = magic_formula_model(build(LAGGED), speed=1.0)
+    with pytest.raises(InputError, match="unknown state 'rear_side_force'; known: front_transient_slip"):
+        system.simulate(time=[0, 1], initial={"rear_side_force": 1.0})
+    with pytest.raises(InputError, match="unknown input 'steer'"):
+        system.simulate(time=[0, 1], inputs={"steer": step(1.0)})
+    with pytest.raises(InputError, match="unknown input 'steer'"):
+        system.trim({"steer": 1.0})
+    with pytest.raises(InputError, match="no steady motion found at 1 m/s; take smaller offsets or inputs"):
+        system.trim({"lateral_force": 5000.0})
+    with pytest.raises(InputError, match="simulation at 1 m/s stops at .* s: .*probably fallen; take less time"):
+        system.simulate(time=[0.0, 400.0], initial={"lean": 1e150}, tolerance=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"friction": 0.0}, "friction = 0 is outside 0 .. 3 .0 excluded."),
+        ({"friction": np.nan}, "friction = nan is outside"),
+        ({"shape_factor": 2.5}, "shape_factor = 2.5 is outside 0 .. 2 .0 excluded."),
+        ({"curvature_factor": 1.1}, "curvature_factor = 1.1 is outside -100 .. 1$"),
+        ({"offset": -2.0}, "offset = -2 is outside -1 .. 1$"),
+    ],
+)
+def test_refused_tyres(given, words):
+    with pytest.raises(InputError, match=words):
+        MagicTyre(**given)
