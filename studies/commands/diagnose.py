@@ -4,10 +4,7 @@ from typing import Any
 
 import click
 
-from studies.reporting.examples import example
-from studies.reporting.output import verbose
-
-WORTH_PROCESSES = 5.0  # s that a judgement takes, from which on processes are worth their start
+from studies.reporting.command_context import example, verbose
 
 
 @click.command(
@@ -32,25 +29,14 @@ def command(
     from pathlib import Path
     from time import perf_counter
 
-    from studies.missing_effect import diagnose, read_measurement
-    from studies.missing_effect.report import record, write_report
-    from studies.missing_effect.reporting.corrected_model import why_none
-    from studies.missing_effect.reporting.findings import find, with_stability
-    from studies.missing_effect.reporting.sentences import (
-        beside_name,
-        closing,
-        first_lines,
-        fitting,
-        next_note,
-        stands,
-        told_apart,
-    )
-    from studies.missing_effect.reporting.tables import named
-    from studies.missing_effect.reporting.words import explains
+    from studies.diagnosis.diagnose import diagnose
+    from studies.diagnosis.findings import find, with_stability
+    from studies.diagnosis.measurement_file import read_measurement
+    from studies.diagnosis.report import record, terminal, write_report
     from studies.reporting.manifest import results
-    from studies.reporting.output import check_targets, print_table, print_warnings, write_json
-    from tyre.base.errors import InputError
-    from tyre.base.progress import progress_bar
+    from studies.reporting.output import check_targets, print_warnings, write_json
+    from tyre.errors import InputError
+    from tyre.progress import progress_bar
 
     if folder and Path(folder).exists() and not Path(folder).is_dir():
         raise InputError(f"--out {folder} is a file; give a folder")
@@ -58,9 +44,9 @@ def command(
     started = perf_counter()
     found = diagnose(read_measurement(measurement_file), without=without, with_=with_, progress=True)
     took = perf_counter() - started
-    verdict, findings = found.verdict, find(found)
+    findings = find(found)
     if folder and not no_stability:
-        most = workers or (min(cpu_count() or 1, 4) if took > WORTH_PROCESSES else 1)
+        most = workers or (min(cpu_count() or 1, 4) if took > 5.0 else 1)  # s, worth the start of processes
         with progress_bar(desc="does it stand?", unit=" variants", leave=False) as bar:
 
             def advance(what: str) -> None:
@@ -73,40 +59,7 @@ def command(
             write_report(found, Path(folder), findings)
     if json_file:
         write_json(record(found, findings), json_file)
-    if json_file == "-":
-        return found, findings
-    place = str(Path(folder) / "report.html") if folder else ""
-    for line in first_lines(found, findings, place):
-        click.echo(line)
-    if none := why_none(found, findings.kept.residual if findings.kept is not None else None):
-        click.echo(none)
-    rows = named(found)
-
-    def show() -> None:
-        print_table([row[:-1] for row in rows], ["effect", "parameter", "value", "1 sd"])
-        for effect, *_, does in rows:
-            if does:
-                click.echo(f"{effect}: {does}")
-
-    if rows and verdict.verdict != "partial":
-        show()
-    for member in verdict.equivalent[1:]:
-        click.echo(beside_name(verdict, member))
-    if not findings.further:
-        click.echo(next_note(findings))
-    elif findings.standing is not None:
-        click.echo(stands(findings))
-    for advice in findings.further[:3]:
-        wider = ", the uncertainty of the parameters doubled" if findings.doubled else ""
-        click.echo(f"measure next: {advice.what} (tells {told_apart(findings)} by {advice.gain:.1f} sd{wider})")
-    click.echo(closing(found).replace("χ²", "chi^2"))
-    click.echo(fitting(found).replace("χ²", "chi^2"))
-    for mimic in [m for m in verdict.mimics if m.chi2 < verdict.chi2["final"]][:3]:
-        click.echo(
-            f"would mimic the rest beside {explains(found.final)}: {mimic.what} = {mimic.value:.3g} "
-            f"(chi^2 {mimic.chi2:.1f})"
-        )
-    if rows and verdict.verdict == "partial":
-        show()
-    print_warnings(verdict.warnings)
+    if json_file != "-":
+        click.echo(terminal(found, findings, str(Path(folder) / "report.html") if folder else ""))
+        print_warnings(found.verdict.warnings)
     return found, findings  # for the page of velotyre explore

@@ -4,14 +4,143 @@ A forward model says what floats (``nuisances``), what may be missing (``candida
 and how far they are from what it computes (``residual``); :func:`judge` says what is missing, or that nothing is.
 """
 
-from studies.inference.fit import Fit, fit
-from studies.inference.folds import folds
-from studies.inference.forward import Forward, ForwardModel, ProposedMeasurement, Rows, Series
-from studies.inference.judge import Judgement, judge
-from studies.inference.parameter import Candidate, UncertainParameter, central_differences, stencil
-from studies.inference.verdict import Verdict
+from studies.inference.evidence import (
+    MOST_FOLDS,
+    HeldOut,
+    folds,
+    held_out,
+    left_over,
+    log_normal,
+    whiteness,
+    within_uncertainty,
+)
+from studies.inference.fit import ROUGH, Fit, Moved, default_starts, fit, minimise, moved, prior
+from studies.inference.joint import OF, Joint, Part
+from studies.inference.judge import (
+    Acceptance,
+    Judgement,
+    accept,
+    equivalents,
+    judge,
+    rule_against,
+    separating,
+    similarity,
+    widened,
+)
+from studies.inference.kind import Kind, Proposal, Rows, Series
+from studies.inference.limits import UpperLimit, size_limit, tail_limit, upper_limits
+from studies.inference.linear import Linear
+from studies.inference.parameter import (
+    Array,
+    Candidate,
+    UncertainParameter,
+    central_differences,
+    stencil,
+    together,
+)
+from studies.inference.parts import (
+    Compared,
+    PartAgainstRest,
+    WithoutOne,
+    disagreement,
+    fits,
+    parts_against_rest,
+    without_each,
+)
+from studies.inference.rules import RULES, Rules
+from studies.inference.search import Hypotheses, exchanged, expand, held_back, pruned, singles
+from studies.inference.stability import Outcome, Stability, Variant, leading, outcome, stability, variants
+from studies.inference.verdict import (
+    DOUBLED,
+    EACH_ALONE,
+    GAINS,
+    LEFT_OVER,
+    UNLIKELY,
+    AcceptanceCheck,
+    Judged,
+    Mimic,
+    Named,
+    Reason,
+    Separation,
+    Verdict,
+)
 
 __all__ = [
-    "Candidate", "Fit", "Forward", "ForwardModel", "Judgement", "ProposedMeasurement", "Rows", "Series",
-    "UncertainParameter", "Verdict", "central_differences", "fit", "folds", "judge", "stencil",
+    "DOUBLED",
+    "EACH_ALONE",
+    "GAINS",
+    "LEFT_OVER",
+    "MOST_FOLDS",
+    "OF",
+    "ROUGH",
+    "RULES",
+    "UNLIKELY",
+    "Acceptance",
+    "AcceptanceCheck",
+    "Array",
+    "Candidate",
+    "Compared",
+    "Fit",
+    "HeldOut",
+    "Hypotheses",
+    "Joint",
+    "Judged",
+    "Judgement",
+    "Kind",
+    "Linear",
+    "Mimic",
+    "Moved",
+    "Named",
+    "Outcome",
+    "Part",
+    "PartAgainstRest",
+    "Proposal",
+    "Reason",
+    "Rows",
+    "Rules",
+    "Separation",
+    "Series",
+    "Stability",
+    "UncertainParameter",
+    "UpperLimit",
+    "Variant",
+    "Verdict",
+    "WithoutOne",
+    "accept",
+    "central_differences",
+    "default_starts",
+    "disagreement",
+    "equivalents",
+    "exchanged",
+    "expand",
+    "fit",
+    "fits",
+    "folds",
+    "held_back",
+    "held_out",
+    "judge",
+    "leading",
+    "left_over",
+    "log_normal",
+    "minimise",
+    "moved",
+    "outcome",
+    "parts_against_rest",
+    "prior",
+    "pruned",
+    "rule_against",
+    "separating",
+    "similarity",
+    "singles",
+    "size_limit",
+    "stability",
+    "stencil",
+    "tail_limit",
+    "together",
+    "upper_limits",
+    "variants",
+    "whiteness",
+    "widened",
+    "within_uncertainty",
+    "without_each",
 ]  # fmt: skip

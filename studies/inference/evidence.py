@@ -1,99 +1,187 @@
-"""How probable each fitted hypothesis is, from its Laplace evidence and a prior that favours few and usual effects."""
+"""Evidence of a fit: held-out score, goodness of fit, whiteness, what is left over, how far nuisances went."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.stats import chi2 as chi2_distribution
 
-from studies.inference.fit import Fit
-from studies.inference.parameter import Candidate
-
-CLEAR_ODDS = 20.0  # of a hypothesis with one more effect against its parent
-SELDOM = 0.05  # prior share of sizes that seldom occur
+from studies.inference.fit import Fit, fit
+from studies.inference.kind import Kind
+from studies.inference.parameter import Array, Candidate
 
 
 @dataclass(frozen=True, eq=False)
-class Hypotheses:
-    """The null fit ("parameters only") and all fits with effects, singles first.
+class HeldOut:
+    """Prediction of data left out of the fit."""
 
-    Attributes
-    ----------
-    null : Fit
-    fits : tuple of Fit
-    library : tuple of Candidate
-        What was tried alone.
+    log_score: float  # ln of the predictive density of what was left out, summed over the folds
+    residual: Array  # (n,), whitened, of each row as its own fold's fit predicts it
+    possible: bool = True  # false if there is one fold only: the residual is then that of the fit to everything
+
+    @property
+    def chi2(self) -> float:
+        """Sum of squares."""
+        return float(self.residual @ self.residual)
+
+    @property
+    def gap(self) -> float:
+        """Excess of chi^2/n over that of noise alone, as a standard deviation: sqrt(max(0, chi^2/n - 1))."""
+        return float(np.sqrt(max(0.0, self.chi2 / len(self.residual) - 1)))
+
+
+MOST_FOLDS = 6  # each held-out fold is one more fit
+
+
+def folds(group: Sequence[str], place: ArrayLike, repeat: Sequence[str]) -> NDArray[np.intp]:
+    """Fold of each row: groups in the order of their place are dealt out in turn to at most six folds."""
+    if len(set(group)) == 1:
+        group = repeat
+    names = np.asarray(group)
+    places = np.asarray(place, float)
+    order = sorted(set(group), key=lambda name: (float(places[names == name].mean()), name))
+    number = {name: k % min(MOST_FOLDS, len(order)) for k, name in enumerate(order)}
+    return np.array([number[name] for name in group], np.intp)
+
+
+def held_out(kind: Kind, hypothesis: Fit) -> HeldOut:
+    """Refit with each fold left out and score what was left out, its predictive covariance included."""
+    score, residual = 0.0, np.zeros(len(kind.rows.where))
+    numbers = np.unique(kind.rows.fold)
+    if len(numbers) == 1:
+        return HeldOut(0.0, hypothesis.residual, possible=False)
+    for number in numbers:
+        out = kind.rows.fold == number
+        rest = fit(
+            kind, hypothesis.candidates, starts=[hypothesis.theta], rows=~out,
+            nuisance_scale=hypothesis.nuisance_scale,
+        )  # fmt: skip
+        r, j = rest.residual[out], rest.jacobian[out]
+        score += log_normal(r, j, rest.covariance)
+        residual[out] = r
+    return HeldOut(score, residual)
+
+
+def log_normal(r: Array, j: Array, covariance: Array) -> float:
+    """ln N(r; 0, I + j covariance j') of residuals (n,), by the matrix inversion lemma; ``j`` (n, p)."""
+    if not (np.isfinite(r).all() and np.isfinite(j).all()):
+        return -math.inf  # what falls over predicts nothing
+    scale = np.sqrt(np.maximum(covariance.diagonal(), 1e-300))
+    size, axes = np.linalg.eigh(covariance / np.outer(scale, scale))
+    g = j @ (scale[:, None] * axes * np.sqrt(np.maximum(size, 0.0)))  # rounding may leave it a little indefinite
+    inner = np.eye(g.shape[1]) + g.T @ g
+    projected = g.T @ r
+    squared = float(r @ r - projected @ np.linalg.lstsq(inner, projected, rcond=None)[0])
+    return -0.5 * (squared + float(np.linalg.slogdet(inner)[1]) + len(r) * math.log(2 * math.pi))
+
+
+def within_uncertainty(hypothesis: Fit) -> float:
+    """P(sum of squares larger) of how far the nuisances went, in their standard deviations, if these are true."""
+    count = hypothesis.effect_columns.start
+    sd = hypothesis.nuisance_scale * np.array([u.scale for u in hypothesis.nuisances])
+    went = (hypothesis.theta[:count] - np.array([u.centre for u in hypothesis.nuisances])) / sd
+    known = np.eye(count) - hypothesis.covariance[:count, :count] / np.outer(sd, sd)
+    free = np.clip(np.linalg.eigvalsh(known), 0.0, 1.0)
+    mean, variance = float(free.sum()), 2 * float((free**2).sum())
+    return _beyond(float(went @ went), mean, variance) if variance > 1e-12 else 1.0
+
+
+def _beyond(statistic: float, mean: float, variance: float) -> float:
+    """P(larger) by the chi^2 distribution with these moments: Satterthwaite (1946), Biometrics Bulletin 2, 110-114."""
+    return float(chi2_distribution.sf(2 * mean * statistic / variance, 2 * mean**2 / variance))
+
+
+def left_over(kind: Kind, hypothesis: Fit) -> tuple[float, str] | None:
+    """P(larger) of what terms without a cause would still explain, and the one that would explain most.
+
+    A cause that the library lacks is often imitated well enough for the sum of squares, which is spread over all rows;
+    the terms ask in few directions. Score test (Rao 1948, Proc. Cambridge Philosophical Society 44, 50-57): the slopes
+    T of the residual r at zero size, s = T' r, whose covariance is T' (1 - J P J') T where the hypothesis, with slopes
+    J and posterior covariance P, is true. Asked of all terms together and of each, by Bonferroni. None if there is no
+    term, or the hypothesis takes all of them.
     """
+    terms: tuple[Candidate, ...] = ()
+    for term in kind.directions():
+        if kind.compatible((*hypothesis.candidates, *terms, term)):
+            terms += (term,)
+    neutral = [u.centre for term in terms for u in term.unknowns]
+    residual, jacobian = kind.residual((*hypothesis.candidates, *terms), np.append(hypothesis.theta, neutral))
+    t = jacobian[:, len(hypothesis.theta) :]
+    size = np.sqrt((t**2).sum(0))
+    moving = np.flatnonzero(np.isfinite(size) & (size > 0))
+    if not len(moving) or not np.isfinite(residual).all():
+        return None
+    t = t[:, moving] / size[moving]
+    score, taken = t.T @ residual, t.T @ hypothesis.jacobian
+    spread = t.T @ t - taken @ hypothesis.covariance @ taken.T
+    free, axes = np.linalg.eigh(spread)
+    least = 1e-4  # of the square of a direction: less than that left by the hypothesis says nothing about it
+    told = free > least
+    if not told.any():
+        return None
+    together = float(((axes.T @ score)[told] ** 2 / free[told]).sum())
+    each = np.where(spread.diagonal() > least, score**2 / np.maximum(spread.diagonal(), least), 0.0)
+    most = int(np.argmax(each))
+    p = chi2_distribution.sf(together, int(told.sum())), len(each) * chi2_distribution.sf(each[most], 1)
+    return float(min(1.0, 2 * min(p))), terms[moving[most]].identifier
 
-    null: Fit
-    fits: tuple[Fit, ...]
-    library: tuple[Candidate, ...]
 
-    def log_posterior(self, hypothesis: Fit) -> float:
-        """Log evidence of a ``hypothesis`` plus log prior.
+def whiteness(kind: Kind, hypothesis: Fit) -> float:
+    """P value of Ljung-Box over all series, and of cross-correlation with the inputs; the smaller, doubled."""
+    rows = list(_long_series(kind))
+    if not rows:
+        return 1.0
+    noise = np.random.default_rng(0).standard_normal((len(hypothesis.residual), 200))
+    noise = kind.marginalised(hypothesis.candidates, hypothesis.theta, noise)
+    noise -= hypothesis.jacobian @ (hypothesis.covariance @ (hypothesis.jacobian.T @ noise))
+    every = np.column_stack([hypothesis.residual, noise])
+    statistics = [_ljung_box(rows, every)]
+    if kind.rows.inputs is not None:
+        statistics.append(_input_correlation(rows, every, kind.rows.inputs))
+    values = []
+    for statistic in statistics:
+        mean, variance = float(statistic[1:].mean()), float(statistic[1:].var(ddof=1))
+        known = variance > 0 and math.isfinite(statistic[0])
+        values.append(_beyond(float(statistic[0]), mean, variance) if known else 1.0)
+    return min(1.0, len(values) * min(values))
 
-        Half for nothing, half of the rest for each further effect, shared by the weights of the candidates; a size
-        that seldom occurs has a twentieth of the prior of its candidate.
-        """
-        k = len(hypothesis.candidates)
-        if not k:
-            return hypothesis.log_evidence + math.log(0.5)
-        shares = sum(math.log(c.weight) for c in hypothesis.candidates) - math.log(self._together(k))
-        seldom = sum(any(u.widened > 1 for u in c.unknowns) for c in hypothesis.candidates)
-        return hypothesis.log_evidence + math.log(0.5) + shares - (k - 1) * math.log(2) + seldom * math.log(SELDOM)
 
-    def _together(self, effects: int) -> float:
-        """Sum over all sets of a number of ``effects`` of the product of their weights."""
-        sums = np.zeros(effects + 1)
-        sums[0] = 1.0
-        for candidate in self.library:
-            sums[1:] += candidate.weight * sums[:-1]
-        return float(sums[effects]) or 1.0
+def _long_series(kind: Kind) -> Iterator[NDArray[np.intp]]:
+    """Rows of each series that is long enough to be judged white."""
+    series = np.array(kind.rows.series)
+    for name in dict.fromkeys(kind.rows.series):
+        rows = np.flatnonzero(series == name)
+        if len(rows) >= 8:
+            yield rows
 
-    @property
-    def probabilities(self) -> list[tuple[Fit, float]]:
-        """Each hypothesis with its probability, most probable first."""
-        every = (self.null, *self.fits)
-        logs = np.array([self.log_posterior(hypothesis) for hypothesis in every])
-        if not np.isfinite(logs).any():
-            logs = np.where(np.arange(len(logs)) == 0, 0.0, -np.inf)
-        weight = np.exp(logs - logs.max())
-        share = weight / weight.sum()
-        return [(every[k], float(share[k])) for k in np.argsort(-share, kind="stable")]
 
-    @property
-    def posterior(self) -> dict[str, float]:
-        """Probability by the name of the hypothesis, most probable first."""
-        return {hypothesis.name: share for hypothesis, share in self.probabilities}
+def _ljung_box(series: list[NDArray[np.intp]], residual: Array) -> Array:
+    """Sum of n (n + 2) rho^2 / (n - lag) over ten lags and ``series``, of residuals (n, k): (k,)."""
+    statistic = np.zeros(residual.shape[1])
+    for rows in series:
+        r = residual[rows]
+        n = len(r)
+        rounding = n * (1e-12 * np.abs(r).max(0)) ** 2
+        r = r - r.mean(0)
+        power = (r**2).sum(0)
+        power = np.where(power > rounding, power, np.inf)  # a constant, as of a root that stays real, says nothing
+        for lag in range(1, min(10, n // 4) + 1):
+            statistic += n * (n + 2) * ((r[lag:] * r[:-lag]).sum(0) / power) ** 2 / (n - lag)
+    return statistic
 
-    @property
-    def nothing(self) -> float:
-        """P(nothing is missing)."""
-        return next(share for hypothesis, share in self.probabilities if hypothesis is self.null)
 
-    def best(self, effects: int | None = None) -> list[Fit]:
-        """Fits with effects (a number ``effects`` of them), most probable first."""
-        kept = [f for f in self.fits if effects is None or len(f.candidates) == effects]
-        return sorted(kept, key=lambda f: -self.log_posterior(f))
-
-    def larger(self, hypothesis: Fit) -> list[Fit]:
-        """Possible fits with further effects that ``hypothesis`` is not clearly more probable than, best first."""
-        more = [f for f in self.best() if hypothesis.identifiers < f.identifiers and f.physical]
-        return [f for f in more if self.odds(hypothesis, f) < CLEAR_ODDS]
-
-    def odds(self, first: Fit, second: Fit) -> float:
-        """Posterior odds of the ``first`` against the ``second``; infinite where only the second is impossible."""
-        one, other = self.log_posterior(first), self.log_posterior(second)
-        if math.isinf(other):
-            return math.inf if math.isfinite(one) else 1.0
-        return math.exp(min(one - other, 700.0))
-
-    def find(self, identifiers: frozenset[str]) -> Fit | None:
-        """The fit of these ``identifiers``; the null of none."""
-        return next((f for f in (self.null, *self.fits) if f.identifiers == identifiers), None)
-
-    def replaced(self, better: Sequence[Fit]) -> "Hypotheses":
-        """With ``better`` fits in the place of those of the same effects, and further ones."""
-        fits = {f.identifiers: f for f in (self.null, *self.fits)} | {f.identifiers: f for f in better}
-        null = fits.pop(frozenset())
-        return Hypotheses(null, tuple(sorted(fits.values(), key=lambda f: len(f.candidates))), self.library)
+def _input_correlation(series: list[NDArray[np.intp]], residual: Array, inputs: Array) -> Array:
+    """Sum of squared correlations with the ``inputs`` (n, inputs) over ten lags and series: (k,)."""
+    statistic = np.zeros(residual.shape[1])
+    for rows in series:
+        r = residual[rows]
+        power = np.maximum((r**2).mean(0), 1e-300)
+        for u in inputs[rows].T:
+            u = u - u.mean()
+            if not u.any():
+                continue
+            for lag in range(10):
+                statistic += (u[: len(u) - lag] @ r[lag:]) ** 2 / (float(u @ u) * power)
+    return statistic

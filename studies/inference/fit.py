@@ -1,58 +1,211 @@
-"""Maximum a posteriori fits from several starts, and Laplace evidence."""
+"""Maximum a posteriori fits from several starts by a bounded Levenberg-Marquardt, and Laplace evidence.
+
+Steps are found by orthogonal factors, in which nothing can become singular, and bent by geodesic acceleration
+(Transtrum & Sethna 2012, arXiv:1201.5885): the valleys of these problems are long and curved, and straight steps have
+to be short there.
+"""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import qr, solve_triangular
+from scipy.linalg.lapack import dgeqrt
 from scipy.special import log_ndtr
+from scipy.stats import chi2 as chi2_distribution
 
-from studies.inference.arrays import Array
-from studies.inference.forward import Forward
-from studies.inference.minimise import GUIDE, THOROUGH, End, distinct, minimise, spread
-from studies.inference.parameter import Candidate, UncertainParameter, together
+from studies.inference.kind import Kind
+from studies.inference.parameter import Array, Candidate, UncertainParameter, together
+from studies.inference.rules import RULES
 
-MOST_SCALES = 3.0  # prior sd of a size that occurs
-FARTHEST = 100.0  # prior sd: no fit comes near, but a trial step may overflow beyond
-AT_BOUND = 1e-9
+THOROUGH, GUIDE, ROUGH = (60, 60), (20, 20), (20, 7)
+"""Most iterations of a fit, and of one that is still poor then: to its end, to show the way, to compare many."""
+
+PROBE = 0.1  # of a step: where the second derivative along it is taken
+
+Evaluate = Callable[..., tuple[Array, Array]]
+
+
+@dataclass(frozen=True, eq=False)
+class End:
+    """End of a fit: coordinates in prior sd from the prior mean, objective (infinite if nothing finite was found),
+    residual (n,) and jacobian (n, p) of all rows, and the decrease that one more Gauss-Newton step promises."""
+
+    z: Array
+    objective: float
+    residual: Array
+    jacobian: Array
+    decrement: float
+
+    @property
+    def converged(self) -> bool:
+        """Gradient and step are as small as a minimum asks for."""
+        return self.decrement <= small(self.objective)
+
+
+def small(objective: float) -> float:
+    """Decrease of an ``objective`` (a sum of squares) that counts as none."""
+    return max(1e-3, 1e-5 * objective)
+
+
+@np.errstate(invalid="ignore", over="ignore")  # what is not finite is judged below, and never a minimum
+def minimise(
+    evaluate: Evaluate,
+    z: Array,
+    lower: Array,
+    upper: Array,
+    used: NDArray[np.bool_],
+    *,
+    turns: tuple[int, int] = THOROUGH,
+    eager: bool = False,
+    reached: float = np.inf,
+) -> End:
+    """Levenberg-Marquardt on |residual[used]|^2 + |z|^2 within bounds.
+
+    A coordinate at a bound that the gradient pushes outward is held there (projected Newton). Steps are least-squares
+    solutions of [jacobian; 1] step = -[residual; z], never of the normal equations. The damping is a thousandth at
+    first and rises tenfold where a step lowers nothing (Marquardt 1963, J. Soc. Indust. Appl. Math. 11, 431-441).
+    """
+    rows = slice(None) if used.all() else used  # a mask copies
+    z = np.clip(z, lower, upper)
+    residual, jacobian = evaluate(z, slopes=True)
+    objective, damping, decrement = _objective(residual[rows], z), 1e-3, np.inf
+    near = as_promised = fallen = False  # as_promised: the last step gained what a whole one promises
+    past: list[float] = []
+    for _ in range(turns[0]):
+        if not (np.isfinite(objective) and np.isfinite(jacobian[rows]).all()):
+            return End(z, np.inf, residual, jacobian, np.inf)
+        gradient = jacobian[rows].T @ residual[rows] + z
+        held = ((z <= lower) & (gradient > 0)) | ((z >= upper) & (gradient < 0))
+        free = np.flatnonzero(~held)
+        if not len(free):
+            return End(z, objective, residual, jacobian, 0.0)
+        data = _triangle(jacobian[rows] if len(free) == len(z) else jacobian[rows][:, free])
+        triangle = _triangle(np.vstack([data, np.eye(len(free))]))
+        promised = solve_triangular(triangle, gradient[free], trans="T", check_finite=False)
+        decrement = float(promised @ promised)
+        past.append(objective)
+        if _given_up(past, decrement, turns, int(used.sum()), reached, fallen=fallen):
+            break
+        # a promise as small as a minimum's after such a one was a slow beginning: a valley, not a minimum
+        valley, near = near, decrement <= small(objective)
+        last = decrement <= 0.1 * small(objective)
+        if last and valley:
+            break
+        size = np.sqrt((triangle**2).sum(0))
+        improved = False
+        while damping < 1e6:
+            damped = qr(np.vstack([triangle, np.diag(np.sqrt(damping) * size)]), mode="economic", check_finite=False)
+            step = solve_triangular(damped[1], damped[0][: len(promised)].T @ promised, check_finite=False)
+            expected = decrement - float(((promised - triangle @ step) ** 2).sum())
+            straight = np.zeros(len(z))
+            straight[free] = -step
+            trial = z + straight
+            if valley or not (near or as_promised):
+                probe = np.clip(z + PROBE * straight, lower, upper)
+                further = evaluate(probe, slopes=False)[0][rows]
+                bend = 2 / PROBE**2 * (further - residual[rows] - jacobian[rows] @ (probe - z))
+                trial[free] += _acceleration(damped[1], (jacobian[rows].T @ bend)[free], size, step)
+            trial = np.clip(trial, lower, upper)
+            tried = evaluate(trial, slopes=eager)
+            new = _objective(tried[0][rows], trial)
+            fallen = fallen or not np.isfinite(new)
+            if new < objective:
+                gained = objective - new
+                improved, z, objective = True, trial, new
+                if last and as_promised:  # slopes no longer change
+                    residual = tried[0]
+                    break
+                as_promised = gained > 0.75 * decrement
+                residual, jacobian = tried if eager else evaluate(z, slopes=True)
+                if gained > 0.75 * expected:
+                    damping = max(damping / 10, 1e-9)
+                elif gained < 0.25 * expected:
+                    damping *= 3
+                break
+            damping *= 10
+        if last or not improved:
+            break
+    return End(z, objective, residual, jacobian, decrement)
+
+
+def _given_up(
+    past: Sequence[float], decrement: float, turns: tuple[int, int], count: int, reached: float, *, fallen: bool
+) -> bool:
+    """No further step is worth its time: it promises nothing, or the fit is poor and stalls."""
+    turn, objective = len(past) - 1, past[-1]
+    poor = turns != THOROUGH and objective > 10.0 * count
+    if not np.isfinite(decrement) or decrement < 1e-9 or (poor and decrement <= 1e-2 * objective):
+        return True
+    if poor and turn >= turns[1]:
+        return True
+    if objective > 1.5 * reached and turn >= 8 and objective > 0.9 * past[-9]:
+        return True
+    # four turns gained next to nothing of what one step promises, beside values that are not finite
+    crept = turn >= 4 and past[-5] - objective < 0.05 * decrement
+    return crept and fallen and decrement > small(objective)
+
+
+def distinct(points: Iterable[Array], known: Sequence[Array] = ()) -> list[Array]:
+    """The ``points`` (p,) without repetitions and without those ``known``: from one place there is one way."""
+    found: list[Array] = []
+    for x in points:
+        if not any(np.array_equal(x, other) for other in (*known, *found)):
+            found.append(x)
+    return found
+
+
+def spread(jacobian: Array) -> tuple[Array, float]:
+    """Inverse of 1 + jacobian' jacobian (p, p), and ln det of that matrix; ``jacobian`` (n, p) in prior sd."""
+    if not np.isfinite(jacobian).all():
+        return np.eye(jacobian.shape[1]), np.inf
+    _, s, axes = np.linalg.svd(_triangle(jacobian))
+    gain = np.zeros(jacobian.shape[1])
+    gain[: len(s)] = s**2
+    return (axes.T / (1 + gain)) @ axes, float(np.log1p(gain).sum())
+
+
+def _triangle(matrix: Array) -> Array:
+    """R of the orthogonal factors of a ``matrix`` (n, p), without the rows of zeros."""
+    if not matrix.size:
+        return np.zeros((min(matrix.shape), matrix.shape[1]))
+    # panels of 8 columns: LAPACK's own choice takes narrow matrices column by column
+    return np.asarray(np.triu(dgeqrt(min(8, *matrix.shape), matrix)[0][: matrix.shape[1]]))
+
+
+def _objective(kept: Array, z: Array) -> float:
+    value = float(kept @ kept + z @ z)
+    return value if np.isfinite(value) else np.inf
+
+
+def _acceleration(damped: Array, force: Array, size: Array, step: Array) -> Array:
+    """Half the acceleration (p,) along a ``step``, by the ``damped`` triangle (p, p); zero if it is large."""
+    if not np.isfinite(force).all():
+        return np.zeros(len(step))
+    turned = solve_triangular(damped, force, trans="T", check_finite=False)
+    bent = -np.asarray(solve_triangular(damped, turned, check_finite=False))
+    if 2 * np.linalg.norm(size * bent) > 0.75 * np.linalg.norm(size * step):
+        return np.zeros(len(step))
+    return bent / 2
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A hypothesis fitted to the data.
+    """A hypothesis fitted to the data."""
 
-    Attributes
-    ----------
-    candidates, unknowns : tuples
-        What was added, and everything that floated.
-    theta, covariance : ndarray
-        Coordinates (p,) and their posterior covariance (p, p).
-    residual, jacobian : ndarray
-        Whitened, of all rows (n,), (n, p).
-    objective : float
-        |residual|^2 of the fitted rows plus the prior penalty.
-    log_evidence : float
-        Laplace, without the constant that all hypotheses share.
-    nuisance_scale : float
-        Factor on the prior sd of the nuisances.
-    converged : bool
-        Whether gradient and step are as small as a minimum asks for; what is not is never judged.
-    begins : tuple of ndarray
-        Coordinates (p,) from which the fit was tried.
-    """
-
-    candidates: tuple[Candidate, ...]
-    unknowns: tuple[UncertainParameter, ...]
-    theta: Array
-    covariance: Array
-    residual: Array
-    jacobian: Array
-    objective: float
-    log_evidence: float
-    nuisance_scale: float = 1.0
-    converged: bool = True
-    begins: tuple[Array, ...] = ()
+    candidates: tuple[Candidate, ...]  # what was added
+    unknowns: tuple[UncertainParameter, ...]  # everything that floated: nuisances, then those of the candidates
+    theta: Array  # coordinates (p,)
+    covariance: Array  # their posterior covariance (p, p)
+    residual: Array  # whitened, of all rows (n,)
+    jacobian: Array  # its derivative (n, p)
+    objective: float  # |residual|^2 of the fitted rows plus the prior penalty
+    log_evidence: float  # Laplace, without the constant that all hypotheses share
+    nuisance_scale: float = 1.0  # factor on the prior sd of the nuisances
+    converged: bool = True  # what has not converged is never judged
+    begins: tuple[Array, ...] = ()  # coordinates (p,) from which the fit was tried
 
     @property
     def name(self) -> str:
@@ -61,7 +214,7 @@ class Fit:
 
     @property
     def identifiers(self) -> frozenset[str]:
-        """Of the candidates."""
+        """Identifiers of the candidates."""
         return frozenset(candidate.identifier for candidate in self.candidates)
 
     @property
@@ -70,12 +223,43 @@ class Fit:
         return float(self.residual @ self.residual)
 
     @property
+    def penalty(self) -> float:
+        """Share of the prior in the objective of a fit to all rows: the squares of all coordinates in prior sd."""
+        return self.objective - self.chi2
+
+    @property
+    def misfit(self) -> float:
+        """Factor on the variances that makes the fit as good as can be asked, at least 1: Birge (1932)."""
+        return max(1.0, self.objective / len(self.residual))
+
+    @property
+    def goodness(self) -> float:
+        """P(chi^2 larger) of the objective (data and nuisance penalty) on n minus the freely fitted parameters."""
+        freedom = len(self.residual) - sum(u.size for c in self.candidates for u in c.unknowns)
+        return float(chi2_distribution.sf(self.objective, max(freedom, 1)))
+
+    @property
+    def fits_data(self) -> bool:
+        """It explains the data in sum, by chi^2 and prior."""
+        return self.goodness > RULES.poor_fit
+
+    @property
+    def louder(self) -> float:
+        """Factor on the noise with which it would fit as well as can be asked; 1 if it fits (p > 0.01)."""
+        return 1.0 if self.fits_data else math.sqrt(self.misfit)
+
+    @property
     def effect_columns(self) -> slice:
-        """Where the unknowns of the candidates stand."""
+        """Columns of the unknowns of the candidates."""
         return slice(len(self.unknowns) - sum(len(c.unknowns) for c in self.candidates), len(self.unknowns))
 
+    @property
+    def nuisances(self) -> tuple[UncertainParameter, ...]:
+        """Unknowns that float in every fit."""
+        return self.unknowns[: self.effect_columns.start]
+
     def columns(self, candidate: Candidate) -> slice:
-        """Where the unknowns of one candidate stand."""
+        """Columns of the unknowns of one ``candidate``."""
         start = self.effect_columns.start
         for other in self.candidates:
             if other.identifier == candidate.identifier:
@@ -83,36 +267,37 @@ class Fit:
             start += len(other.unknowns)
         raise KeyError(candidate.identifier)
 
+    def values(self, candidate: Candidate) -> list[tuple[UncertainParameter, float]]:
+        """Unknowns of one ``candidate`` with their coordinates."""
+        return list(zip(candidate.unknowns, self.theta[self.columns(candidate)], strict=True))
+
+    def _sizes(self) -> list[tuple[str, UncertainParameter, float]]:
+        """Identifier, unknown and coordinate of each size of an effect."""
+        return [(c.identifier, u, x) for c in self.candidates for u, x in self.values(c) if u.size]
+
     def implausible(self) -> list[str]:
-        """Sizes of effects beyond three prior sd: one and a half times the upper end of the typical range."""
-        return [
-            f"{c.identifier}.{u.name}"
-            for c in self.candidates
-            for u, x in zip(c.unknowns, self.theta[self.columns(c)], strict=True)
-            if u.size and abs(x - u.centre) > MOST_SCALES * u.scale / u.widened
-        ]
+        """Sizes of effects beyond what occurs."""
+        most = RULES.most_scales
+        return [f"{name}.{u.name}" for name, u, x in self._sizes() if abs(x - u.centre) > most * u.scale / u.widened]
 
     def negligible(self) -> list[str]:
         """Candidates all of whose sizes are below the least that is worth a name."""
+        sizes = self._sizes()
+        worth = {name for name, u, x in sizes if not abs(x - u.centre) < u.least}
+        return list(dict.fromkeys(name for name, _, _ in sizes if name not in worth))
+
+    def at_bound(self) -> list[str]:
+        """Sizes of effects that ended at a bound."""
+        near = 1e-3  # of the prior sd
         return [
-            c.identifier
-            for c in self.candidates
-            if any(u.size for u in c.unknowns)
-            and all(
-                abs(x - u.centre) < u.least
-                for u, x in zip(c.unknowns, self.theta[self.columns(c)], strict=True)
-                if u.size
-            )
+            f"{name}.{u.name}"
+            for name, u, x in self._sizes()
+            if x <= u.lowest + near * u.scale or x >= u.highest - near * u.scale
         ]
 
     @property
-    def penalty(self) -> float:
-        """What of the objective is the prior's: the sum of squares of all coordinates in prior sd, of a fit to all."""
-        return self.objective - self.chi2
-
-    @property
     def unusual(self) -> int:
-        """How many of the candidates have a size that seldom occurs."""
+        """Number of candidates with a size that seldom occurs."""
         return len({name.split(".")[0] for name in self.implausible()})
 
     @property
@@ -125,31 +310,11 @@ class Fit:
         """Admissible and of a size that occurs."""
         return self.admissible and not self.implausible()
 
-    def at_bound(self) -> list[str]:
-        """Sizes of effects that ended at a bound."""
-        names = []
-        for candidate in self.candidates:
-            columns = self.columns(candidate)
-            for u, x in zip(candidate.unknowns, self.theta[columns], strict=True):
-                near = 1e-3 * u.scale
-                if u.size and (x <= u.lowest + near or x >= u.highest - near):
-                    names.append(f"{candidate.identifier}.{u.name}")
-        return names
-
 
 def prior(
-    unknowns: tuple[UncertainParameter, ...], candidates: tuple[Candidate, ...], scale: float
+    unknowns: Sequence[UncertainParameter], candidates: Sequence[Candidate], scale: float = 1.0
 ) -> tuple[Array, Array]:
-    """Centre and standard deviation (p,) of the coordinates.
-
-    Parameters
-    ----------
-    unknowns : tuple of UncertainParameter
-        Nuisances, then those of the candidates.
-    candidates : tuple of Candidate
-    scale : float
-        Factor on the standard deviations of the nuisances.
-    """
+    """Centre and standard deviation (p,) of the coordinates; ``scale`` is a factor on the sd of the nuisances."""
     centre = np.array([u.centre for u in unknowns])
     sd = np.array([u.scale for u in unknowns])
     sd[: len(unknowns) - sum(len(c.unknowns) for c in candidates)] *= scale
@@ -157,7 +322,7 @@ def prior(
 
 
 def fit(
-    forward: Forward,
+    kind: Kind,
     candidates: tuple[Candidate, ...] = (),
     *,
     starts: Sequence[Array] | None = None,
@@ -166,38 +331,21 @@ def fit(
     turns: tuple[int, int] = THOROUGH,
     patient: bool = False,
 ) -> Fit:
-    """Fit nuisances and candidates.
-
-    Parameters
-    ----------
-    forward : Forward
-    candidates : tuple of Candidate
-        What joins the base model.
-    starts : sequence of ndarray, shape (p,), optional
-        Coordinates from which to begin; the best end is kept. By default those of the candidates.
-    rows : ndarray of bool, shape (n,), optional
-        What is fitted; all by default.
-    nuisance_scale : float
-        Factor on the prior sd of the nuisances.
-    turns : tuple of int, shape (2,)
-        Most iterations, as :func:`studies.inference.minimise.minimise` takes them.
-    patient : bool
-        Whether each start also goes the way through the easier problems of ``forward``, from the easiest to itself.
-    """
-    problem = _Problem(candidates, (*forward.nuisances, *(u for c in candidates for u in c.unknowns)), nuisance_scale)
-    used = np.ones(len(forward.rows.where), bool) if rows is None else rows
-    starts = starts or default_starts(forward, candidates)
-    begins = distinct(begin for x in starts for begin in (x, *(problem.guided(forward, x) if patient else ())))
-    best = problem.end(forward, begins[0], used, turns)
+    """Fit nuisances and candidates."""
+    problem = _Problem(candidates, (*kind.nuisances, *(u for c in candidates for u in c.unknowns)), nuisance_scale)
+    used = np.ones(len(kind.rows.where), bool) if rows is None else rows
+    starts = starts or default_starts(kind, candidates)
+    begins = distinct(begin for x in starts for begin in (x, *(problem.guided(kind, x) if patient else ())))
+    best = problem.end(kind, begins[0], used, turns)
     for begin in begins[1:]:
-        end = problem.end(forward, begin, used, turns, reached=best.objective)
+        end = problem.end(kind, begin, used, turns, reached=best.objective)
         best = min(best, end, key=lambda end: end.objective)
-    return replace(problem.evidence(forward, best, used), begins=tuple(begins))
+    return replace(problem.evidence(kind, best, used), begins=tuple(begins))
 
 
 @dataclass(frozen=True)
 class _Problem:
-    """What is fitted, in prior sd from the prior mean."""
+    """A fit in prior sd from the prior mean."""
 
     candidates: tuple[Candidate, ...]
     unknowns: tuple[UncertainParameter, ...]
@@ -209,13 +357,14 @@ class _Problem:
 
     @property
     def bounds(self) -> tuple[Array, Array]:
+        """Bounds (p,) in prior sd: no fit comes near 100, but a trial step may overflow beyond."""
         centre, sd = self.prior
-        lower = np.maximum((np.array([u.lowest for u in self.unknowns]) - centre) / sd, -FARTHEST)
-        return lower, np.minimum((np.array([u.highest for u in self.unknowns]) - centre) / sd, FARTHEST)
+        lower, upper = (np.array([getattr(u, end) for u in self.unknowns]) for end in ("lowest", "highest"))
+        return np.maximum((lower - centre) / sd, -100.0), np.minimum((upper - centre) / sd, 100.0)
 
     def end(
         self,
-        forward: Forward,
+        kind: Kind,
         x: Array,
         used: NDArray[np.bool_],
         turns: tuple[int, int] = THOROUGH,
@@ -225,32 +374,31 @@ class _Problem:
         centre, sd = self.prior
 
         def evaluate(z: Array, *, slopes: bool) -> tuple[Array, Array]:
-            residual, jacobian = forward.residual(self.candidates, centre + sd * z, slopes=slopes)
+            residual, jacobian = kind.residual(self.candidates, centre + sd * z, slopes=slopes)
             return residual, jacobian * sd if slopes else jacobian
 
         start = (x - centre) / sd
-        return minimise(evaluate, start, *self.bounds, used, turns=turns, eager=forward.thorough, reached=reached)
+        return minimise(evaluate, start, *self.bounds, used, turns=turns, eager=kind.thorough, reached=reached)
 
-    def guided(self, forward: Forward, x: Array) -> list[Array]:
-        """Where the easier problems lead, each begun where the one before ended; empty where there are none."""
+    def guided(self, kind: Kind, x: Array) -> list[Array]:
+        """End of the easier problems, each begun where the one before ended; empty if there are none."""
         centre, sd = self.prior
         led = []
-        for easier in forward.easier():
+        for easier in kind.easier():
             end = self.end(easier, x, np.ones(len(easier.rows.where), bool), GUIDE)
-            if not math.isfinite(end.objective):
-                continue
-            x = centre + sd * end.z
-            led.append(x)
+            if math.isfinite(end.objective):
+                x = centre + sd * end.z
+                led.append(x)
         return led[-1:]
 
-    def evidence(self, forward: Forward, end: End, used: NDArray[np.bool_]) -> Fit:
-        """The fit at its end; what is not finite gets no evidence at all."""
+    def evidence(self, kind: Kind, end: End, used: NDArray[np.bool_]) -> Fit:
+        """The fit at its ``end``; what is not finite gets no evidence at all."""
         centre, sd = self.prior
         z, theta = end.z, centre + sd * end.z
         log_evidence, inverse = -math.inf, np.eye(len(z))
         if math.isfinite(end.objective):
             inverse, volume = spread(end.jacobian[used])
-            log_evidence = -(end.objective + volume + forward.log_determinant(self.candidates, theta)) / 2
+            log_evidence = -(end.objective + volume + kind.log_determinant(self.candidates, theta)) / 2
             gradient = end.jacobian[used].T @ end.residual[used] + z
             for i, u in enumerate(self.unknowns):
                 if u.one_sided:
@@ -263,38 +411,41 @@ class _Problem:
         )  # fmt: skip
 
 
-def default_starts(forward: Forward, candidates: tuple[Candidate, ...]) -> list[Array]:
+def default_starts(kind: Kind, candidates: tuple[Candidate, ...]) -> list[Array]:
     """Nuisances at their prior means, with the starts of the ``candidates``: coordinates (p,), several."""
-    nominal = np.array([u.centre for u in forward.nuisances])
+    nominal = np.array([u.centre for u in kind.nuisances])
     most = range(max((len(c.starts) for c in candidates), default=1))
     return [np.concatenate([nominal, *(c.starts[min(k, len(c.starts) - 1)] for c in candidates)]) for k in most]
 
 
 def _half_normal(distance: float, gradient: float, variance: float) -> float:
     """Correction of the evidence for a coordinate that is cut off at its neutral value, ``distance`` away."""
-    push = max(gradient, 0.0) if distance < AT_BOUND else 0.0
+    push = max(gradient, 0.0) if distance < 1e-9 else 0.0
     root = math.sqrt(variance)
     return math.log(2) + push**2 * variance / 2 + float(log_ndtr(distance / root - push * root))
 
 
-def outlook(forward: Forward, parent: Fit, candidate: Candidate) -> float:
-    """Objective that one Gauss-Newton step promises when a candidate joins a fitted hypothesis: a cheap preview.
+@dataclass(frozen=True)
+class Moved:
+    """A nuisance before and after the fit."""
 
-    Parameters
-    ----------
-    forward : Forward
-    parent : Fit
-    candidate : Candidate
-        None of the parent's own.
-    """
-    joined = (*parent.candidates, candidate)
-    centre, sd = prior((*parent.unknowns, *candidate.unknowns), joined, 1.0)
-    promised = []
-    for start in candidate.first_starts:
-        theta = np.concatenate([parent.theta, start])
-        residual, jacobian = forward.residual(joined, theta)
-        z, scaled = (theta - centre) / sd, jacobian * sd
-        gradient = scaled.T @ residual + z
-        value = float(residual @ residual + z @ z - gradient @ spread(scaled)[0] @ gradient)
-        promised.append(value if math.isfinite(value) else math.inf)
-    return min(promised)
+    name: str
+    unit: str
+    prior: float  # its value and standard deviation as stated, in unit
+    prior_sd: float  # its value and standard deviation as stated, in unit
+    value: float  # the same after the final fit
+    sd: float  # the same after the final fit
+    alone: float  # how far it went if only nuisances float, in prior sd
+    shift: float  # how far it went in the final fit, in prior sd
+
+
+def moved(null: Fit, final: Fit) -> tuple[Moved, ...]:
+    """Way of each nuisance in the fits without and with what was named, the farthest in the latter first."""
+    found = []
+    sd = np.sqrt(np.maximum(final.covariance.diagonal(), 0.0))
+    for k, u in enumerate(final.unknowns[: final.effect_columns.start]):
+        x, start = float(final.theta[k]), float(null.theta[k])
+        stated = float(u.value(u.centre)), u.slope(u.centre) * u.scale
+        fitted = float(u.value(x)), u.slope(x) * float(sd[k])
+        found.append(Moved(u.name, u.unit, *stated, *fitted, (start - u.centre) / u.scale, (x - u.centre) / u.scale))
+    return tuple(sorted(found, key=lambda one: -abs(one.shift)))

@@ -1,52 +1,92 @@
-"""Several forward models as one: common nuisances and effects, errors of its own for each part.
+"""Several measurements as one: common nuisances and effects, and errors of its own for each part.
 
 Evidence adds up: parts are independent given the coordinates, so residuals stand below each other and logarithms of
-determinants add. A candidate that is a mistake of one part's sensors is named ``part/candidate`` and touches no other.
-Parts may be of several things: what is not common to these is named ``thing/name`` (see :mod:`.part`).
+determinants add. A mistake of one part's sensors is named ``part/candidate``. Parts may be of several things: whatever
+these do not share is named ``thing/name``.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
+from pathlib import Path
 from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.inference.arrays import Array
-from studies.inference.forward import Forward, ProposedMeasurement, Residual, Rows
-from studies.inference.parameter import Candidate, UncertainParameter
-from studies.inference.part import OF, FromPart, Part, widened
+from studies.inference.fit import Fit
+from studies.inference.kind import Candidates, Figure, Kind, Prediction, Proposal, Rows
+from studies.inference.parameter import Array, Candidate, UncertainParameter
 
-APART = 0.05  # share by which places along one axis differ enough for a name
+if TYPE_CHECKING:
+    from studies.inference.judge import Judgement
 
-__all__ = ["OF", "JointForward", "Part"]
+OF = "/"  # between a part, or a thing, and its own
 
 
 @dataclass(frozen=True)
-class JointForward:
-    """All ``parts`` at once (see :class:`studies.inference.forward.Forward`).
+class Part:
+    """One set of data among several."""
 
-    Nuisances of one name in the whole are one unknown. A part whose stated uncertainty fixes one takes its own stated
-    value.
+    name: str
+    kind: Kind
+    # candidates that are mistakes of this part alone: its sensors, its clock, its speed
+    own: frozenset[str] = frozenset()
+    # name of another thing than the first that was measured; its nuisances and candidates are ``THING/NAME``
+    thing: str = ""
+    common: frozenset[str] = frozenset()  # nuisances and candidates of such a part that all things share
 
-    Raises
-    ------
-    ValueError
-        No part, two of one name, a part called as a thing, or one nuisance with two priors.
-    """
+    def called(self, name: str) -> str:
+        """Name in the whole of a candidate or nuisance with this ``name`` here."""
+        if name in self.own:
+            return f"{self.name}{OF}{name}"
+        return f"{self.thing}{OF}{name}" if self.thing and name not in self.common else name
 
-    parts: tuple[Part, ...]
+    def here(self, whole: str) -> str | None:
+        """Name here of a candidate called so in the ``whole``; None if it is of another part or thing."""
+        owner, _, name = whole.rpartition(OF)
+        if owner:
+            return name if owner in (self.name, self.thing) else None
+        return None if self.thing and whole not in self.common else whole
+
+    def candidate(self, c: Candidate) -> Candidate:
+        """The candidate ``c`` of this part as one of the whole."""
+        identifier = self.called(c.identifier)
+        owner = identifier.rpartition(OF)[0]
+        words = f"{c.signature} ({owner})" if owner and c.signature else c.signature
+        unknowns = tuple(self._unknown(u, owner) for u in c.unknowns)
+        return replace(c, identifier=identifier, signature=words, unknowns=unknowns)
+
+    def nuisance(self, u: UncertainParameter) -> UncertainParameter:
+        """The nuisance ``u`` of this part as one of the whole."""
+        name = self.called(u.name)
+        return replace(self._unknown(u, name.rpartition(OF)[0]), name=name)
+
+    def _unknown(self, u: UncertainParameter, owner: str) -> UncertainParameter:
+        """An unknown of another thing sets numbers of that thing, never those of the first."""
+        if not owner or owner != self.thing:
+            return u
+        return replace(u, sets={f"{owner}{OF}{key}": f for key, f in u.sets.items()})
+
+
+@dataclass(frozen=True)
+class Joint(Kind):
+    """All ``parts`` at once."""
+
+    parts: tuple[Part, ...] = field()
     said: tuple[str, ...] = ()
-    _enabling: dict[tuple[int, frozenset[str]], frozenset[str]] = field(default_factory=dict, repr=False, compare=False)
+    _enabling: dict[tuple[int, frozenset[str]], frozenset[str]] = field(
+        default_factory=dict, repr=False, compare=False, kw_only=True
+    )
 
     def __post_init__(self) -> None:
         names = [part.name for part in self.parts]
         if not names or len(set(names)) < len(names) or {part.thing for part in self.parts} & set(names):
             raise ValueError(f"parts {names}: give each a name of its own")
         for part in self.parts:
-            for u in map(part.nuisance, part.forward.nuisances):
+            for u in map(part.nuisance, part.kind.nuisances):
                 other = self._nuisances[u.name]
                 if (u.centre, u.scale) != (other.centre, other.scale):
                     raise ValueError(
@@ -54,93 +94,84 @@ class JointForward:
                         f"{other.scale:g}; one thing has one prior"
                     )
 
-    # ------------------------------------------------------------------ what is common
+    # ---- what is common ----
 
     @property
-    def thorough(self) -> bool:
-        """Whether each part is cheap enough to begin each fit from several starts."""
-        return all(part.forward.thorough for part in self.parts)
+    def thorough(self) -> bool:  # type: ignore[override]
+        """True if each part is cheap."""
+        return all(part.kind.thorough for part in self.parts)
 
     @cached_property
     def _nuisances(self) -> dict[str, UncertainParameter]:
-        return {u.name: u for part in reversed(self.parts) for u in map(part.nuisance, part.forward.nuisances)}
+        return {u.name: u for part in reversed(self.parts) for u in map(part.nuisance, part.kind.nuisances)}
 
     @cached_property
-    def nuisances(self) -> tuple[UncertainParameter, ...]:
+    def nuisances(self) -> tuple[UncertainParameter, ...]:  # type: ignore[override]
         """Each once, in the order of the parts."""
-        names = dict.fromkeys(part.called(u.name) for part in self.parts for u in part.forward.nuisances)
+        names = dict.fromkeys(part.called(u.name) for part in self.parts for u in part.kind.nuisances)
         return tuple(self._nuisances[name] for name in names)
 
     @cached_property
-    def candidates(self) -> tuple[Candidate, ...]:
+    def candidates(self) -> Candidates:  # type: ignore[override]
         """Each common one once, then those of the parts."""
-        return self._collected(lambda forward: forward.candidates)
+        return self._collected(lambda kind: kind.candidates)
 
     @property
-    def library(self) -> tuple[Candidate, ...]:
-        """What shares the prior."""
-        return self._collected(lambda forward: forward.library)
+    def library(self) -> Candidates:
+        return self._collected(lambda kind: kind.library)
 
-    def _collected(self, of: Callable[[Forward], Iterable[Candidate]]) -> tuple[Candidate, ...]:
-        common: dict[str, Candidate] = {}
-        own: dict[str, Candidate] = {}
-        for part in self.parts:
-            for c in map(part.candidate, of(part.forward)):
-                (own if OF in c.identifier else common).setdefault(c.identifier, c)
-        return (*common.values(), *own.values())
+    def _collected(self, of: Callable[[Kind], Iterable[Candidate]]) -> Candidates:
+        every = self._once(of(part.kind) for part in self.parts)
+        return tuple(sorted(every, key=lambda c: OF in c.identifier))
+
+    def _once(self, each: Iterable[Iterable[Candidate]]) -> Candidates:
+        found: dict[str, Candidate] = {}
+        for part, some in zip(self.parts, each, strict=True):
+            for c in map(part.candidate, some):
+                found.setdefault(c.identifier, c)
+        return tuple(found.values())
 
     @cached_property
-    def refused(self) -> Mapping[str, str]:
-        """What no part can try, and why; a reason of one part alone begins with its name."""
+    def refused(self) -> Mapping[str, str]:  # type: ignore[override]
+        """Candidates that no part can try, and why."""
         tried = {c.identifier for c in self.candidates}
         found: dict[str, str] = {}
         for part in self.parts:
-            for name, why in part.forward.refused.items():
+            for name, why in part.kind.refused.items():
                 if (called := part.called(name)) not in tried:
                     found.setdefault(called, why)
         return found
 
     @property
-    def notes(self) -> tuple[str, ...]:
-        """What was assumed: of all parts once, of one part after its name."""
-        said = [part.forward.notes for part in self.parts]
+    def notes(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Notes of all parts once, those of one part after its name."""
+        said = [part.kind.notes for part in self.parts]
         every = [note for note in said[0] if all(note in notes for notes in said)]
-        alone = [
-            f"{part.name}: {note}" for part, notes in zip(self.parts, said, strict=True) for note in notes
-            if note not in every
-        ]  # fmt: skip
+        own = zip(self.parts, said, strict=True)
+        alone = [f"{part.name}: {note}" for part, notes in own for note in notes if note not in every]
         return (*self.said, *every, *alone)
 
     @property
     def varied(self) -> bool:
-        """Whether one part alone is, or two parts look at different things."""
-        if any(part.forward.varied for part in self.parts):
+        """True if one part alone is, or if two parts look at places that differ by 5 %."""
+        if any(part.kind.varied for part in self.parts):
             return True
         places: dict[str, list[Array]] = {}
         for part in self.parts:
-            places.setdefault(part.forward.rows.axis, []).append(part.forward.rows.abscissa)
+            places.setdefault(part.kind.rows.axis, []).append(part.kind.rows.abscissa)
         every = [np.concatenate(along) for along in places.values()]
-        return any(bool(np.ptp(along) > APART * np.abs(along).max()) for along in every)
+        return any(bool(np.ptp(along) > 0.05 * np.abs(along).max()) for along in every)
 
-    # ------------------------------------------------------------------ part by part
+    # ---- part by part ----
 
     def concerns(self, candidate: Candidate) -> bool:
-        """Whether a ``candidate`` of a larger whole is of one of these parts."""
         return any(part.here(candidate.identifier) is not None for part in self.parts)
 
-    def of_part(self, number: int, candidates: tuple[Candidate, ...]) -> tuple[tuple[Candidate, ...], NDArray[np.intp]]:
-        """What of ``candidates`` acts on the part with this ``number``, and where its coordinates (q,) stand in theirs.
-
-        Parameters
-        ----------
-        number : int
-        candidates : tuple of Candidate
-            Of a joint hypothesis.
-        """
+    def of_part(self, number: int, candidates: Candidates) -> tuple[Candidates, NDArray[np.intp]]:
         part = self.parts[number]
         columns = {u.name: k for k, u in enumerate(self.nuisances)}
-        places, kept, start = [columns[part.called(u.name)] for u in part.forward.nuisances], [], len(columns)
-        known = {c.identifier: c for c in part.forward.candidates}
+        places, kept, start = [columns[part.called(u.name)] for u in part.kind.nuisances], [], len(columns)
+        known = {c.identifier: c for c in part.kind.candidates}
         acting = self._acting(number, candidates)
         for c in candidates:
             name = part.here(c.identifier)
@@ -150,28 +181,38 @@ class JointForward:
             start += len(c.unknowns)
         return tuple(kept), np.array(places, dtype=np.intp)
 
-    def _acting(self, number: int, candidates: tuple[Candidate, ...]) -> frozenset[str]:
-        """What of ``candidates`` a part takes: what it does not refuse, and what that makes possible; by its names."""
+    def _acting(self, number: int, candidates: Candidates) -> frozenset[str]:
+        """Candidates that a part does not refuse, and those that they make possible; by its names."""
         part = self.parts[number]
         names = frozenset(name for c in candidates if (name := part.here(c.identifier)) is not None)
-        refused = names.intersection(part.forward.refused)
+        refused = names.intersection(part.kind.refused)
         if not refused:
             return names
         key = number, names
         if key not in self._enabling:
-            kept = tuple(c for c in part.forward.candidates if c.identifier in names)
-            enabled = {c.identifier for c in part.forward.enabled_by(kept)}
+            kept = tuple(c for c in part.kind.candidates if c.identifier in names)
+            enabled = {c.identifier for c in part.kind.enabled_by(kept)}
             self._enabling[key] = (names - refused) | (refused & enabled)
         return self._enabling[key]
 
+    def _each(self, candidates: Candidates, theta: Array) -> Iterator[tuple[Kind, Candidates, Array, NDArray[np.intp]]]:
+        """Each part with the candidates and coordinates that act on it, and their places."""
+        for number, part in enumerate(self.parts):
+            kept, places = self.of_part(number, candidates)
+            yield part.kind, kept, theta[places], places
+
     def slices(self) -> list[slice]:
-        """Rows of each part."""
-        return self._slices_of([part.forward.rows for part in self.parts])
+        return self._slices_of([part.kind.rows for part in self.parts])
+
+    @staticmethod
+    def _slices_of(every: list[Rows]) -> list[slice]:
+        ends = np.cumsum([0, *(len(rows.where) for rows in every)])
+        return [slice(a, b) for a, b in pairwise(ends)]
 
     @cached_property
-    def rows(self) -> Rows:
-        """Those of the parts below each other; a held-out fold is of one part."""
-        every = [part.forward.rows for part in self.parts]
+    def rows(self) -> Rows:  # type: ignore[override]
+        """Rows of the parts below each other; a held-out fold is of one part."""
+        every = [part.kind.rows for part in self.parts]
         shift = np.cumsum([0, *(rows.fold.max(initial=-1) + 1 for rows in every[:-1])])
         width = sum(rows.inputs.shape[1] for rows in every if rows.inputs is not None)
         inputs, column = np.zeros((sum(len(rows.where) for rows in every), width)), 0
@@ -181,117 +222,182 @@ class JointForward:
                 column += rows.inputs.shape[1]
         named = [(part.name, rows) for part, rows in zip(self.parts, every, strict=True)]
         axes = {rows.axis for rows in every}
+        shown = {
+            f"{name}: {series}": replace(rows.show(series), channel=f"{name}: {rows.show(series).channel}")
+            for name, rows in named
+            for series in dict.fromkeys(rows.series)
+        }
         return Rows(
             tuple(f"{name}: {where}" for name, rows in named for where in rows.where),
             np.concatenate([rows.abscissa for rows in every]),
             tuple(f"{name}: {series}" for name, rows in named for series in rows.series),
             np.concatenate([rows.fold + k for rows, k in zip(every, shift, strict=True)]),
-            inputs if width else None,
-            shown={
-                f"{name}: {series}": replace(rows.show(series), channel=f"{name}: {rows.show(series).channel}")
-                for name, rows in named
-                for series in dict.fromkeys(rows.series)
-            },
-            axis=axes.pop() if len(axes) == 1 else "",
-        )
+            inputs if width else None, shown=shown, axis=axes.pop() if len(axes) == 1 else "",
+        )  # fmt: skip
 
-    @staticmethod
-    def _slices_of(every: list[Rows]) -> list[slice]:
-        ends = np.cumsum([0, *(len(rows.where) for rows in every)])
-        return [slice(a, b) for a, b in pairwise(ends)]
-
-    def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
-        """Residuals of the parts (n,) and their derivative (n, p). Arguments as :meth:`.Forward.residual`."""
+    def residual(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> Prediction:
         values, columns = [], []
-        for number, part in enumerate(self.parts):
-            kept, places = self.of_part(number, candidates)
-            r, j = part.forward.residual(kept, theta[places], slopes=slopes)
+        for kind, kept, own, places in self._each(candidates, theta):
+            r, j = kind.residual(kept, own, slopes=slopes)
             values.append(r)
-            columns.append(widened(j, places, len(theta)) if slopes else np.empty((len(r), 0)))
+            columns.append(_widened(j, places, len(theta)) if slopes else np.empty((len(r), 0)))
         return np.concatenate(values), np.vstack(columns)
 
-    def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
-        """Sum over the parts, with ``candidates`` at ``theta`` (p,)."""
-        total = 0.0
-        for number, part in enumerate(self.parts):
-            kept, places = self.of_part(number, candidates)
-            total += part.forward.log_determinant(kept, theta[places])
-        return total
+    def log_determinant(self, candidates: Candidates, theta: Array) -> float:
+        return sum(kind.log_determinant(kept, own) for kind, kept, own, _ in self._each(candidates, theta))
 
-    def marginalised(self, candidates: tuple[Candidate, ...], theta: Array, white: Array) -> Array:
-        """What each part leaves of its rows of ``white`` (n, draws), with ``candidates`` at ``theta`` (p,)."""
-        found = []
-        for number, (part, rows) in enumerate(zip(self.parts, self.slices(), strict=True)):
-            kept, places = self.of_part(number, candidates)
-            found.append(part.forward.marginalised(kept, theta[places], white[rows]))
-        return np.concatenate(found)
+    def marginalised(self, candidates: Candidates, theta: Array, white: Array) -> Array:
+        each = zip(self._each(candidates, theta), self.slices(), strict=True)
+        return np.concatenate([kind.marginalised(kept, own, white[rows]) for (kind, kept, own, _), rows in each])
 
-    def easier(self) -> tuple["JointForward", ...]:
-        """Each part's easiest problem at once; empty where none has one."""
-        led = [part.forward.easier() for part in self.parts]
+    def easier(self) -> tuple["Joint", ...]:
+        """Each part's easiest problem at once; empty if none has one."""
+        led = [part.kind.easier() for part in self.parts]
         if not any(led):
             return ()
-        parts = [replace(p, forward=e[-1]) if e else p for p, e in zip(self.parts, led, strict=True)]
+        parts = [replace(p, kind=e[-1]) if e else p for p, e in zip(self.parts, led, strict=True)]
         return (replace(self, parts=tuple(parts)),)
 
-    def refined(self, best: Residual) -> "JointForward":
+    def refined(self, best: Any) -> "Joint":
         """Each part refined by its rows of the ``best`` fit."""
         parts = [
-            replace(part, forward=part.forward.refined(SimpleNamespace(residual=best.residual[rows])))
+            replace(part, kind=part.kind.refined(SimpleNamespace(residual=best.residual[rows])))
             for part, rows in zip(self.parts, self.slices(), strict=True)
         ]
-        same = all(new.forward is old.forward for new, old in zip(parts, self.parts, strict=True))
+        same = all(new.kind is old.kind for new, old in zip(parts, self.parts, strict=True))
         return self if same else replace(self, parts=tuple(parts))
 
-    # ------------------------------------------------------------------ what goes together, and what to do next
+    def compatible(self, candidates: Candidates) -> bool:
+        return all(part.kind.compatible(self.of_part(k, candidates)[0]) for k, part in enumerate(self.parts))
 
-    def compatible(self, candidates: tuple[Candidate, ...]) -> bool:
-        """Whether each part takes what of ``candidates`` acts on it."""
-        parts = enumerate(self.parts)
-        return all(part.forward.compatible(self.of_part(k, candidates)[0]) for k, part in parts)
+    def enabled_by(self, candidates: Candidates) -> Candidates:
+        return self._once(
+            part.kind.enabled_by(self.of_part(number, candidates)[0]) for number, part in enumerate(self.parts)
+        )
 
-    def enabled_by(self, candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
-        """What ``candidates`` make possible in any part, each once."""
-        found: dict[str, Candidate] = {}
+    def phenomenological(self) -> Candidates:
+        return self._once(part.kind.phenomenological() for part in self.parts)
+
+    def directions(self) -> Candidates:
+        return self._once(part.kind.directions() for part in self.parts)
+
+    def proposed(self) -> tuple[Proposal, ...]:
+        """Proposals of the parts, each once."""
+        found: dict[str, Proposal] = {}
         for number, part in enumerate(self.parts):
-            for c in map(part.candidate, part.forward.enabled_by(self.of_part(number, candidates)[0])):
-                found.setdefault(c.identifier, c)
+            for proposal in part.kind.proposed():
+                ask = partial(self._of_part, number)
+                loose = proposal.loose and partial(ask, proposal.loose, slope=0)
+                found.setdefault(
+                    proposal.what, Proposal(proposal.what, proposal.sd, partial(ask, proposal.predict, slope=1), loose)
+                )
         return tuple(found.values())
 
-    def phenomenological(self) -> tuple[Candidate, ...]:
-        """Those of the parts, each once."""
-        return self._each_once(part.forward.phenomenological() for part in self.parts)
+    def _of_part(
+        self,
+        number: int,
+        ask: Callable[[Candidates, Array], Prediction],
+        candidates: Candidates,
+        theta: Array,
+        *,
+        slope: int,
+    ) -> Prediction:
+        """The two arrays that a part answers, that with the number ``slope`` widened to all coordinates."""
+        kept, places = self.of_part(number, candidates)
+        found = list(ask(kept, theta[places]))
+        found[slope] = _widened(found[slope], places, len(theta))
+        return found[0], found[1]
 
-    def directions(self) -> tuple[Candidate, ...]:
-        """Those of the parts, each once."""
-        return self._each_once(part.forward.directions() for part in self.parts)
+    # ---- report ----
 
-    def _each_once(self, terms: Iterable[tuple[Candidate, ...]]) -> tuple[Candidate, ...]:
-        every = (part.candidate(c) for part, some in zip(self.parts, terms, strict=True) for c in some)
-        return tuple({c.identifier: c for c in every}.values())
+    @property
+    def speeds(self) -> Array:
+        """Speeds of all parts; empty if one has no motion."""
+        every = [part.kind.speeds for part in self.parts]
+        return np.concatenate(every) if all(len(one) for one in every) else np.zeros(0)
 
-    def proposed(self) -> tuple[ProposedMeasurement, ...]:
-        """Those of the parts, each once."""
-        found: dict[str, FromPart] = {}
-        for number, part in enumerate(self.parts):
-            for proposal in part.forward.proposed():
-                found.setdefault(proposal.what, FromPart(proposal.what, proposal.sd, number, proposal))
-        return tuple(found.values())
+    def alone(self) -> Iterator[tuple[str, Kind, Kind]]:
+        for part in self.parts:
+            yield part.name, part.kind, Joint((part,))
 
-    def predict(
-        self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
-    ) -> tuple[Array, Array]:
-        """As its part predicts a ``proposal``. Arguments as :meth:`studies.inference.forward.Forward.predict`."""
-        assert isinstance(proposal, FromPart)
-        kept, places = self.of_part(proposal.number, candidates)
-        value, slope = self.parts[proposal.number].forward.predict(proposal.proposal, kept, theta[places])
-        return value, widened(slope, places, len(theta))
+    def only(self, names: Sequence[str]) -> "Joint":
+        return Joint(tuple(part for part in self.parts if part.name in names))
 
-    def loose(
-        self, proposal: ProposedMeasurement, candidates: tuple[Candidate, ...], theta: Array
-    ) -> tuple[Array, Array] | None:
-        """As the part of a ``proposal`` says. Arguments as :meth:`studies.inference.forward.Forward.loose`."""
-        assert isinstance(proposal, FromPart)
-        kept, places = self.of_part(proposal.number, candidates)
-        found = self.parts[proposal.number].forward.loose(proposal.proposal, kept, theta[places])
-        return found and (widened(found[0], places, len(theta)), found[1])
+    def held_back(self) -> "Joint | None":
+        unseen = [(part, part.kind.held_back()) for part in self.parts]
+        parts = tuple(replace(part, kind=kind) for part, kind in unseen if kind is not None)
+        return Joint(parts) if parts else None
+
+    def figures(self) -> dict[str, Figure]:
+        """Figures of each part, such as ``gap_1``."""
+
+        def of_part(figure: Figure, number: int, judgement: "Judgement", target: Path) -> bool:
+            return figure[0](self.view(judgement, number), target)
+
+        return {
+            f"{name}_{number + 1}": (partial(of_part, figure, number), f"{part.name}: {figure[1]}")
+            for number, part in enumerate(self.parts)
+            for name, figure in part.kind.figures().items()
+        }
+
+    def doubts(
+        self, judgement: "Judgement", torque: Fit | None = None, without: Mapping[str, Any] | None = None
+    ) -> tuple[str, ...]:
+        """Units and signs of each part that a model of the others contradicts, or that of all parts."""
+        found: list[str] = []
+        for name, own, whole in self.alone():
+            others = without[name].final if without and name in without else None
+            model, who = (judgement.final, "all parts together") if others is None else (others, "the other parts")
+            said = model.name.replace("+", " + ") if model.candidates else "parameters only"
+            gap = _without_own_errors(whole, own, model)
+            found += [f"{name}: {doubt}" for doubt in own.misread(gap, f"the model of {who} ({said})")]
+        return tuple(found)
+
+    def view(self, judgement: "Judgement", number: int) -> "Judgement":
+        """Restrict a judgement of all parts to the part with this ``number``."""
+        whole, rows = judgement.kind, self.slices()[number]
+
+        def restricted(f: Fit) -> Fit:
+            kept, places = whole.of_part(number, f.candidates)
+            return _FitOfPart(
+                kept, tuple(f.unknowns[k] for k in places), f.theta[places], f.covariance[places][:, places],
+                f.residual[rows], f.jacobian[rows][:, places], f.objective, f.log_evidence, f.nuisance_scale,
+                f.converged, whole=f.name,
+            )  # fmt: skip
+
+        known = judgement.hypotheses
+        null = restricted(known.null)
+        final = null if judgement.final is known.null else restricted(judgement.final)
+        return replace(
+            judgement, kind=whole.parts[number].kind, hypotheses=replace(known, null=null), final=final,
+            nominal=judgement.nominal[rows],
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _FitOfPart(Fit):
+    """A joint fit restricted to one part, under the name of the ``whole``."""
+
+    whole: str = ""
+
+    @property
+    def name(self) -> str:
+        return self.whole
+
+
+def _without_own_errors(whole: Kind, own: Kind, model: Fit) -> Array:
+    """Whitened residual of one part that a ``model`` leaves, without the errors of that part's sensors."""
+    (part,) = whole.parts
+    coordinates = {u.name: x for u, x in zip(model.unknowns[: model.effect_columns.start], model.theta, strict=False)}
+    theta = [coordinates.get(u.name, u.centre) for u in whole.nuisances]
+    kept = tuple(c for c in model.candidates if whole.concerns(c) and not c.identifier.startswith(f"{part.name}{OF}"))
+    theta += [x for c in kept for x in model.theta[model.columns(c)]]
+    acting, places = whole.of_part(0, kept)
+    return own.residual(acting, np.array(theta)[places], slopes=False)[0]
+
+
+def _widened(slopes: Array, places: NDArray[np.intp], width: int) -> Array:
+    """The ``slopes`` (m, q) of a part at their ``places`` (q,) among all coordinates."""
+    wide = np.zeros((len(slopes), width))
+    wide[:, places] = slopes
+    return wide

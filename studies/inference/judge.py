@@ -1,106 +1,497 @@
-"""The search: from a forward model to a verdict. It knows neither bicycles nor rigs.
+"""From a kind to a verdict: the rules that a leading hypothesis must meet, and what is said of it."""
 
->>> judgement = judge(forward)  # doctest: +SKIP
->>> judgement.verdict.verdict, judgement.final.name  # doctest: +SKIP
-('named', 'damper')
-"""
-
-from dataclasses import dataclass
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from studies.inference.acceptance import accept
-from studies.inference.account import account
-from studies.inference.arrays import Array
-from studies.inference.checks import HeldOut
-from studies.inference.evidence import Hypotheses
-from studies.inference.fit import Fit
-from studies.inference.forward import Forward
-from studies.inference.identifiability import similarity
-from studies.inference.search import Progress, again, search, singles
-from studies.inference.verdict import Verdict
+from studies.inference.evidence import (
+    HeldOut,
+    held_out,
+    left_over,
+    whiteness,
+    within_uncertainty,
+)
+from studies.inference.fit import Fit, fit, prior
+from studies.inference.kind import Kind, Proposal
+from studies.inference.parameter import Array, Candidate
+from studies.inference.rules import RULES
+from studies.inference.search import (
+    Hypotheses,
+    Progress,
+    again,
+    beats_nothing,
+    held_back,
+    of_unusual_size,
+    search,
+    singles,
+)
+from studies.inference.verdict import (
+    DOUBLED,
+    EACH_ALONE,
+    GAINS,
+    LEFT_OVER,
+    UNLIKELY,
+    AcceptanceCheck,
+    Judged,
+    Mimic,
+    Named,
+    Reason,
+    Separation,
+    Verdict,
+)
 
-MOST_SIMILAR = 10  # single effects that are compared
+Checks = tuple[AcceptanceCheck, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Acceptance:
+    """Decision about the leading hypothesis, and its grounds."""
+
+    verdict: str  # as :class:`studies.inference.verdict.Verdict`
+    final: Fit  # the leader if it is named, else the null
+    held_out: Mapping[str, HeldOut]  # nuisance_only and final
+    leader: Fit | None = None  # what was judged, named or not
+    # what cannot be told from the leader, itself first, and why; empty if nothing is named
+    members: Mapping[Fit, Reason] = field(default_factory=dict)
+    checks: Checks = ()
+    mimics: tuple[Mimic, ...] = ()  # terms without a cause that would lower chi^2, if something remains unexplained
+
+
+def accept(known: Hypotheses, leader: Fit | None) -> Acceptance:
+    """Name the ``leader`` if all rules hold; it is None if nothing is more probable than anything."""
+    null_score = held_out(known.kind, known.null)
+    if leader is None:
+        check = AcceptanceCheck(UNLIKELY, f"{known.nothing:.3g}", False)
+        if known.nothing >= RULES.even or not known.fits:
+            return _nothing_named(known, null_score, (check,))
+        leader = max(known.fits, key=lambda f: (f.admissible, known.log_posterior(f)))
+    members, wide = _class_of(known, leader)
+    score = held_out(known.kind, leader)
+    vital = _vital(known.kind, leader)
+    reserved = _reserved(known, leader, (score, null_score), wide)
+    unreserved, fitting = _unreserved(known.kind, leader), _fitting(known.kind, leader)
+    checks = (*vital, *reserved, *unreserved, *fitting)
+    scores = {"nuisance_only": null_score, "final": score}
+    explained = all(c.passed for c in (*vital, *fitting))
+    if explained and all(c.passed for c in (*reserved, *unreserved)):
+        word = "named" if len(members) == 1 else "class"
+        return Acceptance(word, leader, scores, leader, members, checks)
+    unlikely = score.log_score <= null_score.log_score or known.nothing >= RULES.nothing
+    if explained and not (unlikely and known.null.fits_data):
+        return Acceptance("tentative", leader, scores, leader, members, checks)
+    share = RULES.partial_share if leader.goodness >= RULES.far else RULES.far_share
+    closes = score.gap <= min(share * null_score.gap, RULES.partial_rest)
+    if all(c.passed for c in (*vital, *reserved)) and closes:
+        return Acceptance("partial", leader, scores, leader, members, checks, _mimics(known.kind, leader))
+    return _nothing_named(known, null_score, checks, leader)
+
+
+def _nothing_named(known: Hypotheses, score: HeldOut, checks: Checks, leader: Fit | None = None) -> Acceptance:
+    scores = {"nuisance_only": score, "final": score}
+    if known.null.fits_data:
+        return Acceptance("none", known.null, scores, leader, checks=checks)
+    return Acceptance("unknown", known.null, scores, leader, checks=checks, mimics=_mimics(known.kind, known.null))
+
+
+def _mimics(kind: Kind, hypothesis: Fit) -> tuple[Mimic, ...]:
+    """The five terms without a cause that lower the objective of ``hypothesis`` most, by a tenth at least."""
+    terms = []
+    for term in kind.phenomenological():
+        if not kind.compatible((*hypothesis.candidates, term)):
+            continue
+        start = np.concatenate([hypothesis.theta, term.starts[0]])
+        trial = fit(kind, (*hypothesis.candidates, term), starts=[start])
+        if trial.objective < RULES.mimic_share * hypothesis.objective and trial.chi2 < hypothesis.chi2:
+            u = term.unknowns[0]
+            terms.append(Mimic(f"{term.identifier} ({u.unit})", float(trial.theta[-1]), trial.chi2))
+    return tuple(sorted(terms, key=lambda mimic: mimic.chi2)[:5])
+
+
+def _class_of(known: Hypotheses, leader: Fit) -> tuple[dict[Fit, Reason], Hypotheses]:
+    """Hypotheses that cannot be told from the ``leader``, and the leading hypotheses with wider nuisances."""
+    members = equivalents(known, leader)
+    if members[leader].key.startswith("leads"):
+        members[leader] = _among(known, leader) or members[leader]
+    for f in known.likelier(leader)[:1]:
+        odds = known.odds(f, leader)
+        members[f] = Reason("one more", odds=odds)
+        if odds > RULES.clear_odds:
+            members[f] = Reason("ahead", odds=odds, why=held_back(known, f, leader))
+    peers = list(dict.fromkeys([*members, *known.best(len(leader.candidates))[:6]]))
+    wide = known.wider([f for f in peers if f.converged or f is leader])
+    best = wide.best()[0]
+    for f in wide.best() if wide.nothing < RULES.nothing else ():  # else the reservation says it
+        own, odds = known.find(f.identifiers), wide.odds(best, f)
+        if own is not None and own not in members and f.physical and odds < RULES.clear_odds:
+            # no name may hang on the priors
+            members[own] = Reason("leads wide") if f is best else Reason("close wide", odds=odds)
+    return members, wide
+
+
+def _among(known: Hypotheses, leader: Fit) -> Reason | None:
+    """Among which hypotheses a leader is the most probable; None if among all."""
+    ahead = [f for f in (known.null, *known.fits) if known.odds(f, leader) > 1 and f is not leader]
+    effects = len(leader.candidates)
+    if any(len(f.candidates) != effects for f in ahead):
+        return Reason("leads of so many", effects=effects)
+    return Reason("leads of nameable") if any(not f.admissible for f in ahead) else None
+
+
+def _vital(kind: Kind, leader: Fit) -> Checks:
+    """Rules that must hold for any name."""
+    bounds, small, unusual = leader.at_bound(), leader.negligible(), leader.unusual
+    return (
+        AcceptanceCheck("two speeds, loads or inputs", "yes" if kind.varied else "one", kind.varied),
+        AcceptanceCheck("the fit converged", "yes" if leader.converged else "no", leader.converged),
+        AcceptanceCheck("inside its bounds, physical sign", ", ".join(bounds) or "yes", not bounds),
+        AcceptanceCheck("large enough to matter", ", ".join(small) or "yes", not small),
+        AcceptanceCheck("at most one of a size that seldom occurs", f"{unusual}", unusual < 2),
+    )
+
+
+def _reserved(known: Hypotheses, leader: Fit, scores: tuple[HeldOut, HeldOut], wide: Hypotheses) -> Checks:
+    """Rules that must hold for a name without reservation, and for a partial one."""
+    score, null_score = scores
+    gain, sizes = score.log_score - null_score.log_score, leader.implausible()
+    doubled = f"P(nothing) {wide.nothing:.3g}, then {wide.best()[0].name}"
+    checks = [
+        AcceptanceCheck(UNLIKELY, f"{known.nothing:.3g}", known.nothing < RULES.nothing),
+        AcceptanceCheck(GAINS, f"{gain:+.1f}" if score.possible else "one run: none to hold out", gain > 0),
+        AcceptanceCheck(DOUBLED, doubled, wide.nothing < RULES.nothing),
+        AcceptanceCheck("a size that occurs", ", ".join(sizes) or "yes", not sizes),
+    ]
+    if len(leader.candidates) >= RULES.many:  # so many at once fit much
+        nothing = null_score.log_score
+        weak = [c.identifier for c in leader.candidates if not beats_nothing(known, c, nothing)]
+        checks.append(AcceptanceCheck(EACH_ALONE, f"not {', '.join(weak)}" if weak else "yes", not weak))
+    return tuple(checks)
+
+
+def _unreserved(kind: Kind, leader: Fit) -> Checks:
+    """Rules that must hold for a name without reservation, and not for a partial one."""
+    p = within_uncertainty(leader)
+    within = AcceptanceCheck("parameters within their uncertainty, p > 0.01", f"{p:.2g}", p > RULES.poor_fit)
+    rough = [c.identifier for c in leader.candidates if c.approximate]
+    if rough:
+        return within, AcceptanceCheck(LEFT_OVER, f"not asked: {' and '.join(rough)} is modelled roughly", True)
+    left = left_over(kind, leader)
+    if left is None:
+        return (within,)
+    p, most = left
+    passed = p > RULES.poor_fit
+    return within, AcceptanceCheck(LEFT_OVER, f"{p:.2g}" + ("" if passed else f", mostly {most}"), passed)
+
+
+def _fitting(kind: Kind, leader: Fit) -> Checks:
+    p, white = leader.goodness, whiteness(kind, leader)
+    return (
+        AcceptanceCheck("goodness of fit p > 0.01", f"{p:.3g}", p > RULES.poor_fit),
+        AcceptanceCheck("residuals white, p > 0.01", f"{white:.3g}", white > RULES.poor_fit),
+    )
+
+
+NEGLIGIBLE = 1e-3  # posterior of a pair that is not worth a line
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Judgement:
-    """A verdict with everything a report shows.
+    """A verdict with everything a report shows."""
 
-    Attributes
-    ----------
-    forward : Forward
-        With its noise as it was estimated.
-    verdict : Verdict
-    hypotheses : Hypotheses
-        All that were fitted.
-    final : Fit
-        With what was named; the null where nothing was.
-    nominal : ndarray, shape (n,)
-        Whitened residual of the base model as it stands.
-    held_out : dict
-        ``nuisance_only`` and ``final``.
-    similar : tuple
-        Names of the best single effects and the cosines (k, k) of what they do to the data.
-    """
-
-    forward: Forward
+    kind: Kind  # with its noise as it was estimated
     verdict: Verdict
-    hypotheses: Hypotheses
-    final: Fit
-    nominal: Array
-    held_out: dict[str, HeldOut]
+    hypotheses: Hypotheses  # all that were fitted
+    final: Fit  # with what was named; the null if nothing was
+    nominal: Array  # (n,), whitened residual of the base model as it stands
+    held_out: dict[str, HeldOut]  # nuisance_only and final
+    # names of the best single effects and the cosines (k, k) of what they do to the data
     similar: tuple[tuple[str, ...], Array]
 
 
-def judge(forward: Forward, *, progress: Progress | None = None) -> Judgement:
-    """Search, accept or refuse, and say what was decided.
-
-    Parameters
-    ----------
-    forward : Forward
-        The base model with its nuisances, candidates and data.
-    progress : callable, optional
-        Called with the name of each hypothesis before it is fitted.
-
-    Returns
-    -------
-    Judgement
-        Its ``verdict`` has the result.
-
-    Raises
-    ------
-    ValueError
-        Data without a row, or two candidates of one identifier.
-    """
-    _check(forward)
-    advance = progress or (lambda what: None)
-    known = singles(forward, advance)
-    better = forward.refined(known.best()[0] if known.fits else known.null)
-    if better is not forward:
-        forward = better
-        known = again(forward, known, advance)
-    forward, known, leader = search(forward, known, advance)
-    acceptance = accept(forward, known, leader)
-    nominal, _ = forward.residual((), np.array([u.centre for u in forward.nuisances]))
-    fits = _comparable(known)[:MOST_SIMILAR]
-    return Judgement(
-        forward=forward, verdict=account(forward, known, acceptance, nominal), hypotheses=known,
-        final=acceptance.final, nominal=nominal, held_out=dict(acceptance.held_out),
-        similar=(tuple(f.name for f in fits), similarity(forward, known.null, fits) if fits else np.zeros((0, 0))),
-    )  # fmt: skip
-
-
-def _check(forward: Forward) -> None:
-    if not len(forward.rows.where):
+def judge(kind: Kind, *, progress: Progress | None = None) -> Judgement:
+    """Search, accept or refuse, and say what was decided."""
+    if not len(kind.rows.where):
         raise ValueError("no data: rows.where is empty; give at least one residual")
-    names = [candidate.identifier for candidate in forward.candidates]
+    names = [candidate.identifier for candidate in kind.candidates]
     for name in names:
         if names.count(name) > 1:
             raise ValueError(f"{names.count(name)} candidates are called {name!r}; give each an identifier of its own")
-
-
-def _comparable(known: Hypotheses) -> list[Fit]:
-    """Single effects that may be named; all that could be computed where none may."""
+    advance = progress or (lambda what: None)
+    known = singles(kind, advance)
+    better = kind.refined(known.best()[0] if known.fits else known.null)
+    if better is not kind:
+        known = again(better, known, advance)
+    known, leader = search(known, advance)
+    kind = known.kind
+    acceptance = accept(known, leader)
+    nominal, _ = kind.residual((), np.array([u.centre for u in kind.nuisances]))
     finite = [f for f in known.best(1) if np.isfinite(f.objective)]
-    return [f for f in finite if f.admissible] or finite
+    fits = ([f for f in finite if f.admissible] or finite)[:10]
+    return Judgement(
+        kind=kind, verdict=_verdict(known, acceptance, nominal), hypotheses=known,
+        final=acceptance.final, nominal=nominal, held_out=dict(acceptance.held_out),
+        similar=(tuple(f.name for f in fits), similarity(kind, known.null, fits) if fits else np.zeros((0, 0))),
+    )  # fmt: skip
+
+
+def _verdict(known: Hypotheses, acceptance: Acceptance, nominal: Array) -> Verdict:
+    """The verdict; ``nominal`` (n,) is the whitened residual of the base model as it stands."""
+    final, members = acceptance.final, list(acceptance.members)
+    scale = HeldOut(0.0, nominal).gap
+    gaps = {name: (s.gap / scale if scale > 0 and s.possible else None) for name, s in acceptance.held_out.items()}
+    variance = widened(known, final)
+    if acceptance.verdict == "partial":  # the misfit counts as noise
+        variance = variance * final.misfit
+    real = [any(not c.mistake for c in f.candidates) for f in members]
+    converged = sorted((f for f in known.best() if f.converged), key=lambda f: not f.fits_data)
+    named = acceptance.verdict not in ("none", "unknown")
+    judged = [
+        None if f is None or named else Judged(f.name, f.chi2, f.goodness)
+        for f in (acceptance.leader, next(iter(converged), None))
+    ]
+    return Verdict(
+        verdict=acceptance.verdict,
+        effects=tuple(_named(final, c, variance) for c in final.candidates),
+        equivalent=tuple(f.name for f in members),
+        posterior={f.name: p for f, p in known.probabilities if p > NEGLIGIBLE or len(f.candidates) < 2},
+        chi2={
+            "n": len(nominal), "nominal": float(nominal @ nominal), "nuisance_only": known.null.chi2,
+            "final": final.chi2, "penalty": final.penalty,
+        },
+        held_out_gap={"nominal": 1.0 if scale > 0 else None, **gaps},
+        worst=_worst(known.kind, final),
+        separating_measurements=tuple(separating(known.kind, members)) if len(members) > 1 else (),
+        goodness_of_fit_p=final.goodness, alone_p=known.null.goodness,
+        checks=acceptance.checks, mimics=acceptance.mimics, refused=known.kind.refused,
+        warnings=(*known.kind.notes, *_warnings(known, acceptance, gap=scale > 0)),
+        reasons={f.name: why for f, why in acceptance.members.items()},
+        refused_leaders=_refused(known, acceptance),
+        judged=judged[0], nearest=judged[1],
+        members="effects" if all(real) else "both" if any(real) else "mistakes",
+    )  # fmt: skip
+
+
+def _refused(known: Hypotheses, acceptance: Acceptance) -> tuple[tuple[str, float, Reason], ...]:
+    """Hypotheses more probable than what is named, and the rule that each fails."""
+    found = []
+    for f, share in known.probabilities:
+        if f is acceptance.final:
+            break
+        found.append((f.name, share, rule_against(known, acceptance, f)))
+    return tuple(found)
+
+
+def rule_against(known: Hypotheses, acceptance: Acceptance, f: Fit) -> Reason:
+    """Why a hypothesis that is more probable than what is named is not named: one reason, wherever it is listed."""
+    final, leader = acceptance.final, acceptance.leader
+    if f is leader:
+        return Reason("fails", rules="; ".join(c.what for c in acceptance.checks if not c.passed))
+    if f in acceptance.members:
+        return acceptance.members[f]
+    if not f.converged:
+        return Reason("not converged")
+    if f.at_bound():
+        return Reason("at bound", sizes=", ".join(f.at_bound()))
+    if f.negligible():
+        return Reason("too small", names=", ".join(f.negligible()))
+    if f.implausible() and not f.fits_data:
+        return Reason("unusual misfit", sizes=", ".join(f.implausible()), limit=RULES.poor_fit)
+    if not f.candidates:
+        return Reason("nothing")
+    if not final.candidates:
+        return _not_judged(known, leader, f)
+    odds = known.odds(f, final)
+    if not final.identifiers < f.identifiers:
+        return Reason("likelier", why=held_back(known, f, final))
+    if odds <= RULES.clear_odds:
+        return Reason("more, not clear", odds=odds)
+    return Reason("more", odds=odds, why=held_back(known, f, final))
+
+
+def _not_judged(known: Hypotheses, leader: Fit | None, f: Fit) -> Reason:
+    """Why another hypothesis was judged, and nothing is named."""
+    p = f.goodness
+    if p <= RULES.poor_fit or leader is None:
+        return Reason("misfit", p=p)
+    if unlikely := of_unusual_size(known.kind, f):
+        return unlikely
+    if (odds := known.odds(f, leader)) > 1:
+        why = held_back(known, f, leader)
+        return Reason("likelier than judged", odds=odds, leader=leader.name, why=why)
+    return Reason("another judged", leader=leader.name)
+
+
+def _worst(kind: Kind, final: Fit) -> tuple[tuple[str, float], ...]:
+    """The five places where the gap is largest, and their shares of chi^2."""
+    shares: dict[str, float] = {}
+    for where, r in zip(kind.rows.where, final.residual, strict=True):
+        shares[where] = shares.get(where, 0.0) + float(r**2) / max(final.chi2, 1e-300)
+    return tuple(sorted(shares.items(), key=lambda item: -item[1])[:5])
+
+
+def _warnings(known: Hypotheses, acceptance: Acceptance, *, gap: bool) -> list[str]:
+    warnings, final = [], acceptance.final
+    if not gap:
+        warnings.append("the nominal model has no gap beyond the noise: there is nothing to close")
+    if not acceptance.held_out["final"].possible:
+        warnings.append("one run: nothing can be held out, so nothing is named; record further runs or speeds")
+    if acceptance.verdict == "unknown" and not any(f.fits_data for f in known.fits):
+        warnings.append("something is missing that the library does not explain")
+    stuck = [f.name for f in (known.null, *known.best()) if not f.converged and known.posterior[f.name] > NEGLIGIBLE]
+    if stuck:
+        warnings.append(f"did not converge and are not judged: {', '.join(stuck)}")
+    lost = []
+    for f in known.best():
+        if not math.isfinite(f.objective):
+            rows = np.flatnonzero(~np.isfinite(f.residual))
+            first = f", the first in {known.kind.rows.series[int(rows[0])]}" if len(rows) else ""
+            lost.append(f"{f.name} (no finite number for {len(rows)} of {len(f.residual)}{first})")
+    if lost:
+        warnings.append(f"could not be computed and are not judged: {', '.join(lost)}")
+    beside = []
+    for f in known.larger(final) if final.candidates else ():
+        odds = min(known.odds(f, final), 1000.0)  # more needs no figure
+        share = f"{odds:.0f} : 1" if odds >= 1.5 else f"1 : {1 / odds:.0f}"
+        beside.append(
+            f"{'+'.join(c.identifier for c in f.candidates if c.identifier not in final.identifiers)} ({share})"
+        )
+    if beside:
+        warnings.append(
+            f"beside {final.name} cannot be ruled out, with odds: {', '.join(beside)}; its numbers would change, see "
+            "the hypotheses that were tried"
+        )
+    return warnings
+
+
+def widened(known: Hypotheses, final: Fit) -> Array:
+    """Variance of the effects' coordinates about the final fit, averaged over it and what joins its class with it.
+
+    Hoeting et al. (1999), Statistical Science 14, 382-417: sum of w (variance + squared difference), w the posterior.
+    """
+    larger = known.likelier(final)
+    weights = np.array([1.0, *(known.odds(f, final) for f in larger)])
+    total = np.zeros(len(final.theta))
+    for weight, f in zip(weights / weights.sum(), (final, *larger), strict=True):
+        for c in final.candidates:
+            own, there = final.columns(c), f.columns(c)
+            total[own] += weight * (f.covariance.diagonal()[there] + (f.theta[there] - final.theta[own]) ** 2)
+    return total
+
+
+def _named(hypothesis: Fit, candidate: Candidate, variance: Array) -> Named:
+    """A candidate with its fitted values, each labelled parameter by itself if they differ."""
+    parameters, units = {}, {}
+    spread = np.sqrt(variance[hypothesis.columns(candidate)])
+    for (u, x), sd in zip(hypothesis.values(candidate), spread, strict=True):
+        value, wide = float(u.value(float(x))), u.slope(float(x)) * float(sd)
+        for name, factor in u.factors.items():
+            parameters[name] = (factor * value, factor * wide)
+            units[name] = u.unit
+    return Named(candidate.identifier, parameters, units, candidate.signature, candidate.mistake)
+
+
+# ---------------------------------------------------------------------- what can be told apart
+
+
+def similarity(kind: Kind, null: Fit, fits: list[Fit]) -> Array:
+    """Cosines of what ``fits`` do to the data, in the metric that is left when the nuisances are marginalised."""
+    n = null.jacobian * prior(null.unknowns, ())[1]
+    inner = np.eye(n.shape[1]) + n.T @ n
+    moves = np.stack([_direction(kind, f) for f in fits])
+    projected = moves @ n
+    gram = moves @ moves.T - projected @ np.linalg.solve(inner, projected.T)
+    size = np.sqrt(np.maximum(gram.diagonal(), 1e-300))
+    return np.clip(gram / np.outer(size, size), -1.0, 1.0)
+
+
+def _direction(kind: Kind, hypothesis: Fit) -> Array:
+    """Change of the residuals (n,), nuisances held."""
+    without, _ = kind.residual((), hypothesis.theta[: hypothesis.effect_columns.start])
+    moved = without - hypothesis.residual
+    if float(moved @ moved) > 1e-6:
+        return np.asarray(moved)
+    scale = np.array([u.scale * u.size for u in hypothesis.unknowns[hypothesis.effect_columns]])
+    return np.asarray(-hypothesis.jacobian[:, hypothesis.effect_columns] @ scale)
+
+
+def equivalents(known: Hypotheses, leader: Fit) -> dict[Fit, Reason]:
+    """The leader and what cannot be told from it, with the reason of each, among those with as many effects."""
+    peers = [f for f in known.best(len(leader.candidates)) if f is not leader and f.admissible]
+    near = leader.objective + RULES.as_much
+    peers = [f for f in peers if known.odds(leader, f) < RULES.hopeless_odds or f.objective < near]
+    cosines = similarity(known.kind, known.null, [leader, *peers])[0, 1:]
+    ahead = [f for f in peers if known.odds(leader, f) < 1]
+    led = Reason("leads of a size" if ahead else "leads")
+    members = {leader: Reason("search ended") if any(f.physical for f in ahead) else led}
+    for f, cosine in zip(peers, cosines, strict=True):
+        odds = known.odds(leader, f)
+        unusual = f", of an unusual size ({', '.join(f.implausible())})" if f.implausible() else ""
+        if odds < 1:
+            over = known.odds(f, leader)
+            later = Reason("not clear", limit=RULES.clear_odds) if over <= RULES.clear_odds else Reason("elsewhere")
+            members[f] = Reason("ahead", odds=over, why=of_unusual_size(known.kind, f) or later)
+        elif odds < RULES.clear_odds:
+            members[f] = Reason("close", odds=odds, unusual=unusual)
+        elif cosine > RULES.alike_cosine and (f.physical or not leader.physical) and not _idle(f):
+            members[f] = Reason("alike", cosine=cosine, odds=odds, unusual=unusual)
+    return members
+
+
+def _idle(f: Fit) -> bool:
+    """An effect of several sizes has one within its sd of a bound, so that the data ask for no such size."""
+    for candidate in f.candidates:
+        place, sizes = f.columns(candidate).start, [k for k, u in enumerate(candidate.unknowns) if u.size]
+        for k in sizes if len(sizes) > 1 else ():
+            u, x = candidate.unknowns[k], float(f.theta[place + k])
+            if min(x - u.lowest, u.highest - x) < np.sqrt(f.covariance[place + k, place + k]):
+                return True
+    return False
+
+
+def separating(kind: Kind, members: list[Fit]) -> list[Separation]:
+    """Measurements that ``kind`` proposes and that separate the first of ``members`` from the others, best first."""
+    found = []
+    for proposal in kind.proposed():
+        predicted = [_predicted(proposal, f) for f in members]
+        if not all(np.isfinite(p).all() and np.isfinite(s).all() for p, s in predicted):
+            continue
+        (mine, loose), *others = predicted
+        gains = [_distance(mine - other, np.hstack([loose, its]) / np.sqrt(2)) for other, its in others]
+        found.append(Separation(proposal.what, min(gains)))
+    return sorted([*found, *_bench_tests(members)], key=lambda s: -s.gain)
+
+
+def _predicted(proposal: Proposal, f: Fit) -> tuple[Array, Array]:
+    """Prediction of ``f`` for a ``proposal`` (m,), and what 1 sd of all that its data leave open does to it (m, k)."""
+    mean, slope = proposal.whitened(f.candidates, f.theta)
+    if not (np.isfinite(mean).all() and np.isfinite(slope).all()):
+        return mean, slope
+    loose = proposal.follows(f.candidates, f.theta)
+    values, vectors = np.linalg.eigh((f.covariance + f.covariance.T) / 2)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    return mean, slope @ root if loose is None else np.hstack([(slope + loose[0]) @ root, loose[1]])
+
+
+def _distance(gap: Array, moved: Array) -> float:
+    """Root of gap' (1 + moved moved')^-1 gap: a ``gap`` (m,) in the noise (1) and what moves it by 1 sd each (m, k)."""
+    pull = moved.T @ gap
+    left = gap - moved @ np.linalg.solve(np.eye(len(pull)) + moved.T @ moved, pull)
+    return float(np.sqrt(max(0.0, float(gap @ left))))
+
+
+def _bench_tests(members: list[Fit]) -> list[Separation]:
+    """The size of an effect (a mistake) that one member has and the others have not, measured by itself."""
+    separations = []
+    for f in members:
+        for candidate in f.candidates:
+            u = next((u for u in candidate.unknowns if u.size), None)
+            if u is None or any(candidate.identifier in other.identifiers for other in members if other is not f):
+                continue
+            column = f.columns(candidate).start + candidate.unknowns.index(u)
+            sd = np.hypot(RULES.bench_sd * u.scale, np.sqrt(f.covariance[column, column]))
+            gain = float(abs(f.theta[column] - u.centre) / sd)
+            size = u.name if u.unit == "1" else f"{u.name}, {u.unit}"
+            kind = "calibration" if candidate.mistake else "bench test"
+            separations.append(Separation(f"{kind} of {candidate.identifier} ({size})", gain))
+    return separations

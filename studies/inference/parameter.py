@@ -1,4 +1,4 @@
-"""What a fit may move: an unknown with its prior, and the candidate effects made of them."""
+"""Unknowns of a fit with their priors, and the candidate effects made of them."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -7,60 +7,32 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from studies.inference.arrays import Array
+from studies.inference.rules import RULES
 
-UNUSUAL = 5.0  # times the prior sd of a size: one that seldom occurs
-STEP = 1e-3  # of the prior scale: central differences of the (smooth) matrices, error about 1e-9
-LADDER = (0.02, 0.07, 0.2, 0.7)
-"""Of the prior sd of a softness: where further fits of a soft joint begin."""
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class UncertainParameter:
-    """A free number with a normal prior in a coordinate in which the problem is smooth.
+    """A free number with a normal prior in a coordinate in which the problem is smooth."""
 
-    Attributes
-    ----------
-    name, unit : str
-        As reported: ``stiffness`` of a candidate, ``IBxx`` of the bicycle.
-    sets : mapping of str to float
-        Parameters it sets and their factors: ``parameter = factor * value``.
-    centre, scale : float
-        Prior mean and standard deviation of the coordinate.
-    lowest, highest : float
-        Bounds of the coordinate.
-    power : int
-        The value is the coordinate (1), its reciprocal (-1; a compliance) or its exponential (0), as in Box & Cox.
-    size : bool
-        It measures the size of the effect: the effect is absent at ``centre``.
-    widened : float
-        Factor by which the scale exceeds the declared one: what occurs is judged by the latter.
-    labels : tuple of str
-        Of the parameters in ``sets``, in their order, where each is reported by itself (``rear``, ``front``).
-    least : float
-        Smallest size |coordinate - centre| that is worth a name: less makes no difference that anyone would repair.
-    relative : bool
-        The value is what the exponential exceeds one by: of a wrong factor, which is as probable as its reciprocal.
-
-    Raises
-    ------
-    ValueError
-        A least size below zero, a scale that is not positive, or bounds that leave nothing between them.
-    """
-
-    name: str
-    unit: str
-    sets: Mapping[str, float]
-    centre: float
-    scale: float
-    lowest: float = -math.inf
-    highest: float = math.inf
+    name: str  # as reported: ``stiffness`` of a candidate, ``IBxx`` of the bicycle
+    unit: str  # as reported: ``stiffness`` of a candidate, ``IBxx`` of the bicycle
+    sets: Mapping[str, float]  # parameters it sets and their factors: ``parameter = factor * value``
+    centre: float  # prior mean and standard deviation of the coordinate
+    scale: float  # prior mean and standard deviation of the coordinate
+    lowest: float = -math.inf  # bounds of the coordinate
+    highest: float = math.inf  # bounds of the coordinate
+    # the value is the coordinate (1), its reciprocal (-1; a compliance) or its exponential (0), as in Box & Cox
     power: int = 1
-    size: bool = False
+    size: bool = False  # it measures the size of the effect: the effect is absent at ``centre``
+    # names of the parameters in ``sets``, in their order, if each is reported by itself (``rear``, ``front``)
     labels: tuple[str, ...] = ()
-    widened: float = 1.0
-    least: float = 0.0
+    widened: float = 1.0  # factor by which the scale exceeds the declared one, by which an unusual size is judged
+    least: float = 0.0  # smallest size |coordinate - centre| that is worth a name
+    # the value is the exponential less one: a wrong factor, which is as probable as its reciprocal
     relative: bool = False
 
     def __post_init__(self) -> None:
@@ -73,65 +45,52 @@ class UncertainParameter:
         if self.relative and self.power != 0:
             raise ValueError(f"{self.name}: power = {self.power} must be 0; a relative value is made of an exponential")
 
-    def value(self, coordinate: Array) -> Array:
-        """Physical value (same shape) of ``coordinate``, an array of any shape."""
+    def value(self, coordinate: Any) -> Any:
+        """Physical value of a ``coordinate``, a number or an array of any shape."""
         if self.power == 0:
             return np.expm1(coordinate) if self.relative else np.exp(coordinate)
-        return coordinate**self.power
+        return np.asarray(coordinate) ** self.power
 
     def slope(self, coordinate: float) -> float:
-        """Size of d(value)/d(coordinate) at ``coordinate``, a scalar in its own unit."""
+        """Size of d(value)/d(coordinate)."""
         return math.exp(coordinate) if self.power == 0 else abs(self.power * coordinate ** (self.power - 1))
 
     def step(self, coordinate: float) -> float:
-        """Step of a central difference about the scalar ``coordinate``, on the allowed side of a singular zero."""
-        return STEP * (min(self.scale, coordinate) if self.lowest > 0 else self.scale)
+        """Step of a central difference, on the allowed side of a singular zero; the error is about 1e-9."""
+        return 1e-3 * (min(self.scale, coordinate) if self.lowest > 0 else self.scale)
 
     @property
     def one_sided(self) -> bool:
         """The effect has one physical sign."""
         return self.size and self.lowest >= self.centre
 
+    @property
+    def factors(self) -> dict[str, float]:
+        """Factors on the value of the numbers it is reported as: one, or each labelled one if they differ."""
+        if len(set(self.sets.values())) <= 1:
+            return {self.name: 1.0}
+        labels = self.labels or tuple(self.sets)
+        return {f"{self.name}.{label}": float(f) for label, f in zip(labels, self.sets.values(), strict=True)}
+
+    def inside(self, coordinate: float) -> float:
+        """``coordinate`` moved to the nearest bound if it lies beyond."""
+        return min(max(coordinate, self.lowest), self.highest)
+
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """An effect that may be missing.
-
-    Attributes
-    ----------
-    identifier : str
-    unknowns : tuple of UncertainParameter
-        What is fitted when it joins a hypothesis; may be empty.
-    effect : object, optional
-        For the forward model alone, the search never looks at it: what is built in. None where the effect sits in the
-        measurement and not in what was measured.
-    fixed : mapping of str to float
-        Its parameters that are not fitted.
-    ties : mapping of str to str
-        Its parameters that equal another one.
-    replaces : str, optional
-        The effect it takes the place of.
-    signature : str
-        What it does to the data, in words, for the report.
-    weight : float
-        Prior probability relative to an ordinary candidate: less for a mistake that a careful laboratory rarely makes.
-    approximate : bool
-        Its model leaves more of the data than noise where it is the cause: what is left over is not held against it.
-
-    Raises
-    ------
-    ValueError
-        A weight that is not positive and finite.
-    """
+    """An effect that may be missing."""
 
     identifier: str
-    unknowns: tuple[UncertainParameter, ...]
-    effect: Any = None
-    fixed: Mapping[str, float] = field(default_factory=dict)
-    ties: Mapping[str, str] = field(default_factory=dict)
-    replaces: str | None = None
-    signature: str = ""
+    unknowns: tuple[UncertainParameter, ...]  # fitted when it joins a hypothesis; may be empty
+    effect: Any = None  # for the forward model alone: what is built in
+    fixed: Mapping[str, float] = field(default_factory=dict)  # its parameters that are not fitted
+    ties: Mapping[str, str] = field(default_factory=dict)  # its parameters that equal another one
+    replaces: str | None = None  # the effect it takes the place of
+    signature: str = ""  # what it does to the data, in words, for the report
+    # prior probability relative to an ordinary candidate: less for a mistake that a careful laboratory rarely makes
     weight: float = 1.0
+    # its model leaves more of the data than noise where it is the cause, which is not held against it
     approximate: bool = False
 
     def __post_init__(self) -> None:
@@ -140,83 +99,64 @@ class Candidate:
 
     @property
     def mistake(self) -> bool:
-        """Not a thing that is there, but a mistake of a sensor or of a file: its weight is below one."""
+        """It is a mistake of a sensor or of a file, which has a weight below one."""
         return self.weight < 1
 
+    @property
+    def soft(self) -> bool:
+        """It is a compliance, gone where it is rigid."""
+        return any(u.size and u.power == -1 for u in self.unknowns)
+
     def unusual(self) -> "Candidate":
-        """The same with sizes that seldom occur: prior sd of the sizes wider by :data:`UNUSUAL`."""
-        unknowns = tuple(
-            replace(u, scale=UNUSUAL * u.scale, widened=UNUSUAL * u.widened) if u.size else u for u in self.unknowns
-        )
-        return replace(self, unknowns=unknowns)
+        """Copy with a wider prior of the sizes, for sizes that seldom occur."""
+        wide = RULES.unusual
+        unknowns = (replace(u, scale=wide * u.scale, widened=wide * u.widened) if u.size else u for u in self.unknowns)
+        return replace(self, unknowns=tuple(unknowns))
 
     @cached_property
     def starts(self) -> tuple[Array, ...]:
-        """Coordinates from which fits begin: small and typical sizes, of either sign where both are physical."""
+        """Coordinates from which fits begin: small and typical sizes, of either sign if both are physical."""
         found: list[Array] = []
         for share in (0.05, 0.7, -0.05, -0.7):
-            start, inside = self._sized(share)
-            if share > 0 or (self.unknowns and inside):
+            start = self._sized(share)
+            wanted = np.array([u.centre + share * u.scale * u.size for u in self.unknowns])
+            if share > 0 or (self.unknowns and (start == wanted).all()):
                 found.append(start)
         return tuple(found)
 
     @property
-    def ladder(self) -> tuple[Array, ...]:
-        """Coordinates (p,) of softer and softer joints, of anything else none: each may lead to another minimum."""
-        return tuple(self._sized(share)[0] for share in LADDER) if self.soft else ()
+    def first_starts(self) -> tuple[Array, ...]:
+        """Starts of a fit that can afford few: a small size; a compliance also at a typical one."""
+        return self.starts[: 2 if self.soft else 1]
 
     @property
-    def soft(self) -> bool:
-        """Whether it is a compliance, gone where it is rigid."""
-        return any(u.size and u.power == -1 for u in self.unknowns)
-
-    def _sized(self, share: float) -> tuple[Array, bool]:
-        """Coordinates (p,) with sizes of a ``share`` of their prior sd, and whether the bounds leave them so."""
-        start = np.array([u.centre + share * u.scale * u.size for u in self.unknowns])
-        clipped = np.array([min(max(x, u.lowest), u.highest) for x, u in zip(start, self.unknowns, strict=True)])
-        return clipped, bool((clipped == start).all())
+    def ladder(self) -> tuple[Array, ...]:
+        """Coordinates of softer and softer joints, each of which may lead to another minimum; empty if not soft."""
+        return tuple(self._sized(share) for share in (0.02, 0.07, 0.2, 0.7)) if self.soft else ()
 
     @property
     def neutral(self) -> Array:
-        """Coordinates (p,) at which it is absent, or as near to that as its bounds allow."""
-        return np.array([min(max(u.centre, u.lowest), u.highest) for u in self.unknowns])
+        """Coordinates at which it is absent, or as near to that as its bounds allow."""
+        return self._sized(0.0)
 
-    @property
-    def first_starts(self) -> tuple[Array, ...]:
-        """Where a fit begins that can afford few starts: a small size; a compliance also at a typical one.
-
-        Soft joints have minima of their own: a slightly soft one and a soft one differ in kind (an extra mode).
-        """
-        return self.starts[: 2 if self.soft else 1]
+    def _sized(self, share: float) -> Array:
+        """Coordinates with sizes of a ``share`` of their prior sd, within their bounds."""
+        return np.array([u.inside(u.centre + share * u.scale * u.size) for u in self.unknowns])
 
 
-def together(candidates: tuple[Candidate, ...]) -> str:
-    """Name of a hypothesis that consists of ``candidates``: ``a+b``, or ``none``."""
+def together(candidates: Sequence[Candidate]) -> str:
+    """Name of a hypothesis of ``candidates``: ``a+b``, or ``none``."""
     return "+".join(candidate.identifier for candidate in candidates) or "none"
 
 
 def stencil(unknowns: Sequence[UncertainParameter], theta: Array) -> tuple[Array, Array]:
-    """Where to compute for central differences.
-
-    Parameters
-    ----------
-    unknowns : sequence of UncertainParameter
-    theta : ndarray, shape (p,)
-        Their coordinates.
-
-    Returns
-    -------
-    batch : ndarray, shape (2 p + 1, p)
-        theta, theta + h_k, theta - h_k.
-    steps : ndarray, shape (p,)
-        h.
-    """
+    """Points of central differences."""
     steps = np.array([u.step(x) for u, x in zip(unknowns, theta, strict=True)])
     shift = np.diag(steps)
     return np.vstack([theta[None], theta + shift, theta - shift]), steps
 
 
 def central_differences(computed: Array, steps: Array) -> Array:
-    """Derivatives (n, p) from what was ``computed`` (2 p + 1, n) at a :func:`stencil` of ``steps`` (p,)."""
+    """Derivatives (n, p) from values ``computed`` (2 p + 1, n) at a :func:`stencil` of ``steps`` (p,)."""
     p = len(steps)
     return np.asarray(((computed[1 : p + 1] - computed[p + 1 :]) / (2 * steps[:, None])).T)

@@ -7,124 +7,280 @@ explanation of the data is left where it stopped.
 
 import math
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from studies.inference.arrays import Array
-from studies.inference.attempts import POOR_FIT, bettered, fitted, hopeful, laddered, polished, retried, turns_of
-from studies.inference.checks import goodness_of_fit, held_out, whiteness
-from studies.inference.evidence import CLEAR_ODDS, Hypotheses
-from studies.inference.fit import Fit, default_starts, fit, outlook
-from studies.inference.forward import Forward
-from studies.inference.minimise import ROUGH, distinct, small
-from studies.inference.parameter import Candidate, together
-from studies.inference.starts import enlarged, promising
+from studies.inference.evidence import HeldOut, held_out, whiteness
+from studies.inference.fit import (
+    GUIDE,
+    ROUGH,
+    THOROUGH,
+    Fit,
+    default_starts,
+    distinct,
+    fit,
+    prior,
+    small,
+    spread,
+)
+from studies.inference.kind import Kind
+from studies.inference.parameter import Array, Candidate, together
+from studies.inference.rules import RULES
+from studies.inference.verdict import Reason
 
-BEAM = 2  # hypotheses that are expanded
-MOST_EFFECTS = 3
-MOST_TRIED = 4  # candidates that are fitted beside a parent
-WORTH_A_FIT = 4.0  # promised decrease of the objective below which they are not
-CLOSED = 0.5  # of the gap to the best parent, which a first step must promise to close where the gap is hopeless
-NOTHING = 0.05  # P(nothing is missing) above which nothing is named
-MANY = 3  # effects at once, each of which must stand alone
 Progress = Callable[[str], None]
 """Called with the name of each hypothesis before it is fitted."""
 
 
-def singles(forward: Forward, progress: Progress) -> Hypotheses:
-    """Fit nothing and each candidate of ``forward`` alone; ``progress`` is told of each."""
+@dataclass(frozen=True, eq=False)
+class Hypotheses:
+    """All fits: ``null`` ("parameters only"), ``fits`` with effects, singles first; of a ``kind``."""
+
+    null: Fit
+    fits: tuple[Fit, ...]
+    kind: Kind
+
+    def log_posterior(self, hypothesis: Fit) -> float:
+        """Log evidence of a ``hypothesis`` plus log prior."""
+        k = len(hypothesis.candidates)
+        if not k:
+            return hypothesis.log_evidence + math.log(0.5)
+        shares = sum(math.log(c.weight) for c in hypothesis.candidates) - math.log(self._together(k))
+        seldom = sum(any(u.widened > 1 for u in c.unknowns) for c in hypothesis.candidates)
+        return (
+            hypothesis.log_evidence + math.log(0.5) + shares - (k - 1) * math.log(2) + seldom * math.log(RULES.seldom)
+        )
+
+    def _together(self, effects: int) -> float:
+        """Sum over all sets of a number of ``effects`` of the product of their weights."""
+        sums = np.zeros(effects + 1)
+        sums[0] = 1.0
+        for candidate in self.kind.library:
+            sums[1:] += candidate.weight * sums[:-1]
+        return float(sums[effects]) or 1.0
+
+    @property
+    def probabilities(self) -> list[tuple[Fit, float]]:
+        """Each hypothesis with its probability, most probable first."""
+        every = (self.null, *self.fits)
+        logs = np.array([self.log_posterior(hypothesis) for hypothesis in every])
+        if not np.isfinite(logs).any():
+            logs = np.where(np.arange(len(logs)) == 0, 0.0, -np.inf)
+        weight = np.exp(logs - logs.max())
+        share = weight / weight.sum()
+        return [(every[k], float(share[k])) for k in np.argsort(-share, kind="stable")]
+
+    @property
+    def posterior(self) -> dict[str, float]:
+        """Probability by the name of the hypothesis, most probable first."""
+        return {hypothesis.name: share for hypothesis, share in self.probabilities}
+
+    @property
+    def nothing(self) -> float:
+        """P(nothing is missing)."""
+        return next(share for hypothesis, share in self.probabilities if hypothesis is self.null)
+
+    def best(self, effects: int | None = None) -> list[Fit]:
+        """Fits with effects (a number ``effects`` of them), most probable first."""
+        kept = [f for f in self.fits if effects is None or len(f.candidates) == effects]
+        return sorted(kept, key=lambda f: -self.log_posterior(f))
+
+    def larger(self, hypothesis: Fit) -> list[Fit]:
+        """Possible fits with further effects that ``hypothesis`` is not clearly more probable than, best first."""
+        more = [f for f in self.best() if hypothesis.identifiers < f.identifiers and f.physical]
+        return [f for f in more if self.odds(hypothesis, f) < RULES.clear_odds]
+
+    def likelier(self, hypothesis: Fit) -> list[Fit]:
+        """Larger fits that are more probable than ``hypothesis``, even if not clearly."""
+        return [f for f in self.larger(hypothesis) if self.odds(f, hypothesis) > RULES.likelier_odds]
+
+    def odds(self, first: Fit, second: Fit) -> float:
+        """Posterior odds of the ``first`` against the ``second``; infinite if only the second is impossible."""
+        one, other = self.log_posterior(first), self.log_posterior(second)
+        if math.isinf(other):
+            return math.inf if math.isfinite(one) else 1.0
+        return math.exp(min(one - other, 700.0))
+
+    def find(self, identifiers: frozenset[str]) -> Fit | None:
+        """The fit of these ``identifiers``; the null of none."""
+        return next((f for f in (self.null, *self.fits) if f.identifiers == identifiers), None)
+
+    def replaced(self, better: Sequence[Fit]) -> "Hypotheses":
+        """Put ``better`` fits in the place of those of the same effects, and add further ones."""
+        fits = {f.identifiers: f for f in (self.null, *self.fits)} | {f.identifiers: f for f in better}
+        null = fits.pop(frozenset())
+        return Hypotheses(null, tuple(sorted(fits.values(), key=lambda f: len(f.candidates))), self.kind)
+
+    def bettered(self, others: Iterable[Fit]) -> "Hypotheses":
+        """Take those of the ``others`` that are clearly better than the known fit of the same effects."""
+        better = []
+        for other in others:
+            old = self.find(other.identifiers)
+            if old is None or other.objective < old.objective - small(old.objective):
+                better.append(other)
+        return self.replaced(better) if better else self
+
+    @property
+    def explained(self) -> bool:
+        """Nothing, or any hypothesis, fits the data."""
+        return any(f.fits_data for f in (self.null, *self.fits))
+
+    def hopeful(self, fits: Iterable[Fit]) -> list[Fit]:
+        """Choose the ``fits`` that are not far behind one that explains the data: the others stay as they are."""
+        reached = [self.log_posterior(f) for f in self.fits if f.admissible and f.fits_data]
+        least = max(reached, default=-math.inf) - RULES.behind
+        return [f for f in fits if self.log_posterior(f) > least]
+
+    def wider(self, leaders: Sequence[Fit]) -> "Hypotheses":
+        """The null and some hypotheses refitted with a wider prior of the nuisances."""
+        null = fit(self.kind, starts=[self.null.theta], nuisance_scale=RULES.wider)
+        fits = [fit(self.kind, f.candidates, starts=[f.theta], nuisance_scale=RULES.wider) for f in leaders]
+        return Hypotheses(null, tuple(fits), self.kind)
+
+
+def fitted(
+    kind: Kind, candidates: tuple[Candidate, ...], starts: Sequence[Array], *,
+    turns: tuple[int, int] = THOROUGH,
+) -> Fit:  # fmt: skip
+    """A fit; an effect that ended beyond what occurs is fitted again with the prior of sizes that seldom occur."""
+    found = fit(kind, candidates, starts=starts, turns=turns)
+    beyond = {name.split(".")[0] for name in found.implausible()}
+    usual = [c for c in candidates if c.identifier in beyond and all(u.widened == 1 for u in c.unknowns)]
+    if len(beyond) != 1 or not usual or not math.isfinite(found.objective):
+        return found
+    wider = tuple(c.unusual() if c in usual else c for c in candidates)
+    seldom = fit(kind, wider, starts=[found.theta], turns=turns)
+    worth = seldom.log_evidence + math.log(RULES.seldom) > found.log_evidence
+    return seldom if seldom.implausible() and worth else found
+
+
+# ---------------------------------------------------------------------- one effect at a time
+
+
+def singles(kind: Kind, progress: Progress) -> Hypotheses:
+    """Fit nothing and each candidate of ``kind`` alone; ``progress`` is told of each."""
     progress("parameters only")
-    null = fit(forward, patient=True)
+    null = fit(kind, patient=True)
     fits = []
-    for candidate in forward.candidates:
+    for candidate in kind.candidates:
         progress(candidate.identifier)
-        nominal = default_starts(forward, (candidate,))
+        nominal = default_starts(kind, (candidate,))
         starts = [*(np.concatenate([null.theta, start]) for start in candidate.first_starts)]
-        if forward.thorough:
+        if kind.thorough:
             starts += nominal[1:]
         else:
-            starts = promising(forward, (candidate,), [*starts, *nominal[: len(starts)]], len(starts))
-        fits.append(fitted(forward, (candidate,), starts, turns=turns_of(forward)))
-    known = Hypotheses(null, tuple(fits), forward.library)
-    return retried(forward, _none_worse(forward, known))
+            starts = promising(kind, (candidate,), [*starts, *nominal[: len(starts)]], len(starts))
+        fits.append(fitted(kind, (candidate,), starts, turns=_turns(kind)))
+    known = Hypotheses(null, tuple(fits), kind)
+    return _retried(_none_worse(known))
 
 
-def again(forward: Forward, known: Hypotheses, progress: Progress) -> Hypotheses:
-    """The same hypotheses fitted to a ``forward`` model that changed a little (its noise), from where they ended.
-
-    Parameters
-    ----------
-    forward : Forward
-    known : Hypotheses
-    progress : callable
-        Told of each fit.
-    """
+def again(kind: Kind, known: Hypotheses, progress: Progress) -> Hypotheses:
+    """Fit all hypotheses anew to a model that changed a little (its noise), from where they ended."""
     progress("parameters only")
-    null = fit(forward, starts=[known.null.theta])
+    null = fit(kind, starts=[known.null.theta])
     found = []
     for f in known.fits:
         progress(f.name)
         moved = np.concatenate([null.theta, f.theta[f.effect_columns]])  # what adds little moves as the null did
-        start = promising(forward, f.candidates, [f.theta, moved], 1)
-        found.append(fitted(forward, f.candidates, start, turns=turns_of(forward)))
-    return _none_worse(forward, Hypotheses(null, tuple(found), known.library))
+        start = promising(kind, f.candidates, [f.theta, moved], 1)
+        found.append(fitted(kind, f.candidates, start, turns=_turns(kind)))
+    return _none_worse(Hypotheses(null, tuple(found), kind))
 
 
-def search(forward: Forward, known: Hypotheses, progress: Progress) -> tuple[Forward, Hypotheses, Fit | None]:
-    """The best hypothesis, enlarged by one effect at a time as long as evidence and held-out score clearly gain.
+def _turns(kind: Kind) -> tuple[int, int]:
+    """Most iterations of a first look at a hypothesis."""
+    return THOROUGH if kind.thorough else ROUGH
 
-    Returns the forward model too: its noise is estimated anew where a hypothesis larger than the leader asks for it.
 
-    Parameters
-    ----------
-    forward : Forward
-    known : Hypotheses
-        Singles.
-    progress : callable
-        Told of each fit.
-    """
-    known = laddered(forward, polished(forward, known))
-    if not known.fits or known.nothing >= NOTHING:
-        return forward, known, None
-    leader = first(forward, known, known.best(1))
-    for _ in range(MOST_EFFECTS - 1):
+def _retried(known: Hypotheses) -> Hypotheses:
+    """If no single hypothesis fits: the best of them from other starts, guided by easier problems."""
+    if not known.fits or known.explained:
+        return known
+    order = sorted(known.fits, key=lambda f: f.objective)
+    easier = known.kind.easier()
+    if easier and order[0].objective > RULES.loud * len(known.kind.rows.where):
+        ways = _guided(easier[0], known)
+    else:
+        ways = [fit(known.kind, f.candidates, patient=True, turns=ROUGH) for f in order[: RULES.retried]]
+    known = known.bettered([fitted(known.kind, way.candidates, [way.theta], turns=ROUGH) for way in ways])
+    if known.explained:
+        return known
+    given_up = [f for f in known.fits if not f.converged and math.isfinite(f.objective)]
+    known = known.bettered([fitted(known.kind, f.candidates, [f.theta]) for f in given_up])
+    if known.explained:
+        return known
+    typical = {f: default_starts(known.kind, f.candidates)[1:2] for f in known.fits if f.at_bound()}
+    return known.bettered(
+        [fitted(known.kind, f.candidates, starts, turns=ROUGH) for f, starts in typical.items() if starts]
+    )
+
+
+def _guided(easier: Kind, known: Hypotheses) -> list[Fit]:
+    """Single hypotheses fitted to an ``easier`` problem, those whose first step promises most there."""
+    null = fit(easier, turns=GUIDE)
+    promised = {f: outlook(easier, null, f.candidates[0]) for f in known.fits if f.candidates[0].unknowns}
+    order = sorted(promised, key=lambda f: promised[f])
+    most = RULES.retried
+    soft = [f for f in order[most:] if len(f.candidates[0].first_starts) > 1]  # their first step says little
+    return [fit(easier, f.candidates, turns=GUIDE) for f in (*order[:most], *soft)]
+
+
+def _polished(known: Hypotheses) -> Hypotheses:
+    """The most probable hypotheses fitted until they converge."""
+    for _ in range(2):
+        best = min(f.objective for f in (known.null, *known.fits))
+        leading = [f for f, _ in known.probabilities[: RULES.polished] if not f.converged]
+        leading = known.hopeful([f for f in leading if f.objective < RULES.hopeless * best])
+        if not leading:
+            break
+        known = known.replaced([fitted(known.kind, f.candidates, [f.theta]) for f in leading])
+    return known
+
+
+def _laddered(known: Hypotheses) -> Hypotheses:
+    """Soft joints that improve the fit, fitted from several softnesses as well: a loose body resonates in each."""
+    enough = known.null.objective - RULES.improved
+    better = [f for f in known.fits if len(f.candidates) == 1 and f.objective < enough]
+    ladders = {f: [np.concatenate([known.null.theta, start]) for start in f.candidates[0].ladder] for f in better}
+    return known.bettered([fitted(known.kind, f.candidates, starts) for f, starts in ladders.items() if starts])
+
+
+# ---------------------------------------------------------------------- several effects
+
+
+def search(known: Hypotheses, progress: Progress) -> tuple[Hypotheses, Fit | None]:
+    """The best hypothesis, enlarged by one effect at a time as long as evidence and held-out score clearly gain."""
+    known = _laddered(_polished(known))
+    if not known.fits or known.nothing >= RULES.nothing:
+        return known, None
+    leader = _first(known.kind, known.best(1))
+    for _ in range(RULES.most_effects - 1):
         size = len(leader.candidates)
-        parents = list(dict.fromkeys([leader, *_preferred(forward, known.best(size))]))[:BEAM]
+        parents = list(dict.fromkeys([leader, *_preferred(known.kind, known.best(size))]))[: RULES.beam]
         parents += [f for f in known.best(size)[:1] if f.admissible and f not in parents]  # of an unusual size
-        known = polished(forward, expand(forward, known, parents, progress))
-        forward, known = _heard(forward, known, leader, progress)
+        known = _polished(expand(known, parents, progress))
+        known = _heard(known, leader, progress)
         leader = known.find(leader.identifiers) or leader
-        other = first(forward, known, known.best(size))
-        if known.odds(other, leader) > CLEAR_ODDS:  # a larger one has shown the way to a better optimum
+        other = _first(known.kind, known.best(size))
+        if known.odds(other, leader) > RULES.clear_odds:  # a larger one has shown the way to a better optimum
             leader = other
-        larger = _preferred(forward, known.best(size + 1))
-        if not larger or known.odds(larger[0], leader) < CLEAR_ODDS:
+        larger = _preferred(known.kind, known.best(size + 1))
+        if not larger or known.odds(larger[0], leader) < RULES.clear_odds:
             break
-        if held_out(forward, larger[0]).log_score <= held_out(forward, leader).log_score:
+        if held_out(known.kind, larger[0]).log_score <= held_out(known.kind, leader).log_score:
             break
-        known, leader = exchanged(forward, known, larger[0], progress)
-    return forward, *pruned(forward, known, leader)
+        known, leader = exchanged(known, larger[0], progress)
+    return pruned(known, leader)
 
 
-def exchanged(forward: Forward, known: Hypotheses, leader: Fit, progress: Progress) -> tuple[Hypotheses, Fit]:
-    """The ``leader`` with an effect in the place of one that excludes it, where parameters only went astray; or itself.
-
-    From parameters far astray an effect by itself may find no way to its minimum. What excludes one of the leader's
-    never joins it, and what begins with it is not tried: a trail in the place of a contact that has one, too.
-
-    Parameters
-    ----------
-    forward : Forward
-    known : Hypotheses
-    leader : Fit
-        Of two effects or more.
-    progress : callable
-        Told of each fit.
-    """
+def exchanged(known: Hypotheses, leader: Fit, progress: Progress) -> tuple[Hypotheses, Fit]:
+    """The ``leader`` with an effect in the place of one that excludes it, if parameters only went astray; or itself."""
     if known.null.converged:
         return known, leader
     lost = [f.candidates[0] for f in known.best(1) if not f.converged and f.candidates[0].unknowns]
-    centre, found = np.array([u.centre for u in forward.nuisances]), []
+    centre, found = np.array([u.centre for u in known.kind.nuisances]), []
     for gone in leader.candidates:
         rest = tuple(c for c in leader.candidates if c is not gone)
         sizes = [leader.theta[leader.columns(c)] for c in rest]
@@ -133,82 +289,68 @@ def exchanged(forward: Forward, known: Hypotheses, leader: Fit, progress: Progre
             old = known.find(frozenset(one.identifier for one in joined))
             if (old is not None and old.converged) or c.identifier in leader.identifiers:
                 continue
-            if forward.compatible((*leader.candidates, c)) or not forward.compatible(joined):
+            if known.kind.compatible((*leader.candidates, c)) or not known.kind.compatible(joined):
                 continue
             progress(together(joined))
             typical = c.starts[1:] or c.starts  # a small one shrinks to nothing
             begins = (leader.theta[: len(centre)], centre)
             starts = [np.concatenate([x, *sizes, size]) for x in begins for size in typical]
-            found.append(fitted(forward, joined, promising(forward, joined, starts)))
-    known = bettered(known, found)
-    other = first(forward, known, known.best(len(leader.candidates)))
-    return known, other if known.odds(other, leader) > CLEAR_ODDS else leader
+            found.append(fitted(known.kind, joined, promising(known.kind, joined, starts)))
+    known = known.bettered(found)
+    other = _first(known.kind, known.best(len(leader.candidates)))
+    return known, other if known.odds(other, leader) > RULES.clear_odds else leader
 
 
-def _heard(forward: Forward, known: Hypotheses, leader: Fit, progress: Progress) -> tuple[Forward, Hypotheses]:
-    """With the noise as a larger hypothesis leaves it that is clearly better than the leader.
-
-    What the leader leaves may be the missing effect: taken for noise, it hides that the larger one explains the data.
-    """
+def _heard(known: Hypotheses, leader: Fit, progress: Progress) -> Hypotheses:
+    """Take the noise from a larger hypothesis that is clearly better than the leader."""
     best = known.best()[0]
-    if len(best.candidates) <= len(leader.candidates) or known.odds(best, leader) < CLEAR_ODDS:
-        return forward, known
-    better = forward.refined(best)
-    return (forward, known) if better is forward else (better, again(better, known, progress))
+    if len(best.candidates) <= len(leader.candidates) or known.odds(best, leader) < RULES.clear_odds:
+        return known
+    better = known.kind.refined(best)
+    return known if better is known.kind else again(better, known, progress)
 
 
-def first(forward: Forward, known: Hypotheses, fits: Sequence[Fit]) -> Fit:
-    """The most probable of ``fits`` that may be named; the most probable of all where none may."""
-    return (_preferred(forward, fits) or list(fits))[0]
+def _first(kind: Kind, fits: Sequence[Fit]) -> Fit:
+    """The most probable of ``fits`` that may be named; the most probable of all if none may."""
+    return (_preferred(kind, fits) or list(fits))[0]
 
 
-def _preferred(forward: Forward, fits: Iterable[Fit]) -> list[Fit]:
+def _preferred(kind: Kind, fits: Iterable[Fit]) -> list[Fit]:
     """Fits that may be named, in their order: of a size that occurs, or an unusual one that explains the data."""
-    return [f for f in fits if f.admissible and (f.physical or (f.unusual == 1 and _fits(forward, f)))]
+    return [
+        f
+        for f in fits
+        if f.admissible and (f.physical or (f.unusual == 1 and f.fits_data and whiteness(kind, f) > RULES.poor_fit))
+    ]
 
 
-def _fits(forward: Forward, hypothesis: Fit) -> bool:
-    """In sum, and with nothing but noise left over."""
-    return goodness_of_fit(forward, hypothesis) > POOR_FIT and whiteness(forward, hypothesis) > POOR_FIT
-
-
-def expand(forward: Forward, known: Hypotheses, parents: Iterable[Fit], progress: Progress) -> Hypotheses:
-    """Add one more candidate to each parent: those whose first step promises most.
-
-    Parameters
-    ----------
-    forward : Forward
-    known : Hypotheses
-        What is fitted already and not fitted again.
-    parents : iterable of Fit
-    progress : callable
-        Told of each fit.
-    """
+def expand(known: Hypotheses, parents: Iterable[Fit], progress: Progress) -> Hypotheses:
+    """Add one more candidate to each parent: those whose first step promises most, unless they are ``known``."""
     done = {f.identifiers for f in known.fits}
     found: list[Fit] = []
     parents = list(parents)
     nearest = min((parent.objective for parent in parents), default=math.inf)
     for parent in parents:
         first_steps: list[tuple[float, int, Candidate]] = []
-        far = not hopeful(forward, known, [parent])
-        enough = parent.objective - max(WORTH_A_FIT, CLOSED * (parent.objective - nearest) if far else 0.0)
-        for candidate in (*forward.candidates, *forward.enabled_by(parent.candidates)):
+        far = not known.hopeful([parent])
+        enough = parent.objective - max(RULES.worth_a_fit, RULES.closed * (parent.objective - nearest) if far else 0.0)
+        for candidate in (*known.kind.candidates, *known.kind.enabled_by(parent.candidates)):
             names = parent.identifiers | {candidate.identifier}
             if names in done or len(names) == len(parent.candidates):
                 continue
-            if forward.compatible((*parent.candidates, candidate)):
-                first_steps.append((outlook(forward, parent, candidate), len(first_steps), candidate))
-        for promised, _, candidate in sorted(first_steps)[:MOST_TRIED]:
+            if known.kind.compatible((*parent.candidates, candidate)):
+                first_steps.append((outlook(known.kind, parent, candidate), len(first_steps), candidate))
+        for promised, _, candidate in sorted(first_steps)[: RULES.most_tried]:
             if not promised < enough and candidate.unknowns:
                 continue
             done.add(parent.identifiers | {candidate.identifier})
             joined = (*parent.candidates, candidate)
             progress(together(joined))
-            found.append(fitted(forward, joined, _joined_starts(forward, known, parent, candidate)))
-    return _smaller(forward, _none_worse(forward, known.replaced(found), found), found)
+            found.append(fitted(known.kind, joined, _joined_starts(known, parent, candidate)))
+    return _smaller(_none_worse(known.replaced(found), found), found)
 
 
-def _joined_starts(forward: Forward, known: Hypotheses, parent: Fit, candidate: Candidate) -> list[Array]:
+def _joined_starts(known: Hypotheses, parent: Fit, candidate: Candidate) -> list[Array]:
     """From the parent with a small size of the candidate, and from what the candidate was fitted to by itself."""
     starts = [np.concatenate([parent.theta, start]) for start in candidate.first_starts]
     alone = known.find(frozenset({candidate.identifier}))
@@ -217,53 +359,45 @@ def _joined_starts(forward: Forward, known: Hypotheses, parent: Fit, candidate: 
         starts.append(np.concatenate([parent.theta, own]))
         nuisances = alone.theta[: alone.effect_columns.start]
         starts.append(np.concatenate([nuisances, parent.theta[parent.effect_columns], own]))
-    return promising(forward, (*parent.candidates, candidate), starts)
+    return promising(known.kind, (*parent.candidates, candidate), starts)
 
 
-def _none_worse(forward: Forward, known: Hypotheses, new: Sequence[Fit] | None = None) -> Hypotheses:
+def _none_worse(known: Hypotheses, new: Sequence[Fit] | None = None) -> Hypotheses:
     """Each hopeful hypothesis (each ``new`` one) at least as good as those it contains: again from theirs if not."""
     better: list[Fit] = []
-    for f in hopeful(forward, known, known.fits if new is None else new):
+    for f in known.hopeful(known.fits if new is None else new):
         parts = [p for p in (known.null, *known.fits) if p.identifiers < f.identifiers]
         best = min(parts, key=lambda p: p.objective)
         if f.objective > best.objective + 2 * small(best.objective):
             begins = [enlarged(best, f.candidates), enlarged(best, f.candidates, neutral=True)]
             begins = distinct(begins, f.begins)
-            other = fit(forward, f.candidates, starts=begins, turns=ROUGH) if begins else f
+            other = fit(known.kind, f.candidates, starts=begins, turns=ROUGH) if begins else f
             better.append(other if other.objective < f.objective else f)
     return known.replaced(better) if better else known
 
 
-def _smaller(forward: Forward, known: Hypotheses, larger: Sequence[Fit]) -> Hypotheses:
-    """What the best ``larger`` hypotheses contain, fitted again from where they ended with one effect removed."""
+def _smaller(known: Hypotheses, larger: Sequence[Fit]) -> Hypotheses:
+    """Parts of the best ``larger`` hypotheses, fitted again from where they ended with one effect removed."""
     parts: list[Fit] = []
-    for f in sorted(larger, key=lambda f: -known.log_posterior(f))[:BEAM]:
+    for f in sorted(larger, key=lambda f: -known.log_posterior(f))[: RULES.beam]:
         for gone in f.candidates:
             rest = tuple(c for c in f.candidates if c is not gone)
             old = known.find(frozenset(c.identifier for c in rest))
-            if old is None or goodness_of_fit(forward, old) <= POOR_FIT:
-                parts.append(fitted(forward, rest, [enlarged(f, rest)]))
-    return bettered(known, parts)
+            if old is None or not old.fits_data:
+                parts.append(fitted(known.kind, rest, [enlarged(f, rest)]))
+    return known.bettered(parts)
 
 
-def pruned(forward: Forward, known: Hypotheses, leader: Fit) -> tuple[Hypotheses, Fit]:
-    """The leader without what does not stand by its own odds and its own held-out gain.
-
-    Parameters
-    ----------
-    forward : Forward
-    known : Hypotheses
-        Those with one effect less are among them, or are fitted; where they fit poorly, again from the leader's end.
-    leader : Fit
-    """
-    nothing = held_out(forward, known.null).log_score if len(leader.candidates) >= MANY else math.nan
+def pruned(known: Hypotheses, leader: Fit) -> tuple[Hypotheses, Fit]:
+    """The ``leader`` without what does not stand by its own odds and its own held-out gain."""
+    nothing = held_out(known.kind, known.null).log_score if len(leader.candidates) >= RULES.many else math.nan
     while len(leader.candidates) > 1:
-        score, weak = held_out(forward, leader).log_score, []
+        score, weak = held_out(known.kind, leader).log_score, []
         for gone in leader.candidates:
-            known, part = _without(forward, known, leader, gone)
+            known, part = _without(known, leader, gone)
             odds = known.odds(leader, part)
-            alone = len(leader.candidates) < MANY or beats_nothing(forward, known, gone, nothing)
-            if odds < CLEAR_ODDS or held_out(forward, part).log_score >= score or not alone:
+            alone = len(leader.candidates) < RULES.many or beats_nothing(known, gone, nothing)
+            if odds < RULES.clear_odds or held_out(known.kind, part).log_score >= score or not alone:
                 weak.append((odds, part))
         if not weak:
             break
@@ -271,29 +405,109 @@ def pruned(forward: Forward, known: Hypotheses, leader: Fit) -> tuple[Hypotheses
     return known, leader
 
 
-def _without(forward: Forward, known: Hypotheses, leader: Fit, gone: Candidate) -> tuple[Hypotheses, Fit]:
+def _without(known: Hypotheses, leader: Fit, gone: Candidate) -> tuple[Hypotheses, Fit]:
     """The leader's hypothesis without one effect, at the best end known: a poor one may be a minimum of its own."""
     rest = tuple(c for c in leader.candidates if c is not gone)
     part = known.find(frozenset(c.identifier for c in rest))
-    if part is not None and part.converged and goodness_of_fit(forward, part) > POOR_FIT:
+    if part is not None and part.converged and part.fits_data:
         return known, part
-    trial = fitted(forward, rest, [enlarged(leader, rest)])
-    known = known.replaced([trial]) if part is None or not part.converged else bettered(known, [trial])
+    trial = fitted(known.kind, rest, [enlarged(leader, rest)])
+    known = known.replaced([trial]) if part is None or not part.converged else known.bettered([trial])
     return known, known.find(trial.identifiers) or trial
 
 
-def beats_nothing(forward: Forward, known: Hypotheses, candidate: Candidate, nothing: float) -> bool:
-    """Whether a ``candidate`` by itself beats the null in odds and on held-out data.
-
-    Parameters
-    ----------
-    forward : Forward
-    known : Hypotheses
-    candidate : Candidate
-    nothing : float
-        Held-out log score of the null, no unit.
-    """
+def beats_nothing(known: Hypotheses, candidate: Candidate, nothing: float) -> bool:
+    """A ``candidate`` by itself beats the null in odds and on held-out data, whose log score is ``nothing``."""
     own = known.find(frozenset({candidate.identifier}))
-    if own is None or known.odds(own, known.null) < CLEAR_ODDS:
+    if own is None or known.odds(own, known.null) < RULES.clear_odds:
         return False
-    return held_out(forward, own).log_score > nothing
+    return held_out(known.kind, own).log_score > nothing
+
+
+# ---------------------------------------------------------------------- where fits begin
+
+
+def outlook(kind: Kind, parent: Fit, candidate: Candidate) -> float:
+    """Objective that one Gauss-Newton step promises when a ``candidate`` joins a fitted hypothesis: a preview."""
+    joined = (*parent.candidates, candidate)
+    centre, sd = prior((*parent.unknowns, *candidate.unknowns), joined)
+    promised = []
+    for start in candidate.first_starts:
+        theta = np.concatenate([parent.theta, start])
+        residual, jacobian = kind.residual(joined, theta)
+        z, scaled = (theta - centre) / sd, jacobian * sd
+        gradient = scaled.T @ residual + z
+        value = float(residual @ residual + z @ z - gradient @ spread(scaled)[0] @ gradient)
+        promised.append(value if math.isfinite(value) else math.inf)
+    return min(promised)
+
+
+def promising(kind: Kind, candidates: tuple[Candidate, ...], starts: Sequence[Array], most: int = 2) -> list[Array]:
+    """The ``starts`` (p,) of the lowest objective, at ``most`` so many."""
+    centre, sd = prior((*kind.nuisances, *(u for c in candidates for u in c.unknowns)), candidates)
+    values = []
+    for theta in starts:
+        residual, _ = kind.residual(candidates, theta, slopes=False)
+        z = (theta - centre) / sd
+        value = float(residual @ residual + z @ z)
+        values.append(value if math.isfinite(value) else math.inf)
+    return [starts[k] for k in np.argsort(values, kind="stable")[:most]]
+
+
+def enlarged(part: Fit, candidates: Sequence[Candidate], *, neutral: bool = False) -> Array:
+    """Coordinates (p,) of a ``part`` for other ``candidates``: what it lacks at its smallest start or ``neutral``."""
+    theta = [part.theta[: part.effect_columns.start]]
+    for c in candidates:
+        lacking = c.neutral if neutral else c.starts[0]
+        theta.append(part.theta[part.columns(c)] if c.identifier in part.identifiers else np.asarray(lacking))
+    return np.concatenate(theta)
+
+
+# ---------------------------------------------------------------------- why not in its place
+
+
+def held_back(known: Hypotheses, larger: Fit, leader: Fit) -> Reason:
+    """The rule of the search that keeps a ``larger`` hypothesis from the place of a ``leader``."""
+    scores: dict[Fit, HeldOut] = {}
+
+    def score(f: Fit) -> HeldOut:
+        if f not in scores:
+            scores[f] = held_out(known.kind, f)
+        return scores[f]
+
+    if unlikely := of_unusual_size(known.kind, larger):
+        return unlikely
+    if leader.identifiers < larger.identifiers:
+        if known.odds(larger, leader) <= RULES.clear_odds:
+            return Reason("not clear", limit=RULES.clear_odds)
+        if not score(larger).possible:
+            return Reason("one run")
+        if not score(larger).log_score > score(leader).log_score:
+            return Reason("no gain")
+    whole = score(larger).log_score
+    for c in larger.candidates:
+        part = known.find(larger.identifiers - {c.identifier})
+        if part is None:
+            continue
+        odds = known.odds(larger, part)
+        if odds < RULES.clear_odds:
+            return Reason("odds of one", effect=c.identifier, odds=odds, limit=RULES.clear_odds)
+        if not whole > score(part).log_score:
+            return Reason("no gain of one", effect=c.identifier)
+        if len(larger.candidates) >= RULES.many and not beats_nothing(known, c, score(known.null).log_score):
+            return Reason("not alone", effect=c.identifier)
+    return Reason("elsewhere")
+
+
+def of_unusual_size(kind: Kind, larger: Fit) -> Reason | None:
+    """Why a hypothesis of sizes that seldom occur is not preferred; None if it may be."""
+    sizes = ", ".join(larger.implausible())
+    if not sizes:
+        return None
+    if larger.unusual > 1:
+        return Reason("two unusual", sizes=sizes)
+    if not larger.fits_data:
+        return Reason("unusual misfit", sizes=sizes, limit=RULES.poor_fit)
+    if whiteness(kind, larger) <= RULES.poor_fit:
+        return Reason("unusual not white", sizes=sizes, limit=RULES.poor_fit)
+    return None

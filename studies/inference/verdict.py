@@ -1,36 +1,98 @@
-"""The verdict and the record of how it came about."""
+"""The verdict with its reasons: what was decided, and why other hypotheses were not named."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from studies.inference.identifiability import Separation
+WORDS = {
+    # members of a class
+    "leads": "the most probable",
+    "leads of a size": "the most probable of a size that occurs",
+    "leads of so many": "the most probable of those with {effects} effect(s)",
+    "leads of nameable": "the most probable of those that may be named",
+    "search ended": "where the search ended",
+    "close": "odds of only {odds:.2g} : 1 against it{unusual}",
+    "alike": "does the same to the data (cosine {cosine:.3f}; {odds:.2g} : 1 against it){unusual}",
+    "ahead": "more probable than what leads ({odds:.2g} : 1), but {why}",
+    "one more": "one effect more, odds {odds:.0f} : 1 for it: too few to add it",
+    "leads wide": "the most probable if the uncertainty of the parameters is doubled",
+    "close wide": "odds of only {odds:.0f} : 1 against it if the uncertainty of the parameters is doubled",
+    # rules of the search
+    "not clear": "not clearly so (above {limit:g} : 1)",
+    "one run": "one run: nothing can be left out to show a gain",
+    "no gain": "the data left out gain nothing by it",
+    "no gain of one": "the data left out gain nothing by its {effect}",
+    "odds of one": "{effect} does not stand by its own odds ({odds:.2g} : 1; above {limit:g} : 1 is clear)",
+    "not alone": "{effect}, one of three effects, is not clearly better than nothing by itself",
+    "elsewhere": "not where the search ended, which goes from the best with so many effects to one more",
+    "two unusual": "more than one of its sizes seldom occurs ({sizes})",
+    "unusual misfit": "of a size that seldom occurs ({sizes}), and it does not fit (p below {limit:g})",
+    "unusual not white": "of a size that seldom occurs ({sizes}), and what it leaves is not white noise "
+    "(p below {limit:g})",
+    # hypotheses that are refused
+    "fails": "does not hold: {rules}",
+    "not converged": "its fit did not converge: it is not judged",
+    "at bound": "at a bound or of an unphysical sign: {sizes}",
+    "too small": "too small to matter: {names}",
+    "nothing": "nothing is missing, if the data alone decide",
+    "misfit": "it does not fit (p = {p:.2g})",
+    "another judged": "{leader} was judged, which fails a rule",
+    "likelier than judged": "{odds:.2g} times as probable as {leader}, which was judged, but {why}",
+    "more, not clear": "more effects, and not clearly more probable ({odds:.2g} : 1)",
+    "more": "more effects, {odds:.2g} times as probable, but {why}",
+    "likelier": "more probable, but {why}",
+}
+
+
+class Reason:
+    """A reason: ``key`` of :data:`WORDS` and the ``numbers`` (also names, other reasons) in it."""
+
+    def __init__(self, key: str, **numbers: Any) -> None:
+        self.key, self.numbers = key, numbers
+
+    def __str__(self) -> str:
+        return WORDS[self.key].format(**self.numbers)
+
+    def __repr__(self) -> str:
+        return f"Reason({self.key!r}, {self.numbers!r})"
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Reason) and (self.key, self.numbers) == (other.key, other.numbers)
+
+    def __hash__(self) -> int:
+        return hash(str(self))
+
+
+@dataclass(frozen=True)
+class Separation:
+    """A further measurement and its gain: the smallest predicted distance of the leader to a rival, in sd."""
+
+    what: str
+    gain: float
+
+
+LEFT_OVER = "nothing left for terms without a cause, p > 0.01"
+UNLIKELY = "P(nothing is missing) < 0.05"
+GAINS = "held-out log score improves"
+DOUBLED = "survives doubling the uncertainty of the parameters"
+EACH_ALONE = "each of three effects stands alone"
+"""Rules of acceptance that reports ask for by name."""
 
 
 @dataclass(frozen=True)
 class Named:
-    """An effect with its fitted parameters.
-
-    Attributes
-    ----------
-    identifier : str
-    parameters : mapping
-        Name -> (value, sd), in the units of ``units``.
-    units : mapping
-        Name -> unit, SI; ``1`` of a pure number.
-    signature : str
-        What the effect does to the data, in words.
-    """
+    """An effect with its fitted parameters."""
 
     identifier: str
-    parameters: Mapping[str, tuple[float, float]]
-    units: Mapping[str, str] = field(default_factory=dict)
-    signature: str = ""
+    parameters: Mapping[str, tuple[float, float]]  # name -> (value, sd), in the units of units
+    units: Mapping[str, str] = field(default_factory=dict)  # name -> unit, SI; 1 for a pure number
+    signature: str = ""  # what the effect does to the data, in words
+    mistake: bool = False  # it is an error of the measurement or its file
 
 
 @dataclass(frozen=True)
 class AcceptanceCheck:
-    """A rule that must hold before an effect is named: what was asked, the figure, whether it holds."""
+    """A rule that must hold before an effect is named: the question, the figure, and if it holds."""
 
     what: str
     figure: str
@@ -47,68 +109,58 @@ class Mimic:
 
 
 @dataclass(frozen=True)
+class Judged:
+    """A hypothesis that is not named: its chi^2 and goodness of fit."""
+
+    name: str
+    chi2: float
+    p: float
+
+
+@dataclass(frozen=True)
 class Verdict:
-    """What is missing, relative to the library that was tried.
+    """Verdict on what is missing, relative to the library that was tried."""
 
-    Attributes
-    ----------
-    verdict : str
-        ``none``, ``named``, ``class``, ``partial`` (something named, a gap remains), ``tentative`` (an effect explains
-        the data, with a reservation) or ``unknown``.
-    effects : tuple of Named
-        The leading effect or effects; empty for ``none`` and ``unknown``.
-    equivalent : tuple of str
-        Hypotheses that the data cannot tell apart, the leader first.
-    posterior : mapping
-        Probability of each hypothesis.
-    chi2 : mapping
-        ``n``, ``nominal``, ``nuisance_only``, ``final``.
-    held_out_gap : mapping
-        sqrt(max(0, chi^2/n - 1)) on held-out data over that of the nominal model; None where that has no gap.
-    worst : tuple of (str, float)
-        Where the gap of the final model is, and its share of chi^2.
-    separating_measurements : tuple of Separation
-        What would tell the class apart, best first.
-    goodness_of_fit_p : float
-        Of the final model.
-    checks : tuple of AcceptanceCheck
-        The rules of acceptance.
-    mimics : tuple of Mimic
-        What would take the place of the rest.
-    refused : mapping
-        Effects that were not tried, and why.
-    warnings : tuple of str
-        What was assumed, and what the reader must know.
-    sentence : str
-        The verdict in words.
-    reasons : mapping
-        Member of the class -> why it cannot be told from the leader.
-    refused_leaders : tuple of (str, float, str)
-        Hypothesis more probable than what is named, its probability, the rule that it fails.
-    """
-
+    # none, named, class, partial (something named, a gap remains), tentative (an effect explains the data, with a
+    # reservation) or unknown
     verdict: str
-    effects: tuple[Named, ...]
-    equivalent: tuple[str, ...]
-    posterior: Mapping[str, float]
-    chi2: Mapping[str, float]
+    effects: tuple[Named, ...]  # the leading effect or effects; empty for none and unknown
+    equivalent: tuple[str, ...]  # hypotheses that the data cannot tell apart, the leader first
+    posterior: Mapping[str, float]  # probability of each hypothesis, most probable first
+    chi2: Mapping[str, float]  # n, nominal, nuisance_only, final, penalty
+    # sqrt(max(0, chi^2/n - 1)) on held-out data over that of the nominal model; None if that has no gap
     held_out_gap: Mapping[str, float | None]
-    worst: tuple[tuple[str, float], ...]
-    separating_measurements: tuple[Separation, ...]
-    goodness_of_fit_p: float
-    checks: tuple[AcceptanceCheck, ...] = ()
-    mimics: tuple[Mimic, ...] = ()
-    refused: Mapping[str, str] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
-    sentence: str = ""
-    reasons: Mapping[str, str] = field(default_factory=dict)
-    refused_leaders: tuple[tuple[str, float, str], ...] = ()
+    worst: tuple[tuple[str, float], ...]  # where the gap of the final model is, and its share of chi^2
+    separating_measurements: tuple[Separation, ...]  # what would tell the class apart, best first
+    goodness_of_fit_p: float  # P(chi^2 larger) of the final model
+    alone_p: float = 0.0  # the same of the base model with its parameters adjusted
+    checks: tuple[AcceptanceCheck, ...] = ()  # the rules of acceptance
+    mimics: tuple[Mimic, ...] = ()  # what would take the place of the rest
+    refused: Mapping[str, str] = field(default_factory=dict)  # effects that were not tried, and why
+    warnings: tuple[str, ...] = ()  # what was assumed, and what the reader must know
+    # member of the class -> why it cannot be told from the leader
+    reasons: Mapping[str, Reason] = field(default_factory=dict)
+    # hypothesis more probable than what is named, its probability, the rule that it fails
+    refused_leaders: tuple[tuple[str, float, Reason], ...] = ()
+    judged: Judged | None = None  # what was judged, if nothing is named
+    nearest: Judged | None = None  # then the most probable hypothesis that converged, of those that fit if one does
+    members: str = "effects"  # what the class holds: effects, mistakes of the measurement or its file, or both
+
+    @property
+    def failed(self) -> tuple[AcceptanceCheck, ...]:
+        """The rules that do not hold."""
+        return tuple(c for c in self.checks if not c.passed)
+
+    @property
+    def leaves_more(self) -> bool:
+        """More than noise is left: a significant gap, or after a tentative name what terms without a cause explain."""
+        left = any(c.what == LEFT_OVER for c in self.failed)
+        return self.verdict in ("unknown", "partial") or (self.verdict == "tentative" and left)
 
     def to_dict(self) -> dict[str, Any]:
-        """The JSON of ``velotyre diagnose``."""
+        """The verdict for JSON, without its sentence."""
         return {
             "verdict": self.verdict,
-            "sentence": self.sentence,
             "effects": [
                 {
                     "identifier": e.identifier,
@@ -117,8 +169,10 @@ class Verdict:
                 for e in self.effects
             ],
             "class": list(self.equivalent),
-            "reasons": dict(self.reasons),
-            "refused_leaders": [{"what": w, "probability": p, "rule": rule} for w, p, rule in self.refused_leaders],
+            "reasons": {name: str(why) for name, why in self.reasons.items()},
+            "refused_leaders": [
+                {"hypothesis": name, "probability": p, "rule": str(rule)} for name, p, rule in self.refused_leaders
+            ],
             "posterior": dict(self.posterior),
             "chi2": dict(self.chi2),
             "held_out_gap": dict(self.held_out_gap),

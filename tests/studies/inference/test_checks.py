@@ -4,16 +4,22 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from studies.inference.checks import left_over, whiteness, within_uncertainty
-from studies.inference.fit import Fit
-from studies.inference.forward import ForwardModel, Rows
-from studies.inference.parameter import Candidate, UncertainParameter
-from studies.missing_effect import diagnose, read_measurement
+from studies.diagnosis import diagnose, read_measurement
+from studies.inference import (
+    Candidate,
+    Fit,
+    Kind,
+    Rows,
+    UncertainParameter,
+    left_over,
+    whiteness,
+    within_uncertainty,
+)
 
 COUNT = 400
 
 
-class OneSeries(ForwardModel):
+class OneSeries(Kind):
     nuisances, candidates = (), ()
 
     def __init__(self, count=COUNT, inputs=None):
@@ -149,14 +155,14 @@ def test_parameters_of_which_the_data_tell_nothing_are_within():
     assert within_uncertainty(shifted(rng, np.zeros((5, 0)))) == 1.0
 
 
-class WithTerms(ForwardModel):
+class WithTerms(Kind):
     """Linear data: one nuisance, an effect, and terms without a cause; slopes (rows, 2 + terms)."""
 
     nuisances = (UncertainParameter("u", "1", {"u": 1.0}, 0.0, 0.5),)
     candidates = (Candidate("effect", (UncertainParameter("size", "1", {"e": 1.0}, 0.0, 2.0, size=True),)),)
 
     def __init__(self, slopes, data):
-        self.slopes, self.data = slopes, data
+        self.slopes, self.readings = slopes, data
         self.rows = Rows(("x",) * len(data), np.arange(float(len(data))), ("x",) * len(data), np.zeros(len(data), int))
 
     def directions(self):
@@ -165,15 +171,15 @@ class WithTerms(ForwardModel):
 
     def residual(self, candidates, theta, *, slopes=True):
         columns = [0, *([1] if candidates else []), *(2 + int(c.identifier[-1]) for c in candidates[1:])]
-        return self.data - self.slopes[:, columns] @ theta, -self.slopes[:, columns]
+        return self.readings - self.slopes[:, columns] @ theta, -self.slopes[:, columns]
 
     def fitted(self):
         """By the normal equations of data and prior."""
         j, weight = self.slopes[:, :2], np.diag([1 / 0.5**2, 1 / 2.0**2])
         covariance = np.linalg.inv(j.T @ j + weight)
-        theta = covariance @ j.T @ self.data
+        theta = covariance @ j.T @ self.readings
         unknowns = (*self.nuisances, *self.candidates[0].unknowns)
-        return Fit(self.candidates, unknowns, theta, covariance, self.data - j @ theta, -j, 0.0, 0.0)
+        return Fit(self.candidates, unknowns, theta, covariance, self.readings - j @ theta, -j, 0.0, 0.0)
 
 
 def drawn(rng, slopes, gains=0.0):

@@ -13,15 +13,20 @@ from scipy.stats import multivariate_normal
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from bicycle import Model, load_bicycle
-from bicycle.identification.recording import Run
-from studies.inference.checks import held_out, log_normal
-from studies.inference.fit import default_starts, fit
-from studies.inference.forward import ForwardModel, Rows
-from studies.inference.parameter import Candidate, UncertainParameter
-from studies.inference.search import singles
-from studies.missing_effect import diagnose, read_measurement
-from studies.missing_effect.motion.measurements import HistoryMeasurement
-from tyre.base.paths import data_root
+from bicycle.identification import Run
+from studies.diagnosis import Histories, diagnose, read_measurement
+from studies.inference import (
+    Candidate,
+    Kind,
+    Rows,
+    UncertainParameter,
+    default_starts,
+    fit,
+    held_out,
+    log_normal,
+    singles,
+)
+from tyre.files import data_root
 
 X = np.linspace(0.0, 1.0, 9)
 BASE = UncertainParameter("level", "1", {"level": 1.0}, 0.3, 0.4)
@@ -41,10 +46,10 @@ def shape(name, size):
 
 
 @dataclass(frozen=True)
-class Toy(ForwardModel):
+class Toy(Kind):
     """data = level + effect, noise sd 1 in units of ``noise``."""
 
-    data: np.ndarray
+    readings: np.ndarray
     noise: float
     candidates: tuple
     nuisances: tuple = (BASE,)
@@ -55,7 +60,7 @@ class Toy(ForwardModel):
         for c, size in zip(candidates, theta[1:], strict=True):
             added, slope = shape(c.identifier, size)
             computed, columns = computed + added, [*columns, slope]
-        return (self.data - computed) / self.noise, -np.stack(columns, 1) / self.noise
+        return (self.readings - computed) / self.noise, -np.stack(columns, 1) / self.noise
 
 
 def toy(truth, noise, *candidates, level=0.5):
@@ -72,7 +77,7 @@ def integral(problem, c=None):
 
     def likelihood(level, size=0.0):
         computed = level + (shape(c.identifier, size)[0] if c else 0.0)
-        return math.exp(-float((((problem.data - computed) / problem.noise) ** 2).sum()) / 2)
+        return math.exp(-float((((problem.readings - computed) / problem.noise) ** 2).sum()) / 2)
 
     if c is None:
         return math.log(quad(lambda a: likelihood(a) * normal(a, 0.3, 0.4), -1.5, 2.5, epsrel=1e-9, epsabs=0)[0])
@@ -118,7 +123,7 @@ def test_held_out_score_is_the_conditional_density():
     problem = toy(("slope", 0.6), 0.2, c := candidate("slope"))
     columns = np.stack([0.4 * np.ones(9), 0.5 * X], 1) / 0.2
     mean, joint = np.full(9, 0.3) / 0.2, np.eye(9) + columns @ columns.T
-    y, expected = problem.data / 0.2, 0.0
+    y, expected = problem.readings / 0.2, 0.0
     for k in range(3):
         out = np.arange(9) % 3 == k
         gain = joint[np.ix_(out, ~out)] @ np.linalg.inv(joint[np.ix_(~out, ~out)])
@@ -143,7 +148,7 @@ def test_blas_keeps_to_one_thread(monkeypatch):
         seen.extend(pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas")
         raise InterruptedError
 
-    monkeypatch.setattr(import_module("studies.missing_effect.diagnose"), "judge", judge)
+    monkeypatch.setattr(import_module("studies.diagnosis.diagnose"), "judge", judge)
     measurement = read_measurement(Path(str(data_root().joinpath("measured", "kooijman2008.toml"))))
     with threadpool_limits(2, user_api="blas"), pytest.raises(InterruptedError):
         diagnose(measurement)
@@ -173,9 +178,7 @@ def test_an_unknown_start_is_integrated_out():
     white = free @ [0.05, -0.02, 0.4, 0.1] + rng.standard_normal(2 * n)
     channels = {"roll_rate_rad_s": 0.03 * white[:n], "steer_rad": 0.01 * white[n:]}
     run = Run("a", speed, step * np.arange(n), channels, {})
-    forward = HistoryMeasurement(
-        name="own", model=Model(load_bicycle("benchmark")), runs=(run,), noise_sd=noise
-    ).forward()
+    forward = Histories(name="own", model=Model(load_bicycle("benchmark")), runs=(run,), noise_sd=noise).ready()
     theta = np.array([u.centre for u in forward.nuisances])
     residual, _ = forward.residual((), theta)
     assert residual @ residual == pytest.approx(white @ np.linalg.solve(covariance, white), rel=1e-6)

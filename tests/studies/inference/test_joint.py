@@ -8,10 +8,18 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from studies.inference import Candidate, ForwardModel, Rows, UncertainParameter, judge
-from studies.inference.contradiction import disagreement, parts_against_rest
-from studies.inference.fit import fit
-from studies.inference.joint import JointForward, Part
+from studies.inference import (
+    Candidate,
+    Joint,
+    Kind,
+    Part,
+    Rows,
+    UncertainParameter,
+    disagreement,
+    fit,
+    judge,
+    parts_against_rest,
+)
 
 N = 40
 LEVEL = UncertainParameter("level", "1", {"level": 1.0}, 0.0, 1.0)
@@ -26,7 +34,7 @@ SHAPES = {"slope": lambda x: x, "bend": lambda x: x**2, "offset": np.ones_like}
 
 
 @dataclass(frozen=True)
-class Line(ForwardModel):
+class Line(Kind):
     """y = level + sizes of the candidates times their shapes, at x."""
 
     x: np.ndarray
@@ -53,22 +61,22 @@ def part(name, low, high, *, slope=0.0, offset=0.0, seed=1, **rest):
 
 
 def joint(**second):
-    return JointForward((part("near", 0, 1, slope=0.8), part("far", 1, 3, slope=0.8, seed=2, **second)))
+    return Joint((part("near", 0, 1, slope=0.8), part("far", 1, 3, slope=0.8, seed=2, **second)))
 
 
 def test_a_joint_fit_is_the_fit_of_all_rows_at_once():
     """One line through all points, by the normal equations with the prior."""
     forward = joint()
     found = fit(forward, (SLOPE,))
-    x = np.concatenate([p.forward.x for p in forward.parts])
-    y = np.concatenate([p.forward.y for p in forward.parts])
+    x = np.concatenate([p.kind.x for p in forward.parts])
+    y = np.concatenate([p.kind.y for p in forward.parts])
     columns = np.stack([np.ones_like(x), x], 1) / 0.1
     expected = np.linalg.solve(columns.T @ columns + np.eye(2), columns.T @ (y / 0.1))
     np.testing.assert_allclose(found.theta, expected, rtol=1e-6)
     assert len(forward.nuisances) == 1
     np.testing.assert_allclose(found.covariance, np.linalg.inv(columns.T @ columns + np.eye(2)), rtol=1e-6)
     for one in forward.parts:  # information adds up: on a line an interval is nowhere wider than that of a part
-        assert (found.covariance.diagonal() < fit(one.forward, (SLOPE,)).covariance.diagonal()).all()
+        assert (found.covariance.diagonal() < fit(one.kind, (SLOPE,)).covariance.diagonal()).all()
 
 
 def test_an_error_of_one_instrument_is_named_as_its_own_and_moves_no_other():
@@ -81,7 +89,7 @@ def test_an_error_of_one_instrument_is_named_as_its_own_and_moves_no_other():
     residual, jacobian = forward.residual((far,), np.array([0.0, 0.2]))
     assert not jacobian[forward.slices()[0], 1].any()
     assert (jacobian[forward.slices()[1], 1] != 0).all()
-    np.testing.assert_allclose(residual[:N], forward.parts[0].forward.residual((), np.zeros(1))[0])
+    np.testing.assert_allclose(residual[:N], forward.parts[0].kind.residual((), np.zeros(1))[0])
 
 
 def test_an_effect_that_one_part_cannot_see_acts_on_the_others_alone():
@@ -90,7 +98,7 @@ def test_an_effect_that_one_part_cannot_see_acts_on_the_others_alone():
     _, jacobian = forward.residual((BEND,), np.array([0.0, 0.2]))
     assert jacobian[:N, 1].any()
     assert not jacobian[N:, 1].any()
-    nowhere = JointForward((part("a", 0, 1, refused={"bend": "no"}, candidates=(SLOPE,)),))
+    nowhere = Joint((part("a", 0, 1, refused={"bend": "no"}, candidates=(SLOPE,)),))
     assert nowhere.refused == {"bend": "no"}
 
 
@@ -108,8 +116,8 @@ def test_an_effect_that_another_one_makes_possible_acts_on_the_part(monkeypatch)
 def test_parts_of_two_things_share_what_is_common_and_nothing_else():
     """Another thing has a level of its own and the slope of the first: 0.3 and 1.3 beside 0.8."""
     one, two = part("one", 0, 1, slope=0.8), part("two", 1, 3, slope=0.8, offset=1.0, seed=2)
-    other = Part("two", two.forward, two.own, "thing", frozenset({"slope"}))
-    forward = JointForward((one, other))
+    other = Part("two", two.kind, two.own, "thing", frozenset({"slope"}))
+    forward = Joint((one, other))
     assert [u.name for u in forward.nuisances] == ["level", "thing/level"]
     names = [c.identifier for c in forward.candidates]
     assert names == ["slope", "bend", "one/offset", "thing/bend", "two/offset"]
@@ -123,11 +131,11 @@ def test_parts_of_two_things_share_what_is_common_and_nothing_else():
     assert not jacobian[:N, 2].any()
     assert jacobian[N:, 2].any()
     with pytest.raises(ValueError, match="give each a name"):
-        JointForward((one, Part("two", two.forward, thing="one")))
+        Joint((one, Part("two", two.kind, thing="one")))
 
 
 def test_what_was_said_of_the_whole_stays_when_its_noise_is_refined():
-    forward = JointForward(joint().parts, said=("of two things",))
+    forward = Joint(joint().parts, said=("of two things",))
     assert forward.notes[0] == "of two things"
     assert forward.refined(fit(forward)) is forward
 
@@ -149,14 +157,14 @@ class OnePlace(Line):
 def test_parts_look_at_different_things_where_their_places_differ_by_more_than_a_twentieth(near, far, varied):
     """Each looks at one place; it is the share that counts, not the unit."""
     parts = [Part(f"at {x:g}", OnePlace(np.full(N, x), np.zeros(N))) for x in (near, far)]
-    assert JointForward(tuple(parts)).varied is varied
+    assert Joint(tuple(parts)).varied is varied
 
 
 def test_parts_that_agree_do_not_contradict_and_one_that_does_not_is_found():
     """The far part has another slope: 0.8 and 1.1, with sd of 0.05 and 0.03."""
     same = parts_against_rest(joint(), fit(joint(), (SLOPE,)))
     assert not any(p.contradicts for p in same)
-    other = JointForward((part("near", 0, 1, slope=0.8), part("far", 1, 3, slope=1.2, seed=2)))
+    other = Joint((part("near", 0, 1, slope=0.8), part("far", 1, 3, slope=1.2, seed=2)))
     found = {p.part: p for p in parts_against_rest(other, fit(other, (SLOPE,)))}
     assert found["far"].contradicts
     assert found["far"].sd > 3
@@ -167,13 +175,13 @@ def test_parts_that_agree_do_not_contradict_and_one_that_does_not_is_found():
 
 
 def test_false_contradictions_are_as_rare_as_said():
-    """p is uniform where all parts are of one line: 400 draws, 5 sd of a binomial about 10 %."""
+    """p is uniform where all parts are of one line: 150 draws, 5 sd of a binomial about 10 %."""
     values = []
-    for seed in range(400):
-        forward = JointForward((part("a", 0, 1, slope=0.8, seed=[seed, 1]), part("b", 1, 3, slope=0.8, seed=[seed, 2])))
+    for seed in range(150):
+        forward = Joint((part("a", 0, 1, slope=0.8, seed=[seed, 1]), part("b", 1, 3, slope=0.8, seed=[seed, 2])))
         found = fit(forward, (SLOPE,))
         values.append(disagreement(found, forward.slices()[1])[0])
-    assert np.mean(np.array(values) < 0.1) == pytest.approx(0.1, abs=5 * np.sqrt(0.09 / 400))
+    assert np.mean(np.array(values) < 0.1) == pytest.approx(0.1, abs=5 * np.sqrt(0.09 / 150))
 
 
 @pytest.mark.parametrize(
@@ -189,7 +197,7 @@ def test_false_contradictions_are_as_rare_as_said():
 )
 def test_parts_that_make_no_whole_are_refused(parts, words):
     with pytest.raises(ValueError, match=words):
-        JointForward(parts)
+        Joint(parts)
 
 
 @pytest.mark.parametrize("known", [0.95, 1.05])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from studies.inference.minimise import minimise
+from studies.inference import minimise
 
 STEEP = 300.0
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from studies.inference import (
     Candidate,
-    ForwardModel,
+    Kind,
     Rows,
     UncertainParameter,
     central_differences,
@@ -21,10 +21,10 @@ ABSORBER = UncertainParameter("stiffness", "N/m", {"stiffness": 1.0}, 0.0, 1.0, 
 
 
 @dataclass(frozen=True, eq=False)
-class Shaken(ForwardModel):
+class Shaken(Kind):
     """In-phase response (60,) of 1 kg on a spring to its base, over what a rigid joint would show."""
 
-    data: np.ndarray
+    readings: np.ndarray
     nuisances: tuple = (UncertainParameter("gain", "1", {"gain": 1.0}, 1.0, 0.01),)
     candidates: tuple = (Candidate("absorber", (ABSORBER,)),)
 
@@ -38,7 +38,7 @@ class Shaken(ForwardModel):
         unknowns = (*self.nuisances, *(u for c in candidates for u in c.unknowns))
         batch, steps = stencil(unknowns, theta) if slopes else (theta[None], theta[:0])
         seen = batch[:, :1] * response(batch[:, 1:2] if candidates else 0.0)
-        return (self.data - seen[0]) / NOISE, -central_differences(seen, steps) / NOISE
+        return (self.readings - seen[0]) / NOISE, -central_differences(seen, steps) / NOISE
 
 
 def response(softness):

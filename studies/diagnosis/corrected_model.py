@@ -1,0 +1,157 @@
+"""The corrected model of a diagnosis as a model file that every other command reads."""
+
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from bicycle.default_sd import MODEL_FILE
+from bicycle.effect import Effect, effect_of
+from bicycle.model import DEFAULT_CONTACT, Model
+from bicycle.model_file import SECTION, build_model
+from bicycle.parameter_covariance import ParameterCovariance
+from bicycle.parameters import UNUSED, Bicycle
+from studies.diagnosis.diagnose import Diagnosis
+from studies.diagnosis.family import WRONG, Family
+from studies.diagnosis.labels import rendered, said
+from studies.diagnosis.residual import EFFECT, Residual
+from studies.inference import Fit, widened
+from tyre.arrays import Array
+from tyre.errors import InputError
+from tyre.plausible import WAY_OUT
+
+
+@dataclass(frozen=True)
+class Corrected:
+    """Texts of the corrected models by bicycle ("" is the one at the top); none of a tyre."""
+
+    texts: Mapping[str, str]
+    error: str = ""
+    of_others: str = ""
+
+
+def corrected(diagnosis: Diagnosis, residual: Residual | None = None) -> Corrected:
+    """Model files of all bicycles of a ``diagnosis``; the ``residual`` torque is kept of the first bicycle alone."""
+    first, *others = list(diagnosis.kind.bicycles(diagnosis.final)) or [""]
+    try:
+        text = model_text(diagnosis, residual)
+        texts = {first: text} if text else {}
+    except InputError as error:
+        return Corrected({}, str(error))
+    try:
+        models = corrected_models(diagnosis, names=others) if others else {}
+        return Corrected(texts | {name: _text(diagnosis, model) for name, model in models.items()})
+    except InputError as error:
+        return Corrected(texts, of_others=str(error))
+
+
+def model_text(diagnosis: Diagnosis, residual: Residual | None = None) -> str:
+    """Text of a model file with the corrected model of the bicycle at the top; empty of a tyre."""
+    model = corrected_model(diagnosis, residual)
+    return "" if model is None else _text(diagnosis, model, residual)
+
+
+def corrected_model(diagnosis: Diagnosis, residual: Residual | None = None) -> Model | None:
+    """The base model of the bicycle at the top with its parameters adjusted and with what was named; None of a tyre."""
+    return corrected_models(diagnosis, residual, [""]).get("")
+
+
+def corrected_models(
+    diagnosis: Diagnosis, residual: Residual | None = None, names: Iterable[str] | None = None
+) -> dict[str, Model]:
+    """The corrected models of all bicycles, or of those with these ``names``."""
+    final = _judged(diagnosis) if residual is None else residual.fit
+    found = {}
+    for name, (own, fit) in diagnosis.kind.bicycles(final).items():
+        if names is not None and name not in names:
+            continue
+        try:
+            model = own.with_named(fit)
+        except InputError as error:
+            raise InputError(f"the base model cannot take the values of {said(fit.name)}: {error}") from error
+        model = _with_values(model, own.model, fit)
+        exact = [
+            key for key, sd in getattr(own, "uncertainty", {}).items() if sd == 0
+        ]  # the file states these to be known exactly
+        covariance = fit.covariance if residual is None else residual.covariance
+        spread = covariance_of(fit, covariance, model, dropped=residual.dropped if residual else (), exact=exact)
+        if np.isfinite(spread.matrix).all():
+            model = replace(model, sd=spread.sd, covariance=spread)
+        found[name] = model
+    return found
+
+
+def _judged(diagnosis: Diagnosis) -> Fit:
+    """The final fit with the covariance that the verdict tells: effects averaged over their class, times misfit."""
+    final = diagnosis.final
+    told, fitted = widened(diagnosis.hypotheses, final), final.covariance.diagonal()
+    wider = np.sqrt(np.divide(told, fitted, out=np.ones_like(fitted), where=(told > fitted) & (fitted > 0)))
+    return replace(final, covariance=final.misfit * final.covariance * np.outer(wider, wider))
+
+
+def _with_values(named: Model, base: Model, final: Fit) -> Model:
+    """The ``named`` model with all values of a ``final`` fit; what follows the bicycle in an effect still does."""
+    unknowns = Family(base, final.nuisances, final.candidates)
+    values = {key: float(found[0, 0]) for key, found in unknowns.values(np.asarray(final.theta)[None]).items()}
+    old = named.bicycle
+    bicycle = Bicycle(
+        f"{old.name}, corrected", {key: values[key] for key in old.values}, {}, old.description, old.source
+    )
+    effects = (effect_of(type(e), values, [p.name for p in e.parameters if hasattr(e, p.name)]) for e in named.effects)
+    return Model(bicycle, tuple(effects))
+
+
+def covariance_of(
+    fit: Fit, covariance: Array, model: Model, *, dropped: Sequence[str] = (), exact: Iterable[str] = ()
+) -> ParameterCovariance:
+    """Covariance of the parameters of a corrected ``model``, SI."""
+    rows: dict[str, Array] = {}
+    size = len(covariance)
+    for column, (u, x) in enumerate(zip(fit.unknowns, fit.theta, strict=True)):
+        slope = -u.slope(float(x)) if u.power < 0 else u.slope(float(x))
+        for key, factor in u.sets.items():
+            row = rows.setdefault(key.removeprefix(WRONG), np.zeros(size))
+            row[column] += factor * slope
+    for candidate in fit.candidates:
+        rows |= {key: rows[source] for key, source in candidate.ties.items() if source in rows}
+    for column, name in enumerate(dropped, len(fit.theta)):
+        rows[f"{EFFECT}.{name}"] = np.eye(size)[column]
+    held = (*exact, *(f"{EFFECT}.{name}" for name in ("middle_speed", "speed_span")))
+    rows |= {key: np.zeros(size) for key in held if key not in rows}
+    known = {key for key in model.parameters if key not in model.tied and key not in UNUSED}
+    names = tuple(key for key in rows if key in known)
+    slopes = np.array([rows[key] for key in names]).reshape(len(names), size)
+    matrix = slopes @ covariance @ slopes.T
+    return ParameterCovariance(names, (matrix + matrix.T) / 2, origin=MODEL_FILE)
+
+
+def _text(diagnosis: Diagnosis, model: Model, residual: Residual | None = None) -> str:
+    import tomli_w
+
+    about = rendered("model_description.txt.j2", d=diagnosis, torque=residual)
+    content: dict[str, Any] = {
+        "description": about, WAY_OUT: False, "bicycle": dict(model.bicycle.values),
+        "effects": {e.identifier: _table(e) for e in model.effects if e.identifier != DEFAULT_CONTACT},
+    }  # fmt: skip
+    names, matrix = model.covariance.names, model.covariance.matrix.tolist()
+    rows = [f"  [{', '.join(format(x, '.10g') for x in row)}]," for row in matrix]  # a row of the matrix in a line
+    listed = ", ".join(f'"{name}"' for name in names)
+    spread = "\n".join([f"\n[{SECTION}]", f"parameters = [{listed}]", "matrix = [", *rows, "]", ""]) if names else ""
+    try:
+        build_model(content | tomllib.loads(spread))
+    except InputError:
+        content[WAY_OUT] = True  # far from other bicycles, but what the data say
+        build_model(content | tomllib.loads(spread))
+    return tomli_w.dumps(content) + spread
+
+
+def _table(effect: Effect) -> dict[str, Any]:
+    """The numbers of an effect as a model file holds them."""
+    given = {}
+    for p in effect.parameters:
+        if hasattr(effect, p.name):
+            value = getattr(effect, p.name)
+            given[p.name] = {"rear": value.rear, "front": value.front} if p.per_wheel else float(value)
+    return given

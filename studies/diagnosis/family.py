@@ -1,0 +1,211 @@
+"""The base model with candidates built in, in batches, and the derivatives of its matrices along the coordinates."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bicycle.descriptor import DescriptorPolynomial, DescriptorStack
+from bicycle.equations import SymbolicModel
+from bicycle.model import Model
+from bicycle.model_family import ModelFamily
+from bicycle.speed_polynomial import SpeedPolynomial
+from studies.inference.parameter import Candidate, UncertainParameter, stencil
+from tyre.arrays import Array, Complex
+
+SPEED_SCALE = "measurement.speed_scale"  # true speed over recorded speed, minus 1
+SPEED_OFFSET = "measurement.speed_offset"  # true speed less the scaled recorded one, m/s
+WRONG = "wrong."  # WRONG + key: error of the value that the file states for the key
+TORQUES = ("steer_torque", "lean_torque")
+
+Settings = tuple[tuple[str, float], ...]
+"""Parameters of effects, ``effect.name[.wheel]``, and their SI values."""
+
+
+def feedback_key(seen: str, torque: str) -> str:
+    """Key of the gain of a torque proportional to the output ``seen``."""
+    return f"feedback.{torque}_from_{seen}"
+
+
+FEEDBACK = {
+    feedback_key(seen, torque): (seen, torque)
+    for seen in ("lean", "steer", "lean_rate", "steer_rate") for torque in TORQUES
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Family:
+    """All models that differ in the numbers of nuisances and candidates; ``settings`` replace numbers of the base."""
+
+    base: Model
+    nuisances: tuple[UncertainParameter, ...]
+    candidates: tuple[Candidate, ...] = ()
+    settings: Settings = ()
+
+    def __reduce__(self) -> tuple[type, tuple[object, ...]]:
+        return Family, (self.base, self.nuisances, self.candidates, self.settings)  # compiled functions do not pickle
+
+    @cached_property
+    def unknowns(self) -> tuple[UncertainParameter, ...]:
+        """Nuisances, then the unknowns of the candidates."""
+        return (*self.nuisances, *(u for candidate in self.candidates for u in candidate.unknowns))
+
+    @cached_property
+    def models(self) -> ModelFamily:
+        """All models with these effects."""
+        return ModelFamily(self.base, further=tuple(c.effect for c in self.candidates if c.effect is not None))
+
+    @property
+    def symbolic(self) -> SymbolicModel:
+        """Names of states, inputs and outputs."""
+        return self.models.evaluate.symbolic
+
+    @cached_property
+    def _fixed(self) -> Mapping[str, float]:
+        values = dict(self.base.parameters) | dict(self.settings)
+        for candidate in self.candidates:
+            values |= candidate.fixed
+        return values
+
+    @cached_property
+    def _columns(self) -> dict[int, dict[str, Array]]:
+        """Fixed parameters as arrays (K, 1), by K: never written to."""
+        return {}
+
+    def values(self, theta: Array) -> dict[str, Array]:
+        """Every parameter for coordinates ``theta`` (K, unknowns), arrays (K, 1)."""
+        count = len(theta)
+        if count not in self._columns:
+            self._columns[count] = {key: np.full((count, 1), value) for key, value in self._fixed.items()}
+        values = dict(self._columns[count])
+        for column, u in enumerate(self.unknowns):
+            value = u.value(theta[:, column, None])
+            values |= {key: factor * value for key, factor in u.sets.items()}
+        for key in [key for key in values if key.startswith(WRONG)]:
+            stated = key.removeprefix(WRONG)
+            values[stated] = values[stated] + values[key]
+        for candidate in self.candidates:
+            values |= {key: values[source] for key, source in candidate.ties.items()}
+        return values
+
+    @staticmethod
+    def true_speeds(values: Mapping[str, Array], speeds: Array) -> Array:
+        """True speeds (K, S) for recorded ``speeds`` (S,), m/s."""
+        nothing = np.zeros((len(next(iter(values.values()))), 1))
+        return np.asarray(speeds * (1.0 + values.get(SPEED_SCALE, nothing)) + values.get(SPEED_OFFSET, nothing))
+
+    def __call__(self, theta: Array, speeds: Array) -> DescriptorStack:
+        """Matrices for coordinates ``theta`` (K, unknowns) at recorded ``speeds`` (S,) in m/s."""
+        return self.system(self.values(theta), speeds)
+
+    def system(self, values: Mapping[str, Array], speeds: Array) -> DescriptorStack:
+        """Matrices for parameter ``values`` at recorded ``speeds`` (S,) in m/s."""
+        true = self.true_speeds(values, speeds)
+        return self.matrices(values, true)(true)
+
+    def matrices(self, values: Mapping[str, Array], speeds: Array) -> DescriptorPolynomial:
+        """Matrices for parameter ``values`` as polynomials in the true speed, for ``speeds`` (K, S) in m/s."""
+        matrices = self.models.descriptor(values, speeds)
+        for key, (seen, torque) in FEEDBACK.items():
+            if key in values:
+                column, row = self.symbolic.inputs.index(torque), self.symbolic.outputs.index(seen)
+                matrices = matrices.with_feedback(input=column, output=row, gain=values[key])
+        return matrices
+
+    def stencil(self, theta: Array) -> tuple[Array, Array]:
+        """Batch [theta, theta + h_k, theta - h_k ...] (2 p + 1, p) about ``theta`` (p,), and the steps h (p,)."""
+        return stencil(self.unknowns, theta)
+
+    def coordinates(self, theta: Array) -> dict[str, tuple[int, float]]:
+        """Column and value of the coordinate that sets each parameter."""
+        return {key: (column, float(theta[column])) for column, u in enumerate(self.unknowns) for key in u.sets}
+
+
+@dataclass(frozen=True, eq=False)
+class MatrixSlopes:
+    """A bicycle at recorded ``speeds`` (k,), m/s, and the derivatives of its matrices along p coordinates.
+
+    The matrices are polynomials in the speed v: dF/dtheta x = sum over k of v^k dF_k x + F'(v) x dv/dtheta. Only the
+    coefficients are differenced, and no matrix is put together at any speed. Without ``wanted`` p is zero.
+    """
+
+    family: Family
+    theta: Array
+    speeds: Array
+    wanted: bool = True
+
+    @cached_property
+    def _stencil(self) -> tuple[Array, Array]:
+        return self.family.stencil(self.theta) if self.wanted else (self.theta[None], self.theta[:0])
+
+    @property
+    def steps(self) -> Array:
+        """Steps of the differences (p,)."""
+        return self._stencil[1]
+
+    @cached_property
+    def values(self) -> dict[str, Array]:
+        """Every parameter of the bicycle and of those about it, arrays (2 p + 1, 1)."""
+        return self.family.values(self._stencil[0])
+
+    @cached_property
+    def true_speeds(self) -> Array:
+        """True speeds of the bicycle and of those about it (2 p + 1, k), m/s."""
+        return self.family.true_speeds(self.values, self.speeds)
+
+    @cached_property
+    def _all(self) -> DescriptorPolynomial:
+        return self.family.matrices(self.values, self.true_speeds)
+
+    @cached_property
+    def _first(self) -> DescriptorPolynomial:
+        return self._all.take(slice(1))
+
+    @cached_property
+    def system(self) -> DescriptorStack:
+        """Matrices of the bicycle itself, arrays (1, k, ...)."""
+        return self._first(self.true_speeds[:1])
+
+    def difference(self, part: Array) -> Array:
+        """Derivatives (p, ...) of a ``part`` (2 p + 1, ...) known of all bicycles."""
+        h = 2 * self.steps.reshape(-1, *(1,) * (part.ndim - 1))
+        return (part[1 : len(h) + 1] - part[len(h) + 1 :]) / h
+
+    def applied(
+        self, matrix: Literal["dynamics", "input", "output"], at: NDArray[np.intp], x: Array | Complex,
+        rows: list[int] | None = None,
+    ) -> Complex:  # fmt: skip
+        """dP x (m, p, rows, q) of a ``matrix`` P at the speeds with numbers ``at`` (m,), for ``x`` (m, columns, q)."""
+        polynomial: SpeedPolynomial = getattr(self._all, matrix)
+        v, kept = self.true_speeds[0, at, None, None], slice(None) if rows is None else rows
+        change = {power: self.difference(part)[..., kept, :] for power, part in polynomial.items()}
+        found = _product([(part, v**power * x) for power, part in change.items()], at)
+        if (moved := self.difference(self.true_speeds)).any():
+            per_speed: SpeedPolynomial = getattr(self._first, matrix).derivative
+            found += (per_speed(self.true_speeds[:1])[0, at][:, kept] @ x)[:, None] * moved.T[at, :, None, None]
+        return found
+
+    def force(self, at: NDArray[np.intp], x: Complex, s: Complex) -> Complex:
+        """(dF - s dE) x, shape (m, p, n, q), at the speeds ``at`` (m,), for states ``x`` (m, n, q) and ``s`` (m,)."""
+        inertia = self.difference(self._all.mass), -s[:, None, None] * x
+        return self.applied("dynamics", at, x) + _product([inertia], at)
+
+
+def _product(terms: list[tuple[Array, Array | Complex]], at: NDArray[np.intp]) -> Complex:
+    """Sum (m, p, rows, q) of matrices (p, 1 or k, rows, columns), times vectors (m, columns, q)."""
+    parts, vectors = zip(*terms, strict=True)
+    left = np.moveaxis(np.concatenate(parts, -1), 0, 1)  # (1 or k, p, rows, all columns)
+    right = np.ascontiguousarray(np.concatenate(vectors, 1), complex).view(float)  # real and imaginary by turns
+    speeds, p, rows, columns = left.shape
+    flat = left.reshape(speeds, p * rows, columns)
+    found = (flat if speeds == 1 else flat[at]) @ right
+    return found.view(complex).reshape(len(at), p, rows, -1)
+
+
+def flat_parts(number: Complex, slope: Complex) -> tuple[Array, Array]:
+    """Real and imaginary parts, one after the other, of numbers (m,) and of their derivatives (m, p)."""
+    parts = np.stack([number.real, number.imag], 1).ravel()
+    return parts, np.stack([slope.real, slope.imag], 1).reshape(len(parts), slope.shape[1])

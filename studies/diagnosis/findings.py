@@ -1,0 +1,274 @@
+"""Findings beyond the verdict, numbers only: what moved, what could still be there, what next, how stable."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from bicycle.effect_registry import model_workers
+from studies.diagnosis.diagnose import Diagnosis
+from studies.diagnosis.doubts import doubts
+from studies.diagnosis.residual import Residual, fit_residual
+from studies.inference import (
+    DOUBLED,
+    EACH_ALONE,
+    GAINS,
+    RULES,
+    UNLIKELY,
+    Candidate,
+    Fit,
+    Hypotheses,
+    Judgement,
+    Kind,
+    Moved,
+    PartAgainstRest,
+    Stability,
+    UpperLimit,
+    WithoutOne,
+    fits,
+    moved,
+    parts_against_rest,
+    separating,
+    stability,
+    upper_limits,
+    without_each,
+)
+from studies.inference.verdict import Separation
+from tyre.arrays import Array
+from tyre.errors import InputError
+from tyre.workers import one_blas_thread
+
+AGAINST_NOTHING = (UNLIKELY, GAINS, DOUBLED, EACH_ALONE)  # rules by which nothing may be missing
+
+Found = tuple[tuple[Candidate, ...], Mapping[str, Array]]
+"""Candidates that were added, and coordinates: of nuisances by name, of candidates by identifier."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """A verdict that stands: names of its hypothesis and of its nearest rival (``none`` is nothing), and the odds."""
+
+    leader: str
+    rival: str
+    odds: float
+
+
+@dataclass(frozen=True)
+class Predicted:
+    """Prediction of the held-out runs of one part by each model."""
+
+    part: str  # empty if the measurement has no parts
+    runs: tuple[str, ...]
+    numbers: int  # how many are compared
+    chi2: Mapping[
+        str, float
+    ]  # by model: nominal, nuisance_only, final, and with_torque if a residual torque was fitted
+    # by channel and model, in the channel's unit: root mean square of measured minus computed
+    rms: Mapping[str, Mapping[str, float]]
+    # by channel whose noise is not stated but estimated, in its unit: the sd that was taken, and what these runs show
+    # of it from sample to sample
+    noise: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    @property
+    def loud(self) -> list[str]:
+        """Channels whose estimated noise holds much that is no noise from sample to sample, as what is left does."""
+        return [n for n, (taken, rough) in self.noise.items() if min(taken, self.rms[n]["final"]) > 2.0 * rough]
+
+    @property
+    def gap(self) -> dict[str, float | None]:
+        """sqrt(max(0, chi^2/n - 1)) over that of the base model; None if that has no gap, or falls over."""
+        size = {model: math.sqrt(max(0.0, value / self.numbers - 1)) for model, value in self.chi2.items()}
+        whole = size["nominal"]
+        return {model: one / whole if 0 < whole < math.inf else None for model, one in size.items()}
+
+
+@dataclass(frozen=True)
+class Findings:
+    """Findings of a report beyond the verdict."""
+
+    moved: tuple[Moved, ...] = ()  # how far each parameter went
+    limits: tuple[UpperLimit, ...] = ()  # what could still be there beside the final hypothesis
+    # hypotheses that further tells apart, the leader first; fewer than two if none are to be told apart
+    between: tuple[str, ...] = ()
+    further: tuple[Separation, ...] = ()  # what to measure next, best first, by least_gain standard deviations at least
+    doubts: tuple[str, ...] = ()  # units and signs that are surely wrong, in words
+    stability: Stability | None = None  # the verdict in variants, if they were judged
+    parts: tuple[PartAgainstRest, ...] = ()  # of joint data: each part against the others
+    # what is judged without a part that contradicts the others, or without each if they do not fit together; the part
+    # first without which the others fit best
+    without: Mapping[str, WithoutOne] = field(default_factory=dict)
+    joint_fits: bool = True  # the final hypothesis fits all data together
+    predicted: tuple[Predicted, ...] = ()  # of runs that were held out of every fit
+    torque: Residual | None = None  # what could not be named, kept as a torque; it is no part of the verdict
+    no_torque: str = ""  # why none could be fitted to what the verdict leaves; empty if nothing is left
+    settled: bool = False  # no two hypotheses are to be told apart; fitting of the library fit the data
+    fitting: int = 0
+    # further has the uncertainty of the parameters doubled, because a tentative name fails by that
+    doubled: bool = False
+    standing: Standing | None = None  # of a verdict that names an effect or nothing: what further would only make surer
+    least_gain: float = 0.05
+    noise: float = 1.0  # factor on the noise that the limits assume
+
+    @property
+    def odd(self) -> list[WithoutOne]:
+        """Parts without which everything else fits clearly, if all together do not fit."""
+        return [] if self.joint_fits else [one for one in self.without.values() if one.clear]
+
+    @property
+    def ranked(self) -> list[PartAgainstRest]:
+        """The parts, first those without which the others fit best."""
+        place = {name: k for k, name in enumerate(self.without)}
+        return sorted(self.parts, key=lambda part: place.get(part.part, len(place)))
+
+
+@one_blas_thread()
+def find(diagnosis: Diagnosis) -> Findings:
+    """All but the variants of a ``diagnosis``, which take as long as it took itself."""
+    known, final, kind = diagnosis.hypotheses, diagnosis.final, diagnosis.kind
+    parts = parts_against_rest(kind, final)
+    torque, no_torque = None, ""
+    try:
+        torque = fit_residual(diagnosis)
+    except InputError as error:
+        no_torque = str(error)
+    fit_of_torque = None if torque is None else torque.fit
+    together = fits(diagnosis.verdict)
+    # If all together do not fit, how far a part is from the others is linear about a fit that is wrong: any is left out
+    names = [p.part for p in parts if p.contradicts or not together]
+    without = without_each(kind, names, single_out=not together)
+    # standard deviations; what would tell less is no advice: a report would print 0.0
+    least = 1.0 if diagnosis.verdict.verdict in ("named", "none") else 0.05
+    between, further = _next(diagnosis, least)
+    return Findings(
+        moved=moved(known.null, final), limits=upper_limits(kind, known, final), between=between, further=further,
+        doubts=doubts(diagnosis, fit_of_torque, without), parts=parts, without=without, joint_fits=together,
+        predicted=predicted(diagnosis, fit_of_torque), torque=torque, no_torque=no_torque,
+        settled=len(diagnosis.verdict.equivalent) < 2 and len(leading_two(diagnosis)) < 2,
+        fitting=len(_able(diagnosis)), doubled=doubled(diagnosis), standing=standing(diagnosis), least_gain=least,
+        noise=final.louder,
+    )  # fmt: skip
+
+
+@one_blas_thread()
+def with_stability(
+    findings: Findings, diagnosis: Diagnosis, progress: Callable[[str], None] | None = None, *, workers: int = 1
+) -> Findings:
+    """The ``findings`` with variants judged by so many processes; ``progress`` is told the words of each."""
+    if workers == 1:
+        return replace(findings, stability=stability(diagnosis, progress=progress))
+    with model_workers(workers) as pool:
+        return replace(findings, stability=stability(diagnosis, run=pool.map, progress=progress))
+
+
+# ---------------------------------------------------------------------- what to tell apart next
+
+
+def leading_two(judgement: Judgement) -> tuple[Fit, ...]:
+    """The leader and its rival; fewer than two if nothing is to be told apart."""
+    known, final, word = judgement.hypotheses, judgement.final, judgement.verdict.verdict
+    able = _able(judgement) if word == "unknown" else [f for f in _ranked(known) if f.admissible]
+    if word == "none" and len(able) < 2:
+        able = [f for f in _ranked(known) if f.converged]  # data that limit no size leave it open whether there is one
+    if word in ("none", "unknown"):
+        return tuple(f for f in able[:2] if known.odds(able[0], f) < RULES.hopeless_odds)
+    if word == "tentative" and (known.nothing >= RULES.nothing or _fails(judgement, AGAINST_NOTHING)):
+        return (final, known.null)
+    return (final, *[f for f in able if f is not final and known.odds(final, f) < RULES.hopeless_odds][:1])
+
+
+def standing(judgement: Judgement) -> Standing | None:
+    """Odds at which a ``judgement`` stands, above 20 : 1; None if it is open, or nothing is within 10000 : 1."""
+    leaders = leading_two(judgement)
+    if judgement.verdict.verdict not in ("named", "none") or len(leaders) < 2 or leaders[0] is not judgement.final:
+        return None
+    odds = judgement.hypotheses.odds(*leaders)
+    return Standing(leaders[0].name, leaders[1].name, odds) if odds >= RULES.clear_odds else None
+
+
+def doubled(judgement: Judgement) -> bool:
+    """A tentative name may be nothing if the uncertainty of the parameters is doubled."""
+    return judgement.verdict.verdict == "tentative" and _fails(judgement, (DOUBLED,))
+
+
+def _fails(judgement: Judgement, rules: tuple[str, ...]) -> bool:
+    return any(c.what in rules for c in judgement.verdict.failed)
+
+
+def _ranked(known: Hypotheses) -> list[Fit]:
+    """Nothing and all hypotheses, most probable first; all may be too improbable for a number, not for a logarithm."""
+    return sorted((known.null, *known.fits), key=lambda f: -known.log_posterior(f))
+
+
+def _able(judgement: Judgement) -> list[Fit]:
+    """Hypotheses that fit with sizes that matter, even at a bound."""
+    fits_ = [f for f in _ranked(judgement.hypotheses) if f.converged and not f.negligible()]
+    return [f for f in fits_ if f.fits_data]
+
+
+def _next(diagnosis: Diagnosis, least: float) -> tuple[tuple[str, ...], tuple[Separation, ...]]:
+    """Which hypotheses are to be told apart, and what would, best first, by ``least`` sd; members of a class by any."""
+    known, verdict = diagnosis.hypotheses, diagnosis.verdict
+    between, further, rivals = verdict.equivalent, verdict.separating_measurements, leading_two(diagnosis)
+    if len(between) > 1 and known.null in rivals:  # a class, all of which may be nothing
+        rivals = (*rivals, *(f for f in known.fits if f.name in between[1:]))
+        further = ()
+    if further or (len(rivals) < 2 and len(between) > 1):
+        return between, tuple(s for s in further if s.gain >= 0.05)
+    between = tuple(f.name for f in rivals)
+    if doubled(diagnosis):
+        wide = known.wider([f for f in rivals if f.candidates])
+        rivals = tuple(wide.find(f.identifiers) or f for f in rivals)
+    further = tuple(separating(diagnosis.kind, list(rivals))) if len(rivals) > 1 else ()
+    return between, tuple(s for s in further if s.gain >= least)
+
+
+# ---------------------------------------------------------------------- runs that were never fitted
+
+
+def predicted(diagnosis: Diagnosis, torque: Fit | None = None) -> tuple[Predicted, ...]:
+    """Predict what was held out by each model, part by part, also with a residual ``torque``; empty if nothing was."""
+    unseen = diagnosis.kind.held_back()
+    if unseen is None:
+        return ()
+    fits_ = {"nuisance_only": diagnosis.hypotheses.null, "final": diagnosis.final}
+    fits_ |= {} if torque is None else {"with_torque": torque}
+    return predict(unseen, {model: coordinates_of(f) for model, f in fits_.items()})
+
+
+def predict(unseen: Kind, found: Mapping[str, Found]) -> tuple[Predicted, ...]:
+    """Predict by fits, by the name of their model, data that they have not seen, part by part."""
+    told = []
+    for part, own, whole in unseen.alone():
+        models: dict[str, Found] = {"nominal": ((), {u.name: np.array([u.centre]) for u in whole.nuisances}), **found}
+        chi2: dict[str, float] = {}
+        rms: dict[str, dict[str, float]] = {}
+        left: dict[str, Array] = {}
+        for model, (candidates, coordinates) in models.items():
+            kept, theta = here(whole, candidates, coordinates)
+            if whole is not own:
+                kept, places = whole.of_part(0, kept)
+                theta = theta[places]
+            residual, _ = own.residual(kept, theta, slopes=False)
+            squared = float(residual @ residual)
+            chi2[model] = squared if math.isfinite(squared) else math.inf
+            left = own.unexplained(kept, theta)
+            for name, rest in left.items():
+                rms.setdefault(name, {})[model] = float(np.sqrt(np.mean(rest**2)))
+        count = len(own.rows.where)
+        told.append(Predicted(part, own.recordings, count, chi2, rms, own.taken_noise(left)))
+    return tuple(told)
+
+
+def coordinates_of(hypothesis: Fit) -> Found:
+    """The candidates of a fitted ``hypothesis``, and its coordinates by name."""
+    floating = {u.name: hypothesis.theta[k : k + 1] for k, u in enumerate(hypothesis.nuisances)}
+    sizes = {c.identifier: hypothesis.theta[hypothesis.columns(c)] for c in hypothesis.candidates}
+    return hypothesis.candidates, floating | sizes
+
+
+def here(kind: Kind, candidates: tuple[Candidate, ...], at: Mapping[str, Array]) -> tuple[tuple[Candidate, ...], Array]:
+    """Candidates that concern a ``kind``, and its coordinates among those that :func:`coordinates_of` gives."""
+    kept = tuple(c for c in candidates if kind.concerns(c))
+    sizes = (at[c.identifier] for c in kept)
+    return kept, np.concatenate([*(at[u.name] for u in kind.nuisances), *sizes, np.zeros(0)])

@@ -1,0 +1,513 @@
+"""Frequency responses: gain and phase from an input to an output at frequencies and speeds, with their noise.
+
+The response H = C (i omega E - F)^-1 B is that of the bicycle alone, also at speeds at which it is unstable and
+something held it (Ljung 1999, System Identification, ch. 13: the direct approach). Its derivative is
+dH = dC X + L (dB - (i omega dE - dF) X) with X = (i omega E - F)^-1 B and L = C (i omega E - F)^-1.
+"""
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bicycle.identification.recording import INPUTS as TORQUES
+from bicycle.identification.recording import MOTOR_IN_TORQUE, STEER_TORQUE
+from bicycle.identification.scatter import about_one_speed
+from bicycle.responses import column
+from studies.diagnosis.bicycle_kind import (
+    FASTEST,
+    FORCED_HZ,
+    FORCED_OUTPUTS,
+    FORCED_SD,
+    SPEED,
+    BicycleKind,
+    refuse_repeats,
+    without_motors,
+)
+from studies.diagnosis.family import Family, MatrixSlopes, flat_parts
+from studies.diagnosis.figures import BODE, GAP
+from studies.diagnosis.mistakes import apply_sensor, delay_error, errors_of, gain_error, lowpass_error, speed_errors
+from studies.inference import kind as base
+from studies.inference.evidence import MOST_FOLDS, folds
+from studies.inference.kind import Candidates, Figure, Proposal, Rows, Series
+from studies.inference.parameter import Candidate
+from tyre.arrays import Array, Complex
+from tyre.errors import InputError, unknown
+from tyre.plausible import LARGEST
+from tyre.schema import Check, flag, maybe, needed, number, path_key, read, table
+from tyre.table import Columns, read_cells, read_columns
+from tyre.units import find_unit
+
+# ---- the table ----
+
+OUTPUTS = {
+    "lean": ("lean", "angle"), "roll_rate": ("lean_rate", "angular rate"), "lean_rate": ("lean_rate", "angular rate"),
+    "steer": ("steer", "angle"), "steer_rate": ("steer_rate", "angular rate"), "yaw_rate": ("yaw_rate", "angular rate"),
+    "lateral_acceleration": ("lateral_acceleration", "acceleration"),
+}  # fmt: skip
+"""Name in a table -> output of the model, and the quantity."""
+
+INPUTS = {"steer_torque": "moment", "lean_torque": "moment", "lateral_force": "force"}
+SI = {"angle": "rad", "angular rate": "rad/s", "acceleration": "m/s^2", "moment": "N m", "force": "N"}
+ACCELERATION = "lateral_acceleration"
+FORMS = {
+    ("re", "im"): "re and im",
+    ("gain", "phase"): "gain and phase_deg",
+    ("gain_db", "phase"): "gain_db and phase_deg",
+}
+PHASES = {"phase_deg": math.pi / 180, "phase_rad": 1.0}
+HIGHEST = 100.0  # Hz
+FREQUENCIES = {"frequency_Hz": 1.0, "frequency_hz": 1.0, "frequency_rad_s": 1 / (2 * math.pi)}
+SPEEDS = {"speed_m_s": 1.0, "speed_km_h": 1 / 3.6}
+NOISE = ("sd", "sd_db", "coherence", "averages")
+HERTZ = f"is outside 0 .. {HIGHEST:g} Hz; is it in "
+NUMBERS: dict[str, Check] = {
+    **dict.fromkeys(("re", "im", "gain_db", *PHASES, "coherence", "averages"), number()),
+    "gain": number(least=0, outside="must not be negative; put the sign into the phase"),
+    **dict.fromkeys(("frequency_Hz", "frequency_hz"), number(above=0, most=HIGHEST, outside=HERTZ + "rad/s?")),
+    "frequency_rad_s": number(above=0, most=2 * math.pi * HIGHEST, outside=HERTZ + "Hz?"),
+    "speed_m_s": SPEED, "speed_km_h": number(above=0, most=3.6 * FASTEST),
+    **dict.fromkeys(
+        ("sd", "sd_db"),
+        number(above=0, most=LARGEST, outside=f"must be above 0, {LARGEST:g} or less: no measurement is free of noise"),
+    ),
+}  # fmt: skip
+TEXTS = ("input", "output", "input_unit", "output_unit", "group")
+WIDE = "a table of velotyre simulate --frequency-response"
+
+
+@dataclass(frozen=True)
+class ResponsePoint:
+    """Gain ``value`` (SI) from ``input`` to the model's ``output`` at a frequency, with the sd of both its parts."""
+
+    input: str
+    output: str
+    frequency: float  # Hz
+    speed: float  # m/s
+    value: complex
+    sd: float
+    group: str = ""
+
+    @property
+    def channel(self) -> str:
+        """Output and input in words."""
+        return f"{spoken(self.input)} to {spoken(self.output)}"
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the gain."""
+        quantity = next(quantity for output, quantity in OUTPUTS.values() if output == self.output)
+        return f"{SI[quantity]} per {SI[INPUTS[self.input]]}"
+
+
+@dataclass(frozen=True)
+class Accelerometer:
+    """Place of a lateral accelerometer that is fixed to the rear frame, m: ahead of the rear contact, z down."""
+
+    x: float
+    z: float
+
+
+def spoken(name: str) -> str:
+    """An input or output called ``name`` in words."""
+    return {"lean_rate": "roll rate"}.get(name, name.replace("_", " "))
+
+
+Points = tuple[list[ResponsePoint], list[str]]
+"""Points and notes on what was assumed."""
+
+
+def _read_wide(path: Path, given: Mapping[str, Any]) -> Points:
+    """Points of a simulation: a row per frequency, two columns per output."""
+    for key in ("speed_m_s", "relative_sd"):
+        if key not in given:
+            raise InputError(f"[frequency_response]: {path} is {WIDE}, which does not hold it: write {key} = ...")
+    share, speed = given["relative_sd"], given["speed_m_s"]
+    header = path.read_text(encoding="utf-8-sig").partition("\n")[0].split(",")
+    columns = read_columns(path, numbers=[name.strip() for name in header], needed=("frequency_Hz",)).numbers
+    sources = {column(name, SI[quantity]): name for name, quantity in INPUTS.items()}
+    shown = {column(name, SI[quantity]): name for name, quantity in OUTPUTS.values()}
+    points: list[ResponsePoint] = []
+    left: list[str] = []
+    for name, size in columns.items():
+        match = re.fullmatch(r"(\w+?)_per_(\w+)", name)
+        if match is None:
+            continue
+        if match[2] not in sources:
+            raise InputError(f"{path}: {name}: a response to {match[2]} is not compared; known: {', '.join(sources)}")
+        output = shown.get(match[1])
+        if output is None or f"{output}_phase_rad" not in columns:
+            left.append(name)
+            continue
+        gains = size * np.exp(1j * columns[f"{output}_phase_rad"])
+        points += [
+            ResponsePoint(sources[match[2]], output, float(f), speed, complex(h), share * abs(complex(h)))
+            for f, h in zip(columns["frequency_Hz"], gains, strict=True)
+        ]
+    if not points:
+        raise InputError(f"{path}: no output that is compared; known: {', '.join(shown)}")
+    notes = [f"{path.name} is {WIDE}: {share:.2g} of each gain is taken as its standard deviation"]
+    return points, notes + ([f"{path.name}: not compared: {', '.join(left)}"] if left else [])
+
+
+def _read_columns(path: Path, given: Mapping[str, Any]) -> Points:
+    columns = read_columns(path, numbers=NUMBERS, texts=TEXTS, needed=("input", "output"))
+    there = columns.numbers
+    hertz = _one_of(path, there, FREQUENCIES)
+    if "speed_m_s" not in given:
+        speed = _one_of(path, there, SPEEDS)
+    elif any(name in there for name in SPEEDS):
+        raise InputError(f"[frequency_response]: speed_m_s is a column of {path}; take the key out")
+    else:
+        speed = np.full(len(columns.lines), given["speed_m_s"])
+    gain = _gains(path, there)
+    factor = np.array([_factor(path, columns, row) for row in range(len(columns.lines))])
+    sd, notes = _noise(path, columns, gain, given.get("relative_sd"))
+    for row in np.flatnonzero(~(sd > 1e-6 * np.abs(gain))):
+        raise InputError(
+            f"{path}, line {columns.lines[row]}: the sd is {sd[row]:g}; it must be above a millionth of the gain, "
+            f"{np.abs(gain[row]):g}: no measurement is free of noise"
+        )
+    outputs = [OUTPUTS[name][0] for name in columns.texts["output"]]
+    group = columns.texts.get("group", [""] * len(outputs))
+    numbers = (hertz.tolist(), speed.tolist(), (gain * factor).tolist(), (sd * factor).tolist())
+    points = list(map(ResponsePoint, columns.texts["input"], outputs, *numbers, group))
+    keys = [(p.input, p.output, p.frequency, p.speed, p.value) for p in points]
+    refuse_repeats(path, columns.lines, keys, "response")
+    return points, notes
+
+
+def _one_of(path: Path, there: Mapping[str, Array], forms: Mapping[str, float]) -> Array:
+    """The column that is there, of several in which one thing may be given, in the unit of the first."""
+    given = [name for name in forms if name in there]
+    if len(given) > 1:
+        raise InputError(f"{path}: {' and '.join(given)} say the same; keep one")
+    if not given:
+        raise InputError(f"{path}: the column {next(iter(forms))} is missing")
+    return there[given[0]] * forms[given[0]]
+
+
+def _gains(path: Path, there: Mapping[str, Array]) -> Complex:
+    forms = [form for form in FORMS if form[0] in there or (form[1] in there and form[1] != "phase")]
+    if len(forms) > 1:
+        raise InputError(f"{path}: {' and '.join(FORMS[form] for form in forms)} say the same; keep one")
+    if not forms:
+        raise InputError(f"{path}: no gain; give {', or '.join(FORMS.values())}")
+    first, second = forms[0]
+    phases = [name for name in PHASES if name in there]
+    if second == "phase":
+        if first not in there or len(phases) != 1:
+            raise InputError(f"{path}: {first} needs one column phase_deg or phase_rad")
+        size = there[first] if first == "gain" else 10 ** (there[first] / 20)
+        return np.asarray(size * np.exp(1j * there[phases[0]] * PHASES[phases[0]]))
+    if first not in there or second not in there or phases:
+        raise InputError(f"{path}: give both re and im, and no phase beside them")
+    return np.asarray(there[first] + 1j * there[second])
+
+
+def _factor(path: Path, columns: Columns, row: int) -> float:
+    """Factor of the gain of a row to SI."""
+    where = f"{path}, line {columns.lines[row]}"
+    source, output = columns.texts["input"][row], columns.texts["output"][row]
+    if source not in INPUTS:
+        raise InputError(f"{where}: {unknown('input', source, INPUTS)}")
+    if output not in OUTPUTS:
+        raise InputError(f"{where}: {unknown('output', output, OUTPUTS)}")
+    factors = []
+    for name, quantity in (("output_unit", OUTPUTS[output][1]), ("input_unit", INPUTS[source])):
+        text = columns.texts[name][row] if name in columns.texts else ""
+        factors.append(find_unit(text, quantity, where=f"{where}: {name}").factor if text else 1.0)
+    return factors[0] / factors[1]
+
+
+def _noise(path: Path, columns: Columns, gain: Complex, relative: float | None) -> tuple[Array, list[str]]:
+    """One sd (n,) of both parts of a gain, in its unit, and notes: stated, or from coherence and averages."""
+    there = [name for name in NOISE if name in columns.numbers]
+    stated = [name for name in ("sd", "sd_db") if name in there]
+    if relative is not None:
+        if stated or "coherence" in there:
+            raise InputError(f"[frequency_response]: relative_sd, but {path} has {', '.join(there)}; keep one")
+        return relative * np.abs(gain), [f"{relative:.2g} of each gain is taken as its sd"]
+    if len(stated) > 1 or ("sd_db" in stated and "gain_db" not in columns.numbers):
+        raise InputError(f"{path}: sd_db belongs to gain_db, and sd to the gain in its own unit; give one of them")
+    if stated:
+        unused = [name for name in there if name not in stated]
+        notes = [f"{', '.join(unused)}: read, but not used, for {stated[0]} is there"] if unused else []
+        sd = columns.numbers[stated[0]]
+        return (np.abs(gain) * math.log(10) / 20 * sd if stated == ["sd_db"] else sd), notes
+    if not {"coherence", "averages"} <= set(there):
+        raise InputError(
+            f"{path}: no noise; give the column sd (of real and imaginary part), or coherence and averages"
+        )
+    coherence, averages = columns.numbers["coherence"], columns.numbers["averages"]
+    for row in np.flatnonzero(~((coherence > 0) & (coherence < 1) & (averages >= 4))):
+        raise InputError(
+            f"{path}, line {columns.lines[row]}: coherence = {coherence[row]:g}, averages = {averages[row]:g}; the "
+            "coherence must lie between 0 and 1 (gamma^2), of 4 averages or more; else give sd"
+        )
+    # sd = |H| sqrt((1 - gamma^2) / (2 gamma^2 n)) (Bendat & Piersol, Random Data, ch. 9); its square is widened by
+    # n / (n - 2), the variance of Student's t, because the noise itself was estimated from n - 1 differences
+    return np.asarray(np.abs(gain) * np.sqrt((1 - coherence) / coherence / (2 * (averages - 2)))), []
+
+
+# ---- physics ----
+
+
+@dataclass(frozen=True, eq=False)
+class Wanted:
+    """Responses (n,) to be predicted: frequencies (Hz), speeds (m/s), names of inputs and outputs."""
+
+    frequency: Array
+    speed: Array
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+
+    @cached_property
+    def s(self) -> Complex:
+        """i omega (n,), rad/s."""
+        return np.asarray(2j * np.pi * self.frequency)
+
+
+def responses(
+    family: Family, wanted: Wanted, theta: Array, accelerometer: Accelerometer | None = None, *, slopes: bool = True
+) -> tuple[Complex, Complex]:
+    """Gains (n,), SI, and their derivatives (n, p), or (n, 0)."""
+    speeds = np.unique(wanted.speed)
+    bicycle = MatrixSlopes(family, theta, speeds, slopes)
+    system, names = bicycle.system, family.symbolic
+    places, at = np.unique(np.stack([wanted.speed, wanted.frequency]), axis=1, return_inverse=True)
+    at, of_speed, s = at.ravel(), np.searchsorted(speeds, places[0]), 2j * np.pi * places[1]
+    inputs, outputs = list(dict.fromkeys(wanted.inputs)), list(dict.fromkeys(wanted.outputs))
+    pushed = np.zeros((len(s), len(names.inputs), len(inputs)))
+    pushed[:, [names.inputs.index(name) for name in inputs], range(len(inputs))] = 1.0
+    used, seen, turned = _shown(bicycle, outputs, of_speed, s, accelerometer)
+    rows = system.output[0, of_speed][:, used]
+    pencil = s[:, None, None] * system.mass[0, of_speed] - system.dynamics[0, of_speed]
+    states = np.linalg.solve(pencil, system.input[0, of_speed] @ pushed + 0j)
+    pick = ([outputs.index(name) for name in wanted.outputs], [inputs.index(name) for name in wanted.inputs])
+    gains = (seen @ (rows @ states))[at, *pick]
+    slope = np.zeros((len(gains), len(bicycle.steps)), complex)
+    if slope.size:
+        back = np.linalg.solve(pencil.swapaxes(1, 2), (seen @ rows).swapaxes(1, 2)).swapaxes(1, 2)
+        force = bicycle.applied("input", of_speed, pushed) + bicycle.force(of_speed, states, s)
+        changed = seen[:, None] @ bicycle.applied("output", of_speed, states, used)
+        changed += turned @ (rows @ states)[:, None] + back[:, None] @ force
+        slope = changed[at, :, *pick]
+    return gains, slope
+
+
+def _shown(
+    bicycle: MatrixSlopes, signals: list[str], at: NDArray[np.intp], s: Complex, place: Accelerometer | None
+) -> tuple[list[int], Complex, Array]:
+    """Measured signals as sums of outputs of the model, at speeds ``at`` and i omega ``s`` (m,)."""
+    parts = ("rear_lateral_velocity", "yaw_rate", "lean_rate", "lean")
+    used = list(dict.fromkeys([name for name in signals if name != ACCELERATION] + list(parts)))
+    weights = np.zeros((len(s), len(signals), len(used)), complex)
+    slopes = np.zeros((len(s), len(bicycle.steps), len(signals), len(used)))
+    for k, name in enumerate(signals):
+        if name != ACCELERATION:
+            weights[:, k, used.index(name)] = 1.0
+            continue
+        assert place is not None
+        lateral, yaw, rolling, lean = (used.index(part) for part in parts)
+        v, g = bicycle.true_speeds, bicycle.values["g"]
+        weights[:, k, lateral], weights[:, k, rolling] = s, -place.z * s
+        weights[:, k, yaw], weights[:, k, lean] = place.x * s + v[0, at], -g[0]
+        slopes[:, :, k, yaw], slopes[:, :, k, lean] = bicycle.difference(v).T[at], -bicycle.difference(g)[:, 0]
+    outputs = bicycle.family.symbolic.outputs
+    return [outputs.index(name) for name in used], weights, slopes
+
+
+# ---- the kind ----
+
+HELD = (
+    "unstable at {} m/s: something held the bicycle there. Output over input is the bicycle's own response all the "
+    "same, if the recorded input is all that acted; noise that the rider or controller answers biases it, unless a "
+    "reference signal was used (see the documentation)"
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrequencyResponses(BicycleKind, kind="frequency_response"):
+    """Frequency responses at several speeds, with the place of the accelerometer if there is one."""
+
+    keys: ClassVar[Any] = table(
+        {
+            **path_key("table", "FILE.csv"),
+            maybe("speed_m_s"): SPEED,
+            maybe("relative_sd"): number(above=0, most=1, says="must be a share above 0, at most 1, of each gain"),
+            maybe("accelerometer"): table(
+                {
+                    needed("x_m", "no x_m; give the place of the sensor ahead of the rear contact"): number(),
+                    needed("z_m", "no z_m; give the place of the sensor, z down, so above the ground it is negative"):
+                        number(most=0, says="must be a finite number in m, z down: above the ground it is negative"),
+                }
+            ),
+            maybe(MOTOR_IN_TORQUE): flag,
+        }
+    )  # fmt: skip
+    columns: ClassVar[tuple[str, ...]] = (*TEXTS, *NUMBERS)
+    points: tuple[ResponsePoint, ...]
+    accelerometer: Accelerometer | None = None
+
+    @classmethod
+    def read(cls, content: Any, folder: Path, common: Mapping[str, Any]) -> "FrequencyResponses":
+        given = read(cls.keys, content, section="frequency_response")
+        path = folder / given["table"]
+        header = read_cells(
+            path, kind="table; paths are relative to the file that names it", example="input, output"
+        ).header
+        wide = "frequency_Hz" in header and any("_per_" in name for name in header)
+        points, notes = (_read_wide if wide else _read_columns)(path, given)
+        if len(points) < 3:
+            raise InputError(f"{path}: {len(points)} row(s) cannot be diagnosed; give at least 3, at two speeds")
+        place = given.get("accelerometer")
+        if any(p.output == ACCELERATION for p in points) != (place is not None):
+            needs = "needs the place of its sensor; write [frequency_response.accelerometer] with x_m and z_m"
+            idle = "is not a column; take [frequency_response.accelerometer] out"
+            raise InputError(f"{path}: lateral_acceleration {needs if place is None else idle}")
+        if place is not None:
+            notes.append(
+                "lateral_acceleration: of a sensor fixed to the rear frame, which leans with it and so reads a share "
+                "of gravity, - g lean"
+            )
+        if any(point.input == TORQUES[STEER_TORQUE] for point in points):
+            common, said = without_motors(content, common)
+            notes += said
+        sensor = None if place is None else Accelerometer(place["x_m"], place["z_m"])
+        return cls(**common, points=tuple(points), accelerometer=sensor, notes=tuple(notes))
+
+    def ready(self, **how: Any) -> Self:
+        points = tuple(sorted(self.points, key=lambda p: (p.input, p.output, p.speed, p.frequency)))
+        return super(FrequencyResponses, replace(self, points=points)).ready(**how)
+
+    def mistakes(self) -> tuple[Candidate, ...]:
+        """Speed; gain, delay and low-pass of each output; gain and delay of each input that has several outputs."""
+        found = [*speed_errors(self.speeds.tolist())]
+        points = sorted(self.points, key=lambda p: (p.input, p.output))
+        for name in dict.fromkeys(p.output for p in points):
+            sensor = spoken(name).replace(" ", "_")
+            found += [gain_error(sensor, name), delay_error(sensor, name), lowpass_error(sensor, name)]
+        for name in dict.fromkeys(p.input for p in points):
+            if name not in self._alone:
+                found += [gain_error(name, name), delay_error(name, name)]
+        return tuple(found)
+
+    def impossible(self) -> dict[str, str]:
+        refused = super().impossible()
+        for name, output in self._alone.items():
+            for what in ("scale", "delay"):
+                refused[f"{name}_{what}"] = (
+                    f"the only response to it is that of the {spoken(output)}, whose {what} looks the same: see "
+                    f"{spoken(output).replace(' ', '_')}_{what}"
+                )
+        return refused
+
+    @property
+    def _alone(self) -> dict[str, str]:
+        """Inputs with a single output that has no other input either: input -> output."""
+        pairs = {(p.input, p.output) for p in self.points}
+        inputs, outputs = [a for a, _ in pairs], [b for _, b in pairs]
+        return {a: b for a, b in pairs if inputs.count(a) == 1 and outputs.count(b) == 1}
+
+    def assumptions(self) -> tuple[str, ...]:
+        linear = self.model.linear_model()
+        held = [v for v in np.unique(self.speeds).tolist() if linear.eigenvalues(v).real.max() > 0]
+        found = ("the noise of different frequencies, outputs and speeds counts as independent",)
+        return (*found, HELD.format(", ".join(f"{v:g}" for v in held))) if held else found
+
+    # ---- physics ----
+
+    @cached_property
+    def wanted(self) -> Wanted:
+        """The measured responses."""
+        return Wanted(
+            np.array([p.frequency for p in self.points]), self.speeds, tuple(p.input for p in self.points),
+            tuple(p.output for p in self.points),
+        )  # fmt: skip
+
+    @property
+    def speeds(self) -> Array:
+        return np.array([p.speed for p in self.points])
+
+    @property
+    def varied(self) -> bool:
+        """True if the points are of two speeds, or two inputs."""
+        return len(about_one_speed(self.speeds.tolist())) > 1 or len(set(self.wanted.inputs)) > 1
+
+    @cached_property
+    def data(self) -> tuple[Array, Array]:
+        value = np.array([p.value for p in self.points])
+        return np.stack([value.real, value.imag], 1).ravel(), np.repeat([p.sd for p in self.points], 2)
+
+    @cached_property
+    def rows(self) -> Rows:  # type: ignore[override]
+        """A series is a part of one response at one speed, along frequency."""
+        where, series, shown = [], [], {}
+        for p in self.points:
+            for part in ("real", "imaginary"):
+                name = f"{p.channel}, {p.speed:g} m/s, {part[:4]}"
+                shown[name] = Series(p.channel, f"{part} part, {p.unit}", f"frequency at {p.speed:g} m/s, Hz")
+                where.append(f"{p.channel}, {p.speed:g} m/s, {p.frequency:.3g} Hz, {part} part")
+                series.append(name)
+        group = [p.group or f"{p.speed:.6g}" for p in self.points]
+        if len(set(group)) == 1 and len(set(self.wanted.inputs)) > 1:
+            group = list(self.wanted.inputs)
+        hertz = self.wanted.frequency  # bands are held out at one speed with one input
+        edges = np.quantile(hertz, np.arange(1, MOST_FOLDS) / MOST_FOLDS)
+        fold = folds(group, self.speeds, [f"{band:02d}" for band in np.searchsorted(edges, hertz)])
+        return Rows(
+            tuple(where), np.repeat(hertz, 2), tuple(series), np.repeat(fold, 2), shown=shown, axis="frequency, Hz"
+        )
+
+    def predict(self, candidates: Candidates, theta: Array) -> Array:
+        return self._parts(self.wanted, candidates, theta, slopes=False)[0]
+
+    def value_and_jacobian(self, candidates: Candidates, theta: Array) -> base.Prediction:
+        return self._parts(self.wanted, candidates, theta)
+
+    def _parts(self, wanted: Wanted, candidates: Candidates, theta: Array, *, slopes: bool = True) -> base.Prediction:
+        """Real and imaginary parts, one after the other, as the sensors show them, and their derivatives."""
+        family = self.family(candidates)
+        gains, slope = responses(family, wanted, theta, self.accelerometer, slopes=slopes)
+        errors = family.coordinates(theta)
+        for names in (wanted.inputs, wanted.outputs):
+            for name in dict.fromkeys(names):
+                here = np.array(names) == name
+                some, turned = gains[here], slope[here]
+                apply_sensor(some, turned, wanted.s[here], errors_of(errors, name))
+                gains[here], slope[here] = some, turned
+        return flat_parts(gains, slope)
+
+    def proposed(self) -> tuple[Proposal, ...]:
+        """Outputs that were not measured, another input, and higher speeds."""
+        source, found = self.points[0].input, []
+        for output in FORCED_OUTPUTS:
+            if output not in self.wanted.outputs:
+                what = f"the response of the {spoken(output)} to the {spoken(source)} at the measured speeds"
+                found.append(self._further(what, source, (output,)))
+        for other in ("steer_torque", "lateral_force"):
+            if other not in self.wanted.inputs:
+                seen = tuple(dict.fromkeys(self.wanted.outputs))
+                found.append(self._further(f"the response to a {spoken(other)} at the measured speeds", other, seen))
+        return (*found, *self.forced(float(self.speeds.max())))
+
+    def _further(self, what: str, source: str, outputs: tuple[str, ...]) -> Proposal:
+        """Responses of ``outputs`` to a ``source`` at three of the measured speeds."""
+        speeds = np.unique(self.speeds)
+        few = speeds[np.unique(np.linspace(0, len(speeds) - 1, 3).astype(int))]
+        every = [(f, v, output) for output in outputs for v in few for f in FORCED_HZ]
+        hertz, at = np.array([f for f, _, _ in every]), np.array([v for _, v, _ in every])
+        wanted = Wanted(hertz, at, (source,) * len(every), tuple(output for _, _, output in every))
+        size = np.abs(responses(self.family(()), wanted, self.nominal, self.accelerometer, slopes=False)[0])
+        peak = np.array([size[[o == output for o in wanted.outputs]].max() for output in wanted.outputs])
+        return Proposal(what, np.repeat(FORCED_SD * (size + 0.1 * peak), 2), partial(self._parts, wanted))
+
+    def figures(self) -> dict[str, Figure]:
+        return {"gap": GAP, "before_after": BODE}

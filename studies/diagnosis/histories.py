@@ -1,0 +1,552 @@
+"""Time histories: the recorded torques replayed, initial states marginalised, coloured noise whitened."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, ClassVar, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+from scipy.signal import lfilter
+
+from bicycle.identification.histories import read_runs
+from bicycle.identification.recording import AS_LINEAR, CHANNELS, INPUTS, STEER, STEER_TORQUE, Run
+from bicycle.identification.scatter import about_one_speed
+from studies.diagnosis.bicycle_kind import SPEED_AXIS, BicycleKind, without_motors
+from studies.diagnosis.doubts import NAMED, channel_factors, known_factor, question
+from studies.diagnosis.family import Family
+from studies.diagnosis.figures import GAP, TRACES
+from studies.diagnosis.mistakes import (
+    SENSOR,
+    delay_error,
+    friction_candidate,
+    friction_refused,
+    gain_error,
+    lowpass_error,
+    one_speed,
+    speed_errors,
+    third_difference_noise,
+)
+from studies.diagnosis.prescribed_steer import PrescribedSteer
+from studies.diagnosis.replay import Replay
+from studies.inference.evidence import folds
+from studies.inference.fit import Fit, fit
+from studies.inference.judge import Judgement
+from studies.inference.kind import Candidates, Figure, Prediction, Proposal, Rows, Series
+from studies.inference.parameter import Candidate, central_differences
+from tyre.arrays import Array
+
+# Name of the sensor of each column, and the prior sd of its bias, 0 if the column is only an input.
+SENSORS = {
+    "roll_rate_rad_s": ("roll_rate", 0.02), "lean_rad": ("lean", 0.03), "steer_rad": ("steer", 0.02),
+    "steer_rate_rad_s": ("steer_rate", 0.02), "yaw_rate_rad_s": ("yaw_rate", 0.02),
+    "steer_torque_N_m": ("steer_torque", 0.1), "lean_torque_N_m": ("lean_torque", 0.0),
+}  # fmt: skip
+# ---- noise of a channel: e_k = colour e_(k-1) + innovation ----
+
+LARGEST_SIGNAL = 1e12  # of a simulated signal: the trial bicycle has fallen
+
+
+def limited(signal: Array) -> Array:
+    """The ``signal`` within +-:data:`LARGEST_SIGNAL`."""
+    if not signal.size or (signal.max() <= LARGEST_SIGNAL and signal.min() >= -LARGEST_SIGNAL):
+        return signal
+    finite = np.nan_to_num(signal, nan=LARGEST_SIGNAL, posinf=LARGEST_SIGNAL, neginf=-LARGEST_SIGNAL)
+    return np.asarray(finite.clip(-LARGEST_SIGNAL, LARGEST_SIGNAL))
+
+
+@dataclass(frozen=True)
+class ChannelNoise:
+    """First-order autoregressive noise of a channel."""
+
+    sd: float  # marginal, in the unit of the channel
+    colour: float = 0.0  # autoregressive coefficient
+    given: bool = False  # the user states the sd
+
+    def whiten(self, signal: Array) -> Array:
+        """Turn the noise in ``signal`` (n, ...) along the first axis into unit white noise."""
+        white = limited(signal) / self.sd
+        white[1:] = (white[1:] - self.colour * white[:-1]) / np.sqrt(1 - self.colour**2)
+        return white
+
+    def colour_again(self, white: Array) -> Array:
+        """Undo the whitening of one series ``white`` (n,)."""
+        rest = np.sqrt(1 - self.colour**2)
+        scaled = np.concatenate([white[:1], rest * white[1:]]) * self.sd
+        return np.asarray(lfilter([1.0], [1.0, -self.colour], scaled))
+
+    def estimated(self, series: list[Array]) -> "ChannelNoise":
+        """Noise that whitened residuals of several ``series`` (n,) show; a given sd stays."""
+        raw = [self.colour_again(white) for white in series]
+        level = float(np.sqrt(np.mean([np.mean(e**2) for e in raw])))
+        change = float(np.mean([np.mean(np.diff(e) ** 2) for e in raw]))
+        sd = self.sd if self.given else level
+        return ChannelNoise(sd, float(np.clip(1 - change / (2 * sd**2), 0.0, 0.98)), self.given)
+
+
+def rough_noise(channels: list[Array]) -> ChannelNoise:
+    """Noise from second differences of one channel in all runs, until a fit is there."""
+    rough = np.sqrt(np.mean([np.var(np.diff(x, 2)) / 6 for x in channels]))
+    floor = 1e-3 * np.sqrt(np.mean([np.var(x) for x in channels]))
+    return ChannelNoise(float(max(rough, floor)))
+
+
+# ---- initial states: they enter linearly, have a wide normal prior and are integrated out ----
+
+# Prior sd of an initial state by its unit, of forces and moments in weights and weights times m; of others 1. A joint
+# gives way by a fraction of the lean; wider would veil a new mode.
+START = {"rad/s": 3.0, "m/s": 2.0, "N": 0.3, "N m": 0.1, "rad": 0.5}
+JOINT_START = {"rad/s": 0.5, "rad": 0.05}
+
+
+class Marginal(NamedTuple):
+    """R runs with their initial states integrated out, rows of zeros behind the end of shorter runs.
+
+    With the whitened free responses Phi S = U s V', the residual is multiplied by (I + Phi S^2 Phi')^-1/2 = I + U
+    (1/sqrt(1 + s^2) - 1) U', which is exact.
+    """
+
+    residual: Array  # (R, C T), whitened
+    left: Array  # U (R, C T, k)
+    gain: Array  # 1/sqrt(1 + s^2) - 1 (R, k)
+    start: Array  # most probable initial states (R, n + ...)
+    right: Array  # V (R, m, k)
+    singular: Array  # s (R, k)
+
+    def without(self, white: Array) -> Array:
+        """Rest of ``white`` columns (R, C T, columns) after marginalising."""
+        rest = self.left @ (self.gain[:, :, None] * (self.left.swapaxes(-1, -2) @ white))
+        rest += white
+        return rest
+
+    def follows(self, white: Array) -> Array:
+        """Movement of the most probable starts (R, m, columns), in prior sd, with ``white`` columns."""
+        share = (self.singular / (1 + self.singular**2))[..., None]
+        return self.right @ (share * (self.left.swapaxes(-1, -2) @ white))
+
+    @property
+    def spread(self) -> Array:
+        """Root of the covariance of the starts after the data, in prior sd (R, m, m)."""
+        return np.eye(self.right.shape[1]) + (self.right * self.gain[:, None, :]) @ self.right.swapaxes(-1, -2)
+
+
+def integrated_out(phi: Array, white: Array) -> Marginal:
+    """Runs without the part that their initial states explain; NaN if a trial bicycle has fallen."""
+    if not (np.abs(phi).max() < LARGEST_SIGNAL and np.abs(white).max() < LARGEST_SIGNAL):  # or not a number
+        nothing = np.full((*phi.shape[:2], 1), np.nan)
+        wide, one = np.zeros((len(phi), phi.shape[-1])), np.zeros((len(phi), 1))
+        return Marginal(nothing[..., 0], nothing, one, wide, wide[..., None], one)
+    u, s, vt = np.linalg.svd(phi, full_matrices=False)
+    found = Marginal(white[..., 0], u, 1 / np.sqrt(1 + s**2) - 1, white[:, 0], vt.swapaxes(-1, -2), s)
+    return found._replace(residual=found.without(white)[..., 0], start=found.follows(white)[..., 0])
+
+
+def start_sd(family: Family) -> Array:
+    """Prior sd (n,) of the initial states of a ``family`` of models, in the units of their states."""
+    weight = sum(family.base.bicycle.static_loads)
+    found = []
+    for state, unit in zip(family.symbolic.declared.states, family.models.scale, strict=True):
+        sd = (JOINT_START if state.joint else START).get(state.unit, 1.0)
+        found.append(sd * (weight if state.forcelike else 1.0) / unit)
+    return np.array(found)
+
+
+def _scaled(states: Array, width: int) -> Array:
+    """Prior sd of starts (width,): those of the ``states`` (n,) first, low-passes and splines bring their own."""
+    return np.concatenate([states, np.ones(width - len(states))])
+
+
+def pieces(run: Run) -> list[Run]:
+    """A ``run`` in pieces of about 0.6 s, which are easier to fit: an error of the model has no time to grow."""
+    count = max(1, round(len(run.time) * run.step / 0.6))
+    edges = np.linspace(0, len(run.time), count + 1).round().astype(int)
+    return [
+        replace(
+            run, name=f"{run.name} {a}", time=run.time[a:b],
+            channels={c: x[a:b] for c, x in run.channels.items()}, inputs={c: x[a:b] for c, x in run.inputs.items()},
+        )
+        for a, b in pairwise(edges)
+    ]  # fmt: skip
+
+
+# ---- the kind ----
+
+BETWEEN = (
+    "{inputs}: most samples repeat the one before, so it is taken as held from sample to sample; taken as linear "
+    "between them, chi^2 of {n} numbers with {model} is {other:.5g} in place of {chi2:.5g}. If it was so, state "
+    'torque_between_samples = "linear" in [histories]; if it was held, state "held"'
+)
+FAINT = (
+    "{channel}: its root mean square is {size:.2g} at most, of a noise with sd {sd:.2g}: it tells next to nothing; is "
+    "the unit right, and that of noise_sd?"
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Histories(BicycleKind, kind="histories"):
+    """Time histories: runs with the same channels and torques."""
+
+    thorough = False
+    columns: ClassVar[tuple[str, ...]] = ("time_s", *CHANNELS, *INPUTS)
+    runs: tuple[Run, ...]
+    noise_sd: Mapping[str, float] = field(default_factory=dict)  # by channel in its unit, as stated
+    unseen: tuple[Run, ...] = ()  # of a kind that is ready: runs that are held out of every fit
+    # of a kind that is ready, by channel that is compared; rough until a fit is there unless it is stated
+    noise: Mapping[str, ChannelNoise] = field(default_factory=dict)
+
+    @classmethod
+    def read(cls, content: Any, folder: Path, common: Mapping[str, Any]) -> "Histories":
+        runs, noise, notes = read_runs(content, folder)
+        if any(STEER_TORQUE in {**run.inputs, **run.channels} for run in runs):
+            common, said = without_motors(content, common)
+            notes += said
+        return cls(**common, runs=runs, noise_sd=noise, notes=notes)
+
+    def ready(self, **how: Any) -> Self:
+        found = super().ready(**how)
+        fitted = tuple(run for run in self.runs if not run.held_out)
+        noise, notes = {}, list(found.notes)
+        for name in fitted[0].channels:
+            if SENSORS.get(name, ("", 0.0))[1]:
+                sd = self.noise_sd.get(name)
+                stated = None if sd is None else ChannelNoise(sd, given=True)
+                noise[name] = stated or rough_noise([r.channels[name] for r in fitted])
+        if dropped := [name for name in fitted[0].channels if name not in noise]:
+            notes.append(f"{', '.join(dropped)}: not compared, the place of the sensor is not known")
+        held = tuple(run for run in self.runs if run.held_out)
+        return replace(found, runs=fitted, unseen=held, noise=noise, notes=tuple(notes))
+
+    def mistakes(self) -> tuple[Candidate, ...]:
+        """Speed, a bias or drift, gain and delay of each channel and torque, low-pass of each channel; friction."""
+        run = self.runs[0]
+        channels = [name for name in run.channels if SENSORS.get(name, ("", 0.0))[1]]
+        found = [
+            *speed_errors(self.speeds.tolist()),
+            Candidate("bias", (), signature="each channel of each run has an offset", weight=SENSOR),
+            Candidate("drift", (), signature="each channel of each run has an offset that changes in time",
+                      weight=SENSOR),
+        ]  # fmt: skip
+        for name in (*channels, *run.inputs):
+            found += [gain_error(SENSORS[name][0], name), delay_error(SENSORS[name][0], name)]
+        found += [lowpass_error(SENSORS[name][0], name) for name in channels]
+        if not friction_refused(run):
+            found.append(friction_candidate())
+        return tuple(found)
+
+    def impossible(self) -> dict[str, str]:
+        return one_speed(self.speeds.tolist()) | friction_refused(self.runs[0])
+
+    @property
+    def speeds(self) -> Array:
+        return np.array([run.speed for run in self.runs])
+
+    @property
+    def recordings(self) -> tuple[str, ...]:
+        return tuple(run.name for run in self.runs)
+
+    # ---- physics ----
+
+    @cached_property
+    def _replay(self) -> Replay:
+        return self.replay_of(tuple(self.noise))
+
+    def replay_of(self, channels: tuple[str, ...]) -> Replay:
+        """The replay of the runs that gives these ``channels`` (columns)."""
+        if STEER in self.runs[0].inputs:
+            return PrescribedSteer(self.runs, channels, self.noise_sd.get(STEER))
+        return Replay(self.runs, channels)
+
+    @cached_property
+    def rows(self) -> Rows:  # type: ignore[override]
+        """Rows channel by channel within a run."""
+        where, series, group, repeat, speed, inputs = [], [], [], [], [], []
+        for run in self.runs:
+            for name, noise in self.noise.items():
+                n = len(run.time)
+                where += [f"{name}, {run.speed:.3g} m/s"] * n
+                series += [f"{run.name} {name}"] * n
+                group += [run.group or f"{run.speed:.2g}"] * n
+                repeat += [run.name] * n
+                speed += [run.speed] * n
+                if run.inputs:
+                    inputs.append(np.stack([noise.whiten(u) for u in run.inputs.values()], 1))
+        shown = {f"{run.name} {name}": Series(name) for run in self.runs for name in self.noise}
+        fold = folds(group, speed, repeat)
+        known = np.vstack(inputs) if inputs else None
+        return Rows(tuple(where), np.array(speed), tuple(series), fold, known, shown=shown, axis=SPEED_AXIS)
+
+    def residual(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> Prediction:
+        """Whitened residual (n,), initial states marginalised, and its derivative (n, p) at fixed initial states."""
+        family = self.family(candidates)
+        runs = self._fitted(family, candidates, theta)
+        residual = self._flat(runs.residual)
+        if not slopes or not len(theta):
+            return residual, np.empty((len(residual), 0))
+        moved = self._flat(runs.without(self._white_slopes(family, theta, runs.start)))
+        return residual, np.negative(moved, out=moved)
+
+    def _white_slopes(self, family: Family, theta: Array, starts: Array) -> Array:
+        # a tenth of the steps of central differences: one-sided ones of the matrices err no more than rounding then
+        return self._white(self._replay.slopes(family, theta, 0.1 * family.stencil(theta)[1], starts))
+
+    def _fitted(self, family: Family, candidates: Candidates, theta: Array) -> Marginal:
+        """The runs with their initial states marginalised; the last answer is kept, because a fit asks twice."""
+        key = (tuple(c.identifier for c in candidates), theta.tobytes())
+        if key not in self._last:
+            forced, free = self._replay.free(family, theta)
+            measured = self._replay.padded([run.channels[c] for c in self.noise] for run in self.runs)
+            white = self._white((measured - forced)[..., None])
+            found = self._marginal(free, white, candidates, start_sd(family))
+            self._last.clear()
+            self._last[key] = found
+        return self._last[key]
+
+    @cached_property
+    def _last(self) -> dict[Any, Marginal]:
+        return {}
+
+    def log_determinant(self, candidates: Candidates, theta: Array) -> float:
+        """Sum of ln(1 + s^2) over the runs."""
+        return float(-2 * np.log1p(self._fitted(self.family(candidates), candidates, theta).gain).sum())
+
+    def marginalised(self, candidates: Candidates, theta: Array, white: Array) -> Array:
+        runs = self._fitted(self.family(candidates), candidates, theta)
+        padded = np.zeros((self._recorded.size, white.shape[1]))
+        padded[self._recorded.ravel()] = white
+        return self._flat(runs.without(padded.reshape(*runs.residual.shape, -1)))
+
+    def simulated(self, candidates: Candidates, theta: Array, channels: tuple[str, ...], at: Array) -> Array:
+        """``channels`` (K, runs, channels, T) of ``candidates`` at ``at`` (K, p), from the best starts at ``theta``."""
+        return self.replay_of(channels)(self.family(candidates), at, self.starts(candidates, theta))
+
+    def starts(self, candidates: Candidates, theta: Array) -> Array:
+        """Most probable initial state (runs, states)."""
+        return self._fitted(self.family(candidates), candidates, theta).start
+
+    def left(self, candidates: Candidates, theta: Array) -> list[Array]:
+        """Measured minus computed signals of each run (T, channels), in their units, from the best starts."""
+        runs = self._fitted(self.family(candidates), candidates, theta)
+        white = runs.without(runs.residual[..., None]).reshape(self._recorded.shape)  # once more: nothing integrated
+        found = []
+        for run, own in zip(self.runs, white, strict=True):
+            channels = zip(self.noise.values(), own[:, : len(run.time)], strict=True)
+            found.append(np.stack([noise.colour_again(w) for noise, w in channels], 1))
+        return found
+
+    @cached_property
+    def _recorded(self) -> NDArray[np.bool_]:
+        """True at samples (R, C, T), False behind the end of runs shorter than the longest."""
+        return self._replay.padded([np.ones(len(run.time))] * len(self.noise) for run in self.runs) > 0
+
+    def _flat(self, rows: Array) -> Array:
+        """The rows (R, C T, ...) of all runs below each other (n, ...)."""
+        flat = rows.reshape(-1, *rows.shape[2:])
+        return flat if self._recorded.all() else flat[self._recorded.ravel()]
+
+    def _white(self, signals: Array) -> Array:
+        """Signals (R, C, T, columns) -> whitened rows (R, C T, columns)."""
+        white = limited(signals) / np.array([one.sd for one in self.noise.values()])[:, None, None]
+        colour = np.array([one.colour for one in self.noise.values()])[:, None, None]
+        if colour.any():
+            rest = np.sqrt(1 - colour**2)
+            for run in white:  # one after the other: whole copies of all would cost more than the arithmetic
+                run[:, 1:] -= colour * run[:, :-1]
+                run[:, 1:] /= rest
+        if not self._recorded.all():
+            white *= self._recorded[..., None]
+        return white.reshape(len(white), -1, white.shape[-1])
+
+    def _marginal(self, free: Array, white: Array, candidates: Candidates, states: Array) -> Marginal:
+        """Integrate the initial states out, their prior sd ``states`` (and bias or drift, as candidates)."""
+        scale = _scaled(states, free.shape[-1])
+        phi = self._white(free) * scale
+        n = phi.shape[-1]
+        slow = self._slow(self._replay.length, tuple(self.noise), candidates)
+        if slow.shape[-1]:
+            phi = np.concatenate([phi, self._white(slow)], -1)
+        found = integrated_out(phi, white)
+        return found._replace(start=found.start[:, :n] * scale)
+
+    def _slow(self, length: int, channels: Sequence[str], candidates: Candidates) -> Array:
+        """Signals (R, C, T, columns) that a bias, or a drift, among ``candidates`` adds to C ``channels`` by 1 sd."""
+        names = [c.identifier for c in candidates]
+        kinds = 2 if "drift" in names else int("bias" in names)
+        found = np.zeros((len(self.runs), len(channels), length, kinds * len(channels)))
+        for r, run in enumerate(self.runs):
+            n = len(run.time)
+            for k, shape in enumerate([np.ones(n), np.linspace(-1.0, 1.0, n)][:kinds]):
+                for c, name in enumerate(channels):
+                    found[r, c, :n, c + k * len(channels)] = SENSORS[name][1] * shape
+        return found
+
+    # ---- search ----
+
+    @property
+    def varied(self) -> bool:
+        """True if the runs are of two speeds, or pushed by two inputs."""
+        pushed = {name for run in self.runs for name, u in run.inputs.items() if np.ptp(u) > 0}
+        return len(about_one_speed(self.speeds.tolist())) > 1 or len(pushed) > 1
+
+    def easier(self) -> tuple["Histories", ...]:
+        """The runs in pieces, each with a start of its own, as in multiple shooting; empty if runs are short.
+
+        Bock (1983), Recent advances in parameter identification techniques for O.D.E.
+        """
+        short = tuple(piece for run in self.runs for piece in pieces(run))
+        return (replace(self, runs=short),) if len(short) > len(self.runs) else ()
+
+    def refined(self, best: Any) -> "Histories":
+        """Noise estimated from the residuals of the ``best`` fit unless it was given; its colour in any case."""
+        series = np.array(self.rows.series)
+        noise = {
+            name: old.estimated([best.residual[series == f"{run.name} {name}"] for run in self.runs])
+            for name, old in self.noise.items()
+        }
+        return replace(self, noise=noise)
+
+    # ---- what to measure next ----
+
+    def proposed(self) -> tuple[Proposal, ...]:
+        """Channels that were not recorded, at the same runs, and a forced response."""
+        total = sum(len(run.time) for run in self.runs)
+        recorded = {*self.noise, *self.runs[0].inputs}
+        channels = [
+            Proposal(f"{name} in the same runs", np.full(total, sd), partial(self._channel, name),
+                     partial(self._starts_in, name, sd))
+            for name, sd in (("roll_rate_rad_s", 0.02), ("steer_rad", 0.005), ("yaw_rate_rad_s", 0.02))
+            if name not in recorded
+        ]  # fmt: skip
+        return (*channels, *self.forced(float(self.speeds.max())))
+
+    def _channel(self, channel: str, candidates: Candidates, theta: Array) -> Prediction:
+        """The channel (m,) with the initial states that fit best, and its derivatives (m, p)."""
+        batch, steps = self.family(candidates).stencil(theta)
+        moved = self.simulated(candidates, theta, (channel,), batch)
+        flat = np.concatenate([moved[:, k, 0, : len(run.time)] for k, run in enumerate(self.runs)], axis=1)
+        return flat[0], central_differences(flat, steps)
+
+    def _starts_in(self, channel: str, sd: float, candidates: Candidates, theta: Array) -> Prediction:
+        """Effect of the starts of the same runs, and of a bias, on a further channel."""
+        family = self.family(candidates)
+        found, states = self._fitted(family, candidates, theta), start_sd(family)
+        free = self.replay_of((channel,)).free(family, theta)[1][:, 0]
+        free = free * _scaled(states, free.shape[-1])
+        white = self._white_slopes(family, theta, found.start)
+        uncertain, last = free.shape[-1] - len(states), found.start.shape[1]
+        places = [*range(len(states)), *range(last - uncertain, last)]  # filters of the recorded channels lie between
+        follow, spread = -found.follows(white)[:, places], found.spread[:, places]
+        slow = self._slow(free.shape[1], (channel,), candidates)[:, 0]
+        lengths = [len(run.time) for run in self.runs]
+        each = [np.hstack([f[:n] @ s, e[:n]]) for f, s, e, n in zip(free, spread, slow, lengths, strict=True)]
+        followed = np.vstack([f[:n] @ s for f, s, n in zip(free, follow, lengths, strict=True)])
+        return followed / sd, block_diag(*each) / sd
+
+    # ---- report ----
+
+    def figures(self) -> dict[str, Figure]:
+        return {"gap": GAP, "before_after": TRACES}
+
+    def held_back(self) -> "Histories | None":
+        return replace(self, runs=self.unseen, unseen=()) if self.unseen else None
+
+    def unexplained(self, candidates: Candidates, theta: Array) -> dict[str, Array]:
+        rest = np.concatenate(self.left(candidates, theta))
+        return dict(zip(self.noise, rest.T, strict=True))
+
+    def taken_noise(self, left: Mapping[str, Array]) -> dict[str, tuple[float, float]]:
+        """Channels whose sd is estimated: it, and the noise from sample to sample by third differences."""
+        ends = np.cumsum([len(run.time) for run in self.runs])[:-1]
+        found = {}
+        for name, noise in self.noise.items():
+            pairs = [
+                (r.channels[name], x)
+                for r, x in zip(self.runs, np.split(left[name], ends), strict=True)
+                if len(x) >= 20
+            ]
+            if pairs and not noise.given:
+                shown = [[third_difference_noise(signal) ** 2 for signal in pair] for pair in pairs]
+                found[name] = (noise.sd, float(np.sqrt(np.mean(shown, axis=0).min())))
+        return found
+
+    # ---- doubts ----
+
+    def doubts(
+        self, judgement: Judgement, torque: Fit | None = None, without: Mapping[str, Any] | None = None
+    ) -> tuple[str, ...]:
+        return (*super().doubts(judgement, torque, without), *self._between_samples(judgement, torque))
+
+    @property
+    def taken_as_held(self) -> bool:
+        """True if the torques are taken as held from sample to sample because most repeat, as nobody said."""
+        return not self.runs[0].between and self._replay.held
+
+    def _between_samples(self, judgement: Judgement, torque: Fit | None) -> tuple[str, ...]:
+        """Torques that were taken as held from sample to sample, though linear ones fit clearly better."""
+        named = judgement.verdict.verdict in (*NAMED, "none")
+        if not self.taken_as_held or not (named or torque is not None):
+            return ()
+        found = judgement.final if torque is None else torque
+        least = 25 * max(1.0, found.objective / len(found.residual))
+        linear = replace(self, runs=tuple(replace(run, between=AS_LINEAR) for run in self.runs))
+        other = fit(linear, found.candidates, starts=[found.theta])
+        if not other.objective < found.objective - least:
+            return ()
+        names = ", ".join(name for name in self.runs[0].inputs if name in INPUTS)
+        final = judgement.final
+        model = final.name.replace("+", " + ") if final.candidates else "parameters only"
+        model += " and the residual torque" * (torque is not None)
+        n = len(found.residual)
+        return (BETWEEN.format(inputs=names, n=n, model=model, other=other.chi2, chi2=found.chi2),)
+
+    def misread(self, gap: Array, model: str) -> tuple[str, ...]:
+        found = [*self._misread_channels()] if len(self.noise) > 1 else []
+        for name, noise in self.noise.items():
+            size = max(float(np.sqrt(np.mean(run.channels[name] ** 2))) for run in self.runs)
+            if size < 0.3 * noise.sd:  # noise of the stated sd has 1
+                found.append(FAINT.format(channel=name, size=size, sd=noise.sd))
+        return tuple(found)
+
+    def _misread_channels(self) -> tuple[str, ...]:
+        """Channels that are all off by a known factor from the base model's motion in the others."""
+        names = tuple(self.noise)
+        family = self.family(())
+        states = len(family.symbolic.declared.states)
+        forced, free = self._replay.free(family, self.nominal)
+        ratios: dict[str, float] = {}
+        for c, name in enumerate(names):
+            found = []
+            for k, run in enumerate(self.runs):
+                n = len(run.time)
+                weight, own = (
+                    np.array([1 / (np.std(run.channels[x]) or 1.0) for x in names]),
+                    np.arange(len(names)) == c,
+                )
+                phi = np.moveaxis(free[k, :, :n, :states], 0, 1) * weight[:, None]
+                seen = np.stack([run.channels[other] for other in names], 1) * weight
+                column, target = np.where(own, -seen, 0.0), np.where(own, 0.0, seen) - forced[k, :, :n].T * weight
+                matrix = np.column_stack([phi.reshape(-1, phi.shape[-1]), column.ravel()])
+                if np.isfinite(matrix).all():
+                    scale = np.linalg.norm(matrix, axis=0)
+                    scale[scale == 0] = 1.0
+                    h = np.linalg.lstsq(matrix / scale, target.ravel(), rcond=1e-9)[0][-1] / scale[-1]
+                    found.append(1 / h if h else np.inf)
+            if len(found) >= 3:
+                factor = known_factor(float(np.median(found)), channel_factors(name))
+                if factor is not None and np.mean([abs(x / factor - 1) < 0.3 for x in found]) > 0.7:
+                    ratios[name] = factor
+        wrong = {name: factor for name, factor in ratios.items() if abs(factor) >= 1} or ratios
+        if wrong and all(factor == -1 for factor in wrong.values()) and len(wrong) == len(names) == 2:
+            return (question(" or ".join(names), -1.0, channel_factors(names[0])),)
+        return tuple(question(name, factor, channel_factors(name)) for name, factor in wrong.items())
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReplayedTorque(Histories, kind="replay", table="histories"):
+    """Time histories whose recorded steer torque is replayed."""
+
+    @classmethod
+    def read(cls, content: Any, folder: Path, common: Mapping[str, Any]) -> Histories:
+        return super().read({"input": STEER_TORQUE, **content}, folder, common)

@@ -1,0 +1,248 @@
+"""Read a measurement file: the data, the bicycle that was measured, and how well that bicycle is known.
+
+kind = "modal"                      # or another one; "rig" and "tyre_tables" are of a tyre
+bicycle = "kooijman2008"            # a name, a file, or a table of parameters
+[effects.NAME]                      # effects of the base model, as in a model file
+[uncertainty]                       # 1-sigma of bicycle and effect parameters, 0 fixes one
+[candidates.NAME]                   # known parameters of a candidate: they are not fitted
+[modal]                             # the table of the kind
+table = "weave.csv"
+"""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bicycle.effect_registry import effect_class
+from bicycle.model import Model
+from bicycle.model_file import build_model
+from bicycle.named_modes import modes
+from bicycle.parameters import Bicycle
+from studies.diagnosis import bench, canonical, frequency_response, histories, modal, rig_recordings, tyre_tables
+from studies.diagnosis.candidates import check_known, nuisances
+from studies.diagnosis.modal import EIGENVALUE, SD
+from studies.inference.kind import Kind
+from tyre.errors import InputError, unknown
+from tyre.files import data_root, read_toml
+from tyre.plausible import WAY_OUT
+from tyre.schema import Table, any_table, anything, by_name, list_of, maybe, needed, read, table, text
+
+PARTS = "write [[part]] with name, kind and the table of that kind, two or more"
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+KNOWN = (modal, histories, canonical, frequency_response, bench, rig_recordings, tyre_tables)  # register their kinds
+MODEL_KEYS = ("bicycle", "effects", WAY_OUT)
+
+
+def kinds() -> tuple[str, ...]:
+    """Kinds that a measurement file may have."""
+    return tuple(sorted(Kind.top))
+
+
+def top_keys(kind: type[Kind] | None) -> Table:
+    """Keys of a file of this ``kind``; without one those of a bicycle."""
+    words = text("must be words in quotes")
+    allowed = f"is not allowed; write one of {', '.join(map(repr, kinds()))}"
+    own: dict[Any, Any] = {
+        needed("kind", f"kind = None {allowed}"): text(allowed, allowed=Kind.top),
+        maybe("description", ""): words, maybe("source", ""): words,
+    }  # fmt: skip
+    if kind is not None and not kind.of_bicycle:
+        return table(own | {maybe(kind.table): anything})
+    own |= dict.fromkeys(map(maybe, MODEL_KEYS), anything)
+    own |= {maybe("uncertainty", {}): any_table, maybe("candidates", {}): any_table}
+    own |= dict.fromkeys(map(maybe, _tables()), any_table)
+    own[maybe("part")] = list_of(any_table, f"must be tables: {PARTS}", least=1)
+    own[maybe("common")] = list_of(text("must be an effect in quotes"), "must be a list of effects", least=1)
+    return table(own)
+
+
+def _tables() -> dict[str, None]:
+    """Tables that kinds of a bicycle are read from."""
+    every = (*Kind.top.values(), *Kind.part.values())
+    return dict.fromkeys(one.table for one in every if one.of_bicycle and not one.whole)
+
+
+def read_measurement(path: str | Path) -> Kind:
+    """Read the file at ``path`` and the tables it names; a packaged one is given by its name.
+
+    Raises
+    ------
+    InputError
+        Anything missing, unknown, out of range or not finite, with file, row or key and the remedy.
+    """
+    with packaged_measurement(path) as file:
+        content = read_toml(file, "measurement file")
+        try:
+            return _read(content, file)
+        except InputError as error:
+            raise InputError(f"{file}: {error}") from error
+
+
+def _read(content: Mapping[str, Any], path: Path) -> Kind:
+    given = read(top_keys(Kind.top.get(str(content.get("kind")))), content)
+    kind = Kind.top[given["kind"]]
+    common: dict[str, Any] = {"name": path.stem, "description": given["description"], "source": given["source"]}
+    if kind.of_bicycle:
+        model = build_model({k: given[k] for k in MODEL_KEYS if k in given}, folder=path.parent)
+        known = _known(given["candidates"], model)
+        common |= {"model": model, "uncertainty": flat_uncertainty(given["uncertainty"]), "known": known}
+        nuisances(model, common["uncertainty"])  # complains here, where the file is known
+    if kind.whole:
+        return kind.read(given, path.parent, common)
+    if "part" in given:
+        raise InputError(f"kind is {kind.kind!r} but [[part]] belongs to kind = 'joint'")
+    return read_kind(kind, given, path.parent, common)
+
+
+def read_kind(kind: type[Kind], given: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> Kind:
+    """A measurement of one kind from the table of that name, which must be the only one."""
+    if kind.table not in given:
+        remedy = f"; {kind.missing}" * bool(kind.missing)
+        raise InputError(f"kind is {kind.kind!r} but the table [{kind.table}] is missing{remedy}")
+    for other in _tables():
+        if other in given and other != kind.table:
+            raise InputError(f"kind is {kind.kind!r} but the table [{other}] does not belong here")
+    return kind.read(given[kind.table], folder, common)
+
+
+def flat_uncertainty(given: Mapping[str, Any], prefix: str = "") -> dict[str, float]:
+    """Dotted keys of a nested table ``[uncertainty]``."""
+    flat: dict[str, float] = {}
+    for key, value in given.items():
+        if isinstance(value, Mapping) and not value:
+            raise InputError(
+                f"[uncertainty.{prefix}{key}] is empty; write the 1-sigma of its parameters or take it out"
+            )
+        if isinstance(value, Mapping):
+            flat |= flat_uncertainty(value, f"{prefix}{key}.")
+        else:
+            flat[prefix + key] = value
+    return flat
+
+
+def _known(candidates: Mapping[str, Any], model: Model) -> dict[str, Mapping[str, Any]]:
+    present = [effect.identifier for effect in model.effects]
+    for identifier, parameters in candidates.items():
+        try:
+            effect = effect_class(identifier)
+        except InputError as error:
+            raise InputError(f"[candidates.{identifier}]: {error}") from error
+        if identifier in present:
+            raise InputError(f"[candidates.{identifier}]: the base model contains it already; take one of them out")
+        names = [p.name for p in effect.parameters]
+        read(by_name(anything, names, kind="parameter"), parameters, section=f"candidates.{identifier}")
+        check_known(effect, parameters)
+    return dict(candidates)
+
+
+# ---- packaged measurements ----
+
+
+def available_measurements() -> tuple[str, ...]:
+    """Names of the packaged measurements, sorted."""
+    files = (data_root() / "measured").iterdir()
+    return tuple(sorted(file.name.removesuffix(".toml") for file in files if file.name.endswith(".toml")))
+
+
+@contextmanager
+def packaged_measurement(name_or_path: str | Path) -> Iterator[Path]:
+    """Give the file of a measurement for as long as it is read: ``name_or_path`` itself, or that of a packaged name."""
+    path, name = Path(name_or_path), str(name_or_path)
+    if path.suffix or path.is_file() or "/" in name:
+        yield path
+        return
+    if name not in available_measurements():
+        raise InputError(
+            f"{unknown('measurement', name, available_measurements())}; or give a measurement file (.toml)"
+        )
+    root = data_root()
+    if isinstance(root, Path):
+        yield root / "measured" / f"{name}.toml"
+        return
+    with TemporaryDirectory() as folder:  # a package inside a zip file: a measurement names its tables beside it
+        _unpack(root, Path(folder))
+        yield Path(folder) / "measured" / f"{name}.toml"
+
+
+def _unpack(folder: Traversable, target: Path) -> None:
+    for item in folder.iterdir():
+        if item.is_dir():
+            (target / item.name).mkdir()
+            _unpack(item, target / item.name)
+        else:
+            (target / item.name).write_bytes(item.read_bytes())
+
+
+# ---- an example: velotyre new m.toml --kind measurement ----
+
+EXAMPLE = """\
+# A measurement of a bicycle: what is missing from its model?
+# velotyre diagnose {file} --out report
+# Written by `velotyre new`. Units are SI unless a key names another. Lines that begin with # are comments: take the #
+# away to use what stands behind it. docs/measurement_files.md has all kinds: time histories, recorded torques, bench
+# tests, frequency responses, several of these together; `velotyre look RECORDING --out DIR` drafts those of recordings.
+
+kind = "modal"                 # eigenvalues of named modes at speeds
+bicycle = "{bicycle}"
+# the bicycle: a packaged name, a file of yours ("mine.toml", "mine.txt"), or a table [bicycle] of parameters
+
+# description = "Weave of my bicycle after a push at the saddle"
+# source = "Laboratory book 7, 3 May"
+# allow_unusual = false        # true lets values far from those of other bicycles pass
+
+[modal]
+table = "{table}"
+# The numbers in it are SYNTHETIC, of the model itself with noise ({percent:g} % of each eigenvalue): put in yours.
+# speed_m_s, mode, real_1_s, imag_rad_s are needed (decay rate and angular frequency, the imaginary part not negative).
+# real_sd_1_s, imag_sd_rad_s: one standard deviation; without them it comes from repeats, else it is 3 %.
+# steer_over_lean_re, _im, _sd and yaw_over_lean_re, _im, _sd: mode shapes, which separate what eigenvalues cannot.
+# group: rows of one group are held out together. `velotyre modal` writes such a table from recordings.
+
+# How well the bicycle is known: one standard deviation of a parameter, 0 fixes it. They decide the verdict more than
+# anything else; without a line here the bicycle's own file counts, else careful measurement is taken for granted.
+# [uncertainty]
+# c = 0.003                    # trail, m
+# lam = 0.01                   # steer axis tilt, rad
+# IBxx = 0.5                   # kg m^2
+
+# What the model has already beyond rolling without slip (`velotyre effects` lists what there is):
+# [effects.steer_damper]
+# damping = 0.5                # N m s/rad
+
+# What is known of something that may be missing; it is then not fitted. An empty table asks for a motor:
+# [candidates.luggage]
+# x = 0.0
+# z = -0.8
+# [candidates.steer_assist]
+"""
+
+
+def example_measurement(bicycle: Bicycle, *, file: str, table: str) -> "tuple[str, pd.DataFrame]":
+    """Text of a measurement file, and its table: the weave of a ``bicycle`` that rolls without slip, with noise."""
+    import pandas as pd
+
+    speeds, count, noise = np.arange(2.0, 15.0, 0.5), 8, 0.02  # m/s; rows; share of |eigenvalue|
+    roots = modes(Model(bicycle).linear_model(), speeds).branches.get("weave", np.full((len(speeds), 1), np.nan))[:, 0]
+    seen = (roots.imag > 0) & (roots.real < 0.5) & (-roots.real < 0.5 * np.abs(roots))  # 1/s; damping ratio
+    places = np.flatnonzero(seen)
+    if len(places) < count:
+        raise InputError(
+            f"--bicycle {bicycle.name}: its weave can be measured at {len(places)} of {len(speeds)} speeds from "
+            f"{speeds[0]:g} to {speeds[-1]:g} m/s only, too few for an example; take another bicycle"
+        )
+    rng = np.random.default_rng(3)
+    rows = []
+    for k in places[np.linspace(0, len(places) - 1, count).round().astype(int)]:
+        sd = noise * abs(roots[k])
+        real, imag = roots[k].real + sd * rng.standard_normal(), roots[k].imag + sd * rng.standard_normal()
+        rows.append([speeds[k], "weave", *(round(x, 4) for x in (real, imag, sd, sd))])
+    text = EXAMPLE.format(file=file, bicycle=bicycle.name, table=table, percent=100 * noise)
+    return text, pd.DataFrame(rows, columns=["speed_m_s", "mode", *EIGENVALUE, *SD])

@@ -1,0 +1,543 @@
+"""Modal data: eigenvalues of named modes at speeds, optionally with mode-shape ratios, with standard deviations.
+
+d(lambda) = u (dF - lambda dE) x with left and right eigenvectors, u E x = 1, and dx from the other modes.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+from scipy.stats import chi2
+
+from bicycle.eigen import eigensystem
+from bicycle.identification.scatter import about_one_speed, repeats, surprise
+from bicycle.model import Model
+from bicycle.model_family import ModelFamily
+from bicycle.named_modes import modes
+from bicycle.naming import known_modes
+from bicycle.parameter_covariance import entries_of
+from studies.diagnosis.bicycle_kind import SPEED, SPEED_AXIS, BicycleKind, refuse_repeats
+from studies.diagnosis.doubts import FREQUENCY, brings_near, misread_values, question
+from studies.diagnosis.family import Family, MatrixSlopes, Settings, flat_parts
+from studies.diagnosis.mistakes import apply_sensor, delay_error, errors_of, gain_error, lowpass_error, speed_errors
+from studies.inference import kind as base
+from studies.inference.evidence import folds
+from studies.inference.kind import Candidates, Proposal, Rows, Series
+from studies.inference.parameter import Candidate
+from tyre.arrays import Array, Complex
+from tyre.errors import InputError, unknown
+from tyre.plausible import LARGEST
+from tyre.schema import Check, number, path_key, read, table
+from tyre.table import Columns, read_columns
+
+# ---- the table ----
+
+RATIOS = {"steer_over_lean": "steer_rate", "yaw_over_lean": "yaw_rate"}  # and their output over the lean rate
+EIGENVALUE = ("real_1_s", "imag_rad_s")
+SD = ("real_sd_1_s", "imag_sd_rad_s")
+UNUSED = ("speed_min_m_s", "speed_max_m_s")
+FASTEST_ROOT = 200.0  # 1/s, about 30 Hz
+NOISE = number(
+    least=1e-5, most=LARGEST,
+    outside=f"must be 1e-05 or more, {LARGEST:g} or less: no measurement is free of noise; leave an unknown one out",
+)  # fmt: skip
+RATIO = number(least=-1e5, most=1e5)  # a ratio of two rates
+NUMBERS: dict[str, Check] = {
+    "speed_m_s": SPEED, "real_1_s": number(least=-FASTEST_ROOT, most=FASTEST_ROOT),
+    "imag_rad_s": number(
+        least=0, most=FASTEST_ROOT,
+        outside=f"is outside 0 .. {FASTEST_ROOT:g}: give the root with imag_rad_s >= 0, in rad/s and not in Hz",
+    ),
+    **dict.fromkeys(SD, NOISE),
+    **{f"{ratio}_{part}": NOISE if part == "sd" else RATIO for ratio in RATIOS for part in ("re", "im", "sd")},
+    **dict.fromkeys(UNUSED, number()),
+}  # fmt: skip
+DEFAULT_SD = 0.03  # of |eigenvalue|, without sd and repeats
+DEFAULT_RATIO_SD = 0.05
+MOST_ROWS = 5000  # beyond, a diagnosis takes hours and tells no more than the means
+FEWEST_REPEATS = 5  # degrees of freedom of all repeats together
+
+
+@dataclass(frozen=True)
+class ModalPoint:
+    """One eigenvalue (1/s; imaginary part >= 0) with 1-sigma of its parts, and shape ratios ``name -> (value, sd)``."""
+
+    speed: float
+    mode: str
+    eigenvalue: complex
+    sd: tuple[float, float]
+    ratios: Mapping[str, tuple[complex, float]] = field(default_factory=dict)
+    group: str = ""
+    settings: Settings = ()  # parameters of effects that were set otherwise in this row, exactly
+
+    @property
+    def called(self) -> str:
+        """The mode, with its settings: ``weave (steer_assist.gain = 8)``."""
+        said = ", ".join(f"{key} = {value:g}" for key, value in self.settings)
+        return f"{self.mode} ({said})" if said else self.mode
+
+
+def _read_points(
+    content: Any, folder: Path, model: Model, uncertainty: Mapping[str, float]
+) -> tuple[tuple[ModalPoint, ...], list[str]]:
+    """Points of the table, and notes."""
+    path = folder / content["table"]
+    settable = tuple(
+        f"{effect.identifier}.{entry}" for effect in model.effects for p in effect.parameters
+        for entry in dict.fromkeys((p.name, *p.entries()))
+    )  # fmt: skip
+    columns = read_columns(
+        path, numbers=NUMBERS | dict.fromkeys(settable, number()), texts=("mode", "group"),
+        needed=("speed_m_s", "mode", *EIGENVALUE),
+    )  # fmt: skip
+    if (count := len(columns.lines)) > MOST_ROWS:
+        raise InputError(
+            f"{path}: {count} rows are more than {MOST_ROWS}; average the runs at each speed and give their means with "
+            "the standard deviations of the means, or a part of the rows"
+        )
+    settings = _read_settings(path, columns, model, settable, uncertainty)
+    points = tuple(_point(path, row, columns, known) for row, known in enumerate(settings))
+    if len(points) < 3:
+        raise InputError(f"{path}: has {len(points)} of the 3 or more rows that are needed; give several speeds")
+    refuse_repeats(path, columns.lines, [(p.speed, p.called, p.eigenvalue) for p in points], "run")
+    points, notes = _with_sd(points, [name in columns.numbers for name in SD])
+    if unused := [name for name in UNUSED if name in columns.numbers]:
+        notes.append(f"{', '.join(unused)}: read, but not used")
+    if settings[0]:
+        notes.append(f"{', '.join(dict(settings[0]))}: known in each row of the table, without uncertainty")
+    return points, notes
+
+
+def _read_settings(
+    path: Path, columns: Columns, model: Model, settable: Sequence[str], uncertainty: Mapping[str, float]
+) -> list[Settings]:
+    """Settings of each row: a controller's gain, a damper's notch, a pressure's stiffness."""
+    given = {name: entries_of(name, model.parameters) for name in settable if name in columns.numbers}
+    own = [key for entries in given.values() for key in entries]
+    for key in own:
+        if own.count(key) > 1:
+            raise InputError(f"{path}: {key} is given by two columns, for both wheels and for one; keep one of them")
+    for key, sd in uncertainty.items():
+        if sd and set(own).intersection(entries_of(key, model.parameters)):
+            raise InputError(
+                f"{path}: {key} is a column, known in each row, but [uncertainty] gives it a standard deviation of "
+                f"{sd:g}; take one of the two out (for a gain, what all rows have in common, steer_motor.share, may be "
+                "uncertain)"
+            )
+    family, found = ModelFamily(model), []
+    for row, line in enumerate(columns.lines):
+        here = {key: float(columns.numbers[name][row]) for name, entries in given.items() for key in entries}
+        try:
+            if here:
+                family.with_values(here)
+        except InputError as error:
+            raise InputError(f"{path}, line {line}: {error}") from error
+        found.append(tuple(here.items()))
+    return found
+
+
+def _point(path: Path, row: int, columns: Columns, settings: Settings) -> ModalPoint:
+    where, texts = f"{path}, line {columns.lines[row]}", columns.texts
+    cell = {name: float(column[row]) for name, column in columns.numbers.items()}
+    mode, ratios = texts["mode"][row], {}
+    if mode not in known_modes():
+        raise InputError(f"{where}: {unknown('mode', mode, known_modes())}")
+    for ratio in RATIOS:
+        parts = [f"{ratio}_re" in cell, f"{ratio}_im" in cell]
+        if not all(parts) and (any(parts) or f"{ratio}_sd" in cell):
+            raise InputError(f"{path}: a ratio needs both columns {ratio}_re and {ratio}_im")
+        if all(parts):
+            ratios[ratio] = (complex(cell[f"{ratio}_re"], cell[f"{ratio}_im"]), cell.get(f"{ratio}_sd", 0.0))
+    sd, root = (cell.get(SD[0], 0.0), cell.get(SD[1], 0.0)), complex(cell["real_1_s"], cell["imag_rad_s"])
+    group = texts["group"][row] if "group" in texts else ""
+    return ModalPoint(cell["speed_m_s"], mode, root, sd, ratios, group, settings)
+
+
+def _with_sd(points: tuple[ModalPoint, ...], given: list[bool]) -> tuple[tuple[ModalPoint, ...], list[str]]:
+    """Fill in missing standard deviations, and add the scatter of repeats beyond the stated ones."""
+    notes: list[str] = []
+    eigenvalue_sd = np.stack([_sd_of_part(points, part, notes, given=given[part]) for part in (0, 1)], 1)
+    if any(sd == 0 for point in points for _, sd in point.ratios.values()):
+        notes.append(f"a shape ratio without sd: {DEFAULT_RATIO_SD:g} is assumed for both parts")
+    filled = tuple(
+        replace(
+            point, sd=(float(sd[0]), float(sd[1])),
+            ratios={name: (value, s or DEFAULT_RATIO_SD) for name, (value, s) in point.ratios.items()},
+        )
+        for point, sd in zip(points, eigenvalue_sd, strict=True)
+    )  # fmt: skip
+    return filled, notes
+
+
+def _sd_of_part(points: tuple[ModalPoint, ...], part: int, notes: list[str], *, given: bool) -> Array:
+    """Sd (n,) of the real or imaginary parts, of which ``notes`` are taken."""
+    name, stated = SD[part], np.array([point.sd[part] for point in points])
+    default = DEFAULT_SD * np.array([abs(point.eigenvalue) for point in points])
+    series: dict[str, list[int]] = {}  # rows of one mode at one setting
+    for row, point in enumerate(points):
+        series.setdefault(point.called, []).append(row)
+    columns = [
+        (
+            [points[row].speed for row in rows],
+            [(points[row].eigenvalue.real, points[row].eigenvalue.imag)[part] for row in rows], stated[rows].tolist(),
+        )
+        for rows in series.values()
+    ]  # fmt: skip
+    each = [(rows, repeats(*one)) for rows, one in zip(series.values(), columns, strict=True)]
+    freedom = sum(found.freedom for _, found in each)
+    if freedom < FEWEST_REPEATS:
+        if given:
+            return stated
+        few = (
+            f"too few repeats ({freedom} of {FEWEST_REPEATS} degrees of freedom)" if freedom else "there are no repeats"
+        )
+        notes.append(f"{name} is missing and {few}: {DEFAULT_SD:.0%} of |eigenvalue| is assumed")
+        return default
+    if given:  # refuted if repeats of all modes scatter more than chance (1 %) allows with the stated sd
+        every = [surprise(*one, same=0.01) for one in columns]
+        total, free = sum(squares for squares, _ in every), max(sum(degrees for _, degrees in every), 1)
+        if not chi2.sf(total, free) < 0.01:
+            return stated
+    sd = stated.copy()
+    for rows, found in each:
+        if given or found.freedom:
+            sd[rows] = found.sd
+    lone = sd == 0  # a mode without repeats among others with
+    sd[lone] = default[lone]
+    if lone.all():  # a real mode has no frequency that could scatter
+        notes.append(f"{name} is missing and repeats do not differ: {DEFAULT_SD:.0%} of |eigenvalue| is assumed")
+    elif not given:
+        notes.append(
+            f"{name} is missing: the scatter of repeats ({freedom} degrees of freedom) is used, {_range(sd[~lone])}"
+        )
+        if lone.any():
+            notes.append(f"{name}: {lone.sum()} rows of modes without repeats; {DEFAULT_SD:.0%} is assumed there")
+    elif (wider := sd > 1.001 * stated).any():
+        notes.append(
+            f"repeats scatter more than {name} says: {wider.sum()} of {len(points)} rows are widened, to "
+            f"{_range(sd[wider])}"
+        )
+    for rows, found in each:
+        for place in found.aside:
+            point = points[rows[place]]
+            notes.append(
+                f"{name}: the {point.called} at {point.speed:g} m/s lies far outside the scatter of its repeats; it "
+                f"alone is widened, to {sd[rows[place]]:.3g}"
+            )
+    return sd
+
+
+def _range(values: Array) -> str:
+    return " to ".join(dict.fromkeys((f"{values.min():.3g}", f"{values.max():.3g}")))
+
+
+def misnamed(points: Sequence[ModalPoint], model: Model) -> list[str]:
+    """Notes on names of modes that the base model contradicts: all rows lie on another mode, five times nearer."""
+    notes = []
+    for name in dict.fromkeys(point.mode for point in points):
+        rows = sorted((p for p in points if p.mode == name and not p.settings), key=lambda p: p.speed)
+        speeds = sorted({p.speed for p in rows})
+        if len(speeds) < 2:
+            continue
+        found = modes(model.linear_model(), speeds)
+        roots = np.array([p.eigenvalue for p in rows])
+        at = np.searchsorted(speeds, [p.speed for p in rows])
+        away = {other: np.nan_to_num(abs(found.branch(other)[at, 0] - roots), nan=np.inf) for other in found.names}
+        named = away.pop(name, np.full(len(rows), np.inf))
+        clear = [other for other, distance in away.items() if (5 * distance < named).all()]
+        if clear:
+            lies = f"{named.min():.3g} 1/s or more" if np.isfinite(named).all() else "not there"
+            notes.append(
+                f"every row called {name} lies on the {clear[0]} of the base model (up to {away[clear[0]].max():.3g} "
+                f"1/s away; its {name}: {lies}) and is compared with that root; if the name is wrong, correct it"
+            )
+    return notes
+
+
+# ---- the measured mode among the eigenvalues ----
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Modes (m,) to be predicted: their recorded speeds, names, and eigenvalues ``near`` which they lie."""
+
+    speed: Array
+    mode: tuple[str, ...]
+    near: Complex
+
+    @cached_property
+    def crowded(self) -> list[tuple[int, NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]]:
+        """Speeds at which several modes are wanted, those with as many modes together."""
+        of_count: dict[int, list[list[int]]] = {}
+        for speed in np.unique(self.speed):
+            points = np.flatnonzero(self.speed == speed).tolist()
+            names = sorted({self.mode[i] for i in points})
+            if len(names) > 1:
+                of_count.setdefault(len(names), []).extend([i for i in points if self.mode[i] == n] for n in names)
+        found = []
+        for count, groups in of_count.items():
+            sizes = [len(group) for group in groups]
+            owner = np.repeat(np.arange(len(groups)), sizes)
+            found.append((count, np.concatenate(groups), np.cumsum([0, *sizes[:-1]]), owner))
+        return found
+
+
+def root_of(wanted: Wanted, speeds: Array, values: Complex) -> NDArray[np.intp]:
+    """Index (m,) of each wanted mode among the eigenvalues ``values`` (S, n) at sorted ``speeds`` (S,)."""
+    at = np.searchsorted(speeds, wanted.speed)
+    near, here = wanted.near[:, None], values[at]
+    cost = np.abs(here - near)
+    oscillates = np.abs(here.imag) > 1e-9 * np.abs(here).max(1, keepdims=True)
+    cost[oscillates != (np.abs(near.imag) > 1e-6 * np.abs(near))] *= 3.0
+    cost[here.imag < 0] = 1e6
+    found = cost.argmin(1)
+    for count, points, starts, owner in wanted.crowded:
+        total = np.add.reduceat(cost[points], starts).reshape(-1, count, cost.shape[1])
+        found[points] = _assigned(total).ravel()[owner]
+    return np.asarray(found)
+
+
+def _assigned(cost: Array) -> NDArray[np.intp]:
+    """Eigenvalue of each mode (C, modes), no two the same, for least ``cost`` (C, modes, n) at each of C speeds."""
+    if cost.shape[1] > 2:
+        return np.array([linear_sum_assignment(c)[1] for c in cost])
+    both = cost[:, 0, :, None] + cost[:, 1, None, :]
+    n = cost.shape[2]
+    both[:, np.arange(n), np.arange(n)] = np.inf
+    return np.stack(np.divmod(both.reshape(len(cost), -1).argmin(1), n), 1)
+
+
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")  # two roots that meet, a mode without lean: not finite
+def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True) -> tuple[Complex, Complex]:
+    """Eigenvalue and both ratios of each wanted mode, (m, 3), and their derivatives (m, 3, p), or (m, 3, 0)."""
+    speeds = np.unique(wanted.speed)
+    bicycle = MatrixSlopes(family, theta, speeds, slopes)
+    system, names = bicycle.system, family.symbolic.outputs
+    values, right, left = eigensystem(system.dynamics[0], mass=system.mass[0])
+    chosen, at = root_of(wanted, speeds, values), np.searchsorted(speeds, wanted.speed)
+    rows = [names.index(name) for name in ("lean_rate", *RATIOS.values())]
+    root, x = values[at, chosen], right[at, :, chosen]
+    c = system.output[0, at][:, rows]
+    seen = np.einsum("mri,mi->mr", c, x)
+    ratio = seen[:, 1:] / seen[:, :1]
+    number = np.concatenate([root[:, None], ratio], axis=1)
+    slope = np.zeros((*number.shape, len(bicycle.steps)), complex)
+    if slope.size:
+        force = bicycle.force(at, x[..., None], root)[..., 0].swapaxes(1, 2)
+        turned = left[at] @ force  # u_i (dF - lambda dE) x / (u_i E x_i)
+        gap = root[:, None] - values[at]
+        point = np.arange(len(at))
+        gap[point, chosen] = np.inf
+        dx = right[at] @ (turned / gap[:, :, None])
+        dseen = c @ dx + bicycle.applied("output", at, x[..., None], rows)[..., 0].swapaxes(1, 2)
+        slope[:, 0] = turned[point, chosen]
+        slope[:, 1:] = (dseen[:, 1:] - ratio[:, :, None] * dseen[:, :1]) / seen[:, :1, None]
+    errors = family.coordinates(theta)
+    for r, name in enumerate(RATIOS, 1):
+        for signal, power in ((name, 1), (LEAN, -1)):
+            one = errors_of(errors, signal)
+            apply_sensor(number[:, r], slope[:, r], number[:, 0].copy(), one, s_slope=slope[:, 0], power=power)
+    return number, slope
+
+
+LEAN = "lean_of_ratios"  # the signal that all ratios are divided by
+
+
+# ---- the kind ----
+
+
+@dataclass(frozen=True, kw_only=True)
+class Modal(BicycleKind, kind="modal"):
+    """Eigenvalues and shape ratios of modes at several speeds."""
+
+    keys: ClassVar[Any] = table(path_key("table", "FILE.csv"))
+    columns: ClassVar[tuple[str, ...]] = ("mode", "group", *NUMBERS)
+    points: tuple[ModalPoint, ...]
+
+    @classmethod
+    def read(cls, content: Any, folder: Path, common: Mapping[str, Any]) -> "Modal":
+        uncertainty = dict(common["uncertainty"])
+        points, notes = _read_points(read(cls.keys, content, section="modal"), folder, common["model"], uncertainty)
+        uncertainty |= {key: 0.0 for key, _ in points[0].settings}
+        notes += misnamed(points, common["model"])
+        return cls(**{**common, "uncertainty": uncertainty}, points=points, notes=tuple(notes))
+
+    def ready(self, **how: Any) -> Self:
+        points = tuple(sorted(self.points, key=lambda p: (p.mode, p.settings, p.speed)))
+        return super(Modal, replace(self, points=points)).ready(**how)
+
+    def mistakes(self) -> tuple[Candidate, ...]:
+        """Speed; gain, delay and low-pass of the sensors of the ratios; delay and low-pass of the lean-rate sensor."""
+        found = [*speed_errors(self.speeds.tolist())]
+        ratios = dict.fromkeys(name for p in self.points for name in p.ratios)
+        for ratio in ratios:
+            sensor = f"{ratio.partition('_')[0]}_sensor"
+            found += [gain_error(sensor, ratio, beside="lean_sensor"), delay_error(sensor, ratio)]
+            found.append(lowpass_error(sensor, ratio))
+        if ratios:
+            found += [delay_error("lean_sensor", LEAN), lowpass_error("lean_sensor", LEAN)]
+        return tuple(found)
+
+    # ---- physics ----
+
+    @cached_property
+    def _wanted(self) -> list[tuple[Settings, NDArray[np.intp], Wanted]]:
+        """Measured modes, those of one setting together: settings, indices of the points, and the modes."""
+        found = []
+        for settings in dict.fromkeys(p.settings for p in self.points):
+            here = [i for i, p in enumerate(self.points) if p.settings == settings]
+            points = [self.points[i] for i in here]
+            roots = np.array([p.eigenvalue for p in points])
+            wanted = Wanted(np.array([p.speed for p in points]), tuple(p.mode for p in points), roots)
+            found.append((settings, np.array(here), wanted))
+        return found
+
+    def _at(self, settings: Settings, candidates: Candidates) -> Family:
+        """The family with some settings, made once for the many points at which a fit looks at these candidates."""
+        key = (settings, tuple(map(id, candidates)))
+        if key not in self._families:
+            if len(self._families) > len(self._wanted):
+                self._families.clear()
+            self._families[key] = candidates, replace(self.family(candidates), settings=settings)
+        return self._families[key][1]
+
+    @cached_property
+    def _families(self) -> dict[Any, tuple[Candidates, Family]]:
+        """Families by settings and identity of the candidates, which are kept so that no other can take it."""
+        return {}
+
+    def _modes(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> tuple[Complex, Complex]:
+        """:func:`predict` of all points, in their order."""
+        parts = [predict(self._at(settings, candidates), wanted, theta, slopes=slopes)
+                 for settings, _, wanted in self._wanted]  # fmt: skip
+        order = np.argsort(np.concatenate([here for _, here, _ in self._wanted]))
+        number, slope = (np.concatenate(part)[order] for part in zip(*parts, strict=True))
+        return number, slope
+
+    @cached_property
+    def data(self) -> tuple[Array, Array]:
+        numbers: list[float] = []
+        sd: list[float] = []
+        for p in self.points:
+            numbers += [p.eigenvalue.real, p.eigenvalue.imag]
+            sd += p.sd
+            for value, s in (p.ratios[name] for name in RATIOS if name in p.ratios):
+                numbers += [value.real, value.imag]
+                sd += [s, s]
+        return np.array(numbers), np.array(sd)
+
+    @cached_property
+    def _kept(self) -> NDArray[np.bool_]:
+        """True for those of eigenvalue and ratios (m, 3) that are measured."""
+        return np.array([[True, *(name in p.ratios for name in RATIOS)] for p in self.points])
+
+    def predict(self, candidates: Candidates, theta: Array) -> Array:
+        number, slope = self._modes(candidates, theta, slopes=False)
+        return flat_parts(number[self._kept], slope[self._kept])[0]
+
+    def value_and_jacobian(self, candidates: Candidates, theta: Array) -> base.Prediction:
+        number, slope = self._modes(candidates, theta)
+        return flat_parts(number[self._kept], slope[self._kept])
+
+    @cached_property
+    def rows(self) -> Rows:  # type: ignore[override]
+        where, series, speed, group, repeat = [], [], [], [], []
+        shown: dict[str, Series] = {}
+        for k, p in enumerate(self.points):
+            for name in ("", *(name for name in RATIOS if name in p.ratios)):
+                what = f"{p.called} {name.replace('_', ' ')}".strip()
+                for part, unit in (("real", "1/s"), ("imaginary", "rad/s")):
+                    quantity = f"{part} part" if name else f"{part} part, {unit}"
+                    shown[f"{what}, {part}"] = Series(what, quantity)
+                    where.append(f"{what}, {p.speed:g} m/s, {part}")
+                    series.append(f"{what}, {part}")
+                    speed.append(p.speed)
+                    group.append(p.group or f"{p.speed:.6g}")
+                    repeat.append(f"{k:06d}")
+        fold = folds(group, speed, repeat)
+        return Rows(tuple(where), np.array(speed), tuple(series), fold, shown=shown, axis=SPEED_AXIS)
+
+    @property
+    def speeds(self) -> Array:
+        return np.array([p.speed for p in self.points])
+
+    @property
+    def varied(self) -> bool:
+        return len(about_one_speed(self.speeds.tolist())) > 1
+
+    # ---- what to measure next ----
+
+    def proposed(self) -> tuple[Proposal, ...]:
+        """Missing ratios, the mode at other speeds (six runs each), a forced response."""
+        sd = float(np.median([s for p in self.points for s in p.sd]))
+        slowest, fastest, last = float(self.speeds.min()), float(self.speeds.max()), self.points[-1]
+        have = {name for p in self.points for name in p.ratios}
+        proposals: list[Proposal] = []
+        for place, ratio in enumerate(RATIOS, 1):
+            if ratio not in have:
+                what = f"{ratio.replace('_', ' ')} ratio at the measured speeds"
+                sds = np.full(2 * len(self.points), DEFAULT_RATIO_SD)
+                proposals.append(Proposal(what, sds, partial(self._ratio, place)))
+        for factor in (0.8, 1.25, 1.5, 2.0):
+            speed = factor * (fastest if factor > 1 else slowest)
+            what, few = f"{last.called} at {speed:.3g} m/s, 6 runs", np.full(2, sd / np.sqrt(6))
+            proposals.append(Proposal(what, few, partial(self._mode_at, last, speed)))
+        return (*proposals, *self.forced(fastest))
+
+    def _ratio(self, place: int, candidates: Candidates, theta: Array) -> base.Prediction:
+        """A ratio at all points, by its place after the eigenvalue."""
+        number, slope = _undamped(*self._modes(candidates, theta))
+        return flat_parts(number[:, place], slope[:, place])
+
+    def _mode_at(self, like: ModalPoint, speed: float, candidates: Candidates, theta: Array) -> base.Prediction:
+        """The mode of a point at another speed, followed from its nearest measured speed in small steps."""
+        family = self._at(like.settings, candidates)
+        measured = (p for p in self.points if (p.mode, p.settings) == (like.mode, like.settings))
+        nearest = min(measured, key=lambda p: abs(p.speed - speed))
+        near = nearest.eigenvalue
+        for v in np.linspace(nearest.speed, speed, 12):
+            system = family(theta[None], np.array([v]))
+            values = eigensystem(system.dynamics[0], mass=system.mass[0]).values[0]
+            cost = np.where(values.imag >= 0, np.abs(values - near), np.inf)
+            near = values[int(cost.argmin())]
+        wanted = Wanted(np.array([speed]), (like.mode,), np.array([near]))
+        number, slope = _undamped(*predict(family, wanted, theta))
+        return flat_parts(number[:, 0], slope[:, 0])
+
+    # ---- doubts ----
+
+    def misread(self, gap: Array, model: str) -> tuple[str, ...]:
+        roots = [name for name in self.rows.series if name.endswith(", imaginary") and " over " not in name]
+        return (*self._misread_frequencies(roots), *misread_values(self, gap, roots))
+
+    def _misread_frequencies(self, roots: Sequence[str]) -> tuple[str, ...]:
+        """Imaginary parts in Hz, or turned twice: the measured roots decide which is compared, so each is tried."""
+        here = np.isin(self.rows.series, roots)
+        seen = self.data[0][here]
+        found: dict[float, float] = {}
+        for factor in (1.0, *FREQUENCY):
+            points = tuple(
+                replace(p, eigenvalue=complex(p.eigenvalue.real, p.eigenvalue.imag / factor)) for p in self.points
+            )
+            trial = replace(self, points=points)
+            residual, _ = trial.residual((), self.nominal, slopes=False)
+            rest = float(np.linalg.norm((trial.data[1] * residual)[here])) * factor
+            found[factor] = rest if np.isfinite(rest) else np.inf
+        without = found.pop(1.0)
+        best = min(found, key=lambda factor: found[factor])
+        if here.sum() < 3 or not seen.any() or not brings_near(seen, found[best], without):
+            return ()
+        named = ", ".join(dict.fromkeys(f"{p.mode} (imaginary part, rad/s)" for p in self.points))
+        return (question(named, best, FREQUENCY),)
+
+
+def _undamped(number: Complex, slope: Complex) -> tuple[Complex, Complex]:
+    """Nothing but NaN if one of the modes is too damped (ratio above 0.7) to be seen in a free decay."""
+    if (np.abs(number[:, 0].real) > 0.7 * np.abs(number[:, 0])).any():
+        number[:] = np.nan
+    return number, slope

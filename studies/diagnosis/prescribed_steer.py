@@ -1,0 +1,177 @@
+"""Replay of runs whose steer angle is prescribed: held by a position controller, a robot or whoever steers.
+
+The steer angle is then a coordinate whose motion is known. With the states ordered as the rest z, the steer angle s and
+its rate, the equations M x' = F x + B u contain one unknown torque T at the steer axis. One equation in which T stands
+is spent on eliminating it from the others, and dz/dt follows from s, s' and s'' as inputs. The equation that was spent
+gives the torque that is needed, T = (M x' - F x - B u) / b: an output, compared if the torque was recorded. A damper, a
+spring or friction between rear frame and handlebar shows in that torque and nowhere else.
+
+The recorded angle is smoothed (:mod:`.steer_spline`), and its uncertainty is integrated out of the residual like an
+initial state."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from bicycle.descriptor import DescriptorStack
+from bicycle.identification.recording import CHANNELS, INPUTS, STEER, STEER_TORQUE
+from bicycle.responses import from_rest
+from studies.diagnosis.family import Family
+from studies.diagnosis.mistakes import DELAY, FRICTION, GAIN, direction
+from studies.diagnosis.replay import Driven, Replay, Sampled
+from studies.diagnosis.steer_spline import ORDERS, SteerSpline
+from tyre.arrays import Array
+
+
+@dataclass(frozen=True)
+class PrescribedSteer(Replay):
+    """Runs whose steer angle is an input; ``steer_noise`` is the sd of that record in rad, if it is known."""
+
+    steer_noise: float | None = None
+
+    @property
+    def held(self) -> bool:
+        """False: an angle does not jump."""
+        return False
+
+    @cached_property
+    def _splines(self) -> tuple[SteerSpline, ...]:
+        return tuple(SteerSpline.of_run(run, self.steer_noise) for run in self.runs)
+
+    @cached_property
+    def _directions(self) -> Array:
+        """Sign of the steer rate (R, T), its jumps as smooth as the acceleration is in which they show."""
+        runs = zip(self.runs, self._splines, strict=True)
+        return self.padded([spline.smoothing @ direction(run)] for run, spline in runs)[:, 0]
+
+    @property
+    def _others(self) -> list[str]:
+        return [name for name in self.runs[0].inputs if name != STEER]
+
+    def _driven(self, family: Family, values: Mapping[str, Array], system: DescriptorStack) -> Driven:
+        """The bicycles as the steer angle, its first two derivatives and the other torques drive them."""
+        names = family.symbolic
+        outputs, mass, dynamics = system.output, system.mass, system.dynamics
+        n = mass.shape[-1]
+        scales, places = [], []
+        for name in ("steer", "steer_rate"):
+            row = outputs[0, 0, names.outputs.index(name)]
+            (place,) = np.flatnonzero(row)  # a coordinate and its rate are states
+            places.append(int(place))
+            scales.append(float(row[place]))
+        angle, rate = places
+        keep = [k for k in range(n) if k not in places]
+        torque = system.input[..., names.inputs.index("steer_torque")]
+        spent = int(np.abs(torque[0, 0]).argmax())
+        rows = [k for k in range(n) if k not in (spent, angle)]  # that of the angle says angle' = rate
+        share = torque[..., rows] / torque[..., spent, None]
+        others = system.input[..., [names.inputs.index(INPUTS[name]) for name in self._others]]
+
+        def without_torque(matrix: Array) -> Array:
+            return matrix[..., rows, :] - share[..., None] * matrix[..., [spent], :]
+
+        m, f = without_torque(mass), without_torque(dynamics)
+        columns = np.stack([
+            f[..., angle] / scales[0], f[..., rate] / scales[1] - m[..., angle] / scales[0],
+            -m[..., rate] / scales[1],
+        ], -1)  # fmt: skip
+        driving = np.concatenate([columns, without_torque(others)], -1)
+        solved = np.linalg.solve(m[..., keep], np.concatenate([f[..., keep], driving], -1))
+        state, inputs = solved[..., : len(keep)], solved[..., len(keep) :]
+        b = torque[..., spent, None]
+        into_rest = mass[..., spent, :][..., keep]
+        needed_z = (np.einsum("...i,...ij->...j", into_rest, state) - dynamics[..., spent, :][..., keep]) / b
+        direct = np.zeros((*b.shape[:-1], ORDERS + len(self._others)))
+        direct[..., 0] = -dynamics[..., spent, angle] / scales[0]
+        direct[..., 1] = mass[..., spent, angle] / scales[0] - dynamics[..., spent, rate] / scales[1]
+        direct[..., 2] = mass[..., spent, rate] / scales[1]
+        direct[..., ORDERS:] = -others[..., spent, :]
+        needed_u = (np.einsum("...i,...ij->...j", into_rest, inputs) + direct) / b
+        seen, through = [], []
+        for name in self.channels:
+            if name == STEER_TORQUE:
+                seen.append(needed_z)
+                through.append(needed_u)
+                continue
+            row = outputs[..., names.outputs.index(CHANNELS[name]), :]
+            seen.append(row[..., keep])
+            own = np.zeros_like(needed_u)
+            own[..., 0], own[..., 1] = row[..., angle] / scales[0], row[..., rate] / scales[1]
+            through.append(own)
+        seen_z, direct_u = np.stack(seen, -2), np.stack(through, -2)
+        if FRICTION in values:  # overcome by the torque, the motion being what it is
+            column = np.zeros((*direct_u.shape[:-1], 1))
+            if STEER_TORQUE in self.channels:
+                column[..., self.channels.index(STEER_TORQUE), 0] = -1.0
+            direct_u = np.concatenate([direct_u, column], -1)
+            inputs = np.concatenate([inputs, np.zeros((*inputs.shape[:-1], 1))], -1)
+        return _all_states(Driven(state, inputs, seen_z, direct_u), keep, n)
+
+    def _signals(self, values: Mapping[str, Array], starts: Array | None) -> Array:
+        """Steer angle and derivatives, the other torques, friction."""
+        torques = super()._signals(values, None)  # by the order of the inputs, friction last
+        sensors = _sensor(values)
+        if len(set(sensors)) == 1:
+            sensors = sensors[:1]
+        most = self._uncertain_columns
+        angle = np.zeros((len(sensors), len(self.runs), ORDERS, self.length))
+        for i, (late, gain) in enumerate(sensors):
+            for r, (found, uncertain) in enumerate(self._angles(late)):
+                if starts is not None:
+                    found = found + uncertain @ starts[r, -most:][: uncertain.shape[-1]]
+                angle[i, r, :, : len(found)] = found.T / gain
+        rest = np.delete(torques, list(self.runs[0].inputs).index(STEER), 2)
+        k = max(len(angle), len(rest))
+        return np.concatenate([np.broadcast_to(part, (k, *part.shape[1:])) for part in (angle, rest)], 2)
+
+    def _angles(self, late: float) -> list[tuple[Array, Array]]:
+        """The smoothed angle of each run read later by so many s; that of the last time is kept."""
+        if self._kept.get("late") != late:
+            self._kept.update(late=late, angles=[spline.at(late) for spline in self._splines])
+        found: list[tuple[Array, Array]] = self._kept["angles"]
+        return found
+
+    @cached_property
+    def _kept(self) -> dict[str, Any]:
+        return {}
+
+    @cached_property
+    def _uncertain_columns(self) -> int:
+        """Combinations of coefficients of the spline that has most."""
+        return max(spline.spread.shape[1] for spline in self._splines)
+
+    def _uncertain(self, system: Sampled, values: Mapping[str, Array]) -> Array:
+        """Responses to the uncertain coefficients of the splines, of one bicycle."""
+        step, before, after, seen, direct, _ = system.first
+        ((late, gain),) = _sensor(values)
+        most = self._uncertain_columns
+        angle = np.zeros((len(self.runs), self.length, most, ORDERS))
+        for r, (_, uncertain) in enumerate(self._angles(late)):
+            angle[r, : len(uncertain), : uncertain.shape[-1]] = uncertain.swapaxes(-1, -2) / gain
+        signals = np.concatenate([angle[:, :-1], angle[:, 1:]], -1)
+        into = np.concatenate([before[..., :ORDERS], after[..., :ORDERS]], -1).swapaxes(-1, -2)
+        across = np.einsum("cd,rqn->rcqdn", np.eye(most), into).reshape(len(step), -1, most, step.shape[-1])
+        y = from_rest(step, signals.reshape(*signals.shape[:2], -1), across, seen)
+        assert direct is not None
+        return (y + np.einsum("rco,rtko->rctk", direct[..., :ORDERS], angle))[None]
+
+
+def _sensor(values: Mapping[str, Array]) -> list[tuple[float, float]]:
+    """Delay (s) and factor of the sensor of the steer angle, of K bicycles."""
+    nothing = np.zeros((len(next(iter(values.values()))), 1))
+    late, gain = (values.get(key.format(STEER), nothing)[:, 0].tolist() for key in (DELAY, GAIN))
+    return [(one, 1.0 + other) for one, other in zip(late, gain, strict=True)]
+
+
+def _all_states(driven: Driven, keep: list[int], n: int) -> Driven:
+    """Equations with all ``n`` states: those of the steering, which are known, stand still and are not seen."""
+    lead = driven.state.shape[:-2]
+    state, seen = np.zeros((*lead, n, n)), np.zeros((*driven.seen.shape[:-1], n))
+    inputs = np.zeros((*lead, n, driven.inputs.shape[-1]))
+    state[..., np.ix_(keep, keep)[0], np.ix_(keep, keep)[1]] = driven.state
+    inputs[..., keep, :] = driven.inputs
+    seen[..., keep] = driven.seen
+    return Driven(state, inputs, seen, driven.direct)

@@ -1,0 +1,384 @@
+"""The residual torque: what could not be named, fitted as a torque that is linear in the state, with its covariance.
+
+The parameters of the bicycle and of the named effects float under their priors. Terms are chosen on the linearised
+problem, fitted with the full model, and chosen anew about that fit until they stay. The torque is never a name.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bicycle.effect_registry import effect_class
+from studies.diagnosis.diagnose import Diagnosis
+from studies.inference import (
+    Candidate,
+    Fit,
+    HeldOut,
+    Kind,
+    Linear,
+    UncertainParameter,
+    fit,
+    held_out,
+    prior,
+)
+from tyre.arrays import Array
+from tyre.errors import InputError
+
+EFFECT, TORQUE = "residual_torque", "residual torque"
+TORQUES = ("steer", "lean")
+STATES = ("lean", "steer", "lean_rate", "steer_rate")
+DEGREES = ("", "_slope", "_curve")
+
+Pair = tuple[str, str]
+Degrees = Mapping[Pair, int]  # terms of each pair of torque and state: 1 constant, 2 linear, 3 quadratic in the speed
+
+PAIRS: tuple[Pair, ...] = tuple((torque, state) for torque in TORQUES for state in STATES)
+
+
+@dataclass(frozen=True)
+class SpeedScale:
+    """The coordinate x = (v - middle) / span in which coefficients change with the speed v, m/s."""
+
+    middle: float
+    span: float
+    most: int  # terms of a pair that the number of distinct speeds allows
+
+    @classmethod
+    def of(cls, speeds: ArrayLike) -> "SpeedScale":
+        """Scale of measured ``speeds`` (n,), m/s; speeds that lie within a tenth are one."""
+        v = np.unique(np.asarray(speeds, float))
+        middle, half, least = float(v[0] + v[-1]) / 2, float(v[-1] - v[0]) / 2, 0.1
+        distinct = 1 + int((np.diff(v) > least / 2 * v[1:]).sum())
+        return cls(middle, max(half, least * middle), min(distinct, len(DEGREES)))
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The slowest and the fastest measured speed, m/s."""
+        return self.middle - self.span, self.middle + self.span
+
+    @property
+    def full(self) -> dict[Pair, int]:
+        """All terms that the speeds allow."""
+        return dict.fromkeys(PAIRS, self.most)
+
+    def powers(self, speeds: ArrayLike) -> Array:
+        """1, x, x^2 at ``speeds`` (..., ), m/s: (..., 3)."""
+        x = (np.asarray(speeds, float) - self.middle) / self.span
+        return np.stack([np.ones_like(x), x, x**2], -1)
+
+
+def keys(degrees: Degrees) -> tuple[tuple[Pair, int], ...]:
+    """Pair and power of the speed of each term of ``degrees``, in a fixed order."""
+    return tuple((pair, k) for pair in PAIRS for k in range(degrees.get(pair, 0)))
+
+
+def term_names(degrees: Degrees) -> tuple[str, ...]:
+    """Parameters of the effect for the terms of ``degrees``."""
+    return tuple(f"{torque}_from_{state}{DEGREES[degree]}" for (torque, state), degree in keys(degrees))
+
+
+def candidate(degrees: Degrees, scale: SpeedScale) -> Candidate:
+    """The residual torque with some terms, ready to join a hypothesis."""
+    effect = effect_class(EFFECT)
+    declared = {p.name: p for p in effect.parameters}
+    fixed = {f"{EFFECT}.{name}": 0.0 for name in declared}
+    fixed |= {f"{EFFECT}.middle_speed": scale.middle, f"{EFFECT}.speed_span": scale.span}
+    unknowns = []
+    for name, (_, degree) in zip(term_names(degrees), keys(degrees), strict=True):
+        sd = declared[name].typical[1] * (0.5 if degree else 1.0)
+        unknowns.append(UncertainParameter(name, declared[name].unit, {f"{EFFECT}.{name}": 1.0}, 0.0, sd, size=True))
+    name = f"{TORQUE} ({', '.join(u.name for u in unknowns)})"  # that of the effect is among those never tried
+    return Candidate(name, tuple(unknowns), effect=effect, fixed=fixed)
+
+
+def _named(found: Fit) -> tuple[Candidate, ...]:
+    """Candidates of a fit without its residual torque."""
+    return tuple(c for c in found.candidates if not c.identifier.startswith(TORQUE))
+
+
+def _first(found: Fit) -> int:
+    """Number of coordinates of a fit before those of its residual torque."""
+    return found.effect_columns.start + sum(len(c.unknowns) for c in _named(found))
+
+
+def linearised(kind: Kind, about: Fit, scale: SpeedScale) -> Linear:
+    """The problem linearised about a fit: columns of what floats beside the torque, then of all terms."""
+    first = _first(about)
+    joined = (*_named(about), candidate(scale.full, scale))
+    theta = _coordinates(about, joined)
+    residual, jacobian = kind.residual(joined, theta)
+    centre, sd = prior((*about.unknowns[:first], *joined[-1].unknowns), joined)
+    scaled = jacobian * sd
+    return Linear(scaled, scaled @ ((theta - centre) / sd) - residual, kind.rows.fold)
+
+
+def _coordinates(about: Fit, joined: tuple[Candidate, ...]) -> Array:
+    """Coordinates of a fit with other terms of the torque, which is the last of the candidates: new ones at zero."""
+    first = _first(about)
+    known = dict(zip((u.name for u in about.unknowns[first:]), about.theta[first:], strict=True))
+    return np.concatenate([about.theta[:first], [known.get(u.name, 0.0) for u in joined[-1].unknowns]])
+
+
+@dataclass(frozen=True, eq=False)
+class Selector:
+    """Search over the number of terms of each pair; ``floating`` columns of ``linear`` stand before the terms."""
+
+    linear: Linear
+    floating: int
+    scale: SpeedScale
+
+    def columns(self, degrees: Degrees) -> NDArray[np.intp]:
+        """Columns (q,) of what floats anyway and of the terms of ``degrees``."""
+        place = {key: self.floating + k for k, key in enumerate(keys(self.scale.full))}
+        return np.array([*range(self.floating), *(place[key] for key in keys(degrees))], dtype=np.intp)
+
+    def score(self, degrees: Degrees) -> float:
+        """Held-out log score."""
+        return self.linear.held_out(self.columns(degrees))
+
+    def worth(self, degrees: Degrees) -> float:
+        """Log evidence, with log odds of 8 against a further pair (of eight) and of 2 against a further power."""
+        terms = [count for count in degrees.values() if count]
+        price = math.log(8) * len(terms) + math.log(2) * sum(count - 1 for count in terms)
+        return self.linear.evidence(self.columns(degrees)) - price
+
+    def select(self, start: Degrees) -> dict[Pair, int]:
+        """Terms added, raised, lowered and dropped while the evidence and the held-out score grow."""
+        chosen = {pair: count for pair, count in start.items() if count}
+        while (better := self._better(chosen)) is not None:
+            chosen = better
+        while chosen:
+            best = max((_lowered(chosen, pair) for pair in chosen), key=self.score)
+            if self.score(best) < self.score(chosen):
+                break
+            chosen = best
+        return chosen
+
+    def _better(self, chosen: dict[Pair, int]) -> dict[Pair, int] | None:
+        now, score = self.worth(chosen), self.score(chosen)
+        tried = sorted(((self.worth(other), k, other) for k, other in enumerate(self._moves(chosen))), reverse=True)
+        for worth, _, other in tried:
+            if worth <= now:
+                return None
+            if len(keys(other)) < len(keys(chosen)) or self.score(other) > score:
+                return other
+        return None
+
+    def _moves(self, chosen: dict[Pair, int]) -> Iterator[dict[Pair, int]]:
+        for pair in PAIRS:
+            have = chosen.get(pair, 0)
+            for count in {have - 1, have + 1, have + 2, 0} - {have, -1}:
+                if count <= self.scale.most:
+                    yield {p: n for p, n in (chosen | {pair: count}).items() if n}
+
+    def gains(self, chosen: Degrees) -> dict[Pair, tuple[float, float]]:
+        """Gain of the last term of each pair: log evidence, and held-out log score."""
+        found, these, linear = {}, self.columns(chosen), self.linear
+        for pair in chosen:
+            fewer = self.columns(_lowered(chosen, pair))
+            gains = linear.evidence(these) - linear.evidence(fewer), linear.held_out(these) - linear.held_out(fewer)
+            found[pair] = gains
+        return found
+
+    def without_useless(self, chosen: Degrees) -> dict[Pair, int]:
+        """The terms less one power of the pair whose last term costs the held-out score most, if any does."""
+        gains = self.gains(chosen)
+        worst = min(gains, key=lambda pair: gains[pair][1])
+        return dict(chosen) if gains[worst][1] > 0 else _lowered(chosen, worst)
+
+
+def _lowered(chosen: Degrees, pair: Pair) -> dict[Pair, int]:
+    return {p: n - (p == pair) for p, n in chosen.items() if n - (p == pair)}
+
+
+@dataclass(frozen=True)
+class Changed:
+    """A parameter that the torque moves by more than one sd."""
+
+    name: str
+    unit: str
+    effect: str  # whose it is; "" of the bicycle and the measurement
+    named: float  # its value without the torque
+    value: float
+    sd: float
+    replaced: bool  # it is the size of an effect that is no longer significant beside the torque
+
+
+@dataclass(frozen=True, eq=False)
+class Residual:
+    """A residual torque beside a diagnosis."""
+
+    fit: Fit  # the named model with the residual torque
+    beside: Fit  # and without
+    degrees: Degrees  # number of terms by pair of torque and state
+    scale: SpeedScale
+    covariance: Array  # (p + q, p + q), of the p coordinates of fit, then of the q terms that were not chosen
+    before: HeldOut  # prediction of data left out, without
+    after: HeldOut  # and with the torque
+    gains: Mapping[str, tuple[float, float]]  # log evidence and held-out log score of the last term of each pair
+    p: float  # P(chi^2 larger) of the fit
+
+    @property
+    def kept(self) -> tuple[str, ...]:
+        """Parameters of the effect that were fitted."""
+        return term_names(self.degrees)
+
+    @property
+    def dropped(self) -> tuple[str, ...]:
+        """Parameters that were not chosen: zero within the covariance."""
+        return tuple(name for name in term_names(self.scale.full) if name not in self.kept)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Coefficients that were fitted, N m/rad or N m s/rad."""
+        return dict(zip(self.kept, self.fit.theta[_first(self.fit) :].tolist(), strict=True))
+
+    @property
+    def sd(self) -> dict[str, float]:
+        """One standard deviation of every coefficient, chosen or not."""
+        spread = np.sqrt(self.covariance.diagonal()[_first(self.fit) :])
+        return dict(zip((*self.kept, *self.dropped), spread.tolist(), strict=True))
+
+    @property
+    def sd_alone(self) -> dict[str, float]:
+        """Standard deviation of those that were fitted, were all others zero."""
+        spread = np.sqrt(self.fit.misfit * self.fit.covariance.diagonal()[_first(self.fit) :])
+        return dict(zip(self.kept, spread.tolist(), strict=True))
+
+    @property
+    def describes(self) -> bool:
+        """It leaves at most twice the noise, so that it is what the data show."""
+        return self.fit.misfit <= 4.0
+
+    def gains_at(self, speeds: Array) -> tuple[Array, Array]:
+        """Torque over state (k, 2, 4) at ``speeds`` (k,), m/s, and its standard deviation."""
+        names = (*self.kept, *self.dropped)
+        values = np.array([*self.values.values(), *[0.0] * len(self.dropped)])
+        first = _first(self.fit)
+        powers = self.scale.powers(speeds)[:, : self.scale.most]
+        mean, sd = np.zeros((2, len(speeds), len(PAIRS)))
+        for column, pair in enumerate(PAIRS):
+            row = np.zeros((len(speeds), len(names)))
+            row[:, [names.index(name) for name in term_names({pair: self.scale.most})]] = powers
+            mean[:, column] = row @ values
+            variance = np.einsum("ki,ij,kj->k", row, self.covariance[first:, first:], row)
+            sd[:, column] = np.sqrt(np.maximum(variance, 0.0))
+        return mean.reshape(-1, 2, 4), sd.reshape(-1, 2, 4)
+
+    def changed(self) -> tuple[Changed, ...]:
+        """Parameters more than one sd from the fit without the torque, named effects first."""
+        beside = self.beside
+        owner = {
+            k: c.identifier for c in beside.candidates for k in range(*beside.columns(c).indices(len(beside.theta)))
+        }
+        spread, after = (np.sqrt(np.maximum(c.diagonal(), 0.0)) for c in (beside.covariance, self.covariance))
+        found = []
+        for k, (u, before, now) in enumerate(zip(beside.unknowns, beside.theta, self.fit.theta, strict=False)):
+            if abs(now - before) > spread[k]:
+                was = abs(before - u.centre) >= 2.0 * spread[k]
+                gone = bool(u.size and was and abs(now - u.centre) < 2.0 * after[k])
+                first, last, sd = float(u.value(before)), float(u.value(now)), u.slope(float(now)) * float(after[k])
+                for name, factor in u.factors.items():
+                    sized = factor * first, factor * last, factor * sd
+                    found.append(Changed(name, u.unit, owner.get(k, ""), *sized, gone))
+        return tuple(sorted(found, key=lambda one: not one.effect))
+
+
+@np.errstate(over="ignore", invalid="ignore")  # trial steps that run away are refused
+def fit_residual(diagnosis: Diagnosis) -> Residual | None:
+    """The residual torque of a finished ``diagnosis``; None if no more than noise is left, or a tyre was measured."""
+    kind, beside = diagnosis.kind, diagnosis.final
+    if not diagnosis.verdict.leaves_more or kind.model is None:
+        return None
+    if any(effect.identifier == EFFECT for effect in kind.model.effects):
+        raise InputError(f"the base model has [effects.{EFFECT}] already; take it out to fit it anew")
+    if len(np.unique(kind.rows.fold)) < 2:
+        raise InputError("all data are of one run: none can be left out to tell a torque from a good fit")
+    if not len(kind.speeds):
+        raise InputError(
+            "a torque over state and speed is fitted to motion alone, not to a bench test or a tyre on a rig"
+        )
+    scale = SpeedScale.of(kind.speeds)
+    best = _chosen(kind, beside, scale)
+    before = held_out(kind, beside)
+    degrees = _degrees(best)
+    while True:  # until the full model keeps what the linearised problem promised
+        if not degrees:
+            raise InputError("no torque that is linear in the state improves the prediction of data left out")
+        if degrees != _degrees(best):
+            best = _fitted(kind, best, degrees, scale)
+        linear = linearised(kind, best, scale)
+        selector = _selector(linear, best, scale)
+        fewer = selector.without_useless(degrees)
+        if fewer == degrees:
+            after = held_out(kind, best)
+            moved = best.theta[_first(best) :].any()  # data left out may ask for a torque that all data refuse
+            if moved and after.log_score > before.log_score and after.chi2 < before.chi2:
+                break
+            # without the pair whose loss costs the held-out score least
+            fewer = max(({p: n for p, n in degrees.items() if p != pair} for pair in degrees), key=selector.score)
+        degrees = fewer
+    gains = {term_names({pair: degrees[pair]})[-1]: gain for pair, gain in selector.gains(degrees).items()}
+    covariance = _covariance(best, Selector(linear.louder(best.misfit), _first(best), scale), degrees)
+    return Residual(best, beside, degrees, scale, covariance, before, after, gains, best.goodness)
+
+
+def _chosen(kind: Kind, beside: Fit, scale: SpeedScale) -> Fit:
+    """Terms chosen and fitted in turn until they stay, four times at most."""
+    best: Fit = beside
+    degrees: dict[Pair, int] = {}
+    tried = [degrees]
+    for _ in range(4):
+        degrees = _selector(linearised(kind, best, scale), best, scale).select(degrees)
+        if degrees in tried:
+            break
+        tried.append(degrees)
+        found = _fitted(kind, best, degrees, scale)
+        if found.objective >= best.objective and len(found.theta) >= len(best.theta):
+            break
+        best = found
+    return best
+
+
+def _degrees(found: Fit) -> dict[Pair, int]:
+    """Terms that a fit has."""
+    names = {u.name for u in found.unknowns[_first(found) :]}
+    counts = {pair: sum(name in names for name in term_names({pair: len(DEGREES)})) for pair in PAIRS}
+    return {pair: count for pair, count in counts.items() if count}
+
+
+def _fitted(kind: Kind, last: Fit, degrees: Degrees, scale: SpeedScale) -> Fit:
+    """The full model with the terms of ``degrees``, from where the ``last`` fit ended."""
+    joined = (*_named(last), candidate(degrees, scale))
+    return fit(kind, joined, starts=[_coordinates(last, joined)])
+
+
+def _selector(linear: Linear, about: Fit, scale: SpeedScale) -> Selector:
+    """A search in which the noise is as loud as all terms together must have it."""
+    noise = max(1.0, linear.misfit(np.arange(linear.jacobian.shape[1])))
+    return Selector(linear.louder(noise), _first(about), scale)
+
+
+def _covariance(best: Fit, selector: Selector, degrees: Degrees) -> Array:
+    """Second moment about the fit of its coordinates and of the terms that were not chosen, in their units."""
+    linear, floating = selector.linear, selector.floating
+    chosen, full = selector.columns(degrees), candidate(selector.scale.full, selector.scale)
+    every = np.array([*chosen, *sorted({*selector.columns(selector.scale.full)} - {*chosen})], dtype=np.intp)
+    own = [u.scale for u in full.unknowns]
+    sd = np.array([*(u.scale for u in best.unknowns[:floating]), *(own[k - floating] for k in every[floating:])])
+    kept = len(chosen)
+    about, _ = linear.posterior(chosen)
+    moments, logs = [], []
+    for width in (0.1, 0.3, 1.0):  # from 0.003 on, intervals of blind cases were too narrow
+        widths = np.array([1.0] * kept + [width] * (len(every) - kept))
+        mean, spread = linear.posterior(every, widths)
+        away = mean - np.concatenate([about, np.zeros(len(every) - kept)])
+        moments.append(spread + np.outer(away, away))
+        logs.append(linear.evidence(every, widths))
+    weights = np.exp(np.array(logs) - max(logs))
+    weights /= weights.sum()
+    moment = sum(w * m for w, m in zip(weights, moments, strict=True))
+    return np.asarray(moment * np.outer(sd, sd))

@@ -1,0 +1,137 @@
+"""From recorded forced runs to a table of frequency responses, one for each speed and output."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bicycle.identification.frequency_response import SpectralResponse, spectral_response
+from bicycle.identification.recording import FORCED_INPUTS, MOTIONS, Run, read_forced, refuse_copies
+from studies.diagnosis.frequency_response import spoken
+from studies.run_argument import file_and_speed, named_apart
+from tyre.arrays import Array
+from tyre.channel_map import ChannelMap
+from tyre.draft import looking
+from tyre.errors import InputError, unknown
+
+
+@dataclass(frozen=True)
+class RunResponse:
+    """The response ``found`` of one ``output`` to one ``input`` at a ``speed`` (m/s)."""
+
+    input: str
+    output: str
+    speed: float
+    found: SpectralResponse
+
+
+def responses_of_runs(
+    given: Sequence[str], source: str, outputs: Sequence[str], channel_map: ChannelMap | None, *, reference: str = "",
+    segment_s: float, highest_hz: float,
+) -> tuple[list[RunResponse], list[str]]:  # fmt: skip
+    """Responses from recordings; those of one speed are averaged."""
+    if source not in FORCED_INPUTS:
+        raise InputError(f"--input: {unknown('input', source, FORCED_INPUTS)}")
+    for name in outputs:
+        if name not in MOTIONS:
+            raise InputError(f"--output: {unknown('output', name, MOTIONS)}")
+    if not outputs or len(set(outputs)) < len(outputs):
+        raise InputError(f"--output {','.join(outputs)!r}: name each output once, such as roll_rate,steer")
+    if len(set(given)) < len(given):
+        raise InputError(f"{next(x for x in given if list(given).count(x) > 1)!r} is given twice; keep one")
+    _refuse_two_speeds(given)
+    column = {**FORCED_INPUTS, **MOTIONS}.get(reference, reference)
+    if column == FORCED_INPUTS[source]:
+        raise InputError(
+            f"--instrument {reference}: this is the input itself, no reference from outside; leave --instrument out, "
+            "or name the signal that was added to the input"
+        )
+    runs = named_apart([_read(text, reference, channel_map) for text in given])
+    refuse_copies(runs)
+    notes = [f"{run.name}: {note}" for run in runs for note in run.notes]
+    found = []
+    for speed in sorted({run.speed for run in runs}):
+        here = [run for run in runs if run.speed == speed]
+        _refuse_steps(here)
+        driven = [_signal(run, FORCED_INPUTS[source], f"--input {source}") for run in here]
+        pushed = [_signal(run, column, f"--instrument {reference}") for run in here] if reference else None
+        for name in outputs:
+            seen = [_signal(run, MOTIONS[name], f"--output {name}") for run in here]
+            try:
+                response = spectral_response(
+                    driven, seen, here[0].step, segment_s=segment_s, references=pushed, highest_hz=highest_hz
+                )
+            except InputError as error:
+                raise InputError(f"{', '.join(run.name for run in here)}: {error}") from None
+            found.append(RunResponse(source, name, speed, response))
+        if lines := found[-1].found.lines:
+            notes.append(
+                f"{speed:g} m/s: {spoken(reference or source)} is made of {lines} lines, as a multisine is; the "
+                "response is told at these alone, from whole recordings, and --segment is not used"
+            )
+        if left := found[-1].found.left_out:
+            notes.append(
+                f"{speed:g} m/s: left out {left} frequenc{'ies' if left > 1 else 'y'} at which {reference or source} "
+                f"hardly moves {'the ' + spoken(source) if reference else 'anything'}"
+            )
+    if not reference and not all(one.found.lines for one in found):  # lines average the noise before they are divided
+        notes.append(
+            "output over input: where a rider or controller answered the motion, its noise biases the ratio; name a "
+            "reference that came from outside with --instrument"
+        )
+    return found, notes
+
+
+def _read(text: str, reference: str, channel_map: ChannelMap | None) -> tuple[Path, tuple[Run, ...]]:
+    file, speed = file_and_speed(text)
+    with looking(file):
+        return file, read_forced(file, speed, reference=reference, channel_map=channel_map)
+
+
+def _refuse_two_speeds(given: Sequence[str]) -> None:
+    known: dict[str, float] = {}
+    for text in given:
+        file, speed = file_and_speed(text)
+        if (other := known.setdefault(file.resolve().as_posix(), speed)) != speed:
+            raise InputError(f"{file} is given at {other:g} and at {speed:g} m/s; a recording has one speed: keep one")
+
+
+def _refuse_steps(runs: Sequence[Run]) -> None:
+    for run in runs[1:]:
+        if abs(run.step / runs[0].step - 1) > 1e-3:
+            raise InputError(
+                f"{run.name}: samples every {run.step:.6g} s, {runs[0].name} every {runs[0].step:.6g} s; resample the "
+                "runs of one speed alike, or give them to the command one by one"
+            )
+
+
+def _signal(run: Run, column: str, option: str) -> Array:
+    there = {**run.channels, **run.inputs}
+    if column not in there:
+        raise InputError(f"{run.name}: {option}: {column} was not recorded; it holds {', '.join(there)}")
+    return there[column]
+
+
+def rows_of(response: RunResponse) -> list[dict[str, Any]]:
+    """Rows of a table for ``kind = "frequency_response"``, SI, of a ``response``."""
+    found = response.found
+    return [
+        {
+            "input": response.input, "output": response.output, "frequency_Hz": float(f"{f:.6g}"),
+            "speed_m_s": response.speed, "re": float(f"{gain.real:.6g}"), "im": float(f"{gain.imag:.6g}"),
+            "sd": float(f"{sd:.4g}"), "coherence": float(f"{coherence:.4g}"), "averages": round(found.averages, 2),
+        }
+        for f, gain, sd, coherence in zip(found.frequency_hz, found.gain, found.sd, found.coherence, strict=True)
+    ]  # fmt: skip
+
+
+def shown_of(response: RunResponse) -> list[list[Any]]:
+    """The row of a ``response`` in the terminal."""
+    found, words = response.found, f"{spoken(response.input)} to {spoken(response.output)}"
+    if not len(found.gain):
+        return [[response.speed, words, 0, None, found.averages, None, None]]
+    band = f"{found.frequency_hz[0]:.3g} to {found.frequency_hz[-1]:.3g}"
+    middle = (float(np.median(found.coherence)), float(np.median(found.sd / np.abs(found.gain))))
+    return [[response.speed, words, len(found.gain), band, found.averages, *middle]]

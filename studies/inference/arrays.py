@@ -1,7 +1,0 @@
-"""Types of the arrays that signatures name."""
-
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]

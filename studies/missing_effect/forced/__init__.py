@@ -1,1 +1,0 @@
-"""Measured frequency responses: the table, its forward model, its sensors, its figure."""

@@ -1,1 +1,0 @@
-"""What to measure next, with a price: the cheapest further measurements that settle what a diagnosis leaves open."""

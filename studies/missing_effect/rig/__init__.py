@@ -1,1 +1,0 @@
-"""Forward models and files of the tyre rig: tables of two surfaces, raw recordings."""

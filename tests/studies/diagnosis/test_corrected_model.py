@@ -1,0 +1,120 @@
+"""Reports of a bicycle: the corrected model, the command."""
+
+import dataclasses
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from small_library import all_but
+
+from bicycle.model_file import read_model
+from studies.cli import main
+from studies.diagnosis import corrected_model, model_text, read_measurement
+from studies.inference import Hypotheses, fit
+from tyre.errors import InputError
+
+EXAMPLES = Path(__file__).parents[3] / "docs" / "examples" / "measurements"
+
+
+@pytest.fixture(scope="module")
+def modal():
+    """The weave of the documentation's examples: synthetic, made outside velotyre, with a damper hidden."""
+    return EXAMPLES / "modal"
+
+
+def begun(measurement, identifier="", *, verdict="none"):
+    """A diagnosis as far as doubts, traces and model need it: nothing but parameters, or one effect, fitted."""
+    forward = measurement.ready()
+    null = fit(forward)
+    candidates = tuple(c for c in forward.candidates if c.identifier == identifier)
+    final = fit(forward, candidates) if candidates else null
+    nominal, _ = forward.residual((), np.array([u.centre for u in forward.nuisances]))
+    return SimpleNamespace(
+        kind=forward, final=final, nominal=nominal,
+        hypotheses=Hypotheses(null, (final,) if candidates else (), forward),
+        verdict=SimpleNamespace(verdict=verdict),
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def damped(modal):
+    return begun(read_measurement(modal / "MEASUREMENT.toml"), "steer_damper", verdict="class")
+
+
+def test_the_corrected_model_has_the_values_of_the_final_fit(damped, tmp_path):
+    (tmp_path / "model.toml").write_text(model_text(damped))
+    model = read_model(tmp_path / "model.toml")
+    final = damped.final
+    for u, x in zip(damped.kind.nuisances, final.theta, strict=False):
+        assert model.parameters[u.name] == pytest.approx(float(x), rel=1e-12), u.name
+    assert model.parameters["steer_damper.damping"] == pytest.approx(final.theta[-1], rel=1e-12)
+    made = corrected_model(damped)
+    assert (dict(model.bicycle.values), model.effects) == (dict(made.bicycle.values), made.effects)
+    assert not np.allclose(final.theta[:-1], [u.centre for u in damped.kind.nuisances])
+
+
+def test_the_corrected_model_is_known_as_well_as_the_data_tell(damped, modal, tmp_path):
+    """As from the normal equations at the fit, by hand."""
+    (tmp_path / "model.toml").write_text(model_text(damped))
+    model = read_model(tmp_path / "model.toml")
+    assert model.covariance.origin == "model file"
+    assert 0 < model.sd["steer_damper.damping"] < 0.5 * model.effects[-1].damping
+    assert model.sd["IBxx"] > 0
+    names = list(model.covariance.names)
+    residual, jacobian = damped.kind.residual(damped.final.candidates, damped.final.theta)
+    prior = np.diag([1 / u.scale**2 for u in damped.final.unknowns])
+    posterior = np.linalg.inv(jacobian.T @ jacobian + prior) * max(1.0, damped.final.objective / len(residual))
+    for k, u in enumerate(damped.kind.nuisances):
+        assert model.sd[u.name] == pytest.approx(np.sqrt(posterior[k, k]), rel=1e-4), u.name
+    last = names.index("steer_damper.damping")
+    for k, u in enumerate(damped.kind.nuisances):
+        together = model.covariance.matrix[last, names.index(u.name)]
+        assert together == pytest.approx(posterior[-1, k], abs=1e-4 * np.sqrt(posterior[-1, -1] * posterior[k, k]))
+
+
+def test_what_the_measurement_states_to_be_exact_is_exact_in_the_corrected_model(modal):
+    measurement = dataclasses.replace(read_measurement(modal / "MEASUREMENT.toml"), uncertainty={"w": 0.0, "c": 0.002})
+    model = corrected_model(begun(measurement, "steer_damper", verdict="named"))
+    assert model.sd["w"] == 0.0
+    assert 0 < model.sd["c"] <= 0.002
+
+
+def test_errors_of_the_measurement_are_not_in_the_model(modal):
+    found = begun(read_measurement(modal / "MEASUREMENT.toml"), "speed_scale", verdict="named")
+    assert [e.identifier for e in corrected_model(found).effects] == ["no_slip"]
+
+
+def test_a_model_that_cannot_be_says_why(damped):
+    broken = SimpleNamespace(**vars(damped))
+    theta = damped.final.theta.copy()
+    theta[[u.name for u in damped.kind.nuisances].index("mB")] = -3.0
+    broken.final = dataclasses.replace(damped.final, theta=theta)
+    with pytest.raises(InputError, match="mB"):
+        model_text(broken)
+
+
+@pytest.mark.usefixtures("two_variants")
+@pytest.mark.parametrize("variants", [True, False])
+def test_the_command_says_the_sentence_and_where_the_report_is(modal, tmp_path, capsys, unseen, variants):
+    unseen()
+    measurement = read_measurement(modal / "MEASUREMENT.toml")
+    few = [f"--without={name}" for name in all_but(measurement, ("steer_damper", "pneumatic_trail", "speed_scale"))]
+    more = [] if variants else ["--no-stability"]
+    out = tmp_path / "out"
+    main(["diagnose", str(modal / "MEASUREMENT.toml"), "--out", str(out), "--workers", "1", *few, *more])
+    shown = capsys.readouterr().out.splitlines()
+    found = json.loads((out / "verdict.json").read_text())
+    assert shown[0] == f"{found['verdict']}. {found['sentence']}"
+    assert f"report: {out / 'report.html'}" in shown
+    (does,) = {c.signature for c in measurement.ready().candidates if c.identifier == "steer_damper"}
+    assert f"steer_damper: {does}" in shown
+    assert (found["stability"] is not None) == variants
+    if variants:
+        assert found["stability"]["sentence"] in shown
+    main(["modes", str(out / "model.toml"), "--speeds", "4:6:1"])
+    assert "weave" in capsys.readouterr().out
+    text = (out / "report.md").read_text(encoding="utf-8")
+    assert "[`model.toml`](model.toml) is the base model with its parameters adjusted and steer_damper added" in text
+    assert isinstance(found["moved"], list)

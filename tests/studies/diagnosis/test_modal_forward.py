@@ -1,0 +1,100 @@
+"""Predicted eigenvalues, ratios and derivatives against the model and against differences of the whole prediction."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+from bicycle import Model, effect_class, load_bicycle
+from bicycle.named_modes import modes
+from studies.diagnosis import Modal, ModalPoint
+
+TYRE = {"cornering_stiffness": {"rear": 6000.0, "front": 4500.0}, "relaxation_length": 0.1}
+
+
+def forward_at(model, speeds, mode="weave"):
+    found = modes(model.linear_model(), speeds)
+    shape = found.shape(mode).phasors
+    points = tuple(
+        ModalPoint(
+            v, mode, z, (0.05, 0.05), {"steer_over_lean": (s[1] / s[0], 0.02), "yaw_over_lean": (s[2] / s[0], 0.02)}
+        )
+        for v, z, s in zip(speeds, found.branch(mode)[:, 0], shape, strict=True)
+    )
+    return Modal(name="own", model=model, points=points).ready()
+
+
+@pytest.fixture(scope="module", params=["rolling", "tyre"])
+def forward(request):
+    effects = () if request.param == "rolling" else (effect_class("relaxation_length")(**TYRE),)
+    return forward_at(Model(load_bicycle("benchmark"), effects), [4.5, 5.5, 7.0])
+
+
+def test_the_modes_of_the_model_itself_leave_no_residual(forward):
+    residual, _ = forward.residual((), forward.nominal)
+    assert np.abs(residual).max() < 1e-8
+
+
+def test_a_dense_series_of_speeds_is_more_than_one_and_repeats_are_not():
+    model = Model(load_bicycle("benchmark"))
+    assert forward_at(model, [5.0, 5.1, 5.2, 5.3, 5.4]).varied  # each within 5 % of the next
+    assert not forward_at(model, [5.0, 5.1, 5.2]).varied
+
+
+def test_derivatives_agree_with_differences_of_the_prediction(forward):
+    for candidate in forward.candidates:
+        unknowns = (*forward.nuisances, *candidate.unknowns)
+        theta = np.concatenate([[u.centre for u in forward.nuisances], candidate.starts[1]])
+        _, jacobian = forward.residual((candidate,), theta)
+        for k, u in enumerate(unknowns):
+            h = np.zeros_like(theta)
+            h[k] = 1e-3 * (min(u.scale, theta[k]) if u.lowest > 0 else u.scale)
+            plus, minus = (forward.residual((candidate,), theta + s * h, slopes=False)[0] for s in (1, -1))
+            numeric = (plus - minus) / (2 * h[k])
+            scale = max(np.abs(numeric).max(), 1e-3 / u.scale)
+            assert np.abs(jacobian[:, k] - numeric).max() < 3e-4 * scale, (candidate.identifier, u.name)
+
+
+def test_a_speed_with_two_modes_uses_each_root_once():
+    model = Model(load_bicycle("benchmark"), (effect_class("relaxation_length")(**TYRE),))
+    found = modes(model.linear_model(), [8.0])
+    weave, rear_tyre = (complex(found.branch(name)[0, 0]) for name in ("weave", "rear_tyre"))
+    near = 0.6 * weave + 0.4 * rear_tyre  # the nearest root of this one is weave
+    points = (ModalPoint(8.0, "weave", weave, (0.1, 0.1)), ModalPoint(8.0, "rear_tyre", near, (0.1, 0.1)))
+    forward = Modal(name="own", model=model, points=points)
+    residual, _ = forward.residual((), np.empty(0))
+    np.testing.assert_allclose(residual[:2], 0, atol=1e-6)
+    assert residual[3] == pytest.approx((near - rear_tyre).imag / 0.1)
+
+
+def test_the_proposed_forced_response_is_that_of_the_model(forward):
+    """Against python-control's frequency response of the same model; derivatives against differences."""
+    nominal = forward.nominal
+    extra = forward.forced(7.0)[0]
+    assert "swept steer torque, 0.5-4 Hz, at 7 m/s" in extra.what
+    predicted, slope = extra.whitened((), nominal)
+    plant = forward.model.linear_model().to_control(
+        7.0, inputs=["steer_torque"], outputs=["lean_rate", "steer", "yaw_rate"]
+    )
+    expected = np.stack([plant(1j * w)[:, 0] for w in 2 * np.pi * np.geomspace(0.5, 4.0, 6)]).ravel()
+    seen = (predicted * extra.sd).reshape(-1, 2)
+    assert np.allclose(seen[:, 0] + 1j * seen[:, 1], expected, rtol=1e-8)
+    k = [u.name for u in forward.nuisances].index("zB")
+    h = 1e-4 * np.eye(len(nominal))[k]
+    numeric = (extra.whitened((), nominal + h)[0] - extra.whitened((), nominal - h)[0]) / 2e-4
+    assert np.allclose(slope[:, k], numeric, rtol=1e-3, atol=1e-3 * np.abs(numeric).max())
+
+
+def test_no_speed_is_proposed_that_is_far_beyond_those_measured(forward):
+    assert [one.what.split(" at ")[1].split()[0] for one in forward.forced(6.0)] == ["6", "7.5"]
+
+
+def test_a_bicycle_that_falls_is_not_proposed_for_a_sweep(forward):
+    assert forward.forced(1.0) == ()  # 1 and 1.25 m/s, far below the weave speed
+
+
+def test_it_can_be_sent_to_another_process_after_use(forward):
+    theta = forward.nominal
+    residual, _ = forward.residual((), theta)
+    again, _ = pickle.loads(pickle.dumps(forward)).residual((), theta)
+    np.testing.assert_array_equal(again, residual)
