@@ -1,70 +1,174 @@
-"""A design: the numbers as they stand, as they should be, what binds, what else changes, and how sure it is."""
+"""The smallest change of some numbers of a model that keeps its demands, what else changes, and how sure it is."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import binomtest
 
-from bicycle.modal.named_modes import modes
-from studies.design.certainty import ALONG, Certainty, certainty
-from studies.design.cost import base_of, cost_of, limits_of
-from studies.design.demand import Demand, expanded, grid
-from studies.design.problem import CLEARLY, Answer, Problem, solved
-from studies.design.worst_speeds import Peak
-from studies.model_axes.changed_content import changed_content
-from studies.model_axes.model_space import ModelSpace
-from studies.uncertainty.uncertain_model import UncertainModel
-from tyre.base.arrays import Array
-from tyre.base.errors import InputError
+from bicycle.effect_registry import registry
+from bicycle.eigen import eigenvalues
+from bicycle.model_family import ModelFamily
+from bicycle.named_modes import Modes, modes
+from bicycle.parameter_covariance import ParameterKey
+from studies.design.problem import (
+    CLEARLY,
+    Answer,
+    Demand,
+    Peak,
+    Problem,
+    base_of,
+    cost_of,
+    expanded,
+    grid,
+    limits_of,
+    members,
+    solved,
+)
+from studies.model_space import ModelSpace, changed_content
+from studies.uncertainty.uncertain_model import UncertainModel, matched_roots
+from tyre.arrays import Array, Complex
+from tyre.errors import InputError
 
-STARTS = 4  # beginnings of the search: the model as it stands, and points within the limits
+
+@dataclass(frozen=True, eq=False)
+class Certainty:
+    """Share of draws of a design that keep its demands."""
+
+    excess: Mapping[Demand, Array]
+    unknown: int
+    refused: int
+
+    @property
+    def known(self) -> Array:
+        """Largest miss (k,) of all demands of each draw of which it is told, 1/s."""
+        every = np.stack(list(self.excess.values()))
+        return np.asarray(every[:, ~np.isnan(every).any(0)].max(0))
+
+    @property
+    def probability(self) -> float:
+        """Share of draws that keep every demand."""
+        return float((self.known <= 0).mean()) if self.known.size else math.nan
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """95 % interval of the probability (Wilson 1927), that cannot be told counted both ways."""
+        kept, count = int((self.known <= 0).sum()), self.known.size + self.unknown
+        if not count:
+            return 0.0, 1.0
+        least, most = (binomtest(n, count).proportion_ci(method="wilson") for n in (kept, kept + self.unknown))
+        return float(least.low), float(most.high)
+
+    def back_off(
+        self, nominal: Mapping[Demand, float], margins: Mapping[Demand, float], probability: float
+    ) -> dict[Demand, float]:
+        """Margins (1/s) with which that share of the same draws would have kept every demand."""
+        spread = {demand: float(np.nanstd(values)) or 1e-12 for demand, values in self.excess.items()}
+        away = np.stack([(values - nominal[d]) / spread[d] for d, values in self.excess.items()])
+        for row, (demand, values) in zip(away, self.excess.items(), strict=True):
+            # 1/s: a demand that is kept by more than this beyond its margin does not bind
+            if nominal[demand] + margins.get(demand, 0.0) < -1e-2:
+                row[values <= 0] = -np.inf
+        beta = float(np.nanquantile(away.max(0), probability, method="higher"))
+        return {demand: beta * size for demand, size in spread.items()}
+
+
+def certainty(
+    uncertain: UncertainModel, demands: Sequence[Demand], speeds: Array, *, samples: int, seed: int,
+    matched: bool = False,
+) -> Certainty:  # fmt: skip
+    """Draw bicycles about a design and see which of them keep the demands at rising speeds (k,), m/s."""
+    draw = uncertain.matched_draw if matched and uncertain.can_match(samples) else uncertain.draw
+    z, refused = uncertain.possible(draw(samples, seed))
+    family = ModelFamily(uncertain.nominal)
+    nominal = modes(uncertain.nominal.linear_model(), speeds)
+    start = nominal.model.eigenvalues(speeds)
+    masks = {demand: _mask(start, nominal, demand) for demand in demands}
+    excess = {demand: np.full(len(z), np.nan) for demand in demands}
+    lost: list[int] = []
+    for rows in (slice(a, a + 256) for a in range(0, len(z), 256)):
+        roots, good = _followed(uncertain, z[rows], speeds, start)
+        own = np.arange(rows.start, rows.start + len(roots))
+        for demand, mask in masks.items():
+            missed = _top(speeds, np.where(mask, demand.excess(roots), -np.inf).max(2))
+            excess[demand][own] = np.where((good | ~mask).all((1, 2)), missed, np.nan)
+        lost += own[np.isnan(np.stack([excess[d][own] for d in demands])).any(0)].tolist()
+    for row in lost[:60]:  # draws whose modes are named anew at most, where roots cannot be followed
+        points = uncertain.points(z[row : row + 1])
+        linear = family.linear_model({key: points.value(key, 0) for key in points.values})
+        branches = modes(linear, speeds).branches
+        for demand in demands:
+            worst, there = demand.worst(branches)
+            excess[demand][row] = float(demand.excess(worst[there]).max()) if there.any() else -math.inf
+    unknown = int(np.isnan(np.stack(list(excess.values()))).any(0).sum())
+    return Certainty(excess, unknown, sum(refused.values()))
+
+
+def _mask(start: Complex, nominal: Modes, demand: Demand) -> NDArray[np.bool_]:
+    """Roots (speeds, n) that belong to the mode of a demand; of a pair both."""
+    own = members(nominal.branches, demand.mode)
+    own = np.concatenate([own, own.conj()], 1)
+    away = np.abs(start[:, :, None] - own[:, None, :])
+    return np.asarray(np.nanmin(np.where(np.isnan(away), np.inf, away), 2) <= 1e-7 * np.abs(start).max(1)[:, None])
+
+
+def _followed(uncertain: UncertainModel, z: Array, speeds: Array, start: Complex) -> tuple[Complex, NDArray[np.bool_]]:
+    """Roots (m, k, n) of draws in the order of those of the design, and which of them are beyond doubt."""
+    count, n = len(z), start.shape[1]
+    past: Any = None
+    here: Any = np.broadcast_to(start, (count, *start.shape)).reshape(-1, n)
+    good = np.ones(here.shape, bool)
+    for share in (1 / 3, 2 / 3, 1.0):  # of the way from the design to a draw
+        batches = uncertain.batches(z, share=share)
+        values = np.concatenate([eigenvalues(polynomial(speeds[None])).reshape(-1, n) for _, polynomial, _ in batches])
+        chosen, error, rival = matched_roots(here if past is None else 2 * here - past, values)
+        good &= error < rival / 2
+        past, here = here, chosen
+    return here.reshape(count, *start.shape), good.reshape(count, *start.shape)
+
+
+def _top(speeds: Array, excess: Array) -> Array:
+    """Largest value (m,) along speed of values (m, k), between speeds too: of the parabola through three of them."""
+    row, at = np.arange(len(excess)), np.clip(excess.argmax(1), 1, len(speeds) - 2)
+    (a, fa), (b, fb), (c, fc) = ((speeds[at + k], excess[row, at + k]) for k in (-1, 0, 1))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        left, right = (fb - fa) / (b - a), (fc - fb) / (c - b)
+        bend = (right - left) / (c - a)
+        slope = left + bend * (b - a)  # at the middle of the three
+        top = fb - slope**2 / (4 * bend)
+    inside = np.isfinite(top) & (bend < 0) & (np.abs(slope) < -2 * bend * np.maximum(b - a, c - b))
+    return np.asarray(np.where(inside, np.maximum(top, excess.max(1)), excess.max(1)))
+
+
 BINDS = 1e-3  # 1/s: a demand kept by less binds
 AT_LIMIT = 1e-6  # of the limits
-BACK_OFFS = 8
-SAMPLES = 1000
-SAME_COST = 1e-3  # starts whose costs differ by less found the same
+Unstable = dict[str, tuple[float, float, float]]
 
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """What was found.
-
-    Attributes
-    ----------
-    problem : Problem
-    before, after : Answer
-        The model as it stands, and as it should be (or as near as it comes).
-    agreed : tuple of (int, int)
-        How many of how many beginnings that kept every demand came to the same cost.
-    unstable : tuple of dict
-        Before and after: name of a mode -> (lowest, highest speed looked at at which it is unstable, largest real
-        part), m/s and 1/s.
-    certainty : Certainty or None
-        None where nothing is uncertain.
-    margins : mapping of Demand to float
-        By how much each demand was to be kept, 1/s, for the probability asked for.
-    probability : float or None
-        That was asked for.
-    """
+    """A design: the model as it stands and as it should be, or as near as it comes."""
 
     problem: Problem
     before: Answer
     after: Answer
     agreed: tuple[int, int]
-    unstable: tuple[dict[str, tuple[float, float, float]], dict[str, tuple[float, float, float]]]
+    unstable: tuple[Unstable, Unstable]
     certainty: Certainty | None
     margins: Mapping[Demand, float]
     probability: float | None
 
     @property
     def binding(self) -> list[Peak]:
-        """Peaks whose demand is kept by hardly more than asked for; where it cannot be kept, those missed most."""
-        found = self.after.peaks
+        """Peaks whose demand is kept by hardly more than asked for; if it cannot be kept, those missed most."""
+        found = [(p, p.excess + self.margins.get(p.demand, 0.0)) for p in self.after.peaks]
         if not self.after.kept:
-            most = max(p.excess + self.margins.get(p.demand, 0.0) for p in found)
-            return [p for p in found if p.excess + self.margins.get(p.demand, 0.0) > most - 10 * BINDS]
-        return [p for p in found if abs(p.excess + self.margins.get(p.demand, 0.0)) < BINDS]
+            most = max(missed for _, missed in found)
+            return [p for p, missed in found if missed > most - 10 * BINDS]
+        return [p for p, missed in found if abs(missed) < BINDS]
 
     @property
     def at_limit(self) -> list[tuple[str, float, str]]:
@@ -85,57 +189,37 @@ class Design:
 
 @dataclass(frozen=True)
 class Wanted:
-    """What a design is asked for besides its demands.
-
-    Attributes
-    ----------
-    costs, sd : mapping of str to float
-        Cost of a change by one unit; further standard deviations, SI.
-    limits : mapping of str to (float, float)
-        By key, in its unit.
-    assume : bool
-        Whether what nobody states has a default standard deviation.
-    probability : float or None
-        Least share of drawn bicycles that keep every demand.
-    samples, seed : int
-        Draws of the probability.
-    """
+    """Wishes for a design besides demands: costs of a change by one unit, standard deviations (SI), limits by key."""
 
     costs: Mapping[str, float]
     sd: Mapping[str, float]
     limits: Mapping[str, tuple[float, float]]
     assume: bool = False
     probability: float | None = None
-    samples: int = SAMPLES
+    samples: int = 1000
     seed: int = 0
 
 
+def with_effects(content: Mapping[str, Any], keys: Sequence[str]) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """The content of a model file with the effects that keys name, without any influence yet, and which were added."""
+    known, tables, added = registry(), dict(content.get("effects", {})), []
+    for key in keys:
+        name = ParameterKey.parse(key).effect
+        if not name or name in tables or name not in known or known[name].slot is not None:
+            continue
+        neutral = {p.name: p.neutral for p in known[name].parameters if p.neutral is not None}
+        values = {own: value for own, value in neutral.items() if math.isfinite(value)}
+        if values and all(p.name in values or p.default is not None for p in known[name].parameters):
+            tables[name] = values
+            added.append(name)
+    return (dict(content) | {"effects": tables} if added else dict(content)), tuple(added)
+
+
 def designed(
-    content: Mapping[str, Any],
-    keys: Sequence[str],
-    asked: Sequence[Demand],
-    speeds: tuple[float, float],
+    content: Mapping[str, Any], keys: Sequence[str], asked: Sequence[Demand], speeds: tuple[float, float],
     wanted: Wanted,
-) -> Design:
-    """The smallest change of some numbers of a model that keeps every demand over a range of speed.
-
-    Parameters
-    ----------
-    content : mapping
-        Of a model file, with absolute paths.
-    keys : sequence of str
-        The numbers that are varied.
-    asked : sequence of Demand
-    speeds : pair of float
-        Lowest and highest speed, m/s.
-    wanted : Wanted
-
-    Raises
-    ------
-    InputError
-        A number that cannot be varied, a mode that there is not, speeds that the model does not allow, or a
-        probability of a model of which nothing is uncertain.
-    """
+) -> Design:  # fmt: skip
+    """The smallest change of some numbers of a model that keeps every demand over a range of speed."""
     space = ModelSpace(content, keys)
     start, looked = base_of(space), grid(*speeds)
     space.linear.check_speeds(looked)
@@ -144,7 +228,7 @@ def designed(
     cost = cost_of(space, wanted.costs, wanted.sd, assume=wanted.assume)
     space.refuse_impossible([start])
     problem = Problem(space, start, cost, limits, demands, looked)
-    before = _answer(problem, start)
+    before = problem.answer(start, {})
     uncertain = _uncertain(content, wanted)
     if wanted.probability is not None and uncertain is None:
         raise InputError(
@@ -153,28 +237,19 @@ def designed(
     margins: dict[Demand, float] = {}
     after, agreed = _best(problem, margins, wanted.seed)
     if wanted.probability is not None and after.kept:
-        after, agreed, margins = _sure(problem, after, agreed, wanted, wanted.probability)
+        after, margins = _sure(problem, after, wanted, wanted.probability)
     sure = None if uncertain is None else _certainty(problem, after, wanted, wanted.seed + 1)
     unstable = (_unstable(problem, start), _unstable(problem, after.x))
     return Design(problem, before, after, agreed, unstable, sure, margins, wanted.probability)
 
 
-def _answer(problem: Problem, x: Array, margins: Mapping[Demand, float] | None = None) -> Answer:
-    found = problem.peaks(x)
-    missed = max((p.excess + (margins or {}).get(p.demand, 0.0) for p in found), default=-np.inf)
-    return Answer(x, problem.cost.of(x - problem.start), tuple(found), missed)
-
-
 def _best(problem: Problem, margins: Mapping[Demand, float], seed: int) -> tuple[Answer, tuple[int, int]]:
-    """The cheapest of several searches, and how many of those that kept every demand came to the same.
-
-    A search that leads to no bicycle counts for nothing; limits may hold such numbers.
-    """
+    """The cheapest of several searches, and how many of those that kept every demand came to the same."""
     rng = np.random.default_rng(seed)
     low, high = problem.limits.low, problem.limits.high
     found: list[Answer] = []
     refusal = ""
-    for number in range(STARTS):
+    for number in range(4):  # beginnings of the search: the model as it stands, and points within the limits
         begin = low + (high - low) * rng.uniform(size=len(low)) if number else problem.start
         try:
             problem.space.refuse_impossible([begin])
@@ -192,8 +267,7 @@ def _best(problem: Problem, margins: Mapping[Demand, float], seed: int) -> tuple
     if not kept:
         return min(found, key=lambda one: one.missed), (0, len(found))
     best = min(kept, key=lambda one: one.cost)
-    same = sum(one.cost <= best.cost * (1 + SAME_COST) for one in kept)
-    return best, (same, len(found))
+    return best, (sum(one.cost <= best.cost * 1.001 for one in kept), len(found))
 
 
 def _uncertain(content: Mapping[str, Any], wanted: Wanted) -> UncertainModel | None:
@@ -211,23 +285,17 @@ def _certainty(
     uncertain = _uncertain(changed_content(problem.space, answer.x), wanted)
     if uncertain is None:
         return None
-    speeds = np.union1d(
-        np.linspace(problem.speeds[0], problem.speeds[-1], ALONG), [peak.speed for peak in answer.peaks]
-    )
+    # speeds at which drawn bicycles are looked at, beside the worst ones of the design
+    even = np.linspace(problem.speeds[0], problem.speeds[-1], 41)
+    speeds = np.union1d(even, [peak.speed for peak in answer.peaks])
     return certainty(uncertain, problem.demands, speeds, samples=wanted.samples, seed=seed, matched=matched)
 
 
-def _sure(
-    problem: Problem, after: Answer, agreed: tuple[int, int], wanted: Wanted, probability: float
-) -> tuple[Answer, tuple[int, int], dict[Demand, float]]:
-    """Margins that make the design keep its demands with a probability, and the design with them.
-
-    The same draws are used each time; how the worst excess of the draws scatters about that of the design says how
-    large the margin must be.
-    """
+def _sure(problem: Problem, after: Answer, wanted: Wanted, probability: float) -> tuple[Answer, dict[Demand, float]]:
+    """The design that keeps its demands with a probability, and the margins that make it so."""
     margins: dict[Demand, float] = {}
     best: tuple[Answer, dict[Demand, float]] | None = None
-    for _ in range(BACK_OFFS):
+    for _ in range(8):
         seen = _certainty(problem, after, wanted, wanted.seed, matched=True)
         if seen is None:
             break
@@ -238,19 +306,16 @@ def _sure(
         if margins and all(abs(now[d] - margins[d]) <= 0.01 * abs(now[d]) + CLEARLY for d in now) and best:
             break
         margins = {d: max(value, 0.0) for d, value in now.items()}
-        found = solved(problem, margins, after.x)
-        if not found.kept:
-            found = min([found, _best(problem, margins, wanted.seed)[0]], key=lambda one: one.missed)
-        after = found
+        after = solved(problem, margins, after.x)
         if not after.kept:
-            return after, agreed, margins
-    if best is None:
-        return replace(after, missed=max(after.missed, 1.0)), agreed, margins
-    return best[0], agreed, best[1]
+            after = min([after, _best(problem, margins, wanted.seed)[0]], key=lambda one: one.missed)
+        if not after.kept:
+            return after, margins
+    return best or (replace(after, missed=max(after.missed, 1.0)), margins)
 
 
-def _unstable(problem: Problem, x: Array) -> dict[str, tuple[float, float, float]]:
-    found: dict[str, tuple[float, float, float]] = {}
+def _unstable(problem: Problem, x: Array) -> Unstable:
+    found: Unstable = {}
     for name, values in modes(problem.space.linear_at(x), problem.speeds).branches.items():
         real = np.where(np.isnan(values), -np.inf, values.real).max(1)
         bad = np.flatnonzero(real > CLEARLY)

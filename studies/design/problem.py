@@ -1,51 +1,322 @@
-"""The smallest change that keeps every demand at every speed, solved by exchange: the worst speeds join the problem.
+"""Demands on modes over a range of speed, to be stable or well damped, and the speeds at which they are missed most."""
 
-A demand over a range of speed is one constraint for each speed. Only the speeds at which it is missed most are kept:
-they are found exactly for the numbers at hand, the problem with these speeds is solved (SLSQP with derivatives of the
-roots), and so on until no further speed misses the demand (Hettich & Kortanek 1993, SIAM Rev. 35, 380-429).
-"""
-
+import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
+from numpy.typing import NDArray
+from scipy.optimize import minimize, minimize_scalar
 
-from studies.design.constraints import Followed
-from studies.design.cost import Cost, Limits
-from studies.design.demand import Demand
-from studies.design.worst_speeds import Peak, at_speeds, peaks
-from studies.model_axes.model_space import ModelSpace
-from tyre.base.arrays import Array
+from bicycle.default_sd import standard_deviations
+from bicycle.eigen import eigensystem, projected
+from bicycle.linear_model import LinearModel
+from bicycle.named_modes import modes
+from bicycle.parameters import POSITIVE, TYPICAL, UNITS
+from studies.axes import SPEED, typical_range
+from studies.model_space import ModelSpace
+from tyre.arrays import Array, Complex
+from tyre.errors import InputError, unknown
+from tyre.units import PASCAL_PER_BAR
+
+STABLE, EVERY = "stable", "all"
+
+
+@dataclass(frozen=True)
+class Demand:
+    """A mode that is to keep ``Re z + ratio |z| <= 0``: stable with ratio 0, else with that damping ratio at least."""
+
+    mode: str
+    ratio: float = 0.0
+
+    def __str__(self) -> str:
+        return f"{self.mode} stable" if not self.ratio else f"{self.mode} with a damping ratio of {self.ratio:g}"
+
+    def excess(self, roots: Any) -> Any:
+        """By how much ``roots`` (1/s, any shape) miss it: ``Re z + ratio |z|``, 1/s."""
+        return roots.real + self.ratio * np.abs(roots)
+
+    def slope(self, root: Complex, change: Complex) -> Array:
+        """Derivatives (k, d) of the excess from those of roots (k,)."""
+        turned = (root.conj() / np.maximum(np.abs(root), 1e-300))[:, None] * change
+        return np.asarray(change.real + self.ratio * turned.real)
+
+    def worst(self, branches: Mapping[str, Complex]) -> tuple[Complex, NDArray[np.bool_]]:
+        """At each speed the root that misses it most (m,), and whether there is one (m,)."""
+        roots = members(branches, self.mode)
+        excess = np.where(np.isnan(roots), -np.inf, self.excess(np.nan_to_num(roots)))
+        at, row = excess.argmax(1), np.arange(len(roots))
+        return roots[row, at], np.isfinite(excess[row, at])
+
+
+def demands(keep: Sequence[tuple[str, str]], ratio: float | None = None) -> tuple[Demand, ...]:
+    """Demands as they are written: mode, and ``stable`` or a least damping ratio; ``ratio`` is that of ``stable``
+    ones."""
+    found: dict[str, Demand] = {}
+    for mode, word in keep:
+        try:
+            number = (ratio or 0.0) if word == STABLE else float(word)
+        except ValueError:
+            number = np.nan
+        if not 0 <= number < 1:
+            raise InputError(
+                f"--keep {mode} {word if word != STABLE else number}: give {STABLE}, or a least damping ratio "
+                "from 0 to below 1"
+            )
+        if mode in found:
+            raise InputError(f"--keep {mode} is given twice; keep one")
+        found[mode] = Demand(mode, number)
+    return tuple(found.values())
+
+
+def expanded(asked: Sequence[Demand], linear: LinearModel, speeds: Array) -> tuple[Demand, ...]:
+    """Demands with ``all`` in place of every mode that a model has at speeds (m,), m/s; an unknown mode is refused."""
+    names = [name for name in modes(linear, speeds).names if "+" not in name]
+    every = next((one for one in asked if one.mode == EVERY), None)
+    found = {one.mode: one for one in asked if one.mode != EVERY}
+    for name in found:
+        if name not in names:
+            raise InputError(
+                f"--keep {name}: the model has no such mode between {speeds.min():g} and {speeds.max():g} m/s; it has "
+                f"{', '.join(names)} ({EVERY} is every one)"
+            )
+    if every is not None:
+        found = {name: found.get(name, Demand(name, every.ratio)) for name in names}
+    return tuple(found.values())
+
+
+def grid(low: float, high: float) -> Array:
+    """Speeds (m,) at which modes are looked at from ``low`` to ``high``, at most 0.4 m/s apart."""
+    return np.linspace(low, high, max(41, int(np.ceil((high - low) / 0.4)) + 1))
+
+
+def members(branches: Mapping[str, Complex], mode: str) -> Complex:
+    """Roots (m, k) in 1/s that are, or may be, of a mode; NaN where there are fewer."""
+    own = [values for name, values in branches.items() if mode in name.split("+")]
+    count = len(next(iter(branches.values())))
+    return np.concatenate(own, 1) if own else np.full((count, 1), complex(np.nan, np.nan))
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A demand, a speed (m/s), the root there (1/s) and by how much it misses the demand (1/s; below 0: keeps it)."""
+
+    demand: Demand
+    speed: float
+    root: complex
+    excess: float
+
+
+def peaks(linear: LinearModel, asked: Sequence[Demand], speeds: Array) -> list[Peak]:
+    """Local maxima of the excess of every demand along rising speeds (m,), m/s, ends included and sharpened."""
+    branches = modes(linear, speeds).branches
+    found = []
+    for demand in asked:
+        roots, there = demand.worst(branches)
+        excess = np.where(there, demand.excess(np.nan_to_num(roots)), -np.inf)
+        left, right = np.r_[-np.inf, excess[:-1]], np.r_[excess[1:], -np.inf]
+        for k in np.flatnonzero((excess >= left) & (excess >= right) & there).tolist():
+            near = slice(max(k - 1, 0), min(k + 1, len(speeds) - 1) + 1)
+            peak = Peak(demand, float(speeds[k]), complex(roots[k]), float(excess[k]))
+            found.append(_sharpened(linear, peak, speeds[near], roots[near]))
+    return found
+
+
+def _sharpened(linear: LinearModel, peak: Peak, speeds: Array, roots: Complex) -> Peak:
+    """The maximum between the neighbours of a node, of the root that leads from one to the other."""
+    if np.isnan(roots).any():
+        return peak
+
+    def root(speed: float) -> complex:
+        near = np.interp(speed, speeds, roots.real) + 1j * np.interp(speed, speeds, roots.imag)
+        values = linear.eigenvalues(speed)
+        return complex(values[np.abs(values - near).argmin()])
+
+    found = minimize_scalar(
+        lambda v: -float(peak.demand.excess(root(v))), bounds=(speeds[0], speeds[-1]), method="bounded",
+        options={"xatol": 1e-7 * peak.speed + 1e-9, "maxiter": 60},
+    )  # fmt: skip
+    best = root(float(found.x))
+    excess = float(peak.demand.excess(best))
+    return Peak(peak.demand, float(found.x), best, excess) if excess > peak.excess else peak
+
+
+def at_speeds(linear: LinearModel, asked: Sequence[tuple[Demand, float]]) -> list[Peak]:
+    """The root that misses a demand most at given speeds (m/s), if there is one."""
+    branches = modes(linear, np.array([speed for _, speed in asked])).branches
+    found = []
+    for k, (demand, speed) in enumerate(asked):
+        roots, there = demand.worst({name: values[k : k + 1] for name, values in branches.items()})
+        if there[0]:
+            found.append(Peak(demand, speed, complex(roots[0]), float(demand.excess(roots[0]))))
+    return found
+
 
 ROUNDS = 14
-KEPT = 1e-6  # 1/s: a demand missed by less is kept
 CLEARLY = 1e-5  # 1/s by which a demand is to be kept, so that rounding does not undo it
-SETTLED = 1e-7  # of the cost, by which the last rounds may differ
-SAME_SPEED = 1e-3  # of the speed: peaks nearer than this are one
-NEARLY = 3.0  # 1/s: peaks that keep their demand by more than this are left out
-REGION = 0.35  # of the limits: the longest move of a number in a round
-STILL = 1e-6  # of what counts as 1: a round that moves no number farther repeats the one before
-MENDED = 4  # steps back to where the demands are kept
+BY_COST, BY_SD, RELATIVE = "stated costs", "standard deviations", "shares of the value"
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Lowest and highest value (d,) of each number in its unit, and what sets the two."""
+
+    low: Array
+    high: Array
+    why: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Cost:
+    """``scale`` (d,), the change of each number that counts as one, in its unit; ``kind`` says what that is."""
+
+    scale: Array
+    kind: str
+
+    def of(self, change: Array) -> float:
+        """Cost of a ``change`` (d,) in the units of the numbers: the root of the sum of squares."""
+        return float(np.linalg.norm(change / self.scale))
+
+
+def base_of(space: ModelSpace) -> Array:
+    """The numbers as they stand (d,), in their units."""
+    for axis, value in zip(space.axes, space.base, strict=True):
+        if axis.key == SPEED or axis.condition == "load_N":
+            raise InputError(f"--vary {axis.key}: it is no number of the model file; vary what the bicycle is made of")
+        if math.isnan(value):
+            raise InputError(
+                f"--vary {axis.key}: rear and front differ; vary {axis.key}.rear, {axis.key}.front or both"
+            )
+        if not math.isfinite(value):
+            raise InputError(f"--vary {axis.key}: its value is infinite; give the model a finite one to start from")
+    return space.base
+
+
+def limits_of(space: ModelSpace, given: Mapping[str, tuple[float, float]]) -> Limits:
+    """Limits of each number: as given, else what is measured of a tyre, else what is typical and possible."""
+    keys = [axis.key for axis in space.axes]
+    for key in given:
+        if key not in keys:
+            raise InputError(f"--limits: {unknown('varied parameter', key, keys)}")
+    low, high, why = [], [], []
+    for axis, base in zip(space.axes, space.base, strict=True):
+        if axis.key in given:
+            ends, reason = given[axis.key], "given"
+            if not (axis.bounds[0] <= ends[0] <= ends[1] <= axis.bounds[1]):
+                raise InputError(
+                    f"--limits {axis.key}={ends[0]:g}:{ends[1]:g}: possible are {axis.bounds[0]:g} to "
+                    f"{axis.bounds[1]:g} {axis.unit}"
+                )
+            if not ends[0] <= base <= ends[1]:
+                raise InputError(f"--limits {axis.key}: the model's {base:g} {axis.unit} is not between them")
+        elif axis.wheels:
+            assert space.tyres is not None
+            ranges = [space.tyres.sources[wheel].pressure_range for wheel in axis.wheels]
+            ends = (max(r[0] for r in ranges) / PASCAL_PER_BAR, min(r[1] for r in ranges) / PASCAL_PER_BAR)
+            reason = "measured"
+            if not math.isfinite(ends[1]):
+                ends, reason = (0.5 * base, min(1.5 * base, axis.bounds[1])), "half as much again"
+        else:
+            ends, reason = (TYPICAL[axis.key] if axis.key in UNITS else typical_range(space.model, axis)), "typical"
+        if axis.key not in given and not ends[0] <= base <= ends[1]:
+            reason += ", and the model's value"
+        if axis.key in POSITIVE:
+            ends = (max(ends[0], 1e-6 * base), ends[1])  # of a value that must be positive: its lowest
+        low.append(max(min(ends[0], base), axis.bounds[0]))
+        high.append(min(max(ends[1], base), axis.bounds[1]))
+        why.append(reason)
+    return Limits(np.array(low), np.array(high), tuple(why))
+
+
+def cost_of(space: ModelSpace, costs: Mapping[str, float], sd: Mapping[str, float], *, assume: bool = False) -> Cost:
+    """Cost of a change: stated costs, else standard deviations where all are known, else shares of the value."""
+    keys = [axis.key for axis in space.axes]
+    for key in costs:
+        if key not in keys:
+            raise InputError(f"--cost: {unknown('varied parameter', key, keys)}")
+    missing = [key for key in keys if key not in costs]
+    if costs and missing:
+        raise InputError(f"--cost: {', '.join(missing)} has none; give a cost to every varied parameter, or to none")
+    if costs:
+        if min(costs.values()) <= 0:
+            raise InputError("--cost: a change must cost more than 0; keep a parameter out of --vary or limit it")
+        return Cost(np.array([1 / costs[key] for key in keys]), BY_COST)
+    known = standard_deviations(space.model, sd, assume=assume)
+    stated = [max(float(getattr(known.get(one), "sd", 0.0)) for one in entries) for entries in space.entries]
+    if all(stated):
+        return Cost(np.array(stated), BY_SD)
+    sizes = [
+        abs(float(base)) or max(map(abs, typical_range(space.model, axis)))
+        for axis, base in zip(space.axes, space.base, strict=True)
+    ]
+    return Cost(np.array(sizes), RELATIVE)
+
+
+class Followed:
+    """Roots at some speeds, followed from where they are known."""
+
+    def __init__(self, space: ModelSpace, peaks: Sequence[Peak], x: Array) -> None:
+        self.space, self.demands = space, [peak.demand for peak in peaks]
+        self.speeds = np.array([peak.speed for peak in peaks])
+        self.x = np.asarray(x, float).copy()
+        self.roots, self.slopes, _ = self._look(self.x, np.array([peak.root for peak in peaks]))
+
+    def _look(self, x: Array, expected: Complex) -> tuple[Complex, Complex, NDArray[np.bool_]]:
+        """Roots (k,) nearest to what is expected, their derivatives (k, d), and which of them are clear."""
+        matrices, slopes = self.space.matrices_and_slopes(self._points(x), self.speeds)
+        values, right, left = eigensystem(matrices)
+        own, clear = _nearest(values, expected)
+        row = np.arange(len(values))
+        change = np.stack([projected(left, slopes[:, i], right)[row, own] for i in range(len(x))], -1)
+        return values[row, own], change, clear
+
+    def _points(self, x: Array) -> Array:
+        return np.broadcast_to(x, (len(self.speeds), len(x)))
+
+    def to(self, x: Array, deepest: int = 7) -> None:
+        """Follow every root to other numbers ``x`` (d,), in their units, in up to ``deepest`` times halved steps."""
+        step = x - self.x
+        if not step.any():
+            return
+        found = self._look(x, self.roots + self.slopes @ step)
+        if found[2].all() or not deepest:
+            self.x, self.roots, self.slopes = x.copy(), found[0], found[1]
+            return
+        self.to(self.x + step / 2, deepest - 1)
+        self.to(x, deepest - 1)
+
+    def excess(self, x: Array) -> Array:
+        """Excess (k,) by which each demand is missed, 1/s, at numbers ``x`` (d,) in their units."""
+        values = np.linalg.eigvals(self.space.matrices(self._points(x), self.speeds)).astype(complex)
+        own, clear = _nearest(values, self.roots + self.slopes @ (x - self.x))
+        if clear.all():  # of rivals: no derivatives are needed
+            roots = values[np.arange(len(values)), own]
+        else:
+            self.to(x)
+            roots = self.roots
+        return np.array([d.excess(root) for d, root in zip(self.demands, roots, strict=True)])
+
+    def excess_slopes(self, x: Array) -> Array:
+        """Derivatives (k, d) of :meth:`excess` at numbers ``x`` (d,) in their units."""
+        self.to(x)
+        rows = zip(self.demands, self.roots, self.slopes, strict=True)
+        return np.array([d.slope(np.array([root]), change[None])[0] for d, root, change in rows])
+
+
+def _nearest(values: Complex, expected: Complex) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """Nearest of the roots (k, n) to what is expected (k,), and True if it is clear of rivals."""
+    away, row = np.abs(values - expected[:, None]), np.arange(len(values))
+    own = away.argmin(1)
+    apart = np.abs(values - values[row, own][:, None])
+    apart[row, own] = np.inf
+    return own, away[row, own] <= 0.4 * apart.min(1)
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """What is asked.
-
-    Attributes
-    ----------
-    space : ModelSpace
-        With the numbers that are varied, d of them.
-    start : ndarray, shape (d,)
-        As they stand, in their units.
-    cost, limits : Cost, Limits
-    demands : tuple of Demand
-    speeds : ndarray, shape (m,)
-        m/s, at which modes are looked at.
-    """
+    """The numbers that are varied and where they stand, their cost and limits, the demands, and speeds (m,) in m/s."""
 
     space: ModelSpace
     start: Array
@@ -54,13 +325,11 @@ class Problem:
     demands: tuple[Demand, ...]
     speeds: Array
 
-    def peaks(self, x: Array) -> list[Peak]:
-        """Every local maximum along speed of every demand, for numbers ``x`` (d,) in their units."""
-        return peaks(self.space.linear_at(x), self.demands, self.speeds)
-
-    def span(self) -> Array:
-        """How far each number may move in a round, (d,), in its unit."""
-        return REGION * np.maximum(self.limits.high - self.limits.low, 1e-300)
+    def answer(self, x: Array, margins: Mapping[Demand, float]) -> "Answer":
+        """Cost and misses of numbers (d,), in their units, with margins (1/s) by which demands are to be kept."""
+        found = peaks(self.space.linear_at(x), self.demands, self.speeds)
+        missed = max((peak.excess + margins.get(peak.demand, 0.0) for peak in found), default=-np.inf)
+        return Answer(x, self.cost.of(x - self.start), tuple(found), missed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,29 +343,18 @@ class Answer:
 
     @property
     def kept(self) -> bool:
-        """Whether every demand is kept."""
-        return self.missed <= KEPT
+        """True if every demand is kept."""
+        return self.missed <= 1e-6  # 1/s: a demand missed by less is kept
 
 
 def solved(problem: Problem, margins: Mapping[Demand, float], begin: Array) -> Answer:
-    """The cheapest change from one beginning; the best reachable margin where no change keeps every demand.
-
-    Parameters
-    ----------
-    problem : Problem
-    margins : mapping of Demand to float
-        By how much each is to be kept, 1/s.
-    begin : ndarray, shape (d,)
-        Numbers to begin with, in their units.
-    """
+    """The cheapest change from one beginning; the best reachable margin where no change keeps every demand."""
     x, working = begin.copy(), list[tuple[Demand, float]]()
     best: Answer | None = None
     region, last = 1.0, np.inf
     for number in range(ROUNDS):
-        found = problem.peaks(x)
-        missed = max((peak.excess + margins.get(peak.demand, 0.0) for peak in found), default=-np.inf)
-        answer = Answer(x, problem.cost.of(x - problem.start), tuple(found), missed)
-        settled = best is not None and answer.kept and abs(answer.cost - last) <= SETTLED * max(answer.cost, 1e-12)
+        answer = problem.answer(x, margins)
+        settled = best is not None and answer.kept and abs(answer.cost - last) <= 1e-7 * max(answer.cost, 1e-12)
         last = answer.cost
         if best is None or _better(answer, best):
             best = answer
@@ -104,12 +362,12 @@ def solved(problem: Problem, margins: Mapping[Demand, float], begin: Array) -> A
             break
         if number > ROUNDS // 2:
             region /= 2
-        near = _joined(problem, working, found, margins, x)
+        near = _joined(problem, working, answer.peaks, margins, x)
         if not near:
             break
         working = [(peak.demand, peak.speed) for peak in near]
         ahead = _step(problem, near, margins, x, region)
-        if number and (np.abs(ahead - x) <= STILL * problem.cost.scale).all():  # held by limits or by a kink of a tyre
+        if number and (np.abs(ahead - x) <= 1e-6 * problem.cost.scale).all():  # held by limits or by a kink of a tyre
             break
         x = ahead
     assert best is not None
@@ -130,11 +388,12 @@ def _joined(
     most = {demand: max(p.excess for p in found if p.demand == demand) for demand in {p.demand for p in found}}
     near = [
         peak for peak in found
-        if peak.excess + margins.get(peak.demand, 0.0) > -NEARLY or peak.excess == most[peak.demand]
+        # 1/s: peaks that keep their demand by more than this are left out
+        if peak.excess + margins.get(peak.demand, 0.0) > -3.0 or peak.excess == most[peak.demand]
     ]  # fmt: skip
     old = [
         (demand, speed) for demand, speed in working
-        if not any(peak.demand == demand and abs(peak.speed - speed) <= SAME_SPEED * speed for peak in near)
+        if not any(peak.demand == demand and abs(peak.speed - speed) <= 1e-3 * speed for peak in near)
     ]  # fmt: skip
     if old:
         near += at_speeds(problem.space.linear_at(x), old)
@@ -145,7 +404,8 @@ def _step(problem: Problem, near: Sequence[Peak], margins: Mapping[Demand, float
     """The cheapest numbers that keep the demands at these speeds, within the region about x."""
     scale, start = problem.cost.scale, problem.start
     margin = np.array([margins.get(peak.demand, 0.0) + CLEARLY for peak in near])
-    reach = region * problem.span()
+    # of the limits: the longest move of a number in a round
+    reach = region * 0.35 * np.maximum(problem.limits.high - problem.limits.low, 1e-300)
     low, high = np.maximum(problem.limits.low, x - reach), np.minimum(problem.limits.high, x + reach)
     followed = Followed(problem.space, near, x)
 
@@ -164,7 +424,7 @@ def _step(problem: Problem, near: Sequence[Peak], margins: Mapping[Demand, float
     )  # fmt: skip
     y = np.clip(found.x, *np.transpose(bounds))
     if np.isfinite(y).all() and kept(y).min() > -1e-3:
-        for _ in range(MENDED):  # where a tyre's table has a kink, the solver ends a little beside the demand
+        for _ in range(4):  # where a tyre's table has a kink, the solver ends a little beside the demand
             short = -kept(y)
             if (short <= 0).all():
                 break

@@ -1,29 +1,73 @@
-"""Measured uncertainty carried to frequency, damping ratio and critical speeds, linearly and by Monte Carlo."""
+"""Measured uncertainty carried to modes, critical speeds and other outputs, linearly and by Monte Carlo."""
 
-from collections.abc import Collection, Mapping, Sequence
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from bicycle.critical.critical_speed import CriticalSpeed, CrossingIdentity, identified
-from bicycle.critical.critical_speeds import critical_speeds
-from bicycle.critical.followed import follow_crossing
-from bicycle.default_sd import EXACT, GIVEN
-from bicycle.eigenvalues.oscillation import damping_ratio, frequency_hz, oscillating
-from bicycle.eigenvalues.solvers import eigenvalues
-from bicycle.modal.matching import assign
-from bicycle.modal.named_modes import modes
-from bicycle.parameter_covariance import ParameterCovariance
-from bicycle.sensitivity.eigenvalue_derivatives import critical_speed_sensitivities, sensitivities
-from bicycle.sensitivity.propagation import damping_ratio_gradient, frequency_gradient
-from studies.uncertainty.quantity import Quantity
-from studies.uncertainty.uncertain_model import UncertainModel
-from tyre.base.arrays import Array
+from bicycle.critical import CriticalSpeed, CrossingIdentity, critical_speeds, follow_crossing, identified
+from bicycle.default_sd import ASSUMED, EXACT, GIVEN
+from bicycle.eigen import eigenvalues, oscillating
+from bicycle.model_family import ModelFamily
+from bicycle.named_modes import modes
+from bicycle.parameter_covariance import ParameterCovariance, ParameterKey
+from bicycle.parameters import UNITS
+from bicycle.sensitivity import critical_speed_sensitivities, sensitivities
+from studies.outputs import MODE, OUTPUTS, ROOTS, Output
+from studies.sweep.sampler import Points
+from studies.uncertainty.uncertain_model import STEP, UncertainModel, matched_roots
+from tyre.arrays import Array
+from tyre.errors import InputError
+from tyre.progress import not_installed
 
-CONTINUATION = 32  # steps
 LOOK = 0.5  # m/s between the speeds at which unstable roots are counted
-LOST = complex(np.nan, np.nan)
-LOOKED_AT = 64  # bicycles at a time
+
+
+@dataclass(frozen=True, eq=False)
+class Quantity:
+    """One result with its uncertainty."""
+
+    name: str
+    unit: str
+    value: float
+    gradient: Array
+    shares: Mapping[str, float]
+    samples: Array
+    crossing: CrossingIdentity | None = None
+
+    @property
+    def linear_sd(self) -> float:
+        """Standard deviation by linear propagation."""
+        return float(np.linalg.norm(self.gradient))
+
+    @property
+    def lost(self) -> int:
+        """Number of samples without this quantity."""
+        return int(np.isnan(self.samples).sum())
+
+    @property
+    def kept(self) -> Array:
+        """The samples that have it."""
+        return self.samples[~np.isnan(self.samples)]
+
+    @property
+    def sampled_mean(self) -> float:
+        """Mean of the samples that have it; NaN if none has."""
+        return float(self.kept.mean()) if len(self.kept) else float("nan")
+
+    @property
+    def sampled_sd(self) -> float:
+        """Standard deviation of the samples that have it."""
+        return float(self.kept.std(ddof=1)) if len(self.kept) > 1 else float("nan")
+
+    def band(self, share: float = 0.95) -> tuple[float, float]:
+        """Central interval that holds a ``share`` of the samples that have it; NaN if none has."""
+        if not len(self.kept):
+            return float("nan"), float("nan")
+        low, high = np.nanquantile(self.samples, [(1 - share) / 2, (1 + share) / 2])
+        return float(low), float(high)
 
 
 class Uncertainty(UncertainModel):
@@ -37,64 +81,30 @@ class Uncertainty(UncertainModel):
         return [name for name in stated.names if self._stated.sd[name] and origin.get(name) in (GIVEN, EXACT)], stated
 
     def quantities(
-        self,
-        speeds: Array,
-        *,
-        max_speed: float = 60.0,
-        samples: int = 2000,
-        seed: int = 0,
-        only: Collection[str] | None = None,
-        matched: bool = False,
-    ) -> list[Quantity]:
-        """Frequency and damping ratio of the named oscillations at speeds (m/s), and the critical speeds.
-
-        ``only`` names the modes that are wanted, None is all of them; ``matched`` as in :meth:`matched_draw`, where
-        there are enough samples. The samples are of the bicycles that are possible: :meth:`left_out` counts the others.
-
-        Parameters
-        ----------
-        speeds : ndarray, shape (m,)
-            m/s.
-        max_speed : float, optional
-            m/s.
-        samples : int, optional
-            Number of bicycles drawn.
-        seed : int, optional
-            Of the draws, any whole number.
-        """
+        self, speeds: Array, *, max_speed: float = 60.0, samples: int = 2000, seed: int = 0,
+        only: Collection[str] | None = None, matched: bool = False, outputs: Sequence[Output] = (),
+    ) -> list[Quantity]:  # fmt: skip
+        """Frequency and damping ratio of the named oscillations, the critical speeds, and further outputs."""
         z = (self.matched_draw if matched and self.can_match(samples) else self.draw)(samples, seed)
         z, _ = self.possible(z)
         v = np.atleast_1d(np.asarray(speeds, float))
-        return [*self._of_modes(v, z, only), *self._critical(z, max_speed, only)]
+        found = [*self._of_modes(v, z, only), *self._critical(z, max_speed, only)]
+        return found + [quantity for one in outputs for quantity in self._of_output(one, v, z, max_speed)]
 
     def left_out(self, *, samples: int = 2000, seed: int = 0) -> dict[str, int]:
-        """How many of the drawn bicycles (number ``samples``, from ``seed``) are impossible and left out, by reason."""
+        """Number of the drawn bicycles that are impossible and left out, by reason."""
         return self.possible(self.draw(samples, seed))[1]
 
     def unlisted(
         self, found: Sequence[Quantity], *, max_speed: float = 60.0, samples: int = 2000, seed: int = 0
     ) -> int:
-        """Samples, at least, with critical speeds that the nominal model does not have.
-
-        ``found`` are the :meth:`quantities` of all modes, of the same samples and seed. Unstable roots are counted
-        every LOOK m/s and compared with what the listed critical speeds make of them; two crossings between are not
-        seen.
-
-        Parameters
-        ----------
-        max_speed : float, optional
-            m/s.
-        samples : int, optional
-            Number of bicycles drawn.
-        seed : int, optional
-            Of the draws, any whole number.
-        """
+        """Samples, at least, with critical speeds that the nominal model does not have."""
         listed = {q.crossing: q.samples for q in found}
         crossings = {which: crossing for which, crossing in self.crossings(max_speed).items() if which in listed}
         z, _ = self.possible(self.draw(samples, seed))
         speeds = np.linspace(min(LOOK, max_speed), max_speed, max(2, round(max_speed / LOOK)))
         number = 0
-        for rows, polynomial, _ in self.batches(z, LOOKED_AT):
+        for rows, polynomial, _ in self.batches(z, 64):  # bicycles at a time
             unstable = (eigenvalues(polynomial(speeds[None])).real > 0).sum(-1)  # (m, speeds)
             change = np.zeros_like(unstable)
             for which, crossing in crossings.items():
@@ -110,19 +120,7 @@ class Uncertainty(UncertainModel):
     def crossing_speeds(
         self, crossing: CriticalSpeed, slopes: Mapping[str, float], z: Array, max_speed: float
     ) -> Array:
-        """A critical speed (m/s) of other bicycles; NaN where it has vanished.
-
-        Parameters
-        ----------
-        crossing : CriticalSpeed
-            Of the nominal model.
-        slopes : mapping of str to float
-            Its derivatives in the free parameters, m/s per unit of each.
-        z : ndarray, shape (m, names)
-            Standard normal numbers.
-        max_speed : float
-            m/s.
-        """
+        """A critical speed (m,) in m/s of other bicycles, ``z`` (m, names); NaN where it has vanished."""
         start = np.maximum(crossing.speed + self.change(slopes, z), 0.2 * crossing.speed)
         omega = crossing.angular_frequency
         result, _ = self._newton(crossing, z, start, np.full(len(z), omega))
@@ -130,7 +128,7 @@ class Uncertainty(UncertainModel):
         if lost.size:  # too far for one leap: from the nominal bicycle in small steps
             speeds, last = np.full((2, len(lost)), crossing.speed)
             frequency = np.full(len(lost), omega)
-            for share in np.linspace(0, 1, CONTINUATION + 1)[1:]:
+            for share in np.linspace(0, 1, 32 + 1)[1:]:  # steps
                 kept = ~np.isnan(speeds)
                 ahead = np.maximum(2 * speeds - last, 0.5 * speeds)[kept]
                 last = speeds.copy()
@@ -151,58 +149,211 @@ class Uncertainty(UncertainModel):
             result[rows], omega[rows] = np.where(there & ~refused, v, np.nan), w
         return result, omega
 
-    def _of_modes(self, speeds: Array, z: Array, only: Collection[str] | None) -> list[Quantity]:
+    def _of_modes(self, speeds: Array, z: Array, only: Collection[str] | None) -> Iterator[Quantity]:
         if not speeds.size:
-            return []
+            return
         named = modes(self.nominal.linear_model(), speeds)
-        slopes = sensitivities(self.nominal, speeds)
-        gradients = self.gradient({key: slopes.of(key) for key in slopes.parameters})  # (m, n, names)
-        sampled = self._followed(speeds, slopes.eigenvalues, {key: slopes.of(key) for key in slopes.parameters}, z)
-        result = []
+        found = sensitivities(self.nominal, speeds)
+        slopes = {key: found.of(key) for key in found.parameters}
+        gradients = self.gradient(slopes)  # (m, n, names)
+        sampled = self._followed(speeds, found.eigenvalues, slopes, z)
+        wanted = [one for one in OUTPUTS.values() if one.source == MODE and not one.complex_valued]
         for k, speed in enumerate(speeds):
             for name in named.names:
                 value = complex(named.branch(name)[k, 0])
                 if not value.imag > 0 or (only is not None and name not in only):
                     continue
-                at = int(np.abs(slopes.eigenvalues[k] - value).argmin())
-                root, slope, drawn = slopes.eigenvalues[k, at], gradients[k, at], sampled[k, :, at]
-                drawn = oscillating(drawn)
-                pairs = (
-                    ("frequency", "Hz", frequency_hz(root), frequency_gradient(slope), frequency_hz(drawn)),
-                    ("damping ratio", "1", damping_ratio(root), damping_ratio_gradient(complex(root), slope),
-                     damping_ratio(drawn)),
-                )  # fmt: skip
-                for what, unit, nominal, gradient, samples in pairs:
-                    label = f"{name} {what} at {speed:g} m/s"
-                    result.append(Quantity(label, unit, float(nominal), gradient, self.shares(gradient), samples))
-        return result
+                at = int(np.abs(found.eigenvalues[k] - value).argmin())
+                root, drawn = complex(found.eigenvalues[k, at]), oscillating(sampled[k, :, at])
+                for one in wanted:
+                    gradient = one.root_gradient(root, gradients[k, at])
+                    label, here = f"{name} {one.label} at {speed:g} m/s", float(one.of_root(np.array(root)))
+                    yield Quantity(label, one.unit, here, gradient, self.shares(gradient), one.of_root(drawn))
 
     def _followed(self, speeds: Array, roots: Any, slopes: Mapping[str, Any], z: Array) -> Any:
         """Eigenvalues (speeds, samples, n) in the order of the nominal ``roots``; NaN where two are confused."""
-        result = np.full((len(speeds), len(z), roots.shape[1]), LOST)
+        lost = complex(np.nan, np.nan)
+        result = np.full((len(speeds), len(z), roots.shape[1]), lost)
         for rows, polynomial, _ in self.batches(z):
             values, change = eigenvalues(polynomial(speeds[None])), self.change(slopes, z[rows])
             for k in range(len(speeds)):
-                expected = roots[k] + change[:, k]
-                cost = np.abs(expected[:, :, None] - values[:, k, None, :])
-                order = assign(cost)
-                error = np.take_along_axis(cost, order[:, :, None], 2)[..., 0]
-                rival = np.where(order[:, :, None] == np.arange(roots.shape[1]), np.inf, cost).min(2)
-                chosen = np.take_along_axis(values[:, k], order, 1)
-                result[k, rows] = np.where(error < rival, chosen, LOST)
+                chosen, error, rival = matched_roots(roots[k] + change[:, k], values[:, k])
+                result[k, rows] = np.where(error < rival, chosen, lost)
         return result
 
-    def _critical(self, z: Array, max_speed: float, only: Collection[str] | None) -> list[Quantity]:
-        crossings = {
-            which: crossing
-            for which, crossing in self.crossings(max_speed).items()
-            if only is None or crossing.mode in only
-        }
+    def _critical(self, z: Array, max_speed: float, only: Collection[str] | None) -> Iterator[Quantity]:
+        every = self.crossings(max_speed).items()
+        crossings = {which: crossing for which, crossing in every if only is None or crossing.mode in only}
         slopes = critical_speed_sensitivities(self.nominal, list(crossings.values()))
-        result = []
         for k, (which, crossing) in enumerate(crossings.items()):
             gradient = self.gradient({key: value[k] for key, value in slopes.items()})
             samples = self.crossing_speeds(crossing, {key: float(v[k]) for key, v in slopes.items()}, z, max_speed)
+            yield Quantity(str(which), "m/s", crossing.speed, gradient, self.shares(gradient), samples, which)
+
+    def _of_output(self, output: Output, speeds: Array, z: Array, max_speed: float) -> Iterator[Quantity]:
+        """Quantities of any output of one number; its gradient by central differences."""
+        if output.by_speed and not speeds.size:
+            raise InputError(f"output {output.name}: give --speeds (m/s) at which it is wanted")
+        count = len(self.names)
+        near = self.points(STEP * np.concatenate([np.zeros((1, count)), np.eye(count), -np.eye(count)]), linear=True)
+        values = self._values(output, speeds, near, 2 * count + 1, max_speed)
+        drawn = self._values(output, speeds, self.points(z), len(z), max_speed)
+        for k in range(values.shape[1]):
+            gradient = (values[1 : count + 1, k] - values[count + 1 :, k]) / (2 * STEP)
+            label = f"{output.label} at {speeds[k]:g} m/s" if output.by_speed else output.label
             shares = self.shares(gradient)
-            result.append(Quantity(str(which), "m/s", crossing.speed, gradient, shares, samples, which))
-        return result
+            yield Quantity(label, output.unit, float(values[0, k]), gradient, shares, drawn[:, k])
+
+    def _values(self, output: Output, speeds: Array, points: Points, count: int, max_speed: float) -> Array:
+        """An output (m, k) of bicycles, by speed if it is."""
+        if output.source == ROOTS:
+            polynomial, _ = ModelFamily(self.nominal).polynomials(points.harmless.values, count)
+            return np.asarray(output.function(eigenvalues(polynomial(speeds[None]))))
+        models = (self.sampler.variant(points, k) for k in range(count))
+        return np.array([np.atleast_1d(output.function(model, speeds, max_speed)) for model in models], float)
+
+
+def total_effects(
+    uncertainty: Uncertainty, name: str | CrossingIdentity, *, max_speed: float = 60.0, base: int = 512, seed: int = 0
+) -> dict[str, tuple[float, float, float]]:
+    """Variance-based indices of a critical speed: which measurement would narrow it most (Saltelli et al. 2010)."""
+    try:
+        from SALib.analyze import sobol
+        from SALib.sample import sobol as sampling
+    except ImportError as error:
+        raise InputError(not_installed("SALib", extra="sensitivity")) from error
+    crossings = uncertainty.crossings(max_speed)
+    crossing = next((crossing for which, crossing in crossings.items() if str(which) == str(name)), None)
+    if crossing is None:
+        raise InputError(f"no critical speed {str(name)!r}; this model has {', '.join(map(str, crossings)) or 'none'}")
+    slopes = critical_speed_sensitivities(uncertainty.nominal, [crossing])
+    count = len(uncertainty.names)
+    groups = [group for group, members in uncertainty.measurements.items() for _ in members]
+    problem = {
+        "num_vars": count, "names": list(uncertainty.names), "groups": groups,
+        "bounds": [[0.0, 1.0]] * count, "dists": ["norm"] * count,
+    }  # fmt: skip
+    z = sampling.sample(problem, base, calc_second_order=False, seed=seed)
+    speeds = uncertainty.crossing_speeds(crossing, {key: float(v[0]) for key, v in slopes.items()}, z, max_speed)
+    lost = int(np.isnan(speeds).sum())
+    if lost:
+        raise InputError(
+            f"{name} is missing up to {max_speed:g} m/s for {lost} of {len(z)} bicycles, so its variance is not "
+            "defined; ask for another critical speed, or a higher --max-speed"
+        )
+    found = sobol.analyze(problem, speeds, calc_second_order=False, seed=seed)
+    rows = zip(uncertainty.measurements, found["S1"], found["ST"], found["ST_conf"], strict=True)
+    return {group: (float(first), float(total), float(half)) for group, first, total, half in rows}
+
+
+AT_CONDITIONS = "where it was measured; its source states no uncertainty, elsewhere the misfit of the table counts"
+LEAST = 40  # draws, of which one lies below 2.5 % on average and one above 97.5 %
+
+
+def group_of(measurement: str) -> str:
+    """Group of a ``measurement``: a stiffness of the tyre, a kind of parameter of the bicycle, or the effect's name."""
+    key = measurement.split(", ")[0]
+    if key not in UNITS:
+        return ParameterKey.parse(key).effect if "." in key else measurement  # the latter of the tyre
+    if key in ("xB", "zB", "xH", "zH"):
+        return "mass centres"
+    return "masses and inertias" if UNITS[key] in ("kg", "kg m^2") else "bicycle geometry"
+
+
+def by_group(shares: Mapping[str, float]) -> dict[str, float]:
+    """Shares of the linear variance by group, from ``shares`` by measurement."""
+    return _summed(shares, group_of)
+
+
+def by_origin(model: UncertainModel, shares: Mapping[str, float]) -> dict[str, float]:
+    """Shares of the linear variance by where standard deviations come from, from ``shares`` by measurement."""
+    return _summed(shares, model.origin)
+
+
+def _summed(shares: Mapping[str, float], group: Callable[[str], str]) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for measurement, share in shares.items():
+        found[group(measurement)] = found.get(group(measurement), 0.0) + share
+    return found
+
+
+def known_exactly(model: UncertainModel, measurement: str, gradient: Array) -> dict[str, float]:
+    """Shares of a result's linear variance that go if one of the numbers known together is known exactly."""
+    rows = {key: model.jacobian[key] for key in model.measurements[measurement] if key in model.jacobian}
+    total = gradient @ gradient
+    found = {
+        key: float((row @ gradient) ** 2 / (row @ row) / total) for key, row in rows.items() if row.any() and total
+    }
+    return dict(sorted(found.items(), key=lambda item: -item[1]))
+
+
+def counted_as_exact(model: UncertainModel) -> dict[str, str]:
+    """Parameters of the equations that have no standard deviation -> why not."""
+    entering = model.nominal.evaluator.symbolic.parameters
+    found = {key: d.why for key, d in model.deviations.items() if d.origin == EXACT and key in entering}
+    return found | dict.fromkeys(model.unstated_stiffnesses, AT_CONDITIONS)
+
+
+def assumed(model: UncertainModel) -> dict[str, float]:
+    """Standard deviations (SI) that no source states, by parameter."""
+    entering = model.nominal.evaluator.symbolic.parameters
+    return {key: d.sd for key, d in model.deviations.items() if d.origin == ASSUMED and key in entering}
+
+
+def exact_words(model: UncertainModel) -> str:
+    """Words on numbers that are counted as exact, by reason; empty if there are none."""
+    reasons: dict[str, list[str]] = {}
+    for key, why in counted_as_exact(model).items():
+        reasons.setdefault(why, []).append(key)
+    words = "; ".join(f"{', '.join(keys)} ({why})" for why, keys in reasons.items())
+    return f"counted as exact: {words}" if words else ""
+
+
+def assumed_words(model: UncertainModel) -> str:
+    """Words on deviations that are assumed, with two digits, never as a power of ten; empty if there are none."""
+    values = model.nominal.parameters
+    sds = [
+        f"{key} {values[key]:.4g} ± {np.format_float_positional(sd, precision=2, fractional=False, trim='-')}"
+        for key, sd in assumed(model).items()
+    ]
+    stated = "assumed, as no source states it (one standard deviation, SI)"
+    return f"{stated}: {', '.join(sds)}" if sds else ""
+
+
+def remarks(found: Sequence[Quantity], unlisted: int, samples: int, max_speed: float) -> tuple[str, ...]:
+    """Remarks on what some samples do not have, and where linear propagation fails."""
+    said = []
+    for q in found:
+        if q.lost:
+            why = f"do not have it up to {max_speed:g} m/s"
+            why = why if q.unit == "m/s" else "have no such oscillation, or one like another"
+            rest = "sd Monte Carlo and band are of the others" if len(q.kept) else "so there is no band"
+            said.append(f"{q.name}: {q.lost} of {samples} bicycles {why}, which the linear sd does not show; {rest}")
+        elif differs(q):
+            sds = f"{q.sampled_sd:.3g} {q.unit} by Monte Carlo against {q.linear_sd:.3g} linear"
+            said.append(f"{q.name}: not linear, sd {sds}")
+    if unlisted:
+        said.append(
+            f"at least {unlisted} of {samples} bicycles have further critical speeds up to {max_speed:g} m/s, which "
+            "the model at its mean values does not have; a sweep with the output critical_speeds lists them"
+        )
+    if samples < LEAST:
+        said.append(f"{samples} bicycles are too few for the bounds at 2.5 % and 97.5 %; draw {LEAST} or more")
+    return tuple(said)
+
+
+def stands_alone(uncertainty: Uncertainty) -> tuple[str, ...]:
+    """Remarks on correlations that a model states of parameters whose sd is given anew."""
+    names, stated = uncertainty.given_anew
+    others = len(stated.names) - len(names)
+    return tuple(
+        f"{name}: the sd given for it stands alone; its correlation with {others} other numbers ({stated.origin}) is "
+        "dropped, which may make a result less sure than with it"
+        for name in names if others
+    )  # fmt: skip
+
+
+def differs(q: Quantity) -> bool:
+    """True if the two sd differ by more than a tenth and more than chance explains, 3 sd of the sampled sd."""
+    chance = 3.0 / math.sqrt(2 * max(len(q.kept) - 1, 1))
+    return not abs(q.sampled_sd - q.linear_sd) <= max(0.1, chance) * q.linear_sd + 1e-9 * abs(q.value)

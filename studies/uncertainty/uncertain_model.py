@@ -6,7 +6,7 @@ measurement is a set of independent standard normal numbers z, from which the sa
 masses move wheel loads, wheel loads the tyre.
 
 The nominal model and linear propagation take parameter = mean + factor z. Random bicycles keep the mean and standard
-deviation but stay within what is physically possible (:mod:`studies.sampling.bounded_draws`: a stiffness is lognormal),
+deviation but stay within what is physically possible (:mod:`studies.sampling`: a stiffness is lognormal),
 so z = 0 is the median of a draw, not the nominal bicycle.
 """
 
@@ -22,58 +22,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.default_sd import ASSUMED, CORNERING_STIFFNESS, GIVEN, MODEL_FILE, TABLE, Deviation, standard_deviations
-from bicycle.files.model_file import build_model, read_model
 from bicycle.model import Model
 from bicycle.model_family import ModelFamily
-from bicycle.parameter_key import ParameterKey
+from bicycle.model_file import build_model, read_model
+from bicycle.parameter_covariance import ParameterKey
 from bicycle.speed_polynomial import SpeedPolynomial
-from studies.sampling.draws import normal
-from studies.sweeps.points import TYRE_DRAWS, Points, Sampler
-from studies.sweeps.sweep_file import build_sweep
-from studies.sweeps.tyre_table import said_of_stiffness
-from tyre.base.arrays import Array
-from tyre.base.errors import InputError
+from bicycle.tracking import assign
+from studies.sampling import normal
+from studies.sweep.file import build_sweep
+from studies.sweep.sampler import TYRE_DRAWS, Points, Sampler, stiffness_warnings
+from tyre.arrays import Array, Complex
+from tyre.errors import InputError
 
 STEP = 1e-3  # in standard deviations, of the smooth map from z to parameters
 BATCH = 4096  # bicycles at a time
-SWITCHING = "the equations of this model switch at a speed, which uncertainty propagation does not cover"
 
 
 class UncertainModel:
-    """A model with what is uncertain about it.
-
-    Parameters
-    ----------
-    model : path or mapping
-        Model file or its content.
-    sd : mapping
-        Standard deviations (SI) of further parameters, ``effect.name[.wheel]`` or bicycle keys; 0 is exact.
-    relative_cornering_stiffness_sd : float, optional
-        Assumed sd(C_Fy)/C_Fy, for tyre tables that state none; None: the default with ``defaults``, else 0.
-    follow : function
-        From all parameters (key -> number or array) to those that hang on others and move with them, for example a
-        hinge that stays on the steer axis; default: none does.
-    defaults : bool
-        Whether what is not stated has the standard deviations of :mod:`bicycle.default_sd`, or counts as exact.
-    bicycle_sd : mapping, optional
-        What the bicycle's own file states, for a ``model`` that holds the bicycle as numbers; 0 is exact.
-
-    Raises
-    ------
-    InputError
-        Nothing is uncertain, a parameter is unknown, or no quantity can have its mean and standard deviation.
-    """
+    """A model with what is uncertain about it."""
 
     def __init__(
-        self,
-        model: str | Path | Mapping[str, Any],
-        *,
-        sd: Mapping[str, float] | None = None,
+        self, model: str | Path | Mapping[str, Any], *, sd: Mapping[str, float] | None = None,
         relative_cornering_stiffness_sd: float | None = None,
-        follow: Callable[[Mapping[str, Any]], Mapping[str, Any]] | None = None,
-        defaults: bool = False,
+        follow: Callable[[Mapping[str, Any]], Mapping[str, Any]] | None = None, defaults: bool = False,
         bicycle_sd: Mapping[str, float] | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.follow = follow or (lambda parameters: {})
         content: dict[str, Any] = {"model": str(model) if isinstance(model, str | Path) else model}
         content |= {"outputs": ["parameters"], "samples": 2, "sampled": {k: {"sd": v} for k, v in (sd or {}).items()}}
@@ -83,13 +56,22 @@ class UncertainModel:
             raise InputError(
                 "relative_cornering_stiffness_sd needs a measured tyre in the model file (tyre, pressure_bar)"
             )
-        self._stated, relative = _read(content["model"], bicycle_sd), relative_cornering_stiffness_sd
+        given = content["model"]
+        self._stated = read_model(given) if isinstance(given, str) else build_model(given)
+        if bicycle_sd is not None:
+            self._stated = replace(self._stated, bicycle=replace(self._stated.bicycle, sd=bicycle_sd))
+        relative = relative_cornering_stiffness_sd
         relative = (CORNERING_STIFFNESS if defaults else 0.0) if relative is None else relative
         self.relative, self._relative_given = relative, bool(relative_cornering_stiffness_sd)
         laws = [e.identifier for e in self._stated.effects if e.slot == "contact law"]  # drawn as the tyre is
         self._of_tyre = tuple(key for key in self._stated.sd if measured and ParameterKey.parse(key).effect in laws)
-        self._own = self._deviations(sd or {}, assume=defaults)
-        beside = [key for key in self._stated.covariance.names if self._beside_the_law(key)]
+        followers = set(self.follow(self._stated.parameters))
+        own = standard_deviations(self._stated, sd or {}, assume=defaults)
+        self._own = {key: deviation for key, deviation in own.items() if key in (sd or {}) or key not in followers}
+        beside = [  # correlated, but not drawn with a tyre's stiffnesses: its trail, a stated covariance
+            key for key in self._stated.covariance.names
+            if key not in self._of_tyre and key in self._own and self._own[key].origin in (TABLE, MODEL_FILE)
+        ]  # fmt: skip
         for key, deviation in self._own.items():
             shared = str(ParameterKey.parse(key).whole) in (sd or {})  # one number for both wheels, or as given
             if not shared and key not in self._of_tyre and key not in beside:
@@ -109,17 +91,6 @@ class UncertainModel:
         self.sampler = Sampler(build_sweep(content))
         self.measurements = self.sampler.draws
         self.names = tuple(name for group in self.measurements.values() for name in group)
-
-    def _beside_the_law(self, key: str) -> bool:
-        """Whether a parameter is correlated but not drawn with a tyre's stiffnesses: its trail, a stated covariance."""
-        return key not in self._of_tyre and key in self._own and self._own[key].origin in (TABLE, MODEL_FILE)
-
-    def _deviations(self, sd: Mapping[str, float], *, assume: bool) -> dict[str, Deviation]:
-        """Of every parameter that is free: neither tied to another, nor made by ``follow``."""
-        model = self._stated
-        followers = set(self.follow(model.parameters))
-        found = standard_deviations(model, sd, assume=assume)
-        return {key: deviation for key, deviation in found.items() if key in sd or key not in followers}
 
     @property
     def unstated_stiffnesses(self) -> tuple[str, ...]:
@@ -142,7 +113,7 @@ class UncertainModel:
         return found
 
     def origin(self, measurement: str) -> str:
-        """Where the standard deviation of ``measurement``, one of the ``measurements``, comes from."""
+        """Origin of the standard deviation of ``measurement``, one of the ``measurements``."""
         names = self.measurements[measurement]
         if names[0] not in TYRE_DRAWS:
             return next(
@@ -154,16 +125,7 @@ class UncertainModel:
         return GIVEN if self._relative_given else ASSUMED
 
     def points(self, z: Array, *, linear: bool = False, share: float = 1.0) -> Points:
-        """Parameters of bicycles (m,) from standard normal numbers; what is impossible is marked.
-
-        Parameters
-        ----------
-        z : ndarray, shape (m, names)
-        linear : bool
-            See :meth:`studies.sweeps.points.Sampler.points`.
-        share : float
-            Part of the way from the nominal bicycle (0 to 1, no unit), likewise.
-        """
+        """Parameters of bicycles (m,) from standard normal numbers; what is impossible is marked."""
         sampler = copy(self.sampler)
         sampler.sweep = replace(sampler.sweep, samples=max(len(z), 2))
         draws = dict(zip(self.names, np.ascontiguousarray(z.T), strict=True))
@@ -195,10 +157,7 @@ class UncertainModel:
         return {key: (more - less) / (2 * STEP) for key, (more, less) in halves.items()}
 
     def covariance(self) -> tuple[tuple[str, ...], Array]:
-        """Free parameters of the model that are uncertain, or follow others, and their covariance to first order, SI.
-
-        As :func:`bicycle.sensitivity.propagation.mode_sd` takes them.
-        """
+        """Free parameters that are uncertain, or follow others, and their covariance to first order, SI."""
         entering = self.nominal.evaluator.symbolic.parameters
         rows = {
             key: row for key, row in self.jacobian.items()
@@ -209,29 +168,20 @@ class UncertainModel:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What the model says of its data, with what is assumed here of the cornering stiffness."""
+        """Warnings of the model on its data, with what is assumed here of the cornering stiffness."""
         warnings = self._stated.linear_model().warnings
-        return (*said_of_stiffness(warnings, self.sampler.sweep.relative_cornering_stiffness_sd), *self.sampler.notes)
+        return (*stiffness_warnings(warnings, self.sampler.sweep.relative_cornering_stiffness_sd), *self.sampler.notes)
 
     def draw(self, samples: int, seed: int) -> Array:
         """Standard normal numbers (samples, names): a number ``samples`` of rows, from ``seed``."""
         return np.array([normal(seed=seed, name=name, start=0, stop=samples) for name in self.names]).T
 
     def can_match(self, samples: int) -> bool:
-        """Whether :meth:`matched_draw` has enough with a number ``samples``."""
+        """True if :meth:`matched_draw` has enough with a number ``samples``."""
         return samples > len(self.names) + 1
 
     def matched_draw(self, samples: int, seed: int) -> Array:
-        """As :meth:`draw`, shifted and mixed so that their mean is 0 and their covariance 1 exactly.
-
-        A number ``samples`` of rows, from ``seed``. The sd of these samples then differs from the linear one by what is
-        not linear, hardly by chance.
-
-        Raises
-        ------
-        InputError
-            Too few samples for so many numbers; :meth:`can_match` tells.
-        """
+        """As :meth:`draw`, shifted and mixed so that their mean is 0 and their covariance 1 exactly."""
         if not self.can_match(samples):
             raise InputError(f"{samples} samples of {len(self.names)} numbers cannot be matched; take more samples")
         z = self.draw(samples, seed)
@@ -246,15 +196,7 @@ class UncertainModel:
         return np.asarray(total)
 
     def change(self, slopes: Mapping[str, Any], z: Array) -> Array:
-        """First-order changes (m, ...) of quantities, for drawn bicycles.
-
-        Parameters
-        ----------
-        slopes : mapping of str to array_like
-            Derivatives (...) in the free parameters.
-        z : ndarray, shape (m, names)
-            Standard normal numbers.
-        """
+        """First-order changes (m, ...) of quantities, for drawn bicycles."""
         if not len(z):
             return np.zeros((0, *np.shape(next(iter(slopes.values())))))
         values, nominal = self.points(z).harmless.values, self.nominal.parameters
@@ -275,19 +217,12 @@ class UncertainModel:
     def batches(
         self, z: Array, size: int = BATCH, *, share: float = 1.0
     ) -> Iterator[tuple[slice, SpeedPolynomial, NDArray[np.bool_]]]:
-        """State matrices of bicycles, in batches, and which of them are impossible: not to be used.
-
-        ``z`` (m, names) are standard normal numbers, ``size`` the number of bicycles in a batch; ``share`` is the part
-        of the way from the nominal bicycle (0 to 1, no unit), as in :meth:`points`.
-
-        Raises
-        ------
-        InputError
-            The equations switch at a speed.
-        """
+        """State matrices of bicycles, in batches, and which of them are impossible: not to be used."""
         family = ModelFamily(self.nominal)
         if len(self.nominal.linear_model().ranges) > 1:
-            raise InputError(SWITCHING)
+            raise InputError(
+                "the equations of this model switch at a speed, which uncertainty propagation does not cover"
+            )
         for start in range(0, len(z), size):
             rows = slice(start, min(start + size, len(z)))
             points = self.points(z[rows], share=share)
@@ -295,6 +230,10 @@ class UncertainModel:
             yield rows, polynomial, points.refused.mask | refused
 
 
-def _read(model: Any, bicycle_sd: Mapping[str, float] | None) -> Model:
-    found = read_model(model) if isinstance(model, str) else build_model(model)
-    return found if bicycle_sd is None else replace(found, bicycle=replace(found.bicycle, sd=bicycle_sd))
+def matched_roots(expected: Complex, values: Complex) -> tuple[Complex, Array, Array]:
+    """Roots (m, n) in the order of those expected, their distance from there, and that of the nearest rival."""
+    cost = np.abs(expected[:, :, None] - values[:, None, :])
+    order = assign(cost)
+    error = np.take_along_axis(cost, order[:, :, None], 2)[..., 0]
+    rival = np.where(order[:, :, None] == np.arange(values.shape[1]), np.inf, cost).min(2)
+    return np.take_along_axis(values, order, 1), error, rival

@@ -1,4 +1,4 @@
-"""What an uncertain result hangs on: groups, origins, what is assumed and what counts as exact."""
+"""Causes of an uncertain result: groups, origins, what is assumed and what counts as exact."""
 
 import json
 import re
@@ -9,25 +9,12 @@ import pytest
 import tomli_w
 
 from bicycle import Model, load_bicycle
-from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.critical import critical_speeds
 from studies.cli import main
-from studies.uncertainty.contributions import group_of
-from studies.uncertainty.propagation import Uncertainty
+from studies.uncertainty import Uncertainty
 
 MEASURED = {"bicycle": "benchmark", "effects": {"relaxation_length": {"tyre": "Tyre1", "pressure_bar": 4.0}}}
 GIVEN = {"relaxation_length": {"cornering_stiffness": 6000.0, "relaxation_length": 0.1}}
-
-
-@pytest.mark.parametrize(
-    ("measurement", "group"),
-    [
-        ("w", "bicycle geometry"), ("lam", "bicycle geometry"), ("zB", "mass centres"), ("mF", "masses and inertias"),
-        ("IBxz", "masses and inertias"), ("front_compliance.joint_x", "front_compliance"),
-        ("tyre cornering stiffness", "tyre cornering stiffness"),
-    ],
-)  # fmt: skip
-def test_groups(measurement, group):
-    assert group_of(measurement) == group
 
 
 def test_what_nobody_states_has_the_defaults_and_its_own_share(tmp_path, capsys):

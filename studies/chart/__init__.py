@@ -1,0 +1,31 @@
+"""Stability charts: where a root lies on the imaginary axis, as exact curves over two numbers of a model."""
+
+from studies.chart.chart import (
+    BAND,
+    CELLS,
+    NamedBoundary,
+    Names,
+    StabilityChart,
+    Uncertain,
+    along_axes,
+    band_of,
+    checked,
+    contour_values,
+    headers,
+    record,
+    rows,
+    spread,
+    stability_chart,
+    title,
+)
+from studies.chart.curve import CLOSED, DOUBLE_ZERO, EDGE, Boundary
+from studies.chart.figure import draw_chart
+from studies.chart.plane import Look, Plane, Span, marks, split_range, usual_range
+from studies.chart.search import all_boundaries, completed
+
+__all__ = [
+    "BAND", "CELLS", "CLOSED", "DOUBLE_ZERO", "EDGE", "Boundary", "Look", "NamedBoundary", "Names", "Plane", "Span",
+    "StabilityChart", "Uncertain", "all_boundaries", "along_axes", "band_of", "checked", "completed", "contour_values",
+    "draw_chart", "headers", "marks", "record", "rows", "split_range", "spread", "stability_chart", "title",
+    "usual_range",
+]  # fmt: skip

@@ -1,0 +1,380 @@
+"""A stability chart: boundaries with the names of their modes, how well each is known, and what was found on the way.
+
+With Re lambda(u, p) = 0 along a boundary, numbers p with covariance S move it along its unit normal n by
+-dp . dRe/dp / |dRe/du|, so that its standard deviation there is sqrt(g' S g) / |dRe/du| with g = dRe/dp. Along an axis
+it is sqrt(g' S g) / |dRe/du_i|. The numbers of the two axes themselves are where they stand, without error.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from bicycle.eigen import eigenvalues, frequency_hz
+from bicycle.named_modes import modes
+from bicycle.propagation import model_covariance, standard_deviation
+from studies.axes import SPEED
+from studies.chart.curve import DOUBLE_ZERO, LOST, Boundary
+from studies.chart.plane import Mark, Plane, lattice, marks, speed_of_rest
+from studies.chart.search import ASIDE, Check, all_boundaries, completed, counted
+from studies.outputs import ROOTS, Output
+from tyre.arrays import Array
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FAR = 1e-3  # of the largest root: a named root so far from the crossing one is another
+BAND = 1.96  # standard deviations: 95 %
+WIDE = 0.3  # of the axes: a band whose half width is more along half of a boundary is no band
+CELLS = 300  # of a band, along each axis
+
+
+@dataclass(frozen=True)
+class Names:
+    """Names of the mode at each point (m), and the points (m,) at which they were asked, not taken from both sides."""
+
+    names: tuple[str, ...]
+    asked: NDArray[np.bool_]
+
+    @property
+    def distinct(self) -> tuple[str, ...]:
+        """Every name along the boundary, in order."""
+        return tuple(dict.fromkeys(self.names))
+
+
+def named(plane: Plane, boundary: Boundary) -> Names:
+    """Names along a boundary; where neighbours that were asked differ, all between are asked by halving."""
+    count = len(boundary)
+    found: dict[int, str] = {}
+
+    def ask(k: int) -> str:
+        """Name that a list of modes gives to the root that crosses at a point; two joined modes have a plus."""
+        if k not in found:
+            share, root = boundary.shares[k : k + 1], 1j * abs(boundary.roots[k].imag)
+            listed = modes(plane.space.linear_at(plane.x(share)[0]), [float(plane.speeds(share)[0])])
+            away, name = min(
+                (abs(value - root), name)
+                for name, branch in listed.branches.items() for value in branch[0] if not np.isnan(value)
+            )  # fmt: skip
+            found[k] = name if away < FAR * float(boundary.sizes[k]) + 1e-6 else ""
+        return found[k]
+
+    # points of a boundary at which names are asked at least
+    nodes = np.unique(np.linspace(0, count - 1, min(9, count)).round().astype(int)).tolist()
+    open_ = list(pairwise(nodes))
+    ask(nodes[0])
+    while open_:
+        a, b = open_.pop()
+        if ask(a) != ask(b) and b - a > 1:
+            middle = (a + b) // 2
+            open_ += [(a, middle), (middle, b)]
+    known = np.array(sorted(found))
+    before = known[np.searchsorted(known, np.arange(count), side="right") - 1]
+    return Names(tuple(found[int(k)] for k in before), np.isin(np.arange(count), known))
+
+
+@dataclass(frozen=True)
+class Uncertain:
+    """Numbers that are uncertain, p of them: ``names``, ``covariance`` (p, p) in SI units, ``values`` (p,)."""
+
+    names: tuple[str, ...]
+    covariance: Array
+    values: Array
+
+    @classmethod
+    def of(cls, plane: Plane, given: Mapping[str, float] | None = None, *, assume: bool = False) -> "Uncertain":
+        """Numbers that the model states or that are given, SI, without those of the axes; ``assume`` takes defaults."""
+        names, covariance = model_covariance(plane.space.model, given, assume=assume)
+        own = {entry for entries in plane.space.entries for entry in entries}
+        kept = [i for i, name in enumerate(names) if name not in own]
+        values = plane.space.model.parameters
+        chosen = tuple(names[i] for i in kept)
+        return cls(chosen, covariance[np.ix_(kept, kept)], np.array([values[name] for name in chosen]))
+
+    def __bool__(self) -> bool:
+        return bool(self.names)
+
+
+def spread(plane: Plane, boundary: Boundary, uncertain: Uncertain) -> Array:
+    """Standard deviation (m,) of the real part of the crossing root along a boundary, 1/s."""
+    space, points = plane.space, plane.x(boundary.shares)
+    values, right = np.linalg.eig(space.matrices(points, plane.speed))
+    left = np.linalg.inv(right)
+    own, row = np.abs(values - boundary.roots[:, None]).argmin(1), np.arange(len(points))
+    u, x = left[row, own], right[row, :, own]
+    here, slopes = space.values(points), []
+    for name, value, variance in zip(uncertain.names, uncertain.values, np.diag(uncertain.covariance), strict=True):
+        at = np.broadcast_to(np.asarray(here[name], float), len(points))
+        share = at / value if value else np.ones(len(at))  # of a tyre that is softer here than in the model
+        step = 1e-5 * np.maximum(np.abs(at), np.sqrt(variance) * np.abs(share))
+        ends = [space.matrices(points, plane.speed, {name: at + sign * step}) for sign in (1, -1)]
+        change = (ends[0] - ends[1]) / (2 * step)[:, None, None]
+        slopes.append(np.einsum("mi,mij,mj->m", u, change, x).real * share)
+    return np.asarray(standard_deviation(np.stack(slopes, -1), uncertain.covariance))
+
+
+def along_axes(boundary: Boundary, growth: Array) -> Array:
+    """Standard deviations (m, 3) of a boundary in shares of the axes, from those of the real part (m,) in 1/s."""
+    uphill = np.abs(boundary.gradients.real)
+    with np.errstate(divide="ignore"):
+        return np.stack([growth / uphill[:, 0], growth / uphill[:, 1], growth / np.hypot(*uphill.T)], -1)
+
+
+def band_of(shares: Array, sd: Array) -> tuple[Array, Array]:
+    """Shares (k,) of either axis, and distances (k, k) of such points in half widths of the band of a boundary."""
+    share = np.linspace(0, 1, CELLS + 1)
+    point = np.arange(len(shares))
+    between = np.linspace(0, len(point) - 1, 6 * len(point))
+    dense = np.stack([np.interp(between, point, along) for along in shares.T], -1)
+    away, at = KDTree(dense).query(lattice(share, share))
+    away = away / np.maximum(BAND * np.interp(between, point, sd)[at], 1e-12)
+    return share, away.reshape(CELLS + 1, CELLS + 1)
+
+
+@dataclass(frozen=True, eq=False)
+class NamedBoundary:
+    """A boundary, the names of its mode, and at each point (m,) the number of unstable roots on its stable side."""
+
+    curve: Boundary
+    names: Names
+    beside: NDArray[np.intp]
+    growth_sd: Array
+
+    @property
+    def frequency(self) -> Array:
+        """Frequency of the crossing root, Hz, (m,); 0 of a real one."""
+        return np.abs(frequency_hz(np.where(self.curve.real, 0j, self.curve.roots)))
+
+    @property
+    def spread(self) -> Array:
+        """Standard deviations (m, 3) along the first axis, the second and the normal, in shares of the axes."""
+        return along_axes(self.curve, self.growth_sd)
+
+    @property
+    def band_is_told(self) -> bool:
+        """True if the band is narrow enough for first order to mean something."""
+        return bool(np.median(BAND * self.spread[:, 2]) <= WIDE)
+
+
+@dataclass(frozen=True, eq=False)
+class StabilityChart:
+    """Boundaries over a plane, and what was found on the way."""
+
+    plane: Plane
+    boundaries: tuple[NamedBoundary, ...]
+    check: Check
+    uncertain: Uncertain
+    marks: tuple[Mark, ...]
+
+    def frame(self) -> "pd.DataFrame":
+        """A row per point of a boundary; units stand in the names of the columns."""
+        import pandas as pd
+
+        axes = [span.axis for span in self.plane.spans]
+        tables = []
+        for number, one in enumerate(self.boundaries, 1):
+            curve, points = one.curve, self.plane.x(one.curve.shares)
+            columns: dict[str, Any] = {axis.column: points[:, i] for i, axis in enumerate(axes)}
+            columns |= {
+                "boundary": number, "closed": curve.closed, "mode": [name or "unknown" for name in one.names.names],
+                "mode_asked_here": one.names.asked, "kind": "real" if curve.real else "oscillatory",
+                "frequency_Hz": one.frequency, "residual_real_1_s": curve.roots.real,
+                "largest_root_1_s": curve.sizes, "unstable_roots_on_the_stable_side": one.beside,
+                f"towards_instability_{axes[0].key}": curve.normals[:, 0],
+                f"towards_instability_{axes[1].key}": curve.normals[:, 1],
+            }  # fmt: skip
+            if self.uncertain:
+                sd, scale = one.spread, self.plane.scale(curve.shares)
+                columns |= {f"sd_{axis.column}": sd[:, i] * scale[:, i] for i, axis in enumerate(axes)}
+                columns["sd_normal_share_of_axes"] = sd[:, 2]
+            columns["tyre_inside_measured_range"] = self.plane.space.inside(points)
+            tables.append(pd.DataFrame(columns))
+        names = [axis.column for axis in axes] + ["boundary", "mode", "kind", "frequency_Hz"]
+        return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=names)
+
+    def regions(self, first: Array, second: Array) -> NDArray[np.intp]:
+        """Number of unstable roots (k, l) as the boundaries tell it, at rising shares (k,) and (l,) of the axes."""
+        grid = self.check.grid
+        start = int(self.check.told[0, 0] - counted(self.curves, grid, grid, 0)[0, 0])
+        return counted(self.curves, first, second, start)
+
+    @property
+    def curves(self) -> tuple[Boundary, ...]:
+        """The boundaries without their names."""
+        return tuple(one.curve for one in self.boundaries)
+
+    @property
+    def doubts(self) -> list[str]:
+        """Remarks on what is not certain about this chart."""
+        found, check = [], self.check
+        if check.wrong.any():
+            place = self._place(check.grid[np.argwhere(check.wrong)[0]])
+            found.append(
+                f"at {check.wrong.sum()} of {check.wrong.size} points of the checking grid the number of unstable "
+                f"roots is not what the boundaries tell (the first at {place}): a boundary is missing"
+            )
+        if check.sides:
+            found.append(
+                f"at {check.sides} of {check.compared} points of boundaries the number of unstable roots on the two "
+                "sides does not differ as one root makes it: boundaries may run close to each other there"
+            )
+        for number, one in enumerate(self.boundaries, 1):
+            found += [
+                f"boundary {number} could not be followed beyond {self._place(one.curve.shares[k])}"
+                for k, end in zip((0, -1), one.curve.ends, strict=True) if end == LOST
+            ]  # fmt: skip
+            if self.uncertain and not one.band_is_told:
+                found.append(
+                    f"boundary {number}: its band would be wider than most of the chart, where first order means "
+                    "little; it is not drawn"
+                )
+            distinct = one.names.distinct
+            joint = [(name or "unknown").replace("+", " or ") for name in distinct if "+" in name or not name]
+            if joint:
+                joint_modes = " and ".join(joint)
+                found.append(f"boundary {number}: for part of it the mode is not certain ({joint_modes})")
+            elif len(distinct) > 1:
+                found.append(f"boundary {number} is called {', then '.join(distinct)}: modes exchange names")
+        return found
+
+    def _place(self, shares: Array) -> str:
+        """Coordinates in the units of the axes."""
+        x = self.plane.x(shares[None])[0]
+        return ", ".join(
+            f"{span.axis.key} = {value:.4g} {span.axis.unit}" for span, value in zip(self.plane.spans, x, strict=True)
+        )
+
+
+def stability_chart(
+    plane: Plane, *, sd: Mapping[str, float] | None = None, assume: bool = False, step: float = 1 / 150
+) -> StabilityChart:
+    """Every boundary of a plane, named, with the uncertainty that the model states, and checked."""
+    uncertain = Uncertain.of(plane, sd, assume=assume)
+    curves, check = completed(plane, all_boundaries(plane, step=step), step=step)
+    boundaries = []
+    for curve in curves:
+        beside = plane.unstable(np.clip(curve.shares - ASIDE * curve.normals, 0.0, 1.0))
+        growth = spread(plane, curve, uncertain) if uncertain else np.full(len(curve), np.nan)
+        boundaries.append(NamedBoundary(curve, named(plane, curve), beside, growth))
+    return StabilityChart(plane, tuple(boundaries), check, uncertain, tuple(marks(plane)))
+
+
+def contour_values(plane: Plane, output: Output, count: int = 41) -> tuple[Array, Array]:
+    """Shares (count,) of either axis, and an output of one number (count, count) there; NaN where there is none."""
+    share = np.linspace(0, 1, count)
+    shares = lattice(share, share)
+    points, speeds = plane.x(shares), plane.speeds(shares)
+    if output.source == ROOTS:
+        values = output.function(eigenvalues(plane.space.matrices(points, plane.speed)))
+    else:
+        pairs = zip(points, speeds, strict=True)
+        values = [np.ravel(output.function(plane.space.model_at(x), np.array([v]), v))[0] for x, v in pairs]
+    return share, np.asarray(values, float).reshape(count, count)
+
+
+def title(chart: StabilityChart) -> str:
+    """The bicycle, its effects and what runs, in a line."""
+    plane = chart.plane
+    effects = [e.identifier.replace("_", " ") for e in plane.space.model.effects if e.identifier != "no_slip"]
+    beside = " with " * bool(effects) + ", ".join(effects)
+    speed = "" if plane.speed is None else f", at {plane.speed:g} m/s"
+    return f"Stability: {plane.space.model.bicycle.name}{beside}{speed}"
+
+
+def headers(chart: StabilityChart) -> list[str]:
+    """Headers of :func:`rows`."""
+    names = [f"{span.axis.key} {span.axis.unit}".removesuffix(" 1") for span in chart.plane.spans]
+    sd = [f"sd {name}, median along it" for name in names] if chart.uncertain else []
+    return ["boundary", "mode", *names, "frequency Hz", *sd, "of a bicycle that is", "remark"]
+
+
+def rows(chart: StabilityChart) -> list[list[Any]]:
+    """A row per boundary: mode, ranges, frequency, standard deviations, and what is stable on its stable side."""
+    found = []
+    for number, one in enumerate(chart.boundaries, 1):
+        points, stable = chart.plane.x(one.curve.shares), float(np.mean(one.beside == 0))
+        found.append([
+            number, " / ".join((name or "unknown").replace("+", " or ") for name in one.names.distinct),
+            *(_range(values) for values in (*points.T, one.frequency)), *_deviations(chart, one),
+            "stable" if stable == 1 else "unstable anyhow" if stable == 0 else f"stable on {stable:.0%} of it",
+            "closed" if one.curve.closed else "ends where its frequency becomes zero" * (DOUBLE_ZERO in one.curve.ends),
+        ])  # fmt: skip
+    return found
+
+
+def _range(values: Any) -> str:
+    low, high = f"{values.min():.4g}", f"{values.max():.4g}"
+    return low if low == high else f"{low} .. {high}"
+
+
+def _deviations(chart: StabilityChart, one: NamedBoundary) -> list[str]:
+    if not chart.uncertain:
+        return []
+    share, size = np.median(one.spread[:, :2], axis=0), np.median(chart.plane.scale(one.curve.shares), axis=0)
+    return ["0" if s < 1e-9 else "beyond" if s > 1 else f"{s * x:.2g}" for s, x in zip(share, size, strict=True)]
+
+
+def checked(chart: StabilityChart) -> list[str]:
+    """Lines on the check of the chart, and on its band."""
+    check, lines = chart.check, []
+    apart, uncertain = int(check.apart.sum()), len(chart.uncertain.names)
+    if not chart.boundaries:
+        count = int(check.told[0, 0])
+        lines.append(
+            f"no boundary here: {f'{count} unstable root' + 's' * (count > 1) if count else 'stable'} everywhere"
+        )
+    k, agreed = len(check.unstable), apart - int(check.wrong.sum())
+    lines.append(
+        f"checked: on a grid of {k} x {k} points, at {agreed} of the {apart} that are more than a cell from a boundary "
+        "the number of unstable roots is what the boundaries tell"
+    )
+    if uncertain and chart.boundaries:
+        numbers = f"{uncertain} uncertain number{'s' * (uncertain > 1)}"
+        lines.append(f"band: 95 %, first order, of {numbers}; the axes themselves are exact")
+    elif not uncertain:
+        lines.append("no band: the model states no uncertainty; --sd NAME=VALUE gives some, --assume takes defaults")
+    rest = speed_of_rest(chart.plane.space)
+    if any(span.axis.key == SPEED and span.low == rest for span in chart.plane.spans):
+        lines.append(
+            f"from {rest:.2g} m/s on: slower is rest, where an undamped pair lies on the imaginary axis at any value"
+        )
+    return lines
+
+
+def record(chart: StabilityChart) -> dict[str, Any]:
+    """The chart as JSON-ready data."""
+    plane, check, table = chart.plane, chart.check, chart.frame()
+    return {
+        "axes": [
+            {"key": s.axis.key, "unit": s.axis.unit, "low": s.low, "high": s.high, "log": s.log} for s in plane.spans
+        ],
+        "speed_m_s": plane.speed,
+        "boundaries": [
+            {
+                "modes": list(one.names.distinct), "kind": "real" if one.curve.real else "oscillatory",
+                "closed": one.curve.closed, "ends": list(one.curve.ends),
+                "points": plane.x(one.curve.shares).tolist(), "frequency_Hz": one.frequency.tolist(),
+                "unstable_roots_on_the_stable_side": one.beside.tolist(),
+                "sd": [_finite(table.loc[table.boundary == number, f"sd_{s.axis.column}"]) for s in plane.spans]
+                if chart.uncertain else None,
+            }
+            for number, one in enumerate(chart.boundaries, 1)
+        ],
+        "marks": [
+            dict(zip(("kind", "label", "x", "y"), (m.kind, m.label, *_finite((m.x, m.y))), strict=True))
+            for m in chart.marks
+        ],
+        "check": {
+            "grid_points": check.apart.size, "more_than_a_cell_from_boundaries": int(check.apart.sum()),
+            "not_explained": int(check.wrong.sum()), "points_with_wrong_sides": check.sides,
+        },
+        "uncertain": list(chart.uncertain.names), "doubts": chart.doubts,
+    }  # fmt: skip
+
+
+def _finite(values: Any) -> list[float | None]:
+    return [float(value) if np.isfinite(value) else None for value in values]

@@ -1,0 +1,329 @@
+"""A boundary of a chart: points at which one root lies on the imaginary axis, in order along the curve."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studies.chart.plane import Look, Plane
+from tyre.arrays import Array, Complex
+
+EDGE, CLOSED, DOUBLE_ZERO, LOST = "edge", "closed", "double zero", "lost"
+"""Ends of a curve: at the edge of the chart, in itself, where the frequency of a pair becomes zero, or unknown."""
+
+
+@dataclass(frozen=True, eq=False)
+class Boundary:
+    """A curve on which a root lies on the imaginary axis."""
+
+    shares: Array
+    roots: Complex
+    gradients: Complex
+    sizes: Array
+    real: bool
+    ends: tuple[str, str]
+
+    def __len__(self) -> int:
+        return len(self.shares)
+
+    @property
+    def closed(self) -> bool:
+        """True if it comes back to its beginning."""
+        return self.ends[0] == CLOSED
+
+    @property
+    def step(self) -> int:
+        """Difference of the number of unstable roots between the two sides."""
+        return 1 if self.real else 2
+
+    @property
+    def normals(self) -> Array:
+        """Unit vectors (m, 2), in shares of the axes, towards where the root is unstable."""
+        uphill = self.gradients.real
+        return np.asarray(uphill / np.maximum(np.hypot(*uphill.T), 1e-300)[:, None])
+
+    @property
+    def segments(self) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Begin and end (k, 2) of every piece, and whether the unstable side is to its left (k,)."""
+        ahead = np.roll(self.shares, -1, 0) if self.closed else self.shares[1:]
+        begin = self.shares[: len(ahead)]
+        along = ahead - begin
+        normal = self.normals[: len(ahead)] + np.roll(self.normals, -1, 0)[: len(ahead)]
+        return begin, ahead, (-along[:, 1] * normal[:, 0] + along[:, 0] * normal[:, 1]) > 0
+
+    def distance(self, point: Array) -> tuple[float, int]:
+        """Distance of a ``point`` (2,), in shares of the axes, and the number of the nearest piece."""
+        if len(self) == 1:
+            return float(np.hypot(*(self.shares[0] - point))), 0
+        begin, end, _ = self.segments
+        along = end - begin
+        t = np.clip(((point - begin) * along).sum(1) / np.maximum((along**2).sum(1), 1e-300), 0.0, 1.0)
+        away = np.hypot(*(begin + t[:, None] * along - point).T)
+        return float(away.min()), int(away.argmin())
+
+    def passes(self, point: Array, root: complex, normal: Array, within: float) -> bool:
+        """True if a critical point (2,) with its root and unit vector (2,) towards instability lies on this curve."""
+        away, k = self.distance(point)
+        if away > within:
+            return False
+        near = [k, min(k + 1, len(self) - 1)]
+        omega = np.sort(np.abs(self.roots[near].imag))
+        room = 0.05 * (omega[1] + abs(root.imag)) + 1e-6 * self.sizes[k] + (omega[1] - omega[0])
+        alike = omega[0] - room <= abs(root.imag) <= omega[1] + room
+        return bool(alike and max(self.normals[near] @ normal) > 0)
+
+
+class AxisRoot(NamedTuple):
+    """The root that crosses the axis near m points."""
+
+    root: Complex
+    gradient: Complex
+    height: Array
+    uphill: Array
+    size: Array
+    rival: Array
+
+
+def axis_root(look: Look, expected: Complex, real: NDArray[np.bool_]) -> AxisRoot:
+    """The root that is meant at each point."""
+    values, row = look.values, np.arange(len(look.values))
+    target = np.where(real, 0.0, expected)
+    away = np.abs(values - target[:, None])
+    away = np.where(~real[:, None] & (values.imag <= 0), np.inf, away)
+    own = np.where(np.isinf(away).all(1), np.abs(values - target[:, None]).argmin(1), away.argmin(1))
+    root, gradient = values[row, own], look.gradients[row, own]
+    apart = np.abs(values - root[:, None])
+    apart[row, own] = np.inf
+    height, uphill = root.real.copy(), gradient.real.copy()
+    k = np.flatnonzero(real)
+    if k.size:
+        left, size, right = np.linalg.svd(look.matrices[k])
+        u, x = left[:, :, -1], right[:, -1]
+        height[k] = size[:, -1]
+        uphill[k] = np.einsum("mi,maij,mj->ma", u, look.slopes[k], x)
+        joint = (u * x).sum(1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            root[k], gradient[k] = size[:, -1] / joint, uphill[k] / joint[:, None]
+    return AxisRoot(root, gradient, height, uphill, np.abs(values).max(1), apart.min(1))
+
+
+class Sharp(NamedTuple):
+    """Points (m, 2) on the axis, what crosses there, and which of them Newton reached."""
+
+    shares: Array
+    at: AxisRoot
+    reached: NDArray[np.bool_]
+
+
+def sharpened(
+    plane: Plane, shares: Array, expected: Complex, real: NDArray[np.bool_], *, longest: float,
+    held: NDArray[np.bool_] | None = None,
+) -> Sharp:  # fmt: skip
+    """Newton from points to the nearest point at which the root that is expected lies on the axis."""
+    u, root = shares.copy(), expected.astype(complex)
+    free = np.ones_like(u) if held is None else (~held).astype(float)
+    moving = np.arange(len(u))
+    for _ in range(12):
+        at = axis_root(plane.look(u[moving]), root[moving], real[moving])
+        uphill = at.uphill * free[moving]
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            step = -at.height[:, None] * uphill / (uphill**2).sum(1, keepdims=True)
+        step = np.where(np.isfinite(step), step, 0.0)
+        step *= np.minimum(1.0, longest / np.maximum(np.hypot(*step.T), 1e-300))[:, None]
+        now = np.clip(u[moving] + step, 0.0, 1.0)
+        taken, u[moving] = now - u[moving], now
+        root[moving] = at.root + (at.gradient * taken).sum(1)
+        moving = moving[np.hypot(*taken.T) > 1e-13]  # of the range: a step below this is rounding
+        if not moving.size:
+            break
+    at = axis_root(plane.look(u), root, real)
+    steep = np.hypot(*(at.uphill * free).T)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        left = np.abs(at.height) / steep
+    return Sharp(u, at, (real | (at.root.imag > 0)) & (left < 1e-9) & (np.abs(at.root.real) < 1e-9 * at.size))
+
+
+SMALLEST = 1e-7  # of the range
+SLOW = 1e-3  # of sqrt(g/w) about 3 1/s: a pair slower than this is about to become real
+STRIDES = (4, 1)  # steps that a walk takes at once, the points between sharpened together; where that fails, one by one
+
+
+@dataclass(frozen=True)
+class Seed:
+    """A point (2,) of a boundary in shares of the axes, its root (1/s), whether real, and the root's gradient (2,)."""
+
+    shares: Array
+    root: complex
+    real: bool
+    gradient: Array
+
+    @property
+    def normal(self) -> Array:
+        """Unit vector (2,), in shares of the axes, towards where the root is unstable."""
+        uphill = self.gradient.real
+        return np.asarray(uphill / max(float(np.hypot(*uphill)), 1e-300))
+
+
+@dataclass
+class _Walker:
+    plane: Plane
+    seed: Seed
+    step: float
+    slow: float
+
+    def walk(self, way: float) -> tuple[list[Array], list[complex], str]:
+        """Points and roots from the seed on, without it, and how the way ends."""
+        u, root, gradient = self.seed.shares, complex(self.seed.root), self.seed.gradient
+        normal = self.seed.normal
+        first = tangent = way * np.array([-normal[1], normal[0]])
+        points: list[Array] = []
+        roots: list[complex] = []
+        h = self.step
+        while len(points) < 20_000:
+            # a step in which the square of the frequency, which falls evenly towards zero, does not fall too far
+            fall = 0.0 if self.seed.real else -2 * root.imag * float((gradient @ tangent).imag)
+            falling = 0.5 * root.imag**2 / fall if fall > 0 else np.inf
+            if falling < SMALLEST or (not self.seed.real and abs(root.imag) < self.slow):
+                return points, roots, DOUBLE_ZERO
+            h = min(h, falling)
+            if h < SMALLEST:
+                return points, roots, LOST
+            reach, leaves = _within(u, tangent, h)
+            if leaves and reach < SMALLEST:
+                return points, roots, EDGE
+            ahead = u + reach * tangent
+            at = self._look(ahead, root + complex(gradient @ (reach * tangent)))
+            uphill = at.uphill[0]
+            steep = float(np.hypot(*uphill))
+            move = -float(at.height[0]) * uphill / max(steep, 1e-300) ** 2
+            direction = np.array([-uphill[1], uphill[0]]) / max(steep, 1e-300)
+            direction = direction if direction @ tangent > 0 else -direction
+            jump = abs(complex(at.root[0]) - root - complex(gradient @ (reach * tangent)))
+            sure = self.seed.real or jump < 0.5 * float(at.rival[0])
+            # the tangent may turn by 0.25 rad; a corrector that moves farther than 0.2 of the step came from too far
+            if not (np.hypot(*move) <= 0.2 * reach + 1e-12 and direction @ tangent > np.cos(0.25) and sure):
+                h = min(h, reach) / 2
+                continue
+            now = ahead + move
+            if leaves or ((now < 0) | (now > 1)).any():
+                found = self._at_edge(u, ahead, now, complex(at.root[0]))
+                if found is None:
+                    h = min(h, reach) / 2
+                    continue
+                points.append(found[0])
+                roots.append(found[1])
+                return points, roots, EDGE
+            if len(points) >= 3 and self._back(u, now, first, direction, complex(at.root[0])):
+                return points, roots, CLOSED
+            tangent, gradient = direction, at.gradient[0]
+            u, root = now, complex(at.root[0] + gradient @ move)
+            points.append(u)
+            roots.append(root)
+            h = min(self.step, 1.5 * h)
+        return points, roots, LOST
+
+    def _look(self, u: Array, expected: complex) -> AxisRoot:
+        return axis_root(self.plane.look(u[None]), np.array([expected]), np.array([self.seed.real]))
+
+    def _at_edge(self, u: Array, ahead: Array, now: Array, root: complex) -> tuple[Array, complex] | None:
+        """The point at which the way from ``u`` leaves the chart."""
+        way = now - u
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.where(way > 0, (1 - u) / way, np.where(way < 0, -u / way, np.inf))
+        k = int(share.argmin())
+        start = np.clip(u + min(float(share[k]), 1.0) * way, 0.0, 1.0)
+        start[k] = 1.0 if way[k] > 0 else 0.0
+        held = np.array([[k == 0, k == 1]])
+        found = sharpened(
+            self.plane, start[None], np.array([root]), np.array([self.seed.real]), longest=self.step, held=held
+        )
+        near = np.hypot(*(found.shares[0] - start)) <= self.step
+        return (found.shares[0], complex(found.at.root[0])) if found.reached[0] and near else None
+
+    def _back(self, u: Array, now: Array, first: Array, direction: Array, root: complex) -> bool:
+        """True if the step from ``u`` to ``now`` passes the seed again, the same way and with the same root."""
+        along, start = now - u, self.seed.shares
+        t = float((start - u) @ along) / max(float(along @ along), 1e-300)
+        if not -0.25 <= t <= 1.25 or direction @ first < 0.7:
+            return False
+        away = np.hypot(*(u + t * along - start))
+        alike = abs(root.imag - self.seed.root.imag) <= 0.05 * abs(self.seed.root.imag) + self.slow
+        return bool(away < 0.25 * max(float(np.hypot(*along)), SMALLEST) and (self.seed.real or alike))
+
+
+def _within(u: Array, tangent: Array, h: float) -> tuple[float, bool]:
+    """Length that a step may go without leaving the chart, and whether that is short of ``h``."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        room = np.where(tangent > 0, (1 - u) / tangent, np.where(tangent < 0, -u / tangent, np.inf))
+    reach = max(float(room.min()), 0.0)
+    return (reach, True) if reach < h else (h, False)
+
+
+def trace(plane: Plane, seed: Seed, *, step: float, slow: float) -> Boundary:
+    """The whole boundary through a point of it."""
+    for strides in STRIDES:
+        shares, roots, ends = _walked(_Walker(plane, seed, strides * step, slow), step)
+        sharp = _sharp(plane, shares, roots, seed, step)
+        good = sharp.reached & (np.hypot(*(sharp.shares - shares).T) <= 0.5 * step)
+        if good.all() and LOST not in ends:
+            break
+    ends = (ends[0] if good[0] else LOST, ends[1] if good[-1] else LOST)
+    if seed.real:
+        turns = _turns(plane, sharp.shares[good], sharp.at.gradient[good].real, seed, step)
+        if len(turns) > good.sum():
+            sharp = _sharp(plane, turns, np.zeros(len(turns), complex), seed, step)
+            good = sharp.reached
+    at = sharp.at
+    return Boundary(sharp.shares[good], at.root[good], at.gradient[good], at.size[good], seed.real, ends)
+
+
+def _walked(walker: _Walker, step: float) -> tuple[Array, Complex, tuple[str, str]]:
+    """Points and roots of the way to both sides, in steps of at most ``step``, and how it ends."""
+    seed = walker.seed
+    ahead, roots_ahead, end = walker.walk(1.0)
+    behind: list[Array] = []
+    roots_behind: list[complex] = []
+    begin = end
+    if end != CLOSED:
+        behind, roots_behind, begin = walker.walk(-1.0)
+    shares = np.array([*behind[::-1], seed.shares, *ahead])
+    roots = np.array([*roots_behind[::-1], seed.root, *roots_ahead])
+    return *_filled(shares, roots, step, closed=end == CLOSED), (begin, end)
+
+
+def _sharp(plane: Plane, shares: Array, roots: Complex, seed: Seed, step: float) -> Sharp:
+    held = (shares <= 0) | (shares >= 1)
+    held[held.all(1)] = False
+    return sharpened(plane, shares, roots, np.full(len(shares), seed.real), longest=step, held=held)
+
+
+def _filled(shares: Array, roots: Complex, step: float, *, closed: bool) -> tuple[Array, Complex]:
+    """Points and roots with others between, in even steps along the chords."""
+    if closed:
+        shares, roots = np.vstack([shares, shares[:1]]), np.r_[roots, roots[:1]]
+    length = np.hypot(*np.diff(shares, axis=0).T)
+    pieces = np.maximum(np.ceil(length / step * (1 - 1e-9)).astype(int), 1)
+    at = np.concatenate([k + np.arange(n) / n for k, n in enumerate(pieces)] + [[len(length)]])
+    at = at[:-1] if closed else at
+    place = np.arange(len(shares))
+    found = np.stack([np.interp(at, place, column) for column in shares.T], -1)
+    return found, np.interp(at, place, roots.real) + 1j * np.interp(at, place, roots.imag)
+
+
+def _turns(plane: Plane, shares: Array, uphill: Array, seed: Seed, step: float) -> Array:
+    """Points with two more, close to each other, wherever a second root becomes zero and the unstable side changes."""
+    points: list[Array] = [shares[0]]
+    for k in range(len(shares) - 1):
+        a, b, before = shares[k], shares[k + 1], uphill[k]
+        if before @ uphill[k + 1] < 0:
+            # of the range: how sharply it is told where the unstable side of a real root changes
+            while np.hypot(*(b - a)) > 1e-5:
+                middle = _sharp(plane, (a + b)[None] / 2, np.zeros(1, complex), seed, step)
+                point = middle.shares[0]
+                if not min(np.hypot(*(point - a)), np.hypot(*(point - b))) < np.hypot(*(b - a)):
+                    break
+                a, b = (point, b) if middle.at.gradient[0].real @ before > 0 else (a, point)
+            points += [one for one in (a, b) if one is not shares[k] and one is not shares[k + 1]]
+        points.append(shares[k + 1])
+    return np.array(points)

@@ -1,0 +1,262 @@
+"""The plane of a chart, two numbers of a model over the unit square, and the marks in it."""
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bicycle.eigen import eigensystem, eigenvalues
+from bicycle.naming import check_trackable, speed_unit
+from bicycle.parameter_covariance import WHEELS, ParameterKey
+from studies.axes import SPEED, Axis, typical_range
+from studies.model_space import ModelSpace
+from tyre.arrays import Array, Complex
+from tyre.errors import InputError
+from tyre.find_tyre import read_tyre
+from tyre.map_files import available_tyres
+from tyre.properties import TyreProperties, TyreSource, out_of_reach
+from tyre.units import PASCAL_PER_BAR
+
+SLOW, FAST = 1.0, 25.0  # m/s, where no range of the speed is given
+NOISE = 1e-9  # of the largest root: a real part smaller than this is zero
+HOW = "give NAME, NAME=LOW:HIGH or NAME=LOW:HIGH:log, for example front_compliance.stiffness=1000:10000"
+
+
+@dataclass(frozen=True)
+class Span:
+    """An axis from ``low`` to ``high`` (in its unit), in equal steps or, if ``log``, in equal ratios."""
+
+    axis: Axis
+    low: float
+    high: float
+    log: bool = False
+
+    def at(self, share: Any) -> Any:
+        """Values at each ``share`` of the way, 0 to 1, any shape."""
+        if self.log:
+            return self.low * (self.high / self.low) ** np.asarray(share)
+        return self.low + (self.high - self.low) * np.asarray(share)
+
+    def slope(self, share: Any) -> Any:
+        """Derivative of the value with the ``share`` of the way, 0 to 1, any shape."""
+        if self.log:
+            return self.at(share) * np.log(self.high / self.low)
+        return np.full(np.shape(share), self.high - self.low)
+
+    def share(self, value: Any) -> Any:
+        """Share of the way of each ``value``, any shape, in the unit of the axis."""
+        if self.log:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                return np.log(np.asarray(value) / self.low) / np.log(self.high / self.low)
+        return (np.asarray(value) - self.low) / (self.high - self.low)
+
+
+def split_range(text: str) -> tuple[str, tuple[float, float] | None, bool]:
+    """Name, range and whether in equal ratios, of a ``text`` such as ``c=0.02:0.1`` or ``c``."""
+    name, equals, rest = text.partition("=")
+    if not name or (equals and not rest):
+        raise InputError(f"axis {text!r}: {HOW}")
+    if not equals:
+        return name, None, False
+    parts = rest.split(":")
+    log = len(parts) == 3 and parts[2] == "log"
+    try:
+        low, high = (float(part) for part in (parts[:2] if log else parts))
+    except ValueError:
+        raise InputError(f"axis {text!r}: {HOW}") from None
+    if not (np.isfinite([low, high]).all() and low < high):
+        raise InputError(f"axis {text!r}: the range must be finite and rise, {HOW}")
+    if log and low <= 0:
+        raise InputError(f"axis {text!r}: equal ratios need a range above 0")
+    return name, (low, high), log
+
+
+class Look(NamedTuple):
+    """Roots (m, n) in 1/s at m points, their derivatives (m, n, 2) with the shares of both axes, and the matrices."""
+
+    values: Complex
+    gradients: Complex
+    matrices: Array
+    slopes: Array
+
+
+class Plane:
+    """Two axes of a model."""
+
+    def __init__(self, space: ModelSpace, spans: tuple[Span, Span], speed: float | None = None) -> None:
+        self.space, self.spans, self.speed = space, spans, speed
+
+    @classmethod
+    def of(cls, content: Any, x: str, y: str, *, speed: float | None = None) -> "Plane":
+        """The plane of two axes as they are written."""
+        given = [split_range(text) for text in (x, y)]
+        names = [name for name, _, _ in given]
+        if names[0] == names[1]:
+            raise InputError(f"both axes are {names[0]}; give two different ones")
+        if SPEED in names and speed is not None:
+            raise InputError(f"--speed {speed:g} is given, but the speed is an axis; leave --speed out")
+        if SPEED not in names and speed is None:
+            raise InputError("no axis is the speed: give the --speed (m/s) of the chart, or --x speed")
+        space = ModelSpace(content, names)
+        spans = [_span(space, axis, ends, log=log) for axis, (_, ends, log) in zip(space.axes, given, strict=True)]
+        plane = cls(space, (spans[0], spans[1]), speed)
+        corners = np.array([[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]])
+        speeds = plane.speeds(corners)
+        space.linear.check_speeds(speeds)
+        space.refuse_impossible(plane.x(lattice(np.linspace(0, 1, 9), np.linspace(0, 1, 9))))
+        for end in plane.x(corners):
+            check_trackable(space.linear_at(end), np.unique(speeds))
+        return plane
+
+    def x(self, shares: Array) -> Array:
+        """Values (m, 2) in the units of the axes."""
+        return np.stack([span.at(shares[:, i]) for i, span in enumerate(self.spans)], -1)
+
+    def speeds(self, shares: Array) -> Array:
+        """Speed (m,) in m/s at points given as shares (m, 2), 0 to 1."""
+        for i, span in enumerate(self.spans):
+            if span.axis.key == SPEED:
+                return np.asarray(span.at(shares[:, i]))
+        return np.full(len(shares), float(self.speed or 0.0))
+
+    def scale(self, shares: Array) -> Array:
+        """Derivatives (m, 2) of the values with the shares of the axes."""
+        return np.stack([span.slope(shares[:, i]) for i, span in enumerate(self.spans)], -1)
+
+    def look(self, shares: Array) -> Look:
+        """Roots and their derivatives at points."""
+        matrices, slopes = self.space.matrices_and_slopes(self.x(shares), self.speed)
+        slopes = slopes * self.scale(shares)[..., None, None]
+        values, right, left = eigensystem(matrices)
+        gradients = np.stack([((left @ slopes[:, i]).swapaxes(1, 2) * right).sum(1) for i in (0, 1)], -1)
+        return Look(values, gradients, matrices, slopes)
+
+    def unstable(self, shares: Array) -> NDArray[np.intp]:
+        """Number of unstable roots (m,) at points."""
+        roots = eigenvalues(self.space.matrices(self.x(shares), self.speed))
+        return np.asarray((roots.real > NOISE * np.abs(roots).max(1, keepdims=True)).sum(1))
+
+
+def lattice(first: Array, second: Array) -> Array:
+    """Points of a grid (k l, 2), the second axis running fastest."""
+    return np.stack(np.meshgrid(first, second, indexing="ij"), -1).reshape(-1, 2)
+
+
+def speed_of_rest(space: ModelSpace) -> float:
+    """The lowest speed of a chart, m/s."""
+    return 1e-3 * speed_unit(space.linear)  # of sqrt(g w): slower is rest, where undamped pairs lie on the axis
+
+
+def _span(space: ModelSpace, axis: Axis, given: tuple[float, float] | None, *, log: bool) -> Span:
+    low, high = usual_range(space, axis) if given is None else given
+    if axis.key == SPEED:
+        rest = speed_of_rest(space)
+        if low < 0:
+            raise InputError(f"speed {low:g} m/s is not allowed; give speeds >= 0 m/s")
+        low = max(low, rest)
+        if high <= low:
+            raise InputError(f"speed up to {high:g} m/s: nothing moves below {rest:.2g} m/s; give a range of speeds")
+    return Span(axis, low, high, log)
+
+
+def usual_range(space: ModelSpace, axis: Axis) -> tuple[float, float]:
+    """The range of an axis where none is given: what is measured of a tyre, what is typical of all else."""
+    if axis.key == SPEED:
+        return SLOW, FAST
+    if not axis.wheels:
+        return typical_range(space.model, axis)
+    assert space.tyres is not None
+    sources = [space.tyres.sources[wheel] for wheel in axis.wheels]
+    if axis.condition == "load_N":
+        low, high = max(s.load_range[0] for s in sources), min(s.load_range[1] for s in sources)
+    else:
+        low = max(s.pressure_range[0] for s in sources) / PASCAL_PER_BAR
+        high = min(s.pressure_range[1] for s in sources) / PASCAL_PER_BAR
+    if not (0 < low < high < np.inf):
+        raise InputError(f"{axis.key}: the tyre states no range; give one, {axis.key}=LOW:HIGH")
+    return low, high
+
+
+MODEL, PRESSURE, LOAD, TYRE = "model", "measured pressure", "measured load", "measured tyre"
+OF_A_TYRE = ("cornering_stiffness", "relaxation_length")
+"""Parameters of contact laws that are properties of a tyre."""
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A point, or a line where one coordinate is NaN, in the units of the axes; ``kind`` begins with one above."""
+
+    kind: str
+    label: str
+    x: float
+    y: float
+
+
+def marks(plane: Plane) -> list[Mark]:
+    """Everything to be marked that lies within the ranges of a chart."""
+    space, base = plane.space, plane.space.base.tolist()
+    found = [Mark(MODEL, "the model as it stands", *base)]
+    for i, axis in enumerate(space.axes):
+        for kind, label, value in _conditions(space, axis):
+            found.append(Mark(kind, label, *((value, base[1]) if i == 0 else (base[0], value))))
+    found += _tyres(space, base)
+    shown = []
+    for mark in dict.fromkeys(found):
+        within = [s.low <= x <= s.high for s, x in zip(plane.spans, (mark.x, mark.y), strict=True) if not math.isnan(x)]
+        if within and all(within):
+            shown.append(mark)
+    return shown
+
+
+def _conditions(space: ModelSpace, axis: Axis) -> list[tuple[str, str, float]]:
+    """Kind, label and value of the conditions at which the tyres of an axis were measured."""
+    if not axis.wheels or space.tyres is None:
+        return []
+    found = []
+    for source in {space.tyres.sources[wheel].label: space.tyres.sources[wheel] for wheel in axis.wheels}.values():
+        if source.synthetic:
+            continue
+        if axis.condition == "pressure_bar":
+            found += [(PRESSURE, f"{source.tyre} {p / PASCAL_PER_BAR:g} bar", p / PASCAL_PER_BAR)
+                      for p in source.pressures.tolist()]  # fmt: skip
+        else:
+            found += [(LOAD, f"{source.tyre} {n:g} N", n) for n in source.loads.tolist()]
+    return found
+
+
+def _tyres(space: ModelSpace, base: list[float]) -> list[Mark]:
+    """Packaged and named tyres at the wheel load of an axis that is one of their properties."""
+    keys = [ParameterKey.parse(axis.key) for axis in space.axes]
+    own = [key.name if key.effect and key.name in OF_A_TYRE else "" for key in keys]
+    if not any(own) or (all(own) and keys[0].wheel != keys[1].wheel):
+        return []
+    wheel = next(key.wheel for key, name in zip(keys, own, strict=True) if name) or WHEELS[1]
+    load = dict(zip(WHEELS, space.model.bicycle.static_loads, strict=True))[wheel]
+    found = []
+    for source in _sources(space):
+        for pressure in source.pressures.tolist():
+            if source.synthetic or out_of_reach(source, load=load, pressure=pressure):
+                continue
+            held = source.at(load=load, pressure=pressure)
+            place = [_value(held, name, value) for name, value in zip(own, base, strict=True)]
+            if place[0] is not None and place[1] is not None:
+                label = f"{source.tyre} {pressure / PASCAL_PER_BAR:g} bar"
+                found.append(Mark(f"{TYRE}, {wheel} wheel's load", label, place[0], place[1]))
+    return found
+
+
+def _value(held: TyreProperties, name: str, other: float) -> float | None:
+    value = getattr(held, name) if name else other
+    return None if value is None or (name and math.isnan(value)) else float(value)
+
+
+def _sources(space: ModelSpace) -> list[TyreSource]:
+    sources = [] if space.tyres is None else list(space.tyres.sources.values())
+    for name in available_tyres():
+        try:
+            sources.append(read_tyre(name, surface="flat"))
+        except InputError:  # not measured on a flat surface
+            continue
+    return list({source.label: source for source in sources}.values())

@@ -1,1 +1,0 @@
-"""Root loci in any parameter."""

@@ -1,0 +1,369 @@
+"""Root locus in any parameter: tracked and named branches, and the values at which a root crosses the axis."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bicycle.eigen import NOISE, angular_frequency, damping_ratio, frequency_hz, oscillating
+from bicycle.model import Model
+from bicycle.model_family import ModelFamily
+from bicycle.model_file import allows_unusual, build_model, refuse_absurd_values
+from bicycle.named_modes import modes
+from bicycle.naming import known_modes
+from bicycle.parameter_covariance import WHEELS, ParameterKey, entries_of
+from bicycle.parameters import UNUSED
+from bicycle.tracking import BranchCrossing, branch_crossings, follow_branches
+from studies.axes import OF_THE_TYRE, Axis, unit_of
+from studies.model_argument import choose
+from studies.model_space import ModelSpace
+from studies.reporting.plotting import GREY, Look, drawing, hatch_extrapolated, mode_look
+from tyre.arrays import Array, Complex
+from tyre.errors import InputError, unknown
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True)
+class ParameterPath:
+    """State matrices as a function of one number, in its unit."""
+
+    key: str
+    unit: str
+    matrices: Callable[[Array], Array]
+    at: Callable[[float], tuple[Model, float]]
+    base: float
+    inside: Callable[[Array], NDArray[np.bool_]] = lambda values: np.ones(len(values), bool)
+
+
+def parameter_path(model_file: str | Path | Mapping[str, Any], key: str, *, speed: float | None) -> ParameterPath:
+    """Path of ``key`` through a model file, or through the content of one with absolute paths."""
+    content = model_file if isinstance(model_file, Mapping) else choose(str(model_file)).content
+    model = build_model(content)
+    if key == "speed":
+        return ParameterPath("speed", "m/s", model.linear_model().state_matrix, lambda v: (model, v), math.nan)
+    own = ParameterKey.parse(key)
+    if speed is None:
+        if own.name not in OF_THE_TYRE and own.effect not in OF_THE_TYRE:
+            path_family(model, key)  # an unknown name is said first
+        raise InputError(f"parameter {key!r}: give the --speed (m/s) at which it runs")
+    model.linear_model().check_speeds(speed)
+    if own.effect in OF_THE_TYRE:
+        raise InputError(f"parameter {key!r}: {unknown('wheel', own.name, WHEELS)}")
+    if own.name in OF_THE_TYRE:
+        return _tyre_path(content, key, speed)
+    family = path_family(model, key)
+    values = {model.parameters[entry] for entry in family.entries(key)}
+
+    def matrices(given: Array) -> Array:
+        return family.state_matrices({key: given}, np.full((len(given), 1), speed))[:, 0]
+
+    base = values.pop() if len(values) == 1 else math.nan
+    allow = allows_unusual(content)
+
+    def at(value: float) -> tuple[Model, float]:
+        if not allow:
+            refuse_absurd_values(model, {key: [value]})
+        return family.with_values({key: value}), speed
+
+    return ParameterPath(key, unit_of(key), matrices, at, base)
+
+
+def path_family(model: Model, key: str) -> ModelFamily:
+    """The models along the parameter ``key`` of bicycle or effects."""
+    known = {str(ParameterKey.parse(entry).whole) for entry in model.parameters} - set(UNUSED)
+    if not entries_of(key, model.parameters):
+        raise InputError(unknown("parameter", key, {"speed", *OF_THE_TYRE, *known}))
+    return ModelFamily(model, (key,))
+
+
+def _tyre_path(content: Mapping[str, Any], key: str, speed: float) -> ParameterPath:
+    """Path of a tyre's pressure or load; the bicycle keeps its masses."""
+    space = ModelSpace(content, [key])
+    (axis,) = space.axes
+
+    def at(value: float) -> tuple[Model, float]:
+        low, high = axis.bounds
+        if not low < value <= high:
+            raise InputError(f"{key} = {value:g} {axis.unit} is not possible; give values above {low:g} to {high:g}")
+        return space.model_at([value]), speed
+
+    def matrices(values: Array) -> Array:
+        return space.matrices(values[:, None], speed)
+
+    return ParameterPath(
+        key, axis.unit, matrices, at, float(space.base[0]), lambda values: space.inside(values[:, None])
+    )
+
+
+@dataclass(frozen=True)
+class AxisCrossing:
+    """A root crosses the imaginary axis at ``value``, ``destabilising`` or not as it grows."""
+
+    value: float
+    mode: str
+    frequency_hz: float
+    destabilising: bool
+    extrapolated: bool = False
+
+
+@dataclass(frozen=True)
+class RootLocus:
+    """Eigenvalues (m, n) in 1/s, a column a branch called ``names[i]``, at ``values`` (m,) of ``key`` in ``unit``."""
+
+    key: str
+    unit: str
+    values: Array
+    eigenvalues: Complex
+    names: tuple[str, ...]
+    crossings: tuple[AxisCrossing, ...]
+    asked: NDArray[np.bool_]
+    inside: NDArray[np.bool_]
+
+    @property
+    def unstable_throughout(self) -> tuple[str, ...]:
+        """Names of the modes with a root to the right of the imaginary axis at all values."""
+        unstable = (self.eigenvalues.real > NOISE * np.abs(self.eigenvalues).max(1, keepdims=True)).all(0)
+        return tuple(dict.fromkeys(name for name, here in zip(self.names, unstable, strict=True) if here))
+
+    def frame(self) -> "pd.DataFrame":
+        """A row per requested value and root with Im >= 0."""
+        import pandas as pd
+
+        rows = []
+        for value, roots, inside in zip(self.values, self.eigenvalues, self.inside, strict=True):
+            for name, root in zip(self.names, roots, strict=True):
+                if root.imag >= 0:
+                    ratio, hertz = float(damping_ratio(oscillating(root))), float(frequency_hz(root))
+                    rows.append([value, name, root.real, root.imag, hertz, ratio, inside])
+        named = f"{self.key}_{self.unit}" if not self.key.endswith(f"_{self.unit}") else self.key
+        columns = [named.replace("/", "_").replace(" ", "_"), "mode", "real_1_s", "imaginary_rad_s", "frequency_Hz"]
+        table = pd.DataFrame(rows, columns=[*columns, "damping_ratio", "tyre_inside_measured_range"])
+        return table[np.isin(table.iloc[:, 0], self.values[self.asked])]
+
+
+def parse_range(text: str) -> Array:
+    """Values (m,) from a ``text`` ``start:stop`` (200 steps) or ``start:stop:step``, both ends included."""
+    how = f"range {text!r}: give start:stop or start:stop:step with start < stop and step > 0, for example 0.05:0.25"
+    try:
+        start, stop, *more = (float(part) for part in text.split(":"))
+    except ValueError:
+        raise InputError(how) from None
+    step = more[0] if more else (stop - start) / 200
+    if len(more) > 1 or not np.isfinite([start, stop, step]).all() or stop <= start or step <= 0:
+        raise InputError(how)
+    if (stop - start) / step > 100_000:
+        raise InputError(f"range {text!r}: {(stop - start) / step:.0f} values are more than 100000; take a larger step")
+    inner = start + step * np.arange(int(np.ceil((stop - start) / step * (1 - 1e-12))))
+    return np.append(inner, stop)
+
+
+def root_locus(path: ParameterPath, values: Array) -> RootLocus:
+    """Track every root along increasing ``values`` of a parameter."""
+    for end in (values[0], values[-1]):
+        model, speed = path.at(float(end))
+        model.linear_model().check_speeds(speed)
+    # names are given within the range: for the model as it stands, or where modes differ along speed
+    anchor = path.base
+    if path.key == "speed":
+        anchor = modes(path.at(values[-1])[0].linear_model(), values[-1:]).anchor
+    anchor = (values[0] + values[-1]) / 2 if np.isnan(anchor) else anchor
+    anchor = float(np.clip(anchor, values[0], values[-1]))
+    grid, roots = follow_branches(path.matrices, np.union1d(values, [anchor]))
+    names = _names(path, anchor, roots[np.searchsorted(grid, anchor)])
+    crossings = tuple(
+        _completed(path, crossing, names[crossing.branch]) for crossing in branch_crossings(path.matrices, grid, roots)
+    )
+    return RootLocus(
+        path.key, path.unit, grid, roots, names, crossings,
+        np.isin(grid, values), path.inside(grid),
+    )  # fmt: skip
+
+
+def _names(path: ParameterPath, value: float, roots: Complex) -> tuple[str, ...]:
+    model, speed = path.at(value)
+    found = modes(model.linear_model(), [speed])
+    named = [(name, root) for name in found.names for root in found.branch(name)[0] if not np.isnan(root)]
+    distance = np.abs((roots.real + 1j * np.abs(roots.imag))[:, None] - np.array([root for _, root in named]))
+    return tuple(named[k][0] for k in distance.argmin(1))
+
+
+def _completed(path: ParameterPath, crossing: BranchCrossing, mode: str) -> AxisCrossing:
+    """The crossing with what the tyre's range says and, along speed, the name that a list of modes gives there."""
+    root = 1j * abs(crossing.root.imag)
+    if path.key == "speed" and crossing.value > 0:  # modes that meet lose the one name of a branch beyond the meeting
+        (mode,) = _names(path, crossing.value, np.array([root]))
+    inside = bool(path.inside(np.array([crossing.value]))[0])
+    return AxisCrossing(crossing.value, mode, float(frequency_hz(root)), crossing.destabilising, not inside)
+
+
+RATIOS = (0.05, 0.1, 0.2, 0.4, 0.7)
+ARROWS = (0.3, 0.7)  # of the length of a branch in view
+SHORTEST = 0.05  # of the width of the figure: shorter branches carry one arrow or none
+UNSTABLE = "#f6dedb"
+
+
+def draw_root_locus(locus: RootLocus, target: Path, *, title: str, max_frequency_hz: float | None = None) -> Path:
+    """Complex plane (upper half) on the left, real part and frequency against the parameter on the right."""
+    with drawing(target, width=11.5, height=6.4) as canvas:
+        grid = canvas.add_gridspec(2, 2, width_ratios=(1.7, 1))
+        plane, real = canvas.add_subplot(grid[:, 0]), canvas.add_subplot(grid[0, 1])
+        frequency = canvas.add_subplot(grid[1, 1], sharex=real)
+        limits = _window(locus, max_frequency_hz)
+        _plane(plane, limits)
+        for i, name in enumerate(locus.names):
+            if (locus.eigenvalues[:, i].imag < 0).all():
+                continue  # the lower half of a pair
+            _branch(locus, i, name, plane, real, frequency, limits)
+        for crossing in locus.crossings:
+            style = {"marker": "*", "color": "black", "markersize": 10, "linestyle": "none", "zorder": 6}
+            plane.plot(0, angular_frequency(crossing.frequency_hz), **style)
+            real.plot(crossing.value, 0, **style)
+            frequency.plot(crossing.value, crossing.frequency_hz, **style)
+        _label_crossings(plane, locus, limits)
+        real.axhspan(0, 1e6, color=UNSTABLE, zorder=0)
+        real.set(ylabel="Real part, 1/s", ylim=(max(limits[0], -limits[3] / 3), limits[1]))
+        frequency.set(
+            ylabel="Frequency, Hz", xlabel=Axis(locus.key, locus.unit).title, ylim=(0, frequency_hz(1j * limits[3]))
+        )
+        real.set_xlim(locus.values[0], locus.values[-1])
+        real.tick_params(labelbottom=False)
+        if not locus.inside.all():
+            for axes in (real, frequency):
+                axes.fill_between(
+                    locus.values, 0, 1, where=~locus.inside, transform=axes.get_xaxis_transform(), facecolor="none",
+                    hatch="//", edgecolor="0.8", linewidth=0, zorder=0.5, label="tyre values extrapolated",
+                )  # fmt: skip
+            frequency.legend(loc="center right", fontsize=7.5, frameon=True, edgecolor="none")
+        hatch_extrapolated(plane, extrapolated=not locus.inside.any())
+        handles, labels = _legend(plane, locus)
+        canvas.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6))
+        canvas.suptitle(title, x=0.01, ha="left")
+    return target
+
+
+def line_look(name: str) -> Look:
+    """The look of the line of mode ``name``; some have another dash then, which markers would tell apart."""
+    look = mode_look(name)
+    return look._replace(line=look.bare or look.line)
+
+
+def _window(locus: RootLocus, max_frequency_hz: float | None) -> tuple[float, float, float, float]:
+    """Left, right, bottom, top of the window; real roots far left of it are cut off."""
+    known = known_modes()
+    main = [name in known and known[name].main for name in locus.names]
+    roots = locus.eigenvalues[:, main] if locus.eigenvalues[:, main].imag.any() else locus.eigenvalues
+    if max_frequency_hz is None:
+        crossing = max((float(angular_frequency(c.frequency_hz)) for c in locus.crossings), default=0.0)
+        top = 1.15 * max(roots.imag.max() or np.abs(roots).max(), crossing)
+    else:
+        top = float(angular_frequency(max_frequency_hz))
+    below = locus.eigenvalues[locus.eigenvalues.imag <= top].real
+    left = min(max(1.08 * below.min(), -0.75 * top), -0.1 * top)
+    return left, max(1.25 * min(below.max(), top), -0.15 * left), -0.035 * top, top
+
+
+def _plane(axes: Any, limits: tuple[float, float, float, float]) -> None:
+    left, right, bottom, top = limits
+    axes.set(
+        xlim=(left, right),
+        ylim=(bottom, top),
+        xlabel="Real part, 1/s (shaded: unstable)",
+        ylabel="Imaginary part, rad/s",
+    )
+    axes.grid(False)
+    axes.axvspan(0, right, color=UNSTABLE, zorder=0)
+    axes.axvline(0, color="0.2", linewidth=1)
+    axes.axhline(0, color="0.2", linewidth=0.6)
+    box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
+    quiet = {"fontsize": 7.5, "color": GREY, "zorder": 1.5, "bbox": box, "ha": "center", "va": "center"}
+    taken = (0.0, 0.0)
+    for ratio in RATIOS:
+        slope = np.sqrt(1 - ratio**2) / ratio
+        end = min(-0.93 * left, 0.97 * top / slope)
+        here = (end / (right - left), end * slope / top)
+        if max(abs(here[0] - taken[0]) / 1.8, abs(here[1] - taken[1])) < 0.04:
+            continue  # no room for its label
+        taken = here
+        axes.plot([0, -end], [0, end * slope], color="0.78", linewidth=0.7, linestyle=(0, (4, 3)), zorder=1)
+        axes.text(-end, end * slope, f"ζ = {ratio:g}", **quiet)
+    angle = np.linspace(0, np.pi / 2, 90)
+    for hertz in _round_steps(0.97 * float(frequency_hz(1j * top))):
+        radius = angular_frequency(hertz)
+        axes.plot(-radius * np.sin(angle), radius * np.cos(angle), color="0.85", linewidth=0.7, zorder=1)
+        axes.text(
+            0.98 * right, radius, f"{hertz:g} Hz", **{**quiet, "ha": "right", "bbox": {**box, "facecolor": UNSTABLE}}
+        )
+
+
+def _branch(
+    locus: RootLocus, i: int, name: str, plane: Any, real: Any, frequency: Any, limits: tuple[float, ...]
+) -> None:
+    root, style = locus.eigenvalues[:, i], line_look(name)
+    shown = np.where(root.imag >= 0, root, np.nan)
+    line = {"color": style.colour, "linestyle": style.line}
+    own = locus.eigenvalues[:, [other == name for other in locus.names]]
+    within = (limits[0] <= own.real) & (own.real <= limits[1]) & (own.imag >= 0) & (own.imag <= limits[3])
+    label = name.replace("_", " ") + ("" if within.any() else " (out of view)")
+    plane.plot(shown.real, shown.imag, label=label, zorder=3, **line)
+    real.plot(locus.values, shown.real, **line)
+    frequency.plot(locus.values, frequency_hz(oscillating(root)), **line)
+    for k, marker in ((0, "x"), (-1, "o")):
+        if root[k].imag >= 0:
+            filled = {"markerfacecolor": "white", "markeredgewidth": 1.3} if marker == "o" else {"markeredgewidth": 1.6}
+            plane.plot(root[k].real, root[k].imag, marker, color=style.colour, zorder=5, **filled)
+    _arrows(plane, shown, style.colour, limits)
+
+
+def _arrows(axes: Any, root: NDArray[np.complex128], colour: str, limits: tuple[float, ...]) -> None:
+    """Arrow heads in the direction in which the parameter grows, at fixed shares of the visible length."""
+    left, right, bottom, top = limits
+    x, y = (root.real - left) / (right - left), (root.imag - bottom) / (top - bottom)
+    visible = np.isfinite(x) & (x > 0) & (x < 1) & (y < 1)
+    step = np.where(visible[1:] & visible[:-1], np.hypot(np.diff(x), np.diff(y)), 0.0)
+    length = np.concatenate([[0.0], np.cumsum(np.nan_to_num(step))])
+    if length[-1] < SHORTEST:
+        return
+    for share in ARROWS if length[-1] > 4 * SHORTEST else (0.5,):
+        k = int(np.clip(np.searchsorted(length, share * length[-1]), 1, len(root) - 1))
+        axes.annotate(
+            "", (root.real[k], root.imag[k]), (root.real[k - 1], root.imag[k - 1]), zorder=4,
+            arrowprops={"arrowstyle": "-|>", "color": colour, "mutation_scale": 13, "shrinkA": 0, "shrinkB": 0},
+        )  # fmt: skip
+
+
+def _label_crossings(axes: Any, locus: RootLocus, limits: tuple[float, ...]) -> None:
+    """Parameter values beside the stars, pushed apart where they would overlap."""
+    gap, lowest = 0.045 * (limits[3] - limits[2]), -np.inf
+    for crossing in sorted(locus.crossings, key=lambda c: c.frequency_hz):
+        omega = float(angular_frequency(crossing.frequency_hz))
+        height = max(omega + 0.3 * gap, lowest + gap)
+        lowest = height
+        axes.annotate(
+            f"{crossing.value:.4g} {locus.unit}", (0, omega), (-0.025 * (limits[1] - limits[0]), height),
+            ha="right", va="center", fontsize=8.5, zorder=7,
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85},
+        )  # fmt: skip
+
+
+def _legend(axes: Any, locus: RootLocus) -> tuple[list[Any], list[str]]:
+    found = dict(sorted(zip(*axes.get_legend_handles_labels()[::-1], strict=True), key=lambda item: item[0]))
+    marks = (("x", "start of the range"), ("o", "end"), *[("*", "crosses the axis")][: len(locus.crossings)])
+    for marker, label in marks:
+        (found[label],) = axes.plot(
+            [], [], marker, color="black", markerfacecolor="white" if marker == "o" else "black"
+        )
+    return list(found.values()), list(found)
+
+
+def _round_steps(highest: float) -> Array:
+    """Frequencies in round steps up to ``highest`` Hz, about five of them."""
+    rough = highest / 5
+    base = 10.0 ** np.floor(np.log10(rough))
+    step = base * min((1, 2, 5, 10), key=lambda m: abs(np.log(m * base / rough)))
+    return np.arange(1, int(highest / step + 1e-9) + 1) * step

@@ -1,1 +1,0 @@
-"""Stability charts: where a root lies on the imaginary axis, as exact curves over two numbers of a model."""

@@ -1,0 +1,29 @@
+"""Sweeps: many bicycles, tyres and speeds at once, on this machine or a cluster, and figures of the results."""
+
+from importlib import import_module
+from typing import Any
+
+FILES = {
+    "draw": ("draw_result", "figures_folder"),
+    "engines": (
+        "Engine", "NoWorkers", "Piece", "chosen_items", "here", "in_loop", "in_processes", "in_threads",
+        "measured_items", "on_cluster", "usual_items",
+    ),
+    "file": ("build_sweep", "read_sweep"),
+    "result": ("Parts", "impossible_draws", "open_parts"),
+    "run": ("pieces", "run_sweep"),
+    "sampler": ("TYRE_DRAWS", "Points", "Sampler", "stiffness_warnings"),
+    "specification": ("ImpossibleItem", "Normal", "Sweep", "source_digests"),
+    "stored": ("Stored", "read_result"),
+    "varied": ("Share", "Varied", "correlated", "sampled_parameters", "shares", "stated_correlations"),
+    "worker": ("Worker", "compute"),
+}  # fmt: skip
+"""Names of the room by the file that holds them; each is imported when it is first used."""
+
+
+def __getattr__(name: str) -> Any:
+    file = next((file for file, names in FILES.items() if name in names), None)
+    if file is None:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = getattr(import_module(f"{__name__}.{file}"), name)
+    return globals()[name]

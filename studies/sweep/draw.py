@@ -1,0 +1,300 @@
+"""Every figure of the result of a sweep, each as PNG and SVG with its numbers as CSV."""
+
+import contextlib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from studies.outputs import OUTPUTS
+from studies.reporting.plotting import drawing
+from studies.sweep.figures import (
+    LEAST_FOR_BARS,
+    MOST_ROWS,
+    Drawn,
+    draw_distributions,
+    draw_each,
+    draw_modes_along_speed,
+    draw_stability,
+)
+from studies.sweep.specification import SPEED
+from studies.sweep.stored import CRITICAL, Stored, any_limit, read_result, wrapped
+from studies.sweep.varied import (
+    LEAST,
+    LEAST_OF_A_GRID,
+    Share,
+    Stability,
+    Target,
+    Varied,
+    correlated,
+    grid_parameters,
+    sampled_parameters,
+    shares,
+    stability,
+    stated_correlations,
+    targets,
+)
+from tyre.arrays import Array
+from tyre.errors import InputError
+
+MOST_POINTS, MOST_COLUMNS, MOST_LINES = 4000, 6, 5
+STABLE, UNSTABLE, PLAIN = "#5f9ed1", "#c8462f", "#123a6b"
+
+
+def figures_folder(result: str | Path) -> Path:
+    """Folder of the figures of a ``result`` if nothing else is said: ``NAME_figures`` beside it."""
+    return Path(result).with_name(f"{Path(result).stem}_figures")
+
+
+def draw_result(result: str | Path, folder: Path | None = None, *, at: float | None = None) -> Drawn:
+    """Draw all that a result holds."""
+    stored = read_result(result)
+    drawn = Drawn(stored, folder or figures_folder(result), {}, [])
+    if at is not None and not (np.isfinite(at) and at >= 0):
+        raise InputError(f"--at {at:g} must be a speed of 0 m/s or more")
+    if not stored.reduced and not stored.possible.any():
+        raise InputError(f"{stored.path.as_posix()}: no bicycle of it is possible, so there is nothing to draw")
+    asked = None if at is None or stored.reduced else stability(stored, at)  # refused before anything is drawn
+    drawn.folder.mkdir(parents=True, exist_ok=True)
+    if stored.holds(CRITICAL):
+        _critical(stored, drawn)
+    for along, more, draw in (
+        ("stability", "eigenvalues", draw_stability), ("modes", "modes", draw_modes_along_speed),
+    ):  # fmt: skip
+        held = sorted(
+            one.name for one in OUTPUTS.values() if (one.along == along or one.name == more) and stored.holds(one.name)
+        )
+        if held and len(stored.speeds) > 1:
+            draw(drawn, f"{along}_along_speed")
+        elif held and SPEED in stored.data.dims:
+            drawn.remarks.append(f"one speed only, so nothing of {', '.join(held)} is drawn along the speed")
+    if stored.reduced:
+        drawn.remarks.append("[reduce] kept no samples, so nothing is drawn against the parameters that were sampled")
+    else:
+        _parameters(stored, drawn, asked)
+    if not drawn.figures:
+        with contextlib.suppress(OSError):  # others' files are in it
+            drawn.folder.rmdir()
+        raise InputError(
+            f"{stored.path.as_posix()} holds nothing that is drawn ({', '.join(stored.sweep.outputs)}; "
+            f"{'; '.join(drawn.remarks)}); ask the sweep for critical_speeds, or for largest_growth_rate, "
+            "damping_ratios or modes at several speeds"
+        )
+    every = stored.sweep.items if stored.reduced else stored.bicycles
+    if not stored.reduced and not stored.possible.all():
+        drawn.remarks.append(f"{(~stored.possible).sum()} of {every} bicycles are impossible and in no figure")
+    if stored.extrapolated:
+        out = stored.extrapolated
+        drawn.remarks.append(f"{out} of {every} bicycles have a tyre outside its measured loads and pressures")
+    return drawn
+
+
+def _critical(stored: Stored, drawn: Drawn) -> None:
+    if not any_limit(stored):
+        top = stored.sweep.max_speed
+        drawn.remarks.append(f"no bicycle has a critical speed up to {top:g} m/s, so none are drawn")
+        return
+    many = not stored.reduced and stored.bicycles >= LEAST_FOR_BARS
+    if many:
+        draw_distributions(drawn, "critical_speeds")
+    if stored.cells <= MOST_ROWS and (stored.cells > 1 or not many):
+        draw_each(drawn, "critical_speeds_each")
+    elif stored.cells > MOST_ROWS:
+        drawn.remarks.append(f"{stored.cells} combinations are too many for a row each (at most {MOST_ROWS})")
+
+
+def _parameters(stored: Stored, drawn: Drawn, asked: Stability | None) -> None:
+    sampled, remark = sampled_parameters(stored)
+    drawn.remarks.extend([remark] if remark else [])
+    varied = [*grid_parameters(stored), *sampled]
+    if not varied:
+        if not remark:
+            drawn.remarks.append("nothing but the speed is varied, so nothing is drawn against parameters")
+        return
+    stable = asked or stability(stored, None)
+    outputs = list(targets(stored, stable))
+    if stable is None:
+        drawn.remarks.append(
+            "stable and unstable bicycles are not told apart: the result holds no largest_growth_rate, and there is no "
+            "critical speed to tell them apart at, or what makes the result has changed since; give --at, or ask the "
+            "sweep for largest_growth_rate"
+        )
+    if not outputs:
+        return
+    found, remarks, overlaps = _shares(stored, varied, outputs, whole=not remark)
+    if len(varied) == 1:
+        drawn.remarks.append(f"{varied[0].name} alone is varied, so there are no shares to compare")
+    elif not found:
+        drawn.remarks.append(
+            f"no shares of the variance: no output that varies is had by {LEAST} bicycles of a sample, or by "
+            f"{LEAST_OF_A_GRID} of a grid"
+        )
+    rank = {one.name: max((s.first for every in found.values() for s in every if s.name == one.name), default=0.0)
+            for one in varied}  # fmt: skip
+    ordered = sorted(varied, key=lambda one: -rank[one.name]) if found else varied
+    _draw_pairs(drawn, ordered, outputs, stable, ranked=bool(found))
+    if found and len(varied) > 1:
+        _draw_shares(drawn, found, remarks)
+        drawn.remarks.extend(f"variance shares: {text}" for text in overlaps)
+
+
+def _shares(
+    stored: Stored, varied: list[Varied], outputs: list[Target], *, whole: bool
+) -> tuple[dict[str, list[Share]], dict[str, str], dict[str, None]]:
+    """Shares by label of the output, remarks on them, and among these the different ones on correlations."""
+    found: dict[str, list[Share]] = {}
+    remarks, overlaps = dict[str, str](), dict[str, None]()
+    stated = stated_correlations(stored.sweep.normals)
+    told = {pair[:2] for pair in stated}
+    possible = int(stored.possible.sum())
+    for output in outputs:
+        y = np.where(stored.possible, output.values, np.nan)
+        every = shares(y, varied)
+        if not every:
+            continue
+        has = np.isfinite(y)
+        parts = [f"of the {has.sum()} of {possible} bicycles that have it"] if has.sum() < possible else []
+        parts += [] if whole else ["the sampled parameters are missing"]
+        pairs = stated + [pair for pair in correlated(varied, has) if pair[:2] not in told]
+        if pairs:
+            words = ", ".join(f"{a} and {b} ({r:+.2f})" for a, b, r in pairs[:3])
+            parts.append(f"correlated: {words}; their shares overlap and have no unique split")
+            overlaps[parts[-1]] = None
+        found[output.label], remarks[output.label] = every, "; ".join(parts)
+    return found, remarks, overlaps
+
+
+def _draw_pairs(
+    drawn: Drawn, varied: Sequence[Varied], outputs: Sequence[Target], stable: Stability | None, *, ranked: bool
+) -> None:
+    """Draw a panel for each output (rows) and parameter (columns), a point a bicycle; the numbers go to ``.csv``."""
+    stored = drawn.stored
+    shown, rows = list(varied)[:MOST_COLUMNS], list(outputs)[:MOST_LINES]
+    shape, possible = stored.possible.shape, int(stored.possible.sum())
+    places = np.flatnonzero(stored.possible)
+    if len(places) > MOST_POINTS:
+        places = np.sort(np.random.default_rng(0).choice(places, MOST_POINTS, replace=False))
+    unstable = None if stable is None else np.broadcast_to(stable.unstable, shape).ravel()[places]
+    columns: dict[str, Any] = {}
+    width = max(1.5 + 1.9 * len(shown), 6.5)
+    with drawing(drawn.folder / "pairs", width=width, height=1.2 + 1.75 * len(rows)) as canvas:
+        grid = canvas.subplots(len(rows), len(shown), sharex="col", sharey="row", squeeze=False)
+        for column, one in enumerate(shown):
+            columns[one.label] = np.broadcast_to(one.values, shape).ravel()[places]
+            x, ticks = _numbers(one, columns[one.label])
+            for line, output in enumerate(rows):
+                y = columns[output.label] = output.values.ravel()[places]
+                _points(grid[line, column], x, y, unstable)
+                if column == 0:
+                    grid[line, column].set_ylabel(wrapped(output.label, 22), fontsize=8)
+            if ticks:
+                grid[-1, column].set_xticks(range(len(ticks)), ticks, rotation=90 if len(ticks) > 3 else 20, fontsize=7)
+            grid[-1, column].set_xlabel(wrapped(one.label, 24), fontsize=8)
+        for line, output in enumerate(rows):
+            lost = int((~np.isfinite(output.values[stored.possible])).sum())
+            if lost:
+                words = f"{lost} of {possible} have none (crosses at the foot)"
+                grid[line, 0].annotate(words, (0, 1.02), xycoords="axes fraction", fontsize=7, color="0.35")
+        if stable is not None:
+            canvas.legend(handles=_legend(grid[0, 0], stable), loc="outside lower center", ncols=2)
+        title = [f"Outputs over the varied parameters, {stored.whose}"]
+        if len(places) < possible:
+            title[0] += f"; a random {len(places)} of them drawn"
+        if len(varied) > len(shown):
+            largest = f"the {len(shown)} parameters with the largest shares of {len(varied)}"
+            title.append(largest if ranked else f"the first {len(shown)} of {len(varied)} parameters")
+        if len(outputs) > len(rows):
+            title.append(f"the first {len(rows)} of {len(outputs)} outputs")
+        drawn.title(canvas, "pairs", "\n".join(title), width - 0.4)
+        drawn.figures["pairs"] = "; ".join(title)
+    if unstable is not None:
+        columns["unstable"] = unstable.astype(int)
+    drawn.table("pairs", columns)
+
+
+def _numbers(one: Varied, values: Any) -> tuple[Array, list[str]]:
+    """Places along an axis, and the ticks of names."""
+    if not one.named:
+        return np.asarray(values, float), []
+    names, place = np.unique(values, return_inverse=True)
+    return place.astype(float), [Path(str(name)).name for name in names]
+
+
+def _points(axes: Any, x: Array, y: Array, unstable: Any) -> None:
+    size = 14 if len(x) < 300 else 5 if len(x) < 2000 else 3
+    known, many = np.isfinite(y), len(x) > 1000
+    groups = [(known, PLAIN)] if unstable is None else [(known & ~unstable, STABLE), (known & unstable, UNSTABLE)]
+    for chosen, colour in groups:
+        axes.scatter(x[chosen], y[chosen], s=size, color=colour, linewidths=0, alpha=0.75, rasterized=many)
+    if not known.all():
+        axes.plot(
+            x[~known], np.full((~known).sum(), 0.03), "x", color="0.45", markersize=3, markeredgewidth=0.7,
+            transform=axes.get_xaxis_transform(), alpha=0.7, rasterized=many,
+        )  # fmt: skip
+    axes.tick_params(labelsize=7)
+    axes.locator_params(nbins=4)
+    if known.any():
+        axes.ticklabel_format(axis="y", useOffset=False)
+
+
+def _legend(axes: Any, stable: Stability) -> list[Any]:
+    share = 100 * float(np.mean(stable.unstable[np.isfinite(stable.growth)]))
+    anew = ", computed anew" if stable.anew else ""
+    style: dict[str, Any] = {"marker": "o", "linestyle": "none", "markersize": 5}
+    labels = {
+        STABLE: f"stable {stable.where}",
+        UNSTABLE: f"unstable {stable.where} ({share:.3g} % unstable{anew})",
+    }
+    return [axes.plot([], [], color=colour, label=label, **style)[0] for colour, label in labels.items()]
+
+
+def _draw_shares(drawn: Drawn, found: Mapping[str, Sequence[Share]], remarks: Mapping[str, str]) -> None:
+    """Draw bars of the first-order indices by label of the output, a mark for the total one; numbers in ``.csv``."""
+    name, whose = "variance_shares", drawn.stored.whose
+    shown = dict(list(found.items())[: 2 * MOST_LINES])
+    columns = 1 if len(shown) == 1 else 2
+    lines, most = -(-len(shown) // columns), max(len(one) for one in shown.values())
+    rings = any(np.isfinite(share.total) for one in shown.values() for share in one)
+    how = "lines: 95 % interval (bootstrap)" if drawn.stored.samples > 1 else "each combination counting the same"
+    title = f"Which parameter matters, {whose}\nbars: first-order share of the variance, {how}"
+    title += ", rings: total share" if rings else ""
+    numbers = {text: k for k, text in enumerate(dict.fromkeys(remarks[label] for label in shown if remarks[label]), 1)}
+    notes = "\n".join(wrapped(f"note {k}: {text}", 66 * columns) for text, k in numbers.items())
+    height = lines * (0.26 * most + 1.25) + 1.0 + 0.16 * len(notes.splitlines())
+    with drawing(drawn.folder / name, width=5.2 * columns + 0.6, height=height) as canvas:
+        grid = canvas.subplots(lines, columns, squeeze=False)
+        for axes in list(grid.flat)[len(shown) :]:
+            axes.set_visible(False)
+        for axes, (label, every) in zip(grid.flat, shown.items(), strict=False):
+            _share_bars(axes, every)
+            note = f" (note {numbers[remarks[label]]})" if remarks[label] else ""
+            axes.set_title(f"{label}\nsum of the bars {sum(one.first for one in every):.2f}{note}", fontsize=8.5)
+        drawn.title(canvas, name, title, 5.2 * columns + 0.2)
+        drawn.figures[name] = f"Shares of the variance of {len(found)} outputs, {whose}"
+        if notes:
+            canvas.supxlabel(notes, x=0.01, ha="left", fontsize=8)
+    rows = [
+        {"output": label, "parameter": one.name, "first_order": one.first, "half_width_95": one.half_width,
+         "total": one.total, "sum_first_order": sum(other.first for other in every), "remark": remarks[label]}
+        for label, every in found.items() for one in every
+    ]  # fmt: skip
+    drawn.table(name, rows)
+
+
+def _share_bars(axes: Any, every: Sequence[Share]) -> None:
+    ordered = sorted(every, key=lambda one: one.first)
+    place = np.arange(len(ordered))
+    width = [max(one.first, 0.0) for one in ordered]
+    axes.barh(place, width, color=STABLE, height=0.65)
+    spread = [one.half_width for one in ordered]
+    if any(spread):
+        axes.errorbar([one.first for one in ordered], place, xerr=spread, fmt="none", ecolor="0.2", elinewidth=1)
+    totals = [one.total for one in ordered]
+    if np.isfinite(totals).any():
+        axes.plot(totals, place, "o", markerfacecolor="none", color=UNSTABLE)
+    axes.axvline(0, color="0.2", linewidth=0.8)
+    axes.set_yticks(place, [one.name for one in ordered], fontsize=7.5)
+    largest = max([a + b for a, b in zip(width, spread, strict=True)] + [t for t in totals if np.isfinite(t)])
+    axes.set_xlim(-0.1, max(1.02, 1.05 * largest))
+    axes.set_xlabel("Share of the variance", fontsize=8)

@@ -1,0 +1,166 @@
+"""Loop, threads, processes or dask cluster that compute the parts of a sweep, and the size of a part.
+
+A part costs some milliseconds whatever is in it. So where bicycles take long a part holds a thousandth of the sweep,
+but not less than a fifth of a second of work nor more than ten seconds, which a kill may cost.
+"""
+
+import ctypes
+import math
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, ThreadPoolExecutor, wait
+from typing import Any
+
+from studies.sweep.specification import Sweep
+from studies.sweep.worker import SLOW_ITEMS, block_items, compute, slow
+from tyre.errors import InputError
+from tyre.workers import one_blas_thread, worker_pool
+
+Piece = tuple[int, int]
+Work = Callable[[int, int], Any]
+Results = Iterator[tuple[Piece, Any]]
+Engine = Callable[[Work, Iterable[Piece]], Results]
+PATIENCE = 30  # seconds to reach a scheduler, and without a worker
+LEAST_SECONDS, MOST_SECONDS = 0.2, 10.0  # of work in a part
+
+
+class NoWorkers(Exception):
+    """Nobody is left to work."""
+
+
+def in_loop() -> Engine:
+    """One piece after the other, here."""
+    return lambda work, pieces: ((piece, work(*piece)) for piece in pieces)
+
+
+def in_threads(workers: int) -> Engine:
+    """Threads of this process; numpy leaves the interpreter free."""
+
+    def run(work: Work, pieces: Iterable[Piece]) -> Results:
+        with one_blas_thread(), ThreadPoolExecutor(workers) as pool:
+            yield from _spread(pool, work, pieces, workers)
+
+    return run
+
+
+def in_processes(workers: int) -> Engine:
+    """Processes of this machine."""
+
+    def run(work: Work, pieces: Iterable[Piece]) -> Results:
+        from concurrent.futures.process import BrokenProcessPool
+
+        with worker_pool(workers) as pool:
+            try:
+                yield from _spread(pool, work, pieces, workers)
+            except BrokenProcessPool as error:
+                raise InputError("a worker process died (killed, or out of memory)") from error
+
+    return run
+
+
+def on_cluster(address: str) -> Engine:
+    """Workers of a dask.distributed scheduler at an address such as tcp://host:8786."""
+
+    def run(work: Work, pieces: Iterable[Piece]) -> Results:
+        from distributed import Client, KilledWorker
+
+        try:
+            client = Client(address, timeout=PATIENCE, set_as_default=False)
+        except (OSError, ValueError) as error:
+            raise InputError(
+                f"no dask scheduler answers at {address} ({error}); start one with 'dask scheduler'"
+            ) from error
+        with client:
+            workers = sum(client.nthreads().values())
+            if not workers:
+                raise InputError(f"the scheduler at {address} has no workers; start some with 'dask worker {address}'")
+            client.run(_keep_freed_memory)
+            try:
+                yield from _spread(client.get_executor(pure=False), work, pieces, workers, alive=client.nthreads)
+            except NoWorkers as error:
+                raise InputError(
+                    f"all workers of {address} are lost; start new ones with 'dask worker {address}'"
+                ) from error
+            except KilledWorker as error:
+                raise InputError(f"workers of {address} died while they worked on the same points") from error
+            except (CancelledError, OSError) as error:
+                raise InputError(f"the scheduler at {address} went away") from error
+
+    return run
+
+
+def here(sweep: Sweep, workers: int) -> Engine:
+    """Workers of this machine: processes if many bicycles are tracked one by one, which threads cannot share."""
+    many = sweep.items >= 256  # a process takes a second to start
+    return in_processes(workers) if workers > 1 and slow(sweep) and many else in_threads(workers)
+
+
+def _keep_freed_memory() -> None:
+    """Let a worker reuse the memory of its short-lived arrays: dask has it given back at once, at twice the time."""
+    libc = ctypes.CDLL(None) if sys.platform == "linux" else None
+    if libc and hasattr(libc, "mallopt"):
+        for threshold in (-1, -3):  # M_TRIM_THRESHOLD and M_MMAP_THRESHOLD of glibc's malloc.h
+            libc.mallopt(threshold, 2**25)
+
+
+def _spread(
+    pool: Executor | Any, work: Work, pieces: Iterable[Piece], workers: int, alive: Callable[[], Any] = lambda: True
+) -> Results:
+    """Results as they finish; each worker has two pieces ahead, so that memory stays flat."""
+    rest = iter(pieces)
+    running: dict[Any, Piece] = {}
+    try:
+        while True:
+            while len(running) < 3 * workers and (piece := next(rest, None)) is not None:
+                running[pool.submit(work, *piece)] = piece
+            if not running:
+                return
+            done = wait(running, timeout=PATIENCE, return_when=FIRST_COMPLETED).done
+            if not done and not alive():
+                raise NoWorkers
+            for future in done:
+                yield running.pop(future), future.result()
+    finally:
+        for future in running:
+            future.cancel()
+
+
+def usual_items(sweep: Sweep) -> int:
+    """Bicycles in a part if no time is measured: whole blocks, so that nothing is computed twice."""
+    return _whole_blocks(sweep, min(_most_items(sweep), SLOW_ITEMS) if slow(sweep) else _most_items(sweep))
+
+
+def measured_items(sweep: Sweep) -> int:
+    """Bicycles in a part, from the time that the first ones of the sweep take here."""
+    block, most = block_items(sweep), _most_items(sweep)
+    if not slow(sweep) or sweep.items < 8 * block:
+        return usual_items(sweep)
+    try:
+        _seconds(sweep, 1)  # derivation
+        count = block
+        while (taken := _seconds(sweep, count)) < LEAST_SECONDS and 2 * count <= min(most, sweep.items):
+            count *= 2
+    except InputError:
+        return usual_items(sweep)  # which will be said where it belongs
+    return _whole_blocks(sweep, chosen_items(count / taken, sweep.items, most))
+
+
+def chosen_items(items_per_second: float, items: int, most: int) -> int:
+    """Bicycles in a part, of all the items and at most ``most``."""
+    wanted = max(items_per_second * LEAST_SECONDS, min(items_per_second * MOST_SECONDS, items / 1000))
+    return max(1, min(math.ceil(wanted), most))
+
+
+def _most_items(sweep: Sweep) -> int:
+    return max(1, sweep.points_per_part // sweep.points_per_item)
+
+
+def _whole_blocks(sweep: Sweep, count: int) -> int:
+    return math.ceil(count / block_items(sweep)) * block_items(sweep)
+
+
+def _seconds(sweep: Sweep, count: int) -> float:
+    start = time.perf_counter()
+    compute(sweep, 0, count)
+    return max(time.perf_counter() - start, 1e-9)

@@ -1,0 +1,413 @@
+"""A sweep as data: which model, what is varied over a grid, what is sampled, what is computed; read from TOML.
+
+::
+
+    model = "model.toml"                        # or a table like the content of a model file
+    samples = 10000
+    seed = 1
+    outputs = ["largest_growth_rate", "damping_ratios"]
+
+    [grid]                                      # any bicycle or effect parameter; of a measured tyre also
+    speed_m_s = {from = 1, to = 20, count = 39} # tyre, surface, pressure_bar, load_N, each with .rear or .front
+    pressure_bar = [3, 4, 5]
+    front_compliance.stiffness = [2000, 3000]
+
+    bicycle = "bicycles.csv"                    # every bicycle of a table, in place of the model's
+
+    [sampled]
+    bicycle_sd = true                           # what the bicycle file states
+    tyre_covariance = true                      # what the tyre map states, both wheels together
+    relative_cornering_stiffness_sd = 0.03      # assumed, for tables that state none
+    c = {sd = 0.005}                            # normal around the model's value, or {mean, sd}
+    mB = {low = 70, high = 100}                 # uniform
+    joint = [{parameters = ["xB", "zB"], covariance = [[1e-4, 2e-5], [2e-5, 1e-4]]}]
+
+    [reduce]                                    # keep quantiles and extremes over the samples, not the samples
+    quantiles = [0.05, 0.5, 0.95]
+"""
+
+from collections.abc import Collection, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bicycle.bicycle_files import bicycle_place, is_bicycle_table, read_bicycles, split_row
+from bicycle.default_sd import MODEL_FILE
+from bicycle.model import Model
+from bicycle.model_file import allows_unusual, build_model, refuse_absurd_values
+from bicycle.parameter_covariance import WHEELS, ParameterCovariance, ParameterKey, checked_covariance, entries_of
+from bicycle.parameters import BOUNDS, UNITS, Bicycle
+from bicycle.wheel_tyres import TYRE_KEYS, located, tyre_file, values_of_tyres
+from studies.axes import bounds_of
+from studies.outputs import OUTPUTS
+from studies.sampling import possible_moments
+from studies.sweep.specification import BICYCLE, SPEED, TYRE_UNITS, GridAxis, Normal, Sweep, Uniform
+from tyre.errors import InputError, refuse_unknown, shown
+from tyre.files import read_toml
+from tyre.schema import (
+    Table,
+    any_table,
+    anything,
+    flag,
+    known,
+    list_of,
+    maybe,
+    needed,
+    number,
+    read,
+    refused,
+    remarked,
+    table,
+    text,
+    whole,
+)
+
+NAMES = ("tyre", "surface")  # varied by name, not by number
+RANGE_KEYS, DISTRIBUTIONS = ("from", "to", "count"), ({"low", "high"}, {"mean", "sd"}, {"sd"})
+FINITE, SD = number(), number(least=0, says="must be >= 0")
+NAMED = text("must be a name in quotes")
+
+
+def _model_of(given: Any) -> Any:
+    if not isinstance(given, str | Mapping):
+        raise refused(given, "must be a model file or a table like the content of one")
+    return given
+
+
+def _each_once(given: Any) -> tuple[float, ...]:
+    quantiles = list_of(number(), "must be a list such as [0.05, 0.5, 0.95]", least=1, strict=False)(given)
+    for share in quantiles:
+        if not 0 <= share <= 1:
+            raise remarked(f"holds {share:g}; give numbers from 0 to 1")
+    if len(set(quantiles)) < len(quantiles):
+        raise remarked("holds a value twice; give each once")
+    return tuple(quantiles)
+
+
+def sweep_table() -> Table:
+    """The keys of a sweep file, with the outputs that are declared by now."""
+    wanted = f"give a list of {', '.join(OUTPUTS)}"
+    return table({
+        needed("model", "model is missing: give a model file or a table like the content of one"): _model_of,
+        needed("outputs", f"outputs is missing: {wanted}"): list_of(
+            known("output", OUTPUTS), f"must hold at least one: {wanted}", least=1, strict=False
+        ),
+        maybe("samples", 1): whole(least=1), maybe("seed", 0): whole(least=0),
+        maybe("max_speed_m_s", 60.0): number(above=0, says="must be above 0 m/s"),
+        maybe("points_per_part", 65536): whole(least=1),
+        maybe("grid", {}): any_table, maybe("sampled", {}): any_table,
+        maybe("reduce"): table({maybe("quantiles", [0.05, 0.5, 0.95]): _each_once}, kind="key of reduce:"),
+    })  # fmt: skip
+
+
+OPTIONS = table(
+    {
+        maybe("bicycle_sd", False): flag, maybe("tyre_covariance", False): flag,
+        maybe("relative_cornering_stiffness_sd", 0.0): number(least=0, says="must be >= 0 (0.02 is 2 % of C_Fy)"),
+        maybe("joint", []): list_of(
+            any_table, "must be a list of tables: write [[sampled.joint]], parameters and covariance"
+        ),
+    },
+    others=True,
+)  # fmt: skip
+"""Keys of ``[sampled]`` beside the distributions of parameters."""
+
+JOINT = table(
+    {
+        needed("parameters", "parameters is missing; give a list of names and their covariance"): list_of(
+            NAMED, "must be a list of names", least=1
+        ),
+        maybe("covariance", []): anything, maybe("mean"): anything,
+    },
+    kind="key of sampled.joint:",
+)  # fmt: skip
+
+
+def read_sweep(path: str | Path) -> Sweep:
+    """Read a sweep file, TOML; files it names are relative to it."""
+    path = Path(path)
+    content = read_toml(path, "sweep file")
+    try:
+        return build_sweep(content, folder=path.parent)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def build_sweep(content: Mapping[str, Any], *, folder: Path = Path()) -> Sweep:
+    """Build a sweep from the content of a sweep file; files it names are relative to ``folder``."""
+    given = read(sweep_table(), content, dotted=True)
+    grid, sampled = dict(given["grid"]), dict(given["sampled"])
+    model_content, model_folder = given["model"], folder
+    if isinstance(model_content, str):
+        path = folder / model_content
+        model_content = read_toml(path, "model file", where=f"model = {path.as_posix()!r}")
+        model_folder = path.parent
+    bicycles: tuple[Bicycle, ...] = ()
+    if BICYCLE in grid:
+        bicycles = _bicycle_axis(grid.pop(BICYCLE), folder, allow_unusual=allows_unusual(model_content))
+        model_content = {"bicycle": {key: bicycles[0][key] for key in UNITS}} | dict(model_content)
+    nominal = build_model(model_content, folder=model_folder)
+    model = {key: value for key, value in model_content.items() if key != "description"}
+    model["bicycle"] = {key: nominal.bicycle[key] for key in UNITS}
+    if "effects" in model:
+        model["effects"] = {name: located(table, model_folder) for name, table in model["effects"].items()}
+    tyre = next((t for t in model.get("effects", {}).values() if any(key in t for key in TYRE_KEYS)), None)
+    allowed = variable_names(nominal, values_of_tyres(model.get("effects", {})))
+    axes, speeds = _read_grid(grid, allowed, folder)
+    options = read(OPTIONS, sampled, section="sampled", dotted=True)
+    own_sd = _stated_sd(bicycles) if bicycles and options["bicycle_sd"] else {}
+    if bicycles:
+        sampled.pop("bicycle_sd", None)
+    normals, uniforms = _Sampled(allowed, nominal, tyre or {}).read(sampled, [axis.name for axis in axes])
+    axes = (*([GridAxis(BICYCLE, tuple(one.name for one in bicycles))] if bicycles else []), *axes)
+    if not allows_unusual(model):
+        numbers = [(axis.name, axis.values) for axis in axes] + [(u.name, (u.low, u.high)) for u in uniforms]
+        numbers += [(name, (mean,)) for normal in normals for name, mean in zip(normal.names, normal.mean, strict=True)]
+        for name, values in numbers:
+            refuse_absurd_values(nominal, {name: values})
+    covariance, relative = options["tyre_covariance"], options["relative_cornering_stiffness_sd"]
+    if covariance and tyre is None:
+        raise InputError("sampled.tyre_covariance needs a measured tyre: give tyre and pressure_bar in the model file")
+    if relative and not covariance:
+        raise InputError("sampled.relative_cornering_stiffness_sd does nothing without tyre_covariance = true")
+    sweep = Sweep(
+        model=model, axes=axes, speeds=speeds, samples=given["samples"], seed=given["seed"],
+        normals=normals, uniforms=uniforms, tyre_covariance=covariance, relative_cornering_stiffness_sd=relative,
+        outputs=tuple(dict.fromkeys(given["outputs"])), max_speed=given["max_speed_m_s"],
+        quantiles=given["reduce"]["quantiles"] if "reduce" in given else None,
+        points_per_part=given["points_per_part"],
+        bicycles={one.name: {key: one[key] for key in UNITS} for one in bicycles}, bicycle_sd=own_sd,
+    )  # fmt: skip
+    _check_samples(sweep)
+    _check_varied(sweep)
+    return sweep
+
+
+def _check_samples(sweep: Sweep) -> None:
+    if sweep.random and sweep.samples < 2:
+        raise InputError(
+            f"parameters are sampled, but samples = {sweep.samples} (1 without the key) is no sample; give two or "
+            "more, for example samples = 1000"
+        )
+    if not sweep.random and sweep.samples > 1:
+        raise InputError(f"samples = {sweep.samples}, but nothing is sampled; add [sampled] or leave it out")
+    if sweep.items > 10**9:
+        raise InputError(f"the sweep has {sweep.items:.3g} bicycles; at most 1e+09 are allowed")
+    if sweep.quantiles is None:
+        return
+    if not sweep.random:
+        raise InputError("[reduce] makes quantiles over samples, but nothing is sampled; leave it out")
+    for name in sweep.outputs:
+        if not OUTPUTS[name].reducible:
+            known = ", ".join(one.name for one in OUTPUTS.values() if one.reducible)
+            raise InputError(f"{name} cannot be reduced over samples; with [reduce] ask for {known}")
+
+
+def _check_varied(sweep: Sweep) -> None:
+    varied = [*sweep.varied, *([SPEED] if sweep.speeds else [])]
+    twice = [name for name in varied if varied.count(name) > 1]
+    if twice:
+        raise InputError(f"{twice[0]} is varied twice; keep one of grid, sampled and joint")
+    for name in varied:
+        wheels = entries_of(name, set(varied) - {name})
+        if wheels:
+            raise InputError(f"{name} and {wheels[0]} are both varied; give both wheels together or each on its own")
+    own = [name for name in varied if sweep.bicycles and name in UNITS]
+    if own:
+        raise InputError(f"{own[0]} is varied, but each bicycle of grid.{BICYCLE} has its own; leave one of them out")
+    by_speed = [name for name in sweep.outputs if OUTPUTS[name].by_speed]
+    if by_speed and SPEED not in varied:
+        raise InputError(f"{by_speed[0]} need speeds: add grid.{SPEED}, for example {{from = 0, to = 20, count = 201}}")
+    if SPEED in varied and not by_speed:
+        raise InputError(f"{SPEED} is varied, but {', '.join(sweep.outputs)} do not depend on it; leave it out")
+
+
+def _bicycle_axis(given: Any, folder: Path, *, allow_unusual: bool) -> tuple[Bicycle, ...]:
+    """The bicycles of ``[grid] bicycle = "bicycles.csv"``."""
+    if not isinstance(given, str) or not is_bicycle_table(given) or split_row(given)[1]:
+        raise InputError(f'grid.{BICYCLE} = {shown(given)}: give a table of bicycles, for example "bicycles.csv"')
+    return tuple(read_bicycles(Path(bicycle_place(given, folder)), allow_unusual=allow_unusual))
+
+
+def _stated_sd(bicycles: tuple[Bicycle, ...]) -> dict[str, dict[str, float]]:
+    """Standard deviations (SI) above 0 that the bicycles of a table state, by name and key."""
+    found = {b.name: {key: sd for key, sd in b.sd.items() if sd > 0 and key in UNITS} for b in bicycles}
+    if not any(found.values()):
+        raise InputError(f"sampled.bicycle_sd: no bicycle of grid.{BICYCLE} states standard deviations")
+    for one in bicycles:
+        for key, sd in found[one.name].items():
+            possible_moments(f"bicycle {one.name}: {key}", one[key], sd, BOUNDS[key])
+    return found
+
+
+def variable_names(model: Model, taken: Collection[str]) -> set[str]:
+    """Names that can be varied; ``taken`` are the parameters that a tyre gives, of which the contact law's cannot."""
+    names = {*UNITS, SPEED}
+    for effect in model.effects:
+        for parameter in effect.parameters:
+            if effect.slot == "contact law" and f"{effect.identifier}.{parameter.entries()[0]}" in taken:
+                continue
+            names |= {f"{effect.identifier}.{key}" for key in (parameter.name, *parameter.entries())}
+    if taken:
+        names |= {str(ParameterKey("", key, wheel)) for key in TYRE_UNITS for wheel in ("", *WHEELS)}
+    return names
+
+
+def _read_grid(content: Any, allowed: set[str], folder: Path) -> tuple[tuple[GridAxis, ...], tuple[float, ...]]:
+    """Axes of the grid, and the speeds (m/s) apart from them."""
+    axes, speeds = [], ()
+    for name, value in _leaves(content, allowed):
+        refuse_unknown("parameter", [name], allowed)
+        values = _axis_values(name, value)
+        if ParameterKey.parse(name).name == "tyre":
+            values = tuple(tyre_file(tyre, folder) for tyre in values)
+        if len(set(values)) < len(values):
+            raise InputError(f"grid.{name} holds a value twice; give each once")
+        if name != SPEED:
+            axes.append(GridAxis(name, values))
+        elif min(values) < 0:
+            raise InputError(f"grid.{SPEED} holds {min(values):g}; give speeds >= 0 m/s")
+        else:
+            speeds = values
+    return tuple(axes), speeds
+
+
+def _leaves(content: Mapping[str, Any], allowed: set[str], start: str = "") -> Iterator[tuple[str, Any]]:
+    """Parameters by full name; ``[grid.relaxation_length]`` and a quoted ``"relaxation_length.x"`` are the same."""
+    leaf_keys = {*RANGE_KEYS, "mean", "sd", "low", "high"}
+    for key, value in content.items():
+        name = start + key
+        inner = isinstance(value, Mapping) and value and not set(value) & leaf_keys
+        if inner and any(other.startswith(f"{name}.") for other in allowed):
+            yield from _leaves(value, allowed, f"{name}.")
+        else:
+            yield name, value
+
+
+def _axis_values(name: str, value: Any) -> tuple[Any, ...]:
+    if isinstance(value, Mapping):
+        count = whole(least=1 if value.get("from") == value.get("to") else 2, most=10**6)
+        checks = dict(zip(RANGE_KEYS, (FINITE, FINITE, count), strict=True))
+        declared = {
+            needed(k, f"{k} is missing; write {{from = 0, to = 20, count = 201}}"): c for k, c in checks.items()
+        }
+        ends = read(table(declared, kind=f"key of grid.{name}:"), value, section=f"grid.{name}", dotted=True)
+        value = np.linspace(ends["from"], ends["to"], ends["count"]).tolist()
+    if not isinstance(value, list) or not value:
+        raise InputError(f"grid.{name} = {shown(value)}: give a list of values or {{from, to, count}}")
+    entry = NAMED if ParameterKey.parse(name).name in NAMES else FINITE
+    return tuple(read(entry, v, section=f"grid.{name}", dotted=True) for v in value)
+
+
+class _Sampled:
+    """Reader of ``[sampled]``: names that can be varied, the model with means and bounds, the table of its tyre."""
+
+    def __init__(self, allowed: set[str], model: Model, tyre: Mapping[str, Any]) -> None:
+        self.allowed, self.model, self.tyre = allowed, model, tyre
+
+    def read(
+        self, content: Mapping[str, Any], elsewhere: Collection[str]
+    ) -> tuple[tuple[Normal, ...], tuple[Uniform, ...]]:
+        """Distributions of the table; ``elsewhere`` are names that are varied outside it."""
+        options = read(OPTIONS, content, section="sampled", dotted=True)
+        leaves = _leaves({k: v for k, v in content.items() if k not in OPTIONS.keys}, self.allowed)
+        found = [self._one(name, value) for name, value in leaves]
+        normals = [one for one in found if isinstance(one, Normal)]
+        uniforms = [one for one in found if isinstance(one, Uniform)]
+        joint = [self._joint(entry) for entry in options["joint"]]
+        if options["bicycle_sd"]:
+            own = {*elsewhere, *(u.name for u in uniforms), *(name for one in (*normals, *joint) for name in one.names)}
+            single, together = self._bicycle_sd(own)
+            normals, joint = normals + single, joint + together
+        return (*normals, *joint), tuple(uniforms)
+
+    def _one(self, name: str, value: Any) -> Normal | Uniform:
+        self._check_name(name)
+        if not isinstance(value, Mapping) or set(value) not in DISTRIBUTIONS:
+            raise InputError(f"sampled.{name} = {shown(value)}: give {{mean, sd}}, {{sd}} or {{low, high}}")
+        declared = table({needed(key): SD if key == "sd" else FINITE for key in value})
+        numbers = read(declared, value, section=f"sampled.{name}", dotted=True)
+        bounds = bounds_of(self.model, name)
+        if "low" in numbers:
+            if not numbers["low"] < numbers["high"]:
+                raise InputError(f"sampled.{name}: low = {numbers['low']:g} must be below high = {numbers['high']:g}")
+            for key, end in numbers.items():
+                if not bounds[0] <= end <= bounds[1]:
+                    raise InputError(f"sampled.{name}: {key} = {end:g} is outside {bounds[0]:g} .. {bounds[1]:g}")
+            return Uniform(name, numbers["low"], numbers["high"])
+        mean = numbers["mean"] if "mean" in numbers else self._nominal(name)
+        possible_moments(f"sampled.{name}", mean, numbers["sd"], bounds)
+        return Normal((name,), (mean,), ((numbers["sd"],),))
+
+    def _bicycle_sd(self, own: set[str]) -> tuple[list[Normal], list[Normal]]:
+        """Deviations that the bicycle's file states one by one, and those that the model's file states together."""
+        model = self.model
+        stated = model.covariance if model.covariance.origin == MODEL_FILE else ParameterCovariance()
+        sd = {
+            key: value for key, value in model.bicycle.sd.items()
+            if value > 0 and key in UNITS and key not in stated.names
+        }  # fmt: skip
+        if not sd and not any(stated.sd.values()):
+            raise InputError(
+                f"sampled.bicycle_sd: bicycle {model.bicycle.name!r} states no standard deviations; give them in its "
+                "file ([sd]), in [covariance] of the model file, or of single parameters here, such as c = {sd = 0.003}"
+            )
+        single = [Normal((key,), (model.bicycle[key],), ((value,),)) for key, value in sd.items() if key not in own]
+        both_wheels = {key: str(ParameterKey.parse(key).whole) for key in stated.sd}
+        together = [key for key, value in stated.sd.items() if value > 0 and not own & {key, both_wheels[key]}]
+        if not together:
+            return single, []
+        return single, [self._joint({"parameters": together, "covariance": stated.among(together).tolist()})]
+
+    def _joint(self, entry: Mapping[str, Any]) -> Normal:
+        given = read(JOINT, entry, section="sampled.joint", dotted=True)
+        names = given["parameters"]
+        for name in names:
+            self._check_name(name)
+        where, size = f"sampled.joint of {', '.join(names)}", len(names)
+        row = list_of(FINITE, f"must be {size} numbers", least=size, most=size)
+        square = list_of(row, f"must be {size} x {size} numbers", least=size, most=size)
+        rows = read(square, given["covariance"], where=where, section="covariance")
+        try:
+            covariance = checked_covariance(names, rows)
+        except InputError as error:
+            raise InputError(f"sampled.joint: {error}") from error
+        if "mean" in given:
+            one_each = list_of(FINITE, "; give a list of one number per parameter", least=size, most=size, strict=False)
+            means = read(one_each, given["mean"], where=where, section="mean", dotted=True)
+        else:
+            means = [self._nominal(name) for name in names]
+        for name, value, variance in zip(names, means, np.diag(covariance), strict=True):
+            sd = float(np.sqrt(max(variance, 0.0)))
+            possible_moments(f"sampled.joint: {name}", value, sd, bounds_of(self.model, name))
+        return Normal(tuple(names), tuple(means), _root(covariance))
+
+    def _check_name(self, name: Any) -> None:
+        refuse_unknown("parameter", [name], self.allowed)
+        if ParameterKey.parse(name).name in NAMES:
+            raise InputError(f"sampled {name}: a name cannot be sampled; list names in [grid]")
+
+    def _nominal(self, name: str) -> float:
+        values: dict[str, Any] = dict(self.model.parameters)
+        pressure = self.tyre.get("pressure_bar")
+        per_wheel = pressure if isinstance(pressure, Mapping) else dict.fromkeys(WHEELS, pressure)
+        values |= {f"pressure_bar.{wheel}": value for wheel, value in per_wheel.items() if value is not None}
+        found = {values[key] for key in entries_of(name, values)}
+        if len(found) == len(WHEELS):
+            rear, front = (values[f"{name}.{wheel}"] for wheel in WHEELS)
+            raise InputError(
+                f"sampled {name}: mean is missing; the model has {rear:g} at the rear and {front:g} at the front "
+                f"wheel, so give {name}.rear and {name}.front"
+            )
+        if len(found) != 1:
+            raise InputError(f"sampled {name}: mean is missing; the model has no single value of it")
+        return float(found.pop())
+
+
+def _root(covariance: Any) -> tuple[tuple[float, ...], ...]:
+    """Square root of a covariance, of its correlations so that units do not matter."""
+    sd = np.sqrt(np.diag(covariance))
+    scale = np.where(sd > 0, sd, 1.0)
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    return tuple(map(tuple, (sd[:, None] * vectors * np.sqrt(np.maximum(values, 0))).tolist()))

@@ -1,0 +1,294 @@
+"""Finished parts of a sweep on disk, each there whole or not at all, and the labelled store made of them."""
+
+import contextlib
+import errno
+import hashlib
+import io
+import json
+import math
+import os
+import shutil
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bicycle.parameter_covariance import ParameterKey
+from studies.axes import unit_of
+from studies.outputs import DIMENSIONS, OUTPUTS
+from studies.sweep.engines import usual_items
+from studies.sweep.reduction import EXTREMES, Merged
+from studies.sweep.sampler import stiffness_warnings
+from studies.sweep.specification import SPEED, Sweep, differences, software
+from studies.sweep.worker import Arrays, stored
+from tyre.errors import InputError
+from tyre.files import write_text
+
+Piece = tuple[int, int]
+Labels = dict[str, Sequence[Any]]
+DIGEST = 32  # bytes of SHA-256
+CHUNK_BYTES = 4_000_000
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Folder of the finished pieces of one sweep, with the number of bicycles in a part; made by :func:`open_parts`."""
+
+    folder: Path
+    fingerprint: str
+    items: int
+
+    def file(self, piece: Piece) -> Path:
+        """File with the results of items ``piece``: a SHA-256 of them, their place and the sweep, then an npz."""
+        return self.folder / f"{piece[0]:012d}-{piece[1]:012d}.part"
+
+    def has(self, piece: Piece) -> bool:
+        """True if the piece is finished; a file that a crash of the machine left damaged does not count."""
+        return self._content(piece) is not None
+
+    def read(self, piece: Piece) -> Arrays:
+        """Results of a finished piece; InputError if it is missing or damaged."""
+        content = self._content(piece)
+        if content is None:
+            raise InputError(f"{self.file(piece).as_posix()} is missing or damaged")
+        with np.load(io.BytesIO(content), allow_pickle=False) as found:
+            return dict(found)
+
+    def groups(self, pieces: Iterable[Piece]) -> Iterator[tuple[int, Arrays]]:
+        """Finished pieces joined along their items, some chunks at a time: first item and arrays."""
+        start, held, size = 0, list[Arrays](), 0
+        for piece in pieces:
+            start = piece[0] if not held else start
+            held.append(self.read(piece))
+            size += sum(array.nbytes for array in held[-1].values())
+            if size >= 16 * CHUNK_BYTES:
+                yield start, {name: np.concatenate([one[name] for one in held]) for name in held[0]}
+                held, size = [], 0
+        if held:
+            yield start, {name: np.concatenate([one[name] for one in held]) for name in held[0]}
+
+    def write(self, piece: Piece, arrays: Arrays) -> None:
+        """Write arrays under another name, make sure they are on the disk, then rename: a kill leaves no half file."""
+        temporary, buffer = self.file(piece).with_suffix(".tmp"), io.BytesIO()
+        np.savez(buffer, **arrays)  # type: ignore[arg-type]
+        content = buffer.getbuffer()
+        try:
+            with temporary.open("wb") as stream:
+                stream.write(self._digest(piece, content))
+                stream.write(content)
+                stream.flush()
+                os.fsync(stream.fileno())
+            temporary.replace(self.file(piece))
+        except BaseException:
+            temporary.unlink(missing_ok=True)
+            raise
+
+    def _content(self, piece: Piece) -> bytes | None:
+        try:
+            found = self.file(piece).read_bytes()
+        except OSError:
+            return None
+        return found[DIGEST:] if self._digest(piece, found[DIGEST:]) == found[:DIGEST] else None
+
+    def _digest(self, piece: Piece, content: bytes | memoryview) -> bytes:
+        """Digest of a part and its place: one of another place or another sweep is as good as damaged."""
+        digest = hashlib.sha256(json.dumps([self.fingerprint, *piece]).encode())
+        digest.update(content)
+        return digest.digest()
+
+
+def open_parts(out: Path, sweep: Sweep, items: Callable[[Sweep], int] = usual_items) -> Parts:
+    """The folder of parts beside ``out``, new or of an interrupted run of the same sweep."""
+    folder = out.with_name(out.name + ".parts")
+    mark = folder / "sweep.json"
+    found: Any = None
+    if mark.exists():
+        with contextlib.suppress(ValueError):
+            found = json.loads(mark.read_text(encoding="utf-8"))
+    found = found if isinstance(found, dict) else {}
+    same = found.get("fingerprint") == sweep.fingerprint
+    if same and isinstance(found.get("items"), int) and found["items"] > 0:
+        return Parts(folder, sweep.fingerprint, found["items"])
+    if any(folder.glob("*.part")):
+        changed = differences(None if same else found.get("made_of"), sweep.made_of)
+        raise InputError(
+            f"{folder.as_posix()} holds parts of another sweep; changed since: {changed}. "
+            "To start anew, remove that folder or choose another --out"
+        )
+    folder.mkdir(parents=True, exist_ok=True)
+    count = items(sweep)
+    wanted = {"fingerprint": sweep.fingerprint, "items": count, "made_of": sweep.made_of}
+    write_text(mark, json.dumps(wanted, indent=1))
+    return Parts(folder, sweep.fingerprint, count)
+
+
+def assemble(sweep: Sweep, parts: Parts, pieces: Iterable[Piece], store: Path) -> None:
+    """Write the zarr ``store`` from the parts of all ``pieces``; few are in memory at a time."""
+    import zarr
+
+    labels = coordinates(sweep)
+    group = zarr.open_group(store, mode="w", zarr_format=3)
+    group.attrs.update(provenance(sweep))
+    for name, values in labels.items():
+        array = np.asarray(values)
+        kind: Any = {"U": str, "f": "float64"}.get(array.dtype.kind, "int64")
+        created = group.create_array(name, shape=array.shape, dtype=kind, dimension_names=(name,))
+        created[:] = array
+        created.attrs["units"] = "1" if name == "quantile" else unit_of(str(ParameterKey.parse(name).whole))
+    targets: dict[str, Any] = {}
+    for name in stored(sweep):
+        targets |= _variables(group, sweep, labels, name)
+    if sweep.quantiles is None:
+        shape = sweep.shape if sweep.samples > 1 else sweep.shape[:-1]
+        for start, arrays in parts.groups(pieces):
+            for name, rows in arrays.items():
+                write_rows(targets[name], shape, start, rows)
+        return
+    merged = {name: Merged(sweep.quantiles) for name in stored(sweep)}
+    for piece in pieces:
+        part = parts.read(piece)
+        for name, one in merged.items():
+            _write_reduced(targets, sweep, name, one.add(part, name))
+    for name, one in merged.items():
+        _write_reduced(targets, sweep, name, one.finish())
+
+
+def coordinates(sweep: Sweep) -> Labels:
+    """Every dimension and its labels."""
+    model = sweep.nominal
+    labels: Labels = {axis.name: axis.values for axis in sweep.axes}
+    if sweep.speeds:
+        labels[SPEED] = sweep.speeds
+    if sweep.samples > 1 and sweep.quantiles is None:
+        labels["sample"] = range(sweep.samples)
+    if sweep.quantiles is not None:
+        labels["quantile"] = sweep.quantiles
+    dims = dict.fromkeys(dim for name in sweep.outputs for dim in OUTPUTS[name].dims)
+    return labels | {dim: DIMENSIONS[dim](model) for dim in dims}
+
+
+def _variables(group: Any, sweep: Sweep, labels: Labels, name: str) -> dict[str, Any]:
+    """New arrays that hold the output ``name``: itself, or what its reduction over the samples gives."""
+    output = OUTPUTS.get(name)
+    unit, grid = "1" if output is None else output.unit, tuple(axis.name for axis in sweep.axes)
+    inner: tuple[str, ...] = () if output is None else output.dims
+    inner = (SPEED, *inner) if output is not None and output.by_speed and sweep.speeds else inner
+    dtype = "complex128" if output is not None and output.complex_valued else "float64"
+    if sweep.quantiles is None:
+        outer = (*grid, "sample") if sweep.samples > 1 else grid
+        wanted = {name: ((*outer, *inner), unit)}
+    else:
+        wanted = {f"{name}_quantiles": ((*grid, *inner, "quantile"), unit)}
+        for field in EXTREMES:
+            wanted[f"{name}_{field}"] = ((*grid, *inner), unit if field in ("min", "max") else "1")
+    found = {}
+    for full, (dims, own_unit) in wanted.items():
+        shape = tuple(len(labels[dim]) for dim in dims)
+        chunks, size = [], np.dtype(dtype).itemsize
+        for length in reversed(shape):
+            chunks.append(max(1, min(length, CHUNK_BYTES // size)))
+            size *= chunks[-1]
+        found[full] = group.create_array(
+            full, shape=shape, chunks=tuple(reversed(chunks)) or "auto", dtype=dtype, fill_value=math.nan,
+            dimension_names=dims,
+        )  # fmt: skip
+        found[full].attrs["units"] = own_unit
+    return found
+
+
+def write_rows(target: Any, shape: Sequence[int], start: int, rows: NDArray[Any], at: tuple[int, ...] = ()) -> None:
+    """Write rows (k, ...) into an array whose leading dimensions have this shape in C order, from row ``start`` on."""
+    if not shape:
+        target[(*at, ...)] = rows[0]
+        return
+    inner = math.prod(shape[1:])
+    while len(rows):
+        first, offset = divmod(start, inner)
+        whole = len(rows) // inner if offset == 0 else 0
+        if whole:
+            used = whole * inner
+            target[(*at, slice(first, first + whole), ...)] = rows[:used].reshape(whole, *shape[1:], *rows.shape[1:])
+        else:
+            used = min(inner - offset, len(rows))
+            write_rows(target, shape[1:], offset, rows[:used], (*at, first))
+        start, rows = start + used, rows[used:]
+
+
+def _write_reduced(targets: dict[str, Any], sweep: Sweep, name: str, cells: list[Any]) -> None:
+    shape = sweep.shape[:-1]
+    for cell, quantiles, extremes in cells:
+        fields = {f"{name}_{field}": extremes[:, k] for k, field in enumerate(EXTREMES)}
+        for full, values in ({f"{name}_quantiles": quantiles} | fields).items():
+            target = targets[full]
+            write_rows(target, shape, cell, values.reshape(1, *target.shape[len(shape) :]))
+
+
+def provenance(sweep: Sweep) -> dict[str, Any]:
+    """Attributes that say what made the numbers; neither time nor machine, so that equal sweeps give equal files."""
+    content = asdict(sweep)
+    del content["points_per_part"]
+    warnings = stiffness_warnings(sweep.nominal.linear_model().warnings, sweep.relative_cornering_stiffness_sd)
+    return {
+        "title": "velotyre sweep", "fingerprint": sweep.fingerprint, "made_of": json.dumps(sweep.made_of),
+        "software": json.dumps(software()), "sweep": json.dumps(content), "warnings": "; ".join(warnings),
+        "random_numbers": "Philox 4x64 keyed by seed and SHA-256 of the parameter's name; sample i is word i",
+        "quantile_accuracy": "exact extremes; quantiles to 2**-11 of their value" if sweep.quantiles else "",
+    }  # fmt: skip
+
+
+def to_netcdf(store: Path, target: Path) -> None:
+    """Export a zarr store to netCDF; a complex variable becomes ``name_real`` and ``name_imag``, as netCDF needs."""
+    import netCDF4
+    import zarr
+
+    found = zarr.open_group(store, mode="r")
+    arrays: list[tuple[str, Any]] = sorted(found.arrays())
+    try:
+        with netCDF4.Dataset(target, "w") as file:
+            file.setncatts(dict(found.attrs))
+            for name, array in arrays:
+                if array.metadata.dimension_names == (name,):
+                    file.createDimension(name, array.shape[0])
+            for name, array in arrays:
+                for part in ("real", "imag") if array.dtype.kind == "c" else ("",):
+                    _copy(file, f"{name}_{part}" if part else name, array, part)
+    except RuntimeError as error:  # HDF5 does not say why
+        raise OSError(errno.EIO, f"netCDF says {str(error)!r}, as it does when the disk is full") from error
+
+
+def _copy(file: Any, name: str, array: Any, part: str) -> None:
+    words = array.dtype.kind in "TUO"
+    kind: Any = str if words else np.zeros(0, array.dtype).real.dtype.newbyteorder("=")
+    options = {"fill_value": np.nan} if not words and kind.kind == "f" else {}
+    variable = file.createVariable(name, kind, array.metadata.dimension_names or (), **options)
+    variable.setncatts(dict(array.attrs))
+    starts = range(0, array.shape[0], array.chunks[0]) if array.ndim else [0]
+    for start in starts:  # whole stored chunks
+        box = slice(start, start + array.chunks[0]) if array.ndim else ...
+        values = np.asarray(array[box])
+        variable[box] = values.astype(object) if words else getattr(values, part) if part else values
+
+
+def open_data(path: Path) -> Any:
+    """The data set of a finished sweep, zarr or netCDF, opened and not read."""
+    import xarray as xr
+
+    return xr.open_zarr(path, consolidated=False) if path.is_dir() else xr.open_dataset(path, engine="netcdf4")
+
+
+def impossible_draws(out: Path) -> int:
+    """Number of draws of the finished sweep ``out`` that make no bicycle."""
+    with open_data(out) as found:
+        marks = [found[name] for name in ("impossible", "impossible_above_zero") if name in found]
+        return sum(int(mark.sum()) for mark in marks)
+
+
+def remove(path: Path) -> None:
+    """Delete the file or folder ``path``, if there is one."""
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)

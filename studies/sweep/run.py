@@ -1,0 +1,138 @@
+"""Run of a sweep: its pieces are handed out, kept and put together; an interrupted run continues."""
+
+import contextlib
+import json
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from studies.sampling import left_out
+from studies.sweep.engines import Engine, in_loop, measured_items, usual_items
+from studies.sweep.result import Parts, Piece, assemble, open_data, open_parts, remove, to_netcdf
+from studies.sweep.sampler import Sampler
+from studies.sweep.specification import ImpossibleItem, Sweep, differences
+from studies.sweep.worker import compute
+from tyre.errors import InputError
+from tyre.progress import progress_bar
+
+CONTINUE = "run the same command again to continue"
+
+
+def run_sweep(sweep: Sweep, out: str | Path, *, engine: Engine | None = None, progress: bool = False) -> Path:
+    """Compute a sweep into ``out``, a zarr store, or netCDF where its name ends in ``.nc``."""
+    out = Path(out)
+    if out.suffix not in (".zarr", ".nc"):
+        raise InputError(f"--out {out.as_posix()}: the name must end in .zarr or .nc (netCDF)")
+    if out.exists():
+        _refuse_other(out, sweep)
+        for left in ("parts", "partial"):  # killed after the last rename
+            remove(out.with_name(f"{out.name}.{left}"))
+        return out
+    for remark in _check_items(sweep):
+        if progress:
+            print(f"warning: {remark}", file=sys.stderr)
+    parts = open_parts(out, sweep, measured_items)
+    todo = [piece for piece in pieces(sweep, parts.items) if not parts.has(piece)]
+    try:
+        _compute(sweep, parts, todo, engine or in_loop(), progress=progress)
+        _finish(sweep, parts, out)
+    except ImpossibleItem as error:
+        if not any(parts.has(piece) for piece in pieces(sweep, parts.items)):
+            remove(parts.folder)  # not in the way of the changed sweep
+            raise InputError(str(error)) from error
+        raise InputError(f"{error}; {_kept(sweep, parts)}, but a changed sweep starts anew") from error
+    except (InputError, OSError) as error:
+        reason = str(error)
+        if isinstance(error, OSError):
+            reason = f"{error.strerror or error}: cannot write to {out.absolute().parent.as_posix()}"
+        raise InputError(f"{reason}; {_kept(sweep, parts)}: mend the cause and {CONTINUE}") from error
+    except KeyboardInterrupt:
+        print(f"{_kept(sweep, parts)}: {CONTINUE}", file=sys.stderr)
+        raise
+    remove(parts.folder)
+    return out
+
+
+def _check_items(sweep: Sweep) -> list[str]:
+    """Refuse a sweep with an impossible cell before any is computed; remarks on its items."""
+    sampler = Sampler(sweep)
+    sampler.model.linear_model().check_speeds(sweep.speeds)
+    cells = sampler.centres() if sweep.random else sampler
+    for start, stop in pieces(cells.sweep, 16384):
+        points = cells.points(start, stop, sampler.zeros(stop - start), linear=True)
+        cells.refuse_any(points, start, where="the mean of what is sampled" if sweep.random else "")
+    extrapolated, counts = 0, Counter[str]()
+    for start, stop in pieces(sweep, 16384):
+        points = sampler.points(start, stop)
+        counts.update(points.refused.counts)
+        extrapolated += 0 if points.extrapolated is None else int(points.extrapolated[~points.refused.mask].sum())
+    found = list(sampler.notes)
+    if counts:
+        found.append(f"{left_out(counts, sweep.items)}: they are NaN, and impossible marks them")
+    if extrapolated:
+        found.append(
+            f"{extrapolated} of {sweep.items} bicycles have a tyre outside its measured loads and pressures; "
+            "tyre_extrapolated marks them"
+        )
+    return found
+
+
+def _kept(sweep: Sweep, parts: Parts) -> str:
+    done = sum(stop - start for start, stop in pieces(sweep, parts.items) if parts.has((start, stop)))
+    kept = "bicycles are finished and kept in"
+    return f"{done} of {sweep.items} {kept} {parts.folder.as_posix()}"
+
+
+def pieces(sweep: Sweep, items: int | None = None) -> Iterator[Piece]:
+    """Item ranges that are computed and kept together: a number of ``items`` each, by default the usual one."""
+    step = items or usual_items(sweep)
+    for start in range(0, sweep.items, step):
+        yield start, min(start + step, sweep.items)
+
+
+def _compute(sweep: Sweep, parts: Parts, todo: list[Piece], engine: Engine, *, progress: bool) -> None:
+    points = sweep.points_per_item
+    left, total = sum(stop - start for start, stop in todo) * points, sweep.items * points
+    with progress_bar(total=total, initial=total - left, unit="points", unit_scale=True, show=progress) as bar:
+        for piece, arrays in engine(partial(compute, sweep), todo):
+            parts.write(piece, arrays)
+            bar.update((piece[1] - piece[0]) * points)
+
+
+def _finish(sweep: Sweep, parts: Parts, out: Path) -> None:
+    store, export = (out.with_name(f"{out.name}.{ending}") for ending in ("partial", "export"))
+    try:
+        remove(store)
+        remove(export)
+        assemble(sweep, parts, pieces(sweep, parts.items), store)
+        if out.suffix == ".nc":
+            to_netcdf(store, export)
+            export.replace(out)
+        else:
+            store.replace(out)
+    finally:
+        remove(store)
+        remove(export)
+
+
+def _refuse_other(out: Path, sweep: Sweep) -> None:
+    """Refuse a result that is not of this sweep, with what has changed."""
+    made_by: dict[str, Any] = {}
+    with contextlib.suppress(OSError, ValueError):
+        if out.is_dir():
+            made_by = json.loads((out / "zarr.json").read_text(encoding="utf-8")).get("attributes", {})
+        else:
+            with open_data(out) as found:
+                made_by = dict(found.attrs)
+    if made_by.get("fingerprint") == sweep.fingerprint:
+        return
+    before = None
+    with contextlib.suppress(KeyError, ValueError):
+        before = json.loads(made_by["made_of"])
+    changed = f" (changed since: {differences(before, sweep.made_of)})" if before else ""
+    raise InputError(
+        f"{out.as_posix()} exists and is not the result of this sweep{changed}; remove it or choose another --out"
+    )

@@ -1,0 +1,436 @@
+"""Tyres of many bicycles at once."""
+
+import math
+from collections.abc import Callable, Collection, Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bicycle.default_sd import CORNERING_STIFFNESS
+from bicycle.effect import Effect
+from bicycle.model import Model, impossible_bicycles
+from bicycle.model_family import ModelFamily
+from bicycle.parameter_covariance import WHEELS, ParameterKey
+from bicycle.parameters import BOUNDS, UNITS, bodies, static_loads
+from bicycle.wheel_tyres import MOST_BAR, TYRE_KEYS, values_of_tyres
+from studies.axes import bounds_of
+from studies.model_space import one_by_one
+from studies.sampling import BoundedDraws, Refused, normal, uniform
+from studies.sweep.specification import BICYCLE, SPEED, TYRE_UNITS, ImpossibleItem, Sweep, together
+from tyre.arrays import Array
+from tyre.errors import InputError
+from tyre.find_tyre import read_tyre
+from tyre.properties import (
+    FOLLOWS_FROM,
+    MEASURED_BESIDE,
+    TyreSource,
+    parameters_of_effects,
+    stiffness_note,
+    wheel_properties,
+)
+from tyre.units import PASCAL_PER_BAR
+
+NO_TYRE = "the tyre's table says nothing of the load or pressure"
+BLOCKS = (np.array([0, 2]), np.array([1, 3]))  # cornering stiffness of both wheels, lateral stiffness of both
+USED = np.ix_([0, 1, 3, 4], [0, 1, 3, 4])  # C and K among C, K, relaxation length of two wheels
+STIFFNESSES = ("cornering_stiffness", "lateral_stiffness")
+Choice = Mapping[str, NDArray[Any]]  # tyre, surface, pressure_bar, load_N of one wheel, (m,) each
+
+
+class TyreTable:
+    """Tyres by name and surface, kept in memory."""
+
+    def __init__(self, relative_cornering_stiffness_sd: float) -> None:
+        self.relative_sd = relative_cornering_stiffness_sd
+        self.map = cache(self._load)
+        self.factor = lru_cache(4096)(self._factor)  # a sampled pressure makes one for each item
+
+    def _load(self, tyre: str, surface: str) -> TyreSource:
+        found: TyreSource = read_tyre(tyre, surface=surface).assuming(self.relative_sd)
+        return found
+
+    def values(
+        self, wheels: Sequence[Choice], wanted: Sequence[Sequence[str]], z: Array | None, nominal_loads: Sequence[Any],
+        refused: Refused, *, linear: bool = False, share: float = 1.0,
+    ) -> tuple[list[dict[str, Array]], NDArray[np.bool_]]:  # fmt: skip
+        """Properties of the tyres of both wheels by name, (m,) each, and where an item's tyre is extrapolated."""
+        count = len(wheels[0]["load_N"])
+        found = [{name: np.full(count, np.nan) for name in (*STIFFNESSES, *MEASURED_BESIDE)} for _ in wheels]
+        outside = np.zeros(count, bool)
+        conditions = [(wheel["load_N"].astype(float), wheel["pressure_bar"] * PASCAL_PER_BAR) for wheel in wheels]
+        for k, wheel in enumerate(wheels):
+            for rows in _alike(wheel["tyre"], wheel["surface"]):
+                tyre = self.map(str(wheel["tyre"][rows[0]]), str(wheel["surface"][rows[0]]))
+                _mark(tyre, *conditions[k], rows, refused)
+        for (load, pressure), wheel, values, names in zip(conditions, wheels, found, wanted, strict=True):
+            for rows in _alike(wheel["tyre"], wheel["surface"]):
+                tyre = self.map(str(wheel["tyre"][rows[0]]), str(wheel["surface"][rows[0]]))
+                bad, usual = refused.mask[rows], (tyre.loads, tyre.pressures)
+                n, p = (np.where(bad, x[rows] if not len(one) else one[0], x[rows])
+                        for one, x in zip(usual, (load, pressure), strict=True))  # fmt: skip
+                held = tyre.linear(load=n, pressure=p)
+                for name in values:
+                    if name in held:
+                        values[name][rows] = held[name]
+                    elif name in names:
+                        values[name][rows] = one_by_one(tyre, name, n, p)
+                for value, (low, high) in ((n, tyre.load_range), (p, tyre.pressure_range)):
+                    outside[rows] |= (value < low * (1 - 1e-9)) | (value > high * (1 + 1e-9))
+        if z is not None:
+            away = self._relative(wheels, z, nominal_loads, refused, linear=linear)
+            for k, values in enumerate(found):
+                for column, name in enumerate(STIFFNESSES):
+                    values[name] *= 1 + share * away[:, 2 * k + column]
+        for values, (load, _) in zip(found, conditions, strict=True):
+            values["relaxation_length"] = values["cornering_stiffness"] / values["lateral_stiffness"]
+            values |= parameters_of_effects(values, load=load)
+        return found, outside
+
+    def _relative(
+        self, wheels: Sequence[Choice], z: Array, nominal_loads: Sequence[Any], refused: Refused, *, linear: bool
+    ) -> Array:
+        """Relative deviations (m, 4) of C and K, rear then front; 0 where an item is refused."""
+        columns = [
+            (wheel["tyre"], wheel["surface"], wheel["pressure_bar"], np.broadcast_to(load, len(z)))
+            for wheel, load in zip(wheels, nominal_loads, strict=True)
+        ]
+        result = np.zeros_like(z)
+        for rows in _alike(*columns[0], *columns[1]):
+            at = rows[0]
+            pair = [(str(t[at]), str(s[at]), float(p[at]), float(n[at])) for t, s, p, n in columns]
+            used = rows[~refused.mask[rows]]
+            try:
+                joint = self.factor(*pair) if used.size else []
+            except InputError as error:  # at the loads of the unvaried bicycle
+                mask = np.zeros_like(refused.mask)
+                mask[used] = True
+                refused.add(NO_TYRE, mask, str(error))
+                continue
+            for block, draws in joint:
+                drawn = np.ascontiguousarray(z[np.ix_(used, block)].T)
+                result[np.ix_(used, block)] = (draws.linear(drawn) if linear else draws(drawn)).T - 1
+        return result
+
+    def _factor(self, *wheels: tuple[str, str, float, float]) -> list[tuple[NDArray[np.intp], BoundedDraws]]:
+        """Draws of C and K of both wheels, rear then front, relative to their values, with the places they take."""
+        maps = [self.map(tyre, surface) for tyre, surface, *_ in wheels]
+        joint = wheel_properties(maps, [(load, pressure * PASCAL_PER_BAR) for _, _, pressure, load in wheels])
+        mean = np.array([value for p in joint.properties for value in (p.cornering_stiffness, p.lateral_stiffness)])
+        relative = joint.covariance[USED] / np.outer(mean, mean)
+        relative[~np.isfinite(relative)] = 0.0  # of a tyre that holds no lateral stiffness
+        cornering, lateral = BLOCKS
+        root, shared = _square_root(relative[np.ix_(cornering, cornering)]), relative[np.ix_(lateral, cornering)]
+        own = relative[np.ix_(lateral, lateral)]
+        if not shared.any():
+            return [(cornering, _positive(root)), (lateral, _positive(_square_root(own)))]
+        carried = shared @ np.linalg.pinv(root).T
+        whole = np.block([[root, np.zeros((2, 2))], [carried, _square_root(own - carried @ carried.T)]])
+        return [(np.concatenate(BLOCKS), _positive(whole))]
+
+
+def _square_root(covariance: Array) -> Array:
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0)))
+
+
+def _positive(root: Array) -> BoundedDraws:
+    return BoundedDraws(np.ones(len(root)), root, [(0.0, math.inf)] * len(root))
+
+
+def _mark(found: TyreSource, load: Array, pressure: Array, rows: NDArray[np.intp], refused: Refused) -> None:
+    """Mark the items whose load (N) or pressure (Pa) the tyre refuses, with its own message for the first."""
+    rows = rows[~refused.mask[rows]]
+    if not rows.size or not _message(found, load[rows], pressure[rows]):
+        return
+    bad, said = np.zeros_like(refused.mask), ""
+    for row in rows:
+        message = _message(found, load[row : row + 1], pressure[row : row + 1])
+        bad[row], said = bool(message), said or message
+    refused.add(NO_TYRE, bad, said)
+
+
+def _message(found: TyreSource, load: Array, pressure: Array) -> str:
+    """Message of the tyre against a corner of these conditions; empty if all are possible."""
+    if pressure.max() > MOST_BAR * PASCAL_PER_BAR:
+        bar = pressure.max() / PASCAL_PER_BAR
+        return f"pressure_bar = {bar:g} must be a number above 0 and up to {MOST_BAR:g} bar"
+    for corner in {(a, b) for a in (load.min(), load.max()) for b in (pressure.min(), pressure.max())}:
+        try:
+            found.at(load=corner[0], pressure=corner[1])
+        except InputError as error:
+            return str(error)
+    return ""
+
+
+def stiffness_warnings(warnings: Sequence[str], relative_cornering_stiffness_sd: float) -> tuple[str, ...]:
+    """``warnings`` of a model file with what a sweep assumes of C_Fy in place of the default."""
+    plain, assumed = stiffness_note(CORNERING_STIFFNESS), stiffness_note(relative_cornering_stiffness_sd)
+    return tuple(warning.replace(plain, assumed) for warning in warnings)
+
+
+def _alike(*columns: NDArray[Any]) -> list[NDArray[np.intp]]:
+    """Rows that are equal in every column (m,), together."""
+    code = np.zeros(len(columns[0]), np.intp)
+    for column in columns:
+        if any(column.strides):  # else one value, broadcast
+            values, at = np.unique(column, return_inverse=True)
+            code = np.unique(code * len(values) + at, return_inverse=True)[1]
+    order = np.argsort(code, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(code[order])) + 1)
+
+
+TYRE_DRAWS = tuple(f"tyre {what} stiffness {wheel}" for wheel in WHEELS for what in ("cornering", "lateral"))
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Parameters of items by key, SI, a number or (m,) each; speeds (m, k) or (1, k) in m/s; and tyre flags (m,)."""
+
+    values: Mapping[str, Any]
+    speeds: Array
+    nominal: Mapping[str, float]
+    refused: Refused
+    extrapolated: NDArray[np.bool_] | None = field(default=None)
+
+    def value(self, key: str, item: int) -> float:
+        """The parameter ``key`` (SI) of the item with index ``item``."""
+        return number(self.values[key], item)
+
+    @property
+    def harmless(self) -> "Points":
+        """Items with the nominal bicycle in place of those that are refused."""
+        bad = self.refused.mask
+        if not bad.any():
+            return self
+        values = {key: np.where(bad, self.nominal[key], value) for key, value in self.values.items()}
+        speeds = np.where(bad[:, None], 1.0, self.speeds) if len(self.speeds) > 1 else self.speeds
+        return Points(values, speeds, self.nominal, Refused(len(bad)), self.extrapolated)
+
+
+class Sampler:
+    """Turns item numbers into parameters; made once per sweep and worker."""
+
+    def __init__(self, sweep: Sweep) -> None:
+        self.sweep = sweep
+        self.model = sweep.nominal
+        self.family = ModelFamily(self.model)
+        self.nominal = self.model.parameters
+        self.tied = self.model.tied
+        tables = sweep.model.get("effects", {})
+        self.taken = values_of_tyres(tables)
+        self.contact = next((name for name, table in tables.items() if any(key in table for key in TYRE_KEYS)), None)
+
+    @property
+    def draws(self) -> dict[str, tuple[str, ...]]:
+        """Names of the independent standard normal numbers, by what is measured together."""
+        found = {together(group.names): group.names for group in self.sweep.normals}
+        found |= {key: (key,) for key in self._bicycles.sampled}
+        if self.sweep.tyre_covariance:
+            found |= {f"tyre {what} stiffness": TYRE_DRAWS[k::2] for k, what in enumerate(("cornering", "lateral"))}
+        return found
+
+    def points(
+        self, start: int, stop: int, draws: Mapping[str, Array] | None = None,
+        *, linear: bool = False, share: float = 1.0,
+    ) -> Points:  # fmt: skip
+        """Parameters of items number ``start`` to ``stop`` - 1, from standard normal ``draws`` (m,) if given."""
+        sweep, count = self.sweep, stop - start
+        *cell, sample = np.unravel_index(np.arange(start, stop), sweep.shape)
+        given: dict[str, Any] = {
+            axis.name: np.array(axis.values)[index] for axis, index in zip(sweep.axes, cell, strict=True)
+        }
+        first, last = int(sample.min()), int(sample.max()) + 1
+        for group, joint in zip(sweep.normals, self._joint, strict=True):
+            z = self._standard(group.names, sample, draws)
+            with np.errstate(over="ignore", invalid="ignore"):  # marked below
+                drawn = joint.linear(z) if linear else joint(z)
+                drawn = drawn if share == 1 else joint.mean[:, None] + share * (drawn - joint.mean[:, None])
+            given |= dict(zip(group.names, drawn, strict=True))
+        names = given.pop(BICYCLE, None)
+        if names is not None:
+            given |= self._bicycles.parameters(
+                names, lambda key: self._standard((key,), sample, draws)[0], linear=linear, share=share
+            )
+        for one in sweep.uniforms:
+            u = np.full(last - first, 0.5)
+            if not linear:
+                u = uniform(seed=sweep.seed, name=one.name, start=first, stop=last)
+            given[one.name] = (one.low + (one.high - one.low) * u)[sample - first]
+        speeds = np.atleast_2d(sweep.speeds) if SPEED not in given else given.pop(SPEED)[:, None]
+        conditions = {key: given.pop(key) for key in list(given) if ParameterKey.parse(key).name in TYRE_UNITS}
+        values = self.family.values(given)
+        points = Points(values, speeds, self.nominal, Refused(count))
+        for why, mask in impossible_bicycles(values).items():
+            points.refused.add(why, mask)
+        points.refused.add("a speed below 0", np.asarray((speeds < 0).any(1)))
+        if self.contact:
+            tyre = self._standard(TYRE_DRAWS, sample, draws).T if sweep.tyre_covariance else None
+            apart = Refused(count) if linear else points.refused  # a slope at a bound takes a step beyond it
+            own = {entry for key in given for entry in self.family.entries(key)}
+            found = self._fill_tyre(points, conditions, own, tyre, apart, names, linear=linear, share=share)
+            points = replace(points, extrapolated=found)
+            for why, mask in apart.reasons.items() if linear else ():
+                points.refused.add(why, mask, apart.examples[why])
+        if share == 1:  # conditions of effects need a look at each item
+            self._mark_effects(points)
+        if not points.refused.mask.all():
+            why = "the mass matrix is not positive definite"
+            points.refused.add(why, self.family.without_mass(points.harmless.values, count))
+        return points
+
+    def centres(self) -> "Sampler":
+        """A sampler with one item for each cell of the grid; ``points(..., mean of everything)`` are its bicycles."""
+        found = copy(self)
+        found.sweep = replace(self.sweep, samples=1)
+        return found
+
+    def zeros(self, count: int) -> dict[str, Array]:
+        """Draws of zero, a number ``count`` of each."""
+        return {name: np.zeros(count) for names in self.draws.values() for name in names}
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Remarks on what cannot be drawn as stated."""
+        groups = zip(self.sweep.normals, self._joint, strict=True)
+        return tuple(dict.fromkeys(note for group, joint in groups for note in joint.notes(group.names)))
+
+    @cached_property
+    def _joint(self) -> tuple[BoundedDraws, ...]:
+        return tuple(
+            BoundedDraws(group.mean, group.factor, [bounds_of(self.model, name) for name in group.names])
+            for group in self.sweep.normals
+        )
+
+    @cached_property
+    def _bicycles(self) -> "_Bicycles":
+        return _Bicycles(self.sweep.bicycles, self.sweep.bicycle_sd)
+
+    @cached_property
+    def _tyres(self) -> TyreTable:
+        return TyreTable(self.sweep.relative_cornering_stiffness_sd)
+
+    def variant(self, points: Points, item: int) -> Model:
+        """The model of the item with index ``item``, checked like any other."""
+        changed = self.family.with_values({key: points.value(key, item) for key in points.values})
+        return Model(changed.bicycle, changed.effects)  # notes and sd are of the nominal one
+
+    def _standard(self, names: Sequence[str], sample: NDArray[np.intp], draws: Mapping[str, Array] | None) -> Array:
+        if draws is not None:
+            return np.array([draws[name] for name in names])
+        first, last = int(sample.min()), int(sample.max()) + 1
+        z = [normal(seed=self.sweep.seed, name=name, start=first, stop=last) for name in names]
+        return np.array(z)[:, sample - first]
+
+    def _fill_tyre(
+        self, points: Points, conditions: Mapping[str, Any], given: Collection[str], z: Array | None,
+        refused: Refused, names: Any, *, linear: bool, share: float,
+    ) -> NDArray[np.bool_]:  # fmt: skip
+        """Fill in what the tyres give, except ``given``; True where an item's tyre is extrapolated."""
+        values, count = points.values, len(refused.mask)
+        table = self.sweep.model["effects"][str(self.contact)]
+        loads = static_loads(bodies(values), values["w"], values["g"])
+        unvaried: Sequence[Any] = self.model.bicycle.static_loads if names is None else self._bicycles.loads(names)
+        choices, nominal_loads, wanted = [], [], []
+        taken = {key: name for key, name in self.taken.items() if key not in given}
+        for wheel, nominal, load in zip(WHEELS, unvaried, loads, strict=True):
+            choice = {"load_N": np.where(refused.mask, nominal, load), "surface": ""} | {
+                key: value[wheel] if isinstance(value, Mapping) else value
+                for key, value in table.items()
+                if key in TYRE_KEYS
+            }
+            for key in choice:
+                choice[key] = conditions.get(f"{key}.{wheel}", conditions.get(key, choice[key]))
+            choices.append({key: np.broadcast_to(value, count) for key, value in choice.items()})
+            nominal_loads.append(conditions.get(f"load_N.{wheel}", conditions.get("load_N", nominal)))
+            own = [name for key, name in taken.items() if ParameterKey.parse(key).wheel == wheel]
+            wanted.append([*own, *(field for name, field in FOLLOWS_FROM.items() if name in own)])
+        found, extrapolated = self._tyres.values(choices, wanted, z, nominal_loads, refused, linear=linear, share=share)
+        for key, name in taken.items():
+            values[key] = found[WHEELS.index(ParameterKey.parse(key).wheel)][name]  # type: ignore[index]
+        return extrapolated
+
+    def _mark_effects(self, points: Points) -> None:
+        """Mark items with an effect parameter out of bounds, and those that an effect's own condition refuses."""
+        values, refused = points.values, points.refused
+        for effect in self.model.effects:
+            for parameter in effect.parameters:
+                (low, high), name = parameter.bounds, effect.identifier
+                for entry in parameter.entries():
+                    value = np.asarray(values[f"{name}.{entry}"])
+                    refused.add(f"{name}.{entry} outside {low:g} .. {high:g}", ~((low <= value) & (value <= high)))
+        for effect in self.model.effects:
+            if type(effect).check is Effect.check:
+                continue
+            bad, message = np.zeros(len(refused.mask), bool), ""
+            for item in np.flatnonzero(~refused.mask):
+                changes = {key: number(value, int(item)) for key, value in values.items()}
+                try:
+                    self.family.effect_with(effect, changes).check(changes)
+                except InputError as error:
+                    bad[item], message = True, message or str(error)
+            refused.add(f"a condition of effect {effect.identifier!r}", bad, message)
+
+    def refuse_any(self, points: Points, start: int, *, where: str = "") -> None:
+        """Refuse the first impossible item, counting all, in the words of the bicycle or effect itself."""
+        bad = points.refused.mask
+        if not bad.any():
+            return
+        item = int(np.argmax(bad))
+        why = next(points.refused.sentence(why) for why, mask in points.refused.reasons.items() if mask[item])
+        try:
+            self.variant(points, item).linear_model()
+        except InputError as error:
+            why = str(error)
+        self.refuse(item, start, f"{why}; {bad.sum()} of the {len(bad)} bicycles looked at are impossible", where=where)
+
+    def refuse(self, item: int, start: int, why: str, *, where: str = "") -> None:
+        """Refuse item number ``item`` after number ``start``, with the reason; ``where`` is added to its place."""
+        *cell, sample = (int(i) for i in np.unravel_index(start + item, self.sweep.shape))
+        names = [f"{axis.name} = {axis.values[i]}" for axis, i in zip(self.sweep.axes, cell, strict=True)]
+        names += [f"sample {sample}"] if self.sweep.samples > 1 else []
+        names += [where] if where else []
+        raise ImpossibleItem(", ".join(names) or "its only point", why)
+
+
+class _Bicycles:
+    """Bicycles of a table: parameters by name and key, SI, and the standard deviations sampled around them."""
+
+    def __init__(self, values: Mapping[str, Mapping[str, float]], sd: Mapping[str, Mapping[str, float]]) -> None:
+        self.values, self.sd = values, sd
+        self.sampled = tuple(key for key in UNITS if any(key in one for one in sd.values()))
+
+    def parameters(
+        self, names: NDArray[np.str_], standard: Callable[[str], Array], *, linear: bool, share: float
+    ) -> dict[str, Array]:
+        """Every parameter of items with these bicycles; ``standard`` gives standard normal numbers (m,) of a key."""
+        found = {key: _each(names, {one: of[key] for one, of in self.values.items()}) for key in UNITS}
+        for key in self.sampled:
+            z = standard(key)
+            for one in np.unique(names):
+                sd, here, mean = self.sd[one].get(key, 0.0), names == one, self.values[one][key]
+                if sd:
+                    joint = BoundedDraws((mean,), ((sd,),), [BOUNDS[key]])
+                    drawn = joint.linear(z[None, here]) if linear else joint(z[None, here])
+                    found[key][here] = mean + share * (drawn[0] - mean)
+        return found
+
+    def loads(self, names: NDArray[np.str_]) -> tuple[Array, Array]:
+        """Static wheel loads (N) before anything is drawn, rear and front."""
+        loads = {one: static_loads(bodies(v), v["w"], v["g"]) for one, v in self.values.items()}
+        rear, front = ({one: float(both[wheel]) for one, both in loads.items()} for wheel in (0, 1))
+        return _each(names, rear), _each(names, front)
+
+
+def _each(names: NDArray[np.str_], value: Mapping[str, float]) -> Array:
+    different, place = np.unique(names, return_inverse=True)
+    return np.array([value[str(one)] for one in different], dtype=np.float64)[place]
+
+
+def number(value: Any, item: int) -> float:
+    """Number ``item`` of a ``value`` that is a number or an array (m,)."""
+    found = np.asarray(value)
+    return float(found[item] if found.ndim else found)

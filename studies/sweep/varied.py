@@ -1,0 +1,353 @@
+"""Parameters that were varied and outputs that depend on them, bicycle by bicycle, as figures compare them."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import rankdata
+
+from studies.axes import bounds_of
+from studies.outputs import OUTPUTS, Output
+from studies.sampling import BoundedDraws, normal, uniform
+from studies.sweep.sampler import TYRE_DRAWS, Sampler
+from studies.sweep.specification import SPEED, Normal, differences
+from studies.sweep.stored import CRITICAL, Stored, limits, mode_rows
+from studies.sweep.worker import compute
+from tyre.arrays import Array
+from tyre.errors import InputError
+
+LEAST_SHARE = 0.1  # of the bicycles: an output that fewer have is not drawn over parameters
+OCCURRENCE = ("", ", second", ", third", ", fourth")
+GROWTH = "largest_growth_rate"
+
+
+@dataclass(frozen=True, eq=False)
+class Varied:
+    """A parameter that was varied: values (cells, 1) along the grid or (1, samples); no unit of a name or a ratio."""
+
+    name: str
+    unit: str
+    values: NDArray[Any]
+
+    @property
+    def sampled(self) -> bool:
+        """True if it was drawn, not set on the grid."""
+        return self.values.shape[0] == 1 and self.values.shape[1] > 1
+
+    @property
+    def named(self) -> bool:
+        """True if its values are names."""
+        return self.values.dtype.kind not in "fiu"
+
+    @property
+    def label(self) -> str:
+        """Name and unit."""
+        return f"{self.name}, {self.unit}" if self.unit else self.name
+
+
+def grid_parameters(stored: Stored) -> list[Varied]:
+    """Parameters on the grid with more than one value, in the order of the file."""
+    shape = stored.sweep.shape[:-1]
+    return [
+        Varied(axis.name, stored.unit(axis.name), np.array(axis.values)[np.indices(shape)[k].ravel()][:, None])
+        for k, axis in enumerate(stored.sweep.axes)
+        if len(axis.values) > 1
+    ]
+
+
+def sampled_parameters(stored: Stored) -> tuple[list[Varied], str]:
+    """Parameters that were drawn, and a remark on those that cannot be told."""
+    sweep = stored.sweep
+    if not sweep.random or stored.reduced:
+        return [], ""
+    try:
+        same = sweep.fingerprint == stored.fingerprint
+        changed = "" if same else differences(stored.made_of or None, sweep.made_of)
+    except InputError as error:
+        same, changed = False, str(error)
+    if same:
+        return _drawn_again(stored), ""
+    if "parameters" in stored.data:
+        return _from_output(stored), ""
+    return [], (
+        f"the sampled parameters cannot be drawn again as in {stored.path.name}, since this has changed: {changed}; so "
+        "what hangs on them is not drawn. Compute the sweep anew, or ask for the output parameters"
+    )
+
+
+def _drawn_again(stored: Stored) -> list[Varied]:
+    sweep, count = stored.sweep, stored.samples
+    sampler = Sampler(sweep)
+
+    def standard(name: str) -> Array:
+        return normal(seed=sweep.seed, name=name, start=0, stop=count)
+
+    found = []
+    for group in sweep.normals:
+        draws = BoundedDraws(group.mean, group.factor, [bounds_of(sampler.model, name) for name in group.names])
+        for name, values in zip(group.names, draws(np.array([standard(name) for name in group.names])), strict=True):
+            found.append(Varied(name, stored.unit(name), values[None]))
+    for one in sweep.uniforms:
+        share = uniform(seed=sweep.seed, name=one.name, start=0, stop=count)
+        found.append(Varied(one.name, stored.unit(one.name), (one.low + (one.high - one.low) * share)[None]))
+    for key in {key: None for each in sweep.bicycle_sd.values() for key in each}:
+        found.append(Varied(f"{key} / its sd", "", standard(key)[None]))
+    if sweep.tyre_covariance:
+        found += _tyres(sampler, standard, count)
+    return [one for one in found if np.ptp(one.values) > 0]
+
+
+def _tyres(sampler: Sampler, standard: Callable[[str], Array], count: int) -> list[Varied]:
+    """Ratios to the table of C and K of each wheel, drawn from the tyre's covariance, in the first cell of the grid."""
+    draws = {name: standard(name) for names in sampler.draws.values() for name in names}
+    drawn = sampler.points(0, count, draws).values
+    plain = sampler.points(0, count, draws | dict.fromkeys(TYRE_DRAWS, np.zeros(count))).values
+    found = []
+    for wheel in ("rear", "front"):
+        ratios = {}
+        for name in ("cornering_stiffness", "relaxation_length"):
+            key = next((key for key in sampler.taken if key.endswith(f".{name}.{wheel}")), None)
+            if key:
+                with np.errstate(invalid="ignore", divide="ignore"):
+                    ratios[name] = np.broadcast_to(np.asarray(drawn[key] / plain[key], float), count)
+        if "cornering_stiffness" in ratios and "relaxation_length" in ratios:
+            ratios["lateral_stiffness"] = ratios["cornering_stiffness"] / ratios.pop("relaxation_length")
+        for name, ratio in ratios.items():
+            words = name.replace("_", " ")
+            found.append(Varied(f"{words} {wheel} / table", "", np.where(np.isfinite(ratio), ratio, 1.0)[None]))
+    return found
+
+
+def _from_output(stored: Stored) -> list[Varied]:
+    names = {name for one in stored.sweep.normals for name in one.names} | {one.name for one in stored.sweep.uniforms}
+    held = [str(name) for name in stored.data["parameter"].values]
+    keys = {name: [one for one in held if one == name or one.startswith(f"{name}.")] for name in sorted(names)}
+    return [
+        Varied(name, stored.unit(name), stored.rows("parameters", parameter=own[0])[0][None])
+        for name, own in keys.items() if own
+    ]  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """An output: label with its unit, values (cells, samples), NaN where a bicycle does not have it."""
+
+    label: str
+    values: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Stability:
+    """Unstable bicycles (cells, samples) at a speed, and their largest growth rates, 1/s."""
+
+    speed: float | None
+    growth: Array
+    anew: bool = False
+
+    @property
+    def unstable(self) -> NDArray[np.bool_]:
+        """Bicycles (cells, samples) with a root to the right of the axis."""
+        return np.asarray(self.growth > 0)
+
+    @property
+    def where(self) -> str:
+        """The speed, in words."""
+        return "at its own speed" if self.speed is None else f"at {self.speed:.4g} m/s"
+
+
+def stability(stored: Stored, at: float | None) -> Stability | None:
+    """Unstable bicycles at the speed ``at`` (m/s); None if nothing tells."""
+    growth, speeds, asked = stored.scalar(OUTPUTS[GROWTH]), stored.speeds, at is not None
+    held: Stability | None = None
+    if growth is not None and not speeds.size:
+        return Stability(None, growth[..., 0])
+    if growth is not None:
+        share = (growth > 0).sum((0, 1)) / np.maximum(np.isfinite(growth).sum((0, 1)), 1)
+        k = int(np.abs(share - 0.5).argmin()) if at is None else int(np.abs(speeds - at).argmin())
+        held = Stability(float(speeds[k]), growth[..., k])
+        if (at is None and 0 < share[k] < 1) or (at is not None and abs(speeds[k] - at) < 1e-9 * max(at, 1)):
+            return held
+    if at is None and CRITICAL in stored.data:
+        found = [one.speeds[np.isfinite(one.speeds)] for one in limits(stored)]
+        at = float(f"{np.median(np.concatenate(found)):.3g}") if found else None
+    if at is None and held is None and speeds.size:
+        at = float(speeds[len(speeds) // 2])
+    anew = None if at is None else _growth_rates_at(stored, at)
+    if at is not None and anew is not None:
+        return Stability(at, anew, anew=True)
+    if asked:
+        near = ", ".join(f"{speed:g}" for speed in speeds[np.argsort(np.abs(speeds - (at or 0)))[:2]])
+        how = f"give one that it holds, the nearest are {near} m/s" if near else "leave --at out"
+        raise InputError(
+            f"--at {at:g}: {stored.path.name} does not tell of this speed, and what makes it has changed since, so it "
+            f"cannot be computed anew; {how}"
+        )
+    return held
+
+
+def _growth_rates_at(stored: Stored, speed: float) -> Array | None:
+    """Largest growth rates (cells, samples) in 1/s at one speed, computed anew; None if that cannot be done."""
+    sweep = stored.sweep
+    try:
+        if sweep.fingerprint != stored.fingerprint or SPEED in sweep.varied:
+            return None
+        fewer = replace(sweep, outputs=(GROWTH,), speeds=(speed,), quantiles=None)
+        if stored.samples == sweep.samples:
+            return np.asarray(compute(fewer, 0, sweep.items)[GROWTH]).reshape(stored.cells, stored.samples)
+        firsts = [cell * sweep.samples for cell in range(stored.cells)]
+        return np.array([compute(fewer, first, first + stored.samples)[GROWTH][:, 0] for first in firsts])
+    except InputError:
+        return None
+
+
+def targets(stored: Stored, stable: Stability | None) -> Iterator[Target]:
+    """The outputs, the main ones first."""
+    if CRITICAL in stored.data:
+        for one in limits(stored):
+            for k in range(one.speeds.shape[-1]):
+                values = one.speeds[..., k]
+                if np.isfinite(values[one.possible]).mean() >= LEAST_SHARE:
+                    yield Target(f"{one.words}{OCCURRENCE[k]}, m/s", values)
+    speeds = stored.speeds
+    at = None if stable is None else stable.speed
+    k = len(speeds) // 2 if at is None else int(np.abs(speeds - at).argmin()) if speeds.size else 0
+    for output in OUTPUTS.values():
+        label, unit = output.label[0].lower() + output.label[1:], _unit(output)
+        if output.scalar and not output.by_speed and output.name in stored.data:
+            yield Target(f"{label}{unit}", stored.rows(output.name))
+        if stable is None or not output.scalar or not output.by_speed:
+            continue
+        found = stored.scalar(output) if output.name != GROWTH else None
+        if output.name == GROWTH:
+            yield Target(f"{label} {stable.where}{unit}", stable.growth)
+        elif found is not None and not stable.anew and stable.speed is not None:
+            yield Target(f"{label} {stable.where}{unit}", found[..., k])
+    for row in mode_rows(stored):
+        shown = [name for name in row.values if name != "frequencies" or "damping_ratios" not in row.values]
+        for name in shown:
+            here, output = row.values[name][..., k], OUTPUTS[name]
+            if np.isfinite(here).mean() >= LEAST_SHARE and np.nanmax(np.abs(here)) > 0:
+                mode = row.mode.replace("_", " ")
+                yield Target(f"{mode}: {output.label} at {speeds[k]:.4g} m/s{_unit(output)}", here)
+
+
+def _unit(output: Output) -> str:
+    return "" if output.unit == "1" else f", {output.unit}"
+
+
+LEAST, LEAST_OF_A_GRID = 40, 4  # bicycles
+
+
+@dataclass(frozen=True)
+class Share:
+    """The part of a parameter in the variance of an output."""
+
+    name: str
+    first: float
+    total: float
+    half_width: float
+
+
+def shares(y: Array, varied: Sequence[Varied], *, seed: int = 0, resamples: int = 200) -> list[Share]:
+    """Shares of the variance of an output (cells, samples), NaN where a bicycle does not have it."""
+    known = np.isfinite(y)
+    enough = known.any(0).sum() >= LEAST if y.shape[1] > 1 else known.sum() >= LEAST_OF_A_GRID
+    if not enough or not _varies(y):
+        return []
+    first = _indices(y, varied)
+    spread = np.zeros(len(varied))
+    if y.shape[1] > 1:
+        rng = np.random.default_rng([seed, 16])
+        found = []
+        for _ in range(resamples):
+            chosen = rng.integers(0, y.shape[1], y.shape[1])
+            again = y[:, chosen]
+            if _varies(again):
+                drawn = [replace(one, values=one.values[:, chosen]) if one.sampled else one for one in varied]
+                found.append(_indices(again, drawn))
+        spread = 1.96 * np.std(found, axis=0, ddof=1)
+    return [Share(one.name, float(first[k]), _total(y, one, varied), float(spread[k])) for k, one in enumerate(varied)]
+
+
+def correlated(varied: Sequence[Varied], has: NDArray[np.bool_]) -> list[tuple[str, str, float]]:
+    """Pairs of sampled parameters whose ranks are correlated beyond chance, among the bicycles that have an output."""
+    drawn = [one for one in varied if one.sampled and not one.named]
+    kept = has.any(0)
+    count = int(kept.sum())
+    if len(drawn) < 2 or count < LEAST:
+        return []
+    matrix = np.corrcoef([rankdata(one.values[0, kept]) for one in drawn])
+    least = max(0.1, 4 / np.sqrt(count))
+    pairs = [(i, j) for i in range(len(drawn)) for j in range(i) if abs(matrix[i, j]) > least]
+    return [(drawn[j].name, drawn[i].name, float(matrix[i, j])) for i, j in pairs]
+
+
+def stated_correlations(groups: Sequence[Normal]) -> list[tuple[str, str, float]]:
+    """Pairs of parameters that the sweep draws with a correlation: two names and the correlation."""
+    found = []
+    for group in groups:
+        covariance = np.array(group.factor) @ np.array(group.factor).T
+        size = np.outer(np.sqrt(np.diag(covariance)), np.sqrt(np.diag(covariance)))
+        r = np.where(size > 0, covariance, 0.0) / np.where(size > 0, size, 1.0)
+        pairs = [(i, j) for i in range(len(r)) for j in range(i) if abs(r[i, j]) > 0.02]
+        found += [(group.names[j], group.names[i], float(r[i, j])) for i, j in pairs]
+    return found
+
+
+def _varies(y: Array) -> bool:
+    known = y[np.isfinite(y)]
+    return bool(known.size > 1 and np.ptp(known) > 1e-9 * np.abs(known).max())
+
+
+def _indices(y: Array, varied: Sequence[Varied]) -> Array:
+    known = np.isfinite(y)
+    total = float(np.var(y[known]))
+    count = known.sum(1, keepdims=True)
+    centre = np.where(count > 0, np.where(known, y, 0).sum(1, keepdims=True) / np.maximum(count, 1), 0)
+    own = known.sum(0)
+    kept = own > 0
+    mean = np.where(known, y - centre, 0).sum(0)[kept] / own[kept]
+    between = [
+        _between_classes(mean, one.values[0, kept]) if one.sampled
+        else _between_levels(y[known], np.broadcast_to(one.values, y.shape)[known])
+        for one in varied
+    ]  # fmt: skip
+    return np.array(between) / total
+
+
+def _between_levels(y: Array, values: NDArray[np.generic]) -> float:
+    """Variance of the means at each value."""
+    _, place = np.unique(values, return_inverse=True)
+    count = np.bincount(place)
+    return float(np.sum(count * ((np.bincount(place, y) / count) - y.mean()) ** 2) / len(y))
+
+
+def _between_classes(y: Array, values: Array) -> float:
+    """Variance of the mean of y in classes of equally many values, what chance adds taken off."""
+    n = len(y)
+    classes = int(np.clip(round(2 * n ** (1 / 3)), 4, 64))
+    edges = np.unique(np.quantile(values, np.linspace(0, 1, classes + 1)[1:-1]))
+    place = np.searchsorted(edges, values, side="right")
+    count = np.bincount(place, minlength=len(edges) + 1)
+    used = count > 0
+    k = int(used.sum())
+    if k < 2 or n <= k:
+        return 0.0
+    mean = np.bincount(place, y, minlength=len(edges) + 1)[used] / count[used]
+    between = float(np.sum(count[used] * (mean - y.mean()) ** 2))
+    return (between - (k - 1) * (float(np.sum((y - y.mean()) ** 2)) - between) / (n - k)) / n
+
+
+def _total(y: Array, one: Varied, varied: Sequence[Varied]) -> float:
+    """Total index of a parameter on a grid where every bicycle has the output; else NaN."""
+    if one.sampled or not np.isfinite(y).all():
+        return float("nan")
+    others = [other.values[:, 0] for other in varied if other is not one and not other.sampled]
+    group = np.zeros(len(y), np.intp)
+    for values in others:
+        place = np.unique(values, return_inverse=True)[1]
+        group = np.unique(group * (place.max() + 1) + place, return_inverse=True)[1]
+    along = [y[group == each].var(0).mean() for each in range(group.max() + 1)]
+    return float(np.mean(along) / y.var())

@@ -1,0 +1,179 @@
+"""Results of a range of items of a sweep: a pure function, the same wherever it runs."""
+
+import json
+import platform
+from collections import OrderedDict
+from dataclasses import replace
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bicycle.effect_registry import take_over
+from bicycle.eigen import eigenvalues
+from bicycle.named_modes import modes
+from bicycle.naming import NONE, Rules, name_stack
+from studies.outputs import MODE, MODEL, OUTPUTS, PARAMETERS, ROOTS, Output, mode_names
+from studies.sweep.reduction import sketch
+from studies.sweep.sampler import Points, Sampler
+from studies.sweep.specification import Sweep, differences, software
+from tyre.arrays import Array, Complex
+from tyre.errors import InputError
+
+BLOCK = 2048  # matrices worked on at a time; blocks start at fixed items, so that no result depends on the part
+SLOW_ITEMS = 32  # per part, where every bicycle is tracked by itself
+Arrays = dict[str, NDArray[Any]]
+
+
+def compute(sweep: Sweep, start: int, stop: int) -> Arrays:
+    """Results of the items with numbers ``start`` to ``stop`` - 1: arrays, first axis the item, or sketches."""
+    take_over(sweep.outside_effects)  # which came along from where the sweep was started
+    for name, module in sweep.outside_outputs.items():
+        if name not in OUTPUTS:
+            try:
+                import_module(module)
+            except ImportError as error:
+                raise InputError(f"output {name}: a worker cannot import {module}; install it there") from error
+    arrays = _worker(sweep).items(start, stop)
+    return arrays if sweep.quantiles is None else sketch(arrays, start, sweep.samples)
+
+
+class Worker:
+    """Preparations made once per sweep and process."""
+
+    def __init__(self, sweep: Sweep) -> None:
+        here = replace(sweep)
+        if here.fingerprint != sweep.fingerprint:  # the latter came along from where the sweep was started
+            raise InputError(
+                f"the worker on {platform.node()} computes with {json.dumps(software())} and other than what the sweep "
+                f"was started with: {differences(sweep.made_of, here.made_of)}; install the same versions "
+                "everywhere, with the same tyre files, and restart the workers"
+            )
+        self.sweep = sweep
+        self.sampler = Sampler(sweep)
+        self.linear = self.sampler.model.linear_model()
+        self.modes = mode_names(self.linear)
+        self.alone = 0  # bicycles of which a batch was not sure, so far
+
+    def items(self, start: int, stop: int) -> Arrays:
+        """Outputs by name of the items with the numbers ``start`` to ``stop`` - 1, the first axis is the item."""
+        sweep, points, count = self.sweep, self._points(start, stop), stop - start
+        of_roots = sweep.wanted(ROOTS)
+        roots = self._roots(start, stop) if of_roots else None
+        outputs: Arrays = {one.name: one.function(roots) for one in of_roots}
+        if sweep.wanted(MODE):
+            outputs |= self._of_modes(points.harmless, start, count)
+        for one in sweep.wanted(MODEL):
+            outputs[one.name] = np.array([self._of_model(one, points.harmless, k, start) for k in range(count)])
+        if points.extrapolated is not None:
+            outputs["tyre_extrapolated"] = points.extrapolated.astype(float)
+        for array in outputs.values():
+            array[points.refused.mask] = np.nan
+        for one in sweep.wanted(PARAMETERS):
+            values = one.function(points.values)
+            outputs[one.name] = np.stack([np.broadcast_to(values[key], count) for key in self.sampler.nominal], -1)
+        outputs["impossible"] = points.refused.mask.astype(float)
+        if not sweep.speeds:  # one speed, or none, of its own for each item: no axis
+            outputs |= {name: outputs[name][:, 0] for name in sweep.outputs if OUTPUTS[name].by_speed}
+        return {name: outputs[name] for name in stored(sweep)}
+
+    def _points(self, start: int, stop: int) -> Points:
+        points = self.sampler.points(start, stop)
+        if not self.sweep.random:
+            self.sampler.refuse_any(points, start)
+        return points
+
+    def _roots(self, start: int, stop: int) -> Complex:
+        """Eigenvalues of whole blocks, as the last bits may depend on the place in the block."""
+        block = block_items(self.sweep)
+        parts = []
+        for first in range(start - start % block, stop, block):
+            last = min(first + block, self.sweep.items)
+            points = self._points(first, last).harmless
+            self.linear.check_speeds(points.speeds)
+            speeds = np.broadcast_to(points.speeds, (last - first, points.speeds.shape[1]))
+            values = eigenvalues(self.sampler.family.state_matrices(points.values, speeds))
+            parts.append(values[max(start - first, 0) : min(stop, last) - first])
+        return np.concatenate(parts)
+
+    def _of_modes(self, points: Points, start: int, count: int) -> Arrays:
+        """Outputs of named modes of possible bicycles: all at once, and one by one where that is not sure."""
+        speeds = np.broadcast_to(points.speeds, (count, points.speeds.shape[1]))
+        pairs = np.full((count, speeds.shape[1], len(self.modes), 2), np.nan + 0j)
+        has, sure = np.zeros((count, len(self.modes)), bool), np.zeros(count, bool)
+        if not self.sampler.family.evaluate.symbolic.switches:  # those are left to one by one
+            pairs, has, sure = self._at_once(points, speeds)
+        self.alone += int((~sure).sum())
+        for item in np.flatnonzero(~sure).tolist():
+            try:
+                named = modes(self.sampler.variant(points, item).linear_model(), speeds[item])
+            except InputError as error:
+                self.sampler.refuse(item, start, str(error))
+            for k, name in enumerate(self.modes):
+                has[item, k] = name in named.branches
+                pairs[item, :, k] = named.branch(name)[:, :2] if has[item, k] else np.nan + 0j
+        return {
+            one.name: np.where(has[:, None, :], one.function(pairs[..., 0], pairs[..., 1]), np.nan)
+            for one in self.sweep.wanted(MODE)
+        }
+
+    def _at_once(self, points: Points, speeds: Array) -> tuple[Complex, NDArray[np.bool_], NDArray[np.bool_]]:
+        """Roots (m, k, modes, 2) of every mode, which bicycles have it (m, modes), and which are sure (m,)."""
+        rules, count, values = Rules.of(self.linear), len(speeds), points.values
+        found = self.sampler.family.polynomials(values, count)
+        gravity = np.broadcast_to(np.asarray(values["g"], float), count)
+        named = name_stack(rules, found.polynomial, np.sqrt(gravity * values["w"]), gravity, speeds)
+        pairs, sure = np.full((*speeds.shape, len(self.modes), 2), np.nan + 0j), named.second == NONE
+        has = np.isin(self.modes, rules.names)
+        for k in np.flatnonzero(has):
+            pairs[:, :, k] = _pair(named.values, sure & (named.first == rules.names.index(self.modes[k])))
+        return pairs, np.broadcast_to(has, (count, len(self.modes))).copy(), ~found.refused
+
+    def _of_model(self, output: Output, points: Points, item: int, start: int) -> Any:
+        speeds = points.speeds[item if len(points.speeds) > 1 else 0]
+        try:
+            return output.function(self.sampler.variant(points, item), speeds, self.sweep.max_speed)
+        except InputError as error:
+            self.sampler.refuse(item, start, str(error))
+
+
+def _pair(values: Complex, own: NDArray[np.bool_]) -> Complex:
+    """A pair's upper half, or two real roots, the larger first, of the ``own`` roots (m, k, n); NaN where none."""
+    height = np.where(own & (values.imag >= 0), values.imag, -1.0)
+    found = np.full((*values.shape[:2], 2), np.nan, complex)
+    for number in range(2):  # the fastest oscillation first, then the larger real root: roots rise, the last is larger
+        last = values.shape[2] - 1 - height[..., ::-1].argmax(2)[..., None]
+        there = np.take_along_axis(height, last, 2)[..., 0] >= 0
+        found[..., number] = np.where(there, np.take_along_axis(values, last, 2)[..., 0], np.nan)
+        np.put_along_axis(height, last, -1.0, 2)
+    return found
+
+
+def stored(sweep: Sweep) -> tuple[str, ...]:
+    """Names of the arrays of a sweep: its outputs, and what is told of each bicycle and of each draw."""
+    tyre = any("tyre" in table for table in sweep.model.get("effects", {}).values())
+    return (*sweep.outputs, *(["tyre_extrapolated"] if tyre else []), *(["impossible"] if sweep.random else []))
+
+
+def block_items(sweep: Sweep) -> int:
+    """Items in one block of eigenvalues."""
+    return max(1, min(SLOW_ITEMS if slow(sweep) else BLOCK, BLOCK // sweep.points_per_item))
+
+
+def slow(sweep: Sweep) -> bool:
+    """True if bicycles are tracked one by one."""
+    return bool(sweep.wanted(MODE, MODEL))
+
+
+_workers: OrderedDict[str, Worker] = OrderedDict()
+
+
+def _worker(sweep: Sweep) -> Worker:
+    """The worker of this sweep in this process; threads may build it twice, which changes nothing."""
+    worker = _workers.get(sweep.fingerprint)
+    if worker is None:
+        worker = _workers[sweep.fingerprint] = Worker(sweep)
+        while len(_workers) > 4:
+            _workers.popitem(last=False)
+    return worker

@@ -1,1 +1,0 @@
-"""Figures of the result of a sweep and the numbers in them: what it holds decides which."""

@@ -1,0 +1,71 @@
+"""Engines: which is taken, and those that fail: lost workers, no scheduler, a worker with other software."""
+
+import pytest
+from sweep_examples import RANDOM
+
+pytest.importorskip("zarr")
+pytest.importorskip("xarray")
+
+from studies.sweep import build_sweep, compute, on_cluster, run_sweep
+from tyre.errors import InputError
+
+
+def test_other_software_on_a_worker_is_refused():
+    sweep = build_sweep(RANDOM)
+    vars(sweep)["fingerprint"] = "as computed elsewhere"
+    with pytest.raises(
+        InputError, match=r"the worker on .* computes with .*velotyre.*other than what .*install the same versions"
+    ):
+        compute(sweep, 0, 1)
+
+
+def test_no_scheduler(monkeypatch, tmp_path):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("studies.sweep.engines.PATIENCE", 0.3)
+    with pytest.raises(InputError, match=r"no dask scheduler answers at tcp://127.0.0.1:9 .*; 0 of 1400 bicycles"):
+        run_sweep(build_sweep(RANDOM), tmp_path / "a.zarr", engine=on_cluster("tcp://127.0.0.1:9"))
+
+
+@pytest.mark.parametrize(
+    ("workers", "error", "words"),
+    [
+        ({"a": 1}, "lost", r"all workers of tcp://x:1 are lost; start new ones with 'dask worker tcp://x:1'"),
+        ({}, None, r"the scheduler at tcp://x:1 has no workers; start some with 'dask worker tcp://x:1'"),
+        ({"a": 1}, "killed", "workers of tcp://x:1 died while they worked on the same points"),
+        ({"a": 1}, "gone", "the scheduler at tcp://x:1 went away"),
+    ],
+)
+def test_a_cluster_that_fails(monkeypatch, tmp_path, workers, error, words):
+    distributed = pytest.importorskip("distributed")
+    from concurrent.futures import ThreadPoolExecutor
+
+    from studies.sweep import NoWorkers
+
+    class Client:
+        def __init__(self, *arguments, **settings):
+            pass
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *details):
+            return None
+
+        def nthreads(self):
+            return workers
+
+        def run(self, function):
+            pass
+
+        def get_executor(self, **settings):
+            return ThreadPoolExecutor(1)
+
+    def failing(sweep, start, stop):
+        if error == "lost":
+            raise NoWorkers
+        raise distributed.KilledWorker("compute", None, 3) if error == "killed" else OSError("closed")
+
+    monkeypatch.setattr(distributed, "Client", Client)
+    monkeypatch.setattr("studies.sweep.run.compute", failing)
+    with pytest.raises(InputError, match=f"{words}.*; 0 of 1400 bicycles are finished"):
+        run_sweep(build_sweep(RANDOM), tmp_path / "a.zarr", engine=on_cluster("tcp://x:1"))
