@@ -18,25 +18,12 @@ def takes_channels(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def chosen_map(channels_file: Path | None, channel_texts: tuple[str, ...]) -> Any:
-    """The channel map of the options, None where none is given.
-
-    Parameters
-    ----------
-    channels_file : Path, optional
-        Of ``--channels``.
-    channel_texts : tuple of str
-        Of ``--channel``, in place of channels of the file.
-
-    Raises
-    ------
-    InputError
-        No such file, an unknown key, or text of another form.
-    """
+    """The channel map of the options, None where none is given."""
     if channels_file is None and not channel_texts:
         return None
     from dataclasses import replace
 
-    from tyre.channels.channel_map import ChannelMap
+    from tyre.channel_map import ChannelMap
 
     base = replace(ChannelMap(), source="--channel") if channels_file is None else ChannelMap.from_file(channels_file)
     return base.with_channels(channel_texts)

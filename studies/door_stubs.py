@@ -7,7 +7,8 @@ writes the stubs again from the same tables and declarations; a test compares.
 import math
 from pathlib import Path
 
-from bicycle.effect import Effect, Parameter, packaged_effects
+from bicycle.effect import Effect, Parameter
+from bicycle.effect_registry import packaged_effects
 from studies.velotyre import PLACES
 
 FOLDER = Path(__file__).parent / "velotyre"
@@ -16,19 +17,17 @@ HEAD = "# Written by python -m studies.door_stubs from the door's table and the 
 
 def stubs() -> dict[str, str]:
     """File name -> content of every stub."""
-    return {"__init__.pyi": _door(), "effects.pyi": _effects()}
-
-
-def _door() -> str:
-    classes = sorted(effect.__name__ for effect in packaged_effects().values())
-    places = {module: sorted(names, key=_order) for module, names in PLACES.items()}
-    lines = [_import(module, places[module]) for module in sorted(places)]
+    effects = packaged_effects().values()
+    classes = sorted(effect.__name__ for effect in effects)
+    places = {module: sorted(PLACES[module], key=_order) for module in sorted(PLACES)}
     names = sorted([*classes, *(name for names in places.values() for name in names), "effects"], key=_order)
-    return "".join([
-        HEAD, *lines, "\nfrom . import effects\n", _import(".effects", classes),
-        "\nPLACES: dict[str, tuple[str, ...]]\n\n__all__ = [\n",
+    door = [
+        HEAD, *(_import(module, mine) for module, mine in places.items()), "\nfrom . import effects\n",
+        _import(".effects", classes), "\nPLACES: dict[str, tuple[str, ...]]\n\n__all__ = [\n",
         *(f'    "{name}",\n' for name in names), "]\n",
-    ])  # fmt: skip
+    ]  # fmt: skip
+    head = [HEAD, _import("bicycle.effect", ["Effect", "PerWheel", "PerWheelValue"])]
+    return {"__init__.pyi": "".join(door), "effects.pyi": "".join([*head, *(f"\n{_stub(one)}" for one in effects)])}
 
 
 def _import(module: str, names: list[str]) -> str:
@@ -36,24 +35,16 @@ def _import(module: str, names: list[str]) -> str:
     return line if len(line) <= 121 else f"from {module} import (\n" + "".join(f"    {n},\n" for n in names) + ")\n"
 
 
-def _effects() -> str:
-    head = f"{HEAD}from bicycle.effect import Effect, PerWheel, PerWheelValue\n"
-    return head + "".join(f"\n{_stub(effect)}" for effect in packaged_effects().values())
-
-
 def _stub(effect: type[Effect]) -> str:
-    lines = (effect.__doc__ or "").split("\n")
-    text = [lines[0], *(f"    {line}" if line else "" for line in lines[1:])]
-    body = [f'    """{text[0]}', *text[1:]]
-    body = [f'{body[0]}"""'] if len(body) == 1 else [*body, '    """']
-    body += [""]
-    body += [f"    {p.name}: {'PerWheel' if p.per_wheel else 'float'}" for p in effect.parameters]
+    first, *more = (effect.__doc__ or "").split("\n")
+    text = [f'    """{first}', *(f"    {line}" if line else "" for line in more)]
+    text = [f'{text[0]}"""'] if len(text) == 1 else [*text, '    """']
+    fields = [f"    {p.name}: {'PerWheel' if p.per_wheel else 'float'}" for p in effect.parameters]
     arguments = [_argument(p) for p in sorted(effect.parameters, key=lambda p: p.default is not None)]
+    init = ["    def __init__(self) -> None: ..."]
     if arguments:
-        body += ["    def __init__(", "        self,", "        *,", *arguments, "    ) -> None: ..."]
-    else:
-        body += ["    def __init__(self) -> None: ..."]
-    return f"class {effect.__name__}(Effect):\n" + "\n".join(body) + "\n"
+        init = ["    def __init__(", "        self,", "        *,", *arguments, "    ) -> None: ..."]
+    return "\n".join([f"class {effect.__name__}(Effect):", *text, "", *fields, *init]) + "\n"
 
 
 def _argument(p: Parameter) -> str:
@@ -61,18 +52,13 @@ def _argument(p: Parameter) -> str:
     if p.default is None:
         return f"        {p.name}: {kind},"
     known = isinstance(p.default, float) and math.isfinite(p.default)
-    return f"        {p.name}: {kind} = {p.default!r}," if known else f"        {p.name}: {kind} = ...,"
+    return f"        {p.name}: {kind} = {repr(p.default) if known else '...'},"
 
 
 def _order(name: str) -> tuple[bool, str]:
     return not name[0].isupper(), name
 
 
-def main() -> None:
-    """Write every stub beside the package."""
-    for name, text in stubs().items():
-        (FOLDER / name).write_text(text, encoding="utf-8")
-
-
 if __name__ == "__main__":
-    main()
+    for file, content in stubs().items():
+        (FOLDER / file).write_text(content, encoding="utf-8")

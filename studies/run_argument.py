@@ -4,20 +4,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from bicycle.identification.recording import FASTEST
-from bicycle.identification.run import Run
-from tyre.base.errors import InputError
-from tyre.base.paths import own_ends
+from bicycle.identification.recording import FASTEST, Run
+from tyre.errors import InputError
+from tyre.files import own_ends
 
 
 def file_and_speed(text: str) -> tuple[Path, float]:
-    """The file and the speed (m/s) of a ``text`` such as ``run01.csv@4.8``.
-
-    Raises
-    ------
-    InputError
-        No file, no speed, or one that is not above 0 and up to :data:`FASTEST`.
-    """
+    """Read the file and the speed (m/s) of a ``text`` such as ``run01.csv@4.8``."""
     name, _, at = text.rpartition("@")
     try:
         speed = float(at)
@@ -29,6 +22,6 @@ def file_and_speed(text: str) -> tuple[Path, float]:
 
 
 def named_apart(read: Sequence[tuple[Path, Sequence[Run]]]) -> list[Run]:
-    """The runs ``read`` from files, in their order, each by the shortest end of its path that no other has."""
+    """Name each of the runs ``read`` from files by the shortest end of its path that no other has."""
     ends = own_ends(file for file, _ in read)
     return [replace(run, name=ends[file] + run.name.removeprefix(file.name)) for file, runs in read for run in runs]

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from studies.model_argument import ChosenModel, takes_model
-from studies.reporting.examples import example
+from studies.reporting.command_context import example
 
 
 @click.command(
@@ -23,12 +23,10 @@ def command(chosen: ChosenModel, mode: str, speed: float, target: Path, amplitud
 
     import numpy as np
 
-    from bicycle.modal.named_modes import modes
-    from studies.animation.film import FRAMES_PER_SECOND, animate, check_film
-    from studies.animation.modal_motion import modal_motion
-    from studies.animation.mode_shapes import describe, draw_mode_shapes
+    from bicycle.named_modes import modes
+    from studies.animation import FRAMES_PER_SECOND, animate, check_film, describe, draw_mode_shapes, modal_motion
     from studies.reporting.output import print_warnings
-    from tyre.base.errors import InputError
+    from tyre.errors import InputError
 
     check_film(target)
     if not 0 < amplitude <= 45:

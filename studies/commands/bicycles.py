@@ -4,12 +4,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from studies.reporting.examples import example
+from studies.reporting.command_context import example
 
 if TYPE_CHECKING:
     from bicycle.parameters import Bicycle
-
-WIDTH = 58  # letters of a description in a table
 
 
 @click.command(
@@ -21,7 +19,7 @@ WIDTH = 58  # letters of a description in a table
 def command(bicycle: str | None, json_file: str | None) -> None:
     from textwrap import shorten
 
-    from bicycle.files.bicycle_file import available_bicycles, load_bicycle
+    from bicycle.bicycle_files import available_bicycles, load_bicycle
     from bicycle.parameters import UNITS
     from studies.reporting.output import print_table, write_json
 
@@ -32,20 +30,17 @@ def command(bicycle: str | None, json_file: str | None) -> None:
     if json_file == "-":
         return
     if bicycle is not None:
-        one, known = found[0], found[0].sd
+        one = found[0]
         click.echo(f"{one.name}: {one.description or 'no description'}\nsource: {one.source or 'not stated'}\n")
-        rows = [[key, value, UNITS.get(key, "kg m^2"), known.get(key)] for key, value in one.values.items()]
+        rows = [[key, value, UNITS.get(key, "kg m^2"), one.sd.get(key)] for key, value in one.values.items()]
         print_table(rows, ["parameter", "value", "unit", "sd"])
         return
-    headers = ["bicycle", "kg", "rear N", "front N", "description", "source"]
     rows = [
-        [
-            r["name"], r["mass_kg"], r["rear_load_N"], r["front_load_N"],
-            shorten(r["description"], WIDTH, placeholder=" …"), shorten(r["source"], WIDTH // 2, placeholder=" …"),
-        ]
+        [r["name"], r["mass_kg"], r["rear_load_N"], r["front_load_N"],
+         *(shorten(r[word], width, placeholder=" …") for word, width in (("description", 58), ("source", 29)))]
         for r in records
     ]  # fmt: skip
-    print_table(rows, headers)
+    print_table(rows, ["bicycle", "kg", "rear N", "front N", "description", "source"])
     click.echo("\nvelotyre bicycles NAME shows parameters and source in full; loads are those of the wheels at rest")
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from studies.model_argument import ChosenModel, takes_model
-from studies.reporting.examples import example
+from studies.reporting.command_context import example
 
 AXIS = "NAME[=LOW:HIGH[:log]]"
 
@@ -19,29 +19,28 @@ AXIS = "NAME[=LOW:HIGH[:log]]"
 @click.option("--y", "y_text", required=True, metavar=AXIS, help="Vertical; without a range, what is usual.")
 @click.option("--speed", type=float, help="m/s, unless the speed is an axis.")
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, help="Folder for the results.")
+@click.option("--contours", metavar="OUTPUT", help="Contour lines of an output of sweeps, such as largest_growth_rate.")
 @click.option("--sd", "sds", multiple=True, metavar="NAME=VALUE", help="Standard deviation of a parameter, SI; repeat.")
 @click.option("--assume", is_flag=True, help="Take default standard deviations for what no source states.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the boundaries as JSON; - is standard output.")
 def command(
-    chosen: ChosenModel, x_text: str, y_text: str, speed: float | None, out: Path, sds: tuple[str, ...],
-    json_file: str | None, *, assume: bool,
+    chosen: ChosenModel, x_text: str, y_text: str, speed: float | None, out: Path, contours: str | None,
+    sds: tuple[str, ...], json_file: str | None, *, assume: bool,
 ) -> None:  # fmt: skip
-
-    from studies.model_axes.pairs import numbers_by_name
+    from studies.axes import numbers_by_name
+    from studies.chart import Plane, checked, draw_chart, headers, record, rows, stability_chart, title
+    from studies.outputs import scalar_output
     from studies.reporting.manifest import results
     from studies.reporting.output import check_targets, print_table, print_warnings, write_csv, write_json
-    from studies.stability_charts.chart import stability_chart
-    from studies.stability_charts.figure import draw_chart
-    from studies.stability_charts.plane import Plane
-    from studies.stability_charts.words import checked, headers, record, rows, title
 
     check_targets(json=json_file)
     chosen.model  # noqa: B018 (a mistake in the file is reported with its name)
+    output = scalar_output(contours) if contours else None
     plane = Plane.of(chosen.content, x_text, y_text, speed=speed)
     chart = stability_chart(plane, sd=numbers_by_name(sds, "--sd", "c=0.005", "standard deviation"), assume=assume)
     with results(out):
         write_csv(chart.frame(), out / "stability_chart.csv")
-        draw_chart(chart, out / "stability_chart", title=title(chart))
+        draw_chart(chart, out / "stability_chart", title=title(chart), contours=output)
     if json_file:
         write_json(record(chart), json_file)
     if json_file != "-":

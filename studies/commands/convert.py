@@ -4,8 +4,7 @@ from pathlib import Path
 
 import click
 
-from studies.reporting.examples import example
-from studies.reporting.output import verbose
+from studies.reporting.command_context import example, verbose
 
 
 @click.command(
@@ -19,11 +18,11 @@ from studies.reporting.output import verbose
 )
 @click.option("--force", is_flag=True, help="Overwrite an existing file.")
 def command(bicycle: str, target: Path, *, force: bool) -> None:
-    from bicycle.files.bicycle_file import WRITERS, load_bicycle
+    from bicycle.bicycle_files import WRITERS, load_bicycle
     from bicycle.parameters import doubts_about
     from studies.reporting.output import print_warnings
-    from tyre.base.errors import InputError
-    from tyre.base.files import write_text
+    from tyre.errors import InputError
+    from tyre.files import write_text
 
     if target.suffix.lower() not in WRITERS:
         raise InputError(f"{target}: the ending {target.suffix!r} is not known; write {', '.join(WRITERS)}")

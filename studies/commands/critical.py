@@ -3,7 +3,7 @@
 import click
 
 from studies.model_argument import ChosenModel, takes_model
-from studies.reporting.examples import example
+from studies.reporting.command_context import example
 
 
 @click.command(

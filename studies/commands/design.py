@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from studies.model_argument import ChosenModel, takes_model
-from studies.reporting.examples import example
+from studies.reporting.command_context import example
 
 
 @click.command(
@@ -41,15 +41,22 @@ def command(
     damping_ratio: float | None, costs: tuple[str, ...], limits: tuple[str, ...], sds: tuple[str, ...],
     probability: float | None, samples: int, seed: int, out: Path, json_file: str | None, *, assume: bool,
 ) -> None:  # fmt: skip
-
-    from studies.design.added_effects import with_effects
-    from studies.design.demand import demands
-    from studies.design.design import Wanted, designed
-    from studies.design.words import HEADERS, lines, model_text, record, remarks, rows
-    from studies.model_axes.pairs import numbers_by_name, ranges_by_name
+    from studies.axes import numbers_by_name, ranges_by_name
+    from studies.design import (
+        HEADERS,
+        Wanted,
+        demands,
+        designed,
+        lines,
+        model_text,
+        record,
+        remarks,
+        rows,
+        with_effects,
+    )
     from studies.reporting.output import check_targets, print_table, print_warnings, write_json
-    from tyre.base.errors import InputError
-    from tyre.base.files import write_text
+    from tyre.errors import InputError
+    from tyre.files import write_text
 
     check_targets(json=json_file)
     if up_to <= low:

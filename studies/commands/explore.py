@@ -2,7 +2,7 @@
 
 import click
 
-from studies.reporting.examples import example
+from studies.reporting.command_context import example
 
 
 @click.command(
@@ -14,13 +14,13 @@ from studies.reporting.examples import example
 @click.option("--port", default=8050, show_default=True, type=click.IntRange(0, 65535), help="0 takes a free one.")
 @click.option("--no-browser", is_flag=True, help="Only say the address.")
 def command(model: str | None, port: int, *, no_browser: bool) -> None:
-    from tyre.base.optional import optional_module
+    from tyre.progress import optional_module
 
     try:
         optional_module("dash", extra="explore")
     except ImportError as error:
         raise click.ClickException(str(error)) from error
-    from studies.explorer.loaded import start_state
     from studies.explorer.server import serve
+    from studies.explorer.uploads import start_state
 
     serve(start_state(model).address, port=port, browser=not no_browser)

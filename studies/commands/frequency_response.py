@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from studies.channel_options import chosen_map, takes_channels
-from studies.reporting.examples import example
+from studies.reporting.command_context import example
 
 
 @click.command(
@@ -33,9 +33,9 @@ def command(
 ) -> None:  # fmt: skip
     import math
 
-    from studies.missing_effect.forced.from_runs import responses_of_runs, rows_of, shown_of
+    from studies.diagnosis.spectra import responses_of_runs, rows_of, shown_of
     from studies.reporting.output import check_targets, print_table
-    from tyre.base.errors import InputError
+    from tyre.errors import InputError
 
     for name, value in (("segment", segment_s), ("to-hz", highest_hz)):
         if not (math.isfinite(value) and value > 0):

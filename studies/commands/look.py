@@ -1,11 +1,10 @@
 """``velotyre look``: what is in a recording, what each command would do with it, and what is lacking."""
 
 from pathlib import Path
-from typing import Any
 
 import click
 
-from studies.reporting.examples import example
+from studies.reporting.command_context import example
 
 
 @click.command(
@@ -24,16 +23,14 @@ from studies.reporting.examples import example
 def command(
     files: tuple[Path, ...], channels_file: Path | None, dbc: tuple[Path, ...], out: Path | None, json_file: str | None,
     *, force: bool,
-) -> Any:  # fmt: skip
+) -> None:  # fmt: skip
     from contextlib import nullcontext
 
     from studies.channel_options import chosen_map
-    from studies.look.drafts import drafts, stems, steps, write_drafts
-    from studies.look.look import look
-    from studies.look.words import tell
+    from studies.look import drafts, draw, look, stems, steps, tell, write_drafts
     from studies.reporting.manifest import results
     from studies.reporting.output import write_json
-    from tyre.base.errors import InputError
+    from tyre.errors import InputError
 
     if out is not None and out.exists() and not out.is_dir():
         raise InputError(f"--out {out} is a file; give a folder")
@@ -49,25 +46,18 @@ def command(
     with nullcontext() if out is None else results(out):
         called = stems([found.opened.path for found in looks])
         for place, (found, stem) in enumerate(zip(looks, called, strict=True)):
-            made = drafts(found, out or Path(), stem)
+            made, lines = drafts(found, out or Path(), stem), []
             if out is not None:
-                from studies.look.figure import draw
-
                 written = write_drafts(made, out, force=force)
-                picture = draw(found, out / f"{stem}.look")
-            if json_file == "-":
-                continue
-            if place:
-                click.echo("")
-            tell(found, steps(found, made, out))
-            if out is not None:
-                click.echo("")
-                click.echo(f"picture: {picture}")
+                lines = ["", f"picture: {draw(found, out / f'{stem}.look')}"]
                 for path, draft in zip(written, made, strict=True):
                     marks = f", {draft.marks} place{'s' * (draft.marks > 1)} to fill in" if draft.marks else ""
-                    click.echo(f"draft: {path} ({draft.purpose}{marks})")
+                    lines.append(f"draft: {path} ({draft.purpose}{marks})")
+            if json_file != "-":
+                click.echo("\n" * (place > 0), nl=False)
+                tell(found, steps(found, made, out))
+                click.echo("\n".join([*lines, ""]) if lines else "", nl=False)
     if json_file:
         write_json({"files": [found.as_json() for found in looks]}, json_file)
     if failed:
         raise InputError("; ".join(failed))
-    return looks  # for the page of velotyre explore

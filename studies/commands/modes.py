@@ -3,8 +3,8 @@
 import click
 
 from studies.model_argument import ChosenModel, takes_model
-from studies.reporting.examples import example
-from tyre.base.errors import InputError
+from studies.reporting.command_context import example
+from tyre.errors import InputError
 
 
 @click.command(

@@ -1,11 +1,14 @@
 """``velotyre rider``: a measured bicycle and a measured or scaled person become a bicycle with rider."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from studies.reporting.examples import example
-from studies.reporting.output import verbose
+from studies.reporting.command_context import example, verbose
+
+if TYPE_CHECKING:
+    from bicycle.rider_body import RiderMeasurements
 
 
 @click.command(
@@ -34,14 +37,13 @@ def command(
     import math
     import shlex
 
-    from bicycle.files.bicycle_file import load_bicycle
-    from bicycle.rider.geometry_file import packaged_geometry, read_geometry
-    from bicycle.rider.rider_frame import rider_on_bicycle
-    from bicycle.rider.seat_geometry import SeatGeometry
+    from bicycle.bicycle_files import load_bicycle
+    from bicycle.rider_frame import rider_on_bicycle
+    from bicycle.rider_posture import SeatGeometry, packaged_geometry, read_geometry
+    from studies import rider_report as rider_words
     from studies.reporting.output import print_table, print_warnings
-    from studies.riders import rider_words
-    from studies.riders.rider_figure import save_figure
-    from tyre.base.files import write_text
+    from studies.rider_report import save_figure
+    from tyre.files import write_text
 
     _check_target(out, force=force)
     frame = load_bicycle(bicycle)
@@ -79,7 +81,7 @@ def command(
 
 
 def _check_target(out: Path, *, force: bool) -> None:
-    from tyre.base.errors import InputError
+    from tyre.errors import InputError
 
     if out.suffix.lower() != ".toml":
         raise InputError(f"--out {out}: the ending {out.suffix!r} is not known; write a .toml file")
@@ -90,9 +92,9 @@ def _check_target(out: Path, *, force: bool) -> None:
         raise InputError(f"{taken[0]} exists; give --force to overwrite it or another name")
 
 
-def _rider(name: str | None, height: float | None, mass: float | None):  # type: ignore[no-untyped-def]
-    from bicycle.rider.measurements import available_riders, read_rider, scaled_rider
-    from tyre.base.errors import InputError
+def _rider(name: str | None, height: float | None, mass: float | None) -> "RiderMeasurements":
+    from bicycle.rider_body import available_riders, read_rider, scaled_rider
+    from tyre.errors import InputError
 
     if name is not None and height is not None:
         raise InputError("give either --rider (a measured body) or --height and --mass (a scaled one), not both")

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from studies.model_argument import ChosenModel, takes_model
-from studies.reporting.examples import example
+from studies.reporting.command_context import example
 
 
 @click.command(
@@ -26,14 +26,11 @@ def command(
     chosen: ChosenModel, parameter: str, span: str, speed: float | None, out: Path, max_frequency: float | None,
     json_file: str | None,
 ) -> None:  # fmt: skip
-
-    from bicycle.eigenvalues.oscillation import angular_frequency
+    from bicycle.eigen import angular_frequency
     from studies.reporting.manifest import results
     from studies.reporting.output import check_targets, print_table, print_warnings, write_csv, write_json
-    from studies.root_loci.figure import draw_root_locus
-    from studies.root_loci.parameter_path import parameter_path
-    from studies.root_loci.root_locus import parse_range, root_locus
-    from tyre.base.errors import InputError
+    from studies.root_locus import draw_root_locus, parameter_path, parse_range, root_locus
+    from tyre.errors import InputError
 
     check_targets(json=json_file)
     if parameter == "speed" and speed is not None:
@@ -55,16 +52,8 @@ def command(
             }
             for c in locus.crossings
         ]  # fmt: skip
-        write_json(
-            {
-                "parameter": parameter,
-                "unit": path.unit,
-                "speed_m_s": speed,
-                "crossings": found,
-                "unstable_throughout": list(locus.unstable_throughout),
-            },
-            json_file,
-        )
+        record = {"parameter": parameter, "unit": path.unit, "speed_m_s": speed, "crossings": found}
+        write_json(record | {"unstable_throughout": list(locus.unstable_throughout)}, json_file)
     if json_file != "-":
         effect, range_note = ("stabilising", "destabilising"), ("", "extrapolated")
         headers = [f"{parameter} {path.unit}", "mode", "frequency Hz", "as it grows"]

@@ -3,7 +3,7 @@
 import click
 
 from studies.model_argument import ChosenModel, takes_model
-from studies.reporting.examples import example
+from studies.reporting.command_context import example
 
 
 @click.command(
@@ -24,18 +24,17 @@ def command(
 ) -> None:  # fmt: skip
     from pathlib import Path
 
+    from studies.axes import numbers_by_name
+    from studies.ranking import draw_tornado, rank, record
     from studies.reporting.manifest import results
     from studies.reporting.output import print_table, print_warnings, write_csv, write_json
-    from studies.sensitivity.ranking import rank, record
 
     model = chosen.model
-    ranking = rank(model, mode=mode, speed=speed, given_sd=_deviations(sd), max_speed=max_speed)
+    ranking = rank(model, mode=mode, speed=speed, given_sd=numbers_by_name(sd, "--sd", "c=0.002"), max_speed=max_speed)
     if json_file:
         write_json(record(ranking), json_file)
     if out:
         import pandas as pd
-
-        from studies.sensitivity.tornado import draw_tornado
 
         folder = Path(out)
         rows = [
@@ -68,24 +67,3 @@ def command(
                 "together cancel or add, so the rows do not add up to the total"
             )
         print_warnings(model.linear_model().warnings)
-
-
-def _deviations(texts: tuple[str, ...]) -> dict[str, float]:
-    from tyre.base.errors import InputError
-
-    found: dict[str, float] = {}
-    for key, value in map(_deviation, texts):
-        if key in found:
-            raise InputError(f"--sd {key} is given twice, as {found[key]:g} and {value:g}; give it once")
-        found[key] = value
-    return found
-
-
-def _deviation(text: str) -> tuple[str, float]:
-    from tyre.base.errors import InputError
-
-    key, _, number = text.partition("=")
-    try:
-        return key, float(number)
-    except ValueError as error:
-        raise InputError(f"--sd {text!r}: give KEY=SD, for example c=0.002, in SI units") from error

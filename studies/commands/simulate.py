@@ -8,13 +8,12 @@ import click
 
 from studies.channel_options import chosen_map, takes_channels
 from studies.model_argument import ChosenModel, takes_model
-from studies.reporting.examples import example
+from studies.reporting.command_context import example
 
 if TYPE_CHECKING:
-    from bicycle.responses.response import Response
-    from studies.synthetic_sensors.sensor_file import Sensors
+    from bicycle.responses import Response
+    from studies.synthetic_sensors import Sensors
 
-LARGEST_SEED = 2**32 - 1
 RECORDING = "recording.csv"
 
 
@@ -49,7 +48,7 @@ RECORDING = "recording.csv"
 @click.option("--noise", is_flag=True, help="With --sensors: with their random noise.")
 @click.option(
     "--seed",
-    type=click.IntRange(0, LARGEST_SEED),
+    type=click.IntRange(0, 2**32 - 1),
     help="With --noise: of the noise, to have the same again; it is written into the recording. Repeats need others.",
 )
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, help="Folder for the results.")
@@ -60,19 +59,18 @@ def command(
     noise: bool, seed: int | None, out: Path,
 ) -> None:  # fmt: skip
     import math
+    import secrets
 
     import click.core
     import numpy as np
 
-    from bicycle.responses.linear import frequency_response as gains
-    from bicycle.responses.linear import respond
-    from bicycle.responses.magic_formula import MagicTyre
-    from bicycle.responses.magic_formula_model import magic_formula_model
-    from studies.animation.figure_response import draw_frequency_response, draw_responses
-    from studies.animation.simulation_options import check_within, parse_initial, parse_inputs
+    from bicycle.nonlinear import MagicTyre, magic_formula_model
+    from bicycle.responses import frequency_response as gains
+    from bicycle.responses import respond
     from studies.reporting.manifest import results
     from studies.reporting.output import print_warnings, write_csv
-    from tyre.base.errors import InputError
+    from studies.simulation import check_within, draw_frequency_response, draw_responses, parse_initial, parse_inputs
+    from tyre.errors import InputError
 
     for name, value in (("duration", duration), ("step", sample)):
         if not (math.isfinite(value) and value > 0):
@@ -112,7 +110,8 @@ def command(
     recording = None
     if sensors is not None:
         words = f"{model.bicycle.name} {list(responses)[-1] if responses else ''} at {speed:g} m/s with {sensors_file}"
-        recording = _recording(responses, sensors, _seed(seed) if noise else None, words)
+        seed = (secrets.randbelow(2**32 - 1) if seed is None else seed) if noise else None  # one that nobody has had
+        recording = _recording(responses, sensors, seed, words)
     title, written, notes = f"{model.bicycle.name} at {speed:g} m/s", [], []
     with results(out):
         for label, response in responses.items():
@@ -145,9 +144,8 @@ def _sensors(
     """The sensors of a file, and a time between samples (s) that goes with them."""
     import click.core
 
-    from studies.synthetic_sensors.recording import fine_step
-    from studies.synthetic_sensors.sensor_file import read_sensors
-    from tyre.base.errors import InputError
+    from studies.synthetic_sensors import fine_step, read_sensors
+    from tyre.errors import InputError
 
     if seed is not None and not noise:
         raise InputError(f"--seed {seed} is of the noise; add --noise or leave --seed out")
@@ -165,20 +163,13 @@ def _sensors(
     return sensors, step if given else fine_step(sensors, step)
 
 
-def _seed(seed: int | None) -> int:
-    """The one that was given, or one that nobody has had."""
-    import secrets
-
-    return secrets.randbelow(LARGEST_SEED) if seed is None else seed
-
-
 def _recording(
     responses: Mapping[str, "Response"], sensors: "Sensors", seed: int | None, words: str
 ) -> Callable[[Path], list[str]]:
-    """What writes the recording of the last response, and says what pushes the bicycle and is not in it."""
+    """Writer of the recording of the last response, which returns notes on what pushes the bicycle and is not in it."""
     from bicycle.identification.recording import INPUTS
-    from studies.synthetic_sensors.recording import recorded, write_recording
-    from tyre.base.errors import InputError
+    from studies.synthetic_sensors import recorded, write_recording
+    from tyre.errors import InputError
 
     if not responses:
         raise InputError("--sensors: nothing moves the bicycle; give --initial or --input, such as --initial lean=0.02")
@@ -187,10 +178,10 @@ def _recording(
     words += " and no noise" if seed is None else f" and noise seed {seed}"
     names = {name: column for column, name in INPUTS.items()}
     hidden = [name for name in response.inputs if names.get(name) not in sensors.channels]
+    note = "{}: {} pushes the bicycle and is not recorded: whoever reads the file takes the motion for one without it"
 
     def write(target: Path) -> list[str]:
         write_recording(target, columns, words)
-        return [f"{target.name}: {name} pushes the bicycle and is not recorded: whoever reads the file takes the "
-                "motion for one without it" for name in hidden]  # fmt: skip
+        return [note.format(target.name, name) for name in hidden]
 
     return write

@@ -1,79 +1,105 @@
-"""``velotyre sweep``: many bicycles, tyres and speeds at once, on this machine or a cluster."""
+"""``velotyre sweep``: many bicycles, tyres and speeds at once, on this machine or a cluster, and figures of them."""
+
+from pathlib import Path
 
 import click
 
-from studies.reporting.examples import example
-from studies.reporting.output import verbose
+from studies.reporting.command_context import example, verbose
 
 
 @click.command(
-    help="Compute the sweep that SWEEP.toml describes; run again to continue an interrupted one.",
-    epilog=example("velotyre sweep sweep.toml --out result.zarr"),
+    help="Compute the sweep that SWEEP.toml describes; run again to continue an interrupted one, or to draw the result "
+    "with --plot: critical speeds by name, bands along the speed, outputs over the varied parameters, and which "
+    "parameter matters; PNG and SVG, and the numbers as CSV. SWEEP may also be a finished result, to be drawn.",
+    epilog=example("velotyre sweep sweep.toml --out result.zarr --plot"),
 )
 @verbose
 @click.argument("sweep_file", metavar="SWEEP.toml")
-@click.option("--out", required=True, metavar="RESULT", help="Result: a .zarr folder, or a .nc file (netCDF).")
+@click.option("--out", metavar="RESULT", help="Result: a .zarr folder, or a .nc file (netCDF).")
 @click.option("--workers", type=click.IntRange(1), help="Workers of this machine; default: one a core.")
 @click.option("--processes", type=click.IntRange(1), help="The same, processes whatever is computed.")
 @click.option("--scheduler", metavar="ADDRESS", help="Address of a dask.distributed scheduler, e.g. tcp://host:8786.")
-@click.option("--plot", is_flag=True, help="Draw the result into RESULT_figures, as 'velotyre draw' does.")
+@click.option("--plot", is_flag=True, help="Draw the result into RESULT_figures.")
+@click.option("--figures", metavar="DIR", help="Draw the result into this folder.")
+@click.option("--at", type=float, metavar="M_S", help="Speed at which stable and unstable are told apart, m/s.")
 @click.option("--json", "json_file", metavar="FILE", help="Write what was computed as JSON; - is standard output.")
 def command(
-    sweep_file: str, out: str, workers: int | None, processes: int | None, scheduler: str | None,
-    json_file: str | None, *, plot: bool,
+    sweep_file: str, out: str | None, workers: int | None, processes: int | None, scheduler: str | None,
+    figures: str | None, at: float | None, json_file: str | None, *, plot: bool,
 ) -> None:  # fmt: skip
-    import logging
-    from importlib import import_module
     from importlib.util import find_spec
-    from os import cpu_count
 
-    from studies.reporting.output import print_warnings, write_json
-    from studies.sweeps.engines import in_processes, on_cluster
-    from studies.sweeps.part_size import here
-    from studies.sweeps.result import impossible_draws
-    from studies.sweeps.run import run_sweep
-    from studies.sweeps.sweep_file import read_sweep
-    from studies.sweeps.tyre_table import said_of_stiffness
-    from tyre.base.errors import InputError
-    from tyre.base.optional import not_installed
+    from studies.reporting.output import check_targets, print_warnings, write_json
+    from studies.sweep import impossible_draws, read_sweep, run_sweep, stiffness_warnings
+    from tyre.errors import InputError
+    from tyre.progress import not_installed
 
-    for module in (
-        "zarr",
-        "xarray",
-        *(["distributed"] if scheduler else []),
-        *(["netCDF4"] if out.endswith(".nc") else []),
-    ):
+    check_targets(json=json_file)
+    finished = Path(sweep_file).suffix in (".zarr", ".nc")
+    result = sweep_file if finished else out
+    if result is None:
+        raise InputError("--out is missing: give a .zarr folder or .nc file for the result")
+    if finished and (out or not (plot or figures)):
+        raise InputError(f"{sweep_file} is a result; give --plot, and no --out, to draw it")
+    drawn = plot or figures is not None
+    if at is not None and not drawn:
+        raise InputError(f"--at {at:g} is for figures; give --plot, too")
+    for module in ("zarr", "xarray", *(["distributed"] * bool(scheduler)), *(["netCDF4"] * result.endswith(".nc"))):
         if not find_spec(module):
             raise InputError(not_installed(module, extra="sweeps"))
-    chosen = [engine for engine in (workers, processes, scheduler) if engine]
-    if len(chosen) > 1:
+    if finished:
+        record = _draw(result, figures, at, quiet=json_file == "-")
+        if json_file:
+            write_json(record, json_file)
+        return
+    if len([engine for engine in (workers, processes, scheduler) if engine]) > 1:
         raise InputError("give one of --workers, --processes and --scheduler")
     sweep = read_sweep(sweep_file)
-    engine = in_processes(processes) if processes else here(sweep, workers or cpu_count() or 1)
-    if scheduler:
-        engine = on_cluster(scheduler)
-        import_module("distributed")  # which sets its own levels
-        for logger in ("distributed", "distributed.client"):  # what is lost is said in one line, without tracebacks
-            logging.getLogger(logger).setLevel(logging.CRITICAL)
-    result = run_sweep(sweep, out, engine=engine, progress=True)
+    result = run_sweep(sweep, result, engine=_engine(sweep, workers, processes, scheduler), progress=True).as_posix()
     record = {
-        "result": result.as_posix(), "fingerprint": sweep.fingerprint, "bicycles": sweep.items,
+        "result": result, "fingerprint": sweep.fingerprint, "bicycles": sweep.items,
         "points": sweep.items * sweep.points_per_item, "outputs": list(sweep.outputs),
-        "impossible_draws": impossible_draws(result),
+        "impossible_draws": impossible_draws(Path(result)),
     }  # fmt: skip
+    if json_file != "-":
+        click.echo(f"{record['bicycles']} bicycles, {record['points']} points: {result}")
+    if drawn:
+        try:
+            record |= _draw(result, figures, at, quiet=json_file == "-")
+        except InputError as error:
+            if figures or at is not None:
+                raise
+            click.echo(f"remark: {error}", err=True)  # the sweep itself is finished
     if json_file:
         write_json(record, json_file)
-    if json_file != "-":
-        click.echo(f"{record['bicycles']} bicycles, {record['points']} points: {record['result']}")
-    if plot:
-        from studies.reporting.manifest import results
-        from studies.sweep_pictures.draw import draw_result, figures_folder
-        from studies.sweep_pictures.said import say_what_is_drawn
+    print_warnings(stiffness_warnings(sweep.nominal.linear_model().warnings, sweep.relative_cornering_stiffness_sd))
 
-        try:
-            with results(folder := figures_folder(result)):
-                drawn = draw_result(result, folder)
-            say_what_is_drawn(drawn, quiet=json_file == "-")
-        except InputError as error:  # the sweep itself is finished
-            click.echo(f"remark: {error}", err=True)
-    print_warnings(said_of_stiffness(sweep.nominal.linear_model().warnings, sweep.relative_cornering_stiffness_sd))
+
+def _engine(sweep: object, workers: int | None, processes: int | None, scheduler: str | None) -> object:
+    import logging
+    from importlib import import_module
+    from os import cpu_count
+
+    from studies.sweep import here, in_processes, on_cluster
+
+    if not scheduler:
+        return in_processes(processes) if processes else here(sweep, workers or cpu_count() or 1)
+    import_module("distributed")  # which sets its own levels
+    for logger in ("distributed", "distributed.client"):  # what is lost is said in one line, without tracebacks
+        logging.getLogger(logger).setLevel(logging.CRITICAL)
+    return on_cluster(scheduler)
+
+
+def _draw(result: str, figures: str | None, at: float | None, *, quiet: bool) -> dict[str, object]:
+    """Draw a result: a line for each figure on standard output, unless quiet, and remarks on standard error."""
+    from studies.reporting.manifest import results
+    from studies.sweep import draw_result, figures_folder
+
+    folder = Path(figures) if figures else figures_folder(result)
+    with results(folder):
+        drawn = draw_result(result, folder, at=at)
+    for name, words in drawn.figures.items() if not quiet else ():
+        click.echo(f"{(drawn.folder / name).as_posix()}.png, .svg, .csv: {' '.join(words.split())}")
+    for remark in drawn.remarks:
+        click.echo(f"remark: {remark}", err=True)
+    return {"folder": drawn.folder.as_posix(), "figures": drawn.figures, "remarks": drawn.remarks}

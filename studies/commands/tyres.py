@@ -1,10 +1,28 @@
 """``velotyre tyres``: the packaged tyres, or one of them or of a file at its conditions."""
 
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
 import click
 
-from studies.reporting.examples import example
+from studies.reporting.command_context import example
 
-WIDTH = 40  # letters of a source in a table
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from tyre import TyreSource
+
+N_PER_DEG = 0.017453292519943295  # of N/rad
+COLUMNS = {
+    "cornering_stiffness": ("cornering_stiffness_N_per_deg", N_PER_DEG),
+    "lateral_stiffness": ("lateral_stiffness_N_per_mm", 1e-3),
+    "relaxation_length": ("relaxation_length_mm", 1e3),
+    "camber_stiffness": ("camber_stiffness_N_per_deg", N_PER_DEG),
+    "pneumatic_trail": ("pneumatic_trail_mm", 1e3),
+    "twisting_stiffness": ("twisting_stiffness_N_m_per_rad", 1.0),
+    "overturning_stiffness": ("overturning_stiffness_N_m_per_rad", 1.0),
+}
+"""Field of `TyreProperties` -> name and factor in the units of the field."""
 
 
 @click.command(
@@ -18,10 +36,9 @@ def command(tyre: str | None, surface: str | None, json_file: str | None) -> Non
     from textwrap import shorten
 
     from studies.reporting.output import print_table, write_json
-    from studies.tyre_listing import listed_tyres, shown_conditions, tyre_record
 
-    found = listed_tyres(tyre, surface)
-    records = [tyre_record(one) for one in found]
+    found = _listed_tyres(tyre, surface)
+    records = [_record(one) for one in found]
     if json_file:
         write_json(records[0] if tyre else {"tyres": records}, json_file)
     if json_file == "-":
@@ -29,22 +46,20 @@ def command(tyre: str | None, surface: str | None, json_file: str | None) -> Non
     if tyre:
         one = found[0]
         click.echo(f"{one.label}: {one.description or 'no description'}\nsource: {one.source}\n")
-        table = shown_conditions(one)
+        table = _shown_conditions(one)
         print_table(table.to_numpy().tolist(), list(table.columns))
         for note in one.notes:
             click.echo(f"note: {note}")
         return
-    print_table(
+    rows = [
         [
-            [
-                shorten(r["tyre"], WIDTH, placeholder=" …"), r["surface"], _listed(r["loads_N"]),
-                _listed(r["pressures_bar"]), _span(r["cornering_stiffness_N_per_deg"], 1),
-                _span(r["relaxation_length_mm"], 0), shorten(r["source"], WIDTH, placeholder=" …"),
-            ]
-            for r in records
-        ],
-        ["tyre", "surface", "loads N", "pressures bar", "C_Fy N/deg", "relaxation mm", "source"],
-    )  # fmt: skip
+            shorten(r["tyre"], 40, placeholder=" …"), r["surface"], ", ".join(f"{v:g}" for v in r["loads_N"]),
+            ", ".join(f"{v:g}" for v in r["pressures_bar"]), _ends(r["cornering_stiffness_N_per_deg"], 1),
+            _ends(r["relaxation_length_mm"], 0), shorten(r["source"], 40, placeholder=" …"),
+        ]
+        for r in records
+    ]  # fmt: skip
+    print_table(rows, ["tyre", "surface", "loads N", "pressures bar", "C_Fy N/deg", "relaxation mm", "source"])
     click.echo("\nvelotyre tyres NAME shows every condition; a model takes a tyre by name: --tyre NAME --pressure BAR")
     if not all(r["relaxation_length_mm"] for r in records):
         click.echo(
@@ -52,9 +67,69 @@ def command(tyre: str | None, surface: str | None, json_file: str | None) -> Non
         )
 
 
-def _listed(values: list[float]) -> str:
-    return ", ".join(f"{value:g}" for value in values)
-
-
-def _span(values: list[float], digits: int) -> str:
+def _ends(values: list[float], digits: int) -> str:
     return "-" if not values else f"{min(values):.{digits}f}-{max(values):.{digits}f}"
+
+
+def _listed_tyres(tyre: str | None, surface: str | None) -> "list[TyreSource]":
+    """Find the tyre that is named (name or file), or all packaged ones: measured tables first, then formulas."""
+    from tyre import TyreMap, available_tyres, read_tyre
+    from tyre.find_tyre import packaged_formulas
+
+    if tyre:
+        return [read_tyre(tyre, surface=surface)]
+    tables: list[TyreSource] = [
+        TyreMap.load(name, surface=on)
+        for name, measured in available_tyres().items() for on in measured if surface in (None, on)
+    ]  # fmt: skip
+    return [*tables, *(one for one in packaged_formulas().values() if surface in (None, one.surface))]
+
+
+def _held(tyre: "TyreSource") -> tuple[Any, Any, Mapping[str, Any]]:
+    """Loads (N), pressures (Pa) and values by field: the measured ones, or each load with each pressure."""
+    import numpy as np
+
+    from tyre import TyreMap
+
+    if isinstance(tyre, TyreMap):  # as they were measured, to the last digit
+        measured = tyre.measured
+        fields = ("cornering_stiffness", "lateral_stiffness", "relaxation_length")
+        return measured.load, measured.pressure, {name: getattr(measured, name) for name in fields}
+    load, pressure = (grid.ravel() for grid in np.meshgrid(tyre.loads, tyre.pressures, indexing="ij"))
+    return load, pressure, tyre.linear(load=load, pressure=pressure) if load.size else {}
+
+
+def _record(tyre: "TyreSource") -> dict[str, Any]:
+    """One tyre for JSON."""
+    from tyre.units import PASCAL_PER_BAR
+
+    load, _, held = _held(tyre)
+    always = ("cornering_stiffness", "relaxation_length")
+    columns = {
+        name: (held[field] * factor).tolist() if field in held else []
+        for field, (name, factor) in COLUMNS.items() if field in held or field in always
+    }  # fmt: skip
+    return {
+        "tyre": tyre.tyre, "surface": tyre.surface, "description": tyre.description, "source": tyre.source,
+        "synthetic": tyre.synthetic, "loads_N": tyre.loads.tolist(),
+        "pressures_bar": (tyre.pressures / PASCAL_PER_BAR).round(9).tolist(), "conditions": int(load.size),
+        **columns, "notes": list(tyre.notes),
+    }  # fmt: skip
+
+
+def _shown_conditions(tyre: "TyreSource") -> "pd.DataFrame":
+    """Measured conditions of a table, or values of a formula at loads and pressures in its range."""
+    import pandas as pd
+
+    from tyre import TyreMap
+    from tyre.errors import InputError
+    from tyre.units import PASCAL_PER_BAR
+
+    if isinstance(tyre, TyreMap):
+        stated = tyre.measured.cornering_stiffness_sd is not None
+        return tyre.table if stated else tyre.table.assign(cornering_stiffness_sd_N_per_deg=None)  # 0 would be exact
+    load, pressure, held = _held(tyre)
+    if not load.size:
+        raise InputError(f"{tyre.label}: the file states no pressure, so there is nothing to list")
+    columns = {name: held[field] * factor for field, (name, factor) in COLUMNS.items() if field in held}
+    return pd.DataFrame({"load_N": load, "pressure_bar": pressure / PASCAL_PER_BAR} | columns)

@@ -1,1 +1,30 @@
-"""The page of ``velotyre explore``: controls, linked figures, downloads; every number comes from the library."""
+"""Serve the page on which parameters are moved and modes watched: ``velotyre explore``."""
+
+from importlib import import_module
+from typing import Any
+
+HOME = {
+    "chart": ("BAND_NAME", "bands", "hidden"),
+    "exports": ("as_command", "as_python", "eigenvalues_csv", "model_toml", "saved_page"),
+    "figures": (
+        "DARK", "LIGHT", "colour_on", "damping_figure", "figure_or_words", "halving", "modes_figure",
+        "sensitivity_figure",
+    ),
+    "forms": ("controls", "controls_html", "law_options", "starts"),
+    "models": (
+        "AtSpeed", "at_speed", "bicycle_or_none", "build", "computed", "load_notes", "model_content", "ranking",
+    ),
+    "motion": ("FRAMES", "mode_motion"),
+    "server": ("CLOSE", "HOST", "build_server", "listening", "serve"),
+    "state": ("State", "parse_state"),
+    "tyre_files": ("MOST_TYRES", "TYRES", "kept_here", "shown_name"),
+    "uploads": ("start_state", "with_file", "with_files"),
+}  # fmt: skip
+"""Module -> the names that it gives to other rooms; each is imported when it is first used."""
+
+
+def __getattr__(name: str) -> Any:
+    for home, names in HOME.items():
+        if name in names:
+            return getattr(import_module(f"{__name__}.{home}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

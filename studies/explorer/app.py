@@ -1,71 +1,57 @@
-"""The callbacks: each takes the address of a state and gives figures or words; a refusal is words, no traceback."""
+"""Answer the page: each callback takes the address of a state and gives figures or words, no traceback."""
 
 import base64
 import binascii
+import hashlib
 import logging
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
-from dash import ClientsideFunction, Dash, Input, Output, State, no_update
+from dash import ClientsideFunction, Dash, Input, Output, State, dcc, html, no_update
+from markupsafe import Markup
 
-from bicycle.modal.looks import mode_words
+from bicycle.mode_figure import mode_words
 from studies.explorer import exports
-from studies.explorer.along_speed import critical_strip, critical_words, modes_figure, root_locus
 from studies.explorer.chart import chart_csv, chart_figure, chart_notes, chart_of
-from studies.explorer.computed import at_speed, computed, ranking
-from studies.explorer.controls import controls_html
-from studies.explorer.dropped import with_files
-from studies.explorer.looks import LIGHT, PALETTES, Palette
-from studies.explorer.models import bicycle_name
+from studies.explorer.figures import (
+    FAILED,
+    HEIGHTS,
+    LIGHT,
+    PALETTES,
+    Palette,
+    critical_strip,
+    critical_words,
+    damping_figure,
+    figure_or_words,
+    modes_figure,
+    root_locus,
+    sensitivity_figure,
+)
+from studies.explorer.forms import controls_html
+from studies.explorer.models import at_speed, bicycle_name, computed, ranking
 from studies.explorer.motion import mode_motion
-from studies.explorer.one_speed import damping_figure, figure_or_words, sensitivity_figure
-from studies.explorer.page import ANSWERED, carrier, index
-from studies.explorer.saved_page import saved_page
 from studies.explorer.state import State as Shown
 from studies.explorer.state import parse_state
 from studies.explorer.tyre_files import kept_here
-from tyre.base.errors import InputError
+from studies.explorer.uploads import ENDINGS, LARGEST, LARGEST_BODY, with_files
+from tyre.errors import InputError
+from tyre.find_tyre import FILE_ENDINGS
 
-FAILED = "this could not be computed; the terminal of velotyre explore says why"
+ALONG = (("modes", "Modes along speed"), ("critical", "Critical speeds"), ("locus", "Root locus"))
+AT = (("damping", "Damping at the chosen speed"), ("sensitivity", "Sensitivities at the chosen speed"))
+CHART = ("chart", "Stability chart")
+"""Figures: id and what they are called. A further view is a row here and one in :data:`ANSWERS`.
 
-
-def build_app(initial: str = "") -> Dash:
-    """The page with its callbacks.
-
-    Parameters
-    ----------
-    initial : str, optional
-        Address of the state that it begins with.
-    """
-    app = Dash(
-        "velotyre_explorer", assets_folder=str(Path(__file__).parent / "assets"), index_string=index(initial),
-        title="velotyre explorer", update_title="", serve_locally=True, assets_ignore=r"\.(js|css)$",
-        suppress_callback_exceptions=False,
-    )  # fmt: skip
-    app.layout = carrier()
-    _figures(app)
-    _forms(app)
-    _files(app)
-    _in_the_browser(app)
-    return app
+They are drawn by ``assets/explorer.js``: a graph of Dash would draw each of them empty first, and all of them before
+the first is seen. ``assets/plotly-basic.min.js`` is plotly.js 4.1.1 as its makers publish it for lines and bars (npm
+plotly.js-basic-dist-min, MIT), a quarter of what Dash would ask for."""
 
 
 def main_figures(asked: Any, theme: Any) -> dict[str, Any]:
-    """Figures along speed and what else is told of a state.
-
-    Parameters
-    ----------
-    asked : str
-        Address.
-    theme : str
-        ``light`` or ``dark``.
-
-    Returns
-    -------
-    dict
-        ``figures`` of modes, critical speeds and root locus, and ``shown``: what the browser needs beside them.
-    """
+    """Figures along speed, and under ``shown`` what the browser needs beside them."""
     state = parse_state(asked)
     now, palette = computed(state), _palette(theme)
     pins = {f"pin {k + 1}": parse_state(pin) for k, pin in enumerate(state.pins)}
@@ -84,79 +70,112 @@ def main_figures(asked: Any, theme: Any) -> dict[str, Any]:
     return {"figures": {"modes": modes, "critical": critical_strip(now, palette), "locus": locus}, "shown": shown}
 
 
-def _figures(app: Dash) -> None:
-    @app.callback(Output("along", "data"), Input("ask-along", "data"), prevent_initial_call=True)
-    def along(asked: Any) -> Any:
-        text, theme = _asked(asked)
-        try:
-            return main_figures(text, theme)
-        except InputError as error:
-            return _refusal(text, str(error))
-        except Exception:
-            logging.getLogger(__name__).exception("no figures")
-            return _refusal(text, FAILED)
+def _damping(state: Shown, palette: Palette) -> dict[str, Any]:
+    figure = figure_or_words("damping", lambda: damping_figure(at_speed(state), palette), palette)
+    return {"figure": figure, "command": exports.as_command(state), "python": exports.as_python(state)}
 
-    @app.callback(Output("damping", "data"), Input("ask-at", "data"), prevent_initial_call=True)
-    def damping(asked: Any) -> Any:
-        text, theme = _asked(asked)
-        palette = _palette(theme)
 
-        def found(state: Shown) -> Any:
-            made = _logged(lambda: damping_figure(at_speed(state), palette))
-            drawn = figure_or_words("damping", made, palette)
-            return {"figure": drawn, "command": exports.as_command(state), "python": exports.as_python(state)}
+def _sensitivity(state: Shown, palette: Palette) -> dict[str, Any]:
+    return {"figure": figure_or_words("sensitivity", lambda: sensitivity_figure(ranking(state), palette), palette)}
 
-        return _said(text, found)
 
-    @app.callback(Output("sensitivity", "data"), Input("ask-at", "data"), prevent_initial_call=True)
-    def sensitivity(asked: Any) -> Any:
-        text, theme = _asked(asked)
-        palette = _palette(theme)
+def _chart(state: Shown, palette: Palette) -> dict[str, Any]:
+    found = chart_of(state)
+    return {"figure": chart_figure(found, palette), "address": state.address, "notes": chart_notes(found)}
 
-        def found(state: Shown) -> Any:
-            made = _logged(lambda: sensitivity_figure(ranking(state), palette))
-            return {"figure": figure_or_words("sensitivity", made, palette)}
 
-        return _said(text, found)
+ANSWERS: dict[str, tuple[str, Callable[[Shown, Palette], dict[str, Any]]]] = {
+    "damping": ("ask-at", _damping),
+    "sensitivity": ("ask-at", _sensitivity),
+    "motion": ("ask-motion", lambda state, _: mode_motion(state, at_speed(state))),
+    "chart": ("ask-chart", _chart),
+}
+"""Store of the answer, read by the function of ``assets/explorer.js`` of that name -> store of the question, answer."""
 
-    @app.callback(Output("motion", "data"), Input("ask-motion", "data"), prevent_initial_call=True)
-    def motion(asked: Any) -> Any:
-        def found(state: Shown) -> Any:
-            try:
-                return _logged(lambda: mode_motion(state, at_speed(state)))()
-            except InputError as error:
-                return {"message": str(error)}
+DIRECT = ("ask-along", "along", "ask-form", "form")
+"""Stores that stay empty: the page asks these questions itself (``assets/server.js``), as Dash would."""
 
-        return _said(_asked(asked)[0], found)
+FILES: dict[Any, tuple[str, Callable[[Shown, Palette], str]]] = {
+    "model": (".toml", lambda state, _: exports.model_toml(state)),
+    "csv": ("_eigenvalues.csv", lambda state, _: exports.eigenvalues_csv(state)),
+    "chart": ("_stability_chart.csv", lambda state, _: chart_csv(state)),
+    "page": (".html", exports.saved_page),
+    "page with chart": (".html", lambda state, palette: exports.saved_page(state, palette, chart=True)),
+}
+"""What can be taken away -> end of its file name, content."""
 
-    @app.callback(Output("chart", "data"), Input("ask-chart", "data"), prevent_initial_call=True)
-    def chart(asked: Any) -> Any:
+
+@cache
+def program() -> str:
+    """Program of the page, which stands in it: it asks for the figures before anything else is read."""
+    return "".join(exports.packaged(f"assets/{name}.js") for name in ("appearance", "common", "server", "explorer"))
+
+
+def program_hash() -> str:
+    """Name of :func:`program` in the content security policy."""
+    return f"'sha256-{base64.b64encode(hashlib.sha256(program().encode()).digest()).decode()}'"
+
+
+def build_app(initial: str = "") -> Dash:
+    """Build the page with its callbacks, beginning with the state of the address ``initial``."""
+    places = ("metas", "title", "favicon", "css", "app_entry", "config", "scripts", "renderer")
+    page = exports.template("explorer").render(
+        initial=initial, style=Markup(exports.packaged("assets/explorer.css")), program=Markup(program()),
+        along=ALONG, at=AT, chart=CHART, heights=HEIGHTS, largest=LARGEST, largest_body=LARGEST_BODY,
+        dash=SimpleNamespace(**{name: Markup(f"{{%{name}%}}") for name in places}),
+    )  # fmt: skip
+    app = Dash(
+        "velotyre_explorer", assets_folder=str(Path(__file__).parent / "assets"), index_string=str(page),
+        title="velotyre explorer", update_title="", serve_locally=True, assets_ignore=r"\.(js|css)$",
+        suppress_callback_exceptions=False,
+    )  # fmt: skip
+    stores = (
+        "state",
+        *dict.fromkeys(question for question, _ in ANSWERS.values()),
+        *ANSWERS,
+        "save",
+        "dropped",
+        *DIRECT,
+    )
+    words = "Load a bicycle, model or tyre, or drop it here (a model together with its tyre files)"
+    drop = dcc.Upload(
+        html.Div(words, className="drop"), id="upload", accept=",".join(dict.fromkeys((*ENDINGS, *FILE_ENDINGS))),
+        max_size=LARGEST, multiple=True, className="upload", className_active="over",
+    )  # fmt: skip
+    app.layout = html.Div([*(dcc.Store(id=name) for name in stores), dcc.Download(id="file"), drop])
+    for name, (question, answer) in ANSWERS.items():
+        _answer(app, name, question, answer)
+    _form_and_files(app)
+    for name in (*ANSWERS, "dropped"):
+        app.clientside_callback(ClientsideFunction("velotyre", name), Input(name, "data"), prevent_initial_call=True)
+    app.clientside_callback(ClientsideFunction("velotyre", "carry"), Input("file", "id"))  # says that Dash is there
+    return app
+
+
+def _answer(app: Dash, name: str, question: str, answer: Callable[[Shown, Palette], dict[str, Any]]) -> None:
+    @app.callback(Output(name, "data"), Input(question, "data"), prevent_initial_call=True)
+    def answered(asked: Any) -> Any:
         text, theme = _asked(asked)
         try:
             state = parse_state(text)
-            found = _logged(lambda: chart_of(state))()
-            return {
-                "figure": chart_figure(found, _palette(theme)),
-                "address": state.address,
-                "notes": chart_notes(found),
-            }
-        except InputError as error:
-            return {"message": str(error)}
+        except InputError as error:  # else the message already stands on the page
+            return {"message": str(error)} if name == "chart" else no_update
+        return _or_message(lambda: answer(state, _palette(theme)), lambda message: {"message": message})
 
 
-def _forms(app: Dash) -> None:
+def _form_and_files(app: Dash) -> None:
+    @app.callback(Output("along", "data"), Input("ask-along", "data"), prevent_initial_call=True)
+    def along(asked: Any) -> Any:
+        text, theme = _asked(asked)
+        refused = {"asked": text}
+        return _or_message(lambda: main_figures(text, theme), lambda message: {"shown": refused | {"message": message}})
+
     @app.callback(Output("form", "data"), Input("ask-form", "data"), prevent_initial_call=True)
     def form(asked: Any) -> Any:
         try:
-            state = parse_state(_asked(asked)[0])
-        except InputError:
-            state = Shown()
-        try:
-            html = controls_html(state)
-        except InputError:  # of a rider or another name that is not known: the message stands beside the figures
-            state = Shown()
-            html = controls_html(state)
-        return {"html": html}
+            return {"html": controls_html(parse_state(_asked(asked)[0]))}
+        except InputError:  # also of a rider or another name that is not known: the message stands beside the figures
+            return {"html": controls_html(Shown())}
 
     @app.callback(
         Output("dropped", "data"), Input("upload", "contents"), State("upload", "filename"), State("state", "data"),
@@ -167,96 +186,57 @@ def _forms(app: Dash) -> None:
         if not given or len(given) != len(names):
             return no_update
         try:
-            files = [
-                (one, base64.b64decode(text.partition(",")[2], validate=True))
-                for one, text in zip(names, given, strict=True)
-            ]
-            state, remarks = _logged(lambda: with_files(_or_start(asked), files))()
-        except InputError as error:
-            return {"message": str(error)}
-        except binascii.Error:
-            return {"message": f"{names[0][:80]}: the browser did not send it whole; drop it again"}
-        return {"address": state.address, "remarks": list(remarks), "name": ", ".join(one[:80] for one in names)}
+            start = parse_state(asked or "")
+        except InputError:
+            start = Shown()
 
+        def load() -> dict[str, Any]:
+            try:
+                contents = [base64.b64decode(text.partition(",")[2], validate=True) for text in given]
+            except binascii.Error as error:
+                raise InputError(f"{names[0][:80]}: the browser did not send it whole; drop it again") from error
+            state, remarks = with_files(start, list(zip(names, contents, strict=True)))
+            shown = ", ".join(one[:80] for one in names)
+            return {"address": state.address, "remarks": list(remarks), "name": shown}
 
-def _files(app: Dash) -> None:
-    endings: dict[Any, tuple[str, Callable[[Shown, Palette], str]]] = {
-        "model": (".toml", lambda state, _: exports.model_toml(state)),
-        "csv": ("_eigenvalues.csv", lambda state, _: exports.eigenvalues_csv(state)),
-        "chart": ("_stability_chart.csv", lambda state, _: chart_csv(state)),
-        "page": (".html", saved_page),
-        "page with chart": (".html", lambda state, palette: saved_page(state, palette, chart=True)),
-    }
+        return _or_message(load, lambda message: {"message": message})
 
     @app.callback(Output("file", "data"), Input("save", "data"), prevent_initial_call=True)
     def save(asked: Any) -> Any:
         text, theme = _asked(asked)
         what = asked.get("what") if isinstance(asked, dict) else None
-        if not isinstance(what, str) or what not in endings:
+        if not isinstance(what, str) or what not in FILES:
             return no_update
-        ending, made = endings[what]
+        ending, made = FILES[what]
 
-        def found(state: Shown) -> Any:
-            content = made(state, _palette(theme))
-            return {"content": content, "filename": f"{exports.file_stem(state)}{ending}", "type": "text/plain"}
+        def content() -> dict[str, Any]:
+            state = parse_state(text)
+            name = f"{exports.file_stem(state)}{ending}"
+            return {"content": made(state, _palette(theme)), "filename": name, "type": "text/plain"}
 
-        return _said(text, found)
+        return _or_message(content, lambda _: no_update)
 
 
-def _in_the_browser(app: Dash) -> None:
-    """What comes is read by ``assets/explorer.js``; the first call says that Dash is there."""
-    for name in ANSWERED:
-        read = ClientsideFunction("velotyre", name)
-        app.clientside_callback(read, Input(name, "data"), prevent_initial_call=True)
-    app.clientside_callback(ClientsideFunction("velotyre", "carry"), Input("file", "id"))
+def _or_message(made: Callable[[], Any], refused: Callable[[str], Any]) -> Any:
+    """Give what is made, or a refusal in words; what nobody foresaw goes to the terminal, and the page says so."""
+    try:
+        return made()
+    except InputError as error:
+        return refused(str(error))
+    except Exception:
+        logging.getLogger(__name__).exception("no answer")
+        return refused(FAILED)
 
 
 def _listed(given: Any) -> list[str]:
-    """What the browser sends of one file or of several."""
+    """List what the browser sends of one file or of several."""
     listed = given if isinstance(given, list) else [given]
     return listed if all(isinstance(one, str) for one in listed) else []
 
 
 def _asked(asked: Any) -> tuple[Any, Any]:
-    """Address and colours of what the browser asks (with a running number, so that the same is answered again)."""
+    """Address and colours of a question (with a running number, so that the same is answered again)."""
     return (asked.get("text"), asked.get("theme")) if isinstance(asked, dict) else (None, None)
-
-
-def _logged(made: Callable[[], Any]) -> Callable[[], Any]:
-    """The same function; what nobody foresaw goes to the terminal, and the page says so."""
-
-    def call() -> Any:
-        try:
-            return made()
-        except InputError:
-            raise
-        except Exception as error:
-            logging.getLogger(__name__).exception("no answer")
-            raise InputError(FAILED) from error
-
-    return call
-
-
-def _said(asked: Any, found: Callable[[Shown], Any]) -> Any:
-    """What a function finds of a state; nothing where the message already stands on the page."""
-    try:
-        return found(parse_state(asked))
-    except InputError:
-        return no_update
-    except Exception:
-        logging.getLogger(__name__).exception("no answer")
-        return no_update
-
-
-def _refusal(asked: Any, message: str) -> dict[str, Any]:
-    return {"shown": {"asked": asked, "message": message}}
-
-
-def _or_start(asked: Any) -> Shown:
-    try:
-        return parse_state(asked or "")
-    except InputError:
-        return Shown()
 
 
 def _palette(theme: Any) -> Palette:

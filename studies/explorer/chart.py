@@ -1,4 +1,4 @@
-"""The stability chart of a state: boundaries over two of its numbers, as ``velotyre chart`` finds them."""
+"""Draw the stability chart of a state: boundaries over two of its numbers, as ``velotyre chart`` finds them."""
 
 import base64
 import io
@@ -9,40 +9,132 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.modal.looks import mode_words
-from studies.explorer.along_speed import Figure
-from studies.explorer.chart_band import bands, hidden
-from studies.explorer.looks import HEIGHTS, Palette, layout, series
-from studies.explorer.models import model_content
+from bicycle.mode_figure import mode_look, mode_words
+from studies.axes import OF_THE_TYRE, SPEED, axis_keys, axis_of, typical_range
+from studies.chart.chart import BAND, CELLS, NamedBoundary, StabilityChart, band_of, checked, stability_chart, title
+from studies.chart.plane import Plane, Span, split_range
+from studies.explorer.figures import HEIGHTS, Figure, Palette, colour_on, layout, series
+from studies.explorer.models import model_content, model_of
 from studies.explorer.state import State, parse_state
 from studies.explorer.tyre_files import TYRES
-from studies.model_axes.axis import SPEED
-from studies.stability_charts.chart import StabilityChart, stability_chart
-from studies.stability_charts.plane import Plane, Span, split_range
-from studies.stability_charts.words import checked, title
-from tyre.base.arrays import Array
-from tyre.base.errors import InputError
+from tyre.arrays import Array
+from tyre.errors import InputError
 
-KEPT = 8
+
+def axis_options(state: State) -> list[dict[str, Any]]:
+    """List what can stand along an axis of the chart of a state: key, words with the unit, usual range."""
+    model = model_of(state)
+    found = [{"key": SPEED, "words": "speed, m/s", "low": f"{state.slow:g}", "high": f"{state.fast:g}"}]
+    tyres = any("tyre" in table for table in state.content.get("effects", {}).values())
+    found += [{"key": key, "words": f"{key.split('_')[0]} of the tyres, {unit}", "low": "", "high": ""}
+              for key, unit in OF_THE_TYRE.items() if tyres]  # fmt: skip
+    for key in axis_keys(model):
+        try:
+            axis = axis_of(model, key)
+            low, high = typical_range(model, axis)
+        except InputError:  # one that follows another
+            continue
+        unit = "" if axis.unit == "1" else f", {axis.unit}"
+        words = f"{key.replace('_', ' ').replace('.', ': ', 1)}{unit}"
+        found.append({"key": key, "words": words, "low": f"{low:.6g}", "high": f"{high:.6g}"})
+    return found
+
+
+def chart_axes(state: State) -> list[dict[str, Any]]:
+    """The two axes of the stability chart: ``name``, ``words``, ``options``, ``low``, ``high`` and ``log``."""
+    try:
+        options = axis_options(state)
+    except InputError:  # the message stands beside the figures
+        return []
+    found: list[dict[str, Any]] = []
+    for name, words, usual, given in (("x", "Across", 0, state.x), ("y", "Upwards", 1, state.y)):
+        key, equals, ends = given.partition("=")
+        chosen = next((one for one in options if one["key"] == key), options[usual])
+        taken = ends if equals and chosen["key"] == key else ""
+        low, _, high = taken.removesuffix(":log").partition(":")
+        found.append({
+            "name": name, "words": words, "options": options, "chosen": chosen["key"], "low": low or chosen["low"],
+            "high": high or chosen["high"], "log": taken.endswith(":log"),
+        })  # fmt: skip
+    return found
+
+
+BAND_NAME = "95 % band, first order (dotted edge)"
+FAINT = 0.25  # of the colour of the mode
+HAIR = 1.5e-3
+"""Of the axes: a band whose half width is nowhere more is hidden by the line of its boundary."""
+
+NARROW = 3 / CELLS
+"""Of the axes: up to here the band is drawn along the normals of its boundary, for cells would miss it."""
+
+
+def bands(chart: StabilityChart, palette: Palette) -> list[dict[str, Any]]:
+    """A filled trace for each boundary whose band means something; none where nothing is uncertain."""
+    found: list[dict[str, Any]] = []
+    for one in chart.boundaries if chart.uncertain else ():
+        if not one.band_is_told or _widest(one) < HAIR:
+            continue
+        x, y = _joined(_ribbon(chart, one) if _widest(one) < NARROW else _rims(chart, one))
+        colour = colour_on(mode_look(one.names.names[0] or "other").colour, palette)
+        red, green, blue = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
+        found.append({
+            "type": "scatter", "mode": "lines", "name": BAND_NAME, "legendgroup": "band", "showlegend": not found,
+            "x": x, "y": y, "fill": "toself", "fillcolor": f"rgba({red},{green},{blue},{FAINT})", "hoverinfo": "skip",
+            "line": {"color": colour, "dash": "dot", "width": 1},
+        })  # fmt: skip
+    return found
+
+
+def hidden(chart: StabilityChart) -> list[str]:
+    """Note the bands that are narrower than a line."""
+    return [
+        f"boundary {number}: its band is narrower than its line; the table has its standard deviations"
+        for number, one in enumerate(chart.boundaries, 1)
+        if chart.uncertain and _widest(one) < HAIR
+    ]
+
+
+def _widest(one: NamedBoundary) -> float:
+    return float(BAND * one.spread[:, 2].max())
+
+
+def _rims(chart: StabilityChart, one: NamedBoundary) -> list[Array]:
+    """Rims (k, 2) of what lies in the band, in the units of the axes; holes are turned the other way."""
+    from matplotlib.figure import Figure
+
+    share, away = band_of(one.curve.shares, one.spread[:, 2])
+    first, second = chart.plane.spans
+    drawn = Figure().subplots().contourf(first.at(share), second.at(share), away.T, levels=[-1, 1])
+    return [np.asarray(rim) for path in drawn.get_paths() for rim in path.to_polygons()]
+
+
+def _ribbon(chart: StabilityChart, one: NamedBoundary) -> list[Array]:
+    """The boundary moved by the half width to both sides."""
+    half = BAND * one.spread[:, 2:] * one.curve.normals
+    ahead, behind = one.curve.shares + half, one.curve.shares - half
+    if one.curve.closed:
+        return [chart.plane.x(np.clip(side, 0, 1)) for side in (ahead, behind[::-1])]
+    return [chart.plane.x(np.clip(np.vstack([ahead, behind[::-1]]), 0, 1))]
+
+
+def _joined(rims: list[Array]) -> tuple[list[float | None], list[float | None]]:
+    """Closed rims one after the other, None between them."""
+    across: list[float | None] = []
+    upwards: list[float | None] = []
+    for rim in rims:
+        for place, values in ((across, rim[:, 0]), (upwards, rim[:, 1])):
+            place += [*([None] if place else []), *(float(f"{value:.6g}") for value in (*values, values[0]))]
+    return across, upwards
+
+
 FINE = 260  # cells of the shading along each axis
 SHADES = {False: (246, 222, 219), True: (92, 46, 40)}  # of what is unstable, on light and on dark ground
 HATCH = {False: (206, 206, 206), True: (80, 88, 98)}
-THIN, THICK = 1.0, 2.4  # pixels
 _one_at_a_time = Lock()
 
 
 def chart_of(state: State) -> StabilityChart:
-    """The chart of a state over its axes ``x`` and ``y``; kept, so that asking again is free.
-
-    Parameters
-    ----------
-    state : State
-
-    Raises
-    ------
-    InputError
-        No axes, axes or ranges that the model does not allow.
-    """
+    """The chart of a state over its axes ``x`` and ``y``; kept, so that asking again is free."""
     if not state.x or not state.y:
         raise InputError("stability chart: choose what stands along both axes")
     at = None if SPEED in (split_range(state.x)[0], split_range(state.y)[0]) else state.at
@@ -52,18 +144,7 @@ def chart_of(state: State) -> StabilityChart:
 
 
 def chart_figure(chart: StabilityChart, palette: Palette) -> Figure:
-    """Boundaries by mode, shaded where something is unstable; pointing at one tells the frequency.
-
-    Parameters
-    ----------
-    chart : StabilityChart
-    palette : Palette
-
-    Returns
-    -------
-    dict
-        A plotly figure.
-    """
+    """Boundaries by mode, shaded where something is unstable; pointing at one tells the frequency."""
     first, second = chart.plane.spans
     data, named = [], set()
     for number, one in enumerate(chart.boundaries, 1):
@@ -79,7 +160,7 @@ def chart_figure(chart: StabilityChart, palette: Palette) -> Figure:
                 "type": "scatter", "mode": "lines", "name": escape(words), "legendgroup": words,
                 "showlegend": words not in named, "x": points[part, 0].tolist(), "y": points[part, 1].tolist(),
                 "customdata": [[hz, "oscillates" if hz else "does not oscillate"] for hz in hertz[part].tolist()],
-                "line": style["line"] | {"width": THICK if inside else THIN},
+                "line": style["line"] | {"width": 2.4 if inside else 1.0},
                 "hovertemplate": f"<b>{escape(words)}</b>, boundary {number}<br>{escape(first.axis.key)} %{{x:.4g}}, "
                                  f"{escape(second.axis.key)} %{{y:.4g}}<br>frequency %{{customdata[0]:.4g}} Hz "
                                  "(%{customdata[1]})<extra></extra>",
@@ -95,12 +176,7 @@ def chart_figure(chart: StabilityChart, palette: Palette) -> Figure:
 
 
 def chart_table(chart: StabilityChart) -> dict[str, Any]:
-    """Every point of the boundaries.
-
-    Parameters
-    ----------
-    chart : StabilityChart
-    """
+    """Every point of the boundaries."""
     frame = chart.frame()
     axes = [span.axis.column for span in chart.plane.spans]
     columns = ["boundary", "mode", *axes, "frequency_Hz", "unstable_roots_on_the_stable_side"]
@@ -114,12 +190,7 @@ def chart_table(chart: StabilityChart) -> dict[str, Any]:
 
 
 def chart_notes(chart: StabilityChart) -> list[str]:
-    """How to read it, how it was checked, and what is doubtful.
-
-    Parameters
-    ----------
-    chart : StabilityChart
-    """
+    """Note how to read a chart, how it was checked, and what is doubtful."""
     said = ["shaded: something is unstable"]
     said += ["thin lines: unstable on both sides"] if any((one.beside != 0).any() for one in chart.boundaries) else []
     said += ["hatched: the tyre is extrapolated"] if _outside(chart).any() else []
@@ -127,16 +198,11 @@ def chart_notes(chart: StabilityChart) -> list[str]:
 
 
 def chart_csv(state: State) -> str:
-    """A row per point of a boundary, as ``velotyre chart`` writes it.
-
-    Parameters
-    ----------
-    state : State
-    """
+    """A row per point of a boundary, as ``velotyre chart`` writes it."""
     return str(chart_of(state).frame().to_csv(index=False, lineterminator="\n"))
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=8)
 def _chart(address: str, at: float | None) -> StabilityChart:
     state = parse_state(address)
     with TYRES.by_name():
@@ -173,27 +239,30 @@ def _marks(chart: StabilityChart, palette: Palette) -> list[dict[str, Any]]:
 
 def _axis(span: Span) -> dict[str, Any]:
     unit = "" if span.axis.unit == "1" else f", {span.axis.unit}"
-    words = f"{span.axis.said}{unit}"
     ends = [span.low, span.high]
     return {
-        "title": {"text": escape(words)}, "type": "log" if span.log else "linear", "showgrid": False, "zeroline": False,
+        "title": {"text": escape(f"{span.axis.said}{unit}")},
+        "type": "log" if span.log else "linear", "showgrid": False, "zeroline": False,
         "range": np.log10(ends).tolist() if span.log else ends,
     }  # fmt: skip
 
 
 def _shading(chart: StabilityChart, palette: Palette) -> dict[str, Any]:
-    """A picture behind the curves: coloured where something is unstable, hatched where the tyre is extrapolated."""
+    """Draw behind the curves: coloured where something is unstable, hatched where the tyre is extrapolated."""
+    from matplotlib.image import imsave
+
     edges = np.linspace(0, 1, FINE + 1)
     middle: Array = (edges[1:] + edges[:-1]) / 2
     counts = chart.regions(np.r_[0, middle], np.r_[0, middle])[1:, 1:]
     picture = np.zeros((FINE, FINE, 4), dtype=np.uint8)
     picture[counts > 0] = (*SHADES[palette.dark], 255)
-    place = np.add.outer(np.arange(FINE), np.arange(FINE))
-    picture[_outside(chart) & (place % 9 < 1)] = (*HATCH[palette.dark], 255)
-    return {
-        "source": f"data:image/png;base64,{_png(picture.transpose(1, 0, 2)[::-1])}", "xref": "x domain",
-        "yref": "y domain", "x": 0, "y": 1, "sizex": 1, "sizey": 1, "sizing": "stretch", "layer": "below",
-    }  # fmt: skip
+    diagonal = np.add.outer(np.arange(FINE), np.arange(FINE)) % 9 < 1
+    picture[_outside(chart) & diagonal] = (*HATCH[palette.dark], 255)
+    found = io.BytesIO()
+    imsave(found, np.ascontiguousarray(picture.transpose(1, 0, 2)[::-1]), format="png")
+    source = f"data:image/png;base64,{base64.b64encode(found.getvalue()).decode('ascii')}"
+    place = {"xref": "x domain", "yref": "y domain", "x": 0, "y": 1, "sizex": 1, "sizey": 1}
+    return {"source": source, "sizing": "stretch", "layer": "below"} | place
 
 
 def _outside(chart: StabilityChart) -> Any:
@@ -201,11 +270,3 @@ def _outside(chart: StabilityChart) -> Any:
     middle = (np.arange(FINE) + 0.5) / FINE
     grid = np.stack(np.meshgrid(middle, middle, indexing="ij"), -1).reshape(-1, 2)
     return ~chart.plane.space.inside(chart.plane.x(grid)).reshape(FINE, FINE)
-
-
-def _png(picture: Any) -> str:
-    from matplotlib.image import imsave
-
-    found = io.BytesIO()
-    imsave(found, np.ascontiguousarray(picture), format="png")
-    return base64.b64encode(found.getvalue()).decode("ascii")

@@ -1,116 +1,104 @@
-"""What is taken away from the page: the model as TOML, eigenvalues as CSV, the same as command and as Python."""
+"""Export a state: model as TOML, eigenvalues as CSV, a command, Python, or a page that works from the disk."""
 
+import base64
+import gzip
+import json
 import shlex
 from collections.abc import Mapping
+from contextlib import suppress
+from datetime import UTC, datetime
+from functools import cache
+from importlib.resources import files
 from pprint import pformat
 from typing import Any
 
-from bicycle.effect.registry import outside_origins
-from studies.explorer.computed import POINTS, computed
-from studies.explorer.flat_keys import written
-from studies.explorer.models import model_content
-from studies.explorer.state import State
-from studies.explorer.tyre_files import TYRES, tyre_names
+from bicycle.effect_registry import outside_origins
+from studies.explorer.chart import chart_figure, chart_notes, chart_of
+from studies.explorer.figures import (
+    Palette,
+    critical_strip,
+    damping_figure,
+    figure_or_words,
+    modes_figure,
+    root_locus,
+    sensitivity_figure,
+)
+from studies.explorer.models import POINTS, at_speed, bicycle_name, computed, model_content, ranking
+from studies.explorer.motion import mode_motion
+from studies.explorer.state import State, parse_state, written
+from studies.explorer.tyre_files import TYRES, files_of, kept_here, tyre_names
 from studies.model_argument import LAWS
-from tyre.base.files import slug
+from studies.reporting.markdown_text import html_template
+from tyre.files import slug
 
-FILE = "model.toml"
-END = "END_OF_MODEL"
+COMMAND = "cat > model.toml <<'END_OF_MODEL'\n{model}END_OF_MODEL\nvelotyre{own} modes model.toml --speeds {speeds}"
+PYTHON = """\
+import numpy as np
+import velotyre as vt
+
+{own}model = vt.build_model({model})
+found = vt.modes(model, np.linspace({slow!r}, {fast!r}, {points}))
+critical = vt.critical_speeds(model, max_speed={fast!r})
+print(found, *critical, sep='\\n')
+"""
+
+
+def packaged(name: str) -> str:
+    """Text of a file of the page."""
+    return files("studies.explorer").joinpath(name).read_text(encoding="utf-8")
+
+
+@cache
+def template(name: str) -> Any:
+    """Template of the page; everything that it is given and that is not markup is escaped."""
+    return html_template(packaged(f"templates/{name}.html.j2"))
 
 
 def file_stem(state: State) -> str:
-    """A name for files of a state, without ending.
-
-    Parameters
-    ----------
-    state : State
-    """
+    """Name for files of a state, without ending."""
     given = state.content["bicycle"]
     return slug(given if isinstance(given, str) else state.name or "own")
 
 
 def model_toml(state: State) -> str:
-    """The model file of a state, its rider part of the bicycle.
-
-    Parameters
-    ----------
-    state : State
-    """
+    """Model file of a state, its rider part of the bicycle."""
     import tomli_w
 
-    needs = "".join(f"# {line}\n" for line in needed_files(state))
-    return f"# made by velotyre explore, {state.alone().address}\n{needs}" + tomli_w.dumps(_content(state))
+    head = f"# made by velotyre explore, {state.alone().address}\n{_needed(state)}"
+    return head + tomli_w.dumps(TYRES.portable(model_content(state)))
 
 
-def needed_files(state: State) -> list[str]:
-    """What must be said of tyre files that were loaded; empty where the model names none.
-
-    Parameters
-    ----------
-    state : State
-    """
-    files = list(TYRES.content(tyre_names(state.content)))
-    return [f"needs beside it, as they were loaded: {', '.join(files)}"] if files else []
-
-
-def _content(state: State) -> dict[str, Any]:
-    return TYRES.portable(model_content(state))
+def _needed(state: State) -> str:
+    """Comment on the tyre files that were loaded; empty if the model names none."""
+    names = ", ".join(TYRES.content(tyre_names(state.content)))
+    return f"# needs beside it, as they were loaded: {names}\n" if names else ""
 
 
 def eigenvalues_csv(state: State) -> str:
-    """A row per speed, mode and root, as ``velotyre modes --csv`` writes it.
-
-    Parameters
-    ----------
-    state : State
-    """
+    """Row per speed, mode and root, as ``velotyre modes --csv`` writes it."""
     return str(computed(state).named.to_dataframe().to_csv(index=False, lineterminator="\n"))
 
 
 def as_command(state: State) -> str:
-    """A command that computes the same; where no options say the model, it is written to a file first.
-
-    Parameters
-    ----------
-    state : State
-    """
-    content = _content(state)
+    """Command that computes the same; if no options say the model, it is written to a file first."""
     step = (state.fast - state.slow) / (POINTS - 1)
     speeds = f"{written(state.slow)}:{written(state.fast)}:{written(step)} --max-speed {written(state.fast)}"
     own = "".join(f" --effects {shlex.quote(str(origin.file))}" for origin in outside_origins() if origin.file)
-    short = _options(content)
+    short = _options(TYRES.portable(model_content(state)))
     if short is not None:
-        needs = "".join(f"# {line}\n" for line in needed_files(state))
-        return f"{needs}velotyre{own} modes {short} --speeds {speeds}"
-    return f"cat > {FILE} <<'{END}'\n{model_toml(state)}{END}\nvelotyre{own} modes {FILE} --speeds {speeds}"
+        return f"{_needed(state)}velotyre{own} modes {short} --speeds {speeds}"
+    return COMMAND.format(model=model_toml(state), own=own, speeds=speeds)
 
 
 def as_python(state: State) -> str:
-    """Lines of Python that compute the same.
-
-    Parameters
-    ----------
-    state : State
-    """
-    own = [f"vt.load_effects({str(origin.file)!r})" for origin in outside_origins() if origin.file]
-    return "\n".join(
-        [
-            "import numpy as np",
-            "import velotyre as vt",
-            "",
-            *own,
-            *(f"# {line}" for line in needed_files(state)),
-            f"model = vt.build_model({pformat(_content(state), sort_dicts=False, width=100)})",
-            f"found = vt.modes(model, np.linspace({state.slow!r}, {state.fast!r}, {POINTS}))",
-            f"critical = vt.critical_speeds(model, max_speed={state.fast!r})",
-            "print(found, *critical, sep='\\n')",
-            "",
-        ]
-    )
+    """Lines of Python that compute the same."""
+    own = "".join(f"vt.load_effects({str(origin.file)!r})\n" for origin in outside_origins() if origin.file)
+    model = pformat(TYRES.portable(model_content(state)), sort_dicts=False, width=100)
+    return PYTHON.format(own=own + _needed(state), model=model, slow=state.slow, fast=state.fast, points=POINTS)
 
 
 def _options(content: Mapping[str, Any]) -> str | None:
-    """MODEL and the options of its tyre, where they say the whole model."""
+    """MODEL and the options of its tyre, if they say the whole model."""
     bicycle, effects = content["bicycle"], dict(content.get("effects", {}))
     if not isinstance(bicycle, str) or set(content) - {"bicycle", "effects"}:
         return None
@@ -125,3 +113,51 @@ def _options(content: Mapping[str, Any]) -> str | None:
     pressure = f"{written(bar['rear'])},{written(bar['front'])}".removesuffix(f",{written(bar['rear'])}")
     where = f" --surface {shlex.quote(surface['rear'])}" if surface else ""
     return f"{bicycle} --tyre {shlex.quote(tyre['rear'])} --pressure {pressure}{where}" + " --extrapolate" * extrapolate
+
+
+def saved_page(state: State, palette: Palette, *, chart: bool = False) -> str:
+    """Present view as one HTML file: figures, tables, data and the model file inside."""
+    now, at = computed(state), at_speed(state)
+    pins = {f"pin {k + 1}: {bicycle_name(pin)}": computed(pin) for k, pin in enumerate(map(parse_state, state.pins))}
+    figures = {
+        "Modes along speed": modes_figure(now, pins, palette),
+        "Critical speeds": critical_strip(now, palette),
+        "Root locus": root_locus(now, palette),
+        "Damping at the chosen speed": damping_figure(at, palette),
+        "Sensitivities at the chosen speed": figure_or_words(
+            "sensitivity", lambda: sensitivity_figure(ranking(state), palette), palette
+        ),
+    }
+    notes = [*now.notes, *kept_here(state)]
+    if chart:
+        found = chart_of(state)
+        figures["Stability chart"] = chart_figure(found, palette)
+        notes += [f"stability chart: {line}" for line in chart_notes(found)]
+    inside = {
+        f"{file_stem(state)}.toml": model_toml(state),
+        f"{file_stem(state)}_eigenvalues.csv": eigenvalues_csv(state),
+    }
+    for name, data in files_of(state).items():
+        with suppress(UnicodeDecodeError):  # of a .mat: its numbers stand in the tables
+            inside[name] = data.decode()
+    content = {"figures": figures, "motion": mode_motion(state, at), "files": inside, "notes": notes}
+    return str(
+        template("saved_page").render(
+            name=bicycle_name(state), dark=palette.dark, made=datetime.now(UTC).strftime("%Y-%m-%d"),
+            effects=", ".join(e.identifier.replace("_", " ") for e in now.model.effects), at=state.at,
+            address=state.address, plotly=_plotly(),
+            content=_packed(json.dumps(content, allow_nan=False).encode()), common=packaged("assets/common.js"),
+            style=packaged("assets/explorer.css"),
+        )
+    )  # fmt: skip
+
+
+@cache
+def _plotly() -> str:
+    """Program that draws, compressed."""
+    return _packed(packaged("assets/plotly-basic.min.js").encode())
+
+
+def _packed(data: bytes) -> str:
+    """Compress to letters that no tag of HTML can be made of (base 85 has no slash)."""
+    return base64.b85encode(gzip.compress(data, 9, mtime=0)).decode("ascii")

@@ -1,73 +1,175 @@
-"""From a state to the model of its bicycle, rider, tyres and effects; nothing but packaged and loaded data is read."""
+"""Make the model of a state and compute its modes; nothing but packaged and loaded data is read."""
 
-from collections.abc import Iterable, Mapping
-from functools import cache, lru_cache
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache, lru_cache, wraps
+from threading import RLock
+from types import SimpleNamespace
+from typing import Any, ParamSpec, TypeVar
 
-from bicycle.files.bicycle_file import available_bicycles, given_numbers, load_bicycle
-from bicycle.files.model_file import allows_unusual, build_model
+import numpy as np
+
+from bicycle.bicycle_files import available_bicycles, given_numbers, load_bicycle
+from bicycle.critical import CriticalSpeed, critical_speeds
+from bicycle.effect import WHEELS
+from bicycle.effect_registry import effect_class
+from bicycle.linear_model import LinearModel
 from bicycle.model import Model
+from bicycle.model_file import build_model
+from bicycle.named_modes import Modes, modes
 from bicycle.parameters import Bicycle
-from studies.explorer.own_loads import LOAD, at_own_loads, own_load_notes
+from bicycle.propagation import mode_sd, model_covariance
+from bicycle.wheel_tyres import FROM_TYRE, TYRE_KEYS, MountedTyres, tyre_notes, wheel_tyres
 from studies.explorer.state import State
 from studies.explorer.tyre_files import TYRES, refuse_unloaded
+from studies.ranking import Ranking, rank
 from tyre import available_tyres
-from tyre.base.errors import InputError, unknown
+from tyre.errors import InputError, refuse_unknown, unknown
 from tyre.find_tyre import packaged_formulas
+from tyre.properties import TyreProperties
+
+POINTS = 60  # speeds along a curve
+LOAD = "load"
+"""Key of an address, ``load.rear`` and ``load.front``, N; one left out is what the wheel carries at rest."""
+
+OWN_LOADS = (
+    "loads by hand ({given}): the tyre is taken there, without its uncertainty; the bicycle is as heavy as before"
+)
+
+P = ParamSpec("P")
+R = TypeVar("R")
+_one_at_a_time = RLock()  # requests come in parallel; the same state is computed once
 
 
-def known_tyres() -> tuple[str, ...]:
-    """Tyres that a state may name: the packaged ones, and the files that were loaded."""
-    return (*_packaged_tyres(), *TYRES.names())
+def _kept(make: Callable[P, R]) -> Callable[P, R]:
+    """Keep what is computed of the last states, so that asking again is free."""
+    cached = lru_cache(maxsize=32)(make)
+
+    @wraps(make)
+    def call(*args: P.args, **more: P.kwargs) -> R:
+        with _one_at_a_time:
+            return cached(*args, **more)  # type: ignore[arg-type]
+
+    return call
+
+
+@dataclass(frozen=True, eq=False)
+class Computed:
+    """A model along its speed range."""
+
+    model: Model
+    linear: LinearModel
+    named: Modes  # at :data:`POINTS` speeds from the slowest to the fastest
+    critical: tuple[CriticalSpeed, ...]  # up to the fastest speed
+    notes: tuple[str, ...]  # what a reader of the numbers must be told
+
+
+@dataclass(frozen=True, eq=False)
+class AtSpeed:
+    """Modes at one speed."""
+
+    named: Modes
+    sd: dict[str, float]  # of the damping ratio of each pair, to first order from stated sd; NaN: not a pair
+    uncertain: tuple[str, ...]  # parameters whose sd is stated
+
+    def first(self, mode: str) -> str:
+        """Give the asked ``mode`` if there is one of that name, else the first of all."""
+        here = [name for name, values in self.named.branches.items() if not np.isnan(values).all()]
+        return mode if mode in here else here[0]
+
+
+def _alone(state: State) -> State:
+    """State of the model alone, without the view of it."""
+    return State(state.model, state.name, state.rider, state.posture)
+
+
+def computed(state: State) -> Computed:
+    """Compute model, modes and critical speeds of a state."""
+    return _computed(_alone(state), state.slow, state.fast)
+
+
+@_kept
+def _computed(state: State, slow: float, fast: float) -> Computed:
+    model, linear = _built(state)
+    notes = tuple(TYRES.in_words(str(note)) for note in (*load_notes(state), *linear.warnings))
+    found = modes(linear, np.linspace(slow, fast, POINTS))
+    return Computed(model, linear, found, critical_speeds(linear, max_speed=fast), notes)
+
+
+def at_speed(state: State) -> AtSpeed:
+    """Compute the modes of a state at its chosen speed, with uncertainty."""
+    return _at_speed(_alone(state), state.at)
+
+
+@_kept
+def _at_speed(state: State, speed: float) -> AtSpeed:
+    model, linear = _built(state)
+    named = modes(linear, [speed])
+    names, covariance = model_covariance(model)
+    roots = np.array([[values[0, 0] for values in named.branches.values()]])
+    damping = mode_sd(model, [speed], roots, names, covariance)[1] if names else np.full(roots.shape, np.nan)
+    return AtSpeed(named, dict(zip(named.branches, damping[0].tolist(), strict=True)), names)
+
+
+def ranking(state: State) -> Ranking:
+    """Rank parameters by what one sd of each does to the chosen mode at the chosen speed."""
+    return _ranking(_alone(state), at_speed(state).first(state.mode), state.at, state.fast)
+
+
+@_kept
+def _ranking(state: State, mode: str, speed: float, fastest: float) -> Ranking:
+    return rank(_built(state)[0], mode=mode, speed=speed, max_speed=fastest)
+
+
+def model_of(state: State) -> Model:
+    """Give the model of a state."""
+    return _built(_alone(state))[0]
+
+
+@_kept
+def _built(state: State) -> tuple[Model, LinearModel]:
+    model = build(state)
+    return model, model.linear_model()
+
+
+def bicycle_or_none(state: State) -> Bicycle | None:
+    """Give the bicycle of a state with its rider, without effects; None if it makes none."""
+    try:
+        return _bicycle(_alone(state))
+    except InputError:
+        return None
+
+
+@_kept
+def _bicycle(state: State) -> Bicycle:
+    content = state.content
+    refuse_other_files(content)
+    alone = {key: content[key] for key in ("bicycle", "allow_unusual") if key in content}
+    return build_model(alone | _rider(state, content)).bicycle
+
+
+def build(state: State) -> Model:
+    """Build the model of a state."""
+    content = model_content(state)
+    with TYRES.by_name():
+        return build_model(content)
 
 
 def model_content(state: State) -> dict[str, Any]:
-    """The content of the model file of a state: its rider is part of the bicycle, loaded tyres have their paths.
-
-    Parameters
-    ----------
-    state : State
-
-    Raises
-    ------
-    InputError
-        A bicycle or tyre that is neither packaged nor loaded, or a rider that does not fit.
-    """
+    """Make the model file of a state: its rider is part of the bicycle, loaded tyres have their paths."""
     content = state.content
     refuse_other_files(content)
     loads = content.pop(LOAD, {})
     whole = TYRES.located(content | _rider(state, content))
     with TYRES.by_name():
-        return at_own_loads(whole, bicycle_of(state), _by_wheel(loads)) if loads else whole
-
-
-def load_notes(state: State) -> list[str]:
-    """What must be told of loads that were given by hand; empty without.
-
-    Parameters
-    ----------
-    state : State
-    """
-    loads = state.content.get(LOAD, {})
-    return own_load_notes(TYRES.located(state.content), bicycle_of(state), _by_wheel(loads)) if loads else []
+        return _at_own_loads(whole, _bicycle(_alone(state)), loads) if loads else whole
 
 
 def refuse_other_files(content: Mapping[str, Any]) -> None:
-    """Refuse a bicycle or tyre that would have to be read from a file.
-
-    Parameters
-    ----------
-    content : mapping
-        Of a model file, in its units.
-
-    Raises
-    ------
-    InputError
-        With the names that are known.
-    """
-    bicycle = content.get("bicycle")
+    """Refuse a bicycle or tyre that would have to be read from a file."""
+    bicycle, drop = content.get("bicycle"), "; or drop the file of yours on the page"
     if isinstance(bicycle, str) and bicycle not in available_bicycles():
-        raise InputError(f"{unknown('bicycle', bicycle, available_bicycles())}; or drop the file of yours on the page")
+        raise InputError(f"{unknown('bicycle', bicycle, available_bicycles())}{drop}")
     for name, table in content.get("effects", {}).items():
         tyre = table.get("tyre") if isinstance(table, Mapping) else None
         for one in tyre.values() if isinstance(tyre, Mapping) else [tyre]:
@@ -75,89 +177,12 @@ def refuse_other_files(content: Mapping[str, Any]) -> None:
                 where = f"effect {name!r}"
                 if isinstance(one, str):
                     refuse_unloaded(one, where=where)
-                raise InputError(
-                    f"{where}: {unknown('tyre', one, known_tyres())}; or drop the file of yours on the page"
-                )
+                raise InputError(f"{where}: {unknown('tyre', one, known_tyres())}{drop}")
 
 
-def build(state: State) -> Model:
-    """The model of a state.
-
-    Parameters
-    ----------
-    state : State
-
-    Raises
-    ------
-    InputError
-        As :func:`model_content`, and what :func:`bicycle.files.model_file.build_model` refuses.
-    """
-    content = model_content(state)
-    with TYRES.by_name():
-        return build_model(content)
-
-
-def bicycle_of(state: State) -> Bicycle:
-    """The bicycle of a state with its rider, without effects: what the wheels carry.
-
-    Parameters
-    ----------
-    state : State
-
-    Raises
-    ------
-    InputError
-        It makes none.
-    """
-    content = state.content
-    refuse_other_files(content)
-    alone = {key: content[key] for key in ("bicycle", "allow_unusual") if key in content}
-    return build_model(alone | _rider(state, content)).bicycle
-
-
-def as_table(bicycle: Bicycle) -> dict[str, Any]:
-    """A bicycle as the table of a model file, each value with its sd where one is stated.
-
-    Parameters
-    ----------
-    bicycle : Bicycle
-    """
-    return {
-        key: f"{value!r} +/- {bicycle.sd[key]!r}" if key in bicycle.sd else value
-        for key, value in bicycle.values.items()
-    }
-
-
-def bicycle_name(state: State) -> str:
-    """What the bicycle of a state is called, with its rider.
-
-    Parameters
-    ----------
-    state : State
-    """
-    given = state.content["bicycle"]
-    name = given if isinstance(given, str) else state.name or "own bicycle"
-    return f"{name} with {state.rider}, {state.posture}" if state.rider else name
-
-
-def _by_wheel(loads: Any) -> dict[str, float]:
-    if not isinstance(loads, Mapping) or any(not isinstance(load, float) for load in loads.values()):
-        raise InputError("load: give load.rear and load.front, each a number in N")
-    return dict(loads)
-
-
-def _rider(state: State, content: Mapping[str, Any]) -> dict[str, Any]:
-    if not state.rider:
-        return {}
-    return {"bicycle": as_table(_with_rider(_frame(content, state), state.rider, state.posture))}
-
-
-def _frame(content: Mapping[str, Any], state: State) -> Bicycle:
-    given = content["bicycle"]
-    if isinstance(given, str):
-        return load_bicycle(given)
-    numbers = given_numbers(given, place="bicycle")
-    return Bicycle(state.name or "own", numbers.values, numbers.sd, "", "", tuple(numbers.notes))
+def known_tyres() -> tuple[str, ...]:
+    """List the tyres that a state may name: the packaged ones, and the files that were loaded."""
+    return (*_packaged_tyres(), *TYRES.names())
 
 
 @cache
@@ -165,13 +190,45 @@ def _packaged_tyres() -> tuple[str, ...]:
     return (*available_tyres(), *packaged_formulas())
 
 
+def tyres_of(content: Mapping[str, Any]) -> Iterable[tuple[str, Mapping[str, Any]]]:
+    """List the contact laws that take a tyre: name and table."""
+    return [(name, table) for name, table in content.get("effects", {}).items() if "tyre" in table]
+
+
+def as_table(bicycle: Bicycle) -> dict[str, Any]:
+    """Write a bicycle as the table of a model file, each value with its sd if one is stated."""
+    return {
+        key: f"{value!r} +/- {bicycle.sd[key]!r}" if key in bicycle.sd else value
+        for key, value in bicycle.values.items()
+    }
+
+
+def bicycle_name(state: State) -> str:
+    """Name the bicycle of a state, with its rider."""
+    given = state.content["bicycle"]
+    name = given if isinstance(given, str) else state.name or "own bicycle"
+    return f"{name} with {state.rider}, {state.posture}" if state.rider else name
+
+
+def _rider(state: State, content: Mapping[str, Any]) -> dict[str, Any]:
+    """Bicycle table with the rider of a state; empty without one."""
+    if not state.rider:
+        return {}
+    given = content["bicycle"]
+    if isinstance(given, str):
+        frame = load_bicycle(given)
+    else:
+        numbers = given_numbers(given, place="bicycle")
+        frame = Bicycle(state.name or "own", numbers.values, numbers.sd, "", "", tuple(numbers.notes))
+    return {"bicycle": as_table(_with_rider(frame, state.rider, state.posture))}
+
+
 @lru_cache(maxsize=32)
 def _with_rider(frame: Bicycle, rider: str, posture: str) -> Bicycle:
-    from bicycle.rider.geometry_file import packaged_geometry, read_geometry
-    from bicycle.rider.measurements import available_riders, read_rider
-    from bicycle.rider.rider_frame import rider_on_bicycle
-    from bicycle.rider.seat_geometry import SeatGeometry
-    from studies.riders.rider_words import with_provenance
+    from bicycle.rider_body import available_riders, read_rider
+    from bicycle.rider_frame import rider_on_bicycle
+    from bicycle.rider_posture import SeatGeometry, packaged_geometry, read_geometry
+    from studies.rider_report import with_provenance
 
     if rider not in available_riders():
         raise InputError(unknown("rider", rider, available_riders()))
@@ -184,22 +241,46 @@ def _with_rider(frame: Bicycle, rider: str, posture: str) -> Bicycle:
     return with_provenance(found, f"{frame.name}_{rider}_{posture}")
 
 
-def unusual(state: State) -> bool:
-    """Whether values far outside what is typical are allowed.
+def load_notes(state: State) -> list[str]:
+    """Notes on loads that were given by hand; empty without."""
+    loads = state.content.get(LOAD, {})
+    if not loads:
+        return []
+    _, properties = _own_properties(TYRES.located(state.content), _bicycle(_alone(state)), loads)
+    given = ", ".join(f"{wheel} {load:g} N" for wheel, load in loads.items())
+    return [OWN_LOADS.format(given=given), *tyre_notes(properties)]
 
-    Parameters
-    ----------
-    state : State
-    """
-    return allows_unusual(state.content)
+
+def _at_own_loads(content: Mapping[str, Any], bicycle: Bicycle, loads: Any) -> dict[str, Any]:
+    """Put numbers in place of the tyre of a model file, taken at given loads (N) and without uncertainty."""
+    law, properties = _own_properties(content, bicycle, loads)
+    mounted = MountedTyres(law, properties)
+    effects: dict[str, Any] = {}
+    for name, given in content["effects"].items():
+        kind = effect_class(name)
+        asked = {p.name: p for p in kind.parameters if given.get(p.name) == FROM_TYRE or (name == law and p.tyre)}
+        kept = {key: value for key, value in given.items() if key not in (*TYRE_KEYS, "extrapolate", *asked)}
+        own = {key: given[key] for key in asked if given.get(key, FROM_TYRE) != FROM_TYRE}
+        taken = {key: mounted.values(kind, p, WHEELS) for key, p in asked.items() if key not in own}
+        effects[name] = kept | taken | own
+    return dict(content) | {"effects": effects}
 
 
-def tyres_of(content: Mapping[str, Any]) -> Iterable[tuple[str, Mapping[str, Any]]]:
-    """Contact laws that take a tyre: name and table.
-
-    Parameters
-    ----------
-    content : mapping
-        Of a model file, in its units.
-    """
-    return [(name, table) for name, table in content.get("effects", {}).items() if "tyre" in table]
+def _own_properties(content: Mapping[str, Any], bicycle: Bicycle, loads: Any) -> tuple[str, dict[str, TyreProperties]]:
+    """Name of the contact law, and the properties of its tyres at given loads."""
+    if not isinstance(loads, Mapping) or any(not isinstance(load, float) for load in loads.values()):
+        raise InputError("load: give load.rear and load.front, each a number in N")
+    laws = list(tyres_of(content))
+    if not laws:
+        raise InputError("load: a load by hand is for a measured tyre, and the model has none; leave it out")
+    refuse_unknown("wheel", loads, WHEELS, where="load")
+    for wheel, load in loads.items():
+        if not load > 0:
+            raise InputError(f"load.{wheel} = {load:g} N must be above 0; leave it out for the load at rest")
+    law, table = laws[0]
+    at_rest = zip(WHEELS, bicycle.static_loads, strict=True)
+    carried: Any = SimpleNamespace(static_loads=tuple(float(loads.get(wheel, rest)) for wheel, rest in at_rest))
+    return law, wheel_tyres(
+        tyre=table["tyre"], surface=table.get("surface"), pressure_bar=table.get("pressure_bar"), bicycle=carried,
+        extrapolate=table.get("extrapolate", False),
+    )  # fmt: skip

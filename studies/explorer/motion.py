@@ -1,43 +1,26 @@
 """A mode as moving lines: the drawing of the film, seen from behind and from above, a path per frame."""
 
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from bicycle.model import Model
-from studies.animation.bicycle_drawing import BicycleDrawing, bicycle_drawing
-from studies.animation.modal_motion import modal_motion
-from studies.explorer.computed import AtSpeed, computed
+from studies.animation import BicycleDrawing, bicycle_drawing, modal_motion
+from studies.explorer.models import AtSpeed, computed
 from studies.explorer.state import State
-from tyre.base.arrays import Array
+from tyre.arrays import Array
 
 FRAMES = 24
-SWING = 0.25  # rad, the largest angle
 EVERY = 4  # of the points of a wheel, to keep the page light
 VIEWS = (("from behind", 1, 2), ("from above", 0, 1))  # axes across and up the picture
 BODIES = {"rear frame": "rear", "rear wheel": "wheel", "front frame": "front", "front wheel": "wheel"}
 
 
 def mode_motion(state: State, at: AtSpeed) -> dict[str, Any]:
-    """Frames of the chosen mode at the chosen speed.
-
-    Parameters
-    ----------
-    state : State
-    at : AtSpeed
-        Of that state.
-
-    Returns
-    -------
-    dict
-        ``mode``, ``words``, ``period`` (s, of the mode itself), ``views`` (name, viewBox in mm, path per body and
-        frame) and ``table`` (size and phase of each coordinate).
-    """
+    """Frames of the chosen mode at the chosen speed: views as paths, and a table of sizes and phases."""
     now, name = computed(state), at.first(state.mode)
     root = complex(at.named.branch(name)[0, 0])
-    motion = modal_motion(now.linear, speed=state.at, eigenvalue=root, amplitude=SWING, frames=FRAMES)
-    drawn = _drawing(now.model)
+    motion = modal_motion(now.linear, speed=state.at, eigenvalue=root, amplitude=0.25, frames=FRAMES)
+    drawn = bicycle_drawing(now.model)
     poses = [
         drawn.pose({key: float(values[k]) for key, values in motion.outputs.items()}, rolled=state.at * time)
         for k, time in enumerate(motion.time.tolist())
@@ -56,28 +39,17 @@ def mode_motion(state: State, at: AtSpeed) -> dict[str, Any]:
 
 
 def _view(drawn: BicycleDrawing, poses: list[list[Array]], words: str, across: int, up: int) -> dict[str, Any]:
-    flat = [[1000 * points[_kept(len(points))][:, (across, up)] for points in pose] for pose in poses]
+    thin = [slice(None, None, EVERY if len(points) > 3 * EVERY else 1) for points in poses[0]]
+    flat = [[1000 * points[kept][:, (across, up)] for points, kept in zip(pose, thin, strict=True)] for pose in poses]
+    lines = [["M" + "L".join(f"{x:.0f} {y:.0f}" for x, y in points.tolist()) for points in pose] for pose in flat]
     every = np.concatenate([points for pose in flat for points in pose])
     low, high = every.min(axis=0), every.max(axis=0)
     size = high - low + 80
     paths: dict[str, list[str]] = {}
     for body in sorted({BODIES.get(part.body, "other") for part in drawn.parts}):
         mine = [k for k, part in enumerate(drawn.parts) if BODIES.get(part.body, "other") == body]
-        paths[body] = ["".join(_path(pose[k]) for k in mine) for pose in flat]
+        paths[body] = ["".join(pose[k] for k in mine) for pose in lines]
     return {
         "name": words, "box": " ".join(f"{value:.0f}" for value in (*(low - 40), *size)), "paths": paths,
         "frames": len(poses),
     }  # fmt: skip
-
-
-def _kept(count: int) -> slice:
-    return slice(None, None, EVERY if count > 3 * EVERY else 1)
-
-
-def _path(points: Array) -> str:
-    return "M" + "L".join(f"{x:.0f} {y:.0f}" for x, y in points.tolist())
-
-
-@lru_cache(maxsize=8)
-def _drawing(model: Model) -> BicycleDrawing:
-    return bicycle_drawing(model)

@@ -1,73 +1,146 @@
-"""The server of the page: on this machine only."""
+"""Serve the page on this machine only, to the page itself: every other request is refused."""
 
 import logging
 import signal
 import socket
 import webbrowser
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from threading import Thread, Timer
 from typing import Any
 
 import click
+from dash.exceptions import DependencyException
+from flask import Flask, Response, request
+from werkzeug.exceptions import HTTPException
 
-from studies.explorer.app import build_app, main_figures
-from studies.explorer.computed import at_speed, ranking
-from studies.explorer.controls import controls_html
-from studies.explorer.guard import guard
+from studies.explorer.app import build_app, main_figures, program_hash
+from studies.explorer.forms import controls_html
+from studies.explorer.models import at_speed, ranking
 from studies.explorer.motion import mode_motion
-from studies.explorer.page import program_hash
-from studies.explorer.recording.routes import add_routes
 from studies.explorer.state import parse_state
 from studies.explorer.tyre_files import TYRES
-from tyre.base.errors import InputError
+from studies.explorer.uploads import LARGEST_BODY
+from tyre.errors import InputError
+
+CALLBACK = "/_dash-update-component"
+ICON = "/_favicon.ico"
+PAGES = ("/", "/_dash-layout", "/_dash-dependencies", ICON)
+FOLDERS = ("/assets/", "/_dash-component-suites/")
+
+
+def guard(server: Flask, callbacks: Mapping[str, Any], hosts: Iterable[str], scripts: Iterable[str]) -> None:
+    """Refuse all requests but those of the page."""
+    allowed, inline = frozenset(hosts), " ".join(scripts)
+    server.config["MAX_CONTENT_LENGTH"] = LARGEST_BODY
+    policy = (
+        f"default-src 'self'; script-src 'self' {inline}; style-src 'self' 'unsafe-inline'; "
+        "img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    )
+
+    @server.before_request
+    def refuse() -> Response | None:
+        host, origin = request.host, request.headers.get("Origin")
+        if host not in allowed:
+            return said(403, "this server answers to its own address only")
+        if origin is not None and origin.removeprefix("http://") not in allowed:
+            return said(403, "another site may not ask this server")
+        link = request.path == "/" and request.headers.get("Sec-Fetch-Mode") == "navigate"
+        if request.headers.get("Sec-Fetch-Site", "none") not in ("same-origin", "none") and not link:
+            return said(403, "another site may not ask this server")
+        if request.path == CALLBACK:
+            return _refused_callback(callbacks)
+        odd = "//" in request.path or ".." in request.path
+        if odd or (request.path not in PAGES and not request.path.startswith(FOLDERS)):
+            return said(404, "there is no such page")
+        return None if request.method in ("GET", "HEAD") else said(405, "only reading is allowed here")
+
+    @server.errorhandler(DependencyException)
+    def no_such_part(error: DependencyException) -> Response:
+        return said(404, "there is no such page")
+
+    @server.errorhandler(HTTPException)
+    def refused(error: HTTPException) -> Response:
+        return said(error.code or 500, (error.description or error.name).replace("\n", " "))
+
+    @server.errorhandler(InputError)
+    def in_words(error: InputError) -> Response:
+        return Response(str(error), status=400, mimetype="text/plain")
+
+    @server.after_request
+    def harden(answer: Response) -> Response:
+        answer.headers["Content-Security-Policy"] = policy
+        answer.headers["X-Content-Type-Options"] = "nosniff"
+        answer.headers["Referrer-Policy"] = "no-referrer"
+        answer.headers["Cross-Origin-Resource-Policy"] = "same-origin"
+        if request.path == ICON:  # browsers ask for it anew whenever the address changes, with every move of a slider
+            answer.headers["Cache-Control"] = "max-age=3600"
+        return answer
+
+
+def said(code: int, words: str) -> Response:
+    """Answer in plain words."""
+    return Response(f"velotyre explore: {words}\n", status=code, mimetype="text/plain")
+
+
+def _refused_callback(callbacks: Mapping[str, Any]) -> Response | None:
+    """Refuse a question that no callback of the page asks, or one with values that no page sends."""
+    if request.method != "POST":
+        return said(405, "only the page itself asks here")
+    if request.content_length is not None and request.content_length > LARGEST_BODY:
+        return said(413, f"a request may have {LARGEST_BODY} bytes")
+    try:
+        body = request.get_json(silent=True) if request.content_length is not None else None
+    except RecursionError:
+        body = None
+    return None if _is_asked(body, callbacks) and _is_small(body) else said(400, "this is no request of the page")
+
+
+def _is_asked(body: Any, callbacks: Mapping[str, Any]) -> bool:
+    """Tell if ``body`` gives values for what one callback takes, and for nothing else."""
+    if not isinstance(body, dict) or not isinstance(body.get("output"), str) or body["output"] not in callbacks:
+        return False
+    declared, changed, outputs = callbacks[body["output"]], body.get("changedPropIds", []), body.get("outputs")
+    for key in ("inputs", "state"):
+        given = body.get(key, [])
+        if not isinstance(given, list) or len(given) != len(declared[key]):
+            return False
+        for one, wanted in zip(given, declared[key], strict=True):
+            if not isinstance(one, dict) or any(one.get(part) != wanted[part] for part in ("id", "property")):
+                return False
+    named = isinstance(outputs, dict) and f"{outputs.get('id')}.{outputs.get('property')}" == body["output"]
+    return named and isinstance(changed, list) and all(isinstance(one, str) for one in changed)
+
+
+def _is_small(body: Any, *, deepest: int = 6, most: int = 5_000) -> bool:
+    """Tell if the values are few and not deeply nested."""
+    level, count = [body], 0
+    for _ in range(deepest):
+        inner = [value for one in level for value in (one.values() if isinstance(one, dict) else one)]
+        count += len(inner)
+        if count > most:
+            return False
+        level = [value for value in inner if isinstance(value, dict | list)]
+    return not level
+
 
 HOST = "127.0.0.1"
-TELLS_AFTER = 0.3  # s, when the server listens for sure
 CLOSE = "velotyre_close"
-"""Extension of the server that ends computations and deletes what was loaded."""
+"""Extension of the server that deletes what was loaded."""
 
 
 def build_server(initial: str, port: int) -> Any:
-    """The guarded application that answers at a port.
-
-    Parameters
-    ----------
-    initial : str
-        Address of the state that the page begins with.
-    port : int
-        Of the address, no unit.
-
-    Returns
-    -------
-    flask.Flask
-    """
+    """Build the guarded application that answers at a ``port``, beginning with the state of the address ``initial``."""
     app = build_app(initial)
     hosts = (f"{HOST}:{port}", f"localhost:{port}")
     app._setup_server()  # lists the callbacks, which it would do at the first request
     guard(app.server, app.callback_map, hosts, [*app.csp_hashes(), program_hash()])
-    close = add_routes(app.server)
-
-    def end() -> None:
-        close()
-        TYRES.close()
-
-    app.server.extensions[CLOSE] = end
+    app.server.extensions[CLOSE] = TYRES.close
     return app.server
 
 
 def listening(port: int) -> socket.socket:
-    """A socket on this machine; port 0: a free one.
-
-    Parameters
-    ----------
-    port : int
-        No unit.
-
-    Raises
-    ------
-    InputError
-        The port is taken or not allowed.
-    """
+    """Open a socket on this machine; port 0 takes a free one."""
     found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
@@ -80,27 +153,8 @@ def listening(port: int) -> socket.socket:
     return found
 
 
-def _warm(initial: str) -> None:
-    """Compute what the page asks for after its first figures, while the browser still reads its programs."""
-    state = parse_state(initial)
-    with suppress(InputError):  # the page says it
-        controls_html(state)
-        mode_motion(state, at_speed(state))
-        ranking(state)
-
-
 def serve(initial: str, *, port: int, browser: bool) -> None:
-    """Serve the page until it is interrupted.
-
-    Parameters
-    ----------
-    initial : str
-        Address of the state that it begins with.
-    port : int
-        No unit; 0: a free one.
-    browser : bool
-        Open it.
-    """
+    """Serve the page until it is interrupted."""
     from werkzeug.serving import make_server
 
     place = listening(port)
@@ -112,8 +166,16 @@ def serve(initial: str, *, port: int, browser: bool) -> None:
     url = f"http://{HOST}:{port}/"
     click.echo(f"velotyre explorer: {url} (this machine only; Ctrl+C ends it)")
     if browser:
-        Timer(TELLS_AFTER, webbrowser.open, (url,)).start()
-    Thread(target=_warm, args=(initial,), daemon=True).start()
+        Timer(0.3, webbrowser.open, (url,)).start()
+
+    def warm() -> None:  # what the page asks for next, while the browser still reads its programs
+        state = parse_state(initial)
+        with suppress(InputError):  # the page says it
+            controls_html(state)
+            mode_motion(state, at_speed(state))
+            ranking(state)
+
+    Thread(target=warm, daemon=True).start()
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl+C: what was loaded is deleted
     try:
         server.serve_forever()

@@ -1,17 +1,140 @@
-"""What the page shows, as one line of text: the address after ``#``, strict in both directions.
+"""Hold what the page shows as one line of text: the address after ``#``, strict in both directions.
 
 ``key=value&key=value``: the keys of a model file with dots (``bicycle=benchmark``, ``effects.steer_damper.damping=1``,
 ``effects.relaxation_length.pressure_bar.front=5``) and those of the view (speeds, chosen mode, pinned curves).
 """
 
+import json
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 from urllib.parse import quote, unquote
 
-from studies.explorer.flat_keys import MODEL_KEYS, Value, each_wheel, finite, model_value, nested, written
-from tyre.base import schema
-from tyre.base.checks import number, remarked, text
-from tyre.base.errors import InputError, shown, unknown
+from bicycle.effect import WHEELS
+from bicycle.effect_registry import registry
+from bicycle.wheel_tyres import FROM_TYRE, TYRE_KEYS
+from tyre import schema
+from tyre.errors import InputError, is_number, shown, unknown
+from tyre.schema import number, remarked, text
+
+FILE_KEYS = ("bicycle", "effects", "allow_unusual", "covariance", "description")
+MODEL_KEYS = (*FILE_KEYS, "load")
+TEXT_KEYS = ("tyre", "surface")  # of an effect's table; all else is a number, a switch or the word "tyre"
+ON = "on"
+"""Value of ``effects.NAME`` for an effect that is there without numbers of its own."""
+
+Value = float | bool | str
+
+
+def nested(flat: Mapping[str, Value]) -> dict[str, Any]:
+    """Make tables from dotted keys."""
+    content: dict[str, Any] = {}
+    for key, value in flat.items():
+        *outer, last = key.split(".")
+        place = content
+        for part in outer:
+            place = place.setdefault(part, {})
+            if not isinstance(place, dict):
+                raise InputError(f"address: {key} is given beside {part} as a whole; keep one")
+        if last in place:
+            raise InputError(f"address: {key} is given as a value and as a table; keep one")
+        if len(outer) == 1 and outer[0] == "effects":
+            place[last] = {}
+        else:
+            place[last] = json.loads(str(value)) if key == "covariance" else value
+    return content
+
+
+def flattened(content: Mapping[str, Any]) -> tuple[tuple[str, Value], ...]:
+    """Make dotted keys from the content of a model file, for :class:`State`."""
+    flat: dict[str, Value] = {}
+
+    def add(key: str, value: Any) -> None:
+        if key == "covariance":
+            flat[key] = json.dumps(value)
+        elif isinstance(value, Mapping) and (value or key == "effects"):
+            for name, inner in value.items():
+                add(f"{key}.{name}", inner)
+        elif isinstance(value, Mapping):
+            flat[key] = ON
+        elif isinstance(value, bool | str):
+            flat[key] = value
+        elif is_number(value):
+            flat[key] = float(value)
+        else:
+            raise InputError(f"{key} = {shown(value)} must be a number, a text or true or false")
+
+    for name, value in content.items():
+        if name not in FILE_KEYS:
+            raise InputError(unknown("key", name, FILE_KEYS))
+        add(name, value)
+    return tuple(sorted(flat.items()))
+
+
+def written(value: Value) -> str:
+    """Write a value as the address has it, every digit of a number."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return repr(value).removesuffix(".0") if isinstance(value, float) else value
+
+
+def finite(key: str, value: str) -> float:
+    """Read the number that a text of an address is."""
+    found = _number(value)
+    if not math.isfinite(found) or len(value) > 40:
+        raise InputError(f"address: {key} = {shown(value)} must be a finite number")
+    return found
+
+
+def _number(value: str) -> float:
+    try:
+        return float(value)
+    except ValueError:
+        return math.nan
+
+
+def model_value(key: str, value: str) -> Value:
+    """Read the value of a dotted key of a model file."""
+    parts = key.split(".")
+    if key in ("bicycle", "description") or (parts[0] == "effects" and len(parts) > 2 and parts[2] in TEXT_KEYS):
+        return value
+    if key == "covariance":
+        try:
+            table = json.loads(value)
+        except (ValueError, RecursionError):
+            table = None
+        if not isinstance(table, dict):
+            raise InputError(f"address: covariance = {shown(value)} must be a table as JSON")
+        return json.dumps(table)
+    if value in ("true", "false") and parts[-1] in ("allow_unusual", "extrapolate"):
+        return value == "true"
+    if parts[0] == "effects" and (value, len(parts)) == (ON, 2):
+        return ON
+    if parts[0] == "effects" and value == "tyre" and len(parts) in (3, 4):
+        return value
+    if parts[0] == "bicycle" and not math.isfinite(_number(value)):
+        return value  # such as 0.3 +/- 0.01, which the reader of bicycles checks
+    if len(parts) == 1 or len(parts) > 4 or (parts[0] == "effects" and len(parts) == 2):
+        raise InputError(f"address: {key} = {shown(value)} is no key and value of a model file")
+    return finite(key, value)
+
+
+def each_wheel(model: Mapping[str, Value]) -> dict[str, Value]:
+    """Give one number for both wheels as two, so that each has its own control."""
+    found: dict[str, Value] = {}
+    for key, value in model.items():
+        parts = key.split(".")
+        kind = registry().get(parts[1]) if parts[0] == "effects" and len(parts) == 3 else None
+        twice = kind is not None and (
+            parts[2] in TYRE_KEYS or any(p.per_wheel for p in kind.parameters if p.name == parts[2])
+        )
+        if twice and value != FROM_TYRE and not any(f"{key}.{wheel}" in model for wheel in WHEELS):
+            found |= {f"{key}.{wheel}": value for wheel in WHEELS}
+        else:
+            found[key] = value
+    return found
+
 
 LONGEST = 60_000  # letters of an address
 MOST_PINS = 4
@@ -21,36 +144,18 @@ PIN = "pin"
 
 @dataclass(frozen=True)
 class State:
-    """A model and a view of it.
-
-    Attributes
-    ----------
-    model : tuple of (str, float, bool or str)
-        Dotted key of a model file -> value, sorted by key.
-    name : str
-        What an own bicycle is called.
-    rider, posture : str
-        A packaged body put on the bicycle, and how it sits; an empty rider: none.
-    slow, fast, at : float
-        Speed range and chosen speed, m/s.
-    mode : str
-        Whose sensitivities and shape are shown; empty: the first.
-    pins : tuple of str
-        Addresses of what is shown for comparison.
-    x, y : str
-        What stands along the axes of the stability chart, as ``velotyre chart`` takes it; empty: no chart.
-    """
+    """A model and a view of it."""
 
     model: tuple[tuple[str, Value], ...] = (("bicycle", "benchmark"),)
-    name: str = ""
-    rider: str = ""
+    name: str = ""  # of an own bicycle
+    rider: str = ""  # a packaged body put on the bicycle; empty: none
     posture: str = "upright"
-    slow: float = 1.0
+    slow: float = 1.0  # speed range and chosen speed, m/s
     fast: float = 10.0
     at: float = 5.0
-    mode: str = ""
-    pins: tuple[str, ...] = ()
-    x: str = ""
+    mode: str = ""  # whose sensitivities and shape are shown; empty: the first
+    pins: tuple[str, ...] = ()  # addresses of what is shown for comparison
+    x: str = ""  # axes of the stability chart, as ``velotyre chart`` takes them; empty: no chart
     y: str = ""
 
     @property
@@ -90,19 +195,7 @@ VIEW = schema.table(
 
 
 def parse_state(address: Any) -> State:
-    """Read an address.
-
-    Parameters
-    ----------
-    address : str
-        With or without the ``#``; empty: the state that the page begins with.
-
-    Raises
-    ------
-    InputError
-        Too long, no ``key=value``, an unknown or repeated key, a value that is not allowed. Whether the model file that
-        it holds makes a model is found when it is built.
-    """
+    """Read an address."""
     if not isinstance(address, str) or len(address) > LONGEST:
         raise InputError(f"address: must be text of at most {LONGEST} letters; begin again with an empty one")
     pins: list[str] = []

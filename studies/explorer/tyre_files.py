@@ -1,32 +1,96 @@
-"""Tyre files that the user loaded: what an address calls them, and the private folder in which they lie.
-
-An address holds ``NAME.csv@DIGEST``: no path, and no other content under the same name. Only such names, and the files
-that the model of the command line names, lead to a file at all.
-"""
+"""Keep the tyre files that the user loaded: what an address calls them, and the private folder in which they lie."""
 
 import hashlib
 import re
 import shutil
+import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path, PureWindowsPath
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from studies.explorer.recording.names import file_name
-from studies.explorer.recording.outside import refuse_outside
 from studies.explorer.state import State, parse_state
-from tyre.base.errors import InputError
-from tyre.base.files import write_bytes
+from tyre.errors import InputError, shown
+from tyre.files import write_bytes
 from tyre.find_tyre import is_file_name, read_tyre
-from tyre.tyre_source import TyreSource
-
-MOST_TYRES = 50
-MARK = "@"
-"""Between the name of a file and the digest of its content."""
+from tyre.properties import TyreSource
 
 _DIGITS = 10
-_GIVEN = re.compile(rf"{MARK}[0-9a-f]{{{_DIGITS}}}$")
+_GIVEN = re.compile(rf"@[0-9a-f]{{{_DIGITS}}}$")  # an address holds NAME.csv@DIGEST: no path, and no other content
+
+
+def file_name(given: str) -> str:
+    """Give back a name that stays inside a folder; refuse any other."""
+    hidden = not given.strip() or len(given) > 100 or given[0] in ".-~"
+    if hidden or any(mark in given for mark in '/\\:*?"<>|') or not given.isprintable():
+        raise InputError(
+            f"file {shown(given[:200])} cannot be loaded under this name: letters, digits, blanks, '_', '-' and '.', "
+            "no dot or dash first; rename it"
+        )
+    return given
+
+
+def refuse_outside(path: Path) -> None:
+    """Refuse a TOML or HDF5 file whose content leads to a file outside its folder."""
+    if path.suffix.lower() != ".toml":
+        if _is_linked(path):
+            raise InputError(f"{path.name}: some of its data are in other files (HDF5 links); load one with all of it")
+        return
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except (ValueError, OSError, RecursionError):
+        return  # what is wrong with it is said by its reader
+    for text in (part for whole in _texts(content) for part in {whole, whole.partition("#")[0]}):
+        slashed = text.replace("\\", "/")
+        climbs = slashed.startswith(("/", "~")) or ".." in slashed.split("/") or Path(text).is_absolute()
+        place = Path(slashed).expanduser() if slashed.startswith("~") else path.parent / slashed
+        if climbs and ("*" in slashed or "?" in slashed or "[" in slashed or _is_there(place, path.parent.resolve())):
+            raise InputError(f"{path.name}: {shown(text[:200])} is a file outside what was loaded; load it too")
+
+
+def _is_there(place: Path, folder: Path) -> bool:
+    try:
+        return place.exists() and not place.resolve().is_relative_to(folder)
+    except (OSError, RuntimeError, ValueError):
+        return False
+
+
+def _texts(content: Any) -> Iterator[str]:
+    """Every text of a TOML table but descriptions, which never name a file."""
+    if isinstance(content, str):
+        yield content
+    elif isinstance(content, dict):
+        for key, value in content.items():
+            if key not in ("description", "source", "note") or not isinstance(value, str):
+                yield from _texts(value)
+    elif isinstance(content, list):
+        for value in content:
+            yield from _texts(value)
+
+
+def _is_linked(path: Path) -> bool:
+    """Tell if an HDF5 file holds external links, data in raw files, or virtual datasets."""
+    try:
+        import h5py
+
+        with h5py.File(path, "r") as file:
+            found: list[str] = []
+
+            def look(name: str, item: Any) -> None:
+                if isinstance(item, h5py.Dataset):
+                    found.extend([name] if item.external or item.is_virtual else [])
+                else:
+                    found.extend(one for one in item if isinstance(item.get(one, getlink=True), h5py.ExternalLink))
+
+            look("", file)
+            file.visititems(look)
+            return bool(found)
+    except (ImportError, OSError, RuntimeError):  # no HDF5: its reader says what is wrong with it
+        return False
+
+
+MOST_TYRES = 50
 
 
 class TyreFiles:
@@ -37,7 +101,7 @@ class TyreFiles:
         self._places: dict[str, str] = {}
 
     def names(self) -> list[str]:
-        """What an address may call them."""
+        """List the names that an address may use."""
         return sorted(self._places)
 
     def know(self, path: str) -> None:
@@ -45,42 +109,25 @@ class TyreFiles:
         self._places[path] = path
 
     def keep(self, name: str, files: Mapping[str, bytes]) -> str:
-        """Keep a tyre that was loaded.
-
-        Parameters
-        ----------
-        name : str
-            Of its file, without folder.
-        files : mapping of str to bytes
-            That file, and what lies beside it.
-
-        Returns
-        -------
-        str
-            What an address calls it.
-
-        Raises
-        ------
-        InputError
-            It is no tyre; too many tyres are loaded.
-        """
+        """Keep a tyre that was loaded."""
         digest = hashlib.sha256(b"".join(
             hashlib.sha256(part).digest() for one in sorted(files) for part in (one.encode(), files[one])
         )).hexdigest()[:_DIGITS]  # fmt: skip
-        key = f"{name}{MARK}{digest}"
+        key = f"{name}@{digest}"
         if key in self._places:
             self._places[key] = self._places.pop(key)  # the last of its name
             return key
         if sum(map(is_loaded, self._places)) >= MOST_TYRES:
             raise InputError(f"{name}: {MOST_TYRES} tyre files are loaded; start velotyre explore again for more")
-        place = self._folder() / digest
+        self._held = self._held or TemporaryDirectory(prefix="velotyre_tyres_")
+        place = Path(self._held.name) / digest
         for one, content in files.items():
             place.mkdir(exist_ok=True)
             write_bytes(place / file_name(one), content)
         try:
             with self.by_name():
                 for one in files:
-                    refuse_outside(place / one, place.resolve())
+                    refuse_outside(place / one)
                 read_tyre(place / name)
         except InputError:
             shutil.rmtree(place)
@@ -89,7 +136,7 @@ class TyreFiles:
         return key
 
     def find(self, given: str) -> str | None:
-        """What an address calls the last loaded file that is named as the path ``given``; None where none is."""
+        """Find the address's name of the last loaded file that is called as the path ``given``."""
         name = plain_name(given)
         stem = name.removesuffix(".toml") + ".csv"  # a table may be named by its sidecar
         for wanted in (name, stem):
@@ -142,17 +189,12 @@ class TyreFiles:
             self._held.cleanup()
             self._held = None
 
-    def _folder(self) -> Path:
-        if self._held is None:
-            self._held = TemporaryDirectory(prefix="velotyre_tyres_")
-        return Path(self._held.name)
-
 
 TYRES = TyreFiles()
 
 
 def is_loaded(name: str) -> bool:
-    """Whether a ``name`` of an address is one of a file that was loaded on a page, here or elsewhere."""
+    """Tell if a ``name`` of an address is one of a file that was loaded on a page, here or elsewhere."""
     return _GIVEN.search(name) is not None
 
 
@@ -174,20 +216,7 @@ def tyre_names(content: Mapping[str, Any]) -> list[str]:
 
 
 def refuse_unloaded(name: str, *, where: str) -> None:
-    """Refuse a tyre by what is lacking, where it is a file.
-
-    Parameters
-    ----------
-    name : str
-        In an address or a model file.
-    where : str
-        What the message begins with.
-
-    Raises
-    ------
-    InputError
-        The file was loaded elsewhere, or was not dropped.
-    """
+    """Refuse a tyre by what is lacking, where it is a file."""
     if is_loaded(name):
         raise InputError(
             f"{where}: the tyre file {shown_name(name)!r} is not loaded here, or has another content; an address does "
@@ -198,23 +227,13 @@ def refuse_unloaded(name: str, *, where: str) -> None:
 
 
 def files_of(state: State) -> dict[str, bytes]:
-    """Name and content of every tyre file of a state and of what is pinned that was loaded on the page.
-
-    Parameters
-    ----------
-    state : State
-    """
+    """Name and content of every tyre file of a state and of what is pinned that was loaded on the page."""
     names = [name for one in (state, *map(parse_state, state.pins)) for name in tyre_names(one.content)]
     return TYRES.content(list(dict.fromkeys(names)))
 
 
 def kept_here(state: State) -> list[str]:
-    """What must be said of the address of a state: files that it does not hold.
-
-    Parameters
-    ----------
-    state : State
-    """
+    """Note the files that the address of a state does not hold."""
     files = ", ".join(files_of(state))
     said = f"the address does not hold {files}: elsewhere, drop that on the page first; a saved page has it inside"
     return [said] if files else []

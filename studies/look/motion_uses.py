@@ -1,5 +1,6 @@
-"""Free decay, replay and frequency response: what ``velotyre modal`` and ``velotyre diagnose`` would do."""
+"""Say what ``velotyre modal``, ``frequency-response`` and ``diagnose`` would do with a recording."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from shlex import quote
@@ -8,69 +9,103 @@ from typing import Any
 import numpy as np
 
 from bicycle.identification.free_decay import Decay, identify
-from bicycle.identification.recording import CHANNELS, FASTEST, FEWEST, INPUTS, PLACELESS, QUANTITIES, read_run, run_of
-from bicycle.identification.run import Run
-from studies.look.opened import Opened
-from studies.look.response_use import RESPONSE, response_use
-from studies.look.rig_events import short
-from studies.look.roles import MOTION, TORQUES, Roles
+from bicycle.identification.frequency_response import spectral_response
+from bicycle.identification.recording import (
+    CHANNELS,
+    FASTEST,
+    FEWEST,
+    INPUTS,
+    MOTIONS,
+    PLACELESS,
+    QUANTITIES,
+    Run,
+    read_run,
+    run_of,
+)
+from studies.look.opened import MOTION, TORQUES, Opened, Roles
+from studies.look.rig_uses import short
 from studies.look.stretches import MOST_SAMPLES, decays, telling
 from studies.look.use import Event, Use
-from tyre.base.arrays import Array
-from tyre.base.errors import InputError
-from tyre.channels.channel_map import ChannelMap
-from tyre.channels.record import records
-from tyre.channels.units import find_unit, quantity_of
-from tyre.channels.windows import Window
+from tyre.arrays import Array
+from tyre.channel_map import ChannelMap, Window
+from tyre.channels import records
+from tyre.errors import InputError
+from tyre.units import find_unit, quantity_of
 
-DECAY, REPLAY = "free decay (modal)", "replay (histories)"
-SUPPOSED_SPEED = 5.0  # m/s: neither a decay nor the reading of histories hinges on it
-GOOD, BETTER = 0.95, 0.5  # R^2 of a whole recording below which windows are sought; share of its sd they may have
-EPOCH = 1e6  # s; records count later times from their first sample
+DECAY, REPLAY, RESPONSE = "free decay (modal)", "replay (histories)", "frequency response"
+USUAL_SEGMENT, SHORTEST_SEGMENT, SEGMENTS = 10.0, 2.0, 4  # s, s; end to end: overlapping by half they are seven
+
+
+def _response(replay: Use, runs: Sequence[Run], command: str) -> Use:
+    """Judge gain and phase, which need what replay needs, for so long that five segments are independent."""
+    if not replay.usable:
+        return Use(RESPONSE, (), replay.reasons, replay.remedies[:1])
+    source = next(name for name in TORQUES if f"{name}_N_m" in runs[0].inputs)
+    motions = {name: x for name, x in MOTIONS.items() if x in runs[0].channels and x not in PLACELESS}
+    column = next(iter(motions.values()))
+    longest = max(float(run.time[-1] - run.time[0]) for run in runs)
+    segment = min(USUAL_SEGMENT, int(longest / SEGMENTS * 10) / 10)
+    told, reasons = [], []
+    for run, event in zip(runs, replay.events, strict=True):
+        try:
+            if segment < SHORTEST_SEGMENT:
+                least = SEGMENTS * SHORTEST_SEGMENT
+                raise InputError(f"{longest:.3g} s are too short; {least:g} s or more are needed")
+            torque, motion = run.inputs[f"{source}_N_m"], run.channels[column]
+            found = spectral_response([torque], [motion], run.step, segment_s=segment)
+        except InputError as error:
+            reasons.append(f"{event.name or 'the whole recording'}: {error}")
+            continue
+        what = f"{found.averages:.1f} independent segments of {segment:g} s"
+        if found.lines:
+            what = f"a {source.replace('_', ' ')} of {found.lines} lines"
+        told.append(replace(event, notes=(what,)))
+    if not told:
+        return Use(RESPONSE, (), tuple(reasons), ("record longer, or use replay: it fits the same samples in time",))
+    step = f"{command} --input {source} --output {','.join(motions)}"
+    step += f" --segment {segment:g}" * (segment != USUAL_SEGMENT) + " --out responses.csv"
+    closed = "where a rider or controller answered the motion, name a reference with --instrument"
+    speed = "the forward speed in m/s, after @" if "@SPEED" in command else ""
+    return Use(RESPONSE, tuple(told), tuple(reasons), (closed,), step, speed, windows=replay.windows)
 
 
 @dataclass(frozen=True)
 class Motion:
-    """What the drafts say of a bicycle's recording: ``speed`` in m/s where it was recorded, ``windows`` of decays.
+    """Content of the drafts for a bicycle's recording."""
 
-    ``part`` is the longest stretch without missing samples, empty where none are missing; ``kept`` are the channels
-    that show a decay where others do not; ``replayed`` says that the torque is there.
-    """
-
-    speed: float | None = None
-    windows: tuple[Window, ...] = ()
-    part: tuple[Window, ...] = ()
-    kept: tuple[str, ...] = ()
-    replayed: bool = False
+    speed: float | None = None  # m/s, if it was recorded
+    windows: tuple[Window, ...] = ()  # of decays
+    part: tuple[Window, ...] = ()  # the longest stretch without missing samples; empty if none are missing
+    kept: tuple[str, ...] = ()  # channels that show a decay if others do not
+    replayed: bool = False  # the torque is there
 
 
 def motion_uses(roles: Roles) -> tuple[list[Use], Motion | None]:
-    """The three uses of a bicycle's recording, and what the drafts say of it; see :class:`Roles`."""
+    """Judge the three uses of a bicycle's recording, and fill what the drafts say of it."""
     wanted = (*MOTION, *TORQUES)
     there, path = roles.names(wanted), roles.opened.path
-    names = (DECAY, REPLAY, RESPONSE)
-    moved = [name for name in MOTION if name in there]
-    clock = roles.map.clock if roles.map else roles.opened.clock
-    timed = clock is not None or all(roles.opened.signals[column].time is not None for column in there.values())
+
+    def unusable(reasons: Sequence[str], remedies: Sequence[str]) -> list[Use]:
+        return [Use(name, (), tuple(reasons), tuple(remedies)) for name in (DECAY, REPLAY, RESPONSE)]
+
+    moved, timed = any(name in there for name in MOTION), roles.is_timed(there)
     if not moved or not timed:
-        reasons = () if moved else ("no channel could be a motion of the bicycle",)
-        remedies = () if moved else (roles.lacking("roll_rate"), "or steer_rate, yaw_rate, lean, steer the same way")
-        if not timed:
-            reasons, remedies = (*reasons, "no channel could be the time"), (*remedies, roles.lacking("time"))
-        return [Use(name, (), reasons, remedies) for name in names], None
+        reasons = [] if moved else ["no channel could be a motion of the bicycle"]
+        remedies = [] if moved else [roles.lacking("roll_rate"), "or steer_rate, yaw_rate, lean, steer the same way"]
+        reasons += [] if timed else ["no channel could be the time"]
+        return unusable(reasons, remedies if timed else [*remedies, roles.lacking("time")]), None
     unsure = roles.unknown_units([*wanted, "time"])
     known = [name for name in wanted if name not in unsure]
     if not any(name in there for name in MOTION if name in known) or "time" in unsure:
         said = ", ".join(f"{name.replace('_', ' ')} ({column})" for name, column in unsure.items())
-        reason, remedy = f"no unit is known of {said}", "write the units into the draft or a map for --channels"
-        return [Use(name, (), (reason,), (remedy,)) for name in names], Motion()
+        remedy = "write the units into the draft or a map for --channels"
+        return unusable([f"no unit is known of {said}"], [remedy]), Motion()
     speed = _speed(roles.opened, roles)
     try:
         channel_map, part = _complete(roles, roles.map_of(known))
-        runs, whole = _runs(roles, channel_map, speed or SUPPOSED_SPEED)
+        runs, whole = _runs(roles, channel_map, speed or 5.0)
     except InputError as error:
-        reason = short(error, path)
-        return [Use(name, (), (reason,), ("mend that in the file or in the map",)) for name in names], Motion(speed)
+        return unusable([short(error, path)], ["mend that in the file or in the map"]), Motion(speed)
     decay, windows, kept = _decay(roles, runs, whole, speed)
     replay = _replay(runs, roles, unsure)
     if part:  # windows are counted from the first sample of the file
@@ -80,11 +115,11 @@ def motion_uses(roles: Roles) -> tuple[list[Use], Motion | None]:
         decay, replay = (replace(use, windows=use.usable) for use in (decay, replay))
     at = quote(f"{path}@{speed:.2f}" if speed else f"{path}@SPEED")
     command = f"velotyre frequency-response {at}{_with_map(roles)}"
-    return [decay, replay, response_use(replay, runs, command)], Motion(speed, windows, part, kept, replay.usable)
+    return [decay, replay, _response(replay, runs, command)], Motion(speed, windows, part, kept, replay.usable)
 
 
 def _complete(roles: Roles, channel_map: ChannelMap) -> tuple[ChannelMap, tuple[Window, ...]]:
-    """The map with a window for the longest stretch in which no channel lacks a sample; as it is where none is."""
+    """Give the map a window for the longest stretch in which no channel lacks a sample, if any does."""
     if roles.map is not None:
         return channel_map, ()
     (whole,) = records(roles.opened.signals, channel_map.only(QUANTITIES), QUANTITIES)
@@ -102,23 +137,21 @@ def _complete(roles: Roles, channel_map: ChannelMap) -> tuple[ChannelMap, tuple[
 
 
 def _runs(roles: Roles, channel_map: ChannelMap, speed: float) -> tuple[list[Run], Run]:
-    """The events as the commands read them, and the whole recording."""
+    """Read the events as the commands do, and the whole recording."""
     path, signals = roles.opened.path, roles.opened.signals
     if roles.map is None and _is_native(path, signals.columns):
         run = read_run(path, speed)
         return [run], run
     channel_map = channel_map.only(QUANTITIES) if roles.given is None else channel_map
     found = [run_of(record, path, speed) for record in records(signals, channel_map, QUANTITIES)]
-    if not channel_map.windows:
-        return found, found[0]
-    if roles.map is None:
+    if not channel_map.windows or roles.map is None:
         return found, found[0]
     whole = records(signals, replace(channel_map, windows=()), QUANTITIES)[0]
     return found, run_of(whole, path, speed)
 
 
 def _is_native(path: Path, columns: Any) -> bool:
-    """Whether ``modal`` reads the file as it is."""
+    """Tell if ``modal`` reads the file as it is."""
     names = {column.name for column in columns}
     return path.suffix.casefold() == ".csv" and "time_s" in names and names <= {"time_s", *CHANNELS, *INPUTS}
 
@@ -145,15 +178,16 @@ def _file_time(roles: Roles) -> Array:
     """Times of the samples of the file, s, as its records have them."""
     name = next(iter(roles.names((*MOTION, *TORQUES)).values()))
     time = roles.opened.time_of(roles.opened.signals.find(name))
-    return time - time[0] if abs(time[0]) > EPOCH else time
+    return time - time[0] if abs(time[0]) > 1e6 else time  # as records count times of an epoch
+
+
+OSCILLATION = "{hertz:.3g} Hz, {sign} with {real:.3g} 1/s, {cycles:.1f} cycles, R^2 {r_squared:.3f}"
 
 
 def _said(decay: Decay) -> tuple[str, ...]:
-    sign = "decays" if decay.eigenvalue.real < 0 else "GROWS"
-    return (
-        f"{decay.eigenvalue.imag / (2 * np.pi):.3g} Hz, {sign} with {decay.eigenvalue.real:.3g} 1/s, "
-        f"{decay.cycles:.1f} cycles, R^2 {decay.r_squared:.3f}",
-    )
+    sign, root = "decays" if decay.eigenvalue.real < 0 else "GROWS", decay.eigenvalue
+    hertz = root.imag / (2 * np.pi)
+    return (OSCILLATION.format(sign=sign, hertz=hertz, real=root.real, cycles=decay.cycles, r_squared=decay.r_squared),)
 
 
 def _identified(run: Run) -> tuple[Decay | None, str]:
@@ -169,7 +203,7 @@ def _identified(run: Run) -> tuple[Decay | None, str]:
 def _decay(
     roles: Roles, runs: list[Run], whole: Run, speed: float | None
 ) -> tuple[Use, tuple[Window, ...], tuple[str, ...]]:
-    """The use, the windows that were found, and the channels to be kept where not all of them show a decay."""
+    """Judge a free decay; the windows that were found, and the channels to be kept if not all of them show it."""
     path = roles.opened.path
     says = "" if speed else "the forward speed in m/s, after @"
     at = quote(f"{path}@{speed:.2f}" if speed else f"{path}@SPEED")
@@ -179,9 +213,9 @@ def _decay(
     windows: tuple[Window, ...] = ()
     kept: tuple[str, ...] = ()
     poorest = min((fit.r_squared for fit in fits), default=0.0)
-    if poorest < GOOD and (roles.map is None or not roles.map.windows):
+    if poorest < 0.95 and (roles.map is None or not roles.map.windows):
         within, found, better = _kicks(whole, file)
-        if found and (not fits or max(map(_doubt, better)) < BETTER * min(map(_doubt, fits))):
+        if found and (not fits or max(map(_doubt, better)) < 0.5 * min(map(_doubt, fits))):
             if events:
                 reasons.append(f"the whole recording: R^2 = {poorest:.2f}; each stretch after a kick tells more")
             windows, events = within, found
@@ -203,14 +237,10 @@ def _decay(
     step = f"velotyre modal {at}{_with_map(roles)} --out modal.csv"
     if len(windows) == 1 and not free and roles.map is None:
         step += f" --from {windows[0].first:g} --to {windows[0].last:g}"
-    names = tuple(_channel_of(name) for name in kept)
+    names = tuple(next(name for name in MOTION if column.startswith(f"{name}_")) for column in kept)
     grows = any("GROWS" in note for event in events for note in event.notes)
     doubt = ("an oscillation that does not die away may be driven: was it free motion, hands off?",) if grows else ()
     return Use(DECAY, tuple(events), tuple(reasons), doubt, step, says, windows=bool(windows)), windows, names
-
-
-def _channel_of(column: str) -> str:
-    return next(name for name in MOTION if column.startswith(f"{name}_"))
 
 
 def _doubt(fit: Decay) -> float:
@@ -218,7 +248,7 @@ def _doubt(fit: Decay) -> float:
 
 
 def _as_they_are(runs: list[Run], file: Array) -> tuple[list[Event], list[str], list[Decay]]:
-    """Runs as ``modal`` takes them: those that it uses, why not the others, and the fits of those."""
+    """Fit runs as ``modal`` does: events that it uses, why not the others, and the fits."""
     events, reasons, fits = [], [], []
     for run in runs:
         found, problem = _identified(run)
@@ -232,7 +262,7 @@ def _as_they_are(runs: list[Run], file: Array) -> tuple[list[Event], list[str], 
 
 
 def _kicks(whole: Run, file: Array) -> tuple[tuple[Window, ...], list[Event], list[Decay]]:
-    """Windows after kicks, their events and fits."""
+    """Find windows after kicks, their events and fits."""
     kicks = decays(whole)
     windows = tuple(Window(f"kick{place}", first, last) for place, (first, last, _) in enumerate(kicks, 1))
     events = [
@@ -251,6 +281,7 @@ def _with_map(roles: Roles) -> str:
 
 
 def _replay(runs: list[Run], roles: Roles, unsure: dict[str, str]) -> Use:
+    """Judge a replay of recorded torques."""
     file = _file_time(roles)
     torques = [name for name in TORQUES if f"{name}_N_m" in runs[0].inputs]
     constant = [name for name in torques if all(np.ptp(run.inputs[f"{name}_N_m"]) == 0 for run in runs)]

@@ -1,56 +1,40 @@
-"""A recording opened for a look: all its channels that hold numbers, their time and their quality."""
+"""Open a recording: all its channels that hold numbers, their time, and which column is which channel."""
 
-from collections.abc import Sequence
+import tomllib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from tyre.base.arrays import Array
-from tyre.base.errors import InputError
-from tyre.channels.channel_map import ChannelMap, MappedColumn
-from tyre.channels.clock import check_clock
-from tyre.channels.draft import UNKNOWN, Guess, guesses
-from tyre.channels.quality import Quality, quality
-from tyre.channels.read import contents, read_signals
-from tyre.channels.reading import Reading
-from tyre.channels.signals import Column, Signal, Signals
-from tyre.channels.units import find_unit, quantity_of
+from bicycle.identification.recording import QUANTITIES as OF_MOTION
+from tyre.arrays import Array
+from tyre.channel_map import ChannelMap, MappedColumn, Reading
+from tyre.clock import GAP, check_clock
+from tyre.draft import UNKNOWN, Guess, guesses
+from tyre.errors import InputError
+from tyre.formats import contents, read_signals
+from tyre.quality import Quality, quality
+from tyre.recording_files import QUANTITIES as OF_RIG
+from tyre.recording_files import Sidecar, sidecar_of
+from tyre.signals import Column, Signal, Signals, listed
+from tyre.units import GRAVITY, SI, find_unit, quantity_of
 
 LONGEST_STEP = 1.0  # s; a column of times with longer steps is rather in ms, or counts samples
 
 
 @dataclass(frozen=True, eq=False)
 class Opened:
-    """A file with all that can be read of it.
-
-    Attributes
-    ----------
-    path : Path
-    signals : Signals
-        Of the channels that hold numbers.
-    unread : dict of str to str
-        Column -> why it cannot be read.
-    columns : tuple of Column
-        All that the file lists.
-    quality : dict of str to Quality
-    clock : Guess, optional
-        The column that is taken as the time; None where each channel has its own, or no column could be it.
-    time : ndarray, shape (n,), optional
-        s, of the channels that follow ``clock``; None where nothing says the time.
-    clock_notes : tuple of str
-        What is odd about the times, or why there are none.
-    reading : Reading
-    """
+    """A file with all that can be read of it."""
 
     path: Path
-    signals: Signals
-    unread: dict[str, str]
-    columns: tuple[Column, ...]
+    signals: Signals  # of the channels that hold numbers
+    unread: dict[str, str]  # column -> why it cannot be read
+    columns: tuple[Column, ...]  # all that the file lists
     quality: dict[str, Quality]
-    clock: Guess | None
-    time: Array | None
-    clock_notes: tuple[str, ...]
+    clock: Guess | None  # the column that is taken as the time
+    time: Array | None  # (n,) s, of the channels that follow ``clock``; None where nothing says the time
+    clock_notes: tuple[str, ...]  # what is odd about the times, or why there are none
     reading: Reading
 
     def time_of(self, name: str) -> Array:
@@ -63,21 +47,7 @@ class Opened:
 
 
 def open_recording(path: Path, channel_map: ChannelMap | None = None, dbc: Sequence[Path] = ()) -> Opened:
-    """Open a recording.
-
-    Parameters
-    ----------
-    path : Path
-    channel_map : ChannelMap, optional
-        Says how to read the file, and its clock.
-    dbc : sequence of Path
-        Databases that decode CAN frames.
-
-    Raises
-    ------
-    InputError
-        A file that cannot be read, or of which no channel holds numbers.
-    """
+    """Open a recording."""
     reading = channel_map.reading if channel_map else Reading()
     if dbc:
         reading = replace(reading, dbc=tuple(dbc))
@@ -146,19 +116,18 @@ def _mapped_time(signals: Signals, channel_map: ChannelMap) -> tuple[Guess | Non
         count = stamps.values.size if stamps else max(s.values.size for s in signals.signals.values())
         time = clock.times(None if stamps is None else stamps.values, count, factor, where=signals.source)
     except InputError as error:
-        return None, None, (_said(error, signals.source),)
+        return None, None, (str(error).removeprefix(f"{signals.source}: "),)
     guess = Guess(Column(stamps.name, stamps.unit), clock.unit) if stamps else None
     return guess, time, tuple(_odd(time))
 
 
 def guess_clock(signals: Signals) -> Guess | None:
-    """The column that may be the time; its unit is taken as s or ms where the file says none and that is plausible.
-
-    ``signals`` are those of the file.
-    """
+    """Guess the column of the time; its unit is taken as s or ms if the file says none and that is plausible."""
     found = guesses(signals.columns, {"time": "time"}).get("time")
     if found is None:
-        timed = [c for c in signals.columns if quantity_of(c.unit) == "time" and _rises(signals.signals[c.name].values)]
+        changes = {name: np.diff(signal.values) for name, signal in signals.signals.items()}
+        rising = [name for name, step in changes.items() if step.size and (step > 0).all()]
+        timed = [c for c in signals.columns if quantity_of(c.unit) == "time" and c.name in rising]
         found = Guess(timed[0], "", "a rising column in a unit of time, its name says little") if timed else None
     if found is None or found.unit != UNKNOWN:
         return found
@@ -175,29 +144,213 @@ def guess_clock(signals: Signals) -> Guess | None:
     return found
 
 
-def _rises(values: Array) -> bool:
-    return bool(values.size > 1 and (np.diff(values) > 0).all())
-
-
 def _odd(time: Array) -> list[str]:
     try:
         return list(check_clock(time, where="time"))
     except InputError as error:
-        return [_said(error, "time")]
-
-
-def _said(error: InputError, where: str) -> str:
-    return str(error).removeprefix(f"{where}: ")
+        return [str(error).removeprefix("time: ")]
 
 
 def rate(time: Array) -> float:
-    """Samples a second by the usual step of ``time`` (s, shape (n,)); NaN where there is none.
-
-    That is the mean of the steps within a fifth of the median, if any: loggers round the times that they write.
-    """
+    """Samples a second by the usual step of ``time`` (s, shape (n,)); NaN where there is none."""
     steps = np.diff(time)
     usual = float(np.nanmedian(steps)) if steps.size and np.isfinite(steps).any() else 0.0
     if not usual > 0:
         return float("nan")
     near = steps[np.abs(steps - usual) <= 0.2 * usual]
     return float(1 / (near.mean() if near.size else usual))
+
+
+ROLLING = ("slip_angle", "side_force", "vertical_load")
+PULL = ("side_force", "plate_displacement")
+MOTION = ("roll_rate", "lean", "steer", "steer_rate", "yaw_rate", "lateral_acceleration")
+TORQUES = ("steer_torque", "lean_torque")
+QUANTITIES = {**OF_RIG, **OF_MOTION}
+
+
+@dataclass(frozen=True, eq=False)
+class Roles:
+    """Channels of one file."""
+
+    opened: Opened
+    given: ChannelMap | None  # of the command line
+    sidecar: Sidecar | None  # beside the file
+    guessed: Mapping[str, Guess]  # channels guessed, where no map is given; their units may be unknown
+
+    @property
+    def origin(self) -> str:
+        """Source of the channels."""
+        beside = self.opened.path.with_suffix(".toml").name
+        if self.given is not None:
+            return f"by {self.given.source}"
+        if self.sidecar is not None and self.sidecar.channel_map is not None:
+            return f"by the sidecar {beside}"
+        named = f"of a rig by the names of the columns, with the sidecar {beside}"
+        return "guessed from names and units" if self.sidecar is None else named
+
+    @property
+    def map(self) -> ChannelMap | None:
+        """The map that is given, by the command line or by the sidecar."""
+        own = self.sidecar.channel_map if self.sidecar else None
+        return own if own is not None and own.channels else self.given
+
+    def names(self, wanted: Sequence[str]) -> dict[str, str]:
+        """Channel -> column, of the channels ``wanted`` that there are."""
+        if self.map is not None:
+            return {name: entry.column for name, entry in self.map.channels.items() if name in wanted}
+        return {name: self.guessed[name].column.name for name in wanted if name in self.guessed}
+
+    def unknown_units(self, wanted: Sequence[str]) -> dict[str, str]:
+        """Channel -> column, of those ``wanted`` whose unit only the user knows."""
+        if self.map is not None:
+            return {}
+        found = {**self.guessed, **({"time": self.opened.clock} if self.opened.clock else {})}
+        return {name: found[name].column.name for name in wanted if name in found and found[name].unit == UNKNOWN}
+
+    def lines(self, wanted: Sequence[str]) -> list[str]:
+        """Lines of a channel map for the channels ``wanted``, with the time; where no map is given."""
+        clock = self.opened.clock
+        time = [clock.line("time")] if clock is not None else []
+        return [*time, *(self.guessed[name].line(name) for name in wanted if name in self.guessed)]
+
+    def map_of(self, wanted: Sequence[str]) -> ChannelMap:
+        """The map given, else that of the guesses for the channels ``wanted`` whose units are known."""
+        if self.map is not None:
+            return self.map
+        unsure = self.unknown_units([*wanted, "time"])
+        lines = [line for line in self.lines(wanted) if line.partition(" ")[0] not in unsure]
+        content = tomllib.loads("\n".join(["[channels]", *lines, *self.resampling(wanted)]))
+        made = ChannelMap.from_table(content, self.opened.path.parent, where=str(self.opened.path))
+        return replace(made, reading=self.opened.reading)
+
+    def resampling(self, wanted: Sequence[str]) -> list[str]:
+        """Lines of a map that bring the channels ``wanted`` to one rate, where the file holds several."""
+        unsure = self.unknown_units(wanted)
+        columns = [column for name, column in self.names(wanted).items() if name not in unsure]
+        times = [self.opened.time_of(column) for column in columns]
+        rates = []
+        for column, time in zip(columns, times, strict=True):
+            seen = self.opened.quality[column]
+            regular = seen.missing > 0.2 * seen.samples and seen.longest_missing < GAP  # at a lower rate than the rows
+            rates.append(rate(time) * (1 - seen.missing / seen.samples if regular else 1.0))
+        sparse = any(own < 0.99 * rate(time) for own, time in zip(rates, times, strict=True))
+        same = all(time.size == times[0].size and np.array_equal(time, times[0]) for time in times)
+        if not times or (same and not sparse) or not min(rates) > 0:
+            return []
+        return ["", "[resampling]", f"rate_hz = {min(rates):.6g}  # CHECK: the lowest rate of these channels"]
+
+    def is_timed(self, there: Mapping[str, str]) -> bool:
+        """Tell if the times of the channels ``there`` (channel -> column) are known."""
+        clock = self.map.clock if self.map else self.opened.clock
+        return clock is not None or all(self.opened.signals[column].time is not None for column in there.values())
+
+    def lacking(self, *names: str) -> str:
+        """Remedy for the channels ``names`` that no column could be."""
+        entries, which = [], []
+        for name in names:
+            quantity = QUANTITIES.get(name, "time")
+            more = " or time = {rate_hz = ...}" if name == "time" else ""
+            entries.append(f'{name} = {{column = "...", unit = "{SI[quantity]}"}}{more}')
+            fitting = self._free(quantity)
+            which.append(f"in a unit of {quantity}: {listed(fitting, most=4)}" if fitting else "")
+        none = dict.fromkeys(QUANTITIES.get(name, "time") for name, said in zip(names, which, strict=True) if not said)
+        which = [*dict.fromkeys(said for said in which if said)]
+        which += [f"no free column has a unit of {' or '.join(none)}"] if none else []
+        silent = self._free("")
+        which += [f"without a known unit: {listed(silent, most=4)}"] if none and silent else []
+        return f"map {', '.join(entries)} ({'; '.join(which)})"
+
+    def _free(self, quantity: str) -> list[str]:
+        """Columns that are no channel yet and measure a ``quantity`` (empty: in no unit that is known)."""
+        taken = set(self.names([*QUANTITIES]).values())
+        taken |= {self.opened.clock.column.name} if self.opened.clock else set()
+        return [
+            column.name for column in self.opened.signals.columns
+            if column.name not in taken and quantity_of(column.unit) == quantity
+            and not self.opened.quality[column.name].dead
+        ]  # fmt: skip
+
+
+def roles(opened: Opened, given: ChannelMap | None) -> Roles:
+    """Find the channels of an opened file; ``given`` is the map of the command line."""
+    sidecar = _sidecar(opened.path)
+    columns = [c for c in opened.signals.columns if opened.clock is None or c.name != opened.clock.column.name]
+    live = [c for c in columns if opened.quality[c.name].samples > opened.quality[c.name].missing]
+    found = {**guesses(live, OF_RIG), **guesses(live, OF_MOTION)}
+    for needed in (ROLLING, ("side_force", "plate_displacement")):
+        if "side_force" in found or any(name in found for name in needed):
+            found |= _by_unit(live, found, needed)
+    found |= _by_unit(live, found, ("speed", "temperature"))
+    if "side_force" not in found:
+        found |= _by_unit(live, found, PULL, both=True)
+    return Roles(opened, given, sidecar, found)
+
+
+def _sidecar(path: Path) -> Sidecar | None:
+    beside = path.with_suffix(".toml")
+    if not beside.is_file():
+        return None
+    text = beside.read_text(encoding="utf-8", errors="replace")
+    try:
+        content = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{beside}: the sidecar is no TOML ({error}); mend or remove it") from error
+    return sidecar_of(path) if "axes" in content or "tyre" in content else None
+
+
+def _by_unit(
+    columns: Sequence[Column], found: Mapping[str, Guess], needed: Sequence[str], *, both: bool = False
+) -> dict[str, Guess]:
+    """Channels needed whose quantity a single free column measures; with ``both``, all of them or none."""
+    more: dict[str, Guess] = {}
+    for name in needed:
+        if name in found:
+            continue
+        taken = {guess.column.name for guess in (*found.values(), *more.values())}
+        fitting = [c for c in columns if c.name not in taken and quantity_of(c.unit) == OF_RIG[name]]
+        if len(fitting) == 1:
+            more[name] = Guess(fitting[0], "", f"the only column in a unit of {OF_RIG[name]}, its name says little")
+    return {} if both and len(more) < len([name for name in needed if name not in found]) else more
+
+
+RATES = ("roll_rate", "steer_rate", "yaw_rate")
+
+
+def oddities(roles: Roles, column: str) -> tuple[str, ...]:
+    """List what is odd about a ``column`` for what it measures: an offset of a rate, gravity, a wrong sign."""
+    seen = roles.opened.quality[column]
+    unit = roles.opened.signals.signals[column].unit
+    if seen.dead:
+        return ()
+    found = []
+    names = {name: roles.opened.signals.find(given) for name, given in roles.names([*RATES, "lean", "steer"]).items()}
+    mine = [name for name, whole in names.items() if whole == column]
+    values = roles.opened.signals.signals[column].values
+    if any(name in RATES for name in mine):
+        spread = 1.4826 * float(np.nanmedian(np.abs(values - seen.median)))
+        if abs(seen.median) > 0.3 * spread:
+            found.append(f"median {seen.median:.3g}, straight on it would be 0: an offset, or a long bend?")
+    if quantity_of(unit) == "acceleration":
+        middle = find_unit(unit, "acceleration", where=column).factor * seen.median
+        if abs(abs(middle) / GRAVITY - 1) < 0.05:
+            found.append(f"shows gravity: its axis points {'up' if middle > 0 else 'down'} or the unit is another")
+    for angle, rate in (("lean", "roll_rate"), ("steer", "steer_rate")):
+        if rate in mine and angle in names and _agreement(roles, names[angle], column) < -0.5:
+            found.append(f"runs against the change of {angle} ({names[angle]}): one of the two needs sign = -1")
+    return tuple(found)
+
+
+def _agreement(roles: Roles, angle: str, rate: str) -> float:
+    """Correlation of a rate with the change of an angle over some samples; 0 where it cannot be told."""
+    signals = roles.opened.signals.signals
+    if signals[angle].values.size != signals[rate].values.size or signals[rate].values.size < 50:
+        return 0.0
+    time, x, y = roles.opened.time_of(rate), signals[angle].values, signals[rate].values
+    span = max(x.size // 500, 5)
+    change = x[span:] - x[:-span]
+    total = np.cumsum(np.nan_to_num(y[:-1]) * np.diff(time))
+    meant = total[span - 1 :] - np.concatenate([[0.0], total[:-span]])
+    good = np.isfinite(change) & np.isfinite(meant)
+    if good.sum() < 50 or np.ptp(change[good]) == 0 or np.ptp(meant[good]) == 0:
+        return 0.0
+    return float(np.corrcoef(change[good], meant[good])[0, 1])

@@ -1,44 +1,149 @@
-"""Slip sweep, pull test and step: what ``velotyre tyre fit`` would do with a recording, by the fits' own checks."""
+"""Say what ``velotyre tyre fit`` would do with a recording, by the fits' own checks."""
 
 import re
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from shlex import quote
+from typing import NamedTuple
 
 import numpy as np
 
-from studies.look.rig_events import (
-    ALL_PULL,
-    ALL_ROLLING,
-    KINDS,
-    OTHERWISE,
-    PULLED,
-    STEP,
-    SWEEP,
-    Found,
-    Supposed,
-    as_rig,
-    judge,
-    oriented,
-    short,
-)  # fmt: skip
-from studies.look.roles import PULL, ROLLING, Roles
+from studies.look.opened import PULL, ROLLING, Roles
 from studies.look.stretches import moving, with_rest
 from studies.look.use import Event, Use
-from tyre.base.arrays import Array
-from tyre.base.errors import InputError
-from tyre.channels.channel_map import ChannelMap
-from tyre.channels.record import Record, records
-from tyre.channels.windows import Window
-from tyre.recordings.mapped import QUANTITIES
-from tyre.recordings.read import read_events, read_recording
-from tyre.recordings.recording import RigRun
-from tyre.recordings.sidecar import Sidecar
+from tyre.arrays import Array
+from tyre.channel_map import ChannelMap, Window
+from tyre.channels import Record, records
+from tyre.condition import FitSettings
+from tyre.errors import InputError
+from tyre.preflight import preflight
+from tyre.recording import CONVENTIONS, Condition, PullTest, RigRun
+from tyre.recording_files import QUANTITIES, Sidecar, read_events, read_recording, rig_recording
+from tyre.recording_fits import fit_read
+from tyre.relaxation import complete_samples, is_slip_step
+from tyre.sweep_curve import block_means, samples_used
+
+SWEEP, PULLED, STEP = "slip sweep", "pull test", "step (relaxation)"
+OTHERWISE = {
+    SWEEP: "a slip sweep goes up and down between slip angles, without rest, with kind = slip_sweep or none",
+    PULLED: "a pull test needs side_force, plate_displacement and rim_displacement (or rigid_rim = true)",
+    STEP: 'a step rests, goes to another slip angle and rests there; write kind = "slip_step" into its sidecar',
+}
+"""What makes a recording the other use."""
+
+KINDS = {"slip_sweep": SWEEP, "pull_test": PULLED, "slip_step": STEP}
+ALL_ROLLING = (*ROLLING, "aligning_moment", "inclination", "speed", "temperature")
+ALL_PULL = (*PULL, "rim_displacement")
+
+
+class Found(NamedTuple):
+    """An event: its window, its median load in N, and whether it is a step."""
+
+    window: Window
+    load: float
+    step: bool
+
+
+@dataclass(frozen=True)
+class Supposed:
+    """Suppositions of the drafts for a recording without a sidecar."""
+
+    axes: str = ""  # under which the signs are right; empty where none was found
+    windows: tuple[Found, ...] = ()
+    load: float | None = None  # median of the whole, N
+    rigid_rim: bool = False  # a pull test without rim displacement
+    pull: bool = False
+    step: bool = False  # the whole recording is a step
+    speed_missing: bool = False  # a step needs the speed, which is not recorded
+
+
+def oriented(whole: Record, given: Supposed, path: Path, load: float | None) -> tuple[str, RigRun | PullTest]:
+    """Find the axes under which the recording has the right signs, else the first ones that can be read."""
+    first: tuple[str, RigRun | PullTest] | None = None
+    error: InputError | None = None
+    likely = CONVENTIONS if load is None or load > 0 else sorted(CONVENTIONS, key=lambda name: name != "SAE")
+    for axes in likely:
+        try:
+            found = as_rig(whole, given, axes, path)
+        except InputError as reason:
+            error = error or reason
+            continue
+        if not any(problem.startswith("wrong sign") for problem in preflight(found).problems):
+            return axes, found
+        first = first or (axes, found)
+    if first is None:
+        assert error is not None
+        raise error
+    return first
+
+
+def as_rig(record: Record, given: Supposed, axes: str, path: Path) -> RigRun | PullTest:
+    """Make rig data of a ``record``, as ``tyre fit`` has it once the draft (``given``) is filled in."""
+    load = record.values.get("vertical_load")
+    middle = 400.0 if load is None or given.pull else float(np.nanmedian(np.abs(load)))  # no check hinges on it
+    condition = Condition("?", load=middle, pressure=5e5, surface="flat")
+    sidecar = Sidecar(condition, axes, None, synthetic=False, notes=(), rigid_rim=given.rigid_rim)
+    found = rig_recording(record, sidecar, path)
+    if isinstance(found, RigRun) and is_slip_step(found):
+        return rig_recording(record, replace(sidecar, kind="slip_step"), path)
+    return found
+
+
+def judge(name: str, recording: RigRun | PullTest, roles: Roles, path: Path) -> tuple[str, Event, str]:
+    """Judge one event: its use, its samples, and why they cannot be fitted (empty if they can)."""
+    if isinstance(recording, PullTest):
+        kind, used, lacks = PULLED, recording.complete, "lack a reading"
+    elif is_slip_step(recording):
+        kind, used, lacks = STEP, complete_samples(recording), "lack a channel"
+    else:
+        kind, used, lacks = SWEEP, np.isfinite(recording.side_force), "lack the side force"
+    problem = ""
+    notes: tuple[str, ...] = ()
+    if isinstance(recording, RigRun) and kind == STEP and roles.sidecar is None:
+        known = recording.speed is not None or recording.condition.speed is not None
+        condition = recording.condition if known else replace(recording.condition, speed=2.5)  # no check hinges on it
+        recording = replace(recording, condition=condition)
+    try:
+        with np.errstate(all="ignore"):  # a wheel that stands still: the fit says so
+            summary, _ = fit_read(recording, path, name=name, settings=FitSettings())
+        notes = tuple(note for note in summary.notes if note not in roles.opened.signals.notes)
+    except InputError as error:
+        problem = short(error, path)
+    except (ArithmeticError, ValueError) as error:  # also of linear algebra
+        problem = f"cannot be fitted ({type(error).__name__}: {error})"
+    left_out = {f"that {lacks}": int(np.count_nonzero(~used))}
+    if kind == SWEEP and isinstance(recording, RigRun) and not problem:
+        settled = samples_used(recording, block_means(recording))
+        left_out["within half a metre after a reversal or in a poor block"] = int(np.count_nonzero(used & ~settled))
+        used = settled
+    first, start = _place(recording.time, roles)
+    end = start + (float(recording.time[-1] - recording.time[0]) if recording.time is not None else 0.0)
+    left_out = {why: count for why, count in left_out.items() if count}
+    event = Event(name, first + 1, first + used.size, int(np.count_nonzero(used)), left_out, notes, start, end)
+    return kind, event, problem
+
+
+def _place(time: Array | None, roles: Roles) -> tuple[int, float]:
+    """Number of the first sample in the file, from 0, and its time, s."""
+    if time is None:
+        return 0, 0.0
+    name = next(iter(roles.names((*ALL_ROLLING, *ALL_PULL)).values()), next(iter(roles.opened.signals.signals)))
+    whole = roles.opened.time_of(roles.opened.signals.find(name))
+    origin = whole[0] if abs(whole[0]) > 1e6 else 0.0
+    return int(np.searchsorted(whole - origin, time[0] - 1e-9)), float(time[0])
+
+
+def short(error: Exception, path: Path) -> str:
+    """Shorten an ``error`` by the file at ``path``, which is known, and by a draft of a map."""
+    text = str(error).partition("\n\n")[0].partition("A first draft of a map")[0].strip(" ;")
+    for start in (f"{path}: not usable: ", f"{path}: ", f"{path}, "):
+        text = text.removeprefix(start)
+    return text or type(error).__name__
 
 
 def rig_uses(roles: Roles) -> tuple[list[Use], list[Supposed]]:
-    """The three uses of a tyre rig's recording, and what a draft of its sidecar supposes; see :class:`Roles`."""
+    """Judge the three uses of a tyre rig's recording, and fill what a draft of its sidecar supposes."""
     if roles.sidecar is not None:
         return _described(roles, roles.sidecar), []
     rolling, first = _supposed(roles, ROLLING)
@@ -48,12 +153,13 @@ def rig_uses(roles: Roles) -> tuple[list[Use], list[Supposed]]:
 
 
 def _described(roles: Roles, sidecar: Sidecar) -> list[Use]:
-    """Of a recording with its sidecar: exactly what ``tyre fit`` reads."""
+    """Judge a recording with its sidecar, exactly as ``tyre fit`` reads it."""
     path = roles.opened.path
+    mend = f"mend what is named, in {path.name} or in its sidecar {path.with_suffix('.toml').name}"
     try:
         events = {"": read_recording(path)} if roles.map is None else read_events(path, roles.given)
     except InputError as error:
-        return [Use(name, reasons=(short(error, path),), remedies=(_mend(path),)) for name in KINDS.values()]
+        return [Use(name, reasons=(short(error, path),), remedies=(mend,)) for name in KINDS.values()]
     judged = [judge(name, event, roles, path) for name, event in events.items()]
     uses = []
     for name in KINDS.values():
@@ -63,8 +169,8 @@ def _described(roles: Roles, sidecar: Sidecar) -> list[Use]:
         others = sorted({kind for kind, _, _ in judged})
         if mine:
             undeclared = name == STEP and any(getattr(e, "kind", "") == "slip_sweep" for e in events.values())
-            declare = ('it is a step: write kind = "slip_step" into the sidecar',) if undeclared and bad else ()
-            remedies = declare + _ways(roles, bad)
+            declare = ('it is a step: write kind = "slip_step" into the sidecar',) if undeclared else ()
+            remedies = (*declare, mend) if bad else ()
         else:
             bad = [f"the sidecar and the channels make it a {' and a '.join(others)}"]
             remedies = (OTHERWISE[name],)
@@ -73,30 +179,14 @@ def _described(roles: Roles, sidecar: Sidecar) -> list[Use]:
     return uses
 
 
-def _mend(path: Path) -> str:
-    return f"mend what is named, in {path.name} or in its sidecar {path.with_suffix('.toml').name}"
-
-
-def _ways(roles: Roles, problems: Sequence[str]) -> tuple[str, ...]:
-    return (_mend(roles.opened.path),) if problems else ()
-
-
-def _mass(column: str) -> str:
-    """What is to be written for a load in a unit of mass."""
-    unit = re.search(r"[\[(](kg|lb)s?[\])]$", column)
-    return f": {unit[1]} is a mass, {unit[1]}f a force" if unit else ""
-
-
 def _supposed(roles: Roles, needed: Sequence[str]) -> tuple[list[Use], Supposed | None]:
-    """Of a recording without a sidecar: what ``tyre fit`` would do once the draft is filled in."""
+    """Judge a recording without a sidecar, as ``tyre fit`` would once the draft is filled in."""
     pull = needed is PULL
     names = (PULLED,) if pull else (SWEEP, STEP)
     wanted = ALL_PULL if pull else ALL_ROLLING
     there = roles.names(wanted)
     lacking = [name for name in needed if name not in there]
-    clock = roles.map.clock if roles.map else roles.opened.clock
-    timed = clock is not None or all(roles.opened.signals[column].time is not None for column in there.values())
-    if not pull and not timed:
+    if not pull and not roles.is_timed(there):
         lacking.append("time")
     if lacking:
         reasons = (f"no channel could be the {', the '.join(name.replace('_', ' ') for name in lacking)}",)
@@ -104,18 +194,19 @@ def _supposed(roles: Roles, needed: Sequence[str]) -> tuple[list[Use], Supposed 
     unsure = roles.unknown_units(needed if pull else [*needed, "time"])
     given = Supposed(pull=pull, rigid_rim=pull and "rim_displacement" not in there)
     if unsure:
-        said = ", ".join(f"{name.replace('_', ' ')} ({column}{_mass(column)})" for name, column in unsure.items())
+        mass = {column: re.search(r"[\[(](kg|lb)s?[\])]$", column) for column in unsure.values()}
+        more = {column: f": {unit[1]} is a mass, {unit[1]}f a force" if unit else "" for column, unit in mass.items()}
+        said = ", ".join(f"{name.replace('_', ' ')} ({column}{more[column]})" for name, column in unsure.items())
+        reason = f"no unit is known of {said}"
         remedy = (
             "write the units into the draft, or scale and offset with the unit where the file holds counts or volts"
         )
-        return [Use(name, (), (f"no unit is known of {said}",), (remedy,)) for name in names], given
-    try:
-        return _tried(roles, roles.map_of(wanted), given, names)
-    except InputError as error:
-        reason = short(error, roles.opened.path)
-        return [
-            Use(name, (), (reason,), ("write the map with --channels, or mend the draft",)) for name in names
-        ], given
+    else:
+        try:
+            return _tried(roles, roles.map_of(wanted), given, names)
+        except InputError as error:
+            reason, remedy = short(error, roles.opened.path), "write the map with --channels, or mend the draft"
+    return [Use(name, (), (reason,), (remedy,)) for name in names], given
 
 
 def _tried(roles: Roles, channel_map: ChannelMap, given: Supposed, names: Sequence[str]) -> tuple[list[Use], Supposed]:
@@ -144,7 +235,7 @@ def _tried(roles: Roles, channel_map: ChannelMap, given: Supposed, names: Sequen
 def _found(
     whole: Record, run: RigRun, given: Supposed, roles: Roles
 ) -> tuple[list[tuple[str, Event, str]], tuple[Found, ...]]:
-    """The whole recording where it is one event, else the events in it that can be fitted."""
+    """Judge the whole recording if it is one event, else the events in it that can be fitted."""
     path = roles.opened.path
     at_once = judge("", run, roles, path)
     stretches = moving(run)
@@ -175,7 +266,7 @@ def _found(
 
 
 def _window(name: str, time: Array, first: int, last: int) -> Window:
-    """Between samples, so that rounded times name the same ones."""
+    """Cut between samples, so that rounded times name the same ones."""
     middle = 0.5 * (time[1:] + time[:-1]) - time[0]
     begin = 0.0 if first == 0 else float(f"{middle[first - 1]:.6g}")
     end = float(time[-1] - time[0]) if last >= time.size else float(f"{middle[last - 1]:.6g}")

@@ -1,4 +1,4 @@
-"""Stretches of a recording in which something happens: the slip angle moves, or a motion dies away after a kick."""
+"""Find stretches in which something happens: the slip angle moves, or a motion dies away after a kick."""
 
 import math
 from dataclasses import replace
@@ -8,28 +8,23 @@ from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
 from bicycle.identification.free_decay import Decay, identify
-from bicycle.identification.run import Run
-from tyre.base.arrays import Array
-from tyre.base.errors import InputError
-from tyre.channels.quality import noise_level
-from tyre.recordings.recording import RigRun
+from bicycle.identification.recording import Run
+from tyre.arrays import Array
+from tyre.errors import InputError
+from tyre.quality import noise_level
+from tyre.recording import RigRun
 
 PARTS = 400  # of a recording, in which movement is told from rest
 LOAD_CHANGE = 0.08  # of the largest load within three parts: the wheel is being set down, or the load changed
-MERGED = 5  # parts of rest within one event: a sweep turns round
-LEVELS = 0.05  # of the range of slip: a stretch that moves less is none
-MOST_KICKS = 12
-BETWEEN_KICKS = 1.5  # s
 STARTS, LENGTHS = (0.0, 0.1, 0.3), (12.0, 6.0, 4.0, 2.5)  # s after the peak, s
 ORDER = ("roll_rate_rad_s", "yaw_rate_rad_s", "steer_rate_rad_s", "lean_rad", "steer_rad")
 """In which kicks are sought."""
-MOST_THOROUGH = 3  # windows of a kick whose start is checked as `modal` does
 MOST_SAMPLES = 100_000
 """Of a run that is fitted as a whole."""
 
 
 def moving(run: RigRun) -> list[tuple[int, int]]:
-    """Where the slip angle of a ``run`` moves under a steady load: first sample and the one after the last, from 0."""
+    """Find where the slip angle moves under a steady load: first sample and the one after the last, from 0."""
     count = run.time.size
     size = max(count // PARTS, 5)
     edges = np.arange(0, count, size)
@@ -47,14 +42,14 @@ def moving(run: RigRun) -> list[tuple[int, int]]:
     found: list[list[int]] = []
     for place in np.flatnonzero(active):
         steady = found and abs(load[place] - load[found[-1][1] - 1]) < LOAD_CHANGE * heavy
-        if found and place - found[-1][1] <= MERGED and steady:
+        if found and place - found[-1][1] <= 5 and steady:  # parts of rest within one event: a sweep turns round
             found[-1][1] = int(place) + 1
         else:
             found.append([int(place), int(place) + 1])
     return [
         (int(edges[first]), min(int(edges[last - 1]) + size, count))
         for first, last in found
-        if np.ptp(slip[max(first - 1, 0) : last + 1]) > LEVELS * span
+        if np.ptp(slip[max(first - 1, 0) : last + 1]) > 0.05 * span
     ]
 
 
@@ -92,11 +87,11 @@ def decays(run: Run) -> list[tuple[float, float, Decay]]:
     """Windows of a ``run`` in which one oscillation dies away: start and end, s after its first sample, and its fit."""
     name = _foremost(run)
     x = np.abs(run.channels[name] - np.median(run.channels[name]))
-    distance = max(int(BETWEEN_KICKS / run.step), 1)
+    distance = max(int(1.5 / run.step), 1)  # s
     height = max(0.35 * float(x.max()), 5 * noise_level(run.channels[name]))
     peaks = find_peaks(np.concatenate([[0.0], x, [0.0]]), height=height, distance=distance)[0] - 1
     peaks = _after_rest(x, peaks, max(int(run.time.size and 1.0 / run.step), 1))
-    peaks = np.sort(peaks[np.argsort(-x[peaks])][:MOST_KICKS])
+    peaks = np.sort(peaks[np.argsort(-x[peaks])][:12])
     found: list[tuple[float, float, Decay]] = []
     free = 0.0
     for number, peak in enumerate(peaks):
@@ -110,7 +105,7 @@ def decays(run: Run) -> list[tuple[float, float, Decay]]:
 
 
 def _after_rest(x: Array, peaks: NDArray[np.intp], second: int) -> NDArray[np.intp]:
-    """Of the ``peaks`` of ``x``, those that do not belong to the motion after another one: kicks."""
+    """Keep the ``peaks`` of ``x`` that do not belong to the motion after another one: kicks."""
     kicks: list[int] = []
     for peak in peaks:
         if kicks:
@@ -164,7 +159,7 @@ def _best(run: Run, begin: float, end: float) -> tuple[float, float, Decay] | No
             if not decay.rejected and decay.eigenvalue.real < 0:
                 trials.append((first, last, decay))
     trials.sort(key=lambda trial: max(trial[2].sd) / abs(trial[2].eigenvalue))
-    for first, last, _ in trials[:MOST_THOROUGH]:
+    for first, last, _ in trials[:3]:  # windows of a kick whose start is checked as `modal` does
         decay = identify(run, first_s=first, last_s=last)
         if not decay.rejected and decay.eigenvalue.real < 0:
             return first, last, decay

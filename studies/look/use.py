@@ -1,4 +1,4 @@
-"""What a recording can be used for: which samples, which not, why, and what to do next."""
+"""Hold what a recording can be used for: which samples, which not, why, and what to do next."""
 
 from dataclasses import dataclass, field
 
@@ -14,32 +14,16 @@ USES = (
 
 @dataclass(frozen=True)
 class Event:
-    """A stretch of a recording for one use.
+    """A stretch of a recording for one use."""
 
-    Attributes
-    ----------
-    name : str
-        Of the window; empty for a whole recording.
-    first, last : int
-        Samples of the file, from 1, both included.
-    used : int
-        How many samples in it are fitted.
-    left_out : dict of str to int
-        Why samples in it are not fitted -> how many.
-    notes : tuple of str
-        What the fit will remark.
-    start_s, end_s : float
-        s, by the time of the file.
-    """
-
-    name: str
-    first: int
-    last: int
-    used: int
-    left_out: dict[str, int] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
-    start_s: float = 0.0
-    end_s: float = 0.0
+    name: str  # of the window; empty for a whole recording
+    first: int  # samples of the file, from 1, both included
+    last: int  # samples of the file, from 1, both included
+    used: int  # how many samples in it are fitted
+    left_out: dict[str, int] = field(default_factory=dict)  # why samples in it are not fitted -> how many
+    notes: tuple[str, ...] = ()  # what the fit will remark
+    start_s: float = 0.0  # s, by the time of the file
+    end_s: float = 0.0  # s, by the time of the file
 
     @property
     def words(self) -> str:
@@ -56,35 +40,17 @@ class Event:
 
 @dataclass(frozen=True)
 class Use:
-    """One use of a recording.
+    """One use of a recording."""
 
-    Attributes
-    ----------
-    name : str
-        One of :data:`USES`.
-    events : tuple of Event
-        What can be used; empty where nothing can.
-    reasons : tuple of str
-        Why nothing, or not more, can be used.
-    remedies : tuple of str
-        What to do about that.
-    next_step : str
-        A command.
-    provided : str
-        What the user must still say for the answer to hold.
-    windows : bool
-        Whether the events are windows found here, which the drafts hold: without them the answer is another.
-    """
-
-    name: str
-    events: tuple[Event, ...] = ()
-    reasons: tuple[str, ...] = ()
-    remedies: tuple[str, ...] = ()
-    next_step: str = ""
-    provided: str = ""
+    name: str  # one of :data:`USES`
+    events: tuple[Event, ...] = ()  # what can be used; empty where nothing can
+    reasons: tuple[str, ...] = ()  # why nothing, or not more, can be used
+    remedies: tuple[str, ...] = ()  # what to do about that
+    next_step: str = ""  # a command
+    provided: str = ""  # what the user must still say for the answer to hold
     windows: bool = False
 
     @property
     def usable(self) -> bool:
-        """Whether a command would use some of it."""
+        """Tell if a command would use some of it."""
         return bool(self.events)

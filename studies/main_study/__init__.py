@@ -1,1 +1,33 @@
-"""The main study: measured racing tyres on a bicycle, its figures, tables and report."""
+"""The main study of ``velotyre run``: how tyre and pressure decide the wobble of a bicycle."""
+
+from importlib import import_module
+from typing import Any
+
+PLACES = {
+    "settings": ("LIMITS", "Arms", "Front", "Ranges", "Settings", "Setup", "read_pressures", "settings_of"),
+    "cases": ("CONTACT", "Cases", "TyreCase", "given_case", "tyre_cases"),
+    "result": (
+        "Band", "LeastDamped", "Result", "Span", "UncertainCriticalSpeed", "beside", "draws", "follow", "least_damped",
+        "model", "nearest", "solve", "uncertainty", "unstable_bands", "wobble_edges", "wobble_span",
+    ),
+    "compare": (
+        "CRITICAL", "DAMPING", "Change", "Check", "End", "Hinge", "Plausible", "chosen", "decompose", "doubt",
+        "front_draws", "front_values", "hinges", "named_speeds", "plausible",
+    ),
+    "study": ("Study", "pressure_ends", "run_study", "spread"),
+    "published": ("Comparison", "Finding", "compared", "findings"),
+    "screen": ("Tally", "answer", "tallied", "verdict"),
+    "report": (
+        "first_screen", "like", "never_stable", "printed", "run_and_write", "signed", "span_of", "write_report",
+    ),
+    "tidy_tables": ("tables", "write_tables"),
+    "figures": ("draw_critical_speeds", "draw_damping", "draw_eigenvalues", "draw_headline", "draw_speed_locus"),
+    "paper_figures": ("FIGURES", "draw_paper_figure"),
+}  # fmt: skip
+
+
+def __getattr__(name: str) -> Any:
+    for module, names in PLACES.items():
+        if name in names:
+            return getattr(import_module(f"{__name__}.{module}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,286 +1,235 @@
-"""The report of the main study, Markdown and HTML: every sentence and number is computed from the results."""
+"""The report of the main study, Markdown and HTML: numbers and objects for the templates, which make the words."""
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from decimal import Decimal
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from bicycle.default_sd import CORNERING_STIFFNESS
-from studies.main_study.answer import Answer, begins
-from studies.main_study.bands import FASTER_THAN_WEAVE, KMH, WOBBLE, UncertainCriticalSpeed
-from studies.main_study.cases import TyreCase
-from studies.main_study.decompose import CRITICAL, DAMPING
-from studies.main_study.figure_headline import assumed as world
+from studies.main_study import figures, paper_figures
+from studies.main_study.cases import Cases
+from studies.main_study.compare import CRITICAL, DAMPING, Change
 from studies.main_study.published import compared
-from studies.main_study.report_checks import check_table, check_words, exact_words, share_table
-from studies.main_study.report_numbers import plain_range
-from studies.main_study.report_tables import (
-    band_table,
-    hinge_table,
-    lag_table,
-    mode_table,
-    parts_table,
-    posture_table,
-    published_table,
-    tyre_table,
-    weave_table,
-    worlds_table,
-)
-from studies.main_study.settings import CAMBER_RANGE, CONTACT_LENGTH
-from studies.main_study.solve import RIDDEN, Result
-from studies.main_study.study import Study
-from studies.reporting.made_by import made_by
+from studies.main_study.result import COMPARED, WOBBLE, Result, varied_apart
+from studies.main_study.screen import answer
+from studies.main_study.settings import CONTACT_LENGTH, LIMITS, Settings
+from studies.main_study.study import Study, run_study, spread
+from studies.main_study.tidy_tables import write_tables
+from studies.reporting.command_context import made_by
 from studies.reporting.markdown_text import page as html_page
-from studies.reporting.markdown_text import rendered
-from tyre.base.files import write_text
-from tyre.base.units import PASCAL_PER_BAR
+from studies.reporting.markdown_text import render_file
+from studies.uncertainty.propagation import Quantity
+from tyre.files import write_text
+
+PACKAGE = "studies.main_study"
 
 
-def write_report(study: Study, answer: Answer, folder: Path, *, paper_figures: Sequence[str]) -> tuple[Path, Path]:
-    """Write report.md and report.html into ``folder``, beside the figures they show.
+def run_and_write(
+    settings: Settings, folder: Path, *, workers: int = 1, cases: Cases | None = None
+) -> tuple[Study, str, Path]:
+    """Compute the study and write it into ``folder``; return it with its first screen and the HTML report."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with spread(workers) as each:
+        study = run_study(settings, each=each, cases=cases)
+        write_tables(study, folder)
+        each(_draw, [(draw, study) for draw in figures.drawings(settings, folder)], "figures")
+        stems = [(stem,) for stem in paper_figures.paper_stems(folder)]
+        papers = each(paper_figures.draw_paper_figure, stems, "figures of the paper")
+    first, _, page = write_report(study, folder, redrawn=[stem.name for stem in papers])
+    return study, first, page
 
-    ``paper_figures`` are the names of the redraws that were made.
-    """
-    source = _template("report.md.j2")
-    titles = re.findall(r"^## (.+)$", source, re.MULTILINE)
-    shown = context(study, answer) | {
-        "paper_figures": paper_figures, "sections": [(title, anchor(title)) for title in titles if title != "Contents"],
-    }  # fmt: skip
-    text = rendered(source, shown).rstrip() + made_by()
+
+def _draw(draw: Callable[[Study], Path], study: Study) -> Path:
+    return draw(study)
+
+
+def write_report(study: Study, folder: Path, *, redrawn: Sequence[str] = ()) -> tuple[str, Path, Path]:
+    """Write report.md and report.html into ``folder``, beside the figures they show; return the first screen too."""
+    template = resources.files(PACKAGE).joinpath("templates", "report.md.j2").read_text(encoding="utf-8")
+    titles = [title for title in re.findall(r"^## (.+)$", template, re.MULTILINE) if title != "Contents"]
+    content = facts(study)
+    shown = content | {"paper_figures": redrawn, "sections": [(title, anchor(title)) for title in titles]}
+    text = render_file(PACKAGE, "report.md.j2", shown, filters=FILTERS).rstrip() + made_by()
+    layout = resources.files(PACKAGE).joinpath("templates", "report.html.j2").read_text(encoding="utf-8")
     made = html_page(
-        _template("report.html.j2"), title=f"velotyre: {study.settings.bicycle.name}", text=text,
-        extensions=("tables", "toc"), extension_configs={"toc": {"slugify": lambda t, _: anchor(t)}},
+        layout, title=f"velotyre: {study.settings.bicycle.name}", text=text, extensions=("tables", "toc"),
+        extension_configs={"toc": {"slugify": lambda title, _: anchor(title)}},
     )  # fmt: skip
-    markdown_file, html_file = folder / "report.md", folder / "report.html"
-    write_text(markdown_file, text)
-    write_text(html_file, made)
-    return markdown_file, html_file
+    files = (folder / "report.md", folder / "report.html")
+    for file, whole in zip(files, (text, made), strict=True):
+        write_text(file, whole)
+    return first_screen(study, content), *files
+
+
+def first_screen(study: Study, content: dict[str, Any] | None = None) -> str:
+    """Write question and answer as Markdown in which nothing is escaped, for a terminal."""
+    return render_file(PACKAGE, "answer.md.j2", content or facts(study), escaped=False, filters=FILTERS)
 
 
 def anchor(title: str) -> str:
-    """What a link to the section ``title`` ends in, as Markdown viewers make it."""
-    return re.sub(r"[^a-z0-9]+", "-", title.lower().replace("'", "").replace("?", "").replace(".", "")).strip("-")
+    """Make the end of a link to the section ``title`` as Markdown viewers do."""
+    return re.sub(r"[^a-z0-9]+", "-", re.sub(r"['?.]", "", title.lower())).strip("-")
 
 
-def context(study: Study, answer: Answer) -> dict[str, Any]:
-    """What the template shows."""
-    settings = study.settings
+def facts(study: Study) -> dict[str, Any]:
+    """Gather what the templates show."""
+    settings, reference = study.settings, study.settings.reference
+    shares, exact = study.sources.shares, study.sources.exact
+    first = next((which for mode in COMPARED for which in shares if which.mode.split("+")[0] == mode), None)
+    ranked = sorted(shares[first].items(), key=lambda one: -one[1]) if first else []
+    reasons: dict[str, list[str]] = {}
+    for key, why in exact.items():
+        reasons.setdefault(why, []).append(key)
+    quantities = [(one.result, q) for one in study.checks for q in one.quantities]
+    comparisons = compared(study)
     return {
-        "question": answer.question, "sentences": answer.sentences, "why": answer.why,
-        "headline_words": f"Speeds of unstable wobble, {settings.reference.label}",
-        "world_label": world(study, settings.reference).capitalize(), "band_table": band_table(study),
-        "fastest": f"{settings.fastest:g}", "fastest_kmh": f"{KMH * settings.fastest:.0f}",
-        "ridden": f"{RIDDEN[0]:g} to {RIDDEN[1]:g}", "counted_as_wobble": counted_as_wobble(study),
-        "worlds_table": worlds_table(study), "hinge_intro": hinge_intro(study),
-        "hinge_table": hinge_table(study),
-        "lag_words": lag_words(study), "lag_table": lag_table(study), "posture_words": posture_words(study),
-        "posture_table": posture_table(study), "published_table": published_table(study),
-        "published_words": published_words(study), "report_speed": f"{settings.report_speed:g}",
-        "critical_parts": parts_table(study, CRITICAL, ", m/s", 3), "damping_parts": parts_table(study, DAMPING, "", 5),
-        "mode_table": mode_table(study.of(settings.reference)), "weave_table": weave_table(study),
-        "exact_words": exact_words(study), "share_table": share_table(study),
-        "check_words": check_words(study), "check_table": check_table(study), "assumed": assumed(study),
-        "extrapolated": extrapolated_words(study.cases), "left_out": left_out(study),
-        "tyre_sources": tyre_sources(study.cases), "tyre_table": tyre_table(study.cases), "notes": notes(study.cases),
-        "setups": [(k, setup.label, setup.front is not None) for k, setup in enumerate(settings.setups, 1)],
+        "study": study, "settings": settings, "limits": LIMITS, "a": answer(study),
+        "results": study.of(reference, study.names[0]),
+        "causes": (first, [(group, share) for group, share in ranked if share >= 0.005]) if first else None,
+        "exact_alone": [key for key in exact if not varied_apart(key)],
+        "other_wobble": sorted({c.mode for r in study.results for c in _edges(r, study) if c.mode != WOBBLE}),
+        "single_lag": CONTACT_LENGTH not in settings.further, "shortest": _shortest_wave(study),
+        "hands_on": _wobbling_hands_on(study), "comparisons": comparisons,
+        "outside": {one.finding.quantity if one.finding.hands != "on" else "hands on"
+                    for one in comparisons if one.verdict == "outside"},
+        "critical_parts": list(parts(study, CRITICAL, 3)), "damping_parts": list(parts(study, DAMPING, 5)),
+        "other_crossings": list(_other_crossings(study)), "shares": shares,
+        "groups": [group for group in dict.fromkeys(g for one in shares.values() for g in one)
+                   if max(one.get(group, 0.0) for one in shares.values()) >= 0.005],
+        "assumed_sds": study.sources.assumed,
+        "exact_reasons": reasons, "quantities": quantities,
+        "near": [100 * excess(q) for _, q in quantities if not differs(q)],
+        "different": [(r, q) for r, q in quantities if differs(q)],
+        "ranges": vars(settings.ranges), "assumed_stiffness_sd": CORNERING_STIFFNESS,
+        "length_sds": [1e3 * math.sqrt(case.covariance[k, k]) for case in study.cases for k in (1, 3)],
+        "extrapolated": [(case, wheel, p) for case in study.cases
+                         for wheel, p in zip(("rear", "front"), case.properties, strict=False) if not p.inside],
+        "guessed": list(dict.fromkeys(case.name for case in study.cases if case.out_of_reach)),
+        "own": list(dict.fromkeys(case.name for case in study.cases if not case.packaged)),
+        "packaged": list(dict.fromkeys(case.name for case in study.cases if case.packaged)),
+        "notes": list(dict.fromkeys((case.name, note) for case in study.cases for p in case.properties
+                                    for note in p.notes)),
     }  # fmt: skip
 
 
-def counted_as_wobble(study: Study) -> str:
-    """Say which oscillations count as wobble, where tracking cannot tell."""
-    others = {c.mode for r in study.results for c in _edges(r, study.settings.fastest) if c.mode != WOBBLE}
-    if not others:
-        return ""
-    names = "; ".join(sorted(name.replace("+", " or ").replace("_", " ") for name in others))
-    return (
-        f"What could as well be another mode by its tracking ({names}) counts as wobble at {FASTER_THAN_WEAVE:g} Hz or "
-        "more."
-    )
+class Printed(NamedTuple):
+    """A change in rounded numbers that add up: total = after - before = length + stiffness + interaction."""
+
+    before: Decimal
+    after: Decimal
+    total: Decimal
+    length: Decimal
+    stiffness: Decimal
+    interaction: Decimal
 
 
-def _edges(result: Result, limit: float) -> list[UncertainCriticalSpeed]:
-    """Ends of the bands of unstable wobble that begin up to ``limit`` (m/s)."""
-    return [edge for band in result.bands(limit) for edge in (band.start, band.end) if edge]
+def printed(change: Change, digits: int) -> Printed:
+    """Round the ends and the two parts to ``digits`` places; the total and the interaction follow from these."""
+    numbers = (change.before, change.after, change.length_part, change.stiffness_part)
+    before, after, length, stiffness = (round(Decimal(number), digits) for number in numbers)
+    total = after - before
+    return Printed(before, after, total, length, stiffness, total - length - stiffness)
 
 
-def hinge_intro(study: Study) -> str:
-    """What is varied around."""
-    return (
-        f"One thing is changed at a time, on {study.focus.name} ({study.focus.condition}), around "
-        f"{study.settings.reference.label}. Ranked "
-        f"by the change of the least damping ratio of wobble at {RIDDEN[0]:g} to {RIDDEN[1]:g} m/s (below zero: it "
-        f"grows)."
-    )
+def parts(study: Study, quantity: str, digits: int) -> Any:
+    """Yield decomposition, change and its rounded numbers in the reference world, for one ``quantity``."""
+    for d in study.decompositions:
+        for change in d.changes:
+            if d.setup == study.settings.reference and change.quantity == quantity:
+                yield d, change, printed(change, digits)
 
 
-def lag_words(study: Study) -> str:
-    """The wavelength of wobble in relaxation lengths, case by case."""
-    if CONTACT_LENGTH in study.settings.further:
-        return "The tyres are no single lag here: the model file gives them a contact with a length."
+def never_stable(result: Result, limit: float) -> bool:
+    """Return True if some root grows at every speed from walking (1 m/s) to ``limit``, though no one mode may do so."""
+    values = result.modes.model.eigenvalues(np.arange(1.0, limit + 0.1, 0.1))
+    return bool((values.real > 0).any(axis=1).all())
+
+
+def excess(quantity: Quantity) -> float:
+    """Relative excess of the standard deviation of the draws over the linear one."""
+    return quantity.sampled_sd / quantity.linear_sd - 1
+
+
+def differs(quantity: Quantity) -> bool:
+    """Return True if the two standard deviations are far apart, or some draws have lost the quantity."""
+    return bool(quantity.lost) or not abs(excess(quantity)) <= LIMITS.far
+
+
+def _edges(result: Result, study: Study) -> list[Any]:
+    """Ends of the bands of unstable wobble that begin at speeds looked at."""
+    bands = result.bands(study.settings.fastest)
+    return [edge for band in bands for edge in (band.start, band.end) if edge]
+
+
+def _shortest_wave(study: Study) -> tuple[float, float, Any, Any] | None:
+    """Shortest wave at an edge of a band: in relaxation lengths and in m, with the edge and its case."""
     found = []
     for r in study.of(study.settings.reference):
-        for edge in _edges(r, study.settings.fastest):
+        for edge in _edges(r, study):
             wave = edge.speed / edge.frequency_hz
             found.append((wave / float(r.case.contact[3]), wave, edge, r.case))
-    if not found:
-        return "There is no unstable wobble whose wavelength could be compared with the relaxation length."
-    least, wave, edge, case = min(found, key=lambda one: one[0])
-    return (
-        "The model answers slip with a first-order lag over one relaxation length. That is a fair description of "
-        f"wavelengths many times longer. The shortest wobble at an edge of a band here is {wave:.2f} m long "
-        f"({case.name}, {case.condition}, {edge.speed:.1f} m/s), {least:.1f} relaxation lengths of the front tyre. "
-        "Below, the tyre "
-        "in question is a stretched string in contact over a length (effect contact_length), with the same measured "
-        "cornering and lateral stiffness."
-    )
+    return min(found, key=lambda one: one[0], default=None)
 
 
-def posture_words(study: Study) -> str:
-    """How much the posture moves wobble, beside the pressure."""
-    if not study.postures:
-        return "This bicycle has no rider whose posture could be changed here (see velotyre run --rider)."
-    damping = [one.end.least.damping_ratio for one in study.postures if one.end and one.end.least]
-    words = f"The same rider in other postures, on {study.focus.name} ({study.focus.condition}) at the loads of each."
-    if len(damping) > 1:
-        words += f" The least damping ratio changes by {max(damping) - min(damping):.3f} between them"
-        pressure = next((one for one in study.hinges if one.what == "pressure"), None)
-        words += f", by {pressure.size:.3f} between the pressures of this tyre." if pressure else "."
-    return words
-
-
-def hands_on_words(study: Study) -> str:
-    """How many of the random bicycles with plausible fronts and arms wobble with hands on."""
+def _wobbling_hands_on(study: Study) -> Any:
+    """Random bicycles with hands on of which some wobble although the bicycle of the study does not."""
     result = study.result(study.settings.setups[1], study.focus)
-    outer = study.outer(result) if result else None
-    onset = outer.likely("onset") if outer else None
-    if result is None or outer is None or onset is None or result.span(study.settings.fastest):
-        return ""
-    return (
-        f" Hands on, the bicycle of this study does not wobble up to {study.settings.fastest:g} m/s "
-        f"({study.focus.condition}), "
-        f"but of {outer.count} with plausible fronts and arms {begins(outer, *onset)}."
-    )
+    outer = study.outer(result)
+    if result is None or outer is None or result.span(study.settings.fastest) or not outer.likely("onset"):
+        return None
+    return outer
 
 
-def published_words(study: Study) -> str:
-    """How many of the comparable ranges agree, and the likely reasons where not."""
-    every = [one for one in compared(study) if one.ours is not None]
-    inside = sum(one.verdict == "inside" for one in every)
-    partly = sum(one.verdict == "partly inside" for one in every)
-    words = f"Of {len(every)} ranges that can be compared, ours lie inside {inside}, partly inside {partly}."
-    words += hands_on_words(study)
-    hands = [one for one in every if one.finding.hands == "on" and one.verdict == "outside"]
-    if hands:
-        words += (
-            " Hands on, the arms of this study are a lumped inertia, spring and damper at the steering; the papers "
-            "have arms with joints on a moving body, so that frequency and shape differ."
-        )
-    lengths = [one for one in every if one.finding.quantity == "relaxation_length_mm" and one.verdict == "outside"]
-    if lengths:
-        words += (
-            " The relaxation lengths of this study are other than those measured on asphalt; what a longer one does is "
-            "what less air does, more of it."
-        )
-    return words
+def _other_crossings(study: Study) -> Any:
+    """Yield world, mode, new state, speeds, cases and all cases of the modes beside wobble that change stability."""
+    limit = study.settings.fastest
+    for setup in study.settings.setups:
+        results = study.of(setup)
+        found: dict[tuple[str, str], list[tuple[int, float]]] = {}
+        for number, r in enumerate(results):
+            for c in r.crossings:
+                if c not in r.wobble_edges and c.speed <= limit:
+                    found.setdefault((c.mode, c.direction), []).append((number, c.speed))
+        for (mode, direction), places in found.items():
+            state = "unstable" if direction == "destabilising" else "stable"
+            speeds = [speed for _, speed in places]
+            yield setup, mode.replace("_", " "), state, speeds, len({number for number, _ in places}), len(results)
+        never = sum(never_stable(r, limit) for r in results)
+        if never:
+            yield setup, "all together", "stable", [], never, len(results)
 
 
-def extrapolated_words(cases: Sequence[TyreCase]) -> str:
-    """Name every condition that lies outside the measurements, or say that none does."""
-    outside = [
-        f"{case.name}, {wheel} wheel at {p.load:.0f} N, {p.pressure / PASCAL_PER_BAR:g} bar"
-        for case in cases for wheel, p in zip(("rear", "front"), case.properties, strict=False) if not p.inside
-    ]  # fmt: skip
-    if not outside:
-        return "Nothing is extrapolated: wheel loads and pressures lie inside what was measured."
-    lines = "\n".join(f"- {line}" for line in outside)
-    return (
-        "These tyre values lie outside the measured loads or pressures; what depends on them is hatched in the figures "
-        f"and marked in the tables:\n\n{lines}{guessed(cases)}"
-    )
+def like(value: float, sd: float) -> str:
+    """Print a ``value`` with as many places as its ``sd`` deserves: one digit of it, two if that is a 1."""
+    if not (math.isfinite(sd) and sd > 0):
+        return f"{value:.4g}"
+    power = math.floor(math.log10(sd))
+    leading = round(sd / 10.0**power)
+    if leading == 10:
+        power, leading = power + 1, 1
+    return f"{value:.{max(0, 1 - power if leading == 1 else -power)}f}"
 
 
-def guessed(cases: Sequence[TyreCase]) -> str:
-    """Which tyres are extrapolated so far that their values are guesses."""
-    far = dict.fromkeys(case.name for case in cases if case.out_of_reach)
-    if not far:
-        return ""
-    return (
-        f"\n\nOf {', '.join(far)} some loads or pressures are farther outside than the measured range is wide: what "
-        "stands here for them is a guess."
-    )
+def signed(value: Any, digits: str = "") -> str:
+    """Print a ``value`` with its sign, and without one if it prints as zero; ``digits`` is a format such as ``.2f``."""
+    text = f"{value:+{digits}}"
+    return text if float(text) else text[1:]
 
 
-def left_out(study: Study) -> str:
-    """What could not be computed."""
-    if not study.left_out:
-        return "Nothing is left out."
-    return "Left out, because it could not be computed:\n\n" + "\n".join(f"- {line}" for line in study.left_out)
+def span_of(values: Sequence[float], digits: str, *, sign: bool = False, scale: float = 1.0) -> str:
+    """Print ``low to high`` of ``values``, or one number if they print alike; ``digits`` is a format (``.2f``)."""
+    ends = [signed(v, digits) if sign else f"{scale * v:{digits}}" for v in (min(values), max(values))]
+    return " to ".join(dict.fromkeys(ends))
 
 
-def assumed(study: Study) -> list[str]:
-    """Assumptions of this run."""
-    settings = study.settings
-    front, arms = settings.front, settings.arms
-    lines = [
-        f"Flexible front, {'as the model file gives it' if front.given else 'assumed'}: {front.words}.",
-        f"Hands on the bar, {'as the model file gives them' if arms.given else 'assumed'}: {arms.inertia:g} kg m², "
-        f"{arms.stiffness:g} N m/rad, {arms.damping:g} N m s/rad at the steering; hands off: nothing.",
-        "Plausible fronts: " + ", ".join(
-            f"{name.replace('_', ' ')} {low:g} to {high:g}" for name, (low, high) in vars(settings.ranges).items()
-        ) + " (SI units; hinge as a shift).",
-    ]  # fmt: skip
-    if "camber_thrust" not in settings.further:
-        lines.append(
-            f"Camber stiffness {settings.camber_share:g} × static load per radian on both wheels, lagging with the "
-            f"slip force; measured: {CAMBER_RANGE[0]:g} to {CAMBER_RANGE[1]:g} (Dressel 2013)."
-        )
-    lines += [f"{name} as the model file gives it." for name in settings.further]
-    lines += [
-        "The rear frame with whatever it carries is one rigid body.",
-        length_words(study.cases),
-        "A value between measured conditions adds the misfit of a smooth law to its uncertainty.",
-        *(
-            f"No {what}." for name, what in (
-                ("pneumatic_trail", "aligning moment"), ("aerodynamic_drag", "aerodynamic drag"),
-                ("wheel_compliance", "wheel compliance: the laboratory's rim was stiff, and a spoked wheel in series "
-                 "would lengthen the relaxation length"),
-            ) if name not in settings.further
-        ),
-        *(f"Warning of the bicycle's data: {warning}" for warning in settings.bicycle.warnings),
-    ]  # fmt: skip
-    return lines
+def two_digits(sd: float) -> str:
+    """Print a standard deviation with two digits, never as a power of ten."""
+    return np.format_float_positional(sd, precision=2, fractional=False, trim="-")
 
 
-def length_words(cases: Sequence[TyreCase]) -> str:
-    """How sure the relaxation lengths are, and what their standard deviations are made of."""
-    sds = [1e3 * math.sqrt(case.covariance[k, k]) for case in cases for k in (1, 3)]
-    return (
-        "The paper's 3 mm is one standard deviation of its relaxation lengths, carried by the lateral stiffness; the "
-        f"{100 * CORNERING_STIFFNESS:g} % assumed of a cornering stiffness whose table states none, and the way "
-        "between measured conditions, add to it: "
-        f"{plain_range(sds, '.1f')} mm at the loads of this bicycle."
-    )
-
-
-def tyre_sources(cases: Sequence[TyreCase]) -> str:
-    """Whose tyres these are."""
-    packaged = list(dict.fromkeys(case.name for case in cases if case.packaged))
-    own = list(dict.fromkeys(case.name for case in cases if not case.packaged))
-    words = []
-    if own:
-        words.append(f"{', '.join(own)}: yours.")
-    if packaged:
-        words.append(f"{', '.join(packaged)}: tables of Dell'Orto, Ballo, Mastinu & Gobbi.")
-    return " ".join(words)
-
-
-def notes(cases: Sequence[TyreCase]) -> list[str]:
-    """What the tyre data say about themselves, each once per tyre and surface."""
-    lines = {f"{case.name}: {note}": None for case in cases for p in case.properties for note in p.notes}
-    return list(lines)
-
-
-def _template(name: str) -> str:
-    return resources.files("studies.main_study").joinpath("templates", name).read_text(encoding="utf-8")
+FILTERS = {"like": like, "signed": signed, "span_of": span_of, "excess": excess, "digits": two_digits}

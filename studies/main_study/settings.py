@@ -1,27 +1,59 @@
-"""What the main study is asked: a bicycle, the worlds it is put into, and how far its assumed front may be off."""
+"""Questions to the main study: a bicycle, four worlds, and how far what nobody measured may be off."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from bicycle.bicycle_files import available_bicycles, load_bicycle
+from bicycle.effect import WHEELS
+from bicycle.effect_registry import effect_class
+from bicycle.model import DEFAULT_CONTACT, Model
+from bicycle.model_file import read_model
+from bicycle.parameter_covariance import ParameterKey
 from bicycle.parameters import Bicycle
-from tyre.base.arrays import Array
+from bicycle.wheel_tyres import MOST_BAR, located, values_of_tyres
+from studies.model_argument import bicycle_alone
+from tyre.arrays import Array
+from tyre.errors import InputError
+from tyre.files import read_toml
 
 Table = Mapping[str, Any]
-CONTACT_LENGTH = "contact_length"  # the effect
-CAMBER_SHARE = 0.65  # 1/rad, the middle of what Dressel (2013) measured, 0.0075 to 0.015 of the load per degree
-CAMBER_RANGE = (0.43, 0.86)  # 1/rad, the ends
+LAW, CONTACT_LENGTH = "relaxation_length", "contact_length"  # effects
+DEFAULT_BICYCLE, DEFAULT_POSTURE = "pista_charlie_drops", "drops"
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Numbers that decide a name or a verdict of the main study."""
+
+    camber_share: float = 0.65  # 1/rad of the load, the middle of what Dressel (2013) measured
+    camber_range: tuple[float, float] = (0.43, 0.86)  # 1/rad, its ends: 0.0075 to 0.015 per degree
+    ridden: tuple[float, float] = (3.0, 20.0)  # m/s, where the least damping of wobble is looked for
+    wobble_hz: float = 4.0  # weave is at 1 to 4 Hz, wobble at 4 to 10 Hz; decides where tracking gives both names
+    tyres_hz: float = 15.0  # near rest the wheels vibrate on their tyres at 16 to 20 Hz
+    typical_bar: float = 5.5  # the pressure nearest to it is looked at in detail
+    likely: tuple[float, float] = (0.05, 0.95)  # quantiles that an outer error bar joins
+    fewest: int = 10  # random bicycles that wobble: of fewer the bar joins all
+    clear: float = 0.95  # share of the random bicycles that makes a sign sure
+    probable: float = 0.8  # share that makes it probable
+    few: float = 0.1  # share of random bicycles below which the damping tells the sign
+    seen: float = 0.005  # of a damping ratio: a smaller change is none
+    long_wave: float = 10.0  # relaxation lengths in a wavelength, from which a single lag describes a tyre fairly
+    later: float = 1.5  # times the onset, from which something makes wobble begin later
+    far: float = 0.05  # relative difference of two standard deviations that is told
+    widest: float = 0.9  # of the relaxation length, which contains the half length of the contact
+
+
+LIMITS = Limits()
 
 
 @dataclass(frozen=True)
 class Front:
-    """A flexible front: hinge at ``joint_height`` (m) where the steer axis passes it, SI units.
-
-    ``joint_x`` (m) and ``axis_tilt`` (rad) are None where nothing is known: on the steer axis, across it. ``friction``
-    (N m s/rad) is that of the steering, written as damping. ``given`` is whether a model file says so.
-    """
+    """Flexible front: hinge at ``joint_height`` (m) where the steer axis passes it, SI units."""
 
     stiffness: float = 5000.0
     damping: float = 20.0
@@ -32,29 +64,13 @@ class Front:
     given: bool = False
 
     def hinge_x(self, p: Table) -> Any:
-        """Where the hinge is, m before the rear contact of a parameter set."""
-        if self.joint_x is not None:
-            return self.joint_x
-        return p["w"] + p["c"] - self.joint_height * np.tan(p["lam"])
-
-    @property
-    def words(self) -> str:
-        """As a report says it."""
-        return (
-            f"a hinge {self.joint_height:.2f} m above the ground, {self.stiffness:g} N m/rad, "
-            f"{self.damping:g} N m s/rad"
-        )
+        """Place of the hinge, m before the rear contact of a parameter set."""
+        return p["w"] + p["c"] - self.joint_height * np.tan(p["lam"]) if self.joint_x is None else self.joint_x
 
 
 @dataclass(frozen=True)
 class Arms:
-    """Both hands on the bar: what the arms add to the steering, SI units (effect ``rider_arms``).
-
-    The inertia is what two hands, forearms and part of the upper arms weigh at half the width of a bar: 1.2 kg a side
-    (a forearm with hand is 2.2 % of the body, an upper arm 2.8 %; Winter, Biomechanics and Motor Control of Human
-    Movement) at 0.2 m is 0.1 kg m^2. Stiffness and damping are assumed, at the relaxed end of the range the effect
-    declares.
-    """
+    """Both hands on the bar: what the arms add to the steering, SI units (effect ``rider_arms``)."""
 
     inertia: float = 0.1
     stiffness: float = 5.0
@@ -64,54 +80,25 @@ class Arms:
 
 @dataclass(frozen=True)
 class Ranges:
-    """Plausible values of what nobody measured: (low, high) of each, SI; ``hinge`` and ``friction`` as shifts.
-
-    What is above zero at both ends is spread evenly in its logarithm, the others evenly.
-    """
+    """Plausible values of what nobody measured: (low, high) of each, SI; ``hinge`` and ``friction`` as shifts."""
 
     stiffness: tuple[float, float] = (2500.0, 10000.0)
     damping: tuple[float, float] = (5.0, 40.0)
     hinge: tuple[float, float] = (-0.1, 0.1)
     friction: tuple[float, float] = (0.0, 1.0)
-    camber_share: tuple[float, float] = CAMBER_RANGE
+    camber_share: tuple[float, float] = LIMITS.camber_range
     arm_inertia: tuple[float, float] = (0.05, 0.2)
     arm_stiffness: tuple[float, float] = (0.0, 30.0)
     arm_damping: tuple[float, float] = (0.2, 3.0)
 
-    @classmethod
-    def of(cls, front: Front, arms: Arms, *, camber_given: bool, friction_given: bool) -> "Ranges":
-        """The ranges around what is assumed; what a model file gives is known to a fifth.
-
-        ``camber_given`` and ``friction_given`` say whether it gives camber thrust and friction of the steering.
-        """
-        found: dict[str, tuple[float, float]] = {}
-        if front.given:
-            found |= {"stiffness": around(front.stiffness), "damping": around(front.damping), "hinge": (-0.02, 0.02)}
-        if arms.given:
-            found |= {f"arm_{name}": around(getattr(arms, name)) for name in ("inertia", "stiffness", "damping")}
-        if camber_given:
-            found["camber_share"] = around(1.0)
-        if friction_given:
-            found["friction"] = (0.0, 0.0)
-        return cls(**found)
-
-
-def around(value: float) -> tuple[float, float]:
-    """A fifth of ``value`` (any unit) to both sides."""
-    return 0.8 * value, 1.25 * value
-
 
 @dataclass(frozen=True)
 class Setup:
-    """What is beside the tyre: a flexible front (None: rigid), hands on the bar (None: off), and the tyre's extras.
-
-    ``camber_share`` is the camber stiffness over the load, 1/rad; ``contact_half_length`` (m) that of the contact of
-    rear and front wheel, None for a tyre that answers with a single lag.
-    """
+    """One world beside the tyre: a flexible front (None: rigid), hands on the bar (None: off), extras of the tyre."""
 
     front: Front | None
     arms: Arms | None = None
-    camber_share: float = CAMBER_SHARE
+    camber_share: float = LIMITS.camber_share
     contact_half_length: tuple[float, float] | None = None
 
     @property
@@ -126,47 +113,19 @@ class Setup:
 
     @property
     def label(self) -> str:
-        """As a heading."""
+        """Name of the world, as a heading."""
         return f"hands {self.hands}, {self.front_name} front"
-
-    @property
-    def words(self) -> str:
-        """In a sentence."""
-        return f"hands {self.hands} and a {self.front_name} front"
 
 
 @dataclass(frozen=True)
 class Settings:
-    """One main study.
-
-    Attributes
-    ----------
-    bicycle : Bicycle
-    further : mapping
-        Tables of effects that every world has, as in a model file; what it says of camber thrust replaces the
-        assumption.
-    tyres : tuple of str
-        Files of tyre tables that are studied beside the packaged tyres; the question is about the first.
-    pressures : tuple of float
-        Inflation pressures to study, bar; empty: those at which each tyre was measured.
-    contact : mapping, optional
-        Table of ``relaxation_length`` in a model file: numbers, or tyre, surface and pressure_bar. The question is then
-        about this tyre.
-    postures : tuple of Bicycle
-        The same rider in other postures, this one included, to show what the posture does; empty: not shown.
-    report_speed : float
-        Where frequencies and damping ratios are compared, m/s; critical speeds are searched up to ``max_speed``.
-    samples, seed : int
-        Random bicycles that check the linear standard deviations.
-    fronts : int
-        Random bicycles with plausible fronts, for the outer error bar of each case.
-    """
+    """One main study."""
 
     bicycle: Bicycle
     speeds: Array = field(default_factory=lambda: np.linspace(0, 30, 121))
     front: Front = field(default_factory=Front)
     arms: Arms = field(default_factory=Arms)
-    camber_share: float = CAMBER_SHARE
+    camber_share: float = LIMITS.camber_share
     further: Mapping[str, Table] = field(default_factory=dict)
     tyres: tuple[str, ...] = ()
     pressures: tuple[float, ...] = ()
@@ -180,27 +139,151 @@ class Settings:
 
     @property
     def fastest(self) -> float:
-        """The highest speed that is looked at where random bicycles and alternatives are compared, m/s."""
+        """Highest speed that is looked at, m/s."""
         return float(self.speeds[-1])
 
     @property
     def reference(self) -> Setup:
-        """The world that the first sentence is about: nothing holds the handlebar, the front flexes."""
+        """World of the first sentence: nothing holds the handlebar, the front flexes."""
         return Setup(self.front, None, self.camber_share)
 
     @property
     def setups(self) -> tuple[Setup, ...]:
-        """The four worlds, the one of the first sentence first."""
-        share = self.camber_share
-        return (
-            self.reference, Setup(self.front, self.arms, share), Setup(None, None, share),
-            Setup(None, self.arms, share),
-        )  # fmt: skip
+        """Four worlds, the one of the first sentence first."""
+        return tuple(Setup(front, arms, self.camber_share)
+                     for front in (self.front, None) for arms in (None, self.arms))  # fmt: skip
 
     @property
     def ranges(self) -> Ranges:
-        """How far what is assumed may be off."""
-        return Ranges.of(
-            self.front, self.arms, camber_given="camber_thrust" in self.further,
-            friction_given="steer_damper" in self.further,
+        """Ranges around what is assumed; a number of a model file is known to a fifth."""
+        known = {name: getattr(self.front, name) for name in ("stiffness", "damping") if self.front.given}
+        arms = ("inertia", "stiffness", "damping") if self.arms.given else ()
+        known |= {f"arm_{name}": getattr(self.arms, name) for name in arms}
+        known |= {"camber_share": 1.0} if "camber_thrust" in self.further else {}
+        found = {name: (0.8 * value, 1.25 * value) for name, value in known.items()}
+        found |= {"hinge": (-0.02, 0.02)} if self.front.given else {}
+        found |= {"friction": (0.0, 0.0)} if "steer_damper" in self.further else {}
+        return Ranges(**found)
+
+
+def settings_of(
+    model: str | None = None, *, bicycle: str | None = None, tyres: Sequence[str] = (), pressures: str | None = None,
+    rider: str | None = None, posture: str | None = None,
+) -> Settings:  # fmt: skip
+    """Read the study of a model file, or of a bicycle with everything beside it assumed."""
+    asked: dict[str, Any] = {"tyres": tuple(tyres), "pressures": read_pressures(pressures)}
+    alone = None if model is None else bicycle_alone(model)
+    if alone is not None:
+        if bicycle is not None:
+            raise InputError(f"two bicycles, {model} and --bicycle {bicycle}; leave one out")
+        model, bicycle = None, alone
+    if posture is not None and rider is None:
+        raise InputError(f"--posture {posture} needs a --rider; or take a packaged bicycle whose rider sits so")
+    if model is not None:
+        for option, value in (("bicycle", bicycle), ("rider", rider)):
+            if value is not None:
+                raise InputError(
+                    f"--{option} {value}: a model file names its own bicycle; leave --{option} out or change 'bicycle' "
+                    f"in {model}"
+                )
+        return Settings(**_of_model_file(model), **asked)
+    if rider is not None:
+        if bicycle is None:
+            raise InputError(f"--rider {rider} needs the --bicycle to sit on, for example --bicycle pista")
+        ridden, others = _with_rider(bicycle, rider, posture)
+        return Settings(ridden, postures=others, **asked)
+    found = load_bicycle(bicycle or DEFAULT_BICYCLE)
+    return Settings(found, postures=_packaged_postures(found), **asked)
+
+
+def read_pressures(text: str | None) -> tuple[float, ...]:
+    """Read pressures in bar from a ``text`` like ``3.5,5,7``, ascending."""
+    if text is None:
+        return ()
+    try:
+        bars = [float(part) for part in text.split(",")]
+    except ValueError as error:
+        raise InputError(f"--pressures {text!r}: give bar, for example 3.5,5,7") from error
+    for bar in bars:
+        if not (math.isfinite(bar) and 0 < bar <= MOST_BAR):
+            raise InputError(f"--pressures {text!r}: {bar:g} is out of range; give above 0 and up to {MOST_BAR:g} bar")
+    if len(set(bars)) < len(bars):
+        raise InputError(f"--pressures {text!r} holds a pressure twice; give each once")
+    return tuple(sorted(bars))
+
+
+def _of_model_file(model: str) -> dict[str, Any]:
+    whole = read_model(model)  # complains of all that is wrong in the file
+    law = next(effect.identifier for effect in whole.effects if effect.slot == "contact law")
+    if law not in (LAW, DEFAULT_CONTACT):
+        raise InputError(
+            f"{model}: the main study is about tyres with a relaxation length, but the file has {law}; use {LAW}, or "
+            f"velotyre critical {model} for this model"
+        )
+    tables = _with_numbers(read_toml(Path(model), "model file").get("effects", {}), whole)
+    contact, front, arms = (tables.pop(name, None) for name in (LAW, "front_compliance", "rider_arms"))
+    tables.pop(DEFAULT_CONTACT, None)
+    found: dict[str, Any] = {"bicycle": whole.bicycle, "further": tables}
+    if contact is not None:
+        found["contact"] = located(contact, Path(model).parent)
+    if front is not None:
+        values = effect_class("front_compliance")(**front).values(whole.bicycle.values)
+        number = {ParameterKey.parse(key).entry: value for key, value in values.items()}
+        found["front"] = Front(
+            number["stiffness"], number["damping"], -number["joint_z"], number["joint_x"], number["axis_tilt"],
+            given=True,
         )  # fmt: skip
+    if arms is not None:
+        effect = effect_class("rider_arms")(**arms)
+        numbers = {one.name: float(getattr(effect, one.name)) for one in fields(Arms) if one.name != "given"}
+        found["arms"] = Arms(**numbers, given=True)
+    return found
+
+
+def _with_numbers(tables: Mapping[str, Any], model: Model) -> dict[str, Any]:
+    """Copy the tables of effects; what the tyre gives beside its contact law becomes numbers."""
+    found = {name: dict(table) for name, table in tables.items()}
+    for text in values_of_tyres(tables):
+        key = ParameterKey.parse(text)
+        if key.effect != LAW:
+            given = found[key.effect][key.name]
+            each = dict(given) if isinstance(given, Mapping) else dict.fromkeys(WHEELS, given)
+            found[key.effect][key.name] = each | {key.wheel: model.parameters[text]}
+    return found
+
+
+def _with_rider(frame: str, rider: str, posture: str | None) -> tuple[Bicycle, tuple[Bicycle, ...]]:
+    """Put a rider on a frame, and the same rider in every posture within reach."""
+    from bicycle.rider_body import read_rider
+    from bicycle.rider_frame import rider_on_bicycle
+    from bicycle.rider_posture import POSTURES, SeatGeometry, packaged_geometry, read_geometry
+    from studies.rider_report import with_provenance
+
+    person, bare, known = read_rider(rider), load_bicycle(frame), packaged_geometry(frame)
+
+    def seated(how: str) -> Bicycle:
+        geometry = read_geometry(known, how) if known else SeatGeometry()
+        found = rider_on_bicycle(bare, person, posture=how, geometry=geometry)
+        return with_provenance(found, f"{bare.name}_{Path(rider).stem}_{how}")
+
+    chosen = seated(posture or DEFAULT_POSTURE)
+    others = []
+    for how in POSTURES:
+        try:
+            others.append(chosen if chosen.name.endswith(f"_{how}") else seated(how))
+        except InputError:  # out of reach in this posture
+            continue
+    return chosen, tuple(others)
+
+
+def _packaged_postures(bicycle: Bicycle) -> tuple[Bicycle, ...]:
+    """Load the packaged bicycles that differ from a packaged one by the rider's posture; none without such a family."""
+    from bicycle.rider_posture import POSTURES
+
+    stem, _, how = bicycle.name.rpartition("_")
+    family = [f"{stem}_{one}" for one in POSTURES]
+    if how not in POSTURES or not set(family) <= set(available_bicycles()):
+        return ()
+    if load_bicycle(bicycle.name).values != bicycle.values:
+        return ()  # a file of the user with the same name
+    return tuple(load_bicycle(one) for one in family)

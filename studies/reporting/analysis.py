@@ -6,15 +6,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bicycle.critical.completeness import NOISE
-from bicycle.critical.critical_speed import CriticalSpeed
-from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.critical import CriticalSpeed, critical_speeds
+from bicycle.eigen import NOISE
 from bicycle.linear_model import LinearModel
-from bicycle.modal.named_modes import Modes, modes
+from bicycle.named_modes import Modes, modes
 
 
 def analyse(model: LinearModel, speeds: ArrayLike, *, max_speed: float) -> tuple[Modes | None, Sequence[CriticalSpeed]]:
-    """Modes at ``speeds`` (m,), m/s (None without speeds), and critical speeds up to ``max_speed`` (m/s)."""
+    """Compute modes at ``speeds`` (m,), m/s (None without speeds), and critical speeds up to ``max_speed`` (m/s)."""
     speeds = np.atleast_1d(np.asarray(speeds, float))
     return (modes(model, speeds) if speeds.size else None), critical_speeds(model, max_speed=max_speed)
 
@@ -32,9 +31,7 @@ def unstable_modes(model: LinearModel, speed: float) -> tuple[str, ...]:
 def record(
     model: LinearModel, found: Modes | None, critical: Sequence[CriticalSpeed], *, max_speed: float
 ) -> dict[str, Any]:
-    """The result as JSON-ready data, with the ``max_speed`` (m/s) of the search; complex numbers as [real, imaginary]
-    in 1/s.
-    """
+    """Make the result JSON-ready; ``max_speed`` (m/s) is that of the search; complex numbers as [real, imaginary]."""
     speeds = np.empty(0) if found is None else found.speeds
     rear, front = model.static_loads
     return {
@@ -45,28 +42,18 @@ def record(
         "modes": {} if found is None else found.to_dict(),
         "critical_speeds": [
             {
-                "speed_m_s": c.speed,
-                "mode": c.mode,
-                "kind": c.kind,
-                "frequency_Hz": c.frequency_hz,
-                "frequency_rad_s": c.angular_frequency,
-                "direction": c.direction,
+                "speed_m_s": c.speed, "mode": c.mode, "kind": c.kind, "frequency_Hz": c.frequency_hz,
+                "frequency_rad_s": c.angular_frequency, "direction": c.direction,
             }
             for c in critical
         ],
         "critical_speeds_searched_m_s": [0.0, max_speed],
         "warnings": list(model.warnings),
-    }
+    }  # fmt: skip
 
 
 def records(found: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
-    """One record for all bicycles, each with its name; that of the only one where the name is empty.
-
-    Parameters
-    ----------
-    found : mapping
-        Record (units in its keys) by name.
-    """
+    """Join the records of bicycles by name; the only one has an empty name and stays as it is."""
     if "" in found:
         return found[""]
     return {"bicycles": [{"name": name} | one for name, one in found.items()]}

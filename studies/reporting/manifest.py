@@ -1,7 +1,7 @@
-"""The manifest of a folder of results: what was asked, from which inputs, with which versions, and every file of it.
+"""Manifest of a folder of results: the command, its inputs, the versions, and every file.
 
-It is written twice: first that the command has begun, last with the files. A folder whose manifest says no more than
-the first was left by a command that was stopped, and the next one into it says so.
+It is written twice: first that the command has begun, last with the files. So the next command into a folder knows if
+the one before was stopped.
 """
 
 import hashlib
@@ -17,29 +17,17 @@ from typing import Any
 
 import click
 
-from studies.reporting.examples import ARGUMENTS
-from studies.reporting.made_by import version_of
+from studies.reporting.command_context import ARGUMENTS, version_of
 from studies.reporting.output import print_warnings
-from tyre.base.errors import InputError
-from tyre.base.files import left_by_a_killed_run, write_text
+from tyre.errors import InputError
+from tyre.files import left_by_a_killed_run, write_text
 
 VERSIONS = ("velotyre", "numpy", "scipy", "sympy", "pandas", "matplotlib", "control")
-DEEPEST = 3  # folders of a path below the folder of results: figures/residuals/one.png
-CACHE = "cache"  # of the fits: what is in it carries its own digest
 
 
 @contextmanager
 def results(folder: Path) -> Iterator[None]:
-    """Write results into ``folder`` and, last, their manifest; it is made where it does not exist.
-
-    The manifest is called after the command, ``run.manifest.json``. A command before that did not finish is said on
-    standard error; one that is refused before it writes leaves none.
-
-    Raises
-    ------
-    InputError
-        A file is in the place of the ``folder``.
-    """
+    """Write results into ``folder``, made if missing, and last their manifest, called ``COMMAND.manifest.json``."""
     context = click.get_current_context(silent=True)
     arguments = [] if context is None else context.meta.get(ARGUMENTS, [])
     called = "" if context is None else "_".join(context.command_path.split()[1:])
@@ -58,7 +46,7 @@ def results(folder: Path) -> Iterator[None]:
         "versions": {"python": platform.python_version()} | {name: version_of(name) for name in VERSIONS},
         "inputs": [_entry(file, file.as_posix()) for file in inputs(arguments, outside=folder)],
     }  # fmt: skip
-    _write(manifest, content)
+    write_text(manifest, json.dumps(content, indent=1) + "\n")
     before = _stamps(folder)
     try:
         yield
@@ -70,11 +58,11 @@ def results(folder: Path) -> Iterator[None]:
         raise
     written = [file for file, stamp in _stamps(folder).items() if before.get(file) != stamp]
     files = [_entry(file, file.relative_to(folder).as_posix()) for file in sorted(written) if file != manifest]
-    _write(manifest, content | {"finished": True, "files": files})
+    write_text(manifest, json.dumps(content | {"finished": True, "files": files}, indent=1) + "\n")
 
 
 def unfinished(manifest: Path) -> str | None:
-    """The command that wrote a ``manifest`` and did not finish; None where it did, or where there is no manifest."""
+    """Command that wrote a ``manifest`` and did not finish; None if it did, or if there is no manifest."""
     try:
         found = json.loads(manifest.read_text(encoding="utf-8"))
         return None if found["finished"] else str(found["command"])
@@ -85,10 +73,8 @@ def unfinished(manifest: Path) -> str | None:
 
 
 def inputs(arguments: Sequence[str], *, outside: Path) -> list[Path]:
-    """Files that the ``arguments`` of a command line name, those of a folder, and those that they name themselves.
-
-    Files below the folder ``outside`` are left out.
-    """
+    """List files that the ``arguments`` of a command line name, those of a folder, and those that they name
+    themselves."""
     found: dict[Path, None] = {}
     for argument in arguments:
         text = argument.partition("=")[2] if argument.startswith("--") and "=" in argument else argument
@@ -102,47 +88,37 @@ def inputs(arguments: Sequence[str], *, outside: Path) -> list[Path]:
 def _follow(path: Path, found: dict[Path, None]) -> None:
     """Add a file, its sidecar and the files that it names, or the files of a folder, to those ``found``."""
     if path.is_dir():
-        for inside in sorted(path.rglob("*")):
-            if inside.is_file():
-                found.setdefault(inside)
+        found |= dict.fromkeys(inside for inside in sorted(path.rglob("*")) if inside.is_file())
         return
     if path in found or not path.is_file():
         return
     found[path] = None
-    sidecar = path.with_suffix(".toml")
-    if sidecar.is_file():
+    if (sidecar := path.with_suffix(".toml")).is_file():
         _follow(sidecar, found)
     if path.suffix.lower() == ".toml":
-        for name in _texts(_content(path)):
-            named = path.parent / name
-            if name and "\0" not in name and len(name) < 1024 and "\n" not in name and os.path.isfile(named):
-                _follow(named, found)
-
-
-def _content(path: Path) -> Any:
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (ValueError, OSError, RecursionError):  # what is wrong with it is said by whoever needs it
-        return {}
+        try:
+            content = tomllib.loads(path.read_text(encoding="utf-8"))
+        except (ValueError, OSError, RecursionError):  # whoever needs the file says what is wrong with it
+            return
+        for name in _texts(content):  # os.path says no where pathlib raises: a text may be too long for a name
+            if name and "\0" not in name and len(name) < 1024 and os.path.isfile(path.parent / name):
+                _follow(path.parent / name, found)
 
 
 def _texts(content: Any) -> Iterator[str]:
     if isinstance(content, str):
         yield content
-    elif isinstance(content, dict):
-        for value in content.values():
-            yield from _texts(value)
-    elif isinstance(content, list):
-        for value in content:
+    elif isinstance(content, dict | list):
+        for value in content.values() if isinstance(content, dict) else content:
             yield from _texts(value)
 
 
-def _stamps(folder: Path) -> dict[Path, tuple[int, int, int]]:
-    """Inode, time of change and size of each file of a folder: what was written again has others."""
+def _stamps(folder: Path, deepest: int = 3) -> dict[Path, tuple[int, int, int]]:
+    """Inode, time of change and size of each file: a file written again has others."""
     found = {}
     for place, folders, names in os.walk(folder):
         depth = len(Path(place).relative_to(folder).parts)
-        folders[:] = [name for name in folders if depth + 1 < DEEPEST and name != CACHE and not name.startswith(".")]
+        folders[:] = [name for name in folders if depth + 1 < deepest and name != "cache" and not name.startswith(".")]
         for name in names:
             state = os.stat(file := Path(place) / name)
             found[file] = (state.st_ino, state.st_mtime_ns, state.st_size)
@@ -152,7 +128,3 @@ def _stamps(folder: Path) -> dict[Path, tuple[int, int, int]]:
 def _entry(file: Path, name: str) -> dict[str, Any]:
     with file.open("rb") as opened:
         return {"file": name, "bytes": file.stat().st_size, "sha256": hashlib.file_digest(opened, "sha256").hexdigest()}
-
-
-def _write(manifest: Path, content: dict[str, Any]) -> None:
-    write_text(manifest, json.dumps(content, indent=1) + "\n")

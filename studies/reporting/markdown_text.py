@@ -1,88 +1,92 @@
 """Markdown and HTML of reports: whatever a user's file says stays text, and never becomes markup that runs."""
 
-from collections.abc import Sequence
-from typing import Any
+import re
+from collections.abc import Mapping, Sequence
+from importlib import resources
+from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
+if TYPE_CHECKING:
+    import jinja2
+
 SPECIAL = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", "[": "&#91;", "]": "&#93;", "\n": " ", "\r": " "})
-"""What opens a tag or a link, and a line's end, behind which a heading or a table could begin."""
+"""Letters that open a tag or a link, and a line's end, behind which a heading or a table could begin."""
 
 
 def plain(text: object) -> str:
-    """The ``text`` as Markdown shows it: no tag, no link, no picture, on one line."""
+    """Escape ``text`` for Markdown: no tag, no link, no picture, on one line."""
     return str(text).translate(SPECIAL)
 
 
 def cell(text: object) -> str:
-    """The ``text`` as :func:`plain`, for a cell of a table: no ``|`` in it begins another."""
+    """Escape ``text`` for a cell of a table: no ``|`` in it begins another."""
     return plain(text).replace("|", "&#124;")
 
 
 def cells(row: Sequence[object]) -> Markup:
-    """A ``row`` of a table, each cell escaped that is no ``Markup``; in a template ``row|cells``."""
+    """Join a ``row`` of a table, each cell escaped that is no ``Markup``; in a template ``row|cells``."""
     return Markup(" | ".join(str(x) if hasattr(x, "__html__") else cell(x) for x in row))
 
 
 def code(text: object) -> str:
-    """The ``text`` between backticks, in which nothing is markup."""
+    """Put ``text`` between backticks, in which nothing is markup."""
     if "`" in str(text):
         return plain(text).replace("`", "&#96;")
     return f"`{' '.join(str(text).splitlines())}`"
 
 
-def rendered(template: str, content: dict[str, Any]) -> str:
-    """A Markdown ``template`` filled with the ``content``, every value of it escaped that is no ``Markup``.
+def one_line(text: str) -> str:
+    """Join the lines of a sentence that a template wrote; no space before its stops."""
+    joined = re.sub(r" ([.,;])(?= |$)", r"\1", " ".join(text.split()))
+    return Markup(joined) if hasattr(text, "__html__") else joined
 
-    Parameters
-    ----------
-    template : str
-        Of jinja2; what it does not know is an error.
-    content : mapping of str to value
-        Values by name; text that is Markdown itself is given as ``Markup``.
-    """
-    import jinja2
 
-    environment = jinja2.Environment(
-        autoescape=True, finalize=_escaped, undefined=jinja2.StrictUndefined, keep_trailing_newline=True
-    )
-    environment.filters["cells"] = cells
+def rendered(template: str, content: Mapping[str, Any]) -> str:
+    """Fill a Markdown ``template`` (text of jinja2); every value is escaped that is no ``Markup``."""
+    environment = make_environment(escaped=True, keep_trailing_newline=True)
     return str(environment.from_string(template).render(**content))
 
 
+def render_file(
+    package: str, name: str, content: Mapping[str, Any], *, escaped: bool = True,
+    filters: Mapping[str, Any] | None = None,
+) -> str:  # fmt: skip
+    """Fill the template ``name`` in the folder ``templates`` of a ``package``; ``escaped`` is False for a terminal."""
+    environment = make_environment(package, escaped=escaped, trim_blocks=True, lstrip_blocks=True)
+    environment.filters.update(filters or {})
+    return re.sub(r"\n{3,}", "\n\n", environment.get_template(name).render(**content))
+
+
+def make_environment(package: str = "", *, escaped: bool, **settings: Any) -> "jinja2.Environment":
+    """Make an environment of jinja2, with the folder ``templates`` of a ``package``; ``escaped`` is for Markdown."""
+    import jinja2
+
+    if package:
+        folder = resources.files(package).joinpath("templates")
+        settings["loader"] = jinja2.FunctionLoader(lambda file: folder.joinpath(file).read_text(encoding="utf-8"))
+    finalize = _escaped if escaped else lambda value: value
+    found = jinja2.Environment(autoescape=escaped, finalize=finalize, undefined=jinja2.StrictUndefined, **settings)
+    found.filters |= {"cells": cells, "oneline": one_line, "f": format}
+    return found
+
+
 def _escaped(value: object) -> object:
-    """``value`` as Markdown text, of which jinja's own escaping, made for HTML, then changes nothing."""
+    """Escape ``value`` as Markdown text, of which jinja's own escaping, made for HTML, then changes nothing."""
     if hasattr(value, "__html__"):
         return value
     return Markup("\n".join(plain(line) for line in str(value).split("\n")))
 
 
 def html_template(text: str) -> Any:
-    """The HTML template of jinja2 in ``text``, ready to be filled: every value of it is escaped that is no ``Markup``.
-
-    Parameters
-    ----------
-    text : str
-    """
+    """Compile an HTML template of jinja2, in which every value is escaped that is no ``Markup``."""
     import jinja2
 
-    environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    return environment.from_string(text)
+    return jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(text)
 
 
 def page(template: str, *, title: str, text: str, extensions: Sequence[Any], **settings: Any) -> str:
-    """The HTML ``template`` with the ``title`` and the Markdown ``text`` in it.
-
-    Parameters
-    ----------
-    template : str
-        Of jinja2, with ``title`` and ``body``.
-    title, text : str
-    extensions : sequence of str
-        Of the package markdown.
-    **settings
-        Further ones of ``markdown.markdown``.
-    """
+    """Fill an HTML ``template`` with the ``title`` and the Markdown ``text`` as ``body``."""
     import jinja2
     import markdown
 

@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 
 from bicycle.linear_model import LinearModel
-from bicycle.modal.figure import draw_modes
-from bicycle.modal.named_modes import modes
+from bicycle.mode_figure import draw_modes
+from bicycle.named_modes import modes
 from studies.reporting.plotting import STYLE, settle
-from tyre.base.arrays import Array
-from tyre.base.errors import InputError
-from tyre.base.files import replacing
+from tyre.arrays import Array
+from tyre.errors import InputError
+from tyre.files import replacing
 
 ENDINGS = (".png", ".svg", ".pdf")
 POINTS = 241  # along the speed
@@ -24,10 +24,7 @@ def check_picture(target: str) -> None:
 
 
 def draw_picture(model: LinearModel, speeds: Array, target: str, *, title: str) -> None:
-    """Draw the modes of a model over the range of ``speeds`` (m/s) into ``target``, finely enough for smooth lines.
-
-    ``title`` stands above.
-    """
+    """Draw the modes of a model over the range of ``speeds`` (m/s) into ``target``, finely enough for smooth lines."""
     import matplotlib
     from matplotlib.figure import Figure
 

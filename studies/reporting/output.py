@@ -1,4 +1,4 @@
-"""What the commands share: reading a list of speeds, printing tables and warnings, writing JSON."""
+"""Output that the commands share: lists of speeds, tables and warnings on the screen, CSV and JSON."""
 
 import json
 import math
@@ -10,62 +10,41 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from tyre.base.csv_text import csv_text
-from tyre.base.errors import InputError
-from tyre.base.files import write_text
-from tyre.base.notes import folded
+from studies.reporting.command_context import VERBOSE
+from tyre.errors import InputError, folded
+from tyre.files import write_text
+from tyre.table import csv_text
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from bicycle.linear_model import LinearModel
 
-MOST_SPEEDS = 1_000_000
 ENDINGS = {"CSV": ".csv", "JSON": ".json"}
 OTHERS = (
     ".xlsx", ".xls", ".ods", ".parquet", ".feather", ".h5", ".hdf5", ".mat", ".nc", ".zarr", ".toml", ".html", ".png",
     ".svg", ".pdf",
 )  # fmt: skip
 """Endings that no table or result is written under."""
-VERBOSE = "velotyre.verbose"
 
 
-def _remember(context: click.Context, parameter: click.Parameter, value: bool) -> None:  # noqa: FBT001 (as click calls it)
-    context.meta[VERBOSE] = value
-
-
-verbose = click.option(
-    "--verbose", is_flag=True, expose_value=False, callback=_remember, help="Show every note on the data in full."
-)
-"""Option of every command that prints warnings."""
-
-
-def parse_speeds(text: str) -> NDArray[np.float64]:
-    """Speeds in m/s from a ``text`` ``start:stop:step`` (both ends included) or ``v1,v2,...``.
-
-    Raises
-    ------
-    InputError
-        Text that is neither, a step that is not positive, or more than a million speeds.
-    """
-    how = f"speeds {text!r}: give start:stop:step, for example 0:20:0.5, or a list such as 2,5,8 (m/s)"
+def parse_speeds(text: str, most: int = 1_000_000) -> NDArray[np.float64]:
+    """Read speeds in m/s from a ``text`` ``start:stop:step`` (both ends included) or ``v1,v2,...``."""
     parts = text.split(":")
     try:
         numbers = [float(part) for part in (parts if len(parts) > 1 else text.split(","))]
-    except ValueError as error:
-        raise InputError(how) from error
-    if not all(math.isfinite(number) for number in numbers):
-        raise InputError(how)
+    except ValueError:
+        numbers = [math.nan]
+    if not all(math.isfinite(number) for number in numbers) or len(parts) not in (1, 3):
+        raise InputError(f"speeds {text!r}: give start:stop:step, for example 0:20:0.5, or a list such as 2,5,8 (m/s)")
     if len(parts) == 1:
         return np.array(numbers)
-    if len(parts) != 3:
-        raise InputError(how)
     start, stop, step = numbers
     if step <= 0 or stop < start:
         raise InputError(f"speeds {text!r}: the step must be positive and stop >= start")
     count = math.floor((stop - start) / step * (1 + 1e-12) + 1e-9) + 1
-    if count > MOST_SPEEDS:
-        raise InputError(f"speeds {text!r}: {count:.3g} speeds are more than {MOST_SPEEDS}; take a larger step")
+    if count > most:
+        raise InputError(f"speeds {text!r}: {count:.3g} speeds are more than {most}; take a larger step")
     speeds = start + step * np.arange(count)
     if stop - speeds[-1] > 1e-9 * step:
         speeds = np.append(speeds, stop)
@@ -73,7 +52,7 @@ def parse_speeds(text: str) -> NDArray[np.float64]:
 
 
 def write_json(content: Mapping[str, Any], target: str) -> None:
-    """Write ``content`` as JSON to a file, or to standard output when the ``target`` is ``-``."""
+    """Write ``content`` as JSON to a file, or to standard output if the ``target`` is ``-``."""
     text = json_text(content)
     if target == "-":
         click.echo(text)
@@ -88,9 +67,7 @@ def write_json(content: Mapping[str, Any], target: str) -> None:
 
 
 def check_targets(**targets: str | None) -> None:
-    """Refuse two of the ``targets`` (file names by option; ``json``, all others CSV) on standard output, where nothing
-    could tell them apart, names of other formats and in folders that are not there: before anything is computed.
-    """
+    """Refuse ``targets`` (file names by option; ``json``, all others CSV) before anything is computed."""
     there = [f"--{name} -" for name, target in targets.items() if target == "-"]
     if len(there) > 1:
         raise InputError(f"{' and '.join(there)} would write into each other; give one of them a file")
@@ -103,31 +80,28 @@ def check_targets(**targets: str | None) -> None:
 
 
 def _check_ending(target: str | Path, form: str) -> None:
-    """Refuse a name that says another format than what is written, which its reader would stumble on."""
     ending = Path(target).suffix.lower()
     if ending in OTHERS or (ending in ENDINGS.values() and ending != ENDINGS[form]):
         raise InputError(f"{target}: what is written is {form}; give a name that ends in {ENDINGS[form]}")
 
 
 def json_text(content: Mapping[str, Any]) -> str:
-    """The ``content`` as JSON.
+    """Write ``content`` as JSON; a number that is NaN or infinite is refused: nothing is ever reported with one."""
+    _refuse_no_number(content)
+    return json.dumps(content, indent=1, allow_nan=False)
 
-    Raises
-    ------
-    InputError
-        A number in it is none (NaN) or infinite: nothing is ever reported with one.
-    """
+
+def _refuse_no_number(content: Mapping[str, Any]) -> None:
     for name, value in _numbers(content):
         if not math.isfinite(value):
             raise InputError(
                 f"nothing is written: {name} came out as {value:g}, which is no result; a number of the input is too "
                 "large or a standard deviation too small to be computed with"
             )
-    return json.dumps(content, indent=1, allow_nan=False)
 
 
 def _numbers(content: Any, name: str = "") -> Iterator[tuple[str, float]]:
-    """Every number of a nested ``content`` under its name."""
+    """Yield every number of a nested ``content`` under its name."""
     if isinstance(content, Mapping):
         for key, value in content.items():
             yield from _numbers(value, f"{name}.{key}" if name else str(key))
@@ -152,7 +126,7 @@ def write_csv(table: "pd.DataFrame", target: str | Path) -> None:
 
 
 def critical_table(critical: Sequence[Any]) -> "pd.DataFrame":
-    """Critical speeds ``critical``, a row each, with the unit in the column names."""
+    """Tabulate critical speeds, a row each, with the unit in the column names."""
     import pandas as pd
 
     columns = ("speed_m_s", "mode", "kind", "frequency_Hz", "as_speed_grows")
@@ -169,17 +143,14 @@ def print_table(rows: Sequence[Sequence[Any]], headers: Sequence[str]) -> None:
 
 
 def stacked(tables: Sequence["pd.DataFrame"]) -> "pd.DataFrame":
-    """Tables of the same columns below each other; as objects, for a column may be empty in one of ``tables``."""
+    """Stack tables of the same columns; as objects, for a column may be empty in one of ``tables``."""
     import pandas as pd
 
     return pd.concat([table.astype(object) for table in tables], ignore_index=True) if len(tables) > 1 else tables[0]
 
 
 def named_rows(table: "pd.DataFrame", name: str) -> "pd.DataFrame":
-    """A ``table`` with the ``name`` of its bicycle as first column; as it is where the name is empty.
-
-    A table without rows gets one, so that its bicycle is not lost.
-    """
+    """Put the ``name`` of its bicycle into the first column of a ``table``, none for an empty name."""
     if not name:
         return table
     filled = table if len(table) else table.reindex([0])
@@ -190,27 +161,24 @@ def named_rows(table: "pd.DataFrame", name: str) -> "pd.DataFrame":
 def print_critical(
     critical: Mapping[str, Sequence[Any]], models: Mapping[str, "LinearModel"], *, max_speed: float
 ) -> None:
-    """Print ``critical`` speeds up to ``max_speed`` (m/s) of the ``models`` by name, one a row; no empty name is shown.
-
-    Where there is none, what holds at one of the speeds holds at all, and is said.
-    """
+    """Print ``critical`` speeds up to ``max_speed`` (m/s) of the ``models`` by name, one a row; no empty name is
+    shown."""
     from studies.reporting.analysis import unstable_modes
 
     within = max_speed / 2
     throughout = {name: unstable_modes(models[name], within) for name, found in critical.items() if not found}
     if "" in throughout:
-        modes = throughout[""]
-        what = (
-            f"unstable at all of them ({', '.join(modes)} at {within:g} m/s)" if modes else "unstable at none of them"
-        )
+        modes = ", ".join(throughout[""])
+        what = f"unstable at all of them ({modes} at {within:g} m/s)" if modes else "unstable at none of them"
         click.echo(f"no critical speed up to {max_speed:g} m/s: no mode becomes stable or unstable; it is {what}")
         return
-    rows = [
-        [*([name] if name else []), *cells]
-        for name, speeds in critical.items()
-        for cells in [[f"{c.speed:.6f}", c.mode, c.kind, c.frequency_hz, c.direction] for c in speeds]
-        or [["none", None, None, None, f"{'unstable' if throughout[name] else 'not unstable'} throughout"]]
-    ]
+    rows: list[list[Any]] = []
+    for name, speeds in critical.items():
+        mine = [[f"{c.speed:.6f}", c.mode, c.kind, c.frequency_hz, c.direction] for c in speeds]
+        if not mine:
+            state = "unstable" if throughout[name] else "not unstable"
+            mine = [["none", None, None, None, f"{state} throughout"]]
+        rows += [[*([name] if name else []), *cells] for cells in mine]
     heads = ["bicycle"] * any(critical)
     print_table(rows, [*heads, "critical speed m/s", "mode", "kind", "frequency Hz", "as speed grows"])
 
@@ -221,13 +189,11 @@ def print_warnings(warnings: Sequence[str]) -> None:
 
 
 def print_named_warnings(warnings: Mapping[str, Sequence[str]]) -> None:
-    """Print ``warnings`` of bicycles by name as :func:`print_warnings`; what is said of all of them once."""
+    """Print ``warnings`` of bicycles by name as :func:`print_warnings`; what all of them have once."""
     context = click.get_current_context(silent=True)
     full = context is not None and context.meta.get(VERBOSE, False)
     lines = {name: list(every if full else folded(every)) for name, every in warnings.items()}
     common = [one for one in next(iter(lines.values()), []) if all(one in every for every in lines.values())]
-    for name, text in [
-        *(("", one) for one in common),
-        *((n, w) for n, e in lines.items() for w in e if w not in common),
-    ]:
+    own = [(name, text) for name, every in lines.items() for text in every if text not in common]
+    for name, text in [*(("", one) for one in common), *own]:
         click.echo(f"warning: {name}{': ' * bool(name)}{' '.join(text.split())}", err=True)

@@ -1,4 +1,4 @@
-"""The house style of every figure: sizes, colours and lines that survive greyscale, and saving as PNG and SVG.
+"""House style of every figure: sizes, colours and lines that survive greyscale, and saving as PNG and SVG.
 
 Figures are made without pyplot, so that nothing depends on a display or on global state.
 """
@@ -11,47 +11,32 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.modal.looks import EXTRAPOLATED, LOOKS, UNSTABLE, Look, mode_look, mode_marker, mode_words
-from tyre.base.files import replacing
+from bicycle.mode_figure import EXTRAPOLATED, LOOKS, UNSTABLE, Look, mode_look, mode_marker, mode_words
+from tyre.files import replacing
 
 __all__ = [
-    "EXTRAPOLATED", "FORMATS", "GREY", "LOOKS", "STYLE", "UNSTABLE", "Look", "drawing", "extrapolated_note",
+    "EXTRAPOLATED", "FORMATS", "GREY", "LOOKS", "STYLE", "UNSTABLE", "Look", "drawing",
     "hatch_extrapolated", "legend_columns", "look", "mode_look", "mode_marker", "mode_words", "plain_text", "settle",
 ]  # fmt: skip
 
 FORMATS = ("png", "svg")
 GREY = "0.45"
-STYLE: Mapping[str, Any] = MappingProxyType(
-    {
-        "axes.axisbelow": True,
-        "axes.grid": True,
-        "axes.spines.right": False,
-        "axes.spines.top": False,
-        "axes.titlelocation": "left",
-        "axes.titlesize": 10,
-        "axes.titleweight": "bold",
-        "figure.dpi": 100,
-        "font.size": 9.5,
-        "grid.color": "0.88",
-        "grid.linewidth": 0.6,
-        "hatch.linewidth": 0.6,
-        "legend.frameon": False,
-        "legend.fontsize": 8.5,
-        "lines.linewidth": 1.6,
-        "lines.markersize": 5,
-        "savefig.dpi": 160,
-        "svg.hashsalt": "velotyre",
-    }
-)
+STYLE: Mapping[str, Any] = MappingProxyType({
+    "axes.axisbelow": True, "axes.grid": True, "axes.spines.right": False, "axes.spines.top": False,
+    "axes.titlelocation": "left", "axes.titlesize": 10, "axes.titleweight": "bold", "figure.dpi": 100,
+    "font.size": 9.5, "grid.color": "0.88", "grid.linewidth": 0.6, "hatch.linewidth": 0.6, "legend.frameon": False,
+    "legend.fontsize": 8.5, "lines.linewidth": 1.6, "lines.markersize": 5, "savefig.dpi": 160,
+    "svg.hashsalt": "velotyre",
+})  # fmt: skip
 
 
 def look(number: int) -> Look:
-    """The look of series number ``number``; after eight they repeat."""
+    """Look of series number ``number``; after eight they repeat."""
     return LOOKS[number % len(LOOKS)]
 
 
 def legend_columns(labels: Sequence[str], *, width: float) -> int:
-    """How many columns of a legend with ``labels`` fit under a figure; its ``width`` is a number of inches."""
+    """Number of columns of a legend with ``labels`` that fit under a figure of a ``width`` in inches."""
     room = [0.068 * len(label) + 0.6 for label in labels]
     for columns in range(len(labels), 1, -1):
         rows, longer = divmod(len(labels), columns)  # a legend is filled column by column, the first ones longer
@@ -63,10 +48,7 @@ def legend_columns(labels: Sequence[str], *, width: float) -> int:
 
 @contextmanager
 def drawing(target: Path, *, width: float, height: float) -> Iterator[Any]:
-    """Give an empty figure in the house style; save it as ``target`` .png and .svg at the end of the block.
-
-    ``width`` and ``height`` are in inches (no SI unit).
-    """
+    """Give an empty figure in the house style; save it as ``target`` .png and .svg at the end of the block."""
     import matplotlib
     from matplotlib.figure import Figure
 
@@ -83,10 +65,7 @@ def drawing(target: Path, *, width: float, height: float) -> Iterator[Any]:
 
 
 def settle(figure: Any) -> None:
-    """Make a finished ``figure`` ready to be saved: texts that are no formulas, and its layout, found once.
-
-    A figure with a layout engine is drawn twice for each format: once for nothing but the layout.
-    """
+    """Make a finished ``figure`` ready to be saved: texts that are no formulas, and its layout, found once."""
     import matplotlib
 
     plain_text(figure)
@@ -109,11 +88,6 @@ def plain_text(artist: Any) -> None:
 
 
 def hatch_extrapolated(axes: Any, *, extrapolated: bool) -> None:
-    """Hatch the background of ``axes`` where their content rests on ``extrapolated`` tyre values."""
+    """Hatch the background of ``axes`` if their content rests on ``extrapolated`` tyre values."""
     if extrapolated:
         axes.patch.set(**EXTRAPOLATED)
-
-
-def extrapolated_note(*, extrapolated: bool) -> str:
-    """What the title of a figure says of tyre values that are ``extrapolated``."""
-    return "; hatched: tyre values extrapolated" if extrapolated else ""

@@ -1,82 +1,273 @@
-"""Figures of a campaign: carpet plot, stiffnesses over load, flat against drum, residuals, repeats."""
+"""Figures of a campaign: carpet plot, stiffnesses over load, flat against drum, single recordings, repeats."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from studies.reporting.plotting import settle
-from studies.rig_campaign.figure_carpet import carpet
-from studies.rig_campaign.figure_recordings import pull_loop, repeats, sweep_residuals
-from studies.rig_campaign.figure_stiffness import flat_against_drum, stiffness_over_load, surface_pairs
-from tyre.base.files import replacing, slugs
-from tyre.campaigns.campaign import Campaign
-from tyre.campaigns.recording import points_of
+from tyre.campaign import Campaign
+from tyre.condition import ConditionResult, RecordingSummary
+from tyre.files import replacing, slugs
+from tyre.recording import Channel
+from tyre.recording_fits import points_of
+from tyre.sweep_curve import magic_formula
+from tyre.units import PASCAL_PER_BAR
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+COLOURS = ("#08306b", "#c0392b", "#e8a33d", "#2a7f62", "#7d5ba6", "#555555")  # dark to light, told apart in grey
+MARKERS = ("o", "s", "^", "D", "v", "P")
+DASHES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
+Pair = tuple[ConditionResult, ConditionResult]
+
 
 def save_figures(campaign: Campaign, folder: Path, *, every_recording: bool = False) -> list[Path]:
-    """Draw all figures of a campaign that its data allow.
-
-    Parameters
-    ----------
-    campaign : Campaign
-    folder : Path
-        Made if missing.
-    every_recording : bool
-        Also draw the residuals of every sweep and pull test, in ``residuals/``, not only of the worst.
-
-    Returns
-    -------
-    list of Path
-        PNG files.
-    """
+    """Draw all figures that the data of a campaign allow as PNG into ``folder``, which is made if missing."""
     import matplotlib
 
-    folder.mkdir(parents=True, exist_ok=True)
-    drawn: list[tuple[str, Figure]] = []
+    sweeps = [item for c in campaign.conditions for item in c.sweeps]
+    pulls = [item for c in campaign.conditions for item in c.pulls]
     with matplotlib.rc_context({"font.size": 9.0, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 130}):
-        stems = slugs(sorted({c.tyre for c in campaign.conditions}))
-        for tyre, stem in stems.items():
+        drawn: dict[str, Figure] = {}
+        for tyre, stem in slugs(sorted({c.tyre for c in campaign.conditions})).items():
             mine = [c for c in campaign.conditions if c.tyre == tyre]
             for surface in sorted({c.surface for c in mine}, reverse=True):
                 chosen = [c for c in mine if c.surface == surface and c.sweeps]
                 if chosen:
-                    drawn.append((f"carpet_{stem}_{surface}", carpet(chosen)))
-            drawn.append((f"stiffness_{stem}", stiffness_over_load(mine)))
+                    drawn[f"carpet_{stem}_{surface}"] = carpet(chosen)
+            drawn[f"stiffness_{stem}"] = stiffness_over_load(mine)
             pairs = surface_pairs(mine)
             if pairs:
-                drawn.append((f"flat_drum_{stem}", flat_against_drum(campaign, tyre, pairs)))
-        sweeps = [item for c in campaign.conditions for item in c.sweeps]
-        if sweeps:
-            worst = min(sweeps, key=lambda item: (item.r_squared, item.file))
-            if points_of(worst):
-                drawn.append(("residuals_worst_sweep", sweep_residuals(worst)))
-        pulls = [item for c in campaign.conditions for item in c.pulls]
-        if pulls:
-            worst = min(pulls, key=lambda item: (item.r_squared, item.file))
-            if points_of(worst):
-                drawn.append(("pull_worst", pull_loop(worst)))
+                drawn[f"flat_drum_{stem}"] = flat_against_drum(campaign, tyre, pairs)
+        for name, items, draw in (("residuals_worst_sweep", sweeps, sweep_residuals), ("pull_worst", pulls, pull_loop)):
+            worst = min(items, key=lambda item: (item.r_squared, item.file), default=None)
+            if worst and points_of(worst):
+                drawn[name] = draw(worst)
         if campaign.sweep_repeatability.measured or campaign.pull_repeatability.measured:
-            drawn.append(("repeatability", repeats(campaign)))
-        paths = []
-        for name, figure in drawn:
-            path = folder / f"{name}.png"
-            _save(figure, path)
-            paths.append(path)
+            drawn["repeatability"] = repeats(campaign)
+        paths = [_save(figure, folder / f"{name}.png") for name, figure in drawn.items()]
         if every_recording:
-            (folder / "residuals").mkdir(exist_ok=True)
             of_file = {item.file: item for item in (*sweeps, *pulls)}
             for file, stem in slugs(of_file).items():
                 item = of_file[file]
                 figure = sweep_residuals(item) if item.kind == "slip_sweep" else pull_loop(item)
-                path = folder / "residuals" / f"{stem}.png"
-                _save(figure, path)
-                paths.append(path)
+                paths.append(_save(figure, folder / "residuals" / f"{stem}.png"))
     return paths
 
 
-def _save(figure: "Figure", path: Path) -> None:
+def _save(figure: "Figure", path: Path) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
     settle(figure)
     with replacing(path) as part:
         figure.savefig(part)
+    return path
+
+
+def _empty_figure(rows: int, columns: int, *, width: float, height: float, **shared: Any) -> "tuple[Figure, list[Any]]":
+    """Make a figure without a window, in inches, and its panels in one list."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    panels: Any = figure.subplots(rows, columns, squeeze=False, **shared)
+    return figure, list(panels.flat)
+
+
+def _titled(figure: "Figure", text: str, shown: ConditionResult | RecordingSummary) -> "Figure":
+    note = "\nSYNTHETIC: from the rig simulator, not measured" if shown.synthetic else ""
+    figure.suptitle(text + note, fontsize=10)
+    return figure
+
+
+def _sweep_curve(summary: RecordingSummary, slip: Channel, *, offsets: bool = True) -> Channel:
+    """Fitted steady side force (N) of one sweep over ``slip`` (rad), with Sh and Sv or through the origin."""
+    details = summary.details
+    force, _ = magic_formula(
+        slip=slip + (details["Sh_rad"] if offsets else 0.0), cornering_stiffness=summary.value,
+        peak=details["peak_N"], shape=details["shape"], curvature=details["curvature"],
+    )  # fmt: skip
+    return force + (details["Sv_N"] if offsets else 0.0)
+
+
+def carpet(conditions: Sequence[ConditionResult], shift: float = 1.5) -> "Figure":
+    """Draw side force over slip and load of one tyre on one surface, one panel per pressure."""
+    pressures = sorted({c.pressure for c in conditions})
+    loads = sorted({c.load for c in conditions})
+    figure, axes = _empty_figure(1, len(pressures), width=max(6.4, 2.9 * len(pressures)), height=4.2, sharey=True)
+    reaches = []
+    for item in (item for c in conditions for item in c.sweeps):
+        points = points_of(item)
+        reaches.append(float(np.rad2deg(np.max(np.abs(points["slip_rad"])))) + 0.1 if points else 4.0)
+    slips = np.arange(0.0, min(4.0, max(reaches)) + 1e-6)
+    fine = np.linspace(0.0, slips[-1], 60)
+    top = 0.0
+    for panel, pressure in zip(axes, pressures, strict=True):
+        nodes = []
+        for number, load in enumerate(loads):
+            here = [c for c in conditions if c.load == load and c.pressure == pressure]
+            if not here:
+                continue
+            force, at_slips = (
+                np.mean([_sweep_curve(item, np.deg2rad(slip), offsets=False) for item in here[0].sweeps], axis=0)
+                for slip in (fine, slips)
+            )
+            style = {"color": COLOURS[number % 6], "ls": DASHES[number % 6], "lw": 1.8, "label": f"{load:g} N"}
+            panel.plot(fine + shift * number, force, **style)
+            nodes.append((slips + shift * number, at_slips))
+            top = max(top, float(force.max()))
+        for index, slip in enumerate(slips):
+            line = np.array([(x[index], y[index]) for x, y in nodes])
+            panel.plot(line[:, 0], line[:, 1], color="0.45", lw=0.8, marker=".", ms=4)
+            if slip > 0.0:
+                panel.annotate(f"{slip:g}°", line[-1], (4, -3), textcoords="offset points", fontsize=7.5, color="0.25")
+        panel.set_title(f"{pressure / PASCAL_PER_BAR:g} bar", fontsize=10)
+        panel.set(
+            xlim=(-0.3, slips[-1] + shift * (len(loads) - 1) + 0.9), xticks=[], xlabel="slip angle, shifted by load"
+        )
+    axes[0].set(ylabel="side force without offsets (N)", ylim=(0.0, 1.12 * top))
+    axes[0].legend(title="vertical load", loc="upper left", fontsize=8)
+    first = conditions[0]
+    return _titled(figure, f"{first.tyre}, {first.surface}: side force over slip (grey: constant slip) and load", first)
+
+
+def stiffness_over_load(conditions: Sequence[ConditionResult]) -> "Figure":
+    """Draw C_Fy, K_y and relaxation length of one tyre over load, a line per pressure and surface, 95 % intervals."""
+    figure, axes = _empty_figure(1, 3, width=10.5, height=4.4)
+    quantities = (
+        ("cornering_stiffness", "cornering stiffness (N/deg)", np.pi / 180.0),
+        ("lateral_stiffness", "lateral stiffness (N/mm)", 1e-3),
+        ("relaxation_length", "relaxation length (mm)", 1e3),
+    )
+    pressures = sorted({c.pressure for c in conditions})
+    surfaces = sorted({c.surface for c in conditions}, reverse=True)
+    loads = sorted({c.load for c in conditions})
+    span = loads[-1] - loads[0] or 40.0
+    lines = [(row, surface, k, p) for row, surface in enumerate(surfaces) for k, p in enumerate(pressures)]
+    for panel, (name, label, factor) in zip(axes, quantities, strict=True):
+        for row, surface, number, pressure in lines:
+            mine = [c for c in conditions if (c.surface, c.pressure) == (surface, pressure) and getattr(c, name)]
+            if name == "lateral_stiffness":
+                mine = [c for c in mine if not c.borrowed_stiffness]
+            mine.sort(key=lambda c: c.load)
+            if not mine:
+                continue
+            # neighbouring lines are moved aside a little, so that their intervals do not hide each other
+            x = np.array([c.load for c in mine]) + span * 0.012 * (number + 3 * row - len(pressures) / 2.0)
+            values = [getattr(c, name) for c in mine]
+            colour, flat = COLOURS[number % 6], surface == "flat"
+            panel.errorbar(
+                x, [factor * e.value for e in values], [factor * (e.ci95[1] - e.value) for e in values], color=colour,
+                marker=MARKERS[number % 6], ls="-" if flat else "--", mfc=colour if flat else "white", capsize=2.5,
+                lw=1.2, ms=5, label=f"{pressure / PASCAL_PER_BAR:g} bar, {surface}",
+            )  # fmt: skip
+        panel.set(xlabel="vertical load (N)", ylabel=label)
+        if len(loads) == 1:  # ticks of what was moved aside would be crowded hundredths of a newton
+            panel.set(xticks=loads, xlim=(loads[0] - span / 2, loads[0] + span / 2))
+    handles, labels = axes[0].get_legend_handles_labels()
+    if handles:
+        figure.legend(handles, labels, loc="outside lower center", ncols=min(6, len(labels)), fontsize=8)
+    return _titled(figure, f"{conditions[0].tyre}: values with 95 % intervals", conditions[0])
+
+
+def flat_against_drum(campaign: Campaign, tyre: str, pairs: Sequence[Pair]) -> "Figure":
+    """Draw the ratio of flat to drum cornering stiffness over load, with the fitted (1 + R/R_drum)^n."""
+    figure, (panel,) = _empty_figure(1, 1, width=6.4, height=4.2)
+    pressures = sorted({flat.pressure for flat, _ in pairs})
+    span = float(np.ptp([flat.load for flat, _ in pairs])) or 40.0
+    common = campaign.settings.calibration  # of both surfaces; it cancels in the ratio
+    shared = common.force**2 + common.slip**2
+    for number, pressure in enumerate(pressures):
+        x, ratios, half = [], [], []
+        for flat, drum in sorted(pairs, key=lambda pair: pair[0].load):
+            a, b = flat.cornering_stiffness, drum.cornering_stiffness
+            if flat.pressure == pressure and a and b:
+                relative = sum(max((e.sd / e.value) ** 2 - shared, 0.0) for e in (a, b))
+                x.append(flat.load + 0.012 * span * (number - len(pressures) / 2.0))
+                ratios.append(a.value / b.value)
+                half.append(1.96 * ratios[-1] * float(np.sqrt(relative)))
+        style = {"color": COLOURS[number % 6], "marker": MARKERS[number % 6], "ls": DASHES[number % 6]}
+        panel.errorbar(x, ratios, half, capsize=3, label=f"{pressure / PASCAL_PER_BAR:g} bar", **style)
+    for exponent in (one for one in campaign.curvature if one.tyre == tyre):
+        sd = f" ± {exponent.exponent.sd:.2f}" if np.isfinite(exponent.exponent.sd) else ""
+        text = f"mean: (1 + R/R_d)^n, n = {exponent.exponent.value:.2f}{sd}"
+        panel.axhline(exponent.ratio, color="0.4", lw=1.0, ls=(0, (1, 2)), label=text)
+    panel.set(xlabel="vertical load (N)", ylabel="cornering stiffness, flat over drum")
+    figure.legend(*panel.get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
+    return _titled(figure, f"{tyre}: flat track against drum (reported, not applied)", pairs[0][0])
+
+
+def surface_pairs(conditions: Sequence[ConditionResult]) -> list[Pair]:
+    """Pair the conditions of one tyre that were measured on both surfaces, flat and drum."""
+    drums = {(c.load, c.pressure): c for c in conditions if c.surface == "drum" and c.cornering_stiffness}
+    flats = [c for c in conditions if c.surface == "flat" and c.cornering_stiffness]
+    return [(c, drums[c.load, c.pressure]) for c in flats if (c.load, c.pressure) in drums]
+
+
+def sweep_residuals(summary: RecordingSummary) -> "Figure":
+    """Draw measured block means and residuals of one sweep over slip, up and down branches apart."""
+    figure, (above, below) = _empty_figure(2, 1, width=6.8, height=5.6, sharex=True)
+    points = points_of(summary)
+    slip, rising = np.rad2deg(points["slip_rad"]), points["rate_rad_s"] > 0.0
+    for chosen, marker, colour, label in ((rising, "^", COLOURS[0], "up"), (~rising, "v", COLOURS[2], "down")):
+        style = {"ls": "none", "marker": marker, "ms": 3.5, "color": colour, "label": f"{label} branch"}
+        above.plot(slip[chosen], points["force_N"][chosen], **style)
+        below.plot(slip[chosen], points["residual_N"][chosen], **style)
+    fine = np.linspace(slip.min(), slip.max(), 200)
+    above.plot(fine, _sweep_curve(summary, np.deg2rad(fine)), color="k", lw=1.2, label="steady curve (lag removed)")
+    above.set_ylabel("side force (N)")
+    above.legend(fontsize=8)
+    below.axhline(0.0, color="k", lw=0.8)
+    below.set(ylabel="measured - fitted with lag (N)", xlabel="slip angle (deg)")
+    text = f"{summary.file}: R² = {summary.r_squared:.5f}, C = {np.deg2rad(summary.value):.2f} N/deg"
+    return _titled(figure, text, summary)
+
+
+def pull_loop(summary: RecordingSummary) -> "Figure":
+    """Draw force over deflection of one pull test with the fitted friction loop, and its residuals."""
+    figure, (above, below) = _empty_figure(2, 1, width=6.8, height=5.6, sharex=True)
+    points = points_of(summary)
+    x = 1e3 * points["deflection_m"]
+    above.plot(x, points["force_N"], ls="none", marker="o", mfc="white", color=COLOURS[0], ms=4, label="read")
+    above.plot(x, points["fitted_N"], color=COLOURS[1], lw=1.0, label="loop of one slope and Dahl friction")
+    above.set_ylabel("side force (N)")
+    above.legend(fontsize=8)
+    below.plot(x, points["force_N"] - points["fitted_N"], ls="none", marker="o", color=COLOURS[0], ms=4)
+    below.axhline(0.0, color="k", lw=0.8)
+    below.set(ylabel="read - fitted (N)", xlabel="tyre deflection, plate - rim (mm)")
+    friction = summary.details["friction_N"]
+    text = f"{summary.file}: K = {1e-3 * summary.value:.2f} N/mm, friction ±{friction:.2f} N"
+    return _titled(figure, text, summary)
+
+
+def repeats(campaign: Campaign) -> "Figure":
+    """Draw the deviation of every recording from the mean of its condition, with the pooled standard deviation."""
+    from matplotlib.ticker import MaxNLocator
+
+    figure, axes = _empty_figure(1, 2, width=9.0, height=3.9, sharey=True)
+    kinds = (
+        ("slip sweeps: cornering stiffness", campaign.sweep_repeatability, "sweeps"),
+        ("pull tests: lateral stiffness", campaign.pull_repeatability, "pulls"),
+    )
+    for panel, (title, pooled, name) in zip(axes, kinds, strict=True):
+        number = 0
+        for condition in campaign.conditions:
+            values = np.array([item.value for item in getattr(condition, name)])
+            if len(values) > 1 and not (name == "pulls" and condition.borrowed_stiffness):
+                number += 1
+                deviation = 100.0 * (values / values.mean() - 1.0)
+                marker, face = ("o", "k") if condition.surface == "flat" else ("s", "w")
+                panel.plot(np.full(values.size, number), deviation, marker, mfc=face, mec="k", ms=4)
+        note = "no repeats"
+        if pooled.measured:
+            panel.axhspan(-100 * pooled.sd, 100 * pooled.sd, color="0.85", zorder=0)
+            note = f"sd {100 * pooled.sd:.2f} %, {pooled.repeats:.0f} degrees of freedom of repeats"
+        panel.set_title(f"{title}\n{note}", fontsize=9)
+        panel.set_xlabel("condition, in the order of the report")
+        panel.axhline(0.0, color="k", lw=0.8)
+        panel.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes[0].set_ylabel("deviation from the condition's mean (%)")
+    return _titled(figure, "Repeatability (filled: flat, open: drum; grey: ± one sd)", campaign.conditions[0])

@@ -20,19 +20,18 @@ PLACES = {
         "Bicycle", "Effect", "LinearModel", "Mode", "Model", "Parameter", "available_bicycles", "effect_class",
         "load_bicycle", "load_effects", "registry",
     ),
-    "bicycle.critical.critical_speed": ("CriticalSpeed",),
-    "bicycle.critical.critical_speeds": ("critical_speeds",),
-    "bicycle.responses.inputs": ("InputHistory", "doublet", "pulse", "step"),
-    "bicycle.files.model_file": ("build_model", "read_model"),
-    "bicycle.modal.named_modes": ("Modes", "modes"),
-    "bicycle.responses.linear": ("FrequencyResponse", "Response", "frequency_response", "respond"),
-    "studies.missing_effect": ("diagnose", "read_measurement"),
+    "bicycle.critical": ("CriticalSpeed", "critical_speeds"),
+    "bicycle.inputs": ("InputHistory", "doublet", "pulse", "step"),
+    "bicycle.model_file": ("build_model", "read_model"),
+    "bicycle.named_modes": ("Modes", "modes"),
+    "bicycle.responses": ("FrequencyResponse", "Response", "frequency_response", "respond"),
+    "studies.diagnosis": ("diagnose", "read_measurement"),
     "tyre": (
         "InputError", "MeasuredTable", "TyreMap", "TyreProperties", "TyreSource", "available_tyres", "read_tyre",
     ),
-    "tyre.fits.pull_test": ("fit_pull_test",),
-    "tyre.fits.slip_sweep": ("fit_slip_sweep",),
-    "tyre.recordings.read": ("read_recording",),
+    "tyre.pull_test": ("fit_pull_test",),
+    "tyre.slip_sweep": ("fit_slip_sweep",),
+    "tyre.recording_files": ("read_recording",),
 }  # fmt: skip
 """Module -> what of it stands in this door."""
 

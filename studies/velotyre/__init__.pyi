@@ -13,17 +13,16 @@ from bicycle import (
     load_effects,
     registry,
 )
-from bicycle.critical.critical_speed import CriticalSpeed
-from bicycle.critical.critical_speeds import critical_speeds
-from bicycle.files.model_file import build_model, read_model
-from bicycle.modal.named_modes import Modes, modes
-from bicycle.responses.inputs import InputHistory, doublet, pulse, step
-from bicycle.responses.linear import FrequencyResponse, Response, frequency_response, respond
-from studies.missing_effect import diagnose, read_measurement
+from bicycle.critical import CriticalSpeed, critical_speeds
+from bicycle.inputs import InputHistory, doublet, pulse, step
+from bicycle.model_file import build_model, read_model
+from bicycle.named_modes import Modes, modes
+from bicycle.responses import FrequencyResponse, Response, frequency_response, respond
+from studies.diagnosis import diagnose, read_measurement
 from tyre import InputError, MeasuredTable, TyreMap, TyreProperties, TyreSource, available_tyres, read_tyre
-from tyre.fits.pull_test import fit_pull_test
-from tyre.fits.slip_sweep import fit_slip_sweep
-from tyre.recordings.read import read_recording
+from tyre.pull_test import fit_pull_test
+from tyre.recording_files import read_recording
+from tyre.slip_sweep import fit_slip_sweep
 
 from . import effects
 from .effects import (

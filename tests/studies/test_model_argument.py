@@ -6,12 +6,12 @@ import tomllib
 import pytest
 
 from bicycle import available_bicycles, load_bicycle
-from bicycle.files.bicycle_file import to_text, to_toml, to_yaml
-from bicycle.files.model_file import build_model, read_model
+from bicycle.bicycle_files import to_text, to_toml, to_yaml
+from bicycle.model_file import build_model, read_model
 from studies.cli import main
 from studies.model_argument import choose
 from tyre import TyreMap
-from tyre.base.errors import InputError
+from tyre.errors import InputError
 
 
 def critical(capsys, *arguments: str) -> list:

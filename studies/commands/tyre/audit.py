@@ -4,21 +4,17 @@ from pathlib import Path
 
 import click
 
-from studies.reporting.examples import example
+from studies.reporting.command_context import example
 
 
 @click.command(
-    name="audit",
-    short_help="The paper's claims against its own tables.",
+    name="audit", short_help="The paper's claims against its own tables.",
     epilog=example("velotyre tyre audit --out audit"),
-)
+)  # fmt: skip
 @click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    default=Path("out"),
-    show_default=True,
+    "--out", type=click.Path(path_type=Path), default=Path("out"), show_default=True,
     help="Folder for paper_audit.csv and paper_audit.md, or one .csv or .md file.",
-)
+)  # fmt: skip
 @click.option("--json", "json_file", type=click.Path(allow_dash=True), help="Write JSON to a file, or - for stdout.")
 def command(out: Path, json_file: str | None) -> None:
     """Test every quantitative claim of the tyre paper on the values of its own tables.
@@ -31,25 +27,23 @@ def command(out: Path, json_file: str | None) -> None:
 
     from tabulate import tabulate
 
-    from studies.paper_audit import audit
+    from studies.paper_audit import audit, write
     from studies.reporting.manifest import results
-    from tyre.base.files import write_text
+    from tyre.files import write_text
 
-    findings = audit.audit()
+    records = audit()
     with nullcontext() if out.suffix and not out.is_dir() else results(out):
-        files = audit.write(findings, out)
-    records = audit.as_records(findings)
+        files = write(records, out)
+    text = json.dumps({"claims": records}, indent=2)
     if json_file == "-":
-        click.echo(json.dumps({"claims": records}, indent=2))
+        click.echo(text)
         return
     if json_file:
-        write_text(json_file, json.dumps({"claims": records}, indent=2) + "\n")
-    rows = [
-        [record["section"], record["claim"], record["text"], record["computed"], record["verdict"]]
-        for record in records
-    ]
+        write_text(json_file, text + "\n")
+    rows = [[r["section"], r["claim"], r["text"], r["computed"], r["verdict"]] for r in records]
     headers = ["section", "claim of the text", "text", "from the tables", "verdict"]
-    click.echo(
-        tabulate(rows, headers=headers, maxcolwidths=[8, 44, 16, 44, None], tablefmt="simple", disable_numparse=True)
-    )
-    click.echo(f"\n{audit.summary(findings)}; written to {', '.join(file.as_posix() for file in files)}")
+    widths = [8, 44, 16, 44, None]
+    click.echo(tabulate(rows, headers=headers, maxcolwidths=widths, tablefmt="simple", disable_numparse=True))
+    hold, partly, fail = ([r["verdict"] for r in records].count(verdict) for verdict in ("holds", "partly", "fails"))
+    places = ", ".join(file.as_posix() for file in files)
+    click.echo(f"\n{len(records)} claims: {hold} hold, {partly} hold partly, {fail} fail; written to {places}")

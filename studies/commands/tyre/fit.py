@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 import click
 
 from studies.channel_options import chosen_map, takes_channels
-from studies.reporting.examples import example
-from tyre.base.errors import InputError
+from studies.reporting.command_context import example
+from tyre.errors import InputError
 
 if TYPE_CHECKING:
-    from tyre.campaigns.campaign import Campaign
+    from tyre.campaign import Campaign
 
 
 @click.command(epilog=example("velotyre tyre fit campaign --out fit"))
@@ -32,32 +32,17 @@ if TYPE_CHECKING:
     "--repeatability", default=1.0, show_default=True, help="Scatter of one recording where there are no repeats, %."
 )
 @click.option(
-    "--load-tolerance",
-    default=5.0,
-    show_default=True,
+    "--load-tolerance", default=5.0, show_default=True,
     help="Largest distance of the measured from the declared load, %.",
-)
+)  # fmt: skip
 @click.option("--wheel-radius", default=0.34, show_default=True, help="Radius of wheel and tyre, m.")
 @click.option("--every-residual", is_flag=True, help="Draw the residuals of every recording, not only of the worst.")
 @click.option("--no-lag-correction", is_flag=True, help="Fit sweeps without taking out the lag (for comparison).")
 def command(
-    folder: Path,
-    out: Path,
-    channels_file: Path | None,
-    channel_texts: tuple[str, ...],
-    json_file: Path | None,
-    *,
-    skip_bad: bool,
-    jobs: int | None,
-    force_calibration: float,
-    slip_calibration: float,
-    gauge_calibration: float,
-    repeatability: float,
-    load_tolerance: float,
-    wheel_radius: float,
-    every_residual: bool,
-    no_lag_correction: bool,
-) -> "Campaign":
+    folder: Path, out: Path, channels_file: Path | None, channel_texts: tuple[str, ...], json_file: Path | None, *,
+    skip_bad: bool, jobs: int | None, force_calibration: float, slip_calibration: float, gauge_calibration: float,
+    repeatability: float, load_tolerance: float, wheel_radius: float, every_residual: bool, no_lag_correction: bool,
+) -> "Campaign":  # fmt: skip
     """Fit all recordings in FOLDER (.csv with .toml sidecar, .tdx) and write tables, maps, .tir files and figures.
 
     A sidecar with a channel map describes a recording in any columns, units and formats.
@@ -68,44 +53,35 @@ def command(
     from dataclasses import replace
 
     from studies.reporting.manifest import results
-    from studies.rig_campaign.mapped_recordings import prepared
-    from studies.rig_campaign.report import write_campaign
-    from tyre.base.files import write_text
-    from tyre.campaigns.campaign import fit_campaign
-    from tyre.campaigns.summary import FitSettings
-    from tyre.estimate import Calibration
+    from studies.rig_campaign import prepared, write_campaign
+    from tyre.campaign import fit_campaign
+    from tyre.condition import FitSettings
+    from tyre.files import write_text
+    from tyre.properties import Calibration
 
     if not 0.05 <= wheel_radius <= 1.0:
         raise InputError(f"--wheel-radius {wheel_radius:g} m must be from 0.05 to 1 m")
+    calibration = Calibration(
+        force=force_calibration / 100.0, slip=slip_calibration / 100.0, displacement=gauge_calibration / 100.0,
+        repeatability=repeatability / 100.0,
+    )  # fmt: skip
     settings = FitSettings(
-        calibration=Calibration(
-            force=force_calibration / 100.0,
-            slip=slip_calibration / 100.0,
-            displacement=gauge_calibration / 100.0,
-            repeatability=repeatability / 100.0,
-        ),
-        lag_correction=not no_lag_correction,
-        load_tolerance=load_tolerance / 100.0,
+        calibration=calibration, lag_correction=not no_lag_correction, load_tolerance=load_tolerance / 100.0
     )
     with prepared(folder, out, chosen_map(channels_file, channel_texts), skip_bad=skip_bad) as found:
         for note in found.notes:
             click.echo(f"note: {note}", err=True)
         campaign = fit_campaign(
-            found.folder,
-            settings=settings,
-            cache_folder=out / "cache",
-            exclude=out if found.folder == folder else None,
-            skip_bad=skip_bad,
-            jobs=jobs,
-            wheel_radius=wheel_radius,
-        )
+            found.folder, settings=settings, cache_folder=out / "cache",
+            exclude=out if found.folder == folder else None, skip_bad=skip_bad, jobs=jobs, wheel_radius=wheel_radius,
+        )  # fmt: skip
     skipped = {name: why.replace(str(found.folder), str(folder)) for name, why in campaign.skipped.items()}
     campaign = replace(campaign, folder=folder, skipped=dict(sorted({**skipped, **found.skipped}.items())))
     for name, reason in campaign.skipped.items():
         click.echo(f"skipped {name}: {reason}", err=True)
     with results(out):
         written = write_campaign(campaign, out, wheel_radius=wheel_radius, every_recording=every_residual)
-    to_stdout = json_file is not None and str(json_file) == "-"
+    to_stdout = str(json_file) == "-"
     if json_file is not None:
         text = json.dumps(campaign.as_json(), indent=1, allow_nan=False) + "\n"
         if to_stdout:

@@ -6,19 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from studies.reporting.examples import example
-from tyre.base.errors import InputError
-from tyre.base.units import PASCAL_PER_BAR
+from studies.reporting.command_context import example
+from tyre.errors import InputError
 
 if TYPE_CHECKING:
-    from tyre.rig.campaign import CampaignPlan
-
-
-def _numbers(text: str, what: str) -> tuple[float, ...]:
-    try:
-        return tuple(float(part) for part in text.split(","))
-    except ValueError:
-        raise InputError(f"{what} = {text!r} must be numbers separated by commas, such as 340,400,490") from None
+    from tyre.rig.simulator import CampaignPlan
 
 
 @click.command(epilog=example("velotyre tyre simulate campaign --seed 1"))
@@ -47,7 +39,7 @@ def command(folder: Path, seed: int, effects: tuple[str, ...], without: tuple[st
     import numpy as np
 
     from studies.reporting.manifest import results
-    from tyre.rig.campaign import default_effects, set_effect, write_campaign_files
+    from tyre.rig.simulator import default_effects, set_effect, write_campaign_files
 
     plan = _plan(options)
     rng = np.random.default_rng(seed)
@@ -56,27 +48,29 @@ def command(folder: Path, seed: int, effects: tuple[str, ...], without: tuple[st
         chosen = set_effect(chosen, effect, None)
     for text in effects:
         effect, _, assignments = text.partition(":")
-        chosen = set_effect(chosen, effect, _settings(effect, assignments))
+        values = {}
+        for key, _, value in (one.partition("=") for one in assignments.split(",") if one):
+            values[key] = _numbers(value, f"effect {effect}: {key}")[0]
+        chosen = set_effect(chosen, effect, values)
     with results(folder):
         files = write_campaign_files(folder, plan=plan, effects=chosen, rng=rng, seed=seed)
     click.echo(f"{len(files)} synthetic recordings and truth.json in {folder}")
 
 
-def _settings(effect: str, assignments: str) -> dict[str, float]:
-    """Values by key of ``key=value,key=value``."""
-    settings = {}
-    for assignment in filter(None, assignments.split(",")):
-        key, _, value = assignment.partition("=")
-        settings[key] = _numbers(value, f"effect {effect}: {key}")[0]
-    return settings
+def _numbers(text: str, what: str) -> tuple[float, ...]:
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(f"{what} = {text!r} must be numbers separated by commas, such as 340,400,490") from None
 
 
 def _plan(options: Mapping[str, Any]) -> "CampaignPlan":
-    """The campaign that the options describe, in SI units."""
+    """Make the campaign that the options describe, in SI units."""
     import numpy as np
 
-    from tyre.recordings.axes import signs
-    from tyre.rig.campaign import CampaignPlan
+    from tyre.recording import signs
+    from tyre.rig.simulator import CampaignPlan
+    from tyre.units import PASCAL_PER_BAR
 
     signs(options["axes"], where="--axes")
     counts = {kind: options[kind] for kind in ("sweeps", "pulls", "steps")}

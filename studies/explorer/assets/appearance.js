@@ -1,4 +1,4 @@
-// Light and dark, as the system says or as the user chose; kept for the next visit. Also the way to the other page.
+// Light and dark, as the system says or as the user chose; kept for the next visit.
 window.velotyreTheme = (function () {
   "use strict";
   const darkness = window.matchMedia("(prefers-color-scheme: dark)");
@@ -20,11 +20,7 @@ window.velotyreTheme = (function () {
     where.innerHTML = '<label for="theme">Colours</label> <select id="theme"><option value="auto">as the system</option><option value="light">light</option><option value="dark">dark</option></select>';
     document.getElementById("theme").value = kept() || "auto";
   }
-  function model(address) { // of the first page, so that the way back leads to it
-    try { if (address !== undefined) sessionStorage.setItem("velotyre-model", address); return sessionStorage.getItem("velotyre-model") || ""; }
-    catch (error) { return ""; }
-  }
   darkness.addEventListener("change", show);
   show();
-  return { now, choose, place, model, hear: (tell) => heard.push(tell) };
+  return { now, choose, place, hear: (tell) => heard.push(tell) };
 })();

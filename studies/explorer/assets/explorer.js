@@ -290,7 +290,6 @@
     page.text = shown.address;
     if (location.hash.slice(1) !== shown.address) history.replaceState(null, "", "#" + shown.address);
     page.lastShown = shown;
-    look.model(shown.address);
     at("what").textContent = shown.name;
     at("unpin").disabled = !pairs(page.text).some(([key]) => key === "pin");
     modes(shown);

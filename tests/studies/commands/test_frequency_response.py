@@ -8,9 +8,8 @@ from published_bicycle import gains, held, state_matrix
 from scipy.linalg import solve_continuous_are
 
 from studies.cli import main
-from studies.missing_effect import read_measurement
-from studies.missing_effect.forced.from_runs import responses_of_runs
-from tyre.base.errors import InputError
+from studies.diagnosis import read_measurement, responses_of_runs
+from tyre.errors import InputError
 
 HEAD = "time_s,roll_rate_rad_s,steer_rad,steer_torque_N_m,push_N_m"
 
@@ -51,7 +50,7 @@ def test_runs_become_a_table_that_a_diagnosis_reads(folder, capsys, monkeypatch)
     (folder / "m.toml").write_text(toml)
     measurement = read_measurement(folder / "m.toml")
     assert any("coherence, averages: read, but not used" in note for note in measurement.notes)
-    forward = measurement.forward()
+    forward = measurement.ready()
     z = []
     for p in forward.points:
         true = gains(p.speed, p.frequency, spring=3.0)[{"lean_rate": "roll_rate"}.get(p.output, p.output)][0]

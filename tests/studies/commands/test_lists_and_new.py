@@ -11,13 +11,12 @@ import numpy as np
 import pytest
 
 from bicycle import available_bicycles, load_bicycle, registry
-from bicycle.critical.critical_speeds import critical_speeds
-from bicycle.files.model_file import build_model, read_model
-from bicycle.modal.named_modes import modes
+from bicycle.model_file import build_model, read_model
+from bicycle.named_modes import modes
 from studies.cli import main
 from studies.model_example import example_model
 from tyre import TyreMap, available_tyres
-from tyre.base.errors import InputError
+from tyre.errors import InputError
 from tyre.find_tyre import packaged_formulas
 
 
@@ -125,14 +124,6 @@ def test_every_effect_of_the_example_can_be_switched_on():
             assert f"# {p.unit}; " in block
 
 
-def test_its_own_numbers_take_the_place_of_the_measured_tyre():
-    text = example_model(load_bicycle("benchmark"), TyreMap.load("Tyre1"), file="model.toml")
-    block = text.partition("# Numbers of your own")[2].partition("\n\n")[0]
-    table = tomllib.loads("\n".join(line.removeprefix("# ") for line in block.splitlines()[1:]))
-    model = build_model({"bicycle": "benchmark", "effects": {"relaxation_length": table}})
-    assert model.parameters["relaxation_length.cornering_stiffness.rear"] == table["cornering_stiffness"]
-
-
 @pytest.mark.parametrize("ending", ["png", "svg"])
 def test_modes_as_picture_and_table(ending, tmp_path, capsys):
     picture, table = tmp_path / f"modes.{ending}", tmp_path / "modes.csv"
@@ -148,13 +139,6 @@ def test_modes_as_picture_and_table(ending, tmp_path, capsys):
     assert "castering" in capsys.readouterr().out
 
 
-def test_critical_speeds_as_csv_on_standard_output(capsys):
-    main(["critical", "benchmark", "--csv", "-"])
-    rows = list(csv.DictReader(io.StringIO(capsys.readouterr().out)))
-    expected = critical_speeds(build_model({"bicycle": "benchmark"}))
-    assert [(float(r["speed_m_s"]), r["mode"]) for r in rows] == [(c.speed, c.mode) for c in expected]
-
-
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -168,10 +152,6 @@ def test_critical_speeds_as_csv_on_standard_output(capsys):
 def test_pictures_and_tables_that_cannot_be_written(options, words, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert words in refused(capsys, "modes", "benchmark", "--speeds", "5", *options)
-
-
-def test_an_empty_name_is_no_bicycle(capsys):
-    assert "unknown bicycle ''; known: " in refused(capsys, "bicycles", "")
 
 
 def test_no_critical_speed_is_said_in_words(capsys):

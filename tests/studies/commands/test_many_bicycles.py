@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from bicycle import Model, load_bicycle
-from bicycle.critical.critical_speeds import critical_speeds
+from bicycle.critical import critical_speeds
 from bicycle.parameters import UNITS
 from studies.cli import main
 

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from studies.cli import main
-from studies.reporting.made_by import made_by
+from studies.reporting import made_by
 
 SMALL = ["--loads", "400", "--pressures", "5", "--rates", "4", "--sweeps", "1", "--pulls", "1"]
 
@@ -32,24 +32,14 @@ def test_simulate_writes_recordings_and_truth(folder):
     assert "synthetic = true" in next(folder.glob("*.toml")).read_text()
 
 
-def test_fit_writes_json_to_file_and_stdout(folder, tmp_path, capsys):
-    main(
-        [
-            "tyre",
-            "fit",
-            str(folder),
-            "--out",
-            str(tmp_path / "a"),
-            "--json",
-            str(tmp_path / "c.json"),
-            "--jobs",
-            "1",
-            "--every-residual",
-        ]
-    )
-    assert len(list((tmp_path / "a" / "figures" / "residuals").glob("*.png"))) == 2
+def test_fit_writes_json_to_file_and_stdout(folder, tmp_path, capsys, unseen):
+    unseen()
+    out = tmp_path / "a"
+    fit = ["tyre", "fit", str(folder), "--out", str(out), "--jobs", "1", "--json"]
+    main([*fit, str(tmp_path / "c.json"), "--every-residual"])
+    assert len(list((out / "figures" / "residuals").glob("*.png"))) == 2
     assert "1 conditions, 0 files skipped" in capsys.readouterr().out
-    main(["tyre", "fit", str(folder), "--out", str(tmp_path / "a"), "--json", "-", "--jobs", "1"])
+    main([*fit, "-"])
     printed = json.loads(capsys.readouterr().out)
     assert printed == json.loads((tmp_path / "c.json").read_text())
     truth = json.loads((folder / "truth.json").read_text())["conditions"][0]
@@ -59,7 +49,8 @@ def test_fit_writes_json_to_file_and_stdout(folder, tmp_path, capsys):
         assert low < truth[name] < high
 
 
-def test_a_bad_file_is_left_out_and_listed(folder, tmp_path, capsys):
+def test_a_bad_file_is_left_out_and_listed(folder, tmp_path, capsys, unseen):
+    unseen()
     main(["tyre", "simulate", str(tmp_path / "rig"), "--seed", "8", *SMALL])
     bad = tmp_path / "rig" / "bad.tdx"
     bad.write_text("no TYDEX here\n")

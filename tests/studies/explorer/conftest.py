@@ -15,7 +15,7 @@ def address():
     pytest.importorskip("dash", reason="the page needs dash (extra explore)")
     from werkzeug.serving import make_server
 
-    from studies.explorer.server import CLOSE, HOST, build_server, listening
+    from studies.explorer import CLOSE, HOST, build_server, listening
 
     place = listening(0)
     port = place.getsockname()[1]
@@ -35,7 +35,7 @@ def address():
 def client():
     """Asks a server that does not listen; the process of its computations serves all tests: its imports take long."""
     pytest.importorskip("dash", reason="the page needs dash (extra explore)")
-    from studies.explorer.server import CLOSE, build_server
+    from studies.explorer import CLOSE, build_server
 
     server = build_server("", 8050)
     yield server.test_client()

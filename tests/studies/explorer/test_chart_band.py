@@ -5,10 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from studies.explorer.chart_band import NAME, bands, hidden
-from studies.explorer.looks import DARK, LIGHT
-from studies.stability_charts.boundary import CLOSED, EDGE, Boundary
-from studies.stability_charts.chart import NamedBoundary
+from studies.chart import CLOSED, EDGE, Boundary, NamedBoundary
+from studies.explorer import BAND_NAME, DARK, LIGHT, bands, hidden
 
 RADIUS, SLOPE = 0.3, 4.0  # of a circle in the middle; of the real part across it, 1/s per whole axis
 
@@ -54,7 +52,7 @@ def test_a_band_ends_at_1_96_standard_deviations_on_both_sides(sd):
     assert all(np.hypot(*(rim - 0.5).T) == pytest.approx(np.hypot(*(rim[0] - 0.5)), abs=1e-3) for rim in rims(trace))
     turned = [np.sum(rim[:-1, 0] * rim[1:, 1] - rim[1:, 0] * rim[:-1, 1]) > 0 for rim in rims(trace)]
     assert sorted(turned) == [False, True]  # the inner rim is a hole
-    assert (trace["fill"], trace["line"]["dash"], trace["name"]) == ("toself", "dot", NAME)
+    assert (trace["fill"], trace["line"]["dash"], trace["name"]) == ("toself", "dot", BAND_NAME)
 
 
 def test_an_open_boundary_has_one_rim_around_it():

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 pytest.importorskip("dash", reason="the page needs dash (extra explore)")
 
-from bicycle.files.bicycle_file import load_bicycle, to_toml
+from bicycle.bicycle_files import load_bicycle, to_toml
 
 HOME = {"Host": "127.0.0.1:8050"}
 ALONG = "along.data"

@@ -10,23 +10,44 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bicycle import load_bicycle, read_model, registry
-from bicycle.files.bicycle_file import available_bicycles, to_text, to_toml, to_yaml
-from bicycle.files.model_file import build_model
+from bicycle.bicycle_files import available_bicycles, to_text, to_toml, to_yaml
+from bicycle.model_file import build_model
 from studies.cli import main
-from studies.explorer import exports
-from studies.explorer.along_speed import halving, modes_figure
-from studies.explorer.computed import AtSpeed, at_speed, bicycle_or_none, computed, ranking
-from studies.explorer.controls import controls, controls_html, law_options, starts
-from studies.explorer.loaded import start_state, with_file
-from studies.explorer.looks import DARK, LIGHT, colour_on
-from studies.explorer.models import build, load_notes, model_content
-from studies.explorer.motion import FRAMES, mode_motion
-from studies.explorer.one_speed import damping_figure, figure_or_words, sensitivity_figure
-from studies.explorer.saved_page import saved_page
-from studies.explorer.state import State, parse_state
+from studies.explorer import (
+    DARK,
+    FRAMES,
+    LIGHT,
+    AtSpeed,
+    State,
+    as_command,
+    as_python,
+    at_speed,
+    bicycle_or_none,
+    build,
+    colour_on,
+    computed,
+    controls,
+    controls_html,
+    damping_figure,
+    figure_or_words,
+    halving,
+    law_options,
+    load_notes,
+    mode_motion,
+    model_content,
+    model_toml,
+    modes_figure,
+    parse_state,
+    ranking,
+    saved_page,
+    sensitivity_figure,
+    start_state,
+    starts,
+    with_file,
+)
 from studies.model_example import typical_values
 from tyre import read_tyre
-from tyre.base.errors import InputError
+from tyre.errors import InputError
 
 TYRES = (
     "bicycle=benchmark&effects.relaxation_length.tyre=Tyre1&effects.relaxation_length.pressure_bar.rear=5.5"
@@ -134,7 +155,7 @@ def test_a_load_by_hand_takes_the_tyre_there():
     assert values["relaxation_length.cornering_stiffness.rear"] == pytest.approx(rear)  # its load is that at rest
     assert load_notes(state)[0].startswith("loads by hand (front 400 N): the tyre is taken there, without its uncert")
     assert load_notes(parse_state(TYRES)) == []
-    assert read_model_text(exports.model_toml(state)) == build(state)
+    assert read_model_text(model_toml(state)) == build(state)
     shown = controls(state)["wheels"][1]
     assert (shown["own_load"], shown["load_bar"]["outside"]) == ("400", False)
 
@@ -185,7 +206,7 @@ def test_command_and_python_compute_the_same(state, tmp_path, monkeypatch):
     """
     state = parse_state(state)
     linear = build(state).linear_model()
-    text = f"velotyre() {{ printf '%s\\n' \"$@\"; }}\n{exports.as_command(state)} --json found.json"
+    text = f"velotyre() {{ printf '%s\\n' \"$@\"; }}\n{as_command(state)} --json found.json"
     said = subprocess.run(["bash", "-c", text], check=True, cwd=tmp_path, capture_output=True, text=True).stdout
     monkeypatch.chdir(tmp_path)
     main(said.removesuffix("\n").split("\n"))
@@ -196,9 +217,9 @@ def test_command_and_python_compute_the_same(state, tmp_path, monkeypatch):
         np.sort_complex(np.linalg.eigvals(linear.state_matrix(state.fast))), rel=1e-8, abs=1e-8
     )
     said = {}
-    exec(exports.as_python(state).replace("import velotyre as vt", "import studies.velotyre as vt"), said)
+    exec(as_python(state).replace("import velotyre as vt", "import studies.velotyre as vt"), said)
     assert said["found"].eigenvalues[-1] == pytest.approx(last, rel=1e-8, abs=1e-8)
-    (tmp_path / "kept.toml").write_text(exports.model_toml(state))
+    (tmp_path / "kept.toml").write_text(model_toml(state))
     assert read_model(tmp_path / "kept.toml") == build_model(model_content(state))
 
 
@@ -259,7 +280,7 @@ def test_the_model_of_the_command_line(tmp_path):
 def test_a_rider_is_part_of_the_model_that_is_saved():
     pytest.importorskip("yeadon", reason="a rider needs yeadon")
     state = parse_state("bicycle=pista&rider=charlie&posture=drops")
-    saved = tomllib.loads(exports.model_toml(state))
+    saved = tomllib.loads(model_toml(state))
     assert build_model(saved).bicycle["mB"] == pytest.approx(4.49 + 78.75, rel=1e-3)  # frame, and rider as measured
     with pytest.raises(InputError, match="it carries a rider already"):
         build(parse_state("bicycle=benchmark&rider=charlie"))

@@ -9,25 +9,31 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bicycle.files.bicycle_file import load_bicycle, to_text, to_toml
-from bicycle.files.model_file import build_model, read_model
-from studies.explorer import exports
-from studies.explorer import tyre_files as files
-from studies.explorer.computed import computed
-from studies.explorer.controls import controls
-from studies.explorer.dropped import with_files
-from studies.explorer.looks import LIGHT
-from studies.explorer.models import build
-from studies.explorer.saved_page import saved_page
-from studies.explorer.state import State, parse_state
-from studies.explorer.tyre_files import TYRES, kept_here, shown_name
-from tyre.base.errors import InputError
+from bicycle.bicycle_files import load_bicycle, to_text, to_toml
+from bicycle.model_file import build_model, read_model
+from studies.explorer import (
+    LIGHT,
+    TYRES,
+    State,
+    as_command,
+    as_python,
+    build,
+    computed,
+    controls,
+    kept_here,
+    model_toml,
+    parse_state,
+    saved_page,
+    shown_name,
+    with_files,
+)
+from tyre.errors import InputError
 
 TABLE = b"Fz [N],p [bar],C [N/deg],K [N/mm]\n400,4,100,60\n400,6,90,70\n700,4,150,62\n700,6,140,72\n"
 MODEL = b'bicycle = "benchmark"\n[effects.relaxation_length]\ntyre = "fit/maps/mine.csv"\npressure_bar = 5\n'
 MEASURED = b"load_N,pressure_bar,cornering_stiffness_N_per_deg,lateral_stiffness_N_per_mm\n400,4,100,60\n700,6,140,72\n"
 SIDECAR = b'tyre = "Mine"\nsurface = "flat"\nsource = "made up for this test"\n'
-TIR = Path(__file__).parents[3] / "docs" / "tyres.md"
+TIR = Path(__file__).parents[3] / "docs" / "examples" / "tyres" / "example.tir"
 
 
 @pytest.fixture(autouse=True)
@@ -39,7 +45,7 @@ def nothing_loaded():
 
 def tir():
     """The .tir file of docs/tyres.md."""
-    return TIR.read_text().split(":caption: example.tir\n")[1].split("```")[0].encode()
+    return TIR.read_bytes()
 
 
 def test_a_model_and_its_tyre_are_dropped_together(tmp_path):
@@ -55,11 +61,11 @@ def test_a_model_and_its_tyre_are_dropped_together(tmp_path):
     assert not any("velotyre_tyres" in note for note in computed(state).notes)
 
     (tmp_path / "mine.csv").write_bytes(TABLE)  # and taken away
-    (tmp_path / "kept.toml").write_text(exports.model_toml(state))
-    assert "# needs beside it, as they were loaded: mine.csv" in exports.model_toml(state)
-    assert tomllib.loads(exports.model_toml(state))["effects"]["relaxation_length"]["tyre"]["rear"] == "mine.csv"
+    (tmp_path / "kept.toml").write_text(model_toml(state))
+    assert "# needs beside it, as they were loaded: mine.csv" in model_toml(state)
+    assert tomllib.loads(model_toml(state))["effects"]["relaxation_length"]["tyre"]["rear"] == "mine.csv"
     assert read_model(tmp_path / "kept.toml").parameters == pytest.approx(dict(model.parameters), rel=1e-12)
-    for text in (exports.as_command(state), exports.as_python(state)):
+    for text in (as_command(state), as_python(state)):
         assert "# needs beside it, as they were loaded: mine.csv" in text
         assert "velotyre_tyres" not in text
         assert "@" not in text.replace(state.address, "")
@@ -96,11 +102,11 @@ def test_a_table_takes_its_sidecar_along():
 
 
 def test_other_kinds_of_files_are_told_apart():
-    numbers = " ".join(f"{x:g}" for x in [1, 0, 1000, 2000, 10, 0.01, -0.3, 0.1, 0, 0, 0, 0, 0, 0])
+    numbers = [1, 0, 1000, 2000, 10, 0.01, -0.3, 0.1, 0, 0, 0, 0, 0, 0]
     bicycle = to_text(load_bicycle("pista")).encode()
-    state, _ = with_files(State(), [("a.txt", f"fy = {numbers}\npressure_bar = 5\n".encode()), ("b.txt", bicycle)])
+    state, _ = with_files(State(), [("a.yaml", f"fy: {numbers}\npressure_bar: 5\n".encode()), ("b.txt", bicycle)])
     assert state.name == "b"
-    assert [shown_name(name) for name in TYRES.names()] == ["a.txt"]
+    assert [shown_name(name) for name in TYRES.names()] == ["a.yaml"]
 
 
 def test_two_contents_of_one_name_are_two_tyres():
@@ -143,7 +149,7 @@ def test_what_cannot_be_taken_is_refused_in_words(dropped, words):
 
 
 def test_too_many_tyres_are_refused(monkeypatch):
-    monkeypatch.setattr(files, "MOST_TYRES", 1)
+    monkeypatch.setattr("studies.explorer.tyre_files.MOST_TYRES", 1)
     with_files(State(), [("a.csv", TABLE)])
     with pytest.raises(InputError, match=r"b\.csv: 1 tyre files are loaded; start velotyre explore again for more"):
         with_files(State(), [("b.csv", TABLE)])

@@ -5,12 +5,11 @@ import csv
 import numpy as np
 import pytest
 
-from bicycle.identification.free_decay import identify
-from bicycle.identification.recording import read_run
+from bicycle.identification import identify, read_run
 from studies.cli import main
-from studies.free_decays.words import drift_words, judged, repeat_notes, second_words, with_sd
-from studies.validations._decay_generator import Cell, make
-from tyre.base.errors import InputError
+from studies.free_decays import drift_words, judged, notes_of, second_words, with_sd
+from tests.validation.decay_generator import Cell, make
+from tyre.errors import InputError
 
 
 def write(path, run, names=None):
@@ -39,8 +38,8 @@ def test_repeats_within_five_per_cent_widen_the_sd_and_it_is_said(decays):
     assert [each.repeats for each in found] == [3] * 9
     assert all(each.widened for each in found)
     assert all(0.2 < each.decay.sd[0] < 0.5 for each in found)
-    assert "the sd of 9 of 9 rows is widened" in " ".join(repeat_notes(found))
-    (note,) = repeat_notes(judged(decays[::3]))
+    assert "the sd of 9 of 9 rows is widened" in " ".join(notes_of(found))
+    note = list(notes_of(judged(decays[::3])))[-1]
     assert note.startswith("no run has a repeat within 5 % of its speed")
 
 
@@ -194,3 +193,23 @@ def test_windows_count_from_the_first_sample_whatever_the_clock_begins_with(wind
 )
 def test_an_sd_is_shown_with_two_digits_however_small(value, sd, shown):
     assert with_sd(value, sd) == shown
+
+
+def test_a_break_is_said_with_its_time_and_channel(tmp_path, capsys):
+    made = make(Cell(noise=0.02, cycles=(3.5, 3.5)), np.random.default_rng(3), root=complex(-0.4, 5.0))
+    step = 0.2 * np.ptp(made.run.channels["steer_rate_rad_s"]) * (made.run.time > 2)
+    made.run.channels["steer_rate_rad_s"] = made.run.channels["steer_rate_rad_s"] + step
+    write(tmp_path / "ride.csv", made.run)
+    main(["modal", f"{tmp_path / 'ride.csv'}@5"])
+    shown = capsys.readouterr()
+    assert "steer_rate_rad_s jumps at about 2" in shown.err
+    assert "sd of its noise), as after a second kick, a step of the sensor or a spike" in shown.err
+
+
+def test_what_the_ground_drives_for_many_cycles_is_said_to_be_no_noise(tmp_path, capsys):
+    """The noise model holds that of sensors alone: an sd that is too small is not given without a word."""
+    driven = Cell(cycles=(15, 25), damping=(0.005, 0.03), driven=0.1, noise=0.05)
+    write(tmp_path / "road.csv", make(driven, np.random.default_rng(1)).run)
+    main(["modal", f"{tmp_path / 'road.csv'}@5"])
+    shown = capsys.readouterr()
+    assert "road.csv: what is left is no noise (p " in shown.err or "what is left is no noise" in shown.out

@@ -9,18 +9,15 @@ import numpy as np
 import pytest
 from lab_files import can_log, half_empty, imu_log, pull_export, rig_log
 
-from bicycle.identification.free_decay import identify
-from bicycle.identification.histories_table import read_runs
-from bicycle.identification.recording import read_events as bicycle_events
-from bicycle.identification.recording import read_run
+from bicycle.identification import identify, read_run, read_runs
+from bicycle.identification import read_events as bicycle_events
 from studies.cli import main
-from studies.look.drafts import drafts, write_drafts
-from studies.look.look import look
-from tyre.base.toml_file import read_toml
-from tyre.channels.channel_map import ChannelMap
-from tyre.fits.slip_sweep import fit_slip_sweep
-from tyre.fits.sweep_branches import block_means, samples_used
-from tyre.recordings.read import read_events
+from studies.look import drafts, look, write_drafts
+from tyre.channel_map import ChannelMap
+from tyre.files import read_toml
+from tyre.recording_files import read_events
+from tyre.slip_sweep import fit_slip_sweep
+from tyre.sweep_curve import block_means, samples_used
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +45,7 @@ def looked(monkeypatch, unseen):
         main(["look", str(path), "--out", str(out)])
         return found[-1]
 
-    monkeypatch.setattr("studies.look.look.look", noted)
+    monkeypatch.setattr("studies.look.overview.look", noted)
     return at
 
 
@@ -153,9 +150,10 @@ def test_histories_are_read_by_the_draft(looked, tmp_path, write):
 
 
 def test_a_window_that_tells_more_is_taken_before_a_whole_recording_that_would_do(looked, tmp_path, capsys):
-    """A second, smaller kick: the whole is fitted as the decay after the first one, with R^2 = 0.85."""
+    """A second, slower push: the whole is fitted as the decay after the first one, with R^2 = 0.93."""
     root, rng, t = complex(-0.7, 4.4), np.random.default_rng(5), np.arange(0, 10, 0.01)
-    wave = np.exp(root * t) + np.where(t > 5, 0.42j * np.exp(root * np.maximum(t - 5, 0)), 0)
+    late = np.maximum(t - 5, 0)
+    wave = np.exp(root * t) + 0.5j * np.exp(root * late) * (1 - np.exp(-((late / 0.7) ** 2)))
     motion = {"roll_rate_rad_s": 0.5 * wave.real, "steer_rate_rad_s": ((0.6 - 0.5j) * wave).real}
     columns = [t, *(x + 0.005 * rng.standard_normal(t.size) for x in motion.values())]
     path = tmp_path / "ridden.csv"

@@ -8,11 +8,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from studies.cli import main
-from studies.look.drafts import drafts, write_drafts
-from studies.look.look import look
-from studies.look.use import USES, Event
-from tyre.base.errors import InputError
-from tyre.channels.read import FORMATS
+from studies.look import USES, Event, drafts, look, write_drafts
+from tyre.errors import InputError
+from tyre.formats import FORMATS
 
 
 def table(path, names, rows):

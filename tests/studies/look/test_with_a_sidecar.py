@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from studies.cli import main
-from studies.look.drafts import drafts
-from studies.look.look import look
+from studies.look import drafts, look
 
 SIDECAR = 'tyre = "A"\nload_N = 400\npressure_bar = 5\nsurface = "flat"\naxes = "adapted SAE"\nspeed_km_h = 9\n'
 

@@ -5,11 +5,9 @@ import pytest
 from small_study import RACING, exactly_known, own_table, small
 
 from bicycle.parameters import Bicycle
-from studies.main_study.cases import tyre_cases
-from studies.main_study.settings import Settings
-from studies.main_study.study import run_study
+from studies.main_study import Settings, run_study, tyre_cases
 from tyre import TyreMap
-from tyre.base.errors import InputError
+from tyre.errors import InputError
 
 DEGREE = np.pi / 180
 
@@ -85,10 +83,6 @@ def test_a_condition_about_which_a_table_says_nothing_is_left_out_and_told(tmp_p
     (words,) = found.left_out
     assert words.startswith("Mine flat at 4 bar: ")
     assert "it was measured at 550000 Pa only" in words
-
-
-def test_what_is_left_out_reaches_the_study_and_its_report(heavy):
-    assert heavy.left_out == ("Tyre9 flat at 3.5 bar: gone",)
 
 
 def test_no_tyre_at_all_is_refused(monkeypatch, tmp_path):
@@ -177,7 +171,7 @@ def test_the_users_tyre_may_not_have_the_name_of_another(tmp_path):
         tyre_cases(small(contact={"tyre": str(own), "pressure_bar": 5.0}))
 
 
-def test_results_come_by_rising_pressure_whatever_is_asked_first(monkeypatch):
+def test_results_come_by_rising_pressure_whatever_is_asked_first(monkeypatch, results_alone):
     settings = small(contact={"tyre": "Tyre1", "pressure_bar": 5.5}, pressures=(4.0, 7.0), fronts=2, samples=20)
     monkeypatch.setattr("studies.main_study.cases.available_tyres", dict)
     monkeypatch.setattr(Settings, "setups", property(lambda self: (self.reference,)))  # one world tells it

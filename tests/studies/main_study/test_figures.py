@@ -1,4 +1,4 @@
-"""The figures show what the study found, and explain the marks that are there."""
+"""The figures show what the study found and what the paper prints, and explain the marks that are there."""
 
 from contextlib import contextmanager
 from dataclasses import replace
@@ -6,23 +6,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from small_study import chosen, own_table, small
+from small_study import small
 
 from studies.main_study import (
-    figure_critical_speeds,
-    figure_damping,
-    figure_eigenvalues,
-    figure_headline,
-    figure_speed_locus,
+    Cases,
+    Settings,
+    draw_critical_speeds,
+    draw_damping,
+    draw_eigenvalues,
+    draw_headline,
+    draw_paper_figure,
+    draw_speed_locus,
+    run_study,
+    tyre_cases,
 )
-from studies.main_study.figure_critical_speeds import draw_critical_speeds
-from studies.main_study.figure_damping import draw_damping
-from studies.main_study.figure_eigenvalues import draw_eigenvalues
-from studies.main_study.figure_headline import draw_bands, draw_headline
-from studies.main_study.figure_speed_locus import draw_speed_locus
-from studies.main_study.settings import Settings
-from studies.main_study.study import run_study
-from studies.reporting.plotting import mode_look, mode_marker, mode_words
+from studies.reporting import mode_look
 
 
 @pytest.fixture
@@ -35,10 +33,14 @@ def canvases(monkeypatch):
         drawn.append(Figure(figsize=(width, height)))
         yield drawn[-1]
 
-    modules = (figure_critical_speeds, figure_damping, figure_eigenvalues, figure_headline, figure_speed_locus)
-    for module in modules:
-        monkeypatch.setattr(module, "drawing", drawing)
+    monkeypatch.setattr("studies.reporting.plotting.drawing", drawing)
     return drawn
+
+
+def lines(figure) -> dict[str, np.ndarray]:
+    """Label -> points of each curve."""
+    (axes,) = figure.axes
+    return {c.get_label(): c.lines[0].get_xydata() for c in axes.containers}
 
 
 def texts(axes) -> str:
@@ -67,16 +69,6 @@ def test_bars_of_the_headline_are_the_bands(racing, canvases, tmp_path):
     assert "from 7.5 bar to 3.5 bar" in parts.get_title(loc="left") + parts.get_title()
 
 
-def test_no_unstable_wobble_in_any_case_leaves_no_empty_parts(heavy, canvases, tmp_path):
-    draw_headline(heavy, heavy.settings.reference, tmp_path / "f")
-    (figure,) = canvases
-    (axes,) = figure.axes
-    assert figure.get_suptitle() == "No unstable wobble on any tyre studied: benchmark"
-    assert (axes.get_title(loc="left") + axes.get_title()).startswith("No unstable wobble in any case up to 30 m/s: ")
-    assert "pale ends" not in texts(axes)
-    assert "not at both pressures" not in texts(axes)
-
-
 def test_a_band_beyond_the_speeds_looked_at_is_not_promised(racing, canvases, tmp_path):
     """Rigid fronts: wobble grows above 30 m/s only."""
     rigid = racing.settings.setups[2]
@@ -85,9 +77,9 @@ def test_a_band_beyond_the_speeds_looked_at_is_not_promised(racing, canvases, tm
     assert canvases[0].get_suptitle().startswith("No unstable wobble on any tyre studied")
 
 
-def test_extrapolated_tyre_values_are_hatched(heavy):
-    axes = Figure().add_subplot()
-    draw_bands(axes, heavy, heavy.settings.reference)
+def test_extrapolated_tyre_values_are_hatched(heavy, canvases, tmp_path):
+    draw_headline(heavy, heavy.settings.reference, tmp_path / "f")
+    axes = canvases[0].axes[0]
     assert "hatched: tyre values extrapolated" in texts(axes)
     assert sum(bool(patch.get_hatch()) for patch in axes.patches) == len(heavy.cases)
 
@@ -118,14 +110,6 @@ def test_modes_are_told_apart_without_colour(racing, canvases, tmp_path):
     modes = {name: mark for name, mark in marks.items() if "bar" not in name and " or " not in name}
     assert {"weave", "wobble", "capsize", "castering"} <= set(modes)
     assert len(set(modes.values())) == len(modes)
-
-
-def test_joint_names_have_looks_of_their_own():
-    joint = ("castering+rear_tyre", "castering+wobble", "weave+wobble", "capsize+rear_tyre+wobble")
-    names = (*joint, "castering", "other_1", "other_2")
-    looks = [tuple(mode_marker(name).values()) for name in names]
-    assert len(set(looks)) == len(names)
-    assert mode_words("castering+rear_tyre") == "castering or rear tyre"
 
 
 def test_root_locus_shows_the_real_roots_and_every_pressure(racing, canvases, tmp_path):
@@ -189,27 +173,15 @@ def test_damping_against_pressure_is_that_of_the_results(racing, canvases, tmp_p
 
 
 @pytest.fixture
-def one_world(monkeypatch):
+def one_world(monkeypatch, results_alone):
     """The world of the first sentence alone."""
     monkeypatch.setattr(Settings, "setups", property(lambda self: (self.reference,)))
-
-
-def test_own_tyres_are_drawn_beside_the_packaged_ones(one_world, canvases, tmp_path):
-    own = own_table(tmp_path, pressures=(3.5, 7.5))
-    settings = small(tyres=(str(own),), pressures=(3.5, 5.0), fronts=2, samples=20, speeds=np.linspace(0, 30, 7))
-    wanted = {"Mine (synthetic) flat": (3.5, 5.0), "Tyre3 flat": (3.5,)}
-    study = run_study(settings, cases=chosen(settings, wanted))
-    for draw in (draw_eigenvalues, draw_speed_locus):
-        draw(study, settings.reference, tmp_path / "f")
-        (legend,) = canvases[-1].legends
-        assert [text.get_text() for text in legend.texts if "bar" in text.get_text()] == ["3.5 bar", "5 bar"]
-        assert "Mine (synthetic)\nflat" in [axes.get_title() for axes in canvases[-1].axes]
 
 
 def test_a_tyre_without_a_pressure_is_drawn(one_world, canvases, tmp_path):
     numbers = {"cornering_stiffness": 6000.0, "relaxation_length": 0.12}
     settings = small(contact=numbers, fronts=2, samples=20, speeds=np.linspace(0, 30, 4))
-    study = run_study(settings, cases=chosen_given(settings))
+    study = run_study(settings, cases=Cases(tyre_cases(settings).found[:1], ()))
     draw_headline(study, settings.reference, tmp_path / "f")
     draw_damping(study, tmp_path / "f")
     draw_critical_speeds(study, tmp_path / "f")
@@ -218,8 +190,42 @@ def test_a_tyre_without_a_pressure_is_drawn(one_world, canvases, tmp_path):
     assert "as given" in [label.get_text() for label in canvases[0].axes[0].get_yticklabels()]
 
 
-def chosen_given(settings):
-    """The tyre of the model file alone."""
-    from studies.main_study.cases import Cases, tyre_cases
+def test_relaxation_length_figure_shows_the_table_with_3_mm(canvases, tmp_path):
+    draw_paper_figure(tmp_path / "paper_fig13")
+    found = lines(canvases[0])
+    assert found["Tyre1 flat, 3.5 bar"][:, 1] == pytest.approx([134.0, 141.5, 140.9])  # Table 6
+    assert found["Tyre2 flat, 5.5 bar"][:, 1] == pytest.approx([121.1, 81.7, 82.1])  # Table 8
+    assert found["Tyre1 flat, 3.5 bar"][:, 0] == pytest.approx([340, 400, 490])
+    assert found["Tyre2 flat, 5.5 bar"][:, 0] == pytest.approx([342, 402, 492])
+    for container in canvases[0].axes[0].containers:
+        (bars,) = container.lines[2]
+        assert [np.ptp(s[:, 1]) / 2 for s in bars.get_segments()] == pytest.approx(3 * [3.0], abs=0.2)
+    assert canvases[0].get_supxlabel().startswith("Redrawn from Tables 6 and 8 of Dell'Orto")
 
-    return Cases(tyre_cases(settings).found[:1], ())
+
+def test_lateral_stiffness_is_cornering_stiffness_over_relaxation_length(canvases, tmp_path):
+    draw_paper_figure(tmp_path / "paper_fig06")
+    printed = np.degrees([103.6, 111.5, 120.0]) / [187.3, 192.2, 198.5]  # Tables 5 and 9, 3.5 bar: N/rad over mm
+    assert lines(canvases[0])["Tyre3 flat, 3.5 bar"][:, 1] == pytest.approx(printed)
+    assert "cornering stiffness over relaxation length" in canvases[0].get_supxlabel()
+
+
+def test_step_response_reaches_63_percent_after_one_relaxation_length(canvases, tmp_path):
+    draw_paper_figure(tmp_path / "paper_fig01")
+    axes = canvases[0].axes[0]
+    marks = [line.get_xydata()[0] for line in axes.lines if len(line.get_xydata()) == 1]
+    speed = 9.3 / 3.6
+    times = np.array([106.0, 81.7, 115.5]) / speed  # Tables 6, 8, 9 at 400 N, 5.5 bar: mm over m/s = ms
+    assert np.array(marks) == pytest.approx(np.column_stack([times, np.full(3, 0.632121)]), abs=1e-5)
+    for curve, mark in zip([line for line in axes.lines if len(line.get_xydata()) > 100], marks, strict=True):
+        assert np.interp(mark[0], *curve.get_xydata().T) == pytest.approx(mark[1], abs=1e-3)
+
+
+def test_saved_figures_do_not_differ_between_runs(tmp_path):
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        draw_paper_figure(tmp_path / folder / "paper_fig05")
+    for suffix in ("png", "svg"):
+        assert (tmp_path / "a" / f"paper_fig05.{suffix}").read_bytes() == (
+            tmp_path / "b" / f"paper_fig05.{suffix}"
+        ).read_bytes()

@@ -1,10 +1,14 @@
-"""What a study is asked: four worlds, and how far what nobody measured may be off."""
+"""Questions to a study: four worlds, plausible ranges, and what a user gives: pressures, bicycles, model files."""
 
 import numpy as np
 import pytest
-from small_study import exactly_known, small
+from small_study import exactly_known, own_table, small
 
-from studies.main_study.settings import CAMBER_RANGE, CAMBER_SHARE, Arms, Front, Ranges, Settings
+from bicycle import load_bicycle
+from bicycle.bicycle_files import to_toml
+from studies.cli import main
+from studies.main_study import LIMITS, Arms, Front, Ranges, beside, given_case, read_pressures, settings_of
+from tyre.errors import InputError
 
 
 def test_four_worlds_and_the_first_is_the_one_of_the_question():
@@ -14,22 +18,14 @@ def test_four_worlds_and_the_first_is_the_one_of_the_question():
     ]  # fmt: skip
     assert settings.setups[0] == settings.reference
     assert {setup.camber_share for setup in settings.setups} == {0.65}
-    assert [setup.words for setup in settings.setups][1] == "hands on and a flexible front"
 
 
 def test_camber_stiffness_is_what_dressel_measured():
     """0.0075 to 0.015 of the load per degree (abstract of Dressel, 2013)."""
     per_radian = np.array([0.0075, 0.015]) * 180 / np.pi
-    assert pytest.approx(per_radian, abs=0.005) == CAMBER_RANGE
-    assert CAMBER_RANGE[0] < CAMBER_SHARE < CAMBER_RANGE[1]
-    assert pytest.approx(per_radian.mean(), abs=0.01) == CAMBER_SHARE
-
-
-def test_ranges_are_those_of_the_plausible_fronts():
-    found = small().ranges
-    assert (found.stiffness, found.damping) == ((2500, 10000), (5, 40))
-    assert (found.hinge, found.friction) == ((-0.1, 0.1), (0, 1))
-    assert found.camber_share == CAMBER_RANGE
+    assert pytest.approx(per_radian, abs=0.005) == LIMITS.camber_range
+    assert LIMITS.camber_range[0] < LIMITS.camber_share < LIMITS.camber_range[1]
+    assert pytest.approx(per_radian.mean(), abs=0.01) == LIMITS.camber_share
 
 
 def test_what_a_model_file_gives_narrows_its_own_range_and_no_other():
@@ -61,6 +57,141 @@ def test_an_assumed_hinge_lies_on_the_steer_axis(name):
     assert Front(joint_x=0.9).hinge_x(p) == 0.9
 
 
-def test_the_fastest_speed_is_the_last_one_looked_at():
-    assert small(speeds=np.linspace(0, 21, 4)).fastest == 21.0
-    assert Settings(exactly_known("benchmark")).fastest == 30.0
+@pytest.fixture
+def model(tmp_path):
+    """Write a model file about the bicycle ``benchmark``."""
+
+    def write(effects: str, bicycle: str = "benchmark"):
+        file = tmp_path / "mine.toml"
+        file.write_text(f'bicycle = "{bicycle}"\n{effects}')
+        return str(file)
+
+    return write
+
+
+TYRE = '[effects.relaxation_length]\ntyre = "Tyre1"\npressure_bar = 5.5\n'
+
+
+def test_pressures_are_read_in_bar_and_sorted():
+    assert read_pressures(None) == ()
+    assert read_pressures("7,3.5, 5") == (3.5, 5.0, 7.0)
+    assert read_pressures("4") == (4.0,)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "give bar, for example 3.5,5,7"), ("hard", "'hard': give bar"), ("4;5", "'4;5': give bar"),
+        ("0", "0 is out of range; give above 0 and up to 20 bar"), ("-3", "-3 is out of range"),
+        ("nan", "nan is out of range"), ("inf", "inf is out of range"), ("350", "350 is out of range"),
+        ("4,4.0", "holds a pressure twice"), ("4,,5", "give bar"),
+    ],
+)  # fmt: skip
+def test_pressures_that_are_refused(text, words):
+    with pytest.raises(InputError, match=words):
+        read_pressures(text)
+
+
+def test_without_a_model_everything_beside_the_bicycle_is_assumed(tmp_path):
+    settings = settings_of(bicycle="rigid_rider", tyres=["a.csv"], pressures="4,7")
+    assert settings.bicycle.name == "rigid_rider"
+    assert (settings.front, settings.arms, settings.contact) == (Front(), Arms(), None)
+    assert (settings.tyres, settings.pressures, dict(settings.further)) == (("a.csv",), (4.0, 7.0), {})
+    assert settings_of().bicycle.name == "pista_charlie_drops"
+
+
+def test_a_measured_tyre_of_a_model_file(model, tmp_path):
+    own = own_table(tmp_path)
+    settings = settings_of(
+        model(
+            f'[effects.relaxation_length]\ntyre = {{rear = "{own.name}", front = "Tyre1"}}\n'
+            "pressure_bar = {rear = 6, front = 5}\n"
+        )
+    )
+    assert settings.contact["tyre"]["rear"] == own.resolve().as_posix()  # found beside the model file
+    case = given_case(settings.contact, settings.bicycle)
+    assert case.pressures_bar == (6.0, 5.0)
+    assert case.name == "Mine (synthetic) / Tyre1 flat"
+    assert not case.packaged
+    assert dict(settings.further) == {}
+
+
+def test_own_front_and_arms_take_the_place_of_the_assumed_ones(model):
+    settings = settings_of(
+        model(
+            TYRE + "[effects.front_compliance]\nstiffness = 4000\ndamping = 8\njoint_x = 0.95\njoint_z = -0.7\n"
+            "axis_tilt = 0.25\n[effects.rider_arms]\ninertia = 0.2\nstiffness = 12\ndamping = 2\n"
+        )
+    )
+    assert settings.front == Front(4000.0, 8.0, 0.7, 0.95, 0.25, given=True)
+    assert settings.arms == Arms(0.2, 12.0, 2.0, given=True)
+    assert dict(settings.further) == {}
+    assert settings.ranges.stiffness == (3200.0, 5000.0)
+    flexible = beside(settings, settings.reference)
+    assert flexible["front_compliance"] == {
+        "stiffness": 4000.0, "damping": 8.0, "joint_x": 0.95, "joint_z": -0.7, "axis_tilt": 0.25
+    }  # fmt: skip
+    assert "rider_arms" not in flexible
+    assert beside(settings, settings.setups[3])["rider_arms"] == {"inertia": 0.2, "stiffness": 12.0, "damping": 2.0}
+    assert "front_compliance" not in beside(settings, settings.setups[3])
+
+
+def test_other_effects_are_in_every_world_and_camber_thrust_replaces_the_assumed_one(model):
+    settings = settings_of(
+        model(
+            TYRE + "[effects.crown_radius]\ncrown_radius = 0.014\n[effects.camber_thrust]\ncamber_stiffness = 210\n"
+            "[effects.steer_damper]\ndamping = 0.3\n"
+        )
+    )
+    for setup in settings.setups:
+        tables = beside(settings, setup)
+        assert tables["crown_radius"] == {"crown_radius": 0.014}
+        assert tables["camber_thrust"] == {"camber_stiffness": 210}
+        assert tables["steer_damper"] == {"damping": 0.3}
+    assert settings.ranges.camber_share == (0.8, 1.25)
+
+
+def test_a_model_without_a_tyre_leaves_the_packaged_ones(model):
+    settings = settings_of(model("[effects.crown_radius]\ncrown_radius = 0.014\n"))
+    assert settings.contact is None
+    assert set(settings.further) == {"crown_radius"}
+
+
+def test_a_tyre_without_a_lag_is_refused(model):
+    file = model("[effects.side_slip]\ncornering_stiffness = 6000\n")
+    with pytest.raises(InputError, match=r"relaxation length, but the file has side_slip; use relaxation_length, or"):
+        settings_of(file)
+
+
+def test_a_model_and_a_bicycle_are_refused(model, capsys, tmp_path):
+    file = model(TYRE)
+    with pytest.raises(InputError, match="--bicycle rigid: a model file names its own bicycle; leave --bicycle out"):
+        settings_of(file, bicycle="rigid")
+    with pytest.raises(SystemExit) as stop:
+        main(["run", file, "--bicycle", "rigid", "--out", str(tmp_path / "out")])
+    assert stop.value.code == 2
+    assert capsys.readouterr().err.startswith("velotyre: --bicycle rigid: a model file names its own bicycle")
+
+
+@pytest.mark.parametrize(
+    ("effects", "words"),
+    [
+        ("[effects.relaxation_length]\ntyre = 'Tyre9'\npressure_bar = 5\n", "Tyre9"),
+        ("[effects.front_complience]\nstiffness = 4000\n", "did you mean 'front_compliance'"),
+        (TYRE + "[effects.front_compliance]\nstiffness = inf\njoint_x = 0.9\njoint_z = -0.7\n", "infinite"),
+    ],
+)
+def test_what_is_wrong_in_a_model_file_is_told_with_its_name(model, effects, words):
+    with pytest.raises(InputError, match=f"mine.toml: .*{words}"):
+        settings_of(model(effects))
+
+
+def test_a_bicycle_in_the_place_of_the_model_is_the_bicycle(tmp_path):
+    by_option = settings_of(bicycle="pista", pressures="4,6")
+    assert settings_of("pista", pressures="4,6").bicycle.values == by_option.bicycle.values
+    (tmp_path / "mine.toml").write_text(to_toml(load_bicycle("browser")))
+    assert settings_of(str(tmp_path / "mine.toml")).bicycle.values == load_bicycle("browser").values
+    with pytest.raises(InputError, match="two bicycles, pista and --bicycle rigid; leave one out"):
+        settings_of("pista", bicycle="rigid")
+    with pytest.raises(InputError, match="unknown bicycle 'pisto'; did you mean 'pista'"):
+        settings_of("pisto")

@@ -1,16 +1,27 @@
-"""The study as a whole: what is computed, what is left out, and how the work is counted and spread."""
+"""The study as a whole: what is computed and left out, how the work is spread, and the command that writes it."""
 
 import operator
+import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from small_study import chosen, small
 
-from studies.main_study import study as module
-from studies.main_study.parallel import spread
-from studies.main_study.settings import Settings
-from studies.main_study.study import count_steps, pressure_ends, run_study, typical
-from tyre.base.errors import InputError
+from bicycle.bicycle_files import load_bicycle
+from studies.cli import main
+from studies.main_study import (
+    Settings,
+    Setup,
+    answer,
+    draw_critical_speeds,
+    run_study,
+    spread,
+    write_report,
+    write_tables,
+)
+from tyre.errors import InputError
+from tyre.files import data_root
 
 
 def test_every_case_is_solved_in_every_world(racing):
@@ -21,6 +32,7 @@ def test_every_case_is_solved_in_every_world(racing):
     assert racing.names == ["Tyre1 flat", "Tyre3 flat"]
     assert racing.conditions == ["3.5 bar", "5.5 bar", "7.5 bar"]
     assert [case.condition for case in racing.subject] == ["3.5 bar", "5.5 bar", "7.5 bar"]
+    assert racing.focus.condition == "5.5 bar"
 
 
 def test_random_bicycles_are_of_every_tyre_hands_off_and_of_the_asked_one_hands_on(racing):
@@ -33,95 +45,147 @@ def test_random_bicycles_are_of_every_tyre_hands_off_and_of_the_asked_one_hands_
     assert racing.outer(racing.of(second, "Tyre1 flat")[2]) is own
 
 
-def test_the_ends_of_the_pressures(racing):
-    assert [(high.condition, low.condition) for high, low in pressure_ends(racing.cases)] == [
-        ("7.5 bar", "3.5 bar")
-    ] * 2
-    alone = [case for case in racing.cases if case.condition == "3.5 bar"]
-    assert pressure_ends(alone) == []
-    assert typical(racing.subject).condition == racing.focus.condition == "5.5 bar"
-    unknown = replace(alone[0], pressures_bar=())
-    assert typical([unknown]) is unknown
+def quick(**others) -> Settings:
+    few = {"fronts": 2, "samples": 20, "speeds": np.linspace(0, 30, 4), "max_speed": 35.0}
+    return small(**(few | others))
 
 
-def failing_at(monkeypatch, wrong):
+@pytest.fixture
+def failing(monkeypatch, results_alone):
     """Let the solution of some (case, setup) fail."""
-    solve = module.solve
+    from studies.main_study import solve
 
-    def maybe(settings, case, setup):
-        if wrong(case, setup):
-            raise InputError("no such model")
-        return solve(settings, case, setup)
+    def at(wrong):
+        def maybe(settings, case, setup):
+            if wrong(case, setup):
+                raise InputError("no such model")
+            return solve(settings, case, setup)
 
-    monkeypatch.setattr(module, "solve", maybe)
+        monkeypatch.setattr("studies.main_study.study.solve", maybe)
+
+    return at
 
 
-def quick() -> Settings:
-    return small(fronts=2, samples=20, speeds=small().speeds[::4])
-
-
-def test_a_case_that_cannot_be_computed_in_a_world_is_left_out_and_told(monkeypatch, tmp_path):
-    from studies.main_study.answer import answer
-    from studies.main_study.figure_critical_speeds import draw_critical_speeds
-    from studies.main_study.report import write_report
-    from studies.main_study.tables import write_tables
-
+def test_a_case_that_cannot_be_computed_in_a_world_is_left_out_and_told(failing, tmp_path, unseen):
     settings = quick()
     cases = chosen(settings, {"Tyre1 flat": (3.5, 7.5)}, ["x: y"])
-    failing_at(monkeypatch, lambda case, setup: setup == settings.setups[3] and case.condition == "3.5 bar")
+    failing(lambda case, setup: setup == settings.setups[3] and case.condition == "3.5 bar")
     found = run_study(settings, cases=cases)
     assert found.left_out == ("x: y", "Tyre1 flat, 3.5 bar, hands on, rigid front: no such model")
     assert len(found.results) == 7
     assert found.result(settings.setups[3], found.cases[0]) is None
     assert found.decompositions == ()  # the pressure is not there in every world
-    assert len(found.of(settings.setups[3])) == 1
-    text = write_report(found, answer(found), tmp_path, paper_figures=[])[0].read_text(encoding="utf-8")
+    text = write_report(found, tmp_path)[1].read_text(encoding="utf-8")
     assert "- Tyre1 flat, 3.5 bar, hands on, rigid front: no such model" in text
+    assert text.count("not computed") == 1
     write_tables(found, tmp_path)
-    monkeypatch.setattr("studies.reporting.plotting.FORMATS", ("png",))
+    unseen()
     draw_critical_speeds(found, tmp_path / "f")
 
 
-def test_a_tyre_that_cannot_be_computed_at_all_leaves_the_others(monkeypatch):
+def test_a_study_without_any_result_is_refused(failing):
     settings = quick()
-    cases = chosen(settings, {"Tyre1 flat": (3.5,), "Tyre3 flat": (3.5,)})
-    failing_at(monkeypatch, lambda case, setup: case.name == "Tyre1 flat")
-    found = run_study(settings, cases=cases)
-    assert found.names == ["Tyre3 flat"]
-    assert found.focus.name == "Tyre3 flat"
-    assert len(found.left_out) == 4
-
-
-def test_a_study_without_any_result_is_refused(monkeypatch):
-    settings = quick()
-    failing_at(monkeypatch, lambda case, setup: True)
+    failing(lambda case, setup: True)
     with pytest.raises(InputError, match="no case can be computed: Tyre1 flat, 5.5 bar, hands off, .*: no such model"):
         run_study(settings, cases=chosen(settings, {"Tyre1 flat": (5.5,)}))
 
 
-@pytest.mark.parametrize("wanted", [{"Tyre1 flat": (5.5,)}, {"Tyre1 flat": (3.5, 7.5), "Tyre3 flat": (3.5,)}])
-def test_steps_are_counted_before_they_are_made(wanted, racing, monkeypatch):
-    """Without the work itself: what is reported is what was promised."""
-    settings = racing.settings
-    cases = chosen(settings, wanted)
-    monkeypatch.setattr(module, "solve", lambda _, case, setup: racing.result(setup, case))
-    for work in ("hinges", "contact_lengths"):
-        monkeypatch.setattr(module, work, lambda *arguments: ())
-    told: list[str] = []
-
-    def each(work, items, said):
-        todo = list(items)
-        for item in todo:
-            told.append(said(*item))
-        return [work(*item) for item in todo] if work is module._solved else [None] * len(todo)
-
-    run_study(settings, told.append, each=each, cases=cases)
-    assert len(told) == count_steps(settings, cases.found)
-
-
 @pytest.mark.parametrize("workers", [1, 2])
-def test_work_comes_back_in_the_order_of_its_items_and_is_told(workers):
-    told: list[str] = []
-    with spread(workers, told.append) as each:
-        assert each(operator.add, [(k, 10) for k in range(5)], lambda a, b: f"{a} and {b}") == [10, 11, 12, 13, 14]
-    assert told == [f"{k} and 10" for k in range(5)]
+def test_work_comes_back_in_the_order_of_its_items(workers):
+    with spread(workers) as each:
+        assert each(operator.add, [(k, 10) for k in range(5)], "sums") == [10, 11, 12, 13, 14]
+
+
+def one_tyre(settings):
+    """Cases of one tyre, its lowest and highest pressure."""
+    return chosen(settings, {"Tyre3 flat": (3.5, 7.5)}, ["Tyre9 flat at 3 bar: gone"])
+
+
+def test_run_prints_the_question_then_the_answer_and_writes_everything(racing, monkeypatch, tmp_path, capsys, unseen):
+    unseen()
+    study = replace(racing, left_out=("Tyre9 flat at 3 bar: gone",))
+    monkeypatch.setattr("studies.main_study.report.run_study", lambda *_, **__: study)
+    folder = tmp_path / "new" / "out"
+    main(["run", "--out", str(folder), "--workers", "1"])
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "Does less air in Tyre1 (measured on a flat track) bring pista_charlie_drops closer to wobble?"
+    assert lines[1] == ""
+    assert re.match(r"(Yes|No|It depends|Closer|Farther)", lines[2])
+    said = " ".join(line.strip() for line in lines)
+    assert said.index("How sure:") < said.index("It hinges on") < said.index("How far to believe it:")
+    assert lines[-1] == f"report: {(folder / 'report.html').as_posix()}"
+    assert max(map(len, lines[:-1])) <= 110
+    text = (folder / "report.md").read_text(encoding="utf-8")
+    assert "- Tyre9 flat at 3 bar: gone" in text
+    names = {file.name for file in folder.iterdir()}
+    figures = {
+        "headline", "wobble_hands_on", "damping_ratio", "critical_speeds",
+        *(f"eigenvalues_{n}" for n in (1, 2, 3, 4)), "root_locus_1", "root_locus_2",
+        *(f"paper_fig{n:02d}" for n in (1, 5, 6, 9, 10, 11, 12, 13, 14)),
+    }  # fmt: skip
+    assert {f"{name}.png" for name in figures} == {name for name in names if name.endswith(".png")}
+    assert {f"{name}.svg" for name in figures} < names
+    assert {"report.md", "report.html", "eigenvalues.csv", "wobble.csv", "hinges.csv", "run.manifest.json"} < names
+    assert set(re.findall(r"\]\(([^)#]+\.png)\)", text)) == {f"{name}.png" for name in figures}
+
+
+def test_two_workers_write_the_tables_of_one(tmp_path, monkeypatch, results_alone):
+    """In rigid worlds of the same parts, as each process derives the equations of each set of parts."""
+    monkeypatch.setattr(Settings, "reference", Setup(None))
+    monkeypatch.setattr(Settings, "setups", (Setup(None), Setup(None, camber_share=0.5)))
+    settings = quick()
+    for workers in (1, 2):
+        (tmp_path / str(workers)).mkdir()
+        with spread(workers) as each:
+            written = write_tables(run_study(settings, each=each, cases=one_tyre(settings)), tmp_path / str(workers))
+    assert len(written) == 11
+    for file in written.values():
+        assert file.read_bytes() == (tmp_path / "1" / file.name).read_bytes(), file.name
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        (["--bicycle", "benchmrk"], "unknown bicycle 'benchmrk'; did you mean 'benchmark'?"),
+        (["--tyre", "none.csv"], "none.csv"),
+        (["--pressures", "0"], "--pressures '0': 0 is out of range"),
+        (["--out", ""], "is no folder name; give a folder to write into, for example out"),
+        (["--out", "a\0b"], "is no folder name; give a folder to write into, for example out"),
+        (["--out", "taken"], "taken' is a file; give a folder to write into"),
+    ],
+)
+def test_what_the_command_refuses(asked, words, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "taken").write_text("mine")
+    with pytest.raises(SystemExit) as stop:
+        main(["run", *asked])
+    assert stop.value.code == 2
+    error = capsys.readouterr().err
+    assert words in error
+    assert error.count("\n") == 1
+    assert [file.name for file in tmp_path.iterdir()] == ["taken"]
+
+
+def test_a_tyre_called_like_a_script_stays_text(heavy, tmp_path):
+    hostile = "<script>alert(1)</script>"
+
+    def renamed(found):
+        return tuple(replace(one, case=replace(one.case, name=hostile)) for one in found)
+
+    cases = tuple(replace(case, name=hostile) for case in heavy.cases)
+    study = replace(heavy, cases=cases, focus=replace(heavy.focus, name=hostile), results=renamed(heavy.results),
+                    plausible=renamed(heavy.plausible), left_out=(f"{hostile}: gone",))  # fmt: skip
+    for file in write_report(study, tmp_path)[1:]:
+        text = file.read_text(encoding="utf-8")
+        assert "<script" not in text
+        assert text.count("&lt;script&gt;alert(1)") > 5
+
+
+def test_the_study_of_a_text_file_without_a_rider_ends_with_an_answer_and_a_report(tmp_path):
+    file = tmp_path / "SilverBenchmark.txt"
+    file.write_text(data_root().joinpath("bicycle_text", file.name).read_text(encoding="utf-8"), encoding="utf-8")
+    settings = quick(bicycle=load_bicycle(file))
+    study = run_study(settings, cases=chosen(settings, {"Tyre1 flat": (3.5,)}))
+    assert answer(study).own
+    assert study.left_out == ()
+    assert not re.search(r"\bnan\b", write_report(study, tmp_path)[1].read_text(), re.IGNORECASE)

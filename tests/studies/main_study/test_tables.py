@@ -1,12 +1,35 @@
-"""Tidy tables that agree with the study."""
+"""Tidy tables that agree with the study, and published ranges beside ours."""
+
+import math
 
 import numpy as np
 import pandas as pd
 import pytest
+from by_hand import ARMS, FRONT, by_hand
 from eigenvalue_sets import assert_same_eigenvalues
 
-from studies.main_study.assemble import build
-from studies.main_study.tables import tables, write_tables
+from studies.main_study import Comparison, Finding, compared, findings, model, tables, write_tables
+from tyre.errors import InputError
+
+QUANTITIES = {
+    "wobble_frequency_Hz", "onset_m_s", "end_m_s", "steer_over_roll", "frequency_change", "weave_shift_m_s",
+    "cornering_stiffness_over_load_per_deg", "camber_stiffness_over_load_per_deg", "relaxation_length_mm",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def every(racing):
+    return tables(racing)
+
+
+def finding(low, high, quantity="onset_m_s"):
+    return Finding("X (2000)", quantity, low, high, "words", "abstract only", "a journal")
+
+
+def ours(study, who, quantity):
+    (one,) = (one for one in compared(study) if one.finding.who.startswith(who) and one.finding.quantity == quantity)
+    return one.ours
+
 
 NAMES = [
     "tyre_properties", "eigenvalues", "damping_ratios", "critical_speeds", "decomposition_damping_ratio",
@@ -16,48 +39,43 @@ UNITS_IN_A_COLUMN = ("decomposition_damping_ratio", "published", "monte_carlo")
 CONDITION = ["bicycle", "tyre", "surface", "pressure_rear_bar", "pressure_front_bar", "hands", "front", "extrapolated"]
 
 
-@pytest.fixture(scope="module")
-def found(racing):
-    return tables(racing)
-
-
-def test_tables_are_tidy(racing, found):
-    assert list(found) == NAMES
+def test_tables_are_tidy(racing, every):
+    assert list(every) == NAMES
     for name in ("eigenvalues", "damping_ratios", "critical_speeds", "wobble", "plausible_fronts", "monte_carlo"):
-        assert list(found[name])[: len(CONDITION)] == CONDITION, name
-    lengths = {name: len(table) for name, table in found.items()}
+        assert list(every[name])[: len(CONDITION)] == CONDITION, name
+    lengths = {name: len(table) for name, table in every.items()}
     assert lengths["tyre_properties"] == 2 * 5
     assert lengths["wobble"] == 4 * 5
     assert lengths["hinges"] == 2 * len(racing.hinges)
     assert lengths["plausible_fronts"] == 6 * len(racing.plausible)
     assert lengths["critical_speeds"] == sum(len(r.crossings) for r in racing.results)
     keys = ["tyre", "surface", "pressure_rear_bar", "hands", "front"]
-    assert not found["wobble"].duplicated(keys).any()
-    assert not found["eigenvalues"].duplicated([*keys, "speed_m_s", "mode", "branch"]).any()
-    assert not found["tyre_properties"].duplicated(["tyre", "surface", "pressure_bar", "wheel"]).any()
+    assert not every["wobble"].duplicated(keys).any()
+    assert not every["eigenvalues"].duplicated([*keys, "speed_m_s", "mode", "branch"]).any()
+    assert not every["tyre_properties"].duplicated(["tyre", "surface", "pressure_bar", "wheel"]).any()
 
 
-def test_every_column_with_a_unit_says_so(found):
+def test_every_column_with_a_unit_says_so(every):
     units = ("_m_s", "_Hz", "_bar", "_N", "_mm", "_N_per_deg", "_N_per_mm", "_1_s", "_rad_s")
     words = {
         *CONDITION, "wheel", "origin", "notes", "mode", "branch", "damping_ratio", "kind", "direction", "what", "unit",
         "unstable", "varied", "end", "value", "number", "computed", "who", "quantity", "verdict", "read", "source",
         "lost", "draws", "seed", "random_bicycles", "of_these_without_wobble",
     }  # fmt: skip
-    for name, table in found.items():
+    for name, table in every.items():
         for column in table:
             dimensionless = "damping_ratio" in column or name in UNITS_IN_A_COLUMN
             assert column in words or column.endswith(units) or dimensionless, (name, column)
 
 
-def test_every_eigenvalue_is_in_the_table_once(racing, found):
+def test_every_eigenvalue_is_in_the_table_once(racing, every):
     case, setup = racing.cases[3], racing.settings.setups[1]
-    table = found["eigenvalues"]
+    table = every["eigenvalues"]
     mine = table[
         (table["tyre"] == case.tyre) & (table["pressure_rear_bar"] == case.pressure_bar) & (table["hands"] == "on")
         & (table["front"] == "flexible") & (table["speed_m_s"] == 10.0)
     ]  # fmt: skip
-    values = build(racing.settings, setup, case.contact).eigenvalues(10.0)
+    values = model(racing.settings, setup, case.contact).linear_model().eigenvalues(10.0)
     printed = mine["real_1_s"].to_numpy() + 1j * mine["imaginary_rad_s"].to_numpy()
     assert_same_eigenvalues(printed, values[values.imag >= 0], rtol=1e-9)
     moving = mine[mine["imaginary_rad_s"] > 0]
@@ -66,9 +84,9 @@ def test_every_eigenvalue_is_in_the_table_once(racing, found):
     np.testing.assert_allclose(moving["frequency_Hz"], moving["imaginary_rad_s"] / (2 * np.pi))
 
 
-def test_parts_add_up_to_the_total(found):
+def test_parts_add_up_to_the_total(every):
     for name in ("decomposition_critical_speed", "decomposition_damping_ratio"):
-        table = found[name]
+        table = every[name]
         parts = [column for column in table if "_part" in column or column.startswith("interaction")]
         (total,) = (column for column in table if column.startswith("total_change"))
         assert len(parts) == 3
@@ -78,10 +96,10 @@ def test_parts_add_up_to_the_total(found):
         assert (table["pressure_before_bar"] > table["pressure_after_bar"]).all()
 
 
-def test_wobble_is_that_of_the_critical_speeds(found):
+def test_wobble_is_that_of_the_critical_speeds(every):
     keys = ["tyre", "surface", "pressure_rear_bar", "hands", "front"]
-    critical = found["critical_speeds"]
-    wobble = found["wobble"].set_index(keys).sort_index()
+    critical = every["critical_speeds"]
+    wobble = every["wobble"].set_index(keys).sort_index()
     for key, group in critical[(critical["mode"] == "wobble") & (critical["speed_m_s"] <= 30)].groupby(keys):
         row = wobble.loc[key]
         assert row["unstable"]
@@ -104,10 +122,124 @@ def test_extrapolated_tyre_values_are_marked(heavy):
             assert table["extrapolated"].all(), name
 
 
-def test_files_hold_the_tables(racing, found, tmp_path):
+def test_files_hold_the_tables(racing, every, tmp_path):
     written = write_tables(racing, tmp_path)
     assert sorted(file.name for file in tmp_path.iterdir()) == sorted(f"{name}.csv" for name in NAMES)
     back = pd.read_csv(written["critical_speeds"])
-    np.testing.assert_allclose(back["speed_m_s"], found["critical_speeds"]["speed_m_s"], rtol=1e-9)
-    assert list(back) == list(found["critical_speeds"])
+    np.testing.assert_allclose(back["speed_m_s"], every["critical_speeds"]["speed_m_s"], rtol=1e-9)
+    assert list(back) == list(every["critical_speeds"])
     assert b"\r" not in written["wobble"].read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("ours", "verdict"),
+    [
+        ((4.2, 4.4), "inside"), ((4.0, 6.0), "inside"), ((3.0, 5.0), "partly inside"), ((5.0, 9.0), "partly inside"),
+        ((3.0, 9.0), "partly inside"), ((1.0, 3.9), "outside"), ((6.1, 8.0), "outside"), ((6.0, 8.0), "partly inside"),
+        (None, "none here"), ((5.0, math.inf), "partly inside"),
+    ],
+)  # fmt: skip
+def test_verdicts(ours, verdict):
+    assert Comparison(finding(4.0, 6.0), ours).verdict == verdict
+
+
+def test_every_finding_of_the_data_is_said_with_its_source():
+    found = findings()
+    assert {one.quantity for one in found} <= QUANTITIES
+    for one in found:
+        assert one.low < one.high
+        assert one.hands in ("", "on", "off")
+        assert "abstract only" in one.read or "Moore & Reijne (2020)" in one.read  # none was read in the original
+        assert one.source
+        assert one.words
+
+
+def test_findings_are_the_numbers_that_were_read():
+    """Ploechl 2012 and Klinger 2014 as read by Moore & Reijne (2020); abstracts of Dressel 2013 and VTI 2018."""
+    found = {(one.who.split(",")[0].split(" (")[0], one.quantity): (one.low, one.high) for one in findings()}
+    assert found["Plöchl", "wobble_frequency_Hz"] == (6, 9)
+    assert found["Klinger", "wobble_frequency_Hz"] == (8, 12)
+    assert found["Klinger", "onset_m_s"] == (2, 6)
+    assert found["Klinger", "steer_over_roll"] == (3, 5)
+    assert found["Dressel", "cornering_stiffness_over_load_per_deg"] == (0.15, 0.35)
+    assert found["Dressel", "camber_stiffness_over_load_per_deg"] == (0.0075, 0.015)
+    assert found["VTI", "relaxation_length_mm"] == (200, 300)
+
+
+def test_our_tyres_are_those_of_the_table(racing):
+    loads = racing.settings.bicycle.static_loads
+    stiffness = [case.contact[2 * k] * np.pi / 180 / loads[k] for case in racing.cases for k in (0, 1)]
+    lengths = [case.contact[k] * 1e3 for case in racing.cases for k in (1, 3)]
+    assert ours(racing, "Dressel", "cornering_stiffness_over_load_per_deg") == pytest.approx(
+        (min(stiffness), max(stiffness))
+    )
+    assert ours(racing, "VTI", "relaxation_length_mm") == pytest.approx((min(lengths), max(lengths)))
+    assert ours(racing, "Dressel", "camber_stiffness_over_load_per_deg") == pytest.approx((0.65 * np.pi / 180,) * 2)
+
+
+def shimmy(study, **parts):
+    """Frequencies (Hz) and steer over lean of the flexing front's wobble at the ridden speeds, case by case."""
+    frequencies, ratios = [], []
+    for case in study.cases:
+        model = by_hand(study.settings.bicycle, case.contact, front=FRONT, **parts)
+        mine = []
+        for speed in study.settings.speeds[(study.settings.speeds >= 3) & (study.settings.speeds <= 20)]:
+            values, vectors = np.linalg.eig(model.state_matrix(float(speed)))
+            hertz = values.imag / (2 * np.pi)
+            at = np.flatnonzero((hertz > 4) & (hertz < 11))
+            k = at[np.argmax(values[at].real)]
+            steer, lean = (abs(vectors[model.states.index(name), k]) for name in ("steer", "lean"))
+            mine.append(hertz[k])
+            ratios.append(steer / lean)
+        frequencies.append(mine)
+    return frequencies, ratios
+
+
+def test_our_frequencies_and_shapes_are_those_of_the_eigenvalues(racing):
+    off, _ = shimmy(racing)
+    every = [value for one in off for value in one]
+    assert ours(racing, "Plöchl", "wobble_frequency_Hz") == pytest.approx((min(every), max(every)))
+    changes = [(max(one) - min(one)) / np.mean(one) for one in off]
+    assert ours(racing, "Tomiati", "frequency_change") == pytest.approx((min(changes), max(changes)))
+    on, ratios = shimmy(racing, arms=ARMS)
+    every = [value for one in on for value in one]
+    assert ours(racing, "Klinger", "wobble_frequency_Hz") == pytest.approx((min(every), max(every)))
+    assert ours(racing, "Klinger", "steer_over_roll") == pytest.approx((min(ratios), max(ratios)))
+
+
+def test_our_edges_and_weave_speeds_are_those_of_the_results(racing):
+    reference = racing.settings.reference
+    spans = [r.span(30.0) for r in racing.of(reference)]
+    assert ours(racing, "Plöchl", "onset_m_s") == (min(s.low for s in spans), max(s.low for s in spans))
+    assert ours(racing, "Plöchl", "end_m_s") == (min(s.high for s in spans), math.inf)
+    assert ours(racing, "Klinger", "onset_m_s") is None
+    weave = {
+        r.case.name + r.case.condition: c.speed for r in racing.of(reference) for c in r.crossings if c.mode == "weave"
+    }
+    shifts = [abs(weave[f"{name}3.5 bar"] - weave[f"{name}7.5 bar"]) for name in racing.names]
+    assert ours(racing, "Bulsink", "weave_shift_m_s") == pytest.approx((min(shifts), max(shifts)))
+
+
+def test_what_a_study_does_not_have_is_not_compared(heavy):
+    assert ours(heavy, "Plöchl", "onset_m_s") is None
+    assert ours(heavy, "Plöchl", "wobble_frequency_Hz") is not None  # stable wobble has a frequency too
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"lo": 1.0}, "unknown key 'lo'"), ({"quantity": "onset"}, "unknown quantity 'onset'"),
+        ({"low": "4"}, "low"), ({"low": 9.0}, "low"), ({"hands": "one"}, "hands"), ({"who": None}, "who"),
+    ],
+)  # fmt: skip
+def test_a_data_file_that_is_wrong_is_refused(change, words, tmp_path, monkeypatch):
+    entry = {
+        "who": "X (2000)", "quantity": "onset_m_s", "low": 4.0, "high": 6.0, "words": "w", "read": "abstract only",
+        "source": "s",
+    } | change  # fmt: skip
+    lines = [f"{key} = {value!r}" for key, value in entry.items() if value is not None]
+    (tmp_path / "published").mkdir()
+    (tmp_path / "published" / "wobble.toml").write_text("[[finding]]\n" + "\n".join(lines) + "\n")
+    monkeypatch.setattr("studies.main_study.published.data_root", lambda: tmp_path)
+    with pytest.raises(InputError, match=words):
+        findings()

@@ -1,14 +1,29 @@
-"""Speeds from text, tables on the screen, and CSV and JSON to a file or to standard output."""
+"""Speeds from text, tables on the screen, CSV and JSON to a file or to standard output, versions, figures."""
 
 import json
+import math
+from importlib.metadata import version
 
 import pandas as pd
 import pytest
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from bicycle import Model, load_bicycle
-from studies.reporting import analysis
-from studies.reporting.output import check_targets, parse_speeds, print_critical, print_table, write_csv, write_json
-from tyre.base.errors import InputError
+from studies.reporting import (
+    check_targets,
+    drawing,
+    json_text,
+    legend_columns,
+    made_by,
+    parse_speeds,
+    print_critical,
+    print_table,
+    version_of,
+    write_csv,
+    write_json,
+)
+from tyre.errors import InputError
 
 
 def test_both_ends_of_a_speed_range_are_included():
@@ -57,7 +72,7 @@ def test_csv_has_all_digits_and_json_no_infinity(tmp_path, capsys):
 
 
 def test_what_never_becomes_unstable_is_said(capsys, monkeypatch):
-    monkeypatch.setattr(analysis, "unstable_modes", lambda model, speed: ())  # no packaged bicycle is
+    monkeypatch.setattr("studies.reporting.analysis.unstable_modes", lambda model, speed: ())  # no packaged bicycle is
     models = {name: Model(load_bicycle("benchmark")).linear_model() for name in ("", "a")}
     print_critical({"": ()}, models, max_speed=3.0)
     assert capsys.readouterr().out == (
@@ -82,3 +97,73 @@ def test_a_name_of_another_format_is_refused(target, write, form, tmp_path):
         write(str(tmp_path / target))
     assert not list(tmp_path.iterdir())
     check_targets(csv=str(tmp_path / "t.txt"), json=str(tmp_path / "t"))  # a name that says no other format
+
+
+@pytest.mark.parametrize(
+    ("content", "name"),
+    [
+        ({"a": math.nan}, "a came out as nan"),
+        ({"a": {"b": [1.0, (2.0, math.inf)]}}, "a.b[1][1] came out as inf"),
+        ({"a": [{"b": -math.inf}]}, "a[0].b came out as -inf"),
+    ],
+)
+def test_what_is_no_number_is_refused_by_its_name(content, name, tmp_path):
+    with pytest.raises(InputError) as found:
+        write_json(content, str(tmp_path / "a.json"))
+    assert str(found.value).startswith(f"nothing is written: {name}, which is no result")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_numbers_text_and_nothing_are_written():
+    content = {"a": [1.5, 2, None, "nan", True], "b": {}}
+    assert json.loads(json_text(content)) == content
+
+
+def test_the_version_is_the_installed_one():
+    assert made_by() == f"\n\nMade by velotyre {version('velotyre')}.\n"
+    assert version_of("numpy") == version("numpy")
+
+
+def test_what_is_not_installed_is_said():
+    assert version_of("a-library-that-nobody-has-installed") == "not installed"
+
+
+LABELS = ["wobble", "weave", "capsize", "stable", "1 unstable root", "2 unstable roots", "3 unstable roots",
+          "4 unstable roots", "thin: unstable on both sides", "95 % band, first order", "the model"]  # fmt: skip
+
+
+def test_a_legend_of_many_labels_stays_within_its_figure():
+    for width in (5.0, 7.0, 9.6, 14.0):
+        columns = legend_columns(LABELS, width=width)
+        figure = Figure(figsize=(width, 6))
+        lines = [figure.add_subplot().plot([], [], label=label)[0] for label in LABELS]
+        legend = figure.legend(handles=lines, loc="lower center", ncols=columns, fontsize=8.5)
+        figure.draw_without_rendering()
+        assert legend.get_window_extent().width <= width * figure.dpi
+        assert columns > 1
+
+
+def test_few_labels_stand_in_one_row():
+    assert legend_columns(["a", "b"], width=8.0) == 2
+
+
+def test_a_figure_is_laid_out_once_for_all_formats(tmp_path, monkeypatch):
+    laid_out, of_matplotlib = [], ConstrainedLayoutEngine.execute
+
+    def execute(engine, figure):
+        laid_out.append(figure)
+        return of_matplotlib(engine, figure)
+
+    saved, of_figure = [], Figure.savefig
+
+    def savefig(figure, *given, **named):
+        of_figure(figure, *given, **named)
+        saved.append(len(laid_out))
+
+    monkeypatch.setattr(ConstrainedLayoutEngine, "execute", execute)
+    monkeypatch.setattr(Figure, "savefig", savefig)
+    with drawing(tmp_path / "one", width=4, height=3) as canvas:
+        canvas.subplots().plot([1, 2])
+    first, second = saved
+    assert first == second > 0
+    assert {file.name for file in tmp_path.iterdir()} == {"one.png", "one.svg"}

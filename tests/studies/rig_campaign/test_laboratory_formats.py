@@ -7,9 +7,9 @@ import pytest
 from lab_recordings import write_lab
 
 from studies.cli import main
-from studies.validations._recording_writers import WRITERS
-from tyre.base.errors import InputError
-from tyre.recordings.read import read_recording, write_csv
+from tests.validation.recording_writers import WRITERS
+from tyre.errors import InputError
+from tyre.recording_files import read_recording
 
 SMALL = ["--loads", "400", "--pressures", "5", "--rates", "4", "--sweeps", "1", "--pulls", "1"]
 
@@ -62,33 +62,6 @@ def test_every_format_gives_the_same_fit(form, campaign, tmp_path, capsys):
     same(fitted(tmp_path / "lab", tmp_path / "fit"), expected)
     assert not list((tmp_path / "fit").glob(".as_read*"))
     assert "0 files skipped" in capsys.readouterr().out
-
-
-def test_a_map_on_the_command_line_serves_all_recordings(campaign, tmp_path):
-    """One map for sidecars without one: of sweeps alone, for it names no displacements."""
-    recordings, expected = campaign
-    lab = tmp_path / "lab"
-    lab.mkdir()
-    for stem, recording in recordings.items():
-        write_lab(lab, "csv", recording, stem)
-    kept = {path: path.read_text().partition("[channels.") for path in lab.glob("*.toml")}
-    for path, (head, _, channels) in kept.items():
-        pull = "plate_displacement" in channels
-        (tmp_path / f"{'pull' if pull else 'sweep'}.toml").write_text("[channels." + channels)
-        if not pull:
-            path.write_text(head)
-    same(fitted(lab, tmp_path / "fit", "--channels", str(tmp_path / "sweep.toml")), expected)
-
-
-def test_own_files_stand_beside_those_of_another_laboratory(campaign, tmp_path):
-    recordings, expected = campaign
-    (tmp_path / "mixed").mkdir()
-    for place, (stem, recording) in enumerate(recordings.items()):
-        if place % 2:
-            write_lab(tmp_path / "mixed", "parquet", recording, stem)
-        else:
-            write_csv(recording, tmp_path / "mixed" / f"{stem}.csv")
-    same(fitted(tmp_path / "mixed", tmp_path / "fit"), expected)
 
 
 def test_events_of_one_file_are_recordings_of_their_own(campaign, tmp_path):
@@ -172,7 +145,7 @@ def test_an_interrupt_leaves_nothing_behind(campaign, tmp_path, monkeypatch, cap
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("tyre.channels.csv_rows._block", interrupted)
+    monkeypatch.setattr("tyre.formats.csv._samples", interrupted)
     with pytest.raises(SystemExit) as stop:
         main(["tyre", "fit", str(tmp_path / "lab"), "--out", str(tmp_path / "fit")])
     assert stop.value.code == 130

@@ -5,9 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from studies.rig_campaign.figure_stiffness import stiffness_over_load
-from studies.rig_campaign.figures import save_figures
-from studies.rig_campaign.report import report_text, write_campaign
+from studies.rig_campaign import report_text, save_figures, stiffness_over_load, write_campaign
 
 
 @pytest.fixture(scope="module")

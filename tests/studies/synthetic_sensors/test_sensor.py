@@ -7,11 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bicycle.responses.response import Response
-from studies.synthetic_sensors.recording import fine_step, recorded
-from studies.synthetic_sensors.sensor import Sensor, lagged
-from studies.synthetic_sensors.sensor_file import Sensors
-from tyre.base.errors import InputError
+from bicycle.responses import Response
+from studies.synthetic_sensors import Sensor, Sensors, fine_step, lagged, recorded
+from tyre.errors import InputError
 
 DENSE = np.arange(4001) / 1000
 TIME = np.arange(401) / 100

@@ -2,11 +2,10 @@
 
 import pytest
 
-from bicycle.identification.recording import read_run
+from bicycle.identification import read_run
 from studies.cli import main
-from studies.synthetic_sensors.sensor import Sensor
-from studies.synthetic_sensors.sensor_file import read_sensors
-from tyre.base.errors import InputError
+from studies.synthetic_sensors import Sensor, read_sensors
+from tyre.errors import InputError
 
 FILE = "rate_hz = 50\n[channels.roll_rate_rad_s]\nnoise_sd = 0.01\n[channels.steer_rad]\n"
 RIDE = ["--speed", "5", "--duration", "1", "--initial", "lean_rate=0.3"]

@@ -1,1 +1,0 @@
-"""Motion as film and figure."""

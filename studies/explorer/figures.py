@@ -1,0 +1,367 @@
+"""Draw the figures of a state along speed and at one speed, each a plotly dict with its table in ``layout.meta``."""
+
+import colorsys
+import logging
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from html import escape
+from textwrap import wrap
+from typing import Any
+
+import numpy as np
+
+from bicycle.critical import CriticalSpeed
+from bicycle.default_sd import EXACT
+from bicycle.eigen import frequency_hz, oscillating
+from bicycle.mode_figure import mode_look, mode_words
+from bicycle.named_modes import UNITS, Modes
+from studies.explorer.models import AtSpeed, Computed
+from studies.ranking import Ranking
+from tyre.errors import InputError, extrapolated
+
+MARKERS = {
+    "o": "circle", "s": "square", "^": "triangle-up", "D": "diamond", "v": "triangle-down", "P": "cross", "X": "x",
+    "*": "star", "H": "hexagon", "h": "hexagon2", "<": "triangle-left", ">": "triangle-right", "8": "octagon",
+    "p": "pentagon", "d": "diamond-tall",
+}  # fmt: skip
+LINE_WIDTH = 2.0  # pixels; the house's lines are counted in widths
+HEIGHTS = {"modes": 580, "critical": 240, "locus": 460, "damping": 400, "sensitivity": 520, "chart": 520}
+"""Height of each figure, pixels."""
+
+FAILED = "this could not be computed; the terminal of velotyre explore says why"
+Figure = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Palette:
+    """Colours of the page around the series."""
+
+    dark: bool
+    text: str
+    grid: str
+    line: str
+    unstable: str
+
+
+LIGHT = Palette(False, "#1b1f24", "#dfe3e8", "#57606a", "rgba(200,70,47,0.13)")
+DARK = Palette(True, "#e6e9ed", "#3a414b", "#aab2bd", "rgba(240,120,95,0.20)")
+PALETTES = {"light": LIGHT, "dark": DARK}
+
+
+def colour_on(colour: str, palette: Palette) -> str:
+    """Lighten a colour ``#rrggbb`` so that it is seen on dark ground."""
+    if not palette.dark:
+        return colour
+    red, green, blue = (int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5))
+    hue, lightness, saturation = colorsys.rgb_to_hls(red, green, blue)
+    lighter = colorsys.hls_to_rgb(hue, max(lightness, 0.62), saturation)
+    return "#" + "".join(f"{round(255 * part):02x}" for part in lighter)
+
+
+def series(mode: str, palette: Palette, *, pinned: bool = False) -> dict[str, Any]:
+    """Line and marker of a mode, as keywords of a plotly trace."""
+    look = mode_look(mode)
+    colour = colour_on(look.colour, palette)
+    solid = isinstance(look.line, str)
+    dash = "solid" if solid else ",".join(f"{LINE_WIDTH * length:g}px" for length in look.line[1])
+    return {
+        "line": {"color": colour, "dash": dash, "width": 1.2 if pinned else LINE_WIDTH},
+        "marker": {"color": colour, "symbol": MARKERS.get(look.marker, "circle"), "size": 7},
+        "opacity": 0.55 if pinned else 1.0,
+    }
+
+
+def layout(palette: Palette, *, title: str, height: int, below: str = "", **more: Any) -> dict[str, Any]:
+    """Make the layout that the figures share, with a second line ``below`` the title and further keys of plotly."""
+    axis = {"gridcolor": palette.grid, "zerolinecolor": palette.line, "linecolor": palette.grid, "automargin": True}
+    found: dict[str, Any] = {
+        "height": height, "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)",
+        "font": {"color": palette.text, "size": 13, "family": "system-ui, sans-serif"},
+        "title": {
+            "text": title, "font": {"size": 14}, "x": 0, "xref": "container", "y": 0.985, "yref": "container",
+            "yanchor": "top", "pad": {"l": 8, "t": 6},
+            **({"subtitle": {"text": below, "font": {"size": 12}}} if below else {}),
+        },
+        "margin": {"l": 60, "r": 12, "t": 72 if below else 48, "b": 48}, "uirevision": "same",
+        "hoverlabel": {"font": {"size": 13}},
+        "legend": {"orientation": "h", "y": -0.19, "yanchor": "top", "x": 0},
+    } | more  # fmt: skip
+    for key in [key for key in found if key.startswith(("xaxis", "yaxis"))]:
+        found[key] = axis | found[key]
+    return found
+
+
+ONCE, FIXED = {"automargin": False, "ticklabeloverflow": "allow"}, {"l": 76, "r": 12, "t": 48, "b": 48}
+"""Axes whose numbers are short: a margin that the browser fits to them makes it draw every axis twice,
+and numbers that it looks for beyond the figure make it lay the page out anew for each."""
+
+
+def halving(growth: float) -> str:
+    """Time in which a motion halves or doubles by its ``growth``, 1/s."""
+    if growth == 0 or math.isnan(growth):
+        return "neither grows nor decays"
+    return f"{'doubles' if growth > 0 else 'halves'} in {math.log(2) / abs(growth):.3g} s"
+
+
+def modes_figure(now: Computed, pinned: Mapping[str, Computed], palette: Palette) -> Figure:
+    """Real part above and frequency below along speed, by name, with what is pinned as thin lines."""
+    data = [*_curves(now.named, palette, "")]
+    for label, one in pinned.items():
+        data += _curves(one.named, palette, label)
+    slow, fast, inside = _range(now)
+    low, high = _real_range([now, *pinned.values()])
+    line = {"type": "line", "xref": "x", "yref": "paper", "y0": 0, "y1": 1,
+            "line": {"color": palette.line, "width": 1, "dash": "dot"}}  # fmt: skip
+    shade = _shade(palette) | {"xref": "paper", "x0": 0, "x1": 1, "yref": "y", "y0": 0, "y1": high}
+    shapes = [shade, *(line | {"x0": c.speed, "x1": c.speed} for c in inside)]
+    beyond = "; tyre values extrapolated" if extrapolated(now.notes) else ""
+    return {
+        "data": data,
+        "layout": layout(
+            palette, title="Modes along speed (shaded: unstable)", height=HEIGHTS["modes"], shapes=shapes,
+            hovermode="closest", margin=FIXED,
+            xaxis={"title": {"text": f"Speed, m/s{beyond}"}, "range": [slow, fast], "anchor": "y2"} | ONCE,
+            yaxis={"title": {"text": "Real part, 1/s"}, "domain": [0.53, 1.0], "range": [low, high]} | ONCE,
+            yaxis2={"title": {"text": "Frequency, Hz"}, "domain": [0.0, 0.47], "rangemode": "tozero"} | ONCE,
+            meta=modes_table(now.named),
+        ),
+    }  # fmt: skip
+
+
+def root_locus(now: Computed, palette: Palette) -> Figure:
+    """Eigenvalues in the complex plane (upper half), coloured by speed, marker by mode."""
+    named, first = now.named, True
+    data = []
+    for name in named.names:
+        at, column = np.nonzero(~np.isnan(named.branches[name]))
+        values = named.branches[name][at, column]
+        if not values.size:
+            continue
+        look = series(name, palette)
+        bar = {"title": {"text": "Speed, m/s", "side": "right"}, "thickness": 12} if first else None
+        data.append({
+            "type": "scatter", "mode": "markers", "name": mode_words(name), "x": values.real.tolist(),
+            "y": values.imag.tolist(), "customdata": named.speeds[at].tolist(),
+            "marker": {
+                "symbol": look["marker"]["symbol"], "size": 7, "color": named.speeds[at].tolist(), "showscale": first,
+                "colorscale": "Viridis", "cmin": float(named.speeds.min()), "cmax": float(named.speeds.max()),
+                "line": {"width": 0.6, "color": palette.line}, "colorbar": bar,
+            },
+            "hovertemplate": f"<b>{escape(mode_words(name))}</b><br>%{{customdata:.3g}} m/s: %{{x:.4g}} + "
+                             "%{y:.4g}i 1/s<extra></extra>",
+        })  # fmt: skip
+        first = False
+    low, high = _real_range([now])
+    shade = _shade(palette) | {"xref": "x", "x0": 0, "x1": high, "yref": "paper", "y0": 0, "y1": 1}
+    return {
+        "data": data,
+        "layout": layout(
+            palette, title="Root locus in speed (shaded: unstable)", height=HEIGHTS["locus"], shapes=[shade],
+            margin=FIXED, xaxis={"title": {"text": "Real part, 1/s"}, "range": [low, high]} | ONCE,
+            yaxis={"title": {"text": "Imaginary part, rad/s"}, "rangemode": "tozero"} | ONCE, meta=modes_table(named),
+        ),
+    }  # fmt: skip
+
+
+def critical_strip(now: Computed, palette: Palette) -> Figure:
+    """Critical speeds by name on one line per mode: where it becomes stable and where unstable."""
+    slow, fast, inside = _range(now)
+    data = [
+        {
+            "type": "scatter", "mode": "markers+text", "x": [c.speed], "y": [mode_words(c.mode)], "showlegend": False,
+            "text": [f"{c.speed:.2f}"], "textposition": "top center", "name": mode_words(c.mode), "cliponaxis": False,
+            "marker": series(c.mode, palette)["marker"] | {
+                "size": 13, "symbol": "triangle-right" if c.destabilising else "triangle-left-open",
+            },
+            "hovertemplate": f"{escape(critical_words(c))}<extra></extra>",
+        }
+        for c in inside
+    ]  # fmt: skip
+    rows = [[c.speed, c.mode, c.kind, c.frequency_hz, c.direction] for c in now.critical]
+    none = "no critical speed within the range" if not inside else "filled: unstable above; open: stable above"
+    return {
+        "data": data or [{"type": "scatter", "mode": "markers", "x": [], "y": [], "showlegend": False}],
+        "layout": layout(
+            palette, title="Critical speeds", below=none, height=HEIGHTS["critical"],
+            xaxis={"title": {"text": "Speed, m/s"}, "range": [slow, fast]}, yaxis={"type": "category"},
+            meta={"columns": ["speed m/s", "mode", "kind", "frequency Hz", "as speed grows"], "rows": rows},
+        ),
+    }  # fmt: skip
+
+
+CRITICAL = "{speed:.4f} m/s: {mode} becomes {change} ({how})"
+
+
+def critical_words(critical: CriticalSpeed) -> str:
+    """Describe a critical speed in one line."""
+    how = f"oscillation at {critical.frequency_hz:.3g} Hz" if critical.oscillatory else "without oscillation"
+    change = "unstable" if critical.destabilising else "stable"
+    return CRITICAL.format(speed=critical.speed, mode=mode_words(critical.mode), change=change, how=how)
+
+
+@lru_cache(maxsize=8)
+def modes_table(named: Modes) -> dict[str, Any]:
+    """Table behind a figure: a row per speed, mode and root, every digit, and when the motion halves or doubles."""
+    frame = named.to_dataframe()
+    shown = {"speed_m_s": "speed", "real_1_s": "real part", "imaginary_rad_s": "imaginary part"}
+    shown |= {"frequency_Hz": "frequency", "damping_ratio": "damping ratio"}
+    columns = [f"{shown.get(name, name)} {'' if unit == '1' else unit}".strip() for name, unit in UNITS.items()]
+    rows = [
+        [None if isinstance(cell, float) and math.isnan(cell) else cell for cell in row] + [halving(row[2])]
+        for row in frame.itertuples(index=False, name=None)
+    ]
+    return {"columns": [*columns, "time"], "rows": rows}
+
+
+def _curves(named: Modes, palette: Palette, label: str) -> Iterator[dict[str, Any]]:
+    speeds = named.speeds.tolist()
+    marks = max(2, len(speeds) // max(1, len(speeds) // 12))  # along a curve
+    for name in named.names:
+        style, words = series(name, palette, pinned=bool(label)), mode_words(name)
+        called = f"{words}, {label}" if label else words
+        ratio = named.damping_ratio(name)
+        for column, values in enumerate(named.branches[name].T):
+            if np.isnan(values).all():
+                continue
+            hertz = np.abs(frequency_hz(oscillating(values)))
+            hover = [_hover(called, *row) for row in zip(speeds, values, hertz, ratio, strict=True)]
+            shared = {
+                "type": "scatter", "mode": "lines" if label else "lines+markers", "x": speeds, "name": escape(called),
+                "text": hover, "hovertemplate": "%{text}<extra></extra>", "legendgroup": called, "line": style["line"],
+                "opacity": style["opacity"], "marker": style["marker"] | {"maxdisplayed": marks},
+            }  # fmt: skip
+            yield shared | {"y": _listed(values.real), "showlegend": column == 0, "meta": {"mode": name, "pin": label}}
+            if not np.isnan(hertz).all():
+                yield shared | {"y": _listed(hertz), "yaxis": "y2", "showlegend": False}
+
+
+def _hover(words: str, speed: float, root: complex, hertz: float, ratio: float) -> str:
+    if np.isnan(root):
+        return ""
+    how = f"{hertz:.4g} Hz" if not math.isnan(hertz) else "no oscillation"
+    damping = f", damping ratio {ratio:.4g}" if not math.isnan(ratio) else ""
+    return f"<b>{escape(words)}</b> at {speed:.3g} m/s<br>{how}{damping}<br>{halving(root.real)}"
+
+
+def _listed(values: Any) -> list[float | None]:
+    return [None if math.isnan(value) else value for value in values.tolist()]
+
+
+def _real_range(every: Sequence[Computed]) -> tuple[float, float]:
+    """Range with every unstable root and the slower stable ones; what decays faster than 40 1/s is over at once."""
+    real = np.concatenate([values.real.ravel() for one in every for values in one.named.branches.values()])
+    low = max(float(np.nanmin(real)), -40.0)
+    return 1.08 * min(low, -1.0), 1.08 * max(float(np.nanmax(real)), -0.15 * low, 1.0)
+
+
+def _range(now: Computed) -> tuple[float, float, list[CriticalSpeed]]:
+    """Slowest and fastest speed, and the critical speeds between them."""
+    slow, fast = float(now.named.speeds.min()), float(now.named.speeds.max())
+    return slow, fast, [c for c in now.critical if slow <= c.speed <= fast]
+
+
+def _shade(palette: Palette) -> dict[str, Any]:
+    return {"type": "rect", "line": {"width": 0}, "fillcolor": palette.unstable, "layer": "below"}
+
+
+def figure_or_words(name: str, made: Callable[[], Figure], palette: Palette) -> Figure:
+    """Make a figure, or put the words in its place in which its numbers are refused."""
+    try:
+        return made()
+    except InputError as error:
+        message = str(error)
+    except Exception:
+        logging.getLogger(__name__).exception("no figure")
+        message = FAILED
+    words = {"text": "<br>".join(wrap(escape(message), 60)), "showarrow": False, "align": "left"}
+    words |= {"xref": "paper", "yref": "paper", "x": 0, "y": 0.9}
+    none, meta = {"visible": False}, {"columns": ["message"], "rows": [[message]]}
+    height = HEIGHTS[name]
+    return {
+        "data": [],
+        "layout": layout(palette, title="", height=height, annotations=[words], xaxis=none, yaxis=none, meta=meta),
+    }
+
+
+def damping_figure(at: AtSpeed, palette: Palette) -> Figure:
+    """Damping ratio of each oscillation with one sd as band; what does not oscillate is in the table."""
+    speed, rows, bars = float(at.named.speeds[0]), [], []
+    for name, values in at.named.branches.items():
+        ratio, hertz = float(at.named.damping_ratio(name)[0]), float(at.named.frequency(name)[0])
+        for root in values[0][~np.isnan(values[0])].tolist():
+            sd = at.sd[name] if at.uncertain else math.nan
+            cells = [name, root.real, root.imag, abs(hertz), ratio, sd]
+            rows.append([None if isinstance(cell, float) and math.isnan(cell) else cell for cell in cells])
+            rows[-1].append(halving(root.real))
+        if values[0, 0].imag > 0:
+            bars.append((name, ratio, at.sd[name] if at.uncertain else math.nan))
+    columns = ["mode", "real part 1/s", "imaginary part rad/s", "frequency Hz", "damping ratio", "sd of it", "time"]
+    said = "band: 1 sd of what is stated" if at.uncertain else "no sd is stated, so no band"
+    data = [
+        {
+            "type": "bar", "x": [mode_words(name)], "y": [ratio], "showlegend": False, "name": escape(mode_words(name)),
+            "marker": {"color": series(name, palette)["line"]["color"]}, "width": [0.5],
+            "error_y": {
+                "type": "data", "array": [0.0 if math.isnan(sd) else sd], "color": palette.text, "thickness": 2,
+                "visible": not math.isnan(sd),
+            },
+            "text": [f"{ratio:.3g}" + ("" if math.isnan(sd) else f" ± {sd:.1g}")], "textposition": "inside",
+            "insidetextanchor": "middle", "textangle": 0,
+            "hovertemplate": f"{escape(mode_words(name))}: damping ratio %{{y:.5g}}<extra></extra>",
+        }
+        for name, ratio, sd in bars
+    ]  # fmt: skip
+    return {
+        "data": data,
+        "layout": layout(
+            palette, title=f"Damping of the oscillations at {speed:.4g} m/s", below=said, height=HEIGHTS["damping"],
+            yaxis={"title": {"text": "Damping ratio (below 0: grows)"}}, xaxis={"type": "category"},
+            meta={"columns": columns, "rows": rows},
+        ),
+    }  # fmt: skip
+
+
+def sensitivity_figure(found: Ranking, palette: Palette) -> Figure:
+    """Change of the growth rate of the chosen mode for one sd of each parameter, the largest above."""
+    top = [change for change in found.changes if change.origin != EXACT][:12][::-1]  # the table has all
+    colour = series(found.mode, palette)["line"]["color"]
+    rows = [
+        [c.parameter, c.value, c.unit, c.sd, c.origin, c.growth, c.frequency if found.eigenvalue.imag else None]
+        for c in found.changes
+    ]
+    columns = ["parameter", "value", "unit", "sd", "sd from", "growth 1/s", "frequency Hz"]
+    words, names = escape(mode_words(found.mode)), [_short(c.parameter) for c in top]
+    return {
+        "data": [
+            {
+                "type": "bar", "orientation": "h", "x": [c.growth for c in top], "showlegend": False,
+                "y": [_in_two_lines(name) for name in names], "customdata": names,
+                "marker": {"color": colour, "pattern": {"shape": ["/" if c.growth > 0 else "" for c in top]}},
+                "text": [f"sd {c.sd:.2g} {c.unit if c.unit != '1' else ''} ({c.origin})" for c in top],
+                "hovertemplate": "%{customdata}: %{x:.3g} 1/s for %{text}<extra></extra>", "textposition": "none",
+            }
+        ],
+        "layout": layout(
+            palette, title=f"What moves {words} at {found.speed:.4g} m/s",
+            below="change for +1 sd of each; hatched: towards unstable", height=HEIGHTS["sensitivity"],
+            xaxis={"title": {"text": "Real part, 1/s"}}, yaxis={"type": "category"},
+            meta={"columns": columns, "rows": rows},
+        ),
+    }  # fmt: skip
+
+
+def _in_two_lines(name: str) -> str:
+    """Break a long name where its parts meet, so that the bars keep their room on a narrow page."""
+    ends = [k + 1 for k, letter in enumerate(name) if letter in "._"]
+    if len(name) <= 20 or not ends:
+        return name
+    middle = min(ends, key=lambda end: abs(end - len(name) / 2))
+    return f"{name[:middle]}<br>{name[middle:]}"
+
+
+def _short(parameter: str) -> str:
+    """Name of a parameter without its effect if that says it twice."""
+    parts = parameter.split(".")
+    return ".".join(parts[1:]) if len(parts) > 1 and parts[0] == parts[1] else parameter

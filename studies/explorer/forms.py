@@ -1,0 +1,257 @@
+"""Make the controls of a state from what the library declares, as data of ``templates/controls.html.j2``."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from bicycle.bicycle_files import available_bicycles
+from bicycle.effect import WHEELS, Effect, Parameter
+from bicycle.effect_registry import registry
+from bicycle.parameters import Bicycle
+from bicycle.rider_body import available_riders
+from bicycle.rider_posture import POSTURES
+from bicycle.wheel_tyres import FROM_TYRE, MOST_BAR
+from studies.explorer.chart import chart_axes
+from studies.explorer.exports import template
+from studies.explorer.models import LOAD, bicycle_or_none, known_tyres
+from studies.explorer.state import FASTEST, ON, State, written
+from studies.explorer.tyre_files import TYRES, is_loaded, shown_name
+from studies.model_argument import LAWS
+from studies.model_example import typical_values
+from tyre.errors import InputError
+from tyre.properties import TyreSource
+from tyre.units import PASCAL_PER_BAR
+
+
+def tyre_rows(state: State, law: str) -> list[dict[str, Any]]:
+    """For each wheel its tyre, surface, pressure and load, the last two as bars over what was measured."""
+    model, bicycle = dict(state.model), bicycle_or_none(state)
+    loads = None if bicycle is None else [float(load) for load in bicycle.static_loads]
+    rows = []
+    for number, wheel in enumerate(WHEELS):
+        keys = {name: f"effects.{law}.{name}.{wheel}" for name in ("tyre", "surface", "pressure_bar")}
+        name, surface = str(model.get(keys["tyre"], "")), str(model.get(keys["surface"], ""))
+        pressure, own = model.get(keys["pressure_bar"]), model.get(f"{LOAD}.{wheel}")
+        known = dict.fromkeys((*known_tyres(), name))  # the message says what is wrong with an unknown one
+        try:
+            source: TyreSource | None = TYRES.read(name, surface or None) if name in known_tyres() else None
+        except InputError:
+            source = None  # said by the model itself
+        low, high = (0.0, 0.0) if source is None else source.pressure_range
+        bars = None if source is None else (low / PASCAL_PER_BAR, high / PASCAL_PER_BAR)
+        rows.append({
+            "wheel": wheel,
+            "address": keys,
+            "tyres": [{"value": one, "words": _words(one), "chosen": one == name} for one in known],
+            "surfaces": [
+                {"value": one, "words": one or "as measured", "chosen": one == surface} for one in ("", "flat", "drum")
+            ],
+            "pressure": written(pressure) if isinstance(pressure, float) else "",
+            "pressure_bar": None if bars is None else _bar(pressure, bars, most=MOST_BAR),
+            "load": None if loads is None else f"{loads[number]:.1f}",
+            "own_load": written(own) if isinstance(own, float) else "",
+            "load_bar": None if source is None or loads is None else _bar(
+                own if isinstance(own, float) else loads[number], source.load_range
+            ),
+        })  # fmt: skip
+    return rows
+
+
+def _words(name: str) -> str:
+    """Name of a tyre for its reader; the digest tells apart files of one name."""
+    if not is_loaded(name):
+        return name
+    file = shown_name(name)
+    alike = sum(shown_name(one) == file for one in TYRES.names() if is_loaded(one)) > 1
+    lost = "" if name in TYRES.names() else ", not here"
+    return f"{file} (loaded{f' {name[len(file) :]}' if alike else ''}{lost})"
+
+
+def _bar(value: Any, measured: tuple[float, float], *, most: float = float("inf")) -> dict[str, Any] | None:
+    """A scale that is as much wider than the measured range as values may be taken, in percent."""
+    low, high = measured
+    if not low < high < float("inf"):
+        return None
+    bottom, top = max(0.0, 2 * low - high), min(most, 2 * high - low)
+    if isinstance(value, float):
+        bottom, top = min(bottom, value), max(top, value)
+
+    def percent(at: float) -> float:
+        return round(100 * (at - bottom) / (top - bottom), 2)
+
+    return {
+        "from": percent(low), "to": percent(high), "low": bottom, "high": top, "words": f"{low:g} .. {high:g}",
+        "at": percent(value) if isinstance(value, float) else None,
+        "outside": isinstance(value, float) and not low <= value <= high, "step": float(f"{(top - bottom) / 200:.1g}"),
+    }  # fmt: skip
+
+
+CONTACT = "contact law"
+
+
+@dataclass(frozen=True)
+class Edit:
+    """Change that a control makes to the address: prefixes of keys that go, and keys that are set."""
+
+    remove: tuple[str, ...] = ()
+    put: Mapping[str, str] = field(default_factory=dict)  # values in the unit of the key
+
+    def __str__(self) -> str:
+        return json.dumps({"remove": list(self.remove), "set": dict(self.put)})
+
+
+def controls_html(state: State) -> dict[str, str]:
+    """Render the forms of a state by their place: model, speeds, chosen speed with mode, axes of the chart."""
+    ends = [
+        {"key": key, "words": words, "value": written(getattr(state, key)), "low": 0.1, "high": FASTEST, "step": 0.1}
+        for key, words in (("slow", "From"), ("fast", "To"))
+    ]
+    at = {
+        "key": "at", "words": "Chosen speed", "value": written(state.at), "low": state.slow, "high": state.fast,
+        "step": 0.05,
+    }  # fmt: skip
+    return {
+        "model": template("controls").render(**controls(state)),
+        "speeds": template("speeds").render(fields=ends, most=FASTEST),
+        "at": template("speeds").render(fields=[at], most=FASTEST, mode=True),
+        "chart": template("chart").render(axes=chart_axes(state)),
+    }
+
+
+def controls(state: State) -> dict[str, Any]:
+    """Collect what the form of the model shows."""
+    model = dict(state.model)
+    every = registry().values()
+    own = "bicycle" not in model
+    laws = [effect.identifier for effect in every if effect.slot == CONTACT]
+    law = next((name for name in laws if any(key.startswith(f"effects.{name}") for key in model)), "no_slip")
+    measured = f"effects.{law}.tyre.rear" in model or f"effects.{law}.tyre.front" in model
+    bicycle = bicycle_or_none(state)
+    free = [effect for effect in every if effect.slot != CONTACT]
+    return {
+        "bicycles": [
+            *([{"value": "", "words": f"own: {state.name or 'unnamed'}", "chosen": True, "edit": Edit()}] * own),
+            *(
+                {"value": name, "words": name, "chosen": model.get("bicycle") == name,
+                 "edit": Edit(("bicycle", "name", "covariance"), {"bicycle": name})}
+                for name in available_bicycles()
+            ),
+        ],
+        "riders": _options("rider", {"": "none put on it", **{name: name for name in available_riders()}}, state.rider),
+        "postures": _options("posture", {name: name for name in POSTURES}, state.posture),
+        "laws": law_options(law, bicycle, measured=measured),
+        "law": [] if measured else _fields(registry()[law], model, mounted=False),
+        "law_words": _first(registry()[law].description),
+        "wheels": tyre_rows(state, law) if measured else [],
+        "extrapolate": _switch(
+            f"effects.{law}.extrapolate", "true", on=f"effects.{law}.extrapolate" in model
+        ) if measured else None,
+        "rider_effects": [effect_panel(e, model, bicycle, mounted=measured) for e in free if e.needs_rider],
+        "effects": [effect_panel(e, model, bicycle, mounted=measured) for e in free if not e.needs_rider],
+        "unusual": _switch("allow_unusual", "true", on=model.get("allow_unusual") is True),
+    }  # fmt: skip
+
+
+def law_options(chosen: str, bicycle: Bicycle | None, *, measured: bool) -> list[dict[str, Any]]:
+    """List how the wheels may touch the ground: each law with numbers, and with a measured tyre if it takes one."""
+    laws = [effect.identifier for effect in registry().values() if effect.slot == CONTACT]
+    gone = ("load", *(f"effects.{name}" for name in laws))
+    found = []
+    for name in sorted(laws, key=lambda one: (one not in LAWS, one)):
+        words = name.replace("_", " ")
+        if name in LAWS:
+            start = {f"effects.{name}.tyre.{wheel}": "Tyre1" for wheel in WHEELS}
+            start |= {f"effects.{name}.pressure_bar.{wheel}": "5.5" for wheel in WHEELS}
+            found.append({"words": f"{words}, measured tyre", "chosen": name == chosen and measured,
+                          "edit": Edit(gone, start), "value": f"{name}-tyre"})  # fmt: skip
+        start = starts(registry()[name], bicycle)
+        words += ", own numbers" if name in LAWS else " (wheels roll without slip)"
+        found.append({"words": words, "chosen": name == chosen and not measured, "edit": Edit(gone, start),
+                      "value": name})  # fmt: skip
+    return found
+
+
+def starts(effect: type[Effect], bicycle: Bicycle | None) -> dict[str, str]:
+    """Keys and values of an effect that is switched on: defaults, else typical values that the bicycle takes."""
+    fitting = typical_values(effect, bicycle) if bicycle else None
+    found: dict[str, str] = {}
+    for p in effect.parameters:
+        if isinstance(p.default, str):
+            continue  # equals a parameter of the bicycle
+        usual = p.default if isinstance(p.default, float | int) else float(f"{sum(p.typical) / 2:.4g}")
+        value = fitting[p.name] if fitting else usual
+        found |= {f"effects.{effect.identifier}.{key}": written(float(value)) for key in p.entries()}
+    return found or {f"effects.{effect.identifier}": ON}
+
+
+def effect_panel(
+    effect: type[Effect], model: Mapping[str, Any], bicycle: Bicycle | None, *, mounted: bool
+) -> dict[str, Any]:
+    """One effect: switch, words and the fields of its parameters when it is on."""
+    prefix = f"effects.{effect.identifier}"
+    on = any(key == prefix or key.startswith(f"{prefix}.") for key in model)
+    words = effect.identifier.replace("_", " ")
+    hands = effect.acts_through == "steer_torque" and effect.needs_rider
+    return {
+        "id": effect.identifier,
+        "words": f"hands on the bar ({words})" if hands else words,
+        "on": on,
+        "switch_on": Edit((prefix,), starts(effect, bicycle)),
+        "switch_off": Edit((prefix,)),
+        "about": _first(effect.description),
+        "needs": ", ".join(effect.requires),
+        "source": effect.source,
+        "fields": _fields(effect, model, mounted=mounted) if on else [],
+    }
+
+
+def number_field(key: str, words: str, value: Any, parameter: Parameter) -> dict[str, Any]:
+    """Slider and number of one parameter; the slider spans what is typical and the value."""
+    low, high = parameter.typical
+    usual = parameter.default if isinstance(parameter.default, float | int) else low
+    given = [value] if isinstance(value, float) else []
+    bottom, top = min(low, usual, *given), max(high, usual, *given)
+    unit = "" if parameter.unit == "1" else parameter.unit
+    return {
+        "key": key, "words": words, "unit": unit, "low": bottom, "high": top,
+        "step": float(f"{(top - bottom) / 200:.1g}"),
+        "value": written(value) if isinstance(value, float) else "", "about": parameter.description,
+        "typical": f"{low:g} .. {high:g}", "tied": parameter.default if isinstance(parameter.default, str) else "",
+    }  # fmt: skip
+
+
+def _fields(effect: type[Effect], model: Mapping[str, Any], *, mounted: bool) -> list[dict[str, Any]]:
+    found = []
+    for p in effect.parameters:
+        whole = f"effects.{effect.identifier}.{p.name}"
+        from_tyre = model.get(whole) == FROM_TYRE
+        usual = {key: text for key, text in starts(effect, None).items() if key == whole or key.startswith(f"{whole}.")}
+        offer = {
+            "on": from_tyre, "switch_on": Edit((whole,), {whole: FROM_TYRE}), "switch_off": Edit((whole,), usual),
+        } if p.tyre and (mounted or from_tyre) else None  # fmt: skip
+        words = p.name.replace("_", " ")
+        numbers = []
+        for entry in p.entries():
+            key, wheel = f"effects.{effect.identifier}.{entry}", entry.rpartition(".")[2]
+            value = model.get(key, p.default if isinstance(p.default, float) else None)
+            numbers.append(number_field(key, f"{words}, {wheel}" if wheel in WHEELS else words, value, p))
+        found.append({"offer": offer, "id": whole, "words": words, "numbers": [] if from_tyre else numbers})
+    return found
+
+
+def _options(key: str, choices: Mapping[str, str], chosen: str) -> list[dict[str, Any]]:
+    if chosen not in choices:
+        raise InputError(f"{key} = {chosen!r} is not known; known: {', '.join(filter(None, choices))}")
+    return [
+        {"value": value, "words": words, "chosen": value == chosen, "edit": Edit((key,), {key: value} if value else {})}
+        for value, words in choices.items()
+    ]
+
+
+def _switch(key: str, value: str, *, on: bool) -> dict[str, Any]:
+    return {"on": on, "switch_on": Edit((key,), {key: value}), "switch_off": Edit((key,))}
+
+
+def _first(text: str) -> str:
+    return " ".join(text.split("\n\n")[0].split())

@@ -1,0 +1,153 @@
+"""Read bicycles, models and tyres that are dropped on the page, and MODEL of the command line."""
+
+import re
+import tempfile
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path, PurePath
+from typing import Any
+
+from bicycle.bicycle_files import WRITERS, load_bicycle, read_flat_text, read_flat_yaml
+from bicycle.model_file import MODEL
+from bicycle.parameters import UNITS
+from studies.explorer.models import as_table, refuse_other_files, tyres_of
+from studies.explorer.state import State, flattened, parse_state
+from studies.explorer.tyre_files import TYRES, file_name, plain_name, shown_name, with_tyres
+from studies.model_argument import choose
+from tyre import schema
+from tyre.errors import InputError
+from tyre.files import read_toml, slug
+from tyre.find_tyre import FILE_ENDINGS, is_file_name
+from tyre.pacejka89 import KEYS, MOMENT, SIDE
+from tyre.plausible import WAY_OUT
+
+LARGEST, LARGEST_BODY = 1_000_000, 3_000_000  # bytes of a dropped file, and of a request with such a file and a state
+ENDINGS = tuple(WRITERS)
+"""Of bicycles and models."""
+
+
+def with_file(state: State, name: str, data: bytes) -> tuple[State, tuple[str, ...]]:
+    """A state with the bicycle or model of a file in place of its own."""
+    ending = Path(name).suffix.lower()
+    shown = f"{slug(Path(name.replace(chr(92), '/')).stem)[:60] or 'file'}{ending}"
+    if ending not in ENDINGS:
+        more = ", ".join(one for one in FILE_ENDINGS if one not in ENDINGS)
+        raise InputError(f"{shown[:80]}: drop a bicycle or a model file ({', '.join(ENDINGS)}) or a tyre (also {more})")
+    if len(data) > LARGEST:
+        raise InputError(f"{shown}: {len(data)} bytes are more than the {LARGEST} that a bicycle or model may have")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / shown
+        path.write_bytes(data)
+        try:
+            return _read(state, path)
+        except InputError as error:
+            said = str(error).replace(f"{path}", shown).replace(path.as_posix(), shown)
+            raise InputError(said if shown in said else f"{shown}: {said}") from None
+
+
+def start_state(model: str | None) -> State:
+    """The state that MODEL of the command line means; without one the benchmark on rigid wheels."""
+    if model is None:
+        return State()
+    content = dict(choose(model).content)
+    name = ""
+    for _, table in tyres_of(content):
+        tyres = table["tyre"]
+        for one in tyres.values() if isinstance(tyres, Mapping) else [tyres]:
+            if isinstance(one, str) and is_file_name(one):
+                TYRES.know(one)
+    bicycle = content.get("bicycle")
+    if isinstance(bicycle, str) and Path(bicycle.partition("#")[0]).is_file():
+        found = load_bicycle(bicycle, allow_unusual=bool(content.get(WAY_OUT)))
+        content["bicycle"], name = as_table(found), found.name
+    return parse_state(State(model=flattened(content), name=name[:80]).address)
+
+
+def _read(state: State, path: Path) -> tuple[State, tuple[str, ...]]:
+    content: Mapping[str, Any] = read_toml(path, "model or bicycle file") if path.suffix.lower() == ".toml" else {}
+    if "bicycle" in content or (content and "values" not in content):
+        given = dict(content)
+        if "bicycle" not in given:
+            raise InputError("the key 'bicycle' of a model file, or [values] of a bicycle file, is missing")
+        schema.read(MODEL, content)
+        given = with_tyres(given, lambda name: TYRES.find(name) or name if is_file_name(name) else name)
+        refuse_other_files(given)
+        return _kept(state, flattened(given), "" if isinstance(given["bicycle"], str) else path.stem), ()
+    bicycle = load_bicycle(path)
+    others = {key: value for key, value in state.content.items() if key in ("effects", WAY_OUT)}
+    ending = path.suffix.lower()
+    reader = read_flat_text if ending == ".txt" else read_flat_yaml
+    if content.get(WAY_OUT) is True if ending == ".toml" else reader(path).allow_unusual:
+        others[WAY_OUT] = True
+    made = _kept(state, flattened({"bicycle": as_table(bicycle)} | others), bicycle.name)
+    return made, tuple(" ".join(note.split()) for note in bicycle.warnings)
+
+
+def _kept(state: State, model: Any, name: str) -> State:
+    return parse_state(replace(state, model=model, name=name[:80], rider="").address)
+
+
+ALWAYS = tuple(ending for ending in FILE_ENDINGS if ending not in ENDINGS)
+"""Endings that only a tyre has."""
+
+
+def with_files(state: State, files: Sequence[tuple[str, bytes]], *, most: int = 20) -> tuple[State, tuple[str, ...]]:
+    """A state with what was dropped."""
+    if len(files) > most:
+        raise InputError(f"{len(files)} files were dropped; at most {most} at once")
+    named: dict[str, bytes] = {}
+    for given, data in files:
+        name = plain_name(given)
+        if name in named:
+            raise InputError(f"{name[:80]}: two files of this name were dropped; rename one")
+        named[name] = data
+    beside = {name: one for name in named if (one := _table_of(name, named))}
+    tyres = [name for name, data in named.items() if name not in beside and _is_tyre(name, data)]
+    others = [name for name in named if name not in beside and name not in tyres]
+    if len(others) > 1:
+        raise InputError(f"{others[0][:80]} and {others[1][:80]}: drop one bicycle or model at a time, with its tyres")
+    remarks = []
+    for name in tyres:
+        for one in (name, *(side for side, table in beside.items() if table == name)):
+            if len(named[one]) > LARGEST:
+                raise InputError(f"{one[:80]}: {len(named[one])} bytes are more than the {LARGEST} of a tyre file")
+        parts = {one: named[one] for one in named if one == name or beside.get(one) == name}
+        key = TYRES.keep(file_name(name), {file_name(one): content for one, content in parts.items()})
+        remarks += [] if others else [f"{shown_name(key)}: it can be chosen under Tyres now, for each wheel"]
+    if not others:
+        return state, tuple(remarks)
+    made, said = with_file(state, others[0], named[others[0]])
+    return made, (*remarks, *said)
+
+
+def _table_of(name: str, named: dict[str, bytes]) -> str:
+    """The table of a tyre whose sidecar a file is; empty where it is none."""
+    path = PurePath(name)
+    tables = [one for one in named if PurePath(one).suffix.lower() == ".csv" and PurePath(one).stem == path.stem]
+    return tables[0] if path.suffix.lower() == ".toml" and tables else ""
+
+
+def _is_tyre(name: str, data: bytes) -> bool:
+    ending = PurePath(name).suffix.lower()
+    if ending in ALWAYS:
+        return True
+    if ending == ".toml":
+        try:
+            content = tomllib.loads(data.decode("utf-8-sig"))
+        except (ValueError, RecursionError):
+            return False  # said by the reader of models
+        if "tyre" in content and not any(key in content for key in ("bicycle", "values", "effects", "kind")):
+            table = PurePath(name).with_suffix(".csv").name
+            raise InputError(f"{name[:80]}: describes the tyre table {table[:80]}; drop both together")
+        return "kind" in content
+    return ending in FILE_ENDINGS and _is_list(data)
+
+
+def _is_list(data: bytes) -> bool:
+    """Tell if a text holds coefficients of a tyre, not a bicycle."""
+    lines = [re.split("[#%]", line)[0] for line in data.decode("utf-8-sig", errors="replace").splitlines()]
+    keys = {found[1] for line in lines if (found := re.match(r"[\s\-{\"']*([A-Za-z_]\w*)", line))}
+    if keys & set(UNITS):
+        return False
+    return bool({key.lower() for key in keys} & {*KEYS, SIDE, MOMENT, "a0", "optparametermf"})

@@ -1,1 +1,0 @@
-"""What `velotyre modal` shows of free decays: pictures and the sd of repeats in words."""

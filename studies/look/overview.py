@@ -1,0 +1,254 @@
+"""Look at one recording: channels, uses, lines for the terminal, and a picture."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from studies.look.motion_uses import Motion, motion_uses
+from studies.look.opened import QUANTITIES, Opened, Roles, oddities, open_recording, rate, roles
+from studies.look.rig_uses import Supposed, rig_uses
+from studies.look.use import USES, Use
+from studies.reporting.markdown_text import make_environment
+from studies.reporting.output import print_table
+from tyre.arrays import Array
+from tyre.channel_map import ChannelMap
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """Content of one recording and its uses."""
+
+    opened: Opened
+    roles: Roles
+    uses: tuple[Use, ...]  # in the order of :data:`USES`
+    rig: list[Supposed]  # of the drafts of a sidecar
+    motion: Motion | None  # of the drafts for a bicycle's recording
+
+    @property
+    def channels(self) -> dict[str, str]:
+        """Column -> the channels that it is taken as."""
+        found: dict[str, str] = {}
+        names = self.roles.names([*QUANTITIES])
+        for name, column in names.items():
+            whole = self.opened.signals.find(column)
+            found[whole] = f"{found[whole]}, {name}" if whole in found else name
+        if self.opened.clock is not None:
+            found[self.opened.clock.column.name] = "time"
+        return found
+
+    def as_json(self) -> dict[str, Any]:
+        """All of it, ready for JSON."""
+        taken, channels = self.channels, []
+        for column in self.opened.signals.columns:
+            seen = self.opened.quality[column.name]
+            channels.append(
+                {"name": column.name, "unit": column.unit, "taken_as": taken.get(column.name, "")}
+                | {key: _finite(value) for key, value in asdict(seen).items()}
+                | {"rate_hz": _finite(rate(self.opened.time_of(column.name))) if self.is_timed(column.name) else None}
+                | {"remarks": [*seen.remarks, *oddities(self.roles, column.name)]}
+            )
+        return {
+            "file": str(self.opened.path), "notes": list(self.opened.signals.notes),
+            "channels_from": self.roles.origin, "time": list(self.opened.clock_notes), "channels": channels,
+            "not_read": self.opened.unread, "uses": [asdict(use) | {"usable": use.usable} for use in self.uses],
+        }  # fmt: skip
+
+    def is_timed(self, name: str) -> bool:
+        """Tell if the times of the channel ``name`` are known."""
+        return self.opened.signals.signals[name].time is not None or self.opened.time is not None
+
+
+def _finite(value: float) -> float | None:
+    return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
+def look(path: Path, channel_map: ChannelMap | None = None, dbc: Sequence[Path] = ()) -> Look:
+    """Look at a recording."""
+    opened = open_recording(path, channel_map, dbc)
+    found = roles(opened, channel_map)
+    if found.given is None and found.map is not None:
+        opened = open_recording(path, found.map, dbc)
+        found = roles(opened, channel_map)
+    rig, supposed = rig_uses(found)
+    moved, motion = motion_uses(found)
+    uses = sorted((*rig, *moved), key=lambda use: USES.index(use.name))
+    return Look(opened, found, tuple(uses), supposed, motion)
+
+
+WIDTH, MOST_EVENTS = 34, 8  # letters of a channel's name, events of a use that are told
+HEADS = ("channel", "unit", "samples", "lowest", "median", "highest", "step", "noise", "taken as")
+TOLD = """\
+{% macro samples(size, hz, length) %}{{ size }} sample{{ "s" if size != 1 }}\
+{% if hz %} at {{ "%.4g" % hz }} Hz, {{ "%.4g" % length }} s{% endif %}{% endmacro %}\
+{{ opened.path }}: {{ opened.columns | length }} channel{{ "s" if opened.columns | length != 1 }}, \
+{% for kind, count in kinds[:4] %}{{ "%d of " % count if kinds | length > 1 }}{{ samples(*kind) }}\
+{{ "; " if not loop.last }}{% endfor %}\
+{% if kinds | length > 4 %}; and {{ kinds | length - 4 }} other rates or lengths{% endif %}
+{% for note in opened.signals.notes %}  note: {{ note }}
+{% endfor %}{% for note in opened.clock_notes %}  time: {{ note }}
+{% endfor %}"""
+USED = """\
+{% for name, reason in unread.items() %}  {{ name }}: not numbers, left out ({{ reason[:120] }})
+{% endfor %}{% if remarks %}
+remarks
+{% for name, remark in remarks %}  {{ name }}: {{ remark }}
+{% endfor %}{% endif %}
+what it can be used for (channels {{ origin }})
+{% for names, use in uses %}
+{{ names }}: {{ "usable" if use.usable else "no" }}\
+{% if use.usable and use.provided %}, once you give {{ use.provided }}{% endif %}\
+{% if use.windows %}{{ "; " if use.provided else ", " }}in windows that the draft holds{% endif %}
+{% for event in use.events[:most] %}  {{ event.words }}
+{% for note in event.notes[:most] %}    note: {{ note }}
+{% endfor %}{% endfor %}{% if use.events | length > most %}  and {{ use.events | length - most }} more
+{% endif %}{% for reason in use.reasons %}  {{ "not used" if use.usable else "why" }}: {{ reason }}
+{% endfor %}{% for remedy in use.remedies %}  what to do: {{ remedy }}
+{% endfor %}{% if steps.get(use.name) %}  next: {{ steps[use.name] }}
+{% endif %}{% endfor %}"""
+
+
+def tell(found: Look, steps: Mapping[str, str]) -> None:
+    """Print what was ``found``, with the next command of each use (``steps``)."""
+    opened = found.opened
+    kinds: dict[tuple[int, float, float], int] = {}
+    for column in opened.signals.columns:
+        size = opened.signals.signals[column.name].values.size
+        time = opened.time_of(column.name) if found.is_timed(column.name) else np.zeros(0)
+        hz = rate(time) if time.size > 1 else np.nan
+        kind = (size, hz, float(np.nanmax(time) - np.nanmin(time))) if np.isfinite(hz) else (size, 0.0, 0.0)
+        kinds[kind] = kinds.get(kind, 0) + 1
+    common = sorted(kinds.items(), key=lambda item: -item[1])
+    click.echo(_filled(TOLD, opened=opened, kinds=common))
+    print_table(list(_rows(found)), list(HEADS))
+    remarks = [
+        (column.name, remark) for column in opened.signals.columns
+        for remark in (*opened.quality[column.name].remarks, *oddities(found.roles, column.name))
+    ]  # fmt: skip
+    told: list[tuple[str, Use]] = []
+    for use in found.uses:  # uses of which the same is to be said stand together
+        same = next((k for k, (_, other) in enumerate(told) if replace(other, name=use.name) == use), None)
+        if same is None or use.usable:
+            told.append((use.name, use))
+        else:
+            told[same] = (f"{told[same][0]}, {use.name}", told[same][1])
+    more = {"origin": found.roles.origin, "uses": told, "steps": steps, "most": MOST_EVENTS}
+    click.echo(_filled(USED, unread=opened.unread, remarks=remarks, **more), nl=False)
+
+
+def _filled(template: str, **content: Any) -> str:
+    return make_environment(escaped=False, keep_trailing_newline=True).from_string(template).render(**content)
+
+
+def _rows(found: Look) -> Iterator[Sequence[object]]:
+    taken = found.channels
+    for column in found.opened.signals.columns:
+        seen = found.opened.quality[column.name]
+        name = column.name if len(column.name) <= WIDTH else f"...{column.name[3 - WIDTH :]}"
+        noise = f"< {seen.step:.2g}" if seen.step and seen.noise < seen.step / 2 else f"{seen.noise:.2g}"
+        silent = seen.noise < 1e-7 * (seen.highest - seen.lowest) and not seen.step
+        untold = silent or seen.dead or taken.get(column.name) == "time"
+        numbers = [f"{x:.5g}" if np.isfinite(x) else "-" for x in (seen.lowest, seen.median, seen.highest)]
+        missing = f" ({seen.missing} missing)" if seen.missing else ""
+        yield (
+            name, column.unit or "-", f"{seen.samples}{missing}", *numbers, f"{seen.step:.2g}" if seen.step else "-",
+            "-" if untold else noise, taken.get(column.name, ""),
+        )  # fmt: skip
+
+
+POINTS = 1200  # of a line; beyond, the lowest and the highest of each part are drawn
+MOST = 60
+LABEL = 40
+COLOURS = {
+    "slip sweep": "#5f9ed1", "step (relaxation)": "#3b7d4f", "pull test": "#5f9ed1", "free decay (modal)": "#e5a823",
+    "replay (histories)": "#8f6bb0",
+}  # fmt: skip
+
+
+def draw(found: Look, target: Path) -> Path:
+    """Draw what was ``found`` into ``target`` .png and .svg."""
+    from matplotlib.patches import Patch
+
+    from studies.reporting.plotting import drawing
+
+    names = [column.name for column in found.opened.signals.columns]
+    clock = found.opened.clock
+    names = [name for name in names if clock is None or name != clock.column.name or len(names) == 1]
+    left_out, names = names[MOST:], names[:MOST]
+    columns = 1 if len(names) <= 8 else 2 if len(names) <= 20 else 3
+    rows = -(-len(names) // columns)
+    marked = [  # only uses that take less than the whole recording
+        (use.name, event.start_s, event.end_s, event.name) for use in found.uses for event in use.events
+        if use.name in COLOURS and event.end_s > event.start_s and (use.windows or event.name)
+    ]  # fmt: skip
+    width, height = (9.0, 13.0, 16.0)[columns - 1], 1.2 + rows * (1.5 if rows <= 8 else 1.15)
+    with drawing(target, width=width, height=height) as figure:
+        axes = figure.subplots(rows, columns, squeeze=False, sharex=True)
+        taken = found.channels
+        for place, name in enumerate(names):
+            panel = axes[place % rows][place // rows]
+            _panel(panel, found, name, taken.get(name, ""))
+            for use, start, end, event in marked:
+                panel.axvspan(start, end, color=COLOURS[use], alpha=0.18, linewidth=0)
+                if place == 0:
+                    panel.annotate(
+                        event, (start, 1), xycoords=("data", "axes fraction"), xytext=(2, -2), fontsize=7, va="top",
+                        textcoords="offset points",
+                    )  # fmt: skip
+        for empty in range(len(names), rows * columns):
+            axes[empty % rows][empty // rows].set_axis_off()
+        timed = any(found.is_timed(name) for name in names)
+        for column in range(columns):
+            last = min(rows, max(len(names) - column * rows, 1)) - 1
+            if last == rows - 1:
+                axes[last][column].set_xlabel("time in s" if timed else "sample")
+            axes[last][column].tick_params(labelbottom=True)
+        more = f"; {len(left_out)} more channels are not drawn" if left_out else ""
+        figure.suptitle(f"{found.opened.path.name}{more}", x=0.01, ha="left", fontweight="bold")
+        uses = dict.fromkeys(use for use, *_ in marked)
+        patches = [Patch(color=COLOURS[use], alpha=0.35, label=f"usable: {use}") for use in uses]
+        if patches:
+            figure.legend(handles=patches, loc="outside lower left", ncols=len(patches))
+    return target.with_name(f"{target.name}.png")
+
+
+def _panel(axes: Any, found: Look, name: str, taken: str) -> None:
+    from studies.reporting.plotting import GREY
+
+    signal = found.opened.signals.signals[name]
+    time, values = found.opened.time_of(name), np.where(np.isinf(signal.values), np.nan, signal.values)
+    if abs(time[0]) > 1e6:
+        time = time - time[0]
+    x, y = thinned(time, values)
+    dead = found.opened.quality[name].dead
+    axes.plot(x, y, color=GREY if dead else "#123a6b", linewidth=0.9)
+    missing = np.concatenate([[0], ~np.isfinite(values), [0]]).astype(np.int8)
+    edges = np.flatnonzero(np.diff(missing)).tolist()
+    for first, last in zip(edges[::2][:200], edges[1::2][:200], strict=True):
+        axes.axvspan(time[first], time[min(last, time.size - 1)], color="#c8462f", alpha=0.25, linewidth=0)
+    label = name if len(name) <= LABEL else f"...{name[3 - LABEL :]}"
+    words = f"{label} in {signal.unit}" if signal.unit.strip("-[] ") else label
+    words += f"  =  {taken}" if taken else ""
+    words += "  (constant)" if dead and np.isfinite(y).any() else "  (no valid sample)" if dead else ""
+    axes.set_title(words.replace("$", r"\$"), fontsize=8.5, fontweight="bold" if taken else "normal")
+    axes.tick_params(labelsize=7.5)
+    axes.locator_params(axis="y", nbins=4)
+
+
+def thinned(time: Array, values: Array) -> tuple[Array, Array]:
+    """A line of few points that looks the same: the extremes of each part of ``time`` and ``values``, shape (n,)."""
+    count = values.size
+    if count <= 2 * POINTS:
+        return time, values
+    size = count // POINTS
+    whole = count // size * size
+    parts = values[:whole].reshape(-1, size)
+    empty = np.asarray(np.isnan(parts).all(axis=1))
+    filled = np.where(empty[:, None], 0.0, parts)
+    low, high = np.nanmin(filled, axis=1), np.nanmax(filled, axis=1)
+    low[empty], high[empty] = np.nan, np.nan
+    middle = time[:whole].reshape(-1, size)[:, size // 2]
+    return np.repeat(middle, 2), np.column_stack([low, high]).reshape(-1)

@@ -1,0 +1,281 @@
+"""Modes, damping ratios, critical speeds and unstable wobble of one tyre case in one world, each with its sd.
+
+Wobble is what tracking calls so: the pair of the front turning about the steer axis. Its frequency alone does not tell
+it from weave; only if tracking gives both names does the frequency decide.
+"""
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from bicycle.critical import ACriticalSpeed, CriticalSpeed, critical_speeds
+from bicycle.effect import WHEELS
+from bicycle.effect_registry import effect_class
+from bicycle.eigen import angular_frequency, damping_ratio, frequency_hz
+from bicycle.linear_model import LinearModel
+from bicycle.model import Model
+from bicycle.named_modes import Modes, modes
+from bicycle.parameter_covariance import ParameterKey
+from bicycle.parameters import UNITS, bodies, static_loads
+from bicycle.propagation import critical_speed_gradients, mode_gradients, standard_deviation
+from studies.main_study.cases import CONTACT, TyreCase
+from studies.main_study.settings import CONTACT_LENGTH, LAW, LIMITS, Settings, Setup
+from studies.uncertainty.propagation import Uncertainty
+from tyre.arrays import Array
+
+WOBBLE, WEAVE = "wobble", "weave"
+COMPARED = (WOBBLE, WEAVE)
+CAMBER = tuple(f"camber_thrust.camber_stiffness.{wheel}" for wheel in WHEELS)
+FRICTION = "steer_damper"
+PLAUSIBLE = ("front_compliance", "rider_arms", FRICTION, "camber_thrust")
+"""Effects whose numbers the plausible fronts vary: they count as exact in a standard deviation."""
+
+
+def model(settings: Settings, setup: Setup, contact: Sequence[float] | Array) -> Model:
+    """Put a bicycle on tyres with the four numbers of ``contact`` (N/rad and m, rear then front)."""
+    rear_stiffness, rear_length, front_stiffness, front_length = (float(value) for value in contact)
+    law = {
+        "cornering_stiffness": {"rear": rear_stiffness, "front": front_stiffness},
+        "relaxation_length": {"rear": rear_length, "front": front_length},
+    }
+    effects = {**beside(settings, setup), LAW: law}
+    return Model(settings.bicycle, tuple(effect_class(name)(**table) for name, table in effects.items()))
+
+
+def beside(settings: Settings, setup: Setup) -> dict[str, dict[str, Any]]:
+    """Tables of the effects beside the tyre; what the user gave comes before what is assumed."""
+    p, front, arms = settings.bicycle.values, setup.front, setup.arms
+    camber = {wheel: float(value) for wheel, value in zip(WHEELS, _camber_stiffness(setup, p), strict=True)}
+    tables: dict[str, dict[str, Any]] = {"camber_thrust": {"camber_stiffness": camber}}
+    tables |= {name: dict(table) for name, table in settings.further.items()}
+    if arms:
+        tables["rider_arms"] = {"inertia": arms.inertia, "stiffness": arms.stiffness, "damping": arms.damping}
+    if front:
+        tables["front_compliance"] = {
+            "stiffness": front.stiffness, "damping": front.damping,
+            "joint_x": float(front.hinge_x(p)), "joint_z": -front.joint_height,
+        } | ({} if front.axis_tilt is None else {"axis_tilt": front.axis_tilt})  # fmt: skip
+        own = settings.further.get(FRICTION, {})
+        default = next(one.default for one in effect_class(FRICTION).parameters if one.name == "damping")
+        given = float(own.get("damping", default)) if FRICTION in settings.further else 0.0
+        tables[FRICTION] = {**own, "damping": given + front.friction}
+    if setup.contact_half_length:
+        tables[CONTACT_LENGTH] = {"half_length": dict(zip(WHEELS, setup.contact_half_length, strict=True))}
+    return tables
+
+
+def follow(settings: Settings, setup: Setup, p: Mapping[str, Any]) -> dict[str, Any]:
+    """Parameters that hang on the bicycle ``p``: assumed camber thrust on the loads, an assumed hinge."""
+    found: dict[str, Any] = {}
+    if "camber_thrust" not in settings.further:
+        found |= dict(zip(CAMBER, _camber_stiffness(setup, p), strict=True))
+    if setup.front and setup.front.joint_x is None:
+        found["front_compliance.joint_x"] = setup.front.hinge_x(p)
+    return found
+
+
+def _camber_stiffness(setup: Setup, p: Mapping[str, Any]) -> tuple[Any, Any]:
+    rear, front = static_loads(bodies(p), p["w"], p["g"])
+    return setup.camber_share * rear, setup.camber_share * front
+
+
+def uncertainty(settings: Settings, case: TyreCase, setup: Setup) -> Uncertainty:
+    """Model of a case with all that is uncertain about tyre and bicycle."""
+    followers = follow(settings, setup, settings.bicycle.values)
+    parameters = model(settings, setup, case.contact).parameters
+    exact = {key: 0.0 for key in parameters if varied_apart(key) and key not in followers}
+    content = {
+        "bicycle": {key: settings.bicycle[key] for key in UNITS},
+        "effects": {LAW: dict(case.table), **beside(settings, setup)},
+    }
+    return Uncertainty(
+        content, sd=exact, defaults=True, bicycle_sd=settings.bicycle.sd, follow=lambda p: follow(settings, setup, p)
+    )
+
+
+def varied_apart(key: str) -> bool:
+    """Return True if the parameter ``key`` belongs to an effect that the plausible fronts vary."""
+    return ParameterKey.parse(key).effect in PLAUSIBLE
+
+
+def draws(settings: Settings, case: TyreCase, uncertain: Uncertainty, count: int) -> Iterator[dict[str, float] | None]:
+    """Yield the parameters of ``count`` random bicycles; None for a draw that is no bicycle."""
+    mine = uncertain.draw(count, settings.seed)
+    own = uncertain.draw(count, 1 + settings.seed + sum(map(ord, case.name + case.condition)))
+    z = np.where([name.startswith("tyre ") for name in uncertain.names], own, mine)
+    points = uncertain.points(z)
+    for k, refused in enumerate(points.refused.mask):
+        yield None if refused else {key: points.value(key, k) for key in points.values}
+
+
+@dataclass(frozen=True)
+class UncertainCriticalSpeed(CriticalSpeed):
+    """Critical speed with standard deviations (m/s): of tyre data and bicycle, and of the tyre data alone."""
+
+    sd: float
+    tyre_sd: float
+
+
+@dataclass(frozen=True)
+class Band:
+    """Speeds in which a mode is unstable; None: it begins below, or goes on above, the speeds looked at."""
+
+    start: UncertainCriticalSpeed | None
+    end: UncertainCriticalSpeed | None
+
+
+@dataclass(frozen=True)
+class Span:
+    """Unstable wobble from its first onset to its last end, m/s; from 0 at rest on, to infinity beyond ``limit``."""
+
+    low: float
+    high: float
+    limit: float
+
+
+def wobble_edges(edges: Iterable[ACriticalSpeed]) -> list[ACriticalSpeed]:
+    """Critical speeds at which wobble begins or ends, rising."""
+    return sorted((edge for edge in edges if is_wobble(edge)), key=lambda edge: edge.speed)
+
+
+def is_wobble(edge: CriticalSpeed) -> bool:
+    """Return True if wobble begins or ends at a critical speed."""
+    if not edge.oscillatory or WOBBLE not in edge.mode.split("+") or edge.frequency_hz >= LIMITS.tyres_hz:
+        return False
+    return edge.mode == WOBBLE or edge.frequency_hz >= LIMITS.wobble_hz
+
+
+def wobble_span(linear: LinearModel, edges: Iterable[CriticalSpeed], limit: float) -> Span | None:
+    """Unstable wobble up to ``limit`` (m/s), from its first onset to its last end; None if there is none."""
+    mine = [edge for edge in wobble_edges(edges) if edge.speed <= limit]
+    if not mine:
+        for speed in (1e-3 * limit, limit):  # not at rest, where a bicycle without damping is neutral
+            values = linear.eigenvalues(speed)
+            hertz = frequency_hz(values)
+            if not ((values.real > 0) & (hertz >= LIMITS.wobble_hz) & (hertz < LIMITS.tyres_hz)).any():
+                return None
+        return Span(0.0, math.inf, limit)
+    first, last = mine[0], mine[-1]
+    low = float(first.speed) if first.destabilising else 0.0
+    return Span(low, math.inf if last.destabilising else float(last.speed), limit)
+
+
+def unstable_bands(crossings: Sequence[UncertainCriticalSpeed]) -> list[Band]:
+    """Pair the crossings of one mode into bands of instability."""
+    bands: list[Band] = []
+    start: UncertainCriticalSpeed | None = None
+    inside = False
+    for crossing in sorted(crossings, key=lambda c: c.speed):
+        if crossing.destabilising:
+            start, inside = crossing, True
+        elif inside or not bands:
+            bands.append(Band(start, crossing))
+            start, inside = None, False
+    return [*bands, Band(start, None)] if inside else bands
+
+
+@dataclass(frozen=True)
+class Uncertain:
+    """A number, its standard deviation, and that of the tyre data alone."""
+
+    value: float
+    sd: float
+    tyre_sd: float
+
+
+@dataclass(frozen=True)
+class LeastDamped:
+    """Least damped wobble at the speeds that are ridden: eigenvalue (1/s) and speed (m/s)."""
+
+    eigenvalue: complex
+    speed: float
+
+    @property
+    def damping_ratio(self) -> float:
+        """Damping ratio, below zero if it grows."""
+        return float(damping_ratio(self.eigenvalue))
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """One tyre case in one setup; the last speed of ``modes`` is the report speed, added to the study's."""
+
+    case: TyreCase
+    setup: Setup
+    modes: Modes
+    crossings: tuple[UncertainCriticalSpeed, ...]
+    frequency: dict[str, Uncertain]  # mode -> Hz at the report speed; missing if it is no oscillation
+    damping: dict[str, Uncertain]  # mode -> damping ratio, likewise
+    least: LeastDamped | None
+
+    def bands(self, limit: float) -> list[Band]:
+        """Bands of unstable wobble that begin up to ``limit`` (m/s); one without edges if it is unstable throughout."""
+        found = unstable_bands(self.wobble_edges)
+        if not found and self.span(limit):
+            return [Band(None, None)]
+        return [band for band in found if not band.start or band.start.speed <= limit]
+
+    @property
+    def wobble_edges(self) -> list[UncertainCriticalSpeed]:
+        """Critical speeds at which unstable wobble begins or ends, rising."""
+        return wobble_edges(self.crossings)
+
+    def span(self, limit: float) -> Span | None:
+        """Unstable wobble at speeds up to ``limit`` (m/s)."""
+        return wobble_span(self.modes.model, self.crossings, limit)
+
+
+def solve(settings: Settings, case: TyreCase, setup: Setup) -> Result:
+    """Compute modes, frequency and damping ratio at the report speed, and critical speeds, with their sds."""
+    built = model(settings, setup, case.contact)
+    linear = built.linear_model()
+    names, whole = uncertainty(settings, case, setup).covariance()
+    at = np.ix_(*2 * [[names.index(name) for name in CONTACT]])
+    of_tyre = np.zeros_like(whole)
+    of_tyre[at] = case.covariance
+    found = modes(linear, np.append(settings.speeds, settings.report_speed))
+    roots = oscillations(found, -1)
+    gradients = mode_gradients(built, settings.report_speed, list(roots.values()), names)
+    sds = [[standard_deviation(one, covariance).tolist() for covariance in (whole, of_tyre)] for one in gradients]
+    frequency, damping = {}, {}
+    for k, (mode, root) in enumerate(roots.items()):
+        frequency[mode] = Uncertain(float(frequency_hz(root)), *(sd[k] for sd in sds[0]))
+        damping[mode] = Uncertain(float(damping_ratio(root)), *(sd[k] for sd in sds[1]))
+    critical = critical_speeds(linear, max_speed=settings.max_speed)
+    slopes = critical_speed_gradients(built, critical, names)
+    moved = [standard_deviation(slopes, covariance).tolist() for covariance in (whole, of_tyre)]
+    crossings = [
+        UncertainCriticalSpeed(**vars(crossing), sd=sd, tyre_sd=tyre_sd)
+        for crossing, sd, tyre_sd in zip(critical, *moved, strict=True)
+    ]
+    return Result(case, setup, found, tuple(crossings), frequency, damping, least_damped(found))
+
+
+def least_damped(found: Modes) -> LeastDamped | None:
+    """Least damped wobble at the speeds that are ridden; None if there is none."""
+    ridden = (found.speeds >= LIMITS.ridden[0]) & (found.speeds <= LIMITS.ridden[1])
+    best: LeastDamped | None = None
+    for name, values in found.branches.items():
+        if WOBBLE not in name.split("+"):
+            continue
+        slowest = 0.0 if name == WOBBLE else angular_frequency(LIMITS.wobble_hz)
+        for speed, root in zip(found.speeds[ridden], values[ridden, 0], strict=True):
+            if root.imag > slowest:
+                one = LeastDamped(complex(root), float(speed))
+                best = one if best is None or one.damping_ratio < best.damping_ratio else best
+    return best
+
+
+def oscillations(found: Modes, row: int) -> dict[str, complex]:
+    """Eigenvalues (1/s, upper half) of the compared modes that oscillate at the speed with index ``row``."""
+    values = {name: complex(found.branches[name][row, 0]) for name in COMPARED if name in found.branches}
+    return {name: value for name, value in values.items() if value.imag > 0}
+
+
+def nearest(linear: LinearModel, speed: float, eigenvalue: complex) -> complex:
+    """Eigenvalue (1/s) of a model at a ``speed`` (m/s) that is nearest to ``eigenvalue`` (1/s)."""
+    values = linear.eigenvalues(speed)
+    return complex(values[int(np.argmin(np.abs(values - eigenvalue)))])

@@ -1,0 +1,182 @@
+"""Tidy tables of the main study; every column with a unit says so in its name."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bicycle.eigen import damping_ratio, frequency_hz, oscillating
+from studies.main_study.cases import TyreCase
+from studies.main_study.compare import CRITICAL, DAMPING
+from studies.main_study.published import compared
+from studies.main_study.settings import Setup
+from studies.main_study.study import Study
+from tyre.table import write_csv
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Row = dict[str, Any]
+
+
+def write_tables(study: Study, folder: Path) -> dict[str, Path]:
+    """Write every table as CSV into ``folder``; return name -> file."""
+    written = {}
+    for name, table in tables(study).items():
+        written[name] = folder / f"{name}.csv"
+        write_csv(written[name], table, number_format="%.10g")
+    return written
+
+
+def tables(study: Study) -> dict[str, "pd.DataFrame"]:
+    """Make every table by name."""
+    import pandas as pd
+
+    rows = {
+        "tyre_properties": _tyres(study), "eigenvalues": _eigenvalues(study), "damping_ratios": _compared(study),
+        "critical_speeds": _critical(study), "decomposition_damping_ratio": _changes(study, DAMPING, ""),
+        "decomposition_critical_speed": _changes(study, CRITICAL, "_m_s"), "wobble": _wobble(study),
+        "hinges": _hinges(study), "plausible_fronts": _plausible(study), "published": _published(study),
+        "monte_carlo": _monte_carlo(study),
+    }  # fmt: skip
+    return {name: pd.DataFrame(list(found)) for name, found in rows.items()}
+
+
+def _condition(study: Study, case: TyreCase, setup: Setup) -> Row:
+    rear, front = case.pressures_bar or (None, None)
+    return {
+        "bicycle": study.settings.bicycle.name, "tyre": case.tyre, "surface": case.surface,
+        "pressure_rear_bar": rear, "pressure_front_bar": front, "hands": setup.hands, "front": setup.front_name,
+        "extrapolated": case.extrapolated,
+    }  # fmt: skip
+
+
+def _tyres(study: Study) -> Iterator[Row]:
+    for case in study.cases:
+        sds = np.sqrt(np.diag(case.covariance))
+        for k, wheel in enumerate(("rear", "front")):
+            stiffness, length = (float(value) for value in case.contact[2 * k : 2 * k + 2])
+            p = case.properties[k] if case.properties else None
+            yield {
+                "bicycle": study.settings.bicycle.name, "tyre": case.tyre, "surface": case.surface,
+                "pressure_bar": case.pressures_bar[k] if case.pressures_bar else None, "wheel": wheel,
+                "load_N": study.settings.bicycle.static_loads[k],
+                "cornering_stiffness_N_per_deg": np.radians(stiffness),
+                "cornering_stiffness_sd_N_per_deg": np.radians(sds[2 * k]),
+                "lateral_stiffness_N_per_mm": stiffness / length / 1e3,
+                "lateral_stiffness_sd_N_per_mm": p.lateral_stiffness_sd / 1e3 if p else None,
+                "relaxation_length_mm": length * 1e3, "relaxation_length_sd_mm": sds[2 * k + 1] * 1e3,
+                "origin": p.origin if p else "given", "notes": "; ".join(p.notes) if p else "",
+            }  # fmt: skip
+
+
+def _eigenvalues(study: Study) -> Iterator[Row]:
+    speeds = study.settings.speeds
+    for result in study.results:
+        condition = _condition(study, result.case, result.setup)
+        for mode, values in result.modes.branches.items():
+            for branch, value in enumerate(values[: len(speeds)].T, 1):
+                there = ~np.isnan(value)
+                kept = value[there]
+                numbers = (speeds[there], kept.real, kept.imag, frequency_hz(kept), damping_ratio(oscillating(kept)))
+                for speed, real, imaginary, hertz, ratio in zip(*numbers, strict=True):
+                    yield condition | {
+                        "speed_m_s": speed, "mode": mode, "branch": branch, "real_1_s": real,
+                        "imaginary_rad_s": imaginary, "frequency_Hz": hertz, "damping_ratio": ratio,
+                    }  # fmt: skip
+
+
+def _compared(study: Study) -> Iterator[Row]:
+    for result in study.results:
+        for mode, ratio in result.damping.items():
+            hertz = result.frequency[mode]
+            yield _condition(study, result.case, result.setup) | {
+                "speed_m_s": study.settings.report_speed, "mode": mode,
+                "frequency_Hz": hertz.value, "frequency_sd_Hz": hertz.sd, "frequency_sd_of_tyre_Hz": hertz.tyre_sd,
+                "damping_ratio": ratio.value, "damping_ratio_sd": ratio.sd, "damping_ratio_sd_of_tyre": ratio.tyre_sd,
+            }  # fmt: skip
+
+
+def _critical(study: Study) -> Iterator[Row]:
+    for result in study.results:
+        for c in result.crossings:
+            yield _condition(study, result.case, result.setup) | {
+                "mode": c.mode, "kind": c.kind, "direction": c.direction, "speed_m_s": c.speed, "speed_sd_m_s": c.sd,
+                "speed_sd_of_tyre_m_s": c.tyre_sd, "frequency_Hz": c.frequency_hz,
+            }  # fmt: skip
+
+
+def _changes(study: Study, quantity: str, unit: str) -> Iterator[Row]:
+    for d in study.decompositions:
+        row = _condition(study, d.higher, d.setup)
+        del row["pressure_rear_bar"], row["pressure_front_bar"]
+        row |= {
+            "extrapolated": d.higher.extrapolated or d.lower.extrapolated,
+            "pressure_before_bar": d.higher.pressure_bar, "pressure_after_bar": d.lower.pressure_bar,
+        }  # fmt: skip
+        for change in d.changes:
+            if change.quantity == quantity:
+                yield row | {
+                    "what": str(change.of), f"before{unit}": change.before, f"after{unit}": change.after,
+                    f"total_change{unit}": change.total, f"cornering_stiffness_part{unit}": change.stiffness_part,
+                    f"relaxation_length_part{unit}": change.length_part, f"interaction{unit}": change.interaction,
+                }  # fmt: skip
+
+
+def _wobble(study: Study) -> Iterator[Row]:
+    limit = study.settings.fastest
+    for r in study.results:
+        span, outer = r.span(limit), study.outer(r)
+        row = _condition(study, r.case, r.setup) | {
+            "looked_at_up_to_m_s": limit, "unstable": span is not None,
+            "from_m_s": span.low if span else None, "to_m_s": span.high if span else None,
+            "least_damping_ratio": r.least.damping_ratio if r.least else None,
+            "at_m_s": r.least.speed if r.least else None,
+        }  # fmt: skip
+        for edge in ("onset", "end"):
+            low, high = (outer.likely(edge) if outer else None) or (None, None)
+            row |= {f"plausible_{edge}_5_%_m_s": low, f"plausible_{edge}_95_%_m_s": high}
+        counts = (outer.count, outer.without) if outer else (None, None)
+        yield row | dict(zip(("random_bicycles", "of_these_without_wobble"), counts, strict=True))
+
+
+def _hinges(study: Study) -> Iterator[Row]:
+    for hinge in study.hinges:
+        for name, end in (("first", hinge.low), ("second", hinge.high)):
+            yield {
+                "varied": hinge.what, "end": name, "value": end.what, "unstable": end.span is not None,
+                "from_m_s": end.span.low if end.span else None, "to_m_s": end.span.high if end.span else None,
+                "least_damping_ratio": end.least.damping_ratio if end.least else None,
+            }  # fmt: skip
+
+
+def _plausible(study: Study) -> Iterator[Row]:
+    for one in study.plausible:
+        for k, (onset, end, computed) in enumerate(zip(one.onset, one.end, one.computed, strict=True)):
+            yield _condition(study, one.case, one.setup) | {
+                "number": k, "computed": bool(computed), "onset_m_s": onset, "end_m_s": end
+            }  # fmt: skip
+
+
+def _published(study: Study) -> Iterator[Row]:
+    for one in compared(study):
+        low, high = one.ours or (None, None)
+        yield {
+            "who": one.finding.who, "quantity": one.finding.quantity, "hands": one.finding.hands,
+            "published_low": one.finding.low, "published_high": one.finding.high, "here_low": low, "here_high": high,
+            "verdict": one.verdict, "read": one.finding.read, "source": one.finding.source,
+        }  # fmt: skip
+
+
+def _monte_carlo(study: Study) -> Iterator[Row]:
+    settings = study.settings
+    for one in study.checks:
+        for q in one.quantities:
+            low, high = q.band()
+            yield _condition(study, one.result.case, one.result.setup) | {
+                "what": q.name, "unit": q.unit, "value": q.value,
+                "sd_linear": q.linear_sd, "sd_monte_carlo": q.sampled_sd, "mean_monte_carlo": q.sampled_mean,
+                "quantile_2.5_%": low, "quantile_97.5_%": high, "draws": settings.samples, "lost": q.lost,
+                "seed": settings.seed,
+            }  # fmt: skip

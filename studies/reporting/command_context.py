@@ -1,0 +1,37 @@
+"""Command line of the running command: its arguments, the example of its help, ``--verbose``, and versions."""
+
+from importlib.metadata import PackageNotFoundError, version
+
+import click
+
+ARGUMENTS = "velotyre.arguments"
+"""Key of click's ``meta`` that holds the arguments of the command line."""
+VERBOSE = "velotyre.verbose"
+
+
+def example(*lines: str) -> str:
+    r"""Write the epilogue of a command: ``lines`` that run as they stand (``\b`` keeps click from joining them)."""
+    return "\b\nExample:\n" + "\n".join(f"  {line}" for line in lines)
+
+
+def _remember(context: click.Context, parameter: click.Parameter, value: bool) -> None:  # noqa: FBT001 (as click calls it)
+    context.meta[VERBOSE] = value
+
+
+verbose = click.option(
+    "--verbose", is_flag=True, expose_value=False, callback=_remember, help="Show every note on the data in full."
+)
+"""Option of every command that prints warnings."""
+
+
+def version_of(name: str) -> str:
+    """Version of an installed distribution, or ``not installed`` (a checkout without installation has none)."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def made_by() -> str:
+    """Last paragraph of a report."""
+    return f"\n\nMade by velotyre {version_of('velotyre')}.\n"

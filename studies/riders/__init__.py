@@ -1,1 +1,0 @@
-"""A rider on a bicycle: the picture, the words and the file."""

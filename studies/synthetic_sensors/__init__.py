@@ -1,1 +1,0 @@
-"""Sensors of a simulated ride: what a logger would have written of a motion that was computed."""

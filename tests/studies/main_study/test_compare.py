@@ -1,0 +1,266 @@
+"""Causes of a change, what the answer hinges on, and random fronts: against models put together by hand."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from by_hand import ARMS, FRONT, by_hand, growing, least_damping
+from small_study import RACING, chosen, small
+
+from bicycle.bicycle_files import load_bicycle
+from bicycle.critical import CrossingIdentity
+from studies.main_study import (
+    DAMPING,
+    End,
+    Hinge,
+    Plausible,
+    decompose,
+    draws,
+    front_draws,
+    front_values,
+    hinges,
+    plausible,
+    solve,
+    uncertainty,
+)
+
+
+def test_parts_of_a_change_by_varying_one_and_holding_the_other(racing):
+    decomposition = racing.decomposition(racing.settings.reference, "Tyre1 flat")
+    high, low = decomposition.higher.contact, decomposition.lower.contact
+    change = decomposition.change(CrossingIdentity("wobble", destabilising=False))
+
+    def last_edge(contact) -> float:
+        model = by_hand(racing.settings.bicycle, contact, front=FRONT)
+        inside, outside = 12.0, 40.0
+        for _ in range(40):
+            middle = (inside + outside) / 2
+            inside, outside = (middle, outside) if growing(model, middle) else (inside, middle)
+        return inside
+
+    before = last_edge(high)
+    assert change.before == pytest.approx(before, abs=1e-6)
+    assert change.length_part == pytest.approx(last_edge([high[0], low[1], high[2], low[3]]) - before, abs=1e-6)
+    assert change.stiffness_part == pytest.approx(last_edge([low[0], high[1], low[2], high[3]]) - before, abs=1e-6)
+    assert change.total == pytest.approx(last_edge(low) - before, abs=1e-6)
+    assert change.stiffness_part + change.length_part + change.interaction == pytest.approx(change.total)
+
+
+def test_capsize_speed_does_not_depend_on_the_relaxation_length(racing):
+    found = [
+        d.change(CrossingIdentity("capsize", destabilising=True)) for d in racing.decompositions if d.setup.arms is None
+    ]
+    assert len(found) == 4
+    for change in found:
+        assert abs(change.length_part) < 1e-8
+        assert abs(change.stiffness_part) > 1e-4
+
+
+def test_damping_decomposition_ends_at_the_damping_of_the_results(racing):
+    """Where another root has the name at the lower pressure, there is no change to split: in few worlds."""
+    changes = 0
+    for setup in racing.settings.setups:
+        for name in racing.names:
+            low, high = racing.of(setup, name)[0], racing.of(setup, name)[-1]
+            for mode in ("wobble", "weave"):
+                change = racing.decomposition(setup, name).change(mode, DAMPING)
+                if change is not None:
+                    changes += 1
+                    assert change.before == pytest.approx(high.damping[mode].value)
+                    assert change.after == pytest.approx(low.damping[mode].value)
+    assert changes >= 0.75 * 2 * len(racing.settings.setups) * len(racing.names)
+
+
+def test_what_exists_at_one_pressure_only_has_no_decomposition():
+    """The front almost stiff enough: at 7.5 bar there is no unstable wobble to move."""
+    settings = small(front=small().front.__class__(8000.0, 20.0, given=True), speeds=np.linspace(0, 30, 4))
+    low, high = chosen(settings, {"Tyre1 flat": (3.5, 7.5)}).found
+    results = [solve(settings, case, settings.reference) for case in (high, low)]
+    assert results[0].span(30.0) is None
+    assert results[1].span(30.0) is not None
+    found = decompose(settings, *results)
+    assert found.change(CrossingIdentity("wobble", destabilising=True)) is None
+    assert found.change(CrossingIdentity("weave", destabilising=False)) is not None
+    assert found.change("wobble", DAMPING) is not None
+
+
+ENDS = {
+    "hands": ({"front": FRONT}, {"front": FRONT, "arms": ARMS}),
+    "front": ({"front": FRONT}, {}),
+    "stiffness of the front": ({"front": FRONT | {"stiffness": 2500.0}}, {"front": FRONT | {"stiffness": 1e4}}),
+    "damping of the front": ({"front": FRONT | {"damping": 5.0}}, {"front": FRONT | {"damping": 40.0}}),
+    "height of its hinge": ({"front": FRONT | {"height": 0.55}}, {"front": FRONT | {"height": 0.75}}),
+    "friction of the steering": ({"front": FRONT}, {"front": FRONT, "steer_damper": {"damping": 1.0}}),
+    "camber thrust": ({"front": FRONT, "camber": 0.43}, {"front": FRONT, "camber": 0.86}),
+    "pressure": ({"front": FRONT}, {"front": FRONT}),
+}
+
+
+@pytest.mark.parametrize("what", ENDS)
+def test_both_ends_against_models_put_together_by_hand(racing, what):
+    (hinge,) = (one for one in racing.hinges if one.what == what)
+    speeds = [float(v) for v in racing.settings.speeds if 3 <= v <= 20]
+    contacts = [racing.focus.contact] * 2
+    if what == "pressure":
+        contacts = [racing.subject[0].contact, racing.subject[-1].contact]
+        assert (hinge.low.what, hinge.high.what) == ("3.5 bar", "7.5 bar")
+    for end, parts, contact in zip((hinge.low, hinge.high), ENDS[what], contacts, strict=True):
+        model = by_hand(racing.settings.bicycle, contact, **parts)
+        if end.what != "rigid":  # there the tyres' own vibration comes into the range of frequencies
+            assert end.least.damping_ratio == pytest.approx(least_damping(model, speeds), rel=1e-6)
+        if end.span is None:
+            assert not any(growing(model, float(v)) for v in racing.settings.speeds[1:])  # at rest it is neutral
+            continue
+        assert (growing(model, end.span.low - 0.01), growing(model, end.span.low + 0.01)) == (0, 1)
+        if math.isfinite(end.span.high):
+            assert (growing(model, end.span.high - 0.01), growing(model, end.span.high + 0.01)) == (1, 0)
+        else:
+            assert growing(model, racing.settings.fastest) == 1
+
+
+def test_the_largest_change_of_the_least_damping_comes_first(racing):
+    sizes = [abs(one.high.least.damping_ratio - one.low.least.damping_ratio) for one in racing.hinges]
+    assert sizes == sorted(sizes, reverse=True)
+    assert sizes == pytest.approx([one.size for one in racing.hinges])
+    assert racing.hinges[0].what == "front"
+
+
+def test_size_where_wobble_is_no_oscillation_at_an_end(racing):
+    least = racing.hinges[0].low.least
+    there, gone = End("a", None, least), End("b", None, None)
+    assert Hinge("x", there, gone).size == Hinge("x", gone, there).size == math.inf
+    assert Hinge("x", gone, gone).size == 0.0
+    assert Hinge("x", there, there).size == 0.0
+
+
+def test_what_the_file_gives_or_has_once_is_not_varied():
+    given = {"camber_thrust": {"camber_stiffness": 200.0}, "steer_damper": {"damping": 0.5}}
+    settings = small(further=given, speeds=small().speeds[::4])
+    (case,) = chosen(settings, {"Tyre1 flat": (5.5,)}).found
+    found = {one.what for one in hinges(settings, [case], case)}
+    assert found == set(ENDS) - {"camber thrust", "friction of the steering", "pressure"}
+
+
+@pytest.fixture(scope="module")
+def known():
+    """Racing bicycle, a tyre at two pressures."""
+    settings = small(fronts=8)
+    return settings, chosen(settings, {"Tyre1 flat": (3.5, 7.5)}).found
+
+
+def test_draws_fill_their_ranges():
+    settings = small(fronts=128)
+    found = front_draws(settings)
+    for name, (low, high) in vars(settings.ranges).items():
+        values = found[name]
+        assert values.shape == (128,)
+        assert low <= values.min() < values.max() <= high
+        middle = np.sqrt(low * high) if low > 0 else (low + high) / 2
+        assert abs((values < middle).sum() - 64) <= 1  # even in the logarithm, or in the value
+    assert abs(np.corrcoef([found["stiffness"], found["damping"]])[0, 1]) < 0.1
+
+
+def test_the_front_is_the_same_for_every_pressure_and_the_tyre_is_not(known):
+    settings, cases = known
+    drawn = front_draws(settings)
+    for setup in settings.setups[:2]:
+        rows = []
+        for case in cases:
+            values = list(draws(settings, case, uncertainty(settings, case, setup), settings.fronts))
+            rows.append([(one, front_values(settings, setup, drawn, k, one)) for k, one in enumerate(values)])
+        for (tyre, mine), (other_tyre, other) in zip(*rows, strict=True):
+            assert mine == other
+            assert tyre["relaxation_length.relaxation_length.front"] != pytest.approx(
+                other_tyre["relaxation_length.relaxation_length.front"], rel=0.01
+            )
+
+
+def test_the_bicycle_is_the_same_for_every_tyre():
+    settings = small(load_bicycle(RACING))
+    first, second = chosen(settings, {"Tyre1 flat": (5.5,), "Tyre3 flat": (3.5,)}).found
+    rows = [
+        list(draws(settings, case, uncertainty(settings, case, settings.reference), 5)) for case in (first, second)
+    ]  # fmt: skip
+    for mine, other in zip(*rows, strict=True):
+        for key in ("mB", "xB", "IBxz", "lam"):
+            assert mine[key] == other[key] != settings.bicycle[key]
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_edges_are_those_of_the_model_put_together_by_hand(known, number):
+    settings, cases = known
+    setup, case = settings.setups[number], cases[0]
+    if number:  # hands on nothing wobbles in the assumed ranges; less damping makes it
+        settings = replace(settings, arms=replace(settings.arms, inertia=0.05, stiffness=0.0, damping=0.05, given=True))
+        setup = settings.setups[1]
+    found = plausible(settings, case, setup)
+    drawn = front_draws(settings)
+    tyres = draws(settings, case, uncertainty(settings, case, setup), settings.fronts)
+    wobbling = 0
+    for k, values in enumerate(tyres):
+        contact = [values[f"relaxation_length.{name}.{wheel}"] for wheel in ("rear", "front")
+                   for name in ("cornering_stiffness", "relaxation_length")]  # fmt: skip
+        front = {"stiffness": drawn["stiffness"][k], "damping": drawn["damping"][k], "height": 0.65 + drawn["hinge"][k]}
+        arms = {name: drawn[f"arm_{name}"][k] for name in ("inertia", "stiffness", "damping")}
+        model = by_hand(
+            settings.bicycle, contact, front=front, arms=arms if number else None, camber=drawn["camber_share"][k],
+            steer_damper={"damping": drawn["friction"][k]},
+        )  # fmt: skip
+        assert found.computed[k]
+        if np.isnan(found.onset[k]):
+            assert not any(growing(model, speed) for speed in np.linspace(0.5, 30, 40))
+            continue
+        wobbling += 1
+        assert growing(model, found.onset[k] + 0.01) == 1
+        assert growing(model, found.onset[k] - 0.01) == 0
+        assert growing(model, found.end[k] - 0.01) == 1
+        assert growing(model, found.end[k] + 0.01) == (found.end[k] == settings.fastest)
+    assert 0 < wobbling == found.count - found.without
+    assert wobbling < settings.fronts
+
+
+def test_camber_thrust_and_friction_of_the_file_are_kept(known):
+    settings, cases = known
+    given = replace(
+        settings, further={"camber_thrust": {"camber_stiffness": 200.0}, "steer_damper": {"damping": 0.5}}
+    )  # fmt: skip
+    drawn = front_draws(given)
+    (values,) = draws(given, cases[0], uncertainty(given, cases[0], given.reference), 1)
+    found = front_values(given, given.reference, drawn, 0, values)
+    assert found["camber_thrust.camber_stiffness.rear"] == pytest.approx(200.0 * drawn["camber_share"][0])
+    assert 0.8 <= drawn["camber_share"][0] <= 1.25
+    assert found["steer_damper.damping"] == 0.5
+
+
+def test_a_draw_that_makes_no_bicycle_is_counted_and_costs_no_other(known, monkeypatch):
+    settings, cases = known
+    whole = plausible(settings, cases[0], settings.reference)
+
+    def with_gap(*arguments):
+        for k, values in enumerate(draws(*arguments)):
+            yield None if k == 3 else values | {"mB": -1.0} if k == 4 else values
+
+    monkeypatch.setattr("studies.main_study.compare.draws", with_gap)
+    found = plausible(settings, cases[0], settings.reference)
+    assert not found.computed[3]
+    kept = np.flatnonzero(found.computed)
+    assert set(kept) >= {0, 1, 2, 5, 6, 7}
+    np.testing.assert_array_equal(found.onset[[0, 1, 2, 5, 6, 7]], whole.onset[[0, 1, 2, 5, 6, 7]])
+    assert np.isnan(found.onset[3])
+    assert found.count == len(kept)
+
+
+def test_counts_and_quantiles(known):
+    settings, cases = known
+    onset = np.array([*np.arange(1.0, 22.0), np.nan, np.nan, np.nan])
+    computed = np.array([True] * 23 + [False])
+    one = Plausible(cases[0], settings.reference, onset, onset + 10, computed)
+    assert (one.count, one.without) == (23, 2)
+    assert one.likely("onset") == pytest.approx((2.0, 20.0))
+    assert one.likely("end") == pytest.approx((12.0, 30.0))
+    few = Plausible(cases[0], settings.reference, onset[18:], onset[18:], computed[18:])
+    assert few.likely("onset") == (19.0, 21.0)  # of few it is all
+    none = Plausible(cases[0], settings.reference, onset[21:], onset[21:], computed[21:])
+    assert none.likely("onset") is None
+    assert (none.count, none.without) == (2, 2)

@@ -1,0 +1,317 @@
+"""A case as a model, where its wobble is unstable, and its numbers with their standard deviations."""
+
+import math
+
+import numpy as np
+import pytest
+import wobble_onsets
+from by_hand import ARMS, FRONT, by_hand, growing
+from eigenvalue_sets import assert_same_eigenvalues
+from small_study import RACING, chosen, exactly_known, small
+
+from bicycle.bicycle_files import load_bicycle
+from bicycle.critical import CrossingIdentity, critical_speeds
+from bicycle.eigen import damping_ratio
+from bicycle.parameters import Bicycle
+from studies.main_study import (
+    CONTACT,
+    Arms,
+    Front,
+    Setup,
+    Span,
+    UncertainCriticalSpeed,
+    model,
+    named_speeds,
+    nearest,
+    never_stable,
+    solve,
+    tyre_cases,
+    uncertainty,
+    unstable_bands,
+    wobble_edges,
+    wobble_span,
+)
+
+BY_HAND = [6300.0, 0.14, 6000.0, 0.12]
+
+
+@pytest.mark.parametrize(("length", "speed"), wobble_onsets.RIGID)
+def test_rigid_wobble_onset_of_the_benchmark_bicycle(length, speed):
+    rear, front = wobble_onsets.RIGID_STIFFNESS.values()
+    linear = model(small("benchmark"), Setup(None, None, 0.0), [rear, length, front, length]).linear_model()
+    found = named_speeds(critical_speeds(linear))
+    assert found[CrossingIdentity("wobble", destabilising=True)] == pytest.approx(speed, abs=1e-4)
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_every_world_is_the_model_put_together_by_hand(number):
+    settings = small()
+    parts = [{"front": FRONT}, {"front": FRONT, "arms": ARMS}, {}, {"arms": ARMS}][number]
+    expected = by_hand(settings.bicycle, BY_HAND, **parts).eigenvalues(7.0)
+    found = model(settings, settings.setups[number], BY_HAND).linear_model().eigenvalues(7.0)
+    assert_same_eigenvalues(found, expected, rtol=1e-9, atol=1e-9)
+
+
+def test_friction_of_the_steering_is_a_damper_beside_the_one_of_the_file():
+    settings = small(further={"steer_damper": {"damping": 0.7}}, front=Front(friction=0.5))
+    expected = by_hand(settings.bicycle, BY_HAND, front=FRONT, steer_damper={"damping": 1.2}).eigenvalues(7.0)
+    assert_same_eigenvalues(
+        model(settings, settings.reference, BY_HAND).linear_model().eigenvalues(7.0), expected, rtol=1e-9
+    )
+    rigid = by_hand(settings.bicycle, BY_HAND, steer_damper={"damping": 0.7}).eigenvalues(7.0)
+    assert_same_eigenvalues(
+        model(settings, settings.setups[2], BY_HAND).linear_model().eigenvalues(7.0), rigid, rtol=1e-9
+    )
+
+
+def test_own_hinge_axis_and_effects_are_in_the_model():
+    settings = small(
+        front=Front(4000.0, 8.0, 0.7, 0.95, 0.1, given=True), arms=Arms(0.2, 12.0, 2.0, given=True),
+        further={"crown_radius": {"crown_radius": 0.014}, "camber_thrust": {"camber_stiffness": 210.0}},
+    )  # fmt: skip
+    expected = by_hand(
+        settings.bicycle, BY_HAND,
+        front_compliance={"stiffness": 4000, "damping": 8, "joint_x": 0.95, "joint_z": -0.7, "axis_tilt": 0.1},
+        rider_arms={"inertia": 0.2, "stiffness": 12, "damping": 2}, crown_radius={"crown_radius": 0.014},
+        camber_thrust={"camber_stiffness": 210.0},
+    ).eigenvalues(7.0)  # fmt: skip
+    assert_same_eigenvalues(
+        model(settings, settings.setups[1], BY_HAND).linear_model().eigenvalues(7.0), expected, rtol=1e-9
+    )
+
+
+def edge(mode, speed, hertz, *, loses=True, kind="oscillatory"):
+    direction = "destabilising" if loses else "stabilising"
+    return UncertainCriticalSpeed(speed, kind, mode, hertz, direction, sd=0.1, tyre_sd=0.1)
+
+
+class Growing:
+    """A model with one oscillation: its real part and frequency (Hz) are functions of the speed."""
+
+    def __init__(self, real, hertz):
+        self.real, self.hertz = real, hertz
+
+    def eigenvalues(self, speed):
+        value = complex(self.real(speed), 2 * np.pi * self.hertz(speed))
+        return np.array([value, value.conjugate()])
+
+
+STEADY = Growing(lambda v: -1.0, lambda v: 7.0)
+
+
+def test_wobble_is_known_by_its_name_and_where_that_is_open_by_its_frequency():
+    slow, named, fast = edge("weave", 5, 0.4, loses=False), edge("wobble", 8, 3.8), edge("weave", 20, 6.0, loses=False)
+    both, other = edge("weave+wobble", 12, 4.5, loses=False), edge("weave+wobble", 15, 3.5)
+    tyres, wheel = edge("rear_tyre", 1, 17.0), edge("wobble", 1.3, 17.0)  # wheels vibrating on their tyres
+    real = edge("wobble", 9, 0.0, kind="real")
+    assert wobble_edges([both, fast, real, slow, named, tyres, wheel, other]) == [named, both]
+
+
+def turns(model, found) -> float:
+    """Steer over lean in the oscillation at a critical speed."""
+    values, vectors = np.linalg.eig(model.state_matrix(found.speed))
+    k = np.abs(values - 2j * np.pi * found.frequency_hz).argmin()
+    steer, lean = (abs(vectors[model.states.index(name), k]) for name in ("steer", "lean"))
+    return float(steer / lean)
+
+
+def test_the_handlebar_turns_more_in_what_counts_as_wobble(racing):
+    setup = racing.settings.reference
+    edges = [(r.modes.model, c) for r in racing.of(setup) for c in r.crossings if c.kind == "oscillatory"]
+    wobble = [turns(*one) for one in edges if one[1].mode == "wobble"]
+    weave = [turns(*one) for one in edges if one[1].mode == "weave" and one[1].frequency_hz > 1]
+    assert len(wobble) >= 9
+    assert min(wobble) > 8
+    assert all(ratio < 3 for ratio in weave)
+
+
+def test_bands_open_at_both_ends():
+    first, second, third = edge("wobble", 4.0, 5, loses=False), edge("wobble", 9.0, 5), edge("wobble", 5.0, 5)
+    assert [(b.start, b.end) for b in unstable_bands([second, first])] == [(None, first), (second, None)]
+    assert unstable_bands([]) == []
+    assert [(b.start, b.end) for b in unstable_bands([third])] == [(third, None)]
+
+
+def test_a_span_joins_bands_and_is_open_beyond_the_speeds_looked_at():
+    edges = [edge("wobble", 4, 6), edge("wobble", 8, 7, loses=False), edge("wobble", 12, 8),
+             edge("wobble", 33, 9, loses=False)]  # fmt: skip
+    assert wobble_span(STEADY, edges[:2], 30.0) == Span(4.0, 8.0, 30.0)
+    assert wobble_span(STEADY, edges, 30.0) == Span(4.0, math.inf, 30.0)
+    assert wobble_span(STEADY, edges, 40.0) == Span(4.0, 33.0, 40.0)
+    assert wobble_span(STEADY, edges[1:2], 30.0) == Span(0.0, 8.0, 30.0)
+    assert wobble_span(STEADY, edges, 3.0) is None
+
+
+@pytest.mark.parametrize(("stiffness", "ends"), [(2500.0, math.inf), (5000.0, 28.2)])
+def test_an_undamped_front_wobbles_from_rest_on(stiffness, ends):
+    """At rest it is neutral, and at walking speed it grows: no critical speed says where it begins."""
+    settings = small(front=Front(stiffness, 0.0))
+    linear = model(settings, settings.reference, [6300.0, 0.14, 6000.0, 0.12]).linear_model()
+    edges = critical_speeds(linear, max_speed=settings.fastest)
+    assert not any(one.direction == "destabilising" and one.kind == "oscillatory" for one in edges)
+    span = wobble_span(linear, edges, settings.fastest)
+    assert span.low == 0.0
+    assert span.high == pytest.approx(ends, abs=0.1)
+    assert all(growing(linear, speed) == 1 for speed in (0.01, 1.0, 10.0, 25.0))
+
+
+def test_band_edges_are_where_the_eigenvalues_lose_and_regain_stability(racing):
+    setup, limit = racing.settings.reference, racing.settings.fastest
+    for result in racing.of(setup):
+        linear = model(racing.settings, setup, result.case.contact).linear_model()
+        (band,) = result.bands(limit)
+        edges = [(band.start, 0.01)] + ([(band.end, -0.01)] if band.end else [])
+        for found, inside in edges:
+            assert growing(linear, found.speed + inside) == 1
+            assert growing(linear, found.speed - inside) == 0
+        span = result.span(limit)
+        assert span.low == band.start.speed
+        assert span.high == (band.end.speed if band.end.speed <= limit else math.inf)
+        assert growing(linear, limit) == (span.high > limit)
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_stable_worlds_have_no_growing_fast_oscillation(racing, number):
+    setup = racing.settings.setups[number]
+    speeds = np.linspace(0.1, racing.settings.fastest, 60)
+    for result in racing.of(setup):
+        assert result.span(racing.settings.fastest) is None
+        assert result.bands(racing.settings.fastest) == []
+        assert not any(growing(result.modes.model, speed) for speed in speeds)
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_without_a_rider_weave_and_wobble_exchange_character(number):
+    """One fast oscillation of the empty Pista grows below 30 m/s; it is wobble only behind an exchange of character."""
+    settings = small("pista")
+    (case,) = chosen(settings, {"Tyre1 flat": (3.5,)}).found
+    result = solve(settings, case, settings.setups[number])
+    assert growing(result.modes.model, 25.0, above=4.0) == 1
+    (fast,) = (c for c in result.crossings if c.kind == "oscillatory" and c.destabilising and c.speed < 30)
+    assert turns(result.modes.model, fast) < 3.3
+    exchanged = [e.speed for e in result.modes.events if e.kind == "exchange" and set(e.modes) == {"weave", "wobble"}]
+    if any(speed < fast.speed for speed in exchanged):
+        assert fast.mode == "wobble"
+        assert result.span(30.0).low == pytest.approx(fast.speed)
+    else:
+        assert result.span(30.0) is None
+        assert result.bands(30.0) == []
+        assert result.least.damping_ratio > 0.1
+
+
+@pytest.mark.parametrize(("world", "never"), [(2, False), (3, True)])
+def test_stiff_arms_leave_no_speed_that_is_stable(world, never):
+    """Self-stable between weave and capsize, until arms of 10 N m/rad end that (Doria & Tognazzo 2014, abstract)."""
+    settings = small(RACING, arms=Arms(inertia=0.0, stiffness=10.0, damping=0.0))
+    (case,) = chosen(settings, {"Tyre1 flat": (5.5,)}).found
+    result = solve(settings, case, settings.setups[world])
+    assert never_stable(result, settings.fastest) is never
+    by_kind = {(c.mode, c.direction): c.speed for c in result.crossings}
+    if not never:  # between the two critical speeds that bound it
+        middle = (by_kind["weave", "stabilising"] + by_kind["capsize", "destabilising"]) / 2
+        assert (result.modes.model.eigenvalues(middle).real < 0).all()
+
+
+def wobble_root(result) -> complex:
+    """Wobble at the report speed, 1/s."""
+    return complex(result.modes.branch("wobble")[-1, 0])
+
+
+def test_least_damping_is_that_of_a_direct_scan_of_the_eigenvalues(racing):
+    """Of the pairs of 4 to 15 Hz the least damped one over the speeds that are ridden is the flexing front's."""
+    for setup in racing.settings.setups[:2]:
+        for result in racing.of(setup):
+            ratios = {}
+            for speed in racing.settings.speeds[(racing.settings.speeds >= 3) & (racing.settings.speeds <= 20)]:
+                values = model(racing.settings, setup, result.case.contact).linear_model().eigenvalues(float(speed))
+                hertz = values.imag / (2 * np.pi)
+                fast = values[(hertz >= 4) & (hertz < 15)]
+                ratios[float(speed)] = float((-fast.real / np.abs(fast)).min())
+            speed = min(ratios, key=ratios.get)
+            assert result.least.damping_ratio == pytest.approx(ratios[speed], rel=1e-9)
+            assert result.least.speed == speed
+
+
+@pytest.mark.parametrize("tyre", ["Tyre1 flat", "Tyre3 flat"])
+def test_standard_deviations_against_monte_carlo(racing, tyre):
+    setup = racing.settings.reference
+    result = racing.of(setup, tyre)[-1]
+    case, speed = result.case, racing.settings.report_speed
+    end = result.bands(30.0)[0].end
+    random = np.random.default_rng(7)
+    samples = random.multivariate_normal(case.contact, case.covariance, 400)
+    around = end.speed + np.linspace(-4, 4, 17) * end.sd
+    damping, ends = [], []
+    for contact in samples:
+        linear = model(racing.settings, setup, contact).linear_model()
+        damping.append(damping_ratio(nearest(linear, speed, wobble_root(result))))
+        values = linear.eigenvalues(around)
+        at = np.argmin(np.abs(values - 2j * np.pi * end.frequency_hz), axis=1)
+        ends.append(np.interp(0.0, -np.take_along_axis(values, at[:, None], 1).real[:, 0], around))
+    assert result.damping["wobble"].sd == pytest.approx(np.std(damping), rel=0.12)
+    assert end.sd == pytest.approx(np.std(ends), rel=0.12)
+    assert end.speed == pytest.approx(np.mean(ends), abs=0.3 * end.sd)
+
+
+def test_sd_of_the_bicycle_moves_loads_tyre_camber_thrust_and_hinge_with_it():
+    """Central differences over everything built anew: another bicycle, its loads, its tyre, its camber thrust."""
+    sd = {"w": 0.002, "c": 0.0016, "mB": 2.0, "xB": 0.01, "lam": 0.003, "IFyy": 0.001}
+    plain = load_bicycle(RACING)
+    settings = small(
+        Bicycle("with sd", plain.values, dict.fromkeys(plain.values, 0.0) | sd), speeds=np.linspace(0, 30, 3)
+    )
+    setup = settings.reference
+
+    def chosen_case(bicycle):
+        return next(c for c in tyre_cases(small(bicycle)).found if (c.name, c.pressure_bar) == ("Tyre1 drum", 5.5))
+
+    def quantities(bicycle, contact):
+        found = model(small(bicycle), setup, contact).linear_model()
+        eigenvalue = nearest(found, 15.0, start)
+        speeds = named_speeds(critical_speeds(found))
+        ends = [speeds[CrossingIdentity(mode, destabilising=False)] for mode in ("wobble", "weave")]
+        return np.array([*ends, damping_ratio(eigenvalue), eigenvalue.imag / (2 * np.pi)])
+
+    case = chosen_case(settings.bicycle)
+    result = solve(settings, case, setup)
+    start = wobble_root(result)
+    variance = np.zeros(4)
+    for key, one in sd.items():
+        moved = [plain.replace(**{key: plain[key] + sign * 0.05 * one}) for sign in (1, -1)]
+        ends = [quantities(bicycle, chosen_case(bicycle).contact) for bicycle in moved]
+        variance += ((ends[0] - ends[1]) / 0.1) ** 2
+    steps = np.diag(1e-4 * case.contact)
+    slopes = np.array(
+        [(quantities(plain, case.contact + h) - quantities(plain, case.contact - h)) / (2 * h.sum()) for h in steps]
+    )
+    tyre = np.diag(slopes.T @ case.covariance @ slopes)
+    crossing = {c.mode + c.direction: c for c in result.crossings}
+    found = (crossing["wobblestabilising"], crossing["weavestabilising"], result.damping["wobble"],
+             result.frequency["wobble"])  # fmt: skip
+    assert [one.tyre_sd for one in found] == pytest.approx(np.sqrt(tyre), rel=1e-5)
+    assert [one.sd for one in found] == pytest.approx(np.sqrt(tyre + variance), rel=1e-4)
+    assert all(one.sd > 1.02 * one.tyre_sd for one in found)
+
+
+def test_an_exactly_known_bicycle_leaves_the_uncertainty_of_the_tyre(racing):
+    setup = racing.settings.reference
+    for case in racing.cases[::2]:
+        names, covariance = uncertainty(racing.settings, case, setup).covariance()
+        order = [names.index(name) for name in CONTACT]
+        scale = np.sqrt(np.diag(case.covariance))
+        np.testing.assert_allclose(
+            covariance[np.ix_(order, order)] / np.outer(scale, scale), case.covariance / np.outer(scale, scale),
+            atol=1e-6,
+        )  # fmt: skip
+        others = [k for k in range(len(names)) if k not in order]
+        assert not covariance[others].any()
+    for result in racing.of(setup):
+        assert all(c.sd == pytest.approx(c.tyre_sd, rel=1e-6) for c in result.crossings)
+
+
+def test_what_no_file_states_has_a_standard_deviation_too():
+    """A bicycle of which only the values are known is no better known than its tyres."""
+    settings = small(Bicycle("unstated", exactly_known(RACING).values, {}), speeds=np.linspace(0, 30, 3))
+    (case,) = chosen(settings, {"Tyre1 flat": (5.5,)}).found
+    (start,) = [b.start for b in solve(settings, case, settings.reference).bands(30.0)]
+    assert start.sd > 1.05 * start.tyre_sd > 0
